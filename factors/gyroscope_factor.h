@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The gyroscope between two neighbouring poses, one sample (third sum of the cost, Huang et al.
+// 2025, eq. (original MAP)),
+//
+//   r = gyr - Log(R_k' R_k+1) / dt - o_w
+#pragma once
+
+#include "graph/factor.h"
+
+namespace magimu {
+
+class GyroscopeFactor : public Factor<3, Rot3, Rot3, Vector3> {
+ public:
+  // gyr: mean rate over the interval of dt_s seconds between the two poses, rad/s, IMU frame.
+  GyroscopeFactor(Key nRb, Key nRb_next, Key gyr_bias, const Vector3& gyr, double dt_s,
+                  const Noise<3>& noise)
+      : Factor({nRb, nRb_next, gyr_bias}, noise), gyr_(gyr), dt_s_(dt_s) {}
+
+  template <class T>
+  Vec3<T> residual(const Rot3T<T>& nRb, const Rot3T<T>& nRb_next, const Vec3<T>& gyr_bias) const {
+    return gyr_.cast<T>() - (nRb.inverse() * nRb_next).Log() * T(1.0 / dt_s_) - gyr_bias;
+  }
+
+  // Appendix B: d r / d R_k = J_r^-1(phi) R_k+1' / dt, d r / d R_k+1 the negative, d r / d o_w = -I.
+  template <class T>
+  Vec3<T> linearize(const Rot3T<T>& nRb, const Rot3T<T>& nRb_next, const Vec3<T>& gyr_bias,
+                    Mat3<T>& J_R, Mat3<T>& J_R_next, Mat3<T>& J_bias) const {
+    const T rate(1.0 / dt_s_);
+    const Vec3<T> phi = (nRb.inverse() * nRb_next).Log();
+    J_R = so3::right_jacobian_inverse(phi) * nRb_next.matrix().transpose() * rate;
+    J_R_next = -J_R;
+    J_bias = -Mat3<T>::Identity();
+    return gyr_.cast<T>() - phi * rate - gyr_bias;
+  }
+
+ private:
+  Vector3 gyr_;
+  double dt_s_;
+};
+
+}  // namespace magimu

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The names of calibration's variables.
+#pragma once
+
+#include "graph/key.h"
+
+namespace magimu {
+
+// Orientation of node k, IMU frame to n.
+constexpr Key R(int k) { return {'R', std::uint32_t(k)}; }
+
+namespace key {
+
+inline constexpr Key acc_bias{'a', 0};  // o_a, Vector3, m/s^2
+inline constexpr Key gyr_bias{'w', 0};  // o_w, Vector3, rad/s
+inline constexpr Key dip{'i', 0};       // alpha, double, rad
+
+// Magnetometer i of an array; the plain names are those of the first.
+constexpr Key distortion_of(int i) { return {'D', std::uint32_t(i)}; }  // D, Matrix3, uT
+constexpr Key mag_bias_of(int i) { return {'m', std::uint32_t(i)}; }    // o_m, Vector3, uT
+inline constexpr Key distortion = distortion_of(0);
+inline constexpr Key mag_bias = mag_bias_of(0);
+
+}  // namespace key
+}  // namespace magimu

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The magnetometer: the local field seen through distortion matrix, bias and dip (second sum of
+// the cost, Huang et al. 2025, eq. (original MAP)),
+//
+//   r = mag - D C R' m(alpha) - o_m        C = I for one sample.
+//
+// For the mean over a block of samples C is the mean of the rotations from the node to the samples
+// (block_mean.h).
+#pragma once
+
+#include "factors/sensor_model.h"
+#include "graph/factor.h"
+
+namespace magimu {
+
+namespace detail {
+
+// Jacobians of r = mag - D b - o_m, b = Cb R' m(alpha), shared by both factors (appendix B).
+template <class T>
+Vec3<T> linearize_magnetometer(const Vec3<T>& mag, const Mat3<T>& CbRn, const Mat3<T>& D,
+                               const Vec3<T>& mag_bias, const T& dip_rad, Mat3<T>& J_R,
+                               Mat<T, 3, 9>& J_D, Mat3<T>& J_bias, Vec3<T>& J_dip) {
+  using std::cos, std::sin;
+  const T c = cos(dip_rad), s = sin(dip_rad);
+  const Vec3<T> b = CbRn.col(1) * c - CbRn.col(2) * s;
+  const Mat3<T> DCbRn = D * CbRn;
+  // -D R' [m]x with m = (0, c, -s): [m]x has the columns (0, -s, -c), (s, 0, 0), (c, 0, 0).
+  J_R.col(0) = DCbRn.col(1) * s + DCbRn.col(2) * c;
+  J_R.col(1) = DCbRn.col(0) * -s;
+  J_R.col(2) = DCbRn.col(0) * -c;
+  J_D.setZero();  // -b' (x) I, D taken column by column
+  for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < 3; ++i) J_D(i, 3 * j + i) = -b[j];
+  }
+  J_bias = -Mat3<T>::Identity();
+  J_dip = DCbRn.col(1) * s + DCbRn.col(2) * c;
+  return mag - D * b - mag_bias;
+}
+
+}  // namespace detail
+
+class MagnetometerFactor : public Factor<3, Rot3, Matrix3, Vector3, double> {
+ public:
+  // mag: uT, in the magnetometer's axes.
+  MagnetometerFactor(Key nRb, Key distortion, Key mag_bias, Key dip, const Vector3& mag,
+                     const Noise<3>& noise)
+      : Factor({nRb, distortion, mag_bias, dip}, noise), mag_(mag) {}
+
+  template <class T>
+  Vec3<T> residual(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias,
+                   const T& dip_rad) const {
+    return mag_.cast<T>() - magnetometer_model(nRb, D, mag_bias, dip_rad);
+  }
+
+  template <class T>
+  Vec3<T> linearize(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias,
+                    const T& dip_rad, Mat3<T>& J_R, Mat<T, 3, 9>& J_D, Mat3<T>& J_bias,
+                    Vec3<T>& J_dip) const {
+    return detail::linearize_magnetometer<T>(mag_.cast<T>(), nRb.matrix().transpose(), D, mag_bias,
+                                             dip_rad, J_R, J_D, J_bias, J_dip);
+  }
+
+ private:
+  Vector3 mag_;
+};
+
+class MeanMagnetometerFactor : public Factor<3, Rot3, Matrix3, Vector3, double> {
+ public:
+  // mag: the block's mean; C: mean rotation from the node's IMU frame to that of the samples.
+  MeanMagnetometerFactor(Key nRb, Key distortion, Key mag_bias, Key dip, const Vector3& mag,
+                         const Matrix3& C, const Noise<3>& noise)
+      : Factor({nRb, distortion, mag_bias, dip}, noise), mag_(mag), C_(C) {}
+
+  template <class T>
+  Vec3<T> residual(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias,
+                   const T& dip_rad) const {
+    const Vec3<T> b = C_.cast<T>() * nRb.unrotate(unit_field(dip_rad));
+    return mag_.cast<T>() - D * b - mag_bias;
+  }
+
+  template <class T>
+  Vec3<T> linearize(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias,
+                    const T& dip_rad, Mat3<T>& J_R, Mat<T, 3, 9>& J_D, Mat3<T>& J_bias,
+                    Vec3<T>& J_dip) const {
+    return detail::linearize_magnetometer<T>(mag_.cast<T>(),
+                                             C_.cast<T>() * nRb.matrix().transpose(), D, mag_bias,
+                                             dip_rad, J_R, J_D, J_bias, J_dip);
+  }
+
+ private:
+  Vector3 mag_;
+  Matrix3 C_;
+};
+
+}  // namespace magimu

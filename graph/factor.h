@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A factor is one thing we know: a residual that should be near zero, the variables it depends on,
+// and how near (its noise). The graph's cost is half the sum of the squared whitened residuals.
+//
+// To write one, derive from Factor<rows of the residual, types of the variables...> and give the
+// residual once, as a template over the scalar:
+//
+//   class RangeFactor : public Factor<1, Vector2> {
+//    public:
+//     RangeFactor(Key position, double range, Noise<1> noise) : Factor({position}, noise), range_(range) {}
+//     template <class T>
+//     Vec<T, 1> residual(const Vec<T, 2>& p) const {
+//       using std::sqrt;
+//       return Vec<T, 1>(sqrt(p.dot(p)) - range_);
+//     }
+//    private:
+//     double range_;
+//   };
+//
+// Its Jacobians then come from automatic differentiation (dual.h). A factor that knows them adds
+//
+//     template <class T>
+//     Vec<T, 1> linearize(const Vec<T, 2>& p, Mat<T, 1, 2>& J_p) const;
+//
+// which returns the residual and fills one Jacobian a variable, d residual / d tangent, not
+// whitened (the rotation's tangent: R <- Exp(delta) R). Tests check it with numerical_derivative.h.
+// A factor is copied into the graph and never sees a solver.
+#pragma once
+
+#include <array>
+#include <tuple>
+#include <utility>
+
+#include "graph/key.h"
+#include "graph/noise.h"
+#include "graph/variable.h"
+
+namespace magimu {
+
+template <int Dim, class... V>
+class Factor {
+ public:
+  static constexpr int kDim = Dim;
+  static constexpr int kKeys = int(sizeof...(V));
+  static constexpr int kColumns = (VariableTraits<V>::kTangent + ...);
+  using Variables = std::tuple<V...>;
+  using Keys = std::array<Key, sizeof...(V)>;
+
+  Factor(const Keys& keys, const Noise<Dim>& noise) : keys_(keys), noise_(noise) {}
+
+  const Keys& keys() const { return keys_; }
+  const Noise<Dim>& noise() const { return noise_; }
+
+ private:
+  Keys keys_;
+  Noise<Dim> noise_;
+};
+
+namespace detail {
+
+template <class F>
+inline constexpr auto kIndices = std::make_index_sequence<std::size_t(F::kKeys)>();
+
+template <class F, std::size_t I>
+using VariableOf = std::tuple_element_t<I, typename F::Variables>;
+
+// First tangent column of the I-th variable of F.
+template <class F, std::size_t I>
+constexpr int first_column() {
+  return []<std::size_t... J>(std::index_sequence<J...>) {
+    return (0 + ... + VariableTraits<VariableOf<F, J>>::kTangent);
+  }(std::make_index_sequence<I>());
+}
+
+template <class F, std::size_t... I>
+auto residual_at(const F& f, const std::array<const double*, sizeof...(I)>& x,
+                 std::index_sequence<I...>) {
+  return f.template residual<double>(
+      VariableTraits<VariableOf<F, I>>::template load<double>(x[I])...);
+}
+
+template <class F, std::size_t... I>
+auto residual_dual(const F& f, const std::array<const double*, sizeof...(I)>& x,
+                   std::index_sequence<I...>) {
+  return f.template residual<Dual<F::kColumns>>(
+      VariableTraits<VariableOf<F, I>>::template load_active<F::kColumns>(
+          x[I], first_column<F, I>())...);
+}
+
+template <class F, class Variables = typename F::Variables>
+struct Jacobians;
+template <class F, class... V>
+struct Jacobians<F, std::tuple<V...>> {
+  using type = std::tuple<Mat<double, F::kDim, VariableTraits<V>::kTangent>...>;
+};
+template <class F>
+using JacobianTuple = typename Jacobians<F>::type;
+
+template <class F, std::size_t... I>
+auto linearize_at(const F& f, const std::array<const double*, sizeof...(I)>& x,
+                  JacobianTuple<F>& J, std::index_sequence<I...>)
+    -> decltype(f.template linearize<double>(
+        VariableTraits<VariableOf<F, I>>::template load<double>(x[I])..., std::get<I>(J)...)) {
+  return f.template linearize<double>(
+      VariableTraits<VariableOf<F, I>>::template load<double>(x[I])..., std::get<I>(J)...);
+}
+
+template <class F>
+concept HasAnalyticJacobians = requires(const F& f, std::array<const double*, F::kKeys> x,
+                                        JacobianTuple<F>& J) {
+  linearize_at(f, x, J, kIndices<F>);
+};
+
+}  // namespace detail
+
+// Pointers to the stored values of a factor's variables.
+template <class F>
+using Stored = std::array<const double*, std::size_t(F::kKeys)>;
+template <class F>
+using ResidualOf = Vec<double, F::kDim>;
+template <class F>
+using JacobianOf = Mat<double, F::kDim, F::kColumns>;
+
+// The residual, not whitened.
+template <class F>
+ResidualOf<F> evaluate(const F& f, const Stored<F>& x) {
+  return detail::residual_at(f, x, detail::kIndices<F>);
+}
+
+// Residual and Jacobian by automatic differentiation, not whitened.
+template <class F>
+ResidualOf<F> linearize_automatic(const F& f, const Stored<F>& x, JacobianOf<F>& J) {
+  const auto e = detail::residual_dual(f, x, detail::kIndices<F>);
+  ResidualOf<F> r;
+  for (int i = 0; i < F::kDim; ++i) {
+    r[i] = e[i].v;
+    J.row(i) = e[i].d.matrix().transpose();
+  }
+  return r;
+}
+
+// Residual and Jacobian, analytic where the factor has it, not whitened.
+template <class F>
+ResidualOf<F> linearize(const F& f, const Stored<F>& x, JacobianOf<F>& J) {
+  if constexpr (detail::HasAnalyticJacobians<F>) {
+    detail::JacobianTuple<F> parts;
+    const ResidualOf<F> r = detail::linearize_at(f, x, parts, detail::kIndices<F>);
+    [&]<std::size_t... I>(std::index_sequence<I...>) {
+      ((J.template middleCols<VariableTraits<detail::VariableOf<F, I>>::kTangent>(
+            detail::first_column<F, I>()) = std::get<I>(parts)),
+       ...);
+    }(detail::kIndices<F>);
+    return r;
+  } else {
+    return linearize_automatic(f, x, J);
+  }
+}
+
+}  // namespace magimu

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A sum of factors. Factors of one type lie side by side in a batch, so that evaluating or
+// linearizing the graph is one virtual call a batch and none a factor.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <typeindex>
+#include <vector>
+
+#include "graph/factor.h"
+#include "graph/values.h"
+
+namespace magimu {
+
+// Where the factors of a batch find their variables: for factor i and its key j, entry i * kKeys + j.
+struct ResolvedKeys {
+  std::vector<int> stored;   // offset in Values::data()
+  std::vector<int> tangent;  // first column
+};
+
+// Factors of one type, seen from the solvers' side.
+class FactorBatch {
+ public:
+  virtual ~FactorBatch() = default;
+
+  virtual int size() const = 0;
+  virtual int rows() const = 0;     // of one factor's residual
+  virtual int columns() const = 0;  // of one factor's Jacobian
+  virtual std::span<const Key> keys(int factor) const = 0;
+  virtual std::span<const VariableType> types() const = 0;
+  virtual std::unique_ptr<FactorBatch> clone() const = 0;
+
+  // Sum of rho / 2 over the factors begin <= i < end; where residuals is not null, the whitened
+  // residuals (before the robust weight) go there, factor by factor.
+  virtual double cost(std::span<const double> data, const ResolvedKeys& keys, int begin, int end,
+                      double* residuals) const = 0;
+  // The same cost; residuals and Jacobians whitened and scaled by sqrt(rho'), so that the gradient
+  // of the cost is J'r. Row i of a Jacobian holds columns() numbers, variable by variable.
+  virtual double linearize(std::span<const double> data, const ResolvedKeys& keys, int begin,
+                           int end, double* residuals, double* jacobians) const = 0;
+};
+
+template <class F>
+class FactorBatchOf final : public FactorBatch {
+ public:
+  std::vector<F> factors;
+
+  int size() const override { return int(factors.size()); }
+  int rows() const override { return F::kDim; }
+  int columns() const override { return F::kColumns; }
+  std::span<const Key> keys(int i) const override { return factors[std::size_t(i)].keys(); }
+  std::span<const VariableType> types() const override { return kTypes; }
+  std::unique_ptr<FactorBatch> clone() const override {
+    return std::make_unique<FactorBatchOf>(*this);
+  }
+
+  double cost(std::span<const double> data, const ResolvedKeys& keys, int begin, int end,
+              double* residuals) const override {
+    double sum = 0.0;
+    for (int i = begin; i < end; ++i) {
+      const F& f = factors[std::size_t(i)];
+      ResidualOf<F> r = evaluate(f, stored(data, keys, i));
+      f.noise().whiten(r);
+      sum += f.noise().loss().rho(r.squaredNorm());
+      if (residuals != nullptr) {
+        Eigen::Map<ResidualOf<F>> out(residuals + (i - begin) * F::kDim);
+        out = r;
+      }
+    }
+    return 0.5 * sum;
+  }
+
+  double linearize(std::span<const double> data, const ResolvedKeys& keys, int begin, int end,
+                   double* residuals, double* jacobians) const override {
+    using RowMajor = Eigen::Matrix<double, F::kDim, F::kColumns,
+                                   F::kColumns == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
+    double sum = 0.0;
+    JacobianOf<F> J;
+    for (int i = begin; i < end; ++i) {
+      const F& f = factors[std::size_t(i)];
+      ResidualOf<F> r = magimu::linearize(f, stored(data, keys, i), J);
+      f.noise().whiten(r);
+      f.noise().whiten(J);
+      const double s = r.squaredNorm();
+      sum += f.noise().loss().rho(s);
+      if (f.noise().loss().kind != Loss::Kind::kNone) {
+        const double scale = std::sqrt(f.noise().loss().weight(s));
+        r *= scale;
+        J *= scale;
+      }
+      Eigen::Map<ResidualOf<F>> r_out(residuals + (i - begin) * F::kDim);
+      r_out = r;
+      Eigen::Map<RowMajor> J_out(jacobians + (i - begin) * F::kDim * F::kColumns);
+      J_out = J;
+    }
+    return 0.5 * sum;
+  }
+
+ private:
+  static constexpr auto kTypes = []<std::size_t... I>(std::index_sequence<I...>) {
+    return std::array<VariableType, sizeof...(I)>{
+        VariableTraits<detail::VariableOf<F, I>>::type()...};
+  }(detail::kIndices<F>);
+
+  static Stored<F> stored(std::span<const double> data, const ResolvedKeys& keys, int i) {
+    Stored<F> x;
+    for (int j = 0; j < F::kKeys; ++j) {
+      x[std::size_t(j)] = data.data() + keys.stored[std::size_t(i * F::kKeys + j)];
+    }
+    return x;
+  }
+};
+
+class FactorGraph {
+ public:
+  FactorGraph() = default;
+  FactorGraph(const FactorGraph& other);
+  FactorGraph& operator=(const FactorGraph& other);
+  FactorGraph(FactorGraph&&) = default;
+  FactorGraph& operator=(FactorGraph&&) = default;
+
+  // Copies the factor in. Throws std::invalid_argument if it names one variable twice.
+  template <class F>
+  void add(const F& factor) {
+    check_keys(factor.keys());
+    mutable_batch<F>().factors.push_back(factor);
+  }
+
+  // The factors of one type, in the order in which they were added.
+  template <class F>
+  const std::vector<F>& factors() const {
+    static const std::vector<F> none;
+    const auto it = index_.find(typeid(F));
+    return it == index_.end()
+               ? none
+               : static_cast<const FactorBatchOf<F>&>(*batches_[it->second]).factors;
+  }
+  // The same, to change measurements between two optimizations (re-integration, for example).
+  template <class F>
+  std::vector<F>& mutable_factors() {
+    return mutable_batch<F>().factors;
+  }
+
+  int size() const;  // number of factors
+  std::span<const std::unique_ptr<FactorBatch>> batches() const { return batches_; }
+
+  // Half the sum of the squared whitened residuals (of rho, where a factor has a loss).
+  double cost(const Values& values) const;
+
+ private:
+  template <class F>
+  FactorBatchOf<F>& mutable_batch() {
+    const auto [it, added] = index_.try_emplace(typeid(F), batches_.size());
+    if (added) batches_.push_back(std::make_unique<FactorBatchOf<F>>());
+    return static_cast<FactorBatchOf<F>&>(*batches_[it->second]);
+  }
+  static void check_keys(std::span<const Key> keys);
+
+  std::vector<std::unique_ptr<FactorBatch>> batches_;
+  std::map<std::type_index, std::size_t> index_;
+};
+
+}  // namespace magimu

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "graph/linear_system.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace magimu {
+namespace {
+
+constexpr int kChunk = 512;  // factors linearized by one task
+
+ResolvedKeys resolve(const FactorBatch& batch, const Values& values, std::vector<char>& used) {
+  ResolvedKeys out;
+  const auto types = batch.types();
+  for (int i = 0; i < batch.size(); ++i) {
+    const auto keys = batch.keys(i);
+    for (std::size_t j = 0; j < keys.size(); ++j) {
+      const Values::Slot& slot = values.slot(keys[j]);
+      if (!(slot.type == types[j])) {
+        throw std::invalid_argument("a factor takes variable " + to_string(keys[j]) + " for a " +
+                                    to_string(types[j]) + ", but Values holds a " +
+                                    to_string(slot.type));
+      }
+      out.stored.push_back(slot.stored);
+      out.tangent.push_back(slot.tangent);
+      used[std::size_t(slot.tangent)] = 1;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+LinearSystem::LinearSystem(const FactorGraph& graph, const Values& values) : cols_(values.dim()) {
+  row_start_.push_back(0);
+  std::vector<char> used(std::size_t(cols_), 0);
+  for (const auto& batch : graph.batches()) {
+    parts_.push_back({batch.get(), resolve(*batch, values, used), int(row_start_.size()) - 1,
+                      int(column_.size())});
+    const auto types = batch->types();
+    const ResolvedKeys& keys = parts_.back().keys;
+    for (int i = 0; i < batch->size(); ++i) {
+      for (int row = 0; row < batch->rows(); ++row) {
+        for (std::size_t j = 0; j < types.size(); ++j) {
+          const int first = keys.tangent[std::size_t(i) * types.size() + j];
+          for (int c = 0; c < types[j].tangent(); ++c) column_.push_back(first + c);
+        }
+        row_start_.push_back(int(column_.size()));
+      }
+    }
+  }
+  for (const Values::Slot& slot : values.slots()) {
+    if (used[std::size_t(slot.tangent)] == 0) {
+      throw std::invalid_argument("variable " + to_string(slot.key) +
+                                  " has no factor; add one (a prior, say) or leave it out");
+    }
+  }
+  value_.resize(column_.size());
+  residual_.resize(rows());
+}
+
+template <class Body>
+double LinearSystem::sum_over_chunks(const Body& body) const {
+  struct Chunk {
+    const Part* part;
+    int begin, end;
+  };
+  std::vector<Chunk> chunks;
+  for (const Part& part : parts_) {
+    for (int i = 0; i < part.batch->size(); i += kChunk) {
+      chunks.push_back({&part, i, std::min(i + kChunk, part.batch->size())});
+    }
+  }
+  std::vector<double> costs(chunks.size(), 0.0);
+  tbb::parallel_for(std::size_t(0), chunks.size(), [&](std::size_t i) {
+    costs[i] = body(*chunks[i].part, chunks[i].begin, chunks[i].end);
+  });
+  double sum = 0.0;
+  for (const double c : costs) sum += c;
+  return sum;
+}
+
+double LinearSystem::linearize(const Values& values) {
+  return sum_over_chunks([&](const Part& p, int begin, int end) {
+    const int rows = p.batch->rows(), size = rows * p.batch->columns();
+    return p.batch->linearize(values.data(), p.keys, begin, end,
+                              residual_.data() + p.first_row + begin * rows,
+                              value_.data() + p.first_entry + begin * size);
+  });
+}
+
+double LinearSystem::cost(const Values& values) const {
+  return sum_over_chunks([&](const Part& p, int begin, int end) {
+    return p.batch->cost(values.data(), p.keys, begin, end, nullptr);
+  });
+}
+
+VectorXd LinearSystem::whitened_residuals(const Values& values) const {
+  VectorXd out(rows());
+  sum_over_chunks([&](const Part& p, int begin, int end) {
+    return p.batch->cost(values.data(), p.keys, begin, end,
+                         out.data() + p.first_row + begin * p.batch->rows());
+  });
+  return out;
+}
+
+VectorXd LinearSystem::gradient() const {
+  VectorXd g = VectorXd::Zero(cols_);
+  for (int i = 0; i < rows(); ++i) {
+    for (int e = row_start_[std::size_t(i)]; e < row_start_[std::size_t(i) + 1]; ++e) {
+      g[column_[std::size_t(e)]] += value_[std::size_t(e)] * residual_[i];
+    }
+  }
+  return g;
+}
+
+VectorXd LinearSystem::multiply(const VectorXd& x) const {
+  VectorXd y(rows());
+  for (int i = 0; i < rows(); ++i) {
+    double sum = 0.0;
+    for (int e = row_start_[std::size_t(i)]; e < row_start_[std::size_t(i) + 1]; ++e) {
+      sum += value_[std::size_t(e)] * x[column_[std::size_t(e)]];
+    }
+    y[i] = sum;
+  }
+  return y;
+}
+
+VectorXd LinearSystem::squared_column_norms() const {
+  VectorXd n = VectorXd::Zero(cols_);
+  for (std::size_t e = 0; e < value_.size(); ++e) n[column_[e]] += value_[e] * value_[e];
+  return n;
+}
+
+}  // namespace magimu

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A graph linearized at a point: the whitened Jacobian J, row by row in compressed form, and the
+// whitened residual r, so that |r + J delta|^2 / 2 approximates the cost after a step delta. The
+// structure is found once; linearize() then only writes numbers, in parallel, with the same bits
+// for every number of threads (each factor has its own rows; costs are summed in a fixed order).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "graph/factor_graph.h"
+
+namespace magimu {
+
+class LinearSystem {
+ public:
+  // Throws std::invalid_argument, naming the variable, where a factor's variable is not in values
+  // or has another type, and where a variable has no factor at all. The graph must outlive this.
+  LinearSystem(const FactorGraph& graph, const Values& values);
+
+  // Linearizes at values (of the same layout as at construction) and returns the cost there.
+  double linearize(const Values& values);
+  // The cost only.
+  double cost(const Values& values) const;
+  // The whitened residuals before robust weights, in the order of the rows.
+  VectorXd whitened_residuals(const Values& values) const;
+
+  int rows() const { return int(row_start_.size()) - 1; }
+  int cols() const { return cols_; }
+  // Row i has the entries row_start()[i] <= e < row_start()[i + 1], in no particular order.
+  std::span<const int> row_start() const { return row_start_; }
+  std::span<const int> column() const { return column_; }
+  std::span<const double> value() const { return value_; }
+  const VectorXd& residual() const { return residual_; }
+
+  VectorXd gradient() const;                   // J'r
+  VectorXd multiply(const VectorXd& x) const;  // J x
+  VectorXd squared_column_norms() const;       // diagonal of J'J
+
+ private:
+  struct Part {
+    const FactorBatch* batch;
+    ResolvedKeys keys;
+    int first_row;
+    int first_entry;
+  };
+  template <class Body>
+  double sum_over_chunks(const Body& body) const;
+
+  std::vector<Part> parts_;
+  int cols_ = 0;
+  std::vector<int> row_start_, column_;
+  std::vector<double> value_;
+  VectorXd residual_;
+};
+
+}  // namespace magimu

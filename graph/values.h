@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The unknowns and where they stand: a map from Key to Rot3, double, vector or matrix, held in one
+// flat array so that solvers and factors address them by offset. The order of insertion is the
+// order of the columns of the linearized system. Copies share the layout.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <unordered_map>
+#include <vector>
+
+#include "graph/key.h"
+#include "graph/variable.h"
+
+namespace magimu {
+
+class Values {
+ public:
+  struct Slot {
+    Key key;
+    VariableType type;
+    int stored = 0;   // offset in data()
+    int tangent = 0;  // first column
+  };
+
+  Values() : layout_(std::make_shared<Layout>()) {}
+
+  // Throws std::invalid_argument if the key is present already.
+  template <class V>
+  void insert(Key key, const V& value) {
+    using Plain = PlainVariable<V>;
+    const Slot slot = append(key, VariableTraits<Plain>::type());
+    VariableTraits<Plain>::store(value, data_.data() + slot.stored);
+  }
+  // Throws std::invalid_argument, naming the key, if it is absent or of another type.
+  template <class V>
+  void update(Key key, const V& value) {
+    using Plain = PlainVariable<V>;
+    VariableTraits<Plain>::store(value, data_.data() + find(key, VariableTraits<Plain>::type()));
+  }
+  template <class V>
+  V at(Key key) const {
+    return VariableTraits<V>::template load<double>(data_.data() +
+                                                    find(key, VariableTraits<V>::type()));
+  }
+
+  bool contains(Key key) const { return layout_->index.contains(key); }
+  // Throws std::invalid_argument, naming the key, if it is absent.
+  const Slot& slot(Key key) const;
+  std::span<const Slot> slots() const { return layout_->slots; }
+  int size() const { return int(layout_->slots.size()); }
+  // Number of degrees of freedom.
+  int dim() const { return layout_->dim; }
+  std::span<const double> data() const { return data_; }
+
+  // Every variable moved by its part of delta, dim() numbers in the order of the columns.
+  Values retract(std::span<const double> delta) const;
+  // The delta for which retract(delta) equals other; both must have the same layout.
+  VectorXd local_coordinates(const Values& other) const;
+  // True if other has the same keys of the same types in the same order.
+  bool same_layout(const Values& other) const;
+
+ private:
+  struct Layout {
+    std::vector<Slot> slots;
+    std::unordered_map<Key, int> index;
+    int dim = 0;
+  };
+  template <class V>
+  struct StoredAs {
+    using type = typename V::PlainObject;  // Eigen expressions are stored by value
+  };
+  template <class V>
+    requires(std::is_same_v<V, Rot3> || std::is_arithmetic_v<V>)
+  struct StoredAs<V> {
+    using type = std::conditional_t<std::is_same_v<V, Rot3>, Rot3, double>;
+  };
+  template <class V>
+  using PlainVariable = typename StoredAs<V>::type;
+
+  Slot append(Key key, VariableType type);
+  int find(Key key, VariableType type) const;
+
+  std::shared_ptr<Layout> layout_;
+  std::vector<double> data_;
+};
+
+}  // namespace magimu

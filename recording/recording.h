@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A recording of one device: every sensor with a time base of its own, because magnetometers are
+// often slower than the IMU and never quite in step with it. Units and frames are CONTRACT's: s,
+// m/s^2, rad/s, uT; all vectors in the sensor's own axes.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "graph/rot3.h"
+
+namespace magimu {
+
+// Samples of a vector-valued sensor; t is increasing, in seconds.
+struct VectorSeries {
+  std::vector<double> t;
+  std::vector<Vector3> v;
+
+  std::size_t size() const { return t.size(); }
+  bool empty() const { return t.empty(); }
+  void push_back(double time, const Vector3& value) {
+    t.push_back(time);
+    v.push_back(value);
+  }
+  // Samples a second: the reciprocal of the median interval; 0 with fewer than two samples.
+  double rate_hz() const;
+};
+
+struct ScalarSeries {
+  std::vector<double> t;
+  std::vector<double> v;
+};
+
+// What cameras or a simulator know of the motion: for judging results, never for estimating them.
+struct MotionTruth {
+  std::vector<double> t;
+  std::vector<Rot3> nRb;          // sensor to a fixed frame; not necessarily our frame n
+  std::vector<Vector3> position;  // m, in that frame; empty if unknown
+  std::vector<bool> valid;        // false where the cameras lost the markers
+};
+
+struct Recording {
+  std::string name;                         // for messages: the file's name
+  VectorSeries acc;                         // specific force, m/s^2
+  VectorSeries gyr;                         // mean rate over [t_k, t_k+1), rad/s
+  std::vector<VectorSeries> mag;            // one entry a magnetometer, uT
+  std::vector<std::string> mag_names;       // "mag", or "mag1", "mag2", ...
+  std::map<std::string, ScalarSeries> aux;  // "temp" K or deg C, "current" A
+  std::optional<VectorSeries> pos;          // m, where a file has pos_x..z
+  std::optional<MotionTruth> truth;
+  std::vector<std::string> notes;           // what the reader did, in words: column mapping, ...
+
+  // Seconds from the first to the last IMU sample.
+  double duration_s() const;
+};
+
+// The part t0 <= t < t1 of every series.
+Recording slice(const Recording& recording, double t0, double t1);
+
+}  // namespace magimu

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "factors/accelerometer_factor.h"
+#include "factors/gyroscope_factor.h"
+#include "factors/keys.h"
+#include "factors/magnetometer_factor.h"
+#include "factors/preintegrated_gyroscope_factor.h"
+#include "factors/prior_factor.h"
+#include "factors/relative_rotation_factor.h"
+#include "tests/factors/jacobian_check.h"
+
+namespace magimu {
+namespace {
+
+using test::expect_correct_jacobians;
+using test::RandomValue;
+
+constexpr int kTrials = 50;
+const Noise<3> kUnit = Noise<3>::isotropic(1.0);
+
+// A pose, its neighbour at a random rotation of the given size, and random parameters.
+Values random_values(RandomValue& random, double step) {
+  Values v;
+  const Rot3 first = random.rotation();
+  v.insert(R(0), first);
+  v.insert(R(1), first * Rot3::Exp(random.vector3(step)));
+  v.insert(key::acc_bias, random.vector3());
+  v.insert(key::gyr_bias, random.vector3(0.1));
+  v.insert(key::distortion, random.matrix3(3.0));
+  v.insert(key::mag_bias, random.vector3(5.0));
+  v.insert(key::dip, random.number());
+  return v;
+}
+
+TEST(AccelerometerFactor, jacobians_are_correct) {
+  RandomValue random(1);
+  for (int i = 0; i < kTrials; ++i) {
+    const Values v = random_values(random, 1.0);
+    expect_correct_jacobians(
+        AccelerometerFactor(R(0), key::acc_bias, random.vector3(9.0), gravity_n(9.8), kUnit), v);
+    expect_correct_jacobians(
+        MeanAccelerometerFactor(R(0), key::acc_bias, random.vector3(9.0), random.matrix3(),
+                                gravity_n(9.8), kUnit),
+        v);
+  }
+}
+
+TEST(AccelerometerFactor, a_level_sensor_at_rest_reads_plus_g_on_z) {
+  Values v;
+  v.insert(R(0), Rot3());
+  v.insert(key::acc_bias, Vector3(0.1, 0.2, 0.3));
+  const AccelerometerFactor f(R(0), key::acc_bias, Vector3(0.1, 0.2, 9.8 + 0.3), gravity_n(9.8),
+                              kUnit);
+  EXPECT_LT(evaluate(f, stored_values(f, v)).norm(), 1e-15);
+}
+
+TEST(MagnetometerFactor, jacobians_are_correct) {
+  RandomValue random(2);
+  for (int i = 0; i < kTrials; ++i) {
+    const Values v = random_values(random, 1.0);
+    expect_correct_jacobians(MagnetometerFactor(R(0), key::distortion, key::mag_bias, key::dip,
+                                                random.vector3(30.0), kUnit),
+                             v);
+    expect_correct_jacobians(
+        MeanMagnetometerFactor(R(0), key::distortion, key::mag_bias, key::dip,
+                               random.vector3(30.0), random.matrix3(), kUnit),
+        v);
+  }
+}
+
+TEST(MagnetometerFactor, a_level_sensor_facing_north_reads_north_and_down) {
+  Values v;
+  v.insert(R(0), Rot3());
+  v.insert(key::distortion, Matrix3(50.0 * Matrix3::Identity()));
+  v.insert(key::mag_bias, Vector3(1.0, 2.0, 3.0));
+  v.insert(key::dip, 60.0 * kDegree);
+  const MagnetometerFactor f(R(0), key::distortion, key::mag_bias, key::dip,
+                             Vector3(1.0, 25.0 + 2.0, -25.0 * std::sqrt(3.0) + 3.0), kUnit);
+  EXPECT_LT(evaluate(f, stored_values(f, v)).norm(), 1e-13);
+}
+
+TEST(GyroscopeFactor, jacobians_are_correct_for_small_and_large_steps) {
+  RandomValue random(3);
+  for (int i = 0; i < kTrials; ++i) {
+    const Values v = random_values(random, i % 2 == 0 ? 0.01 : 0.8);
+    expect_correct_jacobians(
+        GyroscopeFactor(R(0), R(1), key::gyr_bias, random.vector3(), 0.5, kUnit), v);
+  }
+}
+
+PreintegratedGyroscope integrate_random(RandomValue& random, const Vector3& bias, int samples,
+                                        double dt_s) {
+  PreintegratedGyroscope p(bias);
+  for (int i = 0; i < samples; ++i) p.integrate(random.vector3(1.5), dt_s);
+  return p;
+}
+
+TEST(PreintegratedGyroscopeFactor, jacobians_are_correct) {
+  RandomValue random(4);
+  for (int i = 0; i < kTrials; ++i) {
+    const Values v = random_values(random, 0.3);
+    const PreintegratedGyroscope p = integrate_random(random, random.vector3(0.05), 8, 0.0125);
+    // A density that makes the whitening near 1; the check is on the residual before whitening.
+    expect_correct_jacobians(PreintegratedGyroscopeFactor(R(0), R(1), key::gyr_bias, p, 1.0), v);
+  }
+}
+
+TEST(PreintegratedGyroscope, bias_jacobian_agrees_with_reintegration) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    RandomValue random(seed);
+    const Vector3 shift = RandomValue(seed + 100).vector3(1e-4);
+    RandomValue again(seed);
+    const PreintegratedGyroscope a = integrate_random(random, Vector3::Zero(), 16, 0.0125);
+    const PreintegratedGyroscope b = integrate_random(again, shift, 16, 0.0125);
+    const Rot3 predicted = a.delta() * Rot3::Exp(a.bias_jacobian() * shift);
+    EXPECT_LT((predicted.inverse() * b.delta()).Log().norm(), 1e-8);
+    EXPECT_GT((a.delta().inverse() * b.delta()).Log().norm(), 1e-6);
+  }
+}
+
+TEST(PreintegratedGyroscope, covariance_agrees_with_monte_carlo) {
+  constexpr int kSamples = 16, kRuns = 20000;
+  constexpr double kDt = 0.0125, kDensity = 0.02;
+  RandomValue random(7);
+  std::vector<Vector3> rates;
+  PreintegratedGyroscope clean(Vector3::Zero());
+  for (int i = 0; i < kSamples; ++i) {
+    rates.push_back(random.vector3(3.0));
+    clean.integrate(rates.back(), kDt);
+  }
+  Matrix3 sum = Matrix3::Zero();
+  for (int run = 0; run < kRuns; ++run) {
+    PreintegratedGyroscope noisy(Vector3::Zero());
+    for (const Vector3& w : rates) {
+      noisy.integrate(w + random.vector3(kDensity / std::sqrt(kDt)), kDt);
+    }
+    const Vector3 e = (clean.delta().inverse() * noisy.delta()).Log();
+    sum += e * e.transpose();
+  }
+  const Matrix3 expected = clean.unit_covariance() * kDensity * kDensity;
+  EXPECT_LT((sum / kRuns - expected).norm(), 0.04 * expected.norm());
+}
+
+TEST(PreintegratedGyroscope, one_sample_equals_the_gyroscope_factor) {
+  RandomValue random(8);
+  const Values v = random_values(random, 0.01);
+  constexpr double kDt = 0.0125;
+  const Vector3 gyr = random.vector3();
+  PreintegratedGyroscope p(v.at<Vector3>(key::gyr_bias));
+  p.integrate(gyr, kDt);
+  const GyroscopeFactor single(R(0), R(1), key::gyr_bias, gyr, kDt, kUnit);
+  const PreintegratedGyroscopeFactor pre(R(0), R(1), key::gyr_bias, p, 1.0);
+  const Vector3 a = evaluate(single, stored_values(single, v));
+  const Vector3 b = evaluate(pre, stored_values(pre, v));
+  EXPECT_LT((a + b / kDt).norm(), 0.03 * a.norm());  // equal to first order in the rotation
+}
+
+TEST(PriorFactor, jacobians_are_correct_for_every_type_of_variable) {
+  RandomValue random(5);
+  for (int i = 0; i < kTrials; ++i) {
+    const Values v = random_values(random, 1.0);
+    expect_correct_jacobians(
+        PriorFactor<Rot3>(R(0), v.at<Rot3>(R(0)) * Rot3::Exp(random.vector3(0.7)), kUnit), v);
+    expect_correct_jacobians(PriorFactor<Vector3>(key::mag_bias, random.vector3(), kUnit), v);
+    expect_correct_jacobians(PriorFactor<Matrix3>(key::distortion, random.matrix3(), {}), v);
+    expect_correct_jacobians(PriorFactor<double>(key::dip, random.number(), {}), v);
+  }
+}
+
+TEST(RelativeRotationFactor, jacobians_are_correct) {
+  RandomValue random(6);
+  for (int i = 0; i < kTrials; ++i) {
+    const Values v = random_values(random, 1.0);
+    const Rot3 iRj = v.at<Rot3>(R(0)).inverse() * v.at<Rot3>(R(1));
+    expect_correct_jacobians(
+        RelativeRotationFactor(R(0), R(1), iRj * Rot3::Exp(random.vector3(0.6)), kUnit), v);
+  }
+}
+
+}  // namespace
+}  // namespace magimu

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Compiles every factor's header on its own account.
 #include "factors/accelerometer_factor.h"
+#include "factors/field_direction_factor.h"
+#include "factors/field_rotation_factor.h"
 #include "factors/gyroscope_factor.h"
 #include "factors/keys.h"
 #include "factors/magnetometer_factor.h"

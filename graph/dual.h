@@ -57,9 +57,14 @@ struct Dual {
   }
   friend Dual log(const Dual& a) { return {std::log(a.v), a.d / a.v}; }
   friend Dual pow(const Dual& a, double p) {
-    return {std::pow(a.v, p), a.d * (p * std::pow(a.v, p - 1.0))};
+    return {std::pow(a.v, p), a.d * (p == 0.0 ? 0.0 : p * std::pow(a.v, p - 1.0))};
   }
-  friend Dual pow(const Dual& a, const Dual& b) { return exp(b * log(a)); }
+  // A constant exponent serves any base; one that varies, only a positive base.
+  friend Dual pow(const Dual& a, const Dual& b) {
+    Dual y = pow(a, b.v);
+    if ((b.d != 0.0).any()) y.d += b.d * (y.v * std::log(a.v));
+    return y;
+  }
   friend Dual sin(const Dual& a) { return {std::sin(a.v), a.d * std::cos(a.v)}; }
   friend Dual cos(const Dual& a) { return {std::cos(a.v), a.d * -std::sin(a.v)}; }
   friend Dual atan(const Dual& a) { return {std::atan(a.v), a.d / (1.0 + a.v * a.v)}; }

@@ -25,6 +25,8 @@ class LinearSystem {
   // The whitened residuals before robust weights, in the order of the rows.
   VectorXd whitened_residuals(const Values& values) const;
 
+  // First row of a batch's factors; they follow each other in the order of the batch.
+  int first_row(std::size_t batch) const { return parts_[batch].first_row; }
   int rows() const { return int(row_start_.size()) - 1; }
   int cols() const { return cols_; }
   // Row i has the entries row_start()[i] <= e < row_start()[i + 1], in no particular order.

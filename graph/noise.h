@@ -34,8 +34,8 @@ struct Loss {
       case Kind::kCauchy:
         return k2 * std::log1p(s / k2);
       case Kind::kTukey: {
-        const double u = 1.0 - std::min(1.0, s / k2);
-        return k2 / 3.0 * (1.0 - u * u * u);
+        const double x = std::min(1.0, s / k2);  // multiplied out: small s keep their digits
+        return k2 * x * (1.0 - x * (1.0 - x / 3.0));
       }
       case Kind::kNone:
         break;

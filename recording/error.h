@@ -11,28 +11,28 @@ namespace magimu {
 class InputError : public std::runtime_error {
  public:
   // line and column count from 1; 0: not known.
-  InputError(const std::string& file, long line, long column, const std::string& problem,
-             const std::string& remedy)
-      : std::runtime_error(format(file, line, column, problem, remedy)),
-        file(file),
-        line(line),
-        column(column),
-        problem(problem),
-        remedy(remedy) {}
+  InputError(const std::string& in_file, long at_line, long at_column,
+             const std::string& what_is_wrong, const std::string& what_to_do)
+      : std::runtime_error(format(in_file, at_line, at_column, what_is_wrong, what_to_do)),
+        file(in_file),
+        line(at_line),
+        column(at_column),
+        problem(what_is_wrong),
+        remedy(what_to_do) {}
 
   std::string file;
   long line, column;
   std::string problem, remedy;
 
  private:
-  static std::string format(const std::string& file, long line, long column,
-                            const std::string& problem, const std::string& remedy) {
-    std::string s = file;
-    if (line > 0) s += ":" + std::to_string(line);
-    if (column > 0) s += ":" + std::to_string(column);
+  static std::string format(const std::string& in_file, long at_line, long at_column,
+                            const std::string& what_is_wrong, const std::string& what_to_do) {
+    std::string s = in_file;
+    if (at_line > 0) s += ":" + std::to_string(at_line);
+    if (at_column > 0) s += ":" + std::to_string(at_column);
     if (!s.empty()) s += ": ";
-    s += problem;
-    if (!remedy.empty()) s += "; " + remedy;
+    s += what_is_wrong;
+    if (!what_to_do.empty()) s += "; " + what_to_do;
     return s;
   }
 };

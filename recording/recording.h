@@ -20,6 +20,7 @@ struct VectorSeries {
 
   std::size_t size() const { return t.size(); }
   bool empty() const { return t.empty(); }
+  // One sample more; its time is after the last one's.
   void push_back(double time, const Vector3& value) {
     t.push_back(time);
     v.push_back(value);
@@ -38,7 +39,9 @@ struct MotionTruth {
   std::vector<double> t;
   std::vector<Rot3> nRb;          // sensor to a fixed frame; not necessarily our frame n
   std::vector<Vector3> position;  // m, in that frame; empty if unknown
-  std::vector<bool> valid;        // false where the cameras lost the markers
+  std::vector<bool> valid;        // false where the cameras lost the markers: nRb is then the
+                                  // identity and position what the file has, NaN as a rule
+  std::vector<bool> moving;       // the phase that counts in a benchmark; empty if unknown
 };
 
 struct Recording {
@@ -50,13 +53,13 @@ struct Recording {
   std::map<std::string, ScalarSeries> aux;  // "temp" K or deg C, "current" A
   std::optional<VectorSeries> pos;          // m, where a file has pos_x..z
   std::optional<MotionTruth> truth;
-  std::vector<std::string> notes;           // what the reader did, in words: column mapping, ...
+  std::vector<std::string> notes;  // what the reader did, in words: column mapping, ...
 
   // Seconds from the first to the last IMU sample.
   double duration_s() const;
 };
 
-// The part t0 <= t < t1 of every series.
+// The part t0 <= t < t1 of every series, truth included; times stay as they are.
 Recording slice(const Recording& recording, double t0, double t1);
 
 }  // namespace magimu

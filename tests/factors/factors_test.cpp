@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "factors/accelerometer_factor.h"
+#include "factors/field_direction_factor.h"
+#include "factors/field_rotation_factor.h"
 #include "factors/gyroscope_factor.h"
 #include "factors/keys.h"
 #include "factors/magnetometer_factor.h"
@@ -163,6 +165,34 @@ TEST(PriorFactor, jacobians_are_correct_for_every_type_of_variable) {
     expect_correct_jacobians(PriorFactor<Vector3>(key::mag_bias, random.vector3(), kUnit), v);
     expect_correct_jacobians(PriorFactor<Matrix3>(key::distortion, random.matrix3(), {}), v);
     expect_correct_jacobians(PriorFactor<double>(key::dip, random.number(), {}), v);
+  }
+}
+
+TEST(FieldDirectionFactor, jacobians_are_correct) {
+  RandomValue random(9);
+  for (int i = 0; i < kTrials; ++i) {
+    Values v;
+    Vec<double, 6> lower;
+    lower << random.vector3(10.0), random.vector3(10.0);
+    v.insert({'L', 0}, lower);
+    v.insert({'m', 0}, random.vector3(5.0));
+    v.insert({'u', 0}, Vector2(random.number(0.5), random.number(0.5)));
+    expect_correct_jacobians(
+        FieldDirectionFactor({'L', 0}, {'m', 0}, {'u', 0}, random.vector3(30.0),
+                             random.vector3().normalized(), kUnit),
+        v);
+  }
+}
+
+TEST(FieldRotationFactor, jacobians_are_correct) {
+  RandomValue random(10);
+  for (int i = 0; i < kTrials; ++i) {
+    const Values v = random_values(random, 0.3);
+    const PreintegratedGyroscope p = integrate_random(random, random.vector3(0.05), 8, 0.0125);
+    expect_correct_jacobians(
+        FieldRotationFactor(R(0), key::gyr_bias, random.vector3().normalized(),
+                            random.vector3().normalized(), p, kUnit),
+        v);
   }
 }
 

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// `magimu calibrate REC... -o CAL.json`
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include "apps/calibration_table.h"
+#include "apps/commands.h"
+#include "calibration/calibrate.h"
+#include "calibration/calibration_json.h"
+#include "recording/atomic_file.h"
+#include "recording/read.h"
+
+namespace magimu::apps {
+namespace {
+
+struct Arguments {
+  std::vector<std::string> recordings;
+  std::string output, trajectory, backend = "auto";
+  std::vector<double> noise;
+  double dip_deg = 0.0;
+  bool has_dip = false, json = false, quiet = false;
+  int threads = 0;
+  CalibrationOptions options;
+};
+
+Backend backend_named(const std::string& name) {
+  if (name == "cholmod") return Backend::kCholmod;
+  if (name == "spqr") return Backend::kSpqr;
+  if (name == "eigen") return Backend::kEigen;
+  return Backend::kAuto;
+}
+
+std::string trajectory_csv(const Calibration& c) {
+  const bool several = c.trajectories.size() > 1;
+  std::string out = several ? "recording,t,qw,qx,qy,qz\n" : "t,qw,qx,qy,qz\n";
+  for (std::size_t r = 0; r < c.trajectories.size(); ++r) {
+    const TrajectoryEstimate& trajectory = c.trajectories[r];
+    for (std::size_t k = 0; k < trajectory.t.size(); ++k) {
+      if (several) out += fmt::format("{},", r);
+      const Vector4& q = trajectory.nRb[k].quaternion();
+      out += fmt::format("{},{},{},{},{}\n", trajectory.t[k], q[0], q[1], q[2], q[3]);
+    }
+  }
+  return out;
+}
+
+int run(Arguments& args) {
+  std::optional<tbb::global_control> limit;
+  if (args.threads > 0) {
+    limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
+  }
+  if (!args.noise.empty()) {
+    args.options.noise = NoiseDensities{args.noise[0], args.noise[1], args.noise[2]};
+  }
+  if (args.has_dip) args.options.initialization.dip_rad = args.dip_deg * kDegree;
+  args.options.optimizer.backend = backend_named(args.backend);
+
+  std::vector<Recording> recordings;
+  for (const std::string& path : args.recordings) {
+    recordings.push_back(read_recording(path));
+    if (args.quiet) continue;
+    for (const std::string& note : recordings.back().notes) {
+      fmt::print(stderr, "{}: {}\n", recordings.back().name, note);
+    }
+  }
+  std::vector<const Recording*> pointers;
+  for (const Recording& r : recordings) pointers.push_back(&r);
+
+  const Calibration c = calibrate(pointers, args.options);
+  const std::string json = to_json(c).dump(2) + "\n";
+  if (!args.output.empty()) write_atomically(args.output, json);
+  if (!args.trajectory.empty()) write_atomically(args.trajectory, trajectory_csv(c));
+  if (args.json) {
+    fmt::print("{}", json);
+  } else if (!args.quiet) {
+    fmt::print("{}", calibration_table(c));
+  }
+  if (c.trust.verdict != Verdict::kNo) return kDone;
+  fmt::print(stderr, "magimu: do not use this calibration: {}\n", c.trust.reasons.front());
+  return kNoAnswer;
+}
+
+}  // namespace
+
+void add_calibrate(CLI::App& app, int& exit_code) {
+  auto args = std::make_shared<Arguments>();
+  CLI::App* cmd = app.add_subcommand(
+      "calibrate", "Estimate biases, distortion and dip from recordings of one device");
+  cmd->footer(
+      "Example: magimu calibrate hand_rotation.csv -o cal.json\n"
+      "Turn the sensor on the spot, slowly, about all three of its axes, for a minute or more.\n"
+      "Exit code 1: the data do not permit a calibration (the file is written all the same,\n"
+      "marked \"no\"); 2: wrong usage or unreadable input.");
+  cmd->add_option("recordings", args->recordings, "CSV, or HDF5 or MATLAB files of the BROAD set")
+      ->required()
+      ->type_name("REC");
+  cmd->add_option("-o,--output", args->output, "write the calibration here")->type_name("CAL.json");
+  cmd->add_option("--trajectory", args->trajectory, "write the estimated orientations here")
+      ->type_name("T.csv");
+  cmd->add_option("--noise", args->noise,
+                  "noise densities per sqrt(Hz): m/s^2 rad/s uT (default: estimated)")
+      ->expected(3)
+      ->check(CLI::PositiveNumber)
+      ->type_name("ACC GYR MAG");
+  cmd->add_option_function<double>(
+         "--dip",
+         [args](double dip) {
+           args->dip_deg = dip;
+           args->has_dip = true;
+         },
+         "start from this dip, degrees, positive downward (default: from the data)")
+      ->check(CLI::Range(-89.9, 89.9))
+      ->type_name("DEG");
+  cmd->add_option("--gravity", args->options.gravity, "local gravity, m/s^2")
+      ->capture_default_str()
+      ->check(CLI::Range(9.7, 9.9))
+      ->type_name("G");
+  cmd->add_option("--node-every", args->options.node_every,
+                  "magnetometer samples per node; all samples are averaged in (0: automatic)")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1000))
+      ->type_name("N");
+  cmd->add_option("--solver", args->backend, "linear back end")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "cholmod", "spqr", "eigen"}));
+  cmd->add_option("--threads", args->threads, "use at most so many threads (0: all)")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  cmd->add_flag("--json", args->json, "print the calibration file instead of the table");
+  cmd->add_flag("-q,--quiet", args->quiet, "print nothing but errors");
+  cmd->callback([args, &exit_code] { exit_code = run(*args); });
+}
+
+}  // namespace magimu::apps

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/calibration_table.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace magimu::apps {
+namespace {
+
+// Digits after the point that show two figures of the uncertainty.
+int decimals(double sigma) {
+  if (!(sigma > 0.0) || !std::isfinite(sigma)) return 6;
+  return std::clamp(1 - int(std::floor(std::log10(sigma))), 0, 9);
+}
+
+std::string with_sigma(double value, double sigma) {
+  const int n = decimals(sigma);
+  return fmt::format("{:>12.{}f} ± {:<10.{}f}", value, n, sigma, n);
+}
+
+void add_vector(std::string& out, const Calibration& c, const std::string& label,
+                const std::string& name, const Vector3& value, const std::string& unit) {
+  const char* axes = "xyz";
+  for (int i = 0; i < 3; ++i) {
+    out += fmt::format("  {:<22}{}   {} {}\n", i == 0 ? label : "", axes[i],
+                       with_sigma(value[i], c.sigma(fmt::format("{}[{}]", name, i))), unit);
+  }
+}
+
+void add_matrix(std::string& out, const Calibration& c, std::size_t m) {
+  for (int i = 0; i < 3; ++i) {
+    out += fmt::format("  {:<22}    ", i == 0 ? "distortion D" : "");
+    for (int j = 0; j < 3; ++j) {
+      const double sigma = c.sigma(fmt::format("magnetometers[{}].distortion[{}][{}]", m, i, j));
+      out += with_sigma(c.parameters.mag[m].distortion(i, j), sigma);
+    }
+    out += i == 0 ? " uT\n" : "\n";
+  }
+}
+
+}  // namespace
+
+std::string calibration_table(const Calibration& c) {
+  std::string out;
+  out += fmt::format("{} samples, {} nodes, {} iterations, {:.2f} s; motion model: {}\n\n",
+                     c.samples, c.nodes, c.fit.iterations, c.seconds, c.motion);
+  out += "Parameter                     value ± sigma (robust; IMU frame unless said)\n";
+  add_vector(out, c, "accelerometer bias", "accelerometer.bias", c.parameters.acc_bias, "m/s^2");
+  add_vector(out, c, "gyroscope bias", "gyroscope.bias", c.parameters.gyr_bias, "rad/s");
+  for (std::size_t m = 0; m < c.parameters.mag.size(); ++m) {
+    if (c.parameters.mag.size() > 1) out += fmt::format("  {}:\n", c.mag_names[m]);
+    add_vector(out, c, "magnetometer bias", fmt::format("magnetometers[{}].bias", m),
+               c.parameters.mag[m].bias, "uT");
+    add_matrix(out, c, m);
+  }
+  for (const FieldEstimate& f : c.fields) {
+    out += fmt::format("  {:<22}    {} deg{}\n", "dip (down positive)",
+                       with_sigma(f.dip_rad / kDegree, f.dip_sigma_rad / kDegree),
+                       c.fields.size() > 1 ? "  " + f.recording : "");
+  }
+  out += fmt::format("  {:<22}    {} uT\n", "field strength", with_sigma(c.strength_uT, c.strength_sigma_uT));
+  out += "  To use it: the unit field in the IMU frame is D^-1 (mag - magnetometer bias).\n\n";
+
+  out += fmt::format("Noise ({}), per sqrt(Hz): acc {:.3g} m/s^2, gyr {:.3g} rad/s, mag {:.3g} uT\n",
+                     c.noise_given ? "given" : "estimated from rests and residuals", c.noise.acc,
+                     c.noise.gyr, c.noise.mag);
+  out += fmt::format(
+      "Residuals (1 = as the noise predicts; lag 1 near 0 = white):"
+      " acc {:.2f} ({:+.2f}), gyr {:.2f} ({:+.2f}), mag {:.2f} ({:+.2f})\n",
+      c.residuals[0].rms, c.residuals[0].lag1, c.residuals[1].rms, c.residuals[1].lag1,
+      c.residuals[2].rms, c.residuals[2].lag1);
+  out += fmt::format("{}\n\n", c.fit.message);
+  for (const std::string& w : c.warnings) out += "Warning: " + w + "\n";
+  out += fmt::format("Trust: {}\n", to_string(c.trust.verdict));
+  for (const std::string& reason : c.trust.reasons) out += "  - " + reason + "\n";
+  return out;
+}
+
+}  // namespace magimu::apps

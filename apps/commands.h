@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The subcommands of `magimu`: each adds itself to the command line, and its callback sets the exit
+// code: 0 done, 1 the data do not permit an answer, 2 wrong usage or unreadable input.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace magimu::apps {
+
+enum ExitCode { kDone = 0, kNoAnswer = 1, kUnusable = 2 };
+
+void add_calibrate(CLI::App& app, int& exit_code);
+void add_simulate(CLI::App& app, int& exit_code);
+
+}  // namespace magimu::apps

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <exception>
+
+#include "apps/commands.h"
+#include "recording/error.h"
+
+int main(int argc, char** argv) {
+  using namespace magimu::apps;
+  CLI::App app{"Calibrates magnetometers and IMUs together, and says how sure it is."};
+  app.set_version_flag("--version", std::string("magimu ") + MAGIMU_VERSION);
+  app.require_subcommand(1);
+  app.footer(
+      "Example: magimu simulate -o rec.csv --motion hand && magimu calibrate rec.csv -o cal.json");
+  int exit_code = kDone;
+  add_calibrate(app, exit_code);
+  add_simulate(app, exit_code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kUnusable;
+  } catch (const magimu::InputError& error) {
+    fmt::print(stderr, "magimu: {}\n", error.what());
+    return kUnusable;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "magimu: out of memory; use fewer nodes (--node-every) or a part of the data\n");
+    return kUnusable;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "magimu: internal error: {}\n", error.what());
+    return kUnusable;
+  }
+  return exit_code;
+}

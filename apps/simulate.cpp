@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// `magimu simulate -o REC.csv`
+#include <fmt/format.h>
+
+#include "apps/commands.h"
+#include "recording/atomic_file.h"
+#include "recording/csv.h"
+#include "sim/simulate.h"
+#include "sim/truth_json.h"
+
+namespace magimu::apps {
+namespace {
+
+struct Arguments {
+  std::string output, truth, motion = "paper";
+  std::vector<double> noise;
+  bool quiet = false;
+  SimulationOptions options;
+};
+
+int run(Arguments& args) {
+  args.options.motion =
+      args.motion == "hand" ? SimulatedMotion::kHand : SimulatedMotion::kPaper;
+  if (!args.noise.empty()) args.options.noise = {args.noise[0], args.noise[1], args.noise[2]};
+  const Simulation s = simulate(args.options);
+  write_csv(s.recording, args.output);
+  if (!args.truth.empty()) {
+    write_atomically(args.truth, to_json(s.truth, args.options).dump(2) + "\n");
+  }
+  if (!args.quiet) {
+    fmt::print("{}: {:.0f} s of {} motion at {:g} Hz, {} samples, seed {}\n", args.output,
+               s.recording.duration_s(), args.motion, args.options.rate_hz, s.recording.gyr.size(),
+               args.options.seed);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app, int& exit_code) {
+  auto args = std::make_shared<Arguments>();
+  args->options.gravity = kStandardGravity;  // as calibrate assumes; the paper's study has 9.8
+  CLI::App* cmd = app.add_subcommand("simulate", "Make a recording whose truth is known");
+  cmd->footer("Example: magimu simulate -o rec.csv --truth truth.json --motion hand --rate 100");
+  cmd->add_option("-o,--output", args->output, "the recording")->required()->type_name("REC.csv");
+  cmd->add_option("--truth", args->truth, "write the true parameters here")->type_name("T.json");
+  cmd->add_option("--seed", args->options.seed, "names the data set")->capture_default_str();
+  cmd->add_option("--rate", args->options.rate_hz, "IMU samples a second")
+      ->capture_default_str()
+      ->type_name("HZ");
+  cmd->add_option("--mag-ratio", args->options.mag_ratio, "IMU samples per magnetometer sample")
+      ->capture_default_str()
+      ->type_name("N");
+  cmd->add_option("--motion", args->motion,
+                  "paper: six slow turns; hand: turned in the hands, with rests")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"paper", "hand"}));
+  cmd->add_option("--duration", args->options.duration_s, "seconds (0: the motion's own)")
+      ->capture_default_str()
+      ->type_name("S");
+  cmd->add_option("--rest", args->options.rest_s, "seconds at rest first (-1: the motion's own)")
+      ->capture_default_str()
+      ->type_name("S");
+  cmd->add_option("--noise", args->noise, "noise densities per sqrt(Hz): m/s^2 rad/s uT")
+      ->expected(3)
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("ACC GYR MAG");
+  cmd->add_option("--magnetometers", args->options.magnetometers, "how many, on one board")
+      ->capture_default_str()
+      ->type_name("N");
+  cmd->add_option("--gravity", args->options.gravity, "m/s^2; the paper's study has 9.8")
+      ->capture_default_str()
+      ->type_name("G");
+  cmd->add_flag("-q,--quiet", args->quiet, "print nothing but errors");
+  cmd->callback([args, &exit_code] { exit_code = run(*args); });
+}
+
+}  // namespace magimu::apps

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Calibration of an accelerometer, a gyroscope and one or more magnetometers from recordings of
+// someone turning them: Algorithm 1 of Huang et al. 2025, initialization and joint maximum a
+// posteriori estimate of trajectory and parameters, with the noise estimated where it is not given,
+// and with a verdict.
+//
+//   const Recording recording = read_recording("hand_rotation.csv");
+//   const Calibration calibration = calibrate(recording);
+//   if (calibration.trust.verdict == Verdict::kNo) ...
+//   const Vector3 field = calibration.parameters.mag[0].distortion.inverse() * (mag - bias);
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "calibration/calibration.h"
+#include "calibration/initialize.h"
+#include "recording/recording.h"
+
+namespace magimu {
+
+struct CalibrationOptions {
+  // Noise densities, per sqrt(Hz); where nothing is given they are estimated from rests, then from
+  // the residuals.
+  std::optional<NoiseDensities> noise;
+  double gravity = kStandardGravity;  // m/s^2
+  // Magnetometer samples a node; 0: every sample up to 100 Hz, fewer nodes above (about 36 Hz).
+  // All samples are used in any case, as means about the nodes.
+  int node_every = 0;
+  InitializationOptions initialization;
+  OptimizerOptions optimizer;
+  // Blocks of the robust covariance; longer than the residuals stay correlated.
+  double block_s = 5.0;
+};
+
+// Throws InputError if a recording has too little in it to begin with (no magnetometer, less than
+// a few seconds); everything else is told by the result's trust.
+Calibration calibrate(const Recording& recording, const CalibrationOptions& options = {});
+Calibration calibrate(const std::vector<const Recording*>& recordings,
+                      const CalibrationOptions& options = {});
+
+}  // namespace magimu

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a calibration is: parameters with their uncertainty, the noise assumed, how the fit went,
+// and whether to believe it. One struct, written as JSON by calibration_json.h.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "factors/sensor_model.h"
+#include "solvers/levenberg_marquardt.h"
+
+namespace magimu {
+
+enum class Verdict { kYes, kLimited, kNo };
+std::string to_string(Verdict verdict);
+
+// May one believe it, and why not.
+struct Trust {
+  Verdict verdict = Verdict::kYes;
+  std::vector<std::string> reasons;  // sentences, the gravest first
+
+  void lower(Verdict to, const std::string& reason);
+};
+
+// Whitened residuals of one sensor: with the right model and noise, rms is 1 and lag1 near 0.
+struct ResidualSummary {
+  double rms = 0.0;
+  double lag1 = 0.0;      // correlation of neighbouring nodes' residuals
+  double rms_unit = 0.0;  // the same in the sensor's units, per sample mean of a node
+};
+
+// The estimated motion of one recording.
+struct TrajectoryEstimate {
+  std::string recording;
+  std::vector<double> t;
+  std::vector<Rot3> nRb;
+};
+
+// One recording's field.
+struct FieldEstimate {
+  std::string recording;
+  double dip_rad = 0.0, dip_sigma_rad = 0.0, dip_sigma_model_rad = 0.0;
+};
+
+struct Calibration {
+  SensorParameters parameters;  // dip_rad: of the first recording
+  std::vector<std::string> mag_names;
+  std::vector<FieldEstimate> fields;  // one a recording
+  double strength_uT = 0.0;           // cube root of det D of the first magnetometer
+  double strength_sigma_uT = 0.0, strength_sigma_model_uT = 0.0;
+
+  // Joint covariance: order names each row ("magnetometers[0].distortion[2][1]"); dips in degrees,
+  // everything else in the units of `parameters`. robust: sandwich over blocks of seconds, the one
+  // to use; model: what white noise of the densities below would give. Undetermined directions
+  // count as zero in both and are named in `undetermined`.
+  std::vector<std::string> order;
+  MatrixXd covariance, covariance_model;
+  std::vector<std::string> undetermined;
+
+  NoiseDensities noise;
+  bool noise_given = false;
+  double gravity = kStandardGravity;
+  std::string motion = "rotation";
+
+  int samples = 0;  // IMU samples
+  int nodes = 0;
+  int node_every = 1;  // magnetometer samples a node
+  Result fit;          // its values hold every variable of the graph
+  std::array<ResidualSummary, 3> residuals;  // acc, gyr, mag
+  Trust trust;
+  std::vector<std::string> warnings;
+  std::vector<TrajectoryEstimate> trajectories;  // one a recording
+  double seconds = 0.0;
+
+  // Standard deviations of the parameter with this name in `order`.
+  double sigma(const std::string& name) const;
+  double sigma_model(const std::string& name) const;
+};
+
+}  // namespace magimu

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/initialize.h"
+
+#include "calibration/alignment.h"
+#include "calibration/attitude.h"
+#include "calibration/rests.h"
+
+namespace magimu {
+namespace {
+
+// Mean rate over the rests of all recordings; zero if none has any.
+Vector3 bias_from_rests(const std::vector<const Recording*>& recordings) {
+  Vector3 sum = Vector3::Zero();
+  int n = 0;
+  for (const Recording* r : recordings) {
+    if (const auto bias = gyr_bias_at_rest(*r, find_rests(*r))) {
+      sum += *bias;
+      ++n;
+    }
+  }
+  return n > 0 ? Vector3(sum / n) : sum;
+}
+
+}  // namespace
+
+InitialGuess initialize(const std::vector<const Recording*>& recordings,
+                        const InitializationOptions& options) {
+  InitialGuess guess;
+  AlignmentOptions align;
+  align.gyr_bias = options.gyr_bias.value_or(bias_from_rests(recordings));
+  align.estimate_gyr_bias = !options.gyr_bias.has_value();
+
+  const std::size_t sensors = recordings.front()->mag.size();
+  guess.parameters.mag.resize(sensors);
+  for (std::size_t m = 0; m < sensors; ++m) {
+    std::vector<Vector3> readings;
+    for (const Recording* r : recordings) {
+      readings.insert(readings.end(), r->mag[m].v.begin(), r->mag[m].v.end());
+    }
+    const IntrinsicCalibration intrinsic = calibrate_intrinsic(readings);
+    const Alignment alignment = align_magnetometer(recordings, m, intrinsic, align);
+    guess.parameters.mag[m] = {intrinsic.distortion * alignment.mRb.matrix(), intrinsic.bias};
+    if (m == 0) {
+      guess.ellipsoid_rms_uT = intrinsic.residual_rms_uT;
+      guess.alignment_rms_rad = alignment.residual_rms_rad;
+      align.gyr_bias = alignment.gyr_bias;  // the others start from the first one's
+    }
+  }
+  guess.parameters.gyr_bias = align.gyr_bias;
+  for (const Recording* r : recordings) {
+    const IntegratedRotation gyr(r->gyr, guess.parameters.gyr_bias);
+    guess.dip_rad.push_back(
+        options.dip_rad.value_or(estimate_dip(*r, guess.parameters, gyr)));
+  }
+  guess.parameters.dip_rad = guess.dip_rad.front();
+  return guess;
+}
+
+Values initial_values(const std::vector<const Recording*>& recordings,
+                      const std::vector<NodePlan>& plans, const InitialGuess& guess) {
+  Values values;
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const IntegratedRotation gyr(recordings[i]->gyr, guess.parameters.gyr_bias);
+    const std::vector<Rot3> attitudes =
+        estimate_attitudes(*recordings[i], guess.parameters, gyr, plans[i].t);
+    for (std::size_t k = 0; k < attitudes.size(); ++k) {
+      values.insert(R(plans[i].first + int(k)), attitudes[k]);
+    }
+  }
+  values.insert(key::acc_bias, guess.parameters.acc_bias);
+  values.insert(key::gyr_bias, guess.parameters.gyr_bias);
+  for (int m = 0; m < int(guess.parameters.mag.size()); ++m) {
+    values.insert(key::distortion_of(m), guess.parameters.mag[std::size_t(m)].distortion);
+    values.insert(key::mag_bias_of(m), guess.parameters.mag[std::size_t(m)].bias);
+  }
+  for (int i = 0; i < int(recordings.size()); ++i) {
+    values.insert(dip_of(i), guess.dip_rad[std::size_t(i)]);
+  }
+  return values;
+}
+
+}  // namespace magimu

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/parameter_names.h"
+
+#include <fmt/format.h>
+
+#include "calibration/rotation_model.h"
+#include "factors/keys.h"
+
+namespace magimu {
+
+std::vector<Key> parameter_keys(int magnetometers, int recordings) {
+  std::vector<Key> keys{key::acc_bias, key::gyr_bias};
+  for (int m = 0; m < magnetometers; ++m) {
+    keys.push_back(key::distortion_of(m));
+    keys.push_back(key::mag_bias_of(m));
+  }
+  for (int r = 0; r < recordings; ++r) keys.push_back(dip_of(r));
+  return keys;
+}
+
+std::vector<std::string> parameter_names(int magnetometers, int recordings) {
+  std::vector<std::string> names;
+  for (int i = 0; i < 3; ++i) names.push_back(fmt::format("accelerometer.bias[{}]", i));
+  for (int i = 0; i < 3; ++i) names.push_back(fmt::format("gyroscope.bias[{}]", i));
+  for (int m = 0; m < magnetometers; ++m) {
+    for (int e = 0; e < 9; ++e) {  // the tangent of D runs column by column
+      names.push_back(fmt::format("magnetometers[{}].distortion[{}][{}]", m, e % 3, e / 3));
+    }
+    for (int i = 0; i < 3; ++i) names.push_back(fmt::format("magnetometers[{}].bias[{}]", m, i));
+  }
+  for (int r = 0; r < recordings; ++r) {
+    names.push_back(recordings == 1 ? "field.dip_deg" : fmt::format("fields[{}].dip_deg", r));
+  }
+  return names;
+}
+
+}  // namespace magimu

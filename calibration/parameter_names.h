@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The parameters' order in the covariance, and their names and units as users meet them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "graph/key.h"
+
+namespace magimu {
+
+// acc_bias, gyr_bias, then distortion and bias of each magnetometer, then the dips.
+std::vector<Key> parameter_keys(int magnetometers, int recordings);
+
+// One name a degree of freedom, in the order of parameter_keys: "accelerometer.bias[0]",
+// "magnetometers[0].distortion[row][column]", "field.dip_deg" ("fields[i].dip_deg" with several
+// recordings).
+std::vector<std::string> parameter_names(int magnetometers, int recordings);
+
+}  // namespace magimu

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Phases in which the sensor lies still, found by the angular rate energy detector (Skog et al.
+// 2010), and what they tell: gyroscope bias and the white noise of each sensor.
+#pragma once
+
+#include <optional>
+
+#include "factors/sensor_model.h"
+#include "recording/recording.h"
+
+namespace magimu {
+
+struct RestOptions {
+  double window_s = 0.5;         // the detector averages over this long
+  double max_rate_rad_s = 0.03;  // RMS deviation of the rate from its own mean within a rest
+  double max_bias_rad_s = 0.2;   // a steady turn faster than any plausible bias is no rest
+  double min_length_s = 1.0;     // shorter phases are not used
+};
+
+struct TimeSpan {
+  double begin_s = 0.0, end_s = 0.0;
+  double length_s() const { return end_s - begin_s; }
+};
+
+std::vector<TimeSpan> find_rests(const Recording& recording, const RestOptions& options = {});
+
+// Mean of the gyroscope over the rests; nothing if there are none.
+std::optional<Vector3> gyr_bias_at_rest(const Recording& recording,
+                                        const std::vector<TimeSpan>& rests);
+
+// Densities from the scatter about each rest's own mean; a density is 0 where the rests have too
+// few samples of that sensor.
+NoiseDensities noise_at_rest(const Recording& recording, const std::vector<TimeSpan>& rests);
+
+}  // namespace magimu

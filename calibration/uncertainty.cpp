@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/uncertainty.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "calibration/parameter_names.h"
+#include "calibration/sensor_rows.h"
+#include "solvers/marginals.h"
+#include "solvers/sandwich.h"
+
+namespace magimu {
+namespace {
+
+// The user's word for a variable.
+std::string spoken(Key key) {
+  switch (key.symbol) {
+    case 'R':
+      return "the orientation";
+    case 'a':
+      return "the accelerometer bias";
+    case 'w':
+      return "the gyroscope bias";
+    case 'D':
+      return "the distortion matrix";
+    case 'm':
+      return "the magnetometer bias";
+    case 'i':
+      return "the dip";
+    default:
+      return to_string(key);
+  }
+}
+
+// Blocks of nodes that last block_s, numbered through all recordings.
+std::vector<int> blocks_of_nodes(const Calibration& c, double block_s, int& blocks) {
+  std::vector<int> block;
+  blocks = 0;
+  for (const TrajectoryEstimate& trajectory : c.trajectories) {
+    const double length = trajectory.t.back() - trajectory.t.front();
+    const int n = std::max(1, int(length / block_s));
+    for (const double t : trajectory.t) {
+      const int b = int((t - trajectory.t.front()) / std::max(length, 1e-9) * n);
+      block.push_back(blocks + std::min(b, n - 1));
+    }
+    blocks += n;
+  }
+  return block;
+}
+
+double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covariance) {
+  // d cbrt(det D) = strength / 3 tr(D^-1 dD); D starts at row 6 of the order.
+  const Matrix3 gradient = D.inverse().transpose() * (strength / 3.0);
+  const Eigen::Map<const Vec<double, 9>> g(gradient.data());
+  return std::sqrt(std::max(0.0, g.dot(covariance.block<9, 9>(6, 6) * g)));
+}
+
+}  // namespace
+
+void fill_uncertainty(Calibration& c, const FactorGraph& graph, const CalibrationOptions& options) {
+  const int magnetometers = int(c.parameters.mag.size()), recordings = int(c.fields.size());
+  const std::vector<Key> keys = parameter_keys(magnetometers, recordings);
+  c.order = parameter_names(magnetometers, recordings);
+
+  const Marginals marginals(graph, c.fit.values, options.optimizer.backend);
+  for (const NullDirection& direction : marginals.null_space()) {
+    c.undetermined.push_back(describe(direction, c.fit.values, spoken));
+  }
+  const MatrixXd H = marginals.determined_columns(keys);
+  c.covariance_model = marginals.determined_covariance(keys);
+
+  LinearSystem system(graph, c.fit.values);
+  system.linearize(c.fit.values);
+  int blocks = 0;
+  const std::vector<int> block_of_node = blocks_of_nodes(c, options.block_s, blocks);
+  const SensorRows rows(graph, system);
+  std::vector<int> block_of_row;
+  for (const int node : rows.node) {
+    block_of_row.push_back(node < 0 ? 0 : block_of_node[std::size_t(node)]);
+  }
+  c.covariance = sandwich_covariance(system, H, block_of_row, blocks);
+
+  VectorXd unit = VectorXd::Ones(Eigen::Index(c.order.size()));
+  unit.tail(recordings).setConstant(1.0 / kDegree);
+  c.covariance = unit.asDiagonal() * c.covariance * unit.asDiagonal();
+  c.covariance_model = unit.asDiagonal() * c.covariance_model * unit.asDiagonal();
+
+  for (int r = 0; r < recordings; ++r) {
+    const Eigen::Index i = unit.size() - recordings + r;
+    c.fields[std::size_t(r)].dip_sigma_rad = std::sqrt(c.covariance(i, i)) * kDegree;
+    c.fields[std::size_t(r)].dip_sigma_model_rad = std::sqrt(c.covariance_model(i, i)) * kDegree;
+  }
+  const Matrix3& D = c.parameters.mag.front().distortion;
+  c.strength_sigma_uT = strength_sigma(D, c.strength_uT, c.covariance);
+  c.strength_sigma_model_uT = strength_sigma(D, c.strength_uT, c.covariance_model);
+}
+
+}  // namespace magimu

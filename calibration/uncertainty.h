@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The uncertainty of a finished fit: covariance of the parameters under the model and robust
+// (sandwich), and the combinations that the data leave undetermined, named.
+#pragma once
+
+#include "calibration/calibrate.h"
+
+namespace magimu {
+
+// Fills order, covariance, covariance_model, undetermined, and the sigmas of field and strength.
+// graph: the one that c.fit optimized.
+void fill_uncertainty(Calibration& c, const FactorGraph& graph, const CalibrationOptions& options);
+
+}  // namespace magimu

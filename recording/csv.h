@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Recordings as CSV: one header line, then one row a time, in the units of recording.h.
+//
+//   t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z
+//   0,0.1,0.2,9.8,0.01,0,0,20.1,3.4,-41
+//   0.01,0.1,0.2,9.8,0.01,0,0,,,             <- the magnetometer has no sample at this time
+//
+// Columns come in any order. An array of magnetometers has mag1_x .. magN_z; temp, current and
+// pos_x..z are optional. Well-known other names (time, ax, Gyro_X, ...) are understood, columns
+// that mean nothing here are ignored, and recording.notes tells of both. Lines that start with '#'
+// and blank lines are skipped; ';' or a tab may stand for the comma if the header has them.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "recording/recording.h"
+
+namespace magimu {
+
+struct CsvOptions {
+  // A file without magnetometer samples is an error. Default true: it is what we calibrate.
+  bool require_mag = true;
+  // The file's column name -> ours ("t", "acc_x", "mag2_z", "temp", ...), for headers that no
+  // alias covers. Default none. An entry wins over names and aliases.
+  std::map<std::string, std::string> columns;
+  // The file's units in ours: 1e-3 for milliseconds, 9.80665 for g, pi/180 for deg/s, 100 for
+  // gauss. Default 1: s, m/s^2, rad/s, uT.
+  double time_unit = 1.0;
+  double acc_unit = 1.0;
+  double gyr_unit = 1.0;
+  double mag_unit = 1.0;
+};
+
+// Reads a file (or a pipe, until its end). InputError with line, field and remedy for what cannot
+// be understood; nothing is guessed or skipped silently.
+Recording read_csv(const std::string& path, const CsvOptions& options = {});
+
+// The recording as CSV, one row for every time at which any sensor has a sample. Numbers are the
+// shortest that read back as the same double. All values must be finite; truth is not written.
+std::string csv_text(const Recording& recording);
+
+// csv_text into a file, whole or not at all (atomic_file.h).
+void write_csv(const Recording& recording, const std::string& path);
+
+}  // namespace magimu

@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Names, aliases and completeness of CSV columns.
+#include "recording/csv_columns.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <initializer_list>
+
+#include "recording/error.h"
+
+namespace magimu {
+namespace {
+
+struct Aliases {
+  const char* name;
+  std::initializer_list<std::string_view> words;
+};
+const Aliases kScalars[] = {
+    {"t", {"t", "time", "timestamp", "t_s", "time_s", "timestamp_s", "seconds"}},
+    {"temp", {"temp", "temperature"}},
+    {"current", {"current", "current_a"}}};
+const Aliases kVectors[] = {{"acc", {"acc", "accel", "accelerometer", "a"}},
+                            {"gyr", {"gyr", "gyro", "gyroscope", "g", "w"}},
+                            {"mag", {"mag", "magnetometer", "m"}},
+                            {"pos", {"pos", "position", "p"}}};
+
+const char* find_alias(std::string_view word, const auto& table) {
+  for (const Aliases& entry : table) {
+    if (std::ranges::find(entry.words, word) != entry.words.end()) return entry.name;
+  }
+  return nullptr;
+}
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+// UTF-8: the bytes of a character after its first.
+bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
+
+// Whether every character has the bytes that its first one announces: messages also go into JSON
+// files, which must be UTF-8.
+bool is_utf8(std::string_view text) {
+  for (std::size_t i = 0; i < text.size();) {
+    const auto first = static_cast<unsigned char>(text[i++]);
+    if (first < 0x80) continue;
+    if (first < 0xC2 || first > 0xF4) return false;
+    for (int more = first < 0xE0 ? 1 : first < 0xF0 ? 2 : 3; more > 0; --more) {
+      if (i == text.size() || !is_continuation(text[i++])) return false;
+    }
+  }
+  return true;
+}
+
+void drop_separator(std::string_view& text) {
+  if (!text.empty() && std::string_view("_. -").find(text.back()) != std::string_view::npos) {
+    text.remove_suffix(1);
+  }
+}
+
+// "mag12" -> 12; "mag" -> -1: the single magnetometer comes before an array's.
+int mag_number(const std::string& name) { return name.size() > 3 ? std::stoi(name.substr(3)) : -1; }
+
+// The work of read_csv_header, step by step.
+class HeaderReader {
+ public:
+  HeaderReader(const std::string& file, long line, const CsvOptions& options)
+      : file_(file), line_(line), options_(options) {}
+
+  CsvColumns read(std::string_view text) {
+    split(text);
+    name_columns();
+    assign();
+    check_options();
+    group();
+    give_slots();
+    note_mapping();
+    return std::move(columns_);
+  }
+
+ private:
+  // How sure it is that a column is what we take it for.
+  enum Claim { kNone, kAlias, kExact, kOption };
+  struct Column {
+    std::string name;  // ours
+    Claim claim = kNone;
+  };
+
+  [[noreturn]] void fail(std::size_t field, const std::string& problem,
+                         const std::string& remedy) const {
+    throw InputError(file_, line_, static_cast<long>(field), problem, remedy);
+  }
+
+  void split(std::string_view text) {
+    for (const char c : {'\t', ';', ','}) {
+      if (text.find(c) != std::string_view::npos) columns_.separator = c;
+    }
+    while (true) {
+      const std::size_t end = text.find(columns_.separator);
+      std::string_view header = csv_trimmed(text.substr(0, end));
+      if (header.size() >= 2 && header.front() == '"' && header.back() == '"') {
+        header = csv_trimmed(header.substr(1, header.size() - 2));
+      }
+      columns_.fields.push_back({std::string(header), CsvColumns::kIgnored, 1.0});
+      if (end == std::string_view::npos) break;
+      text.remove_prefix(end + 1);
+    }
+    const std::string& first = columns_.fields.front().header;
+    if (!first.empty() && first.find_first_not_of("+-.eE0123456789") == std::string::npos) {
+      fail(0, "the first line holds numbers, not the names of the columns",
+           "put a header line above it, such as "
+           "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z (without a leading #)");
+    }
+  }
+
+  void name_columns() {
+    for (const CsvColumns::Field& field : columns_.fields) {
+      Column column;
+      const auto given = options_.columns.find(field.header);
+      if (given != options_.columns.end()) {
+        column = {given->second, kOption};
+        if (csv_column_name(column.name) != column.name) {
+          fail(0,
+               fmt::format("column {} is to be read as {}, which is no name of ours",
+                           csv_quoted(field.header), csv_quoted(column.name)),
+               "use t, acc_x, gyr_x, mag_x, mag1_x, pos_x, temp, current or the like");
+        }
+      } else if (std::string name = csv_column_name(field.header); !name.empty()) {
+        const Claim claim = name == field.header ? kExact : kAlias;
+        column = {std::move(name), claim};
+      }
+      named_.push_back(std::move(column));
+    }
+  }
+
+  // Every name of ours goes to the column with the best claim to it.
+  void assign() {
+    for (std::size_t i = 0; i < named_.size(); ++i) {
+      if (named_[i].claim == kNone) continue;
+      const auto [entry, is_new] = where_.try_emplace(named_[i].name, i);
+      if (is_new) continue;
+      const std::size_t other = entry->second;
+      if (named_[i].claim == named_[other].claim) {
+        fail(i + 1,
+             fmt::format("columns {} ({}) and {} ({}) are both {}", other + 1,
+                         csv_quoted(columns_.fields[other].header), i + 1,
+                         csv_quoted(columns_.fields[i].header), named_[i].name),
+             "delete or rename one of them");
+      }
+      if (named_[i].claim > named_[other].claim) entry->second = i;
+    }
+  }
+
+  std::string headers() const {
+    std::vector<std::string> quoted;
+    for (const auto& field : columns_.fields) quoted.push_back(csv_quoted(field.header));
+    if (quoted.size() > 40) quoted.resize(40);
+    return fmt::format("{}", fmt::join(quoted, ", "));
+  }
+
+  void check_options() const {
+    for (const auto& [header, name] : options_.columns) {
+      if (std::ranges::find(columns_.fields, header, &CsvColumns::Field::header) !=
+          columns_.fields.end()) {
+        continue;
+      }
+      fail(0, fmt::format("there is no column {}, to be read as {}", csv_quoted(header), name),
+           "the columns there are: " + headers());
+    }
+  }
+
+  void group() {
+    if (!where_.contains("t")) {
+      fail(0, "there is no column t, the time; the columns there are: " + headers(),
+           "name the time column t (in seconds), or map it to t");
+    }
+    for (const char* name : {"temp", "current"}) {
+      if (where_.contains(name)) columns_.scalars.emplace_back(name);
+    }
+    std::vector<std::string> mags;
+    for (const auto& [name, field] : where_) {
+      const std::string sensor = name.substr(0, name.find('_'));
+      if (!sensor.starts_with("mag") || std::ranges::find(mags, sensor) != mags.end()) continue;
+      mags.push_back(sensor);
+    }
+    std::ranges::sort(mags, {}, mag_number);
+    add_sensor("acc", true);
+    add_sensor("gyr", true);
+    if (mags.empty() && options_.require_mag) add_sensor("mag", true);
+    for (const std::string& mag : mags) add_sensor(mag, true);
+    columns_.mags = mags.size();
+    add_sensor("pos", false);
+  }
+
+  void add_sensor(const std::string& sensor, bool required) {
+    std::vector<std::string> there, missing;
+    for (const char axis : {'x', 'y', 'z'}) {
+      const std::string name = sensor + '_' + axis;
+      (where_.contains(name) ? there : missing).push_back(name);
+    }
+    if (there.empty() && !required) return;
+    if (there.empty()) {
+      fail(0,
+           fmt::format("the columns {0}_x, {0}_y and {0}_z are missing; the columns there are: {1}",
+                       sensor, headers()),
+           "add them, or map the file's own names to these");
+    }
+    if (!missing.empty()) {
+      fail(where_.at(there.front()) + 1,
+           fmt::format("has {} but no {}", fmt::join(there, " and "),
+                       fmt::join(missing, " and no ")),
+           fmt::format("add the missing column, or rename {} if it is something else",
+                       fmt::join(there, " and ")));
+    }
+    columns_.vectors.push_back(sensor);
+  }
+
+  void give_slots() {
+    give("t", 0, options_.time_unit);
+    for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {
+      const std::string& sensor = columns_.vectors[i];
+      const double unit = sensor == "acc"   ? options_.acc_unit
+                          : sensor == "gyr" ? options_.gyr_unit
+                          : sensor == "pos" ? 1.0
+                                            : options_.mag_unit;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        give(sensor + '_' + "xyz"[axis], columns_.vector_slot(i) + axis, unit);
+      }
+    }
+    for (std::size_t i = 0; i < columns_.scalars.size(); ++i) {
+      give(columns_.scalars[i], columns_.scalar_slot(i), 1.0);
+    }
+  }
+
+  void give(const std::string& name, std::size_t slot, double unit) {
+    CsvColumns::Field& field = columns_.fields[where_.at(name)];
+    field.slot = static_cast<int>(slot);
+    field.unit = unit;
+  }
+
+  void note_mapping() {
+    std::vector<std::string> mapped, ignored;
+    for (std::size_t i = 0; i < named_.size(); ++i) {
+      const CsvColumns::Field& field = columns_.fields[i];
+      if (field.slot == CsvColumns::kIgnored) {
+        ignored.push_back(csv_quoted(field.header));
+      } else if (named_[i].claim != kExact) {
+        mapped.push_back(fmt::format("{} as {}", csv_quoted(field.header), named_[i].name));
+      }
+    }
+    if (!mapped.empty()) {
+      columns_.notes.push_back(fmt::format("columns read: {}", fmt::join(mapped, ", ")));
+    }
+    if (!ignored.empty()) {
+      columns_.notes.push_back(fmt::format("columns ignored: {}", fmt::join(ignored, ", ")));
+    }
+  }
+
+  const std::string& file_;
+  long line_;
+  const CsvOptions& options_;
+  CsvColumns columns_;
+  std::vector<Column> named_;                 // one a field
+  std::map<std::string, std::size_t> where_;  // our name -> field
+};
+
+}  // namespace
+
+std::string csv_column_name(std::string_view header) {
+  std::string lower(header);
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (const char* name = find_alias(lower, kScalars)) return name;
+
+  // A vector's component: sensor, number, axis, with or without separators.
+  std::string_view rest = lower;
+  if (rest.empty() || rest.back() < 'x' || rest.back() > 'z') return {};
+  const char axis = rest.back();
+  rest.remove_suffix(1);
+  drop_separator(rest);
+  std::string number;
+  for (; !rest.empty() && is_digit(rest.back()); rest.remove_suffix(1)) {
+    number.insert(number.begin(), rest.back());
+  }
+  if (!number.empty()) drop_separator(rest);
+  const char* sensor = find_alias(rest, kVectors);
+  if (sensor == nullptr) return {};
+  if (!number.empty()) {
+    if (std::string_view(sensor) != "mag" || number.size() > 6) return {};
+    number = std::to_string(std::stoi(number));  // mag01 is mag1
+  }
+  return sensor + number + '_' + axis;
+}
+
+CsvColumns read_csv_header(std::string_view text, const std::string& file, long line,
+                           const CsvOptions& options) {
+  return HeaderReader(file, line, options).read(text);
+}
+
+std::string csv_quoted(std::string_view text) {
+  constexpr std::size_t kLongest = 40;
+  std::size_t length = std::min(text.size(), kLongest);
+  while (length > 0 && length < text.size() && is_continuation(text[length])) --length;
+  std::string shown(text.substr(0, length));
+  const bool utf8 = is_utf8(shown);
+  for (char& c : shown) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f || (byte > 0x7f && !utf8)) c = '?';
+  }
+  return '"' + shown + (length < text.size() ? "...\"" : "\"");
+}
+
+std::string_view csv_trimmed(std::string_view text) {
+  constexpr std::string_view kBlank = " \t";
+  const std::size_t first = text.find_first_not_of(kBlank);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+}
+
+}  // namespace magimu

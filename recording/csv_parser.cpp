@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Parsing rows: numbers by std::from_chars (exact, fast, the same in every locale).
+#include "recording/csv_parser.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "recording/error.h"
+
+namespace magimu {
+namespace {
+
+bool is_blank(char c) { return c == ' ' || c == '\t'; }
+
+}  // namespace
+
+CsvParser::CsvParser(std::string file, CsvOptions options)
+    : file_(std::move(file)), options_(std::move(options)) {}
+
+void CsvParser::fail(std::size_t field, const std::string& problem,
+                     const std::string& remedy) const {
+  throw InputError(file_, line_, static_cast<long>(field), problem, remedy);
+}
+
+void CsvParser::line(std::string_view text) {
+  ++line_;
+  if (line_ == 1 && text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // byte order mark
+  while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.remove_suffix(1);
+  if (text.find('\0') != std::string_view::npos) {
+    fail(0, "this is binary content, not text",
+         "give a CSV file in UTF-8, or an HDF5 or MAT file of the BROAD data set");
+  }
+  const auto first = std::ranges::find_if_not(text, is_blank);
+  if (first == text.end() || *first == '#') return;
+  has_header_ ? row(text) : header(text);
+}
+
+void CsvParser::header(std::string_view text) {
+  columns_ = read_csv_header(text, file_, line_, options_);
+  has_header_ = true;
+  values_.assign(columns_.slots(), 0.0);
+  present_.assign(columns_.slots(), 0);
+  recording_.notes = columns_.notes;
+  recording_.mag.resize(columns_.mags);
+  for (std::size_t i = 0; i < columns_.mags; ++i) {
+    recording_.mag_names.push_back(columns_.vectors[2 + i]);
+  }
+}
+
+void CsvParser::row(std::string_view text) {
+  std::fill(present_.begin(), present_.end(), 0);
+  const std::size_t expected = columns_.fields.size();
+  const auto count =
+      1 + static_cast<std::size_t>(std::count(text.begin(), text.end(), columns_.separator));
+  if (count != expected) {
+    fail(0, fmt::format("this row has {} fields, the header has {}", count, expected),
+         "complete or delete the row (if it is the last one, the recording was cut off there)");
+  }
+  for (std::size_t field = 0; field < expected; ++field) {
+    const std::size_t end = std::min(text.find(columns_.separator), text.size());
+    if (columns_.fields[field].slot != CsvColumns::kIgnored) number(field, text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  check_time();
+  keep_row();
+}
+
+void CsvParser::number(std::size_t field, std::string_view text) {
+  text = csv_trimmed(text);
+  if (text.empty()) return;
+  const CsvColumns::Field& column = columns_.fields[field];
+  std::string_view digits = text;
+  if (digits.starts_with('+') && !digits.starts_with("+-")) digits.remove_prefix(1);
+  double value = 0.0;
+  const char* const last = digits.data() + digits.size();
+  const auto [end, error] = std::from_chars(digits.data(), last, value);
+  if (error == std::errc::invalid_argument || end != last) {
+    fail(field + 1, fmt::format("{} in column {} is not a number", csv_quoted(text), column.header),
+         "write it like -1.25e-3, or leave the field empty where the sensor has no sample");
+  }
+  value *= column.unit;
+  if (error == std::errc::result_out_of_range || !std::isfinite(value)) {
+    fail(field + 1,
+         fmt::format("{} in column {} is not a finite number", csv_quoted(text), column.header),
+         "leave the field empty where the sensor has no sample");
+  }
+  values_[static_cast<std::size_t>(column.slot)] = value;
+  present_[static_cast<std::size_t>(column.slot)] = 1;
+}
+
+void CsvParser::check_time() const {
+  if (!present_[0]) {
+    fail(field_of(0) + 1, fmt::format("the time (column {}) is empty", header_of(0)),
+         "give every row a time, or delete the row");
+  }
+  if (has_time_ && !(values_[0] > last_time_)) {
+    fail(field_of(0) + 1,
+         fmt::format("the time (column {}) does not increase: {} s comes after {} s", header_of(0),
+                     values_[0], last_time_),
+         "sort the rows by time, delete repeated ones, merge those of one time, and cut the file "
+         "where its clock was set back");
+  }
+}
+
+// Whole samples go to their series; a sensor with an empty field has none at this time.
+void CsvParser::keep_row() {
+  for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {
+    const std::size_t slot = columns_.vector_slot(i);
+    const int axes = present_[slot] + present_[slot + 1] + present_[slot + 2];
+    if (axes == 0 || axes == 3) continue;
+    std::size_t empty = slot, full = slot;
+    while (present_[empty]) ++empty;
+    while (!present_[full]) ++full;
+    fail(field_of(empty) + 1,
+         fmt::format("column {} is empty, but {} is not", header_of(empty), header_of(full)),
+         "give all three axes of a sensor, or none where it has no sample");
+  }
+  has_time_ = true;
+  last_time_ = values_[0];
+  for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {
+    const std::size_t slot = columns_.vector_slot(i);
+    if (!present_[slot]) continue;
+    if (i >= 2 + columns_.mags && !recording_.pos) recording_.pos.emplace();
+    VectorSeries& series = i == 0                  ? recording_.acc
+                           : i == 1                ? recording_.gyr
+                           : i < 2 + columns_.mags ? recording_.mag[i - 2]
+                                                   : *recording_.pos;
+    series.push_back(values_[0], Vector3(values_[slot], values_[slot + 1], values_[slot + 2]));
+  }
+  for (std::size_t i = 0; i < columns_.scalars.size(); ++i) {
+    const std::size_t slot = columns_.scalar_slot(i);
+    if (!present_[slot]) continue;
+    ScalarSeries& series = recording_.aux[columns_.scalars[i]];
+    series.t.push_back(values_[0]);
+    series.v.push_back(values_[slot]);
+  }
+}
+
+std::size_t CsvParser::field_of(std::size_t slot) const {
+  const auto field =
+      std::ranges::find(columns_.fields, static_cast<int>(slot), &CsvColumns::Field::slot);
+  return static_cast<std::size_t>(field - columns_.fields.begin());
+}
+
+std::string CsvParser::header_of(std::size_t slot) const {
+  return columns_.fields[field_of(slot)].header;
+}
+
+Recording CsvParser::take() {
+  Recording taken = std::exchange(recording_, Recording{});
+  recording_.mag.resize(taken.mag.size());
+  recording_.mag_names = taken.mag_names;
+  return taken;
+}
+
+Recording CsvParser::finish() {
+  line_ = 0;  // what follows concerns no single line
+  if (!has_header_) {
+    fail(0, "the file is empty", "record again, or give a file with a header line and samples");
+  }
+  if (!has_time_) {
+    fail(0, "there are no data rows below the header", "record again, or give another file");
+  }
+  Recording recording = take();
+  for (const auto& [name, series] : {std::pair("acc", &recording.acc), {"gyr", &recording.gyr}}) {
+    if (!series->empty()) continue;
+    fail(0, fmt::format("the columns {0}_x, {0}_y and {0}_z are all empty", name),
+         "check the logger: this sensor is needed");
+  }
+  for (std::size_t i = recording.mag.size(); i-- > 0;) {
+    if (!recording.mag[i].empty()) continue;
+    const auto at = static_cast<std::ptrdiff_t>(i);
+    recording.notes.push_back(recording.mag_names[i] + " is left out: it has no samples");
+    recording.mag.erase(recording.mag.begin() + at);
+    recording.mag_names.erase(recording.mag_names.begin() + at);
+  }
+  if (options_.require_mag && recording.mag.empty()) {
+    fail(0, "no magnetometer has a sample", "check the logger: this sensor is needed");
+  }
+  return recording;
+}
+
+}  // namespace magimu

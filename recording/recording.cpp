@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Rates, durations and slices of recordings.
+#include "recording/recording.h"
+
+#include <algorithm>
+
+namespace magimu {
+namespace {
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*std::max_element(values.begin(), middle) + *middle);
+}
+
+// The samples first <= k < last: those with t0 <= t < t1.
+struct Range {
+  std::ptrdiff_t first, last;
+
+  Range(const std::vector<double>& t, double t0, double t1)
+      : first(std::lower_bound(t.begin(), t.end(), t0) - t.begin()),
+        last(std::max(first, std::lower_bound(t.begin(), t.end(), t1) - t.begin())) {}
+
+  // A member that a file lacks is an empty vector, and stays one.
+  template <class T>
+  std::vector<T> of(const std::vector<T>& v) const {
+    if (v.empty()) return {};
+    return std::vector<T>(v.begin() + first, v.begin() + last);
+  }
+};
+
+template <class Series>
+Series slice(const Series& series, double t0, double t1) {
+  const Range range(series.t, t0, t1);
+  return {range.of(series.t), range.of(series.v)};
+}
+
+MotionTruth slice(const MotionTruth& truth, double t0, double t1) {
+  const Range range(truth.t, t0, t1);
+  return {range.of(truth.t), range.of(truth.nRb), range.of(truth.position), range.of(truth.valid),
+          range.of(truth.moving)};
+}
+
+}  // namespace
+
+double VectorSeries::rate_hz() const {
+  if (t.size() < 2) return 0.0;
+  std::vector<double> intervals(t.size() - 1);
+  for (std::size_t k = 0; k + 1 < t.size(); ++k) intervals[k] = t[k + 1] - t[k];
+  return 1.0 / median(std::move(intervals));
+}
+
+double Recording::duration_s() const {
+  if (acc.empty() && gyr.empty()) return 0.0;
+  if (acc.empty()) return gyr.t.back() - gyr.t.front();
+  if (gyr.empty()) return acc.t.back() - acc.t.front();
+  return std::max(acc.t.back(), gyr.t.back()) - std::min(acc.t.front(), gyr.t.front());
+}
+
+Recording slice(const Recording& recording, double t0, double t1) {
+  Recording part;
+  part.name = recording.name;
+  part.acc = slice(recording.acc, t0, t1);
+  part.gyr = slice(recording.gyr, t0, t1);
+  for (const VectorSeries& mag : recording.mag) part.mag.push_back(slice(mag, t0, t1));
+  part.mag_names = recording.mag_names;
+  for (const auto& [name, series] : recording.aux) part.aux[name] = slice(series, t0, t1);
+  if (recording.pos) part.pos = slice(*recording.pos, t0, t1);
+  if (recording.truth) part.truth = slice(*recording.truth, t0, t1);
+  part.notes = recording.notes;
+  return part;
+}
+
+}  // namespace magimu

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "solvers/levenberg_marquardt.h"
+
+#include <chrono>
+#include <cmath>
+
+#include "solvers/null_space.h"
+
+namespace magimu {
+namespace {
+
+constexpr int kMaxRises = 5;  // Gauss-Newton gives up after so many rising costs in a row
+// The cost is known to about this relative precision: its sum has rounding errors.
+constexpr double kCostPrecision = 1e-12;
+
+struct Step {
+  VectorXd delta;
+  double predicted_decrease = 0.0;  // of the undamped quadratic model
+  double sigma = 0.0;
+};
+
+class Run {
+ public:
+  Run(const FactorGraph& graph, const OptimizerOptions& options, const Values& initial)
+      : options_(options),
+        system_(graph, initial),
+        solver_(make_linear_solver(options.backend)),
+        start_(std::chrono::steady_clock::now()) {
+    result_.values = initial;
+    cost_ = system_.linearize(initial);
+    result_.cost_initial = cost_;
+  }
+
+  bool start_is_finite() {
+    if (std::isfinite(cost_)) return true;
+    stop(StopReason::kNotFinite, "The residuals at the initial values are not finite numbers.");
+    return false;
+  }
+
+  // Solves for a step with the given damping; false if the matrix is singular.
+  bool solve(double damping, Step& step) {
+    scale_ = column_scale(system_);
+    if (!solver_->factorize(system_, scale_, damping)) return false;
+    step.delta = scale_.cwiseProduct(solver_->solve(system_, scale_));
+    const VectorXd Jd = system_.multiply(step.delta);
+    step.predicted_decrease = -(system_.residual().dot(Jd) + 0.5 * Jd.squaredNorm());
+    step.sigma = Jd.norm();
+    return step.delta.allFinite();
+  }
+
+  Values moved(const Step& step) const {
+    return result_.values.retract({step.delta.data(), std::size_t(step.delta.size())});
+  }
+  double cost_at(const Values& values) const { return system_.cost(values); }
+  double cost() const { return cost_; }
+  bool negligible(double decrease) const { return decrease <= kCostPrecision * cost_; }
+
+  void accept(Values values) {
+    result_.values = std::move(values);
+    cost_ = system_.linearize(result_.values);
+  }
+
+  void record(const Step& step, double damping, double gain_ratio, bool accepted,
+              double gradient_norm) {
+    result_.trace.push_back({int(result_.trace.size()), cost_, gradient_norm, step.delta.norm(),
+                             step.sigma, damping, gain_ratio, accepted});
+    result_.step_norm = step.delta.norm();
+  }
+  double gradient_norm() const { return column_scale(system_).cwiseProduct(system_.gradient()).norm(); }
+  int steps() const { return int(result_.trace.size()); }
+
+  void stop(StopReason reason, const std::string& message) {
+    result_.reason = reason;
+    result_.message = message;
+  }
+  void stop_singular() {
+    std::string message = "The data leave a combination of variables undetermined";
+    const auto null = find_null_space(system_, *solver_);
+    for (const NullDirection& direction : null) {
+      message += (&direction == null.data() ? ": " : "; and ") + describe(direction, result_.values);
+    }
+    stop(StopReason::kSingular, message + ". Add a factor on it: a measurement or a prior.");
+  }
+
+  Result finish() {
+    result_.cost_final = cost_;
+    result_.iterations = steps();
+    result_.gradient_norm = std::isfinite(cost_) ? gradient_norm() : cost_;
+    result_.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    return std::move(result_);
+  }
+
+ private:
+  OptimizerOptions options_;
+  LinearSystem system_;
+  std::unique_ptr<LinearSolver> solver_;
+  std::chrono::steady_clock::time_point start_;
+  VectorXd scale_;
+  double cost_ = 0.0;
+  Result result_;
+};
+
+std::string converged_message(const Step& step) {
+  char text[96];
+  std::snprintf(text, sizeof text, "Converged: the last step was %.1e standard deviations.",
+                step.sigma);
+  return text;
+}
+
+}  // namespace
+
+std::string to_string(StopReason reason) {
+  switch (reason) {
+    case StopReason::kConverged:
+      return "converged";
+    case StopReason::kMaxIterations:
+      return "max_iterations";
+    case StopReason::kNoDecrease:
+      return "no_decrease";
+    case StopReason::kSingular:
+      return "singular";
+    case StopReason::kNotFinite:
+      return "not_finite";
+    case StopReason::kDiverged:
+      return "diverged";
+  }
+  return "?";
+}
+
+Result LevenbergMarquardt::optimize(const Values& initial) const {
+  Run run(graph_, options_, initial);
+  if (!run.start_is_finite()) return run.finish();
+  double damping = options_.initial_damping, growth = 2.0;
+  run.stop(StopReason::kMaxIterations, "The limit of " + std::to_string(options_.max_iterations) +
+                                           " iterations was reached; the result is not the optimum.");
+  while (run.steps() < options_.max_iterations) {
+    const double used = damping < options_.min_damping ? 0.0 : damping;
+    const double gradient_norm = run.gradient_norm();
+    Step step;
+    bool accepted = false;
+    double gain_ratio = 0.0, cost = run.cost();
+    if (run.solve(used, step)) {
+      Values candidate = run.moved(step);
+      cost = run.cost_at(candidate);
+      const double decrease = run.cost() - cost;
+      const bool at_rounding = run.negligible(step.predicted_decrease) &&
+                               std::abs(decrease) <= kCostPrecision * run.cost();
+      gain_ratio = at_rounding ? 1.0 : decrease / step.predicted_decrease;
+      accepted = std::isfinite(cost) && gain_ratio > options_.min_gain_ratio;
+      if (accepted) run.accept(std::move(candidate));
+    } else if (!step.delta.allFinite()) {
+      run.stop(StopReason::kNotFinite, "A residual or a Jacobian is not a finite number.");
+      break;
+    }
+    run.record(step, used, gain_ratio, accepted, gradient_norm);
+    // A heavily damped step is short for another reason than being at the optimum.
+    if (accepted && step.sigma < options_.step_tolerance && used <= options_.initial_damping) {
+      run.stop(StopReason::kConverged, converged_message(step));
+      break;
+    }
+    if (accepted) {
+      const double g = 2.0 * gain_ratio - 1.0;
+      damping = std::max(options_.min_damping * 0.1, damping * std::max(0.1, 1.0 - g * g * g));
+      growth = 2.0;
+    } else {
+      damping = std::max(damping, options_.min_damping) * growth;
+      growth *= 2.0;
+      if (damping > options_.max_damping) {
+        run.stop(StopReason::kNoDecrease,
+                 "No step reduces the cost: the residuals are rough, or a Jacobian is wrong.");
+        break;
+      }
+    }
+  }
+  return run.finish();
+}
+
+Result GaussNewton::optimize(const Values& initial) const {
+  Run run(graph_, options_, initial);
+  if (!run.start_is_finite()) return run.finish();
+  run.stop(StopReason::kMaxIterations, "The limit of " + std::to_string(options_.max_iterations) +
+                                           " iterations was reached; the result is not the optimum.");
+  int rises = 0;
+  while (run.steps() < options_.max_iterations) {
+    const double gradient_norm = run.gradient_norm();
+    Step step;
+    if (!run.solve(0.0, step)) {
+      run.stop_singular();
+      break;
+    }
+    const double before = run.cost();
+    run.accept(run.moved(step));
+    if (!std::isfinite(run.cost())) {
+      run.stop(StopReason::kNotFinite, "A full step led to residuals that are not finite numbers; "
+                                       "Levenberg-Marquardt would have shortened it.");
+      break;
+    }
+    run.record(step, 0.0, (before - run.cost()) / step.predicted_decrease, true, gradient_norm);
+    if (step.sigma < options_.step_tolerance) {
+      run.stop(StopReason::kConverged, converged_message(step));
+      break;
+    }
+    rises = run.cost() > before ? rises + 1 : 0;
+    if (rises >= kMaxRises) {
+      run.stop(StopReason::kDiverged, "The cost rose over " + std::to_string(kMaxRises) +
+                                          " full steps; use Levenberg-Marquardt or start nearer.");
+      break;
+    }
+  }
+  return run.finish();
+}
+
+}  // namespace magimu

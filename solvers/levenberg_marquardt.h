@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Nonlinear least squares on manifolds: Levenberg-Marquardt and Gauss-Newton. Each step minimizes
+// the linearized cost |r + J delta|^2 / 2 + lambda |delta / S|^2 / 2, S the inverse column norms of
+// J, and is taken if the cost really falls (gain ratio: actual over predicted decrease).
+//
+//   FactorGraph graph;  Values values;   // ...
+//   const Result result = LevenbergMarquardt(graph).optimize(values);
+//   if (!result.converged()) std::cerr << result.message << "\n";
+//
+// Not thread safe: one optimizer a thread. The result does not depend on the number of threads.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "solvers/linear_solver.h"
+
+namespace magimu {
+
+struct OptimizerOptions {
+  Backend backend = Backend::kAuto;
+  // Stop when the step is this small in standard deviations: sqrt(2 x predicted decrease of the
+  // cost), the step's length in the metric J'J. 1e-6: a millionth of a sigma.
+  double step_tolerance = 1e-6;
+  int max_iterations = 100;
+  // Levenberg-Marquardt only; lambda is relative to columns of unit norm.
+  double initial_damping = 1e-4;
+  double min_damping = 1e-12;  // below it the step is Gauss-Newton's
+  double max_damping = 1e10;   // above it no downhill step is left
+  double min_gain_ratio = 1e-3;
+};
+
+enum class StopReason {
+  kConverged,      // the last step was below step_tolerance
+  kMaxIterations,  // max_iterations steps were not enough
+  kNoDecrease,     // no step reduces the cost, though the model promises a decrease
+  kSingular,       // the data leave some combination of variables free
+  kNotFinite,      // a residual or Jacobian is not a finite number
+  kDiverged,       // Gauss-Newton: the cost rose over several steps
+};
+
+std::string to_string(StopReason reason);
+
+// One tried step.
+struct IterationRecord {
+  int iteration = 0;
+  double cost = 0.0;           // after the step, if it was accepted; before it otherwise
+  double gradient_norm = 0.0;  // of the cost, in columns of unit norm, before the step
+  double step_norm = 0.0;      // |delta|, mixed units
+  double step_sigma = 0.0;     // the step's length in standard deviations
+  double damping = 0.0;
+  double gain_ratio = 0.0;
+  bool accepted = false;
+};
+
+struct Result {
+  Values values;
+  StopReason reason = StopReason::kMaxIterations;
+  std::string message;  // the reason in a sentence
+  int iterations = 0;   // linearizations
+  double cost_initial = 0.0, cost_final = 0.0;
+  double gradient_norm = 0.0, step_norm = 0.0;
+  double seconds = 0.0;
+  std::vector<IterationRecord> trace;
+
+  bool converged() const { return reason == StopReason::kConverged; }
+};
+
+class LevenbergMarquardt {
+ public:
+  // The graph must outlive the optimizer.
+  explicit LevenbergMarquardt(const FactorGraph& graph, const OptimizerOptions& options = {})
+      : graph_(graph), options_(options) {}
+  Result optimize(const Values& initial) const;
+
+ private:
+  const FactorGraph& graph_;
+  OptimizerOptions options_;
+};
+
+// Full steps without damping: for problems well posed and well started.
+class GaussNewton {
+ public:
+  explicit GaussNewton(const FactorGraph& graph, const OptimizerOptions& options = {})
+      : graph_(graph), options_(options) {}
+  Result optimize(const Values& initial) const;
+
+ private:
+  const FactorGraph& graph_;
+  OptimizerOptions options_;
+};
+
+}  // namespace magimu

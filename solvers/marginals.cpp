@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "solvers/marginals.h"
+
+#include <stdexcept>
+
+namespace magimu {
+namespace {
+
+std::vector<int> columns_of(const Values& values, const std::vector<Key>& keys) {
+  std::vector<int> columns;
+  for (const Key key : keys) {
+    const Values::Slot& slot = values.slot(key);
+    for (int c = 0; c < slot.type.tangent(); ++c) columns.push_back(slot.tangent + c);
+  }
+  return columns;
+}
+
+}  // namespace
+
+Marginals::Marginals(const FactorGraph& graph, const Values& values, Backend backend)
+    : values_(values), solver_(make_linear_solver(backend)) {
+  LinearSystem system(graph, values);
+  system.linearize(values);
+  scale_ = column_scale(system);
+  null_space_ = find_null_space(system, *solver_);
+  null_basis_.resize(system.cols(), Eigen::Index(null_space_.size()));
+  for (std::size_t i = 0; i < null_space_.size(); ++i) {
+    null_basis_.col(Eigen::Index(i)) = null_space_[i].direction.cwiseQuotient(scale_);
+  }
+  // With directions left free, find_null_space's damped factor serves: they are projected out.
+  if (null_space_.empty() && !solver_->factorize(system, scale_, 0.0)) {
+    throw std::domain_error("the graph is too close to singular for its covariance");
+  }
+}
+
+MatrixXd Marginals::covariance(const std::vector<Key>& keys) const {
+  const std::vector<int> columns = columns_of(values_, keys);
+  for (Eigen::Index i = 0; i < null_basis_.cols(); ++i) {
+    for (const int c : columns) {
+      if (std::abs(null_basis_(c, i)) > 1e-6) {
+        throw std::domain_error("the data leave a combination undetermined: " +
+                                describe(null_space_[std::size_t(i)], values_));
+      }
+    }
+  }
+  return determined_covariance(keys);
+}
+
+MatrixXd Marginals::determined_columns(const std::vector<Key>& keys) const {
+  const std::vector<int> columns = columns_of(values_, keys);
+  const auto n = Eigen::Index(columns.size());
+  MatrixXd unit = MatrixXd::Zero(scale_.size(), n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    unit(columns[std::size_t(i)], i) = scale_[columns[std::size_t(i)]];
+  }
+  unit -= null_basis_ * (null_basis_.transpose() * unit);
+  MatrixXd X = solver_->solve_normal(unit);
+  X -= null_basis_ * (null_basis_.transpose() * X);
+  return scale_.asDiagonal() * X;
+}
+
+MatrixXd Marginals::determined_covariance(const std::vector<Key>& keys) const {
+  const MatrixXd X = determined_columns(keys);
+  const MatrixXd S = X(columns_of(values_, keys), Eigen::all);
+  return 0.5 * (S + S.transpose());
+}
+
+}  // namespace magimu

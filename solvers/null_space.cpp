@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "solvers/null_space.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <map>
+
+namespace magimu {
+namespace {
+
+constexpr double kDamping = 1e-12;  // keeps the normal matrix regular, far below any real eigenvalue
+constexpr int kIterations = 5;
+
+// A fixed start: the same answer at every call.
+MatrixXd start_block(int rows, int cols) {
+  MatrixXd block(rows, cols);
+  std::uint64_t state = 0x9E3779B97F4A7C15U;
+  for (double& x : block.reshaped()) {
+    state = state * 6364136223846793005U + 1442695040888963407U;
+    x = double(state >> 11) / double(1ULL << 53) - 0.5;
+  }
+  return block;
+}
+
+MatrixXd orthonormal(const MatrixXd& m) {
+  const Eigen::HouseholderQR<MatrixXd> qr(m);
+  return qr.householderQ() * MatrixXd::Identity(m.rows(), m.cols());
+}
+
+}  // namespace
+
+std::vector<NullDirection> find_null_space(const LinearSystem& system, LinearSolver& solver,
+                                           double tolerance, int max_directions) {
+  const VectorXd scale = column_scale(system);
+  std::vector<NullDirection> found;
+  double damping = kDamping;
+  while (!solver.factorize(system, scale, damping)) {
+    damping *= 10.0;
+    if (damping > 1e-6) throw std::runtime_error("the linear system has entries that are not finite");
+  }
+  const int p = std::min(max_directions, system.cols());
+  MatrixXd V = orthonormal(start_block(system.cols(), p));
+  for (int i = 0; i < kIterations; ++i) V = orthonormal(solver.solve_normal(V));
+
+  MatrixXd JV(system.rows(), p);
+  for (int i = 0; i < p; ++i) JV.col(i) = system.multiply(scale.cwiseProduct(V.col(i)));
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(JV.transpose() * JV);
+  for (int i = 0; i < p; ++i) {
+    const VectorXd v = V * eigen.eigenvectors().col(i);
+    const double singular_value = system.multiply(scale.cwiseProduct(v)).norm();
+    if (singular_value < tolerance) found.push_back({singular_value, scale.cwiseProduct(v)});
+  }
+  return found;
+}
+
+std::string describe(const NullDirection& null, const Values& values,
+                     const std::function<std::string(Key)>& name) {
+  struct Share {
+    double squared = 0.0;
+    Key first, last;
+    int count = 0;
+  };
+  std::map<std::pair<char, std::uint32_t>, Share> shares;
+  std::map<char, int> variables;
+  for (const Values::Slot& s : values.slots()) ++variables[s.key.symbol];
+  const double total = null.direction.squaredNorm();
+  for (const Values::Slot& s : values.slots()) {
+    // Many variables of one letter are a trajectory; a few are named one by one.
+    const bool many = variables[s.key.symbol] > 3;
+    Share& share = shares[{s.key.symbol, many ? 0U : s.key.index}];
+    if (share.count++ == 0) share.first = s.key;
+    share.last = s.key;
+    share.squared += null.direction.segment(s.tangent, s.type.tangent()).squaredNorm();
+  }
+  std::vector<Share> order;
+  for (const auto& [unused, share] : shares) order.push_back(share);
+  std::stable_sort(order.begin(), order.end(),
+                   [](const Share& a, const Share& b) { return a.squared > b.squared; });
+  std::string text;
+  for (const Share& share : order) {
+    if (share.squared < 1e-6 * total) break;
+    text += (text.empty() ? "" : ", ") + name(share.first);
+    if (share.count > 1) text += " to " + name(share.last);
+    if (share.count == 1) {
+      const Values::Slot& s = values.slot(share.first);
+      text += " along (";
+      for (int i = 0; i < s.type.tangent(); ++i) {
+        char number[32];
+        std::snprintf(number, sizeof number, "%s%.3g", i == 0 ? "" : ", ",
+                      null.direction[s.tangent + i] / std::sqrt(total));
+        text += number;
+      }
+      text += ")";
+    }
+  }
+  return text;
+}
+
+}  // namespace magimu

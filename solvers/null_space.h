@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The directions in which the data say nothing: null vectors of the linearized graph. They are
+// found and put into words, never divided by.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "solvers/linear_solver.h"
+
+namespace magimu {
+
+struct NullDirection {
+  double singular_value = 0.0;  // of the Jacobian with columns of unit norm
+  VectorXd direction;           // d tangent, unit norm in those scaled columns, then unscaled
+};
+
+// All null directions: singular values of the column-scaled Jacobian below tolerance, at most
+// max_directions of them (a deficiency larger than that needs no longer list). By subspace
+// iteration with the inverse of the damped normal matrix; the values themselves come from |J v|,
+// which loses nothing to squaring.
+std::vector<NullDirection> find_null_space(const LinearSystem& system, LinearSolver& solver,
+                                           double tolerance = 3e-7, int max_directions = 8);
+
+// The direction in words: which variables move, the strongest first, poses of one letter summed up
+// ("all R (0 to 99): 0.71; D0: ..."). `name` puts one variable into the user's words.
+std::string describe(const NullDirection& direction, const Values& values,
+                     const std::function<std::string(Key)>& name =
+                         [](Key key) { return to_string(key); });
+
+}  // namespace magimu

@@ -87,11 +87,12 @@ class Stage {
     }
   }
 
-  // Fits and re-estimates the noise in turn until it settles.
-  NoiseDensities fit_noise(const Values& start, NoiseDensities noise, int rounds, bool warm) {
-    fit(start, noise, warm);
+  // Fits and re-estimates the noise in turn until it settles. gyr_known: leave the gyroscope's.
+  NoiseDensities fit_noise(const Values& start, NoiseDensities noise, int rounds, bool gyr_known) {
+    fit(start, noise, false);
     for (int round = 0; round < rounds; ++round) {
-      const NoiseDensities next = restricted_ml(noise, sums());
+      NoiseDensities next = restricted_ml(noise, sums());
+      if (gyr_known) next.gyr = noise.gyr;
       const double change =
           std::max({std::abs(next.acc / noise.acc - 1.0), std::abs(next.gyr / noise.gyr - 1.0),
                     std::abs(next.mag / noise.mag - 1.0)});
@@ -175,9 +176,7 @@ void fix_symmetries(Values& values, int magnetometers, int recordings,
   }
 }
 
-NoiseDensities starting_noise(const std::vector<const Recording*>& recordings,
-                              const InitialGuess& guess) {
-  const Recording& first = *recordings.front();
+NoiseDensities rest_noise(const std::vector<const Recording*>& recordings) {
   NoiseDensities noise;
   for (const Recording* r : recordings) {
     const NoiseDensities rest = noise_at_rest(*r, find_rests(*r));
@@ -185,7 +184,11 @@ NoiseDensities starting_noise(const std::vector<const Recording*>& recordings,
     noise.gyr = std::max(noise.gyr, rest.gyr);
     noise.mag = std::max(noise.mag, rest.mag);
   }
-  // Without rests: values of ordinary parts; the residuals correct them.
+  return noise;
+}
+
+// Where the rests do not tell: values of ordinary parts, for the residuals to correct.
+NoiseDensities completed(NoiseDensities noise, const Recording& first, const InitialGuess& guess) {
   if (noise.acc <= 0.0) noise.acc = 0.01;
   if (noise.gyr <= 0.0) noise.gyr = 1e-3;
   if (noise.mag <= 0.0) {
@@ -262,7 +265,8 @@ Calibration calibrate(const std::vector<const Recording*>& recordings,
   c.node_every =
       options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
   const InitialGuess guess = initialize(recordings, options.initialization);
-  c.noise = options.noise.value_or(starting_noise(recordings, guess));
+  const NoiseDensities rested = rest_noise(recordings);
+  c.noise = options.noise.value_or(completed(rested, *recordings.front(), guess));
 
   // Few nodes first: most iterations, and the search for the noise, are cheap there.
   const int coarse_every = std::max(c.node_every, int(std::ceil(mag_rate / kCoarseRate)));
@@ -271,16 +275,12 @@ Calibration calibrate(const std::vector<const Recording*>& recordings,
   if (c.noise_given) {
     coarse.fit(first, c.noise, false);
   } else {
-    c.noise = coarse.fit_noise(first, c.noise, kNoiseRounds, false);
+    c.noise = coarse.fit_noise(first, c.noise, kNoiseRounds, rested.gyr > 0.0);
   }
   Stage fine(recordings, options, c.node_every);
   Values refined = refine(recordings, coarse, fine.plans());
   fix_symmetries(refined, magnetometers, count, fine.plans());
-  if (c.noise_given) {
-    fine.fit(refined, c.noise, true);
-  } else {
-    c.noise = fine.fit_noise(refined, c.noise, 2, true);
-  }
+  fine.fit(refined, c.noise, true);
 
   c.fit = fine.result();
   fill_parameters(c, recordings, fine.plans());

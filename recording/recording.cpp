@@ -72,4 +72,11 @@ Recording slice(const Recording& recording, double t0, double t1) {
   return part;
 }
 
+void convert_gyro_interval(Recording& recording, GyroInterval convention) {
+  const double rate = recording.gyr.rate_hz();
+  if (convention == GyroInterval::kForward || rate <= 0.0) return;
+  const double shift = (convention == GyroInterval::kCentred ? 0.5 : 1.0) / rate;
+  for (double& t : recording.gyr.t) t -= shift;
+}
+
 }  // namespace magimu

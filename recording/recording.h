@@ -59,6 +59,17 @@ struct Recording {
   double duration_s() const;
 };
 
+// Which interval the rate of a gyroscope sample at t_k is the mean over.
+enum class GyroInterval {
+  kForward,   // [t_k, t_k+1): what Recording holds
+  kCentred,   // half a sample to each side
+  kBackward,  // [t_k-1, t_k)
+};
+
+// Moves the gyroscope's time base so that samples which follow `convention` are as Recording holds
+// them.
+void convert_gyro_interval(Recording& recording, GyroInterval convention);
+
 // The part t0 <= t < t1 of every series, truth included; times stay as they are.
 Recording slice(const Recording& recording, double t0, double t1);
 

@@ -9,6 +9,7 @@
 #include <initializer_list>
 
 #include "recording/error.h"
+#include "recording/quoted.h"
 
 namespace magimu {
 namespace {
@@ -34,23 +35,6 @@ const char* find_alias(std::string_view word, const auto& table) {
 }
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-// UTF-8: the bytes of a character after its first.
-bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
-
-// Whether every character has the bytes that its first one announces: messages also go into JSON
-// files, which must be UTF-8.
-bool is_utf8(std::string_view text) {
-  for (std::size_t i = 0; i < text.size();) {
-    const auto first = static_cast<unsigned char>(text[i++]);
-    if (first < 0x80) continue;
-    if (first < 0xC2 || first > 0xF4) return false;
-    for (int more = first < 0xE0 ? 1 : first < 0xF0 ? 2 : 3; more > 0; --more) {
-      if (i == text.size() || !is_continuation(text[i++])) return false;
-    }
-  }
-  return true;
-}
 
 void drop_separator(std::string_view& text) {
   if (!text.empty() && std::string_view("_. -").find(text.back()) != std::string_view::npos) {
@@ -122,7 +106,7 @@ class HeaderReader {
         if (csv_column_name(column.name) != column.name) {
           fail(0,
                fmt::format("column {} is to be read as {}, which is no name of ours",
-                           csv_quoted(field.header), csv_quoted(column.name)),
+                           quoted(field.header), quoted(column.name)),
                "use t, acc_x, gyr_x, mag_x, mag1_x, pos_x, temp, current or the like");
         }
       } else if (std::string name = csv_column_name(field.header); !name.empty()) {
@@ -143,8 +127,8 @@ class HeaderReader {
       if (named_[i].claim == named_[other].claim) {
         fail(i + 1,
              fmt::format("columns {} ({}) and {} ({}) are both {}", other + 1,
-                         csv_quoted(columns_.fields[other].header), i + 1,
-                         csv_quoted(columns_.fields[i].header), named_[i].name),
+                         quoted(columns_.fields[other].header), i + 1,
+                         quoted(columns_.fields[i].header), named_[i].name),
              "delete or rename one of them");
       }
       if (named_[i].claim > named_[other].claim) entry->second = i;
@@ -152,10 +136,10 @@ class HeaderReader {
   }
 
   std::string headers() const {
-    std::vector<std::string> quoted;
-    for (const auto& field : columns_.fields) quoted.push_back(csv_quoted(field.header));
-    if (quoted.size() > 40) quoted.resize(40);
-    return fmt::format("{}", fmt::join(quoted, ", "));
+    std::vector<std::string> shown;
+    for (const auto& field : columns_.fields) shown.push_back(quoted(field.header));
+    if (shown.size() > 40) shown.resize(40);
+    return fmt::format("{}", fmt::join(shown, ", "));
   }
 
   void check_options() const {
@@ -164,7 +148,7 @@ class HeaderReader {
           columns_.fields.end()) {
         continue;
       }
-      fail(0, fmt::format("there is no column {}, to be read as {}", csv_quoted(header), name),
+      fail(0, fmt::format("there is no column {}, to be read as {}", quoted(header), name),
            "the columns there are: " + headers());
     }
   }
@@ -243,9 +227,9 @@ class HeaderReader {
     for (std::size_t i = 0; i < named_.size(); ++i) {
       const CsvColumns::Field& field = columns_.fields[i];
       if (field.slot == CsvColumns::kIgnored) {
-        ignored.push_back(csv_quoted(field.header));
+        ignored.push_back(quoted(field.header));
       } else if (named_[i].claim != kExact) {
-        mapped.push_back(fmt::format("{} as {}", csv_quoted(field.header), named_[i].name));
+        mapped.push_back(fmt::format("{} as {}", quoted(field.header), named_[i].name));
       }
     }
     if (!mapped.empty()) {
@@ -294,19 +278,6 @@ std::string csv_column_name(std::string_view header) {
 CsvColumns read_csv_header(std::string_view text, const std::string& file, long line,
                            const CsvOptions& options) {
   return HeaderReader(file, line, options).read(text);
-}
-
-std::string csv_quoted(std::string_view text) {
-  constexpr std::size_t kLongest = 40;
-  std::size_t length = std::min(text.size(), kLongest);
-  while (length > 0 && length < text.size() && is_continuation(text[length])) --length;
-  std::string shown(text.substr(0, length));
-  const bool utf8 = is_utf8(shown);
-  for (char& c : shown) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f || (byte > 0x7f && !utf8)) c = '?';
-  }
-  return '"' + shown + (length < text.size() ? "...\"" : "\"");
 }
 
 std::string_view csv_trimmed(std::string_view text) {

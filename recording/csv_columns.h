@@ -42,9 +42,6 @@ std::string csv_column_name(std::string_view header);
 CsvColumns read_csv_header(std::string_view text, const std::string& file, long line,
                            const CsvOptions& options);
 
-// Text from a file, fit to be shown in a message: quoted, short, without control characters.
-std::string csv_quoted(std::string_view text);
-
 // Without the spaces and tabs around it.
 std::string_view csv_trimmed(std::string_view text);
 

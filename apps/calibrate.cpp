@@ -15,7 +15,8 @@ namespace {
 
 struct Arguments {
   std::vector<std::string> recordings;
-  std::string output, trajectory, backend = "auto";
+  std::string output, trajectory, backend = "auto", motion = "auto";
+  std::string mag_time_offset = "auto";
   std::vector<double> noise;
   double dip_deg = 0.0;
   bool has_dip = false, json = false, quiet = false;
@@ -32,13 +33,20 @@ Backend backend_named(const std::string& name) {
 
 std::string trajectory_csv(const Calibration& c) {
   const bool several = c.trajectories.size() > 1;
-  std::string out = several ? "recording,t,qw,qx,qy,qz\n" : "t,qw,qx,qy,qz\n";
+  const bool moving = c.motion == MotionModel::kHandHeld;
+  std::string out = several ? "recording,t,qw,qx,qy,qz" : "t,qw,qx,qy,qz";
+  out += moving ? ",vx,vy,vz,px,py,pz\n" : "\n";
   for (std::size_t r = 0; r < c.trajectories.size(); ++r) {
     const TrajectoryEstimate& trajectory = c.trajectories[r];
     for (std::size_t k = 0; k < trajectory.t.size(); ++k) {
       if (several) out += fmt::format("{},", r);
       const Vector4& q = trajectory.nRb[k].quaternion();
-      out += fmt::format("{},{},{},{},{}\n", trajectory.t[k], q[0], q[1], q[2], q[3]);
+      out += fmt::format("{},{},{},{},{}", trajectory.t[k], q[0], q[1], q[2], q[3]);
+      if (moving) {
+        const Vector3 &v = trajectory.v[k], &p = trajectory.p[k];
+        out += fmt::format(",{},{},{},{},{},{}", v[0], v[1], v[2], p[0], p[1], p[2]);
+      }
+      out += "\n";
     }
   }
   return out;
@@ -53,6 +61,9 @@ int run(Arguments& args) {
     args.options.noise = NoiseDensities{args.noise[0], args.noise[1], args.noise[2]};
   }
   if (args.has_dip) args.options.initialization.dip_rad = args.dip_deg * kDegree;
+  if (args.motion == "rotation") args.options.motion = MotionModel::kRotation;
+  if (args.motion == "hand_held") args.options.motion = MotionModel::kHandHeld;
+  if (args.mag_time_offset != "auto") args.options.mag_time_offset = args.mag_time_offset == "on";
   args.options.optimizer.backend = backend_named(args.backend);
 
   std::vector<Recording> recordings;
@@ -115,6 +126,15 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(CLI::Range(9.7, 9.9))
       ->type_name("G");
+  cmd->add_option("--motion", args->motion,
+                  "rotation: the sensor only turned; hand_held: a hand moved it within its reach;\n"
+                  "auto: decided from the data")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "rotation", "hand_held"}));
+  cmd->add_option("--mag-time-offset", args->mag_time_offset,
+                  "estimate the magnetometer's lag: auto (where the data show one), on, off")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "on", "off"}));
   cmd->add_option("--node-every", args->options.node_every,
                   "magnetometer samples per node; all samples are averaged in (0: automatic)")
       ->capture_default_str()

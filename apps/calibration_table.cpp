@@ -43,8 +43,9 @@ void add_matrix(std::string& out, const Calibration& c, std::size_t m) {
 
 std::string calibration_table(const Calibration& c) {
   std::string out;
-  out += fmt::format("{} samples, {} nodes, {} iterations, {:.2f} s; motion model: {}\n\n",
-                     c.samples, c.nodes, c.fit.iterations, c.seconds, c.motion);
+  out += fmt::format("{} samples, {} nodes, {} iterations, {:.2f} s; motion model: {}\n",
+                     c.samples, c.nodes, c.fit.iterations, c.seconds, to_string(c.motion));
+  if (!c.motion_reason.empty()) out += c.motion_reason + "\n\n";
   out += "Parameter                     value ± sigma (robust; IMU frame unless said)\n";
   add_vector(out, c, "accelerometer bias", "accelerometer.bias", c.parameters.acc_bias, "m/s^2");
   add_vector(out, c, "gyroscope bias", "gyroscope.bias", c.parameters.gyr_bias, "rad/s");
@@ -58,6 +59,12 @@ std::string calibration_table(const Calibration& c) {
     out += fmt::format("  {:<22}    {} deg{}\n", "dip (down positive)",
                        with_sigma(f.dip_rad / kDegree, f.dip_sigma_rad / kDegree),
                        c.fields.size() > 1 ? "  " + f.recording : "");
+  }
+  for (const ActiveEffect& effect : c.effects) {
+    for (const ActiveEffect::Parameter& p : effect.parameters) {
+      out += fmt::format("  {:<22}    {} {}  {}\n", effect.name, with_sigma(p.value, p.sigma), p.unit,
+                         effect.parameters.size() > 1 ? p.name : "");
+    }
   }
   out += fmt::format("  {:<22}    {} uT\n", "field strength", with_sigma(c.strength_uT, c.strength_sigma_uT));
   out += "  To use it: the unit field in the IMU frame is D^-1 (mag - magnetometer bias).\n\n";

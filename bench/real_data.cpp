@@ -29,7 +29,10 @@ int main(int argc, char** argv) {
              "total", "head.", "incl.", "|o_a|", "acc res", "mag res", "dip", "uT", "s", "trust");
   for (const std::string& path : paths) {
     const Recording recording = read_recording(path);
-    const Calibration c = calibrate(recording);
+    CalibrationOptions options;
+    if (getenv("MOTION")) options.motion = getenv("MOTION")[0]=='r' ? MotionModel::kRotation : MotionModel::kHandHeld;
+    if (getenv("OFFSET")) options.mag_time_offset = getenv("OFFSET")[0]=='1';
+    const Calibration c = calibrate(recording, options);
     OrientationError e;
     if (recording.truth) e = orientation_error(c.trajectories.front(), *recording.truth);
     fmt::print(
@@ -38,7 +41,7 @@ int main(int argc, char** argv) {
         c.parameters.acc_bias.norm(), c.residuals[0].rms_unit, c.residuals[2].rms_unit,
         c.parameters.dip_rad / kDegree, c.strength_uT, c.seconds, to_string(c.trust.verdict),
         to_string(c.fit.reason));
-    fmt::print("    noise acc {:.4f} gyr {:.5f} mag {:.4f}; gyr bias {:.5f} {:.5f} {:.5f}; mag bias {:.2f} {:.2f} {:.2f}\n", c.noise.acc, c.noise.gyr,
+    fmt::print("    {} reach {:.2f} lag {:.2f} ms;noise acc {:.4f} gyr {:.5f} mag {:.4f}; gyr bias {:.5f} {:.5f} {:.5f}; mag bias {:.2f} {:.2f} {:.2f}\n", to_string(c.motion), c.reach_m, c.effects.empty()?0.0:1e3*c.effects[0].parameters[0].value, c.noise.acc, c.noise.gyr,
                c.noise.mag, c.parameters.gyr_bias[0],c.parameters.gyr_bias[1],c.parameters.gyr_bias[2], c.parameters.mag[0].bias[0],c.parameters.mag[0].bias[1],c.parameters.mag[0].bias[2]);
   }
   return 0;

@@ -7,9 +7,10 @@
 #include <algorithm>
 #include <chrono>
 
-#include "calibration/noise_estimation.h"
+#include "calibration/choose_motion.h"
 #include "calibration/parameter_names.h"
 #include "calibration/rests.h"
+#include "calibration/stage.h"
 #include "calibration/trust.h"
 #include "calibration/uncertainty.h"
 #include "recording/error.h"
@@ -21,11 +22,7 @@ constexpr double kMinDuration = 5.0;     // s
 constexpr double kCoarseRate = 12.0;     // nodes a second while the noise is being found
 constexpr double kFullRate = 100.0;      // up to here every magnetometer sample is a node
 constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at most
-constexpr int kNoiseRounds = 8;
-constexpr double kNoiseSettled = 0.01;  // relative change of every density
-constexpr int kIntegrationRounds = 5;
-constexpr double kWarmDamping = 1e-9;
-constexpr double kBiasMoved = 1e-5;  // rad/s: integrate again
+constexpr double kOffsetShown = 4.0;      // standard deviations of a lag that is believed
 
 void check(const std::vector<const Recording*>& recordings) {
   if (recordings.empty()) throw InputError("", 0, 0, "no recording was given", "name at least one");
@@ -49,112 +46,17 @@ void check(const std::vector<const Recording*>& recordings) {
   }
 }
 
-// The fit at one density of nodes: model, values, and what is needed to refit.
-class Stage {
- public:
-  Stage(const std::vector<const Recording*>& recordings, const CalibrationOptions& options,
-        int every)
-      : recordings_(recordings), options_(options), plans_(plan_nodes(recordings, every)) {}
-
-  const std::vector<NodePlan>& plans() const { return plans_; }
-  const RotationModel& model() const { return *model_; }
-  const Result& result() const { return result_; }
-
-  // Optimizes from values, integrating the gyroscope again while its bias moves.
-  // warm: start is an optimum of a model much like this one.
-  void fit(const Values& start, const NoiseDensities& noise, bool warm) {
-    Values values = start;
-    for (int round = 0; round < kIntegrationRounds; ++round) {
-      const Vector3 bias = values.at<Vector3>(key::gyr_bias);
-      model_ = build_rotation_model(recordings_, plans_, bias, noise, options_.gravity);
-      OptimizerOptions optimizer = options_.optimizer;
-      if (warm || round > 0) optimizer.initial_damping = kWarmDamping;
-      Result result = LevenbergMarquardt(model_->graph, optimizer).optimize(values);
-      if (round > 0) {  // one record of the whole fit
-        result.cost_initial = result_.cost_initial;
-        result.iterations += result_.iterations;
-        result.seconds += result_.seconds;
-        std::vector<IterationRecord> trace = std::move(result_.trace);
-        for (IterationRecord record : result.trace) {
-          record.iteration = int(trace.size());
-          trace.push_back(record);
-        }
-        result.trace = std::move(trace);
-      }
-      result_ = std::move(result);
-      values = result_.values;
-      if ((values.at<Vector3>(key::gyr_bias) - bias).norm() < kBiasMoved) break;
-    }
-  }
-
-  // Fits and re-estimates the noise in turn until it settles. gyr_known: leave the gyroscope's.
-  NoiseDensities fit_noise(const Values& start, NoiseDensities noise, int rounds, bool gyr_known) {
-    fit(start, noise, false);
-    for (int round = 0; round < rounds; ++round) {
-      NoiseDensities next = restricted_ml(noise, sums());
-      if (gyr_known) next.gyr = noise.gyr;
-      const double change =
-          std::max({std::abs(next.acc / noise.acc - 1.0), std::abs(next.gyr / noise.gyr - 1.0),
-                    std::abs(next.mag / noise.mag - 1.0)});
-      noise = next;
-      fit(Values(result_.values), noise, true);
-      if (change < kNoiseSettled) break;
-    }
-    return noise;
-  }
-
-  SensorSums sums() const {
-    LinearSystem system(model_->graph, result_.values);
-    system.linearize(result_.values);
-    const VectorXd scale = column_scale(system);
-    const auto solver = make_linear_solver(options_.optimizer.backend);
-    double damping = 0.0;
-    while (!solver->factorize(system, scale, damping)) damping = std::max(1e-12, 10.0 * damping);
-    return residual_sums(system, SensorRows(model_->graph, system), *solver, scale);
-  }
-
- private:
-  const std::vector<const Recording*>& recordings_;
-  const CalibrationOptions& options_;
-  std::vector<NodePlan> plans_;
-  std::optional<RotationModel> model_;
-  Result result_;
-};
-
-// The coarse stage's optimum carried to a finer plan's nodes: parameters as they are, each pose
-// from the nearest coarse one by the gyroscope.
-Values refine(const std::vector<const Recording*>& recordings, const Stage& coarse,
-              const std::vector<NodePlan>& fine) {
-  const Values& from = coarse.result().values;
-  Values values;
-  for (std::size_t r = 0; r < recordings.size(); ++r) {
-    const IntegratedRotation gyr(recordings[r]->gyr, from.at<Vector3>(key::gyr_bias));
-    const NodePlan& plan = coarse.plans()[r];
-    std::size_t k = 0;
-    for (std::size_t i = 0; i < fine[r].t.size(); ++i) {
-      const double t = fine[r].t[i];
-      while (k + 1 < plan.t.size() && std::abs(plan.t[k + 1] - t) <= std::abs(plan.t[k] - t)) ++k;
-      const Rot3 nearest = from.at<Rot3>(R(plan.first + int(k)));
-      values.insert(R(fine[r].first + int(i)),
-                    (nearest * gyr.between(plan.t[k], t)).normalized());
-    }
-  }
-  for (const Values::Slot& s : from.slots()) {
-    if (s.key.symbol == R(0).symbol) continue;
-    if (s.type == VariableTraits<Vector3>::type()) values.insert(s.key, from.at<Vector3>(s.key));
-    if (s.type == VariableTraits<Matrix3>::type()) values.insert(s.key, from.at<Matrix3>(s.key));
-    if (s.type == VariableTraits<double>::type()) values.insert(s.key, from.at<double>(s.key));
-  }
-  return values;
-}
-
 // The two exact symmetries of the contract: cos(alpha) > 0, and det D > 0 of magnetometer 0.
 void fix_symmetries(Values& values, int magnetometers, int recordings,
                     const std::vector<NodePlan>& plans) {
   const Rot3 half_turn = Rot3::from_unit_quaternion(Vector4(0.0, 0.0, 0.0, 1.0));
   const auto turn = [&](const NodePlan& plan) {
     for (int k = 0; k < int(plan.t.size()); ++k) {
-      values.update(R(plan.first + k), half_turn * values.at<Rot3>(R(plan.first + k)));
+      const int id = plan.first + k;
+      values.update(R(id), half_turn * values.at<Rot3>(R(id)));
+      if (!values.contains(V(id))) continue;
+      values.update(V(id), Vector3(half_turn * values.at<Vector3>(V(id))));
+      values.update(P(id), Vector3(half_turn * values.at<Vector3>(P(id))));
     }
   };
   if (values.at<Matrix3>(key::distortion).determinant() < 0.0) {
@@ -203,28 +105,37 @@ int automatic_node_every(const Recording& recording) {
 }
 
 void fill_parameters(Calibration& c, const std::vector<const Recording*>& recordings,
-                     const std::vector<NodePlan>& plans) {
+                     const Stage& stage) {
   const Values& values = c.fit.values;
+  const bool moving = c.motion == MotionModel::kHandHeld;
   c.parameters.acc_bias = values.at<Vector3>(key::acc_bias);
   c.parameters.gyr_bias = values.at<Vector3>(key::gyr_bias);
   c.parameters.dip_rad = values.at<double>(dip_of(0));
   c.parameters.mag.clear();
+  c.mag_names = recordings.front()->mag_names;
   for (int m = 0; m < int(recordings.front()->mag.size()); ++m) {
     c.parameters.mag.push_back({values.at<Matrix3>(key::distortion_of(m)),
                                 values.at<Vector3>(key::mag_bias_of(m))});
+    if (!stage.spec().mag_time_offset) continue;
+    if (m == 0) c.effects.push_back({"mag_time_offset", {}});
+    c.effects.back().parameters.push_back({fmt::format("magnetometers[{}].time_offset_s", m), "s",
+                                           values.at<double>(key::mag_time_offset_of(m))});
   }
-  c.mag_names = recordings.front()->mag_names;
   c.strength_uT = std::cbrt(c.parameters.mag.front().distortion.determinant());
   for (std::size_t r = 0; r < recordings.size(); ++r) {
+    const NodePlan& plan = stage.plans()[r];
     TrajectoryEstimate trajectory;
     trajectory.recording = recordings[r]->name;
-    trajectory.t = plans[r].t;
-    for (int k = 0; k < int(plans[r].t.size()); ++k) {
-      trajectory.nRb.push_back(values.at<Rot3>(R(plans[r].first + k)));
+    trajectory.t = plan.t;
+    for (int k = 0; k < int(plan.t.size()); ++k) {
+      trajectory.nRb.push_back(values.at<Rot3>(R(plan.first + k)));
+      if (!moving) continue;
+      trajectory.v.push_back(values.at<Vector3>(V(plan.first + k)));
+      trajectory.p.push_back(values.at<Vector3>(P(plan.first + k)));
     }
     c.trajectories.push_back(std::move(trajectory));
     c.samples += int(recordings[r]->gyr.size());
-    c.nodes += int(plans[r].t.size());
+    c.nodes += int(plan.t.size());
     FieldEstimate field;
     field.recording = recordings[r]->name;
     field.dip_rad = values.at<double>(dip_of(int(r)));
@@ -238,12 +149,95 @@ void fill_residuals(Calibration& c, const Stage& stage) {
       c.nodes / std::max(1e-9, c.trajectories.front().t.back() - c.trajectories.front().t.front());
   const double densities[3] = {c.noise.acc, c.noise.gyr, c.noise.mag};
   for (std::size_t s = 0; s < 3; ++s) {
-    const double left = std::max(1.0, sums.rows[s] - sums.absorbed[s]);
-    c.residuals[s].rms = std::sqrt(sums.squares[s] / left);
+    c.residuals[s].rms = sums.rms(Sensor(s));
     c.residuals[s].lag1 = sums.lag1[s];
     c.residuals[s].rms_unit = c.residuals[s].rms * densities[s] * std::sqrt(nodes_per_s);
   }
 }
+
+// The stages of one calibration, from the first guess to the model that is kept.
+class Pipeline {
+ public:
+  Pipeline(const std::vector<const Recording*>& recordings, const CalibrationOptions& options)
+      : recordings_(recordings),
+        options_(options),
+        guess_(initialize(recordings, options.initialization)),
+        rest_(options.noise.value_or(rest_noise(recordings))) {
+    const double mag_rate = recordings.front()->mag.front().rate_hz();
+    every_ = options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
+    coarse_every_ = std::max(every_, int(std::ceil(mag_rate / kCoarseRate)));
+  }
+
+  // Few nodes first: most iterations, the search for the noise and the choices are cheap there.
+  Stage run(Calibration& c) {
+    Stage coarse = choose(c);
+    coarse = with_offset(coarse);
+    Stage fine(recordings_, coarse.spec(), every_, options_.optimizer);
+    Values start = carry_over(recordings_, coarse, fine);
+    fix_symmetries(start, int(recordings_.front()->mag.size()), int(recordings_.size()),
+                   fine.plans());
+    fine.fit(start, true);
+    return fine;
+  }
+
+ private:
+  Stage coarse_fit(MotionModel motion) const {
+    ModelSpec spec;
+    spec.motion = motion;
+    spec.gravity = options_.gravity;
+    spec.noise = completed(rest_, *recordings_.front(), guess_);
+    Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
+    const Values start = initial_values(recordings_, stage.plans(), guess_, motion);
+    fit_with_noise(stage, start);
+    return stage;
+  }
+
+  void fit_with_noise(Stage& stage, const Values& start) const {
+    if (options_.noise) {
+      stage.fit(start, false);
+    } else {
+      // Where the motion is modelled, the accelerometer's noise is that at rest.
+      const bool acc_known = stage.spec().motion == MotionModel::kHandHeld && rest_.acc > 0.0;
+      stage.fit_noise(start, rest_.gyr > 0.0, acc_known);
+    }
+  }
+
+  Stage choose(Calibration& c) const {
+    if (options_.motion != MotionModel::kAuto) return coarse_fit(options_.motion);
+    const Stage rotation = coarse_fit(MotionModel::kRotation);
+    const Stage hand_held = coarse_fit(MotionModel::kHandHeld);
+    const MotionChoice choice = choose_motion(rotation, hand_held, rest_.acc);
+    c.motion_reason = choice.reason;
+    return choice.motion == MotionModel::kRotation ? rotation : hand_held;
+  }
+
+  // The stage with a lag of the magnetometers, if the data show one.
+  Stage with_offset(const Stage& stage) const {
+    if (!options_.mag_time_offset.value_or(true)) return stage;
+    ModelSpec spec = stage.spec();
+    spec.mag_time_offset = true;
+    Stage delayed(recordings_, spec, coarse_every_, options_.optimizer);
+    fit_with_noise(delayed, carry_over(recordings_, stage, delayed));
+    return options_.mag_time_offset.has_value() || shows_offset(delayed) ? delayed : stage;
+  }
+
+  bool shows_offset(const Stage& stage) const {
+    Calibration c;
+    c.fit = stage.result();
+    fill_parameters(c, recordings_, stage);
+    fill_uncertainty(c, stage.graph(), options_);
+    for (const ActiveEffect::Parameter& p : c.effects.front().parameters) {
+      if (std::abs(p.value) > kOffsetShown * std::max(p.sigma, p.sigma_model)) return true;
+    }
+    return false;
+  }
+
+  const std::vector<const Recording*>& recordings_;
+  const CalibrationOptions& options_;
+  InitialGuess guess_;
+  NoiseDensities rest_;  // given, or from rests (0 where there are none)
+  int every_ = 1, coarse_every_ = 1;
+};
 
 }  // namespace
 
@@ -255,37 +249,20 @@ Calibration calibrate(const std::vector<const Recording*>& recordings,
                       const CalibrationOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   check(recordings);
-  const int magnetometers = int(recordings.front()->mag.size());
-  const int count = int(recordings.size());
-  const double mag_rate = recordings.front()->mag.front().rate_hz();
-
   Calibration c;
-  c.gravity = options.gravity;
-  c.noise_given = options.noise.has_value();
-  c.node_every =
-      options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
-  const InitialGuess guess = initialize(recordings, options.initialization);
-  const NoiseDensities rested = rest_noise(recordings);
-  c.noise = options.noise.value_or(completed(rested, *recordings.front(), guess));
-
-  // Few nodes first: most iterations, and the search for the noise, are cheap there.
-  const int coarse_every = std::max(c.node_every, int(std::ceil(mag_rate / kCoarseRate)));
-  Stage coarse(recordings, options, coarse_every);
-  const Values first = initial_values(recordings, coarse.plans(), guess);
-  if (c.noise_given) {
-    coarse.fit(first, c.noise, false);
-  } else {
-    c.noise = coarse.fit_noise(first, c.noise, kNoiseRounds, rested.gyr > 0.0);
-  }
-  Stage fine(recordings, options, c.node_every);
-  Values refined = refine(recordings, coarse, fine.plans());
-  fix_symmetries(refined, magnetometers, count, fine.plans());
-  fine.fit(refined, c.noise, true);
-
+  Pipeline pipeline(recordings, options);
+  const Stage fine = pipeline.run(c);
   c.fit = fine.result();
-  fill_parameters(c, recordings, fine.plans());
+  c.motion = fine.spec().motion;
+  if (c.motion == MotionModel::kHandHeld) c.reach_m = fine.spec().reach_m;
+  c.noise = fine.spec().noise;
+  c.noise_given = options.noise.has_value();
+  c.gravity = options.gravity;
+  c.node_every = options.node_every > 0 ? options.node_every
+                                        : automatic_node_every(*recordings.front());
+  fill_parameters(c, recordings, fine);
   fill_residuals(c, fine);
-  fill_uncertainty(c, fine.model().graph, options);
+  fill_uncertainty(c, fine.graph(), options);
   judge(c, recordings);
   c.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return c;

@@ -24,6 +24,11 @@ struct CalibrationOptions {
   // the residuals.
   std::optional<NoiseDensities> noise;
   double gravity = kStandardGravity;  // m/s^2
+  // Did the sensor only turn, or did a hand move it? kAuto: decided from the data, and said.
+  MotionModel motion = MotionModel::kAuto;
+  // A lag of the magnetometer is estimated: always, never, or (nothing given) where the data show
+  // one beyond four of its standard deviations.
+  std::optional<bool> mag_time_offset;
   // Magnetometer samples a node; 0: every sample up to 100 Hz, fewer nodes above (about 36 Hz).
   // All samples are used in any case, as means about the nodes.
   int node_every = 0;

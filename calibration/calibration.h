@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/model.h"
 #include "factors/sensor_model.h"
 #include "solvers/levenberg_marquardt.h"
 
@@ -35,6 +36,17 @@ struct TrajectoryEstimate {
   std::string recording;
   std::vector<double> t;
   std::vector<Rot3> nRb;
+  std::vector<Vector3> v, p;  // hand_held only: velocity, m/s, and position, m, in n
+};
+
+// A model extension that is part of the calibration (CONTRACT.md lists the effects).
+struct ActiveEffect {
+  struct Parameter {
+    std::string name, unit;
+    double value = 0.0, sigma = 0.0, sigma_model = 0.0;
+  };
+  std::string name;
+  std::vector<Parameter> parameters;
 };
 
 // One recording's field.
@@ -61,7 +73,10 @@ struct Calibration {
   NoiseDensities noise;
   bool noise_given = false;
   double gravity = kStandardGravity;
-  std::string motion = "rotation";
+  MotionModel motion = MotionModel::kRotation;
+  std::string motion_reason;  // why, in a sentence, where it was chosen from the data
+  double reach_m = 0.0;       // hand_held: sigma of the position about the middle of its reach
+  std::vector<ActiveEffect> effects;
 
   int samples = 0;  // IMU samples
   int nodes = 0;

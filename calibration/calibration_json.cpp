@@ -58,6 +58,18 @@ Json field(const FieldEstimate& f) {
           {"dip_deg_sigma_model", f.dip_sigma_model_rad / kDegree}};
 }
 
+Json effect_json(const ActiveEffect& effect) {
+  Json parameters = Json::array();
+  for (const ActiveEffect::Parameter& p : effect.parameters) {
+    parameters.push_back({{"name", p.name},
+                          {"value", p.value},
+                          {"sigma", p.sigma},
+                          {"sigma_model", p.sigma_model},
+                          {"unit", p.unit}});
+  }
+  return {{"name", effect.name}, {"parameters", parameters}};
+}
+
 Json fit(const Calibration& c) {
   Json trace = Json::array();
   for (const IterationRecord& r : c.fit.trace) {
@@ -112,9 +124,12 @@ Json to_json(const Calibration& c) {
                   {"gyro", c.noise.gyr},
                   {"mag", c.noise.mag},
                   {"source", source}};
-  out["motion"] = c.motion;
+  out["motion"] = to_string(c.motion);
+  out["motion_reason"] = c.motion_reason;
+  if (c.motion == MotionModel::kHandHeld) out["reach_m"] = c.reach_m;
   out["gravity"] = c.gravity;
   out["effects"] = Json::array();
+  for (const ActiveEffect& effect : c.effects) out["effects"].push_back(effect_json(effect));
   out["fit"] = fit(c);
   const char* names[3] = {"acc", "gyr", "mag"};
   for (std::size_t s = 0; s < 3; ++s) {

@@ -57,14 +57,19 @@ InitialGuess initialize(const std::vector<const Recording*>& recordings,
 }
 
 Values initial_values(const std::vector<const Recording*>& recordings,
-                      const std::vector<NodePlan>& plans, const InitialGuess& guess) {
+                      const std::vector<NodePlan>& plans, const InitialGuess& guess,
+                      MotionModel motion) {
   Values values;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const IntegratedRotation gyr(recordings[i]->gyr, guess.parameters.gyr_bias);
     const std::vector<Rot3> attitudes =
         estimate_attitudes(*recordings[i], guess.parameters, gyr, plans[i].t);
     for (std::size_t k = 0; k < attitudes.size(); ++k) {
-      values.insert(R(plans[i].first + int(k)), attitudes[k]);
+      const int id = plans[i].first + int(k);
+      values.insert(R(id), attitudes[k]);
+      if (motion != MotionModel::kHandHeld) continue;
+      values.insert(V(id), Vector3::Zero());
+      values.insert(P(id), Vector3::Zero());
     }
   }
   values.insert(key::acc_bias, guess.parameters.acc_bias);

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "calibration/rotation_model.h"
+#include "calibration/model.h"
 
 namespace magimu {
 
@@ -26,8 +26,9 @@ struct InitialGuess {
 InitialGuess initialize(const std::vector<const Recording*>& recordings,
                         const InitializationOptions& options);
 
-// All variables of the rotation model at the guess.
+// All variables of a model at the guess; velocities and positions at zero.
 Values initial_values(const std::vector<const Recording*>& recordings,
-                      const std::vector<NodePlan>& plans, const InitialGuess& guess);
+                      const std::vector<NodePlan>& plans, const InitialGuess& guess,
+                      MotionModel motion);
 
 }  // namespace magimu

@@ -38,4 +38,31 @@ PreintegratedGyroscope IntegratedRotation::preintegrate(double a, double b) cons
   return out;
 }
 
+PreintegratedImu IntegratedRotation::preintegrate(double a, double b, const VectorSeries& acc,
+                                                  const Vector3& acc_bias, double gyr_density,
+                                                  double acc_density) const {
+  constexpr double kSliver = 1e-9;  // s: pieces shorter than this are rounding
+  PreintegratedImu out(bias_, acc_bias, gyr_density, acc_density);
+  std::size_t g = sample_at(a);
+  // The accelerometer's sample nearest to a.
+  const auto end_of = [&](std::size_t k) {
+    return k + 1 < acc.size() ? 0.5 * (acc.t[k] + acc.t[k + 1]) : b;
+  };
+  const auto it = std::upper_bound(acc.t.begin(), acc.t.end(), a);
+  std::size_t k = it == acc.t.begin() ? 0 : std::size_t(it - acc.t.begin()) - 1;
+  if (k + 1 < acc.size() && end_of(k) <= a + kSliver) ++k;
+  double t = a;
+  while (t < b - kSliver) {
+    const double gyr_end = g + 1 < gyr_.size() ? gyr_.t[g + 1] : b;
+    const double end = std::min({b, gyr_end, std::max(end_of(k), t)});
+    if (end > t + kSliver) {
+      out.integrate(gyr_.v[g], acc.v[k], end - t);
+      t = end;
+    }
+    if (g + 1 < gyr_.size() && gyr_end <= t + kSliver) ++g;
+    if (k + 1 < acc.size() && end_of(k) <= t + kSliver) ++k;
+  }
+  return out;
+}
+
 }  // namespace magimu

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "factors/preintegrated_gyroscope.h"
+#include "factors/preintegrated_imu.h"
 #include "recording/recording.h"
 
 namespace magimu {
@@ -17,8 +18,14 @@ class IntegratedRotation {
   Rot3 at(double t) const;
   // Rotation from the IMU frame at time b to that at time a.
   Rot3 between(double a, double b) const { return at(a).inverse() * at(b); }
-  // The same for a < b, with bias Jacobian and covariance.
+  // Rate at time t, bias removed, rad/s.
+  Vector3 rate(double t) const { return gyr_.v[sample_at(t)] - bias_; }
+  // between(a, b) for a < b, with bias Jacobian and covariance.
   PreintegratedGyroscope preintegrate(double a, double b) const;
+  // The same with the accelerometer, each of whose samples is held from half a sample before its
+  // time to half a sample after; densities per sqrt(Hz).
+  PreintegratedImu preintegrate(double a, double b, const VectorSeries& acc, const Vector3& acc_bias,
+                                double gyr_density, double acc_density) const;
 
  private:
   std::size_t sample_at(double t) const;

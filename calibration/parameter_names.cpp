@@ -3,22 +3,25 @@
 
 #include <fmt/format.h>
 
-#include "calibration/rotation_model.h"
+#include "calibration/nodes.h"
 #include "factors/keys.h"
 
 namespace magimu {
 
-std::vector<Key> parameter_keys(int magnetometers, int recordings) {
+std::vector<Key> parameter_keys(int magnetometers, int recordings, bool mag_time_offset) {
   std::vector<Key> keys{key::acc_bias, key::gyr_bias};
   for (int m = 0; m < magnetometers; ++m) {
     keys.push_back(key::distortion_of(m));
     keys.push_back(key::mag_bias_of(m));
   }
   for (int r = 0; r < recordings; ++r) keys.push_back(dip_of(r));
+  for (int m = 0; mag_time_offset && m < magnetometers; ++m) {
+    keys.push_back(key::mag_time_offset_of(m));
+  }
   return keys;
 }
 
-std::vector<std::string> parameter_names(int magnetometers, int recordings) {
+std::vector<std::string> parameter_names(int magnetometers, int recordings, bool mag_time_offset) {
   std::vector<std::string> names;
   for (int i = 0; i < 3; ++i) names.push_back(fmt::format("accelerometer.bias[{}]", i));
   for (int i = 0; i < 3; ++i) names.push_back(fmt::format("gyroscope.bias[{}]", i));
@@ -30,6 +33,9 @@ std::vector<std::string> parameter_names(int magnetometers, int recordings) {
   }
   for (int r = 0; r < recordings; ++r) {
     names.push_back(recordings == 1 ? "field.dip_deg" : fmt::format("fields[{}].dip_deg", r));
+  }
+  for (int m = 0; mag_time_offset && m < magnetometers; ++m) {
+    names.push_back(fmt::format("magnetometers[{}].time_offset_s", m));
   }
   return names;
 }

@@ -27,6 +27,7 @@ void judge_fit(Calibration& c) {
 }
 
 void judge_motion(Calibration& c) {
+  if (c.motion == MotionModel::kHandHeld) return;  // the model carries it
   const double acc = c.residuals[0].rms_unit, bias = c.parameters.acc_bias.norm();
   if (acc > kAccResidualNo || bias > kPlausibleAccBias) {
     c.trust.lower(

@@ -27,6 +27,12 @@ std::string spoken(Key key) {
       return "the magnetometer bias";
     case 'i':
       return "the dip";
+    case 'l':
+      return "the magnetometer's lag";
+    case 'V':
+      return "the velocity";
+    case 'P':
+      return "the position";
     default:
       return to_string(key);
   }
@@ -59,8 +65,9 @@ double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covaria
 
 void fill_uncertainty(Calibration& c, const FactorGraph& graph, const CalibrationOptions& options) {
   const int magnetometers = int(c.parameters.mag.size()), recordings = int(c.fields.size());
-  const std::vector<Key> keys = parameter_keys(magnetometers, recordings);
-  c.order = parameter_names(magnetometers, recordings);
+  const bool offsets = !c.effects.empty();
+  const std::vector<Key> keys = parameter_keys(magnetometers, recordings, offsets);
+  c.order = parameter_names(magnetometers, recordings, offsets);
 
   const Marginals marginals(graph, c.fit.values, options.optimizer.backend);
   for (const NullDirection& direction : marginals.null_space()) {
@@ -81,14 +88,21 @@ void fill_uncertainty(Calibration& c, const FactorGraph& graph, const Calibratio
   c.covariance = sandwich_covariance(system, H, block_of_row, blocks);
 
   VectorXd unit = VectorXd::Ones(Eigen::Index(c.order.size()));
-  unit.tail(recordings).setConstant(1.0 / kDegree);
+  const Eigen::Index first_dip = 6 + 12 * magnetometers;
+  unit.segment(first_dip, recordings).setConstant(1.0 / kDegree);
   c.covariance = unit.asDiagonal() * c.covariance * unit.asDiagonal();
   c.covariance_model = unit.asDiagonal() * c.covariance_model * unit.asDiagonal();
 
   for (int r = 0; r < recordings; ++r) {
-    const Eigen::Index i = unit.size() - recordings + r;
+    const Eigen::Index i = first_dip + r;
     c.fields[std::size_t(r)].dip_sigma_rad = std::sqrt(c.covariance(i, i)) * kDegree;
     c.fields[std::size_t(r)].dip_sigma_model_rad = std::sqrt(c.covariance_model(i, i)) * kDegree;
+  }
+  for (ActiveEffect& effect : c.effects) {
+    for (ActiveEffect::Parameter& p : effect.parameters) {
+      p.sigma = c.sigma(p.name);
+      p.sigma_model = c.sigma_model(p.name);
+    }
   }
   const Matrix3& D = c.parameters.mag.front().distortion;
   c.strength_sigma_uT = strength_sigma(D, c.strength_uT, c.covariance);

@@ -9,6 +9,10 @@ namespace magimu {
 // Orientation of node k, IMU frame to n.
 constexpr Key R(int k) { return {'R', std::uint32_t(k)}; }
 
+// Velocity of node k in n, m/s, and its position relative to the middle of the hand's reach, m.
+constexpr Key V(int k) { return {'V', std::uint32_t(k)}; }
+constexpr Key P(int k) { return {'P', std::uint32_t(k)}; }
+
 namespace key {
 
 inline constexpr Key acc_bias{'a', 0};  // o_a, Vector3, m/s^2
@@ -18,6 +22,8 @@ inline constexpr Key dip{'i', 0};       // alpha, double, rad
 // Magnetometer i of an array; the plain names are those of the first.
 constexpr Key distortion_of(int i) { return {'D', std::uint32_t(i)}; }  // D, Matrix3, uT
 constexpr Key mag_bias_of(int i) { return {'m', std::uint32_t(i)}; }    // o_m, Vector3, uT
+// Seconds by which magnetometer i lags the gyroscope, double.
+constexpr Key mag_time_offset_of(int i) { return {'l', std::uint32_t(i)}; }
 inline constexpr Key distortion = distortion_of(0);
 inline constexpr Key mag_bias = mag_bias_of(0);
 

@@ -8,7 +8,7 @@
 
 #include "recording/broad_fields.h"
 #include "recording/error.h"
-#include "recording/quoted.h"
+#include "recording/quoted_text.h"
 
 namespace magimu {
 namespace {
@@ -59,7 +59,9 @@ bool has(const BroadFile& file, const std::string& name) {
 
 void check_fields(const BroadFile& file) {
   std::string there;
-  for (const std::string& name : file.names) there += (there.empty() ? "" : ", ") + quoted(name);
+  for (const std::string& name : file.names) {
+    there += (there.empty() ? "" : ", ") + quoted_text(name);
+  }
   for (const char* name : {"imu_acc", "imu_gyr", "imu_mag", "sampling_rate"}) {
     if (has(file, name)) continue;
     throw InputError(file.path, 0, 0,

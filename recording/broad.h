@@ -7,9 +7,11 @@
 //   opt_quat (w x y z), opt_pos N x 4, N x 3   optional, the cameras' orientation and position (m)
 //   movement                    N       optional, true in the phase that counts in the benchmark
 //
-// Arrays may lie the other way round (3 x N). Sample k is at k / sampling_rate. What the cameras
-// saw goes to recording.truth, with valid = false where they lost the markers (NaN in the file). An
-// IMU sample that is not finite is left out, with a note.
+// Arrays may lie the other way round (3 x N). Sample k is at k / sampling_rate, but the
+// gyroscope's half an interval earlier: its samples are means centred on their times, and Recording
+// holds the start of the interval. What the cameras saw goes to recording.truth, with valid = false
+// where they lost the markers (NaN in the file). An IMU sample that is not finite is left out, with
+// a note.
 #pragma once
 
 #include <string>

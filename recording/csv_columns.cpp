@@ -9,7 +9,7 @@
 #include <initializer_list>
 
 #include "recording/error.h"
-#include "recording/quoted.h"
+#include "recording/quoted_text.h"
 
 namespace magimu {
 namespace {
@@ -106,7 +106,7 @@ class HeaderReader {
         if (csv_column_name(column.name) != column.name) {
           fail(0,
                fmt::format("column {} is to be read as {}, which is no name of ours",
-                           quoted(field.header), quoted(column.name)),
+                           quoted_text(field.header), quoted_text(column.name)),
                "use t, acc_x, gyr_x, mag_x, mag1_x, pos_x, temp, current or the like");
         }
       } else if (std::string name = csv_column_name(field.header); !name.empty()) {
@@ -127,8 +127,8 @@ class HeaderReader {
       if (named_[i].claim == named_[other].claim) {
         fail(i + 1,
              fmt::format("columns {} ({}) and {} ({}) are both {}", other + 1,
-                         quoted(columns_.fields[other].header), i + 1,
-                         quoted(columns_.fields[i].header), named_[i].name),
+                         quoted_text(columns_.fields[other].header), i + 1,
+                         quoted_text(columns_.fields[i].header), named_[i].name),
              "delete or rename one of them");
       }
       if (named_[i].claim > named_[other].claim) entry->second = i;
@@ -137,7 +137,7 @@ class HeaderReader {
 
   std::string headers() const {
     std::vector<std::string> shown;
-    for (const auto& field : columns_.fields) shown.push_back(quoted(field.header));
+    for (const auto& field : columns_.fields) shown.push_back(quoted_text(field.header));
     if (shown.size() > 40) shown.resize(40);
     return fmt::format("{}", fmt::join(shown, ", "));
   }
@@ -148,7 +148,7 @@ class HeaderReader {
           columns_.fields.end()) {
         continue;
       }
-      fail(0, fmt::format("there is no column {}, to be read as {}", quoted(header), name),
+      fail(0, fmt::format("there is no column {}, to be read as {}", quoted_text(header), name),
            "the columns there are: " + headers());
     }
   }
@@ -227,9 +227,9 @@ class HeaderReader {
     for (std::size_t i = 0; i < named_.size(); ++i) {
       const CsvColumns::Field& field = columns_.fields[i];
       if (field.slot == CsvColumns::kIgnored) {
-        ignored.push_back(quoted(field.header));
+        ignored.push_back(quoted_text(field.header));
       } else if (named_[i].claim != kExact) {
-        mapped.push_back(fmt::format("{} as {}", quoted(field.header), named_[i].name));
+        mapped.push_back(fmt::format("{} as {}", quoted_text(field.header), named_[i].name));
       }
     }
     if (!mapped.empty()) {

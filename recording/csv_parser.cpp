@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "recording/error.h"
-#include "recording/quoted.h"
+#include "recording/quoted_text.h"
 
 namespace magimu {
 namespace {
@@ -80,13 +80,14 @@ void CsvParser::number(std::size_t field, std::string_view text) {
   const char* const last = digits.data() + digits.size();
   const auto [end, error] = std::from_chars(digits.data(), last, value);
   if (error == std::errc::invalid_argument || end != last) {
-    fail(field + 1, fmt::format("{} in column {} is not a number", quoted(text), column.header),
+    fail(field + 1,
+         fmt::format("{} in column {} is not a number", quoted_text(text), column.header),
          "write it like -1.25e-3, or leave the field empty where the sensor has no sample");
   }
   value *= column.unit;
   if (error == std::errc::result_out_of_range || !std::isfinite(value)) {
     fail(field + 1,
-         fmt::format("{} in column {} is not a finite number", quoted(text), column.header),
+         fmt::format("{} in column {} is not a finite number", quoted_text(text), column.header),
          "leave the field empty where the sensor has no sample");
   }
   values_[static_cast<std::size_t>(column.slot)] = value;

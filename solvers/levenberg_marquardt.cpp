@@ -12,6 +12,10 @@ namespace {
 constexpr int kMaxRises = 5;  // Gauss-Newton gives up after so many rising costs in a row
 // The cost is known to about this relative precision: its sum has rounding errors.
 constexpr double kCostPrecision = 1e-12;
+// Damping up to this leaves a step's length about what it would be without.
+constexpr double kLightDamping = 1e-4;
+
+constexpr const char* kNotFiniteMessage = "A residual or a Jacobian is not a finite number.";
 
 struct Step {
   VectorXd delta;
@@ -31,6 +35,10 @@ class Run {
     result_.cost_initial = cost_;
   }
 
+  // False where a residual or a Jacobian is not a finite number: why solve() failed.
+  bool linearization_is_finite() const {
+    return system_.residual().allFinite() && system_.squared_column_norms().allFinite();
+  }
   bool start_is_finite() {
     if (std::isfinite(cost_)) return true;
     stop(StopReason::kNotFinite, "The residuals at the initial values are not finite numbers.");
@@ -66,7 +74,9 @@ class Run {
                              step.sigma, damping, gain_ratio, accepted});
     result_.step_norm = step.delta.norm();
   }
-  double gradient_norm() const { return column_scale(system_).cwiseProduct(system_.gradient()).norm(); }
+  double gradient_norm() const {
+    return column_scale(system_).cwiseProduct(system_.gradient()).norm();
+  }
   int steps() const { return int(result_.trace.size()); }
 
   void stop(StopReason reason, const std::string& message) {
@@ -77,7 +87,8 @@ class Run {
     std::string message = "The data leave a combination of variables undetermined";
     const auto null = find_null_space(system_, *solver_);
     for (const NullDirection& direction : null) {
-      message += (&direction == null.data() ? ": " : "; and ") + describe(direction, result_.values);
+      message +=
+          (&direction == null.data() ? ": " : "; and ") + describe(direction, result_.values);
     }
     stop(StopReason::kSingular, message + ". Add a factor on it: a measurement or a prior.");
   }
@@ -132,15 +143,17 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
   Run run(graph_, options_, initial);
   if (!run.start_is_finite()) return run.finish();
   double damping = options_.initial_damping, growth = 2.0;
-  run.stop(StopReason::kMaxIterations, "The limit of " + std::to_string(options_.max_iterations) +
-                                           " iterations was reached; the result is not the optimum.");
+  run.stop(StopReason::kMaxIterations,
+           "The limit of " + std::to_string(options_.max_iterations) +
+               " iterations was reached; the result is not the optimum.");
   while (run.steps() < options_.max_iterations) {
     const double used = damping < options_.min_damping ? 0.0 : damping;
     const double gradient_norm = run.gradient_norm();
     Step step;
     bool accepted = false;
     double gain_ratio = 0.0, cost = run.cost();
-    if (run.solve(used, step)) {
+    const bool solved = run.solve(used, step);
+    if (solved) {
       Values candidate = run.moved(step);
       cost = run.cost_at(candidate);
       const double decrease = run.cost() - cost;
@@ -149,13 +162,15 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
       gain_ratio = at_rounding ? 1.0 : decrease / step.predicted_decrease;
       accepted = std::isfinite(cost) && gain_ratio > options_.min_gain_ratio;
       if (accepted) run.accept(std::move(candidate));
-    } else if (!step.delta.allFinite()) {
-      run.stop(StopReason::kNotFinite, "A residual or a Jacobian is not a finite number.");
+    } else if (!run.linearization_is_finite()) {
+      run.stop(StopReason::kNotFinite, kNotFiniteMessage);
       break;
     }
     run.record(step, used, gain_ratio, accepted, gradient_norm);
-    // A heavily damped step is short for another reason than being at the optimum.
-    if (accepted && step.sigma < options_.step_tolerance && used <= options_.initial_damping) {
+    // A heavily damped step is short for another reason than being at the optimum. A light one of
+    // this length is at the optimum even if rejected: what it would gain is below rounding.
+    if (solved && step.sigma < options_.step_tolerance &&
+        used <= std::max(options_.initial_damping, kLightDamping)) {
       run.stop(StopReason::kConverged, converged_message(step));
       break;
     }
@@ -179,21 +194,27 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
 Result GaussNewton::optimize(const Values& initial) const {
   Run run(graph_, options_, initial);
   if (!run.start_is_finite()) return run.finish();
-  run.stop(StopReason::kMaxIterations, "The limit of " + std::to_string(options_.max_iterations) +
-                                           " iterations was reached; the result is not the optimum.");
+  run.stop(StopReason::kMaxIterations,
+           "The limit of " + std::to_string(options_.max_iterations) +
+               " iterations was reached; the result is not the optimum.");
   int rises = 0;
   while (run.steps() < options_.max_iterations) {
     const double gradient_norm = run.gradient_norm();
     Step step;
     if (!run.solve(0.0, step)) {
-      run.stop_singular();
+      if (run.linearization_is_finite()) {
+        run.stop_singular();
+      } else {
+        run.stop(StopReason::kNotFinite, kNotFiniteMessage);
+      }
       break;
     }
     const double before = run.cost();
     run.accept(run.moved(step));
     if (!std::isfinite(run.cost())) {
-      run.stop(StopReason::kNotFinite, "A full step led to residuals that are not finite numbers; "
-                                       "Levenberg-Marquardt would have shortened it.");
+      run.stop(StopReason::kNotFinite,
+               "A full step led to residuals that are not finite numbers; "
+               "Levenberg-Marquardt would have shortened it.");
       break;
     }
     run.record(step, 0.0, (before - run.cost()) / step.predicted_decrease, true, gradient_norm);

@@ -22,7 +22,11 @@ Marginals::Marginals(const FactorGraph& graph, const Values& values, Backend bac
   LinearSystem system(graph, values);
   system.linearize(values);
   scale_ = column_scale(system);
-  null_space_ = find_null_space(system, *solver_);
+  // All of them: one that is missed would pass for determined.
+  for (int limit = 8;; limit *= 2) {
+    null_space_ = find_null_space(system, *solver_, kNullTolerance, limit);
+    if (int(null_space_.size()) < limit) break;
+  }
   null_basis_.resize(system.cols(), Eigen::Index(null_space_.size()));
   for (std::size_t i = 0; i < null_space_.size(); ++i) {
     null_basis_.col(Eigen::Index(i)) = null_space_[i].direction.cwiseQuotient(scale_);

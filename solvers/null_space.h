@@ -16,17 +16,21 @@ struct NullDirection {
   VectorXd direction;           // d tangent, unit norm in those scaled columns, then unscaled
 };
 
+// A singular value of the column-scaled Jacobian below this is zero up to rounding.
+inline constexpr double kNullTolerance = 3e-7;
+
 // All null directions: singular values of the column-scaled Jacobian below tolerance, at most
 // max_directions of them (a deficiency larger than that needs no longer list). By subspace
 // iteration with the inverse of the damped normal matrix; the values themselves come from |J v|,
 // which loses nothing to squaring.
 std::vector<NullDirection> find_null_space(const LinearSystem& system, LinearSolver& solver,
-                                           double tolerance = 3e-7, int max_directions = 8);
+                                           double tolerance = kNullTolerance,
+                                           int max_directions = 8);
 
-// The direction in words: which variables move, the strongest first, poses of one letter summed up
-// ("all R (0 to 99): 0.71; D0: ..."). `name` puts one variable into the user's words.
-std::string describe(const NullDirection& direction, const Values& values,
-                     const std::function<std::string(Key)>& name =
-                         [](Key key) { return to_string(key); });
+// The direction in words: which variables move, the strongest first, many of one letter summed up
+// ("x0 along (0.96), R0 to R99"). `name` puts one variable into the user's words.
+std::string describe(
+    const NullDirection& direction, const Values& values,
+    const std::function<std::string(Key)>& name = [](Key key) { return to_string(key); });
 
 }  // namespace magimu

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "factors/accelerometer_factor.h"
+#include "factors/delayed_magnetometer_factor.h"
 #include "factors/field_direction_factor.h"
 #include "factors/field_rotation_factor.h"
 #include "factors/gyroscope_factor.h"
 #include "factors/keys.h"
 #include "factors/magnetometer_factor.h"
 #include "factors/preintegrated_gyroscope_factor.h"
+#include "factors/preintegrated_imu_factor.h"
 #include "factors/prior_factor.h"
 #include "factors/relative_rotation_factor.h"
 #include "tests/factors/jacobian_check.h"
@@ -166,6 +168,115 @@ TEST(PriorFactor, jacobians_are_correct_for_every_type_of_variable) {
     expect_correct_jacobians(PriorFactor<Matrix3>(key::distortion, random.matrix3(), {}), v);
     expect_correct_jacobians(PriorFactor<double>(key::dip, random.number(), {}), v);
   }
+}
+
+TEST(DelayedMagnetometerFactor, jacobians_are_correct) {
+  RandomValue random(11);
+  for (int i = 0; i < kTrials; ++i) {
+    Values v = random_values(random, 1.0);
+    v.insert(key::mag_time_offset_of(0), random.number(0.02));
+    expect_correct_jacobians(
+        DelayedMagnetometerFactor(R(0), key::distortion, key::mag_bias, key::dip,
+                                  key::mag_time_offset_of(0), random.vector3(30.0),
+                                  random.matrix3(), random.matrix3(), random.number(0.02), kUnit),
+        v);
+  }
+}
+
+PreintegratedImu integrate_imu(unsigned seed, const Vector3& gyr_bias, const Vector3& acc_bias,
+                               int samples, double h) {
+  RandomValue random(seed);
+  PreintegratedImu p(gyr_bias, acc_bias, 0.02, 0.1);
+  for (int i = 0; i < samples; ++i) {
+    const Vector3 gyr = random.vector3(2.0);
+    p.integrate(gyr, Vector3(0.0, 0.0, 9.8) + random.vector3(3.0), h);
+  }
+  return p;
+}
+
+TEST(PreintegratedImuFactor, jacobians_are_correct) {
+  RandomValue random(12);
+  for (unsigned i = 0; i < unsigned(kTrials); ++i) {
+    Values v = random_values(random, 0.2);
+    for (int k = 0; k < 2; ++k) {
+      v.insert(V(k), random.vector3());
+      v.insert(P(k), random.vector3(0.3));
+    }
+    const PreintegratedImu imu =
+        integrate_imu(i, random.vector3(0.05), random.vector3(0.2), 8, 0.0125);
+    expect_correct_jacobians(
+        PreintegratedImuFactor(R(0), V(0), P(0), R(1), V(1), P(1), key::gyr_bias, key::acc_bias,
+                               imu, gravity_n(9.8)),
+        v);
+  }
+}
+
+TEST(PreintegratedImu, bias_jacobians_agree_with_reintegration) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    RandomValue random(seed + 100);
+    const Vector3 dw = random.vector3(1e-4), da = random.vector3(1e-3);
+    const PreintegratedImu a = integrate_imu(seed, Vector3::Zero(), Vector3::Zero(), 20, 0.01);
+    const PreintegratedImu b = integrate_imu(seed, dw, da, 20, 0.01);
+    const Vec<double, 9> d = a.gyr_bias_jacobian() * dw + a.acc_bias_jacobian() * da;
+    const Rot3 predicted = a.delta_R() * Rot3::Exp(d.head<3>());
+    EXPECT_LT((predicted.inverse() * b.delta_R()).Log().norm(), 1e-8);
+    EXPECT_LT((a.delta_v() + d.segment<3>(3) - b.delta_v()).norm(), 2e-3 * d.segment<3>(3).norm());
+    EXPECT_LT((a.delta_p() + d.tail<3>() - b.delta_p()).norm(), 2e-3 * d.tail<3>().norm());
+  }
+}
+
+TEST(PreintegratedImu, covariance_agrees_with_monte_carlo) {
+  constexpr int kSamples = 16, kRuns = 20000;
+  constexpr double kH = 0.0125, kGyr = 0.02, kAcc = 0.1;
+  RandomValue random(13);
+  std::vector<std::pair<Vector3, Vector3>> inputs;
+  PreintegratedImu clean(Vector3::Zero(), Vector3::Zero(), kGyr, kAcc);
+  for (int i = 0; i < kSamples; ++i) {
+    inputs.emplace_back(random.vector3(3.0), random.vector3(5.0));
+    clean.integrate(inputs.back().first, inputs.back().second, kH);
+  }
+  Mat<double, 9, 9> sum = Mat<double, 9, 9>::Zero();
+  for (int run = 0; run < kRuns; ++run) {
+    PreintegratedImu noisy(Vector3::Zero(), Vector3::Zero(), kGyr, kAcc);
+    for (const auto& [gyr, acc] : inputs) {
+      const Vector3 e_gyr = random.vector3(kGyr / std::sqrt(kH));
+      noisy.integrate(gyr + e_gyr, acc + random.vector3(kAcc / std::sqrt(kH)), kH);
+    }
+    Vec<double, 9> e;
+    e << (clean.delta_R().inverse() * noisy.delta_R()).Log(), noisy.delta_v() - clean.delta_v(),
+        noisy.delta_p() - clean.delta_p();
+    sum += e * e.transpose();
+  }
+  // Compared in units in which the predicted covariance is the identity.
+  const Mat<double, 9, 9> W = Noise<9>::full(clean.covariance()).whitening();
+  const Mat<double, 9, 9> ratio = W * (sum / kRuns) * W.transpose();
+  EXPECT_LT((ratio - Mat<double, 9, 9>::Identity()).cwiseAbs().maxCoeff(), 0.06);
+}
+
+TEST(PreintegratedImu, a_circular_swing_is_integrated_to_where_it_ends) {
+  // Radius 0.5 m in the horizontal plane, turning with the circle at 2 rad/s.
+  constexpr double kRadius = 0.5, kRate = 2.0, kH = 1e-3;
+  PreintegratedImu imu(Vector3::Zero(), Vector3::Zero(), 0.02, 0.1);
+  for (int i = 0; i < 1000; ++i) {
+    imu.integrate(Vector3(0, 0, kRate), Vector3(-kRate * kRate * kRadius, 0, 9.8), kH);
+  }
+  Values v;
+  const auto at = [&](double angle, int k) {
+    const Rot3 nRb = Rot3::Exp(Vector3(0, 0, angle));
+    v.insert(R(k), nRb);
+    v.insert(P(k), Vector3(nRb * Vector3(kRadius, 0, 0)));
+    v.insert(V(k), Vector3(nRb * Vector3(0, kRadius * kRate, 0)));
+  };
+  at(0.3, 0);
+  at(2.3, 1);
+  v.insert(key::gyr_bias, Vector3::Zero());
+  v.insert(key::acc_bias, Vector3::Zero());
+  const PreintegratedImuFactor f(R(0), V(0), P(0), R(1), V(1), P(1), key::gyr_bias, key::acc_bias,
+                                 imu, gravity_n(9.8));
+  const Vec<double, 9> r = evaluate(f, stored_values(f, v));
+  EXPECT_LT(r.head<3>().norm(), 1e-10);
+  EXPECT_LT(r.segment<3>(3).norm(), 1e-6);
+  EXPECT_LT(r.tail<3>().norm(), 1e-3);  // the second order of position within a piece is left out
 }
 
 TEST(FieldDirectionFactor, jacobians_are_correct) {

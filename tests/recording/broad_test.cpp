@@ -13,8 +13,8 @@ namespace magimu {
 namespace {
 
 using testing::AnyOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 const std::string kHdf5 = "02_undisturbed_slow_rotation_B.hdf5";
 const std::string kMat = "21_undisturbed_fast_combined.mat";
@@ -37,8 +37,10 @@ void expect_broad(const Recording& recording, std::size_t samples, long phase, l
   EXPECT_EQ(recording.mag_names, std::vector<std::string>{"mag"});
   EXPECT_EQ(recording.acc.t[0], 0.0);
   EXPECT_NEAR(recording.acc.rate_hz(), 2000.0 / 7.0, 1e-6);
-  EXPECT_NEAR(recording.duration_s(), static_cast<double>(samples - 1) * 0.0035, 1e-9);
-  EXPECT_THAT(recording.notes, IsEmpty());
+  EXPECT_NEAR(recording.acc.t.back(), static_cast<double>(samples - 1) * 0.0035, 1e-9);
+  EXPECT_EQ(recording.mag[0].t, recording.acc.t);
+  EXPECT_NEAR(recording.gyr.t[0], -0.0035 / 2, 1e-9);
+  EXPECT_THAT(recording.notes, ElementsAre(HasSubstr("means centred on their times")));
 
   ASSERT_TRUE(recording.truth.has_value());
   const MotionTruth& truth = *recording.truth;

@@ -35,6 +35,26 @@ TEST(Recording, duration_spans_accelerometer_and_gyroscope_but_not_the_magnetome
   EXPECT_EQ(recording.duration_s(), 3.5);
 }
 
+TEST(ConvertGyroInterval, moves_the_gyroscope_alone_to_the_start_of_each_interval) {
+  for (const auto& [convention, shift] :
+       {std::pair(GyroInterval::kForward, 0.0), std::pair(GyroInterval::kCentred, 0.25),
+        std::pair(GyroInterval::kBackward, 0.5)}) {
+    Recording recording;
+    recording.acc = recording.gyr = series_at({0.0, 0.5, 1.0});
+    convert_gyro_interval(recording, convention);
+    EXPECT_EQ(recording.gyr.t, (std::vector<double>{0.0 - shift, 0.5 - shift, 1.0 - shift}));
+    EXPECT_EQ(recording.gyr.v, recording.acc.v);
+    EXPECT_EQ(recording.acc.t[0], 0.0);
+  }
+}
+
+TEST(ConvertGyroInterval, leaves_a_single_sample_where_it_is) {
+  Recording recording;
+  recording.gyr = series_at({3.0});
+  convert_gyro_interval(recording, GyroInterval::kBackward);
+  EXPECT_EQ(recording.gyr.t[0], 3.0);
+}
+
 TEST(Slice, keeps_the_part_from_t0_up_to_but_not_including_t1_of_every_series) {
   const std::vector<double> times = {0.0, 1.0, 2.0, 3.0};
   Recording recording;

@@ -96,6 +96,11 @@ inline std::vector<Backend> backends() {
   return out;
 }
 
+// For the names of tests that run on each back end.
+inline std::string backend_name(const testing::TestParamInfo<Backend>& backend) {
+  return to_string(backend.param);
+}
+
 // The distance between two points in standard deviations: the length of their difference in the
 // metric J'J of the graph at a.
 inline double sigmas_between(const FactorGraph& graph, const Values& a, const Values& b) {

@@ -15,9 +15,9 @@ namespace {
 using test::dense_jacobian;
 using test::Problem;
 
-class EachBackend : public testing::TestWithParam<Backend> {};
-INSTANTIATE_TEST_SUITE_P(LinearSolver, EachBackend, testing::ValuesIn(test::backends()),
-                         [](const auto& info) { return to_string(info.param); });
+class LinearSolvers : public testing::TestWithParam<Backend> {};
+INSTANTIATE_TEST_SUITE_P(EachBackend, LinearSolvers, testing::ValuesIn(test::backends()),
+                         test::backend_name);
 
 // The minimizer of |J S y + r|^2 + lambda |y|^2 by Householder QR of the dense stacked matrix.
 VectorXd dense_minimizer(const LinearSystem& system, const VectorXd& scale, double lambda) {
@@ -30,7 +30,7 @@ VectorXd dense_minimizer(const LinearSystem& system, const VectorXd& scale, doub
   return A.colPivHouseholderQr().solve(b);
 }
 
-TEST_P(EachBackend, steps_agree_with_dense_orthogonal_factorization) {
+TEST_P(LinearSolvers, steps_agree_with_dense_orthogonal_factorization) {
   for (const Problem& p : {test::chain_with_globals(1, 40), test::pose_graph(2, 40)}) {
     LinearSystem system(p.graph, p.start);
     const auto solver = make_linear_solver(GetParam());
@@ -48,7 +48,7 @@ TEST_P(EachBackend, steps_agree_with_dense_orthogonal_factorization) {
   }
 }
 
-TEST_P(EachBackend, solves_the_normal_equations_for_many_right_hand_sides) {
+TEST_P(LinearSolvers, solves_the_normal_equations_for_many_right_hand_sides) {
   const Problem p = test::chain_with_globals(3, 30);
   LinearSystem system(p.graph, p.start);
   system.linearize(p.start);
@@ -65,7 +65,7 @@ TEST_P(EachBackend, solves_the_normal_equations_for_many_right_hand_sides) {
   }
 }
 
-TEST_P(EachBackend, refuses_a_singular_matrix_and_serves_again_once_damped) {
+TEST_P(LinearSolvers, refuses_a_singular_matrix_and_serves_again_once_damped) {
   const Problem p = test::pose_graph(4, 30, /*prior=*/false);
   LinearSystem system(p.graph, p.start);
   system.linearize(p.start);

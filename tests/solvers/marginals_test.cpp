@@ -20,9 +20,9 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-class EachBackend : public testing::TestWithParam<Backend> {};
-INSTANTIATE_TEST_SUITE_P(Marginals, EachBackend, testing::ValuesIn(test::backends()),
-                         [](const auto& info) { return to_string(info.param); });
+class MarginalCovariance : public testing::TestWithParam<Backend> {};
+INSTANTIATE_TEST_SUITE_P(EachBackend, MarginalCovariance, testing::ValuesIn(test::backends()),
+                         test::backend_name);
 
 MatrixXd dense_covariance(const FactorGraph& graph, const Values& values) {
   LinearSystem system(graph, values);
@@ -41,7 +41,7 @@ MatrixXd block(const MatrixXd& S, const Values& values, Key a, Key b) {
   return S.block(i.tangent, j.tangent, i.type.tangent(), j.type.tangent());
 }
 
-TEST_P(EachBackend, covariance_is_the_dense_inverse) {
+TEST_P(MarginalCovariance, covariance_is_the_dense_inverse) {
   for (const Problem& p : {test::chain_with_globals(1, 40), test::pose_graph(2, 40)}) {
     const MatrixXd expected = dense_covariance(p.graph, p.truth);
     const Marginals marginals(p.graph, p.truth, GetParam());
@@ -55,7 +55,7 @@ TEST_P(EachBackend, covariance_is_the_dense_inverse) {
   }
 }
 
-TEST_P(EachBackend, joint_covariance_has_the_blocks_in_the_order_asked_for) {
+TEST_P(MarginalCovariance, joint_covariance_has_the_blocks_in_the_order_asked_for) {
   const Problem p = test::chain_with_globals(3, 40);
   const MatrixXd dense = dense_covariance(p.graph, p.truth);
   const Marginals marginals(p.graph, p.truth, GetParam());
@@ -76,7 +76,7 @@ TEST_P(EachBackend, joint_covariance_has_the_blocks_in_the_order_asked_for) {
   }
 }
 
-TEST_P(EachBackend, a_prior_alone_gives_back_its_covariance) {
+TEST_P(MarginalCovariance, a_prior_alone_gives_back_its_covariance) {
   Matrix3 S;
   S << 4.0, 1.0, 0.5, 1.0, 2.0, 0.3, 0.5, 0.3, 1.0;
   FactorGraph graph;
@@ -114,7 +114,7 @@ TEST(Marginals, errors_are_as_large_as_the_covariance_says) {
   EXPECT_NEAR(sum, dof, 4.0 * std::sqrt(2.0 * dof));
 }
 
-TEST_P(EachBackend, an_undetermined_variable_is_an_error_that_names_the_direction) {
+TEST_P(MarginalCovariance, an_undetermined_variable_is_an_error_that_names_the_direction) {
   FactorGraph graph;
   graph.add(residual(x_key(0), x_key(1), [](auto x, auto y) { return x + y; }));
   const Marginals marginals(graph, scalars({1.0, -1.0}), GetParam());
@@ -126,7 +126,7 @@ TEST_P(EachBackend, an_undetermined_variable_is_an_error_that_names_the_directio
 }
 
 // A pose graph that turns freely next to a chain: the chain's covariance must not notice.
-TEST_P(EachBackend, an_unrelated_free_direction_does_not_disturb_the_others) {
+TEST_P(MarginalCovariance, an_unrelated_free_direction_does_not_disturb_the_others) {
   Problem p = test::chain_with_globals(4, 40);
   const MatrixXd expected = dense_covariance(p.graph, p.truth);
   const Values chain = p.truth;
@@ -151,7 +151,7 @@ TEST_P(EachBackend, an_unrelated_free_direction_does_not_disturb_the_others) {
 }
 
 // Many free directions: more than find_null_space lists by default.
-TEST_P(EachBackend, many_free_directions_are_all_found) {
+TEST_P(MarginalCovariance, many_free_directions_are_all_found) {
   constexpr int kPairs = 20;
   FactorGraph graph;
   Values v;
@@ -173,7 +173,7 @@ TEST_P(EachBackend, many_free_directions_are_all_found) {
 }
 
 // Along x + y the sum is known to a sigma of 1; across it nothing moves.
-TEST_P(EachBackend, determined_covariance_is_the_pseudo_inverse_in_scaled_columns) {
+TEST_P(MarginalCovariance, determined_covariance_is_the_pseudo_inverse_in_scaled_columns) {
   FactorGraph graph;
   graph.add(residual(x_key(0), x_key(1), [](auto x, auto y) { return x + y; }));
   const Marginals marginals(graph, scalars({1.0, -1.0}), GetParam());

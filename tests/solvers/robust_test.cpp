@@ -53,16 +53,12 @@ TEST(Robust, losses_recover_a_line_from_30_percent_outliers) {
   }
 }
 
-TEST(Robust, tukey_equals_a_fit_from_which_outliers_are_removed) {
+TEST(Robust, tukey_takes_the_outliers_out_and_nothing_else) {
   const FactorGraph tukey_graph = line(5, Loss::tukey(6.0));
   const Result tukey = LevenbergMarquardt(tukey_graph).optimize(scalars({kA, kB}));
-  test::RandomValue unused(0);
-  FactorGraph inliers;
-  int i = 0;
-  for (const auto& batch : tukey_graph.batches()) EXPECT_EQ(batch->size(), kPoints);
   LinearSystem system(tukey_graph, tukey.values);
   system.linearize(tukey.values);
-  for (; i < kPoints; ++i) {
+  for (int i = 0; i < kPoints; ++i) {
     const bool outlier = i % 10 < 3;
     EXPECT_EQ(system.residual()[i] == 0.0, outlier) << i;
   }

@@ -15,7 +15,7 @@ using test::scalars;
 using test::x_key;
 using testing::HasSubstr;
 
-class EachBackend : public testing::TestWithParam<Backend> {
+class StopReasons : public testing::TestWithParam<Backend> {
  protected:
   OptimizerOptions options() const {
     OptimizerOptions o;
@@ -23,8 +23,8 @@ class EachBackend : public testing::TestWithParam<Backend> {
     return o;
   }
 };
-INSTANTIATE_TEST_SUITE_P(StopReason, EachBackend, testing::ValuesIn(test::backends()),
-                         [](const auto& info) { return to_string(info.param); });
+INSTANTIATE_TEST_SUITE_P(EachBackend, StopReasons, testing::ValuesIn(test::backends()),
+                         test::backend_name);
 
 const auto log_of = [](const auto& x) {
   using std::log;
@@ -55,7 +55,7 @@ class WrongJacobian : public Factor<1, double> {
   }
 };
 
-TEST_P(EachBackend, converged_says_how_small_the_last_step_was) {
+TEST_P(StopReasons, converged_says_how_small_the_last_step_was) {
   const Problem p = test::pose_graph(1, 20);
   for (const Result& result : {LevenbergMarquardt(p.graph, options()).optimize(p.start),
                                GaussNewton(p.graph, options()).optimize(p.start)}) {
@@ -68,7 +68,7 @@ TEST_P(EachBackend, converged_says_how_small_the_last_step_was) {
   }
 }
 
-TEST_P(EachBackend, max_iterations_says_that_this_is_not_the_optimum) {
+TEST_P(StopReasons, max_iterations_says_that_this_is_not_the_optimum) {
   const Problem p = test::pose_graph(2, 20);
   for (const int limit : {0, 1, 2}) {
     OptimizerOptions o = options();
@@ -84,7 +84,7 @@ TEST_P(EachBackend, max_iterations_says_that_this_is_not_the_optimum) {
   }
 }
 
-TEST_P(EachBackend, no_decrease_suspects_the_jacobian) {
+TEST_P(StopReasons, no_decrease_suspects_the_jacobian) {
   FactorGraph graph;
   graph.add(WrongJacobian(x_key(0)));
   const Result result = LevenbergMarquardt(graph, options()).optimize(scalars({2.0}));
@@ -95,7 +95,7 @@ TEST_P(EachBackend, no_decrease_suspects_the_jacobian) {
   for (const IterationRecord& record : result.trace) EXPECT_FALSE(record.accepted);
 }
 
-TEST_P(EachBackend, singular_says_what_to_add) {
+TEST_P(StopReasons, singular_says_what_to_add) {
   FactorGraph graph;
   graph.add(residual(x_key(0), x_key(1), [](auto x, auto y) { return x + y - 1.0; }));
   const Result result = GaussNewton(graph, options()).optimize(scalars({2.0, 3.0}));
@@ -105,7 +105,7 @@ TEST_P(EachBackend, singular_says_what_to_add) {
   EXPECT_THAT(result.message, HasSubstr("Add a factor"));
 }
 
-TEST_P(EachBackend, residuals_that_are_not_finite_at_the_start_are_found) {
+TEST_P(StopReasons, residuals_that_are_not_finite_at_the_start_are_found) {
   FactorGraph graph;
   graph.add(residual(x_key(0), log_of));
   for (const double x : {0.0, -1.0, std::nan("")}) {
@@ -118,7 +118,7 @@ TEST_P(EachBackend, residuals_that_are_not_finite_at_the_start_are_found) {
   }
 }
 
-TEST_P(EachBackend, a_jacobian_that_is_not_finite_is_found) {
+TEST_P(StopReasons, a_jacobian_that_is_not_finite_is_found) {
   FactorGraph graph;
   graph.add(residual(x_key(0), root_of));
   graph.add(residual(x_key(1), [](auto x) { return x - 1.0; }));
@@ -132,7 +132,7 @@ TEST_P(EachBackend, a_jacobian_that_is_not_finite_is_found) {
 }
 
 // From 10 the full step on log x leads to a negative x.
-TEST_P(EachBackend, a_full_step_out_of_the_domain_is_shortened_by_levenberg_marquardt_only) {
+TEST_P(StopReasons, a_full_step_out_of_the_domain_is_shortened_by_levenberg_marquardt_only) {
   FactorGraph graph;
   graph.add(residual(x_key(0), log_of));
   const Result gn = GaussNewton(graph, options()).optimize(scalars({10.0}));
@@ -144,7 +144,7 @@ TEST_P(EachBackend, a_full_step_out_of_the_domain_is_shortened_by_levenberg_marq
 }
 
 // Full steps on atan x overshoot further and further from |x| > 1.39 on.
-TEST_P(EachBackend, rising_costs_stop_gauss_newton) {
+TEST_P(StopReasons, rising_costs_stop_gauss_newton) {
   FactorGraph graph;
   graph.add(residual(x_key(0), atan_of));
   const Result gn = GaussNewton(graph, options()).optimize(scalars({1.5}));
@@ -164,7 +164,7 @@ TEST(StopReason, has_a_name) {
   EXPECT_EQ(to_string(StopReason::kDiverged), "diverged");
 }
 
-TEST_P(EachBackend, the_trace_of_levenberg_marquardt_tells_a_consistent_story) {
+TEST_P(StopReasons, the_trace_of_levenberg_marquardt_tells_a_consistent_story) {
   FactorGraph valley;  // Rosenbrock's: steps of all kinds
   valley.add(residual(x_key(0), x_key(1), [](auto x, auto y) { return 10.0 * (y - x * x); }));
   valley.add(residual(x_key(0), [](auto x) { return 1.0 - x; }));
@@ -196,7 +196,7 @@ TEST_P(EachBackend, the_trace_of_levenberg_marquardt_tells_a_consistent_story) {
 
 // On a linear problem the model is exact: a full step gains what it promises, and its length in
 // standard deviations is the root of twice the decrease.
-TEST_P(EachBackend, a_linear_problem_has_gain_ratio_one) {
+TEST_P(StopReasons, a_linear_problem_has_gain_ratio_one) {
   FactorGraph graph;
   const Noise<1> noise = Noise<1>::isotropic(0.1);
   graph.add(residual(

@@ -21,7 +21,7 @@ auto with_threads(int threads, const Body& body) {
 std::vector<double> bits(const Values& v) { return {v.data().begin(), v.data().end()}; }
 
 TEST(Threads, optimizers_and_marginals_give_the_same_bits) {
-  const test::Problem p = test::chain_with_globals(1, 1200);  // several tasks a kind of factor
+  const test::Problem p = test::chain_with_globals(1, 560);  // more than one task a kind of factor
   for (const Backend backend : test::backends()) {
     OptimizerOptions options;
     options.backend = backend;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Making foreign text presentable.
-#include "recording/quoted.h"
+#include "recording/quoted_text.h"
 
 #include <algorithm>
 
@@ -26,7 +26,7 @@ bool is_utf8(std::string_view text) {
 
 }  // namespace
 
-std::string quoted(std::string_view text) {
+std::string quoted_text(std::string_view text) {
   constexpr std::size_t kLongest = 40;
   std::size_t length = std::min(text.size(), kLongest);
   while (length > 0 && length < text.size() && is_continuation(text[length])) --length;

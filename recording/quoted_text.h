@@ -9,6 +9,6 @@
 namespace magimu {
 
 // In quotation marks, cut to 40 bytes, without control characters, in valid UTF-8.
-std::string quoted(std::string_view text);
+std::string quoted_text(std::string_view text);
 
 }  // namespace magimu

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Recordings of one device as a factor graph, under one of two models of the motion:
+//
+//   rotation   the sensor only turns (the paper's): nodes R; the accelerometer reads gravity
+//   hand_held  a hand moves it within its reach: nodes R, v, p; accelerometer and gyroscope are
+//              integrated between nodes, and all that is assumed of the motion is that the position
+//              stays within a bound, a weak measurement of p every half second
+//
+// In both, a node stands at a magnetometer sample (every one, or every n-th with all samples
+// averaged in blocks about the nodes). Biases and distortion are shared; each recording has its
+// own dip.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "calibration/nodes.h"
+#include "factors/sensor_model.h"
+#include "graph/factor_graph.h"
+
+namespace magimu {
+
+enum class MotionModel { kAuto, kRotation, kHandHeld };
+std::string to_string(MotionModel motion);
+
+// What a graph is built from, besides the recordings.
+struct ModelSpec {
+  MotionModel motion = MotionModel::kRotation;  // not kAuto
+  NoiseDensities noise;                         // per sqrt(Hz)
+  double reach_m = 0.3;                         // hand_held: sigma of the position
+  double gravity = kStandardGravity;            // m/s^2
+  bool mag_time_offset = false;                 // a lag of each magnetometer is unknown, too
+  // Where samples are integrated and means taken: the values of these variables expected.
+  Vector3 gyr_bias = Vector3::Zero(), acc_bias = Vector3::Zero();
+  std::vector<double> mag_offset_s;             // one a magnetometer
+  // Nodes without their magnetometers, for cross-validation; empty: all have them.
+  std::function<bool(int node)> without_mag;
+};
+
+FactorGraph build_model(const std::vector<const Recording*>& recordings,
+                        const std::vector<NodePlan>& plans, const ModelSpec& spec);
+
+}  // namespace magimu

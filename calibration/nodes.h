@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where the nodes of a recording are: at magnetometer samples, every one or every n-th.
+#pragma once
+
+#include <vector>
+
+#include "factors/keys.h"
+#include "recording/recording.h"
+
+namespace magimu {
+
+struct NodePlan {
+  std::vector<double> t;  // node times, s: increasing, within the gyroscope's span
+  int first = 0;          // its poses are R(first), R(first + 1), ...
+};
+
+// Nodes at every `every`-th sample of magnetometer 0 that lies within the gyroscope's span.
+std::vector<NodePlan> plan_nodes(const std::vector<const Recording*>& recordings, int every);
+
+// The dip of one recording: alpha, rad.
+constexpr Key dip_of(int recording) { return {key::dip.symbol, std::uint32_t(recording)}; }
+
+}  // namespace magimu

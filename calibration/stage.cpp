@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/stage.h"
+
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/integrated_rotation.h"
+
+namespace magimu {
+namespace {
+
+constexpr int kNoiseRounds = 8;
+constexpr double kNoiseSettled = 0.01;  // relative change of every density
+constexpr int kIntegrationRounds = 5;
+// Integrate again where a variable has moved further than this from where samples were integrated.
+constexpr double kGyrBiasMoved = 1e-5;  // rad/s
+constexpr double kAccBiasMoved = 1e-2;  // m/s^2
+constexpr double kOffsetMoved = 2e-4;   // s
+constexpr double kWarmDamping = 1e-9;
+constexpr double kMinReach = 0.1, kMaxReach = 3.0;  // m
+
+// One account of a fit in several rounds.
+void append(Result& whole, Result&& round) {
+  round.cost_initial = whole.cost_initial;
+  round.iterations += whole.iterations;
+  round.seconds += whole.seconds;
+  std::vector<IterationRecord> trace = std::move(whole.trace);
+  for (IterationRecord record : round.trace) {
+    record.iteration = int(trace.size());
+    trace.push_back(record);
+  }
+  round.trace = std::move(trace);
+  whole = std::move(round);
+}
+
+// Takes over the values at which to integrate; true if any has moved far.
+bool update(ModelSpec& spec, const Values& values) {
+  const auto move = [](auto& old, const auto& now, double distance, double limit) {
+    const bool far = distance > limit;
+    if (far) old = now;
+    return far;
+  };
+  const Vector3 gyr = values.at<Vector3>(key::gyr_bias);
+  bool far = move(spec.gyr_bias, gyr, (gyr - spec.gyr_bias).norm(), kGyrBiasMoved);
+  if (spec.motion == MotionModel::kHandHeld) {
+    const Vector3 acc = values.at<Vector3>(key::acc_bias);
+    far |= move(spec.acc_bias, acc, (acc - spec.acc_bias).norm(), kAccBiasMoved);
+  }
+  for (std::size_t m = 0; spec.mag_time_offset && m < spec.mag_offset_s.size(); ++m) {
+    const double offset = values.at<double>(key::mag_time_offset_of(int(m)));
+    far |= move(spec.mag_offset_s[m], offset, std::abs(offset - spec.mag_offset_s[m]), kOffsetMoved);
+  }
+  return far;
+}
+
+}  // namespace
+
+Stage::Stage(const std::vector<const Recording*>& recordings, const ModelSpec& spec, int every,
+             const OptimizerOptions& optimizer)
+    : recordings_(recordings),
+      spec_(spec),
+      plans_(plan_nodes(recordings, every)),
+      optimizer_(optimizer) {
+  spec_.mag_offset_s.resize(recordings.front()->mag.size(), 0.0);
+}
+
+void Stage::fit(const Values& start, bool warm) {
+  Values values = start;
+  update(spec_, values);
+  for (int round = 0; round < kIntegrationRounds; ++round) {
+    graph_ = build_model(recordings_, plans_, spec_);
+    OptimizerOptions optimizer = optimizer_;
+    if (warm || round > 0) optimizer.initial_damping = kWarmDamping;
+    Result result = LevenbergMarquardt(graph_, optimizer).optimize(values);
+    if (round == 0) {
+      result_ = std::move(result);
+    } else {
+      append(result_, std::move(result));
+    }
+    values = result_.values;
+    if (!update(spec_, values)) break;
+  }
+}
+
+void Stage::fit_noise(const Values& start, bool gyr_known, bool acc_known) {
+  fit(start, false);
+  for (int round = 0; round < kNoiseRounds; ++round) {
+    const SensorSums now = sums();
+    const NoiseDensities old = spec_.noise;
+    spec_.noise = restricted_ml(old, now);
+    if (gyr_known) spec_.noise.gyr = old.gyr;
+    if (acc_known) spec_.noise.acc = old.acc;
+    if (spec_.motion == MotionModel::kHandHeld) {
+      spec_.reach_m = std::clamp(spec_.reach_m * now.rms(Sensor::kReach), kMinReach, kMaxReach);
+    }
+    const double change = std::max({std::abs(spec_.noise.acc / old.acc - 1.0),
+                                    std::abs(spec_.noise.gyr / old.gyr - 1.0),
+                                    std::abs(spec_.noise.mag / old.mag - 1.0)});
+    fit(Values(result_.values), true);
+    if (change < kNoiseSettled) break;
+  }
+}
+
+void Stage::fit_without(const Values& start, const std::function<bool(int)>& leave_out) {
+  spec_.without_mag = leave_out;
+  fit(start, true);
+  spec_.without_mag = nullptr;
+  graph_ = build_model(recordings_, plans_, spec_);
+}
+
+SensorSums Stage::sums() const {
+  LinearSystem system(graph_, result_.values);
+  system.linearize(result_.values);
+  const VectorXd scale = column_scale(system);
+  const auto solver = make_linear_solver(optimizer_.backend);
+  double damping = 0.0;
+  while (!solver->factorize(system, scale, damping)) damping = std::max(1e-12, 10.0 * damping);
+  return residual_sums(system, SensorRows(graph_, system), *solver, scale);
+}
+
+std::vector<double> Stage::mag_squares() const {
+  const LinearSystem system(graph_, result_.values);
+  const VectorXd r = system.whitened_residuals(result_.values);
+  const SensorRows rows(graph_, system);
+  std::vector<double> out(std::size_t(plans_.back().first) + plans_.back().t.size(), 0.0);
+  for (int i = 0; i < system.rows(); ++i) {
+    if (rows.sensor[std::size_t(i)] != Sensor::kMag) continue;
+    out[std::size_t(rows.node[std::size_t(i)])] += r[i] * r[i];
+  }
+  return out;
+}
+
+Values carry_over(const std::vector<const Recording*>& recordings, const Stage& from,
+                  const Stage& to) {
+  const Values& old = from.result().values;
+  const bool moving = to.spec().motion == MotionModel::kHandHeld;
+  const bool moved = from.spec().motion == MotionModel::kHandHeld;
+  Values values;
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    const IntegratedRotation gyr(recordings[r]->gyr, old.at<Vector3>(key::gyr_bias));
+    const NodePlan &coarse = from.plans()[r], &fine = to.plans()[r];
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < fine.t.size(); ++i) {
+      const double t = fine.t[i];
+      const auto& times = coarse.t;
+      while (k + 1 < times.size() && std::abs(times[k + 1] - t) <= std::abs(times[k] - t)) ++k;
+      const int near = coarse.first + int(k), id = fine.first + int(i);
+      values.insert(R(id), (old.at<Rot3>(R(near)) * gyr.between(times[k], t)).normalized());
+      if (!moving) continue;
+      values.insert(V(id), moved ? old.at<Vector3>(V(near)) : Vector3::Zero().eval());
+      values.insert(P(id), moved ? old.at<Vector3>(P(near)) : Vector3::Zero().eval());
+    }
+  }
+  for (const Values::Slot& s : old.slots()) {
+    const char c = s.key.symbol;
+    if (c == R(0).symbol || c == V(0).symbol || c == P(0).symbol) continue;
+    if (c == key::mag_time_offset_of(0).symbol && !to.spec().mag_time_offset) continue;
+    if (s.type == VariableTraits<Vector3>::type()) values.insert(s.key, old.at<Vector3>(s.key));
+    if (s.type == VariableTraits<Matrix3>::type()) values.insert(s.key, old.at<Matrix3>(s.key));
+    if (s.type == VariableTraits<double>::type()) values.insert(s.key, old.at<double>(s.key));
+  }
+  for (int m = 0; to.spec().mag_time_offset && m < int(recordings.front()->mag.size()); ++m) {
+    if (!values.contains(key::mag_time_offset_of(m))) values.insert(key::mag_time_offset_of(m), 0.0);
+  }
+  return values;
+}
+
+}  // namespace magimu

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The fit of one model at one density of nodes: built, optimized, built again where the variables
+// have moved away from where samples were integrated, with the noise re-estimated on request.
+// Calibration goes through several: coarse ones to find the noise and to choose between models, and
+// a fine one at the end.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "calibration/model.h"
+#include "calibration/noise_estimation.h"
+#include "solvers/levenberg_marquardt.h"
+
+namespace magimu {
+
+class Stage {
+ public:
+  // recordings must outlive the stage. every: magnetometer samples a node.
+  Stage(const std::vector<const Recording*>& recordings, const ModelSpec& spec, int every,
+        const OptimizerOptions& optimizer);
+
+  const std::vector<NodePlan>& plans() const { return plans_; }
+  const ModelSpec& spec() const { return spec_; }
+  const FactorGraph& graph() const { return graph_; }
+  const Result& result() const { return result_; }  // of the whole fit, all rounds
+
+  // Optimizes from start. warm: start is an optimum of a model much like this one.
+  void fit(const Values& start, bool warm);
+  // Fits, re-estimates noise densities (and the hand's reach) in turn until they settle. gyr_known,
+  // acc_known: leave those densities.
+  void fit_noise(const Values& start, bool gyr_known, bool acc_known);
+  // Fits with the magnetometer factors of some nodes left out.
+  void fit_without(const Values& start, const std::function<bool(int node)>& leave_out);
+
+  // Residuals by sensor, at the optimum.
+  SensorSums sums() const;
+  // Squared magnetometer residuals, whitened, summed at each node, of the full graph here.
+  std::vector<double> mag_squares() const;
+
+ private:
+  std::vector<const Recording*> recordings_;
+  ModelSpec spec_;
+  std::vector<NodePlan> plans_;
+  OptimizerOptions optimizer_;
+  FactorGraph graph_;
+  Result result_;
+};
+
+// A stage's optimum carried to another stage's nodes and variables: parameters as they are, each
+// node from the nearest one by the gyroscope.
+Values carry_over(const std::vector<const Recording*>& recordings, const Stage& from,
+                  const Stage& to);
+
+}  // namespace magimu

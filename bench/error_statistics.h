@@ -36,19 +36,30 @@ inline Band chi_square_band(double dof, double width) {
   return {std::pow(1.0 - a - width * std::sqrt(a), 3), std::pow(1.0 - a + width * std::sqrt(a), 3)};
 }
 
-// The parameters as a vector in the order of Calibration::order.
-inline VectorXd in_calibration_order(const SensorParameters& p) {
-  VectorXd v(7 + 12 * Eigen::Index(p.mag.size()));
+// The parameters as a vector in the order of Calibration::order, with the dips of all recordings.
+inline VectorXd in_calibration_order(const SensorParameters& p,
+                                     const std::vector<double>& dip_rad) {
+  const auto mags = Eigen::Index(p.mag.size()), dips = Eigen::Index(dip_rad.size());
+  VectorXd v(6 + 12 * mags + dips);
   v.head<6>() << p.acc_bias, p.gyr_bias;
-  for (std::size_t m = 0; m < p.mag.size(); ++m) {
-    v.segment<12>(6 + 12 * Eigen::Index(m)) << p.mag[m].distortion.reshaped(), p.mag[m].bias;
+  for (Eigen::Index m = 0; m < mags; ++m) {
+    const MagnetometerParameters& mag = p.mag[std::size_t(m)];
+    v.segment<12>(6 + 12 * m) << mag.distortion.reshaped(), mag.bias;
   }
-  v[v.size() - 1] = p.dip_rad / kDegree;
+  for (Eigen::Index r = 0; r < dips; ++r) v[6 + 12 * mags + r] = dip_rad[std::size_t(r)] / kDegree;
   return v;
 }
 
+inline VectorXd in_calibration_order(const Calibration& c) {
+  std::vector<double> dip_rad;
+  for (const FieldEstimate& field : c.fields) dip_rad.push_back(field.dip_rad);
+  return in_calibration_order(c.parameters, dip_rad);
+}
+
+// Estimate minus truth; the recordings share the truth's dip.
 inline VectorXd parameter_error(const Calibration& c, const SensorParameters& truth) {
-  return in_calibration_order(c.parameters) - in_calibration_order(truth);
+  return in_calibration_order(c) -
+         in_calibration_order(truth, std::vector<double>(c.fields.size(), truth.dip_rad));
 }
 
 // Normalized estimation error squared: e' P^-1 e.
@@ -80,7 +91,9 @@ class ErrorStatistics {
  public:
   void add(const Calibration& c, const SensorParameters& truth) {
     const VectorXd e = parameter_error(c, truth);
-    if (c.order.size() != std::size_t(e.size())) throw std::invalid_argument("not one recording");
+    if (e.size() != 19 || c.order.size() != 19) {
+      throw std::invalid_argument("these statistics are of one recording and one magnetometer");
+    }
     for (std::size_t g = 0; g < kGroups; ++g) {
       const Span& s = kSpan[g];
       const MatrixXd P = c.covariance_model.block(s.first, s.first, s.size, s.size);

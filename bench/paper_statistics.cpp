@@ -71,6 +71,8 @@ DataSet run_one(const Arguments& args, int index) {
   CalibrationOptions options;
   options.noise = s.truth.noise;
   options.gravity = s.truth.gravity;
+  options.motion = MotionModel::kRotation;
+  options.mag_time_offset = false;
   options.node_every = args.every;
   DataSet out{calibrate(s.recording, options), s.truth.parameters};
   out.calibration.trajectories.clear();  // 100 of them would fill the memory

@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
     CalibrationOptions options;
     if (getenv("MOTION")) options.motion = getenv("MOTION")[0]=='r' ? MotionModel::kRotation : MotionModel::kHandHeld;
     if (getenv("OFFSET")) options.mag_time_offset = getenv("OFFSET")[0]=='1';
+    if (getenv("MAGN")) options.noise = NoiseDensities{0.0035, atof(getenv("GYRN")), atof(getenv("MAGN"))};
     const Calibration c = calibrate(recording, options);
     OrientationError e;
     if (recording.truth) e = orientation_error(c.trajectories.front(), *recording.truth);

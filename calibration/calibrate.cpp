@@ -22,6 +22,10 @@ constexpr double kMinDuration = 5.0;     // s
 constexpr double kCoarseRate = 12.0;     // nodes a second while the noise is being found
 constexpr double kFullRate = 100.0;      // up to here every magnetometer sample is a node
 constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at most
+// Noise in motion over that at rest, at the most. What exceeds it is not noise but something the
+// model lacks; it must show in the residuals instead of being declared normal.
+constexpr double kGyrInMotion = 2.0, kMagInMotion = 2.5;
+constexpr double kUnlimited = 1e30;
 constexpr double kOffsetShown = 4.0;      // standard deviations of a lag that is believed
 
 void check(const std::vector<const Recording*>& recordings) {
@@ -89,12 +93,13 @@ NoiseDensities rest_noise(const std::vector<const Recording*>& recordings) {
   return noise;
 }
 
-// Where the rests do not tell: values of ordinary parts, for the residuals to correct.
-NoiseDensities completed(NoiseDensities noise, const Recording& first, const InitialGuess& guess) {
+// Where the rests do not tell: values of ordinary parts, and what the magnetometer's ellipsoid
+// leaves unexplained, for the residuals to correct.
+NoiseDensities completed(NoiseDensities noise, const InitialGuess& guess) {
   if (noise.acc <= 0.0) noise.acc = 0.01;
   if (noise.gyr <= 0.0) noise.gyr = 1e-3;
   if (noise.mag <= 0.0) {
-    noise.mag = std::max(guess.ellipsoid_rms_uT, 1e-3) / std::sqrt(first.mag.front().rate_hz());
+    noise.mag = std::max(guess.ellipsoid_rms_uT / std::sqrt(kCoarseRate), 1e-6);
   }
   return noise;
 }
@@ -185,7 +190,7 @@ class Pipeline {
     ModelSpec spec;
     spec.motion = motion;
     spec.gravity = options_.gravity;
-    spec.noise = completed(rest_, *recordings_.front(), guess_);
+    spec.noise = options_.noise.value_or(completed(rest_, guess_));
     Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
     const Values start = initial_values(recordings_, stage.plans(), guess_, motion);
     fit_with_noise(stage, start);
@@ -197,8 +202,12 @@ class Pipeline {
       stage.fit(start, false);
     } else {
       // Where the motion is modelled, the accelerometer's noise is that at rest.
-      const bool acc_known = stage.spec().motion == MotionModel::kHandHeld && rest_.acc > 0.0;
-      stage.fit_noise(start, rest_.gyr > 0.0, acc_known);
+      const bool moving = stage.spec().motion == MotionModel::kHandHeld;
+      const bool acc_known = moving && rest_.acc > 0.0;
+      stage.fit_noise(start, {.gyr_known = rest_.gyr > 0.0 && !moving,
+                              .acc_known = acc_known,
+                              .max_gyr = rest_.gyr > 0.0 ? kGyrInMotion * rest_.gyr : kUnlimited,
+                              .max_mag = rest_.mag > 0.0 ? kMagInMotion * rest_.mag : kUnlimited});
     }
   }
 
@@ -263,7 +272,8 @@ Calibration calibrate(const std::vector<const Recording*>& recordings,
   fill_parameters(c, recordings, fine);
   fill_residuals(c, fine);
   fill_uncertainty(c, fine.graph(), options);
-  judge(c, recordings);
+  c.disturbances = find_disturbances(c, fine.mag_squares());
+  judge(c);
   c.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return c;
 }

@@ -39,6 +39,13 @@ struct TrajectoryEstimate {
   std::vector<Vector3> v, p;  // hand_held only: velocity, m/s, and position, m, in n
 };
 
+// A stretch of time in which the magnetometer reads something else than the model's field.
+struct Disturbance {
+  std::string recording;
+  double begin_s = 0.0, end_s = 0.0;
+  double rms_uT = 0.0;  // of the residual there
+};
+
 // A model extension that is part of the calibration (CONTRACT.md lists the effects).
 struct ActiveEffect {
   struct Parameter {
@@ -83,6 +90,7 @@ struct Calibration {
   int node_every = 1;  // magnetometer samples a node
   Result fit;          // its values hold every variable of the graph
   std::array<ResidualSummary, 3> residuals;  // acc, gyr, mag
+  std::vector<Disturbance> disturbances;     // of the magnetic field, in the order of time
   Trust trust;
   std::vector<std::string> warnings;
   std::vector<TrajectoryEstimate> trajectories;  // one a recording

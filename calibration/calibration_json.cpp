@@ -137,6 +137,13 @@ Json to_json(const Calibration& c) {
                                   {"lag1", c.residuals[s].lag1},
                                   {"rms_unit", c.residuals[s].rms_unit}};
   }
+  out["disturbances"] = Json::array();
+  for (const Disturbance& d : c.disturbances) {
+    out["disturbances"].push_back({{"recording", d.recording},
+                                   {"begin_s", d.begin_s},
+                                   {"end_s", d.end_s},
+                                   {"rms_uT", d.rms_uT}});
+  }
   out["undetermined"] = c.undetermined;
   out["warnings"] = c.warnings;
   return out;

@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kBlock = 5.0;        // s left out at a time
 constexpr double kExcessNoise = 1.3;  // accelerometer noise in motion over that at rest
+constexpr double kSwung = 4.0, kSwungColour = 0.5;  // beyond these gravity and a bias explain nothing
 constexpr double kColour = 0.2;       // correlation of neighbouring accelerometer residuals
 
 // The block that each node's time falls into; blocks of all recordings are numbered through.
@@ -68,7 +69,8 @@ MotionChoice choose_motion(const Stage& rotation, const Stage& hand_held, double
   const bool predicts_better = mean > 2.0 * error && ratio > 1.02;
   const bool restless = excess > kExcessNoise || colour > kColour;
   const bool clearly_worse = mean < -2.0 * error && ratio < 0.98;
-  if (predicts_better || (restless && !clearly_worse)) {
+  const bool swung = excess > kSwung || colour > kSwungColour;
+  if (swung || predicts_better || (restless && !clearly_worse)) {
     choice.motion = MotionModel::kHandHeld;
     choice.reason = fmt::format(
         "The hand moved the sensor: under pure rotation the accelerometer's residual is {:.1f} "

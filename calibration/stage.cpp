@@ -83,14 +83,16 @@ void Stage::fit(const Values& start, bool warm) {
   }
 }
 
-void Stage::fit_noise(const Values& start, bool gyr_known, bool acc_known) {
+void Stage::fit_noise(const Values& start, const NoiseKnowledge& known) {
   fit(start, false);
   for (int round = 0; round < kNoiseRounds; ++round) {
     const SensorSums now = sums();
     const NoiseDensities old = spec_.noise;
     spec_.noise = restricted_ml(old, now);
-    if (gyr_known) spec_.noise.gyr = old.gyr;
-    if (acc_known) spec_.noise.acc = old.acc;
+    if (known.gyr_known) spec_.noise.gyr = old.gyr;
+    if (known.acc_known) spec_.noise.acc = old.acc;
+    spec_.noise.gyr = std::min(spec_.noise.gyr, known.max_gyr);
+    spec_.noise.mag = std::min(spec_.noise.mag, known.max_mag);
     if (spec_.motion == MotionModel::kHandHeld) {
       spec_.reach_m = std::clamp(spec_.reach_m * now.rms(Sensor::kReach), kMinReach, kMaxReach);
     }

@@ -14,6 +14,12 @@
 
 namespace magimu {
 
+// What is known of the noise before a fit re-estimates it.
+struct NoiseKnowledge {
+  bool gyr_known = false, acc_known = false;  // leave these densities as they are
+  double max_gyr = 1e30, max_mag = 1e30;      // densities at the most, rad/s, uT
+};
+
 class Stage {
  public:
   // recordings must outlive the stage. every: magnetometer samples a node.
@@ -27,9 +33,8 @@ class Stage {
 
   // Optimizes from start. warm: start is an optimum of a model much like this one.
   void fit(const Values& start, bool warm);
-  // Fits, re-estimates noise densities (and the hand's reach) in turn until they settle. gyr_known,
-  // acc_known: leave those densities.
-  void fit_noise(const Values& start, bool gyr_known, bool acc_known);
+  // Fits, re-estimates noise densities (and the hand's reach) in turn until they settle.
+  void fit_noise(const Values& start, const NoiseKnowledge& known);
   // Fits with the magnetometer factors of some nodes left out.
   void fit_without(const Values& start, const std::function<bool(int node)>& leave_out);
 

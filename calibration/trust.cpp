@@ -3,7 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "calibration/rests.h"
+#include <algorithm>
+
 
 namespace magimu {
 namespace {
@@ -12,6 +13,11 @@ namespace {
 constexpr double kAccResidualNo = 1.0;        // m/s^2
 constexpr double kAccResidualLimited = 0.35;  // m/s^2
 constexpr double kPlausibleAccBias = 0.7;     // m/s^2; 70 mg, beyond any part that works
+constexpr double kFieldResidualLimited = 0.025;  // of the strength
+constexpr double kFieldResidualNo = 0.1;
+constexpr double kDisturbed = 4.0;        // times the usual residual
+constexpr double kDisturbedShare = 0.03;  // of the strength, too
+constexpr double kDisturbedBlock = 1.0;   // s
 constexpr double kMaxDipSigma_deg = 2.0;
 constexpr double kMaxDistortionSigma = 0.05;  // of the strength
 
@@ -45,6 +51,31 @@ void judge_motion(Calibration& c) {
   }
 }
 
+// "at 12-17 s and 31-34 s (up to 9.1 uT)"
+std::string when(const Calibration& c) {
+  std::string out;
+  double worst = 0.0;
+  for (std::size_t i = 0; i < c.disturbances.size() && i < 6; ++i) {
+    const Disturbance& d = c.disturbances[i];
+    out += fmt::format("{}{:.0f}-{:.0f} s{}", i == 0 ? " at " : ", ", d.begin_s, d.end_s,
+                       c.trajectories.size() > 1 ? " of " + d.recording : "");
+    worst = std::max(worst, d.rms_uT);
+  }
+  if (c.disturbances.size() > 6) out += fmt::format(" and {} more", c.disturbances.size() - 6);
+  return out.empty() ? out : out + fmt::format(" (up to {:.1f} uT)", worst);
+}
+
+void judge_field(Calibration& c) {
+  const double rms = c.residuals[2].rms_unit, share = rms / c.strength_uT;
+  if (share < kFieldResidualLimited && c.disturbances.empty()) return;
+  const std::string text = fmt::format(
+      "Magnetic disturbance{}: the magnetometer departs from one homogeneous field by {:.2f} uT "
+      "RMS, {:.1f} % of it. A magnet or iron moved with or near the sensor, or the field differs "
+      "from place to place. Go away from iron, magnets and electric devices, and repeat.",
+      when(c), rms, 100.0 * share);
+  c.trust.lower(share > kFieldResidualNo ? Verdict::kNo : Verdict::kLimited, text);
+}
+
 void judge_uncertainty(Calibration& c) {
   for (const FieldEstimate& f : c.fields) {
     if (f.dip_sigma_rad > kMaxDipSigma_deg * kDegree) {
@@ -67,11 +98,56 @@ void judge_uncertainty(Calibration& c) {
 
 }  // namespace
 
-void judge(Calibration& c, const std::vector<const Recording*>& recordings) {
+std::vector<Disturbance> find_disturbances(const Calibration& c,
+                                           const std::vector<double>& mag_squares) {
+  struct Block {
+    std::size_t trajectory;
+    double begin, end, sum;
+    int count;
+  };
+  std::vector<Block> blocks;
+  std::size_t node = 0;
+  for (std::size_t r = 0; r < c.trajectories.size(); ++r) {
+    for (const double t : c.trajectories[r].t) {
+      const bool same = !blocks.empty() && blocks.back().trajectory == r &&
+                        t < blocks.back().begin + kDisturbedBlock;
+      if (!same) blocks.push_back({r, t, t, 0.0, 0});
+      blocks.back().end = t;
+      blocks.back().sum += mag_squares[node++];
+      ++blocks.back().count;
+    }
+  }
+  // Whitened, three axes of every magnetometer a node: to uT of one axis.
+  const double axes = 3.0 * double(c.parameters.mag.size());
+  const double unit = c.residuals[2].rms > 0.0 ? c.residuals[2].rms_unit / c.residuals[2].rms : 0.0;
+  std::vector<double> rms;
+  for (const Block& b : blocks) rms.push_back(unit * std::sqrt(b.sum / (axes * b.count)));
+  std::vector<double> sorted = rms;
+  const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double limit = std::max(kDisturbed * *middle, kDisturbedShare * c.strength_uT);
+
+  std::vector<Disturbance> out;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (rms[i] < limit) continue;
+    const Block& b = blocks[i];
+    const std::string& name = c.trajectories[b.trajectory].recording;
+    if (!out.empty() && out.back().recording == name &&
+        b.begin - out.back().end_s < 2.0 * kDisturbedBlock) {
+      out.back().end_s = b.end;
+      out.back().rms_uT = std::max(out.back().rms_uT, rms[i]);
+    } else {
+      out.push_back({name, b.begin, b.end, rms[i]});
+    }
+  }
+  return out;
+}
+
+void judge(Calibration& c) {
   judge_fit(c);
   judge_motion(c);
+  judge_field(c);
   judge_uncertainty(c);
-  (void)recordings;
 }
 
 }  // namespace magimu

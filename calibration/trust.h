@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // May this calibration be believed? The verdict, with reasons in words: did the fit converge, is
 // everything determined, is the motion one that the model can carry, do the residuals look like
-// noise.
+// noise, does the field stay the same.
 #pragma once
 
 #include "calibration/calibrate.h"
 
 namespace magimu {
 
-void judge(Calibration& c, const std::vector<const Recording*>& recordings);
+// Stretches in which the magnetometer's residual stands out from the rest of the recording.
+// mag_squares: squared whitened residuals of every node (Stage::mag_squares).
+std::vector<Disturbance> find_disturbances(const Calibration& c,
+                                           const std::vector<double>& mag_squares);
+
+void judge(Calibration& c);
 
 }  // namespace magimu

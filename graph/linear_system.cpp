@@ -37,6 +37,8 @@ LinearSystem::LinearSystem(const FactorGraph& graph, const Values& values) : col
   for (const auto& batch : graph.batches()) {
     parts_.push_back({batch.get(), resolve(*batch, values, used), int(row_start_.size()) - 1,
                       int(column_.size())});
+    row_blocks_.push_back({parts_.back().first_row, parts_.back().first_entry, batch->size(),
+                           batch->rows(), batch->columns()});
     const auto types = batch->types();
     const ResolvedKeys& keys = parts_.back().keys;
     for (int i = 0; i < batch->size(); ++i) {
@@ -54,7 +56,9 @@ LinearSystem::LinearSystem(const FactorGraph& graph, const Values& values) : col
       throw std::invalid_argument("variable " + to_string(slot.key) +
                                   " has no factor; add one (a prior, say) or leave it out");
     }
+    variable_start_.push_back(slot.tangent);
   }
+  variable_start_.push_back(cols_);
   value_.resize(column_.size());
   residual_.resize(rows());
 }
@@ -104,31 +108,52 @@ VectorXd LinearSystem::whitened_residuals(const Values& values) const {
   return out;
 }
 
-VectorXd LinearSystem::gradient() const {
-  VectorXd g = VectorXd::Zero(cols_);
-  for (int i = 0; i < rows(); ++i) {
-    for (int e = row_start_[std::size_t(i)]; e < row_start_[std::size_t(i) + 1]; ++e) {
-      g[column_[std::size_t(e)]] += value_[std::size_t(e)] * residual_[i];
+// body(rows, columns, first row, the columns' indices, the entries) for each factor in turn.
+template <class Body>
+void LinearSystem::for_each_factor(const Body& body) const {
+  for (const RowBlocks& b : row_blocks_) {
+    for (int i = 0; i < b.count; ++i) {
+      const auto entry =
+          std::size_t(b.first_entry) + std::size_t(i) * std::size_t(b.rows * b.columns);
+      body(b.rows, b.columns, b.first_row + i * b.rows, column_.data() + entry,
+           value_.data() + entry);
     }
   }
+}
+
+VectorXd LinearSystem::gradient() const {
+  VectorXd g = VectorXd::Zero(cols_), sum(cols_);
+  for_each_factor([&](int rows, int columns, int row, const int* column, const double* value) {
+    for (int c = 0; c < columns; ++c) sum[c] = 0.0;
+    for (int r = 0; r < rows; ++r, value += columns) {
+      const double x = residual_[row + r];
+      for (int c = 0; c < columns; ++c) sum[c] += value[c] * x;
+    }
+    for (int c = 0; c < columns; ++c) g[column[c]] += sum[c];
+  });
   return g;
 }
 
 VectorXd LinearSystem::multiply(const VectorXd& x) const {
-  VectorXd y(rows());
-  for (int i = 0; i < rows(); ++i) {
-    double sum = 0.0;
-    for (int e = row_start_[std::size_t(i)]; e < row_start_[std::size_t(i) + 1]; ++e) {
-      sum += value_[std::size_t(e)] * x[column_[std::size_t(e)]];
+  VectorXd y(rows()), part(cols_);
+  for_each_factor([&](int rows, int columns, int row, const int* column, const double* value) {
+    for (int c = 0; c < columns; ++c) part[c] = x[column[c]];
+    for (int r = 0; r < rows; ++r, value += columns) {
+      y[row + r] = Eigen::Map<const VectorXd>(value, columns).dot(part.head(columns));
     }
-    y[i] = sum;
-  }
+  });
   return y;
 }
 
 VectorXd LinearSystem::squared_column_norms() const {
-  VectorXd n = VectorXd::Zero(cols_);
-  for (std::size_t e = 0; e < value_.size(); ++e) n[column_[e]] += value_[e] * value_[e];
+  VectorXd n = VectorXd::Zero(cols_), sum(cols_);
+  for_each_factor([&](int rows, int columns, int, const int* column, const double* value) {
+    for (int c = 0; c < columns; ++c) sum[c] = 0.0;
+    for (int r = 0; r < rows; ++r, value += columns) {
+      for (int c = 0; c < columns; ++c) sum[c] += value[c] * value[c];
+    }
+    for (int c = 0; c < columns; ++c) n[column[c]] += sum[c];
+  });
   return n;
 }
 

@@ -14,6 +14,12 @@ namespace magimu {
 
 class LinearSystem {
  public:
+  // The rows of one batch: `count` factors follow each other, each with `rows` rows that share one
+  // list of columns; factor i has its entries, row by row, from first_entry + i * rows * columns.
+  struct RowBlocks {
+    int first_row, first_entry, count, rows, columns;
+  };
+
   // Throws std::invalid_argument, naming the variable, where a factor's variable is not in values
   // or has another type, and where a variable has no factor at all. The graph must outlive this.
   LinearSystem(const FactorGraph& graph, const Values& values);
@@ -34,6 +40,9 @@ class LinearSystem {
   std::span<const int> column() const { return column_; }
   std::span<const double> value() const { return value_; }
   const VectorXd& residual() const { return residual_; }
+  std::span<const RowBlocks> row_blocks() const { return row_blocks_; }
+  // The first column of each variable, in ascending order, and cols() at the end.
+  std::span<const int> variable_start() const { return variable_start_; }
 
   VectorXd gradient() const;                   // J'r
   VectorXd multiply(const VectorXd& x) const;  // J x
@@ -48,10 +57,13 @@ class LinearSystem {
   };
   template <class Body>
   double sum_over_chunks(const Body& body) const;
+  template <class Body>
+  void for_each_factor(const Body& body) const;
 
   std::vector<Part> parts_;
   int cols_ = 0;
-  std::vector<int> row_start_, column_;
+  std::vector<int> row_start_, column_, variable_start_;
+  std::vector<RowBlocks> row_blocks_;
   std::vector<double> value_;
   VectorXd residual_;
 };

@@ -11,7 +11,8 @@
 namespace magimu {
 
 enum class Backend {
-  kAuto,     // CHOLMOD where it is built in, Eigen otherwise
+  kAuto,     // the chain solver where the graph fits; else CHOLMOD if it is built in, or Eigen
+  kChain,    // block elimination along chains that share a few globals: many times faster
   kCholmod,  // supernodal Cholesky of J'J: fast; squares the condition number
   kSpqr,     // multifrontal QR of J: for problems close to singular
   kEigen,    // Eigen's simplicial Cholesky: no GPL code
@@ -32,7 +33,8 @@ class LinearSolver {
   virtual MatrixXd solve_normal(const MatrixXd& B) = 0;
 };
 
-// Throws std::invalid_argument if the back end was not built in.
+// Throws std::invalid_argument if the back end was not built in. With kAuto and kChain the first
+// factorize() looks at the system; kChain's throws std::invalid_argument if it has no such form.
 std::unique_ptr<LinearSolver> make_linear_solver(Backend backend);
 
 // 1 / norm of each column of J; 1 where the column is zero.

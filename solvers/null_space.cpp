@@ -9,7 +9,8 @@
 namespace magimu {
 namespace {
 
-constexpr double kDamping = 1e-12;  // keeps the normal matrix regular, far below any real eigenvalue
+constexpr double kDamping =
+    1e-12;  // keeps the normal matrix regular, far below any real eigenvalue
 constexpr int kIterations = 5;
 
 // A fixed start: the same answer at every call.
@@ -37,7 +38,8 @@ std::vector<NullDirection> find_null_space(const LinearSystem& system, LinearSol
   double damping = kDamping;
   while (!solver.factorize(system, scale, damping)) {
     damping *= 10.0;
-    if (damping > 1e-6) throw std::runtime_error("the linear system has entries that are not finite");
+    if (damping > 1e-6)
+      throw std::runtime_error("the linear system has entries that are not finite");
   }
   const int p = std::min(max_directions, system.cols());
   MatrixXd V = orthonormal(start_block(system.cols(), p));
@@ -87,8 +89,9 @@ std::string describe(const NullDirection& null, const Values& values,
       text += " along (";
       for (int i = 0; i < s.type.tangent(); ++i) {
         char number[32];
+        const double part = null.direction[s.tangent + i] / std::sqrt(total);
         std::snprintf(number, sizeof number, "%s%.3g", i == 0 ? "" : ", ",
-                      null.direction[s.tangent + i] / std::sqrt(total));
+                      std::abs(part) < 1e-6 ? 0.0 : part);  // rounding is no news
         text += number;
       }
       text += ")";

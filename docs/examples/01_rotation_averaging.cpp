@@ -44,7 +44,7 @@ int main() {
   // Measurements between poses say nothing of north: one pose must be given.
   graph.add(PriorFactor<Rot3>(R(0), true_pose(0), Noise<3>::isotropic(1e-4)));
 
-  // A start: each pose from the one before, far from the truth by much more than the noise.
+  // A rough start: every pose off by some 0.3 rad about each axis, 30 times the noise.
   Values guess;
   for (int i = 0; i < kPoses; ++i) guess.insert(R(i), true_pose(i) * noise(0.3));
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Example 3: data that cannot tell. A sensor with a magnetometer is turned about its vertical axis
-// only. The accelerometer sees the tilt and the magnetometer a field on a cone: what the vertical
-// part of the field adds and what the magnetometer's bias adds on z look the same.
+// only. The vertical part of the field stays the same on the sensor's z axis, so that the third
+// column of its distortion matrix adds the same vector to every sample, and so does its bias: only
+// the sum of the two can be known. Three numbers are free.
 //
 // The library does not divide by such a direction. It finds it and names it; Levenberg-Marquardt
 // still gives a fit, but Marginals refuse a covariance. The remedy is data that do tell, or a

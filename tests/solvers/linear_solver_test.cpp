@@ -79,6 +79,17 @@ TEST_P(LinearSolvers, refuses_a_singular_matrix_and_serves_again_once_damped) {
   }
 }
 
+// Rounding leaves a pivot that should be zero at some 1e-16, of either sign.
+TEST_P(LinearSolvers, refuses_a_singular_matrix_whatever_its_rounding_errors) {
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    const Problem p = test::pose_graph(seed, 2 + int(seed % 20), /*prior=*/false);
+    LinearSystem system(p.graph, p.start);
+    system.linearize(p.start);
+    EXPECT_FALSE(make_linear_solver(GetParam())->factorize(system, column_scale(system), 0.0))
+        << "seed " << seed;
+  }
+}
+
 TEST(LinearSolver, column_scale_makes_columns_of_unit_norm) {
   const Problem p = test::chain_with_globals(5, 20);
   LinearSystem system(p.graph, p.start);

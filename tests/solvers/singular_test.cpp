@@ -211,5 +211,14 @@ TEST(Describe, names_a_trajectory_as_a_range_and_few_variables_one_by_one) {
             "the x along (0.964), the R to the R");
 }
 
+TEST(Describe, leaves_out_rounding) {
+  Values v;
+  v.insert(Key{'v', 2}, Vector3(0.0, 0.0, 0.0));
+  v.insert(x_key(0), 1.0);
+  VectorXd d(4);
+  d << 3e-16, -2.0, 0.0, 1e-14;
+  EXPECT_EQ(describe({0.0, d}, v), "v2 along (0, -1, 0)");
+}
+
 }  // namespace
 }  // namespace magimu

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Rates, ratios, clocks out of step, arrays: the result has to be right whatever the sampling.
+#include "sim/random.h"
+#include "tests/calibration/cases.h"
+
+namespace magimu {
+namespace {
+
+using test::expect_consistent;
+using test::same_model_and_noise;
+using test::simulated_hand;
+
+TEST(BlockMeans, eight_samples_a_node_lose_next_to_nothing) {
+  const Simulation s = test::simulated_paper(80.0);
+  const Calibration all = calibrate(s.recording, same_model_and_noise(s, 1));
+  const Calibration means = calibrate(s.recording, same_model_and_noise(s, 8));
+  EXPECT_EQ(all.nodes, int(s.recording.gyr.size()));
+  EXPECT_EQ(means.nodes, (all.nodes + 7) / 8);
+  EXPECT_LT(test::sigmas_apart(all, means), 0.3);
+  const VectorXd ratio =
+      (means.covariance_model.diagonal().array() / all.covariance_model.diagonal().array()).sqrt();
+  EXPECT_GT(ratio.minCoeff(), 0.99);
+  EXPECT_LT(ratio.maxCoeff(), 1.02);
+}
+
+class HandMotionAt : public testing::TestWithParam<double> {};
+
+TEST_P(HandMotionAt, errors_are_as_the_covariance_says) {
+  const Simulation s = simulated_hand(GetParam(), 5);
+  expect_consistent(calibrate(s.recording, same_model_and_noise(s)), s.truth.parameters);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rates, HandMotionAt, testing::Values(25.0, 60.0, 100.0, 286.0, 500.0));
+
+class MagnetometerSlowerBy : public testing::TestWithParam<int> {};
+
+TEST_P(MagnetometerSlowerBy, errors_are_as_the_covariance_says) {
+  const Simulation s = simulated_hand(100.0, 6, 60.0, GetParam());
+  const Calibration c = calibrate(s.recording, same_model_and_noise(s));
+  EXPECT_EQ(c.nodes, int(s.recording.mag.front().size()));
+  expect_consistent(c, s.truth.parameters);
+}
+
+INSTANTIATE_TEST_SUITE_P(Ratios, MagnetometerSlowerBy, testing::Values(2, 4, 8));
+
+// The magnetometer's samples moved by a fraction of the IMU's interval, made anew from the truth:
+// the attitude in between is the one the sample's own mean rate leads to.
+void shift_magnetometer(Simulation& s, double fraction) {
+  const SensorParameters& p = s.truth.parameters;
+  VectorSeries& mag = s.recording.mag.front();
+  const double dt = s.truth.t[1] - s.truth.t[0];
+  const double sigma = s.truth.noise.mag * std::sqrt(mag.rate_hz());
+  RandomStream random(99, RandomPurpose::kMagnetometerNoise);
+  VectorSeries shifted;
+  for (std::size_t k = 0; k + 1 < s.truth.t.size(); ++k) {
+    const Vector3 turn = (s.truth.nRb[k].inverse() * s.truth.nRb[k + 1]).Log();
+    const Rot3 nRb = s.truth.nRb[k] * Rot3::Exp(fraction * turn);
+    const Vector3 exact =
+        magnetometer_model(nRb, p.mag.front().distortion, p.mag.front().bias, p.dip_rad);
+    shifted.push_back(s.truth.t[k] + fraction * dt, exact + sigma * random.normal3());
+  }
+  mag = shifted;
+}
+
+class MagnetometerOutOfStepBy : public testing::TestWithParam<double> {};
+
+TEST_P(MagnetometerOutOfStepBy, errors_are_as_the_covariance_says) {
+  Simulation s = simulated_hand(50.0, 7, 80.0);
+  shift_magnetometer(s, GetParam());
+  expect_consistent(calibrate(s.recording, same_model_and_noise(s)), s.truth.parameters);
+  expect_consistent(calibrate(s.recording, same_model_and_noise(s, 5)), s.truth.parameters);
+}
+
+INSTANTIATE_TEST_SUITE_P(Fractions, MagnetometerOutOfStepBy, testing::Values(0.1, 0.37, 0.9));
+
+TEST(Array, three_magnetometers_are_calibrated_together) {
+  const Simulation s = simulated_hand(50.0, 8, 60.0, 1, 3);
+  const Calibration c = calibrate(s.recording, same_model_and_noise(s));
+  ASSERT_EQ(c.parameters.mag.size(), 3U);
+  EXPECT_EQ(c.mag_names, (std::vector<std::string>{"mag1", "mag2", "mag3"}));
+  EXPECT_EQ(c.order.size(), 6U + 3U * 12U + 1U);
+  expect_consistent(c, s.truth.parameters);
+
+  Recording first_only = s.recording;
+  first_only.mag.resize(1);
+  first_only.mag_names.resize(1);
+  const Calibration alone = calibrate(first_only, same_model_and_noise(s));
+  EXPECT_LT(c.sigma_model("gyroscope.bias[0]"), alone.sigma_model("gyroscope.bias[0]"));
+}
+
+TEST(Array, magnetometers_may_have_clocks_and_rates_of_their_own) {
+  Simulation s = simulated_hand(50.0, 9, 60.0, 1, 2);
+  VectorSeries& second = s.recording.mag[1];
+  VectorSeries thinned;
+  for (std::size_t k = 1; k < second.size(); k += 3) thinned.push_back(second.t[k], second.v[k]);
+  second = thinned;  // a third of the samples at the same noise a sample: less information
+  CalibrationOptions options = same_model_and_noise(s);
+  const Calibration c = calibrate(s.recording, options);
+  EXPECT_TRUE(c.fit.converged()) << c.fit.message;
+  EXPECT_LT(
+      test::sigmas_apart(c, in_calibration_order(s.truth.parameters, {s.truth.parameters.dip_rad})),
+      8.0);  // its density is now 1.7 times the one given
+}
+
+}  // namespace
+}  // namespace magimu

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Recordings that do not permit a calibration: said in words, never in nonsense.
+#include <gmock/gmock.h>
+
+#include "calibration/calibration_json.h"
+#include "recording/error.h"
+#include "sim/random.h"
+#include "tests/calibration/cases.h"
+#include "tests/recording/test_files.h"
+
+namespace magimu {
+namespace {
+
+using testing::HasSubstr;
+
+// A device with the paper's noise that turns at a constant rate in its own frame.
+Recording turning(const Vector3& rate, double duration_s) {
+  constexpr double kRate = 50.0;
+  const SensorParameters p = draw_parameters(1, 1);
+  RandomStream random(1, RandomPurpose::kMotion);
+  Recording r;
+  r.name = "turning.csv";
+  r.mag.resize(1);
+  r.mag_names = {"mag"};
+  for (int k = 0; k < int(duration_s * kRate); ++k) {
+    const double t = k / kRate, s = std::sqrt(kRate);
+    const Rot3 nRb = Rot3::Exp(rate * t);
+    r.gyr.push_back(t, rate + p.gyr_bias + s * kPaperNoise.gyr * random.normal3());
+    r.acc.push_back(t, accelerometer_model(nRb, p.acc_bias, gravity_n(kStandardGravity)) +
+                           s * kPaperNoise.acc * random.normal3());
+    r.mag[0].push_back(t, magnetometer_model(nRb, p.mag[0].distortion, p.mag[0].bias, p.dip_rad) +
+                              s * kPaperNoise.mag * random.normal3());
+  }
+  return r;
+}
+
+// JSON has no word for NaN: the library writes null.
+void expect_no_null(const nlohmann::ordered_json& json, const std::string& where = "") {
+  if (json.is_structured()) {
+    for (const auto& [key, value] : json.items()) expect_no_null(value, where + "/" + key);
+    return;
+  }
+  EXPECT_FALSE(json.is_null()) << where;
+}
+
+void expect_refused(const Calibration& c) {
+  EXPECT_EQ(c.trust.verdict, Verdict::kNo);
+  ASSERT_FALSE(c.trust.reasons.empty());
+  EXPECT_THAT(c.trust.reasons.front(), HasSubstr("urn the sensor")) << "says what to do";
+  expect_no_null(to_json(c));
+}
+
+class TooLittleMotion : public testing::TestWithParam<MotionModel> {};
+
+TEST_P(TooLittleMotion, turning_about_the_vertical_only_is_refused) {
+  CalibrationOptions options;
+  options.motion = GetParam();
+  const Calibration c = calibrate(turning(Vector3(0, 0, 0.5), 60.0), options);
+  expect_refused(c);
+  EXPECT_FALSE(c.undetermined.empty());
+}
+
+TEST_P(TooLittleMotion, turning_about_a_level_axis_only_is_refused) {
+  CalibrationOptions options;
+  options.motion = GetParam();
+  expect_refused(calibrate(turning(Vector3(0.5, 0, 0), 60.0), options));
+}
+
+TEST_P(TooLittleMotion, lying_still_is_refused) {
+  CalibrationOptions options;
+  options.motion = GetParam();
+  expect_refused(calibrate(turning(Vector3::Zero(), 60.0), options));
+}
+
+INSTANTIATE_TEST_SUITE_P(Models, TooLittleMotion,
+                         testing::Values(MotionModel::kRotation, MotionModel::kAuto),
+                         [](const auto& test) { return to_string(test.param); });
+
+TEST(Verdict, a_still_recording_without_noise_gives_no_nan) {
+  Recording r = turning(Vector3::Zero(), 30.0);
+  for (VectorSeries* series : {&r.acc, &r.gyr, &r.mag[0]}) {
+    for (Vector3& v : series->v) v = series->v.front();
+  }
+  expect_refused(calibrate(r));
+}
+
+TEST(Verdict, a_short_recording_is_an_error_with_a_remedy) {
+  const Recording r = turning(Vector3(0, 0, 0.5), 3.0);
+  const InputError error = test::error_of([&] { calibrate(r); });
+  EXPECT_EQ(error.file, "turning.csv");
+  EXPECT_THAT(error.problem, HasSubstr("too short"));
+  EXPECT_THAT(error.remedy, HasSubstr("a minute"));
+}
+
+TEST(Verdict, a_recording_without_magnetometer_is_an_error_with_a_remedy) {
+  Recording r = turning(Vector3(0, 0, 0.5), 30.0);
+  r.mag.clear();
+  const InputError error = test::error_of([&] { calibrate(r); });
+  EXPECT_THAT(error.problem, HasSubstr("no magnetometer"));
+  EXPECT_FALSE(error.remedy.empty());
+}
+
+TEST(Verdict, no_recording_is_an_error) {
+  const InputError error =
+      test::error_of([] { calibrate(std::vector<const Recording*>{}, CalibrationOptions{}); });
+  EXPECT_FALSE(error.problem.empty());
+}
+
+TEST(Verdict, a_few_seconds_of_motion_give_numbers_and_an_honest_verdict) {
+  const Simulation s = test::simulated_hand(50.0, 3, 8.0);
+  const Calibration c = calibrate(s.recording, test::same_model(s));
+  expect_no_null(to_json(c));
+  if (c.trust.verdict == Verdict::kYes) test::expect_consistent(c, s.truth.parameters);
+}
+
+TEST(Verdict, a_good_recording_is_trusted) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const Simulation s = test::simulated_hand(50.0, seed);
+    CalibrationOptions options;
+    options.gravity = s.truth.gravity;
+    const Calibration c = calibrate(s.recording, options);
+    EXPECT_EQ(c.trust.verdict, Verdict::kYes)
+        << "seed " << seed << ": " << testing::PrintToString(c.trust.reasons);
+    EXPECT_TRUE(c.undetermined.empty());
+    expect_no_null(to_json(c));
+  }
+}
+
+TEST(Trust, the_gravest_reason_comes_first_and_a_verdict_never_rises) {
+  Trust trust;
+  trust.lower(Verdict::kLimited, "limited");
+  trust.lower(Verdict::kNo, "no");
+  trust.lower(Verdict::kLimited, "limited too");
+  EXPECT_EQ(trust.verdict, Verdict::kNo);
+  EXPECT_THAT(trust.reasons, testing::ElementsAre("no", "limited", "limited too"));
+}
+
+}  // namespace
+}  // namespace magimu

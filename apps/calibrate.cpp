@@ -16,7 +16,7 @@ namespace {
 struct Arguments {
   std::vector<std::string> recordings;
   std::string output, trajectory, backend = "auto", motion = "auto";
-  std::string mag_time_offset = "auto";
+  std::string mag_time_offset = "auto", gyro_interval = "forward";
   std::vector<double> noise;
   double dip_deg = 0.0;
   bool has_dip = false, json = false, quiet = false;
@@ -25,6 +25,7 @@ struct Arguments {
 };
 
 Backend backend_named(const std::string& name) {
+  if (name == "chain") return Backend::kChain;
   if (name == "cholmod") return Backend::kCholmod;
   if (name == "spqr") return Backend::kSpqr;
   if (name == "eigen") return Backend::kEigen;
@@ -69,6 +70,11 @@ int run(Arguments& args) {
   std::vector<Recording> recordings;
   for (const std::string& path : args.recordings) {
     recordings.push_back(read_recording(path));
+    if (args.gyro_interval == "centred") {
+      convert_gyro_interval(recordings.back(), GyroInterval::kCentred);
+    } else if (args.gyro_interval == "backward") {
+      convert_gyro_interval(recordings.back(), GyroInterval::kBackward);
+    }
     if (args.quiet) continue;
     for (const std::string& note : recordings.back().notes) {
       fmt::print(stderr, "{}: {}\n", recordings.back().name, note);
@@ -135,6 +141,11 @@ void add_calibrate(CLI::App& app, int& exit_code) {
                   "estimate the magnetometer's lag: auto (where the data show one), on, off")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "on", "off"}));
+  cmd->add_option("--gyro-interval", args->gyro_interval,
+                  "a gyroscope sample is the mean rate over the interval that begins at its time\n"
+                  "(forward), has it in the middle (centred) or ends there (backward)")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"forward", "centred", "backward"}));
   cmd->add_option("--node-every", args->options.node_every,
                   "magnetometer samples per node; all samples are averaged in (0: automatic)")
       ->capture_default_str()
@@ -142,7 +153,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       ->type_name("N");
   cmd->add_option("--solver", args->backend, "linear back end")
       ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "cholmod", "spqr", "eigen"}));
+      ->check(CLI::IsMember({"auto", "chain", "cholmod", "spqr", "eigen"}));
   cmd->add_option("--threads", args->threads, "use at most so many threads (0: all)")
       ->check(CLI::Range(0, 1024))
       ->type_name("N");

@@ -20,11 +20,11 @@ namespace {
 
 constexpr double kMinDuration = 5.0;     // s
 constexpr double kCoarseRate = 12.0;     // nodes a second while the noise is being found
-constexpr double kFullRate = 100.0;      // up to here every magnetometer sample is a node
+constexpr double kFullRate = 101.0;      // up to here every magnetometer sample is a node
 constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at most
 // Noise in motion over that at rest, at the most. What exceeds it is not noise but something the
 // model lacks; it must show in the residuals instead of being declared normal.
-constexpr double kGyrInMotion = 2.0, kMagInMotion = 2.5;
+constexpr double kGyrInMotion = 3.0, kMagInMotion = 2.5;
 constexpr double kUnlimited = 1e30;
 constexpr double kOffsetShown = 4.0;      // standard deviations of a lag that is believed
 

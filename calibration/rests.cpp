@@ -69,6 +69,11 @@ std::vector<TimeSpan> find_rests(const Recording& recording, const RestOptions& 
       rests.push_back({begin, end});
     }
   }
+  // The first and the last window may hold the end or the beginning of a movement.
+  for (TimeSpan& rest : rests) {
+    rest.begin_s += options.window_s;
+    rest.end_s -= options.window_s;
+  }
   std::erase_if(rests, [&](const TimeSpan& r) { return r.length_s() < options.min_length_s; });
   return rests;
 }

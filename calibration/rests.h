@@ -14,7 +14,7 @@ struct RestOptions {
   double window_s = 0.5;         // the detector averages over this long
   double max_rate_rad_s = 0.03;  // RMS deviation of the rate from its own mean within a rest
   double max_bias_rad_s = 0.2;   // a steady turn faster than any plausible bias is no rest
-  double min_length_s = 1.0;     // shorter phases are not used
+  double min_length_s = 1.0;     // shorter phases, less one window at each end, are not used
 };
 
 struct TimeSpan {

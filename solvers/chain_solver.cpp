@@ -127,6 +127,9 @@ struct Run {
 
 struct Structure {
   int chain = 0, globals = 0;
+  // Columns have unit norm, so this is zero up to rounding, which adds up along a chain: a singular
+  // one of n columns passes with a pivot of about 1e-17 n.
+  double min_pivot = 1e-14;
   std::vector<int> position;  // of a column: chain in the order of elimination, then globals
   std::vector<Level> levels;
   std::vector<Range> branches, trunks;  // all branches first, then the trunks they lead to
@@ -239,10 +242,13 @@ class Analysis {
       const Levels there = levels_from({levels_from({v}).back().front()});
       const Levels back = levels_from(there.back());
       const Levels& levels = work(back) <= work(there) ? back : there;
+      int columns = 0;
       for (const auto& level : levels) {
         if (level_width(level) > kMaxWidth) return false;
+        columns += level_width(level);
         for (const int w : level) done[std::size_t(w)] = 1;
       }
+      out.min_pivot = std::max(out.min_pivot, 1e-16 * columns);
       add_component(levels, out);
     }
     for (Range& trunk : trunks_) trunk = append(trunk_levels_[std::size_t(trunk.begin)], -1, out);
@@ -522,8 +528,7 @@ class ChainSolver final : public LinearSolver {
     if (!eliminate(center_.data(), g, g, nullptr, 0, inverse_diagonal_.data() + s_.chain, pivots)) {
       return false;
     }
-    // Columns have unit norm; rounding alone lets a singular matrix pass with about 1e-16.
-    return pivots.min > 1e-14 * pivots.max;
+    return pivots.min > s_.min_pivot * pivots.max;
   }
 
   VectorXd solve(const LinearSystem& system, const VectorXd& scale) override {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/marginals.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace magimu {
@@ -32,9 +33,12 @@ Marginals::Marginals(const FactorGraph& graph, const Values& values, Backend bac
     null_basis_.col(Eigen::Index(i)) = null_space_[i].direction.cwiseQuotient(scale_);
   }
   // With directions left free, find_null_space's damped factor serves: they are projected out.
-  if (null_space_.empty() && !solver_->factorize(system, scale_, 0.0)) {
-    throw std::domain_error("the graph is too close to singular for its covariance");
+  // Otherwise next to no damping, where rounding asks for it: it stays below any real eigenvalue.
+  if (!null_space_.empty()) return;
+  for (double damping = 0.0; damping < 1e-12; damping = std::max(1e-16, 10.0 * damping)) {
+    if (solver_->factorize(system, scale_, damping)) return;
   }
+  throw std::domain_error("the graph is too close to singular for its covariance");
 }
 
 MatrixXd Marginals::covariance(const std::vector<Key>& keys) const {

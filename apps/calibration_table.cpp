@@ -43,8 +43,8 @@ void add_matrix(std::string& out, const Calibration& c, std::size_t m) {
 
 std::string calibration_table(const Calibration& c) {
   std::string out;
-  out += fmt::format("{} samples, {} nodes, {} iterations, {:.2f} s; motion model: {}\n",
-                     c.samples, c.nodes, c.fit.iterations, c.seconds, to_string(c.motion));
+  out += fmt::format("{} samples, {} nodes, {} iterations, {:.2f} s; motion model: {}\n", c.samples,
+                     c.nodes, c.fit.iterations, c.seconds, to_string(c.motion));
   if (!c.motion_reason.empty()) out += c.motion_reason + "\n\n";
   out += "Parameter                     value ± sigma (robust; IMU frame unless said)\n";
   add_vector(out, c, "accelerometer bias", "accelerometer.bias", c.parameters.acc_bias, "m/s^2");
@@ -62,16 +62,18 @@ std::string calibration_table(const Calibration& c) {
   }
   for (const ActiveEffect& effect : c.effects) {
     for (const ActiveEffect::Parameter& p : effect.parameters) {
-      out += fmt::format("  {:<22}    {} {}  {}\n", effect.name, with_sigma(p.value, p.sigma), p.unit,
-                         effect.parameters.size() > 1 ? p.name : "");
+      out += fmt::format("  {:<22}    {} {}  {}\n", effect.name, with_sigma(p.value, p.sigma),
+                         p.unit, effect.parameters.size() > 1 ? p.name : "");
     }
   }
-  out += fmt::format("  {:<22}    {} uT\n", "field strength", with_sigma(c.strength_uT, c.strength_sigma_uT));
+  out += fmt::format("  {:<22}    {} uT\n", "field strength",
+                     with_sigma(c.strength_uT, c.strength_sigma_uT));
   out += "  To use it: the unit field in the IMU frame is D^-1 (mag - magnetometer bias).\n\n";
 
-  out += fmt::format("Noise ({}), per sqrt(Hz): acc {:.3g} m/s^2, gyr {:.3g} rad/s, mag {:.3g} uT\n",
-                     c.noise_given ? "given" : "estimated from rests and residuals", c.noise.acc,
-                     c.noise.gyr, c.noise.mag);
+  out +=
+      fmt::format("Noise ({}), per sqrt(Hz): acc {:.3g} m/s^2, gyr {:.3g} rad/s, mag {:.3g} uT\n",
+                  c.noise_given ? "given" : "estimated from rests and residuals", c.noise.acc,
+                  c.noise.gyr, c.noise.mag);
   out += fmt::format(
       "Residuals (1 = as the noise predicts; lag 1 near 0 = white):"
       " acc {:.2f} ({:+.2f}), gyr {:.2f} ({:+.2f}), mag {:.2f} ({:+.2f})\n",

@@ -25,7 +25,8 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "magimu: {}\n", error.what());
     return kUnusable;
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "magimu: out of memory; use fewer nodes (--node-every) or a part of the data\n");
+    fmt::print(stderr,
+               "magimu: out of memory; use fewer nodes (--node-every) or a part of the data\n");
     return kUnusable;
   } catch (const std::exception& error) {
     fmt::print(stderr, "magimu: internal error: {}\n", error.what());

@@ -19,8 +19,7 @@ struct Arguments {
 };
 
 int run(Arguments& args) {
-  args.options.motion =
-      args.motion == "hand" ? SimulatedMotion::kHand : SimulatedMotion::kPaper;
+  args.options.motion = args.motion == "hand" ? SimulatedMotion::kHand : SimulatedMotion::kPaper;
   if (!args.noise.empty()) args.options.noise = {args.noise[0], args.noise[1], args.noise[2]};
   const Simulation s = simulate(args.options);
   write_csv(s.recording, args.output);

@@ -34,7 +34,8 @@ void print_row(const Recording& recording, MotionModel motion) {
   if (recording.truth) e = orientation_error(c.trajectories.front(), *recording.truth);
   const double lag_ms = c.effects.empty() ? 0.0 : 1e3 * c.effects[0].parameters[0].value;
   fmt::print(
-      "{:<40} {:<9} {:6.2f} {:6.2f} {:6.2f} {:7.3f} {:6.2f} {:7.2f} {:6.2f} {:6.1f} {:5.1f}  {}{}\n",
+      "{:<40} {:<9} {:6.2f} {:6.2f} {:6.2f} {:7.3f} {:6.2f} {:7.2f} {:6.2f} {:6.1f} {:5.1f}  "
+      "{}{}\n",
       recording.name, to_string(c.motion), e.total_deg, e.heading_deg, e.inclination_deg,
       c.parameters.acc_bias.norm(), c.residuals[2].rms_unit, c.parameters.dip_rad / kDegree,
       c.strength_uT, lag_ms, c.seconds, to_string(c.trust.verdict),
@@ -52,8 +53,9 @@ int main(int argc, char** argv) {
     fmt::print("No recordings: name some, or see README.md for where to get them.\n");
     return 0;
   }
-  fmt::print("{:<40} {:<9} {:>6} {:>6} {:>6} {:>7} {:>6} {:>7} {:>6} {:>6} {:>5}  {}\n", "recording",
-             "model", "total", "head.", "incl.", "|o_a|", "mag", "dip", "uT", "lag", "time", "trust");
+  fmt::print("{:<40} {:<9} {:>6} {:>6} {:>6} {:>7} {:>6} {:>7} {:>6} {:>6} {:>5}  {}\n",
+             "recording", "model", "total", "head.", "incl.", "|o_a|", "mag", "dip", "uT", "lag",
+             "time", "trust");
   fmt::print("{:<40} {:<9} {:>6} {:>6} {:>6} {:>7} {:>6} {:>7} {:>6} {:>6} {:>5}\n", "", "", "deg",
              "deg", "deg", "m/s^2", "uT", "deg", "", "ms", "s");
   for (const std::string& path : paths) {

@@ -44,8 +44,7 @@ TurnedMeans field_means(const Recording& r, const SensorParameters& p,
                         const IntegratedRotation& gyr) {
   const Matrix3 inverse = p.mag.front().distortion.inverse();
   const Vector3 bias = p.mag.front().bias;
-  return {r.mag.front(), gyr,
-          [=](const Vector3& m) -> Vector3 { return inverse * (m - bias); }};
+  return {r.mag.front(), gyr, [=](const Vector3& m) -> Vector3 { return inverse * (m - bias); }};
 }
 
 // The rotation to n of a frame in which `up` and the field `b` are seen.

@@ -26,7 +26,7 @@ constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at mos
 // model lacks; it must show in the residuals instead of being declared normal.
 constexpr double kGyrInMotion = 3.0, kMagInMotion = 2.5;
 constexpr double kUnlimited = 1e30;
-constexpr double kOffsetShown = 4.0;      // standard deviations of a lag that is believed
+constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is believed
 
 void check(const std::vector<const Recording*>& recordings) {
   if (recordings.empty()) throw InputError("", 0, 0, "no recording was given", "name at least one");
@@ -119,8 +119,8 @@ void fill_parameters(Calibration& c, const std::vector<const Recording*>& record
   c.parameters.mag.clear();
   c.mag_names = recordings.front()->mag_names;
   for (int m = 0; m < int(recordings.front()->mag.size()); ++m) {
-    c.parameters.mag.push_back({values.at<Matrix3>(key::distortion_of(m)),
-                                values.at<Vector3>(key::mag_bias_of(m))});
+    c.parameters.mag.push_back(
+        {values.at<Matrix3>(key::distortion_of(m)), values.at<Vector3>(key::mag_bias_of(m))});
     if (!stage.spec().mag_time_offset) continue;
     if (m == 0) c.effects.push_back({"mag_time_offset", {}});
     c.effects.back().parameters.push_back({fmt::format("magnetometers[{}].time_offset_s", m), "s",
@@ -169,7 +169,8 @@ class Pipeline {
         guess_(initialize(recordings, options.initialization)),
         rest_(options.noise.value_or(rest_noise(recordings))) {
     const double mag_rate = recordings.front()->mag.front().rate_hz();
-    every_ = options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
+    every_ =
+        options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
     coarse_every_ = std::max(every_, int(std::ceil(mag_rate / kCoarseRate)));
   }
 
@@ -267,8 +268,8 @@ Calibration calibrate(const std::vector<const Recording*>& recordings,
   c.noise = fine.spec().noise;
   c.noise_given = options.noise.has_value();
   c.gravity = options.gravity;
-  c.node_every = options.node_every > 0 ? options.node_every
-                                        : automatic_node_every(*recordings.front());
+  c.node_every =
+      options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
   fill_parameters(c, recordings, fine);
   fill_residuals(c, fine);
   fill_uncertainty(c, fine.graph(), options);

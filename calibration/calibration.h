@@ -87,8 +87,8 @@ struct Calibration {
 
   int samples = 0;  // IMU samples
   int nodes = 0;
-  int node_every = 1;  // magnetometer samples a node
-  Result fit;          // its values hold every variable of the graph
+  int node_every = 1;                        // magnetometer samples a node
+  Result fit;                                // its values hold every variable of the graph
   std::array<ResidualSummary, 3> residuals;  // acc, gyr, mag
   std::vector<Disturbance> disturbances;     // of the magnetic field, in the order of time
   Trust trust;

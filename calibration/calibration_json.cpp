@@ -120,10 +120,8 @@ Json to_json(const Calibration& c) {
   out["covariance"] = {{"order", c.order}, {"matrix", array(c.covariance)}};
   out["covariance_model"] = {{"order", c.order}, {"matrix", array(c.covariance_model)}};
   const char* source = c.noise_given ? "given" : "estimated";
-  out["noise"] = {{"acc", c.noise.acc},
-                  {"gyro", c.noise.gyr},
-                  {"mag", c.noise.mag},
-                  {"source", source}};
+  out["noise"] = {
+      {"acc", c.noise.acc}, {"gyro", c.noise.gyr}, {"mag", c.noise.mag}, {"source", source}};
   out["motion"] = to_string(c.motion);
   out["motion_reason"] = c.motion_reason;
   if (c.motion == MotionModel::kHandHeld) out["reach_m"] = c.reach_m;

@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kBlock = 5.0;        // s left out at a time
 constexpr double kExcessNoise = 1.3;  // accelerometer noise in motion over that at rest
-constexpr double kSwung = 4.0, kSwungColour = 0.5;  // beyond these gravity and a bias explain nothing
+constexpr double kSwung = 4.0,
+                 kSwungColour = 0.5;  // beyond these gravity and a bias explain nothing
 constexpr double kColour = 0.2;       // correlation of neighbouring accelerometer residuals
 
 // The block that each node's time falls into; blocks of all recordings are numbered through.
@@ -62,9 +63,8 @@ MotionChoice choose_motion(const Stage& rotation, const Stage& hand_held, double
   const double ratio = std::exp(0.5 * mean);
   const SensorSums sums = rotation.sums();
   const double colour = sums.lag1[std::size_t(Sensor::kAcc)];
-  const double excess = rest_acc > 0.0 ? rotation.spec().noise.acc *
-                                             sums.rms(Sensor::kAcc) / rest_acc
-                                       : 1.0;
+  const double excess =
+      rest_acc > 0.0 ? rotation.spec().noise.acc * sums.rms(Sensor::kAcc) / rest_acc : 1.0;
   MotionChoice choice;
   const bool predicts_better = mean > 2.0 * error && ratio > 1.02;
   const bool restless = excess > kExcessNoise || colour > kColour;

@@ -49,8 +49,7 @@ InitialGuess initialize(const std::vector<const Recording*>& recordings,
   guess.parameters.gyr_bias = align.gyr_bias;
   for (const Recording* r : recordings) {
     const IntegratedRotation gyr(r->gyr, guess.parameters.gyr_bias);
-    guess.dip_rad.push_back(
-        options.dip_rad.value_or(estimate_dip(*r, guess.parameters, gyr)));
+    guess.dip_rad.push_back(options.dip_rad.value_or(estimate_dip(*r, guess.parameters, gyr)));
   }
   guess.parameters.dip_rad = guess.dip_rad.front();
   return guess;

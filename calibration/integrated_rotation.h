@@ -24,8 +24,9 @@ class IntegratedRotation {
   PreintegratedGyroscope preintegrate(double a, double b) const;
   // The same with the accelerometer, each of whose samples is held from half a sample before its
   // time to half a sample after; densities per sqrt(Hz).
-  PreintegratedImu preintegrate(double a, double b, const VectorSeries& acc, const Vector3& acc_bias,
-                                double gyr_density, double acc_density) const;
+  PreintegratedImu preintegrate(double a, double b, const VectorSeries& acc,
+                                const Vector3& acc_bias, double gyr_density,
+                                double acc_density) const;
 
  private:
   std::size_t sample_at(double t) const;

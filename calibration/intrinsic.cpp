@@ -56,8 +56,8 @@ IntrinsicCalibration fit_ellipsoid(const std::vector<Vector3>& mag) {
   for (const Vector3& m : mag) {
     const Vector3 x = (m - mean) / size;
     Eigen::Matrix<double, 10, 1> row;
-    row << x[0] * x[0], x[1] * x[1], x[2] * x[2], 2 * x[1] * x[2], 2 * x[0] * x[2],
-        2 * x[0] * x[1], 2 * x[0], 2 * x[1], 2 * x[2], 1.0;
+    row << x[0] * x[0], x[1] * x[1], x[2] * x[2], 2 * x[1] * x[2], 2 * x[0] * x[2], 2 * x[0] * x[1],
+        2 * x[0], 2 * x[1], 2 * x[2], 1.0;
     S += row * row.transpose();
   }
   // The constraint 4 J - I^2 = 1 on the quadric's invariants admits ellipsoids only.

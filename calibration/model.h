@@ -33,7 +33,7 @@ struct ModelSpec {
   bool mag_time_offset = false;                 // a lag of each magnetometer is unknown, too
   // Where samples are integrated and means taken: the values of these variables expected.
   Vector3 gyr_bias = Vector3::Zero(), acc_bias = Vector3::Zero();
-  std::vector<double> mag_offset_s;             // one a magnetometer
+  std::vector<double> mag_offset_s;  // one a magnetometer
   // Nodes without their magnetometers, for cross-validation; empty: all have them.
   std::function<bool(int node)> without_mag;
 };

@@ -52,8 +52,8 @@ SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, Lin
   }
   const MatrixXd X = solver.solve_normal(B);  // z'J P J'z = B'X, column by column
   for (int s = 0; s < int(kSensors); ++s) {
-    const auto block = B.middleCols(s * kProbes, kProbes)
-                           .cwiseProduct(X.middleCols(s * kProbes, kProbes));
+    const auto block =
+        B.middleCols(s * kProbes, kProbes).cwiseProduct(X.middleCols(s * kProbes, kProbes));
     sums.absorbed[std::size_t(s)] = block.sum() / kProbes;
   }
   // All rows together absorb one degree of freedom a column, exactly. The sensor that the

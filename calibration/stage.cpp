@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/stage.h"
 
-
 #include <algorithm>
 #include <cmath>
 
@@ -49,7 +48,8 @@ bool update(ModelSpec& spec, const Values& values) {
   }
   for (std::size_t m = 0; spec.mag_time_offset && m < spec.mag_offset_s.size(); ++m) {
     const double offset = values.at<double>(key::mag_time_offset_of(int(m)));
-    far |= move(spec.mag_offset_s[m], offset, std::abs(offset - spec.mag_offset_s[m]), kOffsetMoved);
+    far |=
+        move(spec.mag_offset_s[m], offset, std::abs(offset - spec.mag_offset_s[m]), kOffsetMoved);
   }
   return far;
 }
@@ -163,7 +163,8 @@ Values carry_over(const std::vector<const Recording*>& recordings, const Stage& 
     if (s.type == VariableTraits<double>::type()) values.insert(s.key, old.at<double>(s.key));
   }
   for (int m = 0; to.spec().mag_time_offset && m < int(recordings.front()->mag.size()); ++m) {
-    if (!values.contains(key::mag_time_offset_of(m))) values.insert(key::mag_time_offset_of(m), 0.0);
+    if (!values.contains(key::mag_time_offset_of(m)))
+      values.insert(key::mag_time_offset_of(m), 0.0);
   }
   return values;
 }

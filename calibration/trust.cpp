@@ -5,14 +5,13 @@
 
 #include <algorithm>
 
-
 namespace magimu {
 namespace {
 
 // The accelerometer must read gravity and its bias: so much else (RMS) is a hand that moves it.
-constexpr double kAccResidualNo = 1.0;        // m/s^2
-constexpr double kAccResidualLimited = 0.35;  // m/s^2
-constexpr double kPlausibleAccBias = 0.7;     // m/s^2; 70 mg, beyond any part that works
+constexpr double kAccResidualNo = 1.0;           // m/s^2
+constexpr double kAccResidualLimited = 0.35;     // m/s^2
+constexpr double kPlausibleAccBias = 0.7;        // m/s^2; 70 mg, beyond any part that works
 constexpr double kFieldResidualLimited = 0.025;  // of the strength
 constexpr double kFieldResidualNo = 0.1;
 constexpr double kDisturbed = 4.0;        // times the usual residual
@@ -43,11 +42,12 @@ void judge_motion(Calibration& c) {
                     "that the sensor only turns. Turn it on the spot, slowly.",
                     acc, bias));
   } else if (acc > kAccResidualLimited) {
-    c.trust.lower(Verdict::kLimited,
-                  fmt::format("The hand moved the sensor somewhat: beyond gravity and a bias the "
-                              "accelerometer reads {:.2f} m/s^2 RMS; the accelerometer bias suffers "
-                              "most. Turn it on the spot, slowly.",
-                              acc));
+    c.trust.lower(
+        Verdict::kLimited,
+        fmt::format("The hand moved the sensor somewhat: beyond gravity and a bias the "
+                    "accelerometer reads {:.2f} m/s^2 RMS; the accelerometer bias suffers "
+                    "most. Turn it on the spot, slowly.",
+                    acc));
   }
 }
 

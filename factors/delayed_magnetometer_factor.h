@@ -26,8 +26,8 @@ class DelayedMagnetometerFactor : public Factor<3, Rot3, Matrix3, Vector3, doubl
         offset_s_(offset_s) {}
 
   template <class T>
-  Vec3<T> residual(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias,
-                   const T& dip_rad, const T& offset_s) const {
+  Vec3<T> residual(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias, const T& dip_rad,
+                   const T& offset_s) const {
     const Vec3<T> b = C(offset_s) * nRb.unrotate(unit_field(dip_rad));
     return mag_.cast<T>() - D * b - mag_bias;
   }

@@ -38,8 +38,8 @@ class FieldRotationFactor : public Factor<3, Rot3, Vector3> {
     J_R = so3::hat(predicted) - M * delta_T * M.transpose() * so3::hat(u);
     // delta <- delta Exp(e): delta' <- Exp(-e) delta'
     const Vec3<T> correction = gyr_.bias_jacobian().cast<T>() * (gyr_bias - gyr_.bias().cast<T>());
-    J_bias = -(M * so3::hat(turned) * so3::right_jacobian(correction) *
-               gyr_.bias_jacobian().cast<T>());
+    J_bias =
+        -(M * so3::hat(turned) * so3::right_jacobian(correction) * gyr_.bias_jacobian().cast<T>());
     return u_j_.cast<T>() - predicted;
   }
 

@@ -21,7 +21,8 @@ class GyroscopeFactor : public Factor<3, Rot3, Rot3, Vector3> {
     return gyr_.cast<T>() - (nRb.inverse() * nRb_next).Log() * T(1.0 / dt_s_) - gyr_bias;
   }
 
-  // Appendix B: d r / d R_k = J_r^-1(phi) R_k+1' / dt, d r / d R_k+1 the negative, d r / d o_w = -I.
+  // Appendix B: d r / d R_k = J_r^-1(phi) R_k+1' / dt, d r / d R_k+1 the negative, d r / d o_w =
+  // -I.
   template <class T>
   Vec3<T> linearize(const Rot3T<T>& nRb, const Rot3T<T>& nRb_next, const Vec3<T>& gyr_bias,
                     Mat3<T>& J_R, Mat3<T>& J_R_next, Mat3<T>& J_bias) const {

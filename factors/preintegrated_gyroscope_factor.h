@@ -18,8 +18,7 @@ class PreintegratedGyroscopeFactor : public Factor<3, Rot3, Rot3, Vector3> {
   // density: gyroscope noise density, rad/s per sqrt(Hz).
   PreintegratedGyroscopeFactor(Key nRi, Key nRj, Key gyr_bias, const PreintegratedGyroscope& gyr,
                                double density)
-      : Factor({nRi, nRj, gyr_bias},
-               Noise<3>::full(gyr.unit_covariance() * (density * density))),
+      : Factor({nRi, nRj, gyr_bias}, Noise<3>::full(gyr.unit_covariance() * (density * density))),
         delta_(gyr.delta()),
         bias_(gyr.bias()),
         bias_jacobian_(gyr.bias_jacobian()) {}

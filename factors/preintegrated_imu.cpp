@@ -28,8 +28,7 @@ void PreintegratedImu::integrate(const Vector3& gyr, const Vector3& acc, double 
   J_gyr_ = F * J_gyr_ - G_gyr;
   J_acc_ = F * J_acc_ - G_acc;
   // A density d over h seconds is white noise of variance d^2 / h on the held value.
-  covariance_ = F * covariance_ * F.transpose() +
-                G_gyr * G_gyr.transpose() * (gyr_variance_ / h) +
+  covariance_ = F * covariance_ * F.transpose() + G_gyr * G_gyr.transpose() * (gyr_variance_ / h) +
                 G_acc * G_acc.transpose() * (acc_variance_ / h);
 
   delta_p_ += delta_v_ * h + R * force * (0.5 * h * h);

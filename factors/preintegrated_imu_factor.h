@@ -5,9 +5,9 @@
 //   r_v = R_i' (v_j - v_i - g h)                   - (delta_v + J_v (dw, da))
 //   r_p = R_i' (p_j - p_i - v_i h - g h^2 / 2)     - (delta_p + J_p (dw, da))
 //
-// with dw, da the biases' distance from where the samples were integrated (PreintegratedImu; Forster
-// et al. 2016, eq. 44-45) and g gravity in n. First order in dw, da: integrate again where they are
-// large.
+// with dw, da the biases' distance from where the samples were integrated (PreintegratedImu;
+// Forster et al. 2016, eq. 44-45) and g gravity in n. First order in dw, da: integrate again where
+// they are large.
 #pragma once
 
 #include "factors/preintegrated_imu.h"
@@ -35,10 +35,10 @@ class PreintegratedImuFactor
     const Vec<T, 9> d = correction(gyr_bias, acc_bias);
     Vec<T, 9> r;
     r.template head<3>() = rotation(R_i, R_j, d).Log();
-    r.template segment<3>(3) = R_i.unrotate(velocity_change(v_i, v_j)) -
-                               imu_.delta_v().cast<T>() - d.template segment<3>(3);
-    r.template tail<3>() = R_i.unrotate(displacement(v_i, p_i, p_j)) - imu_.delta_p().cast<T>() -
-                           d.template tail<3>();
+    r.template segment<3>(3) = R_i.unrotate(velocity_change(v_i, v_j)) - imu_.delta_v().cast<T>() -
+                               d.template segment<3>(3);
+    r.template tail<3>() =
+        R_i.unrotate(displacement(v_i, p_i, p_j)) - imu_.delta_p().cast<T>() - d.template tail<3>();
     return r;
   }
 
@@ -55,8 +55,7 @@ class PreintegratedImuFactor
     const Vec3<T> dv = velocity_change(v_i, v_j), dp = displacement(v_i, p_i, p_j);
     Vec<T, 9> r;
     r.template head<3>() = Q.Log();
-    r.template segment<3>(3) =
-        bRn * dv - imu_.delta_v().cast<T>() - d.template segment<3>(3);
+    r.template segment<3>(3) = bRn * dv - imu_.delta_v().cast<T>() - d.template segment<3>(3);
     r.template tail<3>() = bRn * dp - imu_.delta_p().cast<T>() - d.template tail<3>();
 
     for (M93<T>* J : {&J_Ri, &J_vi, &J_pi, &J_Rj, &J_vj, &J_pj}) J->setZero();
@@ -73,8 +72,8 @@ class PreintegratedImuFactor
     J_gyr = -imu_.gyr_bias_jacobian().cast<T>();
     J_acc = -imu_.acc_bias_jacobian().cast<T>();
     // The rotation's part passes through Exp and Log.
-    const Mat3<T> outer = J_log * Q.matrix().transpose() *
-                          so3::right_jacobian(Vec3<T>(d.template head<3>()));
+    const Mat3<T> outer =
+        J_log * Q.matrix().transpose() * so3::right_jacobian(Vec3<T>(d.template head<3>()));
     J_gyr.template topRows<3>() = outer * J_gyr.template topRows<3>();
     J_acc.template topRows<3>() = outer * J_acc.template topRows<3>();
     return r;
@@ -88,8 +87,7 @@ class PreintegratedImuFactor
   }
   template <class T>
   Rot3T<T> rotation(const Rot3T<T>& R_i, const Rot3T<T>& R_j, const Vec<T, 9>& d) const {
-    const Rot3T<T> delta =
-        imu_.delta_R().cast<T>() * Rot3T<T>::Exp(Vec3<T>(d.template head<3>()));
+    const Rot3T<T> delta = imu_.delta_R().cast<T>() * Rot3T<T>::Exp(Vec3<T>(d.template head<3>()));
     return delta.inverse() * (R_i.inverse() * R_j);
   }
   template <class T>

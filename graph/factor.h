@@ -7,9 +7,8 @@
 //
 //   class RangeFactor : public Factor<1, Vector2> {
 //    public:
-//     RangeFactor(Key position, double range, Noise<1> noise) : Factor({position}, noise), range_(range) {}
-//     template <class T>
-//     Vec<T, 1> residual(const Vec<T, 2>& p) const {
+//     RangeFactor(Key position, double range, Noise<1> noise) : Factor({position}, noise),
+//     range_(range) {} template <class T> Vec<T, 1> residual(const Vec<T, 2>& p) const {
 //       using std::sqrt;
 //       return Vec<T, 1>(sqrt(p.dot(p)) - range_);
 //     }
@@ -69,7 +68,8 @@ template <class F, std::size_t I>
 constexpr int first_column() {
   return []<std::size_t... J>(std::index_sequence<J...>) {
     return (0 + ... + VariableTraits<VariableOf<F, J>>::kTangent);
-  }(std::make_index_sequence<I>());
+  }
+  (std::make_index_sequence<I>());
 }
 
 template <class F, std::size_t... I>
@@ -83,8 +83,8 @@ template <class F, std::size_t... I>
 auto residual_dual(const F& f, const std::array<const double*, sizeof...(I)>& x,
                    std::index_sequence<I...>) {
   return f.template residual<Dual<F::kColumns>>(
-      VariableTraits<VariableOf<F, I>>::template load_active<F::kColumns>(
-          x[I], first_column<F, I>())...);
+      VariableTraits<VariableOf<F, I>>::template load_active<F::kColumns>(x[I],
+                                                                          first_column<F, I>())...);
 }
 
 template <class F, class Variables = typename F::Variables>
@@ -97,8 +97,8 @@ template <class F>
 using JacobianTuple = typename Jacobians<F>::type;
 
 template <class F, std::size_t... I>
-auto linearize_at(const F& f, const std::array<const double*, sizeof...(I)>& x,
-                  JacobianTuple<F>& J, std::index_sequence<I...>)
+auto linearize_at(const F& f, const std::array<const double*, sizeof...(I)>& x, JacobianTuple<F>& J,
+                  std::index_sequence<I...>)
     -> decltype(f.template linearize<double>(
         VariableTraits<VariableOf<F, I>>::template load<double>(x[I])..., std::get<I>(J)...)) {
   return f.template linearize<double>(
@@ -149,7 +149,8 @@ ResidualOf<F> linearize(const F& f, const Stored<F>& x, JacobianOf<F>& J) {
       ((J.template middleCols<VariableTraits<detail::VariableOf<F, I>>::kTangent>(
             detail::first_column<F, I>()) = std::get<I>(parts)),
        ...);
-    }(detail::kIndices<F>);
+    }
+    (detail::kIndices<F>);
     return r;
   } else {
     return linearize_automatic(f, x, J);

@@ -20,7 +20,9 @@ int FactorGraph::size() const {
   return n;
 }
 
-double FactorGraph::cost(const Values& values) const { return LinearSystem(*this, values).cost(values); }
+double FactorGraph::cost(const Values& values) const {
+  return LinearSystem(*this, values).cost(values);
+}
 
 void FactorGraph::check_keys(std::span<const Key> keys) {
   for (std::size_t i = 0; i < keys.size(); ++i) {

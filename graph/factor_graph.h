@@ -14,7 +14,8 @@
 
 namespace magimu {
 
-// Where the factors of a batch find their variables: for factor i and its key j, entry i * kKeys + j.
+// Where the factors of a batch find their variables: for factor i and its key j, entry i * kKeys +
+// j.
 struct ResolvedKeys {
   std::vector<int> stored;   // offset in Values::data()
   std::vector<int> tangent;  // first column
@@ -102,7 +103,8 @@ class FactorBatchOf final : public FactorBatch {
   static constexpr auto kTypes = []<std::size_t... I>(std::index_sequence<I...>) {
     return std::array<VariableType, sizeof...(I)>{
         VariableTraits<detail::VariableOf<F, I>>::type()...};
-  }(detail::kIndices<F>);
+  }
+  (detail::kIndices<F>);
 
   static Stored<F> stored(std::span<const double> data, const ResolvedKeys& keys, int i) {
     Stored<F> x;
@@ -133,9 +135,8 @@ class FactorGraph {
   const std::vector<F>& factors() const {
     static const std::vector<F> none;
     const auto it = index_.find(typeid(F));
-    return it == index_.end()
-               ? none
-               : static_cast<const FactorBatchOf<F>&>(*batches_[it->second]).factors;
+    return it == index_.end() ? none
+                              : static_cast<const FactorBatchOf<F>&>(*batches_[it->second]).factors;
   }
   // The same, to change measurements between two optimizations (re-integration, for example).
   template <class F>

@@ -42,10 +42,10 @@ JacobianOf<F> numerical_jacobian(const F& factor, const Values& values, double s
 }
 
 struct JacobianCheck {
-  bool analytic = false;          // the factor has analytic Jacobians
-  double numerical_error = 0.0;   // largest difference from central differences
-  double automatic_error = 0.0;   // largest difference from automatic differentiation
-  double residual_error = 0.0;    // largest difference of the residuals the two ways return
+  bool analytic = false;         // the factor has analytic Jacobians
+  double numerical_error = 0.0;  // largest difference from central differences
+  double automatic_error = 0.0;  // largest difference from automatic differentiation
+  double residual_error = 0.0;   // largest difference of the residuals the two ways return
 };
 
 // Differences are relative to the largest entry of the Jacobian (of the residual), or absolute

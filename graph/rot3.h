@@ -72,18 +72,15 @@ class Rot3T {
     return m;
   }
 
-  Rot3T inverse() const {
-    return from_unit_quaternion(Vec<T, 4>(q_[0], -q_[1], -q_[2], -q_[3]));
-  }
+  Rot3T inverse() const { return from_unit_quaternion(Vec<T, 4>(q_[0], -q_[1], -q_[2], -q_[3])); }
 
   Rot3T operator*(const Rot3T& o) const {
     const Vec<T, 4>& a = q_;
     const Vec<T, 4>& b = o.q_;
-    return from_unit_quaternion(
-        Vec<T, 4>(a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
-                  a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-                  a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
-                  a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]));
+    return from_unit_quaternion(Vec<T, 4>(a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+                                          a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+                                          a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+                                          a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]));
   }
   Vec3<T> operator*(const Vec3<T>& v) const { return matrix() * v; }
   // R^T v, without forming the inverse.

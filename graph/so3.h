@@ -31,8 +31,9 @@ T cosine_ratio(const T& t2) {
   const T safe = select(small, T(1.0), t2);
   const T closed = (T(1.0) - cos(sqrt(safe))) / safe;
   const T series =
-      T(0.5) - t2 * (1.0 / 24 - t2 * (1.0 / 720 - t2 * (1.0 / 40320 - t2 * (1.0 / 3628800 -
-                                                                           t2 * (1.0 / 479001600)))));
+      T(0.5) -
+      t2 * (1.0 / 24 -
+            t2 * (1.0 / 720 - t2 * (1.0 / 40320 - t2 * (1.0 / 3628800 - t2 * (1.0 / 479001600)))));
   return select(small, series, closed);
 }
 
@@ -61,8 +62,9 @@ T cotangent_ratio(const T& t2) {
   const T closed = (T(1.0) - half * cos(half) / sin(half)) / safe;
   const T series =
       T(1.0 / 12) +
-      t2 * (1.0 / 720 + t2 * (1.0 / 30240 + t2 * (1.0 / 1209600 +
-                                                  t2 * (1.0 / 47900160 + t2 * (691.0 / 1307674368000)))));
+      t2 * (1.0 / 720 +
+            t2 * (1.0 / 30240 +
+                  t2 * (1.0 / 1209600 + t2 * (1.0 / 47900160 + t2 * (691.0 / 1307674368000)))));
   return select(small, series, closed);
 }
 

@@ -72,8 +72,7 @@ class Values {
     using type = typename V::PlainObject;  // Eigen expressions are stored by value
   };
   template <class V>
-    requires(std::is_same_v<V, Rot3> || std::is_arithmetic_v<V>)
-  struct StoredAs<V> {
+  requires(std::is_same_v<V, Rot3> || std::is_arithmetic_v<V>) struct StoredAs<V> {
     using type = std::conditional_t<std::is_same_v<V, Rot3>, Rot3, double>;
   };
   template <class V>

@@ -42,7 +42,10 @@ struct VariableTraits<Rot3> {
   static Rot3T<T> load(const double* x) {
     return Rot3T<T>::from_unit_quaternion(Eigen::Map<const Vector4>(x).template cast<T>());
   }
-  static void store(const Rot3& R, double* x) { Eigen::Map<Vector4> q(x); q = R.quaternion(); }
+  static void store(const Rot3& R, double* x) {
+    Eigen::Map<Vector4> q(x);
+    q = R.quaternion();
+  }
   // The value at x, perturbed by the inputs first .. first + 2 of a Dual (all zero).
   template <int N>
   static Rot3T<Dual<N>> load_active(const double* x, int first) {

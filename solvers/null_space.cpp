@@ -83,7 +83,8 @@ std::string describe(const NullDirection& null, const Values& values,
   for (const Share& share : order) {
     if (share.squared < 1e-6 * total) break;
     text += (text.empty() ? "" : ", ") + name(share.first);
-    if (share.count > 1) text += " to " + name(share.last);
+    const std::string last = name(share.last);
+    if (share.count > 1 && last != name(share.first)) text += " to " + last;
     if (share.count == 1) {
       const Values::Slot& s = values.slot(share.first);
       text += " along (";

@@ -17,7 +17,7 @@ struct NullDirection {
 };
 
 // A singular value of the column-scaled Jacobian below this is zero up to rounding.
-inline constexpr double kNullTolerance = 3e-7;
+inline constexpr double kNullTolerance = 1e-8;
 
 // All null directions: singular values of the column-scaled Jacobian below tolerance, at most
 // max_directions of them (a deficiency larger than that needs no longer list). By subspace

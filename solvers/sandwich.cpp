@@ -14,8 +14,8 @@ MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_colum
     const double r = system.residual()[i];
     for (int e = system.row_start()[std::size_t(i)]; e < system.row_start()[std::size_t(i) + 1];
          ++e) {
-      score += (r * system.value()[std::size_t(e)]) *
-               H.row(system.column()[std::size_t(e)]).transpose();
+      score +=
+          (r * system.value()[std::size_t(e)]) * H.row(system.column()[std::size_t(e)]).transpose();
     }
   }
   const double correction = blocks > 1 ? double(blocks) / (blocks - 1) : 1.0;

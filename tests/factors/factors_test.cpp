@@ -41,10 +41,9 @@ TEST(AccelerometerFactor, jacobians_are_correct) {
     const Values v = random_values(random, 1.0);
     expect_correct_jacobians(
         AccelerometerFactor(R(0), key::acc_bias, random.vector3(9.0), gravity_n(9.8), kUnit), v);
-    expect_correct_jacobians(
-        MeanAccelerometerFactor(R(0), key::acc_bias, random.vector3(9.0), random.matrix3(),
-                                gravity_n(9.8), kUnit),
-        v);
+    expect_correct_jacobians(MeanAccelerometerFactor(R(0), key::acc_bias, random.vector3(9.0),
+                                                     random.matrix3(), gravity_n(9.8), kUnit),
+                             v);
   }
 }
 
@@ -64,10 +63,9 @@ TEST(MagnetometerFactor, jacobians_are_correct) {
     expect_correct_jacobians(MagnetometerFactor(R(0), key::distortion, key::mag_bias, key::dip,
                                                 random.vector3(30.0), kUnit),
                              v);
-    expect_correct_jacobians(
-        MeanMagnetometerFactor(R(0), key::distortion, key::mag_bias, key::dip,
-                               random.vector3(30.0), random.matrix3(), kUnit),
-        v);
+    expect_correct_jacobians(MeanMagnetometerFactor(R(0), key::distortion, key::mag_bias, key::dip,
+                                                    random.vector3(30.0), random.matrix3(), kUnit),
+                             v);
   }
 }
 
@@ -300,10 +298,9 @@ TEST(FieldRotationFactor, jacobians_are_correct) {
   for (int i = 0; i < kTrials; ++i) {
     const Values v = random_values(random, 0.3);
     const PreintegratedGyroscope p = integrate_random(random, random.vector3(0.05), 8, 0.0125);
-    expect_correct_jacobians(
-        FieldRotationFactor(R(0), key::gyr_bias, random.vector3().normalized(),
-                            random.vector3().normalized(), p, kUnit),
-        v);
+    expect_correct_jacobians(FieldRotationFactor(R(0), key::gyr_bias, random.vector3().normalized(),
+                                                 random.vector3().normalized(), p, kUnit),
+                             v);
   }
 }
 

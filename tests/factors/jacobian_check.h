@@ -20,9 +20,7 @@ class RandomValue {
     return Matrix3::NullaryExpr([&] { return number(scale); });
   }
   // Uniform over all rotations.
-  Rot3 rotation() {
-    return Rot3::from_quaternion(Vector4(number(), number(), number(), number()));
-  }
+  Rot3 rotation() { return Rot3::from_quaternion(Vector4(number(), number(), number(), number())); }
 
  private:
   std::mt19937 engine_;

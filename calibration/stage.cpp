@@ -79,13 +79,14 @@ void Stage::fit(const Values& start, bool warm) {
       append(result_, std::move(result));
     }
     values = result_.values;
-    if (!update(spec_, values)) break;
+    if (!result_.converged() || !update(spec_, values)) break;
   }
 }
 
 void Stage::fit_noise(const Values& start, const NoiseKnowledge& known) {
   fit(start, false);
-  for (int round = 0; round < kNoiseRounds; ++round) {
+  // Residuals away from the optimum are no measure of the noise.
+  for (int round = 0; round < kNoiseRounds && result_.converged(); ++round) {
     const SensorSums now = sums();
     const NoiseDensities old = spec_.noise;
     spec_.noise = restricted_ml(old, now);

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/SVD>
 #include <algorithm>
 
 namespace magimu {
@@ -17,8 +18,30 @@ constexpr double kFieldResidualNo = 0.1;
 constexpr double kDisturbed = 4.0;        // times the usual residual
 constexpr double kDisturbedShare = 0.03;  // of the strength, too
 constexpr double kDisturbedBlock = 1.0;   // s
+constexpr double kMinSpread = 0.01;       // of directions; 0: turned about one axis only
 constexpr double kMaxDipSigma_deg = 2.0;
 constexpr double kMaxDistortionSigma = 0.05;  // of the strength
+
+// A direction of n that keeps still in the IMU frame is the only axis the sensor turned about. The
+// mean of R^T leaves it its length and shortens all others.
+void judge_turns(Calibration& c) {
+  Matrix3 mean = Matrix3::Zero();
+  for (const TrajectoryEstimate& trajectory : c.trajectories) {
+    for (const Rot3& nRb : trajectory.nRb) mean += nRb.matrix().transpose() / double(c.nodes);
+  }
+  const Eigen::JacobiSVD<Matrix3> svd(mean, Eigen::ComputeFullU);
+  const Vector3 left = svd.singularValues(), axis = svd.matrixU().col(0);
+  if (!(1.0 - left[0] * left[0] < kMinSpread)) return;
+  const std::string turned =
+      1.0 - left[2] * left[2] < kMinSpread
+          ? "The sensor hardly turned"
+          : fmt::format(
+                "The sensor turned about one axis only, ({:.2f}, {:.2f}, {:.2f}) in its frame",
+                axis[0], axis[1], axis[2]);
+  c.trust.lower(Verdict::kNo, turned +
+                                  ", which leaves parameters undetermined. Turn the sensor "
+                                  "about all three of its axes, by half a turn and more.");
+}
 
 void judge_fit(Calibration& c) {
   if (!c.fit.converged()) {
@@ -144,6 +167,7 @@ std::vector<Disturbance> find_disturbances(const Calibration& c,
 }
 
 void judge(Calibration& c) {
+  judge_turns(c);
   judge_fit(c);
   judge_motion(c);
   judge_field(c);

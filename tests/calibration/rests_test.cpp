@@ -27,8 +27,10 @@ TEST(Rests, of_a_simulated_hand_are_found) {
     const std::vector<TimeSpan> rests = true_rests(seed, HandMotion::kDuration);
     ASSERT_EQ(found.size(), rests.size()) << "seed " << seed;
     for (std::size_t i = 0; i < rests.size(); ++i) {
-      EXPECT_NEAR(found[i].begin_s, rests[i].begin_s, 0.5) << "seed " << seed << ", rest " << i;
-      EXPECT_NEAR(found[i].end_s, rests[i].end_s, 0.5) << "seed " << seed << ", rest " << i;
+      // All within the true rest, and most of it.
+      EXPECT_GT(found[i].begin_s, rests[i].begin_s - 0.05) << "seed " << seed << ", rest " << i;
+      EXPECT_LT(found[i].end_s, rests[i].end_s + 0.05) << "seed " << seed << ", rest " << i;
+      EXPECT_GT(found[i].length_s(), rests[i].length_s() - 1.1) << "seed " << seed << ", " << i;
     }
   }
 }

@@ -57,7 +57,7 @@ TEST_P(TooLittleMotion, turning_about_the_vertical_only_is_refused) {
   options.motion = GetParam();
   const Calibration c = calibrate(turning(Vector3(0, 0, 0.5), 60.0), options);
   expect_refused(c);
-  EXPECT_FALSE(c.undetermined.empty());
+  EXPECT_THAT(c.trust.reasons.front(), HasSubstr("about one axis only"));
 }
 
 TEST_P(TooLittleMotion, turning_about_a_level_axis_only_is_refused) {
@@ -69,7 +69,9 @@ TEST_P(TooLittleMotion, turning_about_a_level_axis_only_is_refused) {
 TEST_P(TooLittleMotion, lying_still_is_refused) {
   CalibrationOptions options;
   options.motion = GetParam();
-  expect_refused(calibrate(turning(Vector3::Zero(), 60.0), options));
+  const Calibration c = calibrate(turning(Vector3::Zero(), 60.0), options);
+  expect_refused(c);
+  EXPECT_THAT(c.trust.reasons.front(), HasSubstr("hardly turned"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, TooLittleMotion,

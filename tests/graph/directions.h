@@ -13,9 +13,12 @@ inline constexpr double kPi = 3.141592653589793;  // rounded down: below the tru
 
 inline std::vector<Vector3> directions() {
   std::vector<Vector3> out;
-  for (int i = 0; i < 27; ++i) {
-    const Vector3 n(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
-    if (i != 13) out.push_back(n.normalized());
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) {
+        if (x != 0 || y != 0 || z != 0) out.push_back(Vector3(x, y, z).normalized());
+      }
+    }
   }
   RandomValue random(1);
   for (int i = 0; i < 20; ++i) out.push_back(random.vector3().normalized());

@@ -15,6 +15,7 @@ struct Arguments {
   std::string output, truth, motion = "paper";
   std::vector<double> noise;
   bool quiet = false;
+  int threads = 0;  // as every command takes it; making a recording needs one
   SimulationOptions options;
 };
 
@@ -70,6 +71,9 @@ void add_simulate(CLI::App& app, int& exit_code) {
   cmd->add_option("--gravity", args->options.gravity, "m/s^2; the paper's study has 9.8")
       ->capture_default_str()
       ->type_name("G");
+  cmd->add_option("--threads", args->threads, "as in other commands; one is used")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
   cmd->add_flag("-q,--quiet", args->quiet, "print nothing but errors");
   cmd->callback([args, &exit_code] { exit_code = run(*args); });
 }

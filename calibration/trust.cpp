@@ -30,17 +30,16 @@ void judge_turns(Calibration& c) {
     for (const Rot3& nRb : trajectory.nRb) mean += nRb.matrix().transpose() / double(c.nodes);
   }
   const Eigen::JacobiSVD<Matrix3> svd(mean, Eigen::ComputeFullU);
-  const Vector3 left = svd.singularValues(), axis = svd.matrixU().col(0);
-  if (!(1.0 - left[0] * left[0] < kMinSpread)) return;
-  const std::string turned =
-      1.0 - left[2] * left[2] < kMinSpread
-          ? "The sensor hardly turned"
-          : fmt::format(
-                "The sensor turned about one axis only, ({:.2f}, {:.2f}, {:.2f}) in its frame",
-                axis[0], axis[1], axis[2]);
-  c.trust.lower(Verdict::kNo, turned +
-                                  ", which leaves parameters undetermined. Turn the sensor "
-                                  "about all three of its axes, by half a turn and more.");
+  const Vector3 length = svd.singularValues(), axis = svd.matrixU().col(0);
+  if (!(1.0 - length[0] * length[0] < kMinSpread)) return;
+  std::string reason = "The sensor hardly turned";
+  if (1.0 - length[2] * length[2] > kMinSpread) {
+    reason = fmt::format("The sensor turned about one axis at the most, ({:.2f}, {:.2f}, {:.2f})",
+                         axis[0], axis[1], axis[2]);
+  }
+  c.trust.lower(Verdict::kNo, reason +
+                                  ", which leaves parameters undetermined. Turn it about all three "
+                                  "of its axes, by half a turn and more.");
 }
 
 void judge_fit(Calibration& c) {

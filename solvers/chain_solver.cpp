@@ -4,9 +4,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <numeric>
+#include <type_traits>
+#include <utility>
 
 #include "solvers/ordering.h"
 
@@ -26,7 +29,7 @@ using Pair = double __attribute__((vector_size(16)));
 template <class V, int I, int J>
 inline void add_block(int rows, const double* a, int lda, const double* b, int ldb, double* c,
                       int ldc, double sign) {
-  constexpr int kLanes = int(sizeof(V) / sizeof(double));
+  constexpr int kLanes = std::is_same_v<V, Pair> ? 2 : 1;
   V sum[I][J] = {};
   for (int k = 0; k < rows; ++k, a += lda, b += ldb) {
     V bk[J];
@@ -173,9 +176,8 @@ class Analysis {
 
   int begin(int variable) const { return system_.variable_start()[std::size_t(variable)]; }
   int width(int variable) const { return begin(variable + 1) - begin(variable); }
-  int variable_of(int entry) const {
-    return variable_of_[std::size_t(system_.column()[std::size_t(entry)])];
-  }
+  int column_at(int entry) const { return system_.column().data()[entry]; }
+  int variable_of(int entry) const { return variable_of_[std::size_t(column_at(entry))]; }
   template <class Body>
   void for_each_factor(const Body& body) const {
     for (const LinearSystem::RowBlocks& b : system_.row_blocks()) {
@@ -311,7 +313,7 @@ class Analysis {
     for_each_factor([&](const LinearSystem::RowBlocks& b, int entry) {
       int own = int(out.levels.size());
       for (int c = 0; c < b.columns; ++c) {
-        const int p = out.position[std::size_t(system_.column()[std::size_t(entry + c)])];
+        const int p = out.position[std::size_t(column_at(entry + c))];
         if (p < out.chain) own = std::min(own, level_of_[std::size_t(p)]);
       }
       if (own == int(out.levels.size())) return;
@@ -337,7 +339,7 @@ class Analysis {
                           const Structure& out) const {
     std::vector<int> place(std::size_t(b.columns) + 2);
     for (int c = 0; c < b.columns; ++c) {
-      const int p = out.position[std::size_t(system_.column()[std::size_t(entry + c)])];
+      const int p = out.position[std::size_t(column_at(entry + c))];
       int& q = place[std::size_t(c)];
       if (p >= out.chain) {
         q = 2 * kMaxWidth + p - out.chain;
@@ -388,7 +390,7 @@ class Analysis {
       for (int i = 0; i < b.count; ++i) {
         const int entry = b.first_entry + i * b.rows * b.columns;
         for (int c = 0; c < b.columns; ++c) {
-          const int p = out.position[std::size_t(system_.column()[std::size_t(entry + c)])];
+          const int p = out.position[std::size_t(column_at(entry + c))];
           global[std::size_t(c)] = p < out.chain ? -1 : p - out.chain;
         }
         const auto is = [](int g) { return g >= 0; };
@@ -673,15 +675,16 @@ class ChainSolver final : public LinearSolver {
   // The globals' block once all else is eliminated: its upper triangle.
   void sum_center(const LinearSystem& system, const VectorXd& scale, double lambda) {
     const int g = s_.globals;
-    std::fill(center_.begin(), center_.end(), 0.0);
+    double* center = center_.data();
+    std::fill_n(center, center_.size(), 0.0);
     for (std::size_t r = 0; r < s_.runs.size(); ++r) {
       const std::vector<int>& global = s_.runs[r].global;
       const std::size_t n = global.size();
       for (std::size_t i = 0; i < n; ++i) {
         for (std::size_t j = i; j < n; ++j) {
           if (global[i] < 0 || global[j] < 0) continue;
-          center_[std::size_t(std::min(global[i], global[j]) * g +
-                              std::max(global[i], global[j]))] += squares_[r][i * n + j];
+          center[std::min(global[i], global[j]) * g + std::max(global[i], global[j])] +=
+              squares_[r][i * n + j];
         }
       }
     }
@@ -691,8 +694,8 @@ class ChainSolver final : public LinearSolver {
       if (p >= s_.chain) s[p - s_.chain] = scale[c];
     }
     for (int i = 0; i < g; ++i) {
-      for (int j = i; j < g; ++j) center_[std::size_t(i * g + j)] *= s[i] * s[j];
-      center_[std::size_t(i * (g + 1))] += lambda;
+      for (int j = i; j < g; ++j) center[i * g + j] *= s[i] * s[j];
+      center[i * (g + 1)] += lambda;
     }
     for (const Work& w : work_) subtract_row(center_.data(), w.center.data(), g * g, 1.0);
   }
@@ -738,7 +741,7 @@ class ChainSolver final : public LinearSolver {
   void forward_rows(const Level& level, const double* row, const double* border, M& x) const {
     const int d = level.width, n = level.parent_width, parent = parent_first(level);
     for (int i = 0; i < d; ++i, row += d + n) {
-      x.row(level.first + i) *= inverse_diagonal_[std::size_t(level.first + i)];
+      x.row(level.first + i) *= inverse_diagonal_.data()[level.first + i];
       const auto xi = x.row(level.first + i).eval();
       for (int k = i + 1; k < d; ++k) x.row(level.first + k) -= row[k] * xi;
       for (int k = 0; k < n; ++k) x.row(parent + k) -= row[d + k] * xi;
@@ -758,7 +761,7 @@ class ChainSolver final : public LinearSolver {
         const double* g = border + i * s_.globals;
         for (int k = 0; k < s_.globals; ++k) xi -= g[k] * x.row(s_.chain + k);
       }
-      x.row(level.first + i) = xi * inverse_diagonal_[std::size_t(level.first + i)];
+      x.row(level.first + i) = xi * inverse_diagonal_.data()[level.first + i];
     }
   }
 

@@ -33,9 +33,10 @@ Marginals::Marginals(const FactorGraph& graph, const Values& values, Backend bac
     null_basis_.col(Eigen::Index(i)) = null_space_[i].direction.cwiseQuotient(scale_);
   }
   // With directions left free, find_null_space's damped factor serves: they are projected out.
-  // Otherwise next to no damping, where rounding asks for it: it stays below any real eigenvalue.
+  // Otherwise next to no damping, where rounding asks for it: what it bounds is hardly determined,
+  // and stays so by its standard deviation.
   if (!null_space_.empty()) return;
-  for (double damping = 0.0; damping < 1e-12; damping = std::max(1e-16, 10.0 * damping)) {
+  for (double damping = 0.0; damping < 1e-9; damping = std::max(1e-16, 10.0 * damping)) {
     if (solver_->factorize(system, scale_, damping)) return;
   }
   throw std::domain_error("the graph is too close to singular for its covariance");

@@ -255,7 +255,7 @@ TEST_F(Apps, data_that_do_not_suffice_exit_with_1_and_a_marked_file) {
   const Outcome run = magimu_("calibrate vertical.csv -o cal.json -q");
   EXPECT_EQ(run.exit_code, kNoAnswer);
   EXPECT_THAT(run.out, IsEmpty());
-  EXPECT_THAT(run.err, AllOf(HasSubstr("do not use"), HasSubstr("urn the sensor")));
+  EXPECT_THAT(run.err, AllOf(HasSubstr("do not use"), HasSubstr("about all three of its axes")));
   const json cal = magimu_.json("cal.json");
   EXPECT_EQ(cal["trust"]["verdict"], "no");
   EXPECT_FALSE(cal["trust"]["reasons"].empty());

@@ -51,8 +51,7 @@ TEST_P(MovedSensor, the_rotation_model_says_that_it_does_not_hold) {
   options.motion = MotionModel::kRotation;
   const Calibration c = calibrate(read_recording(path_.string()), options);
   EXPECT_EQ(c.trust.verdict, Verdict::kNo);
-  ASSERT_FALSE(c.trust.reasons.empty());
-  EXPECT_THAT(c.trust.reasons.front(), testing::HasSubstr("hand moved the sensor"));
+  EXPECT_THAT(c.trust.reasons, testing::Contains(testing::HasSubstr("hand moved the sensor")));
 }
 
 INSTANTIATE_TEST_SUITE_P(Broad, MovedSensor,

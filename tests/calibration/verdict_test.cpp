@@ -46,7 +46,9 @@ void expect_no_null(const nlohmann::ordered_json& json, const std::string& where
 void expect_refused(const Calibration& c) {
   EXPECT_EQ(c.trust.verdict, Verdict::kNo);
   ASSERT_FALSE(c.trust.reasons.empty());
-  EXPECT_THAT(c.trust.reasons.front(), HasSubstr("urn the sensor")) << "says what to do";
+  EXPECT_THAT(c.trust.reasons.front(),
+              testing::ContainsRegex("Turn (it|the sensor) about all three"))
+      << "says what to do";
   expect_no_null(to_json(c));
 }
 
@@ -57,7 +59,7 @@ TEST_P(TooLittleMotion, turning_about_the_vertical_only_is_refused) {
   options.motion = GetParam();
   const Calibration c = calibrate(turning(Vector3(0, 0, 0.5), 60.0), options);
   expect_refused(c);
-  EXPECT_THAT(c.trust.reasons.front(), HasSubstr("about one axis only"));
+  EXPECT_THAT(c.trust.reasons.front(), HasSubstr("about one axis at the most"));
 }
 
 TEST_P(TooLittleMotion, turning_about_a_level_axis_only_is_refused) {
@@ -71,7 +73,8 @@ TEST_P(TooLittleMotion, lying_still_is_refused) {
   options.motion = GetParam();
   const Calibration c = calibrate(turning(Vector3::Zero(), 60.0), options);
   expect_refused(c);
-  EXPECT_THAT(c.trust.reasons.front(), HasSubstr("hardly turned"));
+  EXPECT_THAT(c.trust.reasons.front(),
+              testing::AnyOf(HasSubstr("hardly turned"), HasSubstr("one axis at the most")));
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, TooLittleMotion,

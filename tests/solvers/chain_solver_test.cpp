@@ -58,7 +58,7 @@ void add_chain(Problem& p, int first, int n, RandomValue& random) {
   }
 }
 template <int N>
-Problem linear_chain(unsigned seed, std::vector<int> lengths) {
+Problem linear_chain(unsigned seed, const std::vector<int>& lengths) {
   RandomValue random(seed);
   Problem p;
   p.start.insert(c_key(0), Vec<double, 5>::Zero().eval());

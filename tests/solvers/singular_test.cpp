@@ -208,7 +208,9 @@ TEST(Describe, names_a_trajectory_as_a_range_and_few_variables_one_by_one) {
   const NullDirection direction{0.0, d};
   EXPECT_EQ(describe(direction, v), "x0 along (0.964), R0 to R9");
   EXPECT_EQ(describe(direction, v, [](Key k) { return std::string("the ") + k.symbol; }),
-            "the x along (0.964), the R to the R");
+            "the x along (0.964), the R");  // a range whose ends have one name needs it once
+  EXPECT_EQ(describe(direction, v, [](Key k) { return "node " + std::to_string(k.index); }),
+            "node 0 along (0.964), node 0 to node 9");
 }
 
 TEST(Describe, leaves_out_rounding) {

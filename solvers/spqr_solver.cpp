@@ -50,8 +50,7 @@ class SpqrSolver final : public LinearSolver {
     MatrixXd ordered(B.rows(), B.cols());
     for (int k = 0; k < B.rows(); ++k) ordered.row(k) = B.row(order_[std::size_t(k)]);
     cholmod_dense b = view(ordered);
-    cholmod_dense* half =
-        SuiteSparseQR_solve<double>(SPQR_RTX_EQUALS_ETB, qr_, &b, common_.get());
+    cholmod_dense* half = SuiteSparseQR_solve<double>(SPQR_RTX_EQUALS_ETB, qr_, &b, common_.get());
     const MatrixXd x = triangular_solve(SPQR_RETX_EQUALS_B, half);
     cholmod_l_free_dense(&half, common_.get());
     return from_ordered(x);

@@ -8,12 +8,16 @@ namespace {
 TEST(PaperStudy, errors_are_at_the_cramer_rao_bound_and_as_large_as_the_covariance_says) {
   constexpr int kDataSets = 12;
   ErrorStatistics statistics;
+  Vector3 residual_rms = Vector3::Zero();
   for (int seed = 1; seed <= kDataSets; ++seed) {
     const Simulation s = test::simulated_paper(20.0, std::uint64_t(seed));
     const Calibration c = calibrate(s.recording, test::same_model_and_noise(s, 2));
     EXPECT_TRUE(c.fit.converged()) << "seed " << seed << ": " << c.fit.message;
     statistics.add(c, s.truth.parameters);
+    for (int i = 0; i < 3; ++i) residual_rms[i] += c.residuals[std::size_t(i)].rms / kDataSets;
   }
+  EXPECT_LT((residual_rms - Vector3::Ones()).cwiseAbs().maxCoeff(), 0.03)
+      << "acc, gyr, mag: " << residual_rms.transpose();
   for (const GroupStatistics& g : statistics.groups(kBand999)) {
     EXPECT_TRUE(g.inside()) << g.name << ": RMSE " << g.rmse << ", bound " << g.bound
                             << ", ratio squared " << g.ratio() * g.ratio() << " not in ["

@@ -72,6 +72,16 @@ TEST_F(Mounting, an_odd_inversion_gives_the_opposite_dip_and_a_positive_determin
   }
 }
 
+TEST(Array, magnetometers_may_be_inverted_against_each_other) {
+  Simulation s = test::simulated_hand(50.0, 8, 60.0, 1, 3);
+  for (Vector3& v : s.recording.mag[1].v) v[2] = -v[2];
+  MagnetometerParameters& second = s.truth.parameters.mag[1];
+  second.distortion.row(2) *= -1.0;
+  second.bias[2] *= -1.0;
+  test::expect_consistent(calibrate(s.recording, test::same_model_and_noise(s, 4)),
+                          s.truth.parameters);
+}
+
 TEST_F(Mounting, a_start_on_the_other_side_of_the_vertical_ends_with_a_positive_cosine) {
   CalibrationOptions options = options_;
   options.initialization.dip_rad = M_PI - dip();

@@ -39,7 +39,8 @@ TEST(BackEnds, give_the_same_calibration) {
   CalibrationOptions options = test::same_model_and_noise(s, 2);
   options.optimizer.backend = Backend::kEigen;
   const Calibration eigen = calibrate(s.recording, options);
-  for (const Backend backend : {Backend::kCholmod, Backend::kSpqr}) {
+  for (const Backend backend :
+       {Backend::kAuto, Backend::kChain, Backend::kCholmod, Backend::kSpqr}) {
     options.optimizer.backend = backend;
     try {
       make_linear_solver(backend);

@@ -82,10 +82,10 @@ inline Problem pose_graph(unsigned seed, int n, bool prior = true) {
   return p;
 }
 
-// The back ends that were built in.
+// The back ends that were built in, and the choice that kAuto makes for each graph.
 inline std::vector<Backend> backends() {
   std::vector<Backend> out;
-  for (const Backend b : {Backend::kCholmod, Backend::kSpqr, Backend::kEigen}) {
+  for (const Backend b : {Backend::kAuto, Backend::kCholmod, Backend::kSpqr, Backend::kEigen}) {
     try {
       make_linear_solver(b);
       out.push_back(b);

@@ -150,8 +150,8 @@ void fill_parameters(Calibration& c, const std::vector<const Recording*>& record
 
 void fill_residuals(Calibration& c, const Stage& stage) {
   const SensorSums sums = stage.sums();
-  const double nodes_per_s =
-      c.nodes / std::max(1e-9, c.trajectories.front().t.back() - c.trajectories.front().t.front());
+  const std::vector<double>& t = c.trajectories.front().t;
+  const double nodes_per_s = double(t.size()) / std::max(1e-9, t.back() - t.front());
   const double densities[3] = {c.noise.acc, c.noise.gyr, c.noise.mag};
   for (std::size_t s = 0; s < 3; ++s) {
     c.residuals[s].rms = sums.rms(Sensor(s));

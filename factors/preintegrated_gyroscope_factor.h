@@ -33,7 +33,7 @@ class PreintegratedGyroscopeFactor : public Factor<3, Rot3, Rot3, Vector3> {
                     Mat3<T>& J_Ri, Mat3<T>& J_Rj, Mat3<T>& J_bias) const {
     const Prediction<T> p = prediction(gyr_bias);
     const Rot3T<T> Q = p.inverse_times(nRi, nRj);
-    const Vec3<T> r = Q.Log();
+    Vec3<T> r = Q.Log();
     const Mat3<T> J = so3::right_jacobian_inverse(r);
     J_Rj = J * nRj.matrix().transpose();
     J_Ri = -J_Rj;

@@ -47,7 +47,7 @@ class PriorFactor<Rot3> : public Factor<3, Rot3> {
 
   template <class T>
   Vec3<T> linearize(const Rot3T<T>& R, Mat3<T>& J) const {
-    const Vec3<T> r = residual(R);
+    Vec3<T> r = residual(R);
     J = so3::left_jacobian_inverse(r);
     return r;
   }

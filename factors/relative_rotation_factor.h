@@ -20,7 +20,7 @@ class RelativeRotationFactor : public Factor<3, Rot3, Rot3> {
 
   template <class T>
   Vec3<T> linearize(const Rot3T<T>& nRi, const Rot3T<T>& nRj, Mat3<T>& J_i, Mat3<T>& J_j) const {
-    const Vec3<T> r = residual(nRi, nRj);
+    Vec3<T> r = residual(nRi, nRj);
     J_j = so3::right_jacobian_inverse(r) * nRj.matrix().transpose();
     J_i = -J_j;
     return r;

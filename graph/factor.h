@@ -28,6 +28,7 @@
 
 #include <array>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include "graph/key.h"
@@ -111,6 +112,17 @@ concept HasAnalyticJacobians = requires(const F& f, std::array<const double*, F:
   linearize_at(f, x, J, kIndices<F>);
 };
 
+// Has F a member of the name linearize, whatever its signature? Then the name is ambiguous here.
+struct NamesLinearizeToo {
+  void linearize();
+};
+template <class F>
+struct BothNames : F, NamesLinearizeToo {};
+template <class F>
+concept NamesLinearize = !std::is_final_v<F> && !requires {
+  &BothNames<F>::linearize;
+};
+
 }  // namespace detail
 
 // Pointers to the stored values of a factor's variables.
@@ -144,7 +156,7 @@ template <class F>
 ResidualOf<F> linearize(const F& f, const Stored<F>& x, JacobianOf<F>& J) {
   if constexpr (detail::HasAnalyticJacobians<F>) {
     detail::JacobianTuple<F> parts;
-    const ResidualOf<F> r = detail::linearize_at(f, x, parts, detail::kIndices<F>);
+    ResidualOf<F> r = detail::linearize_at(f, x, parts, detail::kIndices<F>);
     [&]<std::size_t... I>(std::index_sequence<I...>) {
       ((J.template middleCols<VariableTraits<detail::VariableOf<F, I>>::kTangent>(
             detail::first_column<F, I>()) = std::get<I>(parts)),
@@ -153,6 +165,9 @@ ResidualOf<F> linearize(const F& f, const Stored<F>& x, JacobianOf<F>& J) {
     (detail::kIndices<F>);
     return r;
   } else {
+    static_assert(!detail::NamesLinearize<F>,
+                  "this factor's linearize() is not a template over the scalar that takes its "
+                  "variables and one Jacobian a variable: it would never be called");
     return linearize_automatic(f, x, J);
   }
 }

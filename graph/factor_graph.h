@@ -109,7 +109,7 @@ class FactorBatchOf final : public FactorBatch {
   static Stored<F> stored(std::span<const double> data, const ResolvedKeys& keys, int i) {
     Stored<F> x;
     for (int j = 0; j < F::kKeys; ++j) {
-      x[std::size_t(j)] = data.data() + keys.stored[std::size_t(i * F::kKeys + j)];
+      x[std::size_t(j)] = data.data() + keys.stored[std::size_t(i) * F::kKeys + std::size_t(j)];
     }
     return x;
   }

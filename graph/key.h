@@ -13,7 +13,7 @@ namespace magimu {
 struct Key {
   char symbol = '?';
   std::uint32_t index = 0;
-  auto operator<=>(const Key&) const = default;
+  auto operator<=>(const Key&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
 // "R12"

@@ -20,7 +20,9 @@ struct Arguments {
 };
 
 int run(Arguments& args) {
-  args.options.motion = args.motion == "hand" ? SimulatedMotion::kHand : SimulatedMotion::kPaper;
+  for (const SimulatedMotion m : {SimulatedMotion::kHand, SimulatedMotion::kHandHeld}) {
+    if (args.motion == to_string(m)) args.options.motion = m;
+  }
   if (!args.noise.empty()) args.options.noise = {args.noise[0], args.noise[1], args.noise[2]};
   const Simulation s = simulate(args.options);
   write_csv(s.recording, args.output);
@@ -52,9 +54,14 @@ void add_simulate(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->type_name("N");
   cmd->add_option("--motion", args->motion,
-                  "paper: six slow turns; hand: turned in the hands, with rests")
+                  "paper: six slow turns; hand: turned in the hands, with rests; hand_held: moved "
+                  "about, too")
       ->capture_default_str()
-      ->check(CLI::IsMember({"paper", "hand"}));
+      ->check(CLI::IsMember({"paper", "hand", "hand_held"}));
+  cmd->add_option("--displacement", args->options.displacement_m,
+                  "how far hand_held moves, RMS (-1: drawn from 0.05 to 0.30)")
+      ->capture_default_str()
+      ->type_name("M");
   cmd->add_option("--duration", args->options.duration_s, "seconds (0: the motion's own)")
       ->capture_default_str()
       ->type_name("S");

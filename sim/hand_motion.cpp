@@ -18,7 +18,8 @@ constexpr double kSlowest = 0.3;                 // rad/s, of a coefficient
 constexpr double kWobble = 0.15;                 // rad/s, standard deviation of a component
 constexpr double kAxisTilt = 0.3;                // standard deviation, against an axis of length 1
 constexpr double kLargestTilt = 10.0 * kDegree;  // at the start, from level
-constexpr int kOpeningTurns = 6;                 // these are fast and short
+constexpr double kSlowestPace = 0.3, kFastestPace = 1.2;
+constexpr int kOpeningTurns = 6;  // these are fast and short
 
 // The turns one after the other; coefficient by coefficient.
 class Turns {
@@ -64,8 +65,7 @@ class Turns {
   int drawn_ = 0;  // turns so far
 };
 
-std::vector<HandMotion::Stretch> draw_schedule(RandomStream& random, double duration_s,
-                                               double rest_s) {
+std::vector<Spline> draw_schedule(RandomStream& random, double duration_s, double rest_s) {
   const double last_rest = std::min(HandMotion::kRest, 0.25 * (duration_s - rest_s));
   const auto rests =
       static_cast<std::size_t>(std::lround((duration_s - rest_s) / random.uniform(40.0, 60.0)));
@@ -73,7 +73,7 @@ std::vector<HandMotion::Stretch> draw_schedule(RandomStream& random, double dura
   double resting = rest_s + last_rest, shares = 0.0;
   for (double& s : rest) resting += s = random.uniform(2.0, 3.0);
   for (double& s : share) shares += s = random.uniform(0.85, 1.15);
-  std::vector<HandMotion::Stretch> stretches;
+  std::vector<Spline> stretches;
   double t = rest_s;
   for (std::size_t i = 0; i <= rests; ++i) {
     const double end = t + (duration_s - resting) * share[i] / shares;
@@ -83,12 +83,11 @@ std::vector<HandMotion::Stretch> draw_schedule(RandomStream& random, double dura
   return stretches;
 }
 
-// A spline of n coefficients spans n + 3 knot intervals and vanishes, with its first two
-// derivatives, at both ends.
-void draw_rates(Turns& turns, HandMotion::Stretch& stretch) {
-  const int intervals = static_cast<int>((stretch.end - stretch.start) / kKnotInterval);
+void draw_rates(Turns& turns, double pace, Spline& stretch) {
   turns.begin();
-  for (int j = 0; j + 3 < intervals; ++j) stretch.rate.push_back(turns.next());
+  for (int j = Spline::room(stretch.end - stretch.start, kKnotInterval); j > 0; --j) {
+    stretch.coefficient.push_back(pace * turns.next());
+  }
 }
 
 Rot3 draw_attitude(RandomStream& random) {
@@ -101,30 +100,20 @@ Rot3 draw_attitude(RandomStream& random) {
 
 }  // namespace
 
-HandMotion::HandMotion(std::uint64_t seed, double duration_s, double rest_s) {
+HandMotion::HandMotion(std::uint64_t seed, double duration_s, double rest_s, bool varied_pace) {
   RandomStream random(seed, RandomPurpose::kMotion);
   initial_nRb_ = draw_attitude(random);
   stretches_ = draw_schedule(random, duration_s, rest_s);
+  const double pace =
+      varied_pace ? RandomStream(seed, RandomPurpose::kPace).uniform(kSlowestPace, kFastestPace)
+                  : 1.0;
   Turns turns(random);
-  for (Stretch& stretch : stretches_) draw_rates(turns, stretch);
+  for (Spline& stretch : stretches_) draw_rates(turns, pace, stretch);
 }
 
 Vector3 HandMotion::omega(double t) const {
-  for (const Stretch& s : stretches_) {
-    if (t <= s.start || t >= s.end || s.rate.empty()) continue;
-    const int count = static_cast<int>(s.rate.size());
-    const double x = (t - s.start) / (s.end - s.start) * (count + 3);  // in knot intervals
-    const int knot = std::min(static_cast<int>(x), count + 2);
-    const double u = x - knot, v = 1.0 - u;
-    // The four cubic B-splines that reach into this interval; they add up to 1.
-    const std::array<double, 4> weight{v * v * v / 6.0, (4.0 - 3.0 * u * u * (2.0 - u)) / 6.0,
-                                       (4.0 - 3.0 * v * v * (2.0 - v)) / 6.0, u * u * u / 6.0};
-    Vector3 rate = Vector3::Zero();
-    for (int i = 0; i < 4; ++i) {
-      const int j = knot - 3 + i;
-      if (j >= 0 && j < count) rate += weight[i] * s.rate[j];
-    }
-    return rate;
+  for (const Spline& s : stretches_) {
+    if (t > s.start && t < s.end) return s.at(t);
   }
   return Vector3::Zero();
 }

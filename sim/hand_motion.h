@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "graph/rot3.h"
+#include "sim/spline.h"
 
 namespace magimu {
 
@@ -24,19 +25,16 @@ class HandMotion {
  public:
   // rest_s: the rest at the start, part of duration_s. The rest at the end takes 3 s, or a quarter
   // of what remains if that is less; between them rest 2 to 3 s for every 40 to 60 s.
-  HandMotion(std::uint64_t seed, double duration_s, double rest_s);
+  // varied_pace: the whole motion is slower or faster, by a factor drawn from 0.3 to 1.2.
+  HandMotion(std::uint64_t seed, double duration_s, double rest_s, bool varied_pace = false);
 
   // Within 10 deg of level, with any heading.
   const Rot3& initial_nRb() const { return initial_nRb_; }
-  // Body frame, rad/s, at most kFastest.
+  // Body frame, rad/s, at most kFastest (1.2 times that at a varied pace).
   Vector3 omega(double t) const;
 
-  // One stretch of movement; outside of all of them the sensor rests.
-  struct Stretch {
-    double start, end;          // s
-    std::vector<Vector3> rate;  // c_j, rad/s
-  };
-  const std::vector<Stretch>& stretches() const { return stretches_; }
+  // Stretches of movement, of the rate in rad/s; outside of all of them the sensor rests.
+  const std::vector<Spline>& stretches() const { return stretches_; }
 
   static constexpr double kDuration = 120.0;  // s, unless asked otherwise
   static constexpr double kRest = 3.0;        // s, at the start unless asked otherwise; at the end
@@ -44,7 +42,7 @@ class HandMotion {
 
  private:
   Rot3 initial_nRb_;
-  std::vector<Stretch> stretches_;
+  std::vector<Spline> stretches_;
 };
 
 }  // namespace magimu

@@ -22,6 +22,8 @@ enum class RandomPurpose : std::uint64_t {
   kAccelerometerNoise = 4,
   kGyroscopeNoise = 5,
   kMagnetometerNoise = 6,  // one stream a magnetometer
+  kPace = 7,
+  kDisplacement = 8,
 };
 
 class RandomStream {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "recording/error.h"
+#include "sim/hand_displacement.h"
 #include "sim/hand_motion.h"
 #include "sim/motion.h"
 #include "sim/random.h"
@@ -29,6 +30,8 @@ void check(const SimulationOptions& o) {
           "give seconds, or a negative number for the motion's own");
   require(o.duration_s == 0.0 || o.duration_s > o.rest_s, "the rest fills the whole duration",
           "ask for a longer duration or a shorter rest");
+  require(std::isfinite(o.displacement_m), "the displacement is not finite",
+          "give metres, or a negative number to have it drawn");
   require(std::isfinite(o.gravity), "gravity is not finite", "give m/s^2, such as 9.8");
   require(non_negative(o.noise_factor) && non_negative(o.noise.acc) && non_negative(o.noise.gyr) &&
               non_negative(o.noise.mag),
@@ -36,14 +39,25 @@ void check(const SimulationOptions& o) {
           "give 0 for exact measurements");
 }
 
-AngularMotion make_motion(const SimulationOptions& o) {
+AngularMotion make_motion(const SimulationOptions& o, SimulationTruth& truth,
+                          std::vector<Vector3>& acceleration) {
   const bool paper = o.motion == SimulatedMotion::kPaper;
   const double rest = o.rest_s >= 0.0 ? o.rest_s : paper ? 0.0 : HandMotion::kRest;
   const double moving =
       paper ? paper_motion_duration_s() : HandMotion::kDuration - HandMotion::kRest;
   const double duration = o.duration_s > 0.0 ? o.duration_s : rest + moving;
   if (paper) return paper_motion(o.seed, o.rate_hz, duration, rest);
-  const HandMotion hand(o.seed, duration, rest);
+  const bool moved = o.motion == SimulatedMotion::kHandHeld;
+  const HandMotion hand(o.seed, duration, rest, moved);
+  if (moved) {
+    const HandDisplacement path(o.seed, hand.stretches(), o.displacement_m);
+    for (std::size_t k = 0; k < sample_count(duration, o.rate_hz); ++k) {
+      const double t = static_cast<double>(k) / o.rate_hz;
+      truth.p.push_back(path.position(t));
+      truth.v.push_back(path.velocity(t));
+      acceleration.push_back(path.acceleration(t));
+    }
+  }
   return sample_motion(
       hand.initial_nRb(), [&](double t) { return hand.omega(t); }, o.rate_hz, duration);
 }
@@ -55,11 +69,14 @@ void add_noise(VectorSeries& series, double density, double rate_hz, RandomStrea
 }
 
 void measure_imu(const SimulationOptions& o, const SimulationTruth& truth,
-                 const std::vector<Vector3>& mean_rate, Recording& recording) {
+                 const std::vector<Vector3>& mean_rate, const std::vector<Vector3>& acceleration,
+                 Recording& recording) {
   const Vector3 g_n = gravity_n(truth.gravity);
   for (std::size_t k = 0; k < truth.t.size(); ++k) {
+    // What accelerates the sensor adds to the reading like a gravity of the opposite sign.
+    const Vector3 felt_n = acceleration.empty() ? g_n : Vector3(g_n - acceleration[k]);
     recording.acc.push_back(truth.t[k],
-                            accelerometer_model(truth.nRb[k], truth.parameters.acc_bias, g_n));
+                            accelerometer_model(truth.nRb[k], truth.parameters.acc_bias, felt_n));
     recording.gyr.push_back(truth.t[k], mean_rate[k] + truth.parameters.gyr_bias);
   }
   add_noise(recording.acc, truth.noise.acc, o.rate_hz,
@@ -80,8 +97,7 @@ VectorSeries measure_field(const SimulationOptions& o, const SimulationTruth& tr
   return series;
 }
 
-SimulationTruth make_truth(const SimulationOptions& o, const AngularMotion& motion) {
-  SimulationTruth truth;
+void fill_truth(const SimulationOptions& o, const AngularMotion& motion, SimulationTruth& truth) {
   truth.parameters = draw_parameters(o.seed, o.magnetometers);
   truth.noise = {o.noise_factor * o.noise.acc, o.noise_factor * o.noise.gyr,
                  o.noise_factor * o.noise.mag};
@@ -91,7 +107,6 @@ SimulationTruth make_truth(const SimulationOptions& o, const AngularMotion& moti
   for (std::size_t k = 0; k < truth.nRb.size(); ++k) {
     truth.t.push_back(static_cast<double>(k) / o.rate_hz);
   }
-  return truth;
 }
 
 }  // namespace
@@ -102,20 +117,23 @@ std::string to_string(SimulatedMotion motion) {
       return "paper";
     case SimulatedMotion::kHand:
       return "hand";
+    case SimulatedMotion::kHandHeld:
+      return "hand_held";
   }
   return "unknown";
 }
 
 Simulation simulate(const SimulationOptions& options) {
   check(options);
-  const AngularMotion motion = make_motion(options);
   Simulation simulation;
   SimulationTruth& truth = simulation.truth;
   Recording& recording = simulation.recording;
-  truth = make_truth(options, motion);
+  std::vector<Vector3> acceleration;  // in n, m/s^2; empty: the sensor only turns
+  const AngularMotion motion = make_motion(options, truth, acceleration);
+  fill_truth(options, motion, truth);
   recording.name =
       "simulation (" + to_string(options.motion) + ", seed " + std::to_string(options.seed) + ")";
-  measure_imu(options, truth, motion.mean_rate, recording);
+  measure_imu(options, truth, motion.mean_rate, acceleration, recording);
   recording.mag_names = magnetometer_names(truth.parameters.mag.size());
   for (std::size_t i = 0; i < truth.parameters.mag.size(); ++i) {
     recording.mag.push_back(measure_field(options, truth, i));

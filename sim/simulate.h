@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A recording made from a known truth: a sensor that turns on the spot, its parameters drawn from
+// A recording made from a known truth: a sensor that turns, on the spot or moved about by the hand,
+// its parameters drawn from
 // Table I of Huang et al. 2025, and the measurement models of factors/sensor_model.h with white
 // noise added. By default it is the data set of the paper's simulation study.
 //
@@ -25,11 +26,12 @@
 namespace magimu {
 
 enum class SimulatedMotion {
-  kPaper,  // six slow turns about fixed axes: motion.h
-  kHand,   // a board turned in the hands, with rests: hand_motion.h
+  kPaper,     // six slow turns about fixed axes: motion.h
+  kHand,      // a board turned in the hands, with rests: hand_motion.h
+  kHandHeld,  // the same at a varied pace, and moved about within reach: hand_displacement.h
 };
 
-// As on the command line: "paper", "hand".
+// As on the command line: "paper", "hand", "hand_held".
 std::string to_string(SimulatedMotion motion);
 
 struct SimulationOptions {
@@ -52,6 +54,9 @@ struct SimulationOptions {
   // At rest before the first movement, s. Negative: the motion's own, 0 for kPaper (its data start
   // moving) and 3 s for kHand.
   double rest_s = -1.0;
+  // kHandHeld: root mean square of the displacement while the hand moves, m. Negative: drawn from
+  // 0.05 to 0.30.
+  double displacement_m = -1.0;
 };
 
 struct SimulationTruth {

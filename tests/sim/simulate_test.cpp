@@ -64,7 +64,8 @@ void expect_same_bits(const VectorSeries& a, const VectorSeries& b) {
 
 class EveryMotion : public testing::TestWithParam<SimulatedMotion> {};
 INSTANTIATE_TEST_SUITE_P(Simulate, EveryMotion,
-                         testing::Values(SimulatedMotion::kPaper, SimulatedMotion::kHand),
+                         testing::Values(SimulatedMotion::kPaper, SimulatedMotion::kHand,
+                                         SimulatedMotion::kHandHeld),
                          [](const auto& motion) { return to_string(motion.param); });
 
 TEST_P(EveryMotion, same_seed_gives_the_same_bits) {
@@ -90,7 +91,9 @@ TEST_P(EveryMotion, different_seeds_give_different_data) {
 
 // acc = -R' g + o_a with g = (0, 0, -g0); mag = D R' m + o_m with m = (0, cos alpha, -sin alpha).
 TEST_P(EveryMotion, exact_measurements_obey_the_models) {
-  const Simulation s = simulate(short_options(GetParam(), 0.0));
+  SimulationOptions options = short_options(GetParam(), 0.0);
+  options.displacement_m = 0.0;
+  const Simulation s = simulate(options);
   const SensorParameters& p = s.truth.parameters;
   ASSERT_EQ(s.recording.acc.size(), 2400u);
   ASSERT_EQ(s.recording.mag.size(), 2u);
@@ -208,6 +211,55 @@ TEST(Simulate, a_hand_moves_the_same_way_at_80_and_160_hertz) {
   for (std::size_t k = 0; k < slow.truth.t.size(); ++k) {
     ASSERT_EQ(slow.truth.t[k], fast.truth.t[2 * k]);
     ASSERT_LT((slow.truth.nRb[k].matrix() - fast.truth.nRb[2 * k].matrix()).norm(), 1e-9);
+  }
+}
+
+TEST(Simulate, a_sensor_that_is_moved_reads_its_acceleration) {
+  SimulationOptions options;
+  options.motion = SimulatedMotion::kHandHeld;
+  options.noise_factor = 0.0;
+  options.rate_hz = 500.0;
+  options.duration_s = 30.0;
+  options.displacement_m = 0.2;
+  const Simulation s = simulate(options);
+  const std::vector<Vector3>&p = s.truth.p, &v = s.truth.v;
+  ASSERT_EQ(p.size(), s.truth.t.size());
+  ASSERT_EQ(v.size(), s.truth.t.size());
+  const double h = 1.0 / options.rate_hz;
+  const Vector3 up(0.0, 0.0, s.truth.gravity);
+  double squares = 0.0, moving = 0.0;
+  for (std::size_t k = 1; k + 1 < p.size(); ++k) {
+    ASSERT_LT((v[k] - (p[k + 1] - p[k - 1]) / (2.0 * h)).norm(), 2e-4);
+    const Vector3 acceleration = (p[k + 1] - 2.0 * p[k] + p[k - 1]) / (h * h);
+    const Vector3 read =
+        s.truth.nRb[k] * Vector3(s.recording.acc.v[k] - s.truth.parameters.acc_bias);
+    ASSERT_LT((read - up - acceleration).norm(), 0.02) << "at " << s.truth.t[k] << " s";
+    if (p[k].isZero()) continue;
+    squares += p[k].squaredNorm();
+    moving += 1.0;
+  }
+  EXPECT_NEAR(std::sqrt(squares / moving), 0.2, 0.01);
+  EXPECT_GT(moving * h, 20.0);
+}
+
+TEST(Simulate, a_moved_hand_is_still_in_its_rests_and_within_reach_otherwise) {
+  SimulationOptions options;
+  options.motion = SimulatedMotion::kHandHeld;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    options.seed = seed;
+    const Simulation s = simulate(options);
+    for (std::size_t k = 0; k < 240; ++k) {
+      EXPECT_TRUE(s.truth.p[k].isZero() && s.truth.v[k].isZero());
+      EXPECT_TRUE(s.truth.p[9599 - k].isZero() && s.truth.v[9599 - k].isZero());
+    }
+    double squares = 0.0, farthest = 0.0;
+    for (const Vector3& p : s.truth.p) {
+      squares += p.squaredNorm() / 9600.0;
+      farthest = std::max(farthest, p.norm());
+    }
+    EXPECT_GT(std::sqrt(squares), 0.04);
+    EXPECT_LT(std::sqrt(squares), 0.31);
+    EXPECT_LT(farthest, 1.2);
   }
 }
 

@@ -16,7 +16,7 @@ namespace {
 struct Arguments {
   std::vector<std::string> recordings;
   std::string output, trajectory, backend = "auto", motion = "auto";
-  std::string mag_time_offset = "auto", gyro_interval = "forward";
+  std::string mag_time_offset = "auto", gyro_matrix = "auto", gyro_interval = "forward";
   std::vector<double> noise;
   double dip_deg = 0.0;
   bool has_dip = false, json = false, quiet = false;
@@ -64,6 +64,7 @@ int run(Arguments& args) {
   if (args.has_dip) args.options.initialization.dip_rad = args.dip_deg * kDegree;
   if (args.motion == "rotation") args.options.motion = MotionModel::kRotation;
   if (args.motion == "hand_held") args.options.motion = MotionModel::kHandHeld;
+  if (args.gyro_matrix != "auto") args.options.gyr_matrix = args.gyro_matrix == "on";
   if (args.mag_time_offset != "auto") args.options.mag_time_offset = args.mag_time_offset == "on";
   args.options.optimizer.backend = backend_named(args.backend);
 
@@ -139,6 +140,12 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"auto", "rotation", "hand_held"}));
   cmd->add_option("--mag-time-offset", args->mag_time_offset,
                   "estimate the magnetometer's lag: auto (where the data show one), on, off")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "on", "off"}));
+  cmd->add_option(
+         "--gyro-matrix", args->gyro_matrix,
+         "estimate the gyroscope's scale errors and misalignment: auto (where left-out data "
+         "are predicted better), on, off")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "on", "off"}));
   cmd->add_option("--gyro-interval", args->gyro_interval,

@@ -103,9 +103,16 @@ class ErrorStatistics {
     }
     nees_ += magimu::nees(e, c.covariance_model);
     robust_nees_ += magimu::nees(e, c.covariance);
+    const VectorXd variance_ratio =
+        c.covariance.diagonal().cwiseQuotient(c.covariance_model.diagonal());
+    sigma_ratio_.push_back(std::sqrt(variance_ratio.mean()));
     parameters_ = double(e.size());
     ++count_;
   }
+
+  // Of each data set: reported sigmas over the model's, root mean square over the parameters. 1
+  // where the noise is what the model says.
+  const std::vector<double>& sigma_ratio() const { return sigma_ratio_; }
 
   int count() const { return count_; }
 
@@ -143,6 +150,7 @@ class ErrorStatistics {
   double parameters_ = 0.0;
   double squares_[kGroups] = {}, traces_[kGroups] = {}, square_traces_[kGroups] = {};
   double nees_ = 0.0, robust_nees_ = 0.0;
+  std::vector<double> sigma_ratio_;
 };
 
 }  // namespace magimu

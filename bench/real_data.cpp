@@ -32,13 +32,19 @@ void print_row(const Recording& recording, MotionModel motion) {
   const Calibration c = calibrate(recording, options);
   OrientationError e;
   if (recording.truth) e = orientation_error(c.trajectories.front(), *recording.truth);
-  const double lag_ms = c.effects.empty() ? 0.0 : 1e3 * c.effects[0].parameters[0].value;
+  double lag_ms = 0.0, scale = 0.0;  // of the gyroscope: largest entry of its matrix
+  for (const ActiveEffect& effect : c.effects) {
+    if (effect.name == "mag_time_offset") lag_ms = 1e3 * effect.parameters[0].value;
+    if (effect.name != "gyro_scale_misalignment") continue;
+    for (const auto& p : effect.parameters) scale = std::max(scale, std::abs(p.value));
+  }
   fmt::print(
-      "{:<40} {:<9} {:6.2f} {:6.2f} {:6.2f} {:7.3f} {:6.2f} {:7.2f} {:6.2f} {:6.1f} {:5.1f}  "
+      "{:<40} {:<9} {:6.2f} {:6.2f} {:6.2f} {:7.3f} {:6.2f} {:7.2f} {:6.2f} {:6.1f} {:6.2f} "
+      "{:5.1f}  "
       "{}{}\n",
       recording.name, to_string(c.motion), e.total_deg, e.heading_deg, e.inclination_deg,
       c.parameters.acc_bias.norm(), c.residuals[2].rms_unit, c.parameters.dip_rad / kDegree,
-      c.strength_uT, lag_ms, c.seconds, to_string(c.trust.verdict),
+      c.strength_uT, lag_ms, 100.0 * scale, c.seconds, to_string(c.trust.verdict),
       c.fit.converged() ? "" : " (not converged)");
 }
 
@@ -53,11 +59,11 @@ int main(int argc, char** argv) {
     fmt::print("No recordings: name some, or see README.md for where to get them.\n");
     return 0;
   }
-  fmt::print("{:<40} {:<9} {:>6} {:>6} {:>6} {:>7} {:>6} {:>7} {:>6} {:>6} {:>5}  {}\n",
+  fmt::print("{:<40} {:<9} {:>6} {:>6} {:>6} {:>7} {:>6} {:>7} {:>6} {:>6} {:>6} {:>5}  {}\n",
              "recording", "model", "total", "head.", "incl.", "|o_a|", "mag", "dip", "uT", "lag",
-             "time", "trust");
-  fmt::print("{:<40} {:<9} {:>6} {:>6} {:>6} {:>7} {:>6} {:>7} {:>6} {:>6} {:>5}\n", "", "", "deg",
-             "deg", "deg", "m/s^2", "uT", "deg", "", "ms", "s");
+             "S", "time", "trust");
+  fmt::print("{:<40} {:<9} {:>6} {:>6} {:>6} {:>7} {:>6} {:>7} {:>6} {:>6} {:>6} {:>5}\n", "", "",
+             "deg", "deg", "deg", "m/s^2", "uT", "deg", "", "ms", "%", "s");
   for (const std::string& path : paths) {
     const Recording recording = read_recording(path);
     print_row(recording, MotionModel::kRotation);

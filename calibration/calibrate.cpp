@@ -8,6 +8,7 @@
 #include <chrono>
 
 #include "calibration/choose_motion.h"
+#include "calibration/held_out.h"
 #include "calibration/parameter_names.h"
 #include "calibration/rests.h"
 #include "calibration/stage.h"
@@ -126,6 +127,16 @@ void fill_parameters(Calibration& c, const std::vector<const Recording*>& record
     c.effects.back().parameters.push_back({fmt::format("magnetometers[{}].time_offset_s", m), "s",
                                            values.at<double>(key::mag_time_offset_of(m))});
   }
+  if (stage.spec().gyr_matrix) {
+    const auto S = values.at<LowerTriangle>(key::gyr_matrix);
+    ActiveEffect effect{"gyro_scale_misalignment", {}};
+    for (int e = 0; e < 6; ++e) {
+      const std::string name =
+          fmt::format("gyroscope.scale_misalignment[{}][{}]", kLowerRow[e], kLowerColumn[e]);
+      effect.parameters.push_back({name, "1", S[e]});
+    }
+    c.effects.push_back(effect);
+  }
   c.strength_uT = std::cbrt(c.parameters.mag.front().distortion.determinant());
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const NodePlan& plan = stage.plans()[r];
@@ -178,6 +189,7 @@ class Pipeline {
   Stage run(Calibration& c) {
     Stage coarse = choose(c);
     coarse = with_offset(coarse);
+    coarse = with_gyr_matrix(coarse);
     Stage fine(recordings_, coarse.spec(), every_, options_.optimizer);
     Values start = carry_over(recordings_, coarse, fine);
     fix_symmetries(start, int(recordings_.front()->mag.size()), int(recordings_.size()),
@@ -199,11 +211,11 @@ class Pipeline {
   }
 
   void fit_with_noise(Stage& stage, const Values& start) const {
+    const bool moving = stage.spec().motion == MotionModel::kHandHeld;
     if (options_.noise) {
-      stage.fit(start, false);
+      stage.fit_noise(start, {.gyr_known = true, .acc_known = true, .mag_known = true});
     } else {
       // Where the motion is modelled, the accelerometer's noise is that at rest.
-      const bool moving = stage.spec().motion == MotionModel::kHandHeld;
       const bool acc_known = moving && rest_.acc > 0.0;
       stage.fit_noise(start, {.gyr_known = rest_.gyr > 0.0 && !moving,
                               .acc_known = acc_known,
@@ -231,11 +243,25 @@ class Pipeline {
     return options_.mag_time_offset.has_value() || shows_offset(delayed) ? delayed : stage;
   }
 
+  // The stage with the gyroscope's scale errors and misalignment, if that predicts left-out
+  // magnetometer samples better: what fits better need not.
+  Stage with_gyr_matrix(const Stage& stage) const {
+    const bool possible = stage.spec().motion == MotionModel::kHandHeld;
+    if (!possible || !options_.gyr_matrix.value_or(true)) return stage;
+    ModelSpec spec = stage.spec();
+    spec.gyr_matrix = true;
+    Stage scaled(recordings_, spec, coarse_every_, options_.optimizer);
+    scaled.fit(carry_over(recordings_, stage, scaled), true);
+    if (!options_.gyr_matrix.has_value() && !held_out_gain(stage, scaled).better()) return stage;
+    fit_with_noise(scaled, Values(scaled.result().values));
+    return scaled;
+  }
+
   bool shows_offset(const Stage& stage) const {
     Calibration c;
     c.fit = stage.result();
     fill_parameters(c, recordings_, stage);
-    fill_uncertainty(c, stage.graph(), options_);
+    fill_uncertainty(c, stage, options_);
     for (const ActiveEffect::Parameter& p : c.effects.front().parameters) {
       if (std::abs(p.value) > kOffsetShown * std::max(p.sigma, p.sigma_model)) return true;
     }
@@ -272,7 +298,7 @@ Calibration calibrate(const std::vector<const Recording*>& recordings,
       options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
   fill_parameters(c, recordings, fine);
   fill_residuals(c, fine);
-  fill_uncertainty(c, fine.graph(), options);
+  fill_uncertainty(c, fine, options);
   c.disturbances = find_disturbances(c, fine.mag_squares());
   judge(c);
   c.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -29,6 +29,9 @@ struct CalibrationOptions {
   // A lag of the magnetometer is estimated: always, never, or (nothing given) where the data show
   // one beyond four of its standard deviations.
   std::optional<bool> mag_time_offset;
+  // Scale errors and misalignment of the gyroscope are estimated (hand_held only): always, never,
+  // or (nothing given) where left-out samples of the magnetometer are predicted better with them.
+  std::optional<bool> gyr_matrix;
   // Magnetometer samples a node; 0: every sample up to 100 Hz, fewer nodes above (about 36 Hz).
   // All samples are used in any case, as means about the nodes.
   int node_every = 0;

@@ -5,12 +5,16 @@
 
 namespace magimu {
 
-IntegratedRotation::IntegratedRotation(const VectorSeries& gyr, const Vector3& bias)
-    : gyr_(gyr), bias_(bias) {
+IntegratedRotation::IntegratedRotation(const VectorSeries& gyr, const Vector3& bias,
+                                       const LowerTriangle& matrix)
+    : gyr_(gyr),
+      bias_(bias),
+      matrix_(matrix),
+      unscale_((Matrix3::Identity() + lower_triangular(matrix)).inverse()) {
   attitude_.reserve(gyr.size());
   attitude_.emplace_back();
   for (std::size_t k = 0; k + 1 < gyr.size(); ++k) {
-    const Vector3 v = (gyr.v[k] - bias) * (gyr.t[k + 1] - gyr.t[k]);
+    const Vector3 v = rate_of(k) * (gyr.t[k + 1] - gyr.t[k]);
     attitude_.push_back((attitude_.back() * Rot3::Exp(v)).normalized());
   }
 }
@@ -22,7 +26,7 @@ std::size_t IntegratedRotation::sample_at(double t) const {
 
 Rot3 IntegratedRotation::at(double t) const {
   const std::size_t k = sample_at(t);
-  return attitude_[k] * Rot3::Exp((gyr_.v[k] - bias_) * (t - gyr_.t[k]));
+  return attitude_[k] * Rot3::Exp(rate_of(k) * (t - gyr_.t[k]));
 }
 
 PreintegratedGyroscope IntegratedRotation::preintegrate(double a, double b) const {
@@ -40,9 +44,10 @@ PreintegratedGyroscope IntegratedRotation::preintegrate(double a, double b) cons
 
 PreintegratedImu IntegratedRotation::preintegrate(double a, double b, const VectorSeries& acc,
                                                   const Vector3& acc_bias, double gyr_density,
-                                                  double acc_density) const {
+                                                  double acc_density, bool with_matrix) const {
   constexpr double kSliver = 1e-9;  // s: pieces shorter than this are rounding
-  PreintegratedImu out(bias_, acc_bias, gyr_density, acc_density);
+  PreintegratedImu out(bias_, acc_bias, gyr_density, acc_density,
+                       with_matrix ? std::optional(matrix_) : std::nullopt);
   std::size_t g = sample_at(a);
   // The accelerometer's sample nearest to a.
   const auto end_of = [&](std::size_t k) {

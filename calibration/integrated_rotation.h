@@ -12,27 +12,33 @@ namespace magimu {
 class IntegratedRotation {
  public:
   // gyr: at least two samples; it must outlive this. bias: subtracted from every sample, rad/s.
-  IntegratedRotation(const VectorSeries& gyr, const Vector3& bias);
+  // matrix: the gyroscope's scale errors and misalignment S, gyr = (I + S) omega + bias.
+  IntegratedRotation(const VectorSeries& gyr, const Vector3& bias,
+                     const LowerTriangle& matrix = LowerTriangle::Zero());
 
   // Attitude at time t relative to that at the first sample; rates are held beyond both ends.
   Rot3 at(double t) const;
   // Rotation from the IMU frame at time b to that at time a.
   Rot3 between(double a, double b) const { return at(a).inverse() * at(b); }
-  // Rate at time t, bias removed, rad/s.
-  Vector3 rate(double t) const { return gyr_.v[sample_at(t)] - bias_; }
-  // between(a, b) for a < b, with bias Jacobian and covariance.
+  // Rate at time t, bias and matrix removed, rad/s.
+  Vector3 rate(double t) const { return rate_of(sample_at(t)); }
+  // between(a, b) for a < b, with bias Jacobian and covariance; without a matrix.
   PreintegratedGyroscope preintegrate(double a, double b) const;
   // The same with the accelerometer, each of whose samples is held from half a sample before its
   // time to half a sample after; densities per sqrt(Hz).
+  // with_matrix: the matrix is unknown, and its Jacobian is wanted.
   PreintegratedImu preintegrate(double a, double b, const VectorSeries& acc,
-                                const Vector3& acc_bias, double gyr_density,
-                                double acc_density) const;
+                                const Vector3& acc_bias, double gyr_density, double acc_density,
+                                bool with_matrix) const;
 
  private:
   std::size_t sample_at(double t) const;
+  Vector3 rate_of(std::size_t k) const { return unscale_ * (gyr_.v[k] - bias_); }
 
   const VectorSeries& gyr_;
   Vector3 bias_;
+  LowerTriangle matrix_;        // S
+  Matrix3 unscale_;             // (I + S)^-1
   std::vector<Rot3> attitude_;  // at each sample's time
 };
 

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/model.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "calibration/block_means.h"
 #include "factors/accelerometer_factor.h"
@@ -16,9 +20,10 @@
 namespace magimu {
 namespace {
 
-constexpr double kSameTime = 1e-9;         // s
-constexpr double kReachEvery = 0.5;        // s between weak measurements of position
-constexpr double kOffsetPriorSigma = 0.1;  // s: longer lags are another kind of fault
+constexpr double kSameTime = 1e-9;             // s
+constexpr double kReachEvery = 3.0;            // s between weak measurements of position
+constexpr double kGyrMatrixPriorSigma = 0.01;  // of ordinary parts
+constexpr double kOffsetPriorSigma = 0.1;      // s: longer lags are another kind of fault
 
 Noise<3> block_noise(double density, double rate_hz, int count) {
   return Noise<3>::isotropic(density * std::sqrt(rate_hz / count));
@@ -105,14 +110,25 @@ void add_gyroscope(FactorGraph& graph, const Part& part) {
 
 void add_imu(FactorGraph& graph, const Part& part) {
   const Vector3 g_n = gravity_n(part.spec.gravity);
-  for (int i = 0; i + 1 < part.nodes(); ++i) {
-    const int a = part.id(i), b = part.id(i + 1);
-    graph.add(PreintegratedImuFactor(
-        R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias, key::acc_bias,
-        part.gyr.preintegrate(part.plan.t[std::size_t(i)], part.plan.t[std::size_t(i) + 1],
-                              part.recording.acc, part.spec.acc_bias, part.spec.noise.gyr,
-                              part.spec.noise.acc),
-        g_n));
+  const ModelSpec& spec = part.spec;
+  const std::vector<double>& t = part.plan.t;
+  std::vector<std::optional<PreintegratedImu>> imu(t.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(1, t.size(), 64), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      imu[i] = part.gyr.preintegrate(t[i - 1], t[i], part.recording.acc, spec.acc_bias,
+                                     spec.noise.gyr, spec.noise.acc, spec.gyr_matrix);
+    }
+  });
+  for (int i = 1; i < part.nodes(); ++i) {
+    const int a = part.id(i - 1), b = part.id(i);
+    const PreintegratedImu& integrated = *imu[std::size_t(i)];
+    if (spec.gyr_matrix) {
+      graph.add(ScaledImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias, key::acc_bias,
+                                key::gyr_matrix, integrated, g_n));
+    } else {
+      graph.add(PreintegratedImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias,
+                                       key::acc_bias, integrated, g_n));
+    }
   }
 }
 
@@ -145,7 +161,7 @@ FactorGraph build_model(const std::vector<const Recording*>& recordings,
   FactorGraph graph;
   const int magnetometers = int(recordings.front()->mag.size());
   for (std::size_t i = 0; i < recordings.size(); ++i) {
-    const IntegratedRotation gyr(recordings[i]->gyr, spec.gyr_bias);
+    const IntegratedRotation gyr(recordings[i]->gyr, spec.gyr_bias, spec.gyr_matrix_value);
     const Part part{*recordings[i], plans[i], gyr, int(i), spec};
     if (spec.motion == MotionModel::kHandHeld) {
       add_imu(graph, part);
@@ -155,6 +171,10 @@ FactorGraph build_model(const std::vector<const Recording*>& recordings,
       add_gyroscope(graph, part);
     }
     for (int m = 0; m < magnetometers; ++m) add_magnetometer(graph, part, m);
+  }
+  if (spec.gyr_matrix) {
+    graph.add(PriorFactor<LowerTriangle>(key::gyr_matrix, LowerTriangle::Zero(),
+                                         Noise<6>::isotropic(kGyrMatrixPriorSigma)));
   }
   if (spec.mag_time_offset) {
     for (int m = 0; m < magnetometers; ++m) {

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "calibration/nodes.h"
+#include "factors/preintegrated_imu.h"
 #include "factors/sensor_model.h"
 #include "graph/factor_graph.h"
 
@@ -31,8 +32,10 @@ struct ModelSpec {
   double reach_m = 0.3;                         // hand_held: sigma of the position
   double gravity = kStandardGravity;            // m/s^2
   bool mag_time_offset = false;                 // a lag of each magnetometer is unknown, too
+  bool gyr_matrix = false;  // hand_held: the gyroscope's scale errors and misalignment, too
   // Where samples are integrated and means taken: the values of these variables expected.
   Vector3 gyr_bias = Vector3::Zero(), acc_bias = Vector3::Zero();
+  LowerTriangle gyr_matrix_value = LowerTriangle::Zero();
   std::vector<double> mag_offset_s;  // one a magnetometer
   // Nodes without their magnetometers, for cross-validation; empty: all have them.
   std::function<bool(int node)> without_mag;

@@ -8,20 +8,21 @@
 
 namespace magimu {
 
-std::vector<Key> parameter_keys(int magnetometers, int recordings, bool mag_time_offset) {
+std::vector<Key> parameter_keys(int magnetometers, int recordings, const ModelSpec& spec) {
   std::vector<Key> keys{key::acc_bias, key::gyr_bias};
   for (int m = 0; m < magnetometers; ++m) {
     keys.push_back(key::distortion_of(m));
     keys.push_back(key::mag_bias_of(m));
   }
   for (int r = 0; r < recordings; ++r) keys.push_back(dip_of(r));
-  for (int m = 0; mag_time_offset && m < magnetometers; ++m) {
+  for (int m = 0; spec.mag_time_offset && m < magnetometers; ++m) {
     keys.push_back(key::mag_time_offset_of(m));
   }
+  if (spec.gyr_matrix) keys.push_back(key::gyr_matrix);
   return keys;
 }
 
-std::vector<std::string> parameter_names(int magnetometers, int recordings, bool mag_time_offset) {
+std::vector<std::string> parameter_names(int magnetometers, int recordings, const ModelSpec& spec) {
   std::vector<std::string> names;
   for (int i = 0; i < 3; ++i) names.push_back(fmt::format("accelerometer.bias[{}]", i));
   for (int i = 0; i < 3; ++i) names.push_back(fmt::format("gyroscope.bias[{}]", i));
@@ -34,8 +35,12 @@ std::vector<std::string> parameter_names(int magnetometers, int recordings, bool
   for (int r = 0; r < recordings; ++r) {
     names.push_back(recordings == 1 ? "field.dip_deg" : fmt::format("fields[{}].dip_deg", r));
   }
-  for (int m = 0; mag_time_offset && m < magnetometers; ++m) {
+  for (int m = 0; spec.mag_time_offset && m < magnetometers; ++m) {
     names.push_back(fmt::format("magnetometers[{}].time_offset_s", m));
+  }
+  for (int e = 0; spec.gyr_matrix && e < 6; ++e) {
+    names.push_back(
+        fmt::format("gyroscope.scale_misalignment[{}][{}]", kLowerRow[e], kLowerColumn[e]));
   }
   return names;
 }

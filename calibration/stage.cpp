@@ -11,11 +11,13 @@ namespace {
 
 constexpr int kNoiseRounds = 8;
 constexpr double kNoiseSettled = 0.01;  // relative change of every density
+constexpr double kReachCare = 0.2;      // a fifth as much of the reach: it hardly matters
 constexpr int kIntegrationRounds = 5;
 // Integrate again where a variable has moved further than this from where samples were integrated.
 constexpr double kGyrBiasMoved = 1e-5;  // rad/s
 constexpr double kAccBiasMoved = 1e-2;  // m/s^2
-constexpr double kOffsetMoved = 2e-4;   // s
+constexpr double kGyrMatrixMoved = 1e-5;
+constexpr double kOffsetMoved = 2e-4;  // s
 constexpr double kWarmDamping = 1e-9;
 constexpr double kMinReach = 0.1, kMaxReach = 3.0;  // m
 
@@ -45,6 +47,10 @@ bool update(ModelSpec& spec, const Values& values) {
   if (spec.motion == MotionModel::kHandHeld) {
     const Vector3 acc = values.at<Vector3>(key::acc_bias);
     far |= move(spec.acc_bias, acc, (acc - spec.acc_bias).norm(), kAccBiasMoved);
+  }
+  if (spec.gyr_matrix) {
+    const auto S = values.at<LowerTriangle>(key::gyr_matrix);
+    far |= move(spec.gyr_matrix_value, S, (S - spec.gyr_matrix_value).norm(), kGyrMatrixMoved);
   }
   for (std::size_t m = 0; spec.mag_time_offset && m < spec.mag_offset_s.size(); ++m) {
     const double offset = values.at<double>(key::mag_time_offset_of(int(m)));
@@ -86,18 +92,22 @@ void Stage::fit(const Values& start, bool warm) {
 void Stage::fit_noise(const Values& start, const NoiseKnowledge& known) {
   fit(start, false);
   // Residuals away from the optimum are no measure of the noise.
+  const bool reach = spec_.motion == MotionModel::kHandHeld;
+  if (known.gyr_known && known.acc_known && known.mag_known && !reach) return;
   for (int round = 0; round < kNoiseRounds && result_.converged(); ++round) {
     const SensorSums now = sums();
     const NoiseDensities old = spec_.noise;
     spec_.noise = restricted_ml(old, now);
     if (known.gyr_known) spec_.noise.gyr = old.gyr;
     if (known.acc_known) spec_.noise.acc = old.acc;
+    if (known.mag_known) spec_.noise.mag = old.mag;
     spec_.noise.gyr = std::min(spec_.noise.gyr, known.max_gyr);
     spec_.noise.mag = std::min(spec_.noise.mag, known.max_mag);
-    if (spec_.motion == MotionModel::kHandHeld) {
-      spec_.reach_m = std::clamp(spec_.reach_m * now.rms(Sensor::kReach), kMinReach, kMaxReach);
-    }
-    const double change = std::max({std::abs(spec_.noise.acc / old.acc - 1.0),
+    const double old_reach = spec_.reach_m;
+    if (reach)
+      spec_.reach_m = std::clamp(old_reach * now.rms(Sensor::kReach), kMinReach, kMaxReach);
+    const double change = std::max({std::abs(spec_.reach_m / old_reach - 1.0) * kReachCare,
+                                    std::abs(spec_.noise.acc / old.acc - 1.0),
                                     std::abs(spec_.noise.gyr / old.gyr - 1.0),
                                     std::abs(spec_.noise.mag / old.mag - 1.0)});
     fit(Values(result_.values), true);
@@ -141,7 +151,8 @@ Values carry_over(const std::vector<const Recording*>& recordings, const Stage& 
   const bool moved = from.spec().motion == MotionModel::kHandHeld;
   Values values;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
-    const IntegratedRotation gyr(recordings[r]->gyr, old.at<Vector3>(key::gyr_bias));
+    const IntegratedRotation gyr(recordings[r]->gyr, old.at<Vector3>(key::gyr_bias),
+                                 from.spec().gyr_matrix_value);
     const NodePlan &coarse = from.plans()[r], &fine = to.plans()[r];
     std::size_t k = 0;
     for (std::size_t i = 0; i < fine.t.size(); ++i) {
@@ -159,9 +170,11 @@ Values carry_over(const std::vector<const Recording*>& recordings, const Stage& 
     const char c = s.key.symbol;
     if (c == R(0).symbol || c == V(0).symbol || c == P(0).symbol) continue;
     if (c == key::mag_time_offset_of(0).symbol && !to.spec().mag_time_offset) continue;
-    if (s.type == VariableTraits<Vector3>::type()) values.insert(s.key, old.at<Vector3>(s.key));
-    if (s.type == VariableTraits<Matrix3>::type()) values.insert(s.key, old.at<Matrix3>(s.key));
-    if (s.type == VariableTraits<double>::type()) values.insert(s.key, old.at<double>(s.key));
+    if (s.key == key::gyr_matrix && !to.spec().gyr_matrix) continue;
+    values.insert_from(old, s.key);
+  }
+  if (to.spec().gyr_matrix && !values.contains(key::gyr_matrix)) {
+    values.insert(key::gyr_matrix, LowerTriangle::Zero().eval());
   }
   for (int m = 0; to.spec().mag_time_offset && m < int(recordings.front()->mag.size()); ++m) {
     if (!values.contains(key::mag_time_offset_of(m)))

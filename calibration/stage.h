@@ -16,8 +16,9 @@ namespace magimu {
 
 // What is known of the noise before a fit re-estimates it.
 struct NoiseKnowledge {
-  bool gyr_known = false, acc_known = false;  // leave these densities as they are
-  double max_gyr = 1e30, max_mag = 1e30;      // densities at the most, rad/s, uT
+  bool gyr_known = false, acc_known = false,
+       mag_known = false;                 // leave these densities as they are
+  double max_gyr = 1e30, max_mag = 1e30;  // densities at the most, rad/s, uT
 };
 
 class Stage {

@@ -29,6 +29,8 @@ std::string spoken(Key key) {
       return "the dip";
     case 'l':
       return "the magnetometer's lag";
+    case 'S':
+      return "the gyroscope's scale and misalignment";
     case 'V':
       return "the velocity";
     case 'P':
@@ -63,11 +65,11 @@ double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covaria
 
 }  // namespace
 
-void fill_uncertainty(Calibration& c, const FactorGraph& graph, const CalibrationOptions& options) {
+void fill_uncertainty(Calibration& c, const Stage& stage, const CalibrationOptions& options) {
+  const FactorGraph& graph = stage.graph();
   const int magnetometers = int(c.parameters.mag.size()), recordings = int(c.fields.size());
-  const bool offsets = !c.effects.empty();
-  const std::vector<Key> keys = parameter_keys(magnetometers, recordings, offsets);
-  c.order = parameter_names(magnetometers, recordings, offsets);
+  const std::vector<Key> keys = parameter_keys(magnetometers, recordings, stage.spec());
+  c.order = parameter_names(magnetometers, recordings, stage.spec());
 
   const Marginals marginals(graph, c.fit.values, options.optimizer.backend);
   for (const NullDirection& direction : marginals.null_space()) {

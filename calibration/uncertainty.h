@@ -4,11 +4,12 @@
 #pragma once
 
 #include "calibration/calibrate.h"
+#include "calibration/stage.h"
 
 namespace magimu {
 
 // Fills order, covariance, covariance_model, undetermined, and the sigmas of field and strength.
-// graph: the one that c.fit optimized.
-void fill_uncertainty(Calibration& c, const FactorGraph& graph, const CalibrationOptions& options);
+// stage: the one that c was filled from.
+void fill_uncertainty(Calibration& c, const Stage& stage, const CalibrationOptions& options);
 
 }  // namespace magimu

@@ -2,34 +2,63 @@
 #include "factors/preintegrated_imu.h"
 
 namespace magimu {
+namespace {
+
+// The transition of errors over one piece: [A 0 0; B I 0; C h I].
+struct Transition {
+  Matrix3 A, B, C;
+  double h;
+
+  // F X, row by row of blocks.
+  template <int N>
+  void apply(Mat<double, 9, N>& X) const {
+    const Mat<double, 3, N> turned = X.template topRows<3>();
+    X.template bottomRows<3>() += C * turned + h * X.template middleRows<3>(3);
+    X.template middleRows<3>(3) += B * turned;
+    X.template topRows<3>() = A * turned;
+  }
+};
+
+}  // namespace
+
+Matrix3 lower_triangular(const LowerTriangle& entries) {
+  Matrix3 S = Matrix3::Zero();
+  for (int e = 0; e < 6; ++e) S(kLowerRow[e], kLowerColumn[e]) = entries[e];
+  return S;
+}
 
 void PreintegratedImu::integrate(const Vector3& gyr, const Vector3& acc, double h) {
-  const Vector3 turn = (gyr - gyr_bias_) * h;
+  const Vector3 rate = unscale_ * (gyr - gyr_bias_), turn = rate * h;
   const Vector3 force = acc - acc_bias_;
   const Matrix3 R = delta_R_.matrix();
   const Rot3 step = Rot3::Exp(turn);
-  const Matrix3 J_r = so3::right_jacobian(turn);
   const Matrix3 mean_R = R * so3::left_jacobian(turn);  // mean attitude over the piece
   const Matrix3 force_lever = R * so3::hat(force);
 
-  // Error transition F and the ways in of the two noises.
-  Matrix9 F = Matrix9::Identity();
-  F.block<3, 3>(0, 0) = step.matrix().transpose();
-  F.block<3, 3>(3, 0) = -force_lever * h;
-  F.block<3, 3>(6, 0) = -force_lever * (0.5 * h * h);
-  F.block<3, 3>(6, 3) = Matrix3::Identity() * h;
-  Matrix9x3 G_gyr = Matrix9x3::Zero(), G_acc = Matrix9x3::Zero();
-  G_gyr.topRows<3>() = J_r * h;
-  // A rate error turns the force within the piece, too: half of it by its middle.
-  G_gyr.middleRows<3>(3) = -force_lever * (0.5 * h * h);
-  G_acc.middleRows<3>(3) = mean_R * h;
-  G_acc.bottomRows<3>() = R * (0.5 * h * h);
+  const Transition F{step.matrix().transpose(), -force_lever * h, -force_lever * (0.5 * h * h), h};
+  // The ways in of the two noises, held for h seconds. A rate error turns the force within the
+  // piece, too: half of it by its middle.
+  Mat<double, 6, 3> G_gyr;
+  G_gyr << so3::right_jacobian(turn) * unscale_ * h, -force_lever * unscale_ * (0.5 * h * h);
+  Mat<double, 6, 3> G_acc;
+  G_acc << mean_R * h, R * (0.5 * h * h);
 
-  J_gyr_ = F * J_gyr_ - G_gyr;
-  J_acc_ = F * J_acc_ - G_acc;
-  // A density d over h seconds is white noise of variance d^2 / h on the held value.
-  covariance_ = F * covariance_ * F.transpose() + G_gyr * G_gyr.transpose() * (gyr_variance_ / h) +
-                G_acc * G_acc.transpose() * (acc_variance_ / h);
+  F.apply(J_gyr_);
+  J_gyr_.topRows<6>() -= G_gyr;
+  F.apply(J_acc_);
+  J_acc_.bottomRows<6>() -= G_acc;
+  if (has_matrix_) {  // d w / d S_ij = -(I + S)^-1 e_i w_j
+    F.apply(J_matrix_);
+    for (int e = 0; e < 6; ++e) {
+      J_matrix_.col(e).head<6>() -= G_gyr.col(kLowerRow[e]) * rate[kLowerColumn[e]];
+    }
+  }
+  // F P F'. A density d over h seconds is white noise of variance d^2 / h on the held value.
+  F.apply(covariance_);
+  covariance_.transposeInPlace();
+  F.apply(covariance_);
+  covariance_.topLeftCorner<6, 6>() += G_gyr * G_gyr.transpose() * (gyr_variance_ / h);
+  covariance_.bottomRightCorner<6, 6>() += G_acc * G_acc.transpose() * (acc_variance_ / h);
 
   delta_p_ += delta_v_ * h + R * force * (0.5 * h * h);
   delta_v_ += mean_R * force * h;

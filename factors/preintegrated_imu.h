@@ -3,27 +3,44 @@
 // far the sensor has turned, and what velocity and displacement its specific force adds up to in
 // the frame of the first node; how all three change with the biases; and their covariance.
 //
-//   delta_R' = delta_R Exp((w - o_w) h)
-//   delta_p' = delta_p + delta_v h + delta_R (a - o_a) h^2 / 2
-//   delta_v' = delta_v + delta_R J_l((w - o_w) h) (a - o_a) h
+//   w        = (I + S)^-1 (gyr - o_w)
+//   delta_R' = delta_R Exp(w h)
+//   delta_p' = delta_p + delta_v h + delta_R (acc - o_a) h^2 / 2
+//   delta_v' = delta_v + delta_R J_l(w h) (acc - o_a) h
 //
-// Errors in the order rotation (right), velocity, position: 9 numbers.
+// with S the gyroscope's scale errors and misalignment, where they are part of the model: lower
+// triangular, so its x axis and its xy plane are the IMU frame's. Errors in the order rotation
+// (right), velocity, position: 9 numbers.
 #pragma once
+
+#include <Eigen/LU>
+#include <optional>
 
 #include "graph/rot3.h"
 
 namespace magimu {
 
+// S as a variable: its entries 00, 10, 20, 11, 21, 22.
+using LowerTriangle = Vec<double, 6>;
+inline constexpr int kLowerRow[6] = {0, 1, 2, 1, 2, 2}, kLowerColumn[6] = {0, 0, 0, 1, 1, 2};
+Matrix3 lower_triangular(const LowerTriangle& entries);
+
 class PreintegratedImu {
  public:
   using Matrix9 = Mat<double, 9, 9>;
   using Matrix9x3 = Mat<double, 9, 3>;
+  using Matrix9x6 = Mat<double, 9, 6>;
 
-  // Biases at which to integrate, rad/s and m/s^2, and noise densities per sqrt(Hz).
+  // Biases at which to integrate, rad/s and m/s^2, and noise densities per sqrt(Hz); and S, where
+  // it is part of the model.
   PreintegratedImu(const Vector3& gyr_bias, const Vector3& acc_bias, double gyr_density,
-                   double acc_density)
+                   double acc_density,
+                   const std::optional<LowerTriangle>& gyr_matrix = std::nullopt)
       : gyr_bias_(gyr_bias),
         acc_bias_(acc_bias),
+        has_matrix_(gyr_matrix.has_value()),
+        gyr_matrix_(gyr_matrix.value_or(LowerTriangle::Zero())),
+        unscale_((Matrix3::Identity() + lower_triangular(gyr_matrix_)).inverse()),
         gyr_variance_(gyr_density * gyr_density),
         acc_variance_(acc_density * acc_density) {}
 
@@ -39,14 +56,21 @@ class PreintegratedImu {
   // d (rotation, velocity, position) / d o_w and / d o_a.
   const Matrix9x3& gyr_bias_jacobian() const { return J_gyr_; }
   const Matrix9x3& acc_bias_jacobian() const { return J_acc_; }
+  const LowerTriangle& gyr_matrix() const { return gyr_matrix_; }
+  // d (rotation, velocity, position) / d S; 0 where S is not in the model.
+  const Matrix9x6& gyr_matrix_jacobian() const { return J_matrix_; }
   const Matrix9& covariance() const { return covariance_; }
 
  private:
   Vector3 gyr_bias_, acc_bias_;
+  bool has_matrix_;
+  LowerTriangle gyr_matrix_;
+  Matrix3 unscale_;  // (I + S)^-1
   double gyr_variance_, acc_variance_;
   Rot3 delta_R_;
   Vector3 delta_v_ = Vector3::Zero(), delta_p_ = Vector3::Zero();
   Matrix9x3 J_gyr_ = Matrix9x3::Zero(), J_acc_ = Matrix9x3::Zero();
+  Matrix9x6 J_matrix_ = Matrix9x6::Zero();
   Matrix9 covariance_ = Matrix9::Zero();
   double duration_s_ = 0.0;
 };

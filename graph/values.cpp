@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "graph/values.h"
 
+#include <algorithm>
+
 namespace magimu {
 
 Values::Slot Values::append(Key key, VariableType type) {
@@ -24,6 +26,12 @@ const Values::Slot& Values::slot(Key key) const {
                                 " is not in Values; insert an initial value for it");
   }
   return layout_->slots[std::size_t(it->second)];
+}
+
+void Values::insert_from(const Values& other, Key key) {
+  const Slot from = other.slot(key);
+  const Slot to = append(key, from.type);
+  std::copy_n(other.data_.data() + from.stored, from.type.stored(), data_.data() + to.stored);
 }
 
 int Values::find(Key key, VariableType type) const {

@@ -33,6 +33,8 @@ class Values {
     const Slot slot = append(key, VariableTraits<Plain>::type());
     VariableTraits<Plain>::store(value, data_.data() + slot.stored);
   }
+  // The variable of that name in other, whatever its type.
+  void insert_from(const Values& other, Key key);
   // Throws std::invalid_argument, naming the key, if it is absent or of another type.
   template <class V>
   void update(Key key, const V& value) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The paper's simulation study in small: bench/paper_statistics.cpp has it in full.
+// The paper's simulation study in small: bench/statistics.cpp has it in full.
 #include "tests/calibration/cases.h"
 
 namespace magimu {

@@ -181,10 +181,15 @@ TEST(DelayedMagnetometerFactor, jacobians_are_correct) {
   }
 }
 
+LowerTriangle random_triangle(RandomValue& random, double scale) {
+  return LowerTriangle::NullaryExpr([&] { return random.number(scale); });
+}
+
 PreintegratedImu integrate_imu(unsigned seed, const Vector3& gyr_bias, const Vector3& acc_bias,
-                               int samples, double h) {
+                               int samples, double h,
+                               const std::optional<LowerTriangle>& gyr_matrix = std::nullopt) {
   RandomValue random(seed);
-  PreintegratedImu p(gyr_bias, acc_bias, 0.02, 0.1);
+  PreintegratedImu p(gyr_bias, acc_bias, 0.02, 0.1, gyr_matrix);
   for (int i = 0; i < samples; ++i) {
     const Vector3 gyr = random.vector3(2.0);
     p.integrate(gyr, Vector3(0.0, 0.0, 9.8) + random.vector3(3.0), h);
@@ -206,6 +211,58 @@ TEST(PreintegratedImuFactor, jacobians_are_correct) {
         PreintegratedImuFactor(R(0), V(0), P(0), R(1), V(1), P(1), key::gyr_bias, key::acc_bias,
                                imu, gravity_n(9.8)),
         v);
+  }
+}
+
+TEST(ScaledImuFactor, jacobians_are_correct) {
+  RandomValue random(14);
+  for (unsigned i = 0; i < unsigned(kTrials); ++i) {
+    Values v = random_values(random, 0.2);
+    for (int k = 0; k < 2; ++k) {
+      v.insert(V(k), random.vector3());
+      v.insert(P(k), random.vector3(0.3));
+    }
+    v.insert(key::gyr_matrix, random_triangle(random, 0.05));
+    const PreintegratedImu imu = integrate_imu(i, random.vector3(0.05), random.vector3(0.2), 8,
+                                               0.0125, random_triangle(random, 0.05));
+    expect_correct_jacobians(ScaledImuFactor(R(0), V(0), P(0), R(1), V(1), P(1), key::gyr_bias,
+                                             key::acc_bias, key::gyr_matrix, imu, gravity_n(9.8)),
+                             v);
+  }
+}
+
+// gyr = (I + S) w + o_w undone: samples made with S integrate, with S, to what the rate itself
+// does.
+TEST(PreintegratedImu, scale_errors_and_misalignment_are_taken_out) {
+  RandomValue random(15);
+  const LowerTriangle entries = random_triangle(random, 0.03);
+  Matrix3 S;
+  S << entries[0], 0, 0, entries[1], entries[3], 0, entries[2], entries[4], entries[5];
+  const Vector3 o_w = random.vector3(0.1);
+  PreintegratedImu with(o_w, Vector3::Zero(), 0.02, 0.1, entries);
+  PreintegratedImu without(Vector3::Zero(), Vector3::Zero(), 0.02, 0.1);
+  for (int i = 0; i < 30; ++i) {
+    const Vector3 w = random.vector3(2.0), f = random.vector3(5.0);
+    with.integrate(Vector3(w + S * w + o_w), f, 0.01);
+    without.integrate(w, f, 0.01);
+  }
+  EXPECT_LT((with.delta_R().inverse() * without.delta_R()).Log().norm(), 1e-12);
+  EXPECT_LT((with.delta_v() - without.delta_v()).norm(), 1e-12);
+  EXPECT_LT((with.delta_p() - without.delta_p()).norm(), 1e-12);
+}
+
+TEST(PreintegratedImu, jacobians_of_biases_and_matrix_agree_with_reintegration_about_a_matrix) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    RandomValue random(seed + 200);
+    const LowerTriangle S = random_triangle(random, 0.05), dS = random_triangle(random, 1e-5);
+    const Vector3 dw = random.vector3(1e-5), zero = Vector3::Zero();
+    const PreintegratedImu a = integrate_imu(seed, zero, zero, 20, 0.01, S);
+    const PreintegratedImu b = integrate_imu(seed, dw, zero, 20, 0.01, LowerTriangle(S + dS));
+    const Vec<double, 9> d = a.gyr_bias_jacobian() * dw + a.gyr_matrix_jacobian() * dS;
+    const Rot3 predicted = a.delta_R() * Rot3::Exp(d.head<3>());
+    EXPECT_LT((predicted.inverse() * b.delta_R()).Log().norm(), 1e-3 * d.head<3>().norm());
+    EXPECT_LT((a.delta_v() + d.segment<3>(3) - b.delta_v()).norm(), 1e-2 * d.segment<3>(3).norm());
+    EXPECT_LT((a.delta_p() + d.tail<3>() - b.delta_p()).norm(), 1e-2 * d.tail<3>().norm());
   }
 }
 

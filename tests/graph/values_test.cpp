@@ -148,5 +148,18 @@ TEST(Key, is_printed_ordered_and_hashed_by_letter_and_index) {
   EXPECT_NE(hash(Key{'A', 1}), hash(Key{'A', 2}));
 }
 
+TEST(Values, a_variable_is_taken_over_from_others_as_it_is) {
+  Values from, to;
+  from.insert({'R', 3}, Rot3::Exp(Vector3(0.1, 0.2, 0.3)));
+  from.insert({'D', 0}, Matrix3::Identity().eval());
+  to.insert({'x', 0}, 1.0);
+  to.insert_from(from, {'D', 0});
+  to.insert_from(from, {'R', 3});
+  EXPECT_EQ(to.at<Matrix3>({'D', 0}), Matrix3::Identity());
+  EXPECT_EQ(to.at<Rot3>({'R', 3}).quaternion(), from.at<Rot3>({'R', 3}).quaternion());
+  EXPECT_THROW(to.insert_from(from, {'R', 3}), std::invalid_argument);  // there already
+  EXPECT_THROW(to.insert_from(from, {'R', 4}), std::invalid_argument);  // not in from
+}
+
 }  // namespace
 }  // namespace magimu

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/held_out.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace magimu {
+namespace {
+
+constexpr double kBlock = 5.0;  // s left out at a time
+
+// The block that each node's time falls into; blocks of all recordings are numbered through.
+std::vector<int> blocks_of(const std::vector<NodePlan>& plans) {
+  std::vector<int> out;
+  int first = 0;
+  for (const NodePlan& plan : plans) {
+    int last = first;
+    for (const double t : plan.t) {
+      last = first + int((t - plan.t.front()) / kBlock);
+      out.push_back(last);
+    }
+    first = last + 1;
+  }
+  return out;
+}
+
+// Squared magnetometer errors, uT^2, summed over each block, predicted without that block's.
+std::vector<double> held_out_squares(Stage stage, const std::vector<int>& block) {
+  std::vector<double> out(std::size_t(block.back()) + 1, 0.0);
+  const Values optimum = stage.result().values;
+  const double scale = std::pow(stage.spec().noise.mag, 2);
+  for (const int parity : {0, 1}) {
+    stage.fit_without(optimum, [&](int node) { return block[std::size_t(node)] % 2 == parity; });
+    const std::vector<double> squares = stage.mag_squares();
+    for (std::size_t i = 0; i < squares.size(); ++i) {
+      if (block[i] % 2 == parity) out[std::size_t(block[i])] += squares[i] * scale;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+double HeldOutGain::ratio() const { return std::exp(0.5 * mean); }
+
+HeldOutGain held_out_gain(const Stage& first, const Stage& second) {
+  const std::vector<int> block = blocks_of(first.plans());
+  const std::vector<double> a = held_out_squares(first, block);
+  const std::vector<double> b = held_out_squares(second, block);
+  double sum = 0.0, sum2 = 0.0;
+  const auto n = double(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double d = std::log(std::max(a[i], 1e-30) / std::max(b[i], 1e-30));
+    sum += d;
+    sum2 += d * d;
+  }
+  const double mean = sum / n;
+  return {mean, std::sqrt(std::max(1e-12, sum2 / n - mean * mean) / n)};
+}
+
+}  // namespace magimu

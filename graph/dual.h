@@ -55,22 +55,43 @@ struct Dual {
     const double e = std::exp(a.v);
     return {e, a.d * e};
   }
+  friend Dual expm1(const Dual& a) { return {std::expm1(a.v), a.d * std::exp(a.v)}; }
   friend Dual log(const Dual& a) { return {std::log(a.v), a.d / a.v}; }
+  friend Dual log1p(const Dual& a) { return {std::log1p(a.v), a.d / (1.0 + a.v)}; }
+  friend Dual log10(const Dual& a) { return {std::log10(a.v), a.d / (a.v * std::log(10.0))}; }
   friend Dual pow(const Dual& a, double p) {
     return {std::pow(a.v, p), a.d * (p == 0.0 ? 0.0 : p * std::pow(a.v, p - 1.0))};
   }
-  // A constant exponent serves any base; one that varies, only a positive base.
+  // A constant exponent serves any base; one that varies, only a positive base, or zero to a
+  // positive power, which stays zero.
   friend Dual pow(const Dual& a, const Dual& b) {
-    Dual y = pow(a, b.v);
-    if ((b.d != 0.0).any()) y.d += b.d * (y.v * std::log(a.v));
+    Dual y(std::pow(a.v, b.v));
+    if ((a.d != 0.0).any()) y.d += pow(a, b.v).d;
+    if ((b.d != 0.0).any() && !(a.v == 0.0 && b.v > 0.0)) y.d += b.d * (y.v * std::log(a.v));
     return y;
   }
   friend Dual sin(const Dual& a) { return {std::sin(a.v), a.d * std::cos(a.v)}; }
   friend Dual cos(const Dual& a) { return {std::cos(a.v), a.d * -std::sin(a.v)}; }
+  friend Dual tan(const Dual& a) {
+    const double t = std::tan(a.v);
+    return {t, a.d * (1.0 + t * t)};
+  }
+  friend Dual asin(const Dual& a) { return {std::asin(a.v), a.d / std::sqrt(1.0 - a.v * a.v)}; }
+  friend Dual acos(const Dual& a) { return {std::acos(a.v), a.d / -std::sqrt(1.0 - a.v * a.v)}; }
   friend Dual atan(const Dual& a) { return {std::atan(a.v), a.d / (1.0 + a.v * a.v)}; }
   friend Dual atan2(const Dual& y, const Dual& x) {
     const double n = x.v * x.v + y.v * y.v;
     return {std::atan2(y.v, x.v), (y.d * x.v - x.d * y.v) / n};
+  }
+  friend Dual sinh(const Dual& a) { return {std::sinh(a.v), a.d * std::cosh(a.v)}; }
+  friend Dual cosh(const Dual& a) { return {std::cosh(a.v), a.d * std::sinh(a.v)}; }
+  friend Dual tanh(const Dual& a) {
+    const double c = std::cosh(a.v);
+    return {std::tanh(a.v), a.d / (c * c)};
+  }
+  friend Dual hypot(const Dual& a, const Dual& b) {
+    const double h = std::hypot(a.v, b.v);
+    return {h, (a.d * a.v + b.d * b.v) / h};
   }
   friend Dual abs(const Dual& a) { return a.v < 0.0 ? -a : a; }
 };

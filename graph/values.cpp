@@ -44,6 +44,10 @@ int Values::find(Key key, VariableType type) const {
 }
 
 Values Values::retract(std::span<const double> delta) const {
+  if (delta.size() != std::size_t(dim())) {
+    throw std::invalid_argument("retract needs one number a degree of freedom: " +
+                                std::to_string(dim()) + ", not " + std::to_string(delta.size()));
+  }
   Values out = *this;
   for (const Slot& s : slots()) {
     magimu::retract(s.type, data_.data() + s.stored, delta.data() + s.tangent,

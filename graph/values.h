@@ -56,9 +56,11 @@ class Values {
   int dim() const { return layout_->dim; }
   std::span<const double> data() const { return data_; }
 
-  // Every variable moved by its part of delta, dim() numbers in the order of the columns.
+  // Every variable moved by its part of delta, dim() numbers in the order of the columns. Throws
+  // std::invalid_argument if there are more or fewer.
   Values retract(std::span<const double> delta) const;
-  // The delta for which retract(delta) equals other; both must have the same layout.
+  // The delta for which retract(delta) equals other. Throws std::invalid_argument if the two have
+  // not the same layout.
   VectorXd local_coordinates(const Values& other) const;
   // True if other has the same keys of the same types in the same order.
   bool same_layout(const Values& other) const;

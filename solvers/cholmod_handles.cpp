@@ -8,28 +8,29 @@
 
 namespace magimu {
 
+cholmod_sparse view(std::size_t rows, std::vector<SuiteSparse_long>& start,
+                    std::vector<SuiteSparse_long>& row, std::vector<double>& value, bool sorted) {
+  cholmod_sparse A{};
+  A.nrow = rows;
+  A.ncol = start.size() - 1;
+  A.nzmax = value.size();
+  A.p = start.data();
+  A.i = row.data();
+  A.x = value.data();
+  A.stype = 0;
+  A.itype = CHOLMOD_LONG;
+  A.xtype = CHOLMOD_REAL;
+  A.dtype = CHOLMOD_DOUBLE;
+  A.sorted = sorted ? 1 : 0;
+  A.packed = 1;
+  return A;
+}
+
 TransposedJacobian::TransposedJacobian(const LinearSystem& system)
     : last_(global_columns(system)),
       start_(system.row_start().begin(), system.row_start().end()),
       column_(system.column().begin(), system.column().end()),
       value_(system.value().begin(), system.value().end()) {}
-
-cholmod_sparse TransposedJacobian::matrix() {
-  cholmod_sparse A{};
-  A.nrow = last_.size();
-  A.ncol = start_.size() - 1;
-  A.nzmax = value_.size();
-  A.p = start_.data();
-  A.i = column_.data();
-  A.x = value_.data();
-  A.stype = 0;
-  A.itype = CHOLMOD_LONG;
-  A.xtype = CHOLMOD_REAL;
-  A.dtype = CHOLMOD_DOUBLE;
-  A.sorted = 0;
-  A.packed = 1;
-  return A;
-}
 
 std::vector<SuiteSparse_long> TransposedJacobian::order_globals_last(CholmodCommon& common) {
   cholmod_sparse A = matrix();

@@ -40,13 +40,18 @@ inline cholmod_dense view(MatrixXd& m) {
   return d;
 }
 
+// A CHOLMOD view of a matrix by columns: column c has the entries start[c] <= e < start[c + 1], the
+// rows of each in ascending order if `sorted`. All three vectors stay the caller's.
+cholmod_sparse view(std::size_t rows, std::vector<SuiteSparse_long>& start,
+                    std::vector<SuiteSparse_long>& row, std::vector<double>& value, bool sorted);
+
 // The Jacobian for CHOLMOD: J' by columns is J by rows, so only the wider indices are copied.
 class TransposedJacobian {
  public:
   explicit TransposedJacobian(const LinearSystem& system);
 
   std::vector<double>& value() { return value_; }
-  cholmod_sparse matrix();
+  cholmod_sparse matrix() { return view(last_.size(), start_, column_, value_, false); }
   // A fill-reducing order of the unknowns (constrained COLAMD), the globals last.
   std::vector<SuiteSparse_long> order_globals_last(CholmodCommon& common);
 

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "solvers/null_space.h"
 
@@ -12,6 +13,8 @@ namespace {
 constexpr int kMaxRises = 5;  // Gauss-Newton gives up after so many rising costs in a row
 // The cost is known to about this relative precision: its sum has rounding errors.
 constexpr double kCostPrecision = 1e-12;
+// Variables are held to about this relative precision, and so is what the residuals make of them.
+constexpr double kVariablePrecision = 4.0 * std::numeric_limits<double>::epsilon();
 // Damping up to this leaves a step's length about what it would be without.
 constexpr double kLightDamping = 1e-4;
 
@@ -30,14 +33,13 @@ class Run {
         system_(graph, initial),
         solver_(make_linear_solver(options.backend)),
         start_(std::chrono::steady_clock::now()) {
-    result_.values = initial;
-    cost_ = system_.linearize(initial);
+    linearize(initial);
     result_.cost_initial = cost_;
   }
 
   // False where a residual or a Jacobian is not a finite number: why solve() failed.
   bool linearization_is_finite() const {
-    return system_.residual().allFinite() && system_.squared_column_norms().allFinite();
+    return system_.residual().allFinite() && norms_.allFinite();
   }
   bool start_is_finite() {
     if (std::isfinite(cost_)) return true;
@@ -47,9 +49,9 @@ class Run {
 
   // Solves for a step with the given damping; false if the matrix is singular.
   bool solve(double damping, Step& step) {
-    scale_ = column_scale(system_);
-    if (!solver_->factorize(system_, scale_, damping)) return false;
-    step.delta = scale_.cwiseProduct(solver_->solve(system_, scale_));
+    const VectorXd& scale = options_.damp_by_largest_norm ? largest_scale_ : scale_;
+    if (!solver_->factorize(system_, scale, damping)) return false;
+    step.delta = scale.cwiseProduct(solver_->solve(system_, scale));
     const VectorXd Jd = system_.multiply(step.delta);
     step.predicted_decrease = -(system_.residual().dot(Jd) + 0.5 * Jd.squaredNorm());
     step.sigma = Jd.norm();
@@ -61,12 +63,22 @@ class Run {
   }
   double cost_at(const Values& values) const { return system_.cost(values); }
   double cost() const { return cost_; }
-  bool negligible(double decrease) const { return decrease <= kCostPrecision * cost_; }
-
-  void accept(Values values) {
-    result_.values = std::move(values);
-    cost_ = system_.linearize(result_.values);
+  // Is a change of the cost no larger than its rounding errors?
+  bool negligible(double change) const {
+    return std::abs(change) <=
+           std::max(kCostPrecision * cost_, std::sqrt(2.0 * cost_) * variables_rounding_);
   }
+  // Is a step that damping hardly shortened small enough to stop?
+  bool small(const Step& step) const {
+    return step.sigma < std::max(options_.step_tolerance * sigma_unit(), variables_rounding_);
+  }
+  // One standard deviation, in units of the factors' noise.
+  double sigma_unit() const {
+    if (!options_.noise_from_residuals || system_.rows() <= system_.cols()) return 1.0;
+    return std::sqrt(2.0 * cost_ / (system_.rows() - system_.cols()));
+  }
+
+  void accept(Values values) { linearize(std::move(values)); }
 
   void record(const Step& step, double damping, double gain_ratio, bool accepted,
               double gradient_norm) {
@@ -74,14 +86,25 @@ class Run {
                              step.sigma, damping, gain_ratio, accepted});
     result_.step_norm = step.delta.norm();
   }
-  double gradient_norm() const {
-    return column_scale(system_).cwiseProduct(system_.gradient()).norm();
-  }
+  double gradient_norm() const { return scale_.cwiseProduct(system_.gradient()).norm(); }
   int steps() const { return int(result_.trace.size()); }
 
   void stop(StopReason reason, const std::string& message) {
     result_.reason = reason;
     result_.message = message;
+  }
+  void stop_converged(const Step& step) {
+    char text[96];
+    std::snprintf(text, sizeof text, "Converged: the last step was %.1e standard deviations.",
+                  step.sigma / sigma_unit());
+    stop(StopReason::kConverged, text + faded_variables());
+  }
+  void stop_no_decrease() {
+    const std::string faded = faded_variables();
+    stop(StopReason::kNoDecrease,
+         faded.empty()
+             ? "No step reduces the cost: the residuals are rough, or a Jacobian is wrong."
+             : "No step reduces the cost." + faded);
   }
   void stop_singular() {
     std::string message = "The data leave a combination of variables undetermined";
@@ -103,21 +126,56 @@ class Run {
   }
 
  private:
+  void linearize(Values values) {
+    result_.values = std::move(values);
+    cost_ = system_.linearize(result_.values);
+    norms_ = system_.squared_column_norms().cwiseSqrt();
+    if (largest_.size() == 0) largest_ = norms_;
+    largest_ = largest_.cwiseMax(norms_);
+    const auto inverse = [](double n) { return n > 0.0 ? 1.0 / n : 1.0; };
+    scale_ = norms_.unaryExpr(inverse);
+    largest_scale_ = largest_.unaryExpr(inverse);
+    variables_rounding_ = kVariablePrecision * sizes_in_sigmas().norm();
+  }
+  // What a change of a variable by its own size would change the residuals, column by column.
+  VectorXd sizes_in_sigmas() const {
+    VectorXd out = norms_;
+    for (const Values::Slot& s : result_.values.slots()) {
+      if (s.type.kind == 'R') continue;  // the size of a rotation is 1
+      for (int i = 0; i < s.type.tangent(); ++i) {
+        out[s.tangent + i] *= std::abs(result_.values.data()[std::size_t(s.stored + i)]);
+      }
+    }
+    return out;
+  }
+  // Variables without influence where they are now, though they had some on the way: a plateau.
+  std::string faded_variables() const {
+    const VectorXd sizes = sizes_in_sigmas();
+    std::string names;
+    for (const Values::Slot& s : result_.values.slots()) {
+      bool faded = false;
+      for (int c = s.tangent; c < s.tangent + s.type.tangent(); ++c) {
+        faded |= norms_[c] <= kNullTolerance * largest_[c] && largest_[c] > 0.0 &&
+                 sizes[c] <= kNullTolerance * sigma_unit();
+      }
+      if (faded) names += (names.empty() ? "" : ", ") + to_string(s.key);
+    }
+    if (names.empty()) return names;
+    return " On the way there " + names +
+           " lost all influence on the residuals: this may be a plateau; start elsewhere, or use "
+           "damp_by_largest_norm and a larger initial_damping.";
+  }
+
   OptimizerOptions options_;
   LinearSystem system_;
   std::unique_ptr<LinearSolver> solver_;
   std::chrono::steady_clock::time_point start_;
-  VectorXd scale_;
+  VectorXd norms_, largest_;         // of the columns: now, and at most so far
+  VectorXd scale_, largest_scale_;   // their inverses
+  double variables_rounding_ = 0.0;  // in standard deviations
   double cost_ = 0.0;
   Result result_;
 };
-
-std::string converged_message(const Step& step) {
-  char text[96];
-  std::snprintf(text, sizeof text, "Converged: the last step was %.1e standard deviations.",
-                step.sigma);
-  return text;
-}
 
 }  // namespace
 
@@ -157,8 +215,7 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
       Values candidate = run.moved(step);
       cost = run.cost_at(candidate);
       const double decrease = run.cost() - cost;
-      const bool at_rounding = run.negligible(step.predicted_decrease) &&
-                               std::abs(decrease) <= kCostPrecision * run.cost();
+      const bool at_rounding = run.negligible(step.predicted_decrease) && run.negligible(decrease);
       gain_ratio = at_rounding ? 1.0 : decrease / step.predicted_decrease;
       accepted = std::isfinite(cost) && gain_ratio > options_.min_gain_ratio;
       if (accepted) run.accept(std::move(candidate));
@@ -169,9 +226,8 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
     run.record(step, used, gain_ratio, accepted, gradient_norm);
     // A heavily damped step is short for another reason than being at the optimum. A light one of
     // this length is at the optimum even if rejected: what it would gain is below rounding.
-    if (solved && step.sigma < options_.step_tolerance &&
-        used <= std::max(options_.initial_damping, kLightDamping)) {
-      run.stop(StopReason::kConverged, converged_message(step));
+    if (solved && used <= kLightDamping && run.small(step)) {
+      run.stop_converged(step);
       break;
     }
     if (accepted) {
@@ -182,8 +238,7 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
       damping = std::max(damping, options_.min_damping) * growth;
       growth *= 2.0;
       if (damping > options_.max_damping) {
-        run.stop(StopReason::kNoDecrease,
-                 "No step reduces the cost: the residuals are rough, or a Jacobian is wrong.");
+        run.stop_no_decrease();
         break;
       }
     }
@@ -218,8 +273,8 @@ Result GaussNewton::optimize(const Values& initial) const {
       break;
     }
     run.record(step, 0.0, (before - run.cost()) / step.predicted_decrease, true, gradient_norm);
-    if (step.sigma < options_.step_tolerance) {
-      run.stop(StopReason::kConverged, converged_message(step));
+    if (run.small(step)) {
+      run.stop_converged(step);
       break;
     }
     rises = run.cost() > before ? rises + 1 : 0;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Nonlinear least squares on manifolds: Levenberg-Marquardt and Gauss-Newton. Each step minimizes
 // the linearized cost |r + J delta|^2 / 2 + lambda |delta / S|^2 / 2, S the inverse column norms of
-// J, and is taken if the cost really falls (gain ratio: actual over predicted decrease).
+// J, and is taken if the cost really falls (gain ratio: actual over predicted decrease). A change
+// of the cost that rounding explains is no rise: near the optimum the model is believed.
 //
 //   FactorGraph graph;  Values values;   // ...
 //   const Result result = LevenbergMarquardt(graph).optimize(values);
@@ -22,12 +23,18 @@ struct OptimizerOptions {
   // Stop when the step is this small in standard deviations: sqrt(2 x predicted decrease of the
   // cost), the step's length in the metric J'J. 1e-6: a millionth of a sigma.
   double step_tolerance = 1e-6;
+  // For regressions whose noise is unknown up to a factor: step_tolerance then counts in standard
+  // deviations as the residuals show them, sqrt(2 cost / (rows - columns)), not as the factors say.
+  bool noise_from_residuals = false;
   int max_iterations = 100;
   // Levenberg-Marquardt only; lambda is relative to columns of unit norm.
-  double initial_damping = 1e-4;
-  double min_damping = 1e-12;  // below it the step is Gauss-Newton's
-  double max_damping = 1e10;   // above it no downhill step is left
+  double initial_damping = 1e-4;  // 100: short first steps, for starts far from the answer
+  double min_damping = 1e-12;     // below it the step is Gauss-Newton's
+  double max_damping = 1e10;      // above it no downhill step is left
   double min_gain_ratio = 1e-3;
+  // For starts far from the answer: damps each column by the largest norm that it has had (More
+  // 1978), not by its present one, so that a variable whose influence fades does not run away.
+  bool damp_by_largest_norm = false;
 };
 
 enum class StopReason {

@@ -23,7 +23,7 @@ class SpqrSolver final : public LinearSolver {
     const bool damped = lambda > 0.0;
     if (order_.empty()) order_ = TransposedJacobian(system).order_globals_last(common_);
     if (qr_ == nullptr || damped != damped_) analyse(system, damped);
-    cholmod_sparse A = matrix(system);
+    cholmod_sparse A = matrix();
     for (std::size_t e = 0; e < system.value().size(); ++e) {
       value_[std::size_t(position_[e])] = system.value()[e] * scale[system.column()[e]];
     }
@@ -101,26 +101,12 @@ class SpqrSolver final : public LinearSolver {
     damped_ = damped;
     rows_ = system.rows() + (damped ? n : 0);
     SuiteSparseQR_free<double>(&qr_, common_.get());
-    cholmod_sparse A = matrix(system);
+    cholmod_sparse A = matrix();
     qr_ = SuiteSparseQR_symbolic<double>(SPQR_ORDERING_FIXED, 1, &A, common_.get());
     if (qr_ == nullptr) throw std::runtime_error("SPQR could not analyse: out of memory");
   }
 
-  cholmod_sparse matrix(const LinearSystem& system) {
-    cholmod_sparse A{};
-    A.nrow = std::size_t(rows_);
-    A.ncol = std::size_t(system.cols());
-    A.nzmax = row_.size();
-    A.p = start_.data();
-    A.i = row_.data();
-    A.x = value_.data();
-    A.itype = CHOLMOD_LONG;
-    A.xtype = CHOLMOD_REAL;
-    A.dtype = CHOLMOD_DOUBLE;
-    A.sorted = 1;
-    A.packed = 1;
-    return A;
-  }
+  cholmod_sparse matrix() { return view(std::size_t(rows_), start_, row_, value_, true); }
 
   CholmodCommon common_;
   SuiteSparseQR_factorization<double>* qr_ = nullptr;

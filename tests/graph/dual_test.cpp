@@ -38,27 +38,41 @@ void expect_derivatives(const char* name, const F& f, std::initializer_list<doub
 }
 
 TEST(Dual, functions_of_one_variable_have_their_derivatives) {
-  using std::abs, std::atan, std::cos, std::exp, std::log, std::pow, std::sin, std::sqrt;
+  using std::abs, std::acos, std::asin, std::atan, std::cos, std::cosh, std::exp, std::expm1;
+  using std::log, std::log10, std::log1p, std::pow, std::sin, std::sinh, std::sqrt, std::tan;
+  using std::tanh;
   expect_derivative("sqrt", [](auto x) { return sqrt(x); }, {0.1, 1.0, 7.0});
   expect_derivative("exp", [](auto x) { return exp(x); }, {-2.0, 0.0, 1.5});
   expect_derivative("log", [](auto x) { return log(x); }, {0.1, 1.0, 7.0});
+  expect_derivative("expm1", [](auto x) { return expm1(x); }, {-2.0, 0.0, 1.5});
+  expect_derivative("log1p", [](auto x) { return log1p(x); }, {-0.5, 0.0, 7.0});
+  expect_derivative("log10", [](auto x) { return log10(x); }, {0.1, 1.0, 7.0});
   expect_derivative("pow 2.5", [](auto x) { return pow(x, 2.5); }, {0.1, 1.0, 7.0});
   expect_derivative("pow 3", [](auto x) { return pow(x, 3.0); }, {-2.0, 0.0, 1.5});
   expect_derivative("pow 0", [](auto x) { return pow(x, 0.0); }, {-2.0, 0.0, 1.5});
   expect_derivative("sin", [](auto x) { return sin(x); }, {-2.0, 0.0, 1.5});
   expect_derivative("cos", [](auto x) { return cos(x); }, {-2.0, 0.0, 1.5});
+  expect_derivative("tan", [](auto x) { return tan(x); }, {-2.0, 0.0, 1.2});
+  expect_derivative("asin", [](auto x) { return asin(x); }, {-0.9, 0.0, 0.5});
+  expect_derivative("acos", [](auto x) { return acos(x); }, {-0.9, 0.0, 0.5});
+  expect_derivative("sinh", [](auto x) { return sinh(x); }, {-2.0, 0.0, 1.5});
+  expect_derivative("cosh", [](auto x) { return cosh(x); }, {-2.0, 0.0, 1.5});
+  expect_derivative("tanh", [](auto x) { return tanh(x); }, {-2.0, 0.0, 1.5});
+  expect_derivative("2 to the power", [](auto x) { return pow(decltype(x)(2.0), x); },
+                    {-2.0, 0.0, 1.5});
   expect_derivative("atan", [](auto x) { return atan(x); }, {-2.0, 0.0, 1.5});
   expect_derivative("abs", [](auto x) { return abs(x); }, {-2.0, 1.5});
   expect_derivative("minus", [](auto x) { return -x; }, {-2.0, 0.0, 1.5});
 }
 
 TEST(Dual, functions_of_two_variables_have_their_derivatives) {
-  using std::atan2, std::pow;
+  using std::atan2, std::hypot, std::pow;
   expect_derivatives("+", [](auto a, auto b) { return a + b; }, {-2.0, 0.5, 3.0});
   expect_derivatives("-", [](auto a, auto b) { return a - b; }, {-2.0, 0.5, 3.0});
   expect_derivatives("*", [](auto a, auto b) { return a * b; }, {-2.0, 0.5, 3.0});
   expect_derivatives("/", [](auto a, auto b) { return a / b; }, {-2.0, 0.5, 3.0});
   expect_derivatives("pow", [](auto a, auto b) { return pow(a, b); }, {0.2, 1.0, 3.0});
+  expect_derivatives("hypot", [](auto a, auto b) { return hypot(a, b); }, {-2.0, 0.5, 3.0});
   expect_derivatives("atan2", [](auto y, auto x) { return atan2(y, x); }, {-2.0, -0.1, 0.5, 3.0});
 }
 
@@ -88,6 +102,24 @@ TEST(Dual, a_constant_exponent_works_for_any_base) {
     const D1 y = pow(D1::variable(x, 0), D1(2.0));
     EXPECT_DOUBLE_EQ(y.v, x * x);
     EXPECT_DOUBLE_EQ(y.d[0], 2.0 * x);
+  }
+}
+
+// A model such as b x^c is asked at x = 0, too.
+TEST(Dual, zero_to_a_power_that_varies_stays_zero) {
+  using std::pow;
+  for (const double exponent : {0.5, 1.5}) {
+    const D1 y = pow(D1(0.0), D1::variable(exponent, 0));
+    EXPECT_EQ(y.v, 0.0);
+    EXPECT_EQ(y.d[0], 0.0);
+  }
+}
+
+// Far out, where tanh is 1 to the last digit, its slope is zero and no number is infinite.
+TEST(Dual, tanh_saturates) {
+  for (const double x : {-800.0, 800.0}) {
+    EXPECT_EQ(tanh(D1::variable(x, 0)).v, x < 0.0 ? -1.0 : 1.0);
+    EXPECT_EQ(tanh(D1::variable(x, 0)).d[0], 0.0);
   }
 }
 

@@ -123,6 +123,15 @@ TEST(Values, retract_moves_each_variable_by_its_part) {
   EXPECT_LT((v.local_coordinates(moved) - delta).norm(), 3e-15);
 }
 
+TEST(Values, retract_wants_one_number_a_degree_of_freedom) {
+  RandomValue random(7);
+  const Values v = example(random);
+  const std::vector<double> delta(std::size_t(v.dim()) + 1, 0.0);
+  for (const std::size_t wrong : {std::size_t(0), delta.size() - 2, delta.size()}) {
+    EXPECT_THAT([&] { (void)v.retract({delta.data(), wrong}); }, says("13", std::to_string(wrong)));
+  }
+}
+
 TEST(Values, layouts_are_the_same_if_keys_types_and_order_are) {
   Values a, b, swapped, other_type, shorter;
   a.insert(kScalar, 1.0), a.insert(kVector, Vector3(1.0, 2.0, 3.0));

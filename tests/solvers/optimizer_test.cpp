@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Gauss-Newton and Levenberg-Marquardt find the minimum, whatever the back end.
+#include <gmock/gmock.h>
+
 #include <Eigen/QR>
+#include <algorithm>
 
 #include "solvers/levenberg_marquardt.h"
 #include "tests/solvers/example_graphs.h"
@@ -85,28 +88,110 @@ TEST(Optimizers, linear_problems_need_one_step) {
   EXPECT_LE(result.iterations, 2);
 }
 
-// NIST StRD BoxBOD: y = a (1 - exp(-b x)). Its second start is near enough for both; from (50, 1)
-// full steps leave the plateau for good.
-TEST(LevenbergMarquardt, solves_boxbod_from_a_start_where_gauss_newton_fails) {
+// NIST StRD BoxBOD: y = a (1 - exp(-b x)). Its second start, (100, 0.75), is near enough for both
+// optimizers; from (50, 1) full steps leave for the plateau where b is so large that it no longer
+// matters; from NIST's first start, (1, 1), only short steps avoid it.
+FactorGraph boxbod(double unit = 1.0) {
   FactorGraph graph;
   const double data[6][2] = {{1, 109}, {2, 149}, {3, 149}, {5, 191}, {7, 213}, {10, 224}};
   for (const auto& row : data) {
     const double at = row[0], y = row[1];
-    graph.add(residual(x_key(0), x_key(1), [at, y](const auto& a, const auto& b) {
+    graph.add(residual(x_key(0), x_key(1), [at, y, unit](const auto& a, const auto& b) {
       using std::exp;
-      return y - a * (1.0 - exp(-b * at));
+      return (y - a * (1.0 - exp(-b * at))) * unit;
     }));
   }
+  return graph;
+}
+void expect_boxbods_answer(const Result& result) {  // certified by NIST
+  EXPECT_TRUE(result.converged()) << result.message;
+  EXPECT_NEAR(2.0 * result.cost_final, 1.1680088766e+03, 1e-6);
+  EXPECT_NEAR(result.values.at<double>(x_key(0)), 2.1380940889e+02, 1e-4);
+  EXPECT_NEAR(result.values.at<double>(x_key(1)), 5.4723748542e-01, 1e-6);
+}
+
+TEST(LevenbergMarquardt, solves_boxbod_from_a_start_where_gauss_newton_fails) {
+  const FactorGraph graph = boxbod();
   const Values near = scalars({100.0, 0.75}), far = scalars({50.0, 1.0});
   for (const Backend backend : test::backends()) {
     const GaussNewton gn(graph, with(backend));
     const LevenbergMarquardt lm(graph, with(backend));
     EXPECT_FALSE(gn.optimize(far).converged());
     for (const Result& result : {gn.optimize(near), lm.optimize(near), lm.optimize(far)}) {
-      EXPECT_TRUE(result.converged()) << result.message;
-      EXPECT_NEAR(2.0 * result.cost_final, 1.1680088766e+03, 1e-6);  // certified by NIST
-      EXPECT_NEAR(result.values.at<double>(x_key(0)), 2.1380940889e+02, 1e-4);
-      EXPECT_NEAR(result.values.at<double>(x_key(1)), 5.4723748542e-01, 1e-6);
+      expect_boxbods_answer(result);
+    }
+  }
+}
+
+TEST(LevenbergMarquardt, with_short_first_steps_and_the_largest_norms_solves_it_from_far_away) {
+  const FactorGraph graph = boxbod();
+  for (const Backend backend : test::backends()) {
+    OptimizerOptions options = with(backend);
+    options.damp_by_largest_norm = true;
+    options.initial_damping = 100.0;
+    expect_boxbods_answer(LevenbergMarquardt(graph, options).optimize(scalars({1.0, 1.0})));
+  }
+}
+
+TEST(LevenbergMarquardt, a_plateau_is_called_one_and_no_jacobian_is_blamed) {
+  const FactorGraph graph = boxbod();
+  for (const Backend backend : test::backends()) {
+    for (const double damping : {1e-4, 1e-2, 1.0}) {
+      OptimizerOptions options = with(backend);
+      options.initial_damping = damping;
+      const Result result = LevenbergMarquardt(graph, options).optimize(scalars({1.0, 1.0}));
+      EXPECT_THAT(result.message, testing::HasSubstr("plateau")) << to_string(backend);
+      EXPECT_THAT(result.message, testing::Not(testing::HasSubstr("Jacobian")));
+    }
+  }
+}
+
+// One step of a heavily damped optimizer is as short as one likes, wherever it starts.
+TEST(LevenbergMarquardt, a_large_initial_damping_is_not_taken_for_convergence) {
+  FactorGraph graph;
+  graph.add(residual(x_key(0), [](auto x) { return x - 1.0; }));
+  OptimizerOptions options;
+  options.initial_damping = 1e9;
+  const Result result = LevenbergMarquardt(graph, options).optimize(scalars({2.0}));
+  EXPECT_TRUE(result.converged()) << result.message;
+  EXPECT_NEAR(result.values.at<double>(x_key(0)), 1.0, 1e-9);
+}
+
+// Without noise_from_residuals the first of these would stop early and the last hardly ever.
+TEST(Optimizers, noise_from_residuals_makes_the_unit_of_the_residuals_irrelevant) {
+  OptimizerOptions options;
+  options.noise_from_residuals = true;
+  const Values start = scalars({100.0, 0.75});
+  const Result expected = LevenbergMarquardt(boxbod(), options).optimize(start);
+  expect_boxbods_answer(expected);
+  for (const double unit : {std::ldexp(1.0, -60), std::ldexp(1.0, 60)}) {  // no new rounding
+    const FactorGraph graph = boxbod(unit);
+    const Result result = LevenbergMarquardt(graph, options).optimize(start);
+    EXPECT_EQ(result.iterations, expected.iterations);
+    EXPECT_EQ(result.message, expected.message);
+    EXPECT_TRUE(std::ranges::equal(result.values.data(), expected.values.data()));
+  }
+}
+
+// Near 1e9 doubles are 1e-7 apart, which is 1e-4 standard deviations here: smaller steps there are
+// none, and the cost is no smoother.
+TEST(Optimizers, converge_where_rounding_of_the_variables_exceeds_the_tolerance) {
+  FactorGraph graph;
+  for (const double d : {0.3e-3, -1.1e-3, 2.4e-3, 0.7e-3, -0.9e-3}) {
+    graph.add(residual(
+        x_key(0), [d](auto x) { return x - 1e9 / 3.0 - d; }, Noise<1>::isotropic(1e-3)));
+    graph.add(residual(
+        x_key(0), [d](auto x) { return x * 1.1 - 1.1e9 / 3.0 + d; }, Noise<1>::isotropic(1e-3)));
+  }
+  for (const Backend backend : test::backends()) {
+    for (const double start : {3e8, 3.34e8, 1.0}) {
+      for (const Result& result :
+           {LevenbergMarquardt(graph, with(backend)).optimize(scalars({start})),
+            GaussNewton(graph, with(backend)).optimize(scalars({start}))}) {
+        EXPECT_TRUE(result.converged()) << result.message;
+        EXPECT_LE(result.iterations, 20);
+        EXPECT_NEAR(result.values.at<double>(x_key(0)), 1e9 / 3.0, 1e-3);
+      }
     }
   }
 }

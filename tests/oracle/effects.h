@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Everything that can be hidden in a recording: the effects of CONTRACT.md, "one equation each",
-// and some outside of that catalogue, which no entry of it can imitate, to see that nothing is
-// named for them. The equations are in imu_model.cpp, mag_model.cpp and degrade.cpp. Parameters,
-// in this order (matrices row by row):
+// and some outside of that catalogue, to see that nothing is named for them. Most of what those do
+// no combination of the catalogue's terms imitates (outside_test.cpp); but sample_repetition,
+// acc_tapping and mag_time_jitter are a kind of noise, and correlated_noise, outliers and
+// noise_scale explain some of it. The equations are in imu_model.cpp, mag_model.cpp and
+// degrade.cpp. Parameters, in this order (matrices row by row):
 //
 //   acc_scale_misalignment   L: 11, 21, 22, 31, 32, 33
 //   gyro_scale_misalignment  S, 9

@@ -32,7 +32,6 @@ Instant instant(const Motion& motion, double gravity, double t) {
   at.t = t;
   at.bRn = motion.nRb(t).conjugate().toRotationMatrix();
   at.omega = motion.omega(t);
-  at.omega_dot = motion.angular_acceleration(t);
   at.p = motion.position(t);
   at.f = at.bRn * (motion.acceleration(t) + Vector3d(0.0, 0.0, gravity));
   return at;
@@ -64,7 +63,8 @@ Vector3d ImuModel::acc_at(double t) const {
         acc += e.vector() * (options_.temperature(t) - mean_temperature_);
         break;
       case EffectKind::kLeverArm:
-        acc += at.omega_dot.cross(e.vector()) + at.omega.cross(at.omega.cross(e.vector()));
+        acc += motion_.angular_acceleration(t).cross(e.vector()) +
+               at.omega.cross(at.omega.cross(e.vector()));
         break;
       default:
         break;

@@ -10,11 +10,10 @@ namespace magimu::oracle {
 // Everything the equations mention, at one instant of true time.
 struct Instant {
   double t;
-  Matrix3d bRn;        // R^T
-  Vector3d omega;      // body, rad/s
-  Vector3d omega_dot;  // rad/s^2
-  Vector3d p;          // n, m
-  Vector3d f;          // specific force R^T (a - g), m/s^2
+  Matrix3d bRn;    // R^T
+  Vector3d omega;  // body, rad/s
+  Vector3d p;      // n, m
+  Vector3d f;      // specific force R^T (a - g), m/s^2
 };
 Instant instant(const Motion& motion, double gravity, double t);
 

@@ -82,14 +82,14 @@ Motion::Motion(const MotionOptions& options, std::uint64_t seed) : options_(opti
     const double usual = kind == MotionKind::kTranslation ? 8.0 : 35.0;
     const double farthest = options.farthest_turn_deg > 0.0 ? options.farthest_turn_deg : usual;
     angle_ = draw_bounded_turn(options, farthest * kDegree, turning);
-    bounded_turn_ = true;
   }
   if (kind == MotionKind::kHandHeld || kind == MotionKind::kTranslation) {
     displacement_ = draw_displacement(options, moving);
   }
+  grid_.push_back(start);
+  if (rate_.empty()) return;
   const auto steps = static_cast<std::size_t>(std::ceil(options.duration_s / kGrid));
   grid_.reserve(steps + 1);
-  grid_.push_back(start);
   for (std::size_t i = 0; i < steps; ++i) {
     const Vector3d step = turn(static_cast<double>(i) * kGrid, kGrid);
     grid_.push_back(step.isZero(0.0) ? grid_.back() : (grid_.back() * exp_so3(step)).normalized());
@@ -97,12 +97,12 @@ Motion::Motion(const MotionOptions& options, std::uint64_t seed) : options_(opti
 }
 
 Vector3d Motion::omega(double t) const {
-  if (!bounded_turn_) return rate_(t);
+  if (angle_.empty()) return rate_(t);
   return right_jacobian_so3(angle_(t)) * angle_(t, 1);
 }
 
 Vector3d Motion::angular_acceleration(double t) const {
-  if (!bounded_turn_) return rate_(t, 1);
+  if (angle_.empty()) return rate_(t, 1);
   constexpr double h = 2e-3;  // the error of this quotient is of order h^4: 1e-9 of the value
   return (8.0 * (omega(t + h) - omega(t - h)) - (omega(t + 2 * h) - omega(t - 2 * h))) / (12.0 * h);
 }
@@ -110,11 +110,12 @@ Vector3d Motion::angular_acceleration(double t) const {
 // Omega_4 of Blanes et al. 2009 for R' = R [omega]: the two Gauss points, and half a commutator.
 Vector3d Motion::turn(double t, double h) const {
   const double offset = std::sqrt(3.0) / 6.0;
-  const Vector3d first = omega(t + (0.5 - offset) * h), second = omega(t + (0.5 + offset) * h);
+  const Vector3d first = rate_(t + (0.5 - offset) * h), second = rate_(t + (0.5 + offset) * h);
   return 0.5 * h * (first + second) + std::sqrt(3.0) / 12.0 * h * h * first.cross(second);
 }
 
 Quaterniond Motion::nRb(double t) const {
+  if (!angle_.empty()) return grid_.front() * exp_so3(angle_(t));
   const double x = std::clamp(t / kGrid, 0.0, static_cast<double>(grid_.size() - 1));
   const auto i = static_cast<std::size_t>(x);
   const double rest = (x - static_cast<double>(i)) * kGrid;

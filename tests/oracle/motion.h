@@ -3,7 +3,8 @@
 // rate omega(t) and the position p(t) are closed forms (spline.h), with velocity and acceleration
 // their exact derivatives; the attitude solves R' = R [omega] on a grid of 1 ms by the Magnus
 // method of fourth order and, between its points, by one more such step, so that R is known at any
-// time to rounding (a step's error is below 1e-15). In the rests omega, v and a are exactly 0.
+// time to rounding (a step's error is below 1e-15). Bounded turns are the other way round: the
+// attitude is the closed form and the rate follows. In the rests omega, v and a are exactly 0.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -64,15 +65,14 @@ class Motion {
   Vector3d acceleration(double t) const { return displacement_(t, 2); }
 
  private:
-  // One step of the attitude from t to t + h: body frame, rad.
+  // The attitude's step from t to t + h where rate_ leads it: body frame, rad.
   Vector3d turn(double t, double h) const;
 
   MotionOptions options_;
   Spline rate_;   // omega, or
   Spline angle_;  // phi with R(t) = R(0) Exp(phi(t)), for motions whose turn is bounded
-  bool bounded_turn_ = false;
   Spline displacement_;
-  std::vector<Quaterniond> grid_;  // at 0, 1 ms, 2 ms, ...
+  std::vector<Quaterniond> grid_;  // at 0, 1 ms, 2 ms, ...; R(0) alone where rate_ does not lead
 };
 
 // Exp and the right Jacobian of SO(3), R Exp(v + dv) = R Exp(v) Exp(J dv), by Rodrigues' formula.

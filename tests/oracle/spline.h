@@ -23,6 +23,9 @@ class Spline {
   // 0.
   Eigen::Vector3d operator()(double t, int derivative = 0) const;
 
+  // The zero curve without coefficients.
+  bool empty() const { return pieces_.empty(); }
+
   // The same curve times a factor.
   Spline scaled(double factor) const;
 

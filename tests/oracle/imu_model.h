@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What accelerometer and gyroscope would read without noise, as functions of the true time, with
+// every effect of CONTRACT.md that touches them: one `case` each.
+#pragma once
+
+#include "tests/oracle/sensors.h"
+
+namespace magimu::oracle {
+
+// Everything the equations mention, at one instant of true time.
+struct Instant {
+  double t;
+  Matrix3d bRn;    // R^T
+  Vector3d omega;  // body, rad/s
+  Vector3d p;      // n, m
+  Vector3d f;      // specific force R^T (a - g), m/s^2
+};
+Instant instant(const Motion& motion, double gravity, double t);
+
+class ImuModel {
+ public:
+  // true_t: the instants of the IMU's samples and one more, where the last interval ends.
+  ImuModel(const Options& options, const Device& device, const Motion& motion,
+           const std::vector<double>& true_t);
+
+  std::vector<Vector3d> acc() const;
+  std::vector<Vector3d> gyr() const;
+  const std::vector<Vector3d>& gyr_bias_drift() const { return drift_; }
+
+ private:
+  Vector3d acc_at(double t) const;
+  Vector3d gyr_at(double t) const;
+  void draw_drift(double q);
+  void draw_taps(const Effect& effect);
+  Vector3d drift_mean(std::size_t k) const;
+
+  struct Tap {
+    double t;
+    Vector3d size;
+  };
+
+  const Options& options_;
+  const Device& device_;
+  const Motion& motion_;
+  const std::vector<double>& t_;
+  double mean_temperature_ = 0.0;
+  bool gyr_needs_force_ = false;
+  std::vector<Vector3d> drift_;         // of the gyroscope, at t_
+  std::vector<Vector3d> drift_bridge_;  // its mean over an interval beside the mean of its ends
+  std::vector<Tap> taps_;
+};
+
+}  // namespace magimu::oracle

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The effects on the magnetometer, one equation each: mag_model.h.
+#include "tests/oracle/mag_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tests/oracle/random.h"
+
+namespace magimu::oracle {
+namespace {
+
+constexpr double kFilterStep = 1e-3;      // s
+constexpr double kReferenceField = 50.0;  // uT
+
+Matrix3d symmetric_traceless(const Effect& e) {
+  Matrix3d g;
+  g << e[0], e[2], e[3], e[2], e[1], e[4], e[3], e[4], -e[0] - e[1];
+  return g;
+}
+
+// sum_j c_j phi_j
+Vector3d polynomial(const Effect& e, double x) {
+  Vector3d sum = Vector3d::Zero();
+  for (int j = 1; 3 * j <= e.parameters.size(); ++j) sum += e.vector(3 * j - 3) * legendre(j, x);
+  return sum;
+}
+
+// -1 at the recording's start, 1 at its end.
+double phase(const Motion& motion, double t) { return 2.0 * t / motion.duration_s() - 1.0; }
+
+}  // namespace
+
+Vector3d dipole_field_uT(const Vector3d& moment, const Vector3d& from_source) {
+  const double r = from_source.norm();
+  const Vector3d u = from_source / r;
+  return 0.1 / (r * r * r) * (3.0 * u * u.dot(moment) - moment);  // mu0 / (4 pi) = 0.1 uT m / A
+}
+
+double legendre(int j, double x) {
+  double before = 1.0, now = x;
+  if (j == 0) return before;
+  for (int n = 1; n < j; ++n) {
+    const double next = ((2 * n + 1) * x * now - n * before) / (n + 1);
+    before = now;
+    now = next;
+  }
+  return now;
+}
+
+Vector3d relax(const Vector3d& s, const Vector3d& h0, const Vector3d& h1, double x) {
+  const double left = std::exp(-x);
+  return h1 - (h1 - h0) * (-std::expm1(-x) / x) + (s - h0) * left;
+}
+
+MagModel::MagModel(const Options& options, const Device& device, const Motion& motion,
+                   const std::vector<double>& true_t)
+    : options_(options), device_(device), motion_(motion), t_(true_t) {
+  for (const double t : t_) {
+    mean_temperature_ += options.temperature(t) / static_cast<double>(t_.size());
+    mean_p_ += motion.position(t) / static_cast<double>(t_.size());
+  }
+  Random jitter(options.seed, Stream::kTimeJitter);
+  for (const Effect& e : options.effects) {
+    if (e.kind == EffectKind::kMagTimeOffset) offset_ += e[0];
+    if (e.kind == EffectKind::kMagLag) lag_ += e[0];
+    if (e.kind == EffectKind::kMagTimeJitter) {
+      for (double& t : t_) t += e[0] * jitter.normal();
+    }
+  }
+}
+
+Vector3d MagModel::field(const Instant& at) const {
+  const double strength = device_.strength_uT();
+  Vector3d m = device_.unit_field();
+  for (const Effect& e : options_.effects) {
+    switch (e.kind) {
+      case EffectKind::kFieldDrift:
+        m += polynomial(e, phase(motion_, at.t));
+        break;
+      case EffectKind::kFieldGradient:
+        m += symmetric_traceless(e) * (at.p - mean_p_) / strength;
+        break;
+      case EffectKind::kStationarySource:
+        m += dipole_field_uT(e.vector(3), at.p - e.vector()) / strength;
+        break;
+      default:
+        break;
+    }
+  }
+  return at.bRn * m;
+}
+
+Vector3d MagModel::hard_iron(const Instant& at) const {
+  Vector3d o_m = device_.mag_bias;
+  for (const Effect& e : options_.effects) {
+    switch (e.kind) {
+      case EffectKind::kMagTemperature:
+        o_m += e.vector() * (options_.temperature(at.t) - mean_temperature_);
+        break;
+      case EffectKind::kHardIronDrift:
+        o_m += polynomial(e, phase(motion_, at.t));
+        break;
+      case EffectKind::kHardIronChange:
+        if (at.t >= e[3] && at.t < e[4]) o_m += e.vector();
+        break;
+      case EffectKind::kCableField: {
+        const Matrix3d turned = instant(motion_, options_.gravity, 0.0).bRn * at.bRn.transpose();
+        o_m += e.vector() * (1.0 - 0.5 * (turned.trace() - 1.0));
+        break;
+      }
+      default:
+        break;
+    }
+  }
+  return o_m;
+}
+
+Vector3d MagModel::h(double t) const {
+  const Instant at = instant(motion_, options_.gravity, t);
+  return device_.distortion * field(at) + hard_iron(at);
+}
+
+Vector3d MagModel::reading_terms(const Instant& at) const {
+  const Vector3d b = field(at), B = device_.distortion * b;
+  Vector3d sum = Vector3d::Zero();
+  for (const Effect& e : options_.effects) {
+    switch (e.kind) {
+      case EffectKind::kMagEddyCurrent:
+        sum += e.matrix() * at.omega.cross(b);
+        break;
+      case EffectKind::kMagNonlinearity:
+        sum.array() += e.vector().array() * B.array().cube() / (kReferenceField * kReferenceField);
+        break;
+      case EffectKind::kMagCurrent:
+        sum += e.vector() * options_.current(at.t);
+        break;
+      case EffectKind::kMainsInterference: {
+        const double angle = 2.0 * std::numbers::pi * e[6] * at.t;
+        sum += e.vector(0) * std::cos(angle) + e.vector(3) * std::sin(angle);
+        break;
+      }
+      case EffectKind::kMovingSoftIron:
+        sum += at.f.z() / at.f.norm() * (e.matrix() * b);
+        break;
+      case EffectKind::kMagCrossAxis:
+        sum.array() += e.vector().array() / kReferenceField *
+                       Vector3d(B.y(), B.z(), B.x()).array() *
+                       Vector3d(B.z(), B.x(), B.y()).array();
+        break;
+      default:
+        break;
+    }
+  }
+  return sum;
+}
+
+std::vector<Vector3d> MagModel::readings() const {
+  std::vector<double> sensed_t = t_;
+  for (double& t : sensed_t) t -= offset_;
+  std::vector<Vector3d> result;
+  if (lag_ > 0.0) {
+    result = lagged(sensed_t, lag_);
+  } else {
+    for (const double t : sensed_t) result.push_back(h(t));
+  }
+  for (std::size_t k = 0; k < t_.size(); ++k) {
+    result[k] += reading_terms(instant(motion_, options_.gravity, t_[k]));
+  }
+  for (const Effect& e : options_.effects) {
+    if (e.kind == EffectKind::kMagMemory) add_memory(result, e[0], e[1]);
+  }
+  return result;
+}
+
+// From rest at the start, in steps of at most 1 ms between samples. A time before that of the
+// sample before it (jitter) gets that sample's value.
+std::vector<Vector3d> MagModel::lagged(const std::vector<double>& t, double lag) const {
+  std::vector<Vector3d> result;
+  double now = std::min(0.0, t.front());
+  Vector3d h_now = h(now), s = h_now;
+  for (const double until : t) {
+    const int steps = std::max(0, static_cast<int>(std::ceil((until - now) / kFilterStep - 1e-9)));
+    const double dt = steps > 0 ? (until - now) / steps : 0.0;
+    for (int i = 1; i <= steps; ++i) {
+      const Vector3d h_next = h(now + dt * i);
+      s = relax(s, h_now, h_next, dt / lag);
+      h_now = h_next;
+    }
+    if (steps > 0) now = until;
+    result.push_back(s);
+  }
+  return result;
+}
+
+void MagModel::add_memory(std::vector<Vector3d>& readings, double chi, double relaxation_s) const {
+  Vector3d before, s;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const Vector3d now =
+        chi * (device_.distortion * field(instant(motion_, options_.gravity, t_[k])));
+    const double dt = k > 0 ? t_[k] - t_[k - 1] : 0.0;
+    s = k == 0 ? now : dt > 0.0 ? relax(s, before, now, dt / relaxation_s) : s;
+    before = now;
+    readings[k] += s;
+  }
+}
+
+}  // namespace magimu::oracle

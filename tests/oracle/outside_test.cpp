@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The effects outside of the catalogue: that they are what effects.h says, and that the catalogue
+// cannot imitate them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "tests/oracle/mag_model.h"
+#include "tests/oracle/sensors.h"
+
+namespace magimu::oracle {
+namespace {
+
+Options exact(double duration_s = 60.0) {
+  Options options;
+  options.seed = 9;
+  options.motion.kind = MotionKind::kHandHeld;
+  options.motion.duration_s = duration_s;
+  options.noise_factor = 0.0;
+  return options;
+}
+
+Simulation with(const Effect& effect, Options options = exact()) {
+  options.effects = {effect};
+  return simulate(options);
+}
+
+TEST(Outside, acc_hysteresis_stays_within_its_width_and_moves_only_when_pushed) {
+  const Simulation clean = simulate(exact()), stuck = with(make_effect("acc_hysteresis", {0.2}));
+  const auto &f = clean.recording.acc.v, &s = stuck.recording.acc.v;
+  for (std::size_t k = 1; k < f.size(); ++k) {
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_LE(std::abs(s[k][i] - f[k][i]), 0.2 + 1e-12);
+      const bool pushed = std::abs(std::abs(s[k][i] - f[k][i]) - 0.2) < 1e-12;
+      EXPECT_TRUE(pushed || s[k][i] == s[k - 1][i]);
+    }
+  }
+}
+
+TEST(Outside, gyro_rectification_is_the_mean_of_squared_force) {
+  const Simulation clean = simulate(exact());
+  const Simulation s = with(make_effect("gyro_rectification", {1e-4, 2e-4, -3e-4}));
+  for (std::size_t k = 0; k + 1 < s.recording.acc.size(); ++k) {
+    const Vector3d f0 = clean.recording.acc.v[k] - clean.truth.device.acc_bias;
+    const Vector3d f1 = clean.recording.acc.v[k + 1] - clean.truth.device.acc_bias;
+    const Vector3d square = 0.5 * (f0.array().square() + f1.array().square());  // to 1 %
+    const Vector3d difference = s.recording.gyr.v[k] - clean.recording.gyr.v[k];
+    EXPECT_LT((difference - Vector3d(1e-4, 2e-4, -3e-4).cwiseProduct(square)).norm(), 4e-4);
+  }
+}
+
+TEST(Outside, mag_memory_relaxes_towards_the_field) {
+  const Simulation clean = simulate(exact()), s = with(make_effect("mag_memory", {0.05, 4.0}));
+  const auto &m = clean.recording.mag[0].v, &r = s.recording.mag[0].v;
+  for (std::size_t k = 1; k + 1 < m.size(); ++k) {
+    const Vector3d slope = ((r[k + 1] - m[k + 1]) - (r[k - 1] - m[k - 1])) / 0.02;
+    const Vector3d B = m[k] - clean.truth.device.mag_bias;
+    EXPECT_LT((4.0 * slope + (r[k] - m[k]) - 0.05 * B).norm(), 2e-2);
+  }
+}
+
+TEST(Outside, terms_of_the_magnetometer_follow_their_equations) {
+  const Simulation clean = simulate(exact());
+  const Simulation moving =
+      with(make_effect("moving_soft_iron", {1, .2, .3, .4, -1, .6, .7, .8, 2}));
+  const Simulation cross = with(make_effect("mag_cross_axis", {0.1, 0.2, -0.3}));
+  const Simulation cable = with(make_effect("cable_field", {1, 2, 3}));
+  const Device& d = clean.truth.device;
+  Matrix3d A;
+  A << 1, .2, .3, .4, -1, .6, .7, .8, 2;
+  for (std::size_t k = 0; k < clean.truth.t.size(); k += 5) {
+    const Rot3& R = clean.truth.nRb[k];
+    const Vector3d m = clean.recording.mag[0].v[k];
+    const Vector3d b = R.unrotate(d.unit_field()), B = d.distortion * b;
+    const Vector3d f = clean.recording.acc.v[k] - d.acc_bias;
+    EXPECT_LT((moving.recording.mag[0].v[k] - m - f.z() / f.norm() * (A * b)).norm(), 1e-10);
+    const Vector3d product(.1 * B.y() * B.z(), .2 * B.z() * B.x(), -.3 * B.x() * B.y());
+    EXPECT_LT((cross.recording.mag[0].v[k] - m - product / 50.0).norm(), 1e-10);
+    const double theta = (clean.truth.nRb[0].inverse() * R).Log().norm();
+    EXPECT_LT(
+        (cable.recording.mag[0].v[k] - m - (1.0 - std::cos(theta)) * Vector3d(1, 2, 3)).norm(),
+        1e-10);
+  }
+}
+
+TEST(Outside, acc_tapping_is_blows_at_the_rate_and_size_asked_for) {
+  const Simulation clean = simulate(exact(600.0));
+  const Simulation s = with(make_effect("acc_tapping", {0.5, 10.0}), exact(600.0));
+  int blows = 0, quiet = 100;
+  double most = 0.0;
+  for (std::size_t k = 0; k < s.recording.acc.size(); ++k) {
+    const double size = (s.recording.acc.v[k] - clean.recording.acc.v[k]).norm();
+    most = std::max(most, size);
+    blows += size > 0.0 && quiet > 10;
+    quiet = size > 0.0 ? 0 : quiet + 1;
+  }
+  EXPECT_NEAR(blows, 290, 60);
+  EXPECT_GT(most, 4.0);
+  EXPECT_LT(most, 15.0);
+}
+
+TEST(Outside, mag_time_jitter_is_the_field_of_another_time) {
+  const Simulation clean = simulate(exact()), s = with(make_effect("mag_time_jitter", {0.002}));
+  double squares = 0.0, weight = 0.0;  // of the error along the field's motion, in seconds
+  for (std::size_t k = 1; k + 1 < s.recording.mag[0].size(); ++k) {
+    const Vector3d slope =
+        (clean.recording.mag[0].v[k + 1] - clean.recording.mag[0].v[k - 1]) / 0.02;
+    const Vector3d error = s.recording.mag[0].v[k] - clean.recording.mag[0].v[k];
+    squares += error.squaredNorm();
+    weight += slope.squaredNorm();
+  }
+  EXPECT_NEAR(std::sqrt(squares / weight), 0.002, 2e-4);
+}
+
+// Readings of one sensor one below the other.
+Eigen::VectorXd column(const Recording& r, Channel channel) {
+  const VectorSeries& s = channel == Channel::kAcc   ? r.acc
+                          : channel == Channel::kGyr ? r.gyr
+                                                     : r.mag[0];
+  Eigen::VectorXd all(3 * static_cast<Eigen::Index>(s.size()));
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    all.segment<3>(3 * static_cast<Eigen::Index>(k)) = s.v[k];
+  }
+  return all;
+}
+
+class Columns {
+ public:
+  explicit Columns(Channel channel) : channel_(channel), clean_(simulate(exact())) {
+    add_calibration();
+    add_attitude();
+    for (const char* name :
+         {"acc_scale_misalignment", "gyro_scale_misalignment", "gyro_g_sensitivity",
+          "gyro_nonlinearity", "gyro_temperature", "acc_temperature", "mag_temperature",
+          "lever_arm", "mag_time_offset", "mag_lag", "mag_eddy_current", "field_drift",
+          "hard_iron_drift", "field_gradient", "mag_nonlinearity", "mag_current"}) {
+      const Effect neutral = neutral_effect(name);
+      for (int i = 0; i < neutral.parameters.size(); ++i) {
+        Effect effect = neutral;
+        effect.parameters[i] = 1e-3;
+        add(column(with(effect).recording, channel_) - column(clean_.recording, channel_));
+      }
+    }
+  }
+
+  // What is left of a difference after the best linear combination, as a part of it beyond that
+  // of a constant.
+  double left_of(const Effect& effect) const {
+    const Eigen::VectorXd y =
+        column(with(effect).recording, channel_) - column(clean_.recording, channel_);
+    Eigen::MatrixXd A(y.size(), static_cast<Eigen::Index>(columns_.size()));
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      A.col(static_cast<Eigen::Index>(i)) = columns_[i];
+    }
+    const Eigen::VectorXd x =
+        (A.transpose() * A +
+         1e-10 * Eigen::MatrixXd::Identity(A.cols(), A.cols()))  // of columns with unit length
+            .ldlt()
+            .solve(A.transpose() * y);
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (Eigen::Index k = 0; k < y.size(); k += 3) mean += y.segment<3>(k) * (3.0 / y.size());
+    const double changing = y.squaredNorm() - mean.squaredNorm() * y.size() / 3.0;
+    return (y - A * x).norm() / std::sqrt(changing);
+  }
+
+ private:
+  void add(const Eigen::VectorXd& c) {
+    if (c.norm() > 0.0) columns_.push_back(c.normalized());
+  }
+  // Biases, D, the dip.
+  void add_calibration() {
+    for (int i = 0; i < 19; ++i) {
+      Options options = exact();
+      Device d = clean_.truth.device;
+      if (i < 3) d.acc_bias[i] += 1e-3;
+      if (i >= 3 && i < 6) d.gyr_bias[i - 3] += 1e-3;
+      if (i >= 6 && i < 15) d.distortion(i % 3, (i - 6) / 3) += 1e-3;
+      if (i >= 15 && i < 18) d.mag_bias[i - 15] += 1e-3;
+      if (i == 18) d.dip_rad += 1e-3;
+      options.device = d;
+      add(column(simulate(options).recording, channel_) - column(clean_.recording, channel_));
+    }
+  }
+  // Attitudes wrong by a slowly changing angle, of which the gyroscope would know little.
+  void add_attitude() {
+    if (channel_ == Channel::kGyr) return;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int j = 0; j < 4; ++j) {
+        Eigen::VectorXd c(3 * static_cast<Eigen::Index>(clean_.truth.t.size()));
+        for (std::size_t k = 0; k < clean_.truth.t.size(); ++k) {
+          const Matrix3d bRn = clean_.truth.nRb[k].matrix().transpose();
+          const double angle = legendre(j, clean_.truth.t[k] / 30.0 - 1.0);
+          const Vector3d e = angle * Vector3d::Unit(axis);
+          const Vector3d u = clean_.truth.device.unit_field();
+          c.segment<3>(3 * static_cast<Eigen::Index>(k)) =
+              channel_ == Channel::kAcc
+                  ? Vector3d(bRn * Vector3d(0, 0, 9.8).cross(e))
+                  : Vector3d(clean_.truth.device.distortion * (bRn * u.cross(e)));
+        }
+        add(c);
+      }
+    }
+  }
+
+  Channel channel_;
+  Simulation clean_;
+  std::vector<Eigen::VectorXd> columns_;
+};
+
+TEST(Outside, no_combination_of_the_catalogues_terms_imitates_one) {
+  const Columns acc(Channel::kAcc), gyr(Channel::kGyr), mag(Channel::kMag);
+  for (const std::string& name : outside_effects()) {
+    if (name == "sample_repetition") continue;  // it repeats noise
+    const Columns& columns = name.starts_with("acc") ? acc : name.starts_with("gyr") ? gyr : mag;
+    const double left = columns.left_of(random_effect(name, 3));
+    RecordProperty(name, std::to_string(left));
+    EXPECT_GT(left, 0.3) << name;
+  }
+  // The measure itself: it knows what is in the catalogue.
+  EXPECT_LT(mag.left_of(make_effect("mag_lag", {0.002})), 0.1);
+  EXPECT_LT(gyr.left_of(random_effect("gyro_g_sensitivity", 3)), 1e-3);
+}
+
+}  // namespace
+}  // namespace magimu::oracle

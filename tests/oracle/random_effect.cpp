@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Effects of realistic random sizes: what cheap sensors' data sheets and careless surroundings
+// have, at strength 1.
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+
+#include "tests/oracle/effects.h"
+#include "tests/oracle/random.h"
+
+namespace magimu::oracle {
+namespace {
+
+using Parameters = std::vector<double>;
+
+class Sizes {
+ public:
+  Sizes(std::uint64_t seed, const EffectScale& scale)
+      : scale_(scale), random_(seed, Stream::kEffectSize) {}
+
+  Parameters draw(EffectKind kind);
+
+ private:
+  Parameters sensor(EffectKind kind);
+  Parameters surroundings(EffectKind kind);
+  Parameters outside(EffectKind kind);
+
+  // n numbers of either sign, their sizes between the two, times the strength.
+  Parameters each(int n, double least, double most) {
+    Parameters p;
+    for (int i = 0; i < n; ++i) p.push_back(scale_.strength * random_.signed_size(least, most));
+    return p;
+  }
+  Parameters normal(int n, double sigma) {
+    Parameters p;
+    for (int i = 0; i < n; ++i) p.push_back(scale_.strength * sigma * random_.normal());
+    return p;
+  }
+  double positive(double least, double most) {
+    return scale_.strength * random_.uniform(least, most);
+  }
+  // In any direction.
+  Parameters vector(double least, double most) {
+    const Eigen::Vector3d v = positive(least, most) * random_.direction();
+    return {v.x(), v.y(), v.z()};
+  }
+  static Parameters joined(std::initializer_list<Parameters> parts) {
+    Parameters p;
+    for (const Parameters& part : parts) p.insert(p.end(), part.begin(), part.end());
+    return p;
+  }
+
+  EffectScale scale_;
+  Random random_;
+};
+
+// Of the sensors themselves.
+Parameters Sizes::sensor(EffectKind kind) {
+  switch (kind) {
+    case EffectKind::kAccScaleMisalignment:
+      return normal(6, 0.01);
+    case EffectKind::kGyroScaleMisalignment:
+      return normal(9, 0.01);
+    case EffectKind::kClockScale:
+      return each(1, 0.003, 0.01);
+    case EffectKind::kGyroGSensitivity:
+      return normal(9, 2e-4);  // 0.1 deg/s per g
+    case EffectKind::kGyroNonlinearity:
+      return each(3, 0.002, 0.006);
+    case EffectKind::kGyroBiasDrift:
+      return {positive(1e-4, 4e-4)};
+    case EffectKind::kGyroTemperature:
+      return each(3, 2e-4, 8e-4);
+    case EffectKind::kAccTemperature:
+      return each(3, 2e-3, 1e-2);
+    case EffectKind::kMagTemperature:
+      return each(3, 0.05, 0.2);
+    case EffectKind::kLeverArm:
+      return vector(0.03, 0.10);
+    case EffectKind::kMagTimeOffset:
+    case EffectKind::kMagLag:
+      return {positive(0.005, 0.015)};
+    case EffectKind::kMagEddyCurrent:
+      return normal(9, 0.004 * scale_.field_uT);
+    case EffectKind::kMagNonlinearity:
+      return each(3, 0.006, 0.015);
+    case EffectKind::kNoiseScale:
+      return {1.0 + positive(0.5, 2.0)};
+    case EffectKind::kCorrelatedNoise:
+      return {std::min(0.98, positive(0.6, 0.9))};
+    case EffectKind::kOutliers:
+      return {std::min(0.2, positive(0.005, 0.02)), random_.uniform(10.0, 30.0)};
+    case EffectKind::kMagQuantization:
+      return {positive(0.15, 0.3)};
+    case EffectKind::kMagSaturation:
+      return {scale_.field_uT * (1.0 - std::min(0.9, positive(0.05, 0.15)))};
+    default:
+      return {};
+  }
+}
+
+// Of what is near the sensors.
+Parameters Sizes::surroundings(EffectKind kind) {
+  switch (kind) {
+    case EffectKind::kFieldDrift:
+      return joined({vector(0.01, 0.03), vector(0.005, 0.02)});
+    case EffectKind::kHardIronDrift:
+      return joined({vector(0.5, 1.5), vector(0.2, 0.8)});
+    case EffectKind::kHardIronChange: {
+      const double start = scale_.duration_s * random_.uniform(0.3, 0.6);
+      const bool lasts = random_.uniform() < 0.5;
+      const double end = lasts ? std::numeric_limits<double>::infinity()
+                               : start + scale_.duration_s * random_.uniform(0.15, 0.3);
+      return joined({vector(3.0, 20.0), {start, end}});
+    }
+    case EffectKind::kFieldGradient:
+      return normal(5, 5.0);
+    case EffectKind::kStationarySource: {
+      const Eigen::Vector3d place = random_.uniform(0.35, 0.5) * random_.direction();
+      return joined({{place.x(), place.y(), place.z()}, vector(0.5, 2.0)});
+    }
+    case EffectKind::kMagCurrent:
+      return vector(0.5, 2.0);
+    case EffectKind::kMainsInterference:
+      return joined({vector(0.3, 1.0), vector(0.3, 1.0), {50.0 + 0.05 * random_.normal()}});
+    default:
+      return {};
+  }
+}
+
+Parameters Sizes::outside(EffectKind kind) {
+  switch (kind) {
+    case EffectKind::kAccHysteresis:
+      return {positive(0.05, 0.15)};
+    case EffectKind::kGyroRectification:
+      return each(3, 2e-5, 6e-5);
+    case EffectKind::kMagMemory:
+      return {positive(0.03, 0.08), random_.uniform(2.0, 6.0)};
+    case EffectKind::kMovingSoftIron:
+      return normal(9, 0.02 * scale_.field_uT);
+    case EffectKind::kSampleRepetition:
+      return {std::min(0.5, positive(0.1, 0.2))};
+    case EffectKind::kMagCrossAxis:
+      return each(3, 0.01, 0.04);
+    case EffectKind::kCableField:
+      return vector(0.5, 1.5);
+    case EffectKind::kAccTapping:
+      return {random_.uniform(0.5, 2.0), positive(5.0, 20.0)};
+    case EffectKind::kMagTimeJitter:
+      return {positive(0.002, 0.005)};
+    default:
+      return {};
+  }
+}
+
+Parameters Sizes::draw(EffectKind kind) {
+  Parameters p = sensor(kind);
+  if (p.empty()) p = surroundings(kind);
+  return p.empty() ? outside(kind) : p;
+}
+
+}  // namespace
+
+Effect random_effect(const std::string& name, std::uint64_t seed, const EffectScale& scale) {
+  const Effect neutral = neutral_effect(name, scale.channel);
+  const std::uint64_t kind = static_cast<std::uint64_t>(neutral.kind);
+  return make_effect(name, Sizes(seed * 64 + kind, scale).draw(neutral.kind), scale.channel);
+}
+
+}  // namespace magimu::oracle

@@ -138,12 +138,13 @@ Spline draw_displacement(const MotionOptions& o, Random& random) {
   if (moving.empty()) return {};
   const auto& [start, end] =
       moving[static_cast<std::size_t>(random.index(static_cast<int>(moving.size())))];
-  const double leave = start + 0.5 + share * std::max(0.0, end - start - 9.0);
+  const double whole = std::min(8.0, end - start - 1.0), way = 0.375 * whole;
+  const double leave = start + 0.5 + share * (end - start - 1.0 - whole);
   for (std::size_t j = 0; j < c.size(); ++j) {
     const double t = static_cast<double>(j) * kWanderKnots - leave;
     c[j] *= rms > 0.0 ? o.displacement_m / rms : 0.0;
     if (depth(moving, j, kWanderKnots) < 0.0) continue;
-    c[j] += o.carry_m * smooth_step(t / 3.0) * smooth_step((8.0 - t) / 3.0) * direction;
+    c[j] += o.carry_m * smooth_step(t / way) * smooth_step((whole - t) / way) * direction;
   }
   return Spline(kWanderKnots, c);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Everything that can be hidden in a recording: the effects of CONTRACT.md, "one equation each",
 // and some outside of that catalogue, to see that nothing is named for them. Most of what those do
-// no combination of the catalogue's terms imitates (outside_test.cpp); but sample_repetition,
+// no combination of the catalogue's terms imitates (imitation_test.cpp); but sample_repetition,
 // acc_tapping and mag_time_jitter are a kind of noise, and correlated_noise, outliers and
 // noise_scale explain some of it. The equations are in imu_model.cpp, mag_model.cpp and
 // degrade.cpp. Parameters, in this order (matrices row by row):

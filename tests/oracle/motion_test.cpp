@@ -99,7 +99,11 @@ TEST(Motion, right_jacobian_is_the_derivative_of_exp) {
 
 TEST(Motion, rests_are_exact_at_start_end_and_in_the_middle) {
   for (const MotionKind kind : kAll) {
-    const Motion motion = motion_of(kind);
+    MotionOptions options;
+    options.kind = kind;
+    options.duration_s = 40.0;
+    options.carry_m = 0.3;
+    const Motion motion(options, 3);
     for (const double t : {0.0, 1.0, 2.999, 19.01, 20.0, 20.99, 37.001, 39.0, 40.0, 41.0}) {
       EXPECT_TRUE(motion.omega(t).isZero(0.0)) << to_string(kind) << " at " << t;
       EXPECT_TRUE(motion.angular_acceleration(t).norm() < 1e-12);
@@ -108,6 +112,19 @@ TEST(Motion, rests_are_exact_at_start_end_and_in_the_middle) {
     }
     EXPECT_EQ(motion.nRb(0.0).coeffs(), motion.nRb(2.9).coeffs());
     EXPECT_EQ(motion.nRb(38.0).coeffs(), motion.nRb(50.0).coeffs());
+  }
+}
+
+TEST(Motion, rests_stay_exact_wherever_the_sensor_is_carried) {
+  MotionOptions options;
+  options.kind = MotionKind::kHandHeld;
+  options.duration_s = 22.0;  // stretches of movement about as long as the carrying
+  options.carry_m = 0.3;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Motion motion(options, seed);
+    for (const double t : {0.5, 2.99, 10.01, 11.0, 11.99, 19.01, 21.0}) {
+      EXPECT_TRUE(motion.velocity(t).isZero(0.0)) << "seed " << seed << " at " << t;
+    }
   }
 }
 

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The effects outside of the catalogue: that they are what effects.h says, and that the catalogue
-// cannot imitate them.
+// The effects outside of the catalogue are what effects.h says.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
-#include "tests/oracle/mag_model.h"
 #include "tests/oracle/sensors.h"
 
 namespace magimu::oracle {
@@ -113,115 +110,6 @@ TEST(Outside, mag_time_jitter_is_the_field_of_another_time) {
     weight += slope.squaredNorm();
   }
   EXPECT_NEAR(std::sqrt(squares / weight), 0.002, 2e-4);
-}
-
-// Readings of one sensor one below the other.
-Eigen::VectorXd column(const Recording& r, Channel channel) {
-  const VectorSeries& s = channel == Channel::kAcc   ? r.acc
-                          : channel == Channel::kGyr ? r.gyr
-                                                     : r.mag[0];
-  Eigen::VectorXd all(3 * static_cast<Eigen::Index>(s.size()));
-  for (std::size_t k = 0; k < s.size(); ++k) {
-    all.segment<3>(3 * static_cast<Eigen::Index>(k)) = s.v[k];
-  }
-  return all;
-}
-
-class Columns {
- public:
-  explicit Columns(Channel channel) : channel_(channel), clean_(simulate(exact())) {
-    add_calibration();
-    add_attitude();
-    for (const char* name :
-         {"acc_scale_misalignment", "gyro_scale_misalignment", "gyro_g_sensitivity",
-          "gyro_nonlinearity", "gyro_temperature", "acc_temperature", "mag_temperature",
-          "lever_arm", "mag_time_offset", "mag_lag", "mag_eddy_current", "field_drift",
-          "hard_iron_drift", "field_gradient", "mag_nonlinearity", "mag_current"}) {
-      const Effect neutral = neutral_effect(name);
-      for (int i = 0; i < neutral.parameters.size(); ++i) {
-        Effect effect = neutral;
-        effect.parameters[i] = 1e-3;
-        add(column(with(effect).recording, channel_) - column(clean_.recording, channel_));
-      }
-    }
-  }
-
-  // What is left of a difference after the best linear combination, as a part of it beyond that
-  // of a constant.
-  double left_of(const Effect& effect) const {
-    const Eigen::VectorXd y =
-        column(with(effect).recording, channel_) - column(clean_.recording, channel_);
-    Eigen::MatrixXd A(y.size(), static_cast<Eigen::Index>(columns_.size()));
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      A.col(static_cast<Eigen::Index>(i)) = columns_[i];
-    }
-    const Eigen::VectorXd x =
-        (A.transpose() * A +
-         1e-10 * Eigen::MatrixXd::Identity(A.cols(), A.cols()))  // of columns with unit length
-            .ldlt()
-            .solve(A.transpose() * y);
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (Eigen::Index k = 0; k < y.size(); k += 3) mean += y.segment<3>(k) * (3.0 / y.size());
-    const double changing = y.squaredNorm() - mean.squaredNorm() * y.size() / 3.0;
-    return (y - A * x).norm() / std::sqrt(changing);
-  }
-
- private:
-  void add(const Eigen::VectorXd& c) {
-    if (c.norm() > 0.0) columns_.push_back(c.normalized());
-  }
-  // Biases, D, the dip.
-  void add_calibration() {
-    for (int i = 0; i < 19; ++i) {
-      Options options = exact();
-      Device d = clean_.truth.device;
-      if (i < 3) d.acc_bias[i] += 1e-3;
-      if (i >= 3 && i < 6) d.gyr_bias[i - 3] += 1e-3;
-      if (i >= 6 && i < 15) d.distortion(i % 3, (i - 6) / 3) += 1e-3;
-      if (i >= 15 && i < 18) d.mag_bias[i - 15] += 1e-3;
-      if (i == 18) d.dip_rad += 1e-3;
-      options.device = d;
-      add(column(simulate(options).recording, channel_) - column(clean_.recording, channel_));
-    }
-  }
-  // Attitudes wrong by a slowly changing angle, of which the gyroscope would know little.
-  void add_attitude() {
-    if (channel_ == Channel::kGyr) return;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (int j = 0; j < 4; ++j) {
-        Eigen::VectorXd c(3 * static_cast<Eigen::Index>(clean_.truth.t.size()));
-        for (std::size_t k = 0; k < clean_.truth.t.size(); ++k) {
-          const Matrix3d bRn = clean_.truth.nRb[k].matrix().transpose();
-          const double angle = legendre(j, clean_.truth.t[k] / 30.0 - 1.0);
-          const Vector3d e = angle * Vector3d::Unit(axis);
-          const Vector3d u = clean_.truth.device.unit_field();
-          c.segment<3>(3 * static_cast<Eigen::Index>(k)) =
-              channel_ == Channel::kAcc
-                  ? Vector3d(bRn * Vector3d(0, 0, 9.8).cross(e))
-                  : Vector3d(clean_.truth.device.distortion * (bRn * u.cross(e)));
-        }
-        add(c);
-      }
-    }
-  }
-
-  Channel channel_;
-  Simulation clean_;
-  std::vector<Eigen::VectorXd> columns_;
-};
-
-TEST(Outside, no_combination_of_the_catalogues_terms_imitates_one) {
-  const Columns acc(Channel::kAcc), gyr(Channel::kGyr), mag(Channel::kMag);
-  for (const std::string& name : outside_effects()) {
-    if (name == "sample_repetition") continue;  // it repeats noise
-    const Columns& columns = name.starts_with("acc") ? acc : name.starts_with("gyr") ? gyr : mag;
-    const double left = columns.left_of(random_effect(name, 3));
-    RecordProperty(name, std::to_string(left));
-    EXPECT_GT(left, 0.3) << name;
-  }
-  // The measure itself: it knows what is in the catalogue.
-  EXPECT_LT(mag.left_of(make_effect("mag_lag", {0.002})), 0.1);
-  EXPECT_LT(gyr.left_of(random_effect("gyro_g_sensitivity", 3)), 1e-3);
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 

@@ -75,11 +75,13 @@ std::string calibration_table(const Calibration& c) {
                   c.noise_given ? "given" : "estimated from rests and residuals", c.noise.acc,
                   c.noise.gyr, c.noise.mag);
   out += fmt::format(
-      "Residuals (1 = as the noise predicts; lag 1 near 0 = white):"
-      " acc {:.2f} ({:+.2f}), gyr {:.2f} ({:+.2f}), mag {:.2f} ({:+.2f})\n",
-      c.residuals[0].rms, c.residuals[0].lag1, c.residuals[1].rms, c.residuals[1].lag1,
-      c.residuals[2].rms, c.residuals[2].lag1);
-  out += fmt::format("{}\n\n", c.fit.message);
+      "Residuals (1 = as the noise predicts): acc {:.2f}, gyr {:.2f}, mag {:.2f} ({:.2f} uT)\n\n",
+      c.residuals[0].rms, c.residuals[1].rms, c.residuals[2].rms, c.residuals[2].rms_unit);
+  out += "Checks:\n";
+  for (const Check& check : c.checks) {
+    out += fmt::format("  {:<17} {:<8} {}\n", check.name, to_string(check.status), check.sentence);
+  }
+  out += "\n";
   for (const std::string& w : c.warnings) out += "Warning: " + w + "\n";
   out += fmt::format("Trust: {}\n", to_string(c.trust.verdict));
   for (const std::string& reason : c.trust.reasons) out += "  - " + reason + "\n";

@@ -8,6 +8,7 @@
 #include <chrono>
 
 #include "calibration/choose_motion.h"
+#include "calibration/diagnostics.h"
 #include "calibration/held_out.h"
 #include "calibration/parameter_names.h"
 #include "calibration/rests.h"
@@ -23,8 +24,10 @@ constexpr double kMinDuration = 5.0;     // s
 constexpr double kCoarseRate = 12.0;     // nodes a second while the noise is being found
 constexpr double kFullRate = 101.0;      // up to here every magnetometer sample is a node
 constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at most
-// Noise in motion over that at rest, at the most. What exceeds it is not noise but something the
-// model lacks; it must show in the residuals instead of being declared normal.
+// Noise in motion over that at rest, at the most (and at least that at rest: the trajectory follows
+// the gyroscope so closely that its residuals alone may let its noise vanish). What exceeds it is
+// not noise but something the model lacks; it must show in the residuals instead of being declared
+// normal.
 constexpr double kGyrInMotion = 3.0, kMagInMotion = 2.5;
 constexpr double kUnlimited = 1e30;
 constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is believed
@@ -187,9 +190,8 @@ class Pipeline {
 
   // Few nodes first: most iterations, the search for the noise and the choices are cheap there.
   Stage run(Calibration& c) {
-    Stage coarse = choose(c);
-    coarse = with_offset(coarse);
-    coarse = with_gyr_matrix(coarse);
+    const Stage coarse = with_gyr_matrix(with_offset(choose(c)));
+    check_prediction(coarse, c);
     Stage fine(recordings_, coarse.spec(), every_, options_.optimizer);
     Values start = carry_over(recordings_, coarse, fine);
     fix_symmetries(start, int(recordings_.front()->mag.size()), int(recordings_.size()),
@@ -199,6 +201,28 @@ class Pipeline {
   }
 
  private:
+  // What needs more fits than one: left-out data, and halves of each recording.
+  void check_prediction(const Stage& coarse, Calibration& c) const {
+    if (!coarse.result().converged()) return;
+    const BlockErrors errors = block_errors(coarse);
+    c.checks.push_back(check_held_out(errors.held_out, errors.fitted));
+    std::vector<Calibration> halves;
+    for (const bool second : {false, true}) {
+      std::vector<Recording> parts;
+      for (const Recording* r : recordings_) {
+        const double begin = r->gyr.t.front(), end = r->gyr.t.back(), mid = 0.5 * (begin + end);
+        parts.push_back(second ? slice(*r, mid, end) : slice(*r, begin, mid));
+      }
+      std::vector<const Recording*> half;
+      for (const Recording& part : parts) half.push_back(&part);
+      Stage stage(half, coarse.spec(), coarse_every_, options_.optimizer);
+      stage.fit(carry_over(half, coarse, stage), true);
+      if (!stage.result().converged()) return;
+      halves.push_back(summary(half, stage));
+    }
+    c.checks.push_back(check_halves(halves[0], halves[1]));
+  }
+
   Stage coarse_fit(MotionModel motion) const {
     ModelSpec spec;
     spec.motion = motion;
@@ -219,6 +243,7 @@ class Pipeline {
       const bool acc_known = moving && rest_.acc > 0.0;
       stage.fit_noise(start, {.gyr_known = rest_.gyr > 0.0 && !moving,
                               .acc_known = acc_known,
+                              .min_gyr = rest_.gyr,
                               .max_gyr = rest_.gyr > 0.0 ? kGyrInMotion * rest_.gyr : kUnlimited,
                               .max_mag = rest_.mag > 0.0 ? kMagInMotion * rest_.mag : kUnlimited});
     }
@@ -257,11 +282,18 @@ class Pipeline {
     return scaled;
   }
 
-  bool shows_offset(const Stage& stage) const {
+  // Parameters with their uncertainty, of a stage on the way.
+  Calibration summary(const std::vector<const Recording*>& recordings, const Stage& stage) const {
     Calibration c;
+    c.motion = stage.spec().motion;
     c.fit = stage.result();
-    fill_parameters(c, recordings_, stage);
+    fill_parameters(c, recordings, stage);
     fill_uncertainty(c, stage, options_);
+    return c;
+  }
+
+  bool shows_offset(const Stage& stage) const {
+    const Calibration c = summary(recordings_, stage);
     for (const ActiveEffect::Parameter& p : c.effects.front().parameters) {
       if (std::abs(p.value) > kOffsetShown * std::max(p.sigma, p.sigma_model)) return true;
     }
@@ -299,7 +331,11 @@ Calibration calibrate(const std::vector<const Recording*>& recordings,
   fill_parameters(c, recordings, fine);
   fill_residuals(c, fine);
   fill_uncertainty(c, fine, options);
-  c.disturbances = find_disturbances(c, fine.mag_squares());
+  const std::vector<double> mag_squares = fine.mag_squares();
+  c.disturbances = find_disturbances(c, mag_squares);
+  const Check first[] = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
+                         check_windows(c, mag_squares)};
+  c.checks.insert(c.checks.begin(), std::begin(first), std::end(first));
   judge(c);
   c.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return c;

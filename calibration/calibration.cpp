@@ -28,6 +28,18 @@ std::string to_string(Verdict verdict) {
   return "?";
 }
 
+std::string to_string(CheckStatus status) {
+  switch (status) {
+    case CheckStatus::kOk:
+      return "ok";
+    case CheckStatus::kCaution:
+      return "caution";
+    case CheckStatus::kBad:
+      return "bad";
+  }
+  return "?";
+}
+
 void Trust::lower(Verdict to, const std::string& reason) {
   const bool graver = to > verdict;
   verdict = std::max(verdict, to);

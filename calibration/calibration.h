@@ -56,6 +56,16 @@ struct ActiveEffect {
   std::vector<Parameter> parameters;
 };
 
+// One thing looked at to see whether the estimate can be believed: diagnostics.h.
+enum class CheckStatus { kOk, kCaution, kBad };
+std::string to_string(CheckStatus status);
+struct Check {
+  std::string name;  // "optimum", "accuracy", "whiteness", "windows", "cross_validation", "halves"
+  CheckStatus status = CheckStatus::kOk;
+  double value = 0.0;
+  std::string sentence;
+};
+
 // One recording's field.
 struct FieldEstimate {
   std::string recording;
@@ -91,6 +101,7 @@ struct Calibration {
   Result fit;                                // its values hold every variable of the graph
   std::array<ResidualSummary, 3> residuals;  // acc, gyr, mag
   std::vector<Disturbance> disturbances;     // of the magnetic field, in the order of time
+  std::vector<Check> checks;
   Trust trust;
   std::vector<std::string> warnings;
   std::vector<TrajectoryEstimate> trajectories;  // one a recording

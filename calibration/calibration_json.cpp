@@ -135,6 +135,13 @@ Json to_json(const Calibration& c) {
                                   {"lag1", c.residuals[s].lag1},
                                   {"rms_unit", c.residuals[s].rms_unit}};
   }
+  out["checks"] = Json::array();
+  for (const Check& check : c.checks) {
+    out["checks"].push_back({{"name", check.name},
+                             {"status", to_string(check.status)},
+                             {"value", check.value},
+                             {"sentence", check.sentence}});
+  }
   out["disturbances"] = Json::array();
   for (const Disturbance& d : c.disturbances) {
     out["disturbances"].push_back({{"recording", d.recording},

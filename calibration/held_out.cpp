@@ -24,29 +24,33 @@ std::vector<int> blocks_of(const std::vector<NodePlan>& plans) {
   return out;
 }
 
-// Squared magnetometer errors, uT^2, summed over each block, predicted without that block's.
-std::vector<double> held_out_squares(Stage stage, const std::vector<int>& block) {
-  std::vector<double> out(std::size_t(block.back()) + 1, 0.0);
-  const Values optimum = stage.result().values;
+}  // namespace
+
+BlockErrors block_errors(const Stage& stage) {
+  const std::vector<int> block = blocks_of(stage.plans());
   const double scale = std::pow(stage.spec().noise.mag, 2);
-  for (const int parity : {0, 1}) {
-    stage.fit_without(optimum, [&](int node) { return block[std::size_t(node)] % 2 == parity; });
-    const std::vector<double> squares = stage.mag_squares();
+  const std::vector<double> zero(std::size_t(block.back()) + 1, 0.0);
+  BlockErrors out{zero, zero};
+  const auto add = [&](const Stage& from, std::vector<double>& sums, int parity) {
+    const std::vector<double> squares = from.mag_squares();
     for (std::size_t i = 0; i < squares.size(); ++i) {
-      if (block[i] % 2 == parity) out[std::size_t(block[i])] += squares[i] * scale;
+      if (parity < 0 || block[i] % 2 == parity) sums[std::size_t(block[i])] += squares[i] * scale;
     }
+  };
+  add(stage, out.fitted, -1);
+  Stage without = stage;
+  for (const int parity : {0, 1}) {
+    without.fit_without(stage.result().values,
+                        [&](int node) { return block[std::size_t(node)] % 2 == parity; });
+    add(without, out.held_out, parity);
   }
   return out;
 }
 
-}  // namespace
-
 double HeldOutGain::ratio() const { return std::exp(0.5 * mean); }
 
 HeldOutGain held_out_gain(const Stage& first, const Stage& second) {
-  const std::vector<int> block = blocks_of(first.plans());
-  const std::vector<double> a = held_out_squares(first, block);
-  const std::vector<double> b = held_out_squares(second, block);
+  const std::vector<double> a = block_errors(first).held_out, b = block_errors(second).held_out;
   double sum = 0.0, sum2 = 0.0;
   const auto n = double(a.size());
   for (std::size_t i = 0; i < a.size(); ++i) {

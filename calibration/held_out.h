@@ -18,6 +18,13 @@ struct HeldOutGain {
   bool worse() const { return mean < -2.0 * error && ratio() < 0.98; }
 };
 
+// Squared magnetometer errors, uT^2, summed over each block of seconds: predicted without that
+// block's, and fitted with all of them.
+struct BlockErrors {
+  std::vector<double> held_out, fitted;
+};
+BlockErrors block_errors(const Stage& stage);
+
 // Both fitted, of the same recordings and nodes.
 HeldOutGain held_out_gain(const Stage& first, const Stage& second);
 

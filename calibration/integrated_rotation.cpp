@@ -2,8 +2,23 @@
 #include "calibration/integrated_rotation.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace magimu {
+namespace {
+
+// Mean over the time that sample k is held for, half an interval to either side of it, of the
+// parabola through it and its neighbours: the sample alone is wrong by h^2 / 24 times the second
+// derivative, which a turning or swinging sensor shows as an error of scale.
+Vector3 held_mean(const VectorSeries& s, std::size_t k) {
+  constexpr double kUneven = 0.1;
+  if (k == 0 || k + 1 >= s.size()) return s.v[k];
+  const double before = s.t[k] - s.t[k - 1], after = s.t[k + 1] - s.t[k];
+  if (std::abs(after - before) > kUneven * before) return s.v[k];
+  return (s.v[k - 1] + 22.0 * s.v[k] + s.v[k + 1]) / 24.0;
+}
+
+}  // namespace
 
 IntegratedRotation::IntegratedRotation(const VectorSeries& gyr, const Vector3& bias,
                                        const LowerTriangle& matrix)
@@ -61,7 +76,7 @@ PreintegratedImu IntegratedRotation::preintegrate(double a, double b, const Vect
     const double gyr_end = g + 1 < gyr_.size() ? gyr_.t[g + 1] : b;
     const double end = std::min({b, gyr_end, std::max(end_of(k), t)});
     if (end > t + kSliver) {
-      out.integrate(gyr_.v[g], acc.v[k], end - t);
+      out.integrate(gyr_.v[g], held_mean(acc, k), end - t);
       t = end;
     }
     if (g + 1 < gyr_.size() && gyr_end <= t + kSliver) ++g;

@@ -101,7 +101,7 @@ void Stage::fit_noise(const Values& start, const NoiseKnowledge& known) {
     if (known.gyr_known) spec_.noise.gyr = old.gyr;
     if (known.acc_known) spec_.noise.acc = old.acc;
     if (known.mag_known) spec_.noise.mag = old.mag;
-    spec_.noise.gyr = std::min(spec_.noise.gyr, known.max_gyr);
+    spec_.noise.gyr = std::clamp(spec_.noise.gyr, known.min_gyr, known.max_gyr);
     spec_.noise.mag = std::min(spec_.noise.mag, known.max_mag);
     const double old_reach = spec_.reach_m;
     if (reach)

@@ -17,8 +17,9 @@ namespace magimu {
 // What is known of the noise before a fit re-estimates it.
 struct NoiseKnowledge {
   bool gyr_known = false, acc_known = false,
-       mag_known = false;                 // leave these densities as they are
-  double max_gyr = 1e30, max_mag = 1e30;  // densities at the most, rad/s, uT
+       mag_known = false;  // leave these densities as they are
+  // Densities at the least and at the most, rad/s, uT.
+  double min_gyr = 0.0, max_gyr = 1e30, max_mag = 1e30;
 };
 
 class Stage {

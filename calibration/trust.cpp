@@ -118,6 +118,14 @@ void judge_uncertainty(Calibration& c) {
   }
 }
 
+void judge_checks(Calibration& c) {
+  for (const Check& check : c.checks) {
+    if (check.status == CheckStatus::kBad && check.name != "optimum") {
+      c.trust.lower(Verdict::kLimited, check.sentence);
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<Disturbance> find_disturbances(const Calibration& c,
@@ -171,6 +179,7 @@ void judge(Calibration& c) {
   judge_motion(c);
   judge_field(c);
   judge_uncertainty(c);
+  judge_checks(c);
 }
 
 }  // namespace magimu

@@ -85,9 +85,9 @@ void fill_uncertainty(Calibration& c, const Stage& stage, const CalibrationOptio
   const SensorRows rows(graph, system);
   std::vector<int> block_of_row;
   for (const int node : rows.node) {
-    block_of_row.push_back(node < 0 ? 0 : block_of_node[std::size_t(node)]);
+    block_of_row.push_back(node < 0 ? -1 : block_of_node[std::size_t(node)]);
   }
-  c.covariance = sandwich_covariance(system, H, block_of_row, blocks);
+  c.covariance = sandwich_covariance(system, H, c.covariance_model, block_of_row, blocks);
 
   VectorXd unit = VectorXd::Ones(Eigen::Index(c.order.size()));
   const Eigen::Index first_dip = 6 + 12 * magnetometers;

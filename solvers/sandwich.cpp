@@ -1,25 +1,101 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/sandwich.h"
 
-namespace magimu {
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
 
-MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_columns,
-                             const std::vector<int>& block_of_row, int blocks) {
-  // J H_columns = (J_theta - J_x L_xx^-1 L_x,theta) A^-1: each row's influence on the estimate.
-  const Eigen::Index p = H_columns.cols();
-  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> H = H_columns;
-  MatrixXd scores = MatrixXd::Zero(p, blocks);
+namespace magimu {
+namespace {
+
+constexpr double kSingular = 1e-12;  // of the largest eigenvalue, variables scaled alike
+constexpr double kMaxLeverage =
+    0.9;  // a block that determines a direction by itself has no scatter
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// L with A^-1 = L L', and its left inverse, on the space where A^-1 is regular.
+struct Root {
+  MatrixXd L, inverse;
+};
+
+Root root_of(const MatrixXd& covariance) {
+  const VectorXd sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const VectorXd scale = sigma.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
+  const MatrixXd scaled = scale.asDiagonal() * covariance * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled);
+  const VectorXd& values = eigen.eigenvalues();
+  const auto kept = (values.array() > kSingular * values.maxCoeff()).count();  // the last ones
+  const VectorXd root = values.tail(kept).cwiseSqrt();
+  const MatrixXd U = eigen.eigenvectors().rightCols(kept);
+  return {sigma.asDiagonal() * U * root.asDiagonal(),
+          root.cwiseInverse().asDiagonal() * U.transpose() * scale.asDiagonal()};
+}
+
+// Per block: the sum of its rows' influence times residual, and its share of the information.
+struct BlockSums {
+  MatrixXd score;                  // one column a block
+  std::vector<MatrixXd> leverage;  // Q_b
+};
+
+BlockSums sums_of(const LinearSystem& system, const MatrixXd& whitened_H,
+                  const std::vector<int>& block_of_row, int blocks) {
+  const RowMajor H = whitened_H;
+  const Eigen::Index p = H.cols();
+  BlockSums out{MatrixXd::Zero(p, blocks), std::vector<MatrixXd>(std::size_t(blocks))};
+  for (MatrixXd& Q : out.leverage) Q = MatrixXd::Zero(p, p);
+  VectorXd influence(p);
   for (int i = 0; i < system.rows(); ++i) {
-    auto score = scores.col(block_of_row[std::size_t(i)]);
-    const double r = system.residual()[i];
+    const int b = block_of_row[std::size_t(i)];
+    if (b < 0) continue;
+    influence.setZero();
     for (int e = system.row_start()[std::size_t(i)]; e < system.row_start()[std::size_t(i) + 1];
          ++e) {
-      score +=
-          (r * system.value()[std::size_t(e)]) * H.row(system.column()[std::size_t(e)]).transpose();
+      influence +=
+          system.value()[std::size_t(e)] * H.row(system.column()[std::size_t(e)]).transpose();
     }
+    out.score.col(b) += influence * system.residual()[i];
+    out.leverage[std::size_t(b)].selfadjointView<Eigen::Lower>().rankUpdate(influence);
   }
-  const double correction = blocks > 1 ? double(blocks) / (blocks - 1) : 1.0;
-  return correction * scores * scores.transpose();
+  return out;
+}
+
+// (I - Q)^-1/2.
+MatrixXd adjustment(const MatrixXd& leverage) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(leverage);
+  const VectorXd root = eigen.eigenvalues().unaryExpr(
+      [](double q) { return 1.0 / std::sqrt(1.0 - std::clamp(q, 0.0, kMaxLeverage)); });
+  return eigen.eigenvectors() * root.asDiagonal() * eigen.eigenvectors().transpose();
+}
+
+// sum_b u_b u_b', drawn towards a multiple of the identity.
+MatrixXd shrunk(const MatrixXd& u) {
+  const auto n = double(u.cols());
+  const MatrixXd S = u * u.transpose();
+  const MatrixXd target = S.diagonal().mean() * MatrixXd::Identity(S.rows(), S.cols());
+  // The sum is n times the mean of u u'; its variance comes from their scatter about that mean.
+  double variance = 0.0;
+  for (Eigen::Index b = 0; b < u.cols(); ++b) {
+    variance += (n * u.col(b) * u.col(b).transpose() - S).squaredNorm() / (n * n);
+  }
+  const double distance = (S - target).squaredNorm();
+  const double lambda = distance > 0.0 ? std::min(1.0, variance / distance) : 1.0;
+  return (1.0 - lambda) * S + lambda * target;
+}
+
+}  // namespace
+
+MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_columns,
+                             const MatrixXd& covariance, const std::vector<int>& block_of_row,
+                             int blocks) {
+  if (blocks < 2) return covariance;  // no scatter to go by
+  const Root root = root_of(covariance);
+  BlockSums sums = sums_of(system, H_columns * root.inverse.transpose(), block_of_row, blocks);
+  for (int b = 0; b < blocks; ++b) {
+    const MatrixXd Q = sums.leverage[std::size_t(b)].selfadjointView<Eigen::Lower>();
+    sums.score.col(b) = adjustment(Q) * sums.score.col(b);
+  }
+  return root.L * shrunk(sums.score) * root.L.transpose();
 }
 
 }  // namespace magimu

@@ -1,8 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A covariance that stays honest where the residuals are not white: V = A^-1 (sum_b s_b s_b') A^-1
-// with A the information of some variables (all others eliminated) and s_b the sum of the efficient
-// score over one block of rows. Blocks must outlast the residuals' correlation. Needs many more
-// blocks than variables; the usual factor n / (n - 1) is applied.
+// A covariance that stays honest where the residuals are not white. With A the information of some
+// variables (all others eliminated) and s_b the sum of the efficient score over one block of rows,
+//
+//   V = A^-1 (sum_b s_b s_b') A^-1
+//
+// Blocks must outlast the residuals' correlation. There are few of them, so that, in coordinates
+// where A is the identity:
+//
+//   u_b = (I - Q_b)^-1/2 L' s_b     with A^-1 = L L' and Q_b block b's share of the information
+//                                   (sum_b Q_b = I): the fit has followed a block by that much
+//                                   (Bell and McCaffrey 2002)
+//   S   = (1 - lambda) sum_b u_b u_b' + lambda mu I,   mu the mean of the sum's diagonal
+//                                   lambda as far as the blocks' scatter leaves the sum uncertain
+//                                   (Ledoit and Wolf 2004)
+//
+// and V = L S L': definite however few blocks there are. White noise of the right size gives A^-1.
 #pragma once
 
 #include <vector>
@@ -12,8 +24,10 @@
 namespace magimu {
 
 // H_columns: the columns of (J'J)^-1 that belong to the variables, all rows (cols() x p).
-// block_of_row: which block each row belongs to, 0 <= b < blocks.
+// covariance: those variables' block of it, A^-1; directions in which it is singular stay so.
+// block_of_row: which block each row belongs to, 0 <= b < blocks; negative: none (a prior).
 MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_columns,
-                             const std::vector<int>& block_of_row, int blocks);
+                             const MatrixXd& covariance, const std::vector<int>& block_of_row,
+                             int blocks);
 
 }  // namespace magimu

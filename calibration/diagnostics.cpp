@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/diagnostics.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace magimu {
+namespace {
+
+constexpr double kStepDone = 0.01;                        // sigmas
+constexpr double kAccuracyOk = 1.0, kAccuracyPoor = 3.0;  // deg
+constexpr double kWhite = 0.2;                            // correlation
+constexpr double kWindow = 5.0;                           // s
+constexpr double kWindowOut = 3.0;                        // times the usual
+constexpr double kHeldOutOk = 1.3, kHeldOutPoor = 2.0;    // times the residual
+constexpr double kHalvesOk = 2.0, kHalvesPoor = 4.0;      // sigmas
+
+CheckStatus graded(double value, double ok, double poor) {
+  return value <= ok ? CheckStatus::kOk : value <= poor ? CheckStatus::kCaution : CheckStatus::kBad;
+}
+
+// 14 directions: axes and diagonals.
+std::vector<Vector3> directions() {
+  std::vector<Vector3> out;
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) {
+        const int axes = std::abs(x) + std::abs(y) + std::abs(z);
+        if (axes == 1 || axes == 3) out.push_back(Vector3(x, y, z).normalized());
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+Check check_optimum(const Result& fit) {
+  const double step = fit.trace.empty() ? 0.0 : fit.trace.back().step_sigma;
+  Check check{"optimum", CheckStatus::kOk, step, fit.message};
+  if (!fit.converged()) {
+    check.status = CheckStatus::kBad;
+  } else if (step > kStepDone) {
+    check.status = CheckStatus::kCaution;
+    check.sentence += fmt::format(" The last step was {:.2g} standard deviations long.", step);
+  }
+  return check;
+}
+
+Check check_accuracy(const Calibration& c) {
+  double worst = 0.0;
+  const Matrix3 D_inverse = c.parameters.mag.front().distortion.inverse();
+  const MatrixXd P = c.covariance.block(6, 6, 12, 12);  // of D, column by column, and o_m
+  for (const Vector3& b : directions()) {
+    // d (D^-1 (mag - o_m)) = -D^-1 (dD b + do_m), across b.
+    Mat<double, 3, 12> J;
+    for (int j = 0; j < 3; ++j) J.middleCols<3>(3 * j) = b[j] * D_inverse;
+    J.rightCols<3>() = D_inverse;
+    const Matrix3 across = Matrix3::Identity() - b * b.transpose();
+    const Matrix3 V = across * (J * P * J.transpose()) * across;
+    worst = std::max(worst, Eigen::SelfAdjointEigenSolver<Matrix3>(V).eigenvalues().maxCoeff());
+  }
+  const double deg = std::sqrt(worst) / kDegree;
+  return {"accuracy", graded(deg, kAccuracyOk, kAccuracyPoor), deg,
+          fmt::format("The corrected field's direction is known to {:.2g} deg or better (one "
+                      "standard deviation), however the sensor is held.",
+                      deg)};
+}
+
+Check check_whiteness(const Calibration& c) {
+  const double lag1 = c.residuals[2].lag1;
+  if (std::abs(lag1) < kWhite) {
+    return {"whiteness", CheckStatus::kOk, lag1,
+            fmt::format("The magnetometer's residuals look like noise (correlation of neighbours "
+                        "{:.2f}).",
+                        lag1)};
+  }
+  return {"whiteness", CheckStatus::kCaution, lag1,
+          fmt::format("The magnetometer's residuals are not white (correlation of neighbours "
+                      "{:.2f}): something is not in the model. The sigmas take it into account, "
+                      "those of the model alone do not.",
+                      lag1)};
+}
+
+Check check_windows(const Calibration& c, const std::vector<double>& mag_squares) {
+  std::vector<double> nis;
+  std::size_t node = 0;
+  for (const TrajectoryEstimate& trajectory : c.trajectories) {
+    double sum = 0.0, end = trajectory.t.front() + kWindow;
+    int count = 0;
+    for (const double t : trajectory.t) {
+      if (t >= end && count > 0) {
+        nis.push_back(sum / count);
+        sum = 0.0;
+        count = 0;
+        end = t + kWindow;
+      }
+      sum += mag_squares[node++];
+      ++count;
+    }
+  }
+  if (nis.empty()) nis.push_back(0.0);
+  std::vector<double> sorted = nis;
+  const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double usual = std::max(*middle, 1e-12);
+  const auto out =
+      std::count_if(nis.begin(), nis.end(), [&](double x) { return x > kWindowOut * usual; });
+  const double share = double(out) / double(nis.size());
+  return {"windows", graded(share, 0.0, 0.2), share,
+          out == 0
+              ? fmt::format("All {} windows of {:.0f} s fit alike (largest mean square {:.1f} "
+                            "times the usual).",
+                            nis.size(), kWindow, *std::max_element(nis.begin(), nis.end()) / usual)
+              : fmt::format("{} of {} windows of {:.0f} s fit worse than the others (mean "
+                            "square up to {:.0f} times the usual): the field or the sensor "
+                            "was not the same there.",
+                            out, nis.size(), kWindow,
+                            *std::max_element(nis.begin(), nis.end()) / usual)};
+}
+
+Check check_held_out(const std::vector<double>& held_out, const std::vector<double>& fitted) {
+  const double ratio =
+      std::sqrt(std::accumulate(held_out.begin(), held_out.end(), 0.0) /
+                std::max(1e-30, std::accumulate(fitted.begin(), fitted.end(), 0.0)));
+  return {
+      "cross_validation", graded(ratio, kHeldOutOk, kHeldOutPoor), ratio,
+      fmt::format("Magnetometer samples that the fit has not seen are predicted to {:.2f} times "
+                  "the residual of those it has{}.",
+                  ratio,
+                  ratio > kHeldOutOk ? ": the model follows the data more than it "
+                                       "explains them"
+                                     : "")};
+}
+
+Check check_halves(const Calibration& first, const Calibration& second) {
+  const auto mags = Eigen::Index(first.parameters.mag.size());
+  VectorXd difference(12 * mags);
+  for (Eigen::Index m = 0; m < mags; ++m) {
+    const MagnetometerParameters &a = first.parameters.mag[std::size_t(m)],
+                                 &b = second.parameters.mag[std::size_t(m)];
+    difference.segment<9>(12 * m) = (a.distortion - b.distortion).reshaped();
+    difference.segment<3>(12 * m + 9) = a.bias - b.bias;
+  }
+  const MatrixXd P = first.covariance.block(6, 6, 12 * mags, 12 * mags) +
+                     second.covariance.block(6, 6, 12 * mags, 12 * mags);
+  const VectorXd z = difference.cwiseQuotient(P.diagonal().cwiseMax(1e-300).cwiseSqrt());
+  const double rms = std::sqrt(z.squaredNorm() / double(z.size()));
+  const CheckStatus status = graded(rms, kHalvesOk, kHalvesPoor);
+  return {"halves", status, rms,
+          fmt::format("Calibrated by themselves, the first and the second half {} ({:.1f} of their "
+                      "standard deviations apart, root mean square).",
+                      status == CheckStatus::kOk ? "agree" : "disagree", rms)};
+}
+
+}  // namespace magimu

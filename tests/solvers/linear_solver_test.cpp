@@ -2,22 +2,18 @@
 // Each back end against dense linear algebra.
 #include "solvers/linear_solver.h"
 
-#include <gmock/gmock.h>
-
 #include <Eigen/Dense>
 
 #include "solvers/ordering.h"
-#include "tests/solvers/example_graphs.h"
+#include "tests/solvers/each_backend.h"
 
 namespace magimu {
 namespace {
 
 using test::dense_jacobian;
-using test::Problem;
 
-class LinearSolvers : public testing::TestWithParam<Backend> {};
-INSTANTIATE_TEST_SUITE_P(EachBackend, LinearSolvers, testing::ValuesIn(test::backends()),
-                         test::backend_name);
+class LinearSolvers : public test::EachBackend {};
+MAGIMU_TEST_EACH_BACKEND(LinearSolvers);
 
 // The minimizer of |J S y + r|^2 + lambda |y|^2 by Householder QR of the dense stacked matrix.
 VectorXd dense_minimizer(const LinearSystem& system, const VectorXd& scale, double lambda) {

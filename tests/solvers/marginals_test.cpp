@@ -1,28 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/marginals.h"
 
-#include <gmock/gmock.h>
-
 #include <Eigen/Dense>
 
-#include "solvers/levenberg_marquardt.h"
-#include "tests/solvers/example_graphs.h"
-#include "tests/solvers/scalar_factors.h"
+#include "tests/solvers/each_backend.h"
 
 namespace magimu {
 namespace {
 
-using test::Problem;
-using test::residual;
-using test::scalars;
-using test::x_key;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::ThrowsMessage;
-
-class MarginalCovariance : public testing::TestWithParam<Backend> {};
-INSTANTIATE_TEST_SUITE_P(EachBackend, MarginalCovariance, testing::ValuesIn(test::backends()),
-                         test::backend_name);
+class MarginalCovariance : public test::EachBackend {};
+MAGIMU_TEST_EACH_BACKEND(MarginalCovariance);
 
 MatrixXd dense_covariance(const FactorGraph& graph, const Values& values) {
   LinearSystem system(graph, values);

@@ -1,22 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Regressions that others wrote, with answers that others certified: the NIST Statistical Reference
 // Datasets, from both of their starting points. The files are not part of the project.
-#include <gmock/gmock.h>
-
 #include <filesystem>
 
-#include "tests/solvers/example_graphs.h"
+#include "tests/solvers/each_backend.h"
 #include "tests/solvers/nist_problems.h"
 
 namespace magimu {
 namespace {
 
-using testing::HasSubstr;
-using testing::ThrowsMessage;
-
 const std::string kFolder = std::string(MAGIMU_DATA_DIR) + "/nist";
 
-class Nist : public testing::TestWithParam<Backend> {
+class Nist : public test::EachBackend {
  protected:
   void SetUp() override {
     if (!std::filesystem::is_directory(kFolder)) {
@@ -27,8 +22,7 @@ class Nist : public testing::TestWithParam<Backend> {
     return nist::fit(problem, start, nist::options(GetParam()));
   }
 };
-INSTANTIATE_TEST_SUITE_P(EachBackend, Nist, testing::ValuesIn(test::backends()),
-                         test::backend_name);
+MAGIMU_TEST_EACH_BACKEND(Nist);
 
 TEST_P(Nist, all_parameters_have_6_digits_from_the_second_start) {
   for (const std::string& name : nist::names()) {

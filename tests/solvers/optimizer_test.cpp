@@ -1,27 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Gauss-Newton and Levenberg-Marquardt find the minimum, whatever the back end.
-#include <gmock/gmock.h>
-
 #include <Eigen/QR>
 #include <algorithm>
 
-#include "solvers/levenberg_marquardt.h"
-#include "tests/solvers/example_graphs.h"
-#include "tests/solvers/scalar_factors.h"
+#include "tests/solvers/each_backend.h"
 
 namespace magimu {
 namespace {
 
-using test::Problem;
-using test::residual;
-using test::scalars;
-using test::x_key;
-
-OptimizerOptions with(Backend backend) {
-  OptimizerOptions options;
-  options.backend = backend;
-  return options;
-}
+using test::with;
 
 // Gauss-Newton by dense QR, sharing nothing with the solvers but the linearization.
 Values dense_minimizer(const FactorGraph& graph, Values values) {
@@ -140,8 +127,8 @@ TEST(LevenbergMarquardt, a_plateau_is_called_one_and_no_jacobian_is_blamed) {
       OptimizerOptions options = with(backend);
       options.initial_damping = damping;
       const Result result = LevenbergMarquardt(graph, options).optimize(scalars({1.0, 1.0}));
-      EXPECT_THAT(result.message, testing::HasSubstr("plateau")) << to_string(backend);
-      EXPECT_THAT(result.message, testing::Not(testing::HasSubstr("Jacobian")));
+      EXPECT_THAT(result.message, HasSubstr("plateau")) << to_string(backend);
+      EXPECT_THAT(result.message, Not(HasSubstr("Jacobian")));
     }
   }
 }

@@ -1,23 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Rotation averaging on a pose graph that others made, with loops; the file is not part of the
 // project.
-#include <gmock/gmock.h>
-
 #include <filesystem>
 
-#include "solvers/levenberg_marquardt.h"
-#include "tests/solvers/example_graphs.h"
+#include "tests/solvers/each_backend.h"
 #include "tests/solvers/rotation_averaging.h"
 
 namespace magimu {
 namespace {
 
-using testing::HasSubstr;
-using testing::ThrowsMessage;
-
 const std::string kSmallest = std::string(MAGIMU_DATA_DIR) + "/pose_graphs/tinyGrid3D.g2o";
 
-class PublicPoseGraph : public testing::TestWithParam<Backend> {
+class PublicPoseGraph : public test::EachBackend {
  protected:
   void SetUp() override {
     if (!std::filesystem::exists(kSmallest)) {
@@ -26,14 +20,11 @@ class PublicPoseGraph : public testing::TestWithParam<Backend> {
     problem_ = g2o::rotation_averaging(g2o::read_file(kSmallest));
   }
   Result optimize(const Values& start, Backend backend) const {
-    OptimizerOptions options;
-    options.backend = backend;
-    return LevenbergMarquardt(problem_.graph, options).optimize(start);
+    return LevenbergMarquardt(problem_.graph, test::with(backend)).optimize(start);
   }
   g2o::RotationAveraging problem_;
 };
-INSTANTIATE_TEST_SUITE_P(EachBackend, PublicPoseGraph, testing::ValuesIn(test::backends()),
-                         test::backend_name);
+MAGIMU_TEST_EACH_BACKEND(PublicPoseGraph);
 
 TEST_P(PublicPoseGraph, has_one_minimum_for_every_back_end_and_start) {
   const Result result = optimize(problem_.start, GetParam());

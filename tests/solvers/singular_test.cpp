@@ -1,30 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Data that leave a direction free: it is found, counted, named, and never divided by.
-#include <gmock/gmock.h>
-
 #include <Eigen/QR>
 
-#include "solvers/levenberg_marquardt.h"
 #include "solvers/null_space.h"
-#include "tests/solvers/example_graphs.h"
-#include "tests/solvers/scalar_factors.h"
+#include "tests/solvers/each_backend.h"
 
 namespace magimu {
 namespace {
 
-using test::Problem;
-using test::residual;
-using test::scalars;
-using test::x_key;
-using testing::HasSubstr;
-
-class SingularGraph : public testing::TestWithParam<Backend> {
+class SingularGraph : public test::EachBackend {
  protected:
-  OptimizerOptions options() const {
-    OptimizerOptions o;
-    o.backend = GetParam();
-    return o;
-  }
   std::vector<NullDirection> null_space(const FactorGraph& graph, const Values& values,
                                         int max_directions = 8) const {
     LinearSystem system(graph, values);
@@ -33,8 +18,7 @@ class SingularGraph : public testing::TestWithParam<Backend> {
     return find_null_space(system, *solver, 3e-7, max_directions);
   }
 };
-INSTANTIATE_TEST_SUITE_P(EachBackend, SingularGraph, testing::ValuesIn(test::backends()),
-                         test::backend_name);
+MAGIMU_TEST_EACH_BACKEND(SingularGraph);
 
 // The directions found span exactly the columns of `expected`.
 void expect_span(const std::vector<NullDirection>& found, const MatrixXd& expected) {
@@ -103,7 +87,7 @@ TEST_P(SingularGraph, a_sum_alone_leaves_the_difference_free) {
   const Result result = GaussNewton(graph, options()).optimize(start);
   EXPECT_EQ(result.reason, StopReason::kSingular);
   EXPECT_THAT(result.message, HasSubstr("x1 along (1)"));
-  EXPECT_THAT(result.message, testing::Not(HasSubstr("x2")));
+  EXPECT_THAT(result.message, Not(HasSubstr("x2")));
 }
 
 TEST_P(SingularGraph, a_variable_without_influence_is_named_alone) {
@@ -114,7 +98,7 @@ TEST_P(SingularGraph, a_variable_without_influence_is_named_alone) {
   const Result result = GaussNewton(graph, options()).optimize(start);
   EXPECT_EQ(result.reason, StopReason::kSingular);
   EXPECT_THAT(result.message, HasSubstr("x1 along"));
-  EXPECT_THAT(result.message, testing::Not(HasSubstr("x0")));
+  EXPECT_THAT(result.message, Not(HasSubstr("x0")));
 }
 
 TEST_P(SingularGraph, separate_pose_graphs_have_a_null_space_each) {

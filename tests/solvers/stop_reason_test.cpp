@@ -1,30 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every way in which an optimization can end, and what it says then; and its trace.
-#include <gmock/gmock.h>
-
-#include "solvers/levenberg_marquardt.h"
-#include "tests/solvers/example_graphs.h"
-#include "tests/solvers/scalar_factors.h"
+#include "tests/solvers/each_backend.h"
 
 namespace magimu {
 namespace {
 
-using test::Problem;
-using test::residual;
-using test::scalars;
-using test::x_key;
-using testing::HasSubstr;
-
-class StopReasons : public testing::TestWithParam<Backend> {
- protected:
-  OptimizerOptions options() const {
-    OptimizerOptions o;
-    o.backend = GetParam();
-    return o;
-  }
-};
-INSTANTIATE_TEST_SUITE_P(EachBackend, StopReasons, testing::ValuesIn(test::backends()),
-                         test::backend_name);
+class StopReasons : public test::EachBackend {};
+MAGIMU_TEST_EACH_BACKEND(StopReasons);
 
 const auto log_of = [](const auto& x) {
   using std::log;

@@ -12,7 +12,7 @@ namespace {
 constexpr double kLeft = 62.0, kRight = 16.0, kBottom = 46.0;  // margins
 constexpr double kTitle = 28.0, kLegendRow = 18.0;
 constexpr double kCharacter = 6.4;  // mean width at 12 pixels, for the legend
-constexpr int kTicks = 8;
+constexpr int kTicks = 8, kTicksX = 10;
 
 const char* hex(Colour colour) {
   constexpr const char* kHex[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
@@ -94,7 +94,7 @@ class Page {
              fmt::format(R"~( transform="rotate(-90 14 {:.1f})")~", middle).c_str()));
   }
   void x_axis(const Axis& x, const std::string& label) {
-    for (const double v : ticks(x.range, kTicks)) {
+    for (const double v : ticks(x.range, kTicksX)) {
       add(segment(x(v), top(), x(v), bottom(), "#e4e4e4"));
       add(text(x(v), bottom() + 16.0, fmt::format("{:g}", v), "middle"));
     }

@@ -3,6 +3,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <mutex>
 
 #include "bench/error_statistics.h"
@@ -19,6 +20,11 @@ StartPerturbation blind(int seed) {
           .heading_rad = 60.0 * kDegree,
           .distortion = 0.2,
           .mag_bias_uT = 5.0};
+}
+
+bool has_effect(const Calibration& c, const std::string& name) {
+  return std::any_of(c.effects.begin(), c.effects.end(),
+                     [&](const ActiveEffect& effect) { return effect.name == name; });
 }
 
 // The largest difference of a parameter, in standard deviations of a.
@@ -39,7 +45,8 @@ BlindStarts blind_starts(const Recording& recording, const Calibration& ordinary
   CalibrationOptions one_model;
   one_model.noise = ordinary.noise;
   one_model.motion = ordinary.motion;
-  one_model.mag_time_offset = !ordinary.effects.empty();
+  one_model.mag_time_offset = has_effect(ordinary, "mag_time_offset");
+  one_model.gyr_matrix = has_effect(ordinary, "gyro_scale_misalignment");
   const Calibration minimum = calibrate(recording, one_model);
 
   BlindStarts out;

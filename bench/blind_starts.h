@@ -10,7 +10,7 @@ namespace magimu {
 
 struct BlindStarts {
   int starts = 0;
-  // One model, its noise given: one function is minimized, so that the minimum is a number.
+  // One model, its noise given (the reach of the hand still follows from the data).
   int same = 0;        // converged to the ordinary start's minimum
   int trusted = 0;     // ended elsewhere with cos(alpha) > 0 and another verdict than "no"
   int wrong_sign = 0;  // ended with cos(alpha) <= 0

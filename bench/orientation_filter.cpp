@@ -16,8 +16,9 @@ struct Reading {
   Vector3 v;
 };
 
-std::vector<Reading> turned_readings(const Recording& recording, const SensorParameters& p,
-                                     double mag_lag_s, const IntegratedRotation& gyr) {
+std::vector<Reading> turned_readings(const Recording& recording, const Corrections& c,
+                                     const IntegratedRotation& gyr) {
+  const SensorParameters& p = c.parameters;
   const Matrix3 inverse = p.mag.front().distortion.inverse();
   std::vector<Reading> out;
   for (std::size_t k = 0; k < recording.acc.size(); ++k) {
@@ -26,7 +27,7 @@ std::vector<Reading> turned_readings(const Recording& recording, const SensorPar
   }
   const VectorSeries& mag = recording.mag.front();
   for (std::size_t k = 0; k < mag.size(); ++k) {
-    const double t = mag.t[k] - mag_lag_s;
+    const double t = mag.t[k] - c.mag_lag_s;
     out.push_back({t, true, gyr.at(t) * Vector3(inverse * (mag.v[k] - p.mag.front().bias))});
   }
   std::stable_sort(out.begin(), out.end(),
@@ -66,12 +67,25 @@ class Correction {
 
 }  // namespace
 
-TrajectoryEstimate track(const Recording& recording, const SensorParameters& parameters,
-                         double mag_lag_s, const FilterOptions& options) {
-  const IntegratedRotation gyr(recording.gyr, parameters.gyr_bias);
-  const std::vector<Reading> readings = turned_readings(recording, parameters, mag_lag_s, gyr);
+Corrections corrections(const Calibration& calibration) {
+  Corrections out;
+  out.parameters = calibration.parameters;
+  for (const ActiveEffect& effect : calibration.effects) {
+    if (effect.name == "mag_time_offset") out.mag_lag_s = effect.parameters.front().value;
+    if (effect.name != "gyro_scale_misalignment") continue;
+    for (std::size_t e = 0; e < 6; ++e) {
+      out.gyr_matrix[Eigen::Index(e)] = effect.parameters[e].value;
+    }
+  }
+  return out;
+}
+
+TrajectoryEstimate track(const Recording& recording, const Corrections& c,
+                         const FilterOptions& options) {
+  const IntegratedRotation gyr(recording.gyr, c.parameters.gyr_bias, c.gyr_matrix);
+  const std::vector<Reading> readings = turned_readings(recording, c, gyr);
   const std::vector<double> ends{recording.acc.t.front(), recording.acc.t.back()};
-  const std::vector<Rot3> nRb = estimate_attitudes(recording, parameters, gyr, ends);
+  const std::vector<Rot3> nRb = estimate_attitudes(recording, c.parameters, gyr, ends);
 
   TrajectoryEstimate out;
   out.recording = recording.name;
@@ -92,13 +106,6 @@ TrajectoryEstimate track(const Recording& recording, const SensorParameters& par
     nRg = (Rot3::Exp(0.5 * apart) * nRg * gyr.at(reading->t)).normalized();
   }
   return out;
-}
-
-double magnetometer_lag_s(const Calibration& calibration) {
-  for (const ActiveEffect& effect : calibration.effects) {
-    if (effect.name == "mag_time_offset") return effect.parameters.front().value;
-  }
-  return 0.0;
 }
 
 }  // namespace magimu

@@ -6,14 +6,24 @@
 // sensors, so its errors are those of the calibration (and of the hand, whose accelerations it
 // takes for gravity).
 //
-//   const TrajectoryEstimate raw = track(recording, uncalibrated());
-//   const TrajectoryEstimate cal = track(recording, c.parameters, magnetometer_lag_s(c));
+//   const TrajectoryEstimate raw = track(recording, {});
+//   const TrajectoryEstimate cal = track(recording, corrections(calibration));
 #pragma once
 
 #include "calibration/calibration.h"
+#include "factors/preintegrated_imu.h"
 #include "recording/recording.h"
 
 namespace magimu {
+
+// What a calibration tells about the sensors. As it is, they are taken at their word: no biases, no
+// distortion. (The filter needs neither the strength of the field nor its dip.)
+struct Corrections {
+  SensorParameters parameters;
+  double mag_lag_s = 0.0;
+  LowerTriangle gyr_matrix = LowerTriangle::Zero();  // gyr = (I + S) omega + o_w
+};
+Corrections corrections(const Calibration& calibration);
 
 // Time constants as in VQF (Laidig and Seel 2023), whose defaults were chosen on many recordings
 // of many sensors: not tuned to those we judge.
@@ -22,15 +32,8 @@ struct FilterOptions {
   double mag_time_s = 9.0;
 };
 
-// The recording's attitudes at its accelerometer's samples, by magnetometer 0 and the parameters as
-// they are; the parameters' dip is not used. mag_lag_s: how late the magnetometer is.
-TrajectoryEstimate track(const Recording& recording, const SensorParameters& parameters,
-                         double mag_lag_s = 0.0, const FilterOptions& options = {});
-
-// Sensors taken at their word: no biases, no distortion. (The filter needs no field strength.)
-inline SensorParameters uncalibrated() { return {}; }
-
-// Of magnetometer 0; 0 where the calibration has none.
-double magnetometer_lag_s(const Calibration& calibration);
+// The recording's attitudes at its accelerometer's samples, by magnetometer 0.
+TrajectoryEstimate track(const Recording& recording, const Corrections& corrections,
+                         const FilterOptions& options = {});
 
 }  // namespace magimu

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -113,21 +114,29 @@ std::string orientation_table(const RealStudy& study) {
 std::string parameter_table(const RealStudy& study) {
   std::string out =
       "| recording | o_a, m/s^2 | o_m, uT | σ of D, uT | dip, deg | strength, uT | lag, ms | "
-      "residual, uT | time, s |\n"
-      "|---|---|---|---|---|---|---|---|---|\n";
+      "gyroscope's matrix, % | residual, uT | time, s |\n"
+      "|---|---|---|---|---|---|---|---|---|---|\n";
   for (const RealResult& r : study.results) {
     const Calibration& c = r.ours;
-    std::string lag = "none shown";
-    if (!c.effects.empty()) {
-      const ActiveEffect::Parameter& p = c.effects.front().parameters.front();
-      lag = with_sigma(1e3 * p.value, 1e3 * p.sigma);
+    std::string lag = "none shown", matrix = "none shown";
+    for (const ActiveEffect& effect : c.effects) {
+      const auto& p = effect.parameters;
+      if (effect.name == "mag_time_offset") {
+        lag = with_sigma(1e3 * p.front().value, 1e3 * p.front().sigma);
+      }
+      if (effect.name != "gyro_scale_misalignment") continue;
+      const auto largest = std::max_element(p.begin(), p.end(), [](const auto& a, const auto& b) {
+        return std::abs(a.value) < std::abs(b.value);
+      });
+      matrix = with_sigma(100.0 * largest->value, 100.0 * largest->sigma);
     }
     out += fmt::format(
-        "| {} {} | {} | {} | {:.2f} | {} | {} | {} | {:.2f} | {:.1f} |\n", r.number(), r.name(),
-        with_sigma(c.parameters.acc_bias.norm(), sigma_of(c, 0, 3)),
+        "| {} {} | {} | {} | {:.2f} | {} | {} | {} | {} | {:.2f} | {:.1f} |\n", r.number(),
+        r.name(), with_sigma(c.parameters.acc_bias.norm(), sigma_of(c, 0, 3)),
         with_sigma(c.parameters.mag.front().bias.norm(), sigma_of(c, 15, 3)), sigma_of(c, 6, 9),
         with_sigma(c.parameters.dip_rad / kDegree, c.fields.front().dip_sigma_rad / kDegree),
-        with_sigma(c.strength_uT, c.strength_sigma_uT), lag, c.residuals[2].rms_unit, c.seconds);
+        with_sigma(c.strength_uT, c.strength_sigma_uT), lag, matrix, c.residuals[2].rms_unit,
+        c.seconds);
   }
   return out;
 }

@@ -39,7 +39,7 @@ RealResult evaluate(Recording recording) {
   options.motion = MotionModel::kRotation;
   r.rotation = calibrate(r.recording, options);
   r.ours = calibrate(r.recording);
-  r.uncalibrated_trajectory = track(r.recording, uncalibrated());
+  r.uncalibrated_trajectory = track(r.recording, {});
   if (!r.recording.truth) return r;
   const MotionTruth& truth = *r.recording.truth;
   r.uncalibrated = orientation_error(r.uncalibrated_trajectory, truth);
@@ -51,8 +51,7 @@ RealResult evaluate(Recording recording) {
 }
 
 OrientationError filter_error(const Recording& recording, const Calibration& calibration) {
-  return orientation_error(
-      track(recording, calibration.parameters, magnetometer_lag_s(calibration)), *recording.truth);
+  return orientation_error(track(recording, corrections(calibration)), *recording.truth);
 }
 
 CrossApplication cross_apply(const RealResult& calibrated, const RealResult& applied) {
@@ -144,17 +143,17 @@ TimeSeries error_over_time(const TrajectoryEstimate& estimate, const MotionTruth
 
 std::array<TimeSeries, 3> mag_residual_over_time(const Recording& recording,
                                                  const Calibration& calibration, int points) {
-  const SensorParameters& p = calibration.parameters;
+  const Corrections c = corrections(calibration);
+  const SensorParameters& p = c.parameters;
   const TrajectoryEstimate& trajectory = calibration.trajectories.front();
-  const IntegratedRotation gyr(recording.gyr, p.gyr_bias);
-  const double lag = magnetometer_lag_s(calibration);
+  const IntegratedRotation gyr(recording.gyr, p.gyr_bias, c.gyr_matrix);
   const double begin = trajectory.t.front(), step = (trajectory.t.back() - begin) / points;
   std::vector<Vector3> sum(std::size_t(points), Vector3::Zero());
   std::vector<int> count(std::size_t(points), 0);
   const VectorSeries& mag = recording.mag.front();
   std::size_t k = 0;
   for (std::size_t i = 0; i < mag.size(); ++i) {
-    const double t = mag.t[i] - lag;
+    const double t = mag.t[i] - c.mag_lag_s;
     const auto bin = int(std::floor((t - begin) / step));
     if (bin < 0 || bin >= points) continue;
     while (k + 1 < trajectory.t.size() &&

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/initialize.h"
 
+#include <random>
+
 #include "calibration/alignment.h"
 #include "calibration/attitude.h"
 #include "calibration/rests.h"
@@ -19,6 +21,21 @@ Vector3 bias_from_rests(const std::vector<const Recording*>& recordings) {
     }
   }
   return n > 0 ? Vector3(sum / n) : sum;
+}
+
+void perturb(InitialGuess& guess, const StartPerturbation& p) {
+  std::mt19937_64 bits(p.seed);
+  // In [-1, 1), the same with every standard library.
+  const auto draw = [&bits] { return double(bits() >> 11) * 0x1p-52 - 1.0; };
+  const auto sign = [&draw] { return draw() < 0.0 ? -1.0 : 1.0; };
+  const double azimuth = M_PI * draw(), heading = sign() * p.heading_rad;
+  const Vector3 tilt = p.tilt_rad * Vector3(std::cos(azimuth), std::sin(azimuth), 0.0);
+  guess.attitude_error = Rot3::Exp(Vector3(0.0, 0.0, heading)) * Rot3::Exp(tilt);
+  for (MagnetometerParameters& mag : guess.parameters.mag) {
+    const Matrix3 change = Matrix3::NullaryExpr(draw).normalized();
+    mag.distortion += p.distortion * mag.distortion.norm() * change;
+    mag.bias += p.mag_bias_uT * Vector3::NullaryExpr(draw).normalized();
+  }
 }
 
 }  // namespace
@@ -47,6 +64,7 @@ InitialGuess initialize(const std::vector<const Recording*>& recordings,
     }
   }
   guess.parameters.gyr_bias = align.gyr_bias;
+  if (options.perturbation) perturb(guess, *options.perturbation);
   for (const Recording* r : recordings) {
     const IntegratedRotation gyr(r->gyr, guess.parameters.gyr_bias);
     guess.dip_rad.push_back(options.dip_rad.value_or(estimate_dip(*r, guess.parameters, gyr)));
@@ -65,7 +83,7 @@ Values initial_values(const std::vector<const Recording*>& recordings,
         estimate_attitudes(*recordings[i], guess.parameters, gyr, plans[i].t);
     for (std::size_t k = 0; k < attitudes.size(); ++k) {
       const int id = plans[i].first + int(k);
-      values.insert(R(id), attitudes[k]);
+      values.insert(R(id), guess.attitude_error * attitudes[k]);
       if (motion != MotionModel::kHandHeld) continue;
       values.insert(V(id), Vector3::Zero());
       values.insert(P(id), Vector3::Zero());

@@ -4,6 +4,7 @@
 // attitude of every node from gravity and the field; the dip from the data, unless given.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -11,9 +12,19 @@
 
 namespace magimu {
 
+// A start made worse on purpose, for tests of convergence: does a blind start end in the same
+// minimum? Signs, axes and directions are drawn by the seed.
+struct StartPerturbation {
+  std::uint64_t seed = 0;
+  double tilt_rad = 0.0, heading_rad = 0.0;  // of every attitude, all alike
+  double distortion = 0.0;                   // of each D, as a share of its Frobenius norm
+  double mag_bias_uT = 0.0;                  // length, of each magnetometer's
+};
+
 struct InitializationOptions {
   std::optional<Vector3> gyr_bias;  // start here and do not look for a better start, rad/s
   std::optional<double> dip_rad;    // start here
+  std::optional<StartPerturbation> perturbation;  // none, but in tests
 };
 
 struct InitialGuess {
@@ -21,6 +32,8 @@ struct InitialGuess {
   std::vector<double> dip_rad;  // one a recording
   double alignment_rms_rad = 0.0;
   double ellipsoid_rms_uT = 0.0;
+  Rot3 attitude_error;  // turns every attitude that these parameters give; the identity, but in
+                        // tests
 };
 
 InitialGuess initialize(const std::vector<const Recording*>& recordings,

@@ -12,7 +12,7 @@ std::vector<TimeSpan> true_rests(std::uint64_t seed, double duration_s) {
   const HandMotion hand(seed, duration_s, HandMotion::kRest);
   std::vector<TimeSpan> rests;
   double begin = 0.0;
-  for (const HandMotion::Stretch& stretch : hand.stretches()) {
+  for (const Spline& stretch : hand.stretches()) {
     rests.push_back({begin, stretch.start});
     begin = stretch.end;
   }

@@ -25,10 +25,9 @@ TEST(PaperStudy, errors_are_at_the_cramer_rao_bound_and_as_large_as_the_covarian
   }
   const NeesStatistics n = statistics.nees(kBand999);
   EXPECT_TRUE(n.inside()) << n.mean << " not in [" << n.band.low << ", " << n.band.high << "]";
-  // Some 64 blocks for 19 parameters: the robust covariance scatters, so its NEES is above 19, but
-  // it has the right size.
-  EXPECT_GT(n.robust_mean, 19.0);
-  EXPECT_LT(n.robust_mean, 4.0 * 19.0);
+  // The robust covariance has the right size, too; it scatters, so its NEES is a little above.
+  EXPECT_GT(n.robust_mean, 0.8 * n.mean);
+  EXPECT_LT(n.robust_mean, 1.5 * n.mean);
 }
 
 TEST(ErrorStatistics, bands_are_the_quantiles_of_chi_square) {

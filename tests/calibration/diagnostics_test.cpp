@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Checks on whether an estimate can be believed: each must fail where it ought to.
+#include "calibration/diagnostics.h"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+#include <map>
+
+#include "tests/calibration/cases.h"
+#include "tests/oracle/sensors.h"
+
+namespace magimu {
+namespace {
+
+Calibration with_covariance(double sigma) {
+  Calibration c;
+  c.parameters.mag.resize(1);
+  c.parameters.mag[0].distortion = 45.0 * Matrix3::Identity();
+  c.covariance = sigma * sigma * MatrixXd::Identity(19, 19);
+  return c;
+}
+
+TEST(Checks, equal_halves_agree_and_others_are_told_apart_in_sigmas) {
+  const Calibration a = with_covariance(0.1);
+  EXPECT_EQ(check_halves(a, a).value, 0.0);
+  EXPECT_EQ(check_halves(a, a).status, CheckStatus::kOk);
+  Calibration b = with_covariance(0.1);
+  for (double& x : b.parameters.mag[0].distortion.reshaped()) x += 0.5;
+  for (double& x : b.parameters.mag[0].bias) x -= 0.5;
+  const Check check = check_halves(a, b);
+  EXPECT_NEAR(check.value, 0.5 / (0.1 * std::sqrt(2.0)), 1e-12);
+  EXPECT_EQ(check.status, CheckStatus::kCaution);
+  EXPECT_THAT(check.sentence, testing::HasSubstr("disagree"));
+}
+
+// Along an axis of the field the sigma of its direction is that of one column of D and of o_m,
+// sqrt(2) s / 45; along a diagonal the same, columns weighing a third each.
+TEST(Checks, accuracy_is_the_angle_that_distortion_and_bias_leave_open) {
+  const Check check = check_accuracy(with_covariance(0.3));
+  EXPECT_NEAR(check.value, std::sqrt(2.0) * 0.3 / 45.0 / kDegree, 1e-9);
+  EXPECT_EQ(check.status, CheckStatus::kOk);
+  EXPECT_EQ(check_accuracy(with_covariance(3.0)).status, CheckStatus::kBad);
+}
+
+TEST(Checks, a_window_that_does_not_fit_is_counted) {
+  Calibration c;
+  c.trajectories.resize(1);
+  std::vector<double> squares;
+  for (int i = 0; i < 1000; ++i) {
+    c.trajectories[0].t.push_back(0.1 * i);
+    squares.push_back(i >= 300 && i < 350 ? 30.0 : 3.0);
+  }
+  const Check check = check_windows(c, squares);
+  EXPECT_NEAR(check.value, 1.0 / 20.0, 1e-12);
+  EXPECT_EQ(check.status, CheckStatus::kCaution);
+  EXPECT_THAT(check.sentence, testing::HasSubstr("1 of 20 windows"));
+}
+
+TEST(Checks, left_out_data_worse_than_fitted_ones_are_noticed) {
+  EXPECT_EQ(check_held_out({1.0, 1.2}, {1.0, 1.1}).status, CheckStatus::kOk);
+  EXPECT_EQ(check_held_out({9.0, 9.0}, {1.0, 1.0}).status, CheckStatus::kBad);
+}
+
+TEST(Checks, a_fit_that_did_not_converge_is_bad) {
+  Result fit;
+  fit.reason = StopReason::kMaxIterations;
+  EXPECT_EQ(check_optimum(fit).status, CheckStatus::kBad);
+}
+
+std::map<std::string, Check> checks_of(const std::vector<oracle::Effect>& effects) {
+  oracle::Options options;
+  options.rate_hz = 50.0;
+  options.motion.duration_s = 90.0;
+  options.device_kind = oracle::DeviceKind::kBoard;
+  options.noise = oracle::kRealisticDensities;
+  options.effects = effects;
+  std::map<std::string, Check> out;
+  for (const Check& check : calibrate(simulate(options).recording).checks) out[check.name] = check;
+  return out;
+}
+
+TEST(Checks, of_a_clean_recording_are_all_in_order) {
+  for (const auto& [name, check] : checks_of({})) {
+    EXPECT_EQ(check.status, CheckStatus::kOk) << name << ": " << check.sentence;
+  }
+}
+
+TEST(Checks, a_magnet_attached_half_way_shows_in_the_residuals) {
+  const double forever = std::numeric_limits<double>::infinity();
+  auto checks =
+      checks_of({oracle::make_effect("hard_iron_change", {4.0, -3.0, 2.0, 45.0, forever})});
+  EXPECT_NE(checks["whiteness"].status, CheckStatus::kOk);
+  EXPECT_GT(checks["halves"].value, 2.0) << checks["halves"].sentence;
+}
+
+}  // namespace
+}  // namespace magimu

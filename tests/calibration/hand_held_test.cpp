@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The hand moves the sensor: errors as large as said, the motion recognised, effects that real
+// parts have found and taken into the model, and none that is not there. bench/statistics.cpp and
+// bench/verdicts.cpp have the same in full.
+#include <gmock/gmock.h>
+
+#include <map>
+
+#include "tests/calibration/cases.h"
+#include "tests/oracle/sensors.h"
+
+namespace magimu {
+namespace {
+
+TEST(HandHeld, errors_are_at_the_cramer_rao_bound_and_as_large_as_the_covariance_says) {
+  constexpr int kDataSets = 10;
+  ErrorStatistics statistics;
+  for (int seed = 1; seed <= kDataSets; ++seed) {
+    SimulationOptions simulated;
+    simulated.motion = SimulatedMotion::kHandHeld;
+    simulated.rate_hz = 50.0;
+    simulated.seed = std::uint64_t(seed);
+    const Simulation s = simulate(simulated);
+    CalibrationOptions options = test::same_model(s, 4);
+    options.noise = s.truth.noise;
+    options.motion = MotionModel::kHandHeld;
+    options.gyr_matrix = false;
+    const Calibration c = calibrate(s.recording, options);
+    EXPECT_TRUE(c.fit.converged()) << "seed " << seed << ": " << c.fit.message;
+    statistics.add(c, s.truth.parameters);
+  }
+  for (const GroupStatistics& g : statistics.groups(kBand999)) {
+    EXPECT_TRUE(g.inside()) << g.name << ": RMSE " << g.rmse << ", bound " << g.bound;
+  }
+  const NeesStatistics n = statistics.nees(kBand999);
+  EXPECT_TRUE(n.inside()) << n.mean << " not in [" << n.band.low << ", " << n.band.high << "]";
+  for (const double ratio : statistics.sigma_ratio()) {  // honest, not inflated
+    EXPECT_GT(ratio, 0.7);
+    EXPECT_LT(ratio, 1.4);
+  }
+}
+
+oracle::Options realistic(oracle::MotionKind kind, std::uint64_t seed) {
+  oracle::Options options;
+  options.seed = seed;
+  options.rate_hz = 50.0;
+  options.device_kind = oracle::DeviceKind::kBoard;
+  options.noise = oracle::kRealisticDensities;
+  options.motion.kind = kind;
+  options.motion.duration_s = 90.0;
+  options.motion.band_hz[1] = 1.0;
+  return options;
+}
+
+double distance(const Calibration& c, const oracle::Device& device) {
+  SensorParameters truth;
+  truth.acc_bias = device.acc_bias;
+  truth.gyr_bias = device.gyr_bias;
+  truth.dip_rad = device.dip_rad;
+  truth.mag = {{device.distortion, device.mag_bias}};
+  const VectorXd e =
+      in_calibration_order(c).head(19) - in_calibration_order(truth, {truth.dip_rad});
+  return nees(e, c.covariance.topLeftCorner(19, 19));
+}
+
+// Nothing told, noise of ordinary parts: the motion is recognised, the truth is where it is said to
+// be, and nothing is found that is not there.
+TEST(HandHeld, a_moved_sensor_is_recognised_and_calibrated_with_nothing_told) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    SCOPED_TRACE(seed);
+    const oracle::Simulation s = simulate(realistic(oracle::MotionKind::kHandHeld, seed));
+    const Calibration c = calibrate(s.recording);
+    EXPECT_EQ(c.motion, MotionModel::kHandHeld);
+    EXPECT_EQ(c.trust.verdict, Verdict::kYes) << testing::PrintToString(c.trust.reasons);
+    EXPECT_LT(distance(c, s.truth.device), 60.0);  // 19 expected; 1 in 300,000 beyond
+    EXPECT_TRUE(c.effects.empty()) << c.effects.front().name;
+    // The trajectory follows the gyroscope so closely that its residuals cannot tell its noise.
+    EXPECT_GT(c.noise.gyr, 0.7 * s.truth.noise.gyr);
+    EXPECT_LT(c.noise.gyr, 2.0 * s.truth.noise.gyr);
+  }
+}
+
+TEST(HandHeld, a_sensor_that_only_turns_is_calibrated_by_the_rotation_model) {
+  const oracle::Simulation s = simulate(realistic(oracle::MotionKind::kRotation, 4));
+  const Calibration c = calibrate(s.recording);
+  EXPECT_EQ(c.motion, MotionModel::kRotation);
+  EXPECT_EQ(c.trust.verdict, Verdict::kYes) << testing::PrintToString(c.trust.reasons);
+  EXPECT_LT(distance(c, s.truth.device), 60.0);
+}
+
+TEST(HandHeld, a_lag_and_scale_errors_of_the_gyroscope_are_found_and_measured) {
+  oracle::Options options = realistic(oracle::MotionKind::kHandHeld, 5);
+  // 1 % of scale, 0.4 deg of misalignment: S row by row.
+  const std::vector<double> S = {0.010, 0, 0, 0.006, -0.008, 0, -0.004, 0.007, 0.005};
+  options.effects = {oracle::make_effect("mag_time_offset", {0.012}),
+                     oracle::make_effect("gyro_scale_misalignment", S)};
+  const oracle::Simulation s = simulate(options);
+  const Calibration c = calibrate(s.recording);
+  EXPECT_EQ(c.trust.verdict, Verdict::kYes) << testing::PrintToString(c.trust.reasons);
+  ASSERT_EQ(c.effects.size(), 2u);
+  EXPECT_EQ(c.effects[0].name, "mag_time_offset");
+  EXPECT_NEAR(c.effects[0].parameters[0].value, 0.012, 4.0 * c.effects[0].parameters[0].sigma);
+  EXPECT_LT(c.effects[0].parameters[0].sigma, 1e-3);
+  EXPECT_EQ(c.effects[1].name, "gyro_scale_misalignment");
+  for (const ActiveEffect::Parameter& p : c.effects[1].parameters) {
+    const int row = p.name[p.name.size() - 5] - '0', column = p.name[p.name.size() - 2] - '0';
+    EXPECT_NEAR(p.value, S[std::size_t(3 * row + column)], 4.5 * p.sigma) << p.name;
+    EXPECT_LT(p.sigma, 2e-3);
+  }
+  EXPECT_LT(distance(c, s.truth.device), 60.0);
+}
+
+}  // namespace
+}  // namespace magimu

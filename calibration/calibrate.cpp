@@ -204,8 +204,8 @@ class Pipeline {
   // What needs more fits than one: left-out data, and halves of each recording.
   void check_prediction(const Stage& coarse, Calibration& c) const {
     if (!coarse.result().converged()) return;
-    const BlockErrors errors = block_errors(coarse);
-    c.checks.push_back(check_held_out(errors.held_out, errors.fitted));
+    const Matrix3 D = coarse.result().values.at<Matrix3>(key::distortion);
+    c.checks.push_back(check_held_out(block_errors(coarse), std::cbrt(std::abs(D.determinant()))));
     std::vector<Calibration> halves;
     for (const bool second : {false, true}) {
       std::vector<Recording> parts;

@@ -18,7 +18,7 @@ constexpr double kAccuracyOk = 1.0, kAccuracyPoor = 3.0;  // deg
 constexpr double kWhite = 0.2;                            // correlation
 constexpr double kWindow = 5.0;                           // s
 constexpr double kWindowOut = 3.0;                        // times the usual
-constexpr double kHeldOutOk = 1.3, kHeldOutPoor = 2.0;    // times the residual
+constexpr double kHeldOutOk = 0.03, kHeldOutPoor = 0.1;   // of the strength
 constexpr double kHalvesOk = 2.0, kHalvesPoor = 4.0;      // sigmas
 
 CheckStatus graded(double value, double ok, double poor) {
@@ -125,18 +125,15 @@ Check check_windows(const Calibration& c, const std::vector<double>& mag_squares
                             *std::max_element(nis.begin(), nis.end()) / usual)};
 }
 
-Check check_held_out(const std::vector<double>& held_out, const std::vector<double>& fitted) {
-  const double ratio =
-      std::sqrt(std::accumulate(held_out.begin(), held_out.end(), 0.0) /
-                std::max(1e-30, std::accumulate(fitted.begin(), fitted.end(), 0.0)));
-  return {
-      "cross_validation", graded(ratio, kHeldOutOk, kHeldOutPoor), ratio,
-      fmt::format("Magnetometer samples that the fit has not seen are predicted to {:.2f} times "
-                  "the residual of those it has{}.",
-                  ratio,
-                  ratio > kHeldOutOk ? ": the model follows the data more than it "
-                                       "explains them"
-                                     : "")};
+Check check_held_out(const BlockErrors& errors, double strength_uT) {
+  const auto rms = [&](const std::vector<double>& squares) {
+    return std::sqrt(std::accumulate(squares.begin(), squares.end(), 0.0) / errors.values);
+  };
+  const double held_out = rms(errors.held_out), share = held_out / strength_uT;
+  return {"cross_validation", graded(share, kHeldOutOk, kHeldOutPoor), share,
+          fmt::format("Magnetometer samples left out of the fit, 5 s at a time, are predicted to "
+                      "{:.2g} uT ({:.2g} % of the field; in the fit: {:.2g} uT).",
+                      held_out, 100.0 * share, rms(errors.fitted))};
 }
 
 Check check_halves(const Calibration& first, const Calibration& second) {

@@ -23,9 +23,10 @@ Check check_whiteness(const Calibration& c);
 // (Stage::mag_squares) against their mean.
 Check check_windows(const Calibration& c, const std::vector<double>& mag_squares);
 
-// Magnetometer left out in every other block and predicted from the rest, against the residual
-// with everything in.
-Check check_held_out(const std::vector<double>& held_out, const std::vector<double>& fitted);
+// Magnetometer left out in every other block of seconds and predicted from the rest, as a share of
+// the field's strength. (How much worse than fitted ones depends on the gyroscope, which alone
+// leads through the block.)
+Check check_held_out(const BlockErrors& errors, double strength_uT);
 
 // First half against second: distortion and bias of the magnetometers, each half calibrated by
 // itself, by the uncertainty both report. value: root mean square in sigmas, 1 if both are right.

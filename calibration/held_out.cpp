@@ -30,13 +30,14 @@ BlockErrors block_errors(const Stage& stage) {
   const std::vector<int> block = blocks_of(stage.plans());
   const double scale = std::pow(stage.spec().noise.mag, 2);
   const std::vector<double> zero(std::size_t(block.back()) + 1, 0.0);
-  BlockErrors out{zero, zero};
+  BlockErrors out{zero, zero, 0.0};
   const auto add = [&](const Stage& from, std::vector<double>& sums, int parity) {
     const std::vector<double> squares = from.mag_squares();
     for (std::size_t i = 0; i < squares.size(); ++i) {
       if (parity < 0 || block[i] % 2 == parity) sums[std::size_t(block[i])] += squares[i] * scale;
     }
   };
+  out.values = 3.0 * double(block.size() * stage.spec().mag_offset_s.size());
   add(stage, out.fitted, -1);
   Stage without = stage;
   for (const int parity : {0, 1}) {

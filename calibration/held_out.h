@@ -22,6 +22,7 @@ struct HeldOutGain {
 // block's, and fitted with all of them.
 struct BlockErrors {
   std::vector<double> held_out, fitted;
+  double values = 0.0;  // numbers summed in either
 };
 BlockErrors block_errors(const Stage& stage);
 

@@ -47,9 +47,9 @@ TEST(Checks, a_window_that_does_not_fit_is_counted) {
   Calibration c;
   c.trajectories.resize(1);
   std::vector<double> squares;
-  for (int i = 0; i < 1000; ++i) {
-    c.trajectories[0].t.push_back(0.1 * i);
-    squares.push_back(i >= 300 && i < 350 ? 30.0 : 3.0);
+  for (int i = 0; i < 801; ++i) {
+    c.trajectories[0].t.push_back(0.125 * i);
+    squares.push_back(i >= 320 && i < 360 ? 30.0 : 3.0);
   }
   const Check check = check_windows(c, squares);
   EXPECT_NEAR(check.value, 1.0 / 20.0, 1e-12);
@@ -57,9 +57,12 @@ TEST(Checks, a_window_that_does_not_fit_is_counted) {
   EXPECT_THAT(check.sentence, testing::HasSubstr("1 of 20 windows"));
 }
 
-TEST(Checks, left_out_data_worse_than_fitted_ones_are_noticed) {
-  EXPECT_EQ(check_held_out({1.0, 1.2}, {1.0, 1.1}).status, CheckStatus::kOk);
-  EXPECT_EQ(check_held_out({9.0, 9.0}, {1.0, 1.0}).status, CheckStatus::kBad);
+TEST(Checks, left_out_data_are_weighed_against_the_field) {
+  // 100 and 300 uT^2 over 400 values: 1 uT, of a field of 50.
+  const BlockErrors good{{100.0, 300.0}, {100.0, 100.0}, 400.0};
+  EXPECT_NEAR(check_held_out(good, 50.0).value, 0.02, 1e-12);
+  EXPECT_EQ(check_held_out(good, 50.0).status, CheckStatus::kOk);
+  EXPECT_EQ(check_held_out({{40000.0}, {100.0}, 400.0}, 50.0).status, CheckStatus::kBad);
 }
 
 TEST(Checks, a_fit_that_did_not_converge_is_bad) {

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
+#include <optional>
 
 #include "calibration/choose_motion.h"
 #include "calibration/diagnostics.h"
@@ -30,6 +31,7 @@ constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at mos
 // normal.
 constexpr double kGyrInMotion = 3.0, kMagInMotion = 2.5;
 constexpr double kUnlimited = 1e30;
+constexpr double kManyRepeats = 0.3;
 constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is believed
 
 void check(const std::vector<const Recording*>& recordings) {
@@ -52,6 +54,28 @@ void check(const std::vector<const Recording*>& recordings) {
                        "calibrate only recordings of one device together");
     }
   }
+}
+
+// Magnetometers that are read faster than they measure: each repeat would count as a sample. A copy
+// without the repeats where there are many (a few are chance, of a coarse quantization), and what
+// was done.
+std::optional<Recording> without_repeats(const Recording& recording,
+                                         std::vector<std::string>& warnings) {
+  std::optional<Recording> copy;
+  for (std::size_t m = 0; m < recording.mag.size(); ++m) {
+    const VectorSeries& all = recording.mag[m];
+    VectorSeries own = without_repeats(all);
+    const double repeats = 1.0 - double(own.size()) / double(all.size());
+    if (repeats < kManyRepeats || own.size() < 10) continue;
+    warnings.push_back(fmt::format(
+        "{}: {:.0f} % of the samples of {} repeat the one before, so its own rate is about {:.3g} "
+        "Hz, not {:.3g}; the repeats are left out.",
+        recording.name, 100.0 * repeats, recording.mag_names[m], all.rate_hz() * (1.0 - repeats),
+        all.rate_hz()));
+    if (!copy) copy = recording;
+    copy->mag[m] = std::move(own);
+  }
+  return copy;
 }
 
 // The two exact symmetries of the contract: cos(alpha) > 0, and det D > 0 of magnetometer 0.
@@ -313,11 +337,17 @@ Calibration calibrate(const Recording& recording, const CalibrationOptions& opti
   return calibrate(std::vector<const Recording*>{&recording}, options);
 }
 
-Calibration calibrate(const std::vector<const Recording*>& recordings,
+Calibration calibrate(const std::vector<const Recording*>& given,
                       const CalibrationOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  check(recordings);
+  check(given);
   Calibration c;
+  std::vector<const Recording*> recordings = given;
+  std::vector<std::optional<Recording>> copies(given.size());
+  for (std::size_t r = 0; r < given.size(); ++r) {
+    copies[r] = without_repeats(*given[r], c.warnings);
+    if (copies[r]) recordings[r] = &*copies[r];
+  }
   Pipeline pipeline(recordings, options);
   const Stage fine = pipeline.run(c);
   c.fit = fine.result();

@@ -58,6 +58,14 @@ double Recording::duration_s() const {
   return std::max(acc.t.back(), gyr.t.back()) - std::min(acc.t.front(), gyr.t.front());
 }
 
+VectorSeries without_repeats(const VectorSeries& series) {
+  VectorSeries out;
+  for (std::size_t k = 0; k < series.size(); ++k) {
+    if (k == 0 || series.v[k] != series.v[k - 1]) out.push_back(series.t[k], series.v[k]);
+  }
+  return out;
+}
+
 Recording slice(const Recording& recording, double t0, double t1) {
   Recording part;
   part.name = recording.name;

@@ -29,6 +29,10 @@ struct VectorSeries {
   double rate_hz() const;
 };
 
+// Without the samples that equal the one before in every bit: a sensor with a slower clock of its
+// own is often read more often than it measures.
+VectorSeries without_repeats(const VectorSeries& series);
+
 struct ScalarSeries {
   std::vector<double> t;
   std::vector<double> v;

@@ -73,6 +73,23 @@ TEST_P(MagnetometerOutOfStepBy, errors_are_as_the_covariance_says) {
 
 INSTANTIATE_TEST_SUITE_P(Fractions, MagnetometerOutOfStepBy, testing::Values(0.1, 0.37, 0.9));
 
+// Read four times as often as it measures: as if each sample had come once, and said.
+TEST(MagnetometerThatRepeats, is_taken_at_its_own_rate) {
+  const Simulation s = test::simulated_hand(100.0, 2, 60.0, 4);
+  Recording repeated = s.recording;
+  repeated.mag[0] = {};
+  for (std::size_t k = 0; k < s.recording.gyr.size(); ++k) {
+    repeated.mag[0].push_back(s.recording.gyr.t[k], s.recording.mag[0].v[k / 4]);
+  }
+  const CalibrationOptions options = test::same_model(s, 1);
+  const Calibration once = calibrate(s.recording, options), four = calibrate(repeated, options);
+  EXPECT_TRUE(once.warnings.empty());
+  ASSERT_EQ(four.warnings.size(), 1u);
+  EXPECT_NE(four.warnings[0].find("75 % of the samples"), std::string::npos) << four.warnings[0];
+  EXPECT_EQ(in_calibration_order(once), in_calibration_order(four));
+  EXPECT_EQ(once.covariance, four.covariance);
+}
+
 TEST(Array, three_magnetometers_are_calibrated_together) {
   const Simulation s = simulated_hand(50.0, 8, 60.0, 1, 3);
   const Calibration c = calibrate(s.recording, same_model_and_noise(s));

@@ -103,6 +103,7 @@ DataSet run_one(const Arguments& args, int index) {
   options.gravity = s.truth.gravity;
   options.motion = args.model;
   options.mag_time_offset = false;
+  options.gyr_matrix = false;
   options.node_every = args.every;
   DataSet out{calibrate(s.recording, options), s.truth.parameters};
   out.calibration.trajectories.clear();  // 100 of them would fill the memory

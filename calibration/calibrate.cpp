@@ -8,6 +8,7 @@
 #include <chrono>
 #include <optional>
 
+#include "calibration/blows.h"
 #include "calibration/choose_motion.h"
 #include "calibration/diagnostics.h"
 #include "calibration/held_out.h"
@@ -31,6 +32,8 @@ constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at mos
 // normal.
 constexpr double kGyrInMotion = 3.0, kMagInMotion = 2.5;
 constexpr double kUnlimited = 1e30;
+constexpr double kHalvesDisagree = 1.5;  // root mean square in sigmas; 1 is expected
+constexpr double kMatrixShown = 3.0;     // standard errors of a gain that is believed
 constexpr double kManyRepeats = 0.3;
 constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is believed
 
@@ -198,6 +201,16 @@ void fill_residuals(Calibration& c, const Stage& stage) {
   }
 }
 
+// Halves of a recording that disagree beyond their uncertainty show an error that persists longer
+// than the blocks from which the uncertainty comes: it grows to what the halves show.
+void widen_by_halves(Calibration& c) {
+  for (Check& check : c.checks) {
+    if (check.name != "halves" || check.value < kHalvesDisagree) continue;
+    widen_uncertainty(c, check.value);
+    check.sentence += fmt::format(" All sigmas were multiplied by {:.1f}.", check.value);
+  }
+}
+
 // The stages of one calibration, from the first guess to the model that is kept.
 class Pipeline {
  public:
@@ -301,7 +314,9 @@ class Pipeline {
     spec.gyr_matrix = true;
     Stage scaled(recordings_, spec, coarse_every_, options_.optimizer);
     scaled.fit(carry_over(recordings_, stage, scaled), true);
-    if (!options_.gyr_matrix.has_value() && !held_out_gain(stage, scaled).better()) return stage;
+    if (!options_.gyr_matrix.has_value() && !held_out_gain(stage, scaled).better(kMatrixShown)) {
+      return stage;
+    }
     fit_with_noise(scaled, Values(scaled.result().values));
     return scaled;
   }
@@ -361,6 +376,10 @@ Calibration calibrate(const std::vector<const Recording*>& given,
   fill_parameters(c, recordings, fine);
   fill_residuals(c, fine);
   fill_uncertainty(c, fine, options);
+  widen_by_halves(c);
+  for (const Recording* r : recordings) {
+    c.blows_per_minute = std::max(c.blows_per_minute, blows_per_minute(*r));
+  }
   const std::vector<double> mag_squares = fine.mag_squares();
   c.disturbances = find_disturbances(c, mag_squares);
   const Check first[] = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),

@@ -102,6 +102,7 @@ struct Calibration {
   std::array<ResidualSummary, 3> residuals;  // acc, gyr, mag
   std::vector<Disturbance> disturbances;     // of the magnetic field, in the order of time
   std::vector<Check> checks;
+  double blows_per_minute = 0.0;  // to the sensor, of the worst recording: blows.h
   Trust trust;
   std::vector<std::string> warnings;
   std::vector<TrajectoryEstimate> trajectories;  // one a recording

@@ -13,8 +13,8 @@ struct HeldOutGain {
   double mean = 0.0, error = 0.0;  // with the standard error of the mean
   // How many times smaller the second model's error is (root mean square).
   double ratio() const;
-  // Better, or worse, beyond two standard errors and a hundredth or two of the error itself.
-  bool better() const { return mean > 2.0 * error && ratio() > 1.02; }
+  // Better, or worse, beyond so many standard errors and a hundredth or two of the error itself.
+  bool better(double errors = 2.0) const { return mean > errors * error && ratio() > 1.02; }
   bool worse() const { return mean < -2.0 * error && ratio() < 0.98; }
 };
 

@@ -19,6 +19,7 @@ constexpr double kDisturbed = 4.0;        // times the usual residual
 constexpr double kDisturbedShare = 0.03;  // of the strength, too
 constexpr double kDisturbedBlock = 1.0;   // s
 constexpr double kMinSpread = 0.01;       // of directions; 0: turned about one axis only
+constexpr double kManyBlows = 3.0;        // a minute; careful hands: 1 at the most
 constexpr double kMaxDipSigma_deg = 2.0;
 constexpr double kMaxDistortionSigma = 0.05;  // of the strength
 
@@ -118,6 +119,15 @@ void judge_uncertainty(Calibration& c) {
   }
 }
 
+void judge_blows(Calibration& c) {
+  if (c.blows_per_minute < kManyBlows) return;
+  c.trust.lower(Verdict::kLimited,
+                fmt::format("The sensor was knocked {:.0f} times a minute: the accelerometer jumps "
+                            "by more than 2 g between samples, which no model of a hand carries; "
+                            "its bias suffers most. Do not tap against the sensor, and repeat.",
+                            c.blows_per_minute));
+}
+
 void judge_checks(Calibration& c) {
   for (const Check& check : c.checks) {
     if (check.status == CheckStatus::kBad && check.name != "optimum") {
@@ -179,6 +189,7 @@ void judge(Calibration& c) {
   judge_motion(c);
   judge_field(c);
   judge_uncertainty(c);
+  judge_blows(c);
   judge_checks(c);
 }
 

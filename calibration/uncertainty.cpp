@@ -111,4 +111,13 @@ void fill_uncertainty(Calibration& c, const Stage& stage, const CalibrationOptio
   c.strength_sigma_model_uT = strength_sigma(D, c.strength_uT, c.covariance_model);
 }
 
+void widen_uncertainty(Calibration& c, double factor) {
+  c.covariance *= factor * factor;
+  c.strength_sigma_uT *= factor;
+  for (FieldEstimate& field : c.fields) field.dip_sigma_rad *= factor;
+  for (ActiveEffect& effect : c.effects) {
+    for (ActiveEffect::Parameter& p : effect.parameters) p.sigma *= factor;
+  }
+}
+
 }  // namespace magimu

@@ -12,4 +12,7 @@ namespace magimu {
 // stage: the one that c was filled from.
 void fill_uncertainty(Calibration& c, const Stage& stage, const CalibrationOptions& options);
 
+// Multiplies the reported standard deviations by that factor; those of the model stay.
+void widen_uncertainty(Calibration& c, double factor);
+
 }  // namespace magimu

@@ -7,6 +7,8 @@
 #include <limits>
 #include <map>
 
+#include "calibration/blows.h"
+#include "calibration/uncertainty.h"
 #include "tests/calibration/cases.h"
 #include "tests/oracle/sensors.h"
 
@@ -87,6 +89,30 @@ TEST(Checks, of_a_clean_recording_are_all_in_order) {
   for (const auto& [name, check] : checks_of({})) {
     EXPECT_EQ(check.status, CheckStatus::kOk) << name << ": " << check.sentence;
   }
+}
+
+TEST(Blows, taps_are_counted_and_swings_are_not) {
+  Recording r;
+  for (int k = 0; k < 6000; ++k) {  // a minute; 20 m/s^2 of swing at 1.5 Hz
+    const double t = 0.01 * k, tap = k % 600 == 300 ? 40.0 : 0.0;
+    r.acc.push_back(t, Vector3(20.0 * std::sin(9.4 * t), tap, 9.8));
+    r.gyr.push_back(t, Vector3::Zero());
+  }
+  EXPECT_NEAR(blows_per_minute(r), 10.0, 0.01);
+}
+
+TEST(Uncertainty, is_widened_in_every_place_it_is_told) {
+  Calibration c = with_covariance(0.3);
+  c.strength_sigma_uT = 2.0;
+  c.fields.resize(1);
+  c.fields[0].dip_sigma_rad = 0.1;
+  c.effects = {{"mag_time_offset", {{"offset", "s", 0.01, 0.001, 0.0005}}}};
+  widen_uncertainty(c, 2.0);
+  EXPECT_NEAR(c.covariance(0, 0), 0.36, 1e-15);
+  EXPECT_EQ(c.strength_sigma_uT, 4.0);
+  EXPECT_EQ(c.fields[0].dip_sigma_rad, 0.2);
+  EXPECT_EQ(c.effects[0].parameters[0].sigma, 0.002);
+  EXPECT_EQ(c.effects[0].parameters[0].sigma_model, 0.0005);
 }
 
 TEST(Checks, a_magnet_attached_half_way_shows_in_the_residuals) {

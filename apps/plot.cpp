@@ -144,7 +144,7 @@ std::string area(const Band& band, const Axis& x, const Axis& y) {
   for (std::size_t i = 0; i < std::min({band.x.size(), band.low.size(), band.high.size()}); ++i) {
     if (x.shows(band.x[i]) && y.shows(band.low[i]) && y.shows(band.high[i])) {
       there += fmt::format("L{:.1f} {:.1f}", x(band.x[i]), y(band.high[i]));
-      back = fmt::format("L{:.1f} {:.1f}", x(band.x[i]), y(band.low[i])) + back;
+      back.insert(0, fmt::format("L{:.1f} {:.1f}", x(band.x[i]), y(band.low[i])));
     } else {
       close();
     }

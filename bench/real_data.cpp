@@ -117,6 +117,7 @@ std::vector<std::string> missed(const RealStudy& study) {
 void print(const RealStudy& study) {
   fmt::print("Orientation error against the cameras, total, deg RMS:\n\n{}\n",
              orientation_table(study));
+  fmt::print("What magimu's error consists of, deg RMS:\n\n{}\n", limits_table(study));
   fmt::print("Parameters of the default calibration:\n\n{}\n", parameter_table(study));
   fmt::print("Verdicts:\n\n{}\n", verdict_list(study));
   if (!study.cross.empty()) {

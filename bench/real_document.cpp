@@ -111,6 +111,18 @@ std::string orientation_table(const RealStudy& study) {
   return out;
 }
 
+std::string limits_table(const RealStudy& study) {
+  std::string out =
+      "| recording | as delivered | clock shifted | by, ms | both frames turned, too |\n"
+      "|---|---|---|---|---|\n";
+  for (const RealResult& r : study.results) {
+    out += fmt::format("| {} {} | {:.2f} | {:.2f} | {:+.0f} | {:.2f} |\n", r.number(), r.name(),
+                       r.parts.delivered_deg, r.parts.shifted_deg, r.parts.shift_ms,
+                       r.parts.aligned_deg);
+  }
+  return out;
+}
+
 std::string parameter_table(const RealStudy& study) {
   std::string out =
       "| recording | o_a, m/s^2 | o_m, uT | σ of D, uT | dip, deg | strength, uT | lag, ms | "
@@ -215,6 +227,7 @@ void write_document(const RealStudy& study, const std::string& folder) {
   std::string document{std::istreambuf_iterator<char>(file), {}};
   if (!file) throw std::runtime_error(path + " cannot be read");
   document = with_block(document, "orientation", orientation_table(study));
+  document = with_block(document, "limits", limits_table(study));
   document = with_block(document, "parameters", parameter_table(study));
   document = with_block(document, "verdicts", verdict_list(study));
   document = with_block(document, "cross", cross_table(study));

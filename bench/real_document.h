@@ -29,6 +29,7 @@ struct RealStudy {
 
 // Markdown tables.
 std::string orientation_table(const RealStudy& study);
+std::string limits_table(const RealStudy& study);
 std::string parameter_table(const RealStudy& study);
 std::string verdict_list(const RealStudy& study);
 std::string cross_table(const RealStudy& study);

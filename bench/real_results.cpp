@@ -13,6 +13,46 @@ namespace {
 
 constexpr Eigen::Index kDistortion = 6, kMagBias = 15;  // rows of the covariance
 
+using RotationPairs = std::vector<std::pair<Rot3, Rot3>>;  // estimate, truth
+
+double rms_deg(const RotationPairs& pairs) {
+  double sum = 0.0;
+  for (const auto& [estimate, truth] : pairs) {
+    sum += (estimate * truth.inverse()).Log().squaredNorm();
+  }
+  return std::sqrt(sum / double(std::max<std::size_t>(1, pairs.size()))) / kDegree;
+}
+
+// The estimate at the times of the truth plus a shift.
+RotationPairs matched(const TrajectoryEstimate& estimate, const IntegratedRotation& gyr,
+                      const MotionTruth& truth, double shift_s) {
+  constexpr std::size_t kEvery = 5;  // samples of the truth
+  RotationPairs out;
+  std::size_t k = 0;
+  for (std::size_t j = 0; j < truth.t.size(); j += kEvery) {
+    const double t = truth.t[j] + shift_s;
+    while (k + 1 < estimate.t.size() && estimate.t[k + 1] <= t) ++k;
+    if (!truth.valid[j] || t < estimate.t.front() || t > estimate.t.back()) continue;
+    out.emplace_back(estimate.nRb[k] * gyr.between(estimate.t[k], t), truth.nRb[j]);
+  }
+  return out;
+}
+
+// Turns all estimates by one rotation from the left and one from the right, nearest to the truth.
+void align(RotationPairs& pairs) {
+  for (int round = 0; round < 10; ++round) {
+    Vector3 left = Vector3::Zero(), right = Vector3::Zero();
+    for (const auto& [estimate, truth] : pairs) {
+      left += (estimate * truth.inverse()).Log() / double(pairs.size());
+    }
+    for (auto& [estimate, truth] : pairs) estimate = Rot3::Exp(-left) * estimate;
+    for (const auto& [estimate, truth] : pairs) {
+      right += (truth.inverse() * estimate).Log() / double(pairs.size());
+    }
+    for (auto& [estimate, truth] : pairs) estimate = estimate * Rot3::Exp(-right);
+  }
+}
+
 }  // namespace
 
 std::string RealResult::number() const {
@@ -47,11 +87,34 @@ RealResult evaluate(Recording recording) {
   r.ours_error = orientation_error(r.ours.trajectories.front(), truth);
   r.rotation_filter = filter_error(r.recording, r.rotation);
   r.ours_filter = filter_error(r.recording, r.ours);
+  r.parts = error_parts(r.recording, r.ours);
   return r;
 }
 
 OrientationError filter_error(const Recording& recording, const Calibration& calibration) {
   return orientation_error(track(recording, corrections(calibration)), *recording.truth);
+}
+
+ErrorParts error_parts(const Recording& recording, const Calibration& calibration) {
+  constexpr int kFurthest = 15;  // ms
+  const Corrections c = corrections(calibration);
+  const IntegratedRotation gyr(recording.gyr, c.parameters.gyr_bias, c.gyr_matrix);
+  ErrorParts out;
+  out.shifted_deg = INFINITY;
+  RotationPairs best;
+  for (int ms = -kFurthest; ms <= kFurthest; ++ms) {
+    RotationPairs pairs =
+        matched(calibration.trajectories.front(), gyr, *recording.truth, 1e-3 * ms);
+    const double error = rms_deg(pairs);
+    if (ms == 0) out.delivered_deg = error;
+    if (error >= out.shifted_deg) continue;
+    out.shift_ms = ms;
+    out.shifted_deg = error;
+    best = std::move(pairs);
+  }
+  align(best);
+  out.aligned_deg = rms_deg(best);
+  return out;
 }
 
 CrossApplication cross_apply(const RealResult& calibrated, const RealResult& applied) {

@@ -15,6 +15,16 @@
 
 namespace magimu {
 
+// What a total error consists of, in deg RMS: what remains after the clock of the truth is shifted,
+// and what after a constant turn of both the reference frame and the sensor's, too.
+struct ErrorParts {
+  double delivered_deg = 0.0;
+  double shift_ms = 0.0;  // the estimate that much later matches the truth best
+  double shifted_deg = 0.0;
+  double aligned_deg = 0.0;
+};
+ErrorParts error_parts(const Recording& recording, const Calibration& calibration);
+
 struct RealResult {
   Recording recording;
   Calibration rotation;  // the paper's model: the sensor only turns
@@ -24,6 +34,7 @@ struct RealResult {
   OrientationError rotation_error, ours_error;    // the calibrations' own trajectories
   OrientationError rotation_filter, ours_filter;  // the fixed filter with the calibrations
   TrajectoryEstimate uncalibrated_trajectory;
+  ErrorParts parts;  // of ours_error
 
   std::string number() const;  // "02"
   std::string name() const;    // "slow rotation"

@@ -43,7 +43,7 @@ TEST(RealDocument, tables_not_made_stay_as_they_are) {
   const TempFolder folder;
   std::string document;
   for (const char* name :
-       {"orientation", "parameters", "verdicts", "cross", "repeatability", "starts"}) {
+       {"orientation", "limits", "parameters", "verdicts", "cross", "repeatability", "starts"}) {
     document += block(name);
   }
   folder.write("real_data.md", document);

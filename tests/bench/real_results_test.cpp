@@ -100,6 +100,29 @@ TEST(MagResidual, is_what_the_reading_has_beyond_the_model) {
   }
 }
 
+TEST(ErrorParts, tell_a_shifted_clock_from_turned_frames) {
+  SimulationOptions options;
+  options.motion = SimulatedMotion::kHand;
+  options.rate_hz = 200.0;
+  options.noise_factor = 0.0;
+  Simulation s = simulate(options);
+  Calibration c;
+  c.parameters = s.truth.parameters;
+  c.trajectories = {{s.recording.name, s.truth.t, s.truth.nRb, {}, {}}};
+  MotionTruth& truth = *s.recording.truth;
+  for (double& t : truth.t) t -= 0.004;
+  ErrorParts parts = error_parts(s.recording, c);
+  EXPECT_NEAR(parts.shift_ms, 4.0, 1e-9);
+  EXPECT_GT(parts.delivered_deg, 0.1);
+  EXPECT_LT(parts.shifted_deg, 1e-3);
+  const Rot3 left = Rot3::Exp(Vector3(0.0, 0.0, 0.03)), right = Rot3::Exp(Vector3(0.02, 0.0, 0.0));
+  for (Rot3& nRb : truth.nRb) nRb = left * nRb * right;
+  parts = error_parts(s.recording, c);
+  EXPECT_NEAR(parts.shift_ms, 4.0, 1.0);
+  EXPECT_GT(parts.shifted_deg, 1.0);
+  EXPECT_LT(parts.aligned_deg, 0.2);
+}
+
 TEST(RealResult, is_called_as_its_file_is) {
   RealResult r;
   r.recording.name = "07_undisturbed_fast_rotation_B.hdf5";

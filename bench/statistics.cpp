@@ -155,7 +155,7 @@ bool print(const std::vector<DataSet>& sets) {
   const NeesStatistics n = statistics.nees(kBand99);
   fmt::print("NEES of all 19: {:.2f}, 99 % band [{:.2f}, {:.2f}]: {}\n", n.mean, n.band.low,
              n.band.high, word(n.inside()));
-  fmt::print("NEES with the robust covariance (few blocks, so above 19): {:.2f}\n", n.robust_mean);
+  fmt::print("NEES with the robust covariance (never below the model's): {:.2f}\n", n.robust_mean);
   std::vector<double> ratio = statistics.sigma_ratio();
   std::sort(ratio.begin(), ratio.end());
   fmt::print("Reported sigmas over the model's: median {:.2f}, from {:.2f} to {:.2f}\n",

@@ -83,6 +83,12 @@ MatrixXd shrunk(const MatrixXd& u) {
   return (1.0 - lambda) * S + lambda * target;
 }
 
+MatrixXd at_least_identity(const MatrixXd& S) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(S);
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(1.0).asDiagonal() *
+         eigen.eigenvectors().transpose();
+}
+
 }  // namespace
 
 MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_columns,
@@ -95,7 +101,7 @@ MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_colum
     const MatrixXd Q = sums.leverage[std::size_t(b)].selfadjointView<Eigen::Lower>();
     sums.score.col(b) = adjustment(Q) * sums.score.col(b);
   }
-  return root.L * shrunk(sums.score) * root.L.transpose();
+  return root.L * at_least_identity(shrunk(sums.score)) * root.L.transpose();
 }
 
 }  // namespace magimu

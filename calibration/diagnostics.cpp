@@ -68,9 +68,14 @@ Check check_accuracy(const Calibration& c) {
   }
   const double deg = std::sqrt(worst) / kDegree;
   return {"accuracy", graded(deg, kAccuracyOk, kAccuracyPoor), deg,
-          fmt::format("The corrected field's direction is known to {:.2g} deg or better (one "
-                      "standard deviation), however the sensor is held.",
-                      deg)};
+          deg <= kAccuracyOk
+              ? fmt::format("The corrected field's direction is known to {:.2g} deg or better (one "
+                            "standard deviation), however the sensor is held.",
+                            deg)
+              : fmt::format("The corrected field's direction is known to {:.2g} deg only (one "
+                            "standard deviation) in some attitudes: turn the sensor through those "
+                            "that were hardly visited.",
+                            deg)};
 }
 
 Check check_whiteness(const Calibration& c) {

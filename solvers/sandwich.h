@@ -15,7 +15,8 @@
 //                                   (Ledoit and Wolf 2004)
 //
 // and V = L S L', eigenvalues of S below 1 raised to 1: definite however few blocks there are, and
-// never surer than white noise would be. White noise of the right size gives A^-1 and a few percent.
+// never surer than white noise would be. White noise of the right size gives A^-1 and a few
+// percent.
 #pragma once
 
 #include <vector>

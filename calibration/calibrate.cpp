@@ -32,7 +32,7 @@ constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at mos
 // normal.
 constexpr double kGyrInMotion = 3.0, kMagInMotion = 2.5;
 constexpr double kUnlimited = 1e30;
-constexpr double kHalvesDisagree = 1.5;  // root mean square in sigmas; 1 is expected
+constexpr double kHalvesDisagree = 2.0;  // root mean square in sigmas; 1 is expected
 constexpr double kMatrixShown = 3.0;     // standard errors of a gain that is believed
 constexpr double kManyRepeats = 0.3;
 constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is believed

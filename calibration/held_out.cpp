@@ -28,7 +28,13 @@ std::vector<int> blocks_of(const std::vector<NodePlan>& plans) {
 
 BlockErrors block_errors(const Stage& stage) {
   const std::vector<int> block = blocks_of(stage.plans());
-  const double scale = std::pow(stage.spec().noise.mag, 2);
+  double nodes = 0.0, seconds = 0.0;
+  for (const NodePlan& plan : stage.plans()) {
+    nodes += double(plan.t.size());
+    seconds += plan.t.back() - plan.t.front();
+  }
+  // Whitened by density times sqrt(samples a second / samples a node).
+  const double scale = std::pow(stage.spec().noise.mag, 2) * nodes / std::max(seconds, 1e-9);
   const std::vector<double> zero(std::size_t(block.back()) + 1, 0.0);
   BlockErrors out{zero, zero, 0.0};
   const auto add = [&](const Stage& from, std::vector<double>& sums, int parity) {

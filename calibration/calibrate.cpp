@@ -32,8 +32,7 @@ constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at mos
 // normal.
 constexpr double kGyrInMotion = 3.0, kMagInMotion = 2.5;
 constexpr double kUnlimited = 1e30;
-constexpr double kHalvesDisagree = 2.0;  // root mean square in sigmas; 1 is expected
-constexpr double kMatrixShown = 3.0;     // standard errors of a gain that is believed
+constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
 constexpr double kManyRepeats = 0.3;
 constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is believed
 
@@ -154,16 +153,14 @@ void fill_parameters(Calibration& c, const std::vector<const Recording*>& record
         {values.at<Matrix3>(key::distortion_of(m)), values.at<Vector3>(key::mag_bias_of(m))});
     if (!stage.spec().mag_time_offset) continue;
     if (m == 0) c.effects.push_back({"mag_time_offset", {}});
-    c.effects.back().parameters.push_back({fmt::format("magnetometers[{}].time_offset_s", m), "s",
-                                           values.at<double>(key::mag_time_offset_of(m))});
+    c.effects.back().parameters.push_back(
+        {time_offset_name(m), "s", values.at<double>(key::mag_time_offset_of(m))});
   }
   if (stage.spec().gyr_matrix) {
     const auto S = values.at<LowerTriangle>(key::gyr_matrix);
     ActiveEffect effect{"gyro_scale_misalignment", {}};
     for (int e = 0; e < 6; ++e) {
-      const std::string name =
-          fmt::format("gyroscope.scale_misalignment[{}][{}]", kLowerRow[e], kLowerColumn[e]);
-      effect.parameters.push_back({name, "1", S[e]});
+      effect.parameters.push_back({gyr_matrix_name(e), "1", S[e]});
     }
     c.effects.push_back(effect);
   }
@@ -205,7 +202,7 @@ void fill_residuals(Calibration& c, const Stage& stage) {
 // than the blocks from which the uncertainty comes: it grows to what the halves show.
 void widen_by_halves(Calibration& c) {
   for (Check& check : c.checks) {
-    if (check.name != "halves" || check.value < kHalvesDisagree) continue;
+    if (check.name != "halves" || check.status == CheckStatus::kOk) continue;
     widen_uncertainty(c, check.value);
     check.sentence += fmt::format(" All sigmas were multiplied by {:.1f}.", check.value);
   }
@@ -224,6 +221,9 @@ class Pipeline {
         options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
     coarse_every_ = std::max(every_, int(std::ceil(mag_rate / kCoarseRate)));
   }
+
+  // Magnetometer samples a node of the last stage.
+  int node_every() const { return every_; }
 
   // Few nodes first: most iterations, the search for the noise and the choices are cheap there.
   Stage run(Calibration& c) {
@@ -371,8 +371,7 @@ Calibration calibrate(const std::vector<const Recording*>& given,
   c.noise = fine.spec().noise;
   c.noise_given = options.noise.has_value();
   c.gravity = options.gravity;
-  c.node_every =
-      options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
+  c.node_every = pipeline.node_every();
   fill_parameters(c, recordings, fine);
   fill_residuals(c, fine);
   fill_uncertainty(c, fine, options);

@@ -8,6 +8,14 @@
 
 namespace magimu {
 
+std::string time_offset_name(int magnetometer) {
+  return fmt::format("magnetometers[{}].time_offset_s", magnetometer);
+}
+
+std::string gyr_matrix_name(int entry) {
+  return fmt::format("gyroscope.scale_misalignment[{}][{}]", kLowerRow[entry], kLowerColumn[entry]);
+}
+
 std::vector<Key> parameter_keys(int magnetometers, int recordings, const ModelSpec& spec) {
   std::vector<Key> keys{key::acc_bias, key::gyr_bias};
   for (int m = 0; m < magnetometers; ++m) {
@@ -36,11 +44,10 @@ std::vector<std::string> parameter_names(int magnetometers, int recordings, cons
     names.push_back(recordings == 1 ? "field.dip_deg" : fmt::format("fields[{}].dip_deg", r));
   }
   for (int m = 0; spec.mag_time_offset && m < magnetometers; ++m) {
-    names.push_back(fmt::format("magnetometers[{}].time_offset_s", m));
+    names.push_back(time_offset_name(m));
   }
   for (int e = 0; spec.gyr_matrix && e < 6; ++e) {
-    names.push_back(
-        fmt::format("gyroscope.scale_misalignment[{}][{}]", kLowerRow[e], kLowerColumn[e]));
+    names.push_back(gyr_matrix_name(e));
   }
   return names;
 }

@@ -18,4 +18,8 @@ std::vector<Key> parameter_keys(int magnetometers, int recordings, const ModelSp
 // recordings), "magnetometers[0].time_offset_s", "gyroscope.scale_misalignment[row][column]".
 std::vector<std::string> parameter_names(int magnetometers, int recordings, const ModelSpec& spec);
 
+// Those of one lag, and of one entry of LowerTriangle.
+std::string time_offset_name(int magnetometer);
+std::string gyr_matrix_name(int entry);
+
 }  // namespace magimu

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the simulation gets wrong: measured data against the fitted model, the physical causes that
+// explain where the two part, the model extended by them, and what that gains on data which the fit
+// has not seen. One struct, written as JSON by diagnosis_json.h and as a page by the program.
+//
+//   const Diagnosis d = diagnose(recording);
+//   for (const Finding& f : d.findings) puts(f.sentence.c_str());
+//   if (d.unexplained.detected) ...
+#pragma once
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/calibrate.h"
+#include "factors/effects/effect.h"
+
+namespace magimu {
+
+// A statistic of one channel's residuals that lies outside of what the fitted model predicts.
+struct Departure {
+  std::string channel;    // "acc", "gyr", "mag"
+  std::string statistic;  // "size", "correlation", "tails", "dependence on rate", ...
+  double observed = 0.0, predicted = 0.0;
+  std::array<double, 2> predicted_band{};  // 99 % of simulations
+  double z = 0.0;                          // distance in standard deviations
+};
+
+// One candidate of the scan, tested against the model without any extension but the motion.
+struct ScanEntry {
+  std::string effect, channel;
+  std::vector<std::string> parameters;
+  double statistic = 0.0;
+  int dof = 0;
+  double p_value = 1.0;  // of this test alone; `significant` is corrected for their number
+  bool significant = false;
+  std::string needs;  // why it could not be tested: the column it lacks, or a reason
+  // The size of this effect that would have been found nine times out of ten, in words; empty where
+  // the motion shows nothing of it.
+  std::string detectable;
+};
+
+struct FoundParameter {
+  std::string name;
+  double value = 0.0, sigma = 0.0;
+  std::string unit;
+};
+
+struct Gain {
+  double heldout_nll_before = 0.0, heldout_nll_after = 0.0;  // nats, all left-out blocks
+  double bic_delta = 0.0;                                    // negative: better
+  double residual_rms_before = 0.0, residual_rms_after = 0.0;  // of the channel, whitened
+};
+
+struct Confusable {
+  std::string effect, why, motion_that_separates;
+};
+
+struct Finding {
+  std::string effect, channel, sentence;
+  std::vector<FoundParameter> parameters;
+  double p_value = 1.0;      // corrected for the number of candidates
+  double probability = 0.0;  // among the candidates and "nothing", by BIC
+  Gain gain;
+  std::vector<Confusable> confusable_with;
+};
+
+struct Unexplained {
+  bool detected = false;
+  std::vector<std::string> channels, evidence;  // evidence: sentences
+};
+
+// Residuals of one channel for pictures, whitened (unit: sigma), at its samples or nodes.
+struct ResidualTrace {
+  Channel channel = Channel::kMag;
+  std::vector<double> t;  // s
+  std::vector<Vector3> before, after;
+};
+
+struct Diagnosis {
+  std::vector<std::string> recordings;  // names
+  std::vector<Departure> departures;    // strongest first
+  std::vector<ScanEntry> scan;          // largest statistic for its degrees of freedom first
+  std::vector<Finding> findings;        // in the order in which they entered the model
+  Unexplained unexplained;
+  Calibration before, after;
+  std::vector<ResidualTrace> traces;
+  std::vector<std::string> notes;  // what could not be tested, and why; how the tests were made
+  double false_alarm_rate = 0.01;  // family-wise, of naming anything where there is nothing
+  double seconds = 0.0;
+};
+
+struct DiagnosisOptions {
+  // Noise densities per sqrt(Hz); nothing given: from rests and residuals.
+  std::optional<NoiseDensities> noise;
+  double gravity = kStandardGravity;
+  MotionModel motion = MotionModel::kAuto;
+  double false_alarm_rate = 0.01;
+  int max_findings = 6;
+  // Called with what is being done and how far the whole is (0 to 1); may be empty.
+  std::function<void(const std::string&, double)> progress;
+};
+
+// Recordings of one device. Throws InputError where a recording has too little in it to begin with.
+Diagnosis diagnose(const std::vector<const Recording*>& recordings,
+                   const DiagnosisOptions& options = {});
+Diagnosis diagnose(const Recording& recording, const DiagnosisOptions& options = {});
+
+}  // namespace magimu

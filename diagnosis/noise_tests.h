@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Causes that change the noise rather than the reading: its size, its colour, its tails, steps of
+// the converter, clipping, mains. Each is tested on the residuals of single samples, where its null
+// distribution is known or simulated, and has its own likelihood.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/diagnosis.h"
+#include "recording/recording.h"
+
+namespace magimu {
+
+// One sensor's samples with what the fitted model leaves of them.
+struct SampleResiduals {
+  Channel channel = Channel::kMag;
+  std::vector<double> t;          // s
+  std::vector<Vector3> reading;   // as recorded
+  std::vector<Vector3> residual;  // reading less the model's; in the sensor's unit
+  double sigma = 0.0;             // of one sample, as given or found at rest; 0: unknown
+  bool sigma_given = false;
+  // The trajectory follows this sensor's samples, so that residual holds only what is faster than
+  // it: slower noise does not show.
+  bool high_passed = false;
+};
+
+struct NoiseTest {
+  std::string effect;  // "noise_scale", "correlated_noise", "outliers", "mag_quantization", ...
+  Channel channel = Channel::kMag;
+  double statistic = 0.0;
+  int dof = 1;
+  double p_value = 1.0;  // of this test alone
+  std::vector<FoundParameter> parameters;
+  std::string sentence;  // "One in 80 samples of the magnetometer is an outlier, ..."
+  std::string untested;  // why not, where it could not be tested; then p_value is 1
+  // Negative log-likelihood of the residuals, by halves of the recording: parameters from one half
+  // judged on the other, without and with this cause. The finding's held-out gain.
+  double nll_before = 0.0, nll_after = 0.0;
+};
+
+// All noise-like causes on all channels. They are not told apart here: outliers raise the size,
+// too. `explain_noise` does that.
+std::vector<NoiseTest> test_noise(const std::vector<SampleResiduals>& channels);
+
+// The causes that remain when those which others explain are left out (outliers before
+// noise_scale, mains before correlated noise, quantization before correlated noise, saturation
+// before all); p below `level` each.
+std::vector<NoiseTest> explain_noise(const std::vector<SampleResiduals>& channels, double level);
+
+}  // namespace magimu

@@ -26,6 +26,7 @@ Block BlockMeans::next() {
   const std::size_t first = sample_;
   while (sample_ < series_.size() && series_.t[sample_] < end) ++sample_;
   block.count = int(sample_ - first);
+  block.first = first;
   if (block.count == 0) return block;
   block.at_node = block.count == 1 && std::abs(series_.t[first] - t[node]) < kSameTime;
   const Rot3 to_node = gyr_.at(t[node]).inverse();

@@ -44,13 +44,18 @@ Rot3 IntegratedRotation::at(double t) const {
   return attitude_[k] * Rot3::Exp(rate_of(k) * (t - gyr_.t[k]));
 }
 
-PreintegratedGyroscope IntegratedRotation::preintegrate(double a, double b) const {
+PreintegratedGyroscope IntegratedRotation::preintegrate(double a, double b,
+                                                        const EffectColumns* effects) const {
   PreintegratedGyroscope out(bias_);
   std::size_t k = sample_at(a);
   double t = a;
   while (t < b) {
     const double end = k + 1 < gyr_.size() ? std::min(b, gyr_.t[k + 1]) : b;
-    if (end > t) out.integrate(gyr_.v[k], end - t);
+    if (end > t && effects != nullptr) {
+      out.integrate(gyr_.v[k], end - t, effects->of(k));
+    } else if (end > t) {
+      out.integrate(gyr_.v[k], end - t);
+    }
     t = std::max(t, end);
     ++k;
   }
@@ -59,7 +64,9 @@ PreintegratedGyroscope IntegratedRotation::preintegrate(double a, double b) cons
 
 PreintegratedImu IntegratedRotation::preintegrate(double a, double b, const VectorSeries& acc,
                                                   const Vector3& acc_bias, double gyr_density,
-                                                  double acc_density, bool with_matrix) const {
+                                                  double acc_density, bool with_matrix,
+                                                  const EffectColumns* gyr_effects,
+                                                  const EffectColumns* acc_effects) const {
   constexpr double kSliver = 1e-9;  // s: pieces shorter than this are rounding
   PreintegratedImu out(bias_, acc_bias, gyr_density, acc_density,
                        with_matrix ? std::optional(matrix_) : std::nullopt);
@@ -76,7 +83,12 @@ PreintegratedImu IntegratedRotation::preintegrate(double a, double b, const Vect
     const double gyr_end = g + 1 < gyr_.size() ? gyr_.t[g + 1] : b;
     const double end = std::min({b, gyr_end, std::max(end_of(k), t)});
     if (end > t + kSliver) {
-      out.integrate(gyr_.v[g], held_mean(acc, k), end - t);
+      if (gyr_effects != nullptr) {
+        out.integrate(gyr_.v[g], held_mean(acc, k), end - t, gyr_effects->of(g),
+                      acc_effects->of(k));
+      } else {
+        out.integrate(gyr_.v[g], held_mean(acc, k), end - t);
+      }
       t = end;
     }
     if (g + 1 < gyr_.size() && gyr_end <= t + kSliver) ++g;

@@ -3,6 +3,7 @@
 // pass over the samples, each rate held over [t_k, t_k+1).
 #pragma once
 
+#include "calibration/effect_columns.h"
 #include "factors/preintegrated_gyroscope.h"
 #include "factors/preintegrated_imu.h"
 #include "recording/recording.h"
@@ -22,14 +23,17 @@ class IntegratedRotation {
   Rot3 between(double a, double b) const { return at(a).inverse() * at(b); }
   // Rate at time t, bias and matrix removed, rad/s.
   Vector3 rate(double t) const { return rate_of(sample_at(t)); }
-  // between(a, b) for a < b, with bias Jacobian and covariance; without a matrix.
-  PreintegratedGyroscope preintegrate(double a, double b) const;
+  // between(a, b) for a < b, with bias Jacobian and covariance; without a matrix. effects: of the
+  // gyroscope's samples, null for none.
+  PreintegratedGyroscope preintegrate(double a, double b,
+                                      const EffectColumns* effects = nullptr) const;
   // The same with the accelerometer, each of whose samples is held from half a sample before its
   // time to half a sample after; densities per sqrt(Hz).
   // with_matrix: the matrix is unknown, and its Jacobian is wanted.
   PreintegratedImu preintegrate(double a, double b, const VectorSeries& acc,
                                 const Vector3& acc_bias, double gyr_density, double acc_density,
-                                bool with_matrix) const;
+                                bool with_matrix, const EffectColumns* gyr_effects = nullptr,
+                                const EffectColumns* acc_effects = nullptr) const;
 
  private:
   std::size_t sample_at(double t) const;

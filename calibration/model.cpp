@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "calibration/block_means.h"
+#include "calibration/extension.h"
 #include "factors/accelerometer_factor.h"
 #include "factors/delayed_magnetometer_factor.h"
 #include "factors/gyroscope_factor.h"
@@ -16,6 +17,7 @@
 #include "factors/preintegrated_gyroscope_factor.h"
 #include "factors/preintegrated_imu_factor.h"
 #include "factors/prior_factor.h"
+#include "graph/extended_batch.h"
 
 namespace magimu {
 namespace {
@@ -36,24 +38,76 @@ struct Part {
   const IntegratedRotation& gyr;
   int index;  // of the recording
   const ModelSpec& spec;
+  const ExtendedRecording* extended;  // null without effects
 
+  const EffectColumns* columns(Channel channel) const {
+    return extended == nullptr ? nullptr : &extended->columns[std::size_t(channel)];
+  }
   int nodes() const { return int(plan.t.size()); }
   int id(int i) const { return plan.first + i; }
+};
+
+// Takes factors of one type for the graph, with the columns of the effects on their channels.
+template <class F>
+class Collector {
+ public:
+  using Gain = typename ExtendedBatch<F>::Gain;
+
+  Collector(FactorGraph& graph, const Part& part, std::initializer_list<Channel> channels)
+      : graph_(graph) {
+    std::vector<Key> keys;
+    for (const Channel c : channels) {
+      if (part.extended == nullptr) break;
+      const auto& own = part.extended->keys[std::size_t(c)];
+      keys.insert(keys.end(), own.begin(), own.end());
+    }
+    if (keys.empty()) return;
+    VectorXd theta(Eigen::Index(keys.size()));
+    Eigen::Index next = 0;
+    for (const Channel c : channels) {
+      const VectorXd& own = part.extended->theta[std::size_t(c)];
+      theta.segment(next, own.size()) = own;
+      next += own.size();
+    }
+    batch_ = std::make_unique<ExtendedBatch<F>>(keys, theta);
+  }
+  ~Collector() {
+    if (batch_ && batch_->size() > 0) graph_.add_batch(std::move(batch_));
+  }
+  Collector(const Collector&) = delete;
+  Collector& operator=(const Collector&) = delete;
+
+  bool extended() const { return batch_ != nullptr; }
+  // gain: a function that returns it; not called without effects.
+  template <class GainOf>
+  void add(const F& factor, const GainOf& gain) {
+    if (batch_) {
+      batch_->add(factor, gain());
+    } else {
+      graph_.add(factor);
+    }
+  }
+
+ private:
+  FactorGraph& graph_;
+  std::unique_ptr<ExtendedBatch<F>> batch_;
 };
 
 void add_accelerometer(FactorGraph& graph, const Part& part) {
   BlockMeans blocks(part.recording.acc, part.gyr, part.plan);
   const double rate = part.recording.acc.rate_hz();
   const Vector3 g_n = gravity_n(part.spec.gravity);
+  Collector<MeanAccelerometerFactor> means(graph, part, {Channel::kAcc});
   for (int i = 0; i < part.nodes(); ++i) {
     const Block b = blocks.next();
     if (b.count == 0) continue;
     const Key pose = R(part.id(i));
     const Noise<3> noise = block_noise(part.spec.noise.acc, rate, b.count);
-    if (b.at_node) {
+    if (b.at_node && !means.extended()) {
       graph.add(AccelerometerFactor(pose, key::acc_bias, b.mean, g_n, noise));
     } else {
-      graph.add(MeanAccelerometerFactor(pose, key::acc_bias, b.mean, b.C, g_n, noise));
+      means.add(MeanAccelerometerFactor(pose, key::acc_bias, b.mean, b.C, g_n, noise),
+                [&] { return part.columns(Channel::kAcc)->mean(b.first, b.count); });
     }
   }
 }
@@ -66,18 +120,24 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
   const double rate = series.rate_hz();
   const Key D = key::distortion_of(sensor), bias = key::mag_bias_of(sensor);
   const Key dip = dip_of(part.index);
+  // Effects are those of the first magnetometer.
+  const std::initializer_list<Channel> mag = {Channel::kMag}, none = {};
+  Collector<DelayedMagnetometerFactor> lagging(graph, part, sensor == 0 && delayed ? mag : none);
+  Collector<MeanMagnetometerFactor> means(graph, part, sensor == 0 && !delayed ? mag : none);
   for (int i = 0; i < part.nodes(); ++i) {
     const Block b = blocks.next();
     if (b.count == 0 || (part.spec.without_mag && part.spec.without_mag(part.id(i)))) continue;
     const Key pose = R(part.id(i));
     const Noise<3> noise = block_noise(part.spec.noise.mag, rate, b.count);
+    const auto gain = [&] { return part.columns(Channel::kMag)->mean(b.first, b.count); };
     if (delayed) {
-      graph.add(DelayedMagnetometerFactor(pose, D, bias, dip, key::mag_time_offset_of(sensor),
-                                          b.mean, b.C, b.C_rate, offset, noise));
-    } else if (b.at_node) {
+      lagging.add(DelayedMagnetometerFactor(pose, D, bias, dip, key::mag_time_offset_of(sensor),
+                                            b.mean, b.C, b.C_rate, offset, noise),
+                  gain);
+    } else if (b.at_node && !means.extended()) {
       graph.add(MagnetometerFactor(pose, D, bias, dip, b.mean, noise));
     } else {
-      graph.add(MeanMagnetometerFactor(pose, D, bias, dip, b.mean, b.C, noise));
+      means.add(MeanMagnetometerFactor(pose, D, bias, dip, b.mean, b.C, noise), gain);
     }
   }
 }
@@ -95,15 +155,19 @@ long single_sample(const VectorSeries& gyr, double a, double b) {
 void add_gyroscope(FactorGraph& graph, const Part& part) {
   const double density = part.spec.noise.gyr;
   const VectorSeries& samples = part.recording.gyr;
+  Collector<PreintegratedGyroscopeFactor> integrated(graph, part, {Channel::kGyr});
   for (int i = 0; i + 1 < part.nodes(); ++i) {
     const double a = part.plan.t[std::size_t(i)], b = part.plan.t[std::size_t(i) + 1];
     const Key pose = R(part.id(i)), next = R(part.id(i + 1));
-    if (const long k = single_sample(samples, a, b); k >= 0) {
+    const long k = integrated.extended() ? -1 : single_sample(samples, a, b);
+    if (k >= 0) {
       graph.add(GyroscopeFactor(pose, next, key::gyr_bias, samples.v[std::size_t(k)], b - a,
                                 Noise<3>::isotropic(density / std::sqrt(b - a))));
     } else {
-      graph.add(PreintegratedGyroscopeFactor(pose, next, key::gyr_bias, part.gyr.preintegrate(a, b),
-                                             density));
+      const PreintegratedGyroscope gyr = part.gyr.preintegrate(
+          a, b, integrated.extended() ? part.columns(Channel::kGyr) : nullptr);
+      integrated.add(PreintegratedGyroscopeFactor(pose, next, key::gyr_bias, gyr, density),
+                     [&] { return gyr.effect_jacobian(); });
     }
   }
 }
@@ -113,21 +177,29 @@ void add_imu(FactorGraph& graph, const Part& part) {
   const ModelSpec& spec = part.spec;
   const std::vector<double>& t = part.plan.t;
   std::vector<std::optional<PreintegratedImu>> imu(t.size());
+  Collector<PreintegratedImuFactor> plain(graph, part, {Channel::kGyr, Channel::kAcc});
+  Collector<ScaledImuFactor> scaled(graph, part, {Channel::kGyr, Channel::kAcc});
+  const bool with_effects = plain.extended();
   tbb::parallel_for(tbb::blocked_range<std::size_t>(1, t.size(), 64), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       imu[i] = part.gyr.preintegrate(t[i - 1], t[i], part.recording.acc, spec.acc_bias,
-                                     spec.noise.gyr, spec.noise.acc, spec.gyr_matrix);
+                                     spec.noise.gyr, spec.noise.acc, spec.gyr_matrix,
+                                     with_effects ? part.columns(Channel::kGyr) : nullptr,
+                                     with_effects ? part.columns(Channel::kAcc) : nullptr);
     }
   });
   for (int i = 1; i < part.nodes(); ++i) {
     const int a = part.id(i - 1), b = part.id(i);
     const PreintegratedImu& integrated = *imu[std::size_t(i)];
+    const auto gain = [&] { return integrated.effect_jacobian(); };
     if (spec.gyr_matrix) {
-      graph.add(ScaledImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias, key::acc_bias,
-                                key::gyr_matrix, integrated, g_n));
+      scaled.add(ScaledImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias, key::acc_bias,
+                                 key::gyr_matrix, integrated, g_n),
+                 gain);
     } else {
-      graph.add(PreintegratedImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias,
-                                       key::acc_bias, integrated, g_n));
+      plain.add(PreintegratedImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias,
+                                       key::acc_bias, integrated, g_n),
+                gain);
     }
   }
 }
@@ -157,12 +229,15 @@ std::string to_string(MotionModel motion) {
 }
 
 FactorGraph build_model(const std::vector<const Recording*>& recordings,
-                        const std::vector<NodePlan>& plans, const ModelSpec& spec) {
+                        const std::vector<NodePlan>& plans, const ModelSpec& spec, int widened_from,
+                        double widening) {
   FactorGraph graph;
   const int magnetometers = int(recordings.front()->mag.size());
   for (std::size_t i = 0; i < recordings.size(); ++i) {
-    const IntegratedRotation gyr(recordings[i]->gyr, spec.gyr_bias, spec.gyr_matrix_value);
-    const Part part{*recordings[i], plans[i], gyr, int(i), spec};
+    const ExtendedRecording* extended = spec.extended.empty() ? nullptr : spec.extended[i].get();
+    const Recording& recording = extended != nullptr ? extended->corrected : *recordings[i];
+    const IntegratedRotation gyr(recording.gyr, spec.gyr_bias, spec.gyr_matrix_value);
+    const Part part{recording, plans[i], gyr, int(i), spec, extended};
     if (spec.motion == MotionModel::kHandHeld) {
       add_imu(graph, part);
       add_reach(graph, part);
@@ -171,6 +246,14 @@ FactorGraph build_model(const std::vector<const Recording*>& recordings,
       add_gyroscope(graph, part);
     }
     for (int m = 0; m < magnetometers; ++m) add_magnetometer(graph, part, m);
+  }
+  const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
+  for (std::size_t e = 0; e < spec.effects.size(); ++e) {
+    const double wider = int(e) >= widened_from ? widening : 1.0;
+    const VectorXd sigma = wider * spec.effects[e]->prior_sigma(recordings.front()->duration_s());
+    for (std::size_t i = 0; i < keys[e].size(); ++i) {
+      graph.add(PriorFactor<double>(keys[e][i], 0.0, Noise<1>::isotropic(sigma[Eigen::Index(i)])));
+    }
   }
   if (spec.gyr_matrix) {
     graph.add(PriorFactor<LowerTriangle>(key::gyr_matrix, LowerTriangle::Zero(),

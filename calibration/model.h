@@ -12,15 +12,19 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "calibration/nodes.h"
+#include "factors/effects/effect.h"
 #include "factors/preintegrated_imu.h"
 #include "factors/sensor_model.h"
 #include "graph/factor_graph.h"
 
 namespace magimu {
+
+struct ExtendedRecording;
 
 enum class MotionModel { kAuto, kRotation, kHandHeld };
 std::string to_string(MotionModel motion);
@@ -37,11 +41,17 @@ struct ModelSpec {
   Vector3 gyr_bias = Vector3::Zero(), acc_bias = Vector3::Zero();
   LowerTriangle gyr_matrix_value = LowerTriangle::Zero();
   std::vector<double> mag_offset_s;  // one a magnetometer
+  // Model extensions, and the recordings corrected for them where the parameters stand now, one a
+  // recording (extension.h); none without effects.
+  std::vector<std::shared_ptr<const Effect>> effects;
+  std::vector<std::shared_ptr<const ExtendedRecording>> extended;
   // Nodes without their magnetometers, for cross-validation; empty: all have them.
   std::function<bool(int node)> without_mag;
 };
 
+// From the effect widened_from on, priors are wider by that factor.
 FactorGraph build_model(const std::vector<const Recording*>& recordings,
-                        const std::vector<NodePlan>& plans, const ModelSpec& spec);
+                        const std::vector<NodePlan>& plans, const ModelSpec& spec,
+                        int widened_from = 0, double widening = 1.0);
 
 }  // namespace magimu

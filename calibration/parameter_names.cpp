@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "calibration/extension.h"
+
 #include "calibration/nodes.h"
 #include "factors/keys.h"
 
@@ -16,6 +18,11 @@ std::string gyr_matrix_name(int entry) {
   return fmt::format("gyroscope.scale_misalignment[{}][{}]", kLowerRow[entry], kLowerColumn[entry]);
 }
 
+std::string effect_parameter_name(const Effect& effect, int i) {
+  return fmt::format("effects.{}.{}", effect.name(),
+                     effect.description().parameters[std::size_t(i)].name);
+}
+
 std::vector<Key> parameter_keys(int magnetometers, int recordings, const ModelSpec& spec) {
   std::vector<Key> keys{key::acc_bias, key::gyr_bias};
   for (int m = 0; m < magnetometers; ++m) {
@@ -27,6 +34,7 @@ std::vector<Key> parameter_keys(int magnetometers, int recordings, const ModelSp
     keys.push_back(key::mag_time_offset_of(m));
   }
   if (spec.gyr_matrix) keys.push_back(key::gyr_matrix);
+  for (const auto& own : effect_keys(spec.effects)) keys.insert(keys.end(), own.begin(), own.end());
   return keys;
 }
 
@@ -48,6 +56,9 @@ std::vector<std::string> parameter_names(int magnetometers, int recordings, cons
   }
   for (int e = 0; spec.gyr_matrix && e < 6; ++e) {
     names.push_back(gyr_matrix_name(e));
+  }
+  for (const auto& effect : spec.effects) {
+    for (int i = 0; i < effect->size(); ++i) names.push_back(effect_parameter_name(*effect, i));
   }
   return names;
 }

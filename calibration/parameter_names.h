@@ -21,5 +21,7 @@ std::vector<std::string> parameter_names(int magnetometers, int recordings, cons
 // Those of one lag, and of one entry of LowerTriangle.
 std::string time_offset_name(int magnetometer);
 std::string gyr_matrix_name(int entry);
+// "effects.lever_arm.r[0]".
+std::string effect_parameter_name(const Effect& effect, int i);
 
 }  // namespace magimu

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/extension.h"
 #include "calibration/integrated_rotation.h"
 
 namespace magimu {
@@ -18,6 +19,7 @@ constexpr double kGyrBiasMoved = 1e-5;  // rad/s
 constexpr double kAccBiasMoved = 1e-2;  // m/s^2
 constexpr double kGyrMatrixMoved = 1e-5;
 constexpr double kOffsetMoved = 2e-4;  // s
+constexpr double kEffectMoved = 1e-3;  // prior standard deviations of any parameter
 constexpr double kWarmDamping = 1e-9;
 constexpr double kMinReach = 0.1, kMaxReach = 3.0;  // m
 
@@ -60,6 +62,31 @@ bool update(ModelSpec& spec, const Values& values) {
   return far;
 }
 
+// Takes the effects' terms at these values; true if their parameters have moved far since the last
+// time.
+bool update_effects(const std::vector<const Recording*>& recordings,
+                    const std::vector<NodePlan>& plans, ModelSpec& spec, const Values& values) {
+  if (spec.effects.empty()) return false;
+  bool far = spec.extended.empty();
+  const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
+  std::array<Eigen::Index, 3> next{};
+  for (std::size_t e = 0; e < keys.size() && !far; ++e) {
+    const VectorXd now = effect_parameters(values, keys[e]);
+    const auto c = std::size_t(spec.effects[e]->channel());
+    const VectorXd then = spec.extended.front()->theta[c].segment(next[c], now.size());
+    next[c] += now.size();
+    const VectorXd scale = spec.effects[e]->prior_sigma(recordings.front()->duration_s());
+    far = (now - then).cwiseQuotient(scale).cwiseAbs().maxCoeff() > kEffectMoved;
+  }
+  if (!far) return false;
+  spec.extended.clear();
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    spec.extended.push_back(std::make_shared<ExtendedRecording>(
+        extend(*recordings[r], plans[r], int(r), spec, values)));
+  }
+  return true;
+}
+
 }  // namespace
 
 Stage::Stage(const std::vector<const Recording*>& recordings, const ModelSpec& spec, int every,
@@ -74,6 +101,8 @@ Stage::Stage(const std::vector<const Recording*>& recordings, const ModelSpec& s
 void Stage::fit(const Values& start, bool warm) {
   Values values = start;
   update(spec_, values);
+  spec_.extended.clear();
+  update_effects(recordings_, plans_, spec_, values);
   for (int round = 0; round < kIntegrationRounds; ++round) {
     graph_ = build_model(recordings_, plans_, spec_);
     OptimizerOptions optimizer = optimizer_;
@@ -85,7 +114,9 @@ void Stage::fit(const Values& start, bool warm) {
       append(result_, std::move(result));
     }
     values = result_.values;
-    if (!result_.converged() || !update(spec_, values)) break;
+    bool moved = update(spec_, values);
+    moved |= update_effects(recordings_, plans_, spec_, values);
+    if (!result_.converged() || !moved) break;
   }
 }
 
@@ -171,7 +202,19 @@ Values carry_over(const std::vector<const Recording*>& recordings, const Stage& 
     if (c == R(0).symbol || c == V(0).symbol || c == P(0).symbol) continue;
     if (c == key::mag_time_offset_of(0).symbol && !to.spec().mag_time_offset) continue;
     if (s.key == key::gyr_matrix && !to.spec().gyr_matrix) continue;
+    if (c == key::effect(0).symbol) continue;
     values.insert_from(old, s.key);
+  }
+  const std::vector<std::vector<Key>> had = effect_keys(from.spec().effects),
+                                      wanted = effect_keys(to.spec().effects);
+  for (std::size_t e = 0; e < wanted.size(); ++e) {
+    const auto& all = from.spec().effects;
+    const auto same = std::find(all.begin(), all.end(), to.spec().effects[e]);
+    VectorXd theta = VectorXd::Zero(Eigen::Index(wanted[e].size()));
+    if (same != all.end()) theta = effect_parameters(old, had[std::size_t(same - all.begin())]);
+    for (std::size_t i = 0; i < wanted[e].size(); ++i) {
+      values.insert(wanted[e][i], theta[Eigen::Index(i)]);
+    }
   }
   if (to.spec().gyr_matrix && !values.contains(key::gyr_matrix)) {
     values.insert(key::gyr_matrix, LowerTriangle::Zero().eval());

@@ -35,6 +35,8 @@ std::string spoken(Key key) {
       return "the velocity";
     case 'P':
       return "the position";
+    case 'e':
+      return "a model extension";
     default:
       return to_string(key);
   }

@@ -49,8 +49,8 @@ struct FoundParameter {
 };
 
 struct Gain {
-  double heldout_nll_before = 0.0, heldout_nll_after = 0.0;  // nats, all left-out blocks
-  double bic_delta = 0.0;                                    // negative: better
+  double heldout_nll_before = 0.0, heldout_nll_after = 0.0;    // nats, all left-out blocks
+  double bic_delta = 0.0;                                      // negative: better
   double residual_rms_before = 0.0, residual_rms_after = 0.0;  // of the channel, whitened
 };
 

@@ -13,14 +13,22 @@ class PreintegratedGyroscope {
   // bias: the gyroscope bias at which to integrate, rad/s.
   explicit PreintegratedGyroscope(const Vector3& bias) : bias_(bias) {}
 
-  // One more sample (or part of one): the rate gyr, rad/s, held for dt_s seconds.
-  void integrate(const Vector3& gyr, double dt_s) {
+  // One more sample (or part of one): the rate gyr, rad/s, held for dt_s seconds. effects: by how
+  // much gyr, which has been corrected for effects, falls as each of their parameters grows; every
+  // sample must have the same columns.
+  using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+  void integrate(const Vector3& gyr, double dt_s,
+                 const Eigen::Ref<const Columns>& effects = Columns(3, 0)) {
     const Vector3 v = (gyr - bias_) * dt_s;
     const Rot3 step = Rot3::Exp(v);
     const Matrix3 undo = step.matrix().transpose();
     const Matrix3 J = so3::right_jacobian(v);
     delta_ = (delta_ * step).normalized();
     bias_jacobian_ = undo * bias_jacobian_ - J * dt_s;
+    if (effects.cols() > 0) {
+      if (effect_jacobian_.cols() == 0) effect_jacobian_.setZero(3, effects.cols());
+      effect_jacobian_ = undo * effect_jacobian_ - J * effects * dt_s;
+    }
     covariance_ = undo * covariance_ * undo.transpose() + J * J.transpose() * dt_s;
     duration_s_ += dt_s;
   }
@@ -30,6 +38,8 @@ class PreintegratedGyroscope {
   const Vector3& bias() const { return bias_; }
   // delta(bias + d) ~ delta(bias) Exp(bias_jacobian() d).
   const Matrix3& bias_jacobian() const { return bias_jacobian_; }
+  // The same for the effects' parameters.
+  const Columns& effect_jacobian() const { return effect_jacobian_; }
   // Covariance of the rotation error (right, rad^2) for a noise density of 1 rad/s per sqrt(Hz);
   // the density's square scales it.
   const Matrix3& unit_covariance() const { return covariance_; }
@@ -39,6 +49,7 @@ class PreintegratedGyroscope {
   Vector3 bias_;
   Rot3 delta_;
   Matrix3 bias_jacobian_ = Matrix3::Zero();
+  Columns effect_jacobian_ = Columns(3, 0);
   Matrix3 covariance_ = Matrix3::Zero();
   double duration_s_ = 0.0;
 };

@@ -11,8 +11,8 @@ struct Transition {
 
   // F X, row by row of blocks.
   template <int N>
-  void apply(Mat<double, 9, N>& X) const {
-    const Mat<double, 3, N> turned = X.template topRows<3>();
+  void apply(Eigen::Matrix<double, 9, N>& X) const {
+    const Eigen::Matrix<double, 3, N> turned = X.template topRows<3>();
     X.template bottomRows<3>() += C * turned + h * X.template middleRows<3>(3);
     X.template middleRows<3>(3) += B * turned;
     X.template topRows<3>() = A * turned;
@@ -28,6 +28,12 @@ Matrix3 lower_triangular(const LowerTriangle& entries) {
 }
 
 void PreintegratedImu::integrate(const Vector3& gyr, const Vector3& acc, double h) {
+  static const Eigen::Matrix<double, 3, Eigen::Dynamic> none(3, 0);
+  integrate(gyr, acc, h, none, none);
+}
+
+void PreintegratedImu::integrate(const Vector3& gyr, const Vector3& acc, double h,
+                                 const Columns& gyr_effects, const Columns& acc_effects) {
   const Vector3 rate = unscale_ * (gyr - gyr_bias_), turn = rate * h;
   const Vector3 force = acc - acc_bias_;
   const Matrix3 R = delta_R_.matrix();
@@ -52,6 +58,12 @@ void PreintegratedImu::integrate(const Vector3& gyr, const Vector3& acc, double 
     for (int e = 0; e < 6; ++e) {
       J_matrix_.col(e).head<6>() -= G_gyr.col(kLowerRow[e]) * rate[kLowerColumn[e]];
     }
+  }
+  if (const Eigen::Index n = gyr_effects.cols() + acc_effects.cols(); n > 0) {
+    if (J_effects_.cols() == 0) J_effects_.setZero(9, n);
+    F.apply(J_effects_);
+    J_effects_.topLeftCorner(6, gyr_effects.cols()) -= G_gyr * gyr_effects;
+    J_effects_.bottomRightCorner(6, acc_effects.cols()) -= G_acc * acc_effects;
   }
   // F P F'. A density d over h seconds is white noise of variance d^2 / h on the held value.
   F.apply(covariance_);

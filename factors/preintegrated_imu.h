@@ -46,6 +46,11 @@ class PreintegratedImu {
 
   // One more piece: rate gyr, rad/s, and specific force acc, m/s^2, held for h seconds.
   void integrate(const Vector3& gyr, const Vector3& acc, double h);
+  // The same where gyr and acc have been corrected for effects with further parameters: by how much
+  // gyr and acc fall as each of them grows. Every piece must have the same columns.
+  using Columns = Eigen::Ref<const Eigen::Matrix<double, 3, Eigen::Dynamic>>;
+  void integrate(const Vector3& gyr, const Vector3& acc, double h, const Columns& gyr_effects,
+                 const Columns& acc_effects);
 
   const Rot3& delta_R() const { return delta_R_; }
   const Vector3& delta_v() const { return delta_v_; }
@@ -59,6 +64,9 @@ class PreintegratedImu {
   const LowerTriangle& gyr_matrix() const { return gyr_matrix_; }
   // d (rotation, velocity, position) / d S; 0 where S is not in the model.
   const Matrix9x6& gyr_matrix_jacobian() const { return J_matrix_; }
+  // d (rotation, velocity, position) / d the effects' parameters, the gyroscope's first; 9 x 0
+  // without.
+  const Eigen::Matrix<double, 9, Eigen::Dynamic>& effect_jacobian() const { return J_effects_; }
   const Matrix9& covariance() const { return covariance_; }
 
  private:
@@ -71,6 +79,7 @@ class PreintegratedImu {
   Vector3 delta_v_ = Vector3::Zero(), delta_p_ = Vector3::Zero();
   Matrix9x3 J_gyr_ = Matrix9x3::Zero(), J_acc_ = Matrix9x3::Zero();
   Matrix9x6 J_matrix_ = Matrix9x6::Zero();
+  Eigen::Matrix<double, 9, Eigen::Dynamic> J_effects_;
   Matrix9 covariance_ = Matrix9::Zero();
   double duration_s_ = 0.0;
 };

@@ -14,6 +14,11 @@ FactorGraph& FactorGraph::operator=(const FactorGraph& other) {
   return *this = std::move(copy);
 }
 
+void FactorGraph::add_batch(std::unique_ptr<FactorBatch> batch) {
+  for (int i = 0; i < batch->size(); ++i) check_keys(batch->keys(i));
+  batches_.push_back(std::move(batch));
+}
+
 int FactorGraph::size() const {
   int n = 0;
   for (const auto& batch : batches_) n += batch->size();

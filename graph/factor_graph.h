@@ -130,6 +130,9 @@ class FactorGraph {
     mutable_batch<F>().factors.push_back(factor);
   }
 
+  // A batch made elsewhere (extended_batch.h); factors<F>() does not see it.
+  void add_batch(std::unique_ptr<FactorBatch> batch);
+
   // The factors of one type, in the order in which they were added.
   template <class F>
   const std::vector<F>& factors() const {

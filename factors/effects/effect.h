@@ -26,8 +26,8 @@ std::string to_string(Channel channel);  // "acc", "gyr", "mag"
 // What the sensors experience at one instant, as the basic models have it. IMU frame unless said
 // otherwise; of the gyroscope's samples: the mean over the sample's interval.
 struct SampleState {
-  double t = 0.0;  // s
-  double u = 0.0;  // -1 at the recording's start, 1 at its end
+  double t = 0.0;                               // s
+  double u = 0.0;                               // -1 at the recording's start, 1 at its end
   double duration_s = 0.0;                      // of the recording
   Rot3 nRb;                                     // IMU frame to n
   Vector3 omega = Vector3::Zero();              // rate, rad/s
@@ -51,16 +51,16 @@ class Effect {
     double prior_sigma;  // of usual parts and surroundings; the prior is N(0, prior_sigma^2)
   };
   struct Description {
-    std::string name;  // as in the contract
+    std::string name = {};  // as in the contract
     Channel channel = Channel::kMag;
-    std::vector<Parameter> parameters;
-    std::string cause;  // half a sentence: "the magnetometer lags the gyroscope"
-    std::string needs;  // auxiliary column: "temp", "current", "pos"; empty: none
+    std::vector<Parameter> parameters = {};
+    std::string cause = {};  // half a sentence: "the magnetometer lags the gyroscope"
+    std::string needs = {};  // auxiliary column: "temp", "current", "pos"; empty: none
     // Simpler causes that are special cases of this one.
-    std::vector<std::string> contains;
+    std::vector<std::string> contains = {};
     // Causes that no motion, or only the given one, tells from this one.
-    std::vector<std::string> same_class;
-    std::string separating_motion;  // what makes its parameters visible
+    std::vector<std::string> same_class = {};
+    std::string separating_motion = {};  // what makes its parameters visible
     // Under the hand-held model it cannot be told from the motion.
     bool rotation_only = false;
   };
@@ -74,11 +74,14 @@ class Effect {
   int size() const { return int(description_.parameters.size()); }
 
   // d term / d theta, 3 x size().
-  virtual void jacobian(const SampleState& state, const VectorXd& theta, EffectJacobian J) const = 0;
+  virtual void jacobian(const SampleState& state, const VectorXd& theta,
+                        EffectJacobian J) const = 0;
   // What is added to the reading. By default linear: J theta.
   virtual Vector3 term(const SampleState& state, const VectorXd& theta) const;
   // Prior standard deviations; a random process may have them depend on the recording's length.
   virtual VectorXd prior_sigma(double duration_s) const;
+  // The same family (a drift, say) with so many terms in each direction; null: it is none.
+  virtual std::shared_ptr<const Effect> with_terms(int terms) const;
   // "The magnetometer lags the gyroscope by 11.0 +- 0.2 ms."
   virtual std::string sentence(const VectorXd& theta, const VectorXd& sigma) const;
 
@@ -86,13 +89,20 @@ class Effect {
   Description description_;
 };
 
-// Every effect with a term of its own, in the contract's order; families (drifts) with so many
-// terms as the scan tries.
+// Every effect with a term of its own, by name; families (drifts) with three terms.
 const std::vector<std::shared_ptr<const Effect>>& effect_catalogue();
 // One of these; null if there is none of that name.
 std::shared_ptr<const Effect> find_effect(const std::string& name);
 
 // Legendre polynomial P_j(u).
 double legendre(int j, double u);
+
+// Parameters of a vector, "name[0]" and so on, or of a matrix row by row, "name[0][1]".
+std::vector<Effect::Parameter> vector_parameters(const std::string& name, const std::string& unit,
+                                                 double prior_sigma);
+std::vector<Effect::Parameter> matrix_parameters(const std::string& name, const std::string& unit,
+                                                 double prior_sigma);
+// d (M x) / d M, M row by row.
+void matrix_jacobian(const Vector3& x, EffectJacobian J);
 
 }  // namespace magimu

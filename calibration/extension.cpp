@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/extension.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include "calibration/sensed_motion.h"
+
+namespace magimu {
+namespace {
+
+VectorSeries& series_of(Recording& recording, Channel channel) {
+  if (channel == Channel::kAcc) return recording.acc;
+  return channel == Channel::kGyr ? recording.gyr : recording.mag.front();
+}
+
+struct Active {
+  const Effect* effect;
+  VectorXd theta;
+  int first;  // its first column among those of its channel
+};
+
+// raw less the effects' terms; the columns, too, where they are wanted.
+void correct(const SensedMotion& motion, Channel channel, const std::vector<Active>& active,
+             const VectorSeries& raw, VectorSeries& corrected, EffectColumns* columns) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, raw.size(), 512), [&](const auto& range) {
+    for (std::size_t k = range.begin(); k != range.end(); ++k) {
+      const SampleState state = motion.state(channel, k);
+      Vector3 sum = Vector3::Zero();
+      for (const Active& a : active) {
+        if (!a.theta.isZero(0.0)) sum += a.effect->term(state, a.theta);
+        if (columns == nullptr) continue;
+        a.effect->jacobian(state, a.theta, columns->of(k).middleCols(a.first, a.theta.size()));
+      }
+      corrected.v[k] = raw.v[k] - sum;
+    }
+  });
+}
+
+}  // namespace
+
+std::vector<std::vector<Key>> effect_keys(
+    const std::vector<std::shared_ptr<const Effect>>& effects) {
+  std::vector<std::vector<Key>> out;
+  int next = 0;
+  for (const auto& effect : effects) {
+    out.emplace_back();
+    for (int i = 0; i < effect->size(); ++i) out.back().push_back(key::effect(next++));
+  }
+  return out;
+}
+
+VectorXd effect_parameters(const Values& values, const std::vector<Key>& keys) {
+  VectorXd theta = VectorXd::Zero(Eigen::Index(keys.size()));
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (values.contains(keys[i])) theta[Eigen::Index(i)] = values.at<double>(keys[i]);
+  }
+  return theta;
+}
+
+ExtendedRecording extend(const Recording& recording, const NodePlan& plan, int index,
+                         const ModelSpec& spec, const Values& values) {
+  ExtendedRecording out;
+  out.corrected = recording;
+  std::array<std::vector<Active>, 3> active;
+  const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
+  for (std::size_t e = 0; e < spec.effects.size(); ++e) {
+    const auto c = std::size_t(spec.effects[e]->channel());
+    active[c].push_back(
+        {spec.effects[e].get(), effect_parameters(values, keys[e]), int(out.keys[c].size())});
+    out.keys[c].insert(out.keys[c].end(), keys[e].begin(), keys[e].end());
+  }
+  // The gyroscope's terms depend on the rate that they are to correct: a second time with the rate
+  // that the first has corrected. Then the accelerometer's, then the magnetometer's.
+  constexpr std::pair<Channel, bool> kPasses[] = {{Channel::kGyr, false},
+                                                  {Channel::kAcc, false},
+                                                  {Channel::kGyr, true},
+                                                  {Channel::kAcc, true},
+                                                  {Channel::kMag, true}};
+  for (const auto& [channel, last] : kPasses) {
+    const auto c = std::size_t(channel);
+    if (active[c].empty()) continue;
+    const SensedMotion motion(out.corrected, plan, index, spec, values);
+    EffectColumns& columns = out.columns[c];
+    VectorSeries corrected = series_of(out.corrected, channel);
+    if (last) {
+      columns.parameters = int(out.keys[c].size());
+      columns.all.resize(3, Eigen::Index(corrected.size()) * columns.parameters);
+    }
+    const VectorSeries& raw = channel == Channel::kAcc   ? recording.acc
+                              : channel == Channel::kGyr ? recording.gyr
+                                                         : recording.mag.front();
+    correct(motion, channel, active[c], raw, corrected, last ? &columns : nullptr);
+    series_of(out.corrected, channel) = std::move(corrected);
+  }
+  for (std::size_t c = 0; c < 3; ++c) out.theta[c] = effect_parameters(values, out.keys[c]);
+  return out;
+}
+
+}  // namespace magimu

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/pipeline.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/choose_motion.h"
+#include "calibration/diagnostics.h"
+#include "calibration/extension.h"
+#include "calibration/held_out.h"
+#include "calibration/rests.h"
+#include "calibration/summary.h"
+#include "recording/error.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kMinDuration = 5.0;     // s
+constexpr double kCoarseRate = 12.0;     // nodes a second while the noise is being found
+constexpr double kFullRate = 101.0;      // up to here every magnetometer sample is a node
+constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at most
+// Noise in motion over that at rest, at the most (and at least that at rest: the trajectory follows
+// the gyroscope so closely that its residuals alone may let its noise vanish). What exceeds it is
+// not noise but something the model lacks; it must show in the residuals instead of being declared
+// normal.
+constexpr double kGyrInMotion = 3.0, kMagInMotion = 2.5;
+constexpr double kUnlimited = 1e30;
+constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
+constexpr double kManyRepeats = 0.3;
+constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is believed
+
+void check(const std::vector<const Recording*>& recordings) {
+  if (recordings.empty()) throw InputError("", 0, 0, "no recording was given", "name at least one");
+  for (const Recording* r : recordings) {
+    if (r->mag.empty() || r->mag.front().size() < 10) {
+      throw InputError(r->name, 0, 0, "there are no magnetometer samples",
+                       "record the columns mag_x, mag_y, mag_z as well");
+    }
+    if (r->acc.size() < 10 || r->gyr.size() < 10 || r->duration_s() < kMinDuration) {
+      throw InputError(r->name, 0, 0,
+                       fmt::format("the recording lasts {:.1f} s, which is too short to calibrate",
+                                   r->duration_s()),
+                       "turn the sensor about all three axes for a minute or more");
+    }
+    if (r->mag.size() != recordings.front()->mag.size()) {
+      throw InputError(r->name, 0, 0,
+                       fmt::format("it has {} magnetometers, the first recording {}", r->mag.size(),
+                                   recordings.front()->mag.size()),
+                       "calibrate only recordings of one device together");
+    }
+  }
+}
+
+// Magnetometers that are read faster than they measure: each repeat would count as a sample. A copy
+// without the repeats where there are many (a few are chance, of a coarse quantization), and what
+// was done.
+std::optional<Recording> without_repeats(const Recording& recording,
+                                         std::vector<std::string>& warnings) {
+  std::optional<Recording> copy;
+  for (std::size_t m = 0; m < recording.mag.size(); ++m) {
+    const VectorSeries& all = recording.mag[m];
+    VectorSeries own = without_repeats(all);
+    const double repeats = 1.0 - double(own.size()) / double(all.size());
+    if (repeats < kManyRepeats || own.size() < 10) continue;
+    warnings.push_back(fmt::format(
+        "{}: {:.0f} % of the samples of {} repeat the one before, so its own rate is about {:.3g} "
+        "Hz, not {:.3g}; the repeats are left out.",
+        recording.name, 100.0 * repeats, recording.mag_names[m], all.rate_hz() * (1.0 - repeats),
+        all.rate_hz()));
+    if (!copy) copy = recording;
+    copy->mag[m] = std::move(own);
+  }
+  return copy;
+}
+
+// The two exact symmetries of the contract: cos(alpha) > 0, and det D > 0 of magnetometer 0.
+void fix_symmetries(Values& values, int magnetometers, int recordings,
+                    const std::vector<NodePlan>& plans) {
+  const Rot3 half_turn = Rot3::from_unit_quaternion(Vector4(0.0, 0.0, 0.0, 1.0));
+  const auto turn = [&](const NodePlan& plan) {
+    for (int k = 0; k < int(plan.t.size()); ++k) {
+      const int id = plan.first + k;
+      values.update(R(id), half_turn * values.at<Rot3>(R(id)));
+      if (!values.contains(V(id))) continue;
+      values.update(V(id), Vector3(half_turn * values.at<Vector3>(V(id))));
+      values.update(P(id), Vector3(half_turn * values.at<Vector3>(P(id))));
+    }
+  };
+  if (values.at<Matrix3>(key::distortion).determinant() < 0.0) {
+    for (int m = 0; m < magnetometers; ++m) {
+      values.update(key::distortion_of(m), Matrix3(-values.at<Matrix3>(key::distortion_of(m))));
+    }
+    for (int r = 0; r < recordings; ++r) {
+      values.update(dip_of(r), -values.at<double>(dip_of(r)));
+      turn(plans[std::size_t(r)]);
+    }
+  }
+  for (int r = 0; r < recordings; ++r) {
+    double dip = std::remainder(values.at<double>(dip_of(r)), 2.0 * M_PI);
+    if (std::cos(dip) < 0.0) {
+      dip = std::remainder(M_PI - dip, 2.0 * M_PI);
+      turn(plans[std::size_t(r)]);
+    }
+    values.update(dip_of(r), dip);
+  }
+}
+
+NoiseDensities noise_of_rests(const std::vector<const Recording*>& recordings) {
+  NoiseDensities noise;
+  for (const Recording* r : recordings) {
+    const NoiseDensities rest = noise_at_rest(*r, find_rests(*r));
+    noise.acc = std::max(noise.acc, rest.acc);
+    noise.gyr = std::max(noise.gyr, rest.gyr);
+    noise.mag = std::max(noise.mag, rest.mag);
+  }
+  return noise;
+}
+
+// Where the rests do not tell: values of ordinary parts, and what the magnetometer's ellipsoid
+// leaves unexplained, for the residuals to correct.
+NoiseDensities completed(NoiseDensities noise, const InitialGuess& guess) {
+  if (noise.acc <= 0.0) noise.acc = 0.01;
+  if (noise.gyr <= 0.0) noise.gyr = 1e-3;
+  if (noise.mag <= 0.0) {
+    noise.mag = std::max(guess.ellipsoid_rms_uT / std::sqrt(kCoarseRate), 1e-6);
+  }
+  return noise;
+}
+
+int automatic_node_every(const Recording& recording) {
+  const double rate = recording.mag.front().rate_hz();
+  return rate <= kFullRate ? 1 : int(std::ceil(rate / kDecimatedRate));
+}
+
+}  // namespace
+
+CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given)
+    : copies_(given.size()), recordings_(given) {
+  check(given);
+  for (std::size_t r = 0; r < given.size(); ++r) {
+    copies_[r] = without_repeats(*given[r], warnings_);
+    if (copies_[r]) recordings_[r] = &*copies_[r];
+  }
+}
+
+Pipeline::Pipeline(const std::vector<const Recording*>& recordings,
+                   const CalibrationOptions& options)
+    : recordings_(recordings),
+      options_(options),
+      guess_(initialize(recordings, options.initialization)),
+      rest_(options.noise.value_or(noise_of_rests(recordings))) {
+  const double mag_rate = recordings.front()->mag.front().rate_hz();
+  every_ = options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
+  coarse_every_ = std::max(every_, int(std::ceil(mag_rate / kCoarseRate)));
+}
+
+Stage Pipeline::with_fixed_symmetries(const Stage& stage) const {
+  Values values = stage.result().values;
+  fix_symmetries(values, int(recordings_.front()->mag.size()), int(recordings_.size()),
+                 stage.plans());
+  Stage fixed = stage;
+  fixed.fit(values, true);
+  return fixed;
+}
+
+Stage Pipeline::refit(const Stage& from, const ModelSpec& spec, const VectorXd& start) const {
+  Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
+  Values values = carry_over(recordings_, from, stage);
+  if (start.size() > 0) {
+    const std::vector<Key> last = effect_keys(spec.effects).back();
+    for (std::size_t i = 0; i < last.size(); ++i) values.update(last[i], start[Eigen::Index(i)]);
+  }
+  fit_with_noise(stage, values);
+  return stage;
+}
+
+// Few nodes first: most iterations, the search for the noise and the choices are cheap there.
+Stage Pipeline::run(Calibration& c) const {
+  const Stage coarse = with_gyr_matrix(with_offset(choose(c.motion_reason)));
+  check_prediction(coarse, c);
+  Stage fine(recordings_, coarse.spec(), every_, options_.optimizer);
+  Values start = carry_over(recordings_, coarse, fine);
+  fix_symmetries(start, int(recordings_.front()->mag.size()), int(recordings_.size()),
+                 fine.plans());
+  fine.fit(start, true);
+  return fine;
+}
+
+// What needs more fits than one: left-out data, and halves of each recording.
+void Pipeline::check_prediction(const Stage& coarse, Calibration& c) const {
+  if (!coarse.result().converged()) return;
+  const Matrix3 D = coarse.result().values.at<Matrix3>(key::distortion);
+  c.checks.push_back(check_held_out(block_errors(coarse), std::cbrt(std::abs(D.determinant()))));
+  std::vector<Calibration> halves;
+  for (const bool second : {false, true}) {
+    std::vector<Recording> parts;
+    for (const Recording* r : recordings_) {
+      const double begin = r->gyr.t.front(), end = r->gyr.t.back(), mid = 0.5 * (begin + end);
+      parts.push_back(second ? slice(*r, mid, end) : slice(*r, begin, mid));
+    }
+    std::vector<const Recording*> half;
+    for (const Recording& part : parts) half.push_back(&part);
+    Stage stage(half, coarse.spec(), coarse_every_, options_.optimizer);
+    stage.fit(carry_over(half, coarse, stage), true);
+    if (!stage.result().converged()) return;
+    halves.push_back(summarize(half, stage, options_));
+  }
+  c.checks.push_back(check_halves(halves[0], halves[1]));
+}
+
+Stage Pipeline::coarse_fit(MotionModel motion) const {
+  ModelSpec spec;
+  spec.motion = motion;
+  spec.gravity = options_.gravity;
+  spec.noise = options_.noise.value_or(completed(rest_, guess_));
+  Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
+  const Values start = initial_values(recordings_, stage.plans(), guess_, motion);
+  fit_with_noise(stage, start);
+  return stage;
+}
+
+void Pipeline::fit_with_noise(Stage& stage, const Values& start) const {
+  const bool moving = stage.spec().motion == MotionModel::kHandHeld;
+  if (options_.noise) {
+    stage.fit_noise(start, {.gyr_known = true, .acc_known = true, .mag_known = true});
+  } else {
+    // Where the motion is modelled, the accelerometer's noise is that at rest.
+    const bool acc_known = moving && rest_.acc > 0.0;
+    stage.fit_noise(start, {.gyr_known = rest_.gyr > 0.0 && !moving,
+                            .acc_known = acc_known,
+                            .min_gyr = rest_.gyr,
+                            .max_gyr = rest_.gyr > 0.0 ? kGyrInMotion * rest_.gyr : kUnlimited,
+                            .max_mag = rest_.mag > 0.0 ? kMagInMotion * rest_.mag : kUnlimited});
+  }
+}
+
+Stage Pipeline::choose(std::string& reason) const {
+  if (options_.motion != MotionModel::kAuto) return coarse_fit(options_.motion);
+  const Stage rotation = coarse_fit(MotionModel::kRotation);
+  const Stage hand_held = coarse_fit(MotionModel::kHandHeld);
+  const MotionChoice choice = choose_motion(rotation, hand_held, rest_.acc);
+  reason = choice.reason;
+  return choice.motion == MotionModel::kRotation ? rotation : hand_held;
+}
+
+// The stage with a lag of the magnetometers, if the data show one.
+Stage Pipeline::with_offset(const Stage& stage) const {
+  if (!options_.mag_time_offset.value_or(true)) return stage;
+  ModelSpec spec = stage.spec();
+  spec.mag_time_offset = true;
+  Stage delayed(recordings_, spec, coarse_every_, options_.optimizer);
+  fit_with_noise(delayed, carry_over(recordings_, stage, delayed));
+  return options_.mag_time_offset.has_value() || shows_offset(delayed) ? delayed : stage;
+}
+
+// The stage with the gyroscope's scale errors and misalignment, if that predicts left-out
+// magnetometer samples better: what fits better need not.
+Stage Pipeline::with_gyr_matrix(const Stage& stage) const {
+  const bool possible = stage.spec().motion == MotionModel::kHandHeld;
+  if (!possible || !options_.gyr_matrix.value_or(true)) return stage;
+  ModelSpec spec = stage.spec();
+  spec.gyr_matrix = true;
+  Stage scaled(recordings_, spec, coarse_every_, options_.optimizer);
+  scaled.fit(carry_over(recordings_, stage, scaled), true);
+  if (!options_.gyr_matrix.has_value() && !held_out_gain(stage, scaled).better(kMatrixShown)) {
+    return stage;
+  }
+  fit_with_noise(scaled, Values(scaled.result().values));
+  return scaled;
+}
+
+bool Pipeline::shows_offset(const Stage& stage) const {
+  const Calibration c = summarize(recordings_, stage, options_);
+  for (const ActiveEffect::Parameter& p : c.effects.front().parameters) {
+    if (std::abs(p.value) > kOffsetShown * std::max(p.sigma, p.sigma_model)) return true;
+  }
+  return false;
+}
+
+}  // namespace magimu

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The stages of one calibration, from the first guess to the model that is kept: few nodes first,
+// where most iterations, the search for the noise and the choices are cheap.
+#pragma once
+
+#include <optional>
+
+#include "calibration/calibrate.h"
+#include "calibration/stage.h"
+
+namespace magimu {
+
+// Recordings that are fit to calibrate, without the samples that repeat the one before where a
+// magnetometer has many. Throws InputError where one has too little in it to begin with.
+class CheckedRecordings {
+ public:
+  explicit CheckedRecordings(const std::vector<const Recording*>& given);
+  const std::vector<const Recording*>& get() const { return recordings_; }
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+  std::vector<std::optional<Recording>> copies_;
+  std::vector<const Recording*> recordings_;
+  std::vector<std::string> warnings_;
+};
+
+class Pipeline {
+ public:
+  // Both must outlive this.
+  Pipeline(const std::vector<const Recording*>& recordings, const CalibrationOptions& options);
+
+  // Magnetometer samples a node of the last stage.
+  int node_every() const { return every_; }
+  // Noise densities at rest; 0 where the recordings have no rests.
+  const NoiseDensities& rest_noise() const { return rest_; }
+
+  // The whole way: motion, lag, gyroscope matrix, checks (into c), and the fit with all nodes.
+  Stage run(Calibration& c) const;
+
+  // Its steps, with few nodes.
+  Stage coarse_fit(MotionModel motion) const;
+  // Of the two motion models the one that the data prefer, and why.
+  Stage choose(std::string& reason) const;
+  // Another model of the same recordings, started from a fit, its noise estimated anew.
+  // start: of the last effect's parameters, where they do not begin at zero.
+  Stage refit(const Stage& from, const ModelSpec& spec, const VectorXd& start = {}) const;
+  // The same fit with det D > 0 and cos(dip) > 0.
+  Stage with_fixed_symmetries(const Stage& stage) const;
+
+ private:
+  void check_prediction(const Stage& coarse, Calibration& c) const;
+  void fit_with_noise(Stage& stage, const Values& start) const;
+  Stage with_offset(const Stage& stage) const;
+  Stage with_gyr_matrix(const Stage& stage) const;
+  bool shows_offset(const Stage& stage) const;
+
+  const std::vector<const Recording*>& recordings_;
+  const CalibrationOptions& options_;
+  InitialGuess guess_;
+  NoiseDensities rest_;  // given, or from rests (0 where there are none)
+  int every_ = 1, coarse_every_ = 1;
+};
+
+}  // namespace magimu

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/sensed_motion.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace magimu {
+namespace {
+
+// Index of the sample before t, and how far t is on the way to the next, 0 to 1.
+struct Between {
+  std::size_t before;
+  double share;
+};
+Between locate(const std::vector<double>& t, double at) {
+  const auto it = std::upper_bound(t.begin(), t.end(), at);
+  if (it == t.begin()) return {0, 0.0};
+  const std::size_t k = std::size_t(it - t.begin()) - 1;
+  if (k + 1 >= t.size()) return {t.size() - 1, 0.0};
+  return {k, (at - t[k]) / (t[k + 1] - t[k])};
+}
+
+template <class V>
+V interpolated(const std::vector<double>& t, const std::vector<V>& v, double at) {
+  const Between b = locate(t, at);
+  if (b.share == 0.0) return v[b.before];
+  return V(v[b.before] + b.share * (v[b.before + 1] - v[b.before]));
+}
+
+// Less its mean over the samples at these times.
+template <class Series, class V>
+Series centred(const Series& series, const std::vector<double>& times, V mean) {
+  Series out;
+  if (series.t.empty()) return out;
+  for (const double t : times) mean += interpolated(series.t, series.v, t);
+  mean /= double(times.size());
+  out = series;
+  for (auto& v : out.v) v -= mean;
+  return out;
+}
+
+}  // namespace
+
+SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, int index,
+                           const ModelSpec& spec, const Values& values)
+    : recording_(recording),
+      plan_(plan),
+      moving_(spec.motion == MotionModel::kHandHeld),
+      gravity_(spec.gravity),
+      gyr_(recording.gyr, values.at<Vector3>(key::gyr_bias), spec.gyr_matrix_value),
+      gyr_bias_(values.at<Vector3>(key::gyr_bias)),
+      acc_bias_(values.at<Vector3>(key::acc_bias)),
+      field_(unit_field(values.at<double>(dip_of(index)))),
+      D_(values.at<Matrix3>(key::distortion)),
+      strength_(std::cbrt(std::abs(D_.determinant()))),
+      begin_(recording.gyr.t.front()),
+      duration_(recording.gyr.t.back() - recording.gyr.t.front()) {
+  for (std::size_t i = 0; i < plan.t.size(); ++i) {
+    nodes_.push_back(values.at<Rot3>(R(plan.first + int(i))) * gyr_.at(plan.t[i]).inverse());
+  }
+  const auto aux = [&](const char* name) {
+    const auto it = recording.aux.find(name);
+    return it == recording.aux.end() ? ScalarSeries{} : it->second;
+  };
+  temperature_ = centred(aux("temp"), recording.gyr.t, 0.0);
+  current_ = aux("current");
+  if (recording.pos) position_ = centred(*recording.pos, recording.gyr.t, Vector3::Zero().eval());
+}
+
+const VectorSeries& SensedMotion::series(Channel channel) const {
+  if (channel == Channel::kAcc) return recording_.acc;
+  return channel == Channel::kGyr ? recording_.gyr : recording_.mag.front();
+}
+
+std::size_t SensedMotion::samples(Channel channel) const { return series(channel).size(); }
+
+Rot3 SensedMotion::attitude(double t) const {
+  const Between b = locate(plan_.t, t);
+  const std::size_t node = b.share > 0.5 ? b.before + 1 : b.before;
+  return (nodes_[node] * gyr_.at(t)).normalized();
+}
+
+// The rate at an instant, between the mean rates of the intervals before and after it.
+Vector3 SensedMotion::rate_about(double t, Vector3* derivative) const {
+  const VectorSeries& g = recording_.gyr;
+  const double h = 0.5 * (duration_ / double(g.size() - 1));
+  const std::size_t after = locate(g.t, t + h).before;
+  const std::size_t before = after > 0 ? after - 1 : 0;
+  const Vector3 a = g.v[before] - gyr_bias_, b = g.v[after] - gyr_bias_;
+  // The means are those of the intervals' middles.
+  const double span = std::max(g.t[after] - g.t[before], 1e-9);
+  const double middle = 0.5 * (g.t[before] + g.t[after]) + h;
+  *derivative = after > before ? Vector3((b - a) / span) : Vector3::Zero();
+  return 0.5 * (a + b) + *derivative * (t - middle);
+}
+
+Vector3 SensedMotion::specific_force(Channel channel, std::size_t sample, const Rot3& nRb) const {
+  if (!moving_) return -nRb.unrotate(gravity_n(gravity_));
+  const VectorSeries& acc = recording_.acc;
+  if (channel == Channel::kAcc) return acc.v[sample] - acc_bias_;
+  const double t = series(channel).t[sample];
+  const double middle = channel == Channel::kGyr && sample + 1 < recording_.gyr.size()
+                            ? 0.5 * (t + recording_.gyr.t[sample + 1])
+                            : t;
+  return interpolated(acc.t, acc.v, middle) - acc_bias_;
+}
+
+SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
+  const VectorSeries& own = series(channel);
+  SampleState s;
+  s.t = own.t[sample];
+  double instant = s.t;
+  if (channel == Channel::kGyr && sample + 1 < own.size()) {
+    instant = 0.5 * (s.t + own.t[sample + 1]);
+  }
+  s.u = 2.0 * (instant - begin_) / duration_ - 1.0;
+  s.duration_s = duration_;
+  s.nRb = attitude(instant);
+  s.omega = rate_about(instant, &s.omega_rate);
+  if (channel == Channel::kGyr) s.omega = own.v[sample] - gyr_bias_;
+  s.f = specific_force(channel, sample, s.nRb);
+  s.b = s.nRb.unrotate(field_);
+  s.D = D_;
+  s.strength_uT = strength_;
+  if (!temperature_.t.empty())
+    s.temperature = interpolated(temperature_.t, temperature_.v, instant);
+  if (!current_.t.empty()) s.current = interpolated(current_.t, current_.v, instant);
+  if (!position_.t.empty()) s.position = interpolated(position_.t, position_.v, instant);
+  if (channel == Channel::kMag) {
+    s.field_before = [this, instant](double delay_s) {
+      return attitude(instant - delay_s).unrotate(field_);
+    };
+  }
+  return s;
+}
+
+}  // namespace magimu

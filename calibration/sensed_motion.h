@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the sensors of a recording experienced, sample by sample, as a fit has it: the arguments of
+// the effects (factors/effects/effect.h).
+#pragma once
+
+#include "calibration/integrated_rotation.h"
+#include "calibration/model.h"
+#include "graph/values.h"
+
+namespace magimu {
+
+class SensedMotion {
+ public:
+  // recording: with its readings corrected for the effects known so far. index: of the recording.
+  // All must outlive this.
+  SensedMotion(const Recording& recording, const NodePlan& plan, int index, const ModelSpec& spec,
+               const Values& values);
+
+  // At a sample of a sensor (the first magnetometer).
+  SampleState state(Channel channel, std::size_t sample) const;
+  std::size_t samples(Channel channel) const;
+
+ private:
+  const VectorSeries& series(Channel channel) const;
+  Rot3 attitude(double t) const;
+  Vector3 rate_about(double t, Vector3* derivative) const;
+  Vector3 specific_force(Channel channel, std::size_t sample, const Rot3& nRb) const;
+
+  const Recording& recording_;
+  const NodePlan& plan_;
+  bool moving_;
+  double gravity_;
+  IntegratedRotation gyr_;
+  Vector3 gyr_bias_, acc_bias_, field_;
+  Matrix3 D_;
+  double strength_, begin_, duration_;
+  std::vector<Rot3> nodes_;  // attitude of each, relative to the gyroscope's at that time
+  ScalarSeries temperature_, current_;
+  VectorSeries position_;
+};
+
+}  // namespace magimu

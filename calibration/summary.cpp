@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/summary.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/extension.h"
+#include "calibration/parameter_names.h"
+#include "calibration/uncertainty.h"
+
+namespace magimu {
+namespace {
+
+void fill_parameters(Calibration& c, const std::vector<const Recording*>& recordings,
+                     const Stage& stage) {
+  const Values& values = c.fit.values;
+  const bool moving = c.motion == MotionModel::kHandHeld;
+  c.parameters.acc_bias = values.at<Vector3>(key::acc_bias);
+  c.parameters.gyr_bias = values.at<Vector3>(key::gyr_bias);
+  c.parameters.dip_rad = values.at<double>(dip_of(0));
+  c.parameters.mag.clear();
+  c.mag_names = recordings.front()->mag_names;
+  for (int m = 0; m < int(recordings.front()->mag.size()); ++m) {
+    c.parameters.mag.push_back(
+        {values.at<Matrix3>(key::distortion_of(m)), values.at<Vector3>(key::mag_bias_of(m))});
+    if (!stage.spec().mag_time_offset) continue;
+    if (m == 0) c.effects.push_back({"mag_time_offset", {}});
+    c.effects.back().parameters.push_back(
+        {time_offset_name(m), "s", values.at<double>(key::mag_time_offset_of(m))});
+  }
+  if (stage.spec().gyr_matrix) {
+    const auto S = values.at<LowerTriangle>(key::gyr_matrix);
+    ActiveEffect effect{"gyro_scale_misalignment", {}};
+    for (int e = 0; e < 6; ++e) {
+      effect.parameters.push_back({gyr_matrix_name(e), "1", S[e]});
+    }
+    c.effects.push_back(effect);
+  }
+  const std::vector<std::vector<Key>> keys = effect_keys(stage.spec().effects);
+  for (std::size_t e = 0; e < keys.size(); ++e) {
+    const Effect& effect = *stage.spec().effects[e];
+    ActiveEffect active{effect.name(), {}};
+    for (int i = 0; i < effect.size(); ++i) {
+      active.parameters.push_back({effect_parameter_name(effect, i),
+                                   effect.description().parameters[std::size_t(i)].unit,
+                                   values.at<double>(keys[e][std::size_t(i)])});
+    }
+    c.effects.push_back(active);
+  }
+  c.strength_uT = std::cbrt(c.parameters.mag.front().distortion.determinant());
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    const NodePlan& plan = stage.plans()[r];
+    TrajectoryEstimate trajectory;
+    trajectory.recording = recordings[r]->name;
+    trajectory.t = plan.t;
+    for (int k = 0; k < int(plan.t.size()); ++k) {
+      trajectory.nRb.push_back(values.at<Rot3>(R(plan.first + k)));
+      if (!moving) continue;
+      trajectory.v.push_back(values.at<Vector3>(V(plan.first + k)));
+      trajectory.p.push_back(values.at<Vector3>(P(plan.first + k)));
+    }
+    c.trajectories.push_back(std::move(trajectory));
+    c.samples += int(recordings[r]->gyr.size());
+    c.nodes += int(plan.t.size());
+    FieldEstimate field;
+    field.recording = recordings[r]->name;
+    field.dip_rad = values.at<double>(dip_of(int(r)));
+    c.fields.push_back(field);
+  }
+}
+
+void fill_residuals(Calibration& c, const Stage& stage) {
+  const SensorSums sums = stage.sums();
+  const std::vector<double>& t = c.trajectories.front().t;
+  const double nodes_per_s = double(t.size()) / std::max(1e-9, t.back() - t.front());
+  const double densities[3] = {c.noise.acc, c.noise.gyr, c.noise.mag};
+  for (std::size_t s = 0; s < 3; ++s) {
+    c.residuals[s].rms = sums.rms(Sensor(s));
+    c.residuals[s].lag1 = sums.lag1[s];
+    c.residuals[s].rms_unit = c.residuals[s].rms * densities[s] * std::sqrt(nodes_per_s);
+  }
+}
+
+}  // namespace
+
+Calibration summarize(const std::vector<const Recording*>& recordings, const Stage& stage,
+                      const CalibrationOptions& options) {
+  Calibration c;
+  c.fit = stage.result();
+  c.motion = stage.spec().motion;
+  if (c.motion == MotionModel::kHandHeld) c.reach_m = stage.spec().reach_m;
+  c.noise = stage.spec().noise;
+  c.noise_given = options.noise.has_value();
+  c.gravity = options.gravity;
+  fill_parameters(c, recordings, stage);
+  fill_residuals(c, stage);
+  fill_uncertainty(c, stage, options);
+  return c;
+}
+
+}  // namespace magimu

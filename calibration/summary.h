@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A stage's result as a Calibration: parameters, trajectory, residuals, uncertainty.
+#pragma once
+
+#include "calibration/calibrate.h"
+#include "calibration/stage.h"
+
+namespace magimu {
+
+// Everything that one fit tells; what needs further fits (checks, verdict) is left open.
+Calibration summarize(const std::vector<const Recording*>& recordings, const Stage& stage,
+                      const CalibrationOptions& options);
+
+}  // namespace magimu

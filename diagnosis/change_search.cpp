@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/change_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "factors/effects/catalogue.h"
+
+namespace magimu {
+namespace {
+
+class BiasInWindows final : public Effect {
+ public:
+  explicit BiasInWindows(int windows)
+      : Effect({.name = "bias_in_windows",
+                .channel = Channel::kMag,
+                .parameters = std::vector<Parameter>(std::size_t(3 * windows), {"o", "uT", 20.0})}),
+        windows_(windows) {}
+
+  void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
+    const int w = std::clamp(int(0.5 * (s.u + 1.0) * windows_), 0, windows_ - 1);
+    J.setZero();
+    J.middleCols<3>(3 * w).setIdentity();
+  }
+
+ private:
+  int windows_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Effect> bias_in_windows(int windows) {
+  return std::make_shared<BiasInWindows>(windows);
+}
+
+BiasChange find_bias_change(const Scan& scan, std::size_t candidate, int windows, double begin_s,
+                            double end_s) {
+  const int first = scan.first(candidate);
+  const Eigen::Index n = scan.information().rows();
+  BiasChange best;
+  int spans = 0;
+  for (int a = 0; a < windows; ++a) {
+    MatrixXd C = MatrixXd::Zero(n, 3);
+    for (int b = a + 1; b <= windows; ++b) {
+      C.middleRows<3>(first + 3 * (b - 1)).setIdentity();
+      if (a == 0 && b == windows) continue;  // the bias itself
+      if (a == 0) continue;                  // the complement of [b, windows)
+      ++spans;
+      const Score score = scan.combined(C);
+      if (score.statistic <= best.score.statistic) continue;
+      const double width = (end_s - begin_s) / windows;
+      best = {begin_s + a * width,
+              b == windows ? std::numeric_limits<double>::infinity() : begin_s + b * width, score};
+    }
+  }
+  // Neighbouring spans are nearly the same: about a third of them count.
+  best.log10_p = std::min(0.0, best.score.log10_p + std::log10(std::max(1.0, spans / 3.0)));
+  return best;
+}
+
+double refine_time(const VectorSeries& residual, const Vector3& step, double near, double within,
+                   bool rising) {
+  // |r - s|^2 - |r|^2 summed from the split on is least at the best split.
+  double sum = 0.0, best = 0.0, at = near;
+  const double half = 0.5 * step.squaredNorm();
+  bool started = false;
+  for (std::size_t k = 0; k < residual.size(); ++k) {
+    if (residual.t[k] < near - within) continue;
+    if (residual.t[k] > near + within) break;
+    // The split stands before sample k: what came before is off.
+    const double off = rising ? sum : -sum;
+    if (!started || off < best) {
+      best = off;
+      at = k > 0 ? 0.5 * (residual.t[k - 1] + residual.t[k]) : residual.t[k];
+      started = true;
+    }
+    sum += step.dot(residual.v[k]) - half;
+  }
+  return at;
+}
+
+}  // namespace magimu

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// When did the magnetometer's bias change: every span of windows tried in one scan, then the times
+// found to the sample.
+#pragma once
+
+#include <memory>
+
+#include "diagnosis/scan.h"
+#include "recording/recording.h"
+
+namespace magimu {
+
+// The magnetometer's bias on its own in each of so many windows of the recording: 3 parameters each.
+std::shared_ptr<const Effect> bias_in_windows(int windows);
+
+struct BiasChange {
+  double t0 = 0.0, t1 = 0.0;  // s; infinite beyond the recording's ends
+  Score score;
+  double log10_p = 0.0;  // corrected for the number of spans tried
+};
+
+// scan: with bias_in_windows as its candidate number `candidate`.
+BiasChange find_bias_change(const Scan& scan, std::size_t candidate, int windows, double begin_s,
+                            double end_s);
+
+// The time at which `residual` (of single samples, the change not subtracted) leaves zero for
+// `step`, or returns: the best split within `within` seconds of `near`. rising: it is zero before.
+double refine_time(const VectorSeries& residual, const Vector3& step, double near, double within,
+                   bool rising);
+
+}  // namespace magimu

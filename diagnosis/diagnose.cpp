@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "diagnosis/departures.h"
+#include "diagnosis/diagnosis.h"
+#include "diagnosis/extender.h"
+#include "diagnosis/motion_finding.h"
+#include "diagnosis/noise_findings.h"
+#include "diagnosis/unexplained.h"
+
+namespace magimu {
+
+Diagnosis diagnose(const Recording& recording, const DiagnosisOptions& options) {
+  return diagnose(std::vector<const Recording*>{&recording}, options);
+}
+
+Diagnosis diagnose(const std::vector<const Recording*>& given, const DiagnosisOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto progress = [&](const std::string& what, double share) {
+    if (options.progress) options.progress(what, share);
+  };
+  const CheckedRecordings checked(given);
+  CalibrationOptions calibration;
+  calibration.noise = options.noise;
+  calibration.gravity = options.gravity;
+  Diagnosis d;
+  d.false_alarm_rate = options.false_alarm_rate;
+  for (const Recording* r : given) d.recordings.push_back(r->name);
+  d.notes = checked.warnings();
+
+  progress("fitting the basic model", 0.0);
+  const std::vector<const Recording*>& recordings = checked.get();
+  const Pipeline pipeline(recordings, calibration);
+  Extender extender(recordings, pipeline, options, d);
+  progress("is it the motion?", 0.15);
+  const Stage first = choose_motion_model(recordings, pipeline, options, extender, d);
+  progress("looking for effects", 0.3);
+  extender.extend(first);
+  progress("looking at the noise", 0.7);
+  find_noise(recordings, pipeline, options, extender, d);
+  progress("what is left?", 0.85);
+  find_unexplained(recordings, options, extender, d);
+  fill_departures(recordings, extender, d);
+  d.before = extender.summary(extender.base());
+  d.after = extender.summary(extender.stage());
+  d.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  progress("done", 1.0);
+  return d;
+}
+
+}  // namespace magimu

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/extender.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "calibration/extension.h"
+#include "calibration/parameter_names.h"
+#include "calibration/summary.h"
+#include "calibration/trust.h"
+#include "diagnosis/change_search.h"
+#include "diagnosis/finding_text.h"
+#include "diagnosis/held_out_nll.h"
+#include "diagnosis/option.h"
+#include "diagnosis/random_walk.h"
+#include "diagnosis/source_search.h"
+#include "factors/effects/catalogue.h"
+
+namespace magimu {
+namespace {
+
+constexpr int kTried = 4;            // best candidates that are refitted
+constexpr double kWorthTrying = 0.4;  // of the best candidate's statistic
+constexpr double kMinGain = 1.0;      // nats on left-out data
+constexpr double kDraw = 2.0;         // nats within which the simpler of two effects is taken
+constexpr int kWalkTerms = 12;
+constexpr double kChangeWindow = 5.0;  // s, at the least
+constexpr int kMaxChangeWindows = 24;
+
+bool of_time(const std::string& name) {
+  return name == "field_drift" || name == "hard_iron_drift" || name == "hard_iron_change" ||
+         name == "gyro_bias_drift";
+}
+
+// Columns first .. first + count - 1 of all.
+MatrixXd selection(Eigen::Index all, int first, int count) {
+  MatrixXd C = MatrixXd::Zero(all, count);
+  C.middleRows(first, count).setIdentity();
+  return C;
+}
+
+int change_windows(const Recording& r) {
+  return std::clamp(int(r.duration_s() / kChangeWindow), 2, kMaxChangeWindows);
+}
+
+}  // namespace
+
+Extender::Extender(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+                   const DiagnosisOptions& options, Diagnosis& d)
+    : recordings_(recordings), pipeline_(pipeline), given_(options), d_(d) {}
+
+double Extender::log10_level() const {
+  return std::log10(given_.false_alarm_rate / double(effect_catalogue().size()));
+}
+
+Calibration Extender::summary(const Stage& stage) const {
+  CalibrationOptions options;
+  options.noise = given_.noise;
+  options.gravity = given_.gravity;
+  Calibration c = summarize(recordings_, stage, options);
+  judge(c);
+  return c;
+}
+
+std::vector<std::shared_ptr<const Effect>> Extender::candidates(const Stage& stage) const {
+  std::vector<std::shared_ptr<const Effect>> out;
+  const auto& accepted = stage.spec().effects;
+  for (const auto& effect : effect_catalogue()) {
+    const std::string& name = effect->name();
+    const bool has = std::any_of(accepted.begin(), accepted.end(),
+                                 [&](const auto& a) { return a->name() == name; });
+    if (has && name != "hard_iron_change") continue;
+    if (!reason_untested(*effect, recordings_, stage).empty()) continue;
+    if (name == "hard_iron_change" || name == "stationary_source" || name == "mains_interference") {
+      continue;  // found by searches of their own
+    }
+    if (name == "gyro_bias_drift") {
+      out.push_back(make_gyro_bias_walk(kWalkTerms, 1.0));
+    } else {
+      out.push_back(effect);
+    }
+  }
+  return out;
+}
+
+std::vector<Option> Extender::test_all(const Stage& stage,
+                                       const std::vector<std::shared_ptr<const Effect>>& effects) {
+  std::vector<std::shared_ptr<const Effect>> all = effects;
+  const std::size_t plain = all.size();
+  const bool single = recordings_.size() == 1;
+  const int windows = change_windows(*recordings_.front());
+  if (single) all.push_back(bias_in_windows(windows));
+  std::vector<Vector3> places;
+  if (single && recordings_.front()->pos) places = likely_source_places(*recordings_.front(), stage);
+  for (const Vector3& place : places) all.push_back(make_stationary_source_at(place));
+  const Scan scan(recordings_, stage, all);
+
+  std::vector<Option> out;
+  for (std::size_t i = 0; i < plain; ++i) {
+    Option option{.effect = all[i], .score = scan.scores()[i]};
+    const Eigen::Index n = scan.information().rows();
+    if (all[i]->name() == "gyro_bias_drift") {
+      const VectorXd unit = all[i]->prior_sigma(recordings_.front()->duration_s());
+      const Score& s = scan.scores()[i];
+      const RandomWalk walk =
+          estimate_random_walk(s.information, scan.score().segment(scan.first(i), unit.size()), unit);
+      option.score.statistic = walk.likelihood_ratio;
+      option.score.dof = 1;
+      // Coloured noise makes a walk look larger: what its scatter explains is taken away.
+      option.rank = walk.log10_p;
+      option.score.log10_p = log10_chi_square_tail(
+          walk.likelihood_ratio / std::max(1.0, s.scatter > 1.25 ? s.scatter : 1.0), 1.0);
+      option.effect = make_gyro_bias_walk(kWalkTerms, std::max(walk.density, 1e-9));
+      option.extra = {{"q", walk.density, walk.sigma, "rad/s per sqrt(s)"}};
+    } else if (all[i]->with_terms(1)) {
+      double best = 1.0;
+      for (int terms = 1; 3 * terms <= all[i]->size(); ++terms) {
+        const Score s = scan.combined(selection(n, scan.first(i), 3 * terms));
+        const double rank = log10_chi_square_tail(s.statistic, s.dof);
+        if (terms > 1 && rank >= best) continue;
+        best = rank;
+        option.score = s;
+        option.effect = all[i]->with_terms(terms);
+        option.rank = rank;
+      }
+      option.score.log10_p = std::min(0.0, option.score.log10_p + std::log10(3.0));
+    } else {
+      option.rank = log10_chi_square_tail(option.score.statistic, option.score.dof);
+    }
+    out.push_back(option);
+  }
+  if (single) {
+    const std::vector<double>& t = recordings_.front()->gyr.t;
+    const BiasChange change = find_bias_change(scan, plain, windows, t.front(), t.back());
+    Option option{.effect = make_hard_iron_change_between(change.t0, change.t1),
+                  .score = change.score,
+                  .start = change.score.theta,
+                  .t0 = change.t0,
+                  .t1 = change.t1};
+    option.rank = log10_chi_square_tail(change.score.statistic, change.score.dof) + change.log10_p -
+                  change.score.log10_p;
+    option.score.log10_p = change.log10_p;
+    if (change.score.dof > 0) out.push_back(option);
+  }
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    const Score& s = scan.scores()[plain + 1 + p];
+    Option option{.effect = find_effect("stationary_source"), .score = s};
+    option.start.resize(6);
+    option.start << places[p], s.theta;
+    // A place is three parameters more, searched for among hundreds.
+    option.score.dof += 3;
+    option.rank = log10_chi_square_tail(s.statistic, option.score.dof);
+    option.score.log10_p = std::min(0.0, std::max(s.log10_p, option.rank) + 1.0);
+    out.push_back(option);
+  }
+  std::sort(out.begin(), out.end(), [](const Option& a, const Option& b) { return a.rank < b.rank; });
+  return out;
+}
+
+// The times of a change, found to the sample in the residuals of a fit that has it.
+Option Extender::with_refined_times(const Option& option, const Stage& stage) const {
+  Option out = option;
+  const double width =
+      1.5 * recordings_.front()->duration_s() / change_windows(*recordings_.front());
+  VectorXd step;
+  const VectorSeries residual = residual_without_last(stage, step);
+  out.t0 = refine_time(residual, step, option.t0, width, true);
+  if (std::isfinite(option.t1)) out.t1 = refine_time(residual, step, option.t1, width, false);
+  out.effect = make_hard_iron_change_between(out.t0, out.t1);
+  out.start = step;
+  return out;
+}
+
+Finding Extender::describe(const Option& option, const Stage& stage, double nll,
+                           const std::vector<Option>& all) const {
+  const Effect& effect = *option.effect;
+  const Calibration c = summary(stage);
+  Finding f;
+  f.effect = effect.name();
+  f.channel = to_string(effect.channel());
+  VectorXd theta(effect.size()), sigma(effect.size());
+  for (int i = 0; i < effect.size(); ++i) {
+    const ActiveEffect::Parameter& p = c.effects.back().parameters[std::size_t(i)];
+    theta[i] = p.value;
+    sigma[i] = std::max(p.sigma, p.sigma_model);
+    if (option.extra.empty()) {
+      f.parameters.push_back(
+          {effect.description().parameters[std::size_t(i)].name, p.value, sigma[i], p.unit});
+    }
+  }
+  for (const FoundParameter& p : option.extra) f.parameters.push_back(p);
+  if (effect.name() == "hard_iron_change") {
+    const double dt = 1.0 / recordings_.front()->mag.front().rate_hz();
+    const double strength = theta.norm() / std::max(c.noise.mag / std::sqrt(dt), 1e-12);
+    const double sigma_t = dt * std::max(0.5, 4.0 / (strength * strength));
+    f.parameters.push_back({"t0", option.t0, sigma_t, "s"});
+    f.parameters.push_back({"t1", option.t1, sigma_t, "s"});
+  }
+  f.sentence = option.extra.empty() ? effect.sentence(theta, sigma)
+                                    : walk_sentence(option.extra.front());
+  f.p_value = std::min(1.0, std::pow(10.0, std::max(-300.0, option.score.log10_p)) *
+                                double(effect_catalogue().size()));
+  f.probability = probability_of(option, all, c.nodes);
+  const auto s = std::size_t(effect.channel());
+  const double density[2][3] = {{stage_->spec().noise.acc, stage_->spec().noise.gyr, stage_->spec().noise.mag},
+                                {c.noise.acc, c.noise.gyr, c.noise.mag}};
+  f.gain = {.heldout_nll_before = nll_,
+            .heldout_nll_after = nll,
+            .bic_delta = option.score.dof * std::log(3.0 * c.nodes) - option.score.statistic,
+            .residual_rms_before =
+                stage_->sums().rms(Sensor(s)) * density[0][s] / std::max(density[1][s], 1e-300),
+            .residual_rms_after = c.residuals[s].rms};
+  f.confusable_with = confusable(option, all);
+  return f;
+}
+
+std::optional<Finding> Extender::try_options(std::vector<Option> options) {
+  const double level = log10_level();
+  std::vector<Option> worth;
+  for (const Option& o : options) {
+    if (o.score.log10_p > level || int(worth.size()) >= kTried) continue;
+    if (std::find(rejected_.begin(), rejected_.end(), o.effect->name()) != rejected_.end()) continue;
+    const bool known = std::any_of(worth.begin(), worth.end(), [&](const Option& w) {
+      return w.effect->name() == o.effect->name() || same_class(*w.effect, *o.effect);
+    });
+    if (known) continue;
+    if (!worth.empty() && o.score.statistic < kWorthTrying * worth.front().score.statistic) continue;
+    worth.push_back(o);
+  }
+  struct Trial {
+    Option option;
+    Stage stage;
+    double nll;
+  };
+  std::optional<Trial> best;
+  for (const Option& o : worth) {
+    Option option = o;
+    ModelSpec spec = stage_->spec();
+    spec.effects.push_back(option.effect);
+    Stage stage = pipeline_.refit(*stage_, spec, option.start);
+    if (std::isfinite(option.t0)) {
+      option = with_refined_times(option, stage);
+      spec.effects.back() = option.effect;
+      stage = pipeline_.refit(*stage_, spec, option.start);
+    }
+    if (!stage.result().converged()) continue;
+    const double nll = sum_of(held_out_nll(stage));
+    const double simpler = best && option.effect->size() < best->option.effect->size() ? kDraw
+                           : best ? -kDraw * double(option.effect->size() > best->option.effect->size())
+                                  : 0.0;
+    if (!best || nll < best->nll + simpler) best.emplace(Trial{option, stage, nll});
+  }
+  if (!best) return std::nullopt;
+  if (nll_ - best->nll < kMinGain) {
+    for (const Option& o : worth) rejected_.push_back(o.effect->name());
+    return std::nullopt;
+  }
+  Finding f = describe(best->option, best->stage, best->nll, options);
+  stage_ = best->stage;
+  nll_ = best->nll;
+  return f;
+}
+
+void Extender::replace(const Stage& stage) {
+  stage_ = stage;
+  nll_ = sum_of(held_out_nll(stage));
+}
+
+void Extender::extend(const Stage& from) {
+  stage_ = from;
+  nll_ = sum_of(held_out_nll(from));
+  rejected_.clear();
+  for (bool first = true; int(d_.findings.size()) < given_.max_findings; first = false) {
+    const std::vector<Option> options = test_all(*stage_, candidates(*stage_));
+    if (first) d_.scan = scan_entries(options, recordings_, *stage_, log10_level());
+    const std::size_t rejected = rejected_.size();
+    std::optional<Finding> finding = try_options(options);
+    if (finding) {
+      d_.findings.push_back(*std::move(finding));
+    } else if (rejected_.size() == rejected) {
+      break;
+    }
+  }
+}
+
+}  // namespace magimu

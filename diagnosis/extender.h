@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The extension of a model by effects, one after another: scan, refit the best candidates, accept
+// the one that predicts left-out data best if it predicts them better than the model without it,
+// scan again; at the end, drop what is no longer needed.
+#pragma once
+
+#include <optional>
+
+#include "calibration/pipeline.h"
+#include "diagnosis/diagnosis.h"
+#include "diagnosis/option.h"
+
+namespace magimu {
+
+class Extender {
+ public:
+  // All must outlive this. Findings and the scan go into d.
+  Extender(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+           const DiagnosisOptions& options, Diagnosis& d);
+
+  // Extends the model of this stage until nothing more passes.
+  void extend(const Stage& from);
+  // A better model found elsewhere is the stage from now on.
+  void replace(const Stage& stage);
+  // Candidates that could be tested under this model, and the scan of them; nothing is accepted.
+  std::vector<std::shared_ptr<const Effect>> candidates(const Stage& stage) const;
+
+  void set_base(const Stage& stage) { base_ = stage; }
+  const Stage& base() const { return *base_; }    // the model that the diagnosis started from
+  const Stage& stage() const { return *stage_; }  // the model as extended so far
+  double heldout_nll() const { return nll_; }     // of stage()
+  // log10 of the level that one test among all must pass.
+  double log10_level() const;
+
+  Calibration summary(const Stage& stage) const;
+
+ private:
+  std::vector<Option> test_all(const Stage& stage,
+                               const std::vector<std::shared_ptr<const Effect>>& effects);
+  std::optional<Finding> try_options(std::vector<Option> options);
+  Finding describe(const Option& option, const Stage& stage, double nll,
+                   const std::vector<Option>& all) const;
+  Option with_refined_times(const Option& option, const Stage& stage) const;
+
+  const std::vector<const Recording*>& recordings_;
+  const Pipeline& pipeline_;
+  const DiagnosisOptions& given_;
+  Diagnosis& d_;
+  std::optional<Stage> base_, stage_;
+  double nll_ = 0.0;
+  std::vector<std::string> rejected_;  // looked significant, predicts no better
+};
+
+}  // namespace magimu

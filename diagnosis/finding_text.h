@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The scan's numbers in the words and figures of a finding.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/option.h"
+
+namespace magimu {
+
+std::string walk_sentence(const FoundParameter& density);
+
+// Of this candidate among all and "nothing", by the Bayesian information criterion.
+double probability_of(const Option& option, const std::vector<Option>& all, int nodes);
+
+// Candidates that explain much of the same misfit with this motion.
+std::vector<Confusable> confusable(const Option& option, const std::vector<Option>& all);
+
+// The scan as reported: what was tested, and what could not be, with the reason.
+std::vector<ScanEntry> scan_entries(const std::vector<Option>& options,
+                                    const std::vector<const Recording*>& recordings,
+                                    const Stage& stage, double log10_level);
+
+}  // namespace magimu

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Dependences of a reading on what the sensor experiences, without a physical cause of that shape.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "factors/effects/effect.h"
+
+namespace magimu {
+
+// Each an "effect" whose cause says what it depends on, in words: "on products of the field's
+// directions".
+std::vector<std::shared_ptr<const Effect>> general_dependences(bool moving);
+
+}  // namespace magimu

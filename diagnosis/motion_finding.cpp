@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/motion_finding.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/choose_motion.h"
+#include "diagnosis/held_out_nll.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kCalm = 1.15;       // accelerometer noise in motion over that at rest
+constexpr double kCalmColour = 0.15;
+constexpr double kMostOfIt = 0.5;    // of the misfit, for an effect to be tried in its stead
+
+struct Restlessness {
+  double excess = 1.0, colour = 0.0;
+  double rows = 0.0;
+};
+Restlessness restlessness(const Stage& rotation, double rest_acc) {
+  const SensorSums sums = rotation.sums();
+  Restlessness out;
+  out.colour = sums.lag1[std::size_t(Sensor::kAcc)];
+  out.rows = sums.rows[std::size_t(Sensor::kAcc)];
+  if (rest_acc > 0.0) out.excess = rotation.spec().noise.acc * sums.rms(Sensor::kAcc) / rest_acc;
+  return out;
+}
+
+// What the accelerometer measured beside gravity and bias, RMS of single samples, m/s^2.
+double acceleration_rms(const Stage& rotation, const Recording& recording) {
+  const double noise = rotation.spec().noise.acc * rotation.sums().rms(Sensor::kAcc);
+  const std::vector<double>& t = rotation.plans().front().t;
+  const double nodes_per_s = double(t.size()) / std::max(1e-9, recording.duration_s());
+  return noise * std::sqrt(nodes_per_s) * std::sqrt(3.0);
+}
+
+Finding motion_finding(const Stage& rotation, const Stage& moving, const Restlessness& restless,
+                       const Recording& recording) {
+  const double before = sum_of(held_out_nll(rotation)), after = sum_of(held_out_nll(moving));
+  const double excess2 = restless.excess * restless.excess;
+  const double rms = acceleration_rms(rotation, recording);
+  Finding f;
+  f.effect = "linear_acceleration";
+  f.channel = "acc";
+  f.sentence = fmt::format(
+      "The hand moved the sensor: it accelerated by {:.2g} m/s^2 (RMS), {:.1f} times what the "
+      "accelerometer's noise explains; velocity and position are part of the model from here on.",
+      rms, restless.excess);
+  f.parameters = {{"acceleration_rms", rms, rms / std::sqrt(restless.rows), "m/s^2"}};
+  f.p_value = std::pow(10.0, std::max(-300.0, log10_chi_square_tail(restless.rows * excess2,
+                                                                    restless.rows)));
+  f.probability = 1.0;
+  f.gain = {.heldout_nll_before = before,
+            .heldout_nll_after = after,
+            .bic_delta = -restless.rows * (excess2 - 1.0),
+            .residual_rms_before = restless.excess,
+            .residual_rms_after = moving.sums().rms(Sensor::kAcc)};
+  f.confusable_with = {{"lever_arm",
+                        "a sensor that turns about a point beside it is moved, too",
+                        "turn about a fixed point"}};
+  return f;
+}
+
+}  // namespace
+
+Stage choose_motion_model(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+                          const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
+  if (options.motion != MotionModel::kAuto) {
+    const Stage stage = pipeline.with_fixed_symmetries(pipeline.coarse_fit(options.motion));
+    extender.set_base(stage);
+    return stage;
+  }
+  const double rest_acc = pipeline.rest_noise().acc;
+  const Stage rotation = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kRotation));
+  extender.set_base(rotation);
+  const Stage moving = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));
+  const MotionChoice choice = choose_motion(rotation, moving, rest_acc);
+  if (choice.motion == MotionModel::kRotation) return rotation;
+
+  const Restlessness restless = restlessness(rotation, rest_acc);
+  const double misfit = restless.rows * (1.0 - 1.0 / std::max(1.0, restless.excess * restless.excess));
+  const Scan scan(recordings, rotation, extender.candidates(rotation));
+  const bool other = std::any_of(scan.scores().begin(), scan.scores().end(), [&](const Score& s) {
+    return s.log10_p < extender.log10_level() && s.statistic > kMostOfIt * misfit;
+  });
+  if (other) {
+    const Diagnosis before = d;
+    extender.extend(rotation);
+    const Restlessness now = restlessness(extender.stage(), rest_acc);
+    if (now.excess < kCalm && now.colour < kCalmColour) return extender.stage();
+    d = before;
+  }
+  d.findings.push_back(motion_finding(rotation, moving, restless, *recordings.front()));
+  return moving;
+}
+
+}  // namespace magimu

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/noise_findings.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/noise_tests.h"
+#include "diagnosis/sample_residuals.h"
+#include "factors/effects/catalogue.h"
+
+namespace magimu {
+namespace {
+
+// Noise-like causes on the channels: each a test of its own.
+constexpr double kTests = 12.0;
+
+Finding to_finding(const NoiseTest& t) {
+  Finding f;
+  f.effect = t.effect;
+  f.channel = to_string(t.channel);
+  f.sentence = t.sentence;
+  f.parameters = t.parameters;
+  f.p_value = std::min(1.0, kTests * t.p_value);
+  f.probability = 1.0 - f.p_value;
+  f.gain = {.heldout_nll_before = t.nll_before,
+            .heldout_nll_after = t.nll_after,
+            .bic_delta = 2.0 * (t.nll_after - t.nll_before),
+            .residual_rms_before = 1.0,
+            .residual_rms_after = 1.0};
+  return f;
+}
+
+ScanEntry to_entry(const NoiseTest& t, double level) {
+  ScanEntry e{.effect = t.effect, .channel = to_string(t.channel)};
+  for (const FoundParameter& p : t.parameters) e.parameters.push_back(p.name);
+  e.statistic = t.statistic;
+  e.dof = t.dof;
+  e.p_value = t.p_value;
+  e.significant = t.untested.empty() && t.p_value < level;
+  e.needs = t.untested;
+  return e;
+}
+
+// The model with the alternating field in it, where that predicts better.
+void extend_by_mains(const Pipeline& pipeline, Extender& extender, Finding& finding) {
+  if (finding.effect != "mains_interference" || finding.parameters.size() < 7) return;
+  ModelSpec spec = extender.stage().spec();
+  spec.effects.push_back(make_mains_at(finding.parameters[6].value));
+  const Stage stage = pipeline.refit(extender.stage(), spec);
+  if (stage.result().converged()) extender.replace(stage);
+}
+
+}  // namespace
+
+void find_noise(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+                const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
+  const double level = options.false_alarm_rate / kTests;
+  const std::vector<SampleResiduals> residuals =
+      sample_residuals(*recordings.front(), extender.stage(), 0, pipeline.rest_noise(),
+                       options.noise.has_value());
+  for (const NoiseTest& t : test_noise(residuals)) d.scan.push_back(to_entry(t, level));
+  for (const NoiseTest& t : explain_noise(residuals, level)) {
+    if (int(d.findings.size()) >= options.max_findings) break;
+    Finding f = to_finding(t);
+    extend_by_mains(pipeline, extender, f);
+    d.findings.push_back(std::move(f));
+  }
+}
+
+}  // namespace magimu

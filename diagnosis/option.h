@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A candidate as the scan leaves it: what would enter the model, where it would start, how well the
+// data speak for it.
+#pragma once
+
+#include <limits>
+
+#include "diagnosis/diagnosis.h"
+#include "diagnosis/scan.h"
+
+namespace magimu {
+
+struct Option {
+  std::shared_ptr<const Effect> effect;
+  Score score;                        // log10_p: corrected for what was searched (times, orders)
+  VectorXd start = {};                // of its parameters; empty: zero
+  double rank = 0.0;                  // log10 of the plain chi-square's tail: less is better
+  std::vector<FoundParameter> extra = {};  // instead of the effect's own parameters
+  // Of a change in time, s.
+  double t0 = std::numeric_limits<double>::infinity(), t1 = std::numeric_limits<double>::infinity();
+};
+
+// Why an effect cannot be tested on these recordings under this model; empty: it can.
+std::string reason_untested(const Effect& effect, const std::vector<const Recording*>& recordings,
+                            const Stage& stage);
+// No motion, or none that is usual, tells the two apart.
+bool same_class(const Effect& a, const Effect& b);
+// The magnetometer's residuals without the term of the effect that entered last, whose parameters
+// go to theta.
+VectorSeries residual_without_last(const Stage& stage, VectorXd& theta);
+
+}  // namespace magimu

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/sample_residuals.h"
+
+#include <cmath>
+
+#include "calibration/extension.h"
+#include "calibration/sensed_motion.h"
+#include "diagnosis/high_pass.h"
+
+namespace magimu {
+
+std::vector<SampleResiduals> sample_residuals(const Recording& recording, const Stage& stage,
+                                              int index, const NoiseDensities& rest,
+                                              bool noise_given) {
+  const ModelSpec& spec = stage.spec();
+  const Values& values = stage.result().values;
+  const Recording& corrected =
+      spec.extended.empty() ? recording : spec.extended[std::size_t(index)]->corrected;
+  const SensedMotion motion(corrected, stage.plans()[std::size_t(index)], index, spec, values);
+  const Vector3 acc_bias = values.at<Vector3>(key::acc_bias);
+  const Vector3 mag_bias = values.at<Vector3>(key::mag_bias);
+  const auto sigma = [&](double density, const VectorSeries& s) {
+    return density * std::sqrt(s.rate_hz());
+  };
+  std::vector<SampleResiduals> out;
+  const bool moving = spec.motion == MotionModel::kHandHeld;
+
+  SampleResiduals acc{.channel = Channel::kAcc,
+                      .t = recording.acc.t,
+                      .reading = recording.acc.v,
+                      .sigma = sigma(rest.acc, recording.acc),
+                      .sigma_given = noise_given,
+                      .high_passed = moving};
+  if (moving) {
+    acc.residual = high_passed(corrected.acc);
+  } else {
+    for (std::size_t k = 0; k < corrected.acc.size(); ++k) {
+      acc.residual.push_back(corrected.acc.v[k] - motion.state(Channel::kAcc, k).f - acc_bias);
+    }
+  }
+  out.push_back(std::move(acc));
+  out.push_back({.channel = Channel::kGyr,
+                 .t = recording.gyr.t,
+                 .reading = recording.gyr.v,
+                 .residual = high_passed(corrected.gyr),
+                 .sigma = sigma(rest.gyr, recording.gyr),
+                 .sigma_given = noise_given,
+                 .high_passed = true});
+  SampleResiduals mag{.channel = Channel::kMag,
+                      .t = recording.mag.front().t,
+                      .reading = recording.mag.front().v,
+                      .sigma = sigma(rest.mag, recording.mag.front()),
+                      .sigma_given = noise_given};
+  for (std::size_t k = 0; k < corrected.mag.front().size(); ++k) {
+    const SampleState s = motion.state(Channel::kMag, k);
+    mag.residual.push_back(corrected.mag.front().v[k] - s.D * s.b - mag_bias);
+  }
+  out.push_back(std::move(mag));
+  return out;
+}
+
+}  // namespace magimu

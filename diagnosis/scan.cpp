@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/scan.h"
+
+#include <Eigen/Eigenvalues>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <cmath>
+#include <limits>
+
+#include "calibration/extension.h"
+#include "diagnosis/windows.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kPriorOff = 1e3;    // a prior so wide that it says nothing
+constexpr double kInvisible = 1e-9;  // of the largest eigenvalue of A, parameters scaled alike
+constexpr double kColoured = 1.25;   // scatter of the windows' scores beyond white noise's
+
+// Variables of the stage's model and of the candidates', these at zero.
+Values with_candidates(const Values& values, std::size_t accepted, const ModelSpec& spec) {
+  Values out = values;
+  const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
+  for (std::size_t e = accepted; e < keys.size(); ++e) {
+    for (const Key key : keys[e]) out.insert(key, 0.0);
+  }
+  return out;
+}
+
+// P with M = P diag P', its columns scaled so that P' A P = I on what A determines.
+MatrixXd whitener(const MatrixXd& A) {
+  const VectorXd scale =
+      A.diagonal().unaryExpr([](double a) { return a > 0.0 ? 1.0 / std::sqrt(a) : 0.0; });
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scale.asDiagonal() * A * scale.asDiagonal());
+  const VectorXd& values = eigen.eigenvalues();
+  const double largest = values.size() > 0 ? values.maxCoeff() : 0.0;
+  if (largest <= 0.0) return MatrixXd(A.rows(), 0);
+  const auto kept = (values.array() > kInvisible * largest).count();
+  return scale.asDiagonal() * eigen.eigenvectors().rightCols(kept) *
+         values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+}
+
+double log10_f_tail(double x, double p, double q) {
+  if (!(x > 0.0) || q < 1.0) return 0.0;
+  const double tail =
+      boost::math::cdf(boost::math::complement(boost::math::fisher_f(p, q), std::min(x, 1e12)));
+  return std::log10(std::max(tail, 1e-300));
+}
+
+}  // namespace
+
+double log10_chi_square_tail(double x, double dof) {
+  if (!(x > 0.0) || dof <= 0.0) return 0.0;
+  if (x < 600.0 + dof) {
+    const double tail = boost::math::cdf(boost::math::complement(boost::math::chi_squared(dof), x));
+    if (tail > 1e-290) return std::log10(tail);
+  }
+  // The leading term for large x: (x/2)^(dof/2 - 1) exp(-x/2) / Gamma(dof/2).
+  return ((0.5 * dof - 1.0) * std::log(0.5 * x) - 0.5 * x - std::lgamma(0.5 * dof)) /
+         std::log(10.0);
+}
+
+Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
+           const std::vector<std::shared_ptr<const Effect>>& candidates) {
+  ModelSpec spec = stage.spec();
+  const std::size_t accepted = spec.effects.size();
+  spec.effects.insert(spec.effects.end(), candidates.begin(), candidates.end());
+  const Values values = with_candidates(stage.result().values, accepted, spec);
+  spec.extended.clear();
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    spec.extended.push_back(std::make_shared<ExtendedRecording>(
+        extend(*recordings[r], stage.plans()[r], int(r), spec, values)));
+  }
+  // The accepted effects keep their priors; the candidates have none to speak of.
+  FactorGraph graph = build_model(recordings, stage.plans(), spec, int(accepted), kPriorOff);
+  LinearSystem system(graph, values);
+  system.linearize(values);
+
+  const CondensedChain whole = condense(system, values, node_of, all_in_one(stage.plans()));
+  const CondensedChain parts = condense(system, values, node_of, windows_of(stage.plans()));
+  const auto g = Eigen::Index(whole.columns.size());
+  Eigen::Index n = 0;
+  for (const auto& c : candidates) n += c->size();
+  const Eigen::Index base = g - n;  // the candidates were inserted last
+  // Calibration and accepted effects eliminated.
+  const auto reduce = [&](const MatrixXd& K, MatrixXd& projection) {
+    const MatrixXd P = whitener(K.topLeftCorner(base, base));
+    projection = K.bottomLeftCorner(n, base) * P * P.transpose();
+    return MatrixXd(K.bottomRightCorner(n, n) - projection * K.topRightCorner(base, n));
+  };
+  MatrixXd projection;
+  const CondensedWindow all = whole.sum();
+  information_ = reduce(all.information, projection);
+  score_ = all.score.tail(n) - projection * all.score.head(base);
+  window_information_ = reduce(parts.sum().information, projection);
+  window_scores_.resize(n, Eigen::Index(parts.windows.size()));
+  for (std::size_t w = 0; w < parts.windows.size(); ++w) {
+    const VectorXd& s = parts.windows[w].score;
+    window_scores_.col(Eigen::Index(w)) = s.tail(n) - projection * s.head(base);
+  }
+  int next = 0;
+  for (const auto& candidate : candidates) {
+    first_.push_back(next);
+    MatrixXd C = MatrixXd::Zero(n, candidate->size());
+    C.middleRows(next, candidate->size()).setIdentity();
+    scores_.push_back(combined(C));
+    scores_.back().effect = candidate;
+    next += candidate->size();
+  }
+}
+
+Score Scan::combined(const MatrixXd& C) const {
+  Score out;
+  const MatrixXd A = C.transpose() * information_ * C;
+  const VectorXd z = C.transpose() * score_;
+  const MatrixXd P = whitener(A);
+  out.information = A;
+  out.dof = int(P.cols());
+  out.theta = P * (P.transpose() * z);
+  out.sigma = (P * P.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
+  for (Eigen::Index i = 0; i < A.rows(); ++i) {
+    if (!(A(i, i) > 0.0)) out.sigma[i] = std::numeric_limits<double>::infinity();
+  }
+  if (out.dof == 0) return out;
+  out.statistic = (P.transpose() * z).squaredNorm();
+  out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
+
+  const MatrixXd Q = whitener(C.transpose() * window_information_ * C);
+  const MatrixXd u = Q.transpose() * (C.transpose() * window_scores_);
+  const auto windows = double(u.cols()), q = double(u.rows());
+  const VectorXd mean = u.rowwise().mean();
+  const MatrixXd centred = u.colwise() - mean;
+  out.scatter = centred.squaredNorm() / q * windows / std::max(1.0, windows - 1.0);
+  if (out.scatter > kColoured && windows > q + 2.0) {
+    const MatrixXd S = centred * centred.transpose() / (windows - 1.0);
+    const double T2 = windows * mean.dot(S.ldlt().solve(mean));
+    const double F = T2 * (windows - q) / (q * (windows - 1.0));
+    out.log10_p = std::max(out.log10_p, log10_f_tail(F, q, windows - q));
+  }
+  out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
+  return out;
+}
+
+}  // namespace magimu

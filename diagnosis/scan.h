@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The scan: every candidate effect tested against one fitted model, without refitting. Candidates
+// enter the model as further border columns at zero; with the trajectory eliminated, what is left
+// is their information A and score z, and with calibration and accepted effects eliminated as well
+// (a Schur complement),
+//
+//   S = z' A^-1 z      chi-square with as many degrees of freedom as parameters, if there is no
+//   such
+//                      effect; A^-1 z is what one step of a refit would estimate
+//
+// Under coloured noise S is too large. The same scores summed over windows of seconds that share no
+// node scatter about their mean as the noise really does (Hotelling's T^2 of them is an F
+// variable); where the scatter is larger than A says, that test decides.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "calibration/calibration.h"
+#include "calibration/stage.h"
+
+namespace magimu {
+
+// One candidate's answer.
+struct Score {
+  std::shared_ptr<const Effect> effect;
+  double statistic = 0.0;  // S
+  int dof = 0;             // fewer than parameters where the motion shows only so many directions
+  double p_value = 1.0;    // the larger of the two where the noise is coloured
+  double log10_p = 0.0;    // of p_value, finite however small it is
+  VectorXd theta, sigma;   // one step's estimate; sigma infinite where the motion shows nothing
+  MatrixXd information;    // A
+  double scatter = 1.0;    // of the windows' scores, over what white noise would give
+};
+
+class Scan {
+ public:
+  // stage: fitted, with the accepted effects in its model. candidates: at zero.
+  Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
+       const std::vector<std::shared_ptr<const Effect>>& candidates);
+
+  const std::vector<Score>& scores() const { return scores_; }
+  // Joint information and score of all candidates' parameters, one after another, with calibration
+  // and accepted effects eliminated.
+  const MatrixXd& information() const { return information_; }
+  const VectorXd& score() const { return score_; }
+  int first(std::size_t candidate) const { return first_[candidate]; }
+  // A test on a linear combination of columns: theta = C phi, one row of C a parameter of all.
+  Score combined(const MatrixXd& C) const;
+
+ private:
+  std::vector<Score> scores_;
+  std::vector<int> first_;
+  MatrixXd information_, window_scores_;  // the latter: one column a window
+  MatrixXd window_information_;           // their sum
+  VectorXd score_;
+};
+
+// log10 of the probability that a chi-square variable of dof exceeds x.
+double log10_chi_square_tail(double x, double dof);
+
+// Efficient information of an effect's parameters at zero (trajectory and calibration eliminated)
+// for these recordings, at a calibration of theirs: sqrt(theta' A theta) is an effect's size.
+MatrixXd effect_information(const std::vector<const Recording*>& recordings, const Calibration& at,
+                            const std::string& effect);
+
+}  // namespace magimu

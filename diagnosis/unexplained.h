@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Is there structure left that no cause of the catalogue explains? General dependences are scanned
+// (products of direction, rate, force and field, their past, time): no physical cause has their
+// shape, but whatever one leaves has a share in some of them.
+#pragma once
+
+#include "diagnosis/extender.h"
+
+namespace magimu {
+
+// May also withdraw findings that explain less than what is left: a wrong name is worse than none.
+void find_unexplained(const std::vector<const Recording*>& recordings,
+                      const DiagnosisOptions& options, Extender& extender, Diagnosis& d);
+
+}  // namespace magimu

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The windows of a recording's nodes that the diagnosis tests with: longer than residuals stay
+// correlated and than the trajectory carries an error on.
+#pragma once
+
+#include "calibration/nodes.h"
+#include "solvers/condensed_windows.h"
+
+namespace magimu {
+
+// The node of a variable of a calibration graph; -1 for a parameter.
+int node_of(Key key);
+
+// The window of each node, numbered through all recordings; each lasts about so long.
+std::vector<int> windows_of(const std::vector<NodePlan>& plans, double seconds = 5.0);
+// All nodes of a recording in one window.
+std::vector<int> all_in_one(const std::vector<NodePlan>& plans);
+
+}  // namespace magimu

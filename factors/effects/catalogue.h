@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the files of this folder share, and the effects whose shape depends on numbers found by a
+// search (times, a frequency, a place): instances for given ones.
+#pragma once
+
+#include "factors/effects/effect.h"
+
+namespace magimu {
+
+// One of each file here; written by the build from their names.
+std::vector<std::shared_ptr<const Effect>> make_catalogue();
+
+// o_m + s for t0 <= t < t1, s.
+std::shared_ptr<const Effect> make_hard_iron_change_between(double t0, double t1);
+// A random walk of the gyroscope's bias with that density as its prior, rad/s per sqrt(s).
+std::shared_ptr<const Effect> make_gyro_bias_walk(int terms, double density);
+// The dipole at a known place, m: three parameters, its moment.
+std::shared_ptr<const Effect> make_stationary_source_at(const Vector3& place);
+// a cos(2 pi f t) + d sin(2 pi f t); f in Hz.
+std::shared_ptr<const Effect> make_mains_at(double frequency_hz);
+
+// Field, uT, of a magnetic moment, A m^2, at from_source, m.
+Vector3 dipole_field(const Vector3& moment, const Vector3& from_source);
+
+}  // namespace magimu

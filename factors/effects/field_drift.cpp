@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m(alpha) + sum_j c_j P_j(u): the field changes in time, as a fraction of it, in n.
+#include <fmt/format.h>
+
+#include "factors/effects/catalogue.h"
+
+namespace magimu {
+namespace {
+
+std::vector<Effect::Parameter> parameters_of(int terms) {
+  std::vector<Effect::Parameter> out;
+  for (int j = 1; j <= terms; ++j) {
+    for (const auto& p : vector_parameters(fmt::format("c[{}]", j), "1", 0.05)) out.push_back(p);
+  }
+  return out;
+}
+
+class FieldDrift final : public Effect {
+ public:
+  explicit FieldDrift(int terms)
+      : Effect({.name = "field_drift",
+                .channel = Channel::kMag,
+                .parameters = parameters_of(terms),
+                .cause = "the field of the place changes with time",
+                .separating_motion = "go through the same orientations early and late"}) {}
+
+  void jacobian(const SampleState& s, const VectorXd& theta, EffectJacobian J) const override {
+    for (int j = 1; 3 * j <= theta.size(); ++j) {
+      J.middleCols<3>(3 * j - 3) = legendre(j, s.u) * (s.D * s.nRb.matrix().transpose());
+    }
+  }
+  std::shared_ptr<const Effect> with_terms(int terms) const override {
+    return std::make_shared<FieldDrift>(terms);
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Effect> make_field_drift() { return std::make_unique<FieldDrift>(3); }
+
+}  // namespace magimu

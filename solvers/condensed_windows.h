@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A chain of nodes cut into windows, each condensed by elimination of its nodes: what it says about
+// the globals alone, the information form of a condensed window.
+//
+//   min over the window's nodes of |J (dx, dg) + r|^2 = squares - 2 score' dg + dg' information dg
+//
+// Windows of one chain that do not share nodes are independent measurements of the globals: they
+// add up, one can be left out (cross-validation), and the scatter of their scores is the robust
+// covariance of the globals' score. A single window that holds the whole chain has the exact Schur
+// complement.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "graph/linear_system.h"
+#include "graph/values.h"
+
+namespace magimu {
+
+struct CondensedWindow {
+  MatrixXd information;  // globals x globals
+  VectorXd score;        // minus the gradient of half the squares
+  double squares = 0.0;
+  double log_det = 0.0;  // of the nodes' own information, before they were eliminated
+  int rows = 0;
+};
+
+struct CondensedChain {
+  std::vector<int> columns;  // of the system: those of the globals, in their order
+  std::vector<CondensedWindow> windows;
+  CondensedWindow priors;  // rows that touch no node
+
+  // Position among the globals of the variable's first column.
+  int position(const Values& values, Key key) const;
+  // All windows but one (none: -1), and the priors.
+  CondensedWindow sum(int without = -1) const;
+};
+
+// system: linearized. node_of: the node that a variable belongs to, or -1 for a global; nodes are
+// numbered along the chains, and a factor touches one node or two neighbours. window_of: the window
+// of each node, not decreasing; negative: none. Factors between two windows are left out.
+CondensedChain condense(const LinearSystem& system, const Values& values,
+                        const std::function<int(Key)>& node_of, const std::vector<int>& window_of);
+
+}  // namespace magimu

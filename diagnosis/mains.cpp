@@ -19,7 +19,7 @@ namespace magimu {
 namespace {
 
 constexpr double kLowestHz = 3.0;     // below, motion and the errors that follow it
-constexpr double kMedian6 = 5.34812;  // of chi-square with six degrees of freedom
+constexpr double kMedian2 = 1.386294;  // of chi-square with two degrees of freedom
 constexpr double kTaper = 0.1;        // of the length, at each end
 
 struct Line {
@@ -40,7 +40,7 @@ std::vector<double> taper(std::size_t n) {
 // On a grid finer than the resolution, 1 / duration.
 struct Periodogram {
   std::vector<double> f;      // cycles a sample
-  std::vector<double> power;  // white noise: chi-square 6
+  std::array<std::vector<double>, 3> power;  // of each axis; white noise: chi-square 2
   std::size_t oversampling = 1;
   double upcrossing = 0.0;  // standard deviation of the derivative of an amplitude, samples
 };
@@ -62,15 +62,14 @@ Periodogram periodogram(const NoiseSeries& s, const Cleaned& c, const Vector3& u
   p.upcrossing = 2.0 * std::numbers::pi * std::sqrt(second / sum2 - std::pow(first / sum2, 2));
   const auto lowest = static_cast<std::size_t>(kLowestHz / s.rate_hz * double(padded));
   for (std::size_t j = lowest; j <= padded / 2; ++j) p.f.push_back(double(j) / double(padded));
-  p.power.assign(p.f.size(), 0.0);
   Eigen::FFT<double> fft;
   std::vector<double> x(padded, 0.0);
   std::vector<std::complex<double>> X;
   for (int axis = 0; axis < 3; ++axis) {
     for (std::size_t k = 0; k < n; ++k) x[k] = w[k] * c.residual[k][axis] / unit[axis];
     fft.fwd(X, x);
-    for (std::size_t j = 0; j < p.f.size(); ++j)
-      p.power[j] += 2.0 * std::norm(X[lowest + j]) / sum2;
+    std::vector<double>& power = p.power[std::size_t(axis)];
+    for (std::size_t j = 0; j < p.f.size(); ++j) power.push_back(2.0 * std::norm(X[lowest + j]) / sum2);
   }
   // Close to Nyquist's frequency cosine and sine are not orthogonal: the power is too large by at
   // most this factor.
@@ -79,7 +78,7 @@ Periodogram periodogram(const NoiseSeries& s, const Cleaned& c, const Vector3& u
     const std::complex<double> turn = std::polar(1.0, 4.0 * std::numbers::pi * p.f[j]);
     std::complex<double> z = 1.0;
     for (std::size_t k = 0; k < n; ++k, z *= turn) overlap += w[k] * w[k] * z;
-    p.power[j] /= 1.0 + std::abs(overlap) / sum2;
+    for (std::vector<double>& power : p.power) power[j] /= 1.0 + std::abs(overlap) / sum2;
   }
   return p;
 }
@@ -100,7 +99,7 @@ struct Level {
   }
 };
 
-Level local_level(const Periodogram& p) {
+Level local_level(const Periodogram& p, const std::vector<double>& power) {
   Level level;
   const double step = p.f[1] - p.f[0];
   for (std::size_t first = 0; first < p.f.size();) {
@@ -108,13 +107,13 @@ Level local_level(const Periodogram& p) {
     const double wide = std::clamp(0.35 * p.f[first] / step, 60.0 * over, 400.0 * over);
     std::size_t last = first + static_cast<std::size_t>(wide);
     if (double(p.f.size() - std::min(last, p.f.size())) < 0.7 * wide) last = p.f.size();
-    std::vector<double> band(p.power.begin() + std::ptrdiff_t(first),
-                             p.power.begin() + std::ptrdiff_t(last));
+    std::vector<double> band(power.begin() + std::ptrdiff_t(first),
+                             power.begin() + std::ptrdiff_t(last));
     const auto middle = band.begin() + std::ptrdiff_t(band.size() / 2);
     std::nth_element(band.begin(), middle, band.end());
     level.log_f.push_back(std::log(0.5 * (p.f[first] + p.f[last - 1])));
-    level.log_level.push_back(std::log(std::max(*middle, 1e-300) / kMedian6));
-    level.sigma.push_back(0.758 / std::sqrt(double(last - first) / over));
+    level.log_level.push_back(std::log(std::max(*middle, 1e-300) / kMedian2));
+    level.sigma.push_back(1.443 / std::sqrt(double(last - first) / over));
     first = last;
   }
   return level;
@@ -248,22 +247,32 @@ NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
   test.channel = s.channel;
   const Vector3 white = robust_scale(c.residual, s.used).cwiseMax(1e-300);
   const Periodogram p = periodogram(s, c, white);
-  const Level level = local_level(p);
+  std::array<Level, 3> level;
+  for (std::size_t axis = 0; axis < 3; ++axis) level[axis] = local_level(p, p.power[axis]);
   std::size_t best = 0;
-  double most = -1.0, best_sigma = 0.0, best_level = 1.0;
+  double most = -1.0, best_sigma = 0.0;
+  Vector3 best_level = Vector3::Ones();
   for (std::size_t j = 0; j < p.f.size(); ++j) {
-    const auto [here, sigma] = level.at(p.f[j]);
-    if (p.power[j] / here <= most) continue;
+    double u = 0.0, square = 0.0;
+    Vector3 here;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto [at_axis, sigma] = level[std::size_t(axis)].at(p.f[j]);
+      const double x = p.power[std::size_t(axis)][j] / at_axis;
+      u += x;
+      square += x * x * sigma * sigma;
+      here[axis] = at_axis;
+    }
+    if (u <= most) continue;
     best = j;
-    most = p.power[j] / here;
-    best_sigma = sigma;
+    most = u;
+    best_sigma = std::sqrt(square) / u;
     best_level = here;
   }
   test.statistic = most;
   test.dof = 7;
   test.p_value = p_of_maximum(p, most, best_sigma);
   if (test.p_value > 0.2) return test;
-  const Vector3 unit = white * std::sqrt(best_level);
+  const Vector3 unit = white.cwiseProduct(best_level.cwiseSqrt());
   const Mains m = refine(s, c.residual, unit, {}, p.f[best] * s.rate_hz);
   judge_stretches(s, c, unit, m.f_hz, test);
   const Eigen::Matrix<double, 7, 1> sigma = sigmas(s, m, unit);

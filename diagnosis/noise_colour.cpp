@@ -39,12 +39,15 @@ Halves halves(const PieceSpectra& s, std::vector<char> (*half)(const PieceSpectr
 }
 
 // Noise is the same sensor's in every part of the recording; an error that comes with the motion
-// is not.
-bool same_in_both(const PieceSpectra& s, const Halves& parts) {
-  const SpectrumFit a = fit_correlated(s, parts[0]), b = fit_correlated(s, parts[1]);
-  const double apart = std::abs(a.rho - b.rho);
-  if (apart < 0.15) return true;
-  return std::min(a.rho, b.rho) > 0.0 && apart < 4.0 * std::hypot(a.rho_sigma, b.rho_sigma);
+// is not. Each part has its own level, and must agree with the common correlation.
+bool same_in_both(const PieceSpectra& s, const Halves& parts, double rho) {
+  double disagreement = 0.0;
+  for (const MeanSpectrum& part : parts) {
+    const double common = fit_levels(s, part, rho).log_likelihood;
+    if (common < fit_levels(s, part, 0.0).log_likelihood - 2.0) return false;
+    disagreement += 2.0 * (fit_correlated(s, part).log_likelihood - common);
+  }
+  return disagreement < 16.0;  // chi-square 1: one in 16000
 }
 
 // Relative standard deviation of the level, from how it changes from piece to piece: more than
@@ -82,7 +85,7 @@ NoiseTest test_correlated_noise(const NoiseSeries& s, const PieceSpectra& spectr
   }
   test.parameters = {{"rho", ar.rho, ar.rho_sigma, ""}};
   if (test.p_value < 0.05 &&
-      !(same_in_both(spectra, in_time) && same_in_both(spectra, halves(spectra, quiet_half)))) {
+      !(same_in_both(spectra, in_time, ar.rho) && same_in_both(spectra, halves(spectra, quiet_half), ar.rho))) {
     test.p_value = 1.0;
     test.untested =
         "the correlation of neighbouring samples changes within the recording, so it is "

@@ -13,6 +13,9 @@ namespace {
 // Squared length in units of the scales beyond which a sample is set aside: one in 6000 of Gaussian
 // ones.
 constexpr double kSticksOut = 20.0;
+// And beyond which it is taken out of the cleaned residuals: so far out that what its neighbours
+// happen to be has no part in it; else the choice itself would correlate what remains.
+constexpr double kTakenOut = 80.0;
 constexpr int kSweeps = 12;
 
 // Places of the samples on an even grid; every sample the next place where the times allow none.
@@ -165,13 +168,24 @@ Cleaned clean(const NoiseSeries& s) {
     }
     if (!found) break;
   }
-  c.residual = s.high_passed ? c.own : s.residual;
+  c.residual = s.residual;
   std::size_t jumps = 0;
   for (std::size_t k = 0; k < n; ++k) {
     if (c.jump[k].isZero(0.0)) continue;
-    ++jumps;
-    if (!s.high_passed) c.residual[k] -= c.jump[k];
     c.own[k] += filtered * c.jump[k];
+    if (c.own[k].cwiseQuotient(c.scale).squaredNorm() < kTakenOut) {
+      c.jump[k].setZero();
+      continue;
+    }
+    ++jumps;
+    if (!s.high_passed) {
+      c.residual[k] -= c.jump[k];
+      continue;
+    }
+    for (std::size_t j = k < kReach ? 0 : k - kReach; j <= std::min(n - 1, k + kReach); ++j) {
+      const int lag = static_cast<int>(j) - static_cast<int>(k);
+      c.residual[j] -= ((lag == 0 ? 1.0 : 0.0) - smoothing_weight(lag)) * c.jump[k];
+    }
   }
   c.jump_fraction = double(jumps) / std::max<double>(1.0, double(s.used_count()));
   return c;

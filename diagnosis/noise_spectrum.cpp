@@ -62,59 +62,18 @@ double whittle(const MeanSpectrum& mean, const Terms& t, double v, double b) {
   return mean.looks * sum;
 }
 
-// Fisher scoring for v > 0 and b >= 0, rho held.
-SpectrumFit fit_levels(const PieceSpectra& s, const MeanSpectrum& mean, double rho) {
-  const Terms t = terms(s, rho);
-  const std::size_t n = mean.power.size();
-  SpectrumFit fit;
-  fit.rho = rho;
-  double v_alone = 0.0;
-  for (std::size_t j = 0; j < n; ++j) v_alone += mean.power[j] / t.noise[j] / double(n);
-  fit.v = v_alone;
-  fit.log_likelihood = whittle(mean, t, v_alone, 0.0);
-  // The upper half of the band is hardly touched by what is slow.
-  double v = 0.0, b = 0.0;
-  for (std::size_t j = n / 2; j < n; ++j) v += mean.power[j] / t.noise[j] / double(n - n / 2);
-  for (int iteration = 0; iteration < 30; ++iteration) {
-    Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
-    Eigen::Vector2d y = Eigen::Vector2d::Zero();
-    for (std::size_t j = 0; j < n; ++j) {
-      const double S = v * t.noise[j] + b * t.slow[j];
-      const Eigen::Vector2d x(t.noise[j] / S, t.slow[j] / S);
-      A += x * x.transpose();
-      y += x * (mean.power[j] / S);
-    }
-    const Eigen::Vector2d next = A.ldlt().solve(y);
-    const double v_next = std::max(next[0], 0.1 * v), b_next = std::max(0.0, next[1]);
-    const bool settled = std::abs(v_next - v) < 1e-8 * v && std::abs(b_next - b) < 1e-8 * v;
-    v = v_next;
-    b = b_next;
-    if (settled) break;
-  }
-  const double both = whittle(mean, t, v, b);
-  if (b > 0.0 && both > fit.log_likelihood) {
-    fit.v = v;
-    fit.b = b;
-    fit.log_likelihood = both;
-  }
-  return fit;
-}
-
-// From the information of log S on log v, rho and b.
-void set_sigmas(const PieceSpectra& s, const MeanSpectrum& mean, SpectrumFit& fit) {
+// Of log v, from the information of log S on log v and b; b at its bound is held there.
+double log_v_sigma(const PieceSpectra& s, const MeanSpectrum& mean, const SpectrumFit& fit) {
   const Terms t = terms(s, fit.rho);
-  Matrix3 information = Matrix3::Zero();
+  double vv = 0.0, vb = 0.0, bb = 0.0;
   for (std::size_t j = 0; j < s.omega.size(); ++j) {
-    const double S = fit.v * t.noise[j] + fit.b * t.slow[j], noise = fit.v * t.noise[j] / S;
-    const double rho = fit.rho, cosine = std::cos(s.omega[j]);
-    const double d_rho = -2.0 * rho / (1.0 - rho * rho) -
-                         (2.0 * rho - 2.0 * cosine) / (1.0 + rho * rho - 2.0 * rho * cosine);
-    const Vector3 d(noise, noise * d_rho, t.slow[j] / S);
-    information += mean.looks * d * d.transpose();
+    const double S = fit.v * t.noise[j] + fit.b * t.slow[j];
+    const double noise = fit.v * t.noise[j] / S, slow = t.slow[j] / S;
+    vv += mean.looks * noise * noise;
+    vb += mean.looks * noise * slow;
+    bb += mean.looks * slow * slow;
   }
-  const Matrix3 covariance = information.inverse();
-  fit.log_v_sigma = std::sqrt(covariance(0, 0));
-  fit.rho_sigma = std::sqrt(covariance(1, 1));
+  return 1.0 / std::sqrt(fit.b > 0.0 ? vv - vb * vb / bb : vv);
 }
 
 std::vector<double> window(int length) {
@@ -203,9 +162,47 @@ MeanSpectrum mean_spectrum(const PieceSpectra& s, const std::vector<char>& chose
   return mean;
 }
 
+// Fisher scoring for v > 0 and b >= 0, rho held.
+SpectrumFit fit_levels(const PieceSpectra& s, const MeanSpectrum& mean, double rho) {
+  const Terms t = terms(s, rho);
+  const std::size_t n = mean.power.size();
+  SpectrumFit fit;
+  fit.rho = rho;
+  double v_alone = 0.0;
+  for (std::size_t j = 0; j < n; ++j) v_alone += mean.power[j] / t.noise[j] / double(n);
+  fit.v = v_alone;
+  fit.log_likelihood = whittle(mean, t, v_alone, 0.0);
+  // The upper half of the band is hardly touched by what is slow.
+  double v = 0.0, b = 0.0;
+  for (std::size_t j = n / 2; j < n; ++j) v += mean.power[j] / t.noise[j] / double(n - n / 2);
+  for (int iteration = 0; iteration < 30; ++iteration) {
+    Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d y = Eigen::Vector2d::Zero();
+    for (std::size_t j = 0; j < n; ++j) {
+      const double S = v * t.noise[j] + b * t.slow[j];
+      const Eigen::Vector2d x(t.noise[j] / S, t.slow[j] / S);
+      A += x * x.transpose();
+      y += x * (mean.power[j] / S);
+    }
+    const Eigen::Vector2d next = A.ldlt().solve(y);
+    const double v_next = std::max(next[0], 0.1 * v), b_next = std::max(0.0, next[1]);
+    const bool settled = std::abs(v_next - v) < 1e-8 * v && std::abs(b_next - b) < 1e-8 * v;
+    v = v_next;
+    b = b_next;
+    if (settled) break;
+  }
+  const double both = whittle(mean, t, v, b);
+  if (b > 0.0 && both > fit.log_likelihood) {
+    fit.v = v;
+    fit.b = b;
+    fit.log_likelihood = both;
+  }
+  return fit;
+}
+
 SpectrumFit fit_white(const PieceSpectra& spectra, const MeanSpectrum& mean) {
   SpectrumFit fit = fit_levels(spectra, mean, 0.0);
-  set_sigmas(spectra, mean, fit);
+  fit.log_v_sigma = log_v_sigma(spectra, mean, fit);
   return fit;
 }
 
@@ -235,7 +232,20 @@ SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean
     }
   }
   SpectrumFit fit = at(0.5 * (low + high));
-  set_sigmas(spectra, mean, fit);
+  // Two standard deviations: where the likelihood, of the best v and b, has fallen by 2. Towards
+  // rho = 1 v and rho are hardly told apart, so it is the other side that counts; v moves along.
+  const double z = 0.5 * (low + high);
+  double near = z, far = z - 0.02;
+  while (far > -3.0 && at(far).log_likelihood > fit.log_likelihood - 2.0) {
+    far = z + 2.0 * (far - z);
+  }
+  while (near - far > 1e-4) {
+    const double middle = 0.5 * (near + far);
+    (at(middle).log_likelihood > fit.log_likelihood - 2.0 ? near : far) = middle;
+  }
+  const SpectrumFit below = at(near);
+  fit.rho_sigma = 0.5 * (fit.rho - below.rho);
+  fit.log_v_sigma = std::hypot(log_v_sigma(spectra, mean, fit), 0.5 * std::log(fit.v / below.v));
   return fit;
 }
 

@@ -45,6 +45,8 @@ struct SpectrumFit {
 };
 SpectrumFit fit_white(const PieceSpectra& spectra, const MeanSpectrum& mean);
 SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean);
+// With rho held.
+SpectrumFit fit_levels(const PieceSpectra& spectra, const MeanSpectrum& mean, double rho);
 // Of the spectrum under a model that was fitted elsewhere.
 double log_likelihood(const PieceSpectra& spectra, const MeanSpectrum& mean,
                       const SpectrumFit& model);

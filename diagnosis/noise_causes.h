@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The single tests behind noise_tests.h, each of a series on which the causes found earlier have
+// been taken into account.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/noise_series.h"
+#include "diagnosis/noise_spectrum.h"
+#include "factors/effects/noise_effects.h"
+
+namespace magimu {
+
+inline constexpr std::size_t kLeastSamples = 300;
+
+// A test that was not made.
+NoiseTest untested(const std::string& effect, Channel channel, const std::string& why);
+// "magnetometer", ...
+std::string sensor_name(Channel channel);
+
+// Sizes of jumps are a mixture of two Gaussian scales: of high-passed samples, so that neither
+// slow errors nor colour make outliers. (outliers.cpp)
+NoiseTest test_outliers(const NoiseSeries& series, const Cleaned& cleaned);
+
+// AR(1) against white noise, both with something slow beside it. (noise_colour.cpp)
+NoiseTest test_correlated_noise(const NoiseSeries& series, const PieceSpectra& spectra);
+
+// Variance against the given one, of white noise or, where `correlated`, of AR(1) noise.
+// core_variance: the part that is left of the cleaned series' variance when outliers too small to
+// be set aside are left out. (noise_colour.cpp)
+NoiseTest test_noise_scale(const NoiseSeries& series, const PieceSpectra& spectra,
+                           bool correlated = false, double core_variance = 1.0);
+
+// A line in the spectrum: the largest of all frequencies above 3 Hz, each against its
+// neighbourhood. (mains.cpp)
+NoiseTest test_mains(const NoiseSeries& series, const Cleaned& cleaned);
+Mains found_mains(const NoiseTest& test);
+
+// Steps of the converter, and readings that pile up at +-M. (converter.cpp)
+NoiseTest test_quantization(const NoiseSeries& series, const Cleaned& cleaned);
+NoiseTest test_saturation(const NoiseSeries& series, const Cleaned& cleaned);
+// Takes the samples out that have an axis at the limit.
+void drop_saturated(NoiseSeries& series, double most);
+
+}  // namespace magimu

@@ -118,9 +118,12 @@ std::vector<std::string> hidden_effects() {
   return names;
 }
 
-HiddenCase draw_case(const std::string& effect, std::uint64_t seed) {
+HiddenCase draw_case(const std::string& effect, std::uint64_t case_seed) {
+  // Every effect has settings of its own for each seed.
+  std::uint64_t seed = case_seed;
+  for (const char letter : effect) seed = seed * 31 + std::uint64_t(letter);
   HiddenCase c;
-  c.seed = seed;
+  c.seed = case_seed;
   c.hidden = {effect};
   c.options = draw_options(seed);
   make_visible(c.options, effect, seed);

@@ -88,7 +88,12 @@ std::string setting_of(const HiddenCase& c) {
   if (o.mag_rate_hz > 0.0) text += fmt::format(", mag {:g}", o.mag_rate_hz);
   text += fmt::format(", {:g} s, {} noise{}", o.motion.duration_s,
                       o.noise.acc > 0.01 ? "Table I" : "MEMS", c.noise_given ? " given" : "");
-  if (!o.effects.empty()) text += ", in " + oracle::to_string(o.effects.front().channel);
+  using enum oracle::EffectKind;
+  for (const oracle::Effect& e : o.effects) {
+    const bool of_a_channel =
+        e.kind == kNoiseScale || e.kind == kCorrelatedNoise || e.kind == kOutliers;
+    if (of_a_channel) text += ", in " + oracle::to_string(e.channel);
+  }
   return text;
 }
 

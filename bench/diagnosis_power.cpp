@@ -11,6 +11,8 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
 #include <chrono>
 
 #include "bench/power_report.h"
@@ -19,12 +21,18 @@ namespace {
 
 using namespace magimu;
 
+bool is_number(const std::string& word, double& value) {
+  const char* end = word.data() + word.size();
+  const auto [read, error] = std::from_chars(word.data(), end, value);
+  return error == std::errc() && read == end;
+}
+
 // "6,12,real" to numbers, 0 for real; throws CLI::ValidationError.
 std::vector<double> sizes_from(const std::vector<std::string>& words) {
   std::vector<double> sizes;
   for (const std::string& word : words) {
     double size = 0.0;
-    if (word != "real" && (!CLI::detail::lexical_cast(word, size) || !(size > 0.0))) {
+    if (word != "real" && (!is_number(word, size) || !(size > 0.0))) {
       throw CLI::ValidationError("--sizes", "'" + word + "' is neither a size nor 'real'");
     }
     sizes.push_back(size);

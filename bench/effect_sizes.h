@@ -42,8 +42,4 @@ std::vector<HiddenCase> with_sizes(const HiddenCase& hidden_case, const std::vec
 // Each of a pair's effects alone has this size.
 HiddenCase pair_with_size(HiddenCase hidden_case, double size);
 
-// The effect `times` as strong: what is linear in it (or the nearest to it) is multiplied.
-// of mag_saturation: the depth below `largest`, the largest reading.
-oracle::Effect scaled(const oracle::Effect& effect, double times, double largest = 0.0);
-
 }  // namespace magimu

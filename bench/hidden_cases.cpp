@@ -42,7 +42,10 @@ oracle::Options draw_options(std::uint64_t seed) {
 
 // What a motion must have to show an effect, and the columns without which it cannot be told.
 void make_visible(oracle::Options& o, const std::string& effect, std::uint64_t seed) {
-  if (effect == "lever_arm") o.motion.kind = MotionKind::kRotation;
+  // A hand's motion follows the accelerometer: it absorbs them, or all but absurd sizes.
+  if (one_of(effect, {"lever_arm", "acc_tapping", "acc_hysteresis"})) {
+    o.motion.kind = MotionKind::kRotation;
+  }
   if (needs_place(effect) || effect == "linear_acceleration") o.motion.kind = MotionKind::kHandHeld;
   if (needs_place(effect)) {
     o.record_pos = true;
@@ -81,7 +84,9 @@ oracle::Effect draw_effect(const std::string& name, const oracle::Options& o, st
   // Noise of the gyroscope, and in a hand that of the accelerometer, is what the trajectory
   // follows: no residual shows its samples.
   const bool moved = o.motion.kind == MotionKind::kHandHeld;
-  scale.channel = !moved && draw(seed, 21) < 0.4 ? oracle::Channel::kAcc : oracle::Channel::kMag;
+  const bool of_a_channel =
+      one_of(name, {"noise_scale", "correlated_noise", "outliers", "sample_repetition"});
+  if (of_a_channel && !moved && draw(seed, 21) < 0.4) scale.channel = oracle::Channel::kAcc;
   return oracle::random_effect(name, seed, scale);
 }
 

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-#include "bench/judge_diagnosis.h"
+#include "calibration/calibrate.h"
 
 namespace magimu {
 namespace {
@@ -72,21 +72,6 @@ TEST(EffectSize, is_reached_where_it_is_not_proportional_to_the_strength) {
     EXPECT_NEAR(c.sizes.front(), 12.0, 0.6) << effect;
     EXPECT_NEAR(measured(c).sizes.front(), c.sizes.front(), 1e-6) << effect;
   }
-}
-
-TEST(Judgement, folds_frequencies_above_half_the_rate) {
-  oracle::Options options;
-  options.rate_hz = 80.0;
-  const oracle::Effect truth =
-      oracle::make_effect("mains_interference", {1.0, 2.0, 3.0, 0.1, 0.2, 0.3, 50.0});
-  Finding f;
-  // cos(2 pi 50 k / 80) = cos(2 pi 30 k / 80), and the sine changes its sign.
-  for (const double value : {1.0, 2.0, 3.0, -0.1, -0.2, -0.3, 30.0}) {
-    f.parameters.push_back({"", value, 0.01, ""});
-  }
-  EXPECT_LT(farthest_sigma(f, truth, options), 1e-9);
-  f.parameters[0].value = 1.05;
-  EXPECT_NEAR(farthest_sigma(f, truth, options), 5.0, 1e-9);
 }
 
 }  // namespace

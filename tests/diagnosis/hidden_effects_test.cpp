@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Effects hidden by the oracle must be found and named, and nothing where there is nothing: the
+// part of bench_diagnosis_power that runs in a minute.
+#include <gmock/gmock.h>
+
+#include <map>
+
+#include "bench/effect_sizes.h"
+#include "bench/judge_diagnosis.h"
+#include "recording/error.h"
+
+namespace magimu {
+namespace {
+
+using testing::Contains;
+using testing::Field;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+Diagnosis diagnosed(const HiddenCase& c) {
+  return diagnose(oracle::simulate(c.options).recording, diagnosis_options(c));
+}
+
+std::string as_name(std::string text) {
+  for (char& c : text) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return text;
+}
+
+const ScanEntry* entry(const Diagnosis& d, const std::string& effect) {
+  for (const ScanEntry& e : d.scan) {
+    if (e.effect == effect) return &e;
+  }
+  return nullptr;
+}
+
+// At realistic strength, which for these seeds is a size of 20 or more; short recordings.
+std::uint64_t seed_of(const std::string& effect) {
+  static const std::map<std::string, std::uint64_t> not_1 = {{"acc_scale_misalignment", 2},
+                                                             {"acc_temperature", 6},
+                                                             {"gyro_bias_drift", 4},
+                                                             {"gyro_temperature", 2},
+                                                             {"mag_temperature", 2},
+                                                             {"mag_lag", 2},
+                                                             {"field_drift", 3},
+                                                             {"hard_iron_drift", 3},
+                                                             {"field_gradient", 3},
+                                                             {"mag_nonlinearity", 3},
+                                                             {"noise_scale", 3},
+                                                             {"outliers", 3},
+                                                             {"mag_quantization", 3},
+                                                             {"mag_saturation", 3},
+                                                             {"linear_acceleration", 2}};
+  const auto it = not_1.find(effect);
+  return it == not_1.end() ? 1 : it->second;
+}
+
+class HiddenEffect : public testing::TestWithParam<std::string> {};
+
+TEST_P(HiddenEffect, is_named_with_its_parameters) {
+  const HiddenCase c = draw_case(GetParam(), seed_of(GetParam()));
+  const Diagnosis d = diagnosed(c);
+  const Judgement j = judge(d, c);
+  EXPECT_TRUE(j.right()) << "named: " << names_of(d);
+  EXPECT_FALSE(j.farthest_sigma.front() > 4.0) << j.farthest_sigma.front() << " sigma";
+  EXPECT_LT(j.others_share, 0.01) << "named: " << names_of(d);
+}
+
+INSTANTIATE_TEST_SUITE_P(Oracle, HiddenEffect, testing::ValuesIn(hidden_effects()),
+                         [](const auto& test) { return test.param; });
+
+class NothingHidden : public testing::TestWithParam<std::pair<NoiseKind, std::uint64_t>> {};
+
+TEST_P(NothingHidden, nothing_is_named) {
+  const auto [noise, seed] = GetParam();
+  const HiddenCase c = draw_none(noise, seed);
+  const Diagnosis d = diagnosed(c);
+  std::vector<std::string> allowed;
+  if (noise != NoiseKind::kWhite) allowed = {"correlated_noise", "outliers", "noise_scale"};
+  EXPECT_THAT(judge(d, c, allowed).others, IsEmpty());
+  EXPECT_FALSE(d.unexplained.detected) << names_of(d);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Oracle, NothingHidden,
+    testing::Values(std::pair(NoiseKind::kWhite, 1u), std::pair(NoiseKind::kWhite, 2u),
+                    std::pair(NoiseKind::kColoured, 3u), std::pair(NoiseKind::kColoured, 4u),
+                    std::pair(NoiseKind::kHeavyTailed, 5u), std::pair(NoiseKind::kHeavyTailed, 6u)),
+    [](const auto& test) {
+      return as_name(to_string(test.param.first)) + "_" + std::to_string(test.param.second);
+    });
+
+class HiddenPair : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(HiddenPair, both_are_named) {
+  const HiddenCase c = draw_pair(GetParam());
+  const Diagnosis d = diagnosed(c);
+  EXPECT_TRUE(judge(d, c).right())
+      << c.hidden[0] << " and " << c.hidden[1] << ", named: " << names_of(d);
+}
+
+INSTANTIATE_TEST_SUITE_P(Oracle, HiddenPair, testing::Values(1u, 2u, 3u));
+
+class OutsideEffect : public testing::TestWithParam<std::string> {};
+
+TEST_P(OutsideEffect, is_not_given_the_name_of_another) {
+  HiddenCase c = draw_case(GetParam(), 1);
+  c.hidden.clear();
+  const Diagnosis d = diagnosed(c);
+  EXPECT_THAT(judge(d, c, allowed_for(GetParam())).others, IsEmpty()) << "named: " << names_of(d);
+}
+
+INSTANTIATE_TEST_SUITE_P(Oracle, OutsideEffect,
+                         testing::Values("acc_hysteresis", "gyro_rectification", "moving_soft_iron",
+                                         "mag_cross_axis", "acc_tapping"),
+                         [](const auto& test) { return std::string(test.param); });
+
+TEST(Diagnose, says_which_column_an_effect_needs) {
+  const Diagnosis d = diagnosed(draw_none(NoiseKind::kWhite, 7));
+  const std::pair<const char*, const char*> needs[] = {{"gyro_temperature", "temp"},
+                                                       {"acc_temperature", "temp"},
+                                                       {"mag_temperature", "temp"},
+                                                       {"mag_current", "current"},
+                                                       {"field_gradient", "pos"}};
+  for (const auto& [effect, column] : needs) {
+    const ScanEntry* e = entry(d, effect);
+    ASSERT_NE(e, nullptr) << effect;
+    EXPECT_THAT(e->needs, HasSubstr(column)) << effect;
+    EXPECT_FALSE(e->significant) << effect;
+  }
+}
+
+// A column that never changes tells as little as none.
+TEST(Diagnose, a_constant_column_tests_nothing) {
+  HiddenCase c = draw_none(NoiseKind::kWhite, 8);
+  c.options.record_temp = true;
+  c.options.temperature = [](double) { return 300.0; };
+  const ScanEntry* e = nullptr;
+  const Diagnosis d = diagnosed(c);
+  ASSERT_NE(e = entry(d, "mag_temperature"), nullptr);
+  EXPECT_THAT(e->needs, Not(IsEmpty()));
+}
+
+TEST(Diagnose, refuses_a_recording_that_is_too_short) {
+  HiddenCase c = draw_none(NoiseKind::kWhite, 9);
+  c.options.motion.duration_s = 3.0;
+  c.options.motion.rest_s = c.options.motion.pause_s = 0.0;
+  EXPECT_THROW(diagnosed(c), InputError);
+}
+
+TEST(Diagnose, says_that_a_recording_at_rest_tests_little) {
+  HiddenCase c = draw_none(NoiseKind::kWhite, 10);
+  c.options.motion.kind = oracle::MotionKind::kStill;
+  try {
+    const Diagnosis d = diagnosed(c);
+    EXPECT_THAT(d.findings, IsEmpty());
+    EXPECT_FALSE(d.unexplained.detected);
+    const ScanEntry* e = entry(d, "gyro_scale_misalignment");
+    ASSERT_NE(e, nullptr);
+    EXPECT_THAT(e->needs, Not(IsEmpty()));
+    EXPECT_THAT(d.notes, Not(IsEmpty()));
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.remedy, Not(IsEmpty()));
+  }
+}
+
+// Nine parameters would explain as much as the one.
+TEST(Diagnose, names_the_simpler_cause_where_it_is_the_truth) {
+  for (const char* effect : {"clock_scale", "mag_time_offset"}) {
+    const Diagnosis d = diagnosed(draw_case(effect, 2));
+    EXPECT_THAT(d.findings, Not(Contains(Field(&Finding::effect, "gyro_scale_misalignment"))));
+    EXPECT_THAT(d.findings, Not(Contains(Field(&Finding::effect, "mag_eddy_current"))));
+  }
+}
+
+}  // namespace
+}  // namespace magimu

@@ -10,7 +10,8 @@
 
 namespace magimu {
 
-// The magnetometer's bias on its own in each of so many windows of the recording: 3 parameters each.
+// The magnetometer's bias on its own in each of so many windows of the recording: 3 parameters
+// each.
 std::shared_ptr<const Effect> bias_in_windows(int windows);
 
 struct BiasChange {

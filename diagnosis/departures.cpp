@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "calibration/integrated_rotation.h"
 #include "calibration/sensor_rows.h"
 #include "solvers/linear_solver.h"
 
@@ -15,8 +16,12 @@ constexpr int kReplicates = 40;
 constexpr double kBand = 2.576;    // 99 %
 constexpr double kDeparted = 4.0;  // standard deviations
 
-constexpr const char* kStatistics[] = {"size", "correlation", "tails", "dependence on rate",
-                                       "dependence on orientation", "first half against second"};
+constexpr const char* kStatistics[] = {"size",
+                                       "correlation",
+                                       "tails",
+                                       "dependence on rate",
+                                       "dependence on orientation",
+                                       "first half against second"};
 constexpr std::size_t kCount = 6;
 using Statistics = std::array<double, kCount>;
 
@@ -62,8 +67,7 @@ std::array<ChannelRows, 3> rows_of(const Stage& stage, const LinearSystem& syste
     for (std::size_t k = 0; k < plan.t.size(); ++k) {
       rate.push_back(gyr.rate(plan.t[k]).norm());
       tilt.push_back(values.at<Rot3>(R(plan.first + int(k))).unrotate(Vector3(0, 0, 1))[2]);
-      time.push_back((plan.t[k] - plan.t.front()) /
-                     std::max(1e-9, plan.t.back() - plan.t.front()));
+      time.push_back((plan.t[k] - plan.t.front()) / std::max(1e-9, plan.t.back() - plan.t.front()));
     }
   }
   std::array<ChannelRows, 3> out;
@@ -86,9 +90,11 @@ void trace(const Stage& stage, Channel channel, std::vector<double>& t, std::vec
   const SensorRows rows(stage.graph(), system);
   const VectorXd r = system.whitened_residuals(stage.result().values);
   std::vector<double> times;
-  for (const NodePlan& plan : stage.plans()) times.insert(times.end(), plan.t.begin(), plan.t.end());
+  for (const NodePlan& plan : stage.plans())
+    times.insert(times.end(), plan.t.begin(), plan.t.end());
   for (int i = 0; i + 2 < system.rows(); ++i) {
-    if (rows.sensor[std::size_t(i)] != Sensor(int(channel)) || rows.node[std::size_t(i)] < 0) continue;
+    if (rows.sensor[std::size_t(i)] != Sensor(int(channel)) || rows.node[std::size_t(i)] < 0)
+      continue;
     t.push_back(times[std::size_t(rows.node[std::size_t(i)])]);
     out.push_back(r.segment<3>(i));
     i += 2;
@@ -141,8 +147,12 @@ void fill_departures(const std::vector<const Recording*>& recordings, const Exte
       const double sd = std::sqrt(std::max(square - mean * mean, 1e-20));
       const double z = (seen[s] - mean) / sd;
       if (std::abs(z) < kDeparted) continue;
-      d.departures.push_back({to_string(Channel(int(c))), kStatistics[s], seen[s], mean,
-                              {mean - kBand * sd, mean + kBand * sd}, z});
+      d.departures.push_back({to_string(Channel(int(c))),
+                              kStatistics[s],
+                              seen[s],
+                              mean,
+                              {mean - kBand * sd, mean + kBand * sd},
+                              z});
     }
     ResidualTrace t{.channel = Channel(int(c))};
     std::vector<double> again;
@@ -150,9 +160,8 @@ void fill_departures(const std::vector<const Recording*>& recordings, const Exte
     trace(extender.stage(), t.channel, again, t.after);
     if (!t.t.empty() && t.t.size() == again.size()) d.traces.push_back(std::move(t));
   }
-  std::sort(d.departures.begin(), d.departures.end(), [](const Departure& a, const Departure& b) {
-    return std::abs(a.z) > std::abs(b.z);
-  });
+  std::sort(d.departures.begin(), d.departures.end(),
+            [](const Departure& a, const Departure& b) { return std::abs(a.z) > std::abs(b.z); });
 }
 
 }  // namespace magimu

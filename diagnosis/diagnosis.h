@@ -21,8 +21,8 @@ namespace magimu {
 
 // A statistic of one channel's residuals that lies outside of what the fitted model predicts.
 struct Departure {
-  std::string channel;    // "acc", "gyr", "mag"
-  std::string statistic;  // "size", "correlation", "tails", "dependence on rate", ...
+  std::string channel = {};    // "acc", "gyr", "mag"
+  std::string statistic = {};  // "size", "correlation", "tails", "dependence on rate", ...
   double observed = 0.0, predicted = 0.0;
   std::array<double, 2> predicted_band{};  // 99 % of simulations
   double z = 0.0;                          // distance in standard deviations
@@ -30,22 +30,22 @@ struct Departure {
 
 // One candidate of the scan, tested against the model without any extension but the motion.
 struct ScanEntry {
-  std::string effect, channel;
-  std::vector<std::string> parameters;
+  std::string effect = {}, channel = {};
+  std::vector<std::string> parameters = {};
   double statistic = 0.0;
   int dof = 0;
   double p_value = 1.0;  // of this test alone; `significant` is corrected for their number
   bool significant = false;
-  std::string needs;  // why it could not be tested: the column it lacks, or a reason
+  std::string needs = {};  // why it could not be tested: the column it lacks, or a reason
   // The size of this effect that would have been found nine times out of ten, in words; empty where
   // the motion shows nothing of it.
-  std::string detectable;
+  std::string detectable = {};
 };
 
 struct FoundParameter {
-  std::string name;
+  std::string name = {};
   double value = 0.0, sigma = 0.0;
-  std::string unit;
+  std::string unit = {};
 };
 
 struct Gain {
@@ -55,39 +55,40 @@ struct Gain {
 };
 
 struct Confusable {
-  std::string effect, why, motion_that_separates;
+  std::string effect = {}, why = {}, motion_that_separates = {};
 };
 
 struct Finding {
-  std::string effect, channel, sentence;
-  std::vector<FoundParameter> parameters;
+  std::string effect = {}, channel = {}, sentence = {};
+  std::vector<FoundParameter> parameters = {};
   double p_value = 1.0;      // corrected for the number of candidates
   double probability = 0.0;  // among the candidates and "nothing", by BIC
-  Gain gain;
-  std::vector<Confusable> confusable_with;
+  Gain gain = {};
+  std::vector<Confusable> confusable_with = {};
 };
 
 struct Unexplained {
   bool detected = false;
-  std::vector<std::string> channels, evidence;  // evidence: sentences
+  std::vector<std::string> channels = {}, evidence = {};  // evidence: sentences
 };
 
 // Residuals of one channel for pictures, whitened (unit: sigma), at its samples or nodes.
 struct ResidualTrace {
   Channel channel = Channel::kMag;
-  std::vector<double> t;  // s
-  std::vector<Vector3> before, after;
+  std::vector<double> t = {};  // s
+  std::vector<Vector3> before = {}, after = {};
 };
 
 struct Diagnosis {
-  std::vector<std::string> recordings;  // names
-  std::vector<Departure> departures;    // strongest first
-  std::vector<ScanEntry> scan;          // largest statistic for its degrees of freedom first
-  std::vector<Finding> findings;        // in the order in which they entered the model
-  Unexplained unexplained;
-  Calibration before, after;
-  std::vector<ResidualTrace> traces;
-  std::vector<std::string> notes;  // what could not be tested, and why; how the tests were made
+  std::vector<std::string> recordings = {};  // names
+  std::vector<Departure> departures = {};    // strongest first
+  std::vector<ScanEntry> scan = {};          // largest statistic for its degrees of freedom first
+  std::vector<Finding> findings = {};        // in the order in which they entered the model
+  Unexplained unexplained = {};
+  Calibration before = {}, after = {};
+  std::vector<ResidualTrace> traces = {};
+  std::vector<std::string> notes =
+      {};                          // what could not be tested, and why; how the tests were made
   double false_alarm_rate = 0.01;  // family-wise, of naming anything where there is nothing
   double seconds = 0.0;
 };

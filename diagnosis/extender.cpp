@@ -22,18 +22,13 @@
 namespace magimu {
 namespace {
 
-constexpr int kTried = 4;            // best candidates that are refitted
+constexpr int kTried = 4;             // best candidates that are refitted
 constexpr double kWorthTrying = 0.4;  // of the best candidate's statistic
 constexpr double kMinGain = 1.0;      // nats on left-out data
 constexpr double kDraw = 2.0;         // nats within which the simpler of two effects is taken
 constexpr int kWalkTerms = 12;
 constexpr double kChangeWindow = 5.0;  // s, at the least
 constexpr int kMaxChangeWindows = 24;
-
-bool of_time(const std::string& name) {
-  return name == "field_drift" || name == "hard_iron_drift" || name == "hard_iron_change" ||
-         name == "gyro_bias_drift";
-}
 
 // Columns first .. first + count - 1 of all.
 MatrixXd selection(Eigen::Index all, int first, int count) {
@@ -94,7 +89,8 @@ std::vector<Option> Extender::test_all(const Stage& stage,
   const int windows = change_windows(*recordings_.front());
   if (single) all.push_back(bias_in_windows(windows));
   std::vector<Vector3> places;
-  if (single && recordings_.front()->pos) places = likely_source_places(*recordings_.front(), stage);
+  if (single && recordings_.front()->pos)
+    places = likely_source_places(*recordings_.front(), stage);
   for (const Vector3& place : places) all.push_back(make_stationary_source_at(place));
   const Scan scan(recordings_, stage, all);
 
@@ -105,8 +101,8 @@ std::vector<Option> Extender::test_all(const Stage& stage,
     if (all[i]->name() == "gyro_bias_drift") {
       const VectorXd unit = all[i]->prior_sigma(recordings_.front()->duration_s());
       const Score& s = scan.scores()[i];
-      const RandomWalk walk =
-          estimate_random_walk(s.information, scan.score().segment(scan.first(i), unit.size()), unit);
+      const RandomWalk walk = estimate_random_walk(
+          s.information, scan.score().segment(scan.first(i), unit.size()), unit);
       option.score.statistic = walk.likelihood_ratio;
       option.score.dof = 1;
       // Coloured noise makes a walk look larger: what its scatter explains is taken away.
@@ -156,7 +152,8 @@ std::vector<Option> Extender::test_all(const Stage& stage,
     option.score.log10_p = std::min(0.0, std::max(s.log10_p, option.rank) + 1.0);
     out.push_back(option);
   }
-  std::sort(out.begin(), out.end(), [](const Option& a, const Option& b) { return a.rank < b.rank; });
+  std::sort(out.begin(), out.end(),
+            [](const Option& a, const Option& b) { return a.rank < b.rank; });
   return out;
 }
 
@@ -199,14 +196,15 @@ Finding Extender::describe(const Option& option, const Stage& stage, double nll,
     f.parameters.push_back({"t0", option.t0, sigma_t, "s"});
     f.parameters.push_back({"t1", option.t1, sigma_t, "s"});
   }
-  f.sentence = option.extra.empty() ? effect.sentence(theta, sigma)
-                                    : walk_sentence(option.extra.front());
+  f.sentence =
+      option.extra.empty() ? effect.sentence(theta, sigma) : walk_sentence(option.extra.front());
   f.p_value = std::min(1.0, std::pow(10.0, std::max(-300.0, option.score.log10_p)) *
                                 double(effect_catalogue().size()));
   f.probability = probability_of(option, all, c.nodes);
   const auto s = std::size_t(effect.channel());
-  const double density[2][3] = {{stage_->spec().noise.acc, stage_->spec().noise.gyr, stage_->spec().noise.mag},
-                                {c.noise.acc, c.noise.gyr, c.noise.mag}};
+  const double density[2][3] = {
+      {stage_->spec().noise.acc, stage_->spec().noise.gyr, stage_->spec().noise.mag},
+      {c.noise.acc, c.noise.gyr, c.noise.mag}};
   f.gain = {.heldout_nll_before = nll_,
             .heldout_nll_after = nll,
             .bic_delta = option.score.dof * std::log(3.0 * c.nodes) - option.score.statistic,
@@ -222,12 +220,14 @@ std::optional<Finding> Extender::try_options(std::vector<Option> options) {
   std::vector<Option> worth;
   for (const Option& o : options) {
     if (o.score.log10_p > level || int(worth.size()) >= kTried) continue;
-    if (std::find(rejected_.begin(), rejected_.end(), o.effect->name()) != rejected_.end()) continue;
+    if (std::find(rejected_.begin(), rejected_.end(), o.effect->name()) != rejected_.end())
+      continue;
     const bool known = std::any_of(worth.begin(), worth.end(), [&](const Option& w) {
       return w.effect->name() == o.effect->name() || same_class(*w.effect, *o.effect);
     });
     if (known) continue;
-    if (!worth.empty() && o.score.statistic < kWorthTrying * worth.front().score.statistic) continue;
+    if (!worth.empty() && o.score.statistic < kWorthTrying * worth.front().score.statistic)
+      continue;
     worth.push_back(o);
   }
   struct Trial {
@@ -248,9 +248,10 @@ std::optional<Finding> Extender::try_options(std::vector<Option> options) {
     }
     if (!stage.result().converged()) continue;
     const double nll = sum_of(held_out_nll(stage));
-    const double simpler = best && option.effect->size() < best->option.effect->size() ? kDraw
-                           : best ? -kDraw * double(option.effect->size() > best->option.effect->size())
-                                  : 0.0;
+    const double simpler =
+        best && option.effect->size() < best->option.effect->size() ? kDraw
+        : best ? -kDraw * double(option.effect->size() > best->option.effect->size())
+               : 0.0;
     if (!best || nll < best->nll + simpler) best.emplace(Trial{option, stage, nll});
   }
   if (!best) return std::nullopt;

@@ -48,7 +48,8 @@ double probability_of(const Option& option, const std::vector<Option>& all, int 
   const double own = half_bic(option);
   double sum = std::exp(std::min(700.0, -own));  // nothing
   for (const Option& o : all) {
-    if (o.effect->name() != option.effect->name() && same_class(*o.effect, *option.effect)) continue;
+    if (o.effect->name() != option.effect->name() && same_class(*o.effect, *option.effect))
+      continue;
     sum += std::exp(std::clamp(half_bic(o) - own, -700.0, 700.0));
   }
   return std::min(1.0, 1.0 / std::max(sum, 1e-300));
@@ -59,7 +60,8 @@ std::vector<Confusable> confusable(const Option& option, const std::vector<Optio
   for (const Option& o : all) {
     const std::string& name = o.effect->name();
     if (name == option.effect->name()) continue;
-    if (std::any_of(out.begin(), out.end(), [&](const Confusable& c) { return c.effect == name; })) {
+    if (std::any_of(out.begin(), out.end(),
+                    [&](const Confusable& c) { return c.effect == name; })) {
       continue;
     }
     const double share = o.score.statistic / std::max(option.score.statistic, 1e-12);
@@ -100,8 +102,9 @@ std::vector<ScanEntry> scan_entries(const std::vector<Option>& options,
     out.push_back(std::move(entry));
   }
   std::stable_sort(out.begin(), out.end(), [](const ScanEntry& a, const ScanEntry& b) {
-    return a.p_value != b.p_value ? a.p_value < b.p_value
-                                  : a.statistic / std::max(1, a.dof) > b.statistic / std::max(1, b.dof);
+    return a.p_value != b.p_value
+               ? a.p_value < b.p_value
+               : a.statistic / std::max(1, a.dof) > b.statistic / std::max(1, b.dof);
   });
   for (const auto& effect : effect_catalogue()) {
     const std::string reason = reason_untested(*effect, recordings, stage);

@@ -18,9 +18,9 @@
 namespace magimu {
 namespace {
 
-constexpr double kLowestHz = 3.0;     // below, motion and the errors that follow it
+constexpr double kLowestHz = 3.0;      // below, motion and the errors that follow it
 constexpr double kMedian2 = 1.386294;  // of chi-square with two degrees of freedom
-constexpr double kTaper = 0.1;        // of the length, at each end
+constexpr double kTaper = 0.1;         // of the length, at each end
 
 struct Line {
   Mains mains;
@@ -39,7 +39,7 @@ std::vector<double> taper(std::size_t n) {
 
 // On a grid finer than the resolution, 1 / duration.
 struct Periodogram {
-  std::vector<double> f;      // cycles a sample
+  std::vector<double> f;                     // cycles a sample
   std::array<std::vector<double>, 3> power;  // of each axis; white noise: chi-square 2
   std::size_t oversampling = 1;
   double upcrossing = 0.0;  // standard deviation of the derivative of an amplitude, samples
@@ -69,7 +69,8 @@ Periodogram periodogram(const NoiseSeries& s, const Cleaned& c, const Vector3& u
     for (std::size_t k = 0; k < n; ++k) x[k] = w[k] * c.residual[k][axis] / unit[axis];
     fft.fwd(X, x);
     std::vector<double>& power = p.power[std::size_t(axis)];
-    for (std::size_t j = 0; j < p.f.size(); ++j) power.push_back(2.0 * std::norm(X[lowest + j]) / sum2);
+    for (std::size_t j = 0; j < p.f.size(); ++j)
+      power.push_back(2.0 * std::norm(X[lowest + j]) / sum2);
   }
   // Close to Nyquist's frequency cosine and sine are not orthogonal: the power is too large by at
   // most this factor.

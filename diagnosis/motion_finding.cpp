@@ -12,9 +12,9 @@
 namespace magimu {
 namespace {
 
-constexpr double kCalm = 1.15;       // accelerometer noise in motion over that at rest
+constexpr double kCalm = 1.15;  // accelerometer noise in motion over that at rest
 constexpr double kCalmColour = 0.15;
-constexpr double kMostOfIt = 0.5;    // of the misfit, for an effect to be tried in its stead
+constexpr double kMostOfIt = 0.5;  // of the misfit, for an effect to be tried in its stead
 
 struct Restlessness {
   double excess = 1.0, colour = 0.0;
@@ -50,16 +50,15 @@ Finding motion_finding(const Stage& rotation, const Stage& moving, const Restles
       "accelerometer's noise explains; velocity and position are part of the model from here on.",
       rms, restless.excess);
   f.parameters = {{"acceleration_rms", rms, rms / std::sqrt(restless.rows), "m/s^2"}};
-  f.p_value = std::pow(10.0, std::max(-300.0, log10_chi_square_tail(restless.rows * excess2,
-                                                                    restless.rows)));
+  f.p_value = std::pow(
+      10.0, std::max(-300.0, log10_chi_square_tail(restless.rows * excess2, restless.rows)));
   f.probability = 1.0;
   f.gain = {.heldout_nll_before = before,
             .heldout_nll_after = after,
             .bic_delta = -restless.rows * (excess2 - 1.0),
             .residual_rms_before = restless.excess,
             .residual_rms_after = moving.sums().rms(Sensor::kAcc)};
-  f.confusable_with = {{"lever_arm",
-                        "a sensor that turns about a point beside it is moved, too",
+  f.confusable_with = {{"lever_arm", "a sensor that turns about a point beside it is moved, too",
                         "turn about a fixed point"}};
   return f;
 }
@@ -74,14 +73,16 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
     return stage;
   }
   const double rest_acc = pipeline.rest_noise().acc;
-  const Stage rotation = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kRotation));
+  const Stage rotation =
+      pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kRotation));
   extender.set_base(rotation);
   const Stage moving = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));
   const MotionChoice choice = choose_motion(rotation, moving, rest_acc);
   if (choice.motion == MotionModel::kRotation) return rotation;
 
   const Restlessness restless = restlessness(rotation, rest_acc);
-  const double misfit = restless.rows * (1.0 - 1.0 / std::max(1.0, restless.excess * restless.excess));
+  const double misfit =
+      restless.rows * (1.0 - 1.0 / std::max(1.0, restless.excess * restless.excess));
   const Scan scan(recordings, rotation, extender.candidates(rotation));
   const bool other = std::any_of(scan.scores().begin(), scan.scores().end(), [&](const Score& s) {
     return s.log10_p < extender.log10_level() && s.statistic > kMostOfIt * misfit;

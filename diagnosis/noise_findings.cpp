@@ -55,9 +55,8 @@ void extend_by_mains(const Pipeline& pipeline, Extender& extender, Finding& find
 void find_noise(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                 const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
   const double level = options.false_alarm_rate / kTests;
-  const std::vector<SampleResiduals> residuals =
-      sample_residuals(*recordings.front(), extender.stage(), 0, pipeline.rest_noise(),
-                       options.noise.has_value());
+  const std::vector<SampleResiduals> residuals = sample_residuals(
+      *recordings.front(), extender.stage(), 0, pipeline.rest_noise(), options.noise.has_value());
   for (const NoiseTest& t : test_noise(residuals)) d.scan.push_back(to_entry(t, level));
   for (const NoiseTest& t : explain_noise(residuals, level)) {
     if (int(d.findings.size()) >= options.max_findings) break;

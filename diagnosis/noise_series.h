@@ -31,9 +31,9 @@ NoiseSeries make_noise_series(const SampleResiduals& residuals);
 
 // What sticks out, found in the high-passed residuals.
 struct Cleaned {
-  std::vector<Vector3> residual;    // less `jump`; in the sensor's unit
-  std::vector<Vector3> jump;        // by how much the wildest samples leave their neighbours; or zero
-  std::vector<Vector3> own;         // high-passed residual without what other samples' jumps add
+  std::vector<Vector3> residual;  // less `jump`; in the sensor's unit
+  std::vector<Vector3> jump;      // by how much the wildest samples leave their neighbours; or zero
+  std::vector<Vector3> own;       // high-passed residual without what other samples' jumps add
   Vector3 scale = Vector3::Ones();  // of `own`, each axis: standard deviation without the jumps
   double jump_fraction = 0.0;       // of the samples in use
 };

@@ -15,10 +15,10 @@ namespace magimu {
 // One sensor's samples with what the fitted model leaves of them.
 struct SampleResiduals {
   Channel channel = Channel::kMag;
-  std::vector<double> t;          // s
-  std::vector<Vector3> reading;   // as recorded
-  std::vector<Vector3> residual;  // reading less the model's; in the sensor's unit
-  double sigma = 0.0;             // of one sample, as given or found at rest; 0: unknown
+  std::vector<double> t = {};          // s
+  std::vector<Vector3> reading = {};   // as recorded
+  std::vector<Vector3> residual = {};  // reading less the model's; in the sensor's unit
+  double sigma = 0.0;                  // of one sample, as given or found at rest; 0: unknown
   bool sigma_given = false;
   // The trajectory follows this sensor's samples, so that residual holds only what is faster than
   // it: slower noise does not show.
@@ -26,14 +26,15 @@ struct SampleResiduals {
 };
 
 struct NoiseTest {
-  std::string effect;  // "noise_scale", "correlated_noise", "outliers", "mag_quantization", ...
+  std::string effect =
+      {};  // "noise_scale", "correlated_noise", "outliers", "mag_quantization", ...
   Channel channel = Channel::kMag;
   double statistic = 0.0;
   int dof = 1;
   double p_value = 1.0;  // of this test alone
-  std::vector<FoundParameter> parameters;
-  std::string sentence;  // "One in 80 samples of the magnetometer is an outlier, ..."
-  std::string untested;  // why not, where it could not be tested; then p_value is 1
+  std::vector<FoundParameter> parameters = {};
+  std::string sentence = {};  // "One in 80 samples of the magnetometer is an outlier, ..."
+  std::string untested = {};  // why not, where it could not be tested; then p_value is 1
   // Negative log-likelihood of the residuals, by halves of the recording: parameters from one half
   // judged on the other, without and with this cause. The finding's held-out gain.
   double nll_before = 0.0, nll_after = 0.0;

@@ -12,9 +12,9 @@ namespace magimu {
 
 struct Option {
   std::shared_ptr<const Effect> effect;
-  Score score;                        // log10_p: corrected for what was searched (times, orders)
-  VectorXd start = {};                // of its parameters; empty: zero
-  double rank = 0.0;                  // log10 of the plain chi-square's tail: less is better
+  Score score;          // log10_p: corrected for what was searched (times, orders)
+  VectorXd start = {};  // of its parameters; empty: zero
+  double rank = 0.0;    // log10 of the plain chi-square's tail: less is better
   std::vector<FoundParameter> extra = {};  // instead of the effect's own parameters
   // Of a change in time, s.
   double t0 = std::numeric_limits<double>::infinity(), t1 = std::numeric_limits<double>::infinity();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The density of a random process whose amplitudes c ~ N(0, q^2 diag(unit_sigma^2)) are seen through
-// a reduced system (information A, score z): marginal likelihood of q, the amplitudes integrated
-// out,
+// The density of a random process whose amplitudes c ~ N(0, q^2 diag(unit_sigma^2)) are seen
+// through a reduced system (information A, score z): marginal likelihood of q, the amplitudes
+// integrated out,
 //
 //   z ~ N(0, A + q^2 A diag(unit_sigma^2) A)
 #pragma once

@@ -7,8 +7,8 @@
 
 namespace magimu {
 
-// acc, gyr, mag of one recording. The trajectory follows the gyroscope, and when the sensor is moved
-// the accelerometer, too: of these only what is faster than the trajectory is left.
+// acc, gyr, mag of one recording. The trajectory follows the gyroscope, and when the sensor is
+// moved the accelerometer, too: of these only what is faster than the trajectory is left.
 std::vector<SampleResiduals> sample_residuals(const Recording& recording, const Stage& stage,
                                               int index, const NoiseDensities& rest,
                                               bool noise_given);

@@ -24,14 +24,15 @@ namespace magimu {
 
 // One candidate's answer.
 struct Score {
-  std::shared_ptr<const Effect> effect;
+  std::shared_ptr<const Effect> effect = {};
   double statistic = 0.0;  // S
   int dof = 0;             // fewer than parameters where the motion shows only so many directions
   double p_value = 1.0;    // the larger of the two where the noise is coloured
   double log10_p = 0.0;    // of p_value, finite however small it is
-  VectorXd theta, sigma;   // one step's estimate; sigma infinite where the motion shows nothing
-  MatrixXd information;    // A
-  double scatter = 1.0;    // of the windows' scores, over what white noise would give
+  VectorXd theta = {},
+           sigma = {};        // one step's estimate; sigma infinite where the motion shows nothing
+  MatrixXd information = {};  // A
+  double scatter = 1.0;       // of the windows' scores, over what white noise would give
 };
 
 class Scan {

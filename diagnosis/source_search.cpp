@@ -11,20 +11,19 @@
 namespace magimu {
 namespace {
 
-constexpr int kGrid = 11;           // places along each axis
-constexpr double kAround = 0.7;     // m beyond the path
+constexpr int kGrid = 11;        // places along each axis
+constexpr double kAround = 0.7;  // m beyond the path
 constexpr std::size_t kSamples = 600;
-constexpr double kNearest = 0.03;   // m: a place on the path itself would explain a single sample
+constexpr double kNearest = 0.03;  // m: a place on the path itself would explain a single sample
 constexpr int kKept = 3;
-constexpr int kCalibration = 12;    // D and o_m adapt to whatever the source adds everywhere
+constexpr int kCalibration = 12;  // D and o_m adapt to whatever the source adds everywhere
 
 }  // namespace
 
 std::vector<Vector3> likely_source_places(const Recording& recording, const Stage& stage) {
   const ModelSpec& spec = stage.spec();
   const Values& values = stage.result().values;
-  const Recording& corrected =
-      spec.extended.empty() ? recording : spec.extended.front()->corrected;
+  const Recording& corrected = spec.extended.empty() ? recording : spec.extended.front()->corrected;
   const SensedMotion motion(corrected, stage.plans().front(), 0, spec, values);
   const VectorSeries& mag = corrected.mag.front();
   const Vector3 bias = values.at<Vector3>(key::mag_bias);

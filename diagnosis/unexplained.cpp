@@ -11,8 +11,8 @@
 namespace magimu {
 namespace {
 
-constexpr double kLeftOver = 0.3;  // of a finding's own misfit: more than this left, and its name is
-                                   // doubtful
+constexpr double kLeftOver = 0.3;  // of a finding's own misfit: more than this left, and its name
+                                   // is doubtful
 
 const char* sensor(Channel channel) {
   constexpr const char* kNames[] = {"accelerometer", "gyroscope", "magnetometer"};
@@ -39,9 +39,11 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
     d.unexplained.detected = true;
     const std::string name = to_string(s.effect->channel());
     auto& channels = d.unexplained.channels;
-    if (std::find(channels.begin(), channels.end(), name) == channels.end()) channels.push_back(name);
+    if (std::find(channels.begin(), channels.end(), name) == channels.end())
+      channels.push_back(name);
     d.unexplained.evidence.push_back(fmt::format(
-        "What is left of the {} depends {} (chi-square {:.0f} with {} degrees of freedom): no cause "
+        "What is left of the {} depends {} (chi-square {:.0f} with {} degrees of freedom): no "
+        "cause "
         "that is known here acts so.",
         sensor(s.effect->channel()), s.effect->description().cause, s.statistic, s.dof));
     if (s.statistic - s.dof > most) {

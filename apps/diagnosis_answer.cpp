@@ -7,6 +7,8 @@
 #include <cmath>
 #include <map>
 
+#include "apps/numbers.h"
+
 namespace magimu::apps {
 namespace {
 
@@ -20,31 +22,42 @@ bool anything_tested(const Diagnosis& d) {
                      [](const ScanEntry& e) { return e.needs.empty(); });
 }
 
-struct Value {
-  double value;
-  std::string unit;
-};
+std::string with_stop(const std::string& text) {
+  return text.empty() || text.back() == '.' ? text : text + ".";
+}
 
-// The basic model's parameters by the names that `order` has for them.
-std::map<std::string, Value> values_of(const Calibration& c) {
-  std::map<std::string, Value> out;
+// The basic model's parameters, by the names that `order` has for them.
+struct Named {
+  std::string label, unit;
+  double value;
+};
+std::map<std::string, Named> values_of(const Calibration& c) {
+  std::map<std::string, Named> out;
+  const auto& mags = c.parameters.mag;
   for (int i = 0; i < 3; ++i) {
-    out[fmt::format("accelerometer.bias[{}]", i)] = {c.parameters.acc_bias[i], "m/s^2"};
-    out[fmt::format("gyroscope.bias[{}]", i)] = {c.parameters.gyr_bias[i], "rad/s"};
-  }
-  for (std::size_t m = 0; m < c.parameters.mag.size(); ++m) {
-    for (int i = 0; i < 3; ++i) {
+    const char axis = "xyz"[i];
+    out[fmt::format("accelerometer.bias[{}]", i)] = {fmt::format("accelerometer bias {}", axis),
+                                                     "m/s^2", c.parameters.acc_bias[i]};
+    out[fmt::format("gyroscope.bias[{}]", i)] = {fmt::format("gyroscope bias {}", axis), "rad/s",
+                                                 c.parameters.gyr_bias[i]};
+    for (std::size_t m = 0; m < mags.size(); ++m) {
+      const std::string of = mags.size() == 1 ? "magnetometer" : c.mag_names[m];
+      out[fmt::format("magnetometers[{}].bias[{}]", m, i)] = {fmt::format("{} bias {}", of, axis),
+                                                              "uT", mags[m].bias[i]};
       for (int j = 0; j < 3; ++j) {
         out[fmt::format("magnetometers[{}].distortion[{}][{}]", m, i, j)] = {
-            c.parameters.mag[m].distortion(i, j), "uT"};
+            fmt::format("{} distortion D {}{}", of, axis, "xyz"[j]), "uT",
+            mags[m].distortion(i, j)};
       }
-      out[fmt::format("magnetometers[{}].bias[{}]", m, i)] = {c.parameters.mag[m].bias[i], "uT"};
     }
   }
   for (std::size_t r = 0; r < c.fields.size(); ++r) {
-    const std::string name =
-        c.fields.size() == 1 ? "field.dip_deg" : fmt::format("fields[{}].dip_deg", r);
-    out[name] = {c.fields[r].dip_rad / kDegree, "deg"};
+    const double dip = c.fields[r].dip_rad / kDegree;
+    if (c.fields.size() == 1) {
+      out["field.dip_deg"] = {"dip of the field", "deg", dip};
+    } else {
+      out[fmt::format("fields[{}].dip_deg", r)] = {"dip, " + c.fields[r].recording, "deg", dip};
+    }
   }
   return out;
 }
@@ -133,6 +146,26 @@ std::vector<const ScanEntry*> entries_with(Outcome outcome, const Diagnosis& d) 
   return out;
 }
 
+std::string needs_words(const ScanEntry& e) {
+  const bool column = e.needs == "temp" || e.needs == "current" || e.needs == "pos";
+  return column ? "the recordings have no column " + e.needs : e.needs;
+}
+
+std::string size_words(const FoundParameter& p) {
+  const bool bare = p.unit.empty() || p.unit == "-" || p.unit == "1";
+  return with_sigma(p.value, p.sigma) + (bare ? "" : " " + p.unit);
+}
+
+std::string confusable_words(const Confusable& c) {
+  std::string out = effect_title(c.effect);
+  if (!out.empty() && out[0] >= 'a' && out[0] <= 'z') out[0] = char(out[0] - 'a' + 'A');
+  out = with_stop(c.why.empty() ? out : out + ": " + c.why);
+  if (!c.motion_that_separates.empty()) {
+    out += " To separate: " + with_stop(c.motion_that_separates);
+  }
+  return out;
+}
+
 std::string detectable_words(const ScanEntry& entry) {
   return entry.detectable.empty() ? "this motion shows nothing of it" : entry.detectable;
 }
@@ -161,8 +194,9 @@ std::vector<Moved> moved_parameters(const Diagnosis& d) {
   std::vector<Moved> out;
   for (const std::string& name : d.before.order) {
     if (!before.contains(name) || !after.contains(name) || !known(d.after, name)) continue;
-    out.push_back({name, before.at(name).unit, before.at(name).value, d.before.sigma(name),
-                   after.at(name).value, d.after.sigma(name)});
+    const Named& b = before.at(name);
+    out.push_back({b.label, b.unit, b.value, d.before.sigma(name), after.at(name).value,
+                   d.after.sigma(name)});
   }
   return out;
 }

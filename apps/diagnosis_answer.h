@@ -31,8 +31,16 @@ enum class Outcome { kFound, kExplained, kNotFound, kUntested };
 Outcome outcome_of(const ScanEntry& entry, const Diagnosis& diagnosis);
 std::vector<const ScanEntry*> entries_with(Outcome outcome, const Diagnosis& diagnosis);
 
+// Why it could not be tested.
+std::string needs_words(const ScanEntry& entry);
 // The size from which on it would have been found nine times out of ten.
 std::string detectable_words(const ScanEntry& entry);
+
+// "0.0110 ± 0.0001 s"
+std::string size_words(const FoundParameter& parameter);
+
+// "Magnetometer lag: why. To separate: a motion."
+std::string confusable_words(const Confusable& confusable);
 
 // How much better data that the fit had not seen are predicted: nats.
 double heldout_gain(const Gain& gain);
@@ -40,7 +48,7 @@ std::string heldout_words(const Gain& gain);
 
 // One parameter of the calibration, before and after the extensions.
 struct Moved {
-  std::string name, unit;
+  std::string name, unit;  // for people: "magnetometer bias x"
   double before = 0.0, sigma_before = 0.0, after = 0.0, sigma_after = 0.0;
   double sigmas() const;  // how far it moved, in its own standard deviations as first stated
 };

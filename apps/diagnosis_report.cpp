@@ -22,11 +22,6 @@ std::string joined(const std::vector<std::string>& parts, const char* separator)
   return out;
 }
 
-std::string capital(std::string text) {
-  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = char(text[0] - 'a' + 'A');
-  return text;
-}
-
 std::string items(const std::vector<std::string>& texts) {
   std::string out;
   for (const std::string& text : texts) out += element("li", text);
@@ -52,7 +47,9 @@ void answer(Page& page, const Diagnosis& d) {
   std::string sentences;
   for (const Finding& f : d.findings) sentences += element("li", f.sentence);
   if (!sentences.empty()) html += wrap("ol", sentences);
-  for (const std::string& sentence : explanation(d)) html += element("p", sentence);
+  for (const std::string& sentence : explanation(d)) {
+    html += element("p", (d.findings.empty() ? "" : "Not explained: ") + sentence);
+  }
   page.html(wrap("div", html, kClass[int(answer_of(d))]));
   const std::string before = to_string(d.before.trust.verdict),
                     after = to_string(d.after.trust.verdict);
@@ -74,23 +71,22 @@ std::string finding_card(const Finding& f, std::size_t number) {
   html += wrap(
       "ul",
       fact(percent(f.probability), "probability of this cause") +
-          fact(fmt::format("{:+.1f}", heldout_gain(g)),
+          fact(std::isfinite(heldout_gain(g)) ? fmt::format("{:+.1f}", heldout_gain(g)) : "-",
                "log-likelihood of data the fit had not seen") +
           fact(fmt::format("{} → {}", plain(g.residual_rms_before), plain(g.residual_rms_after)),
                "residual of the " + sensor_name(f.channel) + "; noise alone: 1"),
       "facts");
   std::vector<std::vector<std::string>> rows;
   for (const FoundParameter& p : f.parameters) {
-    rows.push_back({p.name, with_sigma(p.value, p.sigma), p.unit,
-                    p.sigma > 0.0 ? fmt::format("{:.1f}", std::abs(p.value) / p.sigma) : "-"});
+    rows.push_back({p.name, size_words(p),
+                    std::isfinite(p.value) && p.sigma > 0.0
+                        ? fmt::format("{:.1f}", std::abs(p.value) / p.sigma)
+                        : "-"});
   }
-  if (!rows.empty())
-    html += table_html({"parameter", "size ± sigma", "unit", "size / sigma"}, rows);
+  if (!rows.empty()) html += table_html({"parameter", "size ± sigma", "size / sigma"}, rows);
   std::vector<std::string> confusable;
   for (const Confusable& c : f.confusable_with) {
-    confusable.push_back(
-        capital(effect_title(c.effect)) + (c.why.empty() ? "" : ": " + c.why) + "." +
-        (c.motion_that_separates.empty() ? "" : " To separate: " + c.motion_that_separates + "."));
+    confusable.push_back(confusable_words(c));
   }
   if (!confusable.empty()) {
     html += element("p", "It can be confused with", "soft") + wrap("ul", items(confusable));
@@ -171,7 +167,7 @@ void not_seen(Page& page, const Diagnosis& d) {
         {effect_title(e->effect, e->channel), detectable_words(*e), plain(e->p_value)});
   }
   for (const ScanEntry* e : entries_with(Outcome::kUntested, d)) {
-    untested.push_back({effect_title(e->effect, e->channel), e->needs});
+    untested.push_back({effect_title(e->effect, e->channel), needs_words(*e)});
   }
   if (absent.empty() && untested.empty()) return;
   page.section("What could not have been seen");

@@ -33,7 +33,7 @@ plot::RowChart::Row row_of(const ScanEntry& e, const Diagnosis& d) {
       break;
     case Outcome::kUntested:
       row.value = std::numeric_limits<double>::quiet_NaN();
-      row.note = "not tested: " + e.needs;
+      row.note = "not tested: " + needs_words(e);
       break;
   }
   if (e.needs.empty()) {
@@ -63,15 +63,19 @@ std::string scan_chart(const Diagnosis& d) {
   using plot::Colour;
   plot::RowChart chart;
   chart.title = "Evidence for each cause, taken alone";
-  chart.x_label = "zeros behind the point of the chance that noise alone would look like this";
+  chart.x_label = "zeros in the odds against mere chance (3: one in 1000)";
   chart.log = true;
   chart.low = kLow;
   chart.threshold = evidence_needed(d);
   chart.threshold_name = "needed";
-  chart.legend = {{"found", Colour::kVermilion},
-                  {d.findings.empty() ? "no gain on left-out data" : "explained by what was found",
-                   Colour::kOrange},
-                  {"not found", Colour::kSky}};
+  const auto explain = [&](Outcome outcome, const char* words, Colour colour) {
+    if (!entries_with(outcome, d).empty()) chart.legend.push_back({words, colour});
+  };
+  explain(Outcome::kFound, "found", Colour::kVermilion);
+  explain(Outcome::kExplained,
+          d.findings.empty() ? "no gain on left-out data" : "explained by what was found",
+          Colour::kOrange);
+  explain(Outcome::kNotFound, "not found", Colour::kSky);
   for (const ScanEntry& e : d.scan) {
     if (e.needs.empty()) chart.rows.push_back(row_of(e, d));
   }

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "apps/diagnosis_answer.h"
 #include "apps/numbers.h"
@@ -13,6 +13,13 @@ namespace magimu::apps {
 namespace {
 
 constexpr std::size_t kWidth = 98, kNameWidth = 34;
+
+constexpr char kUnbroken = '\x1f';  // a blank at which no line ends
+
+std::string unbroken(std::string text) {
+  std::replace(text.begin(), text.end(), ' ', kUnbroken);
+  return text;
+}
 
 // Words in lines of at most kWidth; the first one begins with `first`, the others with as many
 // spaces as it is wide.
@@ -32,32 +39,32 @@ std::string wrapped(const std::string& text, const std::string& first) {
     line += (empty ? "" : " ") + word;
     empty = false;
   }
-  return out + line + "\n";
+  out += line + "\n";
+  std::replace(out.begin(), out.end(), kUnbroken, ' ');
+  return out;
 }
 
 std::string finding_text(const Finding& f, std::size_t number) {
   std::string out = wrapped(f.sentence, fmt::format("{}. ", number));
   const std::string indent = "   ";
-  out += wrapped(fmt::format("Probability {}; {}; residual of the {} {} -> {} (1: noise alone).",
+  out += wrapped(fmt::format("Probability {}; {}; residual of the {} {} (1: noise alone).",
                              percent(f.probability), heldout_words(f.gain), sensor_name(f.channel),
-                             plain(f.gain.residual_rms_before), plain(f.gain.residual_rms_after)),
+                             unbroken(plain(f.gain.residual_rms_before) + " -> " +
+                                      plain(f.gain.residual_rms_after))),
                  indent);
   std::string values;
   for (const FoundParameter& p : f.parameters) {
-    values += fmt::format("{}{} = {} {}", values.empty() ? "" : ", ", p.name,
-                          with_sigma(p.value, p.sigma), p.unit);
+    values += (values.empty() ? "" : ", ") + unbroken(p.name + " = " + size_words(p));
   }
   if (!values.empty()) out += wrapped(f.effect + ": " + values, indent);
   for (const Confusable& c : f.confusable_with) {
-    std::string text = "Can be confused with " + effect_title(c.effect) + ": " + c.why;
-    if (!c.motion_that_separates.empty()) text += ". To separate: " + c.motion_that_separates;
-    out += wrapped(text, indent);
+    out += wrapped("Can be confused with: " + confusable_words(c), indent);
   }
   return out + "\n";
 }
 
 std::string list(const std::string& heading, const std::vector<const ScanEntry*>& entries,
-                 const std::function<std::string(const ScanEntry&)>& words) {
+                 std::string (*words)(const ScanEntry&)) {
   if (entries.empty()) return "";
   std::string out = heading + "\n";
   for (const ScanEntry* e : entries) {
@@ -68,9 +75,11 @@ std::string list(const std::string& heading, const std::vector<const ScanEntry*>
 }
 
 std::string calibration_text(const Diagnosis& d) {
-  std::string out = fmt::format("Trust in the calibration: {}", to_string(d.before.trust.verdict));
-  if (d.findings.empty()) return out + "\n";
-  out += fmt::format(" before, {} with what was found.", to_string(d.after.trust.verdict));
+  const std::string before = to_string(d.before.trust.verdict),
+                    after = to_string(d.after.trust.verdict);
+  if (d.findings.empty()) return fmt::format("Trust in the calibration: {}.\n", after);
+  std::string out =
+      fmt::format("Trust in the calibration: {} before, {} with what was found.", before, after);
   const Moved* most = nullptr;
   const std::vector<Moved> all = moved_parameters(d);
   for (const Moved& m : all) {
@@ -78,7 +87,7 @@ std::string calibration_text(const Diagnosis& d) {
     if (most == nullptr || std::abs(m.sigmas()) > std::abs(most->sigmas())) most = &m;
   }
   if (most != nullptr) {
-    out += fmt::format(" Moved most: {}, from {} to {} {} ({:.1f} sigma).", most->name,
+    out += fmt::format(" Moved most: {}, from {} to {} {} ({:.1f} sigma).", unbroken(most->name),
                        with_sigma(most->before, most->sigma_before),
                        with_sigma(most->after, most->sigma_after), most->unit,
                        std::abs(most->sigmas()));
@@ -94,20 +103,26 @@ std::string diagnosis_table(const Diagnosis& d) {
   const std::vector<std::string> reasons = explanation(d);
   if (!reasons.empty()) {
     if (!d.findings.empty()) out += "Not explained:\n";
-    for (const std::string& reason : reasons) out += wrapped(reason, "  - ");
+    const char* bullet = reasons.size() > 1 || !d.findings.empty() ? "  - " : "";
+    for (const std::string& reason : reasons) out += wrapped(reason, bullet);
     out += "\n";
   }
-  out += list("Not tested, because:", entries_with(Outcome::kUntested, d),
-              [](const ScanEntry& e) { return e.needs; });
-  out += list(d.findings.empty() ? "Seems to be there, but does not help to predict left-out data:"
-                                 : "Seems to be there, too, but is explained by the above:",
-              entries_with(Outcome::kExplained, d), [](const ScanEntry&) { return ""; });
+  out += list("Not tested, because:", entries_with(Outcome::kUntested, d), needs_words);
+  std::string explained;
+  for (const ScanEntry* e : entries_with(Outcome::kExplained, d)) {
+    explained += (explained.empty() ? "" : ", ") + effect_title(e->effect, e->channel);
+  }
+  if (!explained.empty()) {
+    out += d.findings.empty() ? "Seen, but left-out data are not predicted better with it:\n"
+                              : "Seen, too, as long as the above is not part of the model:\n";
+    out += wrapped(explained, "  ") + "\n";
+  }
   out += list("Not found; it would have been, nine times out of ten, from this size on:",
               entries_with(Outcome::kNotFound, d), detectable_words);
   out += calibration_text(d);
   for (const std::string& note : d.notes) out += wrapped(note, "Note: ");
-  out += wrapped(fmt::format("Anything at all is named in {} of recordings in which there is "
-                             "nothing. {:.1f} s.",
+  out += wrapped(fmt::format("False alarms: where nothing is wrong, something is named in {} of "
+                             "recordings. Computed in {:.1f} s.",
                              percent(d.false_alarm_rate), d.seconds),
                  "");
   return out;

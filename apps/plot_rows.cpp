@@ -9,7 +9,10 @@
 namespace magimu::plot {
 namespace {
 
-constexpr double kNoteCharacter = 5.6;  // mean width at 11 pixels
+constexpr double kNoteCharacter = 6.0;  // mean width at 11 pixels
+// First white and broad, then grey: it can be read where it crosses a line.
+constexpr const char* kHalo = R"( stroke="#fff" stroke-width="4" stroke-linejoin="round")";
+constexpr const char* kNote = R"( fill="#555")";
 
 // The beginning of a text, of so many characters, whole ones (UTF-8).
 std::string shortened(const std::string& text, double characters) {
@@ -40,9 +43,20 @@ std::string svg(const RowChart& chart) {
   };
   const Frame empty = frame_of(100.0);
   Frame frame = frame_of(empty.top() + rows + (100.0 - empty.bottom()) + 16.0);
-  const double last = highest + 0.02 * (highest - low);
-  const Axis x{{low, chart.log ? 1.3 * highest : last}, chart.log, frame.left(), frame.right()};
+  // To the right of the longest bar there is room for its note.
+  const double air = 0.2;
+  const double last =
+      chart.log ? highest * std::pow(highest / low, air) : highest + air * (highest - low);
+  const Axis x{{low, last}, chart.log, frame.left(), frame.right()};
   frame.x_axis(x, chart.x_label);
+  if (chart.threshold && x.shows(*chart.threshold)) {
+    const double at = x(*chart.threshold);
+    frame.add(fmt::format(R"(<line x1="{0:.1f}" y1="{1:.1f}" x2="{0:.1f}" y2="{2:.1f}" )"
+                          R"(stroke="#333" stroke-width="1.5" stroke-dasharray="5 4"/>)"
+                          "\n",
+                          at, frame.top(), frame.bottom()));
+    frame.add(text(at + 5.0, frame.top() + 11.0, chart.threshold_name, "start", 11));
+  }
   double y = frame.top() + 18.0;  // above: the threshold's name
   for (const RowChart::Row& row : chart.rows) {
     const double middle = y + 0.5 * chart.row_height, high = chart.row_height - 6.0;
@@ -53,23 +67,13 @@ std::string svg(const RowChart& chart) {
       end = std::max(x(std::max(row.value, low)), frame.left() + 1.0);
       frame.add(rectangle(frame.left(), y + 3.0, end - frame.left(), high, hex(row.colour)));
     }
-    const double room = frame.right() - end - 8.0, wide = kNoteCharacter * double(row.note.size());
-    const bool inside = wide > room && end - frame.left() > wide + 12.0;
-    const std::string note =
-        shortened(row.note, inside ? 1e9 : std::max(0.0, room / kNoteCharacter - 1.0));
-    if (!note.empty() && (inside || room > 3.0 * kNoteCharacter)) {
-      frame.add(text(inside ? end - 6.0 : end + 6.0, middle + 4.0, note, inside ? "end" : "start",
-                     11, inside ? R"( fill="#fff")" : R"( fill="#555")"));
+    const double room = (frame.right() - end) / kNoteCharacter - 2.0;
+    if (!row.note.empty() && room > 2.0) {
+      for (const char* look : {kHalo, kNote}) {
+        frame.add(text(end + 6.0, middle + 4.0, shortened(row.note, room), "start", 11, look));
+      }
     }
     y += chart.row_height;
-  }
-  if (chart.threshold && x.shows(*chart.threshold)) {
-    const double at = x(*chart.threshold);
-    frame.add(fmt::format(R"(<line x1="{0:.1f}" y1="{1:.1f}" x2="{0:.1f}" y2="{2:.1f}" )"
-                          R"(stroke="#333" stroke-width="1.5" stroke-dasharray="5 4"/>)"
-                          "\n",
-                          at, frame.top(), frame.bottom()));
-    frame.add(text(at + 5.0, frame.top() + 11.0, chart.threshold_name, "start", 11));
   }
   return frame.finish();
 }

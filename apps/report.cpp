@@ -10,33 +10,32 @@ namespace {
 
 // No ">" or "&" in it: it is text of an XML element.
 constexpr const char* kStyle = R"css(
-:root { --ink: #20262e; --soft: #5c6670; --line: #dfe4e8; --paper: #fff; --tint: #f5f7f9; }
 * { box-sizing: border-box; }
-body { margin: 0; background: var(--tint); color: var(--ink);
+body { margin: 0; background: #f5f7f9; color: #20262e;
   font: 16px/1.55 system-ui, -apple-system, "Segoe UI", Roboto, Helvetica, Arial, sans-serif; }
-main { max-width: 980px; margin: 0 auto; padding: 32px 40px 56px; background: var(--paper); }
+main { max-width: 980px; margin: 0 auto; padding: 32px 40px 56px; background: #fff; }
 h1 { font-size: 30px; line-height: 1.25; margin: 4px 0 12px; }
-h2 { font-size: 20px; margin: 44px 0 10px; padding-bottom: 6px; border-bottom: 2px solid var(--line); }
+h2 { font-size: 20px; margin: 44px 0 10px; padding-bottom: 6px; border-bottom: 2px solid #dfe4e8; }
 h3 { font-size: 17px; line-height: 1.4; margin: 0 0 6px; }
 p { margin: 8px 0; max-width: 46em; }
 ul, ol { margin: 8px 0; padding-left: 22px; }
-.soft, figcaption { color: var(--soft); font-size: 14px; }
-.kicker { color: var(--soft); font-size: 13px; letter-spacing: .06em; text-transform: uppercase; margin: 0; }
-.answer { border-left: 6px solid #767676; padding: 16px 24px; background: var(--tint); border-radius: 4px; }
+.soft, figcaption { color: #5c6670; font-size: 14px; }
+.kicker { color: #5c6670; font-size: 13px; letter-spacing: .03em; margin: 0; }
+.answer { border-left: 6px solid #767676; padding: 16px 24px; background: #f5f7f9; border-radius: 4px; }
 .answer.findings { border-color: #0072B2; }
 .answer.unexplained { border-color: #D55E00; }
 .answer.predicts { border-color: #009E73; }
 .answer li { margin: 4px 0; font-size: 17px; }
 .facts { display: flex; flex-wrap: wrap; gap: 10px; margin: 16px 0 0; padding: 0; list-style: none; }
-.facts li { flex: 1 1 140px; border: 1px solid var(--line); border-radius: 6px; padding: 8px 14px; }
+.facts li { flex: 1 1 140px; border: 1px solid #dfe4e8; border-radius: 6px; padding: 8px 14px; }
 .facts b { display: block; font-size: 18px; }
-.facts span { color: var(--soft); font-size: 13px; }
-.card { border: 1px solid var(--line); border-top: 4px solid #0072B2; border-radius: 6px;
+.facts span { color: #5c6670; font-size: 13px; }
+.card { border: 1px solid #dfe4e8; border-top: 4px solid #0072B2; border-radius: 6px;
   padding: 16px 22px; margin: 18px 0; break-inside: avoid; }
 .card.unexplained { border-top-color: #D55E00; }
 table { border-collapse: collapse; width: 100%; margin: 10px 0; font-size: 14px; }
-th, td { text-align: right; padding: 5px 10px; border-bottom: 1px solid var(--line); vertical-align: top; }
-th { color: var(--soft); font-weight: 600; border-bottom-width: 2px; }
+th, td { text-align: right; padding: 5px 10px; border-bottom: 1px solid #dfe4e8; vertical-align: top; }
+th { color: #5c6670; font-weight: 600; border-bottom-width: 2px; }
 td { font-variant-numeric: tabular-nums; }
 th.t, td.t { text-align: left; }
 tr { break-inside: avoid; }

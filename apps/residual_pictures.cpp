@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "apps/plot.h"
@@ -37,13 +38,28 @@ plot::Line line(const Look& look, const Curve& curve, double width) {
   return {.name = look.name, .x = curve.x, .y = curve.y, .colour = look.colour, .width = width};
 }
 
+// Holds all but the most extreme residuals, and the band.
+double usual_extreme(const std::vector<Vector3>& residuals) {
+  std::vector<double> sizes;
+  for (const Vector3& r : residuals) {
+    if (r.allFinite()) sizes.push_back(r.cwiseAbs().maxCoeff());
+  }
+  if (sizes.empty()) return 1.5 * kBand;
+  const auto at = sizes.begin() + std::ptrdiff_t(0.999 * double(sizes.size() - 1));
+  std::nth_element(sizes.begin(), at, sizes.end());
+  return std::max(1.5 * kBand, 1.1 * *at);
+}
+
 std::string trace_picture(const ResidualTrace& trace, bool extended) {
   std::string out;
+  const double limit = usual_extreme(trace.before);  // one scale for all
   for (int axis = 0; axis < 3; ++axis) {
     plot::Chart chart;
+    chart.y_range = {-limit, limit};
     chart.title = fmt::format("{} axis", "xyz"[axis]);
     chart.y_label = "sigma";
     chart.x_label = "time, s";
+    chart.width = 880.0;
     chart.height = axis == 0 ? 190.0 : 165.0;
     const auto add = [&](const Look& look, const std::vector<Vector3>& v) {
       chart.lines.push_back(line(look, envelope(trace.t, one_axis(v, axis), kStretches), 1.0));

@@ -21,7 +21,7 @@ Curve autocorrelation(const std::vector<Vector3>& residuals, double interval_s, 
 
 // Power over frequency, Hz: a Hann-windowed periodogram, averaged within so many equal steps of
 // log frequency per decade. White residuals of variance 1 have 1 throughout.
-Curve spectrum(const std::vector<Vector3>& residuals, double interval_s, int per_decade = 20);
+Curve spectrum(const std::vector<Vector3>& residuals, double interval_s, int per_decade = 12);
 
 // For drawing: of each of so many stretches of time its least and its greatest value, in their
 // order; a gap, or time that runs backward (the next recording), is a NaN.

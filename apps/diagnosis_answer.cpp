@@ -96,10 +96,11 @@ std::vector<std::string> explanation(const Diagnosis& d) {
   if (d.unexplained.detected) {
     out = d.unexplained.evidence;
   } else if (answer_of(d) == Answer::kPredicts) {
-    out.push_back(fmt::format(
-        "{} possible causes of a difference were tested; none is there as far as these data can "
-        "show{}.",
-        tested, d.departures.empty() ? ", and what is left looks like noise" : ""));
+    out.push_back(
+        fmt::format("{} possible cause{} tested; none is there as far as these data can "
+                    "show{}.",
+                    tested, tested == 1 ? " was" : "s were",
+                    d.departures.empty() ? ", and what is left looks like noise" : ""));
   } else if (answer_of(d) == Answer::kNone) {
     if (tested == 0) out.push_back("None of the possible causes could be tested.");
     const auto& reasons = d.after.trust.reasons;

@@ -5,22 +5,18 @@
 
 #include "apps/calibration_table.h"
 #include "apps/commands.h"
+#include "apps/common_options.h"
 #include "calibration/calibrate.h"
 #include "calibration/calibration_json.h"
 #include "recording/atomic_file.h"
-#include "recording/read.h"
 
 namespace magimu::apps {
 namespace {
 
-struct Arguments {
-  std::vector<std::string> recordings;
-  std::string output, trajectory, backend = "auto", motion = "auto";
-  std::string mag_time_offset = "auto", gyro_matrix = "auto", gyro_interval = "forward";
-  std::vector<double> noise;
+struct Arguments : RecordingOptions {
+  std::string output, trajectory, backend = "auto", mag_time_offset = "auto", gyro_matrix = "auto";
   double dip_deg = 0.0;
-  bool has_dip = false, json = false, quiet = false;
-  int threads = 0;
+  bool has_dip = false;
   CalibrationOptions options;
 };
 
@@ -58,33 +54,16 @@ int run(Arguments& args) {
   if (args.threads > 0) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
   }
-  if (!args.noise.empty()) {
-    args.options.noise = NoiseDensities{args.noise[0], args.noise[1], args.noise[2]};
-  }
+  args.options.noise = args.noise();
+  args.options.gravity = args.gravity;
+  args.options.motion = args.motion_model();
   if (args.has_dip) args.options.initialization.dip_rad = args.dip_deg * kDegree;
-  if (args.motion == "rotation") args.options.motion = MotionModel::kRotation;
-  if (args.motion == "hand_held") args.options.motion = MotionModel::kHandHeld;
   if (args.gyro_matrix != "auto") args.options.gyr_matrix = args.gyro_matrix == "on";
   if (args.mag_time_offset != "auto") args.options.mag_time_offset = args.mag_time_offset == "on";
   args.options.optimizer.backend = backend_named(args.backend);
 
-  std::vector<Recording> recordings;
-  for (const std::string& path : args.recordings) {
-    recordings.push_back(read_recording(path));
-    if (args.gyro_interval == "centred") {
-      convert_gyro_interval(recordings.back(), GyroInterval::kCentred);
-    } else if (args.gyro_interval == "backward") {
-      convert_gyro_interval(recordings.back(), GyroInterval::kBackward);
-    }
-    if (args.quiet) continue;
-    for (const std::string& note : recordings.back().notes) {
-      fmt::print(stderr, "{}: {}\n", recordings.back().name, note);
-    }
-  }
-  std::vector<const Recording*> pointers;
-  for (const Recording& r : recordings) pointers.push_back(&r);
-
-  const Calibration c = calibrate(pointers, args.options);
+  const std::vector<Recording> recordings = read_recordings(args);
+  const Calibration c = calibrate(pointers(recordings), args.options);
   const std::string json = to_json(c).dump(2) + "\n";
   if (!args.output.empty()) write_atomically(args.output, json);
   if (!args.trajectory.empty()) write_atomically(args.trajectory, trajectory_csv(c));
@@ -109,17 +88,10 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       "Turn the sensor on the spot, slowly, about all three of its axes, for a minute or more.\n"
       "Exit code 1: the data do not permit a calibration (the file is written all the same,\n"
       "marked \"no\"); 2: wrong usage or unreadable input.");
-  cmd->add_option("recordings", args->recordings, "CSV, or HDF5 or MATLAB files of the BROAD set")
-      ->required()
-      ->type_name("REC");
+  add_recording_options(*cmd, *args);
   cmd->add_option("-o,--output", args->output, "write the calibration here")->type_name("CAL.json");
   cmd->add_option("--trajectory", args->trajectory, "write the estimated orientations here")
       ->type_name("T.csv");
-  cmd->add_option("--noise", args->noise,
-                  "noise densities per sqrt(Hz): m/s^2 rad/s uT (default: estimated)")
-      ->expected(3)
-      ->check(CLI::PositiveNumber)
-      ->type_name("ACC GYR MAG");
   cmd->add_option_function<double>(
          "--dip",
          [args](double dip) {
@@ -129,15 +101,6 @@ void add_calibrate(CLI::App& app, int& exit_code) {
          "start from this dip, degrees, positive downward (default: from the data)")
       ->check(CLI::Range(-89.9, 89.9))
       ->type_name("DEG");
-  cmd->add_option("--gravity", args->options.gravity, "local gravity, m/s^2")
-      ->capture_default_str()
-      ->check(CLI::Range(9.7, 9.9))
-      ->type_name("G");
-  cmd->add_option("--motion", args->motion,
-                  "rotation: the sensor only turned; hand_held: a hand moved it within its reach;\n"
-                  "auto: decided from the data")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "rotation", "hand_held"}));
   cmd->add_option("--mag-time-offset", args->mag_time_offset,
                   "estimate the magnetometer's lag: auto (where the data show one), on, off")
       ->capture_default_str()
@@ -148,11 +111,6 @@ void add_calibrate(CLI::App& app, int& exit_code) {
          "are predicted better), on, off")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "on", "off"}));
-  cmd->add_option("--gyro-interval", args->gyro_interval,
-                  "a gyroscope sample is the mean rate over the interval that begins at its time\n"
-                  "(forward), has it in the middle (centred) or ends there (backward)")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"forward", "centred", "backward"}));
   cmd->add_option("--node-every", args->options.node_every,
                   "magnetometer samples per node; all samples are averaged in (0: automatic)")
       ->capture_default_str()
@@ -161,11 +119,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
   cmd->add_option("--solver", args->backend, "linear back end")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "chain", "cholmod", "spqr", "eigen"}));
-  cmd->add_option("--threads", args->threads, "use at most so many threads (0: all)")
-      ->check(CLI::Range(0, 1024))
-      ->type_name("N");
-  cmd->add_flag("--json", args->json, "print the calibration file instead of the table");
-  cmd->add_flag("-q,--quiet", args->quiet, "print nothing but errors");
+  add_output_options(*cmd, *args, "print the calibration file instead of the table");
   cmd->callback([args, &exit_code] { exit_code = run(*args); });
 }
 

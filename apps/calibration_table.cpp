@@ -3,18 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include "apps/numbers.h"
 
 namespace magimu::apps {
 namespace {
 
-// Digits after the point that show two figures of the uncertainty.
-int decimals(double sigma) {
-  if (!(sigma > 0.0) || !std::isfinite(sigma)) return 6;
-  return std::clamp(1 - int(std::floor(std::log10(sigma))), 0, 9);
-}
-
-std::string with_sigma(double value, double sigma) {
+std::string in_columns(double value, double sigma) {
   const int n = decimals(sigma);
   return fmt::format("{:>12.{}f} ± {:<10.{}f}", value, n, sigma, n);
 }
@@ -24,7 +18,7 @@ void add_vector(std::string& out, const Calibration& c, const std::string& label
   const char* axes = "xyz";
   for (int i = 0; i < 3; ++i) {
     out += fmt::format("  {:<22}{}   {} {}\n", i == 0 ? label : "", axes[i],
-                       with_sigma(value[i], c.sigma(fmt::format("{}[{}]", name, i))), unit);
+                       in_columns(value[i], c.sigma(fmt::format("{}[{}]", name, i))), unit);
   }
 }
 
@@ -33,7 +27,7 @@ void add_matrix(std::string& out, const Calibration& c, std::size_t m) {
     out += fmt::format("  {:<22}    ", i == 0 ? "distortion D" : "");
     for (int j = 0; j < 3; ++j) {
       const double sigma = c.sigma(fmt::format("magnetometers[{}].distortion[{}][{}]", m, i, j));
-      out += with_sigma(c.parameters.mag[m].distortion(i, j), sigma);
+      out += in_columns(c.parameters.mag[m].distortion(i, j), sigma);
     }
     out += i == 0 ? " uT\n" : "\n";
   }
@@ -57,17 +51,17 @@ std::string calibration_table(const Calibration& c) {
   }
   for (const FieldEstimate& f : c.fields) {
     out += fmt::format("  {:<22}    {} deg{}\n", "dip (down positive)",
-                       with_sigma(f.dip_rad / kDegree, f.dip_sigma_rad / kDegree),
+                       in_columns(f.dip_rad / kDegree, f.dip_sigma_rad / kDegree),
                        c.fields.size() > 1 ? "  " + f.recording : "");
   }
   for (const ActiveEffect& effect : c.effects) {
     for (const ActiveEffect::Parameter& p : effect.parameters) {
-      out += fmt::format("  {:<22}    {} {}  {}\n", effect.name, with_sigma(p.value, p.sigma),
+      out += fmt::format("  {:<22}    {} {}  {}\n", effect.name, in_columns(p.value, p.sigma),
                          p.unit, effect.parameters.size() > 1 ? p.name : "");
     }
   }
   out += fmt::format("  {:<22}    {} uT\n", "field strength",
-                     with_sigma(c.strength_uT, c.strength_sigma_uT));
+                     in_columns(c.strength_uT, c.strength_sigma_uT));
   out += "  To use it: the unit field in the IMU frame is D^-1 (mag - magnetometer bias).\n\n";
 
   out +=

@@ -13,6 +13,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "apps/plot_axis.h"
@@ -45,7 +46,7 @@ struct Chart {
   std::string stretches_name;    // in the legend
   // Points beyond a given range are drawn on the frame; nothing given: whatever holds the curves.
   std::optional<Range> x_range, y_range;
-  bool log_y = false;
+  bool log_x = false, log_y = false;
   double width = 760.0, height = 280.0;  // pixels
 };
 
@@ -63,8 +64,27 @@ struct BarChart {
   double width = 760.0, height = 320.0;
 };
 
+// Bars to the right, one a row, from the strongest down; for a ranking with long names.
+struct RowChart {
+  struct Row {
+    std::string name;
+    double value = 0.0;  // not a number: no bar
+    Colour colour = Colour::kBlue;
+    std::string note;  // behind the bar, cut off where it would leave the picture
+  };
+  std::string title, x_label;
+  std::vector<Row> rows;
+  std::vector<std::pair<std::string, Colour>> legend;
+  std::optional<double> threshold;  // a dashed line from top to bottom
+  std::string threshold_name;
+  bool log = false;
+  double low = 0.0;  // where bars begin; above 0 on a logarithmic axis
+  double names_width = 230.0, row_height = 21.0, width = 860.0;
+};
+
 std::string svg(const Chart& chart);
 std::string svg(const BarChart& chart);
+std::string svg(const RowChart& chart);
 
 // Text fit for SVG and HTML.
 std::string escaped(std::string_view text);

@@ -151,5 +151,51 @@ TEST(BarPlot, has_a_bar_a_value_and_a_cut_one_tells_its_value) {
   EXPECT_THAT(picture, HasSubstr(">lines</text>"));
 }
 
+RowChart rows_of(const std::vector<double>& values) {
+  RowChart chart;
+  chart.log = true;
+  chart.low = 0.1;
+  for (const double v : values) chart.rows.push_back({"row", v, Colour::kSky, "a & b"});
+  return chart;
+}
+
+TEST(Rows, are_bars_of_increasing_length_from_one_line_on) {
+  const std::string picture = svg(rows_of({0.2, 2.0, 2000.0}));
+  std::vector<double> widths;
+  const std::regex bar("<rect x=\"230.0\" [^>]*width=\"([0-9.]+)\"[^>]*fill=\"#56B4E9\"");
+  for (std::sregex_iterator it(picture.begin(), picture.end(), bar), end; it != end; ++it) {
+    widths.push_back(std::stod((*it)[1]));
+  }
+  ASSERT_EQ(widths.size(), 3u);
+  EXPECT_LT(widths[0], widths[1]);
+  EXPECT_LT(widths[1], widths[2]);
+  EXPECT_NEAR(widths[2] - widths[1], 3.0 * (widths[1] - widths[0]), 0.2) << "not logarithmic";
+}
+
+TEST(Rows, without_a_number_have_a_name_and_a_note_and_no_bar) {
+  const std::string picture = svg(rows_of({NAN, INFINITY, 3.0}));
+  EXPECT_EQ(count(picture, "fill=\"#56B4E9\""), 1);
+  EXPECT_EQ(count(picture, ">row<"), 3);
+  EXPECT_THAT(picture, HasSubstr("a &amp; b"));
+  EXPECT_THAT(picture, testing::AllOf(Not(HasSubstr("nan")), Not(HasSubstr("inf"))));
+  EXPECT_THAT(svg(RowChart{}), HasSubstr("</svg>"));
+}
+
+TEST(Rows, cut_notes_between_characters) {
+  RowChart chart = rows_of({1.0});
+  chart.rows[0].note.clear();
+  for (int i = 0; i < 400; ++i) chart.rows[0].note += "ü";
+  const std::string picture = svg(chart);
+  EXPECT_THAT(picture, HasSubstr("üü…<"));
+  EXPECT_LT(count(picture, "ü"), 2 * 130);
+}
+
+TEST(Rows, show_the_threshold_beyond_every_bar) {
+  RowChart chart = rows_of({0.5, 0.7});
+  chart.threshold = 3.0;
+  chart.threshold_name = "needed";
+  EXPECT_THAT(svg(chart), testing::AllOf(HasSubstr("needed"), HasSubstr("stroke-dasharray")));
+}
+
 }  // namespace
 }  // namespace magimu::plot

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// `magimu diagnose REC... -o DIAG.json --report R.html`
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include "apps/commands.h"
+#include "apps/common_options.h"
+#include "apps/diagnosis_answer.h"
+#include "apps/diagnosis_report.h"
+#include "apps/diagnosis_table.h"
+#include "apps/progress.h"
+#include "diagnosis/diagnosis_json.h"
+#include "recording/atomic_file.h"
+
+namespace magimu::apps {
+namespace {
+
+struct Arguments : RecordingOptions {
+  std::string output, report;
+  double false_alarm_rate = DiagnosisOptions{}.false_alarm_rate;
+};
+
+int run(const Arguments& args) {
+  std::optional<tbb::global_control> limit;
+  if (args.threads > 0) {
+    limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
+  }
+  const std::vector<Recording> recordings = read_recordings(args);
+  DiagnosisOptions options;
+  options.noise = args.noise();
+  options.gravity = args.gravity;
+  options.motion = args.motion_model();
+  options.false_alarm_rate = args.false_alarm_rate;
+  Diagnosis d;
+  {
+    ProgressBar bar(!args.quiet);
+    options.progress = [&bar](const std::string& what, double share) { bar(what, share); };
+    d = diagnose(pointers(recordings), options);
+  }
+  // Names of files need not be UTF-8.
+  const std::string json =
+      to_json(d).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  if (!args.output.empty()) write_atomically(args.output, json);
+  if (!args.report.empty()) write_atomically(args.report, diagnosis_report(d));
+  if (args.json) {
+    fmt::print("{}", json);
+  } else if (!args.quiet) {
+    fmt::print("{}", diagnosis_table(d));
+  }
+  if (answer_of(d) != Answer::kNone) return kDone;
+  fmt::print(stderr, "magimu: {}\n", headline(d));
+  for (const std::string& reason : explanation(d)) fmt::print(stderr, "  {}\n", reason);
+  return kNoAnswer;
+}
+
+}  // namespace
+
+void add_diagnose(CLI::App& app, int& exit_code) {
+  auto args = std::make_shared<Arguments>();
+  CLI::App* cmd = app.add_subcommand(
+      "diagnose", "Find what the simulation of the sensor gets wrong in recordings, and why");
+  cmd->footer(
+      "Example: magimu diagnose hand_rotation.csv -o diag.json --report diag.html\n"
+      "Names causes (a lag of the magnetometer, a drifting bias, a magnet that came near, ...) "
+      "with\n"
+      "their size, its uncertainty and what they gain on data the fit has not seen; says what it\n"
+      "looked for and did not find, and what it could not have seen.\n"
+      "Exit code 0: there is an answer, also \"nothing is wrong\"; 1: the data do not permit one\n"
+      "(files are written all the same); 2: wrong usage or unreadable input.");
+  add_recording_options(*cmd, *args);
+  cmd->add_option("-o,--output", args->output, "write the diagnosis here")->type_name("DIAG.json");
+  cmd->add_option("--report", args->report, "write a page with pictures here: one file, no network")
+      ->type_name("R.html");
+  cmd->add_option("--false-alarm-rate", args->false_alarm_rate,
+                  "how often anything at all may be named where there is nothing")
+      ->capture_default_str()
+      ->check(CLI::Range(1e-6, 0.5))
+      ->type_name("P");
+  add_output_options(*cmd, *args, "print the diagnosis file instead of the text");
+  cmd->callback([args, &exit_code] { exit_code = run(*args); });
+}
+
+}  // namespace magimu::apps

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/diagnosis_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/diagnosis_answer.h"
+#include "apps/diagnosis_scan_chart.h"
+#include "apps/numbers.h"
+#include "apps/plot.h"
+#include "apps/report.h"
+#include "apps/residual_pictures.h"
+
+namespace magimu::apps {
+namespace {
+
+std::string joined(const std::vector<std::string>& parts, const char* separator) {
+  std::string out;
+  for (const std::string& part : parts) out += (out.empty() ? "" : separator) + part;
+  return out;
+}
+
+std::string items(const std::vector<std::string>& texts) {
+  std::string out;
+  for (const std::string& text : texts) out += element("li", text);
+  return out;
+}
+
+// As channels are called in files.
+std::string code(Channel channel) {
+  constexpr const char* kCodes[] = {"acc", "gyr", "mag"};
+  return kCodes[int(channel)];
+}
+
+// A number that catches the eye, with what it is below.
+std::string fact(const std::string& value, const std::string& label) {
+  return wrap("li", element("b", value) + element("span", label));
+}
+
+void answer(Page& page, const Diagnosis& d) {
+  constexpr const char* kClass[] = {"answer findings", "answer unexplained", "answer predicts",
+                                    "answer"};
+  std::string html = element("p", "magimu diagnose: " + joined(d.recordings, ", "), "kicker");
+  html += element("h1", headline(d));
+  std::string sentences;
+  for (const Finding& f : d.findings) sentences += element("li", f.sentence);
+  if (!sentences.empty()) html += wrap("ol", sentences);
+  for (const std::string& sentence : explanation(d)) {
+    html += element("p", (d.findings.empty() ? "" : "Not explained: ") + sentence);
+  }
+  page.html(wrap("div", html, kClass[int(answer_of(d))]));
+  const std::string before = to_string(d.before.trust.verdict),
+                    after = to_string(d.after.trust.verdict);
+  page.html(
+      wrap("ul",
+           fact(fmt::format("{}", d.before.samples), "IMU samples") +
+               fact(d.before.motion == MotionModel::kHandHeld ? "moved by hand" : "turned",
+                    "motion, as modelled") +
+               fact(before == after ? after : before + " → " + after, "trust in the calibration") +
+               fact(percent(d.false_alarm_rate), "false alarms where nothing is wrong"),
+           "facts"));
+}
+
+std::string finding_card(const Finding& f, std::size_t number) {
+  std::string html =
+      element("p", fmt::format("{}. {}", number, effect_title(f.effect, f.channel)), "kicker");
+  html += element("h3", f.sentence);
+  const Gain& g = f.gain;
+  html += wrap(
+      "ul",
+      fact(percent(f.probability), "probability of this cause") +
+          fact(std::isfinite(heldout_gain(g)) ? fmt::format("{:+.1f}", heldout_gain(g)) : "-",
+               "log-likelihood of data the fit had not seen") +
+          fact(fmt::format("{} → {}", plain(g.residual_rms_before), plain(g.residual_rms_after)),
+               "residual of the " + sensor_name(f.channel) + "; noise alone: 1"),
+      "facts");
+  std::vector<std::vector<std::string>> rows;
+  for (const FoundParameter& p : f.parameters) {
+    rows.push_back({p.name, size_words(p),
+                    std::isfinite(p.value) && p.sigma > 0.0
+                        ? fmt::format("{:.1f}", std::abs(p.value) / p.sigma)
+                        : "-"});
+  }
+  if (!rows.empty()) html += table_html({"parameter", "size ± sigma", "size / sigma"}, rows);
+  std::vector<std::string> confusable;
+  for (const Confusable& c : f.confusable_with) {
+    confusable.push_back(confusable_words(c));
+  }
+  if (!confusable.empty()) {
+    html += element("p", "It can be confused with", "soft") + wrap("ul", items(confusable));
+  }
+  return wrap("div", html, "card");
+}
+
+void found(Page& page, const Diagnosis& d) {
+  if (!d.findings.empty()) page.section("What was found");
+  for (std::size_t i = 0; i < d.findings.size(); ++i) {
+    page.html(finding_card(d.findings[i], i + 1));
+  }
+  if (!d.unexplained.detected) return;
+  if (d.findings.empty()) page.section("What is there, and has no name");
+  std::vector<std::string> sensors;
+  for (const std::string& channel : d.unexplained.channels) {
+    sensors.push_back(sensor_name(channel));
+  }
+  page.html(
+      wrap("div",
+           element("p", "not explained: " + joined(sensors, ", "), "kicker") +
+               element("h3", "Structure that none of the known causes explains") +
+               wrap("ul", items(d.unexplained.evidence)) +
+               element("p", "No name is given: a wrong one would be worse than none.", "soft"),
+           "card unexplained"));
+}
+
+void departures(Page& page, const Diagnosis& d) {
+  page.section("Where measurement and simulation part");
+  if (d.departures.empty()) {
+    page.paragraph("Nowhere: every statistic of the residuals lies where simulations have it.");
+    return;
+  }
+  std::vector<std::vector<std::string>> rows;
+  for (const Departure& e : d.departures) {
+    rows.push_back({sensor_name(e.channel), e.statistic, plain(e.observed), plain(e.predicted),
+                    plain(e.predicted_band[0]) + " to " + plain(e.predicted_band[1]),
+                    std::isfinite(e.z) ? fmt::format("{:.1f}", e.z) : "-"});
+  }
+  page.table({"sensor", "statistic", "observed", "predicted", "99 % of simulations", "sigmas away"},
+             rows, 2);
+}
+
+void scan(Page& page, const Diagnosis& d) {
+  if (d.scan.empty()) return;
+  page.section("Every cause that was looked for");
+  page.figure(scan_chart(d),
+              "Each cause is tested as if it were the only one, so that a strong one also raises "
+              "those that look like it. Right of the dashed line: more than chance explains, "
+              "among so many tests. Beside the bars: score statistic / number of parameters.");
+}
+
+void residuals(Page& page, const Diagnosis& d) {
+  const auto departed = [&](const ResidualTrace& trace) {
+    const auto is_it = [&](const auto& x) { return x.channel == code(trace.channel); };
+    return std::any_of(d.departures.begin(), d.departures.end(), is_it) ||
+           std::any_of(d.findings.begin(), d.findings.end(), is_it);
+  };
+  const bool all = std::none_of(d.traces.begin(), d.traces.end(), departed);
+  for (const ResidualTrace& trace : d.traces) {
+    if (trace.t.empty() || !(all || departed(trace))) continue;
+    page.section("What the simulation leaves of the " + sensor_name(code(trace.channel)));
+    const ResidualPictures pictures = residual_pictures(trace, !d.findings.empty());
+    page.figure(pictures.traces,
+                "Measured less simulated, in standard deviations of the noise. With the right "
+                "simulation it is noise, and stays within the grey band for 99 % of the time.");
+    page.html("<div class=\"pair\">\n");
+    page.figure(pictures.correlation, "Noise forgets at once: all of it in the grey band.");
+    page.figure(pictures.spectrum, "Noise is flat. Low frequencies: drifts; peaks: vibration.");
+    page.html("</div>\n");
+  }
+}
+
+void not_seen(Page& page, const Diagnosis& d) {
+  std::vector<std::vector<std::string>> absent, untested;
+  for (const ScanEntry* e : entries_with(Outcome::kNotFound, d)) {
+    absent.push_back(
+        {effect_title(e->effect, e->channel), detectable_words(*e), plain(e->p_value)});
+  }
+  for (const ScanEntry* e : entries_with(Outcome::kUntested, d)) {
+    untested.push_back({effect_title(e->effect, e->channel), needs_words(*e)});
+  }
+  if (absent.empty() && untested.empty()) return;
+  page.section("What could not have been seen");
+  if (!absent.empty()) {
+    page.paragraph(
+        "These causes were not found. Each may still be there below the size given, from which on "
+        "it would have been found nine times out of ten in these data.");
+    page.table({"cause", "found from this size on", "p-value"}, absent, 2);
+  }
+  if (!untested.empty()) {
+    page.paragraph("These could not be tested.");
+    page.table({"cause", "what is missing"}, untested, 2);
+  }
+}
+
+void calibration(Page& page, const Diagnosis& d) {
+  std::vector<std::vector<std::string>> rows;
+  for (const Moved& m : moved_parameters(d)) {
+    rows.push_back({m.name, with_sigma(m.before, m.sigma_before),
+                    with_sigma(m.after, m.sigma_after), m.unit,
+                    std::isfinite(m.sigmas()) ? fmt::format("{:+.1f}", m.sigmas()) : "-"});
+  }
+  if (rows.empty() || d.findings.empty()) return;
+  page.section("The calibration before and after");
+  page.paragraph("Last column: how far the value moved, in standard deviations as stated before.");
+  page.table({"parameter", "before", "after", "unit", "moved, sigmas"}, rows);
+}
+
+void method(Page& page, const Diagnosis& d) {
+  page.section("How this was tested");
+  page.paragraph(fmt::format(
+      "The sensor's simulation was fitted to the data. Every known cause of a difference was then "
+      "tested by a score test: how well the residuals point in the direction in which this cause "
+      "would move them, the trajectory and the calibration being free to absorb what they can. "
+      "The strongest cause entered the model if data left out of the fit, in blocks, were "
+      "predicted better with it, and the search began again. All tests together name something, "
+      "where there is nothing, in {} of recordings.",
+      percent(d.false_alarm_rate)));
+  if (!d.notes.empty()) page.html(wrap("ul", items(d.notes), "soft"));
+  page.paragraph(fmt::format("Computed by magimu in {:.1f} s.", d.seconds), "soft");
+}
+
+}  // namespace
+
+std::string diagnosis_report(const Diagnosis& d) {
+  Page page("Diagnosis of " + joined(d.recordings, ", "));
+  answer(page, d);
+  found(page, d);
+  scan(page, d);
+  residuals(page, d);
+  departures(page, d);
+  not_seen(page, d);
+  calibration(page, d);
+  method(page, d);
+  return page.finish();
+}
+
+}  // namespace magimu::apps

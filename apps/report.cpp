@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/report.h"
+
+#include <fmt/format.h>
+
+#include "apps/plot.h"
+
+namespace magimu::apps {
+namespace {
+
+// No ">" or "&" in it: it is text of an XML element.
+constexpr const char* kStyle = R"css(
+* { box-sizing: border-box; }
+body { margin: 0; background: #f5f7f9; color: #20262e;
+  font: 16px/1.55 system-ui, -apple-system, "Segoe UI", Roboto, Helvetica, Arial, sans-serif; }
+main { max-width: 980px; margin: 0 auto; padding: 32px 40px 56px; background: #fff; }
+h1 { font-size: 30px; line-height: 1.25; margin: 4px 0 12px; }
+h2 { font-size: 20px; margin: 44px 0 10px; padding-bottom: 6px; border-bottom: 2px solid #dfe4e8; }
+h3 { font-size: 17px; line-height: 1.4; margin: 0 0 6px; }
+p { margin: 8px 0; max-width: 46em; }
+ul, ol { margin: 8px 0; padding-left: 22px; }
+.soft, figcaption { color: #5c6670; font-size: 14px; }
+.kicker { color: #5c6670; font-size: 13px; letter-spacing: .03em; margin: 0; }
+.answer { border-left: 6px solid #767676; padding: 16px 24px; background: #f5f7f9; border-radius: 4px; }
+.answer.findings { border-color: #0072B2; }
+.answer.unexplained { border-color: #D55E00; }
+.answer.predicts { border-color: #009E73; }
+.answer li { margin: 4px 0; font-size: 17px; }
+.facts { display: flex; flex-wrap: wrap; gap: 10px; margin: 16px 0 0; padding: 0; list-style: none; }
+.facts li { flex: 1 1 140px; border: 1px solid #dfe4e8; border-radius: 6px; padding: 8px 14px; }
+.facts b { display: block; font-size: 18px; }
+.facts span { color: #5c6670; font-size: 13px; }
+.card { border: 1px solid #dfe4e8; border-top: 4px solid #0072B2; border-radius: 6px;
+  padding: 16px 22px; margin: 18px 0; break-inside: avoid; }
+.card.unexplained { border-top-color: #D55E00; }
+table { border-collapse: collapse; width: 100%; margin: 10px 0; font-size: 14px; }
+th, td { text-align: right; padding: 5px 10px; border-bottom: 1px solid #dfe4e8; vertical-align: top; }
+th { color: #5c6670; font-weight: 600; border-bottom-width: 2px; }
+td { font-variant-numeric: tabular-nums; }
+th.t, td.t { text-align: left; }
+tr { break-inside: avoid; }
+figure { margin: 14px 0; break-inside: avoid; }
+figure svg { display: block; max-width: 100%; height: auto; }
+.pair { display: flex; flex-wrap: wrap; gap: 16px; }
+.pair figure { flex: 1 1 400px; }
+@media (max-width: 700px) { main { padding: 20px; } h1 { font-size: 24px; } }
+@media print { body { background: #fff; font-size: 11pt; } main { max-width: none; padding: 0; }
+  h2 { break-after: avoid; } .answer { background: none; } }
+)css";
+
+}  // namespace
+
+std::string wrap(std::string_view tag, std::string_view html, std::string_view css) {
+  const std::string attribute = css.empty() ? "" : fmt::format(" class=\"{}\"", css);
+  return fmt::format("<{0}{1}>{2}</{0}>\n", tag, attribute, html);
+}
+
+std::string element(std::string_view tag, std::string_view text, std::string_view css) {
+  return wrap(tag, plot::escaped(text), css);
+}
+
+std::string table_html(const std::vector<std::string>& head,
+                       const std::vector<std::vector<std::string>>& rows,
+                       std::size_t text_columns) {
+  const auto row_html = [&](const char* tag, const std::vector<std::string>& cells) {
+    std::string out;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      out += element(tag, cells[i], i < text_columns ? "t" : "");
+    }
+    return wrap("tr", out);
+  };
+  std::string body;
+  for (const auto& row : rows) body += row_html("td", row);
+  return wrap("table", wrap("thead", row_html("th", head)) + wrap("tbody", body));
+}
+
+Page::Page(const std::string& title) : title_(title) {}
+
+void Page::section(std::string_view heading) { body_ += element("h2", heading); }
+
+void Page::paragraph(std::string_view text, std::string_view css) {
+  body_ += element("p", text, css);
+}
+
+void Page::table(const std::vector<std::string>& head,
+                 const std::vector<std::vector<std::string>>& rows, std::size_t text_columns) {
+  body_ += table_html(head, rows, text_columns);
+}
+
+void Page::figure(std::string_view svg, std::string_view caption) {
+  body_ += wrap("figure", std::string(svg) + element("figcaption", caption));
+}
+
+std::string Page::finish() const {
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\" xmlns=\"http://www.w3.org/1999/xhtml\">\n<head>\n"
+      "<meta charset=\"utf-8\"/>\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
+      "{}<style>{}</style>\n</head>\n<body>\n<main>\n{}</main>\n</body>\n</html>\n",
+      element("title", title_), kStyle, body_);
+}
+
+}  // namespace magimu::apps

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/diagnosis_json.h"
+
+#include "calibration/calibration_json.h"
+
+namespace magimu {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json departure(const Departure& d) {
+  return {
+      {"channel", d.channel},     {"statistic", d.statistic},           {"observed", d.observed},
+      {"predicted", d.predicted}, {"predicted_band", d.predicted_band}, {"z", d.z}};
+}
+
+Json scan_entry(const ScanEntry& e) {
+  return {{"effect", e.effect},           {"channel", e.channel}, {"parameters", e.parameters},
+          {"statistic", e.statistic},     {"dof", e.dof},         {"p_value", e.p_value},
+          {"significant", e.significant}, {"needs", e.needs},     {"detectable", e.detectable}};
+}
+
+Json gain(const Gain& g) {
+  return {{"heldout_nll_before", g.heldout_nll_before},
+          {"heldout_nll_after", g.heldout_nll_after},
+          {"bic_delta", g.bic_delta},
+          {"residual_rms_before", g.residual_rms_before},
+          {"residual_rms_after", g.residual_rms_after}};
+}
+
+Json finding(const Finding& f) {
+  Json parameters = Json::array(), confusable = Json::array();
+  for (const FoundParameter& p : f.parameters) {
+    parameters.push_back(
+        {{"name", p.name}, {"value", p.value}, {"sigma", p.sigma}, {"unit", p.unit}});
+  }
+  for (const Confusable& c : f.confusable_with) {
+    confusable.push_back(
+        {{"effect", c.effect}, {"why", c.why}, {"motion_that_separates", c.motion_that_separates}});
+  }
+  return {{"effect", f.effect},     {"channel", f.channel},
+          {"sentence", f.sentence}, {"parameters", parameters},
+          {"p_value", f.p_value},   {"probability", f.probability},
+          {"gain", gain(f.gain)},   {"confusable_with", confusable}};
+}
+
+}  // namespace
+
+Json to_json(const Diagnosis& d) {
+  Json out;
+  out["format"] = "magimu-diagnosis/1";
+  out["recordings"] = d.recordings;
+  out["departures"] = Json::array();
+  for (const Departure& e : d.departures) out["departures"].push_back(departure(e));
+  out["scan"] = Json::array();
+  for (const ScanEntry& e : d.scan) out["scan"].push_back(scan_entry(e));
+  out["findings"] = Json::array();
+  for (const Finding& f : d.findings) out["findings"].push_back(finding(f));
+  out["unexplained"] = {{"detected", d.unexplained.detected},
+                        {"channels", d.unexplained.channels},
+                        {"evidence", d.unexplained.evidence}};
+  out["calibration_before"] = to_json(d.before);
+  out["calibration_after"] = to_json(d.after);
+  out["notes"] = d.notes;
+  out["false_alarm_rate"] = d.false_alarm_rate;
+  out["seconds"] = d.seconds;
+  return out;
+}
+
+}  // namespace magimu

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// `magimu diagnose` as a user runs it: files, exit codes, silence.
+#include <gmock/gmock.h>
+
+#include "tests/apps/program.h"
+#include "tests/apps/well_formed.h"
+
+namespace magimu {
+namespace {
+
+using nlohmann::json;
+using test::Outcome;
+using test::Program;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr int kDone = 0, kUnusable = 2;
+
+TEST(Diagnose, writes_its_file_and_a_page) {
+  const Program magimu;
+  ASSERT_EQ(magimu("simulate -o rec.csv --motion hand --rate 50 --duration 60 --seed 3").exit_code,
+            kDone);
+  const Outcome run = magimu("diagnose rec.csv -o d.json --report d.html --json");
+  EXPECT_EQ(run.exit_code, kDone) << run.err;
+  EXPECT_EQ(run.out, magimu.text("d.json"));
+  const json file = json::parse(run.out);
+  EXPECT_EQ(file["format"], "magimu-diagnosis/1");
+  EXPECT_EQ(file["calibration_before"]["format"], "magimu-calibration/1");
+  EXPECT_EQ(test::xml_error(magimu.text("d.html")), "");
+
+  const Outcome quiet = magimu("diagnose rec.csv -o q.json -q --motion rotation");
+  EXPECT_THAT(quiet.out + quiet.err, IsEmpty());
+  EXPECT_EQ(magimu.json("q.json")["calibration_after"]["motion"], "rotation");
+}
+
+TEST(Diagnose, explains_itself_with_an_example) {
+  const Outcome run = Program()("diagnose --help");
+  EXPECT_EQ(run.exit_code, kDone);
+  EXPECT_THAT(run.out, AllOf(HasSubstr("Example: magimu diagnose"), HasSubstr("--report"),
+                             HasSubstr("--noise"), HasSubstr("--gravity"), HasSubstr("--motion"),
+                             HasSubstr("--gyro-interval"), HasSubstr("--false-alarm-rate"),
+                             HasSubstr("--threads"), HasSubstr("--json"), HasSubstr("--quiet")));
+}
+
+TEST(Diagnose, refuses_what_it_cannot_use) {
+  const Program magimu;
+  EXPECT_EQ(magimu("diagnose").exit_code, kUnusable);
+  EXPECT_EQ(magimu("diagnose missing.csv").exit_code, kUnusable);
+  EXPECT_THAT(magimu("diagnose missing.csv").err, HasSubstr("missing.csv"));
+  EXPECT_EQ(magimu("diagnose missing.csv --false-alarm-rate 2").exit_code, kUnusable);
+  EXPECT_EQ(magimu("diagnose missing.csv --noise 1 2").exit_code, kUnusable);
+}
+
+}  // namespace
+}  // namespace magimu

@@ -27,6 +27,7 @@ constexpr double kWorthTrying = 0.4;  // of the best candidate's statistic
 constexpr double kMinGain = 1.0;      // nats on left-out data
 constexpr double kDraw = 2.0;         // nats within which the simpler of two effects is taken
 constexpr int kWalkTerms = 12;
+constexpr double kColoured = 1.25;     // scatter of the windows' scores beyond white noise's
 constexpr double kChangeWindow = 5.0;  // s, at the least
 constexpr int kMaxChangeWindows = 24;
 
@@ -35,6 +36,20 @@ MatrixXd selection(Eigen::Index all, int first, int count) {
   MatrixXd C = MatrixXd::Zero(all, count);
   C.middleRows(first, count).setIdentity();
   return C;
+}
+
+// Is it there in the refitted model, too, under noise as it is?
+bool survives(Option& option, const Stage& stage, double level) {
+  const Score w = wald_test(stage, stage.spec().effects.size() - 1);
+  if (option.effect->description().random_process) {
+    option.score.log10_p = log10_chi_square_tail(
+        option.score.statistic / (w.scatter > kColoured ? w.scatter : 1.0), 1.0);
+    return option.score.log10_p < level;
+  }
+  const double penalty =
+      option.rank - log10_chi_square_tail(option.score.statistic, option.score.dof);
+  option.score.log10_p = std::min(0.0, w.log10_p + std::max(0.0, penalty));
+  return option.score.log10_p < level;
 }
 
 int change_windows(const Recording& r) {
@@ -219,7 +234,7 @@ std::optional<Finding> Extender::try_options(std::vector<Option> options) {
   const double level = log10_level();
   std::vector<Option> worth;
   for (const Option& o : options) {
-    if (o.score.log10_p > level || int(worth.size()) >= kTried) continue;
+    if (o.rank > level || int(worth.size()) >= kTried) continue;
     if (std::find(rejected_.begin(), rejected_.end(), o.effect->name()) != rejected_.end())
       continue;
     const bool known = std::any_of(worth.begin(), worth.end(), [&](const Option& w) {
@@ -247,6 +262,7 @@ std::optional<Finding> Extender::try_options(std::vector<Option> options) {
       stage = pipeline_.refit(*stage_, spec, option.start);
     }
     if (!stage.result().converged()) continue;
+    if (!survives(option, stage, level)) continue;
     const double nll = sum_of(held_out_nll(stage));
     const double simpler =
         best && option.effect->size() < best->option.effect->size() ? kDraw
@@ -254,7 +270,10 @@ std::optional<Finding> Extender::try_options(std::vector<Option> options) {
                : 0.0;
     if (!best || nll < best->nll + simpler) best.emplace(Trial{option, stage, nll});
   }
-  if (!best) return std::nullopt;
+  if (!best) {
+    for (const Option& o : worth) rejected_.push_back(o.effect->name());
+    return std::nullopt;
+  }
   if (nll_ - best->nll < kMinGain) {
     for (const Option& o : worth) rejected_.push_back(o.effect->name());
     return std::nullopt;

@@ -227,12 +227,15 @@ NoiseTest test_quantization(const NoiseSeries& s, const Cleaned& c) {
   test.statistic = -2.0 * n * (1.0 - lattice.off) * std::log(chance);
   test.p_value = std::exp(std::max(-690.0, -0.5 * test.statistic));
   const double low = 0.02 * q, high = 10.0 * std::max(q, sd);
+  // Of the numbers as they are written: the density times their last digit, or the probability of
+  // all that is rounded to them.
+  const double digit = std::log(2.0 * lattice.tolerance);
   test.nll_before = judge_halves(s, low, high, [&](std::size_t k, int axis, double sigma) {
-    return gaussian_nll(s.residual[k][axis], sigma);
+    return gaussian_nll(s.residual[k][axis], sigma) - digit;
   });
   test.nll_after = judge_halves(s, low, high, [&](std::size_t k, int axis, double sigma) {
     const double r = s.residual[k][axis];
-    return std::log(q) - std::log(between(r - 0.5 * q, r + 0.5 * q, sigma));
+    return -std::log(between(r - 0.5 * q, r + 0.5 * q, sigma));
   });
   test.parameters = {{"q", q, lattice.step_sigma, "uT"}};
   test.sentence = fmt::format(

@@ -13,14 +13,13 @@
 #include <unsupported/Eigen/FFT>
 
 #include "diagnosis/noise_causes.h"
-#include "diagnosis/tails.h"
 
 namespace magimu {
 namespace {
 
-constexpr double kLowestHz = 3.0;     // below, motion and the errors that follow it
+constexpr double kLowestHz = 3.0;      // below, motion and the errors that follow it
 constexpr double kMedian2 = 1.386294;  // of chi-square with two degrees of freedom
-constexpr double kTaper = 0.1;        // of the length, at each end
+constexpr double kTaper = 0.1;         // of the length, at each end
 
 struct Line {
   Mains mains;
@@ -39,7 +38,7 @@ std::vector<double> taper(std::size_t n) {
 
 // On a grid finer than the resolution, 1 / duration.
 struct Periodogram {
-  std::vector<double> f;      // cycles a sample
+  std::vector<double> f;                     // cycles a sample
   std::array<std::vector<double>, 3> power;  // of each axis; white noise: chi-square 2
   std::size_t oversampling = 1;
   double upcrossing = 0.0;  // standard deviation of the derivative of an amplitude, samples
@@ -69,7 +68,8 @@ Periodogram periodogram(const NoiseSeries& s, const Cleaned& c, const Vector3& u
     for (std::size_t k = 0; k < n; ++k) x[k] = w[k] * c.residual[k][axis] / unit[axis];
     fft.fwd(X, x);
     std::vector<double>& power = p.power[std::size_t(axis)];
-    for (std::size_t j = 0; j < p.f.size(); ++j) power.push_back(2.0 * std::norm(X[lowest + j]) / sum2);
+    for (std::size_t j = 0; j < p.f.size(); ++j)
+      power.push_back(2.0 * std::norm(X[lowest + j]) / sum2);
   }
   // Close to Nyquist's frequency cosine and sine are not orthogonal: the power is too large by at
   // most this factor.
@@ -196,11 +196,11 @@ Eigen::Matrix<double, 7, 1> sigmas(const NoiseSeries& s, const Mains& m, const V
 // Of the maximum over the whole band, at a level that is known to a relative sigma only.
 double p_of_maximum(const Periodogram& p, double u, double sigma) {
   // Upcrossings of u a unit of frequency by a chi-square process with six degrees of freedom.
-  const double rate = p.upcrossing / std::sqrt(std::numbers::pi) * std::pow(0.5 * u, 2.5) *
-                      std::exp(-0.5 * u) / 2.0;
-  const double uncertain = 0.5 * u * sigma;
-  const double certain = chi_square_tail(u, 6) + rate * (p.f.back() - p.f.front());
-  return std::min(1.0, certain * std::exp(std::min(0.5 * uncertain * uncertain, 0.2 * u)));
+  const double rate = p.upcrossing / std::sqrt(std::numbers::pi) * std::pow(0.5 * u, 2.5) / 2.0;
+  const double crossings = rate * (p.f.back() - p.f.front());
+  // The mean of exp(-u / 2) over what the level may be.
+  const double exponent = -0.5 * u + std::min(0.125 * u * u * sigma * sigma, 0.2 * u);
+  return std::min(1.0, (crossings + 1.0) * std::exp(std::max(exponent, -690.0)));
 }
 
 // Where mains of 50 or 60 Hz and their harmonics would appear.

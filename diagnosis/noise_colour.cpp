@@ -84,8 +84,8 @@ NoiseTest test_correlated_noise(const NoiseSeries& s, const PieceSpectra& spectr
     test.nll_after -= log_likelihood(spectra, in_time[i], fit_correlated(spectra, in_time[1 - i]));
   }
   test.parameters = {{"rho", ar.rho, ar.rho_sigma, ""}};
-  if (test.p_value < 0.05 &&
-      !(same_in_both(spectra, in_time, ar.rho) && same_in_both(spectra, halves(spectra, quiet_half), ar.rho))) {
+  if (test.p_value < 0.05 && !(same_in_both(spectra, in_time, ar.rho) &&
+                               same_in_both(spectra, halves(spectra, quiet_half), ar.rho))) {
     test.p_value = 1.0;
     test.untested =
         "the correlation of neighbouring samples changes within the recording, so it is "

@@ -29,11 +29,18 @@ struct NoiseSeries {
 
 NoiseSeries make_noise_series(const SampleResiduals& residuals);
 
+// Squared length of a sample, in units of the scales of high-passed residuals, beyond which it
+// sticks out: one in 6000 of Gaussian ones does.
+inline constexpr double kSticksOut = 20.0;
+// And beyond which it is taken out of the cleaned ones: so far out that what its neighbours happen
+// to be has no part in it; else the choice itself would correlate what remains.
+inline constexpr double kTakenOut = 80.0;
+
 // What sticks out, found in the high-passed residuals.
 struct Cleaned {
-  std::vector<Vector3> residual;    // less `jump`; in the sensor's unit
-  std::vector<Vector3> jump;        // by how much the wildest samples leave their neighbours; or zero
-  std::vector<Vector3> own;         // high-passed residual without what other samples' jumps add
+  std::vector<Vector3> residual;  // less `jump`; in the sensor's unit
+  std::vector<Vector3> jump;      // by how much the wildest samples leave their neighbours; or zero
+  std::vector<Vector3> own;       // high-passed residual without what other samples' jumps add
   Vector3 scale = Vector3::Ones();  // of `own`, each axis: standard deviation without the jumps
   double jump_fraction = 0.0;       // of the samples in use
 };

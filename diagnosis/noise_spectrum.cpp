@@ -48,7 +48,8 @@ Terms terms(const PieceSpectra& s, double rho) {
   Terms t;
   for (std::size_t j = 0; j < s.omega.size(); ++j) {
     t.noise.push_back(s.gain[j] * ar_shape(s.omega[j], rho));
-    t.slow.push_back(s.gain[j] * std::pow(s.omega.front() / s.omega[j], 4));
+    const double r = s.omega.front() / s.omega[j];
+    t.slow.push_back(s.gain[j] * r * r * r * r);
   }
   return t;
 }

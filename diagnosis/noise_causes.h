@@ -38,7 +38,7 @@ NoiseTest test_correlated_noise(const NoiseSeries& series, const PieceSpectra& s
 NoiseTest test_noise_scale(const NoiseSeries& series, const PieceSpectra& spectra,
                            bool correlated = false, double core_variance = 1.0);
 
-// A line in the spectrum: the largest of all frequencies above 3 Hz, each against its
+// A line in the spectrum: the largest of all frequencies above 5 Hz, each against its
 // neighbourhood. (mains.cpp)
 NoiseTest test_mains(const NoiseSeries& series, const Cleaned& cleaned);
 Mains found_mains(const NoiseTest& test);

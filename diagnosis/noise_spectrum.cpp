@@ -210,7 +210,7 @@ SpectrumFit fit_white(const PieceSpectra& spectra, const MeanSpectrum& mean) {
 // rho = tanh z: golden section about the best of a grid.
 SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean) {
   const auto at = [&](double z) { return fit_levels(spectra, mean, std::tanh(z)); };
-  constexpr double kStep = 0.15, kMost = 3.8;  // |rho| < 0.999
+  constexpr double kStep = 0.25, kMost = 3.8;  // |rho| < 0.999
   double best = 0.0, best_value = at(0.0).log_likelihood;
   for (double z = -1.5; z <= kMost; z += kStep) {
     const double value = at(z).log_likelihood;
@@ -223,7 +223,7 @@ SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean
   constexpr double kGolden = 0.6180339887498949;
   double z1 = high - kGolden * (high - low), z2 = low + kGolden * (high - low);
   double f1 = at(z1).log_likelihood, f2 = at(z2).log_likelihood;
-  while (high - low > 1e-4) {
+  while (high - low > 1e-3) {
     if (f1 > f2) {
       high = z2, z2 = z1, f2 = f1;
       f1 = at(z1 = high - kGolden * (high - low)).log_likelihood;
@@ -234,19 +234,25 @@ SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean
   }
   SpectrumFit fit = at(0.5 * (low + high));
   // Two standard deviations: where the likelihood, of the best v and b, has fallen by 2. Towards
-  // rho = 1 v and rho are hardly told apart, so it is the other side that counts; v moves along.
+  // rho = 1 v and rho are hardly told apart, and v goes far where rho does not.
   const double z = 0.5 * (low + high);
-  double near = z, far = z - 0.02;
-  while (far > -3.0 && at(far).log_likelihood > fit.log_likelihood - 2.0) {
-    far = z + 2.0 * (far - z);
+  double v_sigma = 0.0;
+  for (const double side : {-1.0, 1.0}) {
+    double near = 0.0, far = 0.02;
+    const auto likely = [&](double distance) {
+      return std::abs(z + side * distance) < kMost + 0.2 &&
+             at(z + side * distance).log_likelihood > fit.log_likelihood - 2.0;
+    };
+    while (likely(far)) far *= 2.0;
+    while (far - near > 1e-2 * far) {
+      const double middle = 0.5 * (near + far);
+      (likely(middle) ? near : far) = middle;
+    }
+    const SpectrumFit there = at(z + side * near);
+    fit.rho_sigma = std::max(fit.rho_sigma, 0.5 * std::abs(fit.rho - there.rho));
+    v_sigma = std::max(v_sigma, 0.5 * std::abs(std::log(fit.v / there.v)));
   }
-  while (near - far > 1e-4) {
-    const double middle = 0.5 * (near + far);
-    (at(middle).log_likelihood > fit.log_likelihood - 2.0 ? near : far) = middle;
-  }
-  const SpectrumFit below = at(near);
-  fit.rho_sigma = 0.5 * (fit.rho - below.rho);
-  fit.log_v_sigma = std::hypot(log_v_sigma(spectra, mean, fit), 0.5 * std::log(fit.v / below.v));
+  fit.log_v_sigma = std::hypot(log_v_sigma(spectra, mean, fit), v_sigma);
   return fit;
 }
 

@@ -172,17 +172,21 @@ void level(const NoiseSeries& s, std::vector<double>& squared) {
   }
 }
 
-// Places where something sticks out; a step in the reading is one of them, however many samples
-// about it stick out.
+// Places where something sticks out. A step in the reading, about which many samples do, is none.
 int events(const NoiseSeries& s, const Cleaned& c) {
-  int count = 0;
+  constexpr int kOfStep = 5;
+  int count = 0, together = kOfStep;
   std::size_t next = 0;
   for (std::size_t k = 0; k < s.size(); ++k) {
     if (!s.used[k] || c.own[k].cwiseQuotient(c.scale).squaredNorm() < kSticksOut) continue;
-    count += k >= next ? 1 : 0;
+    if (k >= next) {
+      count += together < kOfStep ? 1 : 0;
+      together = 0;
+    }
+    ++together;
     next = k + 2 * kHighPassReach;
   }
-  return count;
+  return count + (together < kOfStep ? 1 : 0);
 }
 
 std::vector<double> within(std::vector<double> squared, double most) {

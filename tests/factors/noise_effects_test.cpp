@@ -63,10 +63,10 @@ TEST(NoiseEffects, mains_converter_and_neutral_parameters) {
   add_mains({0.0, 0.005}, mains, x);
   EXPECT_LT((x[0] - mains.a).norm(), 1e-12);
   EXPECT_LT((x[1] - mains.d).norm(), 1e-12);
-  quantize(x, 0.4);
-  EXPECT_LT((x[0] - Vector3(0.8, 2.0, 2.8)).norm(), 1e-12);  // 2.5 steps are rounded up
+  quantize(x, 0.3);
+  EXPECT_LT((x[0] - Vector3(0.9, 2.1, 3.0)).norm(), 1e-12);
   saturate(x, 2.5);
-  EXPECT_LT((x[0] - Vector3(0.8, 2.0, 2.5)).norm(), 1e-12);
+  EXPECT_LT((x[0] - Vector3(0.9, 2.1, 2.5)).norm(), 1e-12);
   const std::vector<Vector3> before = x;
   quantize(x, 0.0);
   saturate(x, 1e300);

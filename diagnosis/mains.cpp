@@ -206,6 +206,18 @@ double p_of_maximum(const Periodogram& p, double u, double sigma) {
   return std::min(1.0, (crossings + 1.0) * std::exp(std::max(exponent, -690.0)));
 }
 
+// The largest within 1.5 Hz of the best but beside it.
+double second_line(const Periodogram& p, const std::vector<double>& standing, std::size_t best,
+                   double rate_hz) {
+  const double wide = 1.5 / rate_hz * double(p.f.size()) / (p.f.back() - p.f.front());
+  const std::size_t reach = std::size_t(wide), beside = 10 * p.oversampling;
+  double most = 0.0;
+  for (std::size_t j = best - std::min(best, reach); j < std::min(p.f.size(), best + reach); ++j) {
+    if (j + beside < best || j > best + beside) most = std::max(most, standing[j]);
+  }
+  return most;
+}
+
 // Where mains of 50 or 60 Hz and their harmonics would appear.
 std::string where_from(double f_hz, double rate_hz, double resolution_hz) {
   for (const double line : {50.0, 60.0, 16.667, 100.0, 120.0, 150.0, 180.0}) {
@@ -255,6 +267,7 @@ NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
   std::size_t best = 0;
   double most = -1.0, best_sigma = 0.0;
   Vector3 best_level = Vector3::Ones();
+  std::vector<double> standing(p.f.size());
   for (std::size_t j = 0; j < p.f.size(); ++j) {
     double u = 0.0, square = 0.0;
     Vector3 here;
@@ -265,6 +278,7 @@ NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
       square += x * x * sigma * sigma;
       here[axis] = at_axis;
     }
+    standing[j] = u;
     if (u <= most) continue;
     best = j;
     most = u;
@@ -275,6 +289,12 @@ NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
   test.dof = 7;
   test.p_value = p_of_maximum(p, most, best_sigma);
   if (test.p_value > 0.2) return test;
+  if (const double second = second_line(p, standing, best, s.rate_hz);
+      second > 0.2 * most && p_of_maximum(p, second, best_sigma) < 0.01) {
+    test.p_value = 1.0;
+    test.untested = "several lines stand side by side: something that repeats itself, not mains";
+    return test;
+  }
   const Vector3 unit = white.cwiseProduct(best_level.cwiseSqrt());
   const Mains m = refine(s, c.residual, unit, {}, p.f[best] * s.rate_hz);
   judge_stretches(s, c, unit, m.f_hz, test);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <numeric>
 #include <unsupported/Eigen/FFT>
 
 #include "diagnosis/high_pass.h"
@@ -93,8 +94,8 @@ int piece_length(double rate_hz, std::size_t samples) {
   return length;
 }
 
-// Mean over the axes, window's power taken out; false where too few samples are in use.
-bool add_piece(const NoiseSeries& s, const std::vector<Vector3>& residual, std::size_t first,
+// Mean over the axes, window's power taken out; not where too few samples are in use.
+void add_piece(const NoiseSeries& s, const std::vector<Vector3>& residual, std::size_t first,
                const std::vector<double>& w, int lowest, PieceSpectra& spectra) {
   const std::size_t length = w.size();
   double weight = 0.0, full = 0.0;
@@ -102,7 +103,7 @@ bool add_piece(const NoiseSeries& s, const std::vector<Vector3>& residual, std::
     full += w[k] * w[k];
     weight += s.used[first + k] ? w[k] * w[k] : 0.0;
   }
-  if (weight < kLeastUsed * full) return false;
+  if (weight < kLeastUsed * full) return;
   static thread_local Eigen::FFT<double> fft;
   std::vector<double> power(length / 2 - static_cast<std::size_t>(lowest), 0.0);
   std::vector<double> x(length);
@@ -122,9 +123,29 @@ bool add_piece(const NoiseSeries& s, const std::vector<Vector3>& residual, std::
     }
   }
   spectra.power.push_back(std::move(power));
-  spectra.middle_s.push_back(s.t[first + length / 2]);
   spectra.activity.push_back((most - least).norm());
-  return true;
+}
+
+// A step, or a magnet passed by, has power in a piece or two that no noise has.
+void drop_loud_pieces(PieceSpectra& s) {
+  constexpr double kLoud = 3.0;
+  std::vector<double> low;
+  for (const std::vector<double>& power : s.power) {
+    const auto third = power.begin() + std::ptrdiff_t(std::max<std::size_t>(1, power.size() / 3));
+    low.push_back(std::accumulate(power.begin(), third, 0.0));
+  }
+  if (low.size() < 8) return;
+  std::vector<double> sorted = low;
+  const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < low.size(); ++i) {
+    if (low[i] > kLoud * *middle) continue;
+    if (kept != i) s.power[kept] = std::move(s.power[i]);
+    s.activity[kept++] = s.activity[i];
+  }
+  s.power.resize(kept);
+  s.activity.resize(kept);
 }
 
 }  // namespace
@@ -146,6 +167,7 @@ PieceSpectra piece_spectra(const NoiseSeries& s, const Cleaned& cleaned) {
   for (std::size_t first = 0; first + length <= s.size(); first += length / 2) {
     add_piece(s, cleaned.residual, first, w, lowest, spectra);
   }
+  drop_loud_pieces(spectra);
   return spectra;
 }
 
@@ -187,7 +209,7 @@ SpectrumFit fit_levels(const PieceSpectra& s, const MeanSpectrum& mean, double r
     }
     const Eigen::Vector2d next = A.ldlt().solve(y);
     const double v_next = std::max(next[0], 0.1 * v), b_next = std::max(0.0, next[1]);
-    const bool settled = std::abs(v_next - v) < 1e-8 * v && std::abs(b_next - b) < 1e-8 * v;
+    const bool settled = std::abs(v_next - v) < 1e-6 * v && std::abs(b_next - b) < 1e-6 * v;
     v = v_next;
     b = b_next;
     if (settled) break;
@@ -210,7 +232,7 @@ SpectrumFit fit_white(const PieceSpectra& spectra, const MeanSpectrum& mean) {
 // rho = tanh z: golden section about the best of a grid.
 SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean) {
   const auto at = [&](double z) { return fit_levels(spectra, mean, std::tanh(z)); };
-  constexpr double kStep = 0.25, kMost = 3.8;  // |rho| < 0.999
+  constexpr double kStep = 0.5, kMost = 3.8;  // |rho| < 0.999
   double best = 0.0, best_value = at(0.0).log_likelihood;
   for (double z = -1.5; z <= kMost; z += kStep) {
     const double value = at(z).log_likelihood;

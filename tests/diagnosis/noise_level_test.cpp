@@ -76,7 +76,7 @@ void expect_level(const Shares& shares, const std::string& effect, int replicate
 }
 
 TEST(NoiseTests, hold_their_level_on_white_noise) {
-  const Shares shares = alarms(500, [](std::uint64_t seed) { return series(2500, {}, seed); });
+  const Shares shares = alarms(500, [](std::uint64_t seed) { return series(2100, {}, seed); });
   EXPECT_EQ(shares.size(), 6u);
   for (const auto& [effect, share] : shares) expect_level(shares, effect, 500);
   // And do not waste it: of the tests whose null distribution is continuous.
@@ -85,19 +85,19 @@ TEST(NoiseTests, hold_their_level_on_white_noise) {
 
 TEST(NoiseTests, hold_their_level_on_high_passed_noise) {
   const Shares shares =
-      alarms(500, [](std::uint64_t seed) { return followed(series(2500, {}, seed)); });
+      alarms(500, [](std::uint64_t seed) { return followed(series(2100, {}, seed)); });
   EXPECT_EQ(shares.size(), 3u);
   for (const auto& [effect, share] : shares) expect_level(shares, effect, 500);
 }
 
 TEST(NoiseTests, heavy_tails_are_neither_colour_nor_lines) {
-  const Shares shares = alarms(200, [](std::uint64_t seed) { return heavy_tailed(3000, seed); });
-  expect_level(shares, "correlated_noise", 200);
-  expect_level(shares, "mains_interference", 200);
+  const Shares shares = alarms(150, [](std::uint64_t seed) { return heavy_tailed(3000, seed); });
+  expect_level(shares, "correlated_noise", 150);
+  expect_level(shares, "mains_interference", 150);
   EXPECT_GT(shares.at("outliers")[1], 0.99);
   const Shares fast =
-      alarms(200, [](std::uint64_t seed) { return followed(heavy_tailed(3000, seed)); });
-  expect_level(fast, "correlated_noise", 200);
+      alarms(150, [](std::uint64_t seed) { return followed(heavy_tailed(3000, seed)); });
+  expect_level(fast, "correlated_noise", 150);
 }
 
 TEST(NoiseTests, colour_is_neither_outliers_nor_lines) {
@@ -105,9 +105,9 @@ TEST(NoiseTests, colour_is_neither_outliers_nor_lines) {
     NoiseShape shape;
     shape.correlation = rho;
     const Shares shares =
-        alarms(150, [&](std::uint64_t seed) { return series(3000, shape, seed); });
-    expect_level(shares, "outliers", 150);
-    expect_level(shares, "mains_interference", 150);
+        alarms(100, [&](std::uint64_t seed) { return series(3000, shape, seed); });
+    expect_level(shares, "outliers", 100);
+    expect_level(shares, "mains_interference", 100);
     EXPECT_GT(shares.at("correlated_noise")[1], 0.99);
   }
 }

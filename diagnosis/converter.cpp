@@ -16,6 +16,9 @@ namespace {
 
 constexpr double kHarmless = 0.3;  // step in units of the noise: adds 0.4 % to its size
 
+// A limit that is reached is reached often; a few equal readings have other causes.
+constexpr int kLeastPiledUp = 10;
+
 double model(const NoiseSeries& s, std::size_t k, int axis) {
   return s.reading[k][axis] - s.residual[k][axis];
 }
@@ -255,7 +258,7 @@ NoiseTest test_saturation(const NoiseSeries& s, const Cleaned& c) {
   // How far below the limit readings are as likely as at it: a little, where the noise is smooth.
   const double width = std::max(3.0 * sd, 2.0 * step);
   const PileUp p = pile_up(s, width);
-  if (p.count < 3) return test;
+  if (p.count < kLeastPiledUp || p.beyond < -sd) return test;
   test.p_value = binomial_tail(p.count, p.near, std::min(1.0, 2.0 * step / width));
   // A coarse lattice has many readings at its ends. Those of a limit lie inside of what the model
   // expects; without one the readings there are those with noise outwards.

@@ -14,6 +14,7 @@ namespace magimu {
 namespace {
 
 constexpr int kLeastEvents = 5;
+constexpr double kMostOutliers = 0.3;
 
 // Squared lengths of 3-vectors, counted in narrow bins of their logarithm: the likelihood needs no
 // more, and is quick.
@@ -233,6 +234,11 @@ NoiseTest test_outliers(const NoiseSeries& s, const Cleaned& c, OutlierShares* s
   if (test.p_value < 0.05 && events(s, c) < kLeastEvents) {
     test.p_value = 1.0;
     test.untested = "too few samples stick out to tell how often they do";
+  }
+  if (test.p_value < 0.05 && two.eps > kMostOutliers) {
+    test.p_value = 1.0;
+    test.untested =
+        "the noise has two sizes in turn, as where every other sample is interpolated: no outliers";
   }
   if (shares != nullptr) {
     // A jump keeps less of its variance in the high-passed residuals than the noise does.

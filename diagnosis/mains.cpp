@@ -17,14 +17,10 @@
 namespace magimu {
 namespace {
 
-<<<<<<< HEAD
-constexpr double kLowestHz = 3.0;      // below, motion and the errors that follow it
-=======
 // Below, motion and the errors that follow it, and harmonics of what switches now and then.
 constexpr double kLowestHz = 5.0;
 double lowest_hz(double rate_hz) { return std::min(kLowestHz, 0.1 * rate_hz); }
 
->>>>>>> h_a
 constexpr double kMedian2 = 1.386294;  // of chi-square with two degrees of freedom
 constexpr double kTaper = 0.1;         // of the length, at each end
 

@@ -32,23 +32,15 @@ struct NoiseTest {
   double statistic = 0.0;
   int dof = 1;
   double p_value = 1.0;  // of this test alone
-<<<<<<< HEAD
-  std::vector<FoundParameter> parameters = {};
-  std::string sentence = {};  // "One in 80 samples of the magnetometer is an outlier, ..."
-  std::string untested = {};  // why not, where it could not be tested; then p_value is 1
-  // Negative log-likelihood of the residuals, by halves of the recording: parameters from one half
-  // judged on the other, without and with this cause. The finding's held-out gain.
-=======
   // s; rho; eps and K; q; M; a_x, a_y, a_z, d_x, d_y, d_z and f (as sampled: from 0 to half the
   // sampling rate). Empty where nothing is seen.
-  std::vector<FoundParameter> parameters;
-  std::string sentence;  // "One in 80 samples of the magnetometer is an outlier, ..."
+  std::vector<FoundParameter> parameters = {};
+  std::string sentence = {};  // "One in 80 samples of the magnetometer is an outlier, ..."
   // Why it could not be tested, or why what was seen is not this; then p_value is 1.
-  std::string untested;
+  std::string untested = {};
   // Negative log-likelihood of the residuals, up to a constant, by halves of the recording:
   // parameters from one half judged on the other, without and with this cause (mains: by alternate
   // stretches of 5 s). The finding's held-out gain. 0 where nothing is seen.
->>>>>>> h_a
   double nll_before = 0.0, nll_after = 0.0;
 };
 

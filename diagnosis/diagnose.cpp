@@ -10,6 +10,7 @@
 #include "diagnosis/extender.h"
 #include "diagnosis/motion_finding.h"
 #include "diagnosis/noise_findings.h"
+#include "diagnosis/thinned.h"
 #include "diagnosis/unexplained.h"
 
 namespace magimu {
@@ -33,7 +34,10 @@ Diagnosis diagnose(const std::vector<const Recording*>& given, const DiagnosisOp
   d.notes = checked.warnings();
 
   progress("fitting the basic model", 0.0);
-  const std::vector<const Recording*>& recordings = checked.get();
+  std::vector<Recording> thin;
+  for (const Recording* r : checked.get()) thin.push_back(thinned(*r));
+  std::vector<const Recording*> recordings;
+  for (const Recording& r : thin) recordings.push_back(&r);
   const Pipeline pipeline(recordings, calibration);
   Extender extender(recordings, pipeline, options, d);
   progress("is it the motion?", 0.15);
@@ -41,7 +45,7 @@ Diagnosis diagnose(const std::vector<const Recording*>& given, const DiagnosisOp
   progress("looking for effects", 0.3);
   extender.extend(first);
   progress("looking at the noise", 0.7);
-  find_noise(recordings, pipeline, options, extender, d);
+  find_noise(checked.get(), pipeline, options, extender, d);
   progress("what is left?", 0.85);
   find_unexplained(recordings, options, extender, d);
   fill_departures(recordings, extender, d);

@@ -12,6 +12,7 @@
 #include "calibration/summary.h"
 #include "calibration/trust.h"
 #include "diagnosis/change_search.h"
+#include "diagnosis/doubts.h"
 #include "diagnosis/finding_text.h"
 #include "diagnosis/held_out_nll.h"
 #include "diagnosis/option.h"
@@ -22,10 +23,12 @@
 namespace magimu {
 namespace {
 
-constexpr int kTried = 4;             // best candidates that are refitted
-constexpr double kWorthTrying = 0.4;  // of the best candidate's statistic
-constexpr double kMinGain = 1.0;      // nats on left-out data
-constexpr double kDraw = 2.0;         // nats within which the simpler of two effects is taken
+constexpr int kTried = 4;               // best candidates that are refitted
+constexpr double kWorthTrying = 0.4;    // of the best candidate's statistic
+constexpr double kMinGain = 1.0;        // nats on left-out data
+constexpr double kDraw = 2.0;           // nats within which the simpler of two effects is taken
+constexpr double kSharp = 4.0;          // a change's jump over those at other times
+constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
 constexpr int kWalkTerms = 12;
 constexpr double kColoured = 1.25;     // scatter of the windows' scores beyond white noise's
 constexpr double kChangeWindow = 5.0;  // s, at the least
@@ -49,7 +52,11 @@ bool survives(Option& option, const Stage& stage, double level) {
   const double penalty =
       option.rank - log10_chi_square_tail(option.score.statistic, option.score.dof);
   option.score.log10_p = std::min(0.0, w.log10_p + std::max(0.0, penalty));
-  return option.score.log10_p < level;
+  if (option.score.log10_p > level) return false;
+  if (std::isfinite(option.t0)) return sharpness(option, stage) > kSharp;
+  const bool of_time = option.effect->with_terms(1) != nullptr;
+  return of_time ||
+         contradiction_of_halves(stage, stage.spec().effects.size() - 1) < kContradiction;
 }
 
 int change_windows(const Recording& r) {
@@ -255,11 +262,11 @@ std::optional<Finding> Extender::try_options(std::vector<Option> options) {
     Option option = o;
     ModelSpec spec = stage_->spec();
     spec.effects.push_back(option.effect);
-    Stage stage = pipeline_.refit(*stage_, spec, option.start);
+    Stage stage = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
     if (std::isfinite(option.t0)) {
       option = with_refined_times(option, stage);
       spec.effects.back() = option.effect;
-      stage = pipeline_.refit(*stage_, spec, option.start);
+      stage = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
     }
     if (!stage.result().converged()) continue;
     if (!survives(option, stage, level)) continue;
@@ -278,9 +285,11 @@ std::optional<Finding> Extender::try_options(std::vector<Option> options) {
     for (const Option& o : worth) rejected_.push_back(o.effect->name());
     return std::nullopt;
   }
-  Finding f = describe(best->option, best->stage, best->nll, options);
-  stage_ = best->stage;
-  nll_ = best->nll;
+  const Stage stage = pipeline_.refit(best->stage, best->stage.spec());
+  const double nll = sum_of(held_out_nll(stage));
+  Finding f = describe(best->option, stage, nll, options);
+  stage_ = stage;
+  nll_ = nll;
   return f;
 }
 

@@ -34,9 +34,11 @@ Diagnosis diagnose(const std::vector<const Recording*>& given, const DiagnosisOp
   d.notes = checked.warnings();
 
   progress("fitting the basic model", 0.0);
-  std::vector<Recording> thin;
-  for (const Recording* r : checked.get()) thin.push_back(thinned(*r));
-  std::vector<const Recording*> recordings;
+  std::vector<Recording> used, thin;
+  for (const Recording* r : checked.get()) used.push_back(without_long_rests(*r, d.notes));
+  for (const Recording& r : used) thin.push_back(thinned(r));
+  std::vector<const Recording*> recordings, full;
+  for (const Recording& r : used) full.push_back(&r);
   for (const Recording& r : thin) recordings.push_back(&r);
   const Pipeline pipeline(recordings, calibration);
   Extender extender(recordings, pipeline, options, d);
@@ -45,7 +47,7 @@ Diagnosis diagnose(const std::vector<const Recording*>& given, const DiagnosisOp
   progress("looking for effects", 0.3);
   extender.extend(first);
   progress("looking at the noise", 0.7);
-  find_noise(checked.get(), pipeline, options, extender, d);
+  find_noise(full, pipeline, options, extender, d);
   progress("what is left?", 0.85);
   find_unexplained(recordings, options, extender, d);
   fill_departures(recordings, extender, d);

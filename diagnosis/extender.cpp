@@ -30,6 +30,7 @@ constexpr double kMinGain = 1.0;        // nats on left-out data
 constexpr double kDraw = 2.0;           // nats within which the simpler of two effects is taken
 constexpr double kPutDown = 2.5;        // s about the ends of a rest
 constexpr double kCare = 1.0;           // log10 of a probability
+constexpr double kAsMuch = 0.85;        // of the gain, for a nested cause to be the one named
 constexpr double kSharp = 4.0;          // a change's jump over those at other times
 constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
 constexpr int kWalkTerms = 12;
@@ -61,6 +62,18 @@ bool survives(Option& option, const Stage& stage, double level) {
   const bool of_time = option.effect->with_terms(1) != nullptr;
   return of_time ||
          contradiction_of_halves(stage, stage.spec().effects.size() - 1) < kContradiction;
+}
+
+// By how many nats one effect may predict worse than another and still be the one to name: the
+// simpler of two that explain as much.
+double allowance(const Effect& one, const Effect& other, double gain, double other_gain) {
+  const auto contains = [](const Effect& a, const Effect& b) {
+    const auto& within = a.description().contains;
+    return std::find(within.begin(), within.end(), b.name()) != within.end();
+  };
+  if (contains(other, one)) return std::max(kDraw, (1.0 - kAsMuch) * other_gain);
+  if (contains(one, other)) return -std::max(kDraw, (1.0 - kAsMuch) * gain);
+  return one.size() < other.size() ? kDraw : one.size() > other.size() ? -kDraw : 0.0;
 }
 
 int change_windows(const Recording& r) {
@@ -272,6 +285,14 @@ struct Extender::Trial {
   double nll;
 };
 
+// A slow change that is believed under coloured noise must be foretold through whole quarters of
+// the recording: what comes and goes with the place where the sensor is held is not.
+bool Extender::foretells(const Stage& stage) const {
+  if (wald_test(stage, stage.spec().effects.size() - 1).scatter < kColoured) return true;
+  const double quarter = 0.25 * recordings_.front()->duration_s();
+  return sum_of(held_out_nll(*stage_, quarter)) - sum_of(held_out_nll(stage, quarter)) > kMinGain;
+}
+
 // The model with the option in it, fitted; nothing where it does not hold there.
 std::optional<Extender::Trial> Extender::trial(Option option) const {
   ModelSpec spec = stage_->spec();
@@ -289,8 +310,18 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
     stage = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
   }
   if (!stage.result().converged() || !survives(option, stage, log10_level())) return std::nullopt;
+  if (option.effect->with_terms(1) && !foretells(stage)) return std::nullopt;
   const double nll = sum_of(held_out_nll(stage));
   return Trial{std::move(option), std::move(stage), nll};
+}
+
+// An effect that contains one already found must add much to it.
+bool Extender::enough_beyond(const Option& option, double gain) const {
+  const auto& within = option.effect->description().contains;
+  return std::none_of(d_.findings.begin(), d_.findings.end(), [&](const Finding& f) {
+    return std::find(within.begin(), within.end(), f.effect) != within.end() &&
+           gain < (1.0 - kAsMuch) * (f.gain.heldout_nll_before - f.gain.heldout_nll_after);
+  });
 }
 
 std::optional<Finding> Extender::try_options(const std::vector<Option>& options) {
@@ -308,15 +339,19 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
     }
     worth.push_back(o);
   }
-  std::optional<Trial> best;
+  std::vector<Trial> trials;
   for (const Option& o : worth) {
-    std::optional<Trial> t = trial(o);
-    if (!t) continue;
-    const int more = best ? t->option.effect->size() - best->option.effect->size() : 0;
-    const double draw = more > 0 ? -kDraw : more < 0 ? kDraw : 0.0;
-    if (!best || t->nll < best->nll + draw) best = std::move(t);
+    if (std::optional<Trial> t = trial(o)) trials.push_back(*std::move(t));
   }
-  if (best && nll_ - best->nll > kMinGain) {
+  const Trial* best = nullptr;
+  for (const Trial& t : trials) {
+    if (best == nullptr || t.nll < best->nll + allowance(*t.option.effect, *best->option.effect,
+                                                         nll_ - t.nll, nll_ - best->nll)) {
+      best = &t;
+    }
+  }
+  if (best != nullptr && nll_ - best->nll > kMinGain &&
+      enough_beyond(best->option, nll_ - best->nll)) {
     const Stage stage = pipeline_.refit(best->stage, best->stage.spec());
     const double nll = sum_of(held_out_nll(stage));
     if (stage.result().converged() && nll_ - nll > kMinGain) {

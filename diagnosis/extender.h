@@ -38,6 +38,8 @@ class Extender {
   std::vector<Option> test_all(const Stage& stage,
                                const std::vector<std::shared_ptr<const Effect>>& effects);
   struct Trial;
+  bool foretells(const Stage& stage) const;
+  bool enough_beyond(const Option& option, double gain) const;
   std::optional<Trial> trial(Option option) const;
   std::optional<Finding> try_options(const std::vector<Option>& options);
   Finding describe(const Option& option, const Stage& stage, double nll,

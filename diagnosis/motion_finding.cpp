@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/choose_motion.h"
 #include "calibration/rests.h"
 #include "calibration/sensor_rows.h"
 #include "diagnosis/held_out_nll.h"
@@ -116,10 +117,12 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
       pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kRotation));
   extender.set_base(rotation);
   const Stage moving = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));
-  if (sum_of(held_out_nll(rotation)) - sum_of(held_out_nll(moving)) < kMinGain) return rotation;
-  // Coloured noise looks like a motion to the likelihood, but it is there in rests, too.
+  // Coloured noise and heavy tails look like a motion, but they are there in rests, too.
   const AtRest rest = at_rest(rotation, recordings);
-  if (rest.colour > kRestColour && rest.motion_over_rest < kMoreInMotion) return rotation;
+  const bool more = rest.motion_over_rest > kMoreInMotion;
+  const bool predicts = sum_of(held_out_nll(rotation)) - sum_of(held_out_nll(moving)) > kMinGain;
+  const bool chosen = choose_motion(rotation, moving, rest_acc).motion == MotionModel::kHandHeld;
+  if (!(chosen && more) && !(predicts && (more || rest.colour < kRestColour))) return rotation;
 
   const Restlessness restless = restlessness(rotation, rest_acc);
   const double misfit =

@@ -12,4 +12,8 @@ namespace magimu {
 // is at the mean of its samples' times, a gyroscope's at the first, as the interval that it spans.
 Recording thinned(const Recording& recording);
 
+// Without all but a few seconds of the rests at its ends: where a sensor lies on a table, the field
+// is another than where it is turned in the hand. What was cut goes to notes.
+Recording without_long_rests(const Recording& recording, std::vector<std::string>& notes);
+
 }  // namespace magimu

@@ -14,6 +14,7 @@ namespace {
 struct Arguments {
   std::string output, truth, motion = "paper";
   std::vector<double> noise;
+  std::vector<std::string> effects;
   bool quiet = false;
   int threads = 0;  // as every command takes it; making a recording needs one
   SimulationOptions options;
@@ -24,6 +25,9 @@ int run(Arguments& args) {
     if (args.motion == to_string(m)) args.options.motion = m;
   }
   if (!args.noise.empty()) args.options.noise = {args.noise[0], args.noise[1], args.noise[2]};
+  for (const std::string& text : args.effects) {
+    args.options.effects.push_back(parse_effect_request(text));
+  }
   const Simulation s = simulate(args.options);
   write_csv(s.recording, args.output);
   if (!args.truth.empty()) {
@@ -31,8 +35,16 @@ int run(Arguments& args) {
   }
   if (!args.quiet) {
     fmt::print("{}: {:.0f} s of {} motion at {:g} Hz, {} samples, seed {}\n", args.output,
-               s.recording.duration_s(), args.motion, args.options.rate_hz, s.recording.gyr.size(),
-               args.options.seed);
+               s.recording.duration_s(), s.truth.p.empty() ? args.motion : "hand_held",
+               args.options.rate_hz, s.recording.gyr.size(), args.options.seed);
+    for (const HiddenEffect& effect : s.truth.effects) {
+      std::string values;
+      for (const auto& p : effect.parameters) {
+        values += fmt::format(" {} = {:.4g}{}{}", p.name, p.value, p.unit == "1" ? "" : " ",
+                              p.unit == "1" ? "" : p.unit);
+      }
+      fmt::print("  {}:{}\n", effect.name, values);
+    }
   }
   return kDone;
 }
@@ -72,6 +84,13 @@ void add_simulate(CLI::App& app, int& exit_code) {
       ->expected(3)
       ->check(CLI::NonNegativeNumber)
       ->type_name("ACC GYR MAG");
+  cmd->add_option("--effect", args->effects,
+                  "hide an effect, of a random realistic size by the seed; =2: twice that; "
+                  "=0.05:0:0.02: these parameters (0.012: for a single one); repeatable; "
+                  "an unknown name lists all")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->type_name("NAME[=SIZE]");
   cmd->add_option("--magnetometers", args->options.magnetometers, "how many, on one board")
       ->capture_default_str()
       ->type_name("N");

@@ -111,9 +111,9 @@ HandMotion::HandMotion(std::uint64_t seed, double duration_s, double rest_s, boo
   for (Spline& stretch : stretches_) draw_rates(turns, pace, stretch);
 }
 
-Vector3 HandMotion::omega(double t) const {
+Vector3 HandMotion::at(double t, int derivative) const {
   for (const Spline& s : stretches_) {
-    if (t > s.start && t < s.end) return s.at(t);
+    if (t > s.start && t < s.end) return s.at(t, derivative);
   }
   return Vector3::Zero();
 }

@@ -31,7 +31,8 @@ class HandMotion {
   // Within 10 deg of level, with any heading.
   const Rot3& initial_nRb() const { return initial_nRb_; }
   // Body frame, rad/s, at most kFastest (1.2 times that at a varied pace).
-  Vector3 omega(double t) const;
+  Vector3 omega(double t) const { return at(t, 0); }
+  Vector3 omega_rate(double t) const { return at(t, 1); }  // its derivative, rad/s^2
 
   // Stretches of movement, of the rate in rad/s; outside of all of them the sensor rests.
   const std::vector<Spline>& stretches() const { return stretches_; }
@@ -41,6 +42,8 @@ class HandMotion {
   static constexpr double kFastest = 2.5;     // rad/s
 
  private:
+  Vector3 at(double t, int derivative) const;
+
   Rot3 initial_nRb_;
   std::vector<Spline> stretches_;
 };

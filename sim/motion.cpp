@@ -95,4 +95,12 @@ AngularMotion sample_motion(const Rot3& initial_nRb, const std::function<Vector3
   return motion;
 }
 
+Rot3 turn_between(const std::function<Vector3(double)>& omega, double t0, double t1) {
+  const int steps = std::max(1, static_cast<int>(std::ceil((t1 - t0) / kLongestStep - 1e-9)));
+  const double h = (t1 - t0) / steps;
+  Rot3 turned;
+  for (int i = 0; i < steps; ++i) turned = turned * magnus_step(omega, t0 + i * h, h);
+  return turned;
+}
+
 }  // namespace magimu

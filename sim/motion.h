@@ -42,6 +42,9 @@ AngularMotion paper_motion(std::uint64_t seed, double rate_hz, double duration_s
 AngularMotion sample_motion(const Rot3& initial_nRb, const std::function<Vector3(double)>& omega,
                             double rate_hz, double duration_s);
 
+// The turn R(t0)' R(t1), t1 not before t0, by the same method.
+Rot3 turn_between(const std::function<Vector3(double)>& omega, double t0, double t1);
+
 // Samples in a recording of that length: at 0, 1 / rate_hz, ...
 std::size_t sample_count(double duration_s, double rate_hz);
 

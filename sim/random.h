@@ -24,6 +24,9 @@ enum class RandomPurpose : std::uint64_t {
   kMagnetometerNoise = 6,  // one stream a magnetometer
   kPace = 7,
   kDisplacement = 8,
+  kEffectSize = 9,    // one stream a name
+  kEffectNoise = 10,  // one stream a sensor
+  kBiasDrift = 11,
 };
 
 class RandomStream {
@@ -34,6 +37,8 @@ class RandomStream {
   // Uniform on [0, 1): the upper 53 bits.
   double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
   double uniform(double from, double to) { return from + (to - from) * uniform(); }
+  // A seed for what has random numbers of its own.
+  std::uint64_t bits() { return engine_(); }
   // One of 0 .. n - 1.
   int index(int n) { return static_cast<int>(uniform() * n); }
 

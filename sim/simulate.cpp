@@ -4,11 +4,11 @@
 
 #include <cmath>
 
+#include "factors/effects/noise_effects.h"
 #include "recording/error.h"
-#include "sim/hand_displacement.h"
-#include "sim/hand_motion.h"
-#include "sim/motion.h"
+#include "sim/effect_readings.h"
 #include "sim/random.h"
+#include "sim/true_motion.h"
 
 namespace magimu {
 namespace {
@@ -39,49 +39,67 @@ void check(const SimulationOptions& o) {
           "give 0 for exact measurements");
 }
 
-AngularMotion make_motion(const SimulationOptions& o, SimulationTruth& truth,
-                          std::vector<Vector3>& acceleration) {
-  const bool paper = o.motion == SimulatedMotion::kPaper;
-  const double rest = o.rest_s >= 0.0 ? o.rest_s : paper ? 0.0 : HandMotion::kRest;
-  const double moving =
-      paper ? paper_motion_duration_s() : HandMotion::kDuration - HandMotion::kRest;
-  const double duration = o.duration_s > 0.0 ? o.duration_s : rest + moving;
-  if (paper) return paper_motion(o.seed, o.rate_hz, duration, rest);
-  const bool moved = o.motion == SimulatedMotion::kHandHeld;
-  const HandMotion hand(o.seed, duration, rest, moved);
-  if (moved) {
-    const HandDisplacement path(o.seed, hand.stretches(), o.displacement_m);
-    for (std::size_t k = 0; k < sample_count(duration, o.rate_hz); ++k) {
-      const double t = static_cast<double>(k) / o.rate_hz;
-      truth.p.push_back(path.position(t));
-      truth.v.push_back(path.velocity(t));
-      acceleration.push_back(path.acceleration(t));
-    }
+// The requests resolved; linear_acceleration is the motion that it asks for.
+std::vector<HiddenEffect> hide_all(SimulationOptions& o) {
+  for (const EffectRequest& request : o.effects) {
+    if (request.name == "linear_acceleration") o.motion = SimulatedMotion::kHandHeld;
   }
-  return sample_motion(
-      hand.initial_nRb(), [&](double t) { return hand.omega(t); }, o.rate_hz, duration);
+  const bool paper = o.motion == SimulatedMotion::kPaper;
+  const double own = paper ? paper_motion_duration_s() : HandMotion::kDuration;
+  const SimulatedSurroundings where{o.seed, o.duration_s > 0.0 ? o.duration_s : own};
+  std::vector<HiddenEffect> hidden;
+  for (const EffectRequest& request : o.effects) {
+    const HiddenEffect effect = hide(request, where);
+    for (const HiddenEffect& other : hidden) {
+      if (other.name != effect.name || other.channel != effect.channel) continue;
+      throw InputError("--effect", 0, 0, effect.name + " is there twice", "give it once");
+    }
+    if (effect.name == "linear_acceleration") o.displacement_m = effect[0];
+    hidden.push_back(effect);
+  }
+  return hidden;
+}
+
+// True seconds in a second of the file.
+double clock_of(const std::vector<HiddenEffect>& effects) {
+  for (const HiddenEffect& e : effects) {
+    if (e.name == "clock_scale") return 1.0 + e[0];
+  }
+  return 1.0;
 }
 
 // Adds white noise of that density to every sample. Draws it even if the density is 0.
-void add_noise(VectorSeries& series, double density, double rate_hz, RandomStream random) {
-  const double sigma = density * std::sqrt(rate_hz);
+void add_white_noise(VectorSeries& series, double sigma, RandomStream random) {
   for (Vector3& sample : series.v) sample += sigma * random.normal3();
 }
 
-void measure_imu(const SimulationOptions& o, const SimulationTruth& truth,
-                 const std::vector<Vector3>& mean_rate, const std::vector<Vector3>& acceleration,
-                 Recording& recording) {
+// The noise of one sensor, shaped where effects ask for it.
+void add_sensor_noise(const SimulationOptions& o, const SimulationTruth& truth, Channel channel,
+                      std::size_t index, VectorSeries& series) {
+  constexpr RandomPurpose kPurpose[] = {RandomPurpose::kAccelerometerNoise,
+                                        RandomPurpose::kGyroscopeNoise,
+                                        RandomPurpose::kMagnetometerNoise};
+  const double densities[] = {truth.noise.acc, truth.noise.gyr, truth.noise.mag};
+  const double rate = channel == Channel::kMag ? o.rate_hz / o.mag_ratio : o.rate_hz;
+  const double sigma = densities[int(channel)] * std::sqrt(rate);
+  if (const auto shape = noise_shape(truth.effects, channel)) {
+    RandomStream random(o.seed, RandomPurpose::kEffectNoise, std::uint64_t(channel) + 3 * index);
+    add_noise(series.v, sigma, *shape, random.bits());
+  } else {
+    add_white_noise(series, sigma, {o.seed, kPurpose[int(channel)], index});
+  }
+}
+
+void measure_imu(const TrueMotion& motion, const SimulationTruth& truth, Recording& recording) {
   const Vector3 g_n = gravity_n(truth.gravity);
   for (std::size_t k = 0; k < truth.t.size(); ++k) {
     // What accelerates the sensor adds to the reading like a gravity of the opposite sign.
-    const Vector3 felt_n = acceleration.empty() ? g_n : Vector3(g_n - acceleration[k]);
+    const Vector3 felt_n =
+        motion.moves() ? Vector3(g_n - motion.acceleration(motion.time(k))) : g_n;
     recording.acc.push_back(truth.t[k],
                             accelerometer_model(truth.nRb[k], truth.parameters.acc_bias, felt_n));
-    recording.gyr.push_back(truth.t[k], mean_rate[k] + truth.parameters.gyr_bias);
+    recording.gyr.push_back(truth.t[k], motion.mean_rate()[k] + truth.parameters.gyr_bias);
   }
-  add_noise(recording.acc, truth.noise.acc, o.rate_hz,
-            {o.seed, RandomPurpose::kAccelerometerNoise});
-  add_noise(recording.gyr, truth.noise.gyr, o.rate_hz, {o.seed, RandomPurpose::kGyroscopeNoise});
 }
 
 VectorSeries measure_field(const SimulationOptions& o, const SimulationTruth& truth,
@@ -92,20 +110,21 @@ VectorSeries measure_field(const SimulationOptions& o, const SimulationTruth& tr
     series.push_back(truth.t[k], magnetometer_model(truth.nRb[k], mag.distortion, mag.bias,
                                                     truth.parameters.dip_rad));
   }
-  add_noise(series, truth.noise.mag, o.rate_hz / o.mag_ratio,
-            {o.seed, RandomPurpose::kMagnetometerNoise, index});
   return series;
 }
 
-void fill_truth(const SimulationOptions& o, const AngularMotion& motion, SimulationTruth& truth) {
+void fill_truth(const SimulationOptions& o, const TrueMotion& motion, SimulationTruth& truth) {
   truth.parameters = draw_parameters(o.seed, o.magnetometers);
   truth.noise = {o.noise_factor * o.noise.acc, o.noise_factor * o.noise.gyr,
                  o.noise_factor * o.noise.mag};
   truth.gravity = o.gravity;
   truth.strength_uT = field_strength_uT(truth.parameters.mag.front().distortion);
-  truth.nRb = integrate(motion, o.rate_hz);
+  truth.nRb = motion.nRb();
   for (std::size_t k = 0; k < truth.nRb.size(); ++k) {
     truth.t.push_back(static_cast<double>(k) / o.rate_hz);
+    if (!motion.moves()) continue;
+    truth.p.push_back(motion.position(motion.time(k)));
+    truth.v.push_back(motion.velocity(motion.time(k)));
   }
 }
 
@@ -123,20 +142,28 @@ std::string to_string(SimulatedMotion motion) {
   return "unknown";
 }
 
-Simulation simulate(const SimulationOptions& options) {
-  check(options);
+Simulation simulate(const SimulationOptions& asked) {
+  check(asked);
+  SimulationOptions options = asked;
   Simulation simulation;
   SimulationTruth& truth = simulation.truth;
   Recording& recording = simulation.recording;
-  std::vector<Vector3> acceleration;  // in n, m/s^2; empty: the sensor only turns
-  const AngularMotion motion = make_motion(options, truth, acceleration);
+  truth.effects = hide_all(options);
+  const TrueMotion motion(options, clock_of(truth.effects));
   fill_truth(options, motion, truth);
   recording.name =
       "simulation (" + to_string(options.motion) + ", seed " + std::to_string(options.seed) + ")";
-  measure_imu(options, truth, motion.mean_rate, acceleration, recording);
+  measure_imu(motion, truth, recording);
   recording.mag_names = magnetometer_names(truth.parameters.mag.size());
   for (std::size_t i = 0; i < truth.parameters.mag.size(); ++i) {
     recording.mag.push_back(measure_field(options, truth, i));
+  }
+  add_effects(options, motion, truth, recording);
+  add_sensor_noise(options, truth, Channel::kAcc, 0, recording.acc);
+  add_sensor_noise(options, truth, Channel::kGyr, 0, recording.gyr);
+  for (std::size_t i = 0; i < recording.mag.size(); ++i) {
+    add_sensor_noise(options, truth, Channel::kMag, i, recording.mag[i]);
+    convert_to_digital(truth.effects, recording.mag[i]);
   }
   MotionTruth& known = recording.truth.emplace();
   known.t = truth.t;

@@ -21,6 +21,7 @@
 #include "factors/sensor_model.h"
 #include "graph/rot3.h"
 #include "recording/recording.h"
+#include "sim/hidden_effects.h"
 #include "sim/parameters.h"
 
 namespace magimu {
@@ -57,6 +58,9 @@ struct SimulationOptions {
   // kHandHeld: root mean square of the displacement while the hand moves, m. Negative: drawn from
   // 0.05 to 0.30.
   double displacement_m = -1.0;
+  // What the sensor models leave out; the magnetometers all have the same of it. In this order:
+  // terms, noise, quantization, clipping. linear_acceleration makes the motion kHandHeld.
+  std::vector<EffectRequest> effects;
 };
 
 struct SimulationTruth {
@@ -67,6 +71,8 @@ struct SimulationTruth {
   std::vector<double> t;      // s, the IMU's sample times
   std::vector<Rot3> nRb;      // attitude at these times
   std::vector<Vector3> v, p;  // velocity m/s, position m, in n; empty: the sensor only turns
+  std::vector<HiddenEffect> effects;
+  std::vector<Vector3> gyr_bias_drift;  // at these times, rad/s; empty without it
 };
 
 struct Simulation {

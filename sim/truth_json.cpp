@@ -13,6 +13,15 @@ nlohmann::json rows(const Matrix3& m) {
   return {array(m.row(0).transpose()), array(m.row(1).transpose()), array(m.row(2).transpose())};
 }
 
+nlohmann::json to_json(const HiddenEffect& effect) {
+  nlohmann::json json{{"name", effect.name}, {"parameters", nlohmann::json::array()}};
+  if (effect.on_noise) json["channel"] = to_string(effect.channel);
+  for (const HiddenEffect::Parameter& p : effect.parameters) {
+    json["parameters"].push_back({{"name", p.name}, {"value", p.value}, {"unit", p.unit}});
+  }
+  return json;
+}
+
 }  // namespace
 
 nlohmann::json to_json(const SimulationTruth& truth, const SimulationOptions& options) {
@@ -22,7 +31,7 @@ nlohmann::json to_json(const SimulationTruth& truth, const SimulationOptions& op
   json["seed"] = options.seed;
   json["rate_hz"] = options.rate_hz;
   json["mag_ratio"] = options.mag_ratio;
-  json["motion"] = to_string(options.motion);
+  json["motion"] = to_string(truth.p.empty() ? options.motion : SimulatedMotion::kHandHeld);
   json["gravity"] = truth.gravity;
   json["accelerometer"]["bias"] = array(parameters.acc_bias);
   json["gyroscope"]["bias"] = array(parameters.gyr_bias);
@@ -35,6 +44,8 @@ nlohmann::json to_json(const SimulationTruth& truth, const SimulationOptions& op
   }
   json["field"] = {{"dip_deg", parameters.dip_rad / kDegree}, {"strength_uT", truth.strength_uT}};
   json["noise"] = {{"acc", truth.noise.acc}, {"gyro", truth.noise.gyr}, {"mag", truth.noise.mag}};
+  json["effects"] = nlohmann::json::array();
+  for (const HiddenEffect& effect : truth.effects) json["effects"].push_back(to_json(effect));
   return json;
 }
 

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Adds hidden effects to exact readings: each effect's term (factors/effects/) of what the sensor
+// truly experiences at that instant, attitude, rate and force of the motion in continuous time. The
+// gyroscope's terms are means over its interval, by Gauss's rule with three points, and its bias's
+// random walk is one: independent steps from sample to sample, and within an interval the departure
+// of a walk's mean from that of its ends.
+//
+// Terms add up: each is that of the basic models' state, so what two effects do to each other (a
+// drifting field that eddy currents feel) is left out.
+#pragma once
+
+#include <optional>
+
+#include "factors/effects/noise_effects.h"
+#include "sim/simulate.h"
+#include "sim/true_motion.h"
+
+namespace magimu {
+
+// Adds the terms, and the columns that a diagnosis of them needs: temp (a device that warms up),
+// current (a load switched on and off) and pos. A source of a field that was drawn, not given, is
+// moved away from the sensor's path.
+void add_effects(const SimulationOptions& options, const TrueMotion& motion, SimulationTruth& truth,
+                 Recording& recording);
+
+// The shape of a sensor's noise; none where no effect changes it.
+std::optional<NoiseShape> noise_shape(const std::vector<HiddenEffect>& effects, Channel channel);
+// Quantization and clipping of a magnetometer's samples.
+void convert_to_digital(const std::vector<HiddenEffect>& effects, VectorSeries& mag);
+
+// The columns' profiles, of true time, s: K and A.
+double warming_device(double t);
+double switched_load(double t);
+
+}  // namespace magimu

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "sim/true_motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace magimu {
+namespace {
+
+constexpr double kAtSample = 1e-6;  // of an interval
+
+}  // namespace
+
+TrueMotion::TrueMotion(const SimulationOptions& o, double clock) : rate_hz_(o.rate_hz / clock) {
+  const bool paper = o.motion == SimulatedMotion::kPaper;
+  const double rest = o.rest_s >= 0.0 ? o.rest_s : paper ? 0.0 : HandMotion::kRest;
+  const double moving =
+      paper ? paper_motion_duration_s() : HandMotion::kDuration - HandMotion::kRest;
+  const double duration = o.duration_s > 0.0 ? o.duration_s : rest + moving;
+  // The file's duration: as many samples, whatever its clock.
+  if (paper) {
+    motion_ = paper_motion(o.seed, rate_hz_, duration * clock, rest);
+  } else {
+    const bool moved = o.motion == SimulatedMotion::kHandHeld;
+    hand_.emplace(o.seed, duration, rest, moved);
+    if (moved) path_.emplace(o.seed, hand_->stretches(), o.displacement_m);
+    motion_ = sample_motion(
+        hand_->initial_nRb(), [this](double t) { return hand_->omega(t); }, rate_hz_,
+        duration * clock);
+  }
+  nRb_ = integrate(motion_, rate_hz_);
+}
+
+Rot3 TrueMotion::attitude(double t) const {
+  if (!(t > 0.0)) return nRb_.front();
+  const auto k = std::min(static_cast<std::size_t>(t * rate_hz_ + kAtSample), samples() - 1);
+  const double since = t - time(k);
+  if (std::abs(since) * rate_hz_ <= kAtSample) return nRb_[k];
+  if (!hand_) return (nRb_[k] * Rot3::Exp(since * mean_rate()[k])).normalized();
+  return (nRb_[k] * turn_between([this](double at) { return hand_->omega(at); }, time(k), t))
+      .normalized();
+}
+
+TrueMotion::Step TrueMotion::step(double t) const {
+  const double x = t * rate_hz_;
+  const auto rate = [this](double interval) -> const Vector3& {
+    const double last = static_cast<double>(samples() - 1);
+    return mean_rate()[static_cast<std::size_t>(std::clamp(interval, 0.0, last))];
+  };
+  const double nearest = std::round(x);
+  if (std::abs(x - nearest) <= kAtSample) return {rate(nearest - 1.0), rate(nearest)};
+  return {rate(std::floor(x)), rate(std::floor(x))};
+}
+
+Vector3 TrueMotion::omega(double t) const {
+  if (hand_) return hand_->omega(t);
+  const Step s = step(t);
+  return 0.5 * (s.before + s.after);
+}
+
+Vector3 TrueMotion::omega_rate(double t) const {
+  if (hand_) return hand_->omega_rate(t);
+  const Step s = step(t);
+  return (s.after - s.before) * rate_hz_;
+}
+
+}  // namespace magimu

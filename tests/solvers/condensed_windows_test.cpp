@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Windows condensed to what they say of the globals, against dense linear algebra.
+#include "solvers/condensed_windows.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "tests/solvers/example_graphs.h"
+
+namespace magimu {
+namespace {
+
+constexpr int kNodes = 30;
+
+int node_of(Key key) { return key.symbol == R(0).symbol ? int(key.index) : -1; }
+
+// What is left of the globals when the nodes' unknowns are eliminated from the rows.
+CondensedWindow dense_schur(const MatrixXd& J, const VectorXd& r, const std::vector<int>& nodes,
+                            const std::vector<int>& globals) {
+  const MatrixXd X = J(Eigen::all, nodes), G = J(Eigen::all, globals);
+  const Eigen::LLT<MatrixXd> llt(X.transpose() * X);
+  const MatrixXd W = llt.matrixL().solve(X.transpose() * G);
+  const VectorXd w = llt.matrixL().solve(X.transpose() * r);
+  return {G.transpose() * G - W.transpose() * W, -(G.transpose() * r - W.transpose() * w),
+          r.squaredNorm() - w.squaredNorm(), 2.0 * llt.matrixLLT().diagonal().array().log().sum(),
+          int(r.size())};
+}
+
+void expect_equal(const CondensedWindow& a, const CondensedWindow& b) {
+  EXPECT_LT((a.information - b.information).norm(), 1e-8 * b.information.norm());
+  EXPECT_LT((a.score - b.score).norm(), 1e-8 * b.score.norm());
+  EXPECT_NEAR(a.squares, b.squares, 1e-8 * b.squares);
+  EXPECT_NEAR(a.log_det, b.log_det, 1e-8 * std::abs(b.log_det));
+  EXPECT_EQ(a.rows, b.rows);
+}
+
+// A linearized chain with priors on its globals, as dense matrices too.
+struct Chain {
+  explicit Chain(test::Problem made = test::chain_with_globals(5, kNodes)) : p(std::move(made)) {
+    p.graph.add(PriorFactor<Vector3>(key::acc_bias, Vector3(0.1, 0, 0), Noise<3>::isotropic(0.3)));
+    p.graph.add(PriorFactor<double>(key::dip, 0.9, Noise<1>::isotropic(0.1)));
+    system.emplace(p.graph, p.start);
+    system->linearize(p.start);
+    J = test::dense_jacobian(*system);
+    for (const Values::Slot& slot : p.start.slots()) {
+      for (int c = slot.tangent; c < slot.tangent + slot.type.tangent(); ++c) {
+        (node_of(slot.key) < 0 ? globals : nodes).push_back(c);
+      }
+    }
+  }
+  // Rows of which keep(first node, last node) is true; priors have -1, -1.
+  std::vector<int> rows(const std::function<bool(int, int)>& keep) const {
+    std::vector<int> out;
+    for (int i = 0; i < J.rows(); ++i) {
+      int first = -1, last = -1;
+      for (const Values::Slot& slot : p.start.slots()) {
+        const int node = node_of(slot.key);
+        if (node < 0 || J.row(i).segment(slot.tangent, slot.type.tangent()).isZero(0.0)) continue;
+        first = first < 0 ? node : std::min(first, node);
+        last = std::max(last, node);
+      }
+      if (keep(first, last)) out.push_back(i);
+    }
+    return out;
+  }
+  CondensedWindow dense(const std::vector<int>& some) const {
+    return dense_schur(J(some, Eigen::all), system->residual()(some), nodes, globals);
+  }
+
+  test::Problem p;
+  std::optional<LinearSystem> system;
+  MatrixXd J;
+  std::vector<int> nodes, globals;
+};
+
+std::vector<int> windows_of(int length) {
+  std::vector<int> out;
+  for (int i = 0; i < kNodes; ++i) out.push_back(i / length);
+  return out;
+}
+
+TEST(CondensedWindows, one_over_the_whole_chain_is_the_schur_complement) {
+  const Chain chain;
+  const CondensedChain c = condense(*chain.system, chain.p.start, node_of, windows_of(kNodes));
+  EXPECT_EQ(c.columns, chain.globals);
+  ASSERT_EQ(c.windows.size(), 1u);
+  EXPECT_EQ(c.priors.rows, 4);
+  expect_equal(c.sum(), chain.dense(chain.rows([](int, int) { return true; })));
+}
+
+TEST(CondensedWindows, cut_apart_add_up_to_the_chain_without_its_links) {
+  const Chain chain;
+  const std::vector<int> window = windows_of(7);
+  const CondensedChain c = condense(*chain.system, chain.p.start, node_of, window);
+  ASSERT_EQ(c.windows.size(), 5u);
+  const auto kept = chain.rows([&](int first, int last) {
+    return first < 0 || window[std::size_t(first)] == window[std::size_t(last)];
+  });
+  EXPECT_EQ(int(kept.size()), int(chain.J.rows()) - 4 * 3);
+  expect_equal(c.sum(), chain.dense(kept));
+}
+
+TEST(CondensedWindows, leave_out_nodes_that_belong_to_none) {
+  const Chain chain;
+  std::vector<int> window(kNodes, 0);
+  for (int i = 12; i < 15; ++i) window[std::size_t(i)] = -1;
+  for (int i = 15; i < kNodes; ++i) window[std::size_t(i)] = 1;
+  const CondensedChain c = condense(*chain.system, chain.p.start, node_of, window);
+  CondensedWindow sum = c.priors;
+  for (const auto& [from, to] : {std::pair(0, 12), std::pair(15, kNodes)}) {
+    const auto some = chain.rows([&](int first, int last) { return first >= from && last < to; });
+    const std::vector<int> nodes(chain.nodes.begin() + 3 * from, chain.nodes.begin() + 3 * to);
+    const CondensedWindow own = dense_schur(chain.J(some, Eigen::all),
+                                            chain.system->residual()(some), nodes, chain.globals);
+    expect_equal(c.windows[from == 0 ? 0 : 1], own);
+    sum.information += own.information;
+  }
+  EXPECT_LT((c.sum().information - sum.information).norm(), 1e-8 * sum.information.norm());
+}
+
+TEST(CondensedWindows, leaving_one_out_is_refitting_the_linear_problem_without_it) {
+  const Chain chain;
+  const std::vector<int> window = windows_of(6);
+  const CondensedChain c = condense(*chain.system, chain.p.start, node_of, window);
+  for (int w = 0; w < 5; ++w) {
+    const CondensedWindow rest = c.sum(w);
+    const VectorXd step = rest.information.llt().solve(rest.score);
+    // All the unknowns of what stays, at once.
+    std::vector<int> columns = chain.globals;
+    for (int i = 0; i < kNodes; ++i) {
+      for (int k = 0; k < 3 && window[std::size_t(i)] != w; ++k) columns.push_back(3 * i + k);
+    }
+    const auto kept = chain.rows([&](int first, int last) {
+      return first < 0 || (window[std::size_t(first)] == window[std::size_t(last)] &&
+                           window[std::size_t(first)] != w);
+    });
+    const MatrixXd A = chain.J(kept, columns);
+    const VectorXd b = -chain.system->residual()(kept);
+    const VectorXd x = (A.transpose() * A).ldlt().solve(A.transpose() * b);
+    EXPECT_LT((step - x.head(step.size())).norm(), 1e-7 * step.norm());
+    const double squares =
+        rest.squares - 2.0 * rest.score.dot(step) + step.dot(rest.information * step);
+    EXPECT_NEAR(squares, (A * x - b).squaredNorm(), 1e-8 * squares);
+  }
+}
+
+TEST(CondensedWindows, know_where_a_global_is) {
+  const Chain chain;
+  const CondensedChain c = condense(*chain.system, chain.p.start, node_of, windows_of(6));
+  for (const Key key : {key::acc_bias, key::distortion, key::dip}) {
+    const int position = c.position(chain.p.start, key);
+    EXPECT_EQ(c.columns[std::size_t(position)], chain.p.start.slot(key).tangent);
+  }
+}
+
+}  // namespace
+}  // namespace magimu

@@ -10,6 +10,7 @@
 #include "diagnosis/extender.h"
 #include "diagnosis/motion_finding.h"
 #include "diagnosis/noise_findings.h"
+#include "diagnosis/predict.h"
 #include "diagnosis/unexplained.h"
 
 namespace magimu {
@@ -47,6 +48,8 @@ Diagnosis diagnose(const std::vector<const Recording*>& given, const DiagnosisOp
   fill_departures(recordings, extender, d);
   d.before = extender.summary(extender.base());
   d.after = extender.summary(extender.stage());
+  d.model_before = extended_model(extender.base(), {});
+  d.model_after = extended_model(extender.stage(), d.findings);
   d.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   progress("done", 1.0);
   return d;

@@ -79,6 +79,16 @@ struct ResidualTrace {
   std::vector<Vector3> before = {}, after = {};
 };
 
+// A fitted model with its extensions: what predicts other recordings (predict.h).
+struct ExtendedModel {
+  struct NoiseCause {
+    std::string effect = {}, channel = {};
+  };
+  ModelSpec spec = {};                 // with its noise and effects; nothing of the recordings
+  Values parameters = {};              // the calibration's and the effects', without nodes
+  std::vector<NoiseCause> noise = {};  // found in the noise of single samples; not in spec
+};
+
 struct Diagnosis {
   std::vector<std::string> recordings = {};  // names
   std::vector<Departure> departures = {};    // strongest first
@@ -86,6 +96,7 @@ struct Diagnosis {
   std::vector<Finding> findings = {};        // in the order in which they entered the model
   Unexplained unexplained = {};
   Calibration before = {}, after = {};
+  ExtendedModel model_before = {}, model_after = {};
   std::vector<ResidualTrace> traces = {};
   std::vector<std::string> notes =
       {};                          // what could not be tested, and why; how the tests were made

@@ -7,13 +7,16 @@
 //   d' C^-1 d      chi-square where nothing has changed (Wald's test)
 //
 // once with the covariances that white noise would give and once with the robust ones (then an F
-// variable: they come from a limited number of blocks); the larger p-value counts.
+// variable: they come from a limited number of blocks); the larger p-value counts. What has changed
+// must not depend on which half of the recordings one looks at: where the halves, each calibrated
+// by itself, lie further apart than their covariances say, the variances grow to that.
 //
 // The distortion is compared as M = D_new D_old^-1 = s Q (I + E): a change of the field's strength
 // (and of a gain common to all axes) s, a turn Q of the magnetometer against the IMU, and a
 // symmetric E without trace, the soft iron.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -30,8 +33,10 @@ struct AgainstOptions {
 Against compare_with(const Calibration& stored, const std::string& stored_name,
                      const std::vector<const Recording*>& recordings,
                      const AgainstOptions& options = {});
+// By group: variances are that many times what the covariances say.
+using Excess = std::map<std::string, double>;
 // Of two calibrations; blocks: of the robust covariances, at the least.
 Against compare_calibrations(const Calibration& stored, const Calibration& now, int blocks,
-                             double false_alarm_rate);
+                             double false_alarm_rate, const Excess& excess = {});
 
 }  // namespace magimu

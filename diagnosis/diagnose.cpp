@@ -9,6 +9,7 @@
 #include "diagnosis/departures.h"
 #include "diagnosis/diagnosis.h"
 #include "diagnosis/extender.h"
+#include "diagnosis/held_model.h"
 #include "diagnosis/motion_finding.h"
 #include "diagnosis/noise_findings.h"
 #include "diagnosis/predict.h"
@@ -64,6 +65,11 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
     d.against =
         compare_with(*options.against, options.against_name, given,
                      {.noise = options.noise, .false_alarm_rate = options.false_alarm_rate});
+    for (const Finding& f : d.findings) {
+      if (!belongs_to_recording(f.effect)) continue;
+      d.against->notes.push_back(
+          f.effect + " was found in these recordings; the comparison does not know of it.");
+    }
   }
   d.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   progress("done", 1.0);

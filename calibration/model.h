@@ -54,6 +54,6 @@ struct ModelSpec {
 // From the effect widened_from on, priors are wider by that factor.
 FactorGraph build_model(const std::vector<const Recording*>& recordings,
                         const std::vector<NodePlan>& plans, const ModelSpec& spec,
-                        int widened_from = 0, double widening = 1.0);
+                        int widened_from = 1 << 30, double widening = 1.0);
 
 }  // namespace magimu

@@ -166,14 +166,25 @@ Stage Pipeline::with_fixed_symmetries(const Stage& stage) const {
   return fixed;
 }
 
-Stage Pipeline::refit(const Stage& from, const ModelSpec& spec, const VectorXd& start) const {
-  Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
+Values Pipeline::start_of(const Stage& stage, const Stage& from, const VectorXd& start) const {
   Values values = carry_over(recordings_, from, stage);
   if (start.size() > 0) {
-    const std::vector<Key> last = effect_keys(spec.effects).back();
+    const std::vector<Key> last = effect_keys(stage.spec().effects).back();
     for (std::size_t i = 0; i < last.size(); ++i) values.update(last[i], start[Eigen::Index(i)]);
   }
-  fit_with_noise(stage, values);
+  return values;
+}
+
+Stage Pipeline::refit(const Stage& from, const ModelSpec& spec, const VectorXd& start) const {
+  Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
+  fit_with_noise(stage, start_of(stage, from, start));
+  return stage;
+}
+
+Stage Pipeline::refit_with_same_noise(const Stage& from, const ModelSpec& spec,
+                                      const VectorXd& start) const {
+  Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
+  stage.fit(start_of(stage, from, start), true);
   return stage;
 }
 

@@ -13,6 +13,7 @@
 #include "diagnosis/motion_finding.h"
 #include "diagnosis/noise_findings.h"
 #include "diagnosis/predict.h"
+#include "diagnosis/thinned.h"
 #include "diagnosis/unexplained.h"
 
 namespace magimu {
@@ -41,7 +42,10 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   d.notes = checked.warnings();
 
   progress("fitting the basic model", 0.0);
-  const std::vector<const Recording*>& recordings = checked.get();
+  std::vector<Recording> thin;
+  for (const Recording* r : checked.get()) thin.push_back(thinned(*r));
+  std::vector<const Recording*> recordings;
+  for (const Recording& r : thin) recordings.push_back(&r);
   const Pipeline pipeline(recordings, calibration);
   Extender extender(recordings, pipeline, options, d);
   progress("is it the motion?", 0.15);
@@ -49,7 +53,7 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   progress("looking for effects", 0.3);
   extender.extend(first);
   progress("looking at the noise", 0.7);
-  find_noise(recordings, pipeline, options, extender, d);
+  find_noise(checked.get(), pipeline, options, extender, d);
   progress("what is left?", 0.85);
   find_unexplained(recordings, options, extender, d);
   fill_departures(recordings, extender, d);

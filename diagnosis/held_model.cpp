@@ -15,10 +15,17 @@ constexpr double kDipSigma = 1.0, kHeadingSigma = 1.0;  // rad: as good as free
 constexpr double kHeldGyr = 1e-9, kHeldAcc = 1e-6, kHeldMag = 1e-5, kHeldOther = 1e-8;
 constexpr double kHeldEffect = 1e-6;  // of its prior
 
+Effect::Description as_random(Effect::Description description) {
+  description.random_process = true;
+  return description;
+}
+
 class WithPrior final : public Effect {
  public:
   WithPrior(std::shared_ptr<const Effect> effect, VectorXd sigma)
-      : Effect(effect->description()), effect_(std::move(effect)), sigma_(std::move(sigma)) {}
+      : Effect(as_random(effect->description())),
+        effect_(std::move(effect)),
+        sigma_(std::move(sigma)) {}
   void jacobian(const SampleState& state, const VectorXd& theta, EffectJacobian J) const override {
     effect_->jacobian(state, theta, J);
   }

@@ -10,6 +10,7 @@
 #include "diagnosis/noise_tests.h"
 #include "diagnosis/option.h"
 #include "diagnosis/sample_residuals.h"
+#include "diagnosis/thinned.h"
 #include "factors/effects/catalogue.h"
 
 namespace magimu {
@@ -23,9 +24,11 @@ bool is_change(const KnownEffect& k) { return k.effect->name() == "hard_iron_cha
 // One model meeting one recording.
 class Predictor {
  public:
-  Predictor(const std::vector<const Recording*>& recordings, const ExtendedModel& model,
-            bool mag_only)
+  // recordings: one, thinned; full: the same with all samples.
+  Predictor(const std::vector<const Recording*>& recordings, const Recording& full,
+            const ExtendedModel& model, bool mag_only)
       : recordings_(recordings),
+        full_(full),
         model_(model),
         mag_only_(mag_only),
         options_(options_of(model)),
@@ -126,7 +129,7 @@ class Predictor {
                                    [](const auto& n) { return n.effect == "noise_scale"; });
     double gain = 0.0;
     for (const NoiseTest& test :
-         test_noise(sample_residuals(*recordings_.front(), stage, 0, model_.spec.noise, scale))) {
+         test_noise(sample_residuals(full_, stage, 0, model_.spec.noise, scale))) {
       for (const ExtendedModel::NoiseCause& cause : model_.noise) {
         if (cause.effect != test.effect || cause.channel != to_string(test.channel)) continue;
         if (test.untested.empty()) gain += test.nll_after - test.nll_before;
@@ -136,6 +139,7 @@ class Predictor {
   }
 
   const std::vector<const Recording*>& recordings_;
+  const Recording& full_;
   const ExtendedModel& model_;
   bool mag_only_;
   CalibrationOptions options_;
@@ -168,10 +172,12 @@ ExtendedModel extended_model(const Stage& stage, const std::vector<Finding>& fin
 PredictionGain compare_predictions(const Recording& recording, const ExtendedModel& before,
                                    const ExtendedModel& after) {
   const CheckedRecordings checked({&recording});
+  const Recording &full = *checked.get().front(), thin = thinned(full);
+  const std::vector<const Recording*> recordings = {&thin};
   PredictionGain out;
   out.mag_only = before.spec.motion != after.spec.motion;
-  out.before = Predictor(checked.get(), before, out.mag_only).nll();
-  out.after = Predictor(checked.get(), after, out.mag_only).nll();
+  out.before = Predictor(recordings, full, before, out.mag_only).nll();
+  out.after = Predictor(recordings, full, after, out.mag_only).nll();
   return out;
 }
 

@@ -268,6 +268,7 @@ FactorGraph build_model(const std::vector<const Recording*>& recordings,
                                     Noise<1>::isotropic(kOffsetPriorSigma)));
     }
   }
+  if (spec.also) spec.also(graph);
   return graph;
 }
 

@@ -47,6 +47,8 @@ struct ModelSpec {
   std::vector<std::shared_ptr<const ExtendedRecording>> extended;
   // Nodes without their magnetometers, for cross-validation; empty: all have them.
   std::function<bool(int node)> without_mag;
+  // Adds further factors, such as priors that hold parameters where they are known; empty: none.
+  std::function<void(FactorGraph&)> also;
 };
 
 // From the effect widened_from on, priors are wider by that factor.

@@ -31,6 +31,7 @@ class Pipeline {
 
   // Magnetometer samples a node of the last stage.
   int node_every() const { return every_; }
+  int coarse_every() const { return coarse_every_; }  // of the steps before
   // Noise densities at rest; 0 where the recordings have no rests.
   const NoiseDensities& rest_noise() const { return rest_; }
 

@@ -5,11 +5,14 @@
 #include <chrono>
 #include <cmath>
 
+#include "diagnosis/against.h"
 #include "diagnosis/departures.h"
 #include "diagnosis/diagnosis.h"
 #include "diagnosis/extender.h"
+#include "diagnosis/held_model.h"
 #include "diagnosis/motion_finding.h"
 #include "diagnosis/noise_findings.h"
+#include "diagnosis/predict.h"
 #include "diagnosis/thinned.h"
 #include "diagnosis/unexplained.h"
 
@@ -19,7 +22,12 @@ Diagnosis diagnose(const Recording& recording, const DiagnosisOptions& options) 
   return diagnose(std::vector<const Recording*>{&recording}, options);
 }
 
-Diagnosis diagnose(const std::vector<const Recording*>& given, const DiagnosisOptions& options) {
+Diagnosis diagnose(const std::vector<const Recording*>& given,
+                   const DiagnosisOptions& given_options) {
+  DiagnosisOptions options = given_options;
+  if (options.base && options.base->noise_given && !options.noise) {
+    options.noise = options.base->noise;
+  }
   const auto start = std::chrono::steady_clock::now();
   const auto progress = [&](const std::string& what, double share) {
     if (options.progress) options.progress(what, share);
@@ -53,6 +61,22 @@ Diagnosis diagnose(const std::vector<const Recording*>& given, const DiagnosisOp
   fill_departures(recordings, extender, d);
   d.before = extender.summary(extender.base());
   d.after = extender.summary(extender.stage());
+  d.model_before = extended_model(extender.base(), {});
+  d.model_motion = first.spec().effects.size() > extender.base().spec().effects.size()
+                       ? d.model_before
+                       : extended_model(first, {});
+  d.model_after = extended_model(extender.stage(), d.findings);
+  if (options.against) {
+    progress("comparing with the stored calibration", 0.95);
+    d.against =
+        compare_with(*options.against, options.against_name, given,
+                     {.noise = options.noise, .false_alarm_rate = options.false_alarm_rate});
+    for (const Finding& f : d.findings) {
+      if (!belongs_to_recording(f.effect)) continue;
+      d.against->notes.push_back(
+          f.effect + " was found in these recordings; the comparison does not know of it.");
+    }
+  }
   d.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   progress("done", 1.0);
   return d;

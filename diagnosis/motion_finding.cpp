@@ -10,6 +10,7 @@
 #include "calibration/rests.h"
 #include "calibration/sensor_rows.h"
 #include "diagnosis/held_out_nll.h"
+#include "diagnosis/stored_model.h"
 
 namespace magimu {
 namespace {
@@ -107,6 +108,11 @@ Finding motion_finding(const Stage& rotation, const Stage& moving, const Restles
 
 Stage choose_motion_model(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                           const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
+  if (options.base) {
+    const Stage stage = stored_model(*options.base, recordings, pipeline, d.notes);
+    extender.set_base(stage);
+    return stage;
+  }
   if (options.motion != MotionModel::kAuto) {
     const Stage stage = pipeline.with_fixed_symmetries(pipeline.coarse_fit(options.motion));
     extender.set_base(stage);

@@ -9,6 +9,7 @@
 #include "apps/diagnosis_report.h"
 #include "apps/diagnosis_table.h"
 #include "apps/progress.h"
+#include "calibration/calibration_json.h"
 #include "diagnosis/diagnosis_json.h"
 #include "recording/atomic_file.h"
 
@@ -16,7 +17,7 @@ namespace magimu::apps {
 namespace {
 
 struct Arguments : RecordingOptions {
-  std::string output, report;
+  std::string output, report, against, base;
   double false_alarm_rate = DiagnosisOptions{}.false_alarm_rate;
 };
 
@@ -25,12 +26,17 @@ int run(const Arguments& args) {
   if (args.threads > 0) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
   }
-  const std::vector<Recording> recordings = read_recordings(args);
   DiagnosisOptions options;
   options.noise = args.noise();
   options.gravity = args.gravity;
   options.motion = args.motion_model();
   options.false_alarm_rate = args.false_alarm_rate;
+  if (!args.against.empty()) {
+    options.against = read_calibration(args.against);
+    options.against_name = args.against;
+  }
+  if (!args.base.empty()) options.base = read_calibration(args.base);
+  const std::vector<Recording> recordings = read_recordings(args);
   Diagnosis d;
   {
     ProgressBar bar(!args.quiet);
@@ -65,12 +71,21 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "with\n"
       "their size, its uncertainty and what they gain on data the fit has not seen; says what it\n"
       "looked for and did not find, and what it could not have seen.\n"
+      "Is a calibration of last year still good: magimu diagnose new.csv --against old_cal.json\n"
       "Exit code 0: there is an answer, also \"nothing is wrong\"; 1: the data do not permit one\n"
       "(files are written all the same); 2: wrong usage or unreadable input.");
   add_recording_options(*cmd, *args);
   cmd->add_option("-o,--output", args->output, "write the diagnosis here")->type_name("DIAG.json");
   cmd->add_option("--report", args->report, "write a page with pictures here: one file, no network")
       ->type_name("R.html");
+  cmd->add_option("--against", args->against,
+                  "does this calibration still predict these recordings, and what has changed?")
+      ->type_name("CAL.json");
+  cmd->add_option("--base", args->base,
+                  "start from the model of this calibration (its motion and effects, its noise if\n"
+                  "it was given) instead of the sensor that only turns, with 19 parameters")
+      ->excludes("--motion")
+      ->type_name("CAL.json");
   cmd->add_option("--false-alarm-rate", args->false_alarm_rate,
                   "how often anything at all may be named where there is nothing")
       ->capture_default_str()

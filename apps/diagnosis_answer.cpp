@@ -8,6 +8,7 @@
 #include <map>
 
 #include "apps/numbers.h"
+#include "diagnosis/change_text.h"
 
 namespace magimu::apps {
 namespace {
@@ -200,6 +201,19 @@ std::vector<Moved> moved_parameters(const Diagnosis& d) {
                    d.after.sigma(name)});
   }
   return out;
+}
+
+std::string against_headline(const Against& a) {
+  if (!a.tested) return fmt::format("{} cannot be compared with these recordings.", a.calibration);
+  std::string changed;
+  for (const Change& c : a.groups) {
+    if (c.changed) changed += (changed.empty() ? "" : ", ") + change_title(c.group);
+  }
+  if (changed.empty()) {
+    return fmt::format("{} still predicts these recordings: nothing has changed.", a.calibration);
+  }
+  return fmt::format("{} no longer predicts these recordings. What has changed: {}.", a.calibration,
+                     changed);
 }
 
 }  // namespace magimu::apps

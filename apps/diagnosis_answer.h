@@ -22,6 +22,9 @@ Answer answer_of(const Diagnosis& diagnosis);
 std::string headline(const Diagnosis& diagnosis);
 std::vector<std::string> explanation(const Diagnosis& diagnosis);
 
+// Does the stored calibration still hold: a sentence.
+std::string against_headline(const Against& against);
+
 // "mag" -> "magnetometer"; ("noise_scale", "mag") -> "noise scale, magnetometer".
 std::string sensor_name(const std::string& channel);
 std::string effect_title(const std::string& effect, const std::string& channel = "");

@@ -183,6 +183,17 @@ void not_seen(Page& page, const Diagnosis& d) {
   }
 }
 
+void against(Page& page, const Diagnosis& d) {
+  if (!d.against) return;
+  page.section("Against the stored calibration");
+  page.html(element("p", against_headline(*d.against)));
+  std::vector<std::string> changed, same;
+  for (const Change& c : d.against->groups) (c.changed ? changed : same).push_back(c.sentence);
+  changed.insert(changed.end(), same.begin(), same.end());
+  changed.insert(changed.end(), d.against->notes.begin(), d.against->notes.end());
+  page.html(wrap("ul", items(changed)));
+}
+
 void calibration(Page& page, const Diagnosis& d) {
   std::vector<std::vector<std::string>> rows;
   for (const Moved& m : moved_parameters(d)) {
@@ -220,6 +231,7 @@ std::string diagnosis_report(const Diagnosis& d) {
   residuals(page, d);
   departures(page, d);
   not_seen(page, d);
+  against(page, d);
   calibration(page, d);
   method(page, d);
   return page.finish();

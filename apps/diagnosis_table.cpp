@@ -95,6 +95,17 @@ std::string calibration_text(const Diagnosis& d) {
   return wrapped(out, "");
 }
 
+std::string against_text(const Against& a) {
+  std::string out = wrapped(against_headline(a), "");
+  for (const bool changed : {true, false}) {
+    for (const Change& c : a.groups) {
+      if (c.changed == changed) out += wrapped(c.sentence, "  - ");
+    }
+  }
+  for (const std::string& note : a.notes) out += wrapped(note, "  Note: ");
+  return out + "\n";
+}
+
 }  // namespace
 
 std::string diagnosis_table(const Diagnosis& d) {
@@ -119,6 +130,7 @@ std::string diagnosis_table(const Diagnosis& d) {
   }
   out += list("Not found; it would have been, nine times out of ten, from this size on:",
               entries_with(Outcome::kNotFound, d), detectable_words);
+  if (d.against) out += against_text(*d.against);
   out += calibration_text(d);
   for (const std::string& note : d.notes) out += wrapped(note, "Note: ");
   out += wrapped(fmt::format("False alarms: where nothing is wrong, something is named in {} of "

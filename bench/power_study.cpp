@@ -161,11 +161,7 @@ PowerOutcome run_case(const PowerCase& p, bool second) {
     compare_calibrations(d, s, out);
     if (p.group != Group::kEffect) return out;
     out.allowed_power = power_allowed(d, p);
-    if (second && out.judgement.right()) {
-      const Recording other = oracle::simulate(second_recording(c)).recording;
-      out.second_before = second_recording_nll(other, d.before);
-      if (out.second_before) out.second_after = second_recording_nll(other, d.after);
-    }
+    if (second && out.judgement.right()) measure_second_recording(c, d, out);
   } catch (const std::exception& error) {
     out.failure = error.what();
     out.named = "failed";

@@ -32,7 +32,7 @@ struct PowerOutcome {
   bool unexplained = false;
   double allowed_power = 0.0;  // of the ideal test at the diagnosis' family-wise level
   double seconds = 0.0, samples = 0.0;
-  // Half squared residuals and so on of a second recording that nothing has seen, nats.
+  // Negative log-likelihood of a second recording that nothing has seen, nats.
   std::optional<double> second_before, second_after;
   // Root mean square error of the 19 parameters in standard deviations of the calibration after.
   double error_before = 0.0, error_after = 0.0;
@@ -56,9 +56,9 @@ std::vector<PowerOutcome> run_power_study(const PowerArguments& arguments,
 // Power of the ideal test: a non-central chi-square beyond its critical value.
 double ideal_power(double size, int dof, double level);
 
-// Negative log-likelihood of a recording that nothing has seen under a calibration with its
-// effects, the trajectory integrated out; nothing where the library cannot tell.
-std::optional<double> second_recording_nll(const Recording& recording,
-                                           const Calibration& calibration);
+// Negative log-likelihood of another recording of the same device, which nothing has seen, under
+// the diagnosis' models before and after (diagnosis/predict.h).
+void measure_second_recording(const HiddenCase& hidden_case, const Diagnosis& diagnosis,
+                              PowerOutcome& outcome);
 
 }  // namespace magimu

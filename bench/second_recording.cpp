@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The likelihood of a recording that selection and fit never saw.
 #include "bench/power_study.h"
+#include "diagnosis/predict.h"
 
 namespace magimu {
 
-// Needs of the library: the negative log-likelihood of a recording under a calibration with its
-// effects, the trajectory integrated out.
-std::optional<double> second_recording_nll(const Recording&, const Calibration&) {
-  return std::nullopt;
+void measure_second_recording(const HiddenCase& c, const Diagnosis& d, PowerOutcome& out) {
+  const Recording other = oracle::simulate(second_recording(c)).recording;
+  // The motion's own gain would hide what the effect brings.
+  const bool motion = c.hidden.front() == "linear_acceleration";
+  const PredictionGain gain =
+      compare_predictions(other, motion ? d.model_before : d.model_motion, d.model_after);
+  out.second_before = gain.before;
+  out.second_after = gain.after;
 }
 
 }  // namespace magimu

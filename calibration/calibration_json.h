@@ -3,11 +3,18 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "calibration/calibration.h"
 
 namespace magimu {
 
 nlohmann::ordered_json to_json(const Calibration& calibration);
+
+// What is needed to use a calibration or to compare with it: parameters, covariances, noise,
+// motion, effects, verdict; not how its fit went. InputError, naming the file and the field, where
+// one is missing or not what it should be.
+Calibration calibration_from_json(const nlohmann::ordered_json& json, const std::string& file);
+Calibration read_calibration(const std::string& path);
 
 }  // namespace magimu

@@ -25,7 +25,9 @@ namespace {
 constexpr double kSameTime = 1e-9;             // s
 constexpr double kReachEvery = 3.0;            // s between weak measurements of position
 constexpr double kGyrMatrixPriorSigma = 0.01;  // of ordinary parts
-constexpr double kOffsetPriorSigma = 0.1;      // s: longer lags are another kind of fault
+// Priors of effects say what is usual; a fit must not be drawn to it where data speak.
+constexpr double kEffectPriorWidening = 30.0;
+constexpr double kOffsetPriorSigma = 0.1;  // s: longer lags are another kind of fault
 
 Noise<3> block_noise(double density, double rate_hz, int count) {
   return Noise<3>::isotropic(density * std::sqrt(rate_hz / count));
@@ -249,7 +251,8 @@ FactorGraph build_model(const std::vector<const Recording*>& recordings,
   }
   const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
   for (std::size_t e = 0; e < spec.effects.size(); ++e) {
-    const double wider = int(e) >= widened_from ? widening : 1.0;
+    double wider = spec.effects[e]->description().random_process ? 1.0 : kEffectPriorWidening;
+    if (int(e) >= widened_from) wider = widening;
     const VectorXd sigma = wider * spec.effects[e]->prior_sigma(recordings.front()->duration_s());
     for (std::size_t i = 0; i < keys[e].size(); ++i) {
       graph.add(PriorFactor<double>(keys[e][i], 0.0, Noise<1>::isotropic(sigma[Eigen::Index(i)])));
@@ -265,6 +268,7 @@ FactorGraph build_model(const std::vector<const Recording*>& recordings,
                                     Noise<1>::isotropic(kOffsetPriorSigma)));
     }
   }
+  if (spec.also) spec.also(graph);
   return graph;
 }
 

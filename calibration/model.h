@@ -47,11 +47,13 @@ struct ModelSpec {
   std::vector<std::shared_ptr<const ExtendedRecording>> extended;
   // Nodes without their magnetometers, for cross-validation; empty: all have them.
   std::function<bool(int node)> without_mag;
+  // Adds further factors, such as priors that hold parameters where they are known; empty: none.
+  std::function<void(FactorGraph&)> also;
 };
 
 // From the effect widened_from on, priors are wider by that factor.
 FactorGraph build_model(const std::vector<const Recording*>& recordings,
                         const std::vector<NodePlan>& plans, const ModelSpec& spec,
-                        int widened_from = 0, double widening = 1.0);
+                        int widened_from = 1 << 30, double widening = 1.0);
 
 }  // namespace magimu

@@ -27,6 +27,7 @@ constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at mos
 // not noise but something the model lacks; it must show in the residuals instead of being declared
 // normal.
 constexpr double kGyrInMotion = 3.0, kMagInMotion = 2.5;
+constexpr double kSwung = 5.0;  // times the noise at rest
 constexpr double kUnlimited = 1e30;
 constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
 constexpr double kManyRepeats = 0.3;
@@ -130,6 +131,19 @@ NoiseDensities completed(NoiseDensities noise, const InitialGuess& guess) {
   return noise;
 }
 
+// Root mean square scatter of the specific force's length about its mean, m/s^2.
+double force_spread(const std::vector<const Recording*>& recordings) {
+  double n = 0.0, sum = 0.0, squares = 0.0;
+  for (const Recording* r : recordings) {
+    for (const Vector3& f : r->acc.v) {
+      n += 1.0;
+      sum += f.norm();
+      squares += f.squaredNorm();
+    }
+  }
+  return std::sqrt(std::max(0.0, squares / n - sum / n * (sum / n)));
+}
+
 int automatic_node_every(const Recording& recording) {
   const double rate = recording.mag.front().rate_hz();
   return rate <= kFullRate ? 1 : int(std::ceil(rate / kDecimatedRate));
@@ -166,14 +180,25 @@ Stage Pipeline::with_fixed_symmetries(const Stage& stage) const {
   return fixed;
 }
 
-Stage Pipeline::refit(const Stage& from, const ModelSpec& spec, const VectorXd& start) const {
-  Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
+Values Pipeline::start_of(const Stage& stage, const Stage& from, const VectorXd& start) const {
   Values values = carry_over(recordings_, from, stage);
   if (start.size() > 0) {
-    const std::vector<Key> last = effect_keys(spec.effects).back();
+    const std::vector<Key> last = effect_keys(stage.spec().effects).back();
     for (std::size_t i = 0; i < last.size(); ++i) values.update(last[i], start[Eigen::Index(i)]);
   }
-  fit_with_noise(stage, values);
+  return values;
+}
+
+Stage Pipeline::refit(const Stage& from, const ModelSpec& spec, const VectorXd& start) const {
+  Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
+  fit_with_noise(stage, start_of(stage, from, start));
+  return stage;
+}
+
+Stage Pipeline::refit_with_same_noise(const Stage& from, const ModelSpec& spec,
+                                      const VectorXd& start) const {
+  Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
+  stage.fit(start_of(stage, from, start), true);
   return stage;
 }
 
@@ -216,6 +241,12 @@ Stage Pipeline::coarse_fit(MotionModel motion) const {
   spec.motion = motion;
   spec.gravity = options_.gravity;
   spec.noise = options_.noise.value_or(completed(rest_, guess_));
+  if (motion == MotionModel::kRotation && !options_.noise && rest_.acc > 0.0) {
+    // A swung sensor is far from this model: a start with the noise of its rests would have to come
+    // a long way.
+    const double swung = force_spread(recordings_) / std::sqrt(kCoarseRate);
+    if (swung > kSwung * rest_.acc) spec.noise.acc = swung;
+  }
   Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
   const Values start = initial_values(recordings_, stage.plans(), guess_, motion);
   fit_with_noise(stage, start);

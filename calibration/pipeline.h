@@ -31,6 +31,7 @@ class Pipeline {
 
   // Magnetometer samples a node of the last stage.
   int node_every() const { return every_; }
+  int coarse_every() const { return coarse_every_; }  // of the steps before
   // Noise densities at rest; 0 where the recordings have no rests.
   const NoiseDensities& rest_noise() const { return rest_; }
 
@@ -44,10 +45,14 @@ class Pipeline {
   // Another model of the same recordings, started from a fit, its noise estimated anew.
   // start: of the last effect's parameters, where they do not begin at zero.
   Stage refit(const Stage& from, const ModelSpec& spec, const VectorXd& start = {}) const;
+  // The same with the noise as it is.
+  Stage refit_with_same_noise(const Stage& from, const ModelSpec& spec,
+                              const VectorXd& start = {}) const;
   // The same fit with det D > 0 and cos(dip) > 0.
   Stage with_fixed_symmetries(const Stage& stage) const;
 
  private:
+  Values start_of(const Stage& stage, const Stage& from, const VectorXd& start) const;
   void check_prediction(const Stage& coarse, Calibration& c) const;
   void fit_with_noise(Stage& stage, const Values& start) const;
   Stage with_offset(const Stage& stage) const;

@@ -10,6 +10,8 @@
 namespace magimu {
 namespace {
 
+constexpr double kLittle = 0.05;  // of the statistic
+
 class BiasInWindows final : public Effect {
  public:
   explicit BiasInWindows(int windows)
@@ -48,10 +50,16 @@ BiasChange find_bias_change(const Scan& scan, std::size_t candidate, int windows
       if (a == 0) continue;                  // the complement of [b, windows)
       ++spans;
       const Score score = scan.combined(C);
-      if (score.statistic <= best.score.statistic) continue;
+      // An end is a parameter more; one that adds little is none.
+      const bool lasts = b == windows;
+      const double least = best.score.statistic * (lasts ? 1.0 - kLittle : 1.0);
+      if (score.statistic <= least) continue;
+      const bool was_lasting = std::isinf(best.t1);
+      if (!lasts && was_lasting && score.statistic < (1.0 + kLittle) * best.score.statistic)
+        continue;
       const double width = (end_s - begin_s) / windows;
       best = {begin_s + a * width,
-              b == windows ? std::numeric_limits<double>::infinity() : begin_s + b * width, score};
+              lasts ? std::numeric_limits<double>::infinity() : begin_s + b * width, score};
     }
   }
   // Neighbouring spans are nearly the same: about a third of them count.

@@ -16,6 +16,9 @@ namespace {
 
 constexpr double kHarmless = 0.3;  // step in units of the noise: adds 0.4 % to its size
 
+// A limit that is reached is reached often; a few equal readings have other causes.
+constexpr int kLeastPiledUp = 10;
+
 double model(const NoiseSeries& s, std::size_t k, int axis) {
   return s.reading[k][axis] - s.residual[k][axis];
 }
@@ -227,12 +230,15 @@ NoiseTest test_quantization(const NoiseSeries& s, const Cleaned& c) {
   test.statistic = -2.0 * n * (1.0 - lattice.off) * std::log(chance);
   test.p_value = std::exp(std::max(-690.0, -0.5 * test.statistic));
   const double low = 0.02 * q, high = 10.0 * std::max(q, sd);
+  // Of the numbers as they are written: the density times their last digit, or the probability of
+  // all that is rounded to them.
+  const double digit = std::log(2.0 * lattice.tolerance);
   test.nll_before = judge_halves(s, low, high, [&](std::size_t k, int axis, double sigma) {
-    return gaussian_nll(s.residual[k][axis], sigma);
+    return gaussian_nll(s.residual[k][axis], sigma) - digit;
   });
   test.nll_after = judge_halves(s, low, high, [&](std::size_t k, int axis, double sigma) {
     const double r = s.residual[k][axis];
-    return std::log(q) - std::log(between(r - 0.5 * q, r + 0.5 * q, sigma));
+    return -std::log(between(r - 0.5 * q, r + 0.5 * q, sigma));
   });
   test.parameters = {{"q", q, lattice.step_sigma, "uT"}};
   test.sentence = fmt::format(
@@ -252,7 +258,7 @@ NoiseTest test_saturation(const NoiseSeries& s, const Cleaned& c) {
   // How far below the limit readings are as likely as at it: a little, where the noise is smooth.
   const double width = std::max(3.0 * sd, 2.0 * step);
   const PileUp p = pile_up(s, width);
-  if (p.count < 3) return test;
+  if (p.count < kLeastPiledUp || p.beyond < -sd) return test;
   test.p_value = binomial_tail(p.count, p.near, std::min(1.0, 2.0 * step / width));
   // A coarse lattice has many readings at its ends. Those of a limit lie inside of what the model
   // expects; without one the readings there are those with noise outwards.

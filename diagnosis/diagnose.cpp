@@ -5,11 +5,15 @@
 #include <chrono>
 #include <cmath>
 
+#include "diagnosis/against.h"
 #include "diagnosis/departures.h"
 #include "diagnosis/diagnosis.h"
 #include "diagnosis/extender.h"
+#include "diagnosis/held_model.h"
 #include "diagnosis/motion_finding.h"
 #include "diagnosis/noise_findings.h"
+#include "diagnosis/predict.h"
+#include "diagnosis/thinned.h"
 #include "diagnosis/unexplained.h"
 
 namespace magimu {
@@ -18,7 +22,12 @@ Diagnosis diagnose(const Recording& recording, const DiagnosisOptions& options) 
   return diagnose(std::vector<const Recording*>{&recording}, options);
 }
 
-Diagnosis diagnose(const std::vector<const Recording*>& given, const DiagnosisOptions& options) {
+Diagnosis diagnose(const std::vector<const Recording*>& given,
+                   const DiagnosisOptions& given_options) {
+  DiagnosisOptions options = given_options;
+  if (options.base && options.base->noise_given && !options.noise) {
+    options.noise = options.base->noise;
+  }
   const auto start = std::chrono::steady_clock::now();
   const auto progress = [&](const std::string& what, double share) {
     if (options.progress) options.progress(what, share);
@@ -33,7 +42,12 @@ Diagnosis diagnose(const std::vector<const Recording*>& given, const DiagnosisOp
   d.notes = checked.warnings();
 
   progress("fitting the basic model", 0.0);
-  const std::vector<const Recording*>& recordings = checked.get();
+  std::vector<Recording> used, thin;
+  for (const Recording* r : checked.get()) used.push_back(without_long_rests(*r, d.notes));
+  for (const Recording& r : used) thin.push_back(thinned(r));
+  std::vector<const Recording*> recordings, full;
+  for (const Recording& r : used) full.push_back(&r);
+  for (const Recording& r : thin) recordings.push_back(&r);
   const Pipeline pipeline(recordings, calibration);
   Extender extender(recordings, pipeline, options, d);
   progress("is it the motion?", 0.15);
@@ -41,12 +55,28 @@ Diagnosis diagnose(const std::vector<const Recording*>& given, const DiagnosisOp
   progress("looking for effects", 0.3);
   extender.extend(first);
   progress("looking at the noise", 0.7);
-  find_noise(recordings, pipeline, options, extender, d);
+  find_noise(full, pipeline, options, extender, d);
   progress("what is left?", 0.85);
   find_unexplained(recordings, options, extender, d);
   fill_departures(recordings, extender, d);
   d.before = extender.summary(extender.base());
   d.after = extender.summary(extender.stage());
+  d.model_before = extended_model(extender.base(), {});
+  d.model_motion = first.spec().effects.size() > extender.base().spec().effects.size()
+                       ? d.model_before
+                       : extended_model(first, {});
+  d.model_after = extended_model(extender.stage(), d.findings);
+  if (options.against) {
+    progress("comparing with the stored calibration", 0.95);
+    d.against =
+        compare_with(*options.against, options.against_name, given,
+                     {.noise = options.noise, .false_alarm_rate = options.false_alarm_rate});
+    for (const Finding& f : d.findings) {
+      if (!belongs_to_recording(f.effect)) continue;
+      d.against->notes.push_back(
+          f.effect + " was found in these recordings; the comparison does not know of it.");
+    }
+  }
   d.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   progress("done", 1.0);
   return d;

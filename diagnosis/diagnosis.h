@@ -79,6 +79,40 @@ struct ResidualTrace {
   std::vector<Vector3> before = {}, after = {};
 };
 
+// One group of parameters of a stored calibration, compared with that of new recordings
+// (against.h).
+struct Change {
+  // "hard_iron", "soft_iron", "mounting", "field_strength", "dip", "gyroscope_bias",
+  // "accelerometer_bias", or a model extension of the stored calibration.
+  std::string group = {};
+  bool changed = false;
+  double statistic = 0.0;
+  int dof = 0;
+  double p_value = 1.0;  // of this test alone; `changed` is corrected for their number
+  std::vector<FoundParameter> parameters = {};  // new less old
+  double smallest = 0.0;  // change that would have been seen nine times out of ten, in `unit`
+  std::string unit = {};  // of the change as a whole
+  std::string sentence = {};
+};
+
+struct Against {
+  std::string calibration = {};  // its file
+  bool tested = false;
+  std::vector<Change> groups = {};
+  std::vector<std::string> notes = {};  // what could not be compared, and why
+  bool changed() const;
+};
+
+// A fitted model with its extensions: what predicts other recordings (predict.h).
+struct ExtendedModel {
+  struct NoiseCause {
+    std::string effect = {}, channel = {};
+  };
+  ModelSpec spec = {};                 // with its noise and effects; nothing of the recordings
+  Values parameters = {};              // the calibration's and the effects', without nodes
+  std::vector<NoiseCause> noise = {};  // found in the noise of single samples; not in spec
+};
+
 struct Diagnosis {
   std::vector<std::string> recordings = {};  // names
   std::vector<Departure> departures = {};    // strongest first
@@ -86,6 +120,9 @@ struct Diagnosis {
   std::vector<Finding> findings = {};        // in the order in which they entered the model
   Unexplained unexplained = {};
   Calibration before = {}, after = {};
+  // model_motion: the model of the motion that was settled on, before any effect.
+  ExtendedModel model_before = {}, model_motion = {}, model_after = {};
+  std::optional<Against> against = {};  // where a stored calibration was given
   std::vector<ResidualTrace> traces = {};
   std::vector<std::string> notes =
       {};                          // what could not be tested, and why; how the tests were made
@@ -100,6 +137,12 @@ struct DiagnosisOptions {
   MotionModel motion = MotionModel::kAuto;
   double false_alarm_rate = 0.01;
   int max_findings = 6;
+  // A stored calibration that the recordings are compared with; its name goes into the result.
+  std::optional<Calibration> against;
+  std::string against_name;
+  // The model to start from, motion and effects as in this calibration, instead of the one with 19
+  // parameters; `motion` is not used then. Its noise, too, if it was given and `noise` is not.
+  std::optional<Calibration> base;
   // Called with what is being done and how far the whole is (0 to 1); may be empty.
   std::function<void(const std::string&, double)> progress;
 };

@@ -28,20 +28,44 @@ Json gain(const Gain& g) {
           {"residual_rms_after", g.residual_rms_after}};
 }
 
-Json finding(const Finding& f) {
-  Json parameters = Json::array(), confusable = Json::array();
-  for (const FoundParameter& p : f.parameters) {
-    parameters.push_back(
-        {{"name", p.name}, {"value", p.value}, {"sigma", p.sigma}, {"unit", p.unit}});
+Json found(const std::vector<FoundParameter>& parameters) {
+  Json out = Json::array();
+  for (const FoundParameter& p : parameters) {
+    out.push_back({{"name", p.name}, {"value", p.value}, {"sigma", p.sigma}, {"unit", p.unit}});
   }
+  return out;
+}
+
+Json finding(const Finding& f) {
+  Json confusable = Json::array();
   for (const Confusable& c : f.confusable_with) {
     confusable.push_back(
         {{"effect", c.effect}, {"why", c.why}, {"motion_that_separates", c.motion_that_separates}});
   }
   return {{"effect", f.effect},     {"channel", f.channel},
-          {"sentence", f.sentence}, {"parameters", parameters},
+          {"sentence", f.sentence}, {"parameters", found(f.parameters)},
           {"p_value", f.p_value},   {"probability", f.probability},
           {"gain", gain(f.gain)},   {"confusable_with", confusable}};
+}
+
+Json against(const Against& a) {
+  Json groups = Json::array();
+  for (const Change& c : a.groups) {
+    groups.push_back({{"group", c.group},
+                      {"changed", c.changed},
+                      {"sentence", c.sentence},
+                      {"parameters", found(c.parameters)},
+                      {"statistic", c.statistic},
+                      {"dof", c.dof},
+                      {"p_value", c.p_value},
+                      {"smallest_seen", c.smallest},
+                      {"unit", c.unit}});
+  }
+  return {{"calibration", a.calibration},
+          {"tested", a.tested},
+          {"changed", a.changed()},
+          {"groups", groups},
+          {"notes", a.notes}};
 }
 
 }  // namespace
@@ -59,6 +83,7 @@ Json to_json(const Diagnosis& d) {
   out["unexplained"] = {{"detected", d.unexplained.detected},
                         {"channels", d.unexplained.channels},
                         {"evidence", d.unexplained.evidence}};
+  if (d.against) out["against"] = against(*d.against);
   out["calibration_before"] = to_json(d.before);
   out["calibration_after"] = to_json(d.after);
   out["notes"] = d.notes;

@@ -9,9 +9,11 @@
 
 #include "calibration/extension.h"
 #include "calibration/parameter_names.h"
+#include "calibration/rests.h"
 #include "calibration/summary.h"
 #include "calibration/trust.h"
 #include "diagnosis/change_search.h"
+#include "diagnosis/doubts.h"
 #include "diagnosis/finding_text.h"
 #include "diagnosis/held_out_nll.h"
 #include "diagnosis/option.h"
@@ -22,11 +24,17 @@
 namespace magimu {
 namespace {
 
-constexpr int kTried = 4;             // best candidates that are refitted
-constexpr double kWorthTrying = 0.4;  // of the best candidate's statistic
-constexpr double kMinGain = 1.0;      // nats on left-out data
-constexpr double kDraw = 2.0;         // nats within which the simpler of two effects is taken
+constexpr int kTried = 4;               // best candidates that are refitted
+constexpr double kWorthTrying = 0.4;    // of the best candidate's statistic
+constexpr double kMinGain = 1.0;        // nats on left-out data
+constexpr double kDraw = 2.0;           // nats within which the simpler of two effects is taken
+constexpr double kPutDown = 2.5;        // s about the ends of a rest
+constexpr double kCare = 1.0;           // log10 of a probability
+constexpr double kAsMuch = 0.85;        // of the gain, for a nested cause to be the one named
+constexpr double kSharp = 4.0;          // a change's jump over those at other times
+constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
 constexpr int kWalkTerms = 12;
+constexpr double kColoured = 1.25;     // scatter of the windows' scores beyond white noise's
 constexpr double kChangeWindow = 5.0;  // s, at the least
 constexpr int kMaxChangeWindows = 24;
 
@@ -35,6 +43,37 @@ MatrixXd selection(Eigen::Index all, int first, int count) {
   MatrixXd C = MatrixXd::Zero(all, count);
   C.middleRows(first, count).setIdentity();
   return C;
+}
+
+// Is it there in the refitted model, too, under noise as it is?
+bool survives(Option& option, const Stage& stage, double level) {
+  const Score w = wald_test(stage, stage.spec().effects.size() - 1);
+  if (option.effect->description().random_process) {
+    option.score.log10_p = log10_chi_square_tail(
+        option.score.statistic / (w.scatter > kColoured ? w.scatter : 1.0), 1.0);
+    return option.score.log10_p < level;
+  }
+  const double penalty =
+      option.rank - log10_chi_square_tail(option.score.statistic, option.score.dof);
+  option.score.log10_p = std::min(0.0, w.log10_p + std::max(0.0, penalty));
+  // The F distribution's far tail is not to be trusted as far as that of white noise.
+  if (option.score.log10_p > level - (w.scatter > kColoured ? kCare : 0.0)) return false;
+  if (option.effect->name() == "hard_iron_change") return sharpness(option, stage) > kSharp;
+  const bool of_time = option.effect->with_terms(1) != nullptr;
+  return of_time ||
+         contradiction_of_halves(stage, stage.spec().effects.size() - 1) < kContradiction;
+}
+
+// By how many nats one effect may predict worse than another and still be the one to name: the
+// simpler of two that explain as much.
+double allowance(const Effect& one, const Effect& other, double gain, double other_gain) {
+  const auto contains = [](const Effect& a, const Effect& b) {
+    const auto& within = a.description().contains;
+    return std::find(within.begin(), within.end(), b.name()) != within.end();
+  };
+  if (contains(other, one)) return std::max(kDraw, (1.0 - kAsMuch) * other_gain);
+  if (contains(one, other)) return -std::max(kDraw, (1.0 - kAsMuch) * gain);
+  return one.size() < other.size() ? kDraw : one.size() > other.size() ? -kDraw : 0.0;
 }
 
 int change_windows(const Recording& r) {
@@ -152,20 +191,45 @@ std::vector<Option> Extender::test_all(const Stage& stage,
     option.score.log10_p = std::min(0.0, std::max(s.log10_p, option.rank) + 1.0);
     out.push_back(option);
   }
+  // Of two that are the same to first order, the offset is the simpler.
+  for (Option& o : out) {
+    if (o.effect->name() == "mag_lag") o.rank *= 1.0 - 1e-6;
+  }
   std::sort(out.begin(), out.end(),
             [](const Option& a, const Option& b) { return a.rank < b.rank; });
   return out;
 }
 
-// The times of a change, found to the sample in the residuals of a fit that has it.
+// The times of a change, found to the sample in the residuals of a fit that has it. Under coloured
+// noise a change is believed where neither begins nor ends a rest: there the sensor was put down or
+// taken up, and the field of the two places differs.
 Option Extender::with_refined_times(const Option& option, const Stage& stage) const {
+  const Recording& recording = *recordings_.front();
   Option out = option;
-  const double width =
-      1.5 * recordings_.front()->duration_s() / change_windows(*recordings_.front());
+  const double width = 1.5 * recording.duration_s() / change_windows(recording);
   VectorXd step;
   const VectorSeries residual = residual_without_last(stage, step);
-  out.t0 = refine_time(residual, step, option.t0, width, true);
+  if (std::isfinite(option.t0)) out.t0 = refine_time(residual, step, option.t0, width, true);
   if (std::isfinite(option.t1)) out.t1 = refine_time(residual, step, option.t1, width, false);
+  if (wald_test(stage, stage.spec().effects.size() - 1).scatter > kColoured) {
+    const std::vector<TimeSpan> rests = find_rests(recording);
+    const auto put_down = [&](double t) {
+      return std::any_of(rests.begin(), rests.end(), [&](const TimeSpan& r) {
+        return std::abs(t - r.begin_s) < kPutDown || std::abs(t - r.end_s) < kPutDown;
+      });
+    };
+    if (put_down(out.t0)) out.t0 = -INFINITY;
+    if (put_down(out.t1)) out.t1 = INFINITY;
+    // From the beginning to the end: nothing changed.
+    if (std::isinf(out.t0) && std::isinf(out.t1)) return out;
+  }
+  // A lasting change is on where the bias is the larger: a magnet came or went.
+  const Vector3 bias = stage.result().values.at<Vector3>(key::mag_bias);
+  if (std::isinf(out.t1) && std::isfinite(out.t0) && Vector3(bias + step).norm() < bias.norm()) {
+    out.t1 = out.t0;
+    out.t0 = -INFINITY;
+    step = -step;
+  }
   out.effect = make_hard_iron_change_between(out.t0, out.t1);
   out.start = step;
   return out;
@@ -215,54 +279,94 @@ Finding Extender::describe(const Option& option, const Stage& stage, double nll,
   return f;
 }
 
-std::optional<Finding> Extender::try_options(std::vector<Option> options) {
-  const double level = log10_level();
+struct Extender::Trial {
+  Option option;
+  Stage stage;
+  double nll;
+};
+
+// A slow change that is believed under coloured noise must be foretold through whole quarters of
+// the recording: what comes and goes with the place where the sensor is held is not.
+bool Extender::foretells(const Stage& stage) const {
+  if (wald_test(stage, stage.spec().effects.size() - 1).scatter < kColoured) return true;
+  const double quarter = 0.25 * recordings_.front()->duration_s();
+  return sum_of(held_out_nll(*stage_, quarter)) - sum_of(held_out_nll(stage, quarter)) > kMinGain;
+}
+
+// The model with the option in it, fitted; nothing where it does not hold there.
+std::optional<Extender::Trial> Extender::trial(Option option) const {
+  ModelSpec spec = stage_->spec();
+  // What the new effect contains is no longer needed beside it.
+  std::erase_if(spec.effects, [&](const auto& e) {
+    const auto& within = option.effect->description().contains;
+    return std::find(within.begin(), within.end(), e->name()) != within.end();
+  });
+  spec.effects.push_back(option.effect);
+  Stage stage = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
+  if (option.effect->name() == "hard_iron_change") {
+    option = with_refined_times(option, stage);
+    if (std::isinf(option.t0) && std::isinf(option.t1)) return std::nullopt;
+    spec.effects.back() = option.effect;
+    stage = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
+  }
+  if (!stage.result().converged() || !survives(option, stage, log10_level())) return std::nullopt;
+  if (option.effect->with_terms(1) && !foretells(stage)) return std::nullopt;
+  const double nll = sum_of(held_out_nll(stage));
+  return Trial{std::move(option), std::move(stage), nll};
+}
+
+// An effect that contains one already found must add much to it.
+bool Extender::enough_beyond(const Option& option, double gain) const {
+  const auto& within = option.effect->description().contains;
+  return std::none_of(d_.findings.begin(), d_.findings.end(), [&](const Finding& f) {
+    return std::find(within.begin(), within.end(), f.effect) != within.end() &&
+           gain < (1.0 - kAsMuch) * (f.gain.heldout_nll_before - f.gain.heldout_nll_after);
+  });
+}
+
+std::optional<Finding> Extender::try_options(const std::vector<Option>& options) {
   std::vector<Option> worth;
   for (const Option& o : options) {
-    if (o.score.log10_p > level || int(worth.size()) >= kTried) continue;
-    if (std::find(rejected_.begin(), rejected_.end(), o.effect->name()) != rejected_.end())
-      continue;
+    const std::string& name = o.effect->name();
+    if (o.rank > log10_level() || int(worth.size()) >= kTried) continue;
+    if (std::find(rejected_.begin(), rejected_.end(), name) != rejected_.end()) continue;
     const bool known = std::any_of(worth.begin(), worth.end(), [&](const Option& w) {
-      return w.effect->name() == o.effect->name() || same_class(*w.effect, *o.effect);
+      return w.effect->name() == name || same_class(*w.effect, *o.effect);
     });
     if (known) continue;
-    if (!worth.empty() && o.score.statistic < kWorthTrying * worth.front().score.statistic)
+    if (!worth.empty() && o.score.statistic < kWorthTrying * worth.front().score.statistic) {
       continue;
+    }
     worth.push_back(o);
   }
-  struct Trial {
-    Option option;
-    Stage stage;
-    double nll;
-  };
-  std::optional<Trial> best;
+  std::vector<Trial> trials;
   for (const Option& o : worth) {
-    Option option = o;
-    ModelSpec spec = stage_->spec();
-    spec.effects.push_back(option.effect);
-    Stage stage = pipeline_.refit(*stage_, spec, option.start);
-    if (std::isfinite(option.t0)) {
-      option = with_refined_times(option, stage);
-      spec.effects.back() = option.effect;
-      stage = pipeline_.refit(*stage_, spec, option.start);
+    if (std::optional<Trial> t = trial(o)) trials.push_back(*std::move(t));
+  }
+  const Trial* best = nullptr;
+  for (const Trial& t : trials) {
+    if (best == nullptr || t.nll < best->nll + allowance(*t.option.effect, *best->option.effect,
+                                                         nll_ - t.nll, nll_ - best->nll)) {
+      best = &t;
     }
-    if (!stage.result().converged()) continue;
+  }
+  if (best != nullptr && nll_ - best->nll > kMinGain &&
+      enough_beyond(best->option, nll_ - best->nll)) {
+    const Stage stage = pipeline_.refit(best->stage, best->stage.spec());
     const double nll = sum_of(held_out_nll(stage));
-    const double simpler =
-        best && option.effect->size() < best->option.effect->size() ? kDraw
-        : best ? -kDraw * double(option.effect->size() > best->option.effect->size())
-               : 0.0;
-    if (!best || nll < best->nll + simpler) best.emplace(Trial{option, stage, nll});
+    if (stage.result().converged() && nll_ - nll > kMinGain) {
+      Finding f = describe(best->option, stage, nll, options);
+      stage_ = stage;
+      nll_ = nll;
+      std::erase_if(d_.findings, [&](const Finding& old) {
+        const auto& within = best->option.effect->description().contains;
+        return std::find(within.begin(), within.end(), old.effect) != within.end();
+      });
+      return f;
+    }
   }
-  if (!best) return std::nullopt;
-  if (nll_ - best->nll < kMinGain) {
-    for (const Option& o : worth) rejected_.push_back(o.effect->name());
-    return std::nullopt;
-  }
-  Finding f = describe(best->option, best->stage, best->nll, options);
-  stage_ = best->stage;
-  nll_ = best->nll;
-  return f;
+  for (const Option& o : worth) rejected_.push_back(o.effect->name());
+  return std::nullopt;
 }
 
 void Extender::replace(const Stage& stage) {

@@ -37,7 +37,11 @@ class Extender {
  private:
   std::vector<Option> test_all(const Stage& stage,
                                const std::vector<std::shared_ptr<const Effect>>& effects);
-  std::optional<Finding> try_options(std::vector<Option> options);
+  struct Trial;
+  bool foretells(const Stage& stage) const;
+  bool enough_beyond(const Option& option, double gain) const;
+  std::optional<Trial> trial(Option option) const;
+  std::optional<Finding> try_options(const std::vector<Option>& options);
   Finding describe(const Option& option, const Stage& stage, double nll,
                    const std::vector<Option>& all) const;
   Option with_refined_times(const Option& option, const Stage& stage) const;

@@ -34,11 +34,11 @@ double sum_of(const std::vector<double>& values) {
   return sum;
 }
 
-std::vector<double> held_out_nll(const Stage& stage) {
+std::vector<double> held_out_nll(const Stage& stage, double window_s) {
   const Values& values = stage.result().values;
   LinearSystem system(stage.graph(), values);
   system.linearize(values);
-  const std::vector<int> window_of = windows_of(stage.plans());
+  const std::vector<int> window_of = windows_of(stage.plans(), window_s);
   const CondensedChain chain = condense(system, values, node_of, window_of);
   std::vector<double> out = log_noise(stage, system, window_of, chain.windows.size());
   const CondensedWindow all = chain.sum();

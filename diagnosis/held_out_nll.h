@@ -12,7 +12,7 @@
 namespace magimu {
 
 // Per window, nats. stage: fitted.
-std::vector<double> held_out_nll(const Stage& stage);
+std::vector<double> held_out_nll(const Stage& stage, double window_s = 5.0);
 double sum_of(const std::vector<double>& values);
 
 }  // namespace magimu

@@ -13,12 +13,14 @@
 #include <unsupported/Eigen/FFT>
 
 #include "diagnosis/noise_causes.h"
-#include "diagnosis/tails.h"
 
 namespace magimu {
 namespace {
 
-constexpr double kLowestHz = 3.0;      // below, motion and the errors that follow it
+// Below, motion and the errors that follow it, and harmonics of what switches now and then.
+constexpr double kLowestHz = 5.0;
+double lowest_hz(double rate_hz) { return std::min(kLowestHz, 0.1 * rate_hz); }
+
 constexpr double kMedian2 = 1.386294;  // of chi-square with two degrees of freedom
 constexpr double kTaper = 0.1;         // of the length, at each end
 
@@ -60,7 +62,7 @@ Periodogram periodogram(const NoiseSeries& s, const Cleaned& c, const Vector3& u
   Periodogram p;
   p.oversampling = std::max<std::size_t>(1, padded / n);
   p.upcrossing = 2.0 * std::numbers::pi * std::sqrt(second / sum2 - std::pow(first / sum2, 2));
-  const auto lowest = static_cast<std::size_t>(kLowestHz / s.rate_hz * double(padded));
+  const auto lowest = static_cast<std::size_t>(lowest_hz(s.rate_hz) / s.rate_hz * double(padded));
   for (std::size_t j = lowest; j <= padded / 2; ++j) p.f.push_back(double(j) / double(padded));
   Eigen::FFT<double> fft;
   std::vector<double> x(padded, 0.0);
@@ -197,11 +199,23 @@ Eigen::Matrix<double, 7, 1> sigmas(const NoiseSeries& s, const Mains& m, const V
 // Of the maximum over the whole band, at a level that is known to a relative sigma only.
 double p_of_maximum(const Periodogram& p, double u, double sigma) {
   // Upcrossings of u a unit of frequency by a chi-square process with six degrees of freedom.
-  const double rate = p.upcrossing / std::sqrt(std::numbers::pi) * std::pow(0.5 * u, 2.5) *
-                      std::exp(-0.5 * u) / 2.0;
-  const double uncertain = 0.5 * u * sigma;
-  const double certain = chi_square_tail(u, 6) + rate * (p.f.back() - p.f.front());
-  return std::min(1.0, certain * std::exp(std::min(0.5 * uncertain * uncertain, 0.2 * u)));
+  const double rate = p.upcrossing / std::sqrt(std::numbers::pi) * std::pow(0.5 * u, 2.5) / 2.0;
+  const double crossings = rate * (p.f.back() - p.f.front());
+  // The mean of exp(-u / 2) over what the level may be.
+  const double exponent = -0.5 * u + std::min(0.125 * u * u * sigma * sigma, 0.2 * u);
+  return std::min(1.0, (crossings + 1.0) * std::exp(std::max(exponent, -690.0)));
+}
+
+// The largest within 1.5 Hz of the best but beside it.
+double second_line(const Periodogram& p, const std::vector<double>& standing, std::size_t best,
+                   double rate_hz) {
+  const double wide = 1.5 / rate_hz * double(p.f.size()) / (p.f.back() - p.f.front());
+  const std::size_t reach = std::size_t(wide), beside = 10 * p.oversampling;
+  double most = 0.0;
+  for (std::size_t j = best - std::min(best, reach); j < std::min(p.f.size(), best + reach); ++j) {
+    if (j + beside < best || j > best + beside) most = std::max(most, standing[j]);
+  }
+  return most;
 }
 
 // Where mains of 50 or 60 Hz and their harmonics would appear.
@@ -240,8 +254,8 @@ void judge_stretches(const NoiseSeries& s, const Cleaned& c, const Vector3& unit
 }  // namespace
 
 NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
-  if (s.rate_hz < 4.0 * kLowestHz || double(s.size()) < 20.0 * s.rate_hz) {
-    return untested("mains_interference", s.channel, "needs 20 s at 12 samples a second or more");
+  if (s.rate_hz < 10.0 || double(s.size()) < 20.0 * s.rate_hz) {
+    return untested("mains_interference", s.channel, "needs 20 s at 10 samples a second or more");
   }
   NoiseTest test;
   test.effect = "mains_interference";
@@ -253,6 +267,7 @@ NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
   std::size_t best = 0;
   double most = -1.0, best_sigma = 0.0;
   Vector3 best_level = Vector3::Ones();
+  std::vector<double> standing(p.f.size());
   for (std::size_t j = 0; j < p.f.size(); ++j) {
     double u = 0.0, square = 0.0;
     Vector3 here;
@@ -263,6 +278,7 @@ NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
       square += x * x * sigma * sigma;
       here[axis] = at_axis;
     }
+    standing[j] = u;
     if (u <= most) continue;
     best = j;
     most = u;
@@ -273,6 +289,12 @@ NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
   test.dof = 7;
   test.p_value = p_of_maximum(p, most, best_sigma);
   if (test.p_value > 0.2) return test;
+  if (const double second = second_line(p, standing, best, s.rate_hz);
+      second > 0.2 * most && p_of_maximum(p, second, best_sigma) < 0.01) {
+    test.p_value = 1.0;
+    test.untested = "several lines stand side by side: something that repeats itself, not mains";
+    return test;
+  }
   const Vector3 unit = white.cwiseProduct(best_level.cwiseSqrt());
   const Mains m = refine(s, c.residual, unit, {}, p.f[best] * s.rate_hz);
   judge_stretches(s, c, unit, m.f_hz, test);

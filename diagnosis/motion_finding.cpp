@@ -7,19 +7,60 @@
 #include <cmath>
 
 #include "calibration/choose_motion.h"
+#include "calibration/rests.h"
+#include "calibration/sensor_rows.h"
 #include "diagnosis/held_out_nll.h"
+#include "diagnosis/stored_model.h"
 
 namespace magimu {
 namespace {
 
 constexpr double kCalm = 1.15;  // accelerometer noise in motion over that at rest
 constexpr double kCalmColour = 0.15;
+constexpr double kMinGain = 5.0;  // nats of left-out data
+constexpr double kRestColour = 0.2, kMoreInMotion = 1.3;
 constexpr double kMostOfIt = 0.5;  // of the misfit, for an effect to be tried in its stead
 
+// The accelerometer's residual under pure rotation.
 struct Restlessness {
   double excess = 1.0, colour = 0.0;
   double rows = 0.0;
 };
+
+// The same in rests: what is there, too, no motion has made.
+struct AtRest {
+  double motion_over_rest = INFINITY;  // size of the residual
+  double colour = 0.0;                 // correlation of neighbouring nodes
+};
+AtRest at_rest(const Stage& rotation, const std::vector<const Recording*>& recordings) {
+  const Values& values = rotation.result().values;
+  const LinearSystem system(rotation.graph(), values);
+  const VectorXd r = system.whitened_residuals(values);
+  const SensorRows rows(rotation.graph(), system);
+  std::vector<char> resting;
+  for (std::size_t p = 0; p < recordings.size(); ++p) {
+    const std::vector<TimeSpan> rests = find_rests(*recordings[p]);
+    for (const double t : rotation.plans()[p].t) {
+      resting.push_back(std::any_of(rests.begin(), rests.end(), [&](const TimeSpan& s) {
+        return t >= s.begin_s && t <= s.end_s;
+      }));
+    }
+  }
+  double squares[2] = {}, count[2] = {}, products = 0.0;
+  for (int i = 0; i < system.rows(); ++i) {
+    if (rows.sensor[std::size_t(i)] != Sensor::kAcc) continue;
+    const int node = rows.node[std::size_t(i)], next = rows.next[std::size_t(i)];
+    const int still = resting[std::size_t(node)];
+    squares[still] += r[i] * r[i];
+    count[still] += 1.0;
+    if (still != 0 && next >= 0) products += r[i] * r[next];
+  }
+  AtRest out;
+  if (count[1] < 60.0 || squares[1] <= 0.0) return out;
+  out.motion_over_rest = std::sqrt(squares[0] / std::max(1.0, count[0]) / (squares[1] / count[1]));
+  out.colour = products / squares[1];
+  return out;
+}
 Restlessness restlessness(const Stage& rotation, double rest_acc) {
   const SensorSums sums = rotation.sums();
   Restlessness out;
@@ -67,6 +108,11 @@ Finding motion_finding(const Stage& rotation, const Stage& moving, const Restles
 
 Stage choose_motion_model(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                           const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
+  if (options.base) {
+    const Stage stage = stored_model(*options.base, recordings, pipeline, d.notes);
+    extender.set_base(stage);
+    return stage;
+  }
   if (options.motion != MotionModel::kAuto) {
     const Stage stage = pipeline.with_fixed_symmetries(pipeline.coarse_fit(options.motion));
     extender.set_base(stage);
@@ -77,8 +123,12 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
       pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kRotation));
   extender.set_base(rotation);
   const Stage moving = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));
-  const MotionChoice choice = choose_motion(rotation, moving, rest_acc);
-  if (choice.motion == MotionModel::kRotation) return rotation;
+  // Coloured noise and heavy tails look like a motion, but they are there in rests, too.
+  const AtRest rest = at_rest(rotation, recordings);
+  const bool more = rest.motion_over_rest > kMoreInMotion;
+  const bool predicts = sum_of(held_out_nll(rotation)) - sum_of(held_out_nll(moving)) > kMinGain;
+  const bool chosen = choose_motion(rotation, moving, rest_acc).motion == MotionModel::kHandHeld;
+  if (!(chosen && more) && !(predicts && (more || rest.colour < kRestColour))) return rotation;
 
   const Restlessness restless = restlessness(rotation, rest_acc);
   const double misfit =

@@ -21,7 +21,13 @@ std::string sensor_name(Channel channel);
 
 // Sizes of jumps are a mixture of two Gaussian scales: of high-passed samples, so that neither
 // slow errors nor colour make outliers. (outliers.cpp)
-NoiseTest test_outliers(const NoiseSeries& series, const Cleaned& cleaned);
+// shares: what the mixture says of the cleaned series, which still has the smaller outliers.
+struct OutlierShares {
+  double core_of_cleaned = 1.0;  // variance without any outliers, in parts of the cleaned one's
+  double all_of_cleaned = 1.0;   // variance with all of them
+};
+NoiseTest test_outliers(const NoiseSeries& series, const Cleaned& cleaned,
+                        OutlierShares* shares = nullptr);
 
 // AR(1) against white noise, both with something slow beside it. (noise_colour.cpp)
 NoiseTest test_correlated_noise(const NoiseSeries& series, const PieceSpectra& spectra);
@@ -32,7 +38,7 @@ NoiseTest test_correlated_noise(const NoiseSeries& series, const PieceSpectra& s
 NoiseTest test_noise_scale(const NoiseSeries& series, const PieceSpectra& spectra,
                            bool correlated = false, double core_variance = 1.0);
 
-// A line in the spectrum: the largest of all frequencies above 3 Hz, each against its
+// A line in the spectrum: the largest of all frequencies above 5 Hz, each against its
 // neighbourhood. (mains.cpp)
 NoiseTest test_mains(const NoiseSeries& series, const Cleaned& cleaned);
 Mains found_mains(const NoiseTest& test);

@@ -13,6 +13,8 @@ namespace {
 
 // Noise-like causes on the channels: each a test of its own.
 constexpr double kTests = 12.0;
+constexpr double kMinTails = 2.5;      // K of outliers
+constexpr double kStrongLine = 1e-12;  // p
 
 Finding to_finding(const NoiseTest& t) {
   Finding f;
@@ -41,6 +43,16 @@ ScanEntry to_entry(const NoiseTest& t, double level) {
   return e;
 }
 
+// What coloured noise may imitate: a weak line, tails that are hardly heavier.
+bool imitated_by_colour(const NoiseTest& t, const std::vector<NoiseTest>& all) {
+  const bool coloured = std::any_of(all.begin(), all.end(), [&](const NoiseTest& o) {
+    return o.effect == "correlated_noise" && o.channel == t.channel;
+  });
+  if (!coloured) return false;
+  if (t.effect == "outliers") return t.parameters.size() > 1 && t.parameters[1].value < kMinTails;
+  return t.effect == "mains_interference" && t.p_value > kStrongLine;
+}
+
 // The model with the alternating field in it, where that predicts better.
 void extend_by_mains(const Pipeline& pipeline, Extender& extender, Finding& finding) {
   if (finding.effect != "mains_interference" || finding.parameters.size() < 7) return;
@@ -58,7 +70,9 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
   const std::vector<SampleResiduals> residuals = sample_residuals(
       *recordings.front(), extender.stage(), 0, pipeline.rest_noise(), options.noise.has_value());
   for (const NoiseTest& t : test_noise(residuals)) d.scan.push_back(to_entry(t, level));
-  for (const NoiseTest& t : explain_noise(residuals, level)) {
+  const std::vector<NoiseTest> causes = explain_noise(residuals, level);
+  for (const NoiseTest& t : causes) {
+    if (imitated_by_colour(t, causes)) continue;
     if (int(d.findings.size()) >= options.max_findings) break;
     Finding f = to_finding(t);
     extend_by_mains(pipeline, extender, f);

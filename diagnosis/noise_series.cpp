@@ -10,12 +10,6 @@
 namespace magimu {
 namespace {
 
-// Squared length in units of the scales beyond which a sample is set aside: one in 6000 of Gaussian
-// ones.
-constexpr double kSticksOut = 20.0;
-// And beyond which it is taken out of the cleaned residuals: so far out that what its neighbours
-// happen to be has no part in it; else the choice itself would correlate what remains.
-constexpr double kTakenOut = 80.0;
 constexpr int kSweeps = 12;
 
 // Places of the samples on an even grid; every sample the next place where the times allow none.

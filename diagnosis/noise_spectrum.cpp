@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <numeric>
 #include <unsupported/Eigen/FFT>
 
 #include "diagnosis/high_pass.h"
@@ -48,7 +49,8 @@ Terms terms(const PieceSpectra& s, double rho) {
   Terms t;
   for (std::size_t j = 0; j < s.omega.size(); ++j) {
     t.noise.push_back(s.gain[j] * ar_shape(s.omega[j], rho));
-    t.slow.push_back(s.gain[j] * std::pow(s.omega.front() / s.omega[j], 4));
+    const double r = s.omega.front() / s.omega[j];
+    t.slow.push_back(s.gain[j] * r * r * r * r);
   }
   return t;
 }
@@ -92,8 +94,8 @@ int piece_length(double rate_hz, std::size_t samples) {
   return length;
 }
 
-// Mean over the axes, window's power taken out; false where too few samples are in use.
-bool add_piece(const NoiseSeries& s, const std::vector<Vector3>& residual, std::size_t first,
+// Mean over the axes, window's power taken out; not where too few samples are in use.
+void add_piece(const NoiseSeries& s, const std::vector<Vector3>& residual, std::size_t first,
                const std::vector<double>& w, int lowest, PieceSpectra& spectra) {
   const std::size_t length = w.size();
   double weight = 0.0, full = 0.0;
@@ -101,7 +103,7 @@ bool add_piece(const NoiseSeries& s, const std::vector<Vector3>& residual, std::
     full += w[k] * w[k];
     weight += s.used[first + k] ? w[k] * w[k] : 0.0;
   }
-  if (weight < kLeastUsed * full) return false;
+  if (weight < kLeastUsed * full) return;
   static thread_local Eigen::FFT<double> fft;
   std::vector<double> power(length / 2 - static_cast<std::size_t>(lowest), 0.0);
   std::vector<double> x(length);
@@ -121,9 +123,29 @@ bool add_piece(const NoiseSeries& s, const std::vector<Vector3>& residual, std::
     }
   }
   spectra.power.push_back(std::move(power));
-  spectra.middle_s.push_back(s.t[first + length / 2]);
   spectra.activity.push_back((most - least).norm());
-  return true;
+}
+
+// A step, or a magnet passed by, has power in a piece or two that no noise has.
+void drop_loud_pieces(PieceSpectra& s) {
+  constexpr double kLoud = 3.0;
+  std::vector<double> low;
+  for (const std::vector<double>& power : s.power) {
+    const auto third = power.begin() + std::ptrdiff_t(std::max<std::size_t>(1, power.size() / 3));
+    low.push_back(std::accumulate(power.begin(), third, 0.0));
+  }
+  if (low.size() < 8) return;
+  std::vector<double> sorted = low;
+  const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < low.size(); ++i) {
+    if (low[i] > kLoud * *middle) continue;
+    if (kept != i) s.power[kept] = std::move(s.power[i]);
+    s.activity[kept++] = s.activity[i];
+  }
+  s.power.resize(kept);
+  s.activity.resize(kept);
 }
 
 }  // namespace
@@ -145,6 +167,7 @@ PieceSpectra piece_spectra(const NoiseSeries& s, const Cleaned& cleaned) {
   for (std::size_t first = 0; first + length <= s.size(); first += length / 2) {
     add_piece(s, cleaned.residual, first, w, lowest, spectra);
   }
+  drop_loud_pieces(spectra);
   return spectra;
 }
 
@@ -186,7 +209,7 @@ SpectrumFit fit_levels(const PieceSpectra& s, const MeanSpectrum& mean, double r
     }
     const Eigen::Vector2d next = A.ldlt().solve(y);
     const double v_next = std::max(next[0], 0.1 * v), b_next = std::max(0.0, next[1]);
-    const bool settled = std::abs(v_next - v) < 1e-8 * v && std::abs(b_next - b) < 1e-8 * v;
+    const bool settled = std::abs(v_next - v) < 1e-6 * v && std::abs(b_next - b) < 1e-6 * v;
     v = v_next;
     b = b_next;
     if (settled) break;
@@ -209,7 +232,7 @@ SpectrumFit fit_white(const PieceSpectra& spectra, const MeanSpectrum& mean) {
 // rho = tanh z: golden section about the best of a grid.
 SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean) {
   const auto at = [&](double z) { return fit_levels(spectra, mean, std::tanh(z)); };
-  constexpr double kStep = 0.15, kMost = 3.8;  // |rho| < 0.999
+  constexpr double kStep = 0.5, kMost = 3.8;  // |rho| < 0.999
   double best = 0.0, best_value = at(0.0).log_likelihood;
   for (double z = -1.5; z <= kMost; z += kStep) {
     const double value = at(z).log_likelihood;
@@ -222,7 +245,7 @@ SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean
   constexpr double kGolden = 0.6180339887498949;
   double z1 = high - kGolden * (high - low), z2 = low + kGolden * (high - low);
   double f1 = at(z1).log_likelihood, f2 = at(z2).log_likelihood;
-  while (high - low > 1e-4) {
+  while (high - low > 1e-3) {
     if (f1 > f2) {
       high = z2, z2 = z1, f2 = f1;
       f1 = at(z1 = high - kGolden * (high - low)).log_likelihood;
@@ -233,19 +256,25 @@ SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean
   }
   SpectrumFit fit = at(0.5 * (low + high));
   // Two standard deviations: where the likelihood, of the best v and b, has fallen by 2. Towards
-  // rho = 1 v and rho are hardly told apart, so it is the other side that counts; v moves along.
+  // rho = 1 v and rho are hardly told apart, and v goes far where rho does not.
   const double z = 0.5 * (low + high);
-  double near = z, far = z - 0.02;
-  while (far > -3.0 && at(far).log_likelihood > fit.log_likelihood - 2.0) {
-    far = z + 2.0 * (far - z);
+  double v_sigma = 0.0;
+  for (const double side : {-1.0, 1.0}) {
+    double near = 0.0, far = 0.02;
+    const auto likely = [&](double distance) {
+      return std::abs(z + side * distance) < kMost + 0.2 &&
+             at(z + side * distance).log_likelihood > fit.log_likelihood - 2.0;
+    };
+    while (likely(far)) far *= 2.0;
+    while (far - near > 1e-2 * far) {
+      const double middle = 0.5 * (near + far);
+      (likely(middle) ? near : far) = middle;
+    }
+    const SpectrumFit there = at(z + side * near);
+    fit.rho_sigma = std::max(fit.rho_sigma, 0.5 * std::abs(fit.rho - there.rho));
+    v_sigma = std::max(v_sigma, 0.5 * std::abs(std::log(fit.v / there.v)));
   }
-  while (near - far > 1e-4) {
-    const double middle = 0.5 * (near + far);
-    (at(middle).log_likelihood > fit.log_likelihood - 2.0 ? near : far) = middle;
-  }
-  const SpectrumFit below = at(near);
-  fit.rho_sigma = 0.5 * (fit.rho - below.rho);
-  fit.log_v_sigma = std::hypot(log_v_sigma(spectra, mean, fit), 0.5 * std::log(fit.v / below.v));
+  fit.log_v_sigma = std::hypot(log_v_sigma(spectra, mean, fit), v_sigma);
   return fit;
 }
 

@@ -25,7 +25,6 @@ struct PieceSpectra {
   std::vector<double> omega;  // rad a sample, from the lowest trusted frequency to Nyquist's
   std::vector<double> gain;   // G at omega; 1 without a high-pass
   std::vector<std::vector<double>> power;  // of every piece
-  std::vector<double> middle_s;            // time of every piece's middle
   std::vector<double> activity;            // how much the model's reading changes in the piece
   Vector3 unit = Vector3::Ones();          // standard deviation that counts as 1, each axis
 };

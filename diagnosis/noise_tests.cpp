@@ -30,11 +30,11 @@ std::vector<std::string> effects_of(const NoiseSeries& s) {
 }
 
 NoiseTest test_scale_if_given(const NoiseSeries& s, const PieceSpectra& spectra,
-                              bool correlated = false) {
+                              bool correlated = false, double core_variance = 1.0) {
   if (!s.sigma_given || !(s.sigma > 0.0)) {
     return untested("noise_scale", s.channel, "no noise density is given to compare with");
   }
-  return test_noise_scale(s, spectra, correlated);
+  return test_noise_scale(s, spectra, correlated, core_variance);
 }
 
 NoiseTest spectrum_test(const NoiseSeries& s, const PieceSpectra& spectra) {
@@ -63,7 +63,7 @@ NoiseSeries imitation(const NoiseSeries& s, const Cleaned& c, double q) {
 // Beyond what rounding imitates: the leading parameter differs by more than both uncertainties.
 bool beyond(const NoiseTest& seen, const NoiseTest& imitated, double least) {
   if (seen.parameters.empty()) return false;
-  if (imitated.parameters.empty() || imitated.p_value > 1e-3) return true;
+  if (imitated.parameters.empty()) return true;
   const FoundParameter &a = seen.parameters[0], &b = imitated.parameters[0];
   return a.value - b.value > 4.0 * std::hypot(a.sigma, b.sigma) + least;
 }
@@ -96,7 +96,14 @@ class Explanation {
     }
     if (series_.used_count() < kLeastSamples) return;
     if (accept(test_quantization(series_, cleaned_))) step_ = found_.back().parameters[0].value;
-    if (accept(test_mains(series_, cleaned_))) {
+    NoiseTest mains_test = test_mains(series_, cleaned_);
+    if (step_ > 0.0) {
+      // Rounding makes whistles of a steady motion.
+      const NoiseSeries rounded = imitation(series_, cleaned_, step_);
+      const double whistle = test_mains(rounded, clean(rounded)).statistic;
+      if (mains_test.statistic < 2.0 * whistle) mains_test.p_value = 1.0;
+    }
+    if (accept(mains_test)) {
       const Mains mains = found_mains(found_.back());
       for (std::size_t k = 0; k < series_.size(); ++k) {
         if (series_.used[k]) series_.residual[k] -= mains.at(series_.t[k]);
@@ -106,15 +113,16 @@ class Explanation {
   }
 
   void shape_of_noise() {
-    NoiseTest outliers = test_outliers(series_, cleaned_);
+    OutlierShares shares;
+    NoiseTest outliers = test_outliers(series_, cleaned_, &shares);
     const PieceSpectra spectra = piece_spectra(series_, cleaned_);
     NoiseTest correlated = spectrum_test(series_, spectra);
+    NoiseSeries rounded;
     if (step_ > 0.0) {
-      const NoiseSeries rounded = imitation(series_, cleaned_, step_);
+      rounded = imitation(series_, cleaned_, step_);
       const Cleaned rounded_clean = clean(rounded);
-      const PieceSpectra rounded_spectra = piece_spectra(rounded, rounded_clean);
-      if (!beyond(correlated, spectrum_test(rounded, rounded_spectra), 0.1))
-        correlated.p_value = 1.0;
+      const NoiseTest imitated = spectrum_test(rounded, piece_spectra(rounded, rounded_clean));
+      if (!beyond(correlated, imitated, 0.1)) correlated.p_value = 1.0;
       const NoiseTest as_rounded = test_outliers(rounded, rounded_clean);
       if (outliers.statistic < 2.0 * as_rounded.statistic + 20.0) outliers.p_value = 1.0;
     }
@@ -122,12 +130,18 @@ class Explanation {
     const bool is_correlated = accept(correlated);
     if (is_correlated && has_outliers) resize_outliers(spectra, found_[found_.size() - 2]);
     if (spectra.power.size() < 4) return;
-    NoiseTest scale = test_scale_if_given(series_, spectra, is_correlated);
-    if (step_ > 0.0 && !scale.parameters.empty()) {
-      const NoiseSeries rounded = imitation(series_, cleaned_, step_);
-      const NoiseTest as_rounded =
+    if (!has_outliers) shares = {};
+    NoiseTest scale = test_scale_if_given(series_, spectra, is_correlated, shares.core_of_cleaned);
+    if (scale.parameters.empty()) return;
+    const double s = scale.parameters[0].value;
+    // Heavy tails of the right size as a whole are not noise that is too small.
+    const double whole = s * std::sqrt(shares.all_of_cleaned / shares.core_of_cleaned);
+    if (has_outliers && s < 1.0 && whole > 0.95) scale.p_value = 1.0;
+    if (step_ > 0.0) {
+      const NoiseTest imitated =
           test_scale_if_given(rounded, piece_spectra(rounded, clean(rounded)));
-      if (!beyond(scale, as_rounded, 0.1 * as_rounded.parameters[0].value)) scale.p_value = 1.0;
+      const FoundParameter& other = imitated.parameters[0];
+      if (s < 1.0 || !beyond(scale, imitated, 0.1 * other.value)) scale.p_value = 1.0;
     }
     accept(scale);
   }

@@ -32,11 +32,15 @@ struct NoiseTest {
   double statistic = 0.0;
   int dof = 1;
   double p_value = 1.0;  // of this test alone
+  // s; rho; eps and K; q; M; a_x, a_y, a_z, d_x, d_y, d_z and f (as sampled: from 0 to half the
+  // sampling rate). Empty where nothing is seen.
   std::vector<FoundParameter> parameters = {};
   std::string sentence = {};  // "One in 80 samples of the magnetometer is an outlier, ..."
-  std::string untested = {};  // why not, where it could not be tested; then p_value is 1
-  // Negative log-likelihood of the residuals, by halves of the recording: parameters from one half
-  // judged on the other, without and with this cause. The finding's held-out gain.
+  // Why it could not be tested, or why what was seen is not this; then p_value is 1.
+  std::string untested = {};
+  // Negative log-likelihood of the residuals, up to a constant, by halves of the recording:
+  // parameters from one half judged on the other, without and with this cause (mains: by alternate
+  // stretches of 5 s). The finding's held-out gain. 0 where nothing is seen.
   double nll_before = 0.0, nll_after = 0.0;
 };
 
@@ -44,9 +48,11 @@ struct NoiseTest {
 // too. `explain_noise` does that.
 std::vector<NoiseTest> test_noise(const std::vector<SampleResiduals>& channels);
 
-// The causes that remain when those which others explain are left out (outliers before
-// noise_scale, mains before correlated noise, quantization before correlated noise, saturation
-// before all); p below `level` each.
+// The causes with p below `level` when each is tested on what those before it leave: saturation
+// (its samples are left out), quantization (what rounding alone imitates is not named below),
+// mains (subtracted), outliers (taken out), correlated_noise, noise_scale (of the noise as it is
+// then known to be). Slow errors, errors that come with the motion, steps and passing magnets are
+// named by none of them.
 std::vector<NoiseTest> explain_noise(const std::vector<SampleResiduals>& channels, double level);
 
 }  // namespace magimu

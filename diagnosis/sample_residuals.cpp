@@ -14,8 +14,8 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
                                               bool noise_given) {
   const ModelSpec& spec = stage.spec();
   const Values& values = stage.result().values;
-  const Recording& corrected =
-      spec.extended.empty() ? recording : spec.extended[std::size_t(index)]->corrected;
+  const Recording corrected =
+      extend(recording, stage.plans()[std::size_t(index)], index, spec, values).corrected;
   const SensedMotion motion(corrected, stage.plans()[std::size_t(index)], index, spec, values);
   const Vector3 acc_bias = values.at<Vector3>(key::acc_bias);
   const Vector3 mag_bias = values.at<Vector3>(key::mag_bias);

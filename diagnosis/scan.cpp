@@ -14,7 +14,7 @@ namespace magimu {
 namespace {
 
 constexpr double kPriorOff = 1e3;    // a prior so wide that it says nothing
-constexpr double kInvisible = 1e-9;  // of the largest eigenvalue of A, parameters scaled alike
+constexpr double kInvisible = 1e-6;  // of the largest eigenvalue of A, parameters scaled alike
 constexpr double kColoured = 1.25;   // scatter of the windows' scores beyond white noise's
 
 // Variables of the stage's model and of the candidates', these at zero.
@@ -136,6 +136,63 @@ Score Scan::combined(const MatrixXd& C) const {
     const double T2 = windows * mean.dot(S.ldlt().solve(mean));
     const double F = T2 * (windows - q) / (q * (windows - 1.0));
     out.log10_p = std::max(out.log10_p, log10_f_tail(F, q, windows - q));
+  }
+  out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
+  return out;
+}
+
+Score wald_test(const Stage& stage, std::size_t effect) {
+  const Values& values = stage.result().values;
+  LinearSystem system(stage.graph(), values);
+  system.linearize(values);
+  const std::vector<Key> keys = effect_keys(stage.spec().effects)[effect];
+  const auto q = Eigen::Index(keys.size());
+  Score out;
+  out.effect = stage.spec().effects[effect];
+  out.theta = effect_parameters(values, keys);
+  // The information of theta with everything else eliminated, and what projects the scores so.
+  const auto reduce = [&](const CondensedChain& chain, MatrixXd& own, MatrixXd& scores) {
+    const CondensedWindow all = chain.sum();
+    const Eigen::Index g = all.score.size(), at = chain.position(values, keys.front());
+    Eigen::VectorXi order(g);
+    Eigen::Index next = 0;
+    for (Eigen::Index i = 0; i < g; ++i) {
+      if (i < at || i >= at + q) order[next++] = int(i);
+    }
+    for (Eigen::Index i = 0; i < q; ++i) order[next++] = int(at + i);
+    const MatrixXd K = all.information(order, order);
+    const Eigen::Index base = g - q;
+    const MatrixXd P = whitener(K.topLeftCorner(base, base));
+    const MatrixXd projection = K.bottomLeftCorner(q, base) * P * P.transpose();
+    own = K.bottomRightCorner(q, q) - projection * K.topRightCorner(base, q);
+    scores.resize(q, Eigen::Index(chain.windows.size()));
+    for (std::size_t w = 0; w < chain.windows.size(); ++w) {
+      const VectorXd s = chain.windows[w].score(order);
+      scores.col(Eigen::Index(w)) = s.tail(q) - projection * s.head(base);
+    }
+  };
+  MatrixXd A, unused, A_windows, scores;
+  reduce(condense(system, values, node_of, all_in_one(stage.plans())), A, unused);
+  reduce(condense(system, values, node_of, windows_of(stage.plans())), A_windows, scores);
+  out.information = A;
+  const MatrixXd P = whitener(A);
+  out.dof = int(P.cols());
+  out.sigma = (P * P.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
+  out.statistic = out.theta.dot(A * out.theta);
+  out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
+
+  const MatrixXd Q = whitener(A_windows);
+  const MatrixXd u = Q.transpose() * scores;
+  const auto n = double(u.cols()), p = double(u.rows());
+  const MatrixXd centred = u.colwise() - u.rowwise().mean();
+  out.scatter = p > 0.0 ? centred.squaredNorm() / p * n / std::max(1.0, n - p) : 1.0;
+  if (out.scatter > kColoured && n > p + 2.0) {
+    // In coordinates where A is the identity the robust covariance is the scatter itself.
+    const MatrixXd S = centred * centred.transpose() * n / (n - 1.0);
+    const VectorXd x = Q.colPivHouseholderQr().solve(out.theta);
+    const double T2 = x.dot(S.ldlt().solve(x));
+    out.log10_p = std::max(out.log10_p, log10_f_tail(T2 * (n - p) / (p * (n - 1.0)), p, n - p));
+    out.sigma = (Q * S * Q.transpose()).diagonal().cwiseSqrt().cwiseMax(out.sigma);
   }
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
   return out;

@@ -58,6 +58,12 @@ class Scan {
   VectorXd score_;
 };
 
+// The same question of an effect that is part of a fitted model: is its estimate zero? The windows'
+// scores scatter about the optimum as the noise does, without the effect's own misfit in them, so
+// that this test has its power where that of the scan, under coloured noise, has none. log10_p: by
+// the larger of the two covariances.
+Score wald_test(const Stage& stage, std::size_t effect);
+
 // log10 of the probability that a chi-square variable of dof exceeds x.
 double log10_chi_square_tail(double x, double dof);
 

@@ -63,6 +63,8 @@ class Effect {
     std::string separating_motion = {};  // what makes its parameters visible
     // Under the hand-held model it cannot be told from the motion.
     bool rotation_only = false;
+    // Its prior is part of the model, not only what keeps a fit from running away.
+    bool random_process = false;
   };
 
   explicit Effect(Description description) : description_(std::move(description)) {}

@@ -33,7 +33,8 @@ class GyroBiasDrift final : public Effect {
                 .channel = Channel::kGyr,
                 .parameters = parameters_of(terms),
                 .cause = "the gyroscope's bias wanders",
-                .separating_motion = "rest now and then"}),
+                .separating_motion = "rest now and then",
+                .random_process = true}),
         density_(density) {}
 
   void jacobian(const SampleState& s, const VectorXd& theta, EffectJacobian J) const override {

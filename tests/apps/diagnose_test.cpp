@@ -34,6 +34,29 @@ TEST(Diagnose, writes_its_file_and_a_page) {
   EXPECT_EQ(magimu.json("q.json")["calibration_after"]["motion"], "rotation");
 }
 
+TEST(Diagnose, tells_whether_a_stored_calibration_still_holds) {
+  const Program magimu;
+  ASSERT_EQ(magimu("simulate -o rec.csv --motion hand --rate 50 --duration 60 --seed 3").exit_code,
+            kDone);
+  ASSERT_EQ(magimu("calibrate rec.csv -o cal.json -q --motion rotation").exit_code, kDone);
+  const Outcome run =
+      magimu("diagnose rec.csv --against cal.json --base cal.json -o d.json --report d.html");
+  EXPECT_EQ(run.exit_code, kDone) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("cal.json still predicts these recordings"));
+  const json against = magimu.json("d.json")["against"];
+  EXPECT_EQ(against["calibration"], "cal.json");
+  EXPECT_EQ(against["changed"], false);
+  EXPECT_EQ(against["groups"][0]["group"], "hard_iron");
+  EXPECT_EQ(test::xml_error(magimu.text("d.html")), "");
+  EXPECT_THAT(magimu.text("d.html"), HasSubstr("Against the stored calibration"));
+
+  const Outcome missing = magimu("diagnose rec.csv --against gone.json");
+  EXPECT_EQ(missing.exit_code, kUnusable);
+  EXPECT_THAT(missing.err, HasSubstr("gone.json"));
+  EXPECT_EQ(magimu("diagnose rec.csv --base rec.csv").exit_code, kUnusable);
+  EXPECT_EQ(magimu("diagnose rec.csv --base cal.json --motion rotation").exit_code, kUnusable);
+}
+
 TEST(Diagnose, explains_itself_with_an_example) {
   const Outcome run = Program()("diagnose --help");
   EXPECT_EQ(run.exit_code, kDone);

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/doubts.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "calibration/extension.h"
+#include "diagnosis/windows.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kBeside = 4.0;  // s to each side of a step
+constexpr double kWhite = 1.5;   // times the jumps that white noise makes: no slow changes
+constexpr double kMatters = 1e-9;
+constexpr double kChance = -3.0;  // log10 of a probability: apart as often by chance
+
+// Mean of the residual along a direction over [a, b); nothing where there are too few samples.
+std::optional<double> mean_along(const VectorSeries& r, const Vector3& direction, double a,
+                                 double b) {
+  const auto first = std::lower_bound(r.t.begin(), r.t.end(), a);
+  const auto last = std::lower_bound(first, r.t.end(), b);
+  if (last - first < 8) return std::nullopt;
+  double sum = 0.0;
+  for (auto it = first; it != last; ++it) sum += direction.dot(r.v[std::size_t(it - r.t.begin())]);
+  return sum / double(last - first);
+}
+
+std::optional<double> jump(const VectorSeries& r, const Vector3& direction, double t) {
+  const auto before = mean_along(r, direction, t - kBeside, t);
+  const auto after = mean_along(r, direction, t, t + kBeside);
+  if (!before || !after) return std::nullopt;
+  return *after - *before;
+}
+
+}  // namespace
+
+double contradiction_of_halves(const Stage& stage, std::size_t effect) {
+  const Values& values = stage.result().values;
+  LinearSystem system(stage.graph(), values);
+  system.linearize(values);
+  const CondensedChain chain = condense(system, values, node_of, windows_of(stage.plans()));
+  const std::vector<Key> keys = effect_keys(stage.spec().effects)[effect];
+  const Eigen::Index at = chain.position(values, keys.front()), n = Eigen::Index(keys.size());
+  // One step from the joint optimum with one half of the windows of every recording.
+  std::vector<int> half;
+  std::size_t node = 0;
+  const std::vector<int> window_of = windows_of(stage.plans());
+  half.resize(chain.windows.size(), 0);
+  for (const NodePlan& plan : stage.plans()) {
+    const double middle = 0.5 * (plan.t.front() + plan.t.back());
+    for (const double t : plan.t) half[std::size_t(window_of[node++])] = t > middle ? 1 : 0;
+  }
+  VectorXd step[2];
+  MatrixXd information = MatrixXd::Zero(n, n);
+  for (int h = 0; h < 2; ++h) {
+    CondensedWindow sum = chain.priors;
+    for (std::size_t w = 0; w < chain.windows.size(); ++w) {
+      if (half[w] != h) continue;
+      sum.information += chain.windows[w].information;
+      sum.score += chain.windows[w].score;
+    }
+    const VectorXd scale = sum.information.diagonal().unaryExpr(
+        [](double x) { return x > 0.0 ? 1.0 / std::sqrt(x) : 0.0; });
+    MatrixXd K = scale.asDiagonal() * sum.information * scale.asDiagonal();
+    K.diagonal().array() += kMatters;
+    const MatrixXd inverse = K.completeOrthogonalDecomposition().pseudoInverse();
+    step[h] = (scale.asDiagonal() * (inverse * (scale.asDiagonal() * sum.score))).segment(at, n);
+    // Covariances of the two estimates add up in their difference.
+    information += MatrixXd(scale.asDiagonal() * inverse * scale.asDiagonal()).block(at, at, n, n);
+  }
+  const VectorXd theta = effect_parameters(values, keys), difference = step[0] - step[1];
+  const MatrixXd A = information.completeOrthogonalDecomposition().pseudoInverse();
+  const double apart = difference.dot(A * difference);
+  if (log10_chi_square_tail(apart, double(n)) > kChance) return 0.0;
+  return apart / std::max(theta.dot(A * theta), 1e-300);
+}
+
+double sharpness(const Option& option, const Stage& stage) {
+  VectorXd theta;
+  VectorSeries residual = residual_without_last(stage, theta);
+  const Vector3 direction = Vector3(theta).normalized();
+  double own = 0.0, variance = 0.0;
+  for (const double t : {option.t0, option.t1}) {
+    const auto j = jump(residual, direction, t);
+    if (j) own = own == 0.0 ? std::abs(*j) : std::min(own, std::abs(*j));
+  }
+  for (std::size_t k = 0; k < residual.size(); ++k) {
+    if (residual.t[k] >= option.t0 && residual.t[k] < option.t1) residual.v[k] -= Vector3(theta);
+  }
+  for (std::size_t k = 1; k < residual.size(); ++k) {
+    variance += std::pow(direction.dot(residual.v[k] - residual.v[k - 1]), 2) /
+                (2.0 * double(residual.size() - 1));
+  }
+  double squares = 0.0;
+  int count = 0;
+  for (double t = residual.t.front() + kBeside; t < residual.t.back() - kBeside; t += 1.0) {
+    if (std::abs(t - option.t0) < 2.0 * kBeside || std::abs(t - option.t1) < 2.0 * kBeside)
+      continue;
+    if (const auto j = jump(residual, direction, t)) {
+      squares += *j * *j;
+      ++count;
+    }
+  }
+  if (count < 5) return INFINITY;
+  const double rms = std::sqrt(squares / count);
+  const double white = std::sqrt(2.0 * variance / std::max(1.0, kBeside * residual.rate_hz()));
+  return rms < kWhite * white ? INFINITY : own / rms;
+}
+
+}  // namespace magimu

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Reasons not to name an effect although it fits: real recordings have causes that come and go, and
+// with enough samples everything is significant.
+#pragma once
+
+#include "diagnosis/option.h"
+
+namespace magimu {
+
+// Do the halves of the recordings contradict each other about the effect? The distance between the
+// estimates of the two, as a share of the effect itself, both in the metric of its information:
+// an effect that one half lacks gives 1, one that changes its sign 4; 0 where noise makes them
+// differ as much in one of a thousand recordings.
+double contradiction_of_halves(const Stage& stage, std::size_t effect);
+
+// Is the step of a bias change, the effect that entered last, sharper than the slow changes beside
+// it? The jump of the mean residual over some seconds across it, over the root mean square of such
+// jumps at all other times; infinite where those are no more than white noise.
+double sharpness(const Option& option, const Stage& stage);
+
+}  // namespace magimu

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/predict.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/pipeline.h"
+#include "diagnosis/change_search.h"
+#include "diagnosis/held_model.h"
+#include "diagnosis/noise_tests.h"
+#include "diagnosis/option.h"
+#include "diagnosis/sample_residuals.h"
+#include "diagnosis/thinned.h"
+#include "factors/effects/catalogue.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kChangeWindow = 5.0;  // s
+constexpr int kMaxChangeWindows = 24;
+
+bool is_change(const KnownEffect& k) { return k.effect->name() == "hard_iron_change"; }
+
+// One model meeting one recording.
+class Predictor {
+ public:
+  // recordings: one, thinned; full: the same with all samples.
+  Predictor(const std::vector<const Recording*>& recordings, const Recording& full,
+            const ExtendedModel& model, bool mag_only)
+      : recordings_(recordings),
+        full_(full),
+        model_(model),
+        mag_only_(mag_only),
+        options_(options_of(model)),
+        pipeline_(recordings, options_),
+        own_(pipeline_.with_fixed_symmetries(pipeline_.coarse_fit(model.spec.motion))) {}
+
+  double nll() const {
+    std::vector<KnownEffect> device, all, changes;
+    for (const KnownEffect& k : known_effects(model_)) {
+      if (k.held) device.push_back(k);
+      (is_change(k) ? changes : all).push_back(k);
+    }
+    const Fit plain = fit(device);
+    if (all.size() == device.size() && changes.empty()) return plain.nll + noise_gain(plain.stage);
+    Fit with = all.size() == device.size() ? plain : fit(all);
+    for (const KnownEffect& change : changes) with = with_change(change, all, with);
+    // The surroundings are as they were, or are not: even odds.
+    const double least = std::min(plain.nll, with.nll);
+    const double mixed =
+        least - std::log(0.5 * (std::exp(least - plain.nll) + std::exp(least - with.nll)));
+    return mixed + noise_gain(plain.nll < with.nll ? plain.stage : with.stage);
+  }
+
+ private:
+  struct Fit {
+    Stage stage;
+    double nll;
+  };
+
+  static CalibrationOptions options_of(const ExtendedModel& model) {
+    CalibrationOptions options;
+    options.noise = model.spec.noise;
+    options.gravity = model.spec.gravity;
+    return options;
+  }
+
+  Fit fit(const std::vector<KnownEffect>& effects) const {
+    ModelSpec spec = model_.spec;
+    spec.reach_m = own_.spec().reach_m;
+    Stage stage(recordings_, spec, pipeline_.coarse_every(), {});
+    Values start = carry_over(recordings_, own_, stage);
+    const std::vector<Integrated> free =
+        hold(model_, effects, recordings_.front()->duration_s(), spec, start);
+    const auto fitted = [&] {
+      Stage s(recordings_, spec, pipeline_.coarse_every(), {});
+      s.fit(start, true);
+      return s;
+    };
+    stage = fitted();
+    double nll = laplace_nll(stage, free);
+    if (mag_only_) {
+      spec.without_mag = [](int) { return true; };
+      nll -= laplace_nll(fitted(), free);
+    }
+    return {std::move(stage), nll};
+  }
+
+  // The change at the times at which this recording shows it, added to `effects`.
+  Fit with_change(const KnownEffect& change, std::vector<KnownEffect>& effects,
+                  const Fit& without) const {
+    const Recording& recording = *recordings_.front();
+    const double begin = recording.gyr.t.front(), end = recording.gyr.t.back();
+    const double duration = end - begin;
+    const int windows = std::clamp(int(duration / kChangeWindow), 2, kMaxChangeWindows);
+    const Scan scan(recordings_, without.stage, {bias_in_windows(windows)});
+    const BiasChange found = find_bias_change(scan, 0, windows, begin, end);
+    if (found.score.dof < 3) return without;
+    const VectorXd size = change.effect->prior_sigma(duration);
+    const auto between = [&](double t0, double t1, const VectorXd& theta) {
+      effects.push_back({with_prior(make_hard_iron_change_between(t0, t1), size), theta, false});
+      Fit out = fit(effects);
+      return out;
+    };
+    Fit out = between(found.t0, found.t1, found.score.theta);
+    VectorXd step;
+    const VectorSeries residual = residual_without_last(out.stage, step);
+    const double width = 1.5 * duration / windows;
+    const auto refined = [&](double t, bool rising) {
+      return std::isfinite(t) ? refine_time(residual, step, t, width, rising) : t;
+    };
+    const double t0 = refined(found.t0, true), t1 = refined(found.t1, false);
+    effects.pop_back();
+    out = between(t0, t1, step);
+    // Each time is one among those that could be told apart.
+    const VectorSeries& mag = recording.mag.front();
+    const double dt = 1.0 / mag.rate_hz();
+    const double strength = step.norm() / (model_.spec.noise.mag / std::sqrt(dt));
+    const double sigma_t = dt * std::max(0.5, 4.0 / std::max(strength * strength, 1e-9));
+    const double choices = std::max(1.0, duration / (2.5 * sigma_t));
+    out.nll += std::log(choices) * double(int(std::isfinite(t0)) + int(std::isfinite(t1)));
+    return out;
+  }
+
+  // What the causes found in the noise gain here.
+  double noise_gain(const Stage& stage) const {
+    if (model_.noise.empty()) return 0.0;
+    const bool scale = std::any_of(model_.noise.begin(), model_.noise.end(),
+                                   [](const auto& n) { return n.effect == "noise_scale"; });
+    double gain = 0.0;
+    for (const NoiseTest& test :
+         test_noise(sample_residuals(full_, stage, 0, model_.spec.noise, scale))) {
+      for (const ExtendedModel::NoiseCause& cause : model_.noise) {
+        if (cause.effect != test.effect || cause.channel != to_string(test.channel)) continue;
+        if (test.untested.empty()) gain += test.nll_after - test.nll_before;
+      }
+    }
+    return gain;
+  }
+
+  const std::vector<const Recording*>& recordings_;
+  const Recording& full_;
+  const ExtendedModel& model_;
+  bool mag_only_;
+  CalibrationOptions options_;
+  Pipeline pipeline_;
+  Stage own_;
+};
+
+}  // namespace
+
+ExtendedModel extended_model(const Stage& stage, const std::vector<Finding>& findings) {
+  ExtendedModel model;
+  model.spec = stage.spec();
+  model.spec.extended.clear();
+  const Values& values = stage.result().values;
+  for (const Values::Slot& s : values.slots()) {
+    const char c = s.key.symbol;
+    if (c == R(0).symbol || c == V(0).symbol || c == P(0).symbol) continue;
+    model.parameters.insert_from(values, s.key);
+  }
+  for (const Finding& f : findings) {
+    const bool modelled =
+        f.effect == "linear_acceleration" ||
+        std::any_of(model.spec.effects.begin(), model.spec.effects.end(),
+                    [&](const auto& effect) { return effect->name() == f.effect; });
+    if (!modelled) model.noise.push_back({f.effect, f.channel});
+  }
+  return model;
+}
+
+PredictionGain compare_predictions(const Recording& recording, const ExtendedModel& before,
+                                   const ExtendedModel& after) {
+  const CheckedRecordings checked({&recording});
+  const Recording &full = *checked.get().front(), thin = thinned(full);
+  const std::vector<const Recording*> recordings = {&thin};
+  PredictionGain out;
+  out.mag_only = before.spec.motion != after.spec.motion;
+  out.before = Predictor(recordings, full, before, out.mag_only).nll();
+  out.after = Predictor(recordings, full, after, out.mag_only).nll();
+  return out;
+}
+
+}  // namespace magimu

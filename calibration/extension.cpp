@@ -14,23 +14,56 @@ VectorSeries& series_of(Recording& recording, Channel channel) {
   return channel == Channel::kGyr ? recording.gyr : recording.mag.front();
 }
 
+constexpr int kRounds = 12;
+constexpr double kSettled = 1e-10;  // rad/s or m/s^2
+
 struct Active {
   const Effect* effect;
   VectorXd theta;
   int first;  // its first column among those of its channel
 };
 
+// What a sensor's own reading tells of the state: the gyroscope's the rate, the accelerometer's of
+// a sensor that is moved the force; null: nothing.
+Vector3* own_part(SampleState& state, Channel channel, bool moving) {
+  if (channel == Channel::kGyr) return &state.omega;
+  return channel == Channel::kAcc && moving ? &state.f : nullptr;
+}
+
+// Of one sample. Terms may depend on what they correct (a scale error on the rate), so what has
+// been corrected takes its place in the state until it no longer changes: each round is closer by a
+// scale error's size.
+Vector3 sum_of_terms(const std::vector<Active>& active, const Vector3& raw,
+                     const Vector3& corrected, SampleState& state, Vector3* own) {
+  const Vector3 less_bias = own == nullptr ? Vector3::Zero() : Vector3(*own - corrected);
+  Vector3 sum = Vector3::Zero();
+  for (int round = 0; round < kRounds; ++round) {
+    sum.setZero();
+    for (const Active& a : active) {
+      if (!a.theta.isZero(0.0)) sum += a.effect->term(state, a.theta);
+    }
+    if (own == nullptr) break;
+    const Vector3 now = raw - sum + less_bias;
+    const bool settled = (now - *own).squaredNorm() < kSettled * kSettled;
+    *own = now;
+    if (settled) break;
+  }
+  return sum;
+}
+
 // raw less the effects' terms; the columns, too, where they are wanted.
-void correct(const SensedMotion& motion, Channel channel, const std::vector<Active>& active,
-             const VectorSeries& raw, VectorSeries& corrected, EffectColumns* columns) {
+void correct(const SensedMotion& motion, Channel channel, bool moving,
+             const std::vector<Active>& active, const VectorSeries& raw, VectorSeries& corrected,
+             EffectColumns* columns) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, raw.size(), 512), [&](const auto& range) {
     for (std::size_t k = range.begin(); k != range.end(); ++k) {
-      const SampleState state = motion.state(channel, k);
-      Vector3 sum = Vector3::Zero();
-      for (const Active& a : active) {
-        if (!a.theta.isZero(0.0)) sum += a.effect->term(state, a.theta);
-        if (columns == nullptr) continue;
-        a.effect->jacobian(state, a.theta, columns->of(k).middleCols(a.first, a.theta.size()));
+      SampleState state = motion.state(channel, k);
+      const Vector3 sum =
+          sum_of_terms(active, raw.v[k], corrected.v[k], state, own_part(state, channel, moving));
+      if (columns != nullptr) {
+        for (const Active& a : active) {
+          a.effect->jacobian(state, a.theta, columns->of(k).middleCols(a.first, a.theta.size()));
+        }
       }
       corrected.v[k] = raw.v[k] - sum;
     }
@@ -70,8 +103,8 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, int i
         {spec.effects[e].get(), effect_parameters(values, keys[e]), int(out.keys[c].size())});
     out.keys[c].insert(out.keys[c].end(), keys[e].begin(), keys[e].end());
   }
-  // The gyroscope's terms depend on the rate that they are to correct: a second time with the rate
-  // that the first has corrected. Then the accelerometer's, then the magnetometer's.
+  // The gyroscope's terms depend on the force, too, and the accelerometer's on the rate: both a
+  // second time with what the first has corrected. Then the magnetometer's.
   constexpr std::pair<Channel, bool> kPasses[] = {{Channel::kGyr, false},
                                                   {Channel::kAcc, false},
                                                   {Channel::kGyr, true},
@@ -90,7 +123,8 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, int i
     const VectorSeries& raw = channel == Channel::kAcc   ? recording.acc
                               : channel == Channel::kGyr ? recording.gyr
                                                          : recording.mag.front();
-    correct(motion, channel, active[c], raw, corrected, last ? &columns : nullptr);
+    correct(motion, channel, spec.motion == MotionModel::kHandHeld, active[c], raw, corrected,
+            last ? &columns : nullptr);
     series_of(out.corrected, channel) = std::move(corrected);
   }
   for (std::size_t c = 0; c < 3; ++c) out.theta[c] = effect_parameters(values, out.keys[c]);

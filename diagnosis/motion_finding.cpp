@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "calibration/choose_motion.h"
+#include "calibration/held_out.h"
 #include "calibration/rests.h"
 #include "calibration/sensor_rows.h"
 #include "diagnosis/held_out_nll.h"
@@ -18,7 +19,8 @@ namespace {
 constexpr double kCalm = 1.15;  // accelerometer noise in motion over that at rest
 constexpr double kCalmColour = 0.15;
 constexpr double kMinGain = 5.0;  // nats of left-out data
-constexpr double kRestColour = 0.2, kMoreInMotion = 1.3;
+constexpr double kRestColour = 0.2;  // correlation of neighbouring nodes
+constexpr double kMoreInMotion = 1.1, kMoreThanColour = 1.3;
 constexpr double kMostOfIt = 0.5;  // of the misfit, for an effect to be tried in its stead
 
 // The accelerometer's residual under pure rotation.
@@ -78,9 +80,17 @@ double acceleration_rms(const Stage& rotation, const Recording& recording) {
   return noise * std::sqrt(nodes_per_s) * std::sqrt(3.0);
 }
 
+// Of left-out magnetometer samples given the others, with the scatter that they show: velocity and
+// position make likelihoods of the accelerometer under the two models incomparable.
+double left_out_mag_nll(const Stage& stage) {
+  const BlockErrors errors = block_errors(stage);
+  const double mean = sum_of(errors.held_out) / std::max(1.0, errors.values);
+  return 0.5 * errors.values * (std::log(2.0 * M_PI * std::max(mean, 1e-300)) + 1.0);
+}
+
 Finding motion_finding(const Stage& rotation, const Stage& moving, const Restlessness& restless,
                        const Recording& recording) {
-  const double before = sum_of(held_out_nll(rotation)), after = sum_of(held_out_nll(moving));
+  const double before = left_out_mag_nll(rotation), after = left_out_mag_nll(moving);
   const double excess2 = restless.excess * restless.excess;
   const double rms = acceleration_rms(rotation, recording);
   Finding f;
@@ -125,10 +135,11 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
   const Stage moving = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));
   // Coloured noise and heavy tails look like a motion, but they are there in rests, too.
   const AtRest rest = at_rest(rotation, recordings);
-  const bool more = rest.motion_over_rest > kMoreInMotion;
-  const bool predicts = sum_of(held_out_nll(rotation)) - sum_of(held_out_nll(moving)) > kMinGain;
-  const bool chosen = choose_motion(rotation, moving, rest_acc).motion == MotionModel::kHandHeld;
-  if (!(chosen && more) && !(predicts && (more || rest.colour < kRestColour))) return rotation;
+  const double more = rest.colour > kRestColour ? kMoreThanColour : kMoreInMotion;
+  if (rest.motion_over_rest < more ||
+      choose_motion(rotation, moving, rest_acc).motion == MotionModel::kRotation) {
+    return rotation;
+  }
 
   const Restlessness restless = restlessness(rotation, rest_acc);
   const double misfit =

@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kPriorOff = 1e3;    // a prior so wide that it says nothing
 constexpr double kInvisible = 1e-6;  // of the largest eigenvalue of A, parameters scaled alike
+constexpr double kEnough = 3.0;        // windows a direction
 constexpr double kColoured = 1.25;   // scatter of the windows' scores beyond white noise's
 
 // Variables of the stage's model and of the candidates', these at zero.
@@ -131,11 +132,15 @@ Score Scan::combined(const MatrixXd& C) const {
   const VectorXd mean = u.rowwise().mean();
   const MatrixXd centred = u.colwise() - mean;
   out.scatter = centred.squaredNorm() / q * windows / std::max(1.0, windows - 1.0);
-  if (out.scatter > kColoured && windows > q + 2.0) {
+  if (out.scatter > kColoured && windows > kEnough * q) {
     const MatrixXd S = centred * centred.transpose() / (windows - 1.0);
     const double T2 = windows * mean.dot(S.ldlt().solve(mean));
     const double F = T2 * (windows - q) / (q * (windows - 1.0));
     out.log10_p = std::max(out.log10_p, log10_f_tail(F, q, windows - q));
+  } else if (out.scatter > kColoured) {
+    // Too few windows for a scatter of each direction: one for all of them.
+    const double F = out.statistic / (out.dof * out.scatter);
+    out.log10_p = std::max(out.log10_p, log10_f_tail(F, q, q * (windows - 1.0)));
   }
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
   return out;
@@ -186,13 +191,17 @@ Score wald_test(const Stage& stage, std::size_t effect) {
   const auto n = double(u.cols()), p = double(u.rows());
   const MatrixXd centred = u.colwise() - u.rowwise().mean();
   out.scatter = p > 0.0 ? centred.squaredNorm() / p * n / std::max(1.0, n - p) : 1.0;
-  if (out.scatter > kColoured && n > p + 2.0) {
+  if (out.scatter > kColoured && n > kEnough * p) {
     // In coordinates where A is the identity the robust covariance is the scatter itself.
     const MatrixXd S = centred * centred.transpose() * n / (n - 1.0);
     const VectorXd x = Q.colPivHouseholderQr().solve(out.theta);
     const double T2 = x.dot(S.ldlt().solve(x));
     out.log10_p = std::max(out.log10_p, log10_f_tail(T2 * (n - p) / (p * (n - 1.0)), p, n - p));
     out.sigma = (Q * S * Q.transpose()).diagonal().cwiseSqrt().cwiseMax(out.sigma);
+  } else if (out.scatter > kColoured) {
+    const double F = out.statistic / (out.dof * out.scatter);
+    out.log10_p = std::max(out.log10_p, log10_f_tail(F, p, p * (n - 1.0)));
+    out.sigma *= std::sqrt(out.scatter);
   }
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
   return out;

@@ -11,6 +11,7 @@
 namespace magimu {
 namespace {
 
+constexpr double kColoured = 1.25, kCare = 1.0;  // as in extender.cpp
 constexpr double kLeftOver = 0.3;  // of a finding's own misfit: more than this left, and its name
                                    // is doubtful
 
@@ -35,7 +36,7 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
   double most = 0.0;
   Channel channel = Channel::kMag;
   for (const Score& s : scan.scores()) {
-    if (s.log10_p > level) continue;
+    if (s.log10_p > level - (s.scatter > kColoured ? kCare : 0.0)) continue;
     d.unexplained.detected = true;
     const std::string name = to_string(s.effect->channel());
     auto& channels = d.unexplained.channels;

@@ -56,7 +56,7 @@ void answer(Page& page, const Diagnosis& d) {
   page.html(
       wrap("ul",
            fact(fmt::format("{}", d.before.samples), "IMU samples") +
-               fact(d.before.motion == MotionModel::kHandHeld ? "moved by hand" : "turned",
+               fact(d.after.motion == MotionModel::kHandHeld ? "moved by hand" : "turned",
                     "motion, as modelled") +
                fact(before == after ? after : before + " → " + after, "trust in the calibration") +
                fact(percent(d.false_alarm_rate), "false alarms where nothing is wrong"),

@@ -62,7 +62,7 @@ struct Finding {
   std::string effect = {}, channel = {}, sentence = {};
   std::vector<FoundParameter> parameters = {};
   double p_value = 1.0;      // corrected for the number of candidates
-  double probability = 0.0;  // among the candidates and "nothing", by BIC
+  double probability = 0.0;  // among the candidates and "nothing", by left-out data
   Gain gain = {};
   std::vector<Confusable> confusable_with = {};
 };

@@ -264,7 +264,6 @@ Finding Extender::describe(const Option& option, const Stage& stage, double nll,
       option.extra.empty() ? effect.sentence(theta, sigma) : walk_sentence(option.extra.front());
   f.p_value = std::min(1.0, std::pow(10.0, std::max(-300.0, option.score.log10_p)) *
                                 double(effect_catalogue().size()));
-  f.probability = probability_of(option, all, c.nodes);
   const auto s = std::size_t(effect.channel());
   const double density[2][3] = {
       {stage_->spec().noise.acc, stage_->spec().noise.gyr, stage_->spec().noise.mag},
@@ -356,6 +355,13 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
     const double nll = sum_of(held_out_nll(stage));
     if (stage.result().converged() && nll_ - nll > kMinGain) {
       Finding f = describe(best->option, stage, nll, options);
+      double others = std::exp(std::min(700.0, best->nll - nll_));  // nothing
+      for (const Trial& t : trials) {
+        const bool richer =
+            allowance(*best->option.effect, *t.option.effect, 0.0, 1.0) > kDraw - 1e-9;
+        if (&t != best && !richer) others += std::exp(std::min(700.0, best->nll - t.nll));
+      }
+      f.probability = 1.0 / (1.0 + others);
       stage_ = stage;
       nll_ = nll;
       std::erase_if(d_.findings, [&](const Finding& old) {

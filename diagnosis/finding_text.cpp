@@ -40,21 +40,6 @@ std::string walk_sentence(const FoundParameter& density) {
       density.value, density.sigma, density.value * std::sqrt(60.0) * 180.0 / M_PI);
 }
 
-double probability_of(const Option& option, const std::vector<Option>& all, int nodes) {
-  const double penalty = std::log(3.0 * std::max(1, nodes));
-  const auto half_bic = [&](const Option& o) {
-    return 0.5 * (o.score.statistic - o.score.dof * penalty);
-  };
-  const double own = half_bic(option);
-  double sum = std::exp(std::min(700.0, -own));  // nothing
-  for (const Option& o : all) {
-    if (o.effect->name() != option.effect->name() && same_class(*o.effect, *option.effect))
-      continue;
-    sum += std::exp(std::clamp(half_bic(o) - own, -700.0, 700.0));
-  }
-  return std::min(1.0, 1.0 / std::max(sum, 1e-300));
-}
-
 std::vector<Confusable> confusable(const Option& option, const std::vector<Option>& all) {
   std::vector<Confusable> out;
   for (const Option& o : all) {

@@ -11,9 +11,6 @@ namespace magimu {
 
 std::string walk_sentence(const FoundParameter& density);
 
-// Of this candidate among all and "nothing", by the Bayesian information criterion.
-double probability_of(const Option& option, const std::vector<Option>& all, int nodes);
-
 // Candidates that explain much of the same misfit with this motion.
 std::vector<Confusable> confusable(const Option& option, const std::vector<Option>& all);
 

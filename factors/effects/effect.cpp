@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "factors/effects/catalogue.h"
 
 namespace magimu {
@@ -30,9 +33,17 @@ std::string Effect::sentence(const VectorXd& theta, const VectorXd& sigma) const
   std::string first = description_.cause;
   if (!first.empty()) first[0] = char(std::toupper(first[0]));
   std::string values;
+  // Of many numbers the one that stands out most; the others are in the table.
+  int most = 0;
   for (int i = 0; i < size(); ++i) {
+    const auto clear = [&](int k) { return std::abs(theta[k]) / std::max(sigma[k], 1e-300); };
+    if (clear(i) > clear(most)) most = i;
+  }
+  const bool few = size() <= 3;
+  if (!few) values = "clearest ";
+  for (int i = few ? 0 : most; i < (few ? size() : most + 1); ++i) {
     const Parameter& p = description_.parameters[std::size_t(i)];
-    values += fmt::format("{}{} = {:.3g} +- {:.1g}{}{}", i > 0 ? ", " : "", p.name, theta[i],
+    values += fmt::format("{}{} = {:.3g} +- {:.1g}{}{}", few && i > 0 ? ", " : "", p.name, theta[i],
                           sigma[i], p.unit == "1" ? "" : " ", p.unit == "1" ? "" : p.unit);
   }
   return first + ": " + values + ".";

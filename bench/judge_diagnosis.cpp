@@ -108,6 +108,14 @@ double farthest_sigma(const Finding& f, const oracle::Effect& truth, const oracl
     theta[6] = a.hz;
     found[6] = b.hz;
   }
+  // A lasting change is the same as its opposite until then.
+  const bool change = truth.kind == oracle::EffectKind::kHardIronChange && found.size() == 5;
+  if (change && !std::isfinite(theta[4]) && found[3] < 1.0) {
+    found.head<3>() *= -1.0;
+    found[3] = found[4];
+    sigma[3] = sigma[4];
+    found[4] = theta[4];
+  }
   const bool drift = truth.kind == oracle::EffectKind::kFieldDrift ||
                      truth.kind == oracle::EffectKind::kHardIronDrift;
   double farthest = nan;

@@ -44,6 +44,9 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   progress("fitting the basic model", 0.0);
   std::vector<Recording> used, thin;
   for (const Recording* r : checked.get()) used.push_back(without_long_rests(*r, d.notes));
+  for (Recording& r : used) {
+    if (const std::optional<Finding> f = take_out_saturated(r, options)) d.findings.push_back(*f);
+  }
   for (const Recording& r : used) thin.push_back(thinned(r));
   std::vector<const Recording*> recordings, full;
   for (const Recording& r : used) full.push_back(&r);

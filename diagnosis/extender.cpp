@@ -31,6 +31,7 @@ constexpr double kDraw = 2.0;           // nats within which the simpler of two 
 constexpr double kPutDown = 2.5;        // s about the ends of a rest
 constexpr double kCare = 1.0;           // log10 of a probability
 constexpr double kAsMuch = 0.85;        // of the gain, for a nested cause to be the one named
+constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a step
 constexpr double kSharp = 4.0;          // a change's jump over those at other times
 constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
 constexpr int kWalkTerms = 12;
@@ -292,6 +293,13 @@ bool Extender::foretells(const Stage& stage) const {
   return sum_of(held_out_nll(*stage_, quarter)) - sum_of(held_out_nll(stage, quarter)) > kMinGain;
 }
 
+// With a step in the model, does the bias stay the same within the pieces? What changes in many
+// ways is no step.
+bool Extender::is_all(const Stage& stage) const {
+  const Scan scan(recordings_, stage, {bias_in_windows(change_windows(*recordings_.front()))});
+  return scan.scores().front().log10_p > kNoStep;
+}
+
 // The model with the option in it, fitted; nothing where it does not hold there.
 std::optional<Extender::Trial> Extender::trial(Option option) const {
   ModelSpec spec = stage_->spec();
@@ -310,6 +318,7 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
   }
   if (!stage.result().converged() || !survives(option, stage, log10_level())) return std::nullopt;
   if (option.effect->with_terms(1) && !foretells(stage)) return std::nullopt;
+  if (option.effect->name() == "hard_iron_change" && !is_all(stage)) return std::nullopt;
   const double nll = sum_of(held_out_nll(stage));
   return Trial{std::move(option), std::move(stage), nll};
 }

@@ -38,6 +38,7 @@ class Extender {
   std::vector<Option> test_all(const Stage& stage,
                                const std::vector<std::shared_ptr<const Effect>>& effects);
   struct Trial;
+  bool is_all(const Stage& stage) const;
   bool foretells(const Stage& stage) const;
   bool enough_beyond(const Option& option, double gain) const;
   std::optional<Trial> trial(Option option) const;

@@ -18,9 +18,9 @@ namespace {
 
 constexpr double kCalm = 1.15;  // accelerometer noise in motion over that at rest
 constexpr double kCalmColour = 0.15;
-constexpr double kMinGain = 5.0;  // nats of left-out data
+constexpr double kMinGain = 5.0;     // nats of left-out data
 constexpr double kRestColour = 0.2;  // correlation of neighbouring nodes
-constexpr double kMoreInMotion = 1.1, kMoreThanColour = 1.3;
+constexpr double kMoreInMotion = 1.2, kMoreThanColour = 1.3;
 constexpr double kMostOfIt = 0.5;  // of the misfit, for an effect to be tried in its stead
 
 // The accelerometer's residual under pure rotation.
@@ -31,7 +31,7 @@ struct Restlessness {
 
 // The same in rests: what is there, too, no motion has made.
 struct AtRest {
-  double motion_over_rest = INFINITY;  // size of the residual
+  double motion_over_rest = INFINITY;  // median size of the residual: tails do not count
   double colour = 0.0;                 // correlation of neighbouring nodes
 };
 AtRest at_rest(const Stage& rotation, const std::vector<const Recording*>& recordings) {
@@ -48,19 +48,25 @@ AtRest at_rest(const Stage& rotation, const std::vector<const Recording*>& recor
       }));
     }
   }
-  double squares[2] = {}, count[2] = {}, products = 0.0;
+  std::vector<double> sizes[2];
+  double squares = 0.0, products = 0.0;
   for (int i = 0; i < system.rows(); ++i) {
     if (rows.sensor[std::size_t(i)] != Sensor::kAcc) continue;
     const int node = rows.node[std::size_t(i)], next = rows.next[std::size_t(i)];
-    const int still = resting[std::size_t(node)];
-    squares[still] += r[i] * r[i];
-    count[still] += 1.0;
-    if (still != 0 && next >= 0) products += r[i] * r[next];
+    const bool still = resting[std::size_t(node)] != 0;
+    sizes[still ? 1 : 0].push_back(std::abs(r[i]));
+    if (!still) continue;
+    squares += r[i] * r[i];
+    if (next >= 0) products += r[i] * r[next];
   }
   AtRest out;
-  if (count[1] < 60.0 || squares[1] <= 0.0) return out;
-  out.motion_over_rest = std::sqrt(squares[0] / std::max(1.0, count[0]) / (squares[1] / count[1]));
-  out.colour = products / squares[1];
+  if (sizes[1].size() < 60 || sizes[0].empty() || squares <= 0.0) return out;
+  const auto median = [](std::vector<double>& v) {
+    std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
+    return v[v.size() / 2];
+  };
+  out.motion_over_rest = median(sizes[0]) / std::max(median(sizes[1]), 1e-300);
+  out.colour = products / squares;
   return out;
 }
 Restlessness restlessness(const Stage& rotation, double rest_acc) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/high_pass.h"
 #include "diagnosis/noise_tests.h"
 #include "diagnosis/sample_residuals.h"
 #include "factors/effects/catalogue.h"
@@ -63,6 +64,29 @@ void extend_by_mains(const Pipeline& pipeline, Extender& extender, Finding& find
 }
 
 }  // namespace
+
+std::optional<Finding> take_out_saturated(Recording& recording, const DiagnosisOptions& options) {
+  VectorSeries& mag = recording.mag.front();
+  if (mag.size() < 300) return std::nullopt;
+  const SampleResiduals samples{.channel = Channel::kMag,
+                                .t = mag.t,
+                                .reading = mag.v,
+                                .residual = high_passed(mag),
+                                .high_passed = true};
+  for (const NoiseTest& t : test_noise({samples})) {
+    if (t.effect != "mag_saturation" || !t.untested.empty()) continue;
+    if (t.p_value > options.false_alarm_rate / kTests) continue;
+    const double limit = t.parameters.front().value;
+    VectorSeries kept;
+    for (std::size_t k = 0; k < mag.size(); ++k) {
+      if (mag.v[k].cwiseAbs().maxCoeff() < limit * (1.0 - 1e-9)) kept.push_back(mag.t[k], mag.v[k]);
+    }
+    if (kept.size() < mag.size() / 2) return std::nullopt;
+    mag = std::move(kept);
+    return to_finding(t);
+  }
+  return std::nullopt;
+}
 
 void find_noise(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                 const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {

@@ -12,6 +12,7 @@ namespace magimu {
 namespace {
 
 constexpr double kColoured = 1.25, kCare = 1.0;  // as in extender.cpp
+constexpr double kCrumbs = 0.03;                 // of what a finding in that channel explained
 constexpr double kLeftOver = 0.3;  // of a finding's own misfit: more than this left, and its name
                                    // is doubtful
 
@@ -37,6 +38,14 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
   Channel channel = Channel::kMag;
   for (const Score& s : scan.scores()) {
     if (s.log10_p > level - (s.scatter > kColoured ? kCare : 0.0)) continue;
+    // Beside a large effect its own approximations show.
+    double explained = 0.0;
+    for (const Finding& f : d.findings) {
+      if (f.channel == to_string(s.effect->channel()) && f.effect != "linear_acceleration") {
+        explained = std::max(explained, misfit_of(f));
+      }
+    }
+    if (s.statistic - s.dof < kCrumbs * explained) continue;
     d.unexplained.detected = true;
     const std::string name = to_string(s.effect->channel());
     auto& channels = d.unexplained.channels;

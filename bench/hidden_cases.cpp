@@ -71,7 +71,8 @@ double largest_reading(oracle::Options o) {
   o.effects.clear();
   o.noise_factor = 0.0;
   double largest = 0.0;
-  for (const Vector3& m : oracle::simulate(o).recording.mag.front().v) {
+  const Recording exact = oracle::simulate(o).recording;
+  for (const Vector3& m : exact.mag.front().v) {
     largest = std::max(largest, m.cwiseAbs().maxCoeff());
   }
   return largest;

@@ -12,6 +12,7 @@
 #include "diagnosis/held_model.h"
 #include "diagnosis/motion_finding.h"
 #include "diagnosis/noise_findings.h"
+#include "diagnosis/passing_source.h"
 #include "diagnosis/predict.h"
 #include "diagnosis/thinned.h"
 #include "diagnosis/unexplained.h"
@@ -57,6 +58,7 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   const Stage first = choose_motion_model(recordings, pipeline, options, extender, d);
   progress("looking for effects", 0.3);
   extender.extend(first);
+  if (const auto f = find_passing_source(recordings, extender.stage())) d.findings.push_back(*f);
   progress("looking at the noise", 0.7);
   find_noise(full, pipeline, options, extender, d);
   progress("what is left?", 0.85);

@@ -296,6 +296,7 @@ bool Extender::foretells(const Stage& stage) const {
 // With a step in the model, does the bias stay the same within the pieces? What changes in many
 // ways is no step.
 bool Extender::is_all(const Stage& stage) const {
+  if (wald_test(stage, stage.spec().effects.size() - 1).scatter > kColoured) return true;
   const Scan scan(recordings_, stage, {bias_in_windows(change_windows(*recordings_.front()))});
   return scan.scores().front().log10_p > kNoStep;
 }

@@ -29,46 +29,74 @@ struct Restlessness {
   double rows = 0.0;
 };
 
-// The same in rests: what is there, too, no motion has made.
+// The same in rests, about each rest's mean: what is there, too, no motion has made.
 struct AtRest {
   double motion_over_rest = INFINITY;  // median size of the residual: tails do not count
   double colour = 0.0;                 // correlation of neighbouring nodes
 };
+
+// Of each node; -1: in motion.
+std::vector<int> rests_of_nodes(const Stage& stage, const std::vector<const Recording*>& recordings,
+                                int& rests) {
+  std::vector<int> out;
+  rests = 0;
+  for (std::size_t p = 0; p < recordings.size(); ++p) {
+    const std::vector<TimeSpan> spans = find_rests(*recordings[p]);
+    for (const double t : stage.plans()[p].t) {
+      int rest = -1;
+      for (std::size_t s = 0; s < spans.size(); ++s) {
+        if (t >= spans[s].begin_s && t <= spans[s].end_s) rest = rests + int(s);
+      }
+      out.push_back(rest);
+    }
+    rests += int(spans.size());
+  }
+  return out;
+}
+
 AtRest at_rest(const Stage& rotation, const std::vector<const Recording*>& recordings) {
   const Values& values = rotation.result().values;
   const LinearSystem system(rotation.graph(), values);
   const VectorXd r = system.whitened_residuals(values);
   const SensorRows rows(rotation.graph(), system);
-  std::vector<char> resting;
-  for (std::size_t p = 0; p < recordings.size(); ++p) {
-    const std::vector<TimeSpan> rests = find_rests(*recordings[p]);
-    for (const double t : rotation.plans()[p].t) {
-      resting.push_back(std::any_of(rests.begin(), rests.end(), [&](const TimeSpan& s) {
-        return t >= s.begin_s && t <= s.end_s;
-      }));
-    }
-  }
-  std::vector<double> sizes[2];
-  double squares = 0.0, products = 0.0;
+  int rests = 0;
+  const std::vector<int> rest_of = rests_of_nodes(rotation, recordings, rests);
+  std::vector<double> moving;
+  std::vector<std::vector<double>> still(std::size_t(3 * rests));  // by rest and axis
+  int axis = 0;
   for (int i = 0; i < system.rows(); ++i) {
     if (rows.sensor[std::size_t(i)] != Sensor::kAcc) continue;
-    const int node = rows.node[std::size_t(i)], next = rows.next[std::size_t(i)];
-    const bool still = resting[std::size_t(node)] != 0;
-    sizes[still ? 1 : 0].push_back(std::abs(r[i]));
-    if (!still) continue;
-    squares += r[i] * r[i];
-    if (next >= 0) products += r[i] * r[next];
+    const int rest = rest_of[std::size_t(rows.node[std::size_t(i)])];
+    if (rest < 0) {
+      moving.push_back(std::abs(r[i]));
+    } else {
+      still[std::size_t(3 * rest + axis)].push_back(r[i]);
+    }
+    axis = (axis + 1) % 3;
+  }
+  std::vector<double> sizes;
+  double squares = 0.0, products = 0.0;
+  for (std::vector<double>& x : still) {
+    double mean = 0.0;
+    for (const double v : x) mean += v / double(x.size());
+    for (std::size_t k = 0; k < x.size(); ++k) {
+      x[k] -= mean;
+      sizes.push_back(std::abs(x[k]));
+      squares += x[k] * x[k];
+      if (k > 0) products += x[k] * x[k - 1];
+    }
   }
   AtRest out;
-  if (sizes[1].size() < 60 || sizes[0].empty() || squares <= 0.0) return out;
+  if (sizes.size() < 60 || moving.empty() || squares <= 0.0) return out;
   const auto median = [](std::vector<double>& v) {
     std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
     return v[v.size() / 2];
   };
-  out.motion_over_rest = median(sizes[0]) / std::max(median(sizes[1]), 1e-300);
+  out.motion_over_rest = median(moving) / std::max(median(sizes), 1e-300);
   out.colour = products / squares;
   return out;
 }
+
 Restlessness restlessness(const Stage& rotation, double rest_acc) {
   const SensorSums sums = rotation.sums();
   Restlessness out;
@@ -86,12 +114,17 @@ double acceleration_rms(const Stage& rotation, const Recording& recording) {
   return noise * std::sqrt(nodes_per_s) * std::sqrt(3.0);
 }
 
-// Of left-out magnetometer samples given the others, with the scatter that they show: velocity and
-// position make likelihoods of the accelerometer under the two models incomparable.
+// Of left-out magnetometer samples given the others, block by block with the scatter that the block
+// shows (a disturbed one must not decide): velocity and position make likelihoods of the
+// accelerometer under the two models incomparable.
 double left_out_mag_nll(const Stage& stage) {
   const BlockErrors errors = block_errors(stage);
-  const double mean = sum_of(errors.held_out) / std::max(1.0, errors.values);
-  return 0.5 * errors.values * (std::log(2.0 * M_PI * std::max(mean, 1e-300)) + 1.0);
+  const double each = errors.values / std::max(1.0, double(errors.held_out.size()));
+  double sum = 0.0;
+  for (const double e : errors.held_out) {
+    sum += 0.5 * each * (std::log(2.0 * M_PI * std::max(e / each, 1e-300)) + 1.0);
+  }
+  return sum;
 }
 
 Finding motion_finding(const Stage& rotation, const Stage& moving, const Restlessness& restless,

@@ -65,7 +65,10 @@ SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, int
   };
   temperature_ = centred(aux("temp"), recording.gyr.t, 0.0);
   current_ = aux("current");
-  if (recording.pos) position_ = centred(*recording.pos, recording.gyr.t, Vector3::Zero().eval());
+  for (std::size_t k = 0; recording.pos && k < recording.gyr.size(); ++k) {
+    position_mean_ += interpolated(recording.pos->t, recording.pos->v, recording.gyr.t[k]) /
+                      double(recording.gyr.size());
+  }
 }
 
 const VectorSeries& SensedMotion::series(Channel channel) const {
@@ -126,7 +129,10 @@ SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
   if (!temperature_.t.empty())
     s.temperature = interpolated(temperature_.t, temperature_.v, instant);
   if (!current_.t.empty()) s.current = interpolated(current_.t, current_.v, instant);
-  if (!position_.t.empty()) s.position = interpolated(position_.t, position_.v, instant);
+  if (recording_.pos) {
+    s.position = interpolated(recording_.pos->t, recording_.pos->v, instant);
+    s.position_mean = position_mean_;
+  }
   if (channel == Channel::kMag) {
     s.field_before = [this, instant](double delay_s) {
       return attitude(instant - delay_s).unrotate(field_);

@@ -36,7 +36,7 @@ class SensedMotion {
   double strength_, begin_, duration_;
   std::vector<Rot3> nodes_;  // attitude of each, relative to the gyroscope's at that time
   ScalarSeries temperature_, current_;
-  VectorSeries position_;
+  Vector3 position_mean_ = Vector3::Zero();
 };
 
 }  // namespace magimu

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/format.h>
 
+#include <Eigen/SVD>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -18,6 +20,25 @@
 #include "diagnosis/unexplained.h"
 
 namespace magimu {
+namespace {
+
+// By more than a few degrees, about more than the one axis that keeps still in the IMU frame? The
+// mean of R' leaves a direction of n that keeps still its length and shortens all others.
+bool has_turned(const Stage& stage) {
+  constexpr double kLeast = 0.01;
+  Matrix3 mean = Matrix3::Zero();
+  double nodes = 0.0;
+  for (const NodePlan& plan : stage.plans()) {
+    for (std::size_t k = 0; k < plan.t.size(); ++k) {
+      mean += stage.result().values.at<Rot3>(R(plan.first + int(k))).matrix().transpose();
+      nodes += 1.0;
+    }
+  }
+  const double longest = Eigen::JacobiSVD<Matrix3>(mean / nodes).singularValues()[0];
+  return 1.0 - longest * longest > kLeast;
+}
+
+}  // namespace
 
 Diagnosis diagnose(const Recording& recording, const DiagnosisOptions& options) {
   return diagnose(std::vector<const Recording*>{&recording}, options);
@@ -57,12 +78,28 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   progress("is it the motion?", 0.15);
   const Stage first = choose_motion_model(recordings, pipeline, options, extender, d);
   progress("looking for effects", 0.3);
-  extender.extend(first);
-  if (const auto f = find_passing_source(recordings, extender.stage())) d.findings.push_back(*f);
+  const bool turned = has_turned(first);
+  if (turned) {
+    extender.extend(first);
+  } else {
+    extender.replace(first);
+    d.notes.push_back(
+        "The sensor hardly turned, so that almost no cause can be told from the calibration "
+        "itself: "
+        "turn it about all three of its axes, by half a turn and more.");
+    for (const auto& effect : effect_catalogue()) {
+      d.scan.push_back({.effect = effect->name(),
+                        .channel = to_string(effect->channel()),
+                        .needs = "the sensor hardly turned"});
+    }
+  }
+  if (const auto f = find_passing_source(recordings, extender.stage()); f && turned) {
+    d.findings.push_back(*f);
+  }
   progress("looking at the noise", 0.7);
   find_noise(full, pipeline, options, extender, d);
   progress("what is left?", 0.85);
-  find_unexplained(recordings, options, extender, d);
+  if (turned) find_unexplained(recordings, options, extender, d);
   fill_departures(recordings, extender, d);
   d.before = extender.summary(extender.base());
   d.after = extender.summary(extender.stage());

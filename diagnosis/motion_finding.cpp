@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "calibration/choose_motion.h"
-#include "calibration/held_out.h"
 #include "calibration/rests.h"
 #include "calibration/sensor_rows.h"
 #include "diagnosis/held_out_nll.h"
@@ -114,23 +113,15 @@ double acceleration_rms(const Stage& rotation, const Recording& recording) {
   return noise * std::sqrt(nodes_per_s) * std::sqrt(3.0);
 }
 
-// Of left-out magnetometer samples given the others, block by block with the scatter that the block
-// shows (a disturbed one must not decide): velocity and position make likelihoods of the
-// accelerometer under the two models incomparable.
-double left_out_mag_nll(const Stage& stage) {
-  const BlockErrors errors = block_errors(stage);
-  const double each = errors.values / std::max(1.0, double(errors.held_out.size()));
-  double sum = 0.0;
-  for (const double e : errors.held_out) {
-    sum += 0.5 * each * (std::log(2.0 * M_PI * std::max(e / each, 1e-300)) + 1.0);
-  }
-  return sum;
-}
-
 Finding motion_finding(const Stage& rotation, const Stage& moving, const Restlessness& restless,
                        const Recording& recording) {
-  const double before = left_out_mag_nll(rotation), after = left_out_mag_nll(moving);
+  // Velocity and position make likelihoods under the two models incomparable. What can be compared
+  // is what the accelerometer costs if its residual under pure rotation is noise as at rest, and if
+  // it is as large as it is: no parameter has been fitted to that.
   const double excess2 = restless.excess * restless.excess;
+  const double after = sum_of(held_out_nll(moving));
+  const double before =
+      after + 0.5 * restless.rows * std::max(0.0, excess2 - 1.0 - std::log(excess2));
   const double rms = acceleration_rms(rotation, recording);
   Finding f;
   f.effect = "linear_acceleration";
@@ -185,7 +176,8 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
       restless.rows * (1.0 - 1.0 / std::max(1.0, restless.excess * restless.excess));
   const Scan scan(recordings, rotation, extender.candidates(rotation));
   const bool other = std::any_of(scan.scores().begin(), scan.scores().end(), [&](const Score& s) {
-    return s.log10_p < extender.log10_level() && s.statistic > kMostOfIt * misfit;
+    return log10_chi_square_tail(s.statistic, s.dof) < extender.log10_level() &&
+           s.statistic > kMostOfIt * misfit;
   });
   if (other) {
     const Diagnosis before = d;

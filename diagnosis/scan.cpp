@@ -140,7 +140,7 @@ Score Scan::combined(const MatrixXd& C) const {
   } else if (out.scatter > kColoured) {
     // Too few windows for a scatter of each direction: one for all of them.
     const double F = out.statistic / (out.dof * out.scatter);
-    out.log10_p = std::max(out.log10_p, log10_f_tail(F, q, q * (windows - 1.0)));
+    out.log10_p = std::max(out.log10_p, log10_f_tail(F, q, windows - 1.0));
   }
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
   return out;
@@ -200,7 +200,7 @@ Score wald_test(const Stage& stage, std::size_t effect) {
     out.sigma = (Q * S * Q.transpose()).diagonal().cwiseSqrt().cwiseMax(out.sigma);
   } else if (out.scatter > kColoured) {
     const double F = out.statistic / (out.dof * out.scatter);
-    out.log10_p = std::max(out.log10_p, log10_f_tail(F, p, p * (n - 1.0)));
+    out.log10_p = std::max(out.log10_p, log10_f_tail(F, p, n - 1.0));
     out.sigma *= std::sqrt(out.scatter);
   }
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));

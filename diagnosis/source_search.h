@@ -7,7 +7,7 @@
 
 namespace magimu {
 
-// The best few, m, relative to the mean of the recorded positions; best first.
+// The best few, m, in the frame of the recorded positions; best first.
 std::vector<Vector3> likely_source_places(const Recording& recording, const Stage& stage);
 
 }  // namespace magimu

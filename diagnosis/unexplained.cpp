@@ -11,7 +11,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kColoured = 1.25, kCare = 1.0;  // as in extender.cpp
+constexpr double kColoured = 1.25, kCare = 2.0;  // as in extender.cpp
 constexpr double kCrumbs = 0.03;                 // of what a finding in that channel explained
 constexpr double kLeftOver = 0.3;  // of a finding's own misfit: more than this left, and its name
                                    // is doubtful

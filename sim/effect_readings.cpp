@@ -80,7 +80,8 @@ class EffectReadings {
     s.strength_uT = field_strength_uT(mag.distortion);
     s.temperature = warming_device(t) - mean_temperature_;
     s.current = switched_load(t);
-    s.position = motion_.position(t) - mean_position_;
+    s.position = motion_.position(t);
+    s.position_mean = mean_position_;
     s.field_before = [this, t, field](double delay_s) {
       return motion_.attitude(t - delay_s).unrotate(field);
     };
@@ -142,7 +143,7 @@ class EffectReadings {
 
   double nearest(const Vector3& place) const {
     double least = 1e300;
-    for (const Vector3& p : truth_.p) least = std::min(least, (p - mean_position_ - place).norm());
+    for (const Vector3& p : truth_.p) least = std::min(least, (p - place).norm());
     return least;
   }
 

@@ -38,7 +38,8 @@ struct SampleState {
   double strength_uT = 50.0;                    // cube root of det D
   double temperature = 0.0;                     // less its mean, K
   double current = 0.0;                         // A
-  Vector3 position = Vector3::Zero();           // in n, less its mean, m
+  Vector3 position = Vector3::Zero();           // in n, m
+  Vector3 position_mean = Vector3::Zero();      // over the recording
   std::function<Vector3(double)> field_before;  // b so many seconds earlier
 };
 

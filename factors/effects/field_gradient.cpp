@@ -20,7 +20,7 @@ class FieldGradient final : public Effect {
                 .separating_motion = "visit different places in the same orientation"}) {}
 
   void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
-    const Vector3& p = s.position;
+    const Vector3 p = s.position - s.position_mean;
     Eigen::Matrix<double, 3, 5> in_n;
     in_n << p.x(), 0.0, p.y(), p.z(), 0.0,  //
         0.0, p.y(), p.x(), 0.0, p.z(),      //

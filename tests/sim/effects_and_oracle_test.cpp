@@ -51,7 +51,8 @@ class OracleMotion {
     s.strength_uT = device.strength_uT();
     s.temperature = oracle::warming_up(t) - mean_temperature_;
     s.current = oracle::switching_current(t);
-    s.position = at.p - mean_position;
+    s.position = at.p;
+    s.position_mean = mean_position;
     s.field_before = [this, t](double delay) -> Vector3 {
       return motion_.nRb(t - delay).conjugate() * plain.truth.device.unit_field();
     };
@@ -91,8 +92,6 @@ Case same(const oracle::Effect& e) {
   const auto effect = find_effect(name);
   if (const auto family = effect->with_terms(int(p.size()) / 3)) return {family, p};
   VectorXd theta = p;
-  // From the mean of the places, as SampleState has them.
-  if (name == "stationary_source") theta.head<3>() -= shared_motion().mean_position;
   return {effect, theta};
 }
 

@@ -227,7 +227,7 @@ TEST(HiddenEffects, tied_to_a_place_follow_their_equations) {
   });
   const Hidden source("stationary_source");
   source.changes(Channel::kMag, [&](std::size_t k) {
-    const Vector3 d = place(source, k) - source.vector(0), moment = source.vector(3);
+    const Vector3 d = source.with.recording.pos->v[k] - source.vector(0), moment = source.vector(3);
     const double r = d.norm();
     return seen(source, k, 0.1 * (3.0 * d * d.dot(moment) / (r * r) - moment) / (r * r * r));
   });

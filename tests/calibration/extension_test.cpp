@@ -80,11 +80,6 @@ TEST_P(ExtensionAtTheTruth, takes_away_what_the_effect_adds) {
     spec.effects = {make_hard_iron_change_between(theta[3], theta[4])};
     theta = theta.head(3).eval();
   }
-  if (spec.effects[0]->name() == "stationary_source") {  // places less their mean
-    Vector3 mean = Vector3::Zero();
-    for (const Vector3& p : plain.truth.p) mean += p / double(plain.truth.p.size());
-    theta.head<3>() -= mean;
-  }
   const std::vector<NodePlan> plans = plan_nodes({&with.recording}, 20);
   Values values = true_values(with.truth, plans[0], options.rate_hz);
   const auto keys = effect_keys(spec.effects);

@@ -35,7 +35,6 @@ constexpr double kNoStep = -6.0;        // log10 of the probability of what is l
 constexpr double kSharp = 4.0;          // a change's jump over those at other times
 constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
 constexpr int kWalkTerms = 12;
-constexpr double kColoured = 1.25;     // scatter of the windows' scores beyond white noise's
 constexpr double kChangeWindow = 5.0;  // s, at the least
 constexpr int kMaxChangeWindows = 24;
 

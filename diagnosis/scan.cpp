@@ -16,7 +16,6 @@ namespace {
 constexpr double kPriorOff = 1e3;    // a prior so wide that it says nothing
 constexpr double kInvisible = 1e-6;  // of the largest eigenvalue of A, parameters scaled alike
 constexpr double kEnough = 3.0;      // windows a direction
-constexpr double kColoured = 1.25;   // scatter of the windows' scores beyond white noise's
 
 // Variables of the stage's model and of the candidates', these at zero.
 Values with_candidates(const Values& values, std::size_t accepted, const ModelSpec& spec) {

@@ -22,6 +22,10 @@
 
 namespace magimu {
 
+// Scatter of the windows' scores, over what white noise would give, beyond which noise counts as
+// coloured.
+inline constexpr double kColoured = 1.25;
+
 // One candidate's answer.
 struct Score {
   std::shared_ptr<const Effect> effect = {};

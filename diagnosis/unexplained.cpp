@@ -11,8 +11,8 @@
 namespace magimu {
 namespace {
 
-constexpr double kColoured = 1.25, kCare = 2.0;  // as in extender.cpp
-constexpr double kCrumbs = 0.03;                 // of what a finding in that channel explained
+constexpr double kCare = 2.0;      // log10 of a probability: far tails under coloured noise
+constexpr double kCrumbs = 0.03;   // of what a finding in that channel explained
 constexpr double kLeftOver = 0.3;  // of a finding's own misfit: more than this left, and its name
                                    // is doubtful
 

@@ -101,6 +101,49 @@ SensorParameters parameters_of(const oracle::Device& device) {
   return p;
 }
 
+Vector3 mean_difference(const VectorSeries& a, const VectorSeries& b) {
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t k = 0; k < a.size(); ++k) sum += a.v[k] - b.v[k];
+  return sum / double(std::max<std::size_t>(1, a.size()));
+}
+
+// What the sensors had while they were recorded: a bias that drifts has no other value than its
+// mean, the constant part of a current's field is hard iron, and the field is that of the place,
+// whatever makes it.
+SensorParameters parameters_during(const oracle::Options& options, const oracle::Simulation& s) {
+  SensorParameters p = parameters_of(s.truth.device);
+  const std::string name = options.effects.empty() ? "" : options.effects.front().name();
+  const auto is = [&](std::initializer_list<const char*> names) {
+    return std::any_of(names.begin(), names.end(), [&](const char* n) { return name == n; });
+  };
+  const bool of_bias = is({"gyro_bias_drift", "gyro_temperature", "acc_temperature",
+                           "mag_temperature", "hard_iron_drift", "mag_current", "cable_field"});
+  const bool of_place = is({"stationary_source", "field_gradient", "field_drift"});
+  if (!of_bias && !of_place) return p;
+  oracle::Options with = options, without = options;
+  with.noise_factor = without.noise_factor = 0.0;
+  without.effects.clear();
+  const Recording a = oracle::simulate(with).recording, b = oracle::simulate(without).recording;
+  if (of_bias) {
+    p.acc_bias += mean_difference(a.acc, b.acc);
+    p.gyr_bias += mean_difference(a.gyr, b.gyr);
+    p.mag[0].bias += mean_difference(a.mag.front(), b.mag.front());
+    return p;
+  }
+  // Differences turned into n, as parts of the field; nRb of the truth is at the samples' times.
+  const Matrix3 D_inverse = p.mag[0].distortion.inverse();
+  Vector3 sum = Vector3::Zero();
+  const VectorSeries &x = a.mag.front(), &y = b.mag.front();
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    sum += a.truth->nRb[k] * Vector3(D_inverse * (x.v[k] - y.v[k]));
+  }
+  const Vector3 field =
+      Vector3(0.0, std::cos(p.dip_rad), -std::sin(p.dip_rad)) + sum / double(x.size());
+  p.mag[0].distortion *= field.norm();
+  p.dip_rad = std::atan2(-field[2], std::hypot(field[0], field[1]));
+  return p;
+}
+
 Outcome run_one(int seed, const std::string& save) {
   const Case c = make_case(seed);
   Outcome out;
@@ -113,9 +156,9 @@ Outcome run_one(int seed, const std::string& save) {
     out.verdict = calibration.trust.verdict;
     out.model = to_string(calibration.motion);
     if (!calibration.trust.reasons.empty()) out.reason = calibration.trust.reasons.front();
+    const SensorParameters truth = parameters_during(c.options, s);
     const VectorXd e =
-        in_calibration_order(calibration).head(19) -
-        in_calibration_order(parameters_of(s.truth.device), {s.truth.device.dip_rad});
+        in_calibration_order(calibration).head(19) - in_calibration_order(truth, {truth.dip_rad});
     const MatrixXd V = calibration.covariance.topLeftCorner(19, 19);
     out.distance = e.dot(V.ldlt().solve(e));
     constexpr double kQuantile = 43.820;  // chi-square of 19, 99.9 %

@@ -8,6 +8,7 @@
 
 #include "calibration/blows.h"
 #include "calibration/diagnostics.h"
+#include "calibration/missing_effects.h"
 #include "calibration/pipeline.h"
 #include "calibration/summary.h"
 #include "calibration/trust.h"
@@ -39,13 +40,16 @@ Calibration calibrate(const std::vector<const Recording*>& given,
   const std::vector<const Recording*>& recordings = checked.get();
   const Pipeline pipeline(recordings, options);
   Calibration choices;
-  const Stage fine = pipeline.run(choices);
+  const auto [coarse, fine] = pipeline.run(choices);
   Calibration c = summarize(recordings, fine, options);
   c.motion_reason = choices.motion_reason;
   c.checks = choices.checks;
   c.warnings = checked.warnings();
   c.node_every = pipeline.node_every();
   widen_by_halves(c);
+  if (coarse.result().converged()) {
+    add_missing_effects(c, find_missing_effects(recordings, coarse));
+  }
   for (const Recording* r : recordings) {
     c.blows_per_minute = std::max(c.blows_per_minute, blows_per_minute(*r));
   }

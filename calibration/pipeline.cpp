@@ -203,15 +203,12 @@ Stage Pipeline::refit_with_same_noise(const Stage& from, const ModelSpec& spec,
 }
 
 // Few nodes first: most iterations, the search for the noise and the choices are cheap there.
-Stage Pipeline::run(Calibration& c) const {
-  const Stage coarse = with_gyr_matrix(with_offset(choose(c.motion_reason)));
+Pipeline::Fits Pipeline::run(Calibration& c) const {
+  const Stage coarse = with_fixed_symmetries(with_gyr_matrix(with_offset(choose(c.motion_reason))));
   check_prediction(coarse, c);
   Stage fine(recordings_, coarse.spec(), every_, options_.optimizer);
-  Values start = carry_over(recordings_, coarse, fine);
-  fix_symmetries(start, int(recordings_.front()->mag.size()), int(recordings_.size()),
-                 fine.plans());
-  fine.fit(start, true);
-  return fine;
+  fine.fit(carry_over(recordings_, coarse, fine), true);
+  return {coarse, fine};
 }
 
 // What needs more fits than one: left-out data, and halves of each recording.

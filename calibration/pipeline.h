@@ -36,7 +36,10 @@ class Pipeline {
   const NoiseDensities& rest_noise() const { return rest_; }
 
   // The whole way: motion, lag, gyroscope matrix, checks (into c), and the fit with all nodes.
-  Stage run(Calibration& c) const;
+  struct Fits {
+    Stage coarse, fine;
+  };
+  Fits run(Calibration& c) const;
 
   // Its steps, with few nodes.
   Stage coarse_fit(MotionModel motion) const;

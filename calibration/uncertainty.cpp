@@ -114,12 +114,21 @@ void fill_uncertainty(Calibration& c, const Stage& stage, const CalibrationOptio
 }
 
 void widen_uncertainty(Calibration& c, double factor) {
-  c.covariance *= factor * factor;
-  c.strength_sigma_uT *= factor;
-  for (FieldEstimate& field : c.fields) field.dip_sigma_rad *= factor;
-  for (ActiveEffect& effect : c.effects) {
-    for (ActiveEffect::Parameter& p : effect.parameters) p.sigma *= factor;
+  add_to_covariance(c, (factor * factor - 1.0) * c.covariance);
+}
+
+void add_to_covariance(Calibration& c, const MatrixXd& more) {
+  c.covariance += more;
+  const Eigen::Index first_dip = 6 + 12 * Eigen::Index(c.parameters.mag.size());
+  for (std::size_t r = 0; r < c.fields.size(); ++r) {
+    const Eigen::Index i = first_dip + Eigen::Index(r);
+    c.fields[r].dip_sigma_rad = std::sqrt(c.covariance(i, i)) * kDegree;
   }
+  for (ActiveEffect& effect : c.effects) {
+    for (ActiveEffect::Parameter& p : effect.parameters) p.sigma = c.sigma(p.name);
+  }
+  c.strength_sigma_uT =
+      strength_sigma(c.parameters.mag.front().distortion, c.strength_uT, c.covariance);
 }
 
 }  // namespace magimu

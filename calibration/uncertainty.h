@@ -14,5 +14,7 @@ void fill_uncertainty(Calibration& c, const Stage& stage, const CalibrationOptio
 
 // Multiplies the reported standard deviations by that factor; those of the model stay.
 void widen_uncertainty(Calibration& c, double factor);
+// Adds to the covariance, which is in the order and units of Calibration::order; likewise.
+void add_to_covariance(Calibration& c, const MatrixXd& more);
 
 }  // namespace magimu

@@ -12,29 +12,7 @@ namespace {
 
 constexpr double kLittle = 0.05;  // of the statistic
 
-class BiasInWindows final : public Effect {
- public:
-  explicit BiasInWindows(int windows)
-      : Effect({.name = "bias_in_windows",
-                .channel = Channel::kMag,
-                .parameters = std::vector<Parameter>(std::size_t(3 * windows), {"o", "uT", 20.0})}),
-        windows_(windows) {}
-
-  void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
-    const int w = std::clamp(int(0.5 * (s.u + 1.0) * windows_), 0, windows_ - 1);
-    J.setZero();
-    J.middleCols<3>(3 * w).setIdentity();
-  }
-
- private:
-  int windows_;
-};
-
 }  // namespace
-
-std::shared_ptr<const Effect> bias_in_windows(int windows) {
-  return std::make_shared<BiasInWindows>(windows);
-}
 
 BiasChange find_bias_change(const Scan& scan, std::size_t candidate, int windows, double begin_s,
                             double end_s) {

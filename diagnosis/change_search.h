@@ -5,14 +5,10 @@
 
 #include <memory>
 
-#include "diagnosis/scan.h"
+#include "calibration/scan.h"
 #include "recording/recording.h"
 
 namespace magimu {
-
-// The magnetometer's bias on its own in each of so many windows of the recording: 3 parameters
-// each.
-std::shared_ptr<const Effect> bias_in_windows(int windows);
 
 struct BiasChange {
   double t0 = 0.0, t1 = 0.0;  // s; infinite beyond the recording's ends

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "calibration/extension.h"
-#include "diagnosis/windows.h"
+#include "calibration/windows.h"
 
 namespace magimu {
 namespace {

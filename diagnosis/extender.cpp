@@ -8,16 +8,18 @@
 #include <limits>
 
 #include "calibration/extension.h"
+#include "calibration/general_dependence.h"
 #include "calibration/parameter_names.h"
+#include "calibration/random_walk.h"
 #include "calibration/rests.h"
 #include "calibration/summary.h"
+#include "calibration/testable.h"
 #include "calibration/trust.h"
 #include "diagnosis/change_search.h"
 #include "diagnosis/doubts.h"
 #include "diagnosis/finding_text.h"
 #include "diagnosis/held_out_nll.h"
 #include "diagnosis/option.h"
-#include "diagnosis/random_walk.h"
 #include "diagnosis/source_search.h"
 #include "factors/effects/catalogue.h"
 

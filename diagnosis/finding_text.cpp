@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/finding_text.h"
+#include "calibration/testable.h"
 
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "calibration/sensor_rows.h"
-#include "diagnosis/windows.h"
+#include "calibration/windows.h"
 
 namespace magimu {
 namespace {

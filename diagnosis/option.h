@@ -5,8 +5,8 @@
 
 #include <limits>
 
+#include "calibration/scan.h"
 #include "diagnosis/diagnosis.h"
-#include "diagnosis/scan.h"
 
 namespace magimu {
 
@@ -20,9 +20,6 @@ struct Option {
   double t0 = std::numeric_limits<double>::infinity(), t1 = std::numeric_limits<double>::infinity();
 };
 
-// Why an effect cannot be tested on these recordings under this model; empty: it can.
-std::string reason_untested(const Effect& effect, const std::vector<const Recording*>& recordings,
-                            const Stage& stage);
 // No motion, or none that is usual, tells the two apart.
 bool same_class(const Effect& a, const Effect& b);
 // The magnetometer's residuals without the term of the effect that entered last, whose parameters

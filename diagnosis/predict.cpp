@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/general_dependence.h"
 #include "calibration/pipeline.h"
 #include "diagnosis/change_search.h"
 #include "diagnosis/held_model.h"

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "calibration/testable.h"
 #include "diagnosis/held_model.h"
 #include "diagnosis/option.h"
 #include "factors/effects/effect.h"

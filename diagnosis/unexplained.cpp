@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/general_dependence.h"
+#include "calibration/general_dependence.h"
 
 namespace magimu {
 namespace {

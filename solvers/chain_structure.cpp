@@ -124,7 +124,7 @@ class Analysis {
         columns += level_width(level);
         for (const int w : level) done[std::size_t(w)] = 1;
       }
-      out.min_pivot = std::max(out.min_pivot, 1e-16 * columns);
+      out.min_pivot = std::max(out.min_pivot, 3e-17 * columns);
       add_component(levels, out);
     }
     for (Range& trunk : trunks_) trunk = append(trunk_levels_[std::size_t(trunk.begin)], -1, out);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/general_dependence.h"
+#include "calibration/general_dependence.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -9,6 +10,12 @@ namespace {
 
 constexpr double kGravity = 9.8;  // m/s^2: forces as parts of it
 
+// How large what has no name may be in usual parts: m/s^2, rad/s, uT.
+double usual_size(Channel channel) {
+  constexpr double kSizes[] = {0.1, 0.003, 1.0};
+  return kSizes[int(channel)];
+}
+
 // Any linear combination of n functions of the state, on each axis.
 class Dependence final : public Effect {
  public:
@@ -16,7 +23,8 @@ class Dependence final : public Effect {
   Dependence(Channel channel, const std::string& words, int n, Functions functions)
       : Effect({.name = "dependence",
                 .channel = channel,
-                .parameters = std::vector<Parameter>(std::size_t(3 * n), {"c", "1", 1.0}),
+                .parameters =
+                    std::vector<Parameter>(std::size_t(3 * n), {"c", "1", usual_size(channel)}),
                 .cause = words}),
         functions_(std::move(functions)) {}
 
@@ -27,6 +35,27 @@ class Dependence final : public Effect {
 
  private:
   Functions functions_;
+};
+
+// A constant on each axis, another one in every window.
+class BiasInWindows final : public Effect {
+ public:
+  BiasInWindows(int windows, Channel channel)
+      : Effect({.name = "bias_in_windows",
+                .channel = channel,
+                .parameters = std::vector<Parameter>(std::size_t(3 * windows),
+                                                     {"o", "1", usual_size(channel)}),
+                .cause = "on when it was measured"}),
+        windows_(windows) {}
+
+  void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
+    const int w = std::clamp(int(0.5 * (s.u + 1.0) * windows_), 0, windows_ - 1);
+    J.setZero();
+    J.middleCols<3>(3 * w).setIdentity();
+  }
+
+ private:
+  int windows_;
 };
 
 // x_i x_j, i <= j, without the square of the last: for directions the squares add up to one.
@@ -104,6 +133,10 @@ std::vector<std::shared_ptr<const Effect>> general_dependences(bool moving) {
     return x;
   });
   return out;
+}
+
+std::shared_ptr<const Effect> bias_in_windows(int windows, Channel channel) {
+  return std::make_shared<BiasInWindows>(windows, channel);
 }
 
 }  // namespace magimu

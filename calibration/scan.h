@@ -5,8 +5,7 @@
 // (a Schur complement),
 //
 //   S = z' A^-1 z      chi-square with as many degrees of freedom as parameters, if there is no
-//   such
-//                      effect; A^-1 z is what one step of a refit would estimate
+//                      such effect; A^-1 z is what one step of a refit would estimate
 //
 // Under coloured noise S is too large. The same scores summed over windows of seconds that share no
 // node scatter about their mean as the noise really does (Hotelling's T^2 of them is an F
@@ -19,6 +18,7 @@
 
 #include "calibration/calibration.h"
 #include "calibration/stage.h"
+#include "solvers/condensed_windows.h"
 
 namespace magimu {
 
@@ -41,9 +41,11 @@ struct Score {
 
 class Scan {
  public:
-  // stage: fitted, with the accepted effects in its model. candidates: at zero.
+  // stage: fitted, with the accepted effects in its model. candidates: at zero. window_s: long
+  // enough that what happens in a window shows in it: where the motion is estimated, too, the
+  // accelerometer says little in few seconds.
   Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
-       const std::vector<std::shared_ptr<const Effect>>& candidates);
+       const std::vector<std::shared_ptr<const Effect>>& candidates, double window_s = 5.0);
 
   const std::vector<Score>& scores() const { return scores_; }
   // Joint information and score of all candidates' parameters, one after another, with calibration
@@ -53,6 +55,13 @@ class Scan {
   int first(std::size_t candidate) const { return first_[candidate]; }
   // A test on a linear combination of columns: theta = C phi, one row of C a parameter of all.
   Score combined(const MatrixXd& C) const;
+  // By how much the parameters of the fitted model, in the order of parameter_keys(), change with
+  // the parameters of candidates that enter it: one column a parameter.
+  const MatrixXd& influence() const { return influence_; }
+  // The same test of candidate i by the scatter that the windows' scores would have with it in the
+  // model, one step away: an effect that is there makes scores scatter until it is in the model, so
+  // that the test above has little power against large ones. scatter and p_value are those.
+  Score with_own_scatter(std::size_t candidate) const;
 
  private:
   std::vector<Score> scores_;
@@ -60,6 +69,9 @@ class Scan {
   MatrixXd information_, window_scores_;  // the latter: one column a window
   MatrixXd window_information_;           // their sum
   VectorXd score_;
+  MatrixXd influence_;
+  MatrixXd projection_;  // of the candidates on all other globals
+  std::vector<CondensedWindow> windows_;
 };
 
 // The same question of an effect that is part of a fitted model: is its estimate zero? The windows'

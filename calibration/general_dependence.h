@@ -13,4 +13,7 @@ namespace magimu {
 // directions".
 std::vector<std::shared_ptr<const Effect>> general_dependences(bool moving);
 
+// A sensor's bias on its own in each of so many windows of the recording: 3 parameters each.
+std::shared_ptr<const Effect> bias_in_windows(int windows, Channel channel = Channel::kMag);
+
 }  // namespace magimu

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/scan.h"
+#include "calibration/scan.h"
 
 #include <Eigen/Eigenvalues>
 #include <boost/math/distributions/chi_squared.hpp>
@@ -8,7 +8,8 @@
 #include <limits>
 
 #include "calibration/extension.h"
-#include "diagnosis/windows.h"
+#include "calibration/parameter_names.h"
+#include "calibration/windows.h"
 
 namespace magimu {
 namespace {
@@ -40,6 +41,22 @@ MatrixXd whitener(const MatrixXd& A) {
          values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
+// projection: of the candidates on all other globals. With those rows that are the parameters.
+MatrixXd influence_on_parameters(const MatrixXd& projection, const CondensedChain& chain,
+                                 const Values& values,
+                                 const std::vector<const Recording*>& recordings,
+                                 const ModelSpec& spec) {
+  const std::vector<Key> keys =
+      parameter_keys(int(recordings.front()->mag.size()), int(recordings.size()), spec);
+  MatrixXd out(0, projection.rows());
+  for (const Key key : keys) {
+    const Eigen::Index size = values.slot(key).type.tangent(), first = out.rows();
+    out.conservativeResize(first + size, Eigen::NoChange);
+    out.bottomRows(size) = -projection.middleCols(chain.position(values, key), size).transpose();
+  }
+  return out;
+}
+
 double log10_f_tail(double x, double p, double q) {
   if (!(x > 0.0) || q < 1.0) return 0.0;
   const double tail =
@@ -61,7 +78,7 @@ double log10_chi_square_tail(double x, double dof) {
 }
 
 Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
-           const std::vector<std::shared_ptr<const Effect>>& candidates) {
+           const std::vector<std::shared_ptr<const Effect>>& candidates, double window_s) {
   ModelSpec spec = stage.spec();
   const std::size_t accepted = spec.effects.size();
   spec.effects.insert(spec.effects.end(), candidates.begin(), candidates.end());
@@ -77,7 +94,8 @@ Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
   system.linearize(values);
 
   const CondensedChain whole = condense(system, values, node_of, all_in_one(stage.plans()));
-  const CondensedChain parts = condense(system, values, node_of, windows_of(stage.plans()));
+  const CondensedChain parts =
+      condense(system, values, node_of, windows_of(stage.plans(), window_s));
   const auto g = Eigen::Index(whole.columns.size());
   Eigen::Index n = 0;
   for (const auto& c : candidates) n += c->size();
@@ -88,16 +106,18 @@ Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
     projection = K.bottomLeftCorner(n, base) * P * P.transpose();
     return MatrixXd(K.bottomRightCorner(n, n) - projection * K.topRightCorner(base, n));
   };
-  MatrixXd projection;
   const CondensedWindow all = whole.sum();
+  MatrixXd& projection = projection_;
   information_ = reduce(all.information, projection);
   score_ = all.score.tail(n) - projection * all.score.head(base);
+  influence_ = influence_on_parameters(projection, whole, values, recordings, stage.spec());
   window_information_ = reduce(parts.sum().information, projection);
   window_scores_.resize(n, Eigen::Index(parts.windows.size()));
   for (std::size_t w = 0; w < parts.windows.size(); ++w) {
     const VectorXd& s = parts.windows[w].score;
     window_scores_.col(Eigen::Index(w)) = s.tail(n) - projection * s.head(base);
   }
+  windows_ = parts.windows;
   int next = 0;
   for (const auto& candidate : candidates) {
     first_.push_back(next);
@@ -107,6 +127,34 @@ Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
     scores_.back().effect = candidate;
     next += candidate->size();
   }
+}
+
+Score Scan::with_own_scatter(std::size_t candidate) const {
+  Score out = scores_[candidate];
+  const Eigen::Index n = information_.rows(), q = out.theta.size(), base = projection_.cols();
+  const Eigen::Index at = first(candidate);
+  const MatrixXd Q = whitener(window_information_.block(at, at, q, q));
+  if (Q.cols() == 0 || windows_.size() < 2) return out;
+  // One step: calibration and candidate, the other candidates at zero.
+  VectorXd step = VectorXd::Zero(base + n);
+  step.segment(base + at, q) = out.theta;
+  step.head(base) = -projection_.middleRows(at, q).transpose() * out.theta;
+  MatrixXd u(Q.cols(), Eigen::Index(windows_.size()));
+  for (std::size_t w = 0; w < windows_.size(); ++w) {
+    const VectorXd s = windows_[w].score - windows_[w].information * step;
+    u.col(Eigen::Index(w)) =
+        Q.transpose() * (s.segment(base + at, q) - projection_.middleRows(at, q) * s.head(base));
+  }
+  const auto windows = double(u.cols());
+  const MatrixXd centred = u.colwise() - u.rowwise().mean();
+  out.scatter = centred.squaredNorm() / double(u.rows()) * windows / (windows - 1.0);
+  out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
+  if (out.scatter > kColoured) {
+    const double F = out.statistic / (out.dof * out.scatter);
+    out.log10_p = std::max(out.log10_p, log10_f_tail(F, out.dof, windows - 1.0));
+  }
+  out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
+  return out;
 }
 
 Score Scan::combined(const MatrixXd& C) const {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/random_walk.h"
+#include "calibration/random_walk.h"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "diagnosis/scan.h"
+#include "calibration/scan.h"
 
 namespace magimu {
 

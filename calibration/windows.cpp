@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/windows.h"
+#include "calibration/windows.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/missing_effects.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/general_dependence.h"
+#include "calibration/random_walk.h"
+#include "calibration/scan.h"
+#include "calibration/testable.h"
+#include "calibration/uncertainty.h"
+#include "factors/effects/catalogue.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kFalseAlarms = 0.01;  // of all tests together, where nothing is missing
+constexpr int kWalkTerms = 12;
+constexpr double kWindow = 10.0;  // s, in which a bias may be another one
+constexpr int kMaxWindows = 12;
+// Blocks, s, whose scatter shows the colour of the noise. Where the motion is estimated, too, the
+// accelerometer says little in few seconds.
+constexpr double kBlock = 5.0, kAccBlock = 20.0;
+constexpr double kStronglyColoured = 2.0;
+constexpr double kWidened = 3.0;  // priors of effects: what is there may be larger than usual
+constexpr double kMoved = 3.0;    // standard deviations, by a cause without a name
+
+std::vector<std::shared_ptr<const Effect>> candidates(
+    const std::vector<const Recording*>& recordings, const Stage& stage) {
+  std::vector<std::shared_ptr<const Effect>> out;
+  for (const auto& effect : effect_catalogue()) {
+    const std::string& name = effect->name();
+    // Those found by searches of their own: windows of the bias show them as well.
+    if (name == "hard_iron_change" || name == "stationary_source" || name == "mains_interference") {
+      continue;
+    }
+    if (name == "mag_time_offset" && stage.spec().mag_time_offset) continue;
+    if (!reason_untested(*effect, recordings, stage).empty()) continue;
+    out.push_back(name == "gyro_bias_drift" ? make_gyro_bias_walk(kWalkTerms, 1.0) : effect);
+  }
+  return out;
+}
+
+// What one scan says of the calibration, candidate by candidate.
+class Search {
+ public:
+  Search(const std::vector<const Recording*>& recordings, const Stage& stage, double log10_level)
+      : recordings_(recordings), stage_(stage), log10_level_(log10_level) {}
+
+  void look(const std::vector<std::shared_ptr<const Effect>>& effects, double window_s) {
+    if (effects.empty()) return;
+    const Scan scan(recordings_, stage_, effects, window_s);
+    for (std::size_t i = 0; i < effects.size(); ++i) look_at(scan, i, *effects[i]);
+  }
+  std::vector<MissingEffect> found() && { return std::move(found_); }
+
+ private:
+  void look_at(const Scan& scan, std::size_t i, const Effect& effect) {
+    const Score s = scan.with_own_scatter(i);
+    const bool named = find_effect(effect.name()) != nullptr, coloured = s.scatter > kColoured;
+    // Strongly coloured noise has little dependences on everything; the robust covariance knows.
+    if (!named && s.scatter > kStronglyColoured) return;
+    const double excess = coloured ? s.scatter : 1.0, duration = recordings_.front()->duration_s();
+    const VectorXd z = scan.score().segment(scan.first(i), effect.size()) / excess;
+    MatrixXd A = s.information / excess;
+    VectorXd prior = kWidened * effect.prior_sigma(duration);
+    double log10_p = s.log10_p, wandered = 0.0;
+    if (effect.description().random_process) {
+      const RandomWalk walk = estimate_random_walk(A, z, prior / kWidened);
+      log10_p = walk.log10_p;
+      prior *= std::max(walk.density, 1e-12) / kWidened;
+      // A bias that wanders is somewhere else at another time.
+      wandered = walk.density * walk.density * duration / 3.0;
+    }
+    if (log10_p > log10_level_) return;
+    A.diagonal() += prior.cwiseAbs2().cwiseInverse();
+    const Eigen::LDLT<MatrixXd> posterior(A);
+    MatrixXd influence = scan.influence().middleCols(scan.first(i), effect.size());
+    influence.middleRows(first_dip(), dips()) /= kDegree;
+    MissingEffect found;
+    found.name = named ? effect.name() : "";
+    found.channel = effect.channel();
+    found.cause = effect.description().cause;
+    found.log10_p = log10_p;
+    found.shift = influence * posterior.solve(z);
+    found.covariance = influence * posterior.solve(influence.transpose());
+    found.covariance.diagonal().segment<3>(3).array() += wandered;
+    found_.push_back(std::move(found));
+  }
+  Eigen::Index first_dip() const { return 6 + 12 * Eigen::Index(recordings_.front()->mag.size()); }
+  Eigen::Index dips() const { return Eigen::Index(recordings_.size()); }
+
+  const std::vector<const Recording*>& recordings_;
+  const Stage& stage_;
+  double log10_level_;
+  std::vector<MissingEffect> found_;
+};
+
+std::string in_words(const MissingEffect& f) {
+  constexpr const char* kSensors[] = {"accelerometer", "gyroscope", "magnetometer"};
+  if (!f.name.empty()) return f.cause;
+  return fmt::format("the {} depends {}", kSensors[int(f.channel)], f.cause);
+}
+
+}  // namespace
+
+std::vector<MissingEffect> find_missing_effects(const std::vector<const Recording*>& recordings,
+                                                const Stage& stage) {
+  const bool moving = stage.spec().motion == MotionModel::kHandHeld;
+  std::vector<std::shared_ptr<const Effect>> all = candidates(recordings, stage);
+  for (const auto& unnamed : general_dependences(moving)) {
+    // Of the accelerometer the hand's motion takes up much, and shapes what is left.
+    if (!moving || unnamed->channel() != Channel::kAcc) all.push_back(unnamed);
+  }
+  if (recordings.size() == 1) {
+    const int windows = std::clamp(int(recordings.front()->duration_s() / kWindow), 2, kMaxWindows);
+    all.push_back(bias_in_windows(windows));
+    all.push_back(bias_in_windows(windows, Channel::kGyr));
+  }
+  const auto acc = std::stable_partition(
+      all.begin(), all.end(), [](const auto& e) { return e->channel() != Channel::kAcc; });
+  Search search(recordings, stage, std::log10(kFalseAlarms / double(all.size())));
+  search.look({all.begin(), acc}, kBlock);
+  search.look({acc, all.end()}, moving ? kAccBlock : kBlock);
+  return std::move(search).found();
+}
+
+void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found) {
+  const Eigen::Index p =
+      6 + 12 * Eigen::Index(c.parameters.mag.size()) + Eigen::Index(c.fields.size());
+  const Eigen::LDLT<MatrixXd> V(c.covariance.topLeftCorner(p, p));
+  Check check{"model", CheckStatus::kOk, 0.0, "Nothing is seen to be missing in the model."};
+  MatrixXd more = MatrixXd::Zero(c.covariance.rows(), c.covariance.cols());
+  for (const MissingEffect& f : found) {
+    const VectorXd shift = f.shift.head(p);
+    const double distance = std::sqrt(std::max(0.0, shift.dot(V.solve(shift))));
+    more += f.shift * f.shift.transpose() + f.covariance;
+    const bool doubtful = f.name.empty() && distance > kMoved;
+    check.status = std::max(check.status, doubtful ? CheckStatus::kBad : CheckStatus::kCaution);
+    if (distance <= check.value) continue;
+    check.value = distance;
+    check.sentence = fmt::format(
+        "Something is missing in the model: {}. With it the calibration would be {:.1f} standard "
+        "deviations elsewhere. The sigmas were widened to cover it{}; `magimu diagnose` looks "
+        "closer.",
+        in_words(f), distance, found.size() > 1 ? " and what else was seen" : "");
+  }
+  c.checks.push_back(check);
+  if (!found.empty()) add_to_covariance(c, more);
+}
+
+}  // namespace magimu

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which effects can be told from these recordings at all: some need a column that the files lack,
+// some are taken up by the hand's motion, some belong to one recording.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calibration/stage.h"
+
+namespace magimu {
+
+// Why an effect cannot be tested on these recordings under this model; empty: it can.
+std::string reason_untested(const Effect& effect, const std::vector<const Recording*>& recordings,
+                            const Stage& stage);
+
+}  // namespace magimu

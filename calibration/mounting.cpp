@@ -130,15 +130,18 @@ std::string undecided_sentence(const std::vector<AxesFit>& fits) {
         spoken(f.sensor), f.rms_rad * 180.0 / M_PI);
   }
   std::string which;
+  bool hardly_turned = false;
   for (const AxesFit& f : fits) {
     if (f.decided()) continue;
-    which +=
-        fmt::format("{}{} of {} {}", which.empty() ? "" : ", ", f.gyr_axes.size(), 48, f.sensor);
+    hardly_turned = hardly_turned || f.gyr_axes.size() == 48;
+    which += fmt::format("{}{} of {}", which.empty() ? "" : ", ", f.gyr_axes.size(), f.sensor);
   }
-  return fmt::format(
-      "Whether the sensors' axes agree cannot be told from this motion ({}: ways to place the axes "
-      "that fit alike): turn the sensor about all three of its axes.",
-      which);
+  return "Whether the sensors' axes agree cannot be told: " +
+         (hardly_turned ? "the sensor hardly turned."
+                        : fmt::format("of the 48 ways to place the axes several fit this motion "
+                                      "alike ({}).",
+                                      which)) +
+         " Turn it about all three of its axes, by half a turn and more.";
 }
 
 }  // namespace

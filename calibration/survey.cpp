@@ -15,6 +15,8 @@ namespace magimu {
 namespace {
 
 constexpr double kAttitudesPerSecond = 10.0;
+constexpr double kLeastUpCoverage = 0.15;
+constexpr double kDisturbed = 0.04;  // of the field
 
 SensorSurvey sensor_survey(const std::string& name, const VectorSeries& series, double noise) {
   SensorSurvey out{name, series.size(), series.rate_hz(), 0.0, 0.0, noise};
@@ -47,6 +49,7 @@ void look_at_motion(Survey& s, const Recording& r, const InitialGuess& guess) {
   const double end = r.gyr.t.back();
   for (double at = r.gyr.t.front(); at <= end; at += 1.0 / kAttitudesPerSecond) t.push_back(at);
   s.dip_rad = guess.parameters.dip_rad;
+  s.ellipsoid_rms_uT = guess.ellipsoid_rms_uT;
   s.coverage = coverage_of(r, estimate_attitudes(r, guess.parameters, gyr, t), s.dip_rad,
                            guess.parameters.gyr_bias);
 }
@@ -78,11 +81,18 @@ void look_at_information(Survey& s, const Pipeline& pipeline, int magnetometers)
 
 }  // namespace
 
+bool Survey::hardly_turned() const {
+  return not_looked_further.empty() && coverage.up < kLeastUpCoverage &&
+         mounting.status == MountingStatus::kUndecided;
+}
+
+bool Survey::disturbed() const { return ellipsoid_rms_uT > kDisturbed * strength_uT; }
+
 bool Survey::usable() const {
   const bool turned = std::ranges::any_of(mounting.findings, [](const AxesFinding& f) {
     return f.sensor == "acc" || f.sensor == "gyr";
   });
-  return not_looked_further.empty() && undetermined.empty() && !turned;
+  return not_looked_further.empty() && undetermined.empty() && !turned && !hardly_turned();
 }
 
 double Survey::sigma(const std::string& name) const {

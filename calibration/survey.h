@@ -44,12 +44,19 @@ struct Survey {
   Mounting mounting;
   Coverage coverage;
   double dip_rad = 0.0, strength_uT = 0.0;  // roughly
+  double ellipsoid_rms_uT = 0.0;  // how far the magnetometer's readings are from one ellipsoid
   MotionModel motion = MotionModel::kHandHeld;
   NoiseDensities noise;  // assumed
   std::vector<ExpectedParameter> expected;
   double expected_strength_sigma = 0.0;   // of D's columns, root mean square, as a share of it
   std::vector<std::string> undetermined;  // combinations of parameters, in words
 
+  // Too little to tell the magnetometer's bias from the field: what is expected below is then what
+  // an ideal sensor would give, and the guess of the field may be far off.
+  bool hardly_turned() const;
+  // The readings of a turning magnetometer lie on an ellipsoid, unless something magnetic comes
+  // near or the field differs from place to place.
+  bool disturbed() const;
   // Nothing stands against calibrating this recording.
   bool usable() const;
   double sigma(const std::string& name) const;

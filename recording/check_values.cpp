@@ -94,6 +94,10 @@ std::optional<Issue> zeros_issue(const NamedSeries& sensor) {
 
 }  // namespace
 
+bool all_constant(const VectorSeries& s) {
+  return constant_axis(s, 0) && constant_axis(s, 1) && constant_axis(s, 2);
+}
+
 std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr) {
   const VectorSeries& s = *sensor.series;
   std::vector<Issue> issues;

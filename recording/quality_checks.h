@@ -22,6 +22,8 @@ std::vector<Issue> check_order_and_finiteness(const NamedSeries& sensor);
 std::vector<Issue> check_intervals(const NamedSeries& sensor);
 // Sensors that do not cover the same time; times that are no seconds.
 std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors);
+// Whether no axis ever changes.
+bool all_constant(const VectorSeries& series);
 // Axes that never change, stretches in which nothing changes, readings of zero.
 std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr);
 std::vector<Issue> check_saturation(const NamedSeries& sensor);

@@ -92,7 +92,11 @@ Recording read_with(const std::string& path, const ReadingOptions& options, bool
   Recording out = read_recording(path, options.csv());
   for (const std::string& text : options.axes) {
     const auto [sensor, axes] = halves("--axes", text, "mag=y,-x,z");
-    turn_axes(out, sensor, axes_from_text(axes));
+    try {
+      turn_axes(out, sensor, axes_from_text(axes));
+    } catch (const InputError& error) {
+      throw InputError(path, 0, 0, "--axes " + text + ": " + error.problem, error.remedy);
+    }
   }
   if (options.gyro_interval == "centred") {
     convert_gyro_interval(out, GyroInterval::kCentred);

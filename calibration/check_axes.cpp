@@ -69,7 +69,10 @@ void judge_axes(Calibration& c, const std::vector<const Recording*>& recordings,
   c.checks.push_back(check_axes(mounting, c.parameters.dip_rad, options.initialization.dip_rad));
   if (c.checks.back().status != CheckStatus::kBad) return;
   const bool imu = std::ranges::any_of(mounting.findings, concerns_imu);
-  c.trust.lower(imu ? Verdict::kNo : Verdict::kLimited, c.checks.back().sentence);
+  c.trust.verdict = std::max(c.trust.verdict, imu ? Verdict::kNo : Verdict::kLimited);
+  // First: where accelerometer and gyroscope disagree, everything else follows from it.
+  const auto at = imu ? c.trust.reasons.begin() : c.trust.reasons.end();
+  c.trust.reasons.insert(at, c.checks.back().sentence);
 }
 
 }  // namespace magimu

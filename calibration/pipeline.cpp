@@ -37,11 +37,12 @@ constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is be
 void check(const std::vector<const Recording*>& recordings) {
   if (recordings.empty()) throw InputError("", 0, 0, "no recording was given", "name at least one");
   for (const Recording* r : recordings) {
-    if (r->mag.empty() || r->mag.front().size() < 10) {
+    if (r->mag.empty() || r->mag.front().empty()) {
       throw InputError(r->name, 0, 0, "there are no magnetometer samples",
                        "record the columns mag_x, mag_y, mag_z as well");
     }
-    if (r->acc.size() < 10 || r->gyr.size() < 10 || r->duration_s() < kMinDuration) {
+    if (r->acc.size() < 10 || r->gyr.size() < 10 || r->mag.front().size() < 10 ||
+        r->duration_s() < kMinDuration) {
       throw InputError(r->name, 0, 0,
                        fmt::format("the recording lasts {:.1f} s, which is too short to calibrate",
                                    r->duration_s()),

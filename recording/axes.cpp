@@ -57,7 +57,7 @@ Matrix3 axes_from_text(std::string_view text) {
     if (axis.size() != 1 || axis[0] < 'x' || axis[0] > 'z') break;
     out(row++, axis[0] - 'x') = sign;
     text.remove_prefix(end);
-    if (text.empty()) break;
+    if (text.empty() || row == 3) break;
     text.remove_prefix(1);
   }
   if (row < 3 || !text.empty() || std::abs(std::abs(out.determinant()) - 1.0) > 0.5) {

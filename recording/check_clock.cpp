@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "recording/quality_checks.h"
 
@@ -14,10 +15,11 @@ namespace {
 
 constexpr double kManyRepeats = 0.3;   // share of samples; a few are chance
 constexpr double kManyOnLines = 0.3;   // likewise
-constexpr double kOnLine = 1e-3;       // second difference against its root mean square
+constexpr double kOnLine = 1e-3;       // second difference against a large one
 constexpr std::size_t kEnough = 50;    // samples
 constexpr double kQuantum = 2.01;      // second differences of rounded numbers: so many steps
-constexpr double kFineQuantum = 0.02;  // steps against the root mean square, to speak of lines
+constexpr double kFineQuantum = 0.02;  // steps against a large bend, to speak of lines
+constexpr double kLargeBend = 0.97;    // quantile
 
 // The step in which the numbers are written: the least change of any axis; a double's own
 // resolution is no step.
@@ -64,15 +66,16 @@ std::vector<Issue> check_clock(const NamedSeries& sensor) {
          sensor.is_mag() ? "the repeats are left out of a calibration"
                          : "log each sample once, with the time at which it was measured"}};
   }
-  double squares = 0.0;
   std::vector<double> bends;
   for (std::size_t k = 1; k + 1 < s.size(); ++k) {
     bends.push_back((s.v[k + 1] - 2.0 * s.v[k] + s.v[k - 1]).norm());
-    squares += bends.back() * bends.back();
   }
-  const double rms = std::sqrt(squares / double(bends.size()));
+  // The usual bend where there is one, however few samples have one; blows do not count.
+  std::vector<double> sorted = bends;
+  const auto large = sorted.begin() + std::ptrdiff_t(double(sorted.size()) * kLargeBend);
+  std::ranges::nth_element(sorted, large);
   const double step = kQuantum * std::sqrt(3.0) * quantum(s);
-  const double limit = std::max(kOnLine * rms, step < kFineQuantum * rms ? step : 0.0);
+  const double limit = std::max(kOnLine * *large, step < kFineQuantum * *large ? step : 0.0);
   // Where nothing moves every sample is on a line: that alone shows nothing.
   std::size_t on_line = 0, moving = 0;
   for (std::size_t k = 0; k < bends.size(); ++k) {

@@ -69,6 +69,8 @@ struct Spoilt {
   std::function<void(Recording&)> spoil;
 };
 
+void PrintTo(const Spoilt& spoilt, std::ostream* out) { *out << spoilt.name; }
+
 class Quality : public testing::TestWithParam<Spoilt> {};
 
 TEST_P(Quality, is_found_named_and_mended) {

@@ -73,7 +73,8 @@ int run(Arguments& args) {
     fmt::print("{}", calibration_table(c));
   }
   if (c.trust.verdict != Verdict::kNo) return kDone;
-  fmt::print(stderr, "magimu: do not use this calibration: {}\n", c.trust.reasons.front());
+  fmt::print(stderr, "magimu: {}: do not use this calibration: {}\n",
+             fmt::join(args.recordings, ", "), c.trust.reasons.front());
   return kNoAnswer;
 }
 

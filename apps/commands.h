@@ -11,6 +11,7 @@ enum ExitCode { kDone = 0, kNoAnswer = 1, kUnusable = 2 };
 
 void add_calibrate(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
+void add_info(CLI::App& app, int& exit_code);
 void add_simulate(CLI::App& app, int& exit_code);
 
 }  // namespace magimu::apps

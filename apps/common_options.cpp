@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/common_options.h"
 
-#include <fmt/format.h>
-
-#include "recording/read.h"
-
 namespace magimu::apps {
 
 std::optional<NoiseDensities> RecordingOptions::noise() const {
@@ -36,11 +32,7 @@ void add_recording_options(CLI::App& cmd, RecordingOptions& options) {
                  "auto: decided from the data")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "rotation", "hand_held"}));
-  cmd.add_option("--gyro-interval", options.gyro_interval,
-                 "a gyroscope sample is the mean rate over the interval that begins at its time\n"
-                 "(forward), has it in the middle (centred) or ends there (backward)")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"forward", "centred", "backward"}));
+  add_reading_options(cmd, options);
 }
 
 void add_output_options(CLI::App& cmd, RecordingOptions& options, const std::string& json_prints) {
@@ -54,16 +46,7 @@ void add_output_options(CLI::App& cmd, RecordingOptions& options, const std::str
 std::vector<Recording> read_recordings(const RecordingOptions& options) {
   std::vector<Recording> out;
   for (const std::string& path : options.recordings) {
-    out.push_back(read_recording(path));
-    if (options.gyro_interval == "centred") {
-      convert_gyro_interval(out.back(), GyroInterval::kCentred);
-    } else if (options.gyro_interval == "backward") {
-      convert_gyro_interval(out.back(), GyroInterval::kBackward);
-    }
-    if (options.quiet) continue;
-    for (const std::string& note : out.back().notes) {
-      fmt::print(stderr, "{}: {}\n", out.back().name, note);
-    }
+    out.push_back(read_with(path, options, options.quiet));
   }
   return out;
 }

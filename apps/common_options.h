@@ -7,17 +7,18 @@
 #include <string>
 #include <vector>
 
+#include "apps/reading_options.h"
 #include "calibration/model.h"
 #include "factors/sensor_model.h"
 #include "recording/recording.h"
 
 namespace magimu::apps {
 
-struct RecordingOptions {
+struct RecordingOptions : ReadingOptions {
   std::vector<std::string> recordings;
   std::vector<double> noise_densities;
   double gravity = kStandardGravity;
-  std::string motion = "auto", gyro_interval = "forward";
+  std::string motion = "auto";
   int threads = 0;
   bool json = false, quiet = false;
 
@@ -25,13 +26,13 @@ struct RecordingOptions {
   MotionModel motion_model() const;
 };
 
-// recordings, --noise, --gravity, --motion, --gyro-interval; options must live as long as cmd.
+// recordings, --noise, --gravity, --motion, and those of reading_options.h; options must live as
+// long as cmd.
 void add_recording_options(CLI::App& cmd, RecordingOptions& options);
 // --threads, --json (what it prints instead of text), -q.
 void add_output_options(CLI::App& cmd, RecordingOptions& options, const std::string& json_prints);
 
-// The recordings, with gyroscope intervals as the library has them; what the reader noticed goes to
-// standard error unless quiet.
+// All of them, by read_with.
 std::vector<Recording> read_recordings(const RecordingOptions& options);
 std::vector<const Recording*> pointers(const std::vector<Recording>& recordings);
 

@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
   int exit_code = kDone;
   add_calibrate(app, exit_code);
   add_diagnose(app, exit_code);
+  add_info(app, exit_code);
   add_simulate(app, exit_code);
   try {
     app.parse(argc, argv);

@@ -7,6 +7,7 @@
 #include <chrono>
 
 #include "calibration/blows.h"
+#include "calibration/check_axes.h"
 #include "calibration/diagnostics.h"
 #include "calibration/missing_effects.h"
 #include "calibration/pipeline.h"
@@ -59,6 +60,7 @@ Calibration calibrate(const std::vector<const Recording*>& given,
                          check_windows(c, mag_squares)};
   c.checks.insert(c.checks.begin(), std::begin(first), std::end(first));
   judge(c);
+  judge_axes(c, recordings, options);
   c.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return c;
 }

@@ -60,7 +60,8 @@ struct ActiveEffect {
 enum class CheckStatus { kOk, kCaution, kBad };
 std::string to_string(CheckStatus status);
 struct Check {
-  std::string name;  // "optimum", "accuracy", "whiteness", "windows", "cross_validation", "halves"
+  // "optimum", "accuracy", "whiteness", "windows", "cross_validation", "halves", "axes"
+  std::string name;
   CheckStatus status = CheckStatus::kOk;
   double value = 0.0;
   std::string sentence;

@@ -14,6 +14,7 @@
 #include "calibration/rests.h"
 #include "calibration/summary.h"
 #include "recording/error.h"
+#include "recording/quality.h"
 
 namespace magimu {
 namespace {
@@ -36,11 +37,12 @@ constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is be
 void check(const std::vector<const Recording*>& recordings) {
   if (recordings.empty()) throw InputError("", 0, 0, "no recording was given", "name at least one");
   for (const Recording* r : recordings) {
-    if (r->mag.empty() || r->mag.front().size() < 10) {
+    if (r->mag.empty() || r->mag.front().empty()) {
       throw InputError(r->name, 0, 0, "there are no magnetometer samples",
                        "record the columns mag_x, mag_y, mag_z as well");
     }
-    if (r->acc.size() < 10 || r->gyr.size() < 10 || r->duration_s() < kMinDuration) {
+    if (r->acc.size() < 10 || r->gyr.size() < 10 || r->mag.front().size() < 10 ||
+        r->duration_s() < kMinDuration) {
       throw InputError(r->name, 0, 0,
                        fmt::format("the recording lasts {:.1f} s, which is too short to calibrate",
                                    r->duration_s()),
@@ -155,6 +157,12 @@ CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given)
     : copies_(given.size()), recordings_(given) {
   check(given);
   for (std::size_t r = 0; r < given.size(); ++r) {
+    const std::vector<Issue> issues = check_recording(*given[r]);
+    refuse_fatal(*given[r], issues);
+    for (const Issue& issue : issues) {
+      if (issue.severity == Severity::kCaution)
+        warnings_.push_back(given[r]->name + ": " + issue.text());
+    }
     copies_[r] = without_repeats(*given[r], warnings_);
     if (copies_[r]) recordings_[r] = &*copies_[r];
   }
@@ -233,7 +241,7 @@ void Pipeline::check_prediction(const Stage& coarse, Calibration& c) const {
   c.checks.push_back(check_halves(halves[0], halves[1]));
 }
 
-Stage Pipeline::coarse_fit(MotionModel motion) const {
+ModelSpec Pipeline::first_spec(MotionModel motion) const {
   ModelSpec spec;
   spec.motion = motion;
   spec.gravity = options_.gravity;
@@ -244,6 +252,21 @@ Stage Pipeline::coarse_fit(MotionModel motion) const {
     const double swung = force_spread(recordings_) / std::sqrt(kCoarseRate);
     if (swung > kSwung * rest_.acc) spec.noise.acc = swung;
   }
+  return spec;
+}
+
+ModelStart Pipeline::model_start(MotionModel motion) const {
+  ModelStart out;
+  out.spec = first_spec(motion);
+  out.spec.gyr_bias = guess_.parameters.gyr_bias;
+  out.plans = plan_nodes(recordings_, coarse_every_);
+  out.graph = build_model(recordings_, out.plans, out.spec);
+  out.values = initial_values(recordings_, out.plans, guess_, motion);
+  return out;
+}
+
+Stage Pipeline::coarse_fit(MotionModel motion) const {
+  const ModelSpec spec = first_spec(motion);
   Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
   const Values start = initial_values(recordings_, stage.plans(), guess_, motion);
   fit_with_noise(stage, start);

@@ -24,6 +24,14 @@ class CheckedRecordings {
   std::vector<std::string> warnings_;
 };
 
+// A model before any fit: what its graph holds, at the first guess.
+struct ModelStart {
+  ModelSpec spec;
+  std::vector<NodePlan> plans;
+  FactorGraph graph;
+  Values values;
+};
+
 class Pipeline {
  public:
   // Both must outlive this.
@@ -34,6 +42,10 @@ class Pipeline {
   int coarse_every() const { return coarse_every_; }  // of the steps before
   // Noise densities at rest; 0 where the recordings have no rests.
   const NoiseDensities& rest_noise() const { return rest_; }
+
+  const InitialGuess& guess() const { return guess_; }
+  // motion: not kAuto.
+  ModelStart model_start(MotionModel motion) const;
 
   // The whole way: motion, lag, gyroscope matrix, checks (into c), and the fit with all nodes.
   struct Fits {
@@ -55,6 +67,7 @@ class Pipeline {
   Stage with_fixed_symmetries(const Stage& stage) const;
 
  private:
+  ModelSpec first_spec(MotionModel motion) const;
   Values start_of(const Stage& stage, const Stage& from, const VectorXd& start) const;
   void check_prediction(const Stage& coarse, Calibration& c) const;
   void fit_with_noise(Stage& stage, const Values& start) const;

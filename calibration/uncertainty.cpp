@@ -6,41 +6,12 @@
 
 #include "calibration/parameter_names.h"
 #include "calibration/sensor_rows.h"
+#include "calibration/spoken_names.h"
 #include "solvers/marginals.h"
 #include "solvers/sandwich.h"
 
 namespace magimu {
 namespace {
-
-// The user's word for a variable.
-std::string spoken(Key key) {
-  switch (key.symbol) {
-    case 'R':
-      return "the orientation";
-    case 'a':
-      return "the accelerometer bias";
-    case 'w':
-      return "the gyroscope bias";
-    case 'D':
-      return "the distortion matrix";
-    case 'm':
-      return "the magnetometer bias";
-    case 'i':
-      return "the dip";
-    case 'l':
-      return "the magnetometer's lag";
-    case 'S':
-      return "the gyroscope's scale and misalignment";
-    case 'V':
-      return "the velocity";
-    case 'P':
-      return "the position";
-    case 'e':
-      return "a model extension";
-    default:
-      return to_string(key);
-  }
-}
 
 // Blocks of nodes that last block_s, numbered through all recordings.
 std::vector<int> blocks_of_nodes(const Calibration& c, double block_s, int& blocks) {
@@ -75,7 +46,7 @@ void fill_uncertainty(Calibration& c, const Stage& stage, const CalibrationOptio
 
   const Marginals marginals(graph, c.fit.values, options.optimizer.backend);
   for (const NullDirection& direction : marginals.null_space()) {
-    c.undetermined.push_back(describe(direction, c.fit.values, spoken));
+    c.undetermined.push_back(describe(direction, c.fit.values, spoken_name));
   }
   const MatrixXd H = marginals.determined_columns(keys);
   c.covariance_model = marginals.determined_covariance(keys);

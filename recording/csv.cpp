@@ -87,6 +87,7 @@ void note_odd_rate(Recording& recording) {
 Recording read_csv(const std::string& path, const CsvOptions& options) {
   const std::string content = read_file(path);
   CsvParser parser(path, options);
+  parser.expect_rows(static_cast<std::size_t>(std::ranges::count(content, '\n')));
   for (std::string_view rest = content; !rest.empty();) {
     const std::size_t end = std::min(rest.find('\n'), rest.size());
     parser.line(rest.substr(0, end));

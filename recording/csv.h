@@ -6,12 +6,14 @@
 //   0.01,0.1,0.2,9.8,0.01,0,0,,,             <- the magnetometer has no sample at this time
 //
 // Columns come in any order. An array of magnetometers has mag1_x .. magN_z; temp, current and
-// pos_x..z are optional. Well-known other names (time, ax, Gyro_X, ...) are understood, columns
-// that mean nothing here are ignored, and recording.notes tells of both. Lines that start with '#'
-// and blank lines are skipped; ';' or a tab may stand for the comma if the header has them.
+// pos_x..z are optional. Well-known other names (time, ax, Gyro_X, csv_names.h) are understood,
+// columns that mean nothing here are ignored, and recording.notes tells of both. Lines that start
+// with '#' and blank lines are skipped; ';' or a tab may stand for the comma if the header has
+// them.
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 
 #include "recording/recording.h"
@@ -25,11 +27,9 @@ struct CsvOptions {
   // alias covers. Default none. An entry wins over names and aliases.
   std::map<std::string, std::string> columns;
   // The file's units in ours: 1e-3 for milliseconds, 9.80665 for g, pi/180 for deg/s, 100 for
-  // gauss. Default 1: s, m/s^2, rad/s, uT.
-  double time_unit = 1.0;
-  double acc_unit = 1.0;
-  double gyr_unit = 1.0;
-  double mag_unit = 1.0;
+  // gauss (units.h). Default: what the header says ("Gyroscope x (deg/s)"), else s, m/s^2, rad/s,
+  // uT.
+  std::optional<double> time_unit, acc_unit, gyr_unit, mag_unit;
 };
 
 // Reads a file (or a pipe, until its end). InputError with line, field and remedy for what cannot

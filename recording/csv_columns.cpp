@@ -5,42 +5,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
-#include <initializer_list>
+#include <optional>
 
+#include "recording/csv_names.h"
 #include "recording/error.h"
 #include "recording/quoted_text.h"
+#include "recording/units.h"
 
 namespace magimu {
 namespace {
-
-struct Aliases {
-  const char* name;
-  std::initializer_list<std::string_view> words;
-};
-const Aliases kScalars[] = {
-    {"t", {"t", "time", "timestamp", "t_s", "time_s", "timestamp_s", "seconds"}},
-    {"temp", {"temp", "temperature"}},
-    {"current", {"current", "current_a"}}};
-const Aliases kVectors[] = {{"acc", {"acc", "accel", "accelerometer", "a"}},
-                            {"gyr", {"gyr", "gyro", "gyroscope", "g", "w"}},
-                            {"mag", {"mag", "magnetometer", "m"}},
-                            {"pos", {"pos", "position", "p"}}};
-
-const char* find_alias(std::string_view word, const auto& table) {
-  for (const Aliases& entry : table) {
-    if (std::ranges::find(entry.words, word) != entry.words.end()) return entry.name;
-  }
-  return nullptr;
-}
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-void drop_separator(std::string_view& text) {
-  if (!text.empty() && std::string_view("_. -").find(text.back()) != std::string_view::npos) {
-    text.remove_suffix(1);
-  }
-}
 
 // "mag12" -> 12; "mag" -> -1: the single magnetometer comes before an array's.
 int mag_number(const std::string& name) { return name.size() > 3 ? std::stoi(name.substr(3)) : -1; }
@@ -63,11 +36,12 @@ class HeaderReader {
   }
 
  private:
-  // How sure it is that a column is what we take it for.
-  enum Claim { kNone, kAlias, kExact, kOption };
+  // How sure it is that a column is what we take it for; kAlias and the alias's preference.
+  enum Claim { kNone = -100, kAlias = 0, kExact = 50, kOption = 100 };
   struct Column {
     std::string name;  // ours
-    Claim claim = kNone;
+    int claim = kNone;
+    CsvName header{};  // what the header says of the unit
   };
 
   [[noreturn]] void fail(std::size_t field, const std::string& problem,
@@ -102,19 +76,26 @@ class HeaderReader {
       Column column;
       const auto given = options_.columns.find(field.header);
       if (given != options_.columns.end()) {
-        column = {given->second, kOption};
+        column = {given->second, kOption, {}};
+        set_option_unit(field.header, column);
         if (csv_column_name(column.name) != column.name) {
           fail(0,
                fmt::format("column {} is to be read as {}, which is no name of ours",
                            quoted_text(field.header), quoted_text(column.name)),
                "use t, acc_x, gyr_x, mag_x, mag1_x, pos_x, temp, current or the like");
         }
-      } else if (std::string name = csv_column_name(field.header); !name.empty()) {
-        const Claim claim = name == field.header ? kExact : kAlias;
-        column = {std::move(name), claim};
+      } else if (const CsvName name = csv_name(field.header); !name.name.empty()) {
+        column = {name.name, name.name == field.header ? kExact : kAlias + name.preference, name};
       }
       named_.push_back(std::move(column));
     }
+  }
+
+  // A column that is mapped by option keeps the unit that its header names for that quantity.
+  static void set_option_unit(const std::string& header, Column& column) {
+    const CsvName said = csv_name(header);
+    const auto sensor = [](const std::string& name) { return name.substr(0, name.find('_')); };
+    if (sensor(said.name) == sensor(column.name)) column.header = said;
   }
 
   // Every name of ours goes to the column with the best claim to it.
@@ -156,7 +137,7 @@ class HeaderReader {
   void group() {
     if (!where_.contains("t")) {
       fail(0, "there is no column t, the time; the columns there are: " + headers(),
-           "name the time column t (in seconds), or map it to t");
+           "name the time column t (in seconds), or map it to t (--map t=NAME)");
     }
     for (const char* name : {"temp", "current"}) {
       if (where_.contains(name)) columns_.scalars.emplace_back(name);
@@ -187,7 +168,7 @@ class HeaderReader {
       fail(0,
            fmt::format("the columns {0}_x, {0}_y and {0}_z are missing; the columns there are: {1}",
                        sensor, headers()),
-           "add them, or map the file's own names to these");
+           fmt::format("add them, or map the file's own names to these (--map {}_x=NAME)", sensor));
     }
     if (!missing.empty()) {
       fail(where_.at(there.front()) + 1,
@@ -200,26 +181,44 @@ class HeaderReader {
   }
 
   void give_slots() {
+    const std::optional<double> none;
     give("t", 0, options_.time_unit);
     for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {
       const std::string& sensor = columns_.vectors[i];
-      const double unit = sensor == "acc"   ? options_.acc_unit
-                          : sensor == "gyr" ? options_.gyr_unit
-                          : sensor == "pos" ? 1.0
-                                            : options_.mag_unit;
+      const std::optional<double>& unit = sensor == "acc"   ? options_.acc_unit
+                                          : sensor == "gyr" ? options_.gyr_unit
+                                          : sensor == "pos" ? none
+                                                            : options_.mag_unit;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         give(sensor + '_' + "xyz"[axis], columns_.vector_slot(i) + axis, unit);
       }
     }
     for (std::size_t i = 0; i < columns_.scalars.size(); ++i) {
-      give(columns_.scalars[i], columns_.scalar_slot(i), 1.0);
+      give(columns_.scalars[i], columns_.scalar_slot(i), none);
     }
   }
 
-  void give(const std::string& name, std::size_t slot, double unit) {
-    CsvColumns::Field& field = columns_.fields[where_.at(name)];
+  // unit: given by option; else what the header says.
+  void give(const std::string& name, std::size_t slot, const std::optional<double>& unit) {
+    const std::size_t i = where_.at(name);
+    CsvColumns::Field& field = columns_.fields[i];
+    const std::string quantity = name.substr(0, name.find('_'));
+    const CsvName& header = named_[i].header;
+    if (!unit && header.unknown_unit) {
+      fail(i + 1,
+           fmt::format("column {} has the unit {}, which is not known", quoted_text(field.header),
+                       quoted_text(header.unit_text)),
+           fmt::format("name it by --unit {}=UNIT, one of {}, or a number: one of it in ours",
+                       quantity, units_known(quantity)));
+    }
     field.slot = static_cast<int>(slot);
-    field.unit = unit;
+    field.unit = header.unit;
+    if (unit) field.unit = *unit;
+    if (field.unit != 1.0) {
+      const std::string said = unit ? "by option" : "in " + header.unit_text;
+      const std::string text = fmt::format("{} {} (times {:.7g})", quantity, said, field.unit);
+      if (std::ranges::find(converted_, text) == converted_.end()) converted_.push_back(text);
+    }
   }
 
   void note_mapping() {
@@ -235,6 +234,9 @@ class HeaderReader {
     if (!mapped.empty()) {
       columns_.notes.push_back(fmt::format("columns read: {}", fmt::join(mapped, ", ")));
     }
+    if (!converted_.empty()) {
+      columns_.notes.push_back(fmt::format("units converted: {}", fmt::join(converted_, ", ")));
+    }
     if (!ignored.empty()) {
       columns_.notes.push_back(fmt::format("columns ignored: {}", fmt::join(ignored, ", ")));
     }
@@ -245,35 +247,13 @@ class HeaderReader {
   const CsvOptions& options_;
   CsvColumns columns_;
   std::vector<Column> named_;                 // one a field
+  std::vector<std::string> converted_;        // units that are not ours, in words
   std::map<std::string, std::size_t> where_;  // our name -> field
 };
 
 }  // namespace
 
-std::string csv_column_name(std::string_view header) {
-  std::string lower(header);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (const char* name = find_alias(lower, kScalars)) return name;
-
-  // A vector's component: sensor, number, axis, with or without separators.
-  std::string_view rest = lower;
-  if (rest.empty() || rest.back() < 'x' || rest.back() > 'z') return {};
-  const char axis = rest.back();
-  rest.remove_suffix(1);
-  drop_separator(rest);
-  std::string number;
-  for (; !rest.empty() && is_digit(rest.back()); rest.remove_suffix(1)) {
-    number.insert(number.begin(), rest.back());
-  }
-  if (!number.empty()) drop_separator(rest);
-  const char* sensor = find_alias(rest, kVectors);
-  if (sensor == nullptr) return {};
-  if (!number.empty()) {
-    if (std::string_view(sensor) != "mag" || number.size() > 6) return {};
-    number = std::to_string(std::stoi(number));  // mag01 is mag1
-  }
-  return sensor + number + '_' + axis;
-}
+std::string csv_column_name(std::string_view header) { return csv_name(header).name; }
 
 CsvColumns read_csv_header(std::string_view text, const std::string& file, long line,
                            const CsvOptions& options) {

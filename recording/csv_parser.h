@@ -23,6 +23,9 @@ class CsvParser {
   // `file` names the source in messages.
   explicit CsvParser(std::string file, CsvOptions options = {});
 
+  // So many more rows are to come: saves moving their samples about.
+  void expect_rows(std::size_t rows) { expected_rows_ = rows; }
+
   // One line, with or without its line end. InputError names the line, the field and the column.
   void line(std::string_view text);
 
@@ -39,6 +42,8 @@ class CsvParser {
                          const std::string& remedy) const;
   void header(std::string_view text);
   void row(std::string_view text);
+  void check_field_count(std::string_view text) const;
+  void put(const CsvColumns::Field& column, double value);
   void number(std::size_t field, std::string_view text);
   void check_time() const;
   void keep_row();
@@ -49,6 +54,7 @@ class CsvParser {
   CsvOptions options_;
   long line_ = 0;  // counts from 1
   bool has_header_ = false;
+  std::size_t expected_rows_ = 0;
   CsvColumns columns_;
   Recording recording_;
 

@@ -3,6 +3,10 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <cstdlib>
+#include <random>
+
 #include "recording/csv.h"
 #include "recording/csv_columns.h"
 #include "recording/csv_parser.h"
@@ -191,6 +195,34 @@ TEST(ReadCsv, numbers_are_the_nearest_doubles_in_every_notation) {
   EXPECT_EQ(recording.gyr.v[0], Vector3(1000, 0.001, 25));
   EXPECT_EQ(recording.mag[0].v[0], Vector3(123456789012345678.0, 0, 4.9e-324));
   EXPECT_TRUE(std::signbit(recording.mag[0].v[0][1]));
+}
+
+TEST(ReadCsv, every_number_is_the_double_that_the_c_library_reads) {
+  std::mt19937_64 bits(7);
+  std::vector<std::string> texts{"9007199254740993",
+                                 "9007199254740992.0",
+                                 "0.1000000000000000055511",
+                                 "123456789012345678",
+                                 "1234567890123456789",
+                                 "00000000000000000001.5",
+                                 "-0.000000000000000001",
+                                 "5.",
+                                 ".5",
+                                 "1e22",
+                                 "2.2250738585072014e-308"};
+  for (int k = 0; k < 20000; ++k) {
+    const double value = std::ldexp(double(bits() >> 11), int(bits() % 80) - 90);
+    texts.push_back(fmt::format("{}{:.{}f}", k % 2 == 0 ? "" : "-", value, k % 20));
+    if (k % 3 == 0) texts.push_back(fmt::format("{}", value));
+  }
+  std::string content = kHeader;
+  for (std::size_t k = 0; k < texts.size(); ++k) {
+    content += fmt::format("{},{},2,3,4,5,6,7,8,9\n", k, texts[k]);
+  }
+  const Recording recording = read(content);
+  for (std::size_t k = 0; k < texts.size(); ++k) {
+    ASSERT_EQ(recording.acc.v[k][0], std::strtod(texts[k].c_str(), nullptr)) << texts[k];
+  }
 }
 
 TEST(CsvColumnName, knows_its_own_names_and_aliases_and_no_others) {

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// `magimu info REC`
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include "apps/commands.h"
+#include "apps/common_options.h"
+#include "apps/progress.h"
+#include "apps/survey_report.h"
+
+namespace magimu::apps {
+namespace {
+
+int run(const RecordingOptions& args) {
+  std::optional<tbb::global_control> limit;
+  if (args.threads > 0) {
+    limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
+  }
+  bool usable = true, first = true;
+  nlohmann::json all = nlohmann::json::array();
+  for (const Recording& recording : read_recordings(args)) {
+    SurveyOptions options;
+    options.noise = args.noise();
+    options.gravity = args.gravity;
+    options.motion = args.motion_model();
+    Survey s;
+    {
+      ProgressBar progress(!args.quiet);
+      options.progress = [&progress](const std::string& what, double share) {
+        progress(what, share);
+      };
+      s = survey(recording, options);
+    }
+    usable = usable && s.usable();
+    if (args.json) {
+      all.push_back(survey_json(s, recording.notes));
+    } else if (!args.quiet) {
+      fmt::print("{}{}", first ? "" : "\n", survey_text(s));
+    }
+    first = false;
+    if (!s.usable()) {
+      fmt::print(stderr, "magimu: {}: do not calibrate this recording as it is{}\n", s.recording,
+                 s.not_looked_further.empty() ? "" : ": " + s.not_looked_further);
+    }
+  }
+  if (args.json) fmt::print("{}\n", (all.size() == 1 ? all.front() : all).dump(2));
+  return usable ? kDone : kNoAnswer;
+}
+
+}  // namespace
+
+void add_info(CLI::App& app, int& exit_code) {
+  auto args = std::make_shared<RecordingOptions>();
+  CLI::App* cmd = app.add_subcommand(
+      "info",
+      "Look at a recording before calibrating: sensors, faults, axes, motion, what is missing");
+  cmd->footer(
+      "Example: magimu info hand_rotation.csv\n"
+      "         magimu info phone.csv --unit gyr=deg/s --map mag_x=Bx --map mag_y=By --map "
+      "mag_z=Bz\n"
+      "Exit code 1: the recording cannot be calibrated as it is (it says why, and what to do);\n"
+      "2: wrong usage or unreadable input.");
+  add_recording_options(*cmd, *args);
+  add_output_options(*cmd, *args, "print the same as JSON (docs/formats.md)");
+  cmd->callback([args, &exit_code] { exit_code = run(*args); });
+}
+
+}  // namespace magimu::apps

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What every command that reads recordings takes to understand a file that is not written our way:
+// names of columns, units, axes; and the reading itself, which prints what it did.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "recording/csv.h"
+
+namespace magimu::apps {
+
+struct ReadingOptions {
+  std::vector<std::string> map;   // OURS=THEIRS
+  std::vector<std::string> unit;  // SENSOR=UNIT
+  std::vector<std::string> axes;  // SENSOR=A,B,C
+  std::string gyro_interval = "forward";
+
+  // InputError if one of `map` or `unit` cannot be understood.
+  CsvOptions csv() const;
+};
+
+// --map, --unit, --axes, --gyro-interval; options must live as long as cmd.
+void add_reading_options(CLI::App& cmd, ReadingOptions& options);
+
+// The recording, its axes and gyroscope interval as the library has them; what the reader noticed
+// goes to standard error unless quiet.
+Recording read_with(const std::string& path, const ReadingOptions& options, bool quiet);
+
+}  // namespace magimu::apps

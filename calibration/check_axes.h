@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What follows for a calibration from whether the sensors' axes agree (mounting.h): a check with a
+// sentence, and the verdict `no` where no model of ours carries it.
+#pragma once
+
+#include <optional>
+
+#include "calibration/calibrate.h"
+#include "calibration/mounting.h"
+
+namespace magimu {
+
+// The check "axes". dip_rad: as calibrated. known_dip_rad: where the user has given one, its sign
+// tells a magnetometer that is turned from one that is inverted.
+Check check_axes(const Mounting& mounting, double dip_rad, std::optional<double> known_dip_rad);
+
+// Adds that check to c, and lowers the verdict: to `no` where accelerometer and gyroscope disagree,
+// which no model of ours carries; to `limited` where the magnetometer is turned, which D holds, or
+// inverted.
+void judge_axes(Calibration& c, const std::vector<const Recording*>& recordings,
+                const CalibrationOptions& options);
+
+}  // namespace magimu

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/survey.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "calibration/attitude.h"
+#include "calibration/parameter_names.h"
+#include "calibration/pipeline.h"
+#include "calibration/spoken_names.h"
+#include "recording/error.h"
+#include "solvers/marginals.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kAttitudesPerSecond = 10.0;
+constexpr double kLeastUpCoverage = 0.15;
+constexpr double kDisturbed = 0.04;  // of the field
+
+SensorSurvey sensor_survey(const std::string& name, const VectorSeries& series, double noise) {
+  SensorSurvey out{name, series.size(), series.rate_hz(), 0.0, 0.0, noise};
+  for (std::size_t k = 0; k < series.size(); ++k) {
+    out.largest = std::max(out.largest, series.v[k].cwiseAbs().maxCoeff());
+    if (k > 0)
+      out.longest_interval_s = std::max(out.longest_interval_s, series.t[k] - series.t[k - 1]);
+  }
+  return out;
+}
+
+void look_at_sensors(Survey& s, const Recording& r) {
+  s.recording = r.name;
+  s.duration_s = r.duration_s();
+  if (!r.gyr.empty()) s.begin_s = r.gyr.t.front();
+  s.rests = find_rests(r);
+  s.gyr_bias_at_rest = gyr_bias_at_rest(r, s.rests);
+  const NoiseDensities noise = noise_at_rest(r, s.rests);
+  s.sensors = {sensor_survey("acc", r.acc, noise.acc), sensor_survey("gyr", r.gyr, noise.gyr)};
+  for (std::size_t m = 0; m < r.mag.size(); ++m) {
+    Recording alone;  // the noise of each: noise_at_rest looks at the first one
+    alone.mag = {r.mag[m]};
+    s.sensors.push_back(sensor_survey(r.mag_names[m], r.mag[m], noise_at_rest(alone, s.rests).mag));
+  }
+}
+
+void look_at_motion(Survey& s, const Recording& r, const InitialGuess& guess) {
+  const IntegratedRotation gyr(r.gyr, guess.parameters.gyr_bias);
+  std::vector<double> t;
+  const double end = r.gyr.t.back();
+  for (double at = r.gyr.t.front(); at <= end; at += 1.0 / kAttitudesPerSecond) t.push_back(at);
+  s.dip_rad = guess.parameters.dip_rad;
+  s.ellipsoid_rms_uT = guess.ellipsoid_rms_uT;
+  s.coverage = coverage_of(r, estimate_attitudes(r, guess.parameters, gyr, t), s.dip_rad,
+                           guess.parameters.gyr_bias);
+}
+
+// The information that all readings have on the parameters, the trajectory integrated out.
+void look_at_information(Survey& s, const Pipeline& pipeline, int magnetometers) {
+  const ModelStart start = pipeline.model_start(s.motion);
+  const Marginals marginals(start.graph, start.values);
+  for (const NullDirection& direction : marginals.null_space()) {
+    s.undetermined.push_back(describe(direction, start.values, spoken_name));
+  }
+  const MatrixXd covariance =
+      marginals.determined_covariance(parameter_keys(magnetometers, 1, start.spec));
+  const std::vector<std::string> names = parameter_names(magnetometers, 1, start.spec);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const double unit = names[i].ends_with("_deg") ? 1.0 / kDegree : 1.0;
+    s.expected.push_back(
+        {names[i], unit * std::sqrt(std::max(0.0, covariance(Eigen::Index(i), Eigen::Index(i))))});
+  }
+  s.noise = start.spec.noise;
+  const Matrix3 D = pipeline.guess().parameters.mag.front().distortion;
+  s.strength_uT = std::cbrt(std::abs(D.determinant()));
+  double squares = 0.0;
+  for (const ExpectedParameter& p : s.expected) {
+    if (p.name.starts_with("magnetometers[0].distortion")) squares += p.sigma * p.sigma / 9.0;
+  }
+  s.expected_strength_sigma = std::sqrt(squares) / s.strength_uT;
+}
+
+}  // namespace
+
+bool Survey::hardly_turned() const {
+  return not_looked_further.empty() && coverage.up < kLeastUpCoverage &&
+         mounting.status == MountingStatus::kUndecided;
+}
+
+bool Survey::disturbed() const { return ellipsoid_rms_uT > kDisturbed * strength_uT; }
+
+bool Survey::usable() const {
+  const bool turned = std::ranges::any_of(mounting.findings, [](const AxesFinding& f) {
+    return f.sensor == "acc" || f.sensor == "gyr";
+  });
+  return not_looked_further.empty() && undetermined.empty() && !turned && !hardly_turned();
+}
+
+double Survey::sigma(const std::string& name) const {
+  const auto found = std::ranges::find(expected, name, &ExpectedParameter::name);
+  return found == expected.end() ? 0.0 : found->sigma;
+}
+
+Survey survey(const Recording& recording, const SurveyOptions& options) {
+  const auto progress = [&](const char* what, double share) {
+    if (options.progress) options.progress(what, share);
+  };
+  Survey out;
+  out.motion = options.motion == MotionModel::kAuto ? MotionModel::kHandHeld : options.motion;
+  progress("looking at the samples", 0.0);
+  out.issues = check_recording(recording);
+  if (!out.issues.empty() &&
+      (out.issues.front().kind == "not_finite" || out.issues.front().kind == "time_order")) {
+    out.recording = recording.name;
+    out.not_looked_further = out.issues.front().text();
+    return out;
+  }
+  look_at_sensors(out, recording);
+  try {
+    refuse_fatal(recording, out.issues);
+    CalibrationOptions calibration;
+    calibration.noise = options.noise;
+    calibration.gravity = options.gravity;
+    const CheckedRecordings checked({&recording});
+    const Recording& r = *checked.get().front();
+    progress("looking at the axes", 0.1);
+    out.mounting = check_mounting(r);
+    progress("looking for the start of a calibration", 0.3);
+    const Pipeline pipeline(checked.get(), calibration);
+    progress("looking at the motion", 0.6);
+    look_at_motion(out, r, pipeline.guess());
+    progress("looking at what it can determine", 0.7);
+    look_at_information(out, pipeline, int(r.mag.size()));
+  } catch (const InputError& error) {
+    out.not_looked_further = error.problem + "; " + error.remedy + ".";
+  }
+  return out;
+}
+
+}  // namespace magimu

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Checks of readings by themselves: axes that never change, sensors that hang, clipping.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "recording/quality_checks.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kStuckSeconds = 0.5;      // without any change
+constexpr double kTurning = 0.2;           // rad/s: while the gyroscope says that it turns
+constexpr std::size_t kClippedRun = 3;     // equal extreme values in a row
+constexpr std::size_t kClippedTotal = 10;  // and in all
+constexpr double kClippedSpike = 3.0;  // times as often as the next values, which a peak also has
+constexpr int kNextValues = 3;         // so many
+
+// Values of one axis that equal its largest (sign +1) or smallest (-1).
+struct Extreme {
+  double value = 0.0;
+  std::size_t count = 0, longest_run = 0, next_count = 0;
+  double first_s = 0.0, last_s = 0.0;
+};
+
+Extreme extreme_of(const VectorSeries& s, int axis, double sign) {
+  double top = -1e300;
+  for (const Vector3& v : s.v) top = std::max(top, sign * v[axis]);
+  double next = top;
+  for (int i = 0; i < kNextValues; ++i) {
+    double below = -1e300;
+    for (const Vector3& v : s.v) {
+      if (sign * v[axis] < next) below = std::max(below, sign * v[axis]);
+    }
+    next = below;
+  }
+  Extreme out;
+  out.value = sign * top;
+  std::size_t run = 0;
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    const double value = sign * s.v[k][axis];
+    out.next_count += value >= next && value < top ? 1 : 0;
+    run = value == top ? run + 1 : 0;
+    if (run == 0) continue;
+    if (out.count++ == 0) out.first_s = s.t[k];
+    out.last_s = s.t[k];
+    out.longest_run = std::max(out.longest_run, run);
+  }
+  return out;
+}
+
+const char* unit_of(const NamedSeries& sensor) {
+  return sensor.name == "acc" ? "m/s^2" : sensor.name == "gyr" ? "rad/s" : "uT";
+}
+
+bool constant_axis(const VectorSeries& s, int axis) {
+  return std::ranges::all_of(s.v, [&](const Vector3& v) { return v[axis] == s.v.front()[axis]; });
+}
+
+// Mean rate of turn over a span; 0 without samples in it.
+double mean_rate(const VectorSeries& gyr, double begin, double end) {
+  const auto first = std::ranges::lower_bound(gyr.t, begin) - gyr.t.begin();
+  const auto last = std::ranges::upper_bound(gyr.t, end) - gyr.t.begin();
+  double sum = 0.0;
+  for (auto k = first; k < last; ++k) sum += gyr.v[static_cast<std::size_t>(k)].norm();
+  return last > first ? sum / static_cast<double>(last - first) : 0.0;
+}
+
+// Readings of 0, 0, 0 that cannot be: a gyroscope at rest may well read that.
+std::optional<Issue> zeros_issue(const NamedSeries& sensor) {
+  const VectorSeries& s = *sensor.series;
+  const double least = sensor.name == "gyr" ? kTurning : 0.0;
+  std::size_t zeros = 0, first = 0, last_other = s.size();
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    if (!s.v[k].isZero(0.0)) {
+      last_other = k;
+    } else if (last_other == s.size() ? least == 0.0 : s.v[last_other].norm() > least) {
+      if (zeros++ == 0) first = k;
+    }
+  }
+  if (zeros == 0) return std::nullopt;
+  return Issue{"zeros",
+               sensor.name,
+               -1,
+               Severity::kCaution,
+               s.t[first],
+               s.t[first],
+               fmt::format("{} reads exactly 0, 0, 0 in {} samples, first at {:.3f} s", sensor.name,
+                           zeros, s.t[first]),
+               "these are no measurements: leave the fields empty where the sensor has none"};
+}
+
+}  // namespace
+
+bool all_constant(const VectorSeries& s) {
+  return constant_axis(s, 0) && constant_axis(s, 1) && constant_axis(s, 2);
+}
+
+std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr) {
+  const VectorSeries& s = *sensor.series;
+  std::vector<Issue> issues;
+  if (s.size() < 20) return issues;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!constant_axis(s, axis)) continue;
+    issues.push_back({"constant", sensor.name, axis, Severity::kFatal, 0.0, 0.0,
+                      fmt::format("{}_{} is {:.6g} {} in all {} samples", sensor.name,
+                                  axis_name(axis), s.v.front()[axis], unit_of(sensor), s.size()),
+                      "check the logger and the sensor: this axis is not measured"});
+  }
+  if (!issues.empty()) return issues;
+  double longest = 0.0, at = 0.0, total = 0.0;
+  for (std::size_t k = 0, begin = 0; k < s.size(); ++k) {
+    if (k + 1 < s.size() && s.v[k + 1] == s.v[begin]) continue;
+    const double length = s.t[k] - s.t[begin];
+    const bool own = sensor.series == &gyr;  // a gyroscope that hangs cannot testify
+    if (length > kStuckSeconds &&
+        (own ? s.v[k].norm() : mean_rate(gyr, s.t[begin], s.t[k])) > kTurning) {
+      total += length;
+      if (length > longest) at = s.t[begin];
+      longest = std::max(longest, length);
+    }
+    begin = k + 1;
+  }
+  if (longest > 0.0) {
+    issues.push_back({"stuck", sensor.name, -1, Severity::kCaution, at, at + longest,
+                      fmt::format("{} does not change at all for {:.2f} s from {:.2f} s on "
+                                  "({:.1f} s in all), while the sensor turns",
+                                  sensor.name, longest, at, total),
+                      "the sensor or its bus hung: leave such samples out, or record again"});
+  }
+  if (auto zeros = zeros_issue(sensor)) issues.push_back(std::move(*zeros));
+  return issues;
+}
+
+std::vector<Issue> check_saturation(const NamedSeries& sensor) {
+  const VectorSeries& s = *sensor.series;
+  std::vector<Issue> issues;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (constant_axis(s, axis)) continue;
+    for (const double sign : {1.0, -1.0}) {
+      const Extreme e = extreme_of(s, axis, sign);
+      if (e.count < kClippedTotal || e.longest_run < kClippedRun ||
+          double(e.count) < kClippedSpike * double(e.next_count)) {
+        continue;
+      }
+      issues.push_back(
+          {"saturation", sensor.name, axis, Severity::kCaution, e.first_s, e.last_s,
+           fmt::format("{}_{} reads {:.5g} {}, its {}, in {} samples between {:.2f} and {:.2f} s, "
+                       "up to {} in a row: it is clipped",
+                       sensor.name, axis_name(axis), e.value, unit_of(sensor),
+                       sign > 0.0 ? "largest" : "smallest", e.count, e.first_s, e.last_s,
+                       e.longest_run),
+           sensor.is_mag() ? "choose a larger range, or go away from the magnet"
+                           : "choose a larger range, or move more gently"});
+    }
+  }
+  return issues;
+}
+
+}  // namespace magimu

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recording/quality.h"
+
+#include <algorithm>
+
+#include "recording/error.h"
+#include "recording/quality_checks.h"
+
+namespace magimu {
+namespace {
+
+std::vector<NamedSeries> sensors_of(const Recording& recording) {
+  std::vector<NamedSeries> out{{"acc", &recording.acc}, {"gyr", &recording.gyr}};
+  for (std::size_t i = 0; i < recording.mag.size(); ++i) {
+    const bool named = i < recording.mag_names.size();
+    out.push_back(
+        {named ? recording.mag_names[i] : "mag" + std::to_string(i + 1), &recording.mag[i]});
+  }
+  std::erase_if(out, [](const NamedSeries& s) { return s.series->empty(); });
+  return out;
+}
+
+void append(std::vector<Issue>& all, std::vector<Issue>&& more) {
+  all.insert(all.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
+
+}  // namespace
+
+std::string to_string(Severity severity) {
+  return severity == Severity::kFatal     ? "fatal"
+         : severity == Severity::kCaution ? "caution"
+                                          : "note";
+}
+
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+std::string axis_name(int axis) { return {"xyz"[axis]}; }
+
+std::vector<Issue> check_recording(const Recording& recording) {
+  const std::vector<NamedSeries> sensors = sensors_of(recording);
+  std::vector<Issue> issues;
+  for (const NamedSeries& sensor : sensors) append(issues, check_order_and_finiteness(sensor));
+  if (issues.empty()) {
+    // Where nothing at all changes (a simulated rest without noise) no single sensor is to blame.
+    const bool still = std::ranges::all_of(
+        sensors, [](const NamedSeries& sensor) { return all_constant(*sensor.series); });
+    for (std::size_t i = 0; i < sensors.size() && !still; ++i) {
+      append(issues, check_stuck(sensors[i], recording.gyr));
+    }
+    append(issues, check_spans(sensors));
+    append(issues, check_units(recording));
+    for (const NamedSeries& sensor : sensors) {
+      append(issues, check_intervals(sensor));
+      if (still) continue;
+      append(issues, check_saturation(sensor));
+      append(issues, check_clock(sensor));
+    }
+  }
+  std::ranges::stable_sort(issues,
+                           [](const Issue& a, const Issue& b) { return a.severity > b.severity; });
+  return issues;
+}
+
+void refuse_fatal(const Recording& recording, const std::vector<Issue>& issues) {
+  for (const Issue& issue : issues) {
+    if (issue.severity != Severity::kFatal) continue;
+    throw InputError(recording.name, 0, 0, issue.problem, issue.remedy);
+  }
+}
+
+}  // namespace magimu

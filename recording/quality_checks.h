@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The single checks behind quality.h, and what they share. Internal to recording/.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "recording/quality.h"
+
+namespace magimu {
+
+struct NamedSeries {
+  std::string name;  // "acc", "gyr", "mag", "mag1", ...
+  const VectorSeries* series;
+  bool is_mag() const { return name.starts_with("mag"); }
+};
+
+// Times that are not finite or do not increase, values that are not finite: nothing else can be
+// judged then.
+std::vector<Issue> check_order_and_finiteness(const NamedSeries& sensor);
+// Gaps, jitter.
+std::vector<Issue> check_intervals(const NamedSeries& sensor);
+// Sensors that do not cover the same time; times that are no seconds.
+std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors);
+// Whether no axis ever changes.
+bool all_constant(const VectorSeries& series);
+// Axes that never change, stretches in which nothing changes, readings of zero.
+std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr);
+std::vector<Issue> check_saturation(const NamedSeries& sensor);
+// Samples that repeat the one before, or lie on a line between neighbours: a slower clock.
+std::vector<Issue> check_clock(const NamedSeries& sensor);
+// Other units than ours, acceleration without gravity.
+std::vector<Issue> check_units(const Recording& recording);
+
+// The element in the middle; 0 of none.
+double median_of(std::vector<double> values);
+// "x", "y", "z"
+std::string axis_name(int axis);
+
+}  // namespace magimu

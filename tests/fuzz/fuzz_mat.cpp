@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Any bytes as a MAT file: our reader on top of the library's.
+#include "recording/broad.h"
+#include "recording/error.h"
+#include "tests/fuzz/memory_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
+  const magimu::fuzz::MemoryFile file(data, size);
+  try {
+    magimu::read_mat(file.path());
+  } catch (const magimu::InputError&) {
+  }
+  return 0;
+}

@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   add_apply(app, exit_code);
   add_calibrate(app, exit_code);
   add_diagnose(app, exit_code);
+  add_export(app, exit_code);
   add_simulate(app, exit_code);
   try {
     app.parse(argc, argv);

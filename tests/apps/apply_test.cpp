@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// `magimu apply` as a user runs it.
+// `magimu apply` and `magimu export` as a user runs them.
 #include <gmock/gmock.h>
 
 #include "tests/apps/program.h"
@@ -88,6 +88,38 @@ TEST_F(Apply, tells_which_input_it_cannot_use) {
   run = calibrated()("apply rec.csv cal.json -o out.csv");
   EXPECT_EQ(run.exit_code, kUnusable);
   EXPECT_THAT(run.err, AllOf(HasSubstr("rec.csv:1:"), HasSubstr("magimu calibrate -o")));
+}
+
+using Export = Apply;
+
+TEST_F(Export, writes_for_every_target_it_names) {
+  for (const char* target : {"px4", "ardupilot", "ros", "matlab", "c"}) {
+    const std::string to = target;
+    const Outcome run = calibrated()("export cal.json --to " + to);
+    EXPECT_EQ(run.exit_code, kDone) << run.err;
+    EXPECT_THAT(run.out, HasSubstr("its verdict: "));
+    EXPECT_EQ(calibrated()("export cal.json -q --to " + to + " -o " + to + ".out").err, "");
+    EXPECT_EQ(calibrated().text(to + ".out"), run.out);
+    const Outcome as_json = calibrated()("export cal.json --json --to " + to);
+    EXPECT_EQ(json::parse(as_json.out)["text"], run.out);
+  }
+  const Outcome unknown = calibrated()("export cal.json --to betaflight");
+  EXPECT_EQ(unknown.exit_code, kUnusable);
+  EXPECT_THAT(unknown.err, HasSubstr("px4"));
+}
+
+TEST_F(Export, says_what_the_target_cannot_hold) {
+  const Outcome run = calibrated()("export cal.json --to px4");
+  EXPECT_THAT(run.err, AllOf(HasSubstr("not carried to px4"), HasSubstr("--with-rotation")));
+  EXPECT_THAT(run.out, HasSubstr("LOST: the rotation"));
+}
+
+TEST_F(Export, refuses_a_calibration_that_must_not_be_used_unless_forced) {
+  const std::string bad = changed("bad.json", reject);
+  EXPECT_EQ(calibrated()("export bad.json --to c -o bad.h").exit_code, kNoAnswer);
+  EXPECT_FALSE(calibrated().has("bad.h"));
+  EXPECT_EQ(calibrated()("export bad.json --to c -o bad.h --force").exit_code, kDone);
+  EXPECT_THAT(calibrated().text("bad.h"), HasSubstr("its verdict: no"));
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   app.footer(
       "Example: magimu simulate -o rec.csv --motion hand && magimu calibrate rec.csv -o cal.json");
   int exit_code = kDone;
+  add_allan(app, exit_code);
   add_apply(app, exit_code);
   add_calibrate(app, exit_code);
   add_diagnose(app, exit_code);

@@ -7,6 +7,7 @@
 #include "apps/commands.h"
 #include "apps/common_options.h"
 #include "apps/place_options.h"
+#include "apps/report_calibration.h"
 #include "calibration/calibrate.h"
 #include "calibration/calibration_json.h"
 #include "recording/atomic_file.h"
@@ -15,7 +16,8 @@ namespace magimu::apps {
 namespace {
 
 struct Arguments : RecordingOptions {
-  std::string output, trajectory, backend = "auto", mag_time_offset = "auto", gyro_matrix = "auto";
+  std::string output, trajectory, report, backend = "auto", mag_time_offset = "auto",
+                                          gyro_matrix = "auto";
   double dip_deg = 0.0;
   bool has_dip = false;
   PlaceOptions place;
@@ -72,6 +74,9 @@ int run(Arguments& args) {
   const std::string json = to_json(c).dump(2) + "\n";
   if (!args.output.empty()) write_atomically(args.output, json);
   if (!args.trajectory.empty()) write_atomically(args.trajectory, trajectory_csv(c));
+  if (!args.report.empty()) {
+    write_atomically(args.report, calibration_report(c, pointers(recordings)));
+  }
   if (args.json) {
     fmt::print("{}", json);
   } else if (!args.quiet) {
@@ -97,6 +102,8 @@ void add_calibrate(CLI::App& app, int& exit_code) {
   cmd->add_option("-o,--output", args->output, "write the calibration here")->type_name("CAL.json");
   cmd->add_option("--trajectory", args->trajectory, "write the estimated orientations here")
       ->type_name("T.csv");
+  cmd->add_option("--report", args->report, "write a page with pictures here: one file, no network")
+      ->type_name("R.html");
   cmd->add_option_function<double>(
          "--dip",
          [args](double dip) {

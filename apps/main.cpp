@@ -5,11 +5,12 @@
 #include <exception>
 
 #include "apps/commands.h"
+#include "apps/common_options.h"
 #include "recording/error.h"
 
 int main(int argc, char** argv) {
   using namespace magimu::apps;
-  CLI::App app{"Calibrates magnetometers and IMUs together, and says how sure it is."};
+  CLI::App app{"Calibrates magnetometers and IMUs together, and says how sure it is.", "magimu"};
   app.set_version_flag("--version", std::string("magimu ") + MAGIMU_VERSION);
   app.require_subcommand(1);
   app.footer(
@@ -22,7 +23,7 @@ int main(int argc, char** argv) {
   add_export(app, exit_code);
   add_simulate(app, exit_code);
   try {
-    app.parse(argc, argv);
+    app.parse(words_of(argc, argv));
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kUnusable;
   } catch (const magimu::InputError& error) {

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "apps/numbers.h"
+#include "apps/plot.h"
 #include "apps/report.h"
 #include "apps/report_pictures.h"
 #include "apps/residual_of_field.h"
@@ -49,10 +51,17 @@ void answer(Page& page, const Calibration& c) {
   std::string html = element("p", "magimu calibrate: " + names(c), "kicker");
   html += element("h1", look.headline);
   if (!c.trust.reasons.empty()) html += wrap("ul", items(c.trust.reasons));
+  const auto cautions = std::count_if(c.checks.begin(), c.checks.end(), [](const Check& check) {
+    return check.status != CheckStatus::kOk;
+  });
   if (c.trust.verdict == Verdict::kYes && c.trust.reasons.empty()) {
-    html += element("p",
-                    "The fit has converged, everything is determined, and what it leaves looks "
-                    "like noise.");
+    std::string text = "The fit has converged and everything is determined";
+    text += cautions == 0 ? ", and what it leaves looks like noise."
+                          : fmt::format(
+                                ". {} of {} checks call for caution (below); the standard "
+                                "deviations take them into account.",
+                                cautions, c.checks.size());
+    html += element("p", text);
   }
   page.html(wrap("div", html, look.css));
   double duration = 0.0;
@@ -116,10 +125,10 @@ void all_residuals(Page& page, const Calibration& c) {
   for (std::size_t s = 0; s < 3; ++s) {
     rows.push_back({kNames[s], fmt::format("{:.3g} {} per sqrt(Hz)", densities[s], kUnits[s]),
                     fmt::format("{:.2f}", c.residuals[s].rms), plain(c.residuals[s].rms_unit),
-                    kUnits[s], fmt::format("{:.2f}", c.residuals[s].lag1)});
+                    kUnits[s]});
   }
   page.table({"sensor", std::string("noise, ") + (c.noise_given ? "given" : "estimated"),
-              "residual (1: noise alone)", "per node", "unit", "correlation of neighbours"},
+              "residual (1: noise alone)", "per node", "unit"},
              rows);
 }
 
@@ -132,8 +141,12 @@ std::string unit_of(const std::string& name) {
   return name.starts_with("magnetometers") ? "uT" : "";
 }
 
-std::string words_of(const std::string& name) {
+std::string words_of(const Calibration& c, const std::string& name) {
   std::string out = name;
+  for (std::size_t m = 0; m < c.mag_names.size(); ++m) {
+    const std::string entry = fmt::format("magnetometers[{}]", m);
+    if (out.starts_with(entry)) out.replace(0, entry.size(), c.mag_names[m]);
+  }
   const auto replace = [&](const std::string& from, const std::string& to) {
     const auto at = out.find(from);
     if (at != std::string::npos) out.replace(at, from.size(), to);
@@ -141,9 +154,9 @@ std::string words_of(const std::string& name) {
   replace("accelerometer.bias", "accelerometer bias o_a");
   replace("gyroscope.bias", "gyroscope bias o_w");
   replace("gyroscope.scale_misalignment", "gyroscope scale, misalignment S");
-  replace("].distortion", "] distortion D");
-  replace("].bias", "] bias o_m");
-  replace("].time_offset_s", "] lag");
+  replace(".distortion", " distortion D");
+  replace(".bias", " bias o_m");
+  replace(".time_offset_s", " lag");
   replace("].dip_deg", "] dip");
   replace("field.dip_deg", "dip");
   return out;
@@ -181,7 +194,7 @@ void parameters(Page& page, const Calibration& c) {
   for (const std::string& name : c.order) {
     const double robust = c.sigma(name), model = c.sigma_model(name), value = value_of(c, name);
     const int n = decimals(robust);
-    rows.push_back({words_of(name), fmt::format("{:.{}f}", value, n),
+    rows.push_back({words_of(c, name), fmt::format("{:.{}f}", value, n),
                     fmt::format("{:.{}f}", robust, n), fmt::format("{:.2g}", model),
                     model > 0.0 ? fmt::format("{:.1f}", robust / model) : "-", unit_of(name)});
   }
@@ -234,7 +247,12 @@ void checks(Page& page, const Calibration& c) {
 void use(Page& page, const Calibration& c, const std::vector<const Recording*>& recordings) {
   page.section("How to use it");
   const Applied applied = apply(c, slice(*recordings.front(), 0.0, 0.0));
-  for (const std::string& formula : applied.formulas) page.html(element("pre", formula));
+  for (const std::string& formula : applied.formulas) {
+    std::string lines;
+    std::istringstream text(formula);
+    for (std::string line; std::getline(text, line);) lines += plot::escaped(line) + "\n";
+    page.html(wrap("pre", lines));
+  }
   page.paragraph(
       "magimu apply corrects a recording so; magimu export writes these numbers for PX4, "
       "ArduPilot, ROS, MATLAB and C.",

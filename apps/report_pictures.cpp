@@ -60,6 +60,21 @@ std::vector<Vector3> thinned(const std::vector<const Recording*>& recordings, st
   return out;
 }
 
+// Means over stretches of time; a NaN where time runs backward (the next recording).
+Curve means(const std::vector<double>& t, const std::vector<double>& y) {
+  Curve out;
+  const std::size_t every = std::max<std::size_t>(1, t.size() / kStretches);
+  for (std::size_t k = 0; k < t.size(); k += every) {
+    const std::size_t end = std::min(t.size(), k + every);
+    double sum = 0.0;
+    for (std::size_t i = k; i < end; ++i) sum += y[i];
+    const bool back = !out.x.empty() && t[k] < out.x.back();
+    out.x.push_back(0.5 * (t[k] + t[end - 1]));
+    out.y.push_back(back ? NAN : sum / double(end - k));
+  }
+  return out;
+}
+
 // Directions in the sensor's axes: of up, or of magnetic north's field line.
 std::vector<Vector3> directions(const Calibration& c, bool gravity) {
   std::vector<Vector3> out;
@@ -90,9 +105,9 @@ std::vector<std::string> sphere_pictures(const Calibration& c,
     chart.width = kSquare + kMarginX;
     chart.height = kSquare + kMarginY;
     chart.x_range = chart.y_range = plot::Range{-limit, limit};
-    chart.lines.push_back(dots("raw", axis_of(raw, x), axis_of(raw, y), Colour::kVermilion, 2.0));
+    chart.lines.push_back(dots("raw", axis_of(raw, x), axis_of(raw, y), Colour::kVermilion, 2.6));
     chart.lines.push_back(
-        dots("corrected", axis_of(corrected, x), axis_of(corrected, y), Colour::kBlue, 2.0));
+        dots("corrected", axis_of(corrected, x), axis_of(corrected, y), Colour::kBlue, 2.6));
     chart.lines.push_back(circle(c.strength_uT, ""));
     out.push_back(plot::svg(chart));
   }
@@ -102,7 +117,7 @@ std::vector<std::string> sphere_pictures(const Calibration& c,
 std::string length_picture(const Calibration& c, const std::vector<const Recording*>& recordings,
                            std::size_t m) {
   plot::Chart chart;
-  chart.title = "Length of the readings";
+  chart.title = "Length of the readings, means of neighbouring ones";
   chart.x_label = "time, s";
   chart.y_label = "uT";
   chart.width = 880.0;
@@ -115,11 +130,18 @@ std::string length_picture(const Calibration& c, const std::vector<const Recordi
       corrected.push_back(corrected_mag(c, m, r->mag[m].v[k]).norm());
     }
   }
-  const Curve before = envelope(t, raw, kStretches), after = envelope(t, corrected, kStretches);
+  const Curve before = means(t, raw), after = means(t, corrected);
   chart.lines.push_back(
-      {.name = "raw", .x = before.x, .y = before.y, .colour = Colour::kVermilion, .width = 1.0});
+      {.name = "raw", .x = before.x, .y = before.y, .colour = Colour::kVermilion, .width = 1.5});
   chart.lines.push_back(
-      {.name = "corrected", .x = after.x, .y = after.y, .colour = Colour::kBlue, .width = 1.0});
+      {.name = "corrected", .x = after.x, .y = after.y, .colour = Colour::kBlue, .width = 1.5});
+  if (!after.x.empty()) {
+    chart.lines.push_back({.name = "field",
+                           .x = {after.x.front(), after.x.back()},
+                           .y = {c.strength_uT, c.strength_uT},
+                           .colour = Colour::kGrey,
+                           .dashed = true});
+  }
   for (const Disturbance& d : c.disturbances) chart.stretches.push_back({d.begin_s, d.end_s});
   if (!c.disturbances.empty()) chart.stretches_name = "disturbed";
   return plot::svg(chart);
@@ -141,7 +163,7 @@ std::string convergence_picture(const Calibration& c) {
   for (const IterationRecord& r : c.fit.trace) {
     if (!r.accepted) continue;
     cost.x.push_back(r.iteration);
-    cost.y.push_back(std::max((r.cost - final_cost) / final_cost, 1e-16));
+    cost.y.push_back(std::max((r.cost - final_cost) / final_cost, 1e-14));
     step.x.push_back(r.iteration);
     step.y.push_back(r.step_sigma > 0.0 ? r.step_sigma : NAN);
   }

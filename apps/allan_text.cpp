@@ -81,7 +81,7 @@ std::string walk_sentence(const SensorNoise& s, double length_s) {
   const int count = determined(s, &AxisNoise::random_walk);
   if (count == 0) {
     return fmt::format(
-        "Random walk of the bias: none shows within {:.0f} s; at most {} {} per s sqrt(Hz), which "
+        "Random walk of the bias: none shows within {:.0f} s; at most {} {} per sqrt(s), which "
         "is {:.3g} {} in an hour.",
         length_s, over_axes(s, [](const AxisNoise& a) { return a.random_walk.high; }), s.unit,
         60.0 * std::max({s.axes[0].random_walk.high, s.axes[1].random_walk.high,
@@ -91,7 +91,7 @@ std::string walk_sentence(const SensorNoise& s, double length_s) {
   double largest = 0.0;
   for (const AxisNoise& a : s.axes) largest = std::max(largest, a.random_walk.value);
   return fmt::format(
-      "Random walk of the bias, {} of 3 axes: up to {:.3g} {} per s sqrt(Hz), which is {:.3g} {} "
+      "Random walk of the bias, {} of 3 axes: up to {:.3g} {} per sqrt(s), which is {:.3g} {} "
       "in "
       "an hour.",
       count, largest, s.unit, 60.0 * largest, s.unit);
@@ -109,7 +109,7 @@ std::vector<std::vector<std::string>> rows(const SensorNoise& s) {
 }
 
 const std::vector<std::string> kHead = {
-    "axis", "white N, /sqrt(Hz)", "flicker B", "walk K, /(s sqrt(Hz))", "lowest Allan deviation",
+    "axis", "white N, /sqrt(Hz)", "flicker B", "walk K, /sqrt(s)", "lowest Allan deviation",
     "unit"};
 
 std::string allan_plot(const SensorNoise& s) {
@@ -125,7 +125,7 @@ std::string allan_plot(const SensorNoise& s) {
   for (std::size_t i = 0; i < 3; ++i) {
     const AxisNoise& a = s.axes[i];
     plot::Line measured{.name = std::string(1, "xyz"[i]), .colour = kColours[i], .width = 2.0};
-    plot::Line fitted{.colour = kColours[i], .width = 1.0, .dashed = true};
+    plot::Line fitted{.colour = plot::Colour::kGrey, .width = 1.0, .dashed = true};
     if (i == 2) fitted.name = "fitted";
     plot::Band band{.colour = kColours[i]};
     if (i == 2) band.name = "95 %";
@@ -139,8 +139,8 @@ std::string allan_plot(const SensorNoise& s) {
       band.high.push_back(p.high);
     }
     chart.bands.push_back(std::move(band));
-    chart.lines.push_back(std::move(fitted));
     chart.lines.push_back(std::move(measured));
+    chart.lines.push_back(std::move(fitted));
   }
   return plot::svg(chart);
 }
@@ -157,11 +157,11 @@ std::string allan_table(const RestNoise& noise) {
   std::string out =
       fmt::format("{}: at rest from {:.1f} to {:.1f} s ({:.0f} s)\n\n", noise.recording,
                   noise.span.begin_s, noise.span.end_s, noise.span.length_s());
-  out += fmt::format("{:<8}{:<33}{:<30}{:<30}{:<23}\n", kHead[0], kHead[1], kHead[2], kHead[3],
-                     kHead[4]);
+  out += fmt::format("{:<8}{:<36}{:<36}{:<36}{:<25}{}\n", kHead[0], kHead[1], kHead[2], kHead[3],
+                     kHead[4], kHead[5]);
   for (const SensorNoise& s : noise.sensors) {
     for (const std::vector<std::string>& row : rows(s)) {
-      out += fmt::format("{:<8}{:<33}{:<30}{:<30}{:<23}{}\n", row[0], row[1], row[2], row[3],
+      out += fmt::format("{:<8}{:<36}{:<36}{:<36}{:<25}{}\n", row[0], row[1], row[2], row[3],
                          row[4], row[5]);
     }
   }

@@ -278,7 +278,7 @@ std::string calibration_report(const Calibration& c,
       fmt::format("{} iterations with all {} nodes ({}); the start came from a fit with few "
                   "nodes. {:.1f} s in all.",
                   c.fit.iterations, c.nodes, to_string(c.fit.reason), c.seconds));
-  use(page, c, recordings);
+  if (c.trust.verdict != Verdict::kNo) use(page, c, recordings);
   return page.finish();
 }
 

@@ -125,8 +125,8 @@ MotionAtRest motion_at_rest(const Recording& r) {
                              end - begin, kNeeded);
   } else {
     out.reason = fmt::format(
-        "The device moves ({}); the longest rest lasts {:.1f} s of {:.1f} s, and {:.0f} s, nine "
-        "tenths of the recording, are needed.",
+        "The device moves ({}); the longest rest lasts {:.1f} s of {:.1f} s, and {:.0f} s in one "
+        "piece, nine tenths of the recording or more, are needed.",
         when, out.rest.length_s(), end - begin, std::max(kNeeded, kRestShare * (end - begin)));
   }
   out.reason += std::string(" ") + kHowLong;

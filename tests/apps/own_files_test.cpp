@@ -112,7 +112,7 @@ TEST(Allan, refuses_a_device_that_moves_and_says_when) {
   magimu("simulate -o rec.csv --motion hand --rate 50 --duration 40");
   const Outcome run = magimu("allan rec.csv -o noise.json");
   EXPECT_EQ(run.exit_code, kNoAnswer);
-  EXPECT_THAT(run.err, AllOf(HasSubstr("The device moves ("), HasSubstr(" s;"),
+  EXPECT_THAT(run.err, AllOf(HasSubstr("The device moves ("), HasSubstr(" s); the longest rest"),
                              HasSubstr("a minute gives the white noise")));
   EXPECT_FALSE(magimu.has("noise.json"));
 }

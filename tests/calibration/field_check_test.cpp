@@ -96,10 +96,10 @@ TEST(InvertedAxes, fit_as_well_and_are_found_by_the_hemisphere) {
   Simulation s = simulate(simulation);
   const Hemisphere true_one =
       s.truth.parameters.dip_rad > 0.0 ? Hemisphere::kNorth : Hemisphere::kSouth;
-  Calibration right = calibrate(s.recording, test::same_model(s));
+  Calibration right = calibrate(s.recording, test::same_model_and_noise(s));
   for (Vector3& v : s.recording.mag[0].v) v[1] = -v[1];
-  Calibration inverted = calibrate(s.recording, test::same_model(s));
-  EXPECT_NEAR(inverted.fit.cost_final / right.fit.cost_final, 1.0, 1e-3);
+  Calibration inverted = calibrate(s.recording, test::same_model_and_noise(s));
+  EXPECT_NEAR(inverted.fit.cost_final / right.fit.cost_final, 1.0, 1e-6);
   EXPECT_NEAR(inverted.parameters.dip_rad, -right.parameters.dip_rad, 1e-3);
   check_field(right, {{}, true_one});
   check_field(inverted, {{}, true_one});

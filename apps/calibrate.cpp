@@ -6,6 +6,8 @@
 #include "apps/calibration_table.h"
 #include "apps/commands.h"
 #include "apps/common_options.h"
+#include "apps/place_options.h"
+#include "apps/report_calibration.h"
 #include "calibration/calibrate.h"
 #include "calibration/calibration_json.h"
 #include "recording/atomic_file.h"
@@ -14,9 +16,11 @@ namespace magimu::apps {
 namespace {
 
 struct Arguments : RecordingOptions {
-  std::string output, trajectory, backend = "auto", mag_time_offset = "auto", gyro_matrix = "auto";
+  std::string output, trajectory, report, backend = "auto", mag_time_offset = "auto",
+                                          gyro_matrix = "auto";
   double dip_deg = 0.0;
   bool has_dip = false;
+  PlaceOptions place;
   CalibrationOptions options;
 };
 
@@ -55,7 +59,7 @@ int run(Arguments& args) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
   }
   args.options.noise = args.noise();
-  args.options.gravity = args.gravity;
+  args.options.gravity = args.place.gravity_or(args.gravity);
   args.options.motion = args.motion_model();
   if (args.has_dip) args.options.initialization.dip_rad = args.dip_deg * kDegree;
   if (args.gyro_matrix != "auto") args.options.gyr_matrix = args.gyro_matrix == "on";
@@ -63,10 +67,16 @@ int run(Arguments& args) {
   args.options.optimizer.backend = backend_named(args.backend);
 
   const std::vector<Recording> recordings = read_recordings(args);
-  const Calibration c = calibrate(pointers(recordings), args.options);
+  const KnownField known = args.place.known_field();
+  if (args.place.prior) args.options.also = field_prior(*known.field, int(recordings.size()));
+  Calibration c = calibrate(pointers(recordings), args.options);
+  check_field(c, known);
   const std::string json = to_json(c).dump(2) + "\n";
   if (!args.output.empty()) write_atomically(args.output, json);
   if (!args.trajectory.empty()) write_atomically(args.trajectory, trajectory_csv(c));
+  if (!args.report.empty()) {
+    write_atomically(args.report, calibration_report(c, pointers(recordings)));
+  }
   if (args.json) {
     fmt::print("{}", json);
   } else if (!args.quiet) {
@@ -93,6 +103,8 @@ void add_calibrate(CLI::App& app, int& exit_code) {
   cmd->add_option("-o,--output", args->output, "write the calibration here")->type_name("CAL.json");
   cmd->add_option("--trajectory", args->trajectory, "write the estimated orientations here")
       ->type_name("T.csv");
+  cmd->add_option("--report", args->report, "write a page with pictures here: one file, no network")
+      ->type_name("R.html");
   cmd->add_option_function<double>(
          "--dip",
          [args](double dip) {
@@ -102,6 +114,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
          "start from this dip, degrees, positive downward (default: from the data)")
       ->check(CLI::Range(-89.9, 89.9))
       ->type_name("DEG");
+  add_place_options(*cmd, args->place);
   cmd->add_option("--mag-time-offset", args->mag_time_offset,
                   "estimate the magnetometer's lag: auto (where the data show one), on, off")
       ->capture_default_str()

@@ -62,6 +62,13 @@ std::string calibration_table(const Calibration& c) {
   }
   out += fmt::format("  {:<22}    {} uT\n", "field strength",
                      in_columns(c.strength_uT, c.strength_sigma_uT));
+  if (c.earth_field) {
+    out += fmt::format(
+        "  {} at this place: {:.2f} uT, dip {:.2f} deg, declination {:.2f} deg (magnetic north "
+        "lies\n  so far east of true north)\n",
+        c.earth_field->model, c.earth_field->strength_uT, c.earth_field->dip_rad / kDegree,
+        c.earth_field->declination_rad / kDegree);
+  }
   out += "  To use it: the unit field in the IMU frame is D^-1 (mag - magnetometer bias).\n\n";
 
   out +=

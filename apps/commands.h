@@ -9,8 +9,12 @@ namespace magimu::apps {
 
 enum ExitCode { kDone = 0, kNoAnswer = 1, kUnusable = 2 };
 
+void add_allan(CLI::App& app, int& exit_code);
+void add_apply(CLI::App& app, int& exit_code);
 void add_calibrate(CLI::App& app, int& exit_code);
+void add_completion(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
+void add_export(CLI::App& app, int& exit_code);
 void add_info(CLI::App& app, int& exit_code);
 void add_simulate(CLI::App& app, int& exit_code);
 

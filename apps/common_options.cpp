@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/common_options.h"
 
+#include <algorithm>
+#include <charconv>
+
+#include "calibration/noise_at_rest.h"
+
 namespace magimu::apps {
 
 std::optional<NoiseDensities> RecordingOptions::noise() const {
+  if (!noise_file.empty()) return read_noise(noise_file);
   if (noise_densities.empty()) return std::nullopt;
   return NoiseDensities{noise_densities[0], noise_densities[1], noise_densities[2]};
 }
@@ -18,11 +24,14 @@ void add_recording_options(CLI::App& cmd, RecordingOptions& options) {
   cmd.add_option("recordings", options.recordings, "CSV, or HDF5 or MATLAB files of the BROAD set")
       ->required()
       ->type_name("REC");
-  cmd.add_option("--noise", options.noise_densities,
-                 "noise densities per sqrt(Hz): m/s^2 rad/s uT (default: estimated)")
-      ->expected(3)
-      ->check(CLI::PositiveNumber)
-      ->type_name("ACC GYR MAG");
+  CLI::Option* densities =
+      cmd.add_option("--noise", options.noise_densities,
+                     "noise densities per sqrt(Hz): m/s^2 rad/s uT, or a file that `magimu allan`\n"
+                     "wrote (default: estimated)")
+          ->expected(3)
+          ->check(CLI::PositiveNumber)
+          ->type_name("ACC GYR MAG|NOISE.json");
+  cmd.add_option("--noise-file", options.noise_file)->group("")->excludes(densities);
   cmd.add_option("--gravity", options.gravity, "local gravity, m/s^2")
       ->capture_default_str()
       ->check(CLI::Range(9.7, 9.9))
@@ -49,6 +58,22 @@ std::vector<Recording> read_recordings(const RecordingOptions& options) {
     out.push_back(read_with(path, options, options.quiet));
   }
   return out;
+}
+
+std::vector<std::string> words_of(int argc, char** argv) {
+  const auto is_number = [](const std::string& text) {
+    double value = 0.0;
+    const char* end = text.data() + text.size();
+    return std::from_chars(text.data(), end, value).ptr == end;
+  };
+  std::vector<std::string> words;
+  for (int i = argc - 1; i > 0; --i) {
+    const std::string word = argv[i];
+    const bool file = word == "--noise" && !words.empty() && !is_number(words.back()) &&
+                      !words.back().starts_with("-");
+    words.push_back(file ? "--noise-file" : word);
+  }
+  return words;
 }
 
 std::vector<const Recording*> pointers(const std::vector<Recording>& recordings) {

@@ -17,6 +17,7 @@ namespace magimu::apps {
 struct RecordingOptions : ReadingOptions {
   std::vector<std::string> recordings;
   std::vector<double> noise_densities;
+  std::string noise_file;
   double gravity = kStandardGravity;
   std::string motion = "auto";
   int threads = 0;
@@ -34,6 +35,10 @@ void add_output_options(CLI::App& cmd, RecordingOptions& options, const std::str
 
 // All of them, by read_with.
 std::vector<Recording> read_recordings(const RecordingOptions& options);
+// The words of the command line, the last first, as CLI11 takes them. `--noise NOISE.json` becomes
+// --noise-file, since --noise takes three numbers.
+std::vector<std::string> words_of(int argc, char** argv);
+
 std::vector<const Recording*> pointers(const std::vector<Recording>& recordings);
 
 }  // namespace magimu::apps

@@ -5,22 +5,28 @@
 #include <exception>
 
 #include "apps/commands.h"
+#include "apps/common_options.h"
+#include "apps/version.h"
 #include "recording/error.h"
 
 int main(int argc, char** argv) {
   using namespace magimu::apps;
-  CLI::App app{"Calibrates magnetometers and IMUs together, and says how sure it is."};
-  app.set_version_flag("--version", std::string("magimu ") + MAGIMU_VERSION);
+  CLI::App app{"Calibrates magnetometers and IMUs together, and says how sure it is.", "magimu"};
+  app.set_version_flag("--version", version_text());
   app.require_subcommand(1);
   app.footer(
       "Example: magimu simulate -o rec.csv --motion hand && magimu calibrate rec.csv -o cal.json");
   int exit_code = kDone;
+  add_allan(app, exit_code);
+  add_apply(app, exit_code);
   add_calibrate(app, exit_code);
+  add_completion(app, exit_code);
   add_diagnose(app, exit_code);
+  add_export(app, exit_code);
   add_info(app, exit_code);
   add_simulate(app, exit_code);
   try {
-    app.parse(argc, argv);
+    app.parse(words_of(argc, argv));
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kUnusable;
   } catch (const magimu::InputError& error) {

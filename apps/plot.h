@@ -24,8 +24,8 @@ enum class Colour { kBlue, kVermilion, kGreen, kPurple, kSky, kOrange, kGrey };
 
 // A curve; where x or y is not a number (on a logarithmic axis: not positive) it is interrupted.
 struct Line {
-  std::string name;  // in the legend; empty: not there
-  std::vector<double> x, y;
+  std::string name = {};  // in the legend; empty: not there
+  std::vector<double> x = {}, y = {};
   Colour colour = Colour::kBlue;
   double width = 1.5;  // pixels
   bool dashed = false;
@@ -33,8 +33,8 @@ struct Line {
 
 // The area between two curves, such as a standard deviation to both sides.
 struct Band {
-  std::string name;
-  std::vector<double> x, low, high;
+  std::string name = {};
+  std::vector<double> x = {}, low = {}, high = {};
   Colour colour = Colour::kBlue;
 };
 

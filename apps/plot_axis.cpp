@@ -23,9 +23,13 @@ std::vector<double> ticks(const Range& range, int at_most) {
 
 std::vector<double> log_ticks(const Range& range) {
   if (!(range.low > 0.0 && range.high > range.low)) return {};
+  constexpr int kMostDecades = 8;
   const bool few = range.high / range.low < 2e3;
+  // Over many decades only every second, third, ... power.
+  const int every = 1 + int(std::log10(range.high / range.low)) / kMostDecades;
   std::vector<double> out;
   for (int e = int(std::floor(std::log10(range.low))); e <= int(std::log10(range.high)) + 1; ++e) {
+    if (e % every != 0) continue;
     for (const double digit : {1.0, 2.0, 5.0}) {
       const double value = digit * std::pow(10.0, e);
       if ((digit == 1.0 || few) && value >= range.low && value <= range.high) out.push_back(value);

@@ -12,7 +12,8 @@ struct Range {
 
 // Round numbers (1, 2 or 5 times a power of ten apart) within the range, at most so many.
 std::vector<double> ticks(const Range& range, int at_most);
-// On a logarithmic axis: powers of ten, with 2 and 5 times these where there are few.
+// On a logarithmic axis: powers of ten, with 2 and 5 times these where there are few; not all where
+// there are many.
 std::vector<double> log_ticks(const Range& range);
 
 // From values to pixels.

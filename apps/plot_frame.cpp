@@ -3,11 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace magimu::plot {
 namespace {
 
 constexpr double kTitle = 28.0, kLegendRow = 18.0;
-constexpr double kCharacter = 6.4;  // mean width at 12 pixels, for the legend
+constexpr double kCharacter = 6.4;    // mean width at 12 pixels, for the legend
+constexpr double kTickHeight = 15.0;  // of a number, with air
 constexpr int kTicks = 8, kTicksX = 10;
 
 }  // namespace
@@ -68,7 +71,8 @@ Frame::Frame(const std::string& title, double width, double height,
 }
 
 void Frame::y_axis(const Axis& y, const std::string& label) {
-  for (const double v : y.log ? log_ticks(y.range) : ticks(y.range, kTicks)) {
+  const int at_most = std::clamp(int((bottom() - top()) / kTickHeight), 2, kTicks);
+  for (const double v : y.log ? log_ticks(y.range) : ticks(y.range, at_most)) {
     add(segment(left(), y(v), right(), y(v), "#e4e4e4"));
     add(text(left() - 6.0, y(v) + 4.0, fmt::format("{:g}", v), "end"));
   }

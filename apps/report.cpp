@@ -25,6 +25,16 @@ ul, ol { margin: 8px 0; padding-left: 22px; }
 .answer.findings { border-color: #0072B2; }
 .answer.unexplained { border-color: #D55E00; }
 .answer.predicts { border-color: #009E73; }
+.answer.limited { border-color: #E69F00; }
+.triple { display: flex; flex-wrap: wrap; gap: 0; }
+.triple figure { flex: 1 1 280px; margin: 6px 0; }
+pre { font: 13px/1.5 ui-monospace, Menlo, Consolas, monospace; background: #f5f7f9;
+  padding: 10px 16px; border-radius: 4px; overflow-x: auto; }
+.status { display: inline-block; min-width: 58px; text-align: center; border-radius: 10px;
+  font-size: 12px; padding: 1px 8px; color: #fff; background: #767676; }
+.status.ok { background: #007a59; }
+.status.caution { background: #9a6a00; }
+.status.bad { background: #c04f00; }
 .answer li { margin: 4px 0; font-size: 17px; }
 .facts { display: flex; flex-wrap: wrap; gap: 10px; margin: 16px 0 0; padding: 0; list-style: none; }
 .facts li { flex: 1 1 140px; border: 1px solid #dfe4e8; border-radius: 6px; padding: 8px 14px; }

@@ -10,6 +10,7 @@
 //   const Vector3 field = calibration.parameters.mag[0].distortion.inverse() * (mag - bias);
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -37,6 +38,8 @@ struct CalibrationOptions {
   int node_every = 0;
   InitializationOptions initialization;
   OptimizerOptions optimizer;
+  // Adds factors to every graph, such as what is known beforehand (field_check.h); none by default.
+  std::function<void(FactorGraph&)> also = {};
   // Blocks of the robust covariance; longer than the residuals stay correlated.
   double block_s = 5.0;
 };

@@ -4,10 +4,12 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "calibration/model.h"
+#include "calibration/world_magnetic_model.h"
 #include "factors/sensor_model.h"
 #include "solvers/levenberg_marquardt.h"
 
@@ -101,6 +103,7 @@ struct Calibration {
   int node_every = 1;                        // magnetometer samples a node
   Result fit;                                // its values hold every variable of the graph
   std::array<ResidualSummary, 3> residuals;  // acc, gyr, mag
+  std::optional<EarthField> earth_field;     // at the place, where it was given (field_check.h)
   std::vector<Disturbance> disturbances;     // of the magnetic field, in the order of time
   std::vector<Check> checks;
   double blows_per_minute = 0.0;  // to the sensor, of the worst recording: blows.h

@@ -117,6 +117,12 @@ Json to_json(const Calibration& c) {
       out["fields"].back()["recording"] = f.recording;
     }
   }
+  if (c.earth_field) {
+    out["location"] = {{"model", c.earth_field->model},
+                       {"strength_uT", c.earth_field->strength_uT},
+                       {"dip_deg", c.earth_field->dip_rad / kDegree},
+                       {"declination_deg", c.earth_field->declination_rad / kDegree}};
+  }
   out["covariance"] = {{"order", c.order}, {"matrix", array(c.covariance)}};
   out["covariance_model"] = {{"order", c.order}, {"matrix", array(c.covariance_model)}};
   const char* source = c.noise_given ? "given" : "estimated";

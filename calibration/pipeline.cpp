@@ -245,6 +245,7 @@ ModelSpec Pipeline::first_spec(MotionModel motion) const {
   ModelSpec spec;
   spec.motion = motion;
   spec.gravity = options_.gravity;
+  spec.also = options_.also;
   spec.noise = options_.noise.value_or(completed(rest_, guess_));
   if (motion == MotionModel::kRotation && !options_.noise && rest_.acc > 0.0) {
     // A swung sensor is far from this model: a start with the noise of its rests would have to come

@@ -3,6 +3,7 @@
 #include "factors/delayed_magnetometer_factor.h"
 #include "factors/field_direction_factor.h"
 #include "factors/field_rotation_factor.h"
+#include "factors/field_strength_factor.h"
 #include "factors/gyroscope_factor.h"
 #include "factors/keys.h"
 #include "factors/magnetometer_factor.h"
@@ -166,6 +167,16 @@ TEST(PriorFactor, jacobians_are_correct_for_every_type_of_variable) {
     expect_correct_jacobians(PriorFactor<Matrix3>(key::distortion, random.matrix3(), {}), v);
     expect_correct_jacobians(PriorFactor<double>(key::dip, random.number(), {}), v);
   }
+}
+
+TEST(FieldStrengthFactor, is_the_strength_less_the_known_one_and_its_jacobian_is_correct) {
+  RandomValue random(12);
+  for (int i = 0; i < kTrials; ++i) {
+    const Values v = random_values(random, 1.0);
+    expect_correct_jacobians(FieldStrengthFactor(key::distortion, 2.0, {}), v);
+  }
+  const FieldStrengthFactor factor(key::distortion, 50.0, {});
+  EXPECT_NEAR(factor.residual<double>(50.01 * Matrix3::Identity())[0], 0.01, 1e-5);
 }
 
 TEST(DelayedMagnetometerFactor, jacobians_are_correct) {

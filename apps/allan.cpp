@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// `magimu allan REC -o NOISE.json`
+#include <fmt/format.h>
+
+#include "apps/allan_text.h"
+#include "apps/commands.h"
+#include "apps/common_options.h"
+#include "recording/atomic_file.h"
+
+namespace magimu::apps {
+namespace {
+
+struct Arguments : RecordingOptions {
+  std::string output, report;
+};
+
+int run(const Arguments& args) {
+  const std::vector<Recording> recordings = read_recordings(args);
+  const Recording& recording = recordings.front();
+  const MotionAtRest motion = motion_at_rest(recording);
+  if (!motion.reason.empty()) {
+    fmt::print(stderr, "magimu: {}: {}\n", recording.name, motion.reason);
+    return kNoAnswer;
+  }
+  const RestNoise noise = noise_of(recording, motion.rest);
+  const std::string json = to_json(noise).dump(2) + "\n";
+  if (!args.output.empty()) write_atomically(args.output, json);
+  if (!args.report.empty()) write_atomically(args.report, allan_report(noise));
+  if (args.json) {
+    fmt::print("{}", json);
+  } else if (!args.quiet) {
+    fmt::print("{}", allan_table(noise));
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_allan(CLI::App& app, int& exit_code) {
+  auto args = std::make_shared<Arguments>();
+  CLI::App* cmd =
+      app.add_subcommand("allan", "Noise densities and bias instability from a recording at rest");
+  cmd->footer(
+      "Example: magimu allan rest.csv -o noise.json --report noise.html\n"
+      "         magimu calibrate rec.csv --noise noise.json\n"
+      "A minute at rest gives the white noise, an hour the bias instability, several hours the\n"
+      "random walk. Exit code 1: the device moves, or the rest is too short; 2: wrong usage or\n"
+      "unreadable input.");
+  cmd->add_option("recording", args->recordings, "of a device that lies still")
+      ->required()
+      ->expected(1)
+      ->type_name("REC");
+  cmd->add_option("-o,--output", args->output, "write the densities here, for calibrate --noise")
+      ->type_name("NOISE.json");
+  cmd->add_option("--report", args->report, "write a page with Allan plots here")
+      ->type_name("R.html");
+  add_output_options(*cmd, *args, "print the noise file instead of the text");
+  cmd->callback([args, &exit_code] { exit_code = run(*args); });
+}
+
+}  // namespace magimu::apps

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// `magimu apply CAL.json REC -o OUT.csv`
+#include "calibration/apply.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/commands.h"
+#include "apps/common_options.h"
+#include "apps/trusted.h"
+#include "calibration/calibration_json.h"
+#include "recording/atomic_file.h"
+#include "recording/csv.h"
+
+namespace magimu::apps {
+namespace {
+
+struct Arguments : RecordingOptions {
+  std::string calibration, output;
+  bool force = false, keep_times = false;
+};
+
+std::string in_words(const Applied& applied) {
+  std::string out;
+  for (const std::string& formula : applied.formulas) out += formula + "\n";
+  for (const std::string& effect : applied.not_applied) out += "Not applied: " + effect + "\n";
+  return out;
+}
+
+int run(const Arguments& args) {
+  const Calibration c = read_calibration(args.calibration);
+  if (!may_be_used(c, args.calibration, args.force)) return kNoAnswer;
+  const std::vector<Recording> recordings = read_recordings(args);
+  const Applied applied = apply(c, recordings.front(), {.move_mag_times = !args.keep_times});
+  write_atomically(args.output, csv_text(applied.recording));
+  // What is said must not end in the middle of the data.
+  std::FILE* where = args.output == "/dev/stdout" ? stderr : stdout;
+  if (args.json) {
+    const nlohmann::ordered_json json = {{"recording", recordings.front().name},
+                                         {"output", args.output},
+                                         {"formulas", applied.formulas},
+                                         {"not_applied", applied.not_applied}};
+    fmt::print(where, "{}\n", json.dump(2));
+  } else if (!args.quiet) {
+    fmt::print(where, "{}: {} IMU samples, corrected with {} (trust: {})\n\n{}", args.output,
+               applied.recording.gyr.size(), args.calibration, to_string(c.trust.verdict),
+               in_words(applied));
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_apply(CLI::App& app, int& exit_code) {
+  auto args = std::make_shared<Arguments>();
+  CLI::App* cmd =
+      app.add_subcommand("apply", "Correct a recording with a calibration, in the IMU's axes");
+  cmd->footer(
+      "Example: magimu apply cal.json rec.csv -o corrected.csv\n"
+      "The formula is printed with its numbers. Readings stay in m/s^2, rad/s and uT.\n"
+      "Exit code 1: the calibration says of itself that it must not be used (--force: do it\n"
+      "all the same); 2: wrong usage or unreadable input.");
+  cmd->add_option("calibration", args->calibration, "written by `magimu calibrate -o`")
+      ->required()
+      ->type_name("CAL.json");
+  cmd->add_option("recording", args->recordings, "CSV, or an HDF5 or MATLAB file of the BROAD set")
+      ->required()
+      ->expected(1)
+      ->type_name("REC");
+  cmd->add_option("-o,--output", args->output, "the corrected recording")
+      ->required()
+      ->type_name("OUT.csv");
+  cmd->add_flag("--keep-times", args->keep_times,
+                "leave magnetometer samples where they are, although the magnetometer lags");
+  cmd->add_flag("--force", args->force, "use a calibration whose verdict is \"no\"");
+  add_output_options(*cmd, *args, "print the formulas as JSON");
+  cmd->callback([args, &exit_code] { exit_code = run(*args); });
+}
+
+}  // namespace magimu::apps

@@ -1,0 +1,57 @@
+#!/bin/bash
+# SPDX-License-Identifier: BSD-3-Clause
+# Installs the built tree BUILD into a temporary folder and uses it as a stranger would: the program,
+# its completion, find_package, pkg-config, and the .deb. Usage: install_test.sh BUILD SOURCE
+set -eu
+build=$1 source=$2
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+fail() { echo "FAILED: $*" >&2; exit 1; }
+
+cmake --install "$build" --prefix "$folder/usr" >"$folder/log" || fail "install: $(cat "$folder/log")"
+magimu=$folder/usr/bin/magimu
+
+version=$("$magimu" --version)
+for fact in 'magimu [0-9]' 'compiler: ' 'build type: ' 'SuiteSparse: \(yes\|no\)'; do
+  grep -q "$fact" <<<"$version" || fail "--version lacks $fact"
+done
+
+# Completion offers every subcommand of the help, and the options of each.
+completion=$folder/usr/share/bash-completion/completions/magimu
+complete_words() { # the words typed so far -> what is offered
+  bash -c 'source "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _magimu
+           printf "%s\n" "${COMPREPLY[@]}"' - "$completion" "$@"
+}
+commands=$("$magimu" --help | sed -n '/^Subcommands:/,/^$/p' | sed -n 's/^  \([a-z]*\) .*/\1/p')
+test "$(wc -w <<<"$commands")" -ge 5 || fail "no subcommands in the help"
+offered=$(complete_words magimu "")
+for command in $commands; do
+  grep -qx "$command" <<<"$offered" || fail "completion does not offer $command"
+done
+grep -qx -- --mag-time-offset <<<"$(complete_words magimu calibrate --mag)" || fail "no options"
+grep -qx ardupilot <<<"$(complete_words magimu export --to "")" || fail "no values of an option"
+
+cmake -S "$source/tests/packaging/consumer" -B "$folder/build" -DCMAKE_BUILD_TYPE=Release \
+  -DCMAKE_PREFIX_PATH="$folder/usr" >"$folder/log" 2>&1 || fail "find_package: $(cat "$folder/log")"
+cmake --build "$folder/build" >"$folder/log" 2>&1 || fail "find_package: $(cat "$folder/log")"
+"$folder/build/consumer" || fail "the program built with find_package"
+
+if command -v pkg-config >/dev/null; then
+  pc=$(dirname "$(find "$folder/usr" -name magimu.pc)")
+  flags=$(PKG_CONFIG_PATH=$pc pkg-config --cflags --libs magimu) || fail "pkg-config"
+  # shellcheck disable=SC2086
+  c++ -o "$folder/with_pc" "$source/tests/packaging/consumer/main.cpp" $flags || fail "pkg-config"
+  "$folder/with_pc" || fail "the program built with pkg-config"
+fi
+
+if command -v dpkg-deb >/dev/null && command -v dpkg-shlibdeps >/dev/null; then
+  (cd "$build" && cpack -G DEB -B "$folder/deb") >"$folder/log" 2>&1 || fail "$(cat "$folder/log")"
+  deb=$(ls "$folder"/deb/*.deb)
+  contents=$(dpkg-deb -c "$deb")
+  for file in usr/bin/magimu magimuConfig.cmake magimu.pc calibration/calibrate.h \
+    bash-completion/completions/magimu; do
+    grep -q "$file" <<<"$contents" || fail "the .deb lacks $file"
+  done
+  dpkg-deb -f "$deb" Depends | grep -q libhdf5 || fail "the .deb does not name what it needs"
+fi
+echo "installed, used by find_package and pkg-config, packed"

@@ -21,6 +21,8 @@
 
 namespace magimu {
 
+class IncrementalQr;
+
 // What the sensors read at one time; a sensor without a sample at that time has none.
 struct StreamSample {
   double t = 0.0;                           // s, greater than that of the sample before
@@ -85,6 +87,13 @@ class StreamingCalibration {
   Calibration finish();
   // Time of the last sample; not a number before the first.
   double last_t() const;
+
+  // The estimate as it stands, as in updates; nothing while collecting.
+  std::optional<Calibration> estimate() const;
+  // Linearizes again what has drifted, as finish() does first.
+  void settle();
+  // Behind it all, for those who want the graph or the trajectory; null while collecting.
+  const IncrementalQr* estimator() const;
 
  private:
   class State;

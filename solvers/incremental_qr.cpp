@@ -26,9 +26,17 @@ void for_each_factor(const FactorGraph& graph, const Body& body) {
   }
 }
 
-// The move from Exp(from) X to Exp(to) X.
-Vector3 turn(const Vector3& from, const Vector3& to) {
-  return (Rot3::Exp(to) * Rot3::Exp(from).inverse()).Log();
+// A variable's part of the tangent vector that leads from coordinates `from` to `to`.
+void set_move(const WindowElimination::Variable& v, const Values::Slot& slot, const VectorXd& from,
+              const VectorXd& to, VectorXd& tangent) {
+  const int n = slot.type.tangent();
+  if (v.rotation) {
+    tangent.segment<3>(slot.tangent) = (Rot3::Exp(Vector3(to.segment<3>(v.offset))) *
+                                        Rot3::Exp(Vector3(from.segment<3>(v.offset))).inverse())
+                                           .Log();
+  } else {
+    tangent.segment(slot.tangent, n) = to.segment(v.offset, n) - from.segment(v.offset, n);
+  }
 }
 
 }  // namespace
@@ -213,14 +221,7 @@ VectorXd IncrementalQr::moves(const Window& w, const WindowCoordinates& to) cons
              : v.place == WindowElimination::Place::kFirst ? c.first
                                                            : c.last;
     };
-    const Values::Slot& slot = w.values.slots()[s];
-    const int n = slot.type.tangent();
-    const VectorXd from = part(w.point).segment(v.offset, n), now = part(to).segment(v.offset, n);
-    if (v.rotation) {
-      out.segment<3>(slot.tangent) = turn(from, now);
-    } else {
-      out.segment(slot.tangent, n) = now - from;
-    }
+    set_move(v, w.values.slots()[s], part(w.point), part(to), out);
   }
   return out;
 }
@@ -287,14 +288,27 @@ bool IncrementalQr::relinearize(int limit, UpdateResult& result) {
   return true;
 }
 
+int IncrementalQr::add(const FactorGraph& factors, const Values& new_values,
+                       const FactorGraph& removable) {
+  const int window = windows();
+  windows_.push_back(make_window(factors, new_values, removable));
+  drift_.push_back(0.0);
+  const Window& w = windows_.back();
+  if (w.chain < 0) loose_.push_back(window);
+  put(window);
+  if (w.chain >= 0) chains_[std::size_t(w.chain)].last = w.point.last;
+  return window;
+}
+
+void IncrementalQr::append(const FactorGraph& factors, const Values& new_values,
+                           const FactorGraph& removable) {
+  add(factors, new_values, removable);
+}
+
 UpdateResult IncrementalQr::update(const FactorGraph& factors, const Values& new_values,
                                    const FactorGraph& removable) {
   UpdateResult result;
-  result.window = windows();
-  windows_.push_back(make_window(factors, new_values, removable));
-  drift_.push_back(0.0);
-  if (windows_.back().chain < 0) loose_.push_back(result.window);
-  put(result.window);
+  result.window = add(factors, new_values, removable);
   result.variables = windows_.back().values.size();
   result.merges = refresh();
   result.step_sigma = solve();
@@ -314,6 +328,9 @@ UpdateResult IncrementalQr::update(const FactorGraph& factors, const Values& new
 
 UpdateResult IncrementalQr::idle() {
   UpdateResult result;
+  result.merges = refresh();
+  result.step_sigma = solve();
+  result.steps = 1;
   for (int w = 0; w < windows(); ++w) look(w);
   relinearize(windows(), result);
   for (int w = 0; w < windows(); ++w) look(w);
@@ -356,13 +373,28 @@ Values IncrementalQr::front() const {
   Values out = globals_;
   for (const Chain& chain : chains_) {
     const Window& w = windows_[std::size_t(chain.windows.back())];
-    const VectorXd delta = moves(w, coordinates(w));
-    const Values now = w.values.retract({delta.data(), std::size_t(delta.size())});
+    VectorXd delta = VectorXd::Zero(w.values.dim());
+    std::vector<Key> last;
     const auto& variables = w.elimination.variables();
     for (std::size_t s = 0; s < variables.size(); ++s) {
-      if (variables[s].place == WindowElimination::Place::kLast) {
-        out.insert_from(now, w.values.slots()[s].key);
-      }
+      const WindowElimination::Variable& v = variables[s];
+      if (v.place != WindowElimination::Place::kLast) continue;
+      const Values::Slot& slot = w.values.slots()[s];
+      set_move(v, slot, w.point.last, chain.last, delta);
+      last.push_back(slot.key);
+    }
+    const Values now = w.values.retract({delta.data(), std::size_t(delta.size())});
+    for (const Key key : last) out.insert_from(now, key);
+  }
+  return out;
+}
+
+FactorGraph IncrementalQr::graph() const {
+  FactorGraph out;
+  for (const Window& w : windows_) {
+    for (const auto& batch : w.factors.batches()) out.add_batch(batch->clone());
+    for (const auto& batch : w.removable.batches()) {
+      if (!w.removed) out.add_batch(batch->clone());
     }
   }
   return out;

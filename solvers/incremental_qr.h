@@ -77,6 +77,10 @@ class IncrementalQr {
   // one reaches further back, and leaves everything as it was.
   UpdateResult update(const FactorGraph& factors, const Values& new_values,
                       const FactorGraph& removable = {});
+  // The same, but the estimate waits for the next update() or idle(): for a start with many windows
+  // at once, of which the first alone would leave too much undetermined.
+  void append(const FactorGraph& factors, const Values& new_values,
+              const FactorGraph& removable = {});
   // Nothing new, and time for all old windows: every one that has drifted is linearized again.
   UpdateResult idle();
 
@@ -92,6 +96,8 @@ class IncrementalQr {
   const Values& globals() const { return globals_; }
   Values front() const;
   Values estimate() const;
+  // All factors that count, as one graph: its optimum is where idle() leads.
+  FactorGraph graph() const;
   // The least cost, half the sum of squares, of the linearized graph.
   double cost() const { return 0.5 * root_.squares; }
 
@@ -129,6 +135,7 @@ class IncrementalQr {
                      const FactorGraph& removable);
   CondensedTriangle condense(Window& w, bool with_removable, bool keep) const;
   void put(int window);
+  int add(const FactorGraph& factors, const Values& new_values, const FactorGraph& removable);
   int refresh();
   double solve();
   WindowCoordinates coordinates(const Window& w) const;

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/stream_state.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/blows.h"
+#include "calibration/diagnostics.h"
+#include "calibration/summary.h"
+#include "calibration/trust.h"
+#include "recording/error.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kNodeRate = 12.0;       // a second, at the most: as in the pipeline's coarse fits
+constexpr double kRateUncertain = 1.05;  // the rate may turn out to be so much higher
+constexpr double kManyRepeats = 0.3;     // of a magnetometer's samples
+constexpr double kFirstTry = 5.0;        // s
+constexpr double kTryAgain = 1.15;       // times the stream's length
+constexpr double kTurned = 2.5;   // uT, scatter of the magnetometer along every direction of space
+constexpr double kUsable = 15.0;  // deg, accuracy of a first calibration
+constexpr double kResidualUsable = 0.15;  // of the field
+constexpr int kRefits[] = {16, 32, 64};   // windows at which all are fitted again
+constexpr double kOffsetShown = 4.0;      // standard deviations of a lag that is believed
+
+}  // namespace
+
+StreamingCalibration::State::State(int magnetometers, const StreamingOptions& options)
+    : options_(options), samples_(magnetometers, options.window_s) {
+  batch_.noise = options.noise;
+  batch_.gravity = options.gravity;
+  // A hand that does not move costs next to nothing under the model in which it may.
+  batch_.motion = options.motion == MotionModel::kAuto ? MotionModel::kHandHeld : options.motion;
+  const StreamTarget& t = options.target;
+  if (!t.heading_deg && !t.mag_bias_uT && !t.acc_bias && !t.gyr_bias) {
+    options_.target.heading_deg = 0.5;
+  }
+}
+
+std::optional<StreamUpdate> StreamingCalibration::State::add(const StreamSample& sample) {
+  const std::size_t windows = samples_.windows().size();
+  samples_.add(sample);
+  if (estimator_) {
+    if (samples_.windows().size() == windows) return std::nullopt;
+    add_window(samples_.windows().back());
+    for (const int n : kRefits) {
+      if (windows_done() == n) fit_all_windows();
+    }
+    return update();
+  }
+  look_at_turning(sample);
+  if (samples_.count() == 1) {
+    next_update_ = sample.t + options_.window_s;
+    next_try_ = kFirstTry;
+  }
+  if (sample.t < next_update_) return std::nullopt;
+  next_update_ += options_.window_s * std::floor((sample.t - next_update_) / options_.window_s + 1);
+  if (time_to_try()) try_to_start();
+  return estimator_ ? update() : collecting_update();
+}
+
+void StreamingCalibration::State::look_at_turning(const StreamSample& sample) {
+  if (!sample.mag.front()) return;
+  if (mags_++ == 0) mag_origin_ = *sample.mag.front();
+  const Vector3 m = *sample.mag.front() - mag_origin_;
+  mag_sum_ += m;
+  mag_squares_ += m * m.transpose();
+}
+
+bool StreamingCalibration::State::time_to_try() const {
+  if (samples_.last_t() - samples_.first_t() < next_try_ || mags_ < 10) return false;
+  const Vector3 mean = mag_sum_ / double(mags_);
+  const Matrix3 scatter = mag_squares_ / double(mags_) - mean * mean.transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(scatter);
+  return eigen.eigenvalues()[0] > kTurned * kTurned && samples_.all().acc.size() > 10 &&
+         samples_.all().gyr.size() > 10;
+}
+
+void StreamingCalibration::State::try_to_start() {
+  next_try_ = kTryAgain * (samples_.last_t() - samples_.first_t());
+  const VectorSeries& mag = samples_.all().mag.front();
+  const double repeats = 1.0 - double(without_repeats(mag).size()) / double(mag.size());
+  const bool drop = repeats > kManyRepeats;
+  const double rate = mag.rate_hz() * (drop ? 1.0 - repeats : 1.0);
+  const int every = std::max(1, int(std::ceil(kRateUncertain * rate / kNodeRate)));
+  samples_.set_nodes(every, drop);
+  batch_.node_every = every;
+  if (samples_.windows().empty()) return;
+  fit_all_windows();
+}
+
+// The whole way of batch calibration with few nodes, from a blind start: what was taken for the
+// minimum when there was less to go by is given up if another is found. False where the data do not
+// permit it.
+bool StreamingCalibration::State::fit_all_windows() {
+  const Recording recording = samples_.until(samples_.windows().back().last);
+  const std::vector<const Recording*> recordings{&recording};
+  const Pipeline pipeline(recordings, batch_);
+  Stage stage = pipeline.coarse_fit(batch_.motion);
+  if (!stage.result().converged()) return false;
+  ModelSpec spec = stage.spec();
+  spec.mag_time_offset = true;
+  const Stage delayed = pipeline.refit(stage, spec);
+  if (delayed.result().converged()) {
+    const Calibration c = summarize(recordings, delayed, batch_);
+    for (const ActiveEffect::Parameter& p : c.effects.front().parameters) {
+      if (std::abs(p.value) > kOffsetShown * std::max(p.sigma, p.sigma_model)) stage = delayed;
+    }
+  }
+  stage = pipeline.with_fixed_symmetries(stage);
+  Calibration c = summarize(recordings, stage, batch_);
+  if (!c.fit.converged() || !c.undetermined.empty() || check_accuracy(c).value > kUsable ||
+      c.residuals[2].rms_unit > kResidualUsable * c.strength_uT) {
+    return false;
+  }
+  spec_ = stage.spec();
+  spec_.acc_rate_hz = recording.acc.rate_hz();
+  spec_.mag_rate_hz = recording.mag.front().rate_hz();
+  rebuild(c.fit.values);
+  c.fit.values = {};
+  c.trajectories.clear();
+  last_fit_ = std::move(c);
+  return true;
+}
+
+void StreamingCalibration::State::rebuild(const Values& values) {
+  estimator_.emplace(IncrementalQrOptions{.is_global = is_calibration_global});
+  spec_.reach_at = reach_every_few_seconds(samples_);
+  for (const StreamWindow& w : samples_.windows()) {
+    WindowFactors f = window_factors(samples_, w, spec_, nullptr);
+    take_over(w, spec_, values, f);
+    estimator_->append(f.motion, f.values, f.field);
+  }
+  estimator_->idle();
+}
+
+void StreamingCalibration::State::add_window(const StreamWindow& window) {
+  const Values front = estimator_->front();
+  spec_.gyr_bias = front.at<Vector3>(key::gyr_bias);
+  spec_.acc_bias = front.at<Vector3>(key::acc_bias);
+  const WindowFactors f = window_factors(samples_, window, spec_, &front);
+  const int number = estimator_->update(f.motion, f.values, f.field).window;
+  const Innovation innovation = estimator_->innovation(number);
+  window_fit_ = {innovation.squares, innovation.dof, 1.0, true};
+}
+
+std::optional<Calibration> StreamingCalibration::State::estimate() const {
+  if (!estimator_) return std::nullopt;
+  return stream_estimate(*estimator_, spec_, last_fit_);
+}
+
+bool StreamingCalibration::State::reached(const Calibration& c) const {
+  const StreamTarget& t = options_.target;
+  const auto largest = [&](Eigen::Index first) {
+    return std::sqrt(c.covariance.diagonal().segment(first, 3).maxCoeff());
+  };
+  if (t.heading_deg && heading_sigma_deg(c) > *t.heading_deg) return false;
+  if (t.acc_bias && largest(0) > *t.acc_bias) return false;
+  if (t.gyr_bias && largest(3) > *t.gyr_bias) return false;
+  for (std::size_t m = 0; t.mag_bias_uT && m < c.parameters.mag.size(); ++m) {
+    if (largest(15 + 12 * Eigen::Index(m)) > *t.mag_bias_uT) return false;
+  }
+  return true;
+}
+
+StreamUpdate StreamingCalibration::State::collecting_update() const {
+  StreamUpdate u;
+  u.t = samples_.last_t();
+  u.samples = samples_.count();
+  u.guidance = "Turn it slowly about all three of its axes, by half a turn and more.";
+  return u;
+}
+
+StreamUpdate StreamingCalibration::State::update() {
+  StreamUpdate u;
+  u.t = samples_.last_t();
+  u.samples = samples_.count();
+  u.window = window_fit_;
+  Calibration c = *estimate();
+  c.trust = {};
+  judge(c);
+  u.phase = reached(c) && c.trust.verdict != Verdict::kNo ? StreamPhase::kConverged
+                                                          : StreamPhase::kCalibrating;
+  u.checks = {check_accuracy(c), check_whiteness(c)};
+  u.guidance = u.phase == StreamPhase::kConverged
+                   ? "Good enough."
+                   : "Turn it slowly about all three of its axes, by half a turn and more.";
+  u.theta = std::move(c);
+  return u;
+}
+
+void StreamingCalibration::State::settle() {
+  for (int i = 0; estimator_ && i < 3; ++i) {
+    if (estimator_->idle().largest_drift < 1.0) break;
+  }
+}
+
+Calibration StreamingCalibration::State::finish() {
+  if (!estimator_) return calibrate(samples_.all(), batch_);
+  settle();
+  const int last = samples_.windows().back().last;
+  const Recording recording = samples_.until(last);
+  const std::vector<const Recording*> recordings{&recording};
+  Stage stage(recordings, spec_, samples_.every(), batch_.optimizer);
+  stage.fit(estimator_->estimate(), true);
+  Calibration c = summarize(recordings, stage, batch_);
+  c.node_every = samples_.every();
+  c.blows_per_minute = blows_per_minute(recording);
+  const std::vector<double> squares = stage.mag_squares();
+  c.disturbances = find_disturbances(c, squares);
+  c.checks = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
+              check_windows(c, squares)};
+  judge(c);
+  return c;
+}
+
+}  // namespace magimu

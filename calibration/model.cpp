@@ -122,7 +122,7 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
   const double offset = delayed ? part.spec.mag_offset_s[std::size_t(sensor)] : 0.0;
   BlockMeans blocks(series, part.gyr, part.plan, offset);
   const double rate = part.spec.mag_rate_hz > 0.0 ? part.spec.mag_rate_hz : series.rate_hz();
-  const Key D = key::distortion_of(sensor), bias = key::mag_bias_of(sensor);
+  const Key D = key::distortion_of(sensor);
   const Key dip = dip_of(part.index);
   // Effects are those of the first magnetometer.
   const std::initializer_list<Channel> mag = {Channel::kMag}, none = {};
@@ -133,6 +133,8 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
     if (b.count == 0 || !part.measures(i)) continue;
     if (part.spec.without_mag && part.spec.without_mag(part.id(i))) continue;
     const Key pose = R(part.id(i));
+    const Key bias =
+        key::mag_bias_of(sensor, part.spec.earlier_bias ? part.spec.earlier_bias(part.id(i)) : 0);
     const Noise<3> noise = block_noise(part.spec.noise.mag, rate, b.count);
     const auto gain = [&] { return part.columns(Channel::kMag)->mean(b.first, b.count); };
     if (delayed) {

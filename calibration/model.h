@@ -47,6 +47,9 @@ struct ModelSpec {
   std::vector<std::shared_ptr<const ExtendedRecording>> extended;
   // Nodes without their magnetometers, for cross-validation; empty: all have them.
   std::function<bool(int node)> without_mag;
+  // Which bias a node's magnetometers have, where a change was recognised: key::mag_bias_of(m,
+  // earlier); empty: 0, the same throughout.
+  std::function<int(int node)> earlier_bias;
   // hand_held: the nodes whose position is weakly measured; empty: one every three seconds.
   std::function<bool(int node)> reach_at;
   // Sampling rates, Hz; 0: those of the recording's samples.

@@ -16,16 +16,9 @@
 namespace magimu {
 namespace {
 
-constexpr double kNodeRate = 12.0;       // a second, at the most: as in the pipeline's coarse fits
-constexpr double kRateUncertain = 1.05;  // the rate may turn out to be so much higher
-constexpr double kManyRepeats = 0.3;     // of a magnetometer's samples
-constexpr double kFirstTry = 5.0;        // s
-constexpr double kTryAgain = 1.15;       // times the stream's length
-constexpr double kTurned = 2.5;   // uT, scatter of the magnetometer along every direction of space
-constexpr double kUsable = 15.0;  // deg, accuracy of a first calibration
-constexpr double kResidualUsable = 0.15;  // of the field
-constexpr int kRefits[] = {16, 32, 64};   // windows at which all are fitted again
-constexpr double kOffsetShown = 4.0;      // standard deviations of a lag that is believed
+constexpr double kFirstTry = 5.0;  // s
+constexpr double kTurned = 2.5;    // uT, scatter of the magnetometer along every direction of space
+constexpr int kRefits[] = {16, 32, 64};  // windows at which all are fitted again
 
 }  // namespace
 
@@ -80,74 +73,6 @@ bool StreamingCalibration::State::time_to_try() const {
          samples_.all().gyr.size() > 10;
 }
 
-void StreamingCalibration::State::try_to_start() {
-  next_try_ = kTryAgain * (samples_.last_t() - samples_.first_t());
-  const VectorSeries& mag = samples_.all().mag.front();
-  const double repeats = 1.0 - double(without_repeats(mag).size()) / double(mag.size());
-  const bool drop = repeats > kManyRepeats;
-  const double rate = mag.rate_hz() * (drop ? 1.0 - repeats : 1.0);
-  const int every = std::max(1, int(std::ceil(kRateUncertain * rate / kNodeRate)));
-  samples_.set_nodes(every, drop);
-  batch_.node_every = every;
-  if (samples_.windows().empty()) return;
-  fit_all_windows();
-}
-
-// The whole way of batch calibration with few nodes, from a blind start: what was taken for the
-// minimum when there was less to go by is given up if another is found. False where the data do not
-// permit it.
-bool StreamingCalibration::State::fit_all_windows() {
-  const Recording recording = samples_.until(samples_.windows().back().last);
-  const std::vector<const Recording*> recordings{&recording};
-  const Pipeline pipeline(recordings, batch_);
-  Stage stage = pipeline.coarse_fit(batch_.motion);
-  if (!stage.result().converged()) return false;
-  ModelSpec spec = stage.spec();
-  spec.mag_time_offset = true;
-  const Stage delayed = pipeline.refit(stage, spec);
-  if (delayed.result().converged()) {
-    const Calibration c = summarize(recordings, delayed, batch_);
-    for (const ActiveEffect::Parameter& p : c.effects.front().parameters) {
-      if (std::abs(p.value) > kOffsetShown * std::max(p.sigma, p.sigma_model)) stage = delayed;
-    }
-  }
-  stage = pipeline.with_fixed_symmetries(stage);
-  Calibration c = summarize(recordings, stage, batch_);
-  if (!c.fit.converged() || !c.undetermined.empty() || check_accuracy(c).value > kUsable ||
-      c.residuals[2].rms_unit > kResidualUsable * c.strength_uT) {
-    return false;
-  }
-  spec_ = stage.spec();
-  spec_.acc_rate_hz = recording.acc.rate_hz();
-  spec_.mag_rate_hz = recording.mag.front().rate_hz();
-  rebuild(c.fit.values);
-  c.fit.values = {};
-  c.trajectories.clear();
-  last_fit_ = std::move(c);
-  return true;
-}
-
-void StreamingCalibration::State::rebuild(const Values& values) {
-  estimator_.emplace(IncrementalQrOptions{.is_global = is_calibration_global});
-  spec_.reach_at = reach_every_few_seconds(samples_);
-  for (const StreamWindow& w : samples_.windows()) {
-    WindowFactors f = window_factors(samples_, w, spec_, nullptr);
-    take_over(w, spec_, values, f);
-    estimator_->append(f.motion, f.values, f.field);
-  }
-  estimator_->idle();
-}
-
-void StreamingCalibration::State::add_window(const StreamWindow& window) {
-  const Values front = estimator_->front();
-  spec_.gyr_bias = front.at<Vector3>(key::gyr_bias);
-  spec_.acc_bias = front.at<Vector3>(key::acc_bias);
-  const WindowFactors f = window_factors(samples_, window, spec_, &front);
-  const int number = estimator_->update(f.motion, f.values, f.field).window;
-  const Innovation innovation = estimator_->innovation(number);
-  window_fit_ = {innovation.squares, innovation.dof, 1.0, true};
-}
-
 std::optional<Calibration> StreamingCalibration::State::estimate() const {
   if (!estimator_) return std::nullopt;
   return stream_estimate(*estimator_, spec_, last_fit_);
@@ -180,6 +105,8 @@ StreamUpdate StreamingCalibration::State::update() {
   u.t = samples_.last_t();
   u.samples = samples_.count();
   u.window = window_fit_;
+  u.flagged_windows = flagged_;
+  std::swap(u.events, events_);
   Calibration c = *estimate();
   c.trust = {};
   judge(c);
@@ -205,10 +132,13 @@ Calibration StreamingCalibration::State::finish() {
   const int last = samples_.windows().back().last;
   const Recording recording = samples_.until(last);
   const std::vector<const Recording*> recordings{&recording};
-  Stage stage(recordings, spec_, samples_.every(), batch_.optimizer);
+  ModelSpec spec = spec_;
+  spec.without_mag = left_out();
+  Stage stage(recordings, spec, samples_.every(), batch_.optimizer);
   stage.fit(estimator_->estimate(), true);
   Calibration c = summarize(recordings, stage, batch_);
   c.node_every = samples_.every();
+  c.warnings = warnings_;
   c.blows_per_minute = blows_per_minute(recording);
   const std::vector<double> squares = stage.mag_squares();
   c.disturbances = find_disturbances(c, squares);

@@ -9,6 +9,7 @@
 #include "calibration/stream_estimate.h"
 #include "calibration/stream_model.h"
 #include "calibration/streaming.h"
+#include "calibration/window_consistency.h"
 #include "solvers/incremental_qr.h"
 
 namespace magimu {
@@ -25,17 +26,32 @@ class StreamingCalibration::State {
   std::optional<Calibration> estimate() const;
 
  private:
+  // stream_state.cpp
   void look_at_turning(const StreamSample& sample);
   bool time_to_try() const;
-  void try_to_start();
-  bool fit_all_windows();
-  void rebuild(const Values& values);
-  void add_window(const StreamWindow& window);
-  void finish_window();
   StreamUpdate collecting_update() const;
   StreamUpdate update();
   bool reached(const Calibration& c) const;
   int windows_done() const { return estimator_ ? estimator_->windows() : 0; }
+  double begin_of(int window) const;
+  double end_of(int window) const;
+
+  // stream_fit.cpp
+  void try_to_start();
+  bool fit_all_windows();
+  bool fit_from_blind_start(const Recording& recording, std::optional<Stage>& stage) const;
+  bool fit_from_estimate(const Recording& recording, std::optional<Stage>& stage) const;
+  bool take_over_fit(const Recording& recording, const Stage& stage);
+  IncrementalQr rebuilt(const Values& values) const;
+
+  // stream_windows.cpp
+  void add_window(const StreamWindow& window);
+  void judge_all_windows();
+  void judge_again();
+  void look_for_change();
+  std::function<bool(int node)> left_out() const;
+  std::function<int(int node)> earlier_bias(const std::vector<int>& changes) const;
+  void say(const std::string& event) { events_.push_back(event); }
 
   StreamingOptions options_;
   CalibrationOptions batch_;
@@ -49,7 +65,14 @@ class StreamingCalibration::State {
   ModelSpec spec_;
   std::optional<IncrementalQr> estimator_;
   Calibration last_fit_;  // of all windows there were then; without trajectory and values
+
+  WindowConsistency consistency_;
   WindowFit window_fit_;
+  std::vector<int> flagged_;    // windows left out at present
+  std::size_t judge_next_ = 0;  // among those
+  int flagged_in_a_row_ = 0;
+  std::vector<int> changes_;  // windows in which the bias changed for good
+  std::vector<std::string> events_, warnings_;
 };
 
 }  // namespace magimu

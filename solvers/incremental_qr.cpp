@@ -289,11 +289,12 @@ bool IncrementalQr::relinearize(int limit, UpdateResult& result) {
 }
 
 int IncrementalQr::add(const FactorGraph& factors, const Values& new_values,
-                       const FactorGraph& removable) {
+                       const FactorGraph& removable, bool hold_back) {
   const int window = windows();
   windows_.push_back(make_window(factors, new_values, removable));
   drift_.push_back(0.0);
-  const Window& w = windows_.back();
+  Window& w = windows_.back();
+  w.removed = hold_back;
   if (w.chain < 0) loose_.push_back(window);
   put(window);
   if (w.chain >= 0) chains_[std::size_t(w.chain)].last = w.point.last;
@@ -301,14 +302,14 @@ int IncrementalQr::add(const FactorGraph& factors, const Values& new_values,
 }
 
 void IncrementalQr::append(const FactorGraph& factors, const Values& new_values,
-                           const FactorGraph& removable) {
-  add(factors, new_values, removable);
+                           const FactorGraph& removable, bool hold_back) {
+  add(factors, new_values, removable, hold_back);
 }
 
 UpdateResult IncrementalQr::update(const FactorGraph& factors, const Values& new_values,
-                                   const FactorGraph& removable) {
+                                   const FactorGraph& removable, bool hold_back) {
   UpdateResult result;
-  result.window = add(factors, new_values, removable);
+  result.window = add(factors, new_values, removable, hold_back);
   result.variables = windows_.back().values.size();
   result.merges = refresh();
   result.step_sigma = solve();

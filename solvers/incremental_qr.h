@@ -74,13 +74,14 @@ class IncrementalQr {
   // A window: factors among the new variables, the globals (new ones among the new variables), and
   // the last node of one chain, which the window continues; without that it starts a chain. Factors
   // of `removable` can be taken out later. Throws std::invalid_argument, naming the factor, where
-  // one reaches further back, and leaves everything as it was.
+  // one reaches further back, and leaves everything as it was. hold_back: as if remove() had been
+  // called for the window, for a look at innovation() first.
   UpdateResult update(const FactorGraph& factors, const Values& new_values,
-                      const FactorGraph& removable = {});
+                      const FactorGraph& removable = {}, bool hold_back = false);
   // The same, but the estimate waits for the next update() or idle(): for a start with many windows
   // at once, of which the first alone would leave too much undetermined.
   void append(const FactorGraph& factors, const Values& new_values,
-              const FactorGraph& removable = {});
+              const FactorGraph& removable = {}, bool hold_back = false);
   // Nothing new, and time for all old windows: every one that has drifted is linearized again.
   UpdateResult idle();
 
@@ -135,7 +136,8 @@ class IncrementalQr {
                      const FactorGraph& removable);
   CondensedTriangle condense(Window& w, bool with_removable, bool keep) const;
   void put(int window);
-  int add(const FactorGraph& factors, const Values& new_values, const FactorGraph& removable);
+  int add(const FactorGraph& factors, const Values& new_values, const FactorGraph& removable,
+          bool hold_back);
   int refresh();
   double solve();
   WindowCoordinates coordinates(const Window& w) const;

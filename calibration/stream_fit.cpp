@@ -86,6 +86,7 @@ bool StreamingCalibration::State::fit_from_estimate(const Recording& recording,
 
 bool StreamingCalibration::State::take_over_fit(const Recording& recording, const Stage& stage) {
   Calibration c = summarize({&recording}, stage, batch_);
+  undetermined_ = c.undetermined;
   if (!c.fit.converged() || !c.undetermined.empty() || check_accuracy(c).value > kUsable ||
       c.residuals[2].rms_unit > kResidualUsable * c.strength_uT) {
     return false;

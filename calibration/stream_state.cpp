@@ -18,6 +18,9 @@ namespace {
 
 constexpr double kFirstTry = 5.0;  // s
 constexpr double kTurned = 2.5;    // uT, scatter of the magnetometer along every direction of space
+constexpr double kStillRate = 0.2;       // rad/s; biases are smaller
+constexpr double kStillEnough = 2.5;     // s
+constexpr double kLongGap = 0.1;         // s
 constexpr int kRefits[] = {16, 32, 64};  // windows at which all are fitted again
 
 }  // namespace
@@ -45,11 +48,12 @@ std::optional<StreamUpdate> StreamingCalibration::State::add(const StreamSample&
     }
     return update();
   }
-  look_at_turning(sample);
   if (samples_.count() == 1) {
+    still_since_ = last_gyr_t_ = sample.t;
     next_update_ = sample.t + options_.window_s;
     next_try_ = kFirstTry;
   }
+  look_at_turning(sample);
   if (sample.t < next_update_) return std::nullopt;
   next_update_ += options_.window_s * std::floor((sample.t - next_update_) / options_.window_s + 1);
   if (time_to_try()) try_to_start();
@@ -57,6 +61,15 @@ std::optional<StreamUpdate> StreamingCalibration::State::add(const StreamSample&
 }
 
 void StreamingCalibration::State::look_at_turning(const StreamSample& sample) {
+  if (sample.gyr) {
+    const double dt = std::min(sample.t - last_gyr_t_, kLongGap);
+    last_gyr_t_ = sample.t;
+    if (sample.gyr->norm() > kStillRate) {
+      still_since_ = sample.t;
+      if (dt > 0.0) turned_ += sample.gyr->cwiseAbs() * dt;
+    }
+    longest_still_ = std::max(longest_still_, sample.t - still_since_);
+  }
   if (!sample.mag.front()) return;
   if (mags_++ == 0) mag_origin_ = *sample.mag.front();
   const Vector3 m = *sample.mag.front() - mag_origin_;
@@ -78,25 +91,33 @@ std::optional<Calibration> StreamingCalibration::State::estimate() const {
   return stream_estimate(*estimator_, spec_, last_fit_);
 }
 
-bool StreamingCalibration::State::reached(const Calibration& c) const {
+// The largest of the target's standard deviations in terms of what is wanted.
+double StreamingCalibration::State::distance(const Calibration& c) const {
   const StreamTarget& t = options_.target;
   const auto largest = [&](Eigen::Index first) {
     return std::sqrt(c.covariance.diagonal().segment(first, 3).maxCoeff());
   };
-  if (t.heading_deg && heading_sigma_deg(c) > *t.heading_deg) return false;
-  if (t.acc_bias && largest(0) > *t.acc_bias) return false;
-  if (t.gyr_bias && largest(3) > *t.gyr_bias) return false;
+  double out = 0.0;
+  if (t.heading_deg) out = heading_sigma_deg(c) / *t.heading_deg;
+  if (t.acc_bias) out = std::max(out, largest(0) / *t.acc_bias);
+  if (t.gyr_bias) out = std::max(out, largest(3) / *t.gyr_bias);
   for (std::size_t m = 0; t.mag_bias_uT && m < c.parameters.mag.size(); ++m) {
-    if (largest(15 + 12 * Eigen::Index(m)) > *t.mag_bias_uT) return false;
+    out = std::max(out, largest(15 + 12 * Eigen::Index(m)) / *t.mag_bias_uT);
   }
-  return true;
+  return out;
 }
 
-StreamUpdate StreamingCalibration::State::collecting_update() const {
+StreamUpdate StreamingCalibration::State::collecting_update() {
   StreamUpdate u;
   u.t = samples_.last_t();
   u.samples = samples_.count();
-  u.guidance = "Turn it slowly about all three of its axes, by half a turn and more.";
+  const Guidance guidance = guide(turned_, batch_.noise || longest_still_ > kStillEnough);
+  u.guidance = guidance.motion.sentence;
+  u.missing = guidance.missing;
+  for (const std::string& what : undetermined_) {
+    u.guidance += " Still undetermined: " + what + ".";
+  }
+  std::swap(u.events, events_);
   return u;
 }
 
@@ -110,12 +131,17 @@ StreamUpdate StreamingCalibration::State::update() {
   Calibration c = *estimate();
   c.trust = {};
   judge(c);
-  u.phase = reached(c) && c.trust.verdict != Verdict::kNo ? StreamPhase::kConverged
-                                                          : StreamPhase::kCalibrating;
   u.checks = {check_accuracy(c), check_whiteness(c)};
-  u.guidance = u.phase == StreamPhase::kConverged
-                   ? "Good enough."
-                   : "Turn it slowly about all three of its axes, by half a turn and more.";
+  if (distance(c) <= 1.0 && c.trust.verdict != Verdict::kNo) {
+    u.phase = StreamPhase::kConverged;
+    u.guidance = "Good enough; what follows makes it better still.";
+  } else {
+    u.phase = StreamPhase::kCalibrating;
+    const Guidance guidance = guide(*estimator_, spec_, R(samples_.windows().back().last), c,
+                                    [this](const Calibration& with) { return distance(with); });
+    u.guidance = guidance.motion.sentence;
+    u.missing = guidance.missing;
+  }
   u.theta = std::move(c);
   return u;
 }

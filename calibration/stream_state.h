@@ -5,6 +5,7 @@
 #pragma once
 
 #include "calibration/calibrate.h"
+#include "calibration/guidance.h"
 #include "calibration/pipeline.h"
 #include "calibration/stream_estimate.h"
 #include "calibration/stream_model.h"
@@ -29,9 +30,9 @@ class StreamingCalibration::State {
   // stream_state.cpp
   void look_at_turning(const StreamSample& sample);
   bool time_to_try() const;
-  StreamUpdate collecting_update() const;
+  StreamUpdate collecting_update();
   StreamUpdate update();
-  bool reached(const Calibration& c) const;
+  double distance(const Calibration& c) const;
   int windows_done() const { return estimator_ ? estimator_->windows() : 0; }
   double begin_of(int window) const;
   double end_of(int window) const;
@@ -45,6 +46,7 @@ class StreamingCalibration::State {
   IncrementalQr rebuilt(const Values& values) const;
 
   // stream_windows.cpp
+  bool turned(int window) const;
   void add_window(const StreamWindow& window);
   void judge_all_windows();
   void judge_again();
@@ -60,6 +62,9 @@ class StreamingCalibration::State {
   Vector3 mag_origin_ = Vector3::Zero(), mag_sum_ = Vector3::Zero();
   Matrix3 mag_squares_ = Matrix3::Zero();
   long mags_ = 0;
+  Vector3 turned_ = Vector3::Zero();  // rad, about each axis, either way
+  double last_gyr_t_ = 0.0, still_since_ = 0.0, longest_still_ = 0.0;  // s
+  std::vector<std::string> undetermined_;      // by the last fit that was tried
   double next_update_ = 0.0, next_try_ = 0.0;  // s of stream time, while collecting
 
   ModelSpec spec_;

@@ -13,6 +13,8 @@ namespace magimu {
 namespace {
 
 constexpr int kChangeAfter = 8;         // windows in a row that do not fit
+constexpr double kMostLeftOut = 0.2;    // of the windows of the first fit
+constexpr double kTurning = 0.2;        // rad/s, root mean square: a window with less is a rest
 constexpr double kStillFlagged = 0.25;  // at most so many of them, once they have their own bias
 
 bool contains(const std::vector<int>& all, int i) {
@@ -28,6 +30,16 @@ double StreamingCalibration::State::end_of(int window) const {
   return samples_.node_t()[std::size_t(samples_.windows()[std::size_t(window)].last)];
 }
 
+bool StreamingCalibration::State::turned(int window) const {
+  const VectorSeries& gyr = samples_.all().gyr;
+  double squares = 0.0, n = 1e-9;
+  for (auto k = std::lower_bound(gyr.t.begin(), gyr.t.end(), begin_of(window)) - gyr.t.begin();
+       k < std::ptrdiff_t(gyr.size()) && gyr.t[std::size_t(k)] < end_of(window); ++k, ++n) {
+    squares += gyr.v[std::size_t(k)].squaredNorm();
+  }
+  return squares > kTurning * kTurning * n;
+}
+
 void StreamingCalibration::State::add_window(const StreamWindow& window) {
   const Values front = estimator_->front();
   spec_.gyr_bias = front.at<Vector3>(key::gyr_bias);
@@ -36,9 +48,9 @@ void StreamingCalibration::State::add_window(const StreamWindow& window) {
   const int number = estimator_->update(f.motion, f.values, f.field, true).window;
   const Innovation innovation = estimator_->innovation(number);
   window_fit_ = consistency_.judge(innovation);
+  if (turned(number)) consistency_.learn(innovation);
   if (window_fit_.used) {
     estimator_->restore(number);
-    consistency_.learn(innovation);
     flagged_in_a_row_ = 0;
     judge_again();
     return;
@@ -60,9 +72,11 @@ void StreamingCalibration::State::judge_all_windows() {
   std::vector<Innovation> innovations;
   for (int w = 0; w < estimator_->windows(); ++w) {
     innovations.push_back(estimator_->innovation(w));
-    if (!contains(flagged_, w)) consistency_.learn(innovations.back());
+    if (turned(w)) consistency_.learn(innovations.back());
   }
-  for (int w = 0; w < estimator_->windows(); ++w) {
+  if (!consistency_.knows()) return;
+  const auto most = std::size_t(kMostLeftOut * estimator_->windows());
+  for (int w = 0; w < estimator_->windows() && flagged_.size() < most; ++w) {
     if (contains(flagged_, w) || consistency_.judge(innovations[std::size_t(w)]).used) continue;
     estimator_->remove(w);
     flagged_.push_back(w);

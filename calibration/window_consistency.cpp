@@ -8,7 +8,8 @@
 namespace magimu {
 namespace {
 
-constexpr double kQuartiles = 1.349;  // of a normal distribution, in sigmas apart
+// Before enough windows were seen: the noise may be twice what is assumed, and vary as much.
+constexpr double kUnknownMiddle = 1.4, kUnknownSpread = 0.7;
 
 double upper_tail(double chi_square, double dof) {
   return boost::math::cdf(
@@ -27,10 +28,12 @@ WindowFit WindowConsistency::judge(const Innovation& innovation) const {
   WindowFit fit{innovation.squares, innovation.dof, 1.0, true};
   if (innovation.dof == 0) return fit;
   const double white = std::sqrt(2.0 / innovation.dof);
-  double middle = 0.0, spread = white;
-  if (!ratios_.empty()) {
-    middle = std::max(0.0, quantile(ratios_, 0.5));
-    spread = std::max(white, (quantile(ratios_, 0.75) - quantile(ratios_, 0.25)) / kQuartiles);
+  double middle = kUnknownMiddle, spread = kUnknownSpread;
+  if (ratios_.size() >= kEnough) {
+    const double median = quantile(ratios_, 0.5);
+    middle = std::max(0.0, median);
+    spread = std::max({white, (quantile(ratios_, 0.75) - median) / 0.674,
+                       (quantile(ratios_, 0.85) - median) / 1.036});
   }
   const double dof = 2.0 / (spread * spread);
   fit.p_value = upper_tail(dof * innovation.squares / innovation.dof / std::exp(middle), dof);

@@ -125,10 +125,17 @@ StreamUpdate StreamingCalibration::State::update() {
   StreamUpdate u;
   u.t = samples_.last_t();
   u.samples = samples_.count();
+  u.phase = StreamPhase::kCalibrating;
   u.window = window_fit_;
   u.flagged_windows = flagged_;
   std::swap(u.events, events_);
-  Calibration c = *estimate();
+  Calibration c;
+  try {
+    c = *estimate();
+  } catch (const std::domain_error& undetermined) {
+    u.guidance = fmt::format("Turn it about all three of its axes: {}.", undetermined.what());
+    return u;
+  }
   c.trust = {};
   judge(c);
   u.checks = {check_accuracy(c), check_whiteness(c)};
@@ -136,7 +143,6 @@ StreamUpdate StreamingCalibration::State::update() {
     u.phase = StreamPhase::kConverged;
     u.guidance = "Good enough; what follows makes it better still.";
   } else {
-    u.phase = StreamPhase::kCalibrating;
     const Guidance guidance = guide(*estimator_, spec_, R(samples_.windows().back().last), c,
                                     [this](const Calibration& with) { return distance(with); });
     u.guidance = guidance.motion.sentence;

@@ -25,6 +25,7 @@ class StreamingCalibration::State {
   double last_t() const { return samples_.last_t(); }
   const IncrementalQr* estimator() const { return estimator_ ? &*estimator_ : nullptr; }
   std::optional<Calibration> estimate() const;
+  std::vector<std::pair<double, double>> windows() const;
 
  private:
   // stream_state.cpp

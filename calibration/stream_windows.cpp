@@ -30,6 +30,12 @@ double StreamingCalibration::State::end_of(int window) const {
   return samples_.node_t()[std::size_t(samples_.windows()[std::size_t(window)].last)];
 }
 
+std::vector<std::pair<double, double>> StreamingCalibration::State::windows() const {
+  std::vector<std::pair<double, double>> out;
+  for (int w = 0; w < int(samples_.windows().size()); ++w) out.emplace_back(begin_of(w), end_of(w));
+  return out;
+}
+
 bool StreamingCalibration::State::turned(int window) const {
   const VectorSeries& gyr = samples_.all().gyr;
   double squares = 0.0, n = 1e-9;

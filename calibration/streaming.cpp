@@ -29,6 +29,9 @@ std::optional<StreamUpdate> StreamingCalibration::add(const StreamSample& sample
 Calibration StreamingCalibration::finish() { return state_->finish(); }
 double StreamingCalibration::last_t() const { return state_->last_t(); }
 const IncrementalQr* StreamingCalibration::estimator() const { return state_->estimator(); }
+std::vector<std::pair<double, double>> StreamingCalibration::windows() const {
+  return state_->windows();
+}
 void StreamingCalibration::settle() { state_->settle(); }
 std::optional<Calibration> StreamingCalibration::estimate() const { return state_->estimate(); }
 

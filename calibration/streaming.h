@@ -92,6 +92,8 @@ class StreamingCalibration {
   std::optional<Calibration> estimate() const;
   // Linearizes again what has drifted, as finish() does first.
   void settle();
+  // Begin and end of each window so far, s; flagged_windows count through these.
+  std::vector<std::pair<double, double>> windows() const;
   // Behind it all, for those who want the graph or the trajectory; null while collecting.
   const IncrementalQr* estimator() const;
 

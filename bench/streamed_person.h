@@ -44,10 +44,10 @@ class StreamedPerson {
     return false;
   }
 
-  // A turn about an axis of the body drawn at random, by up to half a turn.
+  // A turn about an axis of the body drawn at random, by any angle up to the largest.
   template <class Body>
-  bool turn_at_random(const Body& body) {
-    const double angle = M_PI * uniform();
+  bool turn_at_random(double largest_rad, const Body& body) {
+    const double angle = largest_rad * uniform();
     return turn(normal3().normalized(), angle / kPace, body);
   }
   double sign() { return uniform() < 0.5 ? -1.0 : 1.0; }
@@ -79,8 +79,10 @@ inline Vector3 axis_of(const std::string& sentence) {
   return Vector3::Zero();
 }
 
-// Seconds until the stream says that it is good enough; 600 at the most.
-inline double time_to_target(std::uint64_t seed, bool guided, const StreamingOptions& options) {
+// Seconds until the stream says that it is good enough; 600 at the most. random_rad: 0 does what
+// the sentences say, else turns at random by up to so much at a time.
+inline double time_to_target(std::uint64_t seed, double random_rad,
+                             const StreamingOptions& options) {
   constexpr double kLongest = 600.0, kStill = 3.0;
   StreamedPerson person(seed);
   StreamingCalibration stream(1, options);
@@ -95,8 +97,8 @@ inline double time_to_target(std::uint64_t seed, bool guided, const StreamingOpt
   };
   if (person.turn(Vector3::Zero(), kStill, feed)) return reached;
   for (;;) {
-    if (!guided) {
-      if (person.turn_at_random(feed)) return reached;
+    if (random_rad > 0.0) {
+      if (person.turn_at_random(random_rad, feed)) return reached;
       continue;
     }
     const Vector3 axis = axis_of(sentence);

@@ -27,7 +27,7 @@ struct Options {
   std::string mode = "print", motion = "hand", file, model, csv;
   std::uint64_t first = 1;
   int seeds = 1;
-  double rate = 80.0, duration = 0.0;
+  double rate = 80.0, duration = 0.0, target_deg = 0.5;
   bool noise = false;
 
   StreamingOptions streaming() const {
@@ -262,18 +262,24 @@ void magnet(const Options& o) {
 }
 
 void guided(const Options& o) {
-  std::vector<double> with, without;
-  for (std::uint64_t seed = o.first; seed < o.first + std::uint64_t(o.seeds); ++seed) {
-    StreamingOptions options = o.streaming();
-    options.target.heading_deg = 0.5;
-    with.push_back(time_to_target(seed, true, options));
-    without.push_back(time_to_target(seed, false, options));
-    fmt::print("seed {}: guided {:.0f} s, at random {:.0f} s\n", seed, with.back(), without.back());
+  // At random: by up to so much at a time.
+  constexpr std::pair<const char*, double> kPeople[] = {{"guided", 0.0},
+                                                        {"half turns", M_PI},
+                                                        {"quarter turns", 0.5 * M_PI},
+                                                        {"eighths", 0.25 * M_PI}};
+  for (const auto& [name, random_rad] : kPeople) {
+    std::vector<double> seconds;
+    for (std::uint64_t seed = o.first; seed < o.first + std::uint64_t(o.seeds); ++seed) {
+      StreamingOptions options = o.streaming();
+      options.target.heading_deg = o.target_deg;
+      if (o.noise) options.noise = StreamedPerson::kOrdinary;
+      seconds.push_back(time_to_target(seed, random_rad, options));
+    }
+    fmt::print("{:14}", name);
+    for (const double s : seconds) fmt::print(" {:3.0f}", s);
+    std::sort(seconds.begin(), seconds.end());
+    fmt::print("   median {:.0f} s\n", seconds[seconds.size() / 2]);
   }
-  std::sort(with.begin(), with.end());
-  std::sort(without.begin(), without.end());
-  const std::size_t middle = with.size() / 2;
-  fmt::print("median: guided {:.1f} s, at random {:.1f} s\n", with[middle], without[middle]);
 }
 
 }  // namespace
@@ -291,6 +297,7 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", o.seeds, "how many");
   app.add_option("--rate", o.rate, "Hz");
   app.add_option("--duration", o.duration, "s; 0: the motion's own");
+  app.add_option("--target", o.target_deg, "guided: heading, deg");
   app.add_option("--csv", o.csv, "latency: every update's, here");
   app.add_flag("--noise-given", o.noise, "the true noise densities are known");
   CLI11_PARSE(app, argc, argv);

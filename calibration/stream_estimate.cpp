@@ -12,6 +12,8 @@
 namespace magimu {
 namespace {
 
+constexpr double kFewBlocks = 45.0;  // s, nine blocks of the robust covariance
+
 double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covariance) {
   const Matrix3 gradient = D.inverse().transpose() * (strength / 3.0);
   const Eigen::Map<const Vec<double, 9>> g(gradient.data());
@@ -20,13 +22,15 @@ double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covaria
 
 // P as much wider as the robust covariance of `last` is than its model's, direction by direction:
 // in coordinates in which the model's is the identity.
-MatrixXd widened_like(const Calibration& last, const MatrixXd& P) {
+MatrixXd widened_like(const Calibration& last, double last_s, const MatrixXd& P) {
   const Eigen::LLT<MatrixXd> before(last.covariance_model), now(P);
   if (before.info() != Eigen::Success || now.info() != Eigen::Success) return P;
   MatrixXd M = last.covariance;
   before.matrixL().solveInPlace(M);
   M.transposeInPlace();
   before.matrixL().solveInPlace(M);
+  // A few blocks tell by how much on the whole, not in which direction.
+  if (last_s < kFewBlocks) return P * std::max(1.0, M.trace() / double(M.rows()));
   const MatrixXd L = now.matrixL();
   return L * M * L.transpose();
 }
@@ -34,7 +38,7 @@ MatrixXd widened_like(const Calibration& last, const MatrixXd& P) {
 }  // namespace
 
 Calibration stream_estimate(const IncrementalQr& estimator, const ModelSpec& spec,
-                            const Calibration& last) {
+                            const Calibration& last, double last_s) {
   Calibration c = last;
   const Values& values = estimator.globals();
   const int mags = int(last.parameters.mag.size());
@@ -50,7 +54,7 @@ Calibration stream_estimate(const IncrementalQr& estimator, const ModelSpec& spe
   const Eigen::Index dip = 6 + 12 * mags;
   unit[dip] = 1.0 / kDegree;
   c.covariance_model = unit.asDiagonal() * P * unit.asDiagonal();
-  c.covariance = widened_like(last, c.covariance_model);
+  c.covariance = widened_like(last, last_s, c.covariance_model);
   FieldEstimate& field = c.fields.front();
   field.dip_rad = c.parameters.dip_rad;
   field.dip_sigma_rad = std::sqrt(c.covariance(dip, dip)) * kDegree;

@@ -10,10 +10,11 @@
 namespace magimu {
 
 // last: of the same stream, from the last fit of all windows (summary.h): what it says of noise,
-// residuals, and how much wider than the model's its robust covariance is, holds on.
-// covariance_model is empty where a parameter is undetermined, and `undetermined` names it.
+// residuals, and how much wider than the model's its robust covariance is, holds on; last_s: how
+// long the stream was then.
+// Throws std::domain_error, with the direction in words, where a parameter is undetermined.
 Calibration stream_estimate(const IncrementalQr& estimator, const ModelSpec& spec,
-                            const Calibration& last);
+                            const Calibration& last, double last_s);
 
 // Standard deviation of the heading that the corrected magnetometer gives at the worst attitude,
 // degrees, from the covariance in c.

@@ -4,10 +4,12 @@
 // blind start, the right minimum; the estimator then goes on from its optimum.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "calibration/diagnostics.h"
 #include "calibration/stream_state.h"
 #include "calibration/summary.h"
+#include "factors/prior_factor.h"
 
 namespace magimu {
 namespace {
@@ -18,6 +20,7 @@ constexpr double kManyRepeats = 0.3;      // of a magnetometer's samples
 constexpr double kTryAgain = 1.15;        // times the stream's length
 constexpr double kUsable = 15.0;          // deg, accuracy of a first calibration
 constexpr double kResidualUsable = 0.15;  // of the field
+constexpr double kAccBiasSigma = 1.0;     // m/s^2: of any part that works
 constexpr double kOffsetShown = 4.0;      // standard deviations of a lag that is believed
 
 bool shows_offset(const Calibration& c) {
@@ -91,15 +94,28 @@ bool StreamingCalibration::State::take_over_fit(const Recording& recording, cons
       c.residuals[2].rms_unit > kResidualUsable * c.strength_uT) {
     return false;
   }
-  spec_ = stage.spec();
+  const ModelSpec before = std::exchange(spec_, stage.spec());
   spec_.without_mag = nullptr;
   spec_.acc_rate_hz = recording.acc.rate_hz();
   spec_.mag_rate_hz = recording.mag.front().rate_hz();
   spec_.reach_at = reach_every_few_seconds(samples_);
-  estimator_.emplace(rebuilt(c.fit.values));
+  if (spec_.motion == MotionModel::kHandHeld) {
+    // Holds it until a hand's reach does.
+    spec_.also = [](FactorGraph& graph) {
+      graph.add(
+          PriorFactor<Vector3>(key::acc_bias, Vector3::Zero(), Noise<3>::isotropic(kAccBiasSigma)));
+    };
+  }
+  IncrementalQr estimator = rebuilt(c.fit.values);
+  if (!estimator.null_space().empty()) {
+    spec_ = before;
+    return false;
+  }
+  estimator_.emplace(std::move(estimator));
   c.fit.values = {};
   c.trajectories.clear();
   last_fit_ = std::move(c);
+  last_fit_s_ = recording.duration_s();
   return true;
 }
 

@@ -88,7 +88,7 @@ bool StreamingCalibration::State::time_to_try() const {
 
 std::optional<Calibration> StreamingCalibration::State::estimate() const {
   if (!estimator_) return std::nullopt;
-  return stream_estimate(*estimator_, spec_, last_fit_);
+  return stream_estimate(*estimator_, spec_, last_fit_, last_fit_s_);
 }
 
 // The largest of the target's standard deviations in terms of what is wanted.

@@ -70,7 +70,8 @@ class StreamingCalibration::State {
 
   ModelSpec spec_;
   std::optional<IncrementalQr> estimator_;
-  Calibration last_fit_;  // of all windows there were then; without trajectory and values
+  Calibration last_fit_;     // of all windows there were then; without trajectory and values
+  double last_fit_s_ = 0.0;  // how long the stream was
 
   WindowConsistency consistency_;
   WindowFit window_fit_;

@@ -18,17 +18,11 @@
 #include <vector>
 
 #include "calibration/calibration.h"
+#include "recording/stream_sample.h"
 
 namespace magimu {
 
 class IncrementalQr;
-
-// What the sensors read at one time; a sensor without a sample at that time has none.
-struct StreamSample {
-  double t = 0.0;                           // s, greater than that of the sample before
-  std::optional<Vector3> acc, gyr;          // m/s^2, rad/s
-  std::vector<std::optional<Vector3>> mag;  // uT, one entry a magnetometer
-};
 
 // When the estimate is good enough: every limit that is given must be met.
 struct StreamTarget {

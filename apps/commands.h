@@ -12,5 +12,6 @@ enum ExitCode { kDone = 0, kNoAnswer = 1, kUnusable = 2 };
 void add_calibrate(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
 void add_simulate(CLI::App& app, int& exit_code);
+void add_stream(CLI::App& app, int& exit_code);
 
 }  // namespace magimu::apps

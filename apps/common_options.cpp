@@ -22,6 +22,15 @@ void add_recording_options(CLI::App& cmd, RecordingOptions& options) {
   cmd.add_option("recordings", options.recordings, "CSV, or HDF5 or MATLAB files of the BROAD set")
       ->required()
       ->type_name("REC");
+  add_model_options(cmd, options);
+  cmd.add_option("--gyro-interval", options.gyro_interval,
+                 "a gyroscope sample is the mean rate over the interval that begins at its time\n"
+                 "(forward), has it in the middle (centred) or ends there (backward)")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"forward", "centred", "backward"}));
+}
+
+void add_model_options(CLI::App& cmd, RecordingOptions& options) {
   cmd.add_option("--noise", options.noise_densities,
                  "noise densities per sqrt(Hz): m/s^2 rad/s uT (default: estimated)")
       ->expected(3)
@@ -36,11 +45,6 @@ void add_recording_options(CLI::App& cmd, RecordingOptions& options) {
                  "auto: decided from the data")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "rotation", "hand_held"}));
-  cmd.add_option("--gyro-interval", options.gyro_interval,
-                 "a gyroscope sample is the mean rate over the interval that begins at its time\n"
-                 "(forward), has it in the middle (centred) or ends there (backward)")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"forward", "centred", "backward"}));
 }
 
 void add_output_options(CLI::App& cmd, RecordingOptions& options, const std::string& json_prints) {

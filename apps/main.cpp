@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   add_calibrate(app, exit_code);
   add_diagnose(app, exit_code);
   add_simulate(app, exit_code);
+  add_stream(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -24,18 +24,24 @@ struct Unit {
 struct Quantity {
   std::string_view name;
   const char* label;
-  std::optional<double> StreamTarget::* limit;
+  std::optional<double> StreamTarget::*limit;
   std::vector<Unit> units;
 };
 
 const std::vector<Quantity>& quantities() {
   static const std::vector<Quantity> all = {
       {"heading", "heading", &StreamTarget::heading_deg, {{"deg", 1.0}, {"rad", 180.0 / M_PI}}},
-      {"mag_bias", "magnetometer bias", &StreamTarget::mag_bias_uT,
+      {"mag_bias",
+       "magnetometer bias",
+       &StreamTarget::mag_bias_uT,
        {{"uT", 1.0}, {"nT", 1e-3}, {"mG", 0.1}}},
-      {"acc_bias", "accelerometer bias", &StreamTarget::acc_bias,
+      {"acc_bias",
+       "accelerometer bias",
+       &StreamTarget::acc_bias,
        {{"m/s^2", 1.0}, {"mg", 9.80665e-3}}},
-      {"gyr_bias", "gyroscope bias", &StreamTarget::gyr_bias,
+      {"gyr_bias",
+       "gyroscope bias",
+       &StreamTarget::gyr_bias,
        {{"rad/s", 1.0}, {"deg/s", M_PI / 180.0}}}};
   return all;
 }
@@ -43,7 +49,8 @@ const std::vector<Quantity>& quantities() {
 [[noreturn]] void fail(const std::string& part, const std::string& problem) {
   throw InputError("--target", 0, 0, problem,
                    "write NAME=SIGMA with heading, mag_bias, acc_bias or gyr_bias, such as "
-                   "heading=0.5deg,mag_bias=0.2uT,gyr_bias=0.01deg/s (not " + part + ")");
+                   "heading=0.5deg,mag_bias=0.2uT,gyr_bias=0.01deg/s (not " +
+                       part + ")");
 }
 
 void parse_part(const std::string& part, StreamTarget& target) {

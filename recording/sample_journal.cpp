@@ -49,8 +49,25 @@ class SampleJournal::State {
       return;
     }
     header_ = parse_journal_header(read_file(path), path);
-    check_identity(identity);
+    require(identity);
     check_content();
+  }
+
+  void require(const JournalIdentity& now) const {
+    const JournalIdentity& then = header_.identity;
+    if (then.magnetometers != now.magnetometers) {
+      throw InputError(
+          path_, 0, 0,
+          fmt::format("is the state of a stream with {} magnetometers, this one has {}",
+                      then.magnetometers, now.magnetometers),
+          "give another --state for this device");
+    }
+    if (then.options != now.options) {
+      throw InputError(path_, 0, 0,
+                       fmt::format("was begun with other options ({}) than these ({})",
+                                   then.options, now.options),
+                       "give the same ones to go on, or another --state to begin anew");
+    }
   }
 
   std::optional<StreamSample> replay() {
@@ -91,23 +108,6 @@ class SampleJournal::State {
   const JournalHeader& header() const { return header_; }
 
  private:
-  void check_identity(const JournalIdentity& now) const {
-    const JournalIdentity& then = header_.identity;
-    if (then.magnetometers != now.magnetometers) {
-      throw InputError(
-          path_, 0, 0,
-          fmt::format("is the state of a stream with {} magnetometers, this one has {}",
-                      then.magnetometers, now.magnetometers),
-          "give another --state for this device");
-    }
-    if (then.options != now.options) {
-      throw InputError(path_, 0, 0,
-                       fmt::format("was begun with other options ({}) than these ({})",
-                                   then.options, now.options),
-                       "give the same ones to go on, or another --state to begin anew");
-    }
-  }
-
   void check_content() {
     if (file_.size() < header_.bytes) {
       damaged(
@@ -167,6 +167,7 @@ SampleJournal::SampleJournal(const std::string& path, const JournalIdentity& ide
     : state_(std::make_unique<State>(path, identity)) {}
 SampleJournal::~SampleJournal() = default;
 
+void SampleJournal::require(const JournalIdentity& identity) const { state_->require(identity); }
 std::optional<StreamSample> SampleJournal::replay() { return state_->replay(); }
 void SampleJournal::append(const StreamSample& sample) { state_->append(sample); }
 void SampleJournal::commit() { state_->commit(); }

@@ -42,6 +42,10 @@ class SampleJournal {
   SampleJournal(const SampleJournal&) = delete;
   SampleJournal& operator=(const SampleJournal&) = delete;
 
+  // InputError where the state is not of this identity: for a source whose magnetometers become
+  // known later.
+  void require(const JournalIdentity& identity) const;
+
   // The committed samples in their order, each once; then nothing. To be exhausted before append().
   std::optional<StreamSample> replay();
 

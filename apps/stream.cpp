@@ -4,6 +4,10 @@
 #include <tbb/global_control.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <filesystem>
+#include <system_error>
+
 #include "apps/calibration_table.h"
 #include "apps/commands.h"
 #include "apps/common_options.h"
@@ -38,6 +42,14 @@ closes it, with --follow a FIFO waits for the next one; TCP and serial ports are
 Exit code 1: the data do not permit a calibration (the file is written all the same, marked "no");
 2: wrong usage or unreadable input.)";
 
+// Before a minute of turning, not after it.
+void check_folder(const std::string& output) {
+  const std::filesystem::path folder = std::filesystem::path(output).parent_path();
+  if (::access(folder.empty() ? "." : folder.c_str(), W_OK) == 0) return;
+  throw InputError(output, 0, 0, "cannot be written: " + std::generic_category().message(errno),
+                   "choose a file in a folder that is there and that you may write");
+}
+
 void prepare(Arguments& args) {
   if (args.source.empty()) {
     if (::isatty(STDIN_FILENO) == 1) {
@@ -51,6 +63,7 @@ void prepare(Arguments& args) {
   StreamSessionOptions& s = args.session;
   s.address = parse_stream_address(args.source);
   s.lines.midway = s.address.is_live();
+  if (!args.output.empty()) check_folder(args.output);
   s.estimator.noise = args.noise();
   s.estimator.gravity = args.gravity;
   s.estimator.motion = args.motion_model();
@@ -60,16 +73,14 @@ void prepare(Arguments& args) {
 // The calibration at the end: file, table, exit code.
 int deliver(const Arguments& args, StreamSession& session, bool table) {
   if (!session.has_samples()) {
-    fmt::print(stderr, "magimu: {}: no samples came ({})\n", args.session.address.text,
-               session.why_it_ended());
-    return kNoAnswer;
+    throw InputError(args.session.address.text, 0, 0, "no samples came",
+                     "send a header line, then rows, as for calibrate (or give --columns)");
   }
   const Calibration c = session.finish();
   if (!args.output.empty()) write_atomically(args.output, to_json(c).dump(2) + "\n");
   if (table) fmt::print("\n{}", calibration_table(c));
   if (!args.quiet) {
-    fmt::print(stderr, "magimu: {}; {} samples, trust: {}{}\n", session.why_it_ended(), c.samples,
-               to_string(c.trust.verdict),
+    fmt::print(stderr, "magimu: {} samples, trust: {}{}\n", c.samples, to_string(c.trust.verdict),
                args.output.empty() ? "" : ", calibration written to " + args.output);
   }
   if (c.trust.verdict != Verdict::kNo) return kDone;

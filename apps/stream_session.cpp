@@ -59,6 +59,7 @@ void StreamSession::run(const std::function<bool()>& stopped) {
   lines_.finish();
   use_lines();
   say_what_was_known();
+  event(ended_);
   if (journal_) journal_->commit();
   acknowledge();
   ticked_ = {};

@@ -42,7 +42,6 @@ class StreamSession {
   bool has_samples() const { return samples_ > 0; }
   // The calibration of all samples so far.
   Calibration finish();
-  const std::string& why_it_ended() const { return ended_; }
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -76,7 +76,13 @@ int deliver(const Arguments& args, StreamSession& session, bool table) {
     throw InputError(args.session.address.text, 0, 0, "no samples came",
                      "send a header line, then rows, as for calibrate (or give --columns)");
   }
-  const Calibration c = session.finish();
+  Calibration c;
+  try {
+    c = session.finish();
+  } catch (const InputError& too_little) {  // to begin with
+    fmt::print(stderr, "magimu: {}\n", too_little.what());
+    return kNoAnswer;
+  }
   if (!args.output.empty()) write_atomically(args.output, to_json(c).dump(2) + "\n");
   if (table) fmt::print("\n{}", calibration_table(c));
   if (!args.quiet) {

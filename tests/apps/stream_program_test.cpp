@@ -160,11 +160,18 @@ TEST_F(Stream, refuses_wrong_usage_and_unreadable_sources) {
 }
 
 TEST_F(Stream, writes_the_file_all_the_same_where_the_data_do_not_permit_a_calibration) {
-  simulate(5.0);  // at rest, mostly
+  magimu_("simulate -o rec.csv --motion hand --rate 50 --rest 25 --duration 25");  // never turned
   const Outcome run = magimu_("stream rec.csv -o cal.json");
   EXPECT_EQ(run.exit_code, kNoAnswer);
   EXPECT_THAT(run.err, HasSubstr("do not use this calibration"));
   EXPECT_EQ(magimu_.json("cal.json")["trust"]["verdict"], "no");
+}
+
+TEST_F(Stream, says_what_is_missing_where_there_is_too_little_to_begin_with) {
+  simulate(5.0);
+  const Outcome run = magimu_("stream rec.csv -o cal.json");
+  EXPECT_EQ(run.exit_code, kNoAnswer);
+  EXPECT_THAT(run.err, HasSubstr("turn the sensor about all three axes"));
 }
 
 TEST_F(Stream, counts_and_quotes_what_is_malformed) {

@@ -17,5 +17,6 @@ void add_diagnose(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app, int& exit_code);
 void add_info(CLI::App& app, int& exit_code);
 void add_simulate(CLI::App& app, int& exit_code);
+void add_stream(CLI::App& app, int& exit_code);
 
 }  // namespace magimu::apps

@@ -24,6 +24,11 @@ void add_recording_options(CLI::App& cmd, RecordingOptions& options) {
   cmd.add_option("recordings", options.recordings, "CSV, or HDF5 or MATLAB files of the BROAD set")
       ->required()
       ->type_name("REC");
+  add_model_options(cmd, options);
+  add_reading_options(cmd, options);
+}
+
+void add_model_options(CLI::App& cmd, RecordingOptions& options) {
   CLI::Option* densities =
       cmd.add_option("--noise", options.noise_densities,
                      "noise densities per sqrt(Hz): m/s^2 rad/s uT, or a file that `magimu allan`\n"
@@ -41,7 +46,6 @@ void add_recording_options(CLI::App& cmd, RecordingOptions& options) {
                  "auto: decided from the data")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "rotation", "hand_held"}));
-  add_reading_options(cmd, options);
 }
 
 void add_output_options(CLI::App& cmd, RecordingOptions& options, const std::string& json_prints) {

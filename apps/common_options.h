@@ -30,6 +30,8 @@ struct RecordingOptions : ReadingOptions {
 // recordings, --noise, --gravity, --motion, and those of reading_options.h; options must live as
 // long as cmd.
 void add_recording_options(CLI::App& cmd, RecordingOptions& options);
+// Of these --noise, --gravity and --motion.
+void add_model_options(CLI::App& cmd, RecordingOptions& options);
 // --threads, --json (what it prints instead of text), -q.
 void add_output_options(CLI::App& cmd, RecordingOptions& options, const std::string& json_prints);
 

@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   add_export(app, exit_code);
   add_info(app, exit_code);
   add_simulate(app, exit_code);
+  add_stream(app, exit_code);
   try {
     app.parse(words_of(argc, argv));
   } catch (const CLI::ParseError& error) {

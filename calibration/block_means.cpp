@@ -19,6 +19,8 @@ Block BlockMeans::next() {
   double end = t[node] + 0.5;
   if (node + 1 < t.size()) {
     end = 0.5 * (t[node] + t[node + 1]);
+  } else if (plan_.next_s) {
+    end = 0.5 * (t[node] + *plan_.next_s);
   } else if (node > 0) {
     end = t[node] + 0.5 * (t[node] - t[node - 1]);
   }

@@ -98,10 +98,8 @@ Json fit(const Calibration& c) {
 
 }  // namespace
 
-Json to_json(const Calibration& c) {
+Json parameters_json(const Calibration& c) {
   Json out;
-  out["format"] = "magimu-calibration/1";
-  out["trust"] = {{"verdict", to_string(c.trust.verdict)}, {"reasons", c.trust.reasons}};
   put_vector(out["accelerometer"], "bias", c.parameters.acc_bias, c, "accelerometer.bias");
   put_vector(out["gyroscope"], "bias", c.parameters.gyr_bias, c, "gyroscope.bias");
   for (std::size_t m = 0; m < c.parameters.mag.size(); ++m) {
@@ -117,6 +115,25 @@ Json to_json(const Calibration& c) {
       out["fields"].back()["recording"] = f.recording;
     }
   }
+  return out;
+}
+
+Json checks_json(const std::vector<Check>& checks) {
+  Json out = Json::array();
+  for (const Check& check : checks) {
+    out.push_back({{"name", check.name},
+                   {"status", to_string(check.status)},
+                   {"value", check.value},
+                   {"sentence", check.sentence}});
+  }
+  return out;
+}
+
+Json to_json(const Calibration& c) {
+  Json out;
+  out["format"] = "magimu-calibration/1";
+  out["trust"] = {{"verdict", to_string(c.trust.verdict)}, {"reasons", c.trust.reasons}};
+  out.update(parameters_json(c));
   if (c.earth_field) {
     out["location"] = {{"model", c.earth_field->model},
                        {"strength_uT", c.earth_field->strength_uT},
@@ -141,13 +158,7 @@ Json to_json(const Calibration& c) {
                                   {"lag1", c.residuals[s].lag1},
                                   {"rms_unit", c.residuals[s].rms_unit}};
   }
-  out["checks"] = Json::array();
-  for (const Check& check : c.checks) {
-    out["checks"].push_back({{"name", check.name},
-                             {"status", to_string(check.status)},
-                             {"value", check.value},
-                             {"sentence", check.sentence}});
-  }
+  out["checks"] = checks_json(c.checks);
   out["disturbances"] = Json::array();
   for (const Disturbance& d : c.disturbances) {
     out["disturbances"].push_back({{"recording", d.recording},

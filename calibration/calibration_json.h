@@ -11,6 +11,10 @@ namespace magimu {
 
 nlohmann::ordered_json to_json(const Calibration& calibration);
 
+// Parts of it that streams write, too: the parameters with their standard deviations, and checks.
+nlohmann::ordered_json parameters_json(const Calibration& calibration);
+nlohmann::ordered_json checks_json(const std::vector<Check>& checks);
+
 // What is needed to use a calibration or to compare with it: parameters, covariances, noise,
 // motion, effects, verdict; not how its fit went. InputError, naming the file and the field, where
 // one is missing or not what it should be.

@@ -46,6 +46,7 @@ struct Part {
     return extended == nullptr ? nullptr : &extended->columns[std::size_t(channel)];
   }
   int nodes() const { return int(plan.t.size()); }
+  bool measures(int i) const { return i > 0 || !plan.continues; }
   int id(int i) const { return plan.first + i; }
 };
 
@@ -97,12 +98,13 @@ class Collector {
 
 void add_accelerometer(FactorGraph& graph, const Part& part) {
   BlockMeans blocks(part.recording.acc, part.gyr, part.plan);
-  const double rate = part.recording.acc.rate_hz();
+  const double rate =
+      part.spec.acc_rate_hz > 0.0 ? part.spec.acc_rate_hz : part.recording.acc.rate_hz();
   const Vector3 g_n = gravity_n(part.spec.gravity);
   Collector<MeanAccelerometerFactor> means(graph, part, {Channel::kAcc});
   for (int i = 0; i < part.nodes(); ++i) {
     const Block b = blocks.next();
-    if (b.count == 0) continue;
+    if (b.count == 0 || !part.measures(i)) continue;
     const Key pose = R(part.id(i));
     const Noise<3> noise = block_noise(part.spec.noise.acc, rate, b.count);
     if (b.at_node && !means.extended()) {
@@ -119,8 +121,8 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
   const bool delayed = part.spec.mag_time_offset;
   const double offset = delayed ? part.spec.mag_offset_s[std::size_t(sensor)] : 0.0;
   BlockMeans blocks(series, part.gyr, part.plan, offset);
-  const double rate = series.rate_hz();
-  const Key D = key::distortion_of(sensor), bias = key::mag_bias_of(sensor);
+  const double rate = part.spec.mag_rate_hz > 0.0 ? part.spec.mag_rate_hz : series.rate_hz();
+  const Key D = key::distortion_of(sensor);
   const Key dip = dip_of(part.index);
   // Effects are those of the first magnetometer.
   const std::initializer_list<Channel> mag = {Channel::kMag}, none = {};
@@ -128,8 +130,11 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
   Collector<MeanMagnetometerFactor> means(graph, part, sensor == 0 && !delayed ? mag : none);
   for (int i = 0; i < part.nodes(); ++i) {
     const Block b = blocks.next();
-    if (b.count == 0 || (part.spec.without_mag && part.spec.without_mag(part.id(i)))) continue;
+    if (b.count == 0 || !part.measures(i)) continue;
+    if (part.spec.without_mag && part.spec.without_mag(part.id(i))) continue;
     const Key pose = R(part.id(i));
+    const Key bias =
+        key::mag_bias_of(sensor, part.spec.earlier_bias ? part.spec.earlier_bias(part.id(i)) : 0);
     const Noise<3> noise = block_noise(part.spec.noise.mag, rate, b.count);
     const auto gain = [&] { return part.columns(Channel::kMag)->mean(b.first, b.count); };
     if (delayed) {
@@ -210,7 +215,10 @@ void add_reach(FactorGraph& graph, const Part& part) {
   const Noise<3> noise = Noise<3>::isotropic(part.spec.reach_m);
   double due = part.plan.t.front();
   for (int i = 0; i < part.nodes(); ++i) {
-    if (part.plan.t[std::size_t(i)] < due && i + 1 < part.nodes()) continue;
+    const bool is_due = part.spec.reach_at
+                            ? part.measures(i) && part.spec.reach_at(part.id(i))
+                            : part.plan.t[std::size_t(i)] >= due || i + 1 == part.nodes();
+    if (!is_due) continue;
     graph.add(PriorFactor<Vector3>(P(part.id(i)), Vector3::Zero(), noise));
     due = part.plan.t[std::size_t(i)] + kReachEvery;
   }
@@ -249,6 +257,7 @@ FactorGraph build_model(const std::vector<const Recording*>& recordings,
     }
     for (int m = 0; m < magnetometers; ++m) add_magnetometer(graph, part, m);
   }
+  if (plans.front().continues) return graph;
   const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
   for (std::size_t e = 0; e < spec.effects.size(); ++e) {
     double wider = spec.effects[e]->description().random_process ? 1.0 : kEffectPriorWidening;

@@ -47,11 +47,19 @@ struct ModelSpec {
   std::vector<std::shared_ptr<const ExtendedRecording>> extended;
   // Nodes without their magnetometers, for cross-validation; empty: all have them.
   std::function<bool(int node)> without_mag;
+  // Which bias a node's magnetometers have, where a change was recognised: key::mag_bias_of(m,
+  // earlier); empty: 0, the same throughout.
+  std::function<int(int node)> earlier_bias;
+  // hand_held: the nodes whose position is weakly measured; empty: one every three seconds.
+  std::function<bool(int node)> reach_at;
+  // Sampling rates, Hz; 0: those of the recording's samples.
+  double acc_rate_hz = 0.0, mag_rate_hz = 0.0;
   // Adds further factors, such as priors that hold parameters where they are known; empty: none.
   std::function<void(FactorGraph&)> also;
 };
 
-// From the effect widened_from on, priors are wider by that factor.
+// From the effect widened_from on, priors are wider by that factor. A plan that continues another
+// part's brings no priors: they came with the first part.
 FactorGraph build_model(const std::vector<const Recording*>& recordings,
                         const std::vector<NodePlan>& plans, const ModelSpec& spec,
                         int widened_from = 1 << 30, double widening = 1.0);

@@ -23,6 +23,8 @@ inline constexpr Key dip{'i', 0};         // alpha, double, rad
 // Magnetometer i of an array; the plain names are those of the first.
 constexpr Key distortion_of(int i) { return {'D', std::uint32_t(i)}; }  // D, Matrix3, uT
 constexpr Key mag_bias_of(int i) { return {'m', std::uint32_t(i)}; }    // o_m, Vector3, uT
+// The same where the bias is not the same throughout: 0 is the one that holds now.
+constexpr Key mag_bias_of(int i, int earlier) { return {'m', std::uint32_t(i + 1000 * earlier)}; }
 // Seconds by which magnetometer i lags the gyroscope, double.
 constexpr Key mag_time_offset_of(int i) { return {'l', std::uint32_t(i)}; }
 // The i-th parameter of all effects (calibration/extension.h), double.

@@ -143,6 +143,9 @@ class PreintegratedImuFactor
     return r;
   }
 
+  // What was integrated.
+  const PreintegratedImu& imu() const { return shared_.imu(); }
+
  private:
   detail::ImuResidual shared_;
 };

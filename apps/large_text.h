@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Words large enough to be read at arm's length from a terminal: letters of four by six points, two
+// points a character cell (half blocks), so three rows a line.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace magimu::apps {
+
+// Rows of at most so many columns, each line of words followed by an empty row; nothing where the
+// text takes more rows than there are, or has a letter that we cannot draw.
+std::vector<std::string> large_text(std::string_view text, std::size_t columns, std::size_t rows);
+
+}  // namespace magimu::apps

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// `magimu stream [SOURCE] -o CAL.json`
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <system_error>
+
+#include "apps/calibration_table.h"
+#include "apps/commands.h"
+#include "apps/common_options.h"
+#include "apps/stop_signals.h"
+#include "apps/stream_json.h"
+#include "apps/stream_log.h"
+#include "apps/stream_session.h"
+#include "apps/stream_view.h"
+#include "calibration/calibration_json.h"
+#include "recording/atomic_file.h"
+#include "recording/error.h"
+
+namespace magimu::apps {
+namespace {
+
+struct Arguments : RecordingOptions {
+  std::string source, target, output;
+  bool live = false;
+  StreamSessionOptions session;
+};
+
+constexpr const char* kExamples = R"(Examples:
+  magimu stream serial:/dev/ttyUSB0@115200 -o cal.json    a sensor board, live
+  cat rec.csv | magimu stream - -o cal.json               a pipe
+  magimu stream rec.csv -o cal.json                       a file
+  magimu stream log.csv --follow --state log.state        a file that grows; killed, it goes on
+
+CSV with one header line, as for calibrate. One JSON line a window goes to standard output (or a
+live view to the terminal), the calibration to CAL.json at the end: of the source, or by Ctrl-C.
+A file ends at its end, with --follow when it is deleted; a pipe or FIFO when its last writer
+closes it, with --follow a FIFO waits for the next one; TCP and serial ports are opened again.
+Exit code 1: the data do not permit a calibration (the file is written all the same, marked "no");
+2: wrong usage or unreadable input.)";
+
+// Before a minute of turning, not after it.
+void check_folder(const std::string& output) {
+  const std::filesystem::path folder = std::filesystem::path(output).parent_path();
+  if (::access(folder.empty() ? "." : folder.c_str(), W_OK) == 0) return;
+  throw InputError(output, 0, 0, "cannot be written: " + std::generic_category().message(errno),
+                   "choose a file in a folder that is there and that you may write");
+}
+
+void prepare(Arguments& args) {
+  if (args.source.empty()) {
+    if (::isatty(STDIN_FILENO) == 1) {
+      throw InputError(
+          "", 0, 0, "there is no source: standard input is the terminal",
+          "give a SOURCE, such as serial:/dev/ttyUSB0@115200 or rec.csv (magimu stream "
+          "--help)");
+    }
+    args.source = "-";
+  }
+  StreamSessionOptions& s = args.session;
+  s.address = parse_stream_address(args.source);
+  s.lines.midway = s.address.is_live();
+  if (!args.output.empty()) check_folder(args.output);
+  s.estimator.noise = args.noise();
+  s.estimator.gravity = args.gravity;
+  s.estimator.motion = args.motion_model();
+  if (!args.target.empty()) s.estimator.target = parse_stream_target(args.target);
+}
+
+// The calibration at the end: file, table, exit code.
+int deliver(const Arguments& args, StreamSession& session, bool table) {
+  if (!session.has_samples()) {
+    throw InputError(args.session.address.text, 0, 0, "no samples came",
+                     "send a header line, then rows, as for calibrate (or give --columns)");
+  }
+  Calibration c;
+  try {
+    c = session.finish();
+  } catch (const InputError& too_little) {  // to begin with
+    fmt::print(stderr, "magimu: {}\n", too_little.what());
+    return kNoAnswer;
+  }
+  if (!args.output.empty()) write_atomically(args.output, to_json(c).dump(2) + "\n");
+  if (table) fmt::print("\n{}", calibration_table(c));
+  if (!args.quiet) {
+    fmt::print(stderr, "magimu: {} samples, trust: {}{}\n", c.samples, to_string(c.trust.verdict),
+               args.output.empty() ? "" : ", calibration written to " + args.output);
+  }
+  if (c.trust.verdict != Verdict::kNo) return kDone;
+  fmt::print(stderr, "magimu: do not use this calibration: {}\n", c.trust.reasons.front());
+  return kNoAnswer;
+}
+
+int run(Arguments& args) {
+  std::optional<tbb::global_control> limit;
+  if (args.threads > 0) {
+    limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
+  }
+  prepare(args);
+  watch_stop_signals();
+  const bool out_is_terminal = ::isatty(STDOUT_FILENO) == 1;
+  const bool live = args.live || (!args.quiet && ::isatty(STDERR_FILENO) == 1);
+
+  StreamSession session(args.session);
+  JsonLines lines([&] { session.end("standard output was closed"); });
+  StreamLog log;
+  LiveView view("Ctrl-C ends" + (args.output.empty() ? std::string(" with the calibration.")
+                                                     : " and writes " + args.output + "."));
+  if (args.json || (!out_is_terminal && !args.quiet)) session.add_observer(lines);
+  if (live) {
+    session.add_observer(view);
+  } else if (!args.quiet) {
+    session.add_observer(log);
+  }
+  const bool table = out_is_terminal && !args.json && !args.quiet;
+  try {
+    session.run(stop_requested);
+  } catch (const InputError&) {
+    // A full disk, or a source that broke: what has come until then is not lost.
+    if (session.has_samples()) deliver(args, session, table);
+    throw;
+  }
+  return deliver(args, session, table);
+}
+
+}  // namespace
+
+void add_stream(CLI::App& app, int& exit_code) {
+  auto args = std::make_shared<Arguments>();
+  StreamSessionOptions& s = args->session;
+  CLI::App* cmd = app.add_subcommand(
+      "stream", "Calibrate while the sensor is being turned, and say what to do next");
+  cmd->footer(kExamples);
+  cmd->add_option("source", args->source,
+                  "- (standard input), a file or FIFO, tcp://HOST:PORT, serial:/dev/ttyX@BAUD")
+      ->type_name("SOURCE");
+  cmd->add_option("-o,--output", args->output, "write the calibration here, at the end")
+      ->type_name("CAL.json");
+  cmd->add_option("--state", s.state,
+                  "remember the samples here (and in FILE.samples): killed and started again with\n"
+                  "the same file, it goes on where it was")
+      ->type_name("FILE");
+  cmd->add_option("--target", args->target,
+                  "good enough: largest standard deviations of heading (deg), mag_bias (uT),\n"
+                  "acc_bias (m/s^2), gyr_bias (rad/s or deg/s), such as\n"
+                  "heading=0.3deg,mag_bias=0.2uT (default: heading=0.5deg)")
+      ->type_name("LIST");
+  cmd->add_flag("--until-converged", s.until_converged, "end when the target is met");
+  cmd->add_flag("--follow", s.source.follow,
+                "a file: wait for more at its end; a FIFO: for the next writer");
+  cmd->add_option("--columns", s.lines.columns,
+                  "the header line of a source that sends none: t,acc_x,acc_y,...")
+      ->type_name("LINE");
+  cmd->add_option("--timeout", s.timeout_s, "report a source that is silent for so long")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber)
+      ->type_name("S");
+  cmd->add_option("--give-up", s.give_up_s, "... and end after so long (default: never)")
+      ->check(CLI::PositiveNumber)
+      ->type_name("S");
+  cmd->add_option("--window", s.estimator.window_s, "length of a window")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 60.0))
+      ->type_name("S");
+  add_model_options(*cmd, *args);
+  cmd->add_flag("--live", args->live,
+                "draw the live view even where standard error is no terminal");
+  add_output_options(*cmd, *args, "write JSON lines even to a terminal");
+  cmd->callback([args, &exit_code] { exit_code = run(*args); });
+}
+
+}  // namespace magimu::apps

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/guidance.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/nodes.h"
+#include "calibration/parameter_names.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kTurnRate = 1.0;    // rad/s, of a person who turns a board
+constexpr double kStill = 3.0;       // s
+constexpr double kStep = 0.25;       // s between the attitudes at which a motion is played through
+constexpr double kHandAcc = 0.3;     // m/s^2: what a hand adds to gravity
+constexpr double kWorthIt = 0.05;    // relative fall of the target's sigma: a motion that helps
+constexpr double kHorizontal = 0.6;  // sine: turns about such an axis turn it upside down
+constexpr double kTurnedEnough = M_PI;
+
+const char* const kAxis[3] = {"x", "y", "z"};
+
+Motion keep_still() {
+  return {"Keep it still for three seconds.", "", Vector3::Zero(), 0.0, kStill};
+}
+
+Motion half_turn(int axis, bool over) {
+  return {fmt::format("Turn it {} about its {} axis.", over ? "upside down" : "by half a turn",
+                      kAxis[axis]),
+          fmt::format("turn about {}", kAxis[axis]), Vector3::Unit(axis), M_PI, M_PI / kTurnRate};
+}
+
+// What is known of parameters before any measurement, so that undetermined ones do no harm.
+MatrixXd ordinary_information(int mags, Eigen::Index size) {
+  VectorXd sigma = VectorXd::Constant(size, 0.1);                                  // lags, s
+  sigma.head<3>().setConstant(3.0);                                                // attitude, rad
+  sigma.segment<3>(3).setConstant(1.0);                                            // m/s^2
+  sigma.segment<3>(6).setConstant(0.2);                                            // rad/s
+  for (int m = 0; m < mags; ++m) sigma.segment<12>(9 + 12 * m).setConstant(50.0);  // uT
+  sigma[9 + 12 * mags] = 2.0;                                                      // dip, rad
+  return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+}
+
+// Information that a motion adds: [attitude, acc bias, gyr bias, (D, o_m) of each, dip, ...].
+class PlayedThrough {
+ public:
+  PlayedThrough(const Calibration& now, const ModelSpec& spec, const Rot3& nRb, Eigen::Index size)
+      : now_(now), nRb_(nRb), size_(size), g_n_(gravity_n(spec.gravity)) {
+    const bool moving = spec.motion == MotionModel::kHandHeld;
+    const double mean = 1.0 / std::sqrt(kStep);
+    acc_sigma_ = std::hypot(spec.noise.acc * mean, moving ? kHandAcc : 0.0);
+    mag_sigma_ = spec.noise.mag * mean;
+    gyr_density_ = spec.noise.gyr;
+  }
+
+  MatrixXd information(const Motion& motion, double sign) const {
+    MatrixXd out = MatrixXd::Zero(size_, size_);
+    const int steps = std::max(1, int(std::round(motion.time_s / kStep)));
+    const Vector3 step = motion.axis * (sign * motion.angle_rad / steps);
+    Rot3 nRb = nRb_;
+    Matrix3 by_bias = Matrix3::Zero();  // how a bias that is not known turns the attitude, in n
+    for (int k = 1; k <= steps; ++k) {
+      by_bias -= nRb.matrix() * kStep;
+      nRb = nRb * Rot3::Exp(step);
+      add(nRb, by_bias, gyr_density_ * std::sqrt(k * kStep), out);
+    }
+    return out;
+  }
+
+ private:
+  void add(const Rot3& nRb, const Matrix3& by_bias, double attitude_sigma, MatrixXd& out) const {
+    const Matrix3 bRn = nRb.matrix().transpose();
+    const auto mags = Eigen::Index(now_.parameters.mag.size());
+    const double dip = now_.parameters.dip_rad;
+    const Vector3 m = unit_field(dip), dm(0.0, -std::sin(dip), -std::cos(dip));
+    MatrixXd J = MatrixXd::Zero(3, size_);
+    J.leftCols<3>() = -bRn * so3::hat(g_n_);
+    J.middleCols<3>(3).setIdentity();
+    J.middleCols<3>(6) = J.leftCols<3>() * by_bias;
+    out += J.transpose() * J / (acc_sigma_ * acc_sigma_);
+    for (Eigen::Index i = 0; i < mags; ++i) {
+      const Matrix3& D = now_.parameters.mag[std::size_t(i)].distortion;
+      const Vector3 b = bRn * m;
+      J.setZero();
+      J.leftCols<3>() = D * bRn * so3::hat(m);
+      J.middleCols<3>(6) = J.leftCols<3>() * by_bias;
+      for (int j = 0; j < 3; ++j) J.middleCols<3>(9 + 12 * i + 3 * j) = b[j] * Matrix3::Identity();
+      J.middleCols<3>(9 + 12 * i + 9).setIdentity();
+      J.col(9 + 12 * mags) = D * bRn * dm;
+      const double sigma = std::hypot(mag_sigma_, now_.strength_uT * attitude_sigma);
+      out += J.transpose() * J / (sigma * sigma);
+    }
+  }
+
+  const Calibration& now_;
+  Rot3 nRb_;
+  Eigen::Index size_;
+  Vector3 g_n_;
+  double acc_sigma_, mag_sigma_, gyr_density_;
+};
+
+}  // namespace
+
+std::vector<Motion> motions_from(const Rot3& nRb) {
+  std::vector<Motion> out;
+  for (int axis = 0; axis < 3; ++axis) {
+    out.push_back(half_turn(axis, std::abs(nRb.matrix()(2, axis)) < kHorizontal));
+  }
+  out.push_back(keep_still());
+  return out;
+}
+
+Guidance guide(const IncrementalQr& estimator, const ModelSpec& spec, Key last_attitude,
+               const Calibration& now, const std::function<double(const Calibration&)>& distance) {
+  const int mags = int(now.parameters.mag.size());
+  std::vector<Key> keys = parameter_keys(mags, 1, spec);
+  keys.insert(keys.begin(), last_attitude);
+  MatrixXd A = estimator.information(keys);
+  A += ordinary_information(mags, A.rows());
+  const Rot3 nRb = estimator.front().at<Rot3>(last_attitude);
+  const PlayedThrough played(now, spec, nRb, A.rows());
+  VectorXd unit = VectorXd::Ones(A.rows() - 3);
+  unit[6 + 12 * mags] = 1.0 / kDegree;
+  const auto distance_with = [&](const MatrixXd& information) {
+    const MatrixXd P = information.llt().solve(MatrixXd::Identity(A.rows(), A.rows()));
+    Calibration c;
+    c.parameters = now.parameters;
+    c.covariance =
+        unit.asDiagonal() * P.bottomRightCorner(unit.size(), unit.size()) * unit.asDiagonal();
+    return distance(c);
+  };
+  const double before = distance_with(A);
+  Guidance best;
+  double best_rate = -1.0;
+  for (const Motion& motion : motions_from(nRb)) {
+    double gain = 0.0;  // either way round, on average
+    for (const double sign : {1.0, -1.0}) {
+      gain += 0.5 * std::log(before / distance_with(A + played.information(motion, sign)));
+    }
+    if (gain > kWorthIt && !motion.missing.empty()) best.missing.push_back(motion.missing);
+    if (gain / motion.time_s <= best_rate) continue;
+    best_rate = gain / motion.time_s;
+    best.motion = motion;
+  }
+  return best;
+}
+
+Guidance guide(const Vector3& turned_rad, bool rested) {
+  Guidance out;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (turned_rad[axis] < kTurnedEnough) {
+      out.missing.push_back(fmt::format("turn about {}", kAxis[axis]));
+    }
+  }
+  Eigen::Index least = 0;
+  turned_rad.minCoeff(&least);
+  out.motion = rested ? half_turn(int(least), false) : keep_still();
+  return out;
+}
+
+}  // namespace magimu

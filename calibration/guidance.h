@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What should the person who holds the sensor do next? Each of a handful of motions that one can
+// say in a sentence is played through: what the magnetometer and the accelerometer would read on
+// the way, from the present attitude, as information about the calibration,
+//
+//   A' = A + sum_k J_k' S^-1 J_k      A: information of the last attitude and the globals so far
+//
+// and the motion is named after which the target's standard deviation is smallest for the time it
+// takes. The gyroscope is taken for good enough to know the attitude relative to the present one,
+// up to its bias; J_k is of the measurement models of factors/sensor_model.h.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calibration/streaming.h"
+#include "solvers/incremental_qr.h"
+
+namespace magimu {
+
+struct Motion {
+  std::string sentence;
+  std::string missing;             // "turn about x"; empty for keeping still
+  Vector3 axis = Vector3::Zero();  // in the IMU frame, unit length; zero: keep still
+  double angle_rad = 0.0, time_s = 0.0;
+};
+
+// Half turns about the axes, and keeping still. nRb: the present attitude.
+std::vector<Motion> motions_from(const Rot3& nRb);
+
+struct Guidance {
+  Motion motion;                     // the best
+  std::vector<std::string> missing;  // of all motions that would help
+};
+
+// distance: from a calibration's covariance to how far the target is (1: reached); it is given the
+// covariance in the order and units of `now`, which is the estimate so far.
+Guidance guide(const IncrementalQr& estimator, const ModelSpec& spec, Key last_attitude,
+               const Calibration& now, const std::function<double(const Calibration&)>& distance);
+
+// Before there is an estimate: by how far the sensor has been turned about each axis, rad.
+Guidance guide(const Vector3& turned_rad, bool rested);
+
+}  // namespace magimu

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How a stream gets its first estimate, and while it is short a better one: batch calibration with
+// few nodes, of all windows there are. It finds the noise, the lag of the magnetometer and, from a
+// blind start, the right minimum; the estimator then goes on from its optimum.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "calibration/diagnostics.h"
+#include "calibration/stream_state.h"
+#include "calibration/summary.h"
+#include "factors/prior_factor.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kNodeRate = 12.0;        // a second, at the most: as in the pipeline's coarse fits
+constexpr double kRateUncertain = 1.05;   // the rate may turn out to be so much higher
+constexpr double kManyRepeats = 0.3;      // of a magnetometer's samples
+constexpr double kTryAgain = 1.15;        // times the stream's length
+constexpr double kUsable = 15.0;          // deg, accuracy of a first calibration
+constexpr double kResidualUsable = 0.15;  // of the field
+constexpr double kAccBiasSigma = 1.0;     // m/s^2: of any part that works
+constexpr double kOffsetShown = 4.0;      // standard deviations of a lag that is believed
+
+bool shows_offset(const Calibration& c) {
+  return std::any_of(c.effects.front().parameters.begin(), c.effects.front().parameters.end(),
+                     [](const ActiveEffect::Parameter& p) {
+                       return std::abs(p.value) > kOffsetShown * std::max(p.sigma, p.sigma_model);
+                     });
+}
+
+}  // namespace
+
+void StreamingCalibration::State::try_to_start() {
+  next_try_ = kTryAgain * (samples_.last_t() - samples_.first_t());
+  const VectorSeries& mag = samples_.all().mag.front();
+  const double repeats = 1.0 - double(without_repeats(mag).size()) / double(mag.size());
+  const bool drop = repeats > kManyRepeats;
+  const double rate = mag.rate_hz() * (drop ? 1.0 - repeats : 1.0);
+  const int every = std::max(1, int(std::ceil(kRateUncertain * rate / kNodeRate)));
+  samples_.set_nodes(every, drop);
+  batch_.node_every = every;
+  if (!samples_.windows().empty()) fit_all_windows();
+}
+
+// False where the data do not permit it; everything is then as before.
+bool StreamingCalibration::State::fit_all_windows() {
+  const Recording recording = samples_.until(samples_.windows().back().last);
+  std::optional<Stage> stage;
+  // A blind start sees all samples; where some are left out the present estimate must do.
+  const bool blind = flagged_.empty() && changes_.empty();
+  const bool fitted =
+      blind ? fit_from_blind_start(recording, stage) : fit_from_estimate(recording, stage);
+  if (!fitted || !take_over_fit(recording, *stage)) return false;
+  judge_all_windows();
+  return true;
+}
+
+// From a blind start: what was taken for the minimum when there was less to go by is given up if
+// another is found.
+bool StreamingCalibration::State::fit_from_blind_start(const Recording& recording,
+                                                       std::optional<Stage>& stage) const {
+  const std::vector<const Recording*> recordings{&recording};
+  const Pipeline pipeline(recordings, batch_);
+  stage = pipeline.coarse_fit(batch_.motion);
+  if (!stage->result().converged()) return false;
+  ModelSpec spec = stage->spec();
+  spec.mag_time_offset = true;
+  const Stage delayed = pipeline.refit(*stage, spec);
+  if (delayed.result().converged() && shows_offset(summarize(recordings, delayed, batch_))) {
+    stage = delayed;
+  }
+  stage = pipeline.with_fixed_symmetries(*stage);
+  return true;
+}
+
+bool StreamingCalibration::State::fit_from_estimate(const Recording& recording,
+                                                    std::optional<Stage>& stage) const {
+  ModelSpec spec = spec_;
+  spec.without_mag = left_out();
+  stage.emplace(std::vector<const Recording*>{&recording}, spec, samples_.every(),
+                batch_.optimizer);
+  const bool given = batch_.noise.has_value();
+  stage->fit_noise(estimator_->estimate(),
+                   {.gyr_known = true, .acc_known = true, .mag_known = given});
+  return true;
+}
+
+bool StreamingCalibration::State::take_over_fit(const Recording& recording, const Stage& stage) {
+  Calibration c = summarize({&recording}, stage, batch_);
+  undetermined_ = c.undetermined;
+  if (!c.fit.converged() || !c.undetermined.empty() || check_accuracy(c).value > kUsable ||
+      c.residuals[2].rms_unit > kResidualUsable * c.strength_uT) {
+    return false;
+  }
+  const ModelSpec before = std::exchange(spec_, stage.spec());
+  spec_.without_mag = nullptr;
+  spec_.acc_rate_hz = recording.acc.rate_hz();
+  spec_.mag_rate_hz = recording.mag.front().rate_hz();
+  spec_.reach_at = reach_every_few_seconds(samples_);
+  if (spec_.motion == MotionModel::kHandHeld) {
+    // Holds it until a hand's reach does.
+    spec_.also = [](FactorGraph& graph) {
+      graph.add(
+          PriorFactor<Vector3>(key::acc_bias, Vector3::Zero(), Noise<3>::isotropic(kAccBiasSigma)));
+    };
+  }
+  IncrementalQr estimator = rebuilt(c.fit.values);
+  if (!estimator.null_space().empty()) {
+    spec_ = before;
+    return false;
+  }
+  estimator_.emplace(std::move(estimator));
+  c.fit.values = {};
+  c.trajectories.clear();
+  last_fit_ = std::move(c);
+  last_fit_s_ = recording.duration_s();
+  return true;
+}
+
+// The estimator with all windows anew, linearized at these values.
+IncrementalQr StreamingCalibration::State::rebuilt(const Values& values) const {
+  IncrementalQr out({.is_global = is_calibration_global});
+  for (int i = 0; i < int(samples_.windows().size()); ++i) {
+    const StreamWindow& w = samples_.windows()[std::size_t(i)];
+    WindowFactors f = window_factors(samples_, w, spec_, nullptr);
+    take_over(w, spec_, values, f);
+    const bool flagged = std::find(flagged_.begin(), flagged_.end(), i) != flagged_.end();
+    out.append(f.motion, f.values, f.field, flagged);
+  }
+  out.idle();
+  return out;
+}
+
+}  // namespace magimu

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/stream_state.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/blows.h"
+#include "calibration/diagnostics.h"
+#include "calibration/summary.h"
+#include "calibration/trust.h"
+#include "recording/error.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kFirstTry = 5.0;  // s
+constexpr double kTurned = 2.5;    // uT, scatter of the magnetometer along every direction of space
+constexpr double kStillRate = 0.2;       // rad/s; biases are smaller
+constexpr double kStillEnough = 2.5;     // s
+constexpr double kLongGap = 0.1;         // s
+constexpr int kRefits[] = {16, 32, 64};  // windows at which all are fitted again
+
+}  // namespace
+
+StreamingCalibration::State::State(int magnetometers, const StreamingOptions& options)
+    : options_(options), samples_(magnetometers, options.window_s) {
+  batch_.noise = options.noise;
+  batch_.gravity = options.gravity;
+  // A hand that does not move costs next to nothing under the model in which it may.
+  batch_.motion = options.motion == MotionModel::kAuto ? MotionModel::kHandHeld : options.motion;
+  const StreamTarget& t = options.target;
+  if (!t.heading_deg && !t.mag_bias_uT && !t.acc_bias && !t.gyr_bias) {
+    options_.target.heading_deg = 0.5;
+  }
+}
+
+std::optional<StreamUpdate> StreamingCalibration::State::add(const StreamSample& sample) {
+  const std::size_t windows = samples_.windows().size();
+  samples_.add(sample);
+  if (estimator_) {
+    if (samples_.windows().size() == windows) return std::nullopt;
+    add_window(samples_.windows().back());
+    for (const int n : kRefits) {
+      if (windows_done() == n) fit_all_windows();
+    }
+    return update();
+  }
+  if (samples_.count() == 1) {
+    still_since_ = last_gyr_t_ = sample.t;
+    next_update_ = sample.t + options_.window_s;
+    next_try_ = kFirstTry;
+  }
+  look_at_turning(sample);
+  if (sample.t < next_update_) return std::nullopt;
+  next_update_ += options_.window_s * std::floor((sample.t - next_update_) / options_.window_s + 1);
+  if (time_to_try()) try_to_start();
+  return estimator_ ? update() : collecting_update();
+}
+
+void StreamingCalibration::State::look_at_turning(const StreamSample& sample) {
+  if (sample.gyr) {
+    const double dt = std::min(sample.t - last_gyr_t_, kLongGap);
+    last_gyr_t_ = sample.t;
+    if (sample.gyr->norm() > kStillRate) {
+      still_since_ = sample.t;
+      if (dt > 0.0) turned_ += sample.gyr->cwiseAbs() * dt;
+    }
+    longest_still_ = std::max(longest_still_, sample.t - still_since_);
+  }
+  if (!sample.mag.front()) return;
+  if (mags_++ == 0) mag_origin_ = *sample.mag.front();
+  const Vector3 m = *sample.mag.front() - mag_origin_;
+  mag_sum_ += m;
+  mag_squares_ += m * m.transpose();
+}
+
+bool StreamingCalibration::State::time_to_try() const {
+  if (samples_.last_t() - samples_.first_t() < next_try_ || mags_ < 10) return false;
+  const Vector3 mean = mag_sum_ / double(mags_);
+  const Matrix3 scatter = mag_squares_ / double(mags_) - mean * mean.transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(scatter);
+  return eigen.eigenvalues()[0] > kTurned * kTurned && samples_.all().acc.size() > 10 &&
+         samples_.all().gyr.size() > 10;
+}
+
+std::optional<Calibration> StreamingCalibration::State::estimate() const {
+  if (!estimator_) return std::nullopt;
+  return stream_estimate(*estimator_, spec_, last_fit_, last_fit_s_);
+}
+
+// The largest of the target's standard deviations in terms of what is wanted.
+double StreamingCalibration::State::distance(const Calibration& c) const {
+  const StreamTarget& t = options_.target;
+  const auto largest = [&](Eigen::Index first) {
+    return std::sqrt(c.covariance.diagonal().segment(first, 3).maxCoeff());
+  };
+  double out = 0.0;
+  if (t.heading_deg) out = heading_sigma_deg(c) / *t.heading_deg;
+  if (t.acc_bias) out = std::max(out, largest(0) / *t.acc_bias);
+  if (t.gyr_bias) out = std::max(out, largest(3) / *t.gyr_bias);
+  for (std::size_t m = 0; t.mag_bias_uT && m < c.parameters.mag.size(); ++m) {
+    out = std::max(out, largest(15 + 12 * Eigen::Index(m)) / *t.mag_bias_uT);
+  }
+  return out;
+}
+
+StreamUpdate StreamingCalibration::State::collecting_update() {
+  StreamUpdate u;
+  u.t = samples_.last_t();
+  u.samples = samples_.count();
+  const Guidance guidance = guide(turned_, batch_.noise || longest_still_ > kStillEnough);
+  u.guidance = guidance.motion.sentence;
+  u.missing = guidance.missing;
+  for (const std::string& what : undetermined_) {
+    u.guidance += " Still undetermined: " + what + ".";
+  }
+  std::swap(u.events, events_);
+  return u;
+}
+
+StreamUpdate StreamingCalibration::State::update() {
+  StreamUpdate u;
+  u.t = samples_.last_t();
+  u.samples = samples_.count();
+  u.phase = StreamPhase::kCalibrating;
+  u.window = window_fit_;
+  u.flagged_windows = flagged_;
+  std::swap(u.events, events_);
+  Calibration c;
+  try {
+    c = *estimate();
+  } catch (const std::domain_error& undetermined) {
+    u.guidance = fmt::format("Turn it about all three of its axes: {}.", undetermined.what());
+    return u;
+  }
+  c.trust = {};
+  judge(c);
+  u.checks = {check_accuracy(c), check_whiteness(c)};
+  if (distance(c) <= 1.0 && c.trust.verdict != Verdict::kNo) {
+    u.phase = StreamPhase::kConverged;
+    u.guidance = "Good enough; what follows makes it better still.";
+  } else {
+    const Guidance guidance = guide(*estimator_, spec_, R(samples_.windows().back().last), c,
+                                    [this](const Calibration& with) { return distance(with); });
+    u.guidance = guidance.motion.sentence;
+    u.missing = guidance.missing;
+  }
+  u.theta = std::move(c);
+  return u;
+}
+
+void StreamingCalibration::State::settle() {
+  for (int i = 0; estimator_ && i < 3; ++i) {
+    if (estimator_->idle().largest_drift < 1.0) break;
+  }
+}
+
+Calibration StreamingCalibration::State::finish() {
+  if (!estimator_) return calibrate(samples_.all(), batch_);
+  settle();
+  const int last = samples_.windows().back().last;
+  const Recording recording = samples_.until(last);
+  const std::vector<const Recording*> recordings{&recording};
+  ModelSpec spec = spec_;
+  spec.without_mag = left_out();
+  Stage stage(recordings, spec, samples_.every(), batch_.optimizer);
+  stage.fit(estimator_->estimate(), true);
+  Calibration c = summarize(recordings, stage, batch_);
+  c.node_every = samples_.every();
+  c.warnings = warnings_;
+  c.blows_per_minute = blows_per_minute(recording);
+  const std::vector<double> squares = stage.mag_squares();
+  c.disturbances = find_disturbances(c, squares);
+  c.checks = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
+              check_windows(c, squares)};
+  judge(c);
+  return c;
+}
+
+}  // namespace magimu

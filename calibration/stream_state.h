@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What is behind StreamingCalibration: samples, the fit of all windows that a stream begins with
+// (and repeats while it is short), the estimator that carries on from there, and what is said about
+// it.
+#pragma once
+
+#include "calibration/calibrate.h"
+#include "calibration/guidance.h"
+#include "calibration/pipeline.h"
+#include "calibration/stream_estimate.h"
+#include "calibration/stream_model.h"
+#include "calibration/streaming.h"
+#include "calibration/window_consistency.h"
+#include "solvers/incremental_qr.h"
+
+namespace magimu {
+
+class StreamingCalibration::State {
+ public:
+  State(int magnetometers, const StreamingOptions& options);
+
+  std::optional<StreamUpdate> add(const StreamSample& sample);
+  Calibration finish();
+  void settle();
+  double last_t() const { return samples_.last_t(); }
+  const IncrementalQr* estimator() const { return estimator_ ? &*estimator_ : nullptr; }
+  std::optional<Calibration> estimate() const;
+  std::vector<std::pair<double, double>> windows() const;
+
+ private:
+  // stream_state.cpp
+  void look_at_turning(const StreamSample& sample);
+  bool time_to_try() const;
+  StreamUpdate collecting_update();
+  StreamUpdate update();
+  double distance(const Calibration& c) const;
+  int windows_done() const { return estimator_ ? estimator_->windows() : 0; }
+  double begin_of(int window) const;
+  double end_of(int window) const;
+
+  // stream_fit.cpp
+  void try_to_start();
+  bool fit_all_windows();
+  bool fit_from_blind_start(const Recording& recording, std::optional<Stage>& stage) const;
+  bool fit_from_estimate(const Recording& recording, std::optional<Stage>& stage) const;
+  bool take_over_fit(const Recording& recording, const Stage& stage);
+  IncrementalQr rebuilt(const Values& values) const;
+
+  // stream_windows.cpp
+  bool turned(int window) const;
+  void add_window(const StreamWindow& window);
+  void judge_all_windows();
+  void judge_again();
+  void look_for_change();
+  std::function<bool(int node)> left_out() const;
+  std::function<int(int node)> earlier_bias(const std::vector<int>& changes) const;
+  void say(const std::string& event) { events_.push_back(event); }
+
+  StreamingOptions options_;
+  CalibrationOptions batch_;
+  StreamSamples samples_;
+  // Scatter of the first magnetometer's readings, which tells how far it has been turned.
+  Vector3 mag_origin_ = Vector3::Zero(), mag_sum_ = Vector3::Zero();
+  Matrix3 mag_squares_ = Matrix3::Zero();
+  long mags_ = 0;
+  Vector3 turned_ = Vector3::Zero();  // rad, about each axis, either way
+  double last_gyr_t_ = 0.0, still_since_ = 0.0, longest_still_ = 0.0;  // s
+  std::vector<std::string> undetermined_;      // by the last fit that was tried
+  double next_update_ = 0.0, next_try_ = 0.0;  // s of stream time, while collecting
+
+  ModelSpec spec_;
+  std::optional<IncrementalQr> estimator_;
+  Calibration last_fit_;     // of all windows there were then; without trajectory and values
+  double last_fit_s_ = 0.0;  // how long the stream was
+
+  WindowConsistency consistency_;
+  WindowFit window_fit_;
+  std::vector<int> flagged_;    // windows left out at present
+  std::size_t judge_next_ = 0;  // among those
+  int flagged_in_a_row_ = 0;
+  std::vector<int> changes_;  // windows in which the bias changed for good
+  std::vector<std::string> events_, warnings_;
+};
+
+}  // namespace magimu

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Least squares while the data are still coming, for graphs of chains that share a few globals: in
+// every update a window of new nodes joins the end of its chain, and the estimate is that of all
+// data so far.
+//
+//   IncrementalQr estimator({.is_global = [](Key k) { return k.symbol != 'R'; }});
+//   const UpdateResult result = estimator.update(new_factors, new_values);
+//   estimator.covariance({key::mag_bias});
+//
+// A window's inner nodes are eliminated by orthogonal transformations as it arrives
+// (window_elimination.h); the triangles that remain merge in a balanced tree (triangle_tree.h), so
+// that an update costs the same however many windows there are (but for a logarithm). Windows are
+// kept with their factors and linearized again where the estimate has moved away from them. All
+// triangles are in coordinates about fixed anchors (x = Exp(delta) anchor for rotations), so that
+// old ones stay valid while the estimate moves.
+//
+// Which windows to linearize again, in sigmas: with delta the moves of a window's boundary nodes
+// and of the globals since it was linearized, and R its triangle,
+//
+//   drift = |R delta| / sqrt(rows) / tolerance,  or  largest rotation of delta / max_rotation
+//
+// whichever is larger. The first is how far the window's whitened residuals have moved, root mean
+// square: the error of the linearization is of second order in it. The second looks at what the
+// first does not see, moves along directions that a window alone does not determine. In each update
+// the windows that have drifted most (beyond 1) are linearized again, a fixed number of them; the
+// drift itself is kept up to date for a few windows at a time. The first windows are linearized
+// again at every update: it is cheap then, and the estimate moves most.
+//
+// Steps are Gauss-Newton's: start near the answer, with priors where the first windows leave
+// something undetermined. Undetermined directions do not move, and null_space() names them. What
+// this does not do: factors between a new node and one before the chain's last are refused with an
+// error that names them. Not thread safe.
+#pragma once
+
+#include <deque>
+
+#include "solvers/null_space.h"
+#include "solvers/triangle_tree.h"
+#include "solvers/window_elimination.h"
+
+namespace magimu {
+
+struct IncrementalQrOptions {
+  // Which variables all windows share; all others are nodes of chains, named by their index.
+  std::function<bool(Key)> is_global;
+  int eager_windows = 60;      // up to so many, all that have drifted are linearized again
+  int relinearized = 2;        // after that so many an update, the worst
+  int looked_at = 24;          // windows whose drift is determined anew in an update
+  double tolerance = 0.01;     // sigmas of one residual, root mean square
+  double max_rotation = 1e-4;  // rad
+};
+
+// What an update has done.
+struct UpdateResult {
+  int window = -1;                // the new one's number
+  int variables = 0;              // linearized, in new windows and old
+  std::vector<int> relinearized;  // old windows
+  int merges = 0;                 // of triangles
+  int steps = 0;                  // solutions of the root
+  double step_sigma = 0.0;        // how far the globals moved, in standard deviations
+  double largest_drift = 0.0;     // of those that were not linearized again; 1 is tolerable
+};
+
+// Of part of a window, against all else: chi-square with dof degrees of freedom if it fits.
+struct Innovation {
+  double squares = 0.0;
+  int dof = 0;
+};
+
+class IncrementalQr {
+ public:
+  explicit IncrementalQr(const IncrementalQrOptions& options) : options_(options) {}
+
+  // A window: factors among the new variables, the globals (new ones among the new variables), and
+  // the last node of one chain, which the window continues; without that it starts a chain. Factors
+  // of `removable` can be taken out later. Throws std::invalid_argument, naming the factor, where
+  // one reaches further back, and leaves everything as it was. hold_back: as if remove() had been
+  // called for the window, for a look at innovation() first.
+  UpdateResult update(const FactorGraph& factors, const Values& new_values,
+                      const FactorGraph& removable = {}, bool hold_back = false);
+  // The same, but the estimate waits for the next update() or idle(): for a start with many windows
+  // at once, of which the first alone would leave too much undetermined.
+  void append(const FactorGraph& factors, const Values& new_values,
+              const FactorGraph& removable = {}, bool hold_back = false);
+  // Nothing new, and time for all old windows: every one that has drifted is linearized again.
+  UpdateResult idle();
+
+  // Takes the window's removable factors out, or puts them back; what was solved changes at once.
+  void remove(int window);
+  void restore(int window);
+  bool removed(int window) const { return windows_[std::size_t(window)].removed; }
+  // The removable factors of a window against all other factors.
+  Innovation innovation(int window) const;
+
+  int windows() const { return int(windows_.size()); }
+  // The estimate: of the globals; of the globals and the last node of each chain; of everything.
+  const Values& globals() const { return globals_; }
+  Values front() const;
+  Values estimate() const;
+  // All factors that count, as one graph: its optimum is where idle() leads.
+  FactorGraph graph() const;
+  // The least cost, half the sum of squares, of the linearized graph.
+  double cost() const { return 0.5 * root_.squares; }
+
+  // Joint covariance of globals and of variables of chains' last nodes, in their tangent
+  // coordinates. Throws std::domain_error, with the direction in words, where it is undetermined.
+  MatrixXd covariance(const std::vector<Key>& keys) const;
+  MatrixXd covariance(Key key) const { return covariance(std::vector<Key>{key}); }
+  // The information of the same, all others eliminated.
+  MatrixXd information(const std::vector<Key>& keys) const;
+  // Directions of the globals that the data leave undetermined; components in their order.
+  std::vector<NullDirection> null_space() const;
+
+ private:
+  struct Window {
+    FactorGraph factors, removable;
+    bool removed = false;
+    Values values;  // where it is linearized: globals, first node, own nodes
+    WindowCoordinates point;
+    int chain = -1, leaf = -1;  // -1: no node, so that its triangle is one of globals alone
+    std::vector<Key> own;       // its nodes' variables in the order in which they came
+    WindowElimination elimination;
+    std::vector<EliminatedNode> nodes;
+    CondensedTriangle triangle;  // of a window without nodes
+  };
+  struct Chain {
+    TriangleTree tree;
+    std::vector<int> windows;
+    int looked_at = 0;                      // the leaf where the next look at drifts begins
+    std::uint32_t first_index, last_index;  // of its nodes
+    VectorXd last;                          // coordinates of its last node
+  };
+
+  int find_chain(const FactorGraph& graph, const Values& new_values) const;
+  Window make_window(const FactorGraph& factors, const Values& new_values,
+                     const FactorGraph& removable);
+  CondensedTriangle condense(Window& w, bool with_removable, bool keep) const;
+  void put(int window);
+  int add(const FactorGraph& factors, const Values& new_values, const FactorGraph& removable,
+          bool hold_back);
+  int refresh();
+  double solve();
+  WindowCoordinates coordinates(const Window& w) const;
+  VectorXd moves(const Window& w, const WindowCoordinates& to) const;
+  void look(int window);
+  void look_around();
+  bool relinearize(int limit, UpdateResult& result);
+  RowBlock triangle_of(const std::vector<Key>& keys) const;
+
+  IncrementalQrOptions options_;
+  Values anchors_,
+      globals_;  // of the globals: where their coordinates are zero, and where they are
+  VectorXd x_globals_;
+  std::deque<Window> windows_;
+  std::vector<double> drift_;  // one a window
+  std::vector<Chain> chains_;
+  std::vector<int> loose_;  // windows without nodes
+  CondensedTriangle root_;  // of the globals
+};
+
+}  // namespace magimu

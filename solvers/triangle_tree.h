@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The condensed windows of one chain as the leaves of a balanced binary tree, whose inner vertices
+// are the merges of their two children: a window more, or other windows in the place of a few,
+// costs a number of merges that grows with the logarithm of their number, and the root is what the
+// whole chain says about its last node and the globals. The way down, from the root's solution to
+// the nodes between windows, is walked only where somebody asks.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "solvers/condensed_triangle.h"
+
+namespace magimu {
+
+class TriangleTree {
+ public:
+  int size() const { return int(leaves_.size()); }
+
+  // New contents take effect with the next refresh().
+  void append(CondensedTriangle leaf);
+  void replace(int leaf, CondensedTriangle with);
+  const CondensedTriangle& leaf(int i) const { return leaves_[std::size_t(i)]; }
+  // Merges what has changed; globals: how many there are by now. Returns the number of merges.
+  int refresh(int globals);
+
+  const CondensedTriangle& root() const { return triangle(int(levels_.size()), 0); }
+  // The root if another triangle stood in the place of one leaf. Nothing changes.
+  CondensedTriangle root_with(int leaf, const CondensedTriangle& instead, int globals) const;
+
+  // The solution at the root: coordinates of the chain's last node and of the globals.
+  void set_solution(const VectorXd& last, const VectorXd& globals);
+  // Coordinates of a leaf's last node.
+  const VectorXd& last_of(int leaf) const;
+
+ private:
+  struct Vertex {
+    CondensedTriangle triangle;
+    EliminatedNode shared;
+  };
+  const CondensedTriangle& triangle(int level, int i) const;
+  int count(int level) const;  // vertices at a level; the leaves are level 0
+
+  std::vector<CondensedTriangle> leaves_;
+  std::vector<std::vector<Vertex>> levels_;  // level 1, 2, ...; one without a right child is empty
+  std::vector<int> changed_;
+  VectorXd globals_;
+  std::uint64_t solution_ = 0;  // its number
+  mutable std::vector<VectorXd> last_;
+  mutable std::vector<std::uint64_t> solved_;  // in which solution
+};
+
+}  // namespace magimu

@@ -54,6 +54,7 @@ void add_allan(CLI::App& app, int& exit_code) {
       ->type_name("NOISE.json");
   cmd->add_option("--report", args->report, "write a page with Allan plots here")
       ->type_name("R.html");
+  add_reading_options(*cmd, *args);
   add_output_options(*cmd, *args, "print the noise file instead of the text");
   cmd->callback([args, &exit_code] { exit_code = run(*args); });
 }

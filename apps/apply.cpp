@@ -74,6 +74,7 @@ void add_apply(CLI::App& app, int& exit_code) {
   cmd->add_flag("--keep-times", args->keep_times,
                 "leave magnetometer samples where they are, although the magnetometer lags");
   cmd->add_flag("--force", args->force, "use a calibration whose verdict is \"no\"");
+  add_reading_options(*cmd, *args);
   add_output_options(*cmd, *args, "print the formulas as JSON");
   cmd->callback([args, &exit_code] { exit_code = run(*args); });
 }

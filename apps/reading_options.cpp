@@ -63,7 +63,7 @@ CsvOptions ReadingOptions::csv() const {
   return out;
 }
 
-void add_reading_options(CLI::App& cmd, ReadingOptions& options) {
+void add_column_options(CLI::App& cmd, ReadingOptions& options) {
   cmd.add_option("--map", options.map,
                  "CSV: our column is the file's, such as acc_x=ax (several: repeat)")
       ->type_name("OURS=THEIRS")
@@ -75,6 +75,10 @@ void add_reading_options(CLI::App& cmd, ReadingOptions& options) {
       ->type_name("SENSOR=UNIT")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+void add_reading_options(CLI::App& cmd, ReadingOptions& options) {
+  add_column_options(cmd, options);
   cmd.add_option("--axes", options.axes,
                  "where the device's x, y, z are among a sensor's axes, such as mag=y,-x,z\n"
                  "(magimu info finds it out)")

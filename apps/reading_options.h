@@ -21,7 +21,8 @@ struct ReadingOptions {
   CsvOptions csv() const;
 };
 
-// --map, --unit, --axes, --gyro-interval; options must live as long as cmd.
+// --map and --unit; with --axes and --gyro-interval. options must live as long as cmd.
+void add_column_options(CLI::App& cmd, ReadingOptions& options);
 void add_reading_options(CLI::App& cmd, ReadingOptions& options);
 
 // The recording, its axes and gyroscope interval as the library has them; what the reader noticed

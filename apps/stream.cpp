@@ -63,6 +63,7 @@ void prepare(Arguments& args) {
   StreamSessionOptions& s = args.session;
   s.address = parse_stream_address(args.source);
   s.lines.midway = s.address.is_live();
+  s.lines.csv = args.csv();
   if (!args.output.empty()) check_folder(args.output);
   s.estimator.noise = args.noise();
   s.estimator.gravity = args.gravity;
@@ -166,6 +167,7 @@ void add_stream(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0.1, 60.0))
       ->type_name("S");
   add_model_options(*cmd, *args);
+  add_column_options(*cmd, *args);
   cmd->add_flag("--live", args->live,
                 "draw the live view even where standard error is no terminal");
   add_output_options(*cmd, *args, "write JSON lines even to a terminal");

@@ -85,7 +85,11 @@ void note_odd_rate(Recording& recording) {
 }  // namespace
 
 Recording read_csv(const std::string& path, const CsvOptions& options) {
-  const std::string content = read_file(path);
+  return csv_recording(read_file(path), path, options);
+}
+
+Recording csv_recording(std::string_view content, const std::string& path,
+                        const CsvOptions& options) {
   CsvParser parser(path, options);
   parser.expect_rows(static_cast<std::size_t>(std::ranges::count(content, '\n')));
   for (std::string_view rest = content; !rest.empty();) {

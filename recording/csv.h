@@ -15,6 +15,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "recording/recording.h"
 
@@ -23,6 +24,8 @@ namespace magimu {
 struct CsvOptions {
   // A file without magnetometer samples is an error. Default true: it is what we calibrate.
   bool require_mag = true;
+  // Likewise one without accelerometer or gyroscope: only a part of a recording.
+  bool require_imu = true;
   // The file's column name -> ours ("t", "acc_x", "mag2_z", "temp", ...), for headers that no
   // alias covers. Default none. An entry wins over names and aliases.
   std::map<std::string, std::string> columns;
@@ -35,6 +38,10 @@ struct CsvOptions {
 // Reads a file (or a pipe, until its end). InputError with line, field and remedy for what cannot
 // be understood; nothing is guessed or skipped silently.
 Recording read_csv(const std::string& path, const CsvOptions& options = {});
+
+// The same from the content of a file, which messages call `path`.
+Recording csv_recording(std::string_view content, const std::string& path,
+                        const CsvOptions& options = {});
 
 // The recording as CSV, one row for every time at which any sensor has a sample. Numbers are the
 // shortest that read back as the same double. All values must be finite; truth is not written.

@@ -149,8 +149,8 @@ class HeaderReader {
       mags.push_back(sensor);
     }
     std::ranges::sort(mags, {}, mag_number);
-    add_sensor("acc", true);
-    add_sensor("gyr", true);
+    add_sensor("acc", options_.require_imu);
+    add_sensor("gyr", options_.require_imu);
     if (mags.empty() && options_.require_mag) add_sensor("mag", true);
     for (const std::string& mag : mags) add_sensor(mag, true);
     columns_.mags = mags.size();
@@ -163,12 +163,19 @@ class HeaderReader {
       const std::string name = sensor + '_' + axis;
       (where_.contains(name) ? there : missing).push_back(name);
     }
-    if (there.empty() && !required) return;
+    if (there.empty() && !required) {
+      // The first two vectors are these in any case; without columns they have no samples.
+      if (sensor == "acc" || sensor == "gyr") columns_.vectors.push_back(sensor);
+      return;
+    }
     if (there.empty()) {
-      fail(0,
-           fmt::format("the columns {0}_x, {0}_y and {0}_z are missing; the columns there are: {1}",
-                       sensor, headers()),
-           fmt::format("add them, or map the file's own names to these (--map {}_x=NAME)", sensor));
+      fail(
+          0,
+          fmt::format("the columns {0}_x, {0}_y and {0}_z are missing; the columns there are: {1}",
+                      sensor, headers()),
+          fmt::format("add them, or map the file's own names to these (--map {}_x=NAME); of an app "
+                      "that writes one file a sensor (phyphox, Sensor Logger) give the folder",
+                      sensor));
     }
     if (!missing.empty()) {
       fail(where_.at(there.front()) + 1,
@@ -200,6 +207,7 @@ class HeaderReader {
 
   // unit: given by option; else what the header says.
   void give(const std::string& name, std::size_t slot, const std::optional<double>& unit) {
+    if (!where_.contains(name)) return;
     const std::size_t i = where_.at(name);
     CsvColumns::Field& field = columns_.fields[i];
     const std::string quantity = name.substr(0, name.find('_'));

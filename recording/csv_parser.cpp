@@ -242,7 +242,7 @@ Recording CsvParser::finish() {
   }
   Recording recording = take();
   for (const auto& [name, series] : {std::pair("acc", &recording.acc), {"gyr", &recording.gyr}}) {
-    if (!series->empty()) continue;
+    if (!series->empty() || !options_.require_imu) continue;
     fail(0, fmt::format("the columns {0}_x, {0}_y and {0}_z are all empty", name),
          "check the logger: this sensor is needed");
   }

@@ -4,6 +4,7 @@
 
 #include "recording/broad.h"
 #include "recording/error.h"
+#include "recording/phone_folder.h"
 #include "recording/read_file.h"
 
 namespace magimu {
@@ -24,6 +25,7 @@ void refuse_csv_options(const std::string& path, const CsvOptions& options) {
 }  // namespace
 
 Recording read_recording(const std::string& path, const CsvOptions& options) {
+  if (is_phone_folder(path)) return read_phone_folder(path, options);
   const std::string head = read_file_head(path, 16);
   const bool hdf5 = head.starts_with("\x89HDF\r\n\x1a\n");
   const bool mat = head.starts_with("MATLAB 5.0") || head.starts_with("MATLAB 7.3");

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Folders that phone apps export are read as one recording.
+#include "recording/phone_folder.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include "recording/read.h"
+#include "tests/recording/test_files.h"
+
+namespace magimu {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+// So many rows of a time and three numbers.
+std::string rows(const std::string& header, int count, const std::string& format) {
+  std::string out = header + "\n";
+  for (int k = 0; k < count; ++k) out += fmt::format(fmt::runtime(format), 0.01 * k) + "\n";
+  return out;
+}
+
+TEST(PhoneFolder, of_phyphox_is_one_recording) {
+  const test::TempFolder folder;
+  for (const auto& [name, quantity, unit] : {std::tuple("Accelerometer", "Acceleration", "m/s^2"),
+                                             {"Gyroscope", "Gyroscope", "rad/s"},
+                                             {"Magnetometer", "Magnetic field", "µT"}}) {
+    folder.write(std::string(name) + ".csv",
+                 rows(fmt::format("\"Time (s)\",\"{0} x ({1})\",\"{0} y ({1})\",\"{0} z ({1})\"",
+                                  quantity, unit),
+                      30, "{:.2E},1.0E0,2.0E0,3.0E0"));
+  }
+  folder.write("Light.csv", "whatever");
+  const Recording r = read_recording(folder.path(""));
+  EXPECT_EQ(r.acc.size(), 30u);
+  EXPECT_EQ(r.gyr.v[29], Vector3(1, 2, 3));
+  EXPECT_EQ(r.mag.at(0).v[29], Vector3(1, 2, 3));
+  EXPECT_NEAR(r.mag.at(0).t[29], 0.29, 1e-12);
+  EXPECT_THAT(r.notes, Contains("mag is from Magnetometer.csv"));
+}
+
+TEST(PhoneFolder, of_sensor_logger_is_read_with_gravity_and_without_the_phones_corrections) {
+  const test::TempFolder folder;
+  const std::string header = "time,seconds_elapsed,z,y,x";
+  const std::string row = "1718030736872695300,{:.2f},3,2,1",
+                    other = "1718030736872695300,{:.2f},0,0,0";
+  folder.write("TotalAcceleration.csv", rows(header, 30, row));
+  folder.write("Accelerometer.csv", rows(header, 30, other));
+  folder.write("Gyroscope.csv", rows(header, 40, row));
+  folder.write("GyroscopeUncalibrated.csv", header + "\n");  // an empty one, as the app writes
+  folder.write("Magnetometer.csv", rows(header, 30, other));
+  folder.write("MagnetometerUncalibrated.csv", rows(header, 20, row));
+  const Recording r = read_recording(folder.path(""));
+  EXPECT_EQ(r.acc.v[0], Vector3(1, 2, 3));
+  EXPECT_EQ(r.gyr.size(), 40u);
+  EXPECT_EQ(r.mag.at(0).size(), 20u);
+  EXPECT_EQ(r.mag.at(0).v[0], Vector3(1, 2, 3));
+  EXPECT_THAT(r.mag_names, testing::ElementsAre("mag"));
+  EXPECT_THAT(r.notes, Contains("acc is from TotalAcceleration.csv"));
+}
+
+TEST(PhoneFolder, with_a_sensor_missing_is_just_a_folder) {
+  const test::TempFolder folder;
+  folder.write("Gyroscope.csv", rows("time,seconds_elapsed,z,y,x", 40, "1,{},3,2,1"));
+  EXPECT_FALSE(is_phone_folder(folder.path("")));
+  EXPECT_THAT(test::error_of([&] { read_recording(folder.path("")); }).problem,
+              HasSubstr("a folder"));
+}
+
+TEST(PhoneFolder, names_the_file_and_line_that_cannot_be_read) {
+  const test::TempFolder folder;
+  const std::string header = "time,seconds_elapsed,z,y,x", row = "1,{},3,2,1";
+  for (const char* name : {"TotalAcceleration.csv", "Gyroscope.csv", "Magnetometer.csv"}) {
+    folder.write(name, rows(header, 40, row));
+  }
+  folder.write("Gyroscope.csv", rows(header, 40, row) + "1,0.41,oops,2,1\n");
+  const InputError error = test::error_of([&] { read_recording(folder.path("")); });
+  EXPECT_THAT(error.file, HasSubstr("Gyroscope.csv"));
+  EXPECT_EQ(error.line, 42);
+  EXPECT_EQ(error.column, 3);
+  CsvOptions options;
+  options.columns = {{"x", "acc_x"}};
+  EXPECT_THAT(test::error_of([&] { read_recording(folder.path(""), options); }).remedy,
+              HasSubstr("--map"));
+}
+
+}  // namespace
+}  // namespace magimu

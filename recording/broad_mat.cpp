@@ -4,14 +4,13 @@
 #include <matio.h>
 
 #include <algorithm>
-#include <bit>
 #include <cstdint>
-#include <cstring>
 #include <memory>
 
 #include "recording/broad.h"
 #include "recording/broad_fields.h"
 #include "recording/error.h"
+#include "recording/mat_elements.h"
 #include "recording/read_file.h"
 
 namespace magimu {
@@ -31,71 +30,6 @@ using Variable = std::unique_ptr<matvar_t, FreeVariable>;
 // matio tells of damaged compressed data in its log alone, and returns what it has got of them.
 thread_local bool matio_complained = false;
 void take_note(int, char*) { matio_complained = true; }
-
-// The numbers of a MAT file's elements, in the byte order of the file.
-class Numbers {
- public:
-  Numbers(std::string_view content, bool swapped) : content_(content), swapped_(swapped) {}
-  std::uint32_t at(std::size_t position) const {
-    std::uint32_t value = 0;
-    if (position + sizeof value <= content_.size()) {
-      std::memcpy(&value, content_.data() + position, sizeof value);
-    }
-    return swapped_ ? __builtin_bswap32(value) : value;
-  }
-
- private:
-  std::string_view content_;
-  bool swapped_;
-};
-
-// matio reserves memory for whatever lengths and dimensions a variable claims, before it looks
-// whether its element is that long. So every element must hold its parts (an element is a type, a
-// length, and that many bytes, padded to eight; a type of more than 16 bits is a short one, all in
-// eight bytes), and a matrix no more values than bytes. Its parts: flags, dimensions, name, values.
-bool parts_fit(const Numbers& numbers, std::size_t begin, std::size_t end, int depth = 0) {
-  constexpr std::uint32_t kMatrix = 14, kSparse = 5;
-  constexpr int kDeepest = 16;  // matrices within structures within ...
-  if (depth > kDeepest) return false;
-  std::size_t part = 0;
-  bool sparse = false;
-  for (std::size_t at = begin; at + 8 <= end; ++part) {
-    const std::uint32_t type = numbers.at(at), length = numbers.at(at + 4);
-    if (part == 0) sparse = (numbers.at(at + 8) & 0xFF) == kSparse;
-    if (type > 0xFFFF) {
-      at += 8;
-      continue;
-    }
-    if (length > end - at - 8) return false;
-    if (part == 1 && !sparse) {
-      double values = 1.0;
-      for (std::size_t i = 0; i < length / 4; ++i) values *= numbers.at(at + 8 + 4 * i);
-      if (values > double(end - begin)) return false;
-    }
-    if (type == kMatrix && !parts_fit(numbers, at + 8, at + 8 + length, depth + 1)) return false;
-    at += 8 + (std::size_t(length) + 7) / 8 * 8;
-  }
-  return true;
-}
-
-// matio takes what is missing at the end of a cut file for zeros. So follow the chain of elements
-// (a type and a byte count each, after the header of 128 bytes) to see whether the file is whole.
-bool is_whole(std::string_view content) {
-  constexpr std::size_t kHeader = 128, kTag = 8;
-  constexpr std::uint32_t kMatrix = 14;
-  constexpr bool kLittle = std::endian::native == std::endian::little;
-  const Numbers numbers(content, content.substr(126, 2) == (kLittle ? "MI" : "IM"));
-  std::size_t at = kHeader;
-  while (at + kTag <= content.size()) {
-    const std::size_t bytes = numbers.at(at + 4);
-    if (bytes > content.size() - at - kTag) return false;
-    if (numbers.at(at) == kMatrix && !parts_fit(numbers, at + kTag, at + kTag + bytes)) {
-      return false;
-    }
-    at += kTag + bytes;
-  }
-  return at == content.size() && at > kHeader;
-}
 
 template <class T>
 void copy_as_doubles(const void* data, std::vector<double>& values) {
@@ -161,7 +95,7 @@ Recording read_mat(const std::string& path) {
     throw InputError(path, 0, 0, "this is not a MAT file of version 5 to 7.3",
                      "save it with MATLAB's -v7 or -v7.3, or give a CSV file");
   }
-  if (!is_whole(content))
+  if (!mat_elements_fit(content))
     throw InputError(path, 0, 0, "the MAT file is cut off or damaged", kDamaged);
 
   [[maybe_unused]] static const int once = Mat_LogInitFunc("magimu", take_note);

@@ -27,7 +27,7 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/magimuConfig.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/magimu)
 
 # The libraries are static: whoever links them links what they need.
-foreach(library ${HDF5_C_LIBRARIES} ${MATIO_LIBRARY})
+foreach(library ${HDF5_C_LIBRARIES} ${MATIO_LIBRARY} ${ZLIB_LIBRARIES})
   string(APPEND magimu_pc_libraries " ${library}")
 endforeach()
 if(MAGIMU_WITH_SUITESPARSE)

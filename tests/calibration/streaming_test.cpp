@@ -5,6 +5,8 @@
 
 #include <gmock/gmock.h>
 
+#include <fstream>
+
 #include "bench/streamed.h"
 #include "bench/streamed_person.h"
 #include "recording/error.h"

@@ -53,7 +53,7 @@ void StreamSession::run(const std::function<bool()>& stopped) {
     tick();
     if (ended_.empty() && stopped()) {
       lines_.interrupt();  // half a line is none
-      end("stopped by a signal");
+      end("stopped by a signal: finishing (a second one quits at once, without the calibration)");
     }
   }
   lines_.finish();

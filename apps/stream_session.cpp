@@ -159,10 +159,10 @@ void StreamSession::use(const StreamSample& sample) {
   }
   if (!ended_.empty() && options_.until_converged) return;
   say_what_was_known();
-  if (journal_) journal_->append(sample);
   const auto begin = Clock::now();
   std::optional<StreamUpdate> update = estimator_->add(sample);
   const double latency_us = 1e6 * seconds(Clock::now() - begin);
+  if (journal_) journal_->append(sample);
   ++samples_;
   if (!update) return;
   set_update(std::move(*update), latency_us);

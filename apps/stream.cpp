@@ -95,6 +95,15 @@ int deliver(const Arguments& args, StreamSession& session, bool table) {
   return kNoAnswer;
 }
 
+void deliver_what_there_is(const Arguments& args, StreamSession& session, bool table) {
+  if (!session.has_samples()) return;
+  try {
+    deliver(args, session, table);
+  } catch (const std::exception&) {
+    fmt::print(stderr, "magimu: there is no calibration of what has come\n");
+  }
+}
+
 int run(Arguments& args) {
   std::optional<tbb::global_control> limit;
   if (args.threads > 0) {
@@ -119,9 +128,10 @@ int run(Arguments& args) {
   const bool table = out_is_terminal && !args.json && !args.quiet;
   try {
     session.run(stop_requested);
-  } catch (const InputError&) {
-    // A full disk, or a source that broke: what has come until then is not lost.
-    if (session.has_samples()) deliver(args, session, table);
+  } catch (const std::exception&) {
+    // A full disk, or a source that broke: what has come until then is not lost, if it can be
+    // helped.
+    deliver_what_there_is(args, session, table);
     throw;
   }
   return deliver(args, session, table);

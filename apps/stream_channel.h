@@ -31,6 +31,8 @@ class Channel {
 
   // Unread bytes make the sender wait; false: they are lost sooner or later.
   virtual bool sender_waits() const { return true; }
+  // What its end means, for people.
+  virtual std::string ending() const { return "the sender has closed it"; }
   // Worth opening again after its end or an error.
   virtual bool comes_back() const { return false; }
   // Characters that the system has lost or garbled since the last call.

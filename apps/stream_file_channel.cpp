@@ -42,6 +42,7 @@ class FileChannel : public Channel {
     close_file();
   }
 
+  std::string ending() const override { return "it was written anew"; }
   bool comes_back() const override { return rewritten_; }
   std::string remedy(error_code) const override { return "check the path and its permissions"; }
 

@@ -53,7 +53,7 @@ void StreamSession::run(const std::function<bool()>& stopped) {
     tick();
     if (ended_.empty() && stopped()) {
       lines_.interrupt();  // half a line is none
-      end("stopped by a signal");
+      end("stopped by a signal: finishing (a second one quits at once, without the calibration)");
     }
   }
   lines_.finish();
@@ -159,10 +159,10 @@ void StreamSession::use(const StreamSample& sample) {
   }
   if (!ended_.empty() && options_.until_converged) return;
   say_what_was_known();
-  if (journal_) journal_->append(sample);
   const auto begin = Clock::now();
   std::optional<StreamUpdate> update = estimator_->add(sample);
   const double latency_us = 1e6 * seconds(Clock::now() - begin);
+  if (journal_) journal_->append(sample);
   ++samples_;
   if (!update) return;
   set_update(std::move(*update), latency_us);

@@ -102,11 +102,11 @@ class StreamSource::Reader {
   void broke_off(error_code error) {
     const bool ended = error == boost::asio::error::eof;
     if (channel_->comes_back()) {
-      queue_.push({Arrival::Kind::kInterrupted,
-                   {},
-                   (ended ? std::string("it was closed or written anew") : error.message()) +
-                       "; trying again until it is back",
-                   0});
+      queue_.push(
+          {Arrival::Kind::kInterrupted,
+           {},
+           (ended ? channel_->ending() : error.message()) + "; trying again until it is back",
+           0});
       return try_again();
     }
     if (!ended) {

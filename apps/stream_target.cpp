@@ -117,8 +117,10 @@ std::vector<TargetProgress> target_progress(const StreamTarget& target,
   for (const Quantity& quantity : quantities()) {
     const std::optional<double>& limit = wanted.*(quantity.limit);
     if (!limit) continue;
-    out.push_back({quantity.label, std::string(quantity.units.front().name),
-                   sigma_of(quantity, update), *limit});
+    const Unit& shown =
+        quantity.name == "gyr_bias" ? quantity.units.back() : quantity.units.front();
+    out.push_back({quantity.label, std::string(shown.name),
+                   sigma_of(quantity, update) / shown.in_ours, *limit / shown.in_ours});
   }
   return out;
 }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "apps/large_text.h"
 #include "apps/numbers.h"
@@ -18,6 +19,11 @@ using Lines = std::vector<ViewLine>;
 
 constexpr std::size_t kRowsBelow = 13;  // of a usual picture, below the large words
 
+std::size_t width_of(std::string_view utf8) {
+  return std::size_t(std::ranges::count_if(
+      utf8, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+}
+
 // The beginning of a sentence that says it all: up to a colon or the like.
 std::string_view first_part(std::string_view sentence) {
   for (std::size_t i = 8; i + 1 < sentence.size(); ++i) {
@@ -25,6 +31,28 @@ std::string_view first_part(std::string_view sentence) {
     if (sentence[i] == '(' || sentence[i + 1] == ' ') return sentence.substr(0, i);
   }
   return sentence;
+}
+
+// Folded between words, at most three lines.
+void add_sentence(Lines& out, const std::string& sentence, const std::string& indent,
+                  LineStyle style, const Screen& screen) {
+  std::istringstream words(sentence);
+  std::string line = indent, word;
+  const std::size_t room = screen.columns - 1;
+  for (int lines = 1; words >> word;) {
+    const bool fits = width_of(line) + width_of(word) < room || line.size() == indent.size();
+    if (!fits && lines == 3) {
+      line += " " + word;  // to be cut off
+      break;
+    }
+    if (!fits) {
+      out.push_back({line, style});
+      line = std::string(indent.size(), ' ');
+      ++lines;
+    }
+    line += (line.size() == indent.size() ? "" : " ") + word;
+  }
+  out.push_back({line, style});
 }
 
 void add_guidance(Lines& out, const std::string& sentence, LineStyle style, const Screen& screen) {
@@ -38,19 +66,19 @@ void add_guidance(Lines& out, const std::string& sentence, LineStyle style, cons
   }
   for (const std::string& row : large) out.push_back({" " + row, style});
   if (large.empty() || !whole) {
-    out.push_back({"  " + sentence, LineStyle::kStrong});
+    add_sentence(out, sentence, "  ", LineStyle::kStrong, screen);
     out.emplace_back();
   }
 }
 
 std::string bar(double share) {
-  constexpr int kCells = 24;
+  constexpr int kCells = 22;
   const auto full = std::size_t(std::lround(std::clamp(share, 0.0, 1.0) * kCells));
   return "[" + std::string(full, '#') + std::string(kCells - full, '.') + "]";
 }
 
 void add_target(Lines& out, const std::vector<TargetProgress>& target) {
-  out.push_back({fmt::format("  {:<22} {:>14}   {:>14}", "standard deviation of", "now", "wanted"),
+  out.push_back({fmt::format("  {:<20} {:>13}  {:>11}", "standard deviation of", "now", "wanted"),
                  LineStyle::kFaint});
   for (const TargetProgress& t : target) {
     const bool known = std::isfinite(t.sigma);
@@ -58,8 +86,8 @@ void add_target(Lines& out, const std::vector<TargetProgress>& target) {
     const double share = known ? 1.0 - 0.5 * std::log10(t.sigma / t.limit) : 0.0;
     const auto with_unit = [&](double value) { return plain(value) + " " + t.unit; };
     out.push_back(
-        {fmt::format("  {:<22} {:>14}   {:>14}   {}", t.label,
-                     known ? with_unit(t.sigma) : "not yet", with_unit(t.limit), bar(share)),
+        {fmt::format("  {:<20} {:>13}  {:>11}  {}", t.label, known ? with_unit(t.sigma) : "not yet",
+                     with_unit(t.limit), bar(share)),
          t.met() ? LineStyle::kGood : LineStyle::kPlain});
   }
 }
@@ -79,15 +107,15 @@ void add_window(Lines& out, const StreamUpdate& u) {
   out.push_back({text, u.window.used ? LineStyle::kPlain : LineStyle::kCaution});
 }
 
-void add_checks(Lines& out, const std::vector<Check>& checks) {
+void add_checks(Lines& out, const std::vector<Check>& checks, const Screen& screen) {
   std::string fine;
   for (const Check& check : checks) {
     if (check.status == CheckStatus::kOk) {
       fine += (fine.empty() ? "" : ", ") + check.name;
       continue;
     }
-    out.push_back({fmt::format("  {}: {}", check.name, check.sentence),
-                   check.status == CheckStatus::kBad ? LineStyle::kBad : LineStyle::kCaution});
+    add_sentence(out, check.name + ": " + check.sentence, "  ",
+                 check.status == CheckStatus::kBad ? LineStyle::kBad : LineStyle::kCaution, screen);
   }
   if (!fine.empty()) out.push_back({"  in order: " + fine, LineStyle::kPlain});
 }
@@ -138,16 +166,16 @@ std::vector<ViewLine> stream_view(const StreamStatus& s, const std::deque<std::s
     add_guidance(out, s.update->guidance, done ? LineStyle::kGood : LineStyle::kStrong, screen);
   }
   if (s.update && !s.update->missing.empty()) {
-    out.push_back({fmt::format("  still missing: {}", fmt::join(s.update->missing, ", ")),
-                   LineStyle::kPlain});
+    add_sentence(out, fmt::format("still missing: {}", fmt::join(s.update->missing, ", ")), "  ",
+                 LineStyle::kPlain, screen);
     out.emplace_back();
   }
   add_target(out, s.target);
   out.emplace_back();
   if (s.update) add_window(out, *s.update);
-  if (s.update) add_checks(out, s.update->checks);
+  if (s.update) add_checks(out, s.update->checks, screen);
   out.push_back({counts(s), LineStyle::kPlain});
-  for (const std::string& e : events) out.push_back({"  - " + e, LineStyle::kFaint});
+  for (const std::string& e : events) add_sentence(out, e, "  - ", LineStyle::kFaint, screen);
   const std::size_t most = std::max<std::size_t>(screen.rows, 3) - 2;
   if (out.size() > most) out.resize(most);
   out.push_back({hint, LineStyle::kFaint});

@@ -314,9 +314,9 @@ TEST_F(Stream, outlives_twenty_kills) {
     Child child(magimu_.folder(), {"stream", "-", "--state", "state", "-o", "cal.json"});
     const std::size_t before = json_lines().size();
     const auto up_to = [&](int n) { return std::uniform_int_distribution<int>(0, n)(random); };
-    feed(child, 250);
+    feed(child, 300);
     // At some line or other, and a little later: while it works, writes or waits.
-    eventually([&, n = before + std::size_t(up_to(4))] { return json_lines().size() >= n; },
+    eventually([&, n = before + std::size_t(up_to(5))] { return json_lines().size() >= n; },
                std::chrono::seconds(1));
     std::this_thread::sleep_for(std::chrono::milliseconds(up_to(20)));
     child.kill(SIGKILL);
@@ -324,7 +324,7 @@ TEST_F(Stream, outlives_twenty_kills) {
     const std::vector<json> lines = json_lines();
     if (!lines.empty()) acknowledged = lines.back()["t"];
   }
-  EXPECT_GT(acknowledged, 30.0);
+  EXPECT_GT(acknowledged, 20.0);  // well into the estimate
   EXPECT_FALSE(magimu_.has("cal.json"));
   Child child(magimu_.folder(), {"stream", "-", "--state", "state", "-o", "cal.json"});
   feed(child, rows_.size());

@@ -65,6 +65,14 @@ TEST(StreamView, shows_what_matters) {
   EXPECT_THAT(text, HasSubstr("▀▀█▀▀"));  // a large T
 }
 
+TEST(StreamView, folds_long_sentences_between_words) {
+  StreamStatus s = status_in_the_middle();
+  s.update->checks = {{"whiteness", CheckStatus::kCaution, 0.6,
+                       "something is not in the model and a long sentence says what that means"}};
+  const std::string text = text_of(stream_view(s, {}, "", {.columns = 60, .rows = 60}));
+  EXPECT_THAT(text, HasSubstr("\n  sentence says what that means\n"));
+}
+
 TEST(StreamView, fits_any_screen) {
   StreamStatus s = status_in_the_middle();
   for (const std::size_t columns : {20u, 40u, 80u, 200u}) {
@@ -135,6 +143,17 @@ TEST(StreamTarget, is_read_with_its_units) {
   EXPECT_DOUBLE_EQ(*t.acc_bias, 0.02);
   EXPECT_DOUBLE_EQ(*t.gyr_bias, 0.1 * M_PI / 180.0);
   EXPECT_FALSE(parse_stream_target("mag_bias=1").heading_deg.has_value());
+}
+
+TEST(StreamTarget, is_shown_as_people_think_of_it) {
+  const auto progress = target_progress(parse_stream_target("gyr_bias=0.001,mag_bias=1"), {});
+  ASSERT_THAT(progress, SizeIs(2));
+  EXPECT_EQ(progress[0].unit, "uT");
+  EXPECT_FALSE(progress[0].met());  // not known yet
+  EXPECT_EQ(progress[1].unit, "deg/s");
+  EXPECT_NEAR(progress[1].limit, 0.0573, 1e-4);
+  ASSERT_THAT(target_progress({}, {}), SizeIs(1));
+  EXPECT_EQ(target_progress({}, {})[0].limit, 0.5);
 }
 
 TEST(StreamTarget, names_what_it_does_not_understand) {

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Calibration while the samples arrive: what is promised of it, over one or two recordings each;
+// bench/streaming.cpp measures the same over many.
+#include "calibration/streaming.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "bench/streamed.h"
+#include "bench/streamed_person.h"
+#include "recording/error.h"
+#include "solvers/incremental_qr.h"
+#include "solvers/marginals.h"
+#include "tests/calibration/cases.h"
+
+namespace magimu {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+StreamingOptions options_for(const Simulation& s, MotionModel motion, bool noise_given = true) {
+  StreamingOptions options;
+  options.gravity = s.truth.gravity;
+  options.motion = motion;
+  if (noise_given) options.noise = s.truth.noise;
+  return options;
+}
+
+std::vector<StreamUpdate> feed(StreamingCalibration& stream, const Recording& recording) {
+  std::vector<StreamUpdate> updates;
+  for (const StreamSample& s : samples_of(recording)) {
+    if (auto update = stream.add(s)) updates.push_back(*update);
+  }
+  return updates;
+}
+
+std::vector<std::string> events_of(const std::vector<StreamUpdate>& updates) {
+  std::vector<std::string> out;
+  for (const StreamUpdate& u : updates) out.insert(out.end(), u.events.begin(), u.events.end());
+  return out;
+}
+
+void expect_batch_solution(const IncrementalQr& estimator) {
+  const FactorGraph graph = estimator.graph();
+  const Result batch = LevenbergMarquardt(graph).optimize(estimator.estimate());
+  ASSERT_TRUE(batch.converged()) << batch.message;
+  std::vector<Key> keys;
+  Values a, b;
+  for (const Values::Slot& s : estimator.globals().slots()) {
+    keys.push_back(s.key);
+    a.insert_from(batch.values, s.key);
+    b.insert_from(estimator.globals(), s.key);
+  }
+  const MatrixXd P = Marginals(graph, batch.values).covariance(keys);
+  const VectorXd sigma = P.diagonal().cwiseSqrt();
+  EXPECT_LT(a.local_coordinates(b).cwiseAbs().cwiseQuotient(sigma).maxCoeff(), 0.01);
+  EXPECT_LT((estimator.covariance(keys) - P)
+                .cwiseAbs()
+                .cwiseQuotient(sigma * sigma.transpose())
+                .maxCoeff(),
+            0.01);
+}
+
+TEST(Streaming, ends_where_batch_calibration_of_the_same_factors_ends) {
+  for (const MotionModel motion : {MotionModel::kRotation, MotionModel::kHandHeld}) {
+    SimulationOptions simulated;
+    simulated.motion =
+        motion == MotionModel::kRotation ? SimulatedMotion::kHand : SimulatedMotion::kHandHeld;
+    simulated.rate_hz = 50.0;
+    const Simulation s = simulate(simulated);
+    StreamingCalibration stream(1, options_for(s, motion));
+    feed(stream, s.recording);
+    stream.settle();
+    ASSERT_NE(stream.estimator(), nullptr);
+    expect_batch_solution(*stream.estimator());
+    const Calibration c = stream.finish();
+    EXPECT_EQ(c.trust.verdict, Verdict::kYes) << testing::PrintToString(c.trust.reasons);
+    test::expect_consistent(c, s.truth.parameters);
+  }
+}
+
+TEST(Streaming, a_real_recording_ends_at_the_batch_solution_too) {
+  const std::string file =
+      std::string(MAGIMU_DATA_DIR) + "/broad/02_undisturbed_slow_rotation_B.hdf5";
+  if (!std::ifstream(file)) GTEST_SKIP() << file << " is not there";
+  StreamingCalibration stream(1);
+  feed(stream, read_recording(file));
+  stream.settle();
+  ASSERT_NE(stream.estimator(), nullptr);
+  expect_batch_solution(*stream.estimator());
+}
+
+TEST(Streaming, the_noise_is_found_and_the_target_reached) {
+  const Simulation s = test::simulated_hand(80.0, 2);
+  StreamingCalibration stream(1, options_for(s, MotionModel::kRotation, false));
+  const std::vector<StreamUpdate> updates = feed(stream, s.recording);
+  EXPECT_EQ(updates.front().phase, StreamPhase::kCollecting);
+  EXPECT_EQ(updates.back().phase, StreamPhase::kConverged);
+  const Calibration& c = *updates.back().theta;
+  EXPECT_NEAR(c.noise.mag, s.truth.noise.mag, 0.2 * s.truth.noise.mag);
+  EXPECT_LT(heading_sigma_deg(c), 0.5);
+  EXPECT_LT(nees(parameter_error(c, s.truth.parameters), c.covariance), 60.0);
+}
+
+TEST(Streaming, the_same_samples_give_the_same_bits) {
+  const Simulation s = test::simulated_hand(40.0, 3, 60.0);
+  std::vector<VectorXd> ends;
+  for (int run = 0; run < 2; ++run) {
+    StreamingCalibration stream(1, options_for(s, MotionModel::kHandHeld, false));
+    feed(stream, s.recording);
+    ends.push_back(in_calibration_order(*stream.estimate()));
+  }
+  EXPECT_EQ((ends[0] - ends[1]).norm(), 0.0);
+}
+
+TEST(Streaming, a_magnet_waved_for_five_seconds_is_left_out_and_moves_nothing) {
+  const Simulation s = test::simulated_hand(80.0, 4);
+  Recording disturbed = s.recording;
+  const double begin = 60.0, end = 65.0;
+  for (std::size_t k = 0; k < disturbed.mag[0].size(); ++k) {
+    const double t = disturbed.mag[0].t[k];
+    if (t <= begin || t >= end) continue;
+    disturbed.mag[0].v[k] += 10.0 * std::sin(M_PI * (t - begin) / (end - begin)) *
+                             Vector3(std::cos(t), std::sin(t), 0.3);
+  }
+  StreamingCalibration clean(1, options_for(s, MotionModel::kRotation)),
+      stream(1, options_for(s, MotionModel::kRotation));
+  feed(clean, s.recording);
+  const std::vector<StreamUpdate> updates = feed(stream, disturbed);
+  const std::vector<int>& flagged = updates.back().flagged_windows;
+  const auto windows = stream.windows();
+  for (int w = 0; w < int(windows.size()); ++w) {
+    const auto [from, to] = windows[std::size_t(w)];
+    if (from > begin - 0.5 && to < end + 0.5) {
+      EXPECT_THAT(flagged, Contains(w)) << from;
+    } else if (to < begin || from > end) {
+      EXPECT_THAT(flagged, testing::Not(Contains(w))) << from;
+    }
+  }
+  EXPECT_THAT(events_of(updates), Contains(HasSubstr("does not fit")));
+  EXPECT_LT(test::sigmas_apart(*clean.estimate(), *stream.estimate()), 1.0);
+}
+
+TEST(Streaming, a_magnet_that_stays_is_recognised_with_its_time) {
+  const Simulation s = test::simulated_hand(80.0, 5);
+  const Vector3 step(3.0, -2.0, 5.0);
+  const double when = 70.0;
+  Recording changed = s.recording;
+  for (std::size_t k = 0; k < changed.mag[0].size(); ++k) {
+    if (changed.mag[0].t[k] >= when) changed.mag[0].v[k] += step;
+  }
+  StreamingCalibration stream(1, options_for(s, MotionModel::kRotation));
+  const std::vector<StreamUpdate> updates = feed(stream, changed);
+  EXPECT_THAT(events_of(updates), Contains(HasSubstr("changed for good")));
+  EXPECT_LE(updates.back().flagged_windows.size(), 2u);
+  SensorParameters truth = s.truth.parameters;
+  truth.mag[0].bias += step;
+  const Calibration c = stream.finish();
+  test::expect_consistent(c, truth);
+  ASSERT_EQ(c.warnings.size(), 1u);
+  EXPECT_THAT(c.warnings[0], testing::AnyOf(HasSubstr("At 69."), HasSubstr("At 70.")));
+}
+
+TEST(Streaming, a_sensor_that_is_not_turned_stays_in_collecting) {
+  StreamedPerson person(6);
+  StreamingCalibration stream(1);
+  StreamUpdate last;
+  const auto body = [&](const StreamSample& s) {
+    if (auto update = stream.add(s)) last = *update;
+    return false;
+  };
+  person.turn(Vector3::Zero(), 5.0, body);
+  person.turn(Vector3::UnitZ(), 15.0, body);
+  EXPECT_EQ(last.phase, StreamPhase::kCollecting);
+  EXPECT_FALSE(last.theta);
+  EXPECT_THAT(last.missing, testing::ElementsAre("turn about x", "turn about y"));
+  EXPECT_THAT(last.guidance, testing::AnyOf(HasSubstr("x axis"), HasSubstr("y axis")));
+}
+
+TEST(Streaming, following_the_guidance_reaches_the_target) {
+  StreamingOptions options;
+  options.motion = MotionModel::kRotation;
+  options.target.heading_deg = 1.0;
+  EXPECT_LT(time_to_target(1, 0.0, options), 60.0);
+}
+
+TEST(Streaming, samples_out_of_order_and_other_sensors_are_refused) {
+  StreamingCalibration stream(1);
+  EXPECT_TRUE(std::isnan(stream.last_t()));
+  StreamSample s{.t = 1.0, .acc = {}, .gyr = Vector3::Zero(), .mag = {std::nullopt}};
+  stream.add(s);
+  EXPECT_EQ(stream.last_t(), 1.0);
+  EXPECT_THROW(stream.add(s), InputError);
+  s.t = 2.0;
+  s.mag.resize(2);
+  EXPECT_THROW(stream.add(s), InputError);
+}
+
+}  // namespace
+}  // namespace magimu

@@ -9,8 +9,8 @@ namespace magimu::plot {
 namespace {
 
 constexpr double kTitle = 28.0, kLegendRow = 18.0;
-constexpr double kCharacter = 6.4;    // mean width at 12 pixels, for the legend
-constexpr double kTickHeight = 15.0;  // of a number, with air
+constexpr double kCharacter = 6.4;                       // mean width at 12 pixels, for the legend
+constexpr double kTickHeight = 15.0, kTickWidth = 36.0;  // of a number, with air
 constexpr int kTicks = 8, kTicksX = 10;
 
 }  // namespace
@@ -82,7 +82,8 @@ void Frame::y_axis(const Axis& y, const std::string& label) {
 }
 
 void Frame::x_axis(const Axis& x, const std::string& label) {
-  for (const double v : x.log ? log_ticks(x.range) : ticks(x.range, kTicksX)) {
+  const int at_most = std::clamp(int((right() - left()) / kTickWidth), 2, kTicksX);
+  for (const double v : x.log ? log_ticks(x.range) : ticks(x.range, at_most)) {
     add(segment(x(v), top(), x(v), bottom(), "#e4e4e4"));
     add(text(x(v), bottom() + 16.0, fmt::format("{:g}", v), "middle"));
   }

@@ -222,7 +222,7 @@ void coverage_section(Page& page, const Calibration& c) {
   page.html("</div>\n");
   page.paragraph(
       "The sphere of directions as a map of equal areas. Empty regions are attitudes in which the "
-      "sensor was never held; D and the biases are known the worse in them.",
+      "sensor was never held; there the calibration is less certain.",
       "soft");
 }
 

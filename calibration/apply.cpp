@@ -26,7 +26,23 @@ std::string matrix(const std::string& head, const Matrix3& m) {
   return out;
 }
 
+bool finite(const Calibration& c) {
+  bool all = c.parameters.acc_bias.allFinite() && c.parameters.gyr_bias.allFinite() &&
+             std::isfinite(c.strength_uT);
+  for (const MagnetometerParameters& mag : c.parameters.mag) {
+    all = all && mag.distortion.allFinite() && mag.bias.allFinite();
+  }
+  for (const ActiveEffect& effect : c.effects) {
+    for (const ActiveEffect::Parameter& p : effect.parameters) all = all && std::isfinite(p.value);
+  }
+  return all;
+}
+
 void check(const Calibration& c, const Recording& r) {
+  if (!finite(c)) {
+    throw InputError(r.name, 0, 0, "the calibration has parameters that are not numbers",
+                     "calibrate again");
+  }
   if (r.mag.size() != c.parameters.mag.size()) {
     throw InputError(r.name, 0, 0,
                      fmt::format("it has {} magnetometers, the calibration {}", r.mag.size(),

@@ -25,13 +25,14 @@ struct Finding {
 };
 
 Finding wrong_sign(double dip_deg, const std::string& where) {
-  return {CheckStatus::kBad, Verdict::kNo,
-          fmt::format(
-              "The dip is {:.1f} deg, but {}: an odd number of axes is inverted (all three of the "
-              "magnetometer, or one of any sensor), so that headings would be wrong by up to 180 "
-              "deg. Invert the sign of the column that the sensor's data sheet says is inverted, "
-              "and calibrate again.",
-              dip_deg, where)};
+  return {
+      CheckStatus::kBad, Verdict::kNo,
+      fmt::format(
+          "The dip is {:.1f} deg, but {}: an odd number of axes is inverted, one or all three of "
+          "the magnetometer (or of accelerometer and gyroscope alike), so that headings would "
+          "be wrong by up to 180 deg. Compare the axes with the data sheet, change the sign of "
+          "the inverted column, and calibrate again.",
+          dip_deg, where)};
 }
 
 // The unit in which the field would be right; empty: none of the usual ones.

@@ -152,6 +152,10 @@ TEST(Apply, refuses_a_recording_of_another_device) {
   const Calibration c = truth_of(exact({}));
   const InputError error = test::error_of([&] { apply(c, exact({}, 2).recording); });
   EXPECT_THAT(error.what(), HasSubstr("it has 2 magnetometers, the calibration 1"));
+  Calibration broken = c;
+  broken.parameters.gyr_bias[1] = NAN;
+  EXPECT_THAT(test::error_of([&] { apply(broken, exact({}).recording); }).what(),
+              HasSubstr("not numbers"));
   Calibration current = c;
   current.effects.push_back({"mag_current", {}});
   EXPECT_THAT(test::error_of([&] { apply(current, exact({}).recording); }).what(),

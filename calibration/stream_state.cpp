@@ -8,7 +8,10 @@
 #include <cmath>
 
 #include "calibration/blows.h"
+#include "calibration/check_axes.h"
 #include "calibration/diagnostics.h"
+#include "calibration/held_out.h"
+#include "calibration/missing_effects.h"
 #include "calibration/summary.h"
 #include "calibration/trust.h"
 #include "recording/error.h"
@@ -18,9 +21,10 @@ namespace {
 
 constexpr double kFirstTry = 5.0;  // s
 constexpr double kTurned = 2.5;    // uT, scatter of the magnetometer along every direction of space
-constexpr double kStillRate = 0.2;       // rad/s; biases are smaller
-constexpr double kStillEnough = 2.5;     // s
-constexpr double kLongGap = 0.1;         // s
+constexpr double kStillRate = 0.2;    // rad/s; biases are smaller
+constexpr double kStillEnough = 2.5;  // s
+constexpr double kLongGap = 0.1;      // s
+constexpr int kManyNodes = 15000;     // beyond, what the model lacks is not looked for at the end
 constexpr int kRefits[] = {16, 32, 64};  // windows at which all are fitted again
 
 }  // namespace
@@ -171,12 +175,24 @@ Calibration StreamingCalibration::State::finish() {
   Calibration c = summarize(recordings, stage, batch_);
   c.node_every = samples_.every();
   c.warnings = warnings_;
+  if (options_.motion == MotionModel::kAuto) {
+    c.motion_reason =
+        "A stream takes the sensor to be moved by a hand, within its reach: where it only turns, "
+        "that costs next to nothing.";
+  }
   c.blows_per_minute = blows_per_minute(recording);
   const std::vector<double> squares = stage.mag_squares();
   c.disturbances = find_disturbances(c, squares);
   c.checks = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
               check_windows(c, squares)};
+  if (c.fit.converged() && c.undetermined.empty()) {
+    c.checks.push_back(check_held_out(block_errors(stage), c.strength_uT));
+    if (changes_.empty() && c.nodes < kManyNodes) {
+      add_missing_effects(c, find_missing_effects(recordings, stage));
+    }
+  }
   judge(c);
+  judge_axes(c, recordings, batch_);
   return c;
 }
 

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where an IncrementalQr's variables stand: the way down from the root's solution.
+#include "solvers/incremental_qr.h"
+
+namespace magimu {
+namespace {
+
+// A variable's part of the tangent vector that leads from coordinates `from` to `to`.
+void set_move(const WindowElimination::Variable& v, const Values::Slot& slot, const VectorXd& from,
+              const VectorXd& to, VectorXd& tangent) {
+  const int n = slot.type.tangent();
+  if (v.rotation) {
+    tangent.segment<3>(slot.tangent) = (Rot3::Exp(Vector3(to.segment<3>(v.offset))) *
+                                        Rot3::Exp(Vector3(from.segment<3>(v.offset))).inverse())
+                                           .Log();
+  } else {
+    tangent.segment(slot.tangent, n) = to.segment(v.offset, n) - from.segment(v.offset, n);
+  }
+}
+
+}  // namespace
+
+WindowCoordinates IncrementalQr::coordinates(const Window& w) const {
+  WindowCoordinates to;
+  to.globals = x_globals_.head(w.point.globals.size());
+  if (w.chain < 0) return to;
+  const TriangleTree& tree = chains_[std::size_t(w.chain)].tree;
+  to.last = tree.last_of(w.leaf);
+  if (w.leaf > 0) to.first = tree.last_of(w.leaf - 1);
+  return to;
+}
+
+// The tangent vector that leads from the window's values to the present estimate.
+VectorXd IncrementalQr::moves(const Window& w, const WindowCoordinates& to) const {
+  VectorXd out = w.elimination.solve(w.nodes, to);
+  const auto& variables = w.elimination.variables();
+  for (std::size_t s = 0; s < variables.size(); ++s) {
+    const WindowElimination::Variable& v = variables[s];
+    if (v.place == WindowElimination::Place::kInner) continue;
+    const auto part = [&](const WindowCoordinates& c) -> const VectorXd& {
+      return v.place == WindowElimination::Place::kGlobal  ? c.globals
+             : v.place == WindowElimination::Place::kFirst ? c.first
+                                                           : c.last;
+    };
+    set_move(v, w.values.slots()[s], part(w.point), part(to), out);
+  }
+  return out;
+}
+
+Values IncrementalQr::front() const {
+  Values out = globals_;
+  for (const Chain& chain : chains_) {
+    const Window& w = windows_[std::size_t(chain.windows.back())];
+    VectorXd delta = VectorXd::Zero(w.values.dim());
+    std::vector<Key> last;
+    const auto& variables = w.elimination.variables();
+    for (std::size_t s = 0; s < variables.size(); ++s) {
+      const WindowElimination::Variable& v = variables[s];
+      if (v.place != WindowElimination::Place::kLast) continue;
+      const Values::Slot& slot = w.values.slots()[s];
+      set_move(v, slot, w.point.last, chain.last, delta);
+      last.push_back(slot.key);
+    }
+    const Values now = w.values.retract({delta.data(), std::size_t(delta.size())});
+    for (const Key key : last) out.insert_from(now, key);
+  }
+  return out;
+}
+
+FactorGraph IncrementalQr::graph() const {
+  FactorGraph out;
+  for (const Window& w : windows_) {
+    for (const auto& batch : w.factors.batches()) out.add_batch(batch->clone());
+    for (const auto& batch : w.removable.batches()) {
+      if (!w.removed) out.add_batch(batch->clone());
+    }
+  }
+  return out;
+}
+
+Values IncrementalQr::estimate() const {
+  Values out = globals_;
+  for (const Window& w : windows_) {
+    const VectorXd delta = moves(w, coordinates(w));
+    const Values now = w.values.retract({delta.data(), std::size_t(delta.size())});
+    for (const Key key : w.own) out.insert_from(now, key);
+  }
+  return out;
+}
+
+}  // namespace magimu

@@ -61,13 +61,17 @@ int run(Arguments& args) {
   args.options.noise = args.noise();
   args.options.gravity = args.place.gravity_or(args.gravity);
   args.options.motion = args.motion_model();
-  if (args.has_dip) args.options.initialization.dip_rad = args.dip_deg * kDegree;
+  const KnownField known = args.place.known_field();
+  if (args.has_dip) {
+    args.options.initialization.dip_rad = args.dip_deg * kDegree;
+  } else if (known.field) {
+    args.options.initialization.dip_rad = known.field->dip_rad;
+  }
   if (args.gyro_matrix != "auto") args.options.gyr_matrix = args.gyro_matrix == "on";
   if (args.mag_time_offset != "auto") args.options.mag_time_offset = args.mag_time_offset == "on";
   args.options.optimizer.backend = backend_named(args.backend);
 
   const std::vector<Recording> recordings = read_recordings(args);
-  const KnownField known = args.place.known_field();
   if (args.place.prior) args.options.also = field_prior(*known.field, int(recordings.size()));
   Calibration c = calibrate(pointers(recordings), args.options);
   check_field(c, known);

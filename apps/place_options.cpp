@@ -20,7 +20,8 @@ void add_place_options(CLI::App& cmd, PlaceOptions& options) {
   CLI::Option* location = cmd.add_option_function<std::string>(
       "--location", [&options](const std::string& text) { options.place = parse_place(text); },
       "where and when: degrees (north, east positive), metres, date, as 52.51,13.33,2026-07-31.\n"
-      "The World Magnetic Model then checks strength and dip of the field, and the place's\n"
+      "The World Magnetic Model then checks strength and dip of the field, its dip is where the\n"
+      "estimate starts (unless --dip says otherwise), and the place's\n"
       "gravity is used unless --gravity says otherwise");
   location->type_name("LAT,LON[,ALT],DATE");
   cmd.add_option(

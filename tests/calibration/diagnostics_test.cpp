@@ -108,15 +108,17 @@ TEST(Blows, taps_are_counted_and_swings_are_not) {
 
 TEST(Uncertainty, is_widened_in_every_place_it_is_told) {
   Calibration c = with_covariance(0.3);
-  c.strength_sigma_uT = 2.0;
+  c.covariance = 0.09 * MatrixXd::Identity(20, 20);
+  c.order.assign(19, "");
+  c.order.push_back("offset");
   c.fields.resize(1);
-  c.fields[0].dip_sigma_rad = 0.1;
-  c.effects = {{"mag_time_offset", {{"offset", "s", 0.01, 0.001, 0.0005}}}};
+  c.strength_uT = 45.0;
+  c.effects = {{"mag_time_offset", {{"offset", "s", 0.01, 0.3, 0.0005}}}};
   widen_uncertainty(c, 2.0);
   EXPECT_NEAR(c.covariance(0, 0), 0.36, 1e-15);
-  EXPECT_EQ(c.strength_sigma_uT, 4.0);
-  EXPECT_EQ(c.fields[0].dip_sigma_rad, 0.2);
-  EXPECT_EQ(c.effects[0].parameters[0].sigma, 0.002);
+  EXPECT_NEAR(c.strength_sigma_uT, 0.6 / std::sqrt(3.0), 1e-12);  // a third of D's trace
+  EXPECT_NEAR(c.fields[0].dip_sigma_rad, 0.6 * kDegree, 1e-15);
+  EXPECT_NEAR(c.effects[0].parameters[0].sigma, 0.6, 1e-15);
   EXPECT_EQ(c.effects[0].parameters[0].sigma_model, 0.0005);
 }
 

@@ -23,6 +23,7 @@ class StreamingCalibration::State {
   Calibration finish();
   void settle();
   double last_t() const { return samples_.last_t(); }
+  long samples() const { return samples_.count(); }
   const IncrementalQr* estimator() const { return estimator_ ? &*estimator_ : nullptr; }
   std::optional<Calibration> estimate() const;
   std::vector<std::pair<double, double>> windows() const;

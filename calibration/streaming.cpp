@@ -1,9 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/streaming.h"
 
+#include <fmt/format.h>
+
+#include "calibration/diagnostics.h"
 #include "calibration/stream_state.h"
 
 namespace magimu {
+namespace {
+
+constexpr double kLongestGap = 5.0;  // s
+
+const Calibration& better(const Calibration& a, const Calibration& b) {
+  if (a.trust.verdict != b.trust.verdict) return a.trust.verdict < b.trust.verdict ? a : b;
+  return check_accuracy(a).value <= check_accuracy(b).value ? a : b;
+}
+
+}  // namespace
 
 std::string to_string(StreamPhase phase) {
   switch (phase) {
@@ -18,15 +31,42 @@ std::string to_string(StreamPhase phase) {
 }
 
 StreamingCalibration::StreamingCalibration(int magnetometers, const StreamingOptions& options)
-    : state_(std::make_unique<State>(magnetometers, options)) {}
+    : magnetometers_(magnetometers),
+      options_(options),
+      state_(std::make_unique<State>(magnetometers, options)) {}
 StreamingCalibration::~StreamingCalibration() = default;
 StreamingCalibration::StreamingCalibration(StreamingCalibration&&) noexcept = default;
 StreamingCalibration& StreamingCalibration::operator=(StreamingCalibration&&) noexcept = default;
 
 std::optional<StreamUpdate> StreamingCalibration::add(const StreamSample& sample) {
-  return state_->add(sample);
+  if (sample.t - state_->last_t() > kLongestGap) begin_anew(sample.t);
+  std::optional<StreamUpdate> update = state_->add(sample);
+  if (!update) return update;
+  update->samples += samples_before_;
+  update->events.insert(update->events.begin(), events_.begin(), events_.end());
+  events_.clear();
+  return update;
 }
-Calibration StreamingCalibration::finish() { return state_->finish(); }
+
+void StreamingCalibration::begin_anew(double gap_end_s) {
+  events_.push_back(
+      fmt::format("No samples from {:.1f} to {:.1f} s: how the sensor turned meanwhile is unknown, "
+                  "and the estimate begins anew; in the end the better of the two counts.",
+                  state_->last_t(), gap_end_s));
+  if (state_->estimator() != nullptr) {
+    Calibration done = state_->finish();
+    if (!before_ || &better(done, *before_) == &done) before_ = std::move(done);
+  }
+  samples_before_ += state_->samples();
+  state_ = std::make_unique<State>(magnetometers_, options_);
+}
+
+Calibration StreamingCalibration::finish() {
+  if (!before_) return state_->finish();
+  if (state_->estimator() == nullptr) return *before_;
+  const Calibration now = state_->finish();
+  return better(now, *before_);
+}
 double StreamingCalibration::last_t() const { return state_->last_t(); }
 const IncrementalQr* StreamingCalibration::estimator() const { return state_->estimator(); }
 std::vector<std::pair<double, double>> StreamingCalibration::windows() const {

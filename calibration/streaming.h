@@ -74,7 +74,8 @@ class StreamingCalibration {
   StreamingCalibration& operator=(StreamingCalibration&&) noexcept;
 
   // An update where this sample completes a window. Throws InputError where time does not increase
-  // or the number of magnetometers differs.
+  // or the number of magnetometers differs. After a gap of more than 5 s, in which the sensor may
+  // have turned anyhow, the estimate begins anew; finish() returns the better of the two.
   std::optional<StreamUpdate> add(const StreamSample& sample);
   // The calibration at the end, with the window that is not full and idle updates until old windows
   // are linearized well. Samples may be added after it.
@@ -86,14 +87,22 @@ class StreamingCalibration {
   std::optional<Calibration> estimate() const;
   // Linearizes again what has drifted, as finish() does first.
   void settle();
-  // Begin and end of each window so far, s; flagged_windows count through these.
+  // Begin and end of each window since the last long gap, s; flagged_windows count through these.
   std::vector<std::pair<double, double>> windows() const;
   // Behind it all, for those who want the graph or the trajectory; null while collecting.
   const IncrementalQr* estimator() const;
 
  private:
   class State;
+  void begin_anew(double gap_end_s);
+
+  int magnetometers_;
+  StreamingOptions options_;
   std::unique_ptr<State> state_;
+  // Of the stream before its last long gap: the best calibration, samples, and what to say of it.
+  std::optional<Calibration> before_;
+  long samples_before_ = 0;
+  std::vector<std::string> events_;
 };
 
 }  // namespace magimu

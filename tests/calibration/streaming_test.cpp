@@ -163,6 +163,27 @@ TEST(Streaming, a_magnet_that_stays_is_recognised_with_its_time) {
   EXPECT_THAT(c.warnings[0], testing::AnyOf(HasSubstr("At 69."), HasSubstr("At 70.")));
 }
 
+TEST(Streaming, a_long_gap_begins_anew_and_the_better_part_counts) {
+  const Simulation s = test::simulated_hand(50.0, 4, 90.0);
+  StreamingCalibration stream(1, options_for(s, MotionModel::kRotation));
+  std::vector<std::string> events;
+  long samples = 0;
+  for (const StreamSample& sample : samples_of(s.recording)) {
+    if (sample.t > 60.0 && sample.t < 80.0) continue;  // the last 10 s alone are the poorer part
+    const auto update = stream.add(sample);
+    if (!update) continue;
+    events.insert(events.end(), update->events.begin(), update->events.end());
+    EXPECT_GT(update->samples, samples);
+    samples = update->samples;
+  }
+  EXPECT_THAT(events, Contains(HasSubstr("No samples from 60")));
+  const Calibration c = stream.finish();
+  EXPECT_NEAR(c.trajectories.front().t.front(), 0.0, 0.1) << "of the first part";
+  EXPECT_LT(
+      test::sigmas_apart(c, in_calibration_order(s.truth.parameters, {s.truth.parameters.dip_rad})),
+      4.5);
+}
+
 TEST(Streaming, a_sensor_that_is_not_turned_stays_in_collecting) {
   StreamedPerson person(6);
   StreamingCalibration stream(1);

@@ -28,6 +28,15 @@ constexpr double kStronglyColoured = 2.0;
 constexpr double kWidened = 3.0;  // priors of effects: what is there may be larger than usual
 constexpr double kMoved = 3.0;    // standard deviations, by a cause without a name
 
+// Is it this effect, one of its class, or one that contains it?
+bool concerns(const Effect& effect, const std::string& name) {
+  const auto has = [&](const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  return effect.name() == name || has(effect.description().contains) ||
+         has(effect.description().same_class);
+}
+
 std::vector<std::shared_ptr<const Effect>> candidates(
     const std::vector<const Recording*>& recordings, const Stage& stage) {
   std::vector<std::shared_ptr<const Effect>> out;
@@ -37,7 +46,9 @@ std::vector<std::shared_ptr<const Effect>> candidates(
     if (name == "hard_iron_change" || name == "stationary_source" || name == "mains_interference") {
       continue;
     }
-    if (name == "mag_time_offset" && stage.spec().mag_time_offset) continue;
+    // What the model has already, and what contains that: the two would share one parameter.
+    if (stage.spec().mag_time_offset && concerns(*effect, "mag_time_offset")) continue;
+    if (stage.spec().gyr_matrix && concerns(*effect, "clock_scale")) continue;
     if (!reason_untested(*effect, recordings, stage).empty()) continue;
     out.push_back(name == "gyro_bias_drift" ? make_gyro_bias_walk(kWalkTerms, 1.0) : effect);
   }
@@ -65,19 +76,22 @@ class Search {
     if (!named && s.scatter > kStronglyColoured) return;
     const double excess = coloured ? s.scatter : 1.0, duration = recordings_.front()->duration_s();
     const VectorXd z = scan.score().segment(scan.first(i), effect.size()) / excess;
-    MatrixXd A = s.information / excess;
     VectorXd prior = kWidened * effect.prior_sigma(duration);
     double log10_p = s.log10_p, wandered = 0.0;
     if (effect.description().random_process) {
-      const RandomWalk walk = estimate_random_walk(A, z, prior / kWidened);
+      const RandomWalk walk = estimate_random_walk(s.information / excess, z, prior / kWidened);
       log10_p = walk.log10_p;
       prior *= std::max(walk.density, 1e-12) / kWidened;
       // A bias that wanders is somewhere else at another time.
       wandered = walk.density * walk.density * duration / 3.0;
     }
     if (log10_p > log10_level_) return;
-    A.diagonal() += prior.cwiseAbs2().cwiseInverse();
-    const Eigen::LDLT<MatrixXd> posterior(A);
+    // What the motion does not show is no more uncertain than it was: the model has it already.
+    const MatrixXd& P = s.visible;
+    const MatrixXd weight = prior.cwiseAbs2().cwiseInverse().asDiagonal();
+    MatrixXd A = P.transpose() * weight * P;
+    A.diagonal().array() += 1.0 / excess;
+    const MatrixXd posterior = P * A.ldlt().solve(P.transpose());
     MatrixXd influence = scan.influence().middleCols(scan.first(i), effect.size());
     influence.middleRows(first_dip(), dips()) /= kDegree;
     MissingEffect found;
@@ -85,8 +99,8 @@ class Search {
     found.channel = effect.channel();
     found.cause = effect.description().cause;
     found.log10_p = log10_p;
-    found.shift = influence * posterior.solve(z);
-    found.covariance = influence * posterior.solve(influence.transpose());
+    found.shift = influence * (posterior * z);
+    found.covariance = influence * posterior * influence.transpose();
     found.covariance.diagonal().segment<3>(3).array() += wandered;
     found_.push_back(std::move(found));
   }

@@ -163,6 +163,7 @@ Score Scan::combined(const MatrixXd& C) const {
   const VectorXd z = C.transpose() * score_;
   const MatrixXd P = whitener(A);
   out.information = A;
+  out.visible = P;
   out.dof = int(P.cols());
   out.theta = P * (P.transpose() * z);
   out.sigma = (P * P.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();

@@ -36,6 +36,7 @@ struct Score {
   VectorXd theta = {},
            sigma = {};        // one step's estimate; sigma infinite where the motion shows nothing
   MatrixXd information = {};  // A
+  MatrixXd visible = {};      // the directions that the motion shows: visible' A visible = I
   double scatter = 1.0;       // of the windows' scores, over what white noise would give
 };
 

@@ -183,6 +183,8 @@ Calibration read_calibration(const std::string& path) {
     const std::size_t start = before.rfind('\n');
     const std::size_t column = before.size() - (start == std::string::npos ? 0 : start + 1) + 1;
     throw InputError(path, line, long(column), "this is not JSON", kRemedy);
+  } catch (const Json::out_of_range&) {
+    throw InputError(path, 0, 0, "it has a number that is too large for any calibration", kRemedy);
   }
 }
 

@@ -56,7 +56,7 @@ NoiseDensities read_noise(const std::string& path) {
   constexpr const char* kRemedy =
       "name a file that `magimu allan -o` wrote, or give the three densities as numbers";
   const Json json = Json::parse(read_file(path), nullptr, false);
-  if (!json.is_object() || json.value("format", "") != "magimu-noise/1") {
+  if (!json.is_object() || !json.contains("format") || json["format"] != "magimu-noise/1") {
     throw InputError(path, 0, 0, "this is no noise file (format magimu-noise/1)", kRemedy);
   }
   const Json noise = json.value("noise", Json::object());

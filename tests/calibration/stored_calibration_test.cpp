@@ -81,6 +81,12 @@ TEST(StoredCalibration, says_what_a_field_should_be) {
   EXPECT_THAT(complaint(Json::array()), HasSubstr("format"));
 }
 
+TEST(StoredCalibration, a_number_beyond_all_numbers_is_bad_input) {
+  const test::TempFolder folder;
+  std::ofstream(folder.path("cal.json")) << "{\"format\": 4.9e14846140896036}";
+  EXPECT_THROW(read_calibration(folder.path("cal.json")), InputError);
+}
+
 TEST(StoredCalibration, a_file_that_is_not_json_is_told_by_line_and_column) {
   const test::TempFolder folder;
   std::ofstream(folder.path("cal.json")) << "{\n  \"format\": oops\n}\n";

@@ -61,6 +61,7 @@ int run(Arguments& args) {
   args.options.noise = args.noise();
   args.options.gravity = args.place.gravity_or(args.gravity);
   args.options.motion = args.motion_model();
+  args.options.dip_sign = args.place.dip_sign();
   const KnownField known = args.place.known_field();
   if (args.has_dip) {
     args.options.initialization.dip_rad = args.dip_deg * kDegree;

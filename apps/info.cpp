@@ -5,13 +5,18 @@
 
 #include "apps/commands.h"
 #include "apps/common_options.h"
+#include "apps/place_options.h"
 #include "apps/progress.h"
 #include "apps/survey_report.h"
 
 namespace magimu::apps {
 namespace {
 
-int run(const RecordingOptions& args) {
+struct Arguments : RecordingOptions {
+  PlaceOptions place;
+};
+
+int run(const Arguments& args) {
   std::optional<tbb::global_control> limit;
   if (args.threads > 0) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
@@ -21,7 +26,8 @@ int run(const RecordingOptions& args) {
   for (const Recording& recording : read_recordings(args)) {
     SurveyOptions options;
     options.noise = args.noise();
-    options.gravity = args.gravity;
+    options.gravity = args.place.gravity_or(args.gravity);
+    options.dip_sign = args.place.dip_sign();
     options.motion = args.motion_model();
     Survey s;
     {
@@ -50,7 +56,7 @@ int run(const RecordingOptions& args) {
 }  // namespace
 
 void add_info(CLI::App& app, int& exit_code) {
-  auto args = std::make_shared<RecordingOptions>();
+  auto args = std::make_shared<Arguments>();
   CLI::App* cmd = app.add_subcommand(
       "info",
       "Look at a recording before calibrating: sensors, faults, axes, motion, what is missing");
@@ -61,6 +67,7 @@ void add_info(CLI::App& app, int& exit_code) {
       "Exit code 1: the recording cannot be calibrated as it is (it says why, and what to do);\n"
       "2: wrong usage or unreadable input.");
   add_recording_options(*cmd, *args);
+  add_place_options(*cmd, args->place);
   add_output_options(*cmd, *args, "print the same as JSON (docs/formats.md)");
   cmd->callback([args, &exit_code] { exit_code = run(*args); });
 }

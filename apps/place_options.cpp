@@ -12,6 +12,12 @@ KnownField PlaceOptions::known_field() const {
   return known;
 }
 
+int PlaceOptions::dip_sign() const {
+  if (place) return earth_field(*place).dip_rad > 0.0 ? 1 : -1;
+  if (hemisphere.empty()) return 0;
+  return hemisphere == "north" ? 1 : -1;
+}
+
 double PlaceOptions::gravity_or(double gravity) const {
   return place && !gravity_given ? normal_gravity(*place) : gravity;
 }

@@ -17,6 +17,7 @@ struct PlaceOptions {
   bool gravity_given = false;  // by --gravity, which then holds
 
   KnownField known_field() const;
+  int dip_sign() const;  // 1 in the north, -1 in the south, 0: nothing given
   // The place's gravity, if there is a place and no gravity was given.
   double gravity_or(double gravity) const;
 };

@@ -11,7 +11,6 @@
 #include "apps/plot.h"
 #include "apps/report.h"
 #include "apps/report_pictures.h"
-#include "apps/residual_of_field.h"
 #include "apps/residual_pictures.h"
 #include "calibration/apply.h"
 
@@ -101,16 +100,24 @@ void field(Page& page, const Calibration& c, const std::vector<const Recording*>
               "Whatever the sensor's attitude, a corrected reading has the length of the field.");
 }
 
-void residuals(Page& page, const Calibration& c, const std::vector<const Recording*>& recordings,
-               std::size_t m) {
-  const ResidualTrace trace = field_residuals(c, recordings, m);
-  if (trace.t.empty()) return;
-  page.section("What the model leaves of the " +
-               (c.mag_names.size() > 1 ? c.mag_names[m] : std::string("magnetometer")));
-  const ResidualPictures pictures = residual_pictures(trace, false);
-  page.figure(pictures.traces,
-              "Measured less predicted, in standard deviations of the noise that was assumed. With "
-              "the right model it stays within the grey band for 99 % of the time.");
+void residuals(Page& page, const Calibration& c, const ResidualSeries& series) {
+  if (series.t.empty()) return;
+  const bool acc = series.sensor == "acc", gyr = series.sensor == "gyr";
+  const std::string name = acc                      ? "accelerometer"
+                           : gyr                    ? "gyroscope"
+                           : c.mag_names.size() > 1 ? series.sensor
+                                                    : "magnetometer";
+  page.section("What the model leaves of the " + name);
+  const Channel channel = acc ? Channel::kAcc : gyr ? Channel::kGyr : Channel::kMag;
+  const ResidualPictures pictures =
+      residual_pictures({channel, series.t, series.whitened, {}}, false);
+  std::string text =
+      "Measured less predicted, in standard deviations of the noise that was assumed. With the "
+      "right model it stays within the grey band for 99 % of the time";
+  if (gyr || (acc && c.motion == MotionModel::kHandHeld)) {
+    text += "; less than that where the estimated trajectory follows this sensor";
+  }
+  page.figure(pictures.traces, text + ".");
   page.html("<div class=\"pair\">\n");
   page.figure(pictures.correlation, "Noise forgets at once: all of it in the grey band.");
   page.figure(pictures.spectrum, "Noise is flat. Low frequencies: drifts; peaks: vibration.");
@@ -269,7 +276,11 @@ std::string calibration_report(const Calibration& c,
   checks(page, c);
   parameters(page, c);
   coverage_section(page, c);
-  for (std::size_t m = 0; m < c.mag_names.size(); ++m) residuals(page, c, recordings, m);
+  // Magnetometers first: they show most.
+  for (std::size_t s = 2; s < c.residual_series.size(); ++s) {
+    residuals(page, c, c.residual_series[s]);
+  }
+  for (std::size_t s = 0; s < 2; ++s) residuals(page, c, c.residual_series[s]);
   page.section("Residuals and noise of all sensors");
   all_residuals(page, c);
   page.section("Convergence");

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "apps/numbers.h"
+#include "calibration/check_axes.h"
 #include "recording/axes.h"
 
 namespace magimu::apps {
@@ -191,14 +192,7 @@ std::string survey_text(const Survey& s) {
   if (!s.sensors.empty()) out += sensors_text(s) + rests_text(s);
   if (s.not_looked_further.empty()) {
     out += motion_text(s);
-    out += "Axes: " + s.mounting.sentence + "\n";
-    if (s.mounting.status == MountingStatus::kConsistent) {
-      out += fmt::format(
-          "  (No motion can tell whether all axes of the magnetometer or of the accelerometer are\n"
-          "  inverted: the dip would be about {:+.0f} deg, not {:+.0f}; it is positive on the "
-          "northern hemisphere.)\n",
-          -s.dip_rad / kDegree, s.dip_rad / kDegree);
-    }
+    out += "Axes: " + check_axes(s.mounting, s.dip_rad, s.dip_sign).sentence + "\n";
     out += field_text(s) + expected_text(s);
     for (const std::string& m : s.coverage.missing) out += "Missing: " + m + "\n";
   }

@@ -37,6 +37,9 @@ struct CalibrationOptions {
   // All samples are used in any case, as means about the nodes.
   int node_every = 0;
   InitializationOptions initialization;
+  // Of the true dip: 1 on the northern hemisphere, -1 on the southern. It takes no part in the
+  // estimate, but tells inverted axes from turned ones (check_axes.h). 0: unknown.
+  int dip_sign = 0;
   OptimizerOptions optimizer;
   // Adds factors to every graph, such as what is known beforehand (field_check.h); none by default.
   std::function<void(FactorGraph&)> also = {};

@@ -33,6 +33,13 @@ struct ResidualSummary {
   double rms_unit = 0.0;  // the same in the sensor's units, per sample mean of a node
 };
 
+// Measured less predicted at the nodes of a fit, in standard deviations of the noise assumed.
+struct ResidualSeries {
+  std::string sensor;  // "acc", "gyr", or a magnetometer's name
+  std::vector<double> t;
+  std::vector<Vector3> whitened;
+};
+
 // The estimated motion of one recording.
 struct TrajectoryEstimate {
   std::string recording;
@@ -100,11 +107,12 @@ struct Calibration {
 
   int samples = 0;  // IMU samples
   int nodes = 0;
-  int node_every = 1;                        // magnetometer samples a node
-  Result fit;                                // its values hold every variable of the graph
-  std::array<ResidualSummary, 3> residuals;  // acc, gyr, mag
-  std::optional<EarthField> earth_field;     // at the place, where it was given (field_check.h)
-  std::vector<Disturbance> disturbances;     // of the magnetic field, in the order of time
+  int node_every = 1;                           // magnetometer samples a node
+  Result fit;                                   // its values hold every variable of the graph
+  std::array<ResidualSummary, 3> residuals;     // acc, gyr, mag
+  std::vector<ResidualSeries> residual_series;  // acc, gyr, each magnetometer
+  std::optional<EarthField> earth_field;        // at the place, where it was given (field_check.h)
+  std::vector<Disturbance> disturbances;        // of the magnetic field, in the order of time
   std::vector<Check> checks;
   double blows_per_minute = 0.0;  // to the sensor, of the worst recording: blows.h
   Trust trust;

@@ -10,51 +10,73 @@
 namespace magimu {
 namespace {
 
-// What no motion can tell; the user can.
-std::string about_the_dip(double dip_rad) {
-  return fmt::format(
-      "The dip of {:+.0f} deg is that of the {} hemisphere; on the other one an odd number of the "
-      "magnetometer's axes (or all of the accelerometer's) would be inverted, which no motion can "
-      "tell.",
-      dip_rad / kDegree, dip_rad > 0.0 ? "northern" : "southern");
-}
-
 bool concerns_imu(const AxesFinding& f) { return f.sensor == "acc" || f.sensor == "gyr"; }
 
-std::string turned_magnetometer(const AxesFinding& f, double dip_rad, bool sign_known) {
+bool agree(double dip_rad, int dip_sign) { return dip_rad * dip_sign > 0.0; }
+
+std::string turned_magnetometer(const AxesFinding& f, double dip_rad, int dip_sign) {
   const std::string inverted = axes_text(-f.remedy);
-  const std::string text = fmt::format(
-      "The axes of {} are not the IMU's: x, y, z of the IMU are its {} or its {}. The distortion "
-      "matrix holds the former, ",
-      f.sensor, axes_text(f.remedy), inverted);
-  if (sign_known) return text + "as the sign of the given dip confirms.";
-  return text +
-         fmt::format(
-             "and that is right if a dip of {:+.0f} deg has the right sign (positive on the "
-             "northern hemisphere; give --dip, and this is settled); else give --axes {}={}.",
-             dip_rad / kDegree, f.sensor, inverted);
+  std::string text =
+      fmt::format("The axes of {} are not the IMU's: x, y, z of the IMU are its {} or its {}. ",
+                  f.sensor, axes_text(f.remedy), inverted);
+  if (dip_sign == 0) {
+    return text +
+           fmt::format(
+               "The distortion matrix holds the former, and that is right if a dip of {:+.0f} deg "
+               "has the right sign (positive on the northern hemisphere; give --hemisphere, and "
+               "this is settled); else give --axes {}={}.",
+               dip_rad / kDegree, f.sensor, inverted);
+  }
+  if (agree(dip_rad, dip_sign)) {
+    return text +
+           "The distortion matrix holds the former, as the sign of the dip at your place confirms.";
+  }
+  return text + fmt::format(
+                    "The distortion matrix holds the former, but the dip of {:+.0f} deg has the "
+                    "wrong sign for your place: it is the latter. Give --axes {}={}.",
+                    dip_rad / kDegree, f.sensor, inverted);
 }
 
 }  // namespace
 
-Check check_axes(const Mounting& mounting, double dip_rad, std::optional<double> known_dip_rad) {
+std::string about_the_dip(double dip_rad, int dip_sign) {
+  const char* here = dip_rad > 0.0 ? "northern" : "southern";
+  if (dip_sign == 0) {
+    return fmt::format(
+        "The dip of {:+.0f} deg is that of the {} hemisphere; on the other one an odd number of "
+        "the magnetometer's axes (or all of the accelerometer's) would be inverted, which no "
+        "motion can tell (--hemisphere or --location can).",
+        dip_rad / kDegree, here);
+  }
+  if (agree(dip_rad, dip_sign)) return "";
+  return fmt::format(
+      "But the dip of {:+.0f} deg is that of the {} hemisphere, which yours is not: an odd number "
+      "of the magnetometer's axes (or all of the accelerometer's) are inverted. If it is all "
+      "three of the magnetometer's, give --axes mag=-x,-y,-z.",
+      dip_rad / kDegree, here);
+}
+
+Check check_axes(const Mounting& mounting, double dip_rad, int dip_sign) {
   Check out{"axes", CheckStatus::kOk, 0.0, ""};
   for (const AxesFit& fit : mounting.fits) {
     out.value = std::max(out.value, fit.rms_straight_rad / kDegree);
   }
-  const bool sign_known = known_dip_rad && *known_dip_rad * dip_rad > 0.0;
   if (mounting.status == MountingStatus::kUndecided) {
     out.status = CheckStatus::kCaution;
     out.sentence = mounting.sentence;
   } else if (mounting.status == MountingStatus::kConsistent) {
-    out.sentence = fmt::format("The sensors' axes agree (to {:.1f} deg).{}", out.value,
-                               sign_known ? "" : " " + about_the_dip(dip_rad));
+    const std::string more = about_the_dip(dip_rad, dip_sign);
+    out.sentence = fmt::format("The sensors' axes agree (to {:.1f} deg).{}{}", out.value,
+                               more.empty() ? "" : " ", more);
+    if (dip_sign != 0 && !more.empty()) out.status = CheckStatus::kBad;
   } else if (std::ranges::any_of(mounting.findings, concerns_imu)) {
     out.status = CheckStatus::kBad;
     out.sentence = mounting.sentence;
   } else {
-    out.status = sign_known ? CheckStatus::kCaution : CheckStatus::kBad;
-    out.sentence = turned_magnetometer(mounting.findings.front(), dip_rad, sign_known);
+    out.status = agree(dip_rad, dip_sign) ? CheckStatus::kCaution : CheckStatus::kBad;
+    for (const AxesFinding& f : mounting.findings) {
+      out.sentence += (out.sentence.empty() ? "" : " ") + turned_magnetometer(f, dip_rad, dip_sign);
+    }
   }
   return out;
 }
@@ -66,7 +88,11 @@ void judge_axes(Calibration& c, const std::vector<const Recording*>& recordings,
     mounting = check_mounting(*r);
     if (mounting.status != MountingStatus::kUndecided) break;
   }
-  c.checks.push_back(check_axes(mounting, c.parameters.dip_rad, options.initialization.dip_rad));
+  int dip_sign = options.dip_sign;
+  if (const auto& start = options.initialization.dip_rad; dip_sign == 0 && start) {
+    dip_sign = *start > 0.0 ? 1 : -1;
+  }
+  c.checks.push_back(check_axes(mounting, c.parameters.dip_rad, dip_sign));
   if (c.checks.back().status != CheckStatus::kBad) return;
   const bool imu = std::ranges::any_of(mounting.findings, concerns_imu);
   c.trust.verdict = std::max(c.trust.verdict, imu ? Verdict::kNo : Verdict::kLimited);

@@ -3,16 +3,18 @@
 // sentence, and the verdict `no` where no model of ours carries it.
 #pragma once
 
-#include <optional>
-
 #include "calibration/calibrate.h"
 #include "calibration/mounting.h"
 
 namespace magimu {
 
-// The check "axes". dip_rad: as calibrated. known_dip_rad: where the user has given one, its sign
-// tells a magnetometer that is turned from one that is inverted.
-Check check_axes(const Mounting& mounting, double dip_rad, std::optional<double> known_dip_rad);
+// The check "axes". dip_rad: as calibrated. dip_sign: that of the true dip where the user knows it
+// (1 on the northern hemisphere, -1 on the southern, 0: unknown), which tells a magnetometer that
+// is turned from one that is inverted.
+Check check_axes(const Mounting& mounting, double dip_rad, int dip_sign);
+
+// What the sign of the dip says of sensors whose axes agree, or might; empty where it says nothing.
+std::string about_the_dip(double dip_rad, int dip_sign);
 
 // Adds that check to c, and lowers the verdict: to `no` where accelerometer and gyroscope disagree,
 // which no model of ours carries; to `limited` where the magnetometer is turned, which D holds, or

@@ -12,14 +12,12 @@
 #include "calibration/scan.h"
 #include "calibration/testable.h"
 #include "calibration/uncertainty.h"
-#include "factors/effects/catalogue.h"
 
 namespace magimu {
 namespace {
 
 constexpr double kFalseAlarms = 0.01;  // of all tests together, where nothing is missing
-constexpr int kWalkTerms = 12;
-constexpr double kWindow = 10.0;  // s, in which a bias may be another one
+constexpr double kWindow = 10.0;       // s, in which a bias may be another one
 constexpr int kMaxWindows = 12;
 // Blocks, s, whose scatter shows the colour of the noise. Where the motion is estimated, too, the
 // accelerometer says little in few seconds.
@@ -39,19 +37,12 @@ bool concerns(const Effect& effect, const std::string& name) {
 
 std::vector<std::shared_ptr<const Effect>> candidates(
     const std::vector<const Recording*>& recordings, const Stage& stage) {
-  std::vector<std::shared_ptr<const Effect>> out;
-  for (const auto& effect : effect_catalogue()) {
-    const std::string& name = effect->name();
-    // Those found by searches of their own: windows of the bias show them as well.
-    if (name == "hard_iron_change" || name == "stationary_source" || name == "mains_interference") {
-      continue;
-    }
-    // What the model has already, and what contains that: the two would share one parameter.
-    if (stage.spec().mag_time_offset && concerns(*effect, "mag_time_offset")) continue;
-    if (stage.spec().gyr_matrix && concerns(*effect, "clock_scale")) continue;
-    if (!reason_untested(*effect, recordings, stage).empty()) continue;
-    out.push_back(name == "gyro_bias_drift" ? make_gyro_bias_walk(kWalkTerms, 1.0) : effect);
-  }
+  std::vector<std::shared_ptr<const Effect>> out = testable_effects(recordings, stage);
+  // What the model has already, and what contains that: the two would share one parameter.
+  std::erase_if(out, [&](const auto& effect) {
+    return (stage.spec().mag_time_offset && concerns(*effect, "mag_time_offset")) ||
+           (stage.spec().gyr_matrix && concerns(*effect, "clock_scale"));
+  });
   return out;
 }
 

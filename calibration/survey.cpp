@@ -105,6 +105,7 @@ Survey survey(const Recording& recording, const SurveyOptions& options) {
     if (options.progress) options.progress(what, share);
   };
   Survey out;
+  out.dip_sign = options.dip_sign;
   out.motion = options.motion == MotionModel::kAuto ? MotionModel::kHandHeld : options.motion;
   progress("looking at the samples", 0.0);
   out.issues = check_recording(recording);

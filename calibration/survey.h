@@ -44,6 +44,7 @@ struct Survey {
   Mounting mounting;
   Coverage coverage;
   double dip_rad = 0.0, strength_uT = 0.0;  // roughly
+  int dip_sign = 0;                         // of the true dip, where it is known (calibrate.h)
   double ellipsoid_rms_uT = 0.0;  // how far the magnetometer's readings are from one ellipsoid
   MotionModel motion = MotionModel::kHandHeld;
   NoiseDensities noise;  // assumed
@@ -66,6 +67,7 @@ struct SurveyOptions {
   std::optional<NoiseDensities> noise;  // default: at rest
   double gravity = kStandardGravity;
   MotionModel motion = MotionModel::kHandHeld;  // kAuto: kHandHeld, which claims less
+  int dip_sign = 0;                             // of the true dip; 0: unknown (calibrate.h)
   std::function<void(const std::string& what, double share)> progress;
 };
 

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "factors/effects/catalogue.h"
+
 namespace magimu {
 namespace {
 
@@ -44,6 +46,21 @@ std::string reason_untested(const Effect& effect, const std::vector<const Record
                        effect.name() == "stationary_source";
   if (of_time && recordings.size() > 1) return "is tested in single recordings only";
   return "";
+}
+
+std::vector<std::shared_ptr<const Effect>> testable_effects(
+    const std::vector<const Recording*>& recordings, const Stage& stage) {
+  constexpr int kWalkTerms = 12;
+  std::vector<std::shared_ptr<const Effect>> out;
+  for (const auto& effect : effect_catalogue()) {
+    const std::string& name = effect->name();
+    if (name == "hard_iron_change" || name == "stationary_source" || name == "mains_interference") {
+      continue;
+    }
+    if (!reason_untested(*effect, recordings, stage).empty()) continue;
+    out.push_back(name == "gyro_bias_drift" ? make_gyro_bias_walk(kWalkTerms, 1.0) : effect);
+  }
+  return out;
 }
 
 }  // namespace magimu

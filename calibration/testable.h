@@ -14,4 +14,9 @@ namespace magimu {
 std::string reason_untested(const Effect& effect, const std::vector<const Recording*>& recordings,
                             const Stage& stage);
 
+// All of the catalogue that can be tested in one scan, the gyroscope's drift as a random walk of
+// unit density. What needs a search of its own (for times, a place, a frequency) is not among them.
+std::vector<std::shared_ptr<const Effect>> testable_effects(
+    const std::vector<const Recording*>& recordings, const Stage& stage);
+
 }  // namespace magimu

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "calibration/integrated_rotation.h"
+#include "calibration/residual_series.h"
 #include "calibration/sensor_rows.h"
 #include "solvers/linear_solver.h"
 
@@ -84,23 +85,6 @@ std::array<ChannelRows, 3> rows_of(const Stage& stage, const LinearSystem& syste
   return out;
 }
 
-// Residuals of a stage at its nodes, whitened, three axes each.
-void trace(const Stage& stage, Channel channel, std::vector<double>& t, std::vector<Vector3>& out) {
-  const LinearSystem system(stage.graph(), stage.result().values);
-  const SensorRows rows(stage.graph(), system);
-  const VectorXd r = system.whitened_residuals(stage.result().values);
-  std::vector<double> times;
-  for (const NodePlan& plan : stage.plans())
-    times.insert(times.end(), plan.t.begin(), plan.t.end());
-  for (int i = 0; i + 2 < system.rows(); ++i) {
-    if (rows.sensor[std::size_t(i)] != Sensor(int(channel)) || rows.node[std::size_t(i)] < 0)
-      continue;
-    t.push_back(times[std::size_t(rows.node[std::size_t(i)])]);
-    out.push_back(r.segment<3>(i));
-    i += 2;
-  }
-}
-
 }  // namespace
 
 void fill_departures(const std::vector<const Recording*>& recordings, const Extender& extender,
@@ -135,6 +119,9 @@ void fill_departures(const std::vector<const Recording*>& recordings, const Exte
     const VectorXd r = e - system.multiply(scale.cwiseProduct(y));
     for (std::size_t c = 0; c < 3; ++c) simulated[c].push_back(statistics_of(rows[c], r));
   }
+  const std::vector<std::string> first_magnetometer = {recordings.front()->mag_names.front()};
+  const auto before = residual_series(stage, first_magnetometer);
+  const auto after = residual_series(extender.stage(), first_magnetometer);
   for (std::size_t c = 0; c < 3; ++c) {
     if (rows[c].row.empty()) continue;
     const Statistics seen = statistics_of(rows[c], observed);
@@ -154,11 +141,8 @@ void fill_departures(const std::vector<const Recording*>& recordings, const Exte
                               {mean - kBand * sd, mean + kBand * sd},
                               z});
     }
-    ResidualTrace t{.channel = Channel(int(c))};
-    std::vector<double> again;
-    trace(stage, t.channel, t.t, t.before);
-    trace(extender.stage(), t.channel, again, t.after);
-    if (!t.t.empty() && t.t.size() == again.size()) d.traces.push_back(std::move(t));
+    if (before[c].t.empty() || before[c].t.size() != after[c].t.size()) continue;
+    d.traces.push_back({Channel(int(c)), before[c].t, before[c].whitened, after[c].whitened});
   }
   std::sort(d.departures.begin(), d.departures.end(),
             [](const Departure& a, const Departure& b) { return std::abs(a.z) > std::abs(b.z); });

@@ -36,8 +36,7 @@ constexpr double kAsMuch = 0.85;        // of the gain, for a nested cause to be
 constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a step
 constexpr double kSharp = 4.0;          // a change's jump over those at other times
 constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
-constexpr int kWalkTerms = 12;
-constexpr double kChangeWindow = 5.0;  // s, at the least
+constexpr double kChangeWindow = 5.0;   // s, at the least
 constexpr int kMaxChangeWindows = 24;
 
 // Columns first .. first + count - 1 of all.
@@ -102,23 +101,12 @@ Calibration Extender::summary(const Stage& stage) const {
 }
 
 std::vector<std::shared_ptr<const Effect>> Extender::candidates(const Stage& stage) const {
-  std::vector<std::shared_ptr<const Effect>> out;
+  std::vector<std::shared_ptr<const Effect>> out = testable_effects(recordings_, stage);
   const auto& accepted = stage.spec().effects;
-  for (const auto& effect : effect_catalogue()) {
-    const std::string& name = effect->name();
-    const bool has = std::any_of(accepted.begin(), accepted.end(),
-                                 [&](const auto& a) { return a->name() == name; });
-    if (has && name != "hard_iron_change") continue;
-    if (!reason_untested(*effect, recordings_, stage).empty()) continue;
-    if (name == "hard_iron_change" || name == "stationary_source" || name == "mains_interference") {
-      continue;  // found by searches of their own
-    }
-    if (name == "gyro_bias_drift") {
-      out.push_back(make_gyro_bias_walk(kWalkTerms, 1.0));
-    } else {
-      out.push_back(effect);
-    }
-  }
+  std::erase_if(out, [&](const auto& effect) {
+    return std::any_of(accepted.begin(), accepted.end(),
+                       [&](const auto& a) { return a->name() == effect->name(); });
+  });
   return out;
 }
 
@@ -150,7 +138,7 @@ std::vector<Option> Extender::test_all(const Stage& stage,
       option.rank = walk.log10_p;
       option.score.log10_p = log10_chi_square_tail(
           walk.likelihood_ratio / std::max(1.0, s.scatter > 1.25 ? s.scatter : 1.0), 1.0);
-      option.effect = make_gyro_bias_walk(kWalkTerms, std::max(walk.density, 1e-9));
+      option.effect = make_gyro_bias_walk(all[i]->size() / 3, std::max(walk.density, 1e-9));
       option.extra = {{"q", walk.density, walk.sigma, "rad/s per sqrt(s)"}};
     } else if (all[i]->with_terms(1)) {
       double best = 1.0;

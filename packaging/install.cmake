@@ -27,7 +27,7 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/magimuConfig.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/magimu)
 
 # The libraries are static: whoever links them links what they need.
-foreach(library ${HDF5_C_LIBRARIES} ${MATIO_LIBRARY} ${ZLIB_LIBRARIES})
+foreach(library ${HDF5_C_LIBRARIES} ${ZLIB_LIBRARIES})
   string(APPEND magimu_pc_libraries " ${library}")
 endforeach()
 if(MAGIMU_WITH_SUITESPARSE)
@@ -59,6 +59,6 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS
-    "libeigen3-dev, libtbb-dev, libfmt-dev, nlohmann-json3-dev, libhdf5-dev, libmatio-dev, libsuitesparse-dev")
+    "libeigen3-dev, libtbb-dev, libfmt-dev, nlohmann-json3-dev, libhdf5-dev, libsuitesparse-dev")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 include(CPack)

@@ -82,6 +82,10 @@ TEST(Location, checks_strength_and_dip_and_gives_the_declination) {
   const Outcome inverted = magimu("calibrate rec.csv --motion rotation --hemisphere " + other);
   EXPECT_EQ(inverted.exit_code, kNoAnswer);
   EXPECT_THAT(inverted.err, HasSubstr("an odd number of axes is inverted"));
+  EXPECT_THAT(magimu("info rec.csv").out, HasSubstr("no motion can tell"));
+  EXPECT_THAT(magimu("info rec.csv --hemisphere " + other).out, HasSubstr("--axes mag=-x,-y,-z"));
+  EXPECT_THAT(magimu("info rec.csv --hemisphere " + std::string(north ? "north" : "south")).out,
+              AllOf(HasSubstr("axes agree"), Not(HasSubstr("dip of"))));
 }
 
 // A device that lies still but for the last seconds; the noise is simulate's.

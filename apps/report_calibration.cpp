@@ -111,13 +111,18 @@ void residuals(Page& page, const Calibration& c, const ResidualSeries& series) {
   const Channel channel = acc ? Channel::kAcc : gyr ? Channel::kGyr : Channel::kMag;
   const ResidualPictures pictures =
       residual_pictures({channel, series.t, series.whitened, {}}, false);
-  std::string text =
-      "Measured less predicted, in standard deviations of the noise that was assumed. With the "
-      "right model it stays within the grey band for 99 % of the time";
+  const std::string text =
+      "Measured less predicted, in standard deviations of the noise that was assumed. ";
   if (gyr || (acc && c.motion == MotionModel::kHandHeld)) {
-    text += "; less than that where the estimated trajectory follows this sensor";
+    page.figure(pictures.traces,
+                text +
+                    "The estimated trajectory follows this sensor, so little is left of its "
+                    "noise: what stands out here contradicts the other sensors.");
+    return;
   }
-  page.figure(pictures.traces, text + ".");
+  page.figure(pictures.traces, text +
+                                   "With the right model it stays within the grey band for 99 % "
+                                   "of the time.");
   page.html("<div class=\"pair\">\n");
   page.figure(pictures.correlation, "Noise forgets at once: all of it in the grey band.");
   page.figure(pictures.spectrum, "Noise is flat. Low frequencies: drifts; peaks: vibration.");

@@ -64,6 +64,34 @@ double log10_f_tail(double x, double p, double q) {
   return std::log10(std::max(tail, 1e-300));
 }
 
+// The information of some of the globals with all others eliminated, and the windows' scores so.
+struct Reduced {
+  MatrixXd information, scores;  // of the latter one column a window
+};
+
+// q columns from those of `first` on.
+Reduced reduced_to(const CondensedChain& chain, const Values& values, Key first, Eigen::Index q) {
+  const CondensedWindow all = chain.sum();
+  const Eigen::Index g = all.score.size(), at = chain.position(values, first), base = g - q;
+  Eigen::VectorXi order(g);
+  Eigen::Index next = 0;
+  for (Eigen::Index i = 0; i < g; ++i) {
+    if (i < at || i >= at + q) order[next++] = int(i);
+  }
+  for (Eigen::Index i = 0; i < q; ++i) order[next++] = int(at + i);
+  const MatrixXd K = all.information(order, order);
+  const MatrixXd P = whitener(K.topLeftCorner(base, base));
+  const MatrixXd projection = K.bottomLeftCorner(q, base) * P * P.transpose();
+  Reduced out;
+  out.information = K.bottomRightCorner(q, q) - projection * K.topRightCorner(base, q);
+  out.scores.resize(q, Eigen::Index(chain.windows.size()));
+  for (std::size_t w = 0; w < chain.windows.size(); ++w) {
+    const VectorXd s = chain.windows[w].score(order);
+    out.scores.col(Eigen::Index(w)) = s.tail(q) - projection * s.head(base);
+  }
+  return out;
+}
+
 }  // namespace
 
 double log10_chi_square_tail(double x, double dof) {
@@ -178,6 +206,7 @@ Score Scan::combined(const MatrixXd& C) const {
   const MatrixXd u = Q.transpose() * (C.transpose() * window_scores_);
   const auto windows = double(u.cols()), q = double(u.rows());
   const VectorXd mean = u.rowwise().mean();
+  out.in_windows = (windows * mean).squaredNorm();
   const MatrixXd centred = u.colwise() - mean;
   out.scatter = centred.squaredNorm() / q * windows / std::max(1.0, windows - 1.0);
   if (out.scatter > kColoured && windows > kEnough * q) {
@@ -194,6 +223,22 @@ Score Scan::combined(const MatrixXd& C) const {
   return out;
 }
 
+double log10_p_by_scatter_of(const Stage& stage, Key parameter, double statistic, double dof) {
+  const Values& values = stage.result().values;
+  LinearSystem system(stage.graph(), values);
+  system.linearize(values);
+  const CondensedChain chain = condense(system, values, node_of, windows_of(stage.plans()));
+  const Reduced own = reduced_to(chain, values, parameter, values.slot(parameter).type.tangent());
+  const MatrixXd u = whitener(own.information).transpose() * own.scores;
+  const auto n = double(u.cols()), p = double(u.rows());
+  const double white = log10_chi_square_tail(statistic, dof);
+  if (n < 3.0 || p < 1.0) return white;
+  const MatrixXd centred = u.colwise() - u.rowwise().mean();
+  const double scatter = centred.squaredNorm() / p * n / (n - 1.0);
+  if (scatter < kColoured) return white;
+  return std::max(white, log10_f_tail(statistic / (dof * scatter), dof, n - 1.0));
+}
+
 Score wald_test(const Stage& stage, std::size_t effect) {
   const Values& values = stage.result().values;
   LinearSystem system(stage.graph(), values);
@@ -203,30 +248,11 @@ Score wald_test(const Stage& stage, std::size_t effect) {
   Score out;
   out.effect = stage.spec().effects[effect];
   out.theta = effect_parameters(values, keys);
-  // The information of theta with everything else eliminated, and what projects the scores so.
-  const auto reduce = [&](const CondensedChain& chain, MatrixXd& own, MatrixXd& scores) {
-    const CondensedWindow all = chain.sum();
-    const Eigen::Index g = all.score.size(), at = chain.position(values, keys.front());
-    Eigen::VectorXi order(g);
-    Eigen::Index next = 0;
-    for (Eigen::Index i = 0; i < g; ++i) {
-      if (i < at || i >= at + q) order[next++] = int(i);
-    }
-    for (Eigen::Index i = 0; i < q; ++i) order[next++] = int(at + i);
-    const MatrixXd K = all.information(order, order);
-    const Eigen::Index base = g - q;
-    const MatrixXd P = whitener(K.topLeftCorner(base, base));
-    const MatrixXd projection = K.bottomLeftCorner(q, base) * P * P.transpose();
-    own = K.bottomRightCorner(q, q) - projection * K.topRightCorner(base, q);
-    scores.resize(q, Eigen::Index(chain.windows.size()));
-    for (std::size_t w = 0; w < chain.windows.size(); ++w) {
-      const VectorXd s = chain.windows[w].score(order);
-      scores.col(Eigen::Index(w)) = s.tail(q) - projection * s.head(base);
-    }
+  const auto reduced = [&](const std::vector<int>& windows) {
+    return reduced_to(condense(system, values, node_of, windows), values, keys.front(), q);
   };
-  MatrixXd A, unused, A_windows, scores;
-  reduce(condense(system, values, node_of, all_in_one(stage.plans())), A, unused);
-  reduce(condense(system, values, node_of, windows_of(stage.plans())), A_windows, scores);
+  const MatrixXd A = reduced(all_in_one(stage.plans())).information;
+  const Reduced in_windows = reduced(windows_of(stage.plans()));
   out.information = A;
   const MatrixXd P = whitener(A);
   out.dof = int(P.cols());
@@ -234,8 +260,8 @@ Score wald_test(const Stage& stage, std::size_t effect) {
   out.statistic = out.theta.dot(A * out.theta);
   out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
 
-  const MatrixXd Q = whitener(A_windows);
-  const MatrixXd u = Q.transpose() * scores;
+  const MatrixXd Q = whitener(in_windows.information);
+  const MatrixXd u = Q.transpose() * in_windows.scores;
   const auto n = double(u.cols()), p = double(u.rows());
   const MatrixXd centred = u.colwise() - u.rowwise().mean();
   out.scatter = p > 0.0 ? centred.squaredNorm() / p * n / std::max(1.0, n - p) : 1.0;

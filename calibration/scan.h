@@ -38,6 +38,7 @@ struct Score {
   MatrixXd information = {};  // A
   MatrixXd visible = {};      // the directions that the motion shows: visible' A visible = I
   double scatter = 1.0;       // of the windows' scores, over what white noise would give
+  double in_windows = 0.0;    // S of the windows' scores alone, without what joins the windows
 };
 
 class Scan {
@@ -80,6 +81,11 @@ class Scan {
 // that this test has its power where that of the scan, under coloured noise, has none. log10_p: by
 // the larger of the two covariances.
 Score wald_test(const Stage& stage, std::size_t effect);
+
+// log10 of the probability of a statistic at least so large, where the windows' scores of a
+// parameter of the fitted model scatter as they do: for what acts for too short a time to show its
+// own scatter.
+double log10_p_by_scatter_of(const Stage& stage, Key parameter, double statistic, double dof);
 
 // log10 of the probability that a chi-square variable of dof exceeds x.
 double log10_chi_square_tail(double x, double dof);

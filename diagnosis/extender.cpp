@@ -59,7 +59,13 @@ bool survives(Option& option, const Stage& stage, double level) {
   option.score.log10_p = std::min(0.0, w.log10_p + std::max(0.0, penalty));
   // The F distribution's far tail is not to be trusted as far as that of white noise.
   if (option.score.log10_p > level - (w.scatter > kColoured ? kCare : 0.0)) return false;
-  if (option.effect->name() == "hard_iron_change") return sharpness(option, stage) > kSharp;
+  if (option.effect->name() == "hard_iron_change") {
+    // Few windows have it: their noise is that of the others.
+    const double by_others =
+        log10_p_by_scatter_of(stage, key::mag_bias, option.score.statistic, option.score.dof);
+    option.score.log10_p = std::max(option.score.log10_p, by_others + std::max(0.0, penalty));
+    return option.score.log10_p < level && sharpness(option, stage) > kSharp;
+  }
   const bool of_time = option.effect->with_terms(1) != nullptr;
   return of_time ||
          contradiction_of_halves(stage, stage.spec().effects.size() - 1) < kContradiction;

@@ -17,7 +17,6 @@ namespace {
 
 constexpr double kCalm = 1.15;  // accelerometer noise in motion over that at rest
 constexpr double kCalmColour = 0.15;
-constexpr double kMinGain = 5.0;     // nats of left-out data
 constexpr double kRestColour = 0.2;  // correlation of neighbouring nodes
 constexpr double kMoreInMotion = 1.2, kMoreThanColour = 1.3;
 constexpr double kMostOfIt = 0.5;  // of the misfit, for an effect to be tried in its stead

@@ -7,10 +7,15 @@
 #include <cmath>
 
 #include "calibration/general_dependence.h"
+#include "calibration/residual_series.h"
+#include "diagnosis/noise_by_rate.h"
 
 namespace magimu {
 namespace {
 
+constexpr double kWindow = 5.0, kAccWindow = 20.0;  // s
+constexpr double kGrown = 1.1;                      // RMS in fast motion over that in slow
+constexpr double kRateCare = 1.0;                   // log10 of a probability
 constexpr double kCare = 2.0;      // log10 of a probability: far tails under coloured noise
 constexpr double kCrumbs = 0.03;   // of what a finding in that channel explained
 constexpr double kLeftOver = 0.3;  // of a finding's own misfit: more than this left, and its name
@@ -21,9 +26,72 @@ const char* sensor(Channel channel) {
   return kNames[int(channel)];
 }
 
+// Dependences without a name, each by the scatter that is left with it in the model.
+std::vector<Score> scores_of(const std::vector<const Recording*>& recordings, const Stage& stage,
+                             bool moving) {
+  auto all = general_dependences(moving);
+  // Where the motion is estimated, too, the accelerometer says little in few seconds.
+  const auto acc = std::stable_partition(
+      all.begin(), all.end(), [](const auto& e) { return e->channel() != Channel::kAcc; });
+  std::vector<Score> out;
+  const auto look = [&](auto begin, auto end, double window_s) {
+    if (begin == end) return;
+    const Scan scan(recordings, stage, {begin, end}, window_s);
+    for (std::size_t i = 0; i < scan.scores().size(); ++i) {
+      Score s = scan.with_own_scatter(i);
+      // Where the hand's motion takes up most of what windows show, the rest lies in frequencies
+      // too low to tell colour from a dependence: it must be seen within windows, too.
+      s.log10_p = std::max(
+          s.log10_p, log10_chi_square_tail(s.in_windows / std::max(1.0, s.scatter), double(s.dof)));
+      out.push_back(s);
+    }
+  };
+  look(all.begin(), acc, kWindow);
+  look(acc, all.end(), moving ? kAccWindow : kWindow);
+  return out;
+}
+
 // What a finding explained, from the figures it carries.
 double misfit_of(const Finding& f) {
   return 2.0 * (f.gain.heldout_nll_before - f.gain.heldout_nll_after);
+}
+
+void add_channel(Diagnosis& d, const std::string& name) {
+  auto& channels = d.unexplained.channels;
+  d.unexplained.detected = true;
+  if (std::ranges::find(channels, name) == channels.end()) channels.push_back(name);
+}
+
+// Of all findings in a channel but the hand's motion.
+double explained_of(const Diagnosis& d, Channel channel) {
+  double explained = 0.0;
+  for (const Finding& f : d.findings) {
+    if (f.channel == to_string(channel) && f.effect != "linear_acceleration") {
+      explained = std::max(explained, misfit_of(f));
+    }
+  }
+  return explained;
+}
+
+// Errors that change from sample to sample, more so in motion.
+void grow_with_rate(const std::vector<const Recording*>& recordings,
+                    const DiagnosisOptions& options, const Stage& stage, Diagnosis& d) {
+  if (recordings.size() > 1) return;
+  const auto series = residual_series(stage, recordings.front()->mag_names);
+  const double level = std::log10(options.false_alarm_rate / 3.0);
+  for (const std::size_t s : {0, 2}) {
+    const auto channel = Channel(int(s));
+    // The trajectory follows a hand-held accelerometer.
+    if (channel == Channel::kAcc && stage.spec().motion == MotionModel::kHandHeld) continue;
+    const NoiseByRate seen = noise_by_rate(series[s], *recordings.front());
+    if (seen.log10_p > level - kRateCare || seen.fast_over_slow < kGrown) continue;
+    if (seen.statistic < kCrumbs * explained_of(d, channel)) continue;
+    add_channel(d, to_string(channel));
+    d.unexplained.evidence.push_back(fmt::format(
+        "What is left of the {} is {:.2f} times as large where the sensor turns fast as where it "
+        "turns slowly (p = {:.1g}), beside what has a cause here.",
+        sensor(channel), seen.fast_over_slow, std::pow(10.0, seen.log10_p)));
+  }
 }
 
 }  // namespace
@@ -31,26 +99,16 @@ double misfit_of(const Finding& f) {
 void find_unexplained(const std::vector<const Recording*>& recordings,
                       const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
   const Stage& stage = extender.stage();
-  const auto dependences = general_dependences(stage.spec().motion == MotionModel::kHandHeld);
-  const Scan scan(recordings, stage, dependences);
-  const double level = std::log10(options.false_alarm_rate / 3.0 / double(dependences.size()));
+  const bool moving = stage.spec().motion == MotionModel::kHandHeld;
+  const std::vector<Score> scores = scores_of(recordings, stage, moving);
+  const double level = std::log10(options.false_alarm_rate / 3.0 / double(scores.size()));
   double most = 0.0;
   Channel channel = Channel::kMag;
-  for (const Score& s : scan.scores()) {
+  for (const Score& s : scores) {
     if (s.log10_p > level - (s.scatter > kColoured ? kCare : 0.0)) continue;
     // Beside a large effect its own approximations show.
-    double explained = 0.0;
-    for (const Finding& f : d.findings) {
-      if (f.channel == to_string(s.effect->channel()) && f.effect != "linear_acceleration") {
-        explained = std::max(explained, misfit_of(f));
-      }
-    }
-    if (s.statistic - s.dof < kCrumbs * explained) continue;
-    d.unexplained.detected = true;
-    const std::string name = to_string(s.effect->channel());
-    auto& channels = d.unexplained.channels;
-    if (std::find(channels.begin(), channels.end(), name) == channels.end())
-      channels.push_back(name);
+    if (s.statistic - s.dof < kCrumbs * explained_of(d, s.effect->channel())) continue;
+    add_channel(d, to_string(s.effect->channel()));
     d.unexplained.evidence.push_back(fmt::format(
         "What is left of the {} depends {} (chi-square {:.0f} with {} degrees of freedom): no "
         "cause "
@@ -61,6 +119,7 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
       channel = s.effect->channel();
     }
   }
+  grow_with_rate(recordings, options, stage, d);
   // A name that explains less of its channel than what is left there was a stopgap.
   for (auto f = d.findings.begin(); f != d.findings.end();) {
     const bool doubtful = f->channel == to_string(channel) && f->effect != "linear_acceleration" &&

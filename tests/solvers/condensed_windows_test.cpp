@@ -110,7 +110,8 @@ TEST(CondensedWindows, leave_out_nodes_that_belong_to_none) {
   const CondensedChain c = condense(*chain.system, chain.p.start, node_of, window);
   CondensedWindow sum = c.priors;
   for (const auto& [from, to] : {std::pair(0, 12), std::pair(15, kNodes)}) {
-    const auto some = chain.rows([&](int first, int last) { return first >= from && last < to; });
+    const auto some = chain.rows(
+        [begin = from, end = to](int first, int last) { return first >= begin && last < end; });
     const std::vector<int> nodes(chain.nodes.begin() + 3 * from, chain.nodes.begin() + 3 * to);
     const CondensedWindow own = dense_schur(chain.J(some, Eigen::all),
                                             chain.system->residual()(some), nodes, chain.globals);

@@ -44,8 +44,9 @@ std::vector<double> realistic_size(const EffectRequest& request,
     return {where.strength_uT * (1.0 - std::min(0.9, between(0.05, 0.15)))};
   }
   if (name == "stationary_source") {
-    const Vector3 place = random.uniform(0.35, 0.5) * direction(random);
-    const Vector3 moment = between(0.5, 2.0) * direction(random);
+    // Compilers differ in what they draw first of a product.
+    const Vector3 to_place = direction(random), place = random.uniform(0.35, 0.5) * to_place;
+    const Vector3 along = direction(random), moment = between(0.5, 2.0) * along;
     return {place[0], place[1], place[2], moment[0], moment[1], moment[2]};
   }
   std::vector<double> out;

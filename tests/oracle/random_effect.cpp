@@ -42,8 +42,14 @@ class Sizes {
   }
   // In any direction.
   Parameters vector(double least, double most) {
-    const Eigen::Vector3d v = positive(least, most) * random_.direction();
+    const Eigen::Vector3d v = times_direction([&] { return positive(least, most); });
     return {v.x(), v.y(), v.z()};
+  }
+  // A direction, then its length: compilers differ in what they draw first of a product.
+  template <class Length>
+  Eigen::Vector3d times_direction(Length&& length) {
+    const Eigen::Vector3d direction = random_.direction();
+    return length() * direction;
   }
   static Parameters joined(std::initializer_list<Parameters> parts) {
     Parameters p;
@@ -117,7 +123,7 @@ Parameters Sizes::surroundings(EffectKind kind) {
     case EffectKind::kFieldGradient:
       return normal(5, 5.0);
     case EffectKind::kStationarySource: {
-      const Eigen::Vector3d place = random_.uniform(0.35, 0.5) * random_.direction();
+      const Eigen::Vector3d place = times_direction([&] { return random_.uniform(0.35, 0.5); });
       return joined({{place.x(), place.y(), place.z()}, vector(0.5, 2.0)});
     }
     case EffectKind::kMagCurrent:

@@ -178,8 +178,9 @@ Score Scan::with_own_scatter(std::size_t candidate) const {
   out.scatter = centred.squaredNorm() / double(u.rows()) * windows / (windows - 1.0);
   out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
   if (out.scatter > kColoured) {
+    // One scatter for all directions: each has its say in it.
     const double F = out.statistic / (out.dof * out.scatter);
-    out.log10_p = std::max(out.log10_p, log10_f_tail(F, out.dof, windows - 1.0));
+    out.log10_p = std::max(out.log10_p, log10_f_tail(F, out.dof, out.dof * (windows - 1.0)));
   }
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
   return out;

@@ -101,7 +101,10 @@ MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_colum
     const MatrixXd Q = sums.leverage[std::size_t(b)].selfadjointView<Eigen::Lower>();
     sums.score.col(b) = adjustment(Q) * sums.score.col(b);
   }
-  return root.L * at_least_identity(shrunk(sums.score)) * root.L.transpose();
+  // What so few blocks say of the scatter is itself uncertain: errors over it follow Student's
+  // distribution, whose variance this is.
+  const double few = blocks > 4 ? (blocks - 1.0) / (blocks - 3.0) : 3.0;
+  return root.L * at_least_identity(few * shrunk(sums.score)) * root.L.transpose();
 }
 
 }  // namespace magimu

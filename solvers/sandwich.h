@@ -14,9 +14,9 @@
 //                                   lambda as far as the blocks' scatter leaves the sum uncertain
 //                                   (Ledoit and Wolf 2004)
 //
-// and V = L S L', eigenvalues of S below 1 raised to 1: definite however few blocks there are, and
-// never surer than white noise would be. White noise of the right size gives A^-1 and a few
-// percent.
+// and V = L S L' (n - 1) / (n - 3), the variance of Student's distribution for n blocks, in no
+// direction less than A^-1: definite however few blocks there are, and never surer than white noise
+// would be. White noise of the right size gives A^-1 and a few percent.
 #pragma once
 
 #include <vector>

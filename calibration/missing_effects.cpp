@@ -88,6 +88,14 @@ class Search {
     const MatrixXd posterior = P * A.ldlt().solve(P.transpose());
     MatrixXd influence = scan.influence().middleCols(scan.first(i), effect.size());
     influence.middleRows(first_dip(), dips()) /= kDegree;
+    if (stage_.spec().gyr_matrix && effect.name() == "gyro_scale_misalignment") {
+      // What one of the two matrices takes from the other is no change: the sum counts.
+      const Eigen::Index lags =
+          stage_.spec().mag_time_offset ? Eigen::Index(recordings_.front()->mag.size()) : 0;
+      for (int e = 0; e < 6; ++e) {
+        influence(first_dip() + dips() + lags + e, 3 * kLowerRow[e] + kLowerColumn[e]) += 1.0;
+      }
+    }
     MissingEffect found;
     found.name = named ? effect.name() : "";
     found.channel = effect.channel();

@@ -64,6 +64,13 @@ double log10_f_tail(double x, double p, double q) {
   return std::log10(std::max(tail, 1e-300));
 }
 
+// Of whitened scores, one column a window, about their mean; 1 if the noise is white.
+double scatter_of(const MatrixXd& u) {
+  const auto n = double(u.cols());
+  const MatrixXd centred = u.colwise() - u.rowwise().mean();
+  return centred.squaredNorm() / double(u.rows()) * n / std::max(1.0, n - 1.0);
+}
+
 // The information of some of the globals with all others eliminated, and the windows' scores so.
 struct Reduced {
   MatrixXd information, scores;  // of the latter one column a window
@@ -174,8 +181,7 @@ Score Scan::with_own_scatter(std::size_t candidate) const {
         Q.transpose() * (s.segment(base + at, q) - projection_.middleRows(at, q) * s.head(base));
   }
   const auto windows = double(u.cols());
-  const MatrixXd centred = u.colwise() - u.rowwise().mean();
-  out.scatter = centred.squaredNorm() / double(u.rows()) * windows / (windows - 1.0);
+  out.scatter = scatter_of(u);
   out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
   if (out.scatter > kColoured) {
     // One scatter for all directions: each has its say in it.
@@ -208,9 +214,9 @@ Score Scan::combined(const MatrixXd& C) const {
   const auto windows = double(u.cols()), q = double(u.rows());
   const VectorXd mean = u.rowwise().mean();
   out.in_windows = (windows * mean).squaredNorm();
-  const MatrixXd centred = u.colwise() - mean;
-  out.scatter = centred.squaredNorm() / q * windows / std::max(1.0, windows - 1.0);
+  out.scatter = scatter_of(u);
   if (out.scatter > kColoured && windows > kEnough * q) {
+    const MatrixXd centred = u.colwise() - mean;
     const MatrixXd S = centred * centred.transpose() / (windows - 1.0);
     const double T2 = windows * mean.dot(S.ldlt().solve(mean));
     const double F = T2 * (windows - q) / (q * (windows - 1.0));
@@ -234,8 +240,7 @@ double log10_p_by_scatter_of(const Stage& stage, Key parameter, double statistic
   const auto n = double(u.cols()), p = double(u.rows());
   const double white = log10_chi_square_tail(statistic, dof);
   if (n < 3.0 || p < 1.0) return white;
-  const MatrixXd centred = u.colwise() - u.rowwise().mean();
-  const double scatter = centred.squaredNorm() / p * n / (n - 1.0);
+  const double scatter = scatter_of(u);
   if (scatter < kColoured) return white;
   return std::max(white, log10_f_tail(statistic / (dof * scatter), dof, n - 1.0));
 }

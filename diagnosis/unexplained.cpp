@@ -122,8 +122,8 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
   grow_with_rate(recordings, options, stage, d);
   // A name that explains less of its channel than what is left there was a stopgap.
   for (auto f = d.findings.begin(); f != d.findings.end();) {
-    // Noise that was tested in its own right needs no mean to be there.
-    const bool of_the_mean = find_effect(f->effect) != nullptr;
+    // Lines, outliers and colour are what they are, whatever else is left; mere size is not.
+    const bool of_the_mean = find_effect(f->effect) != nullptr || f->effect == "noise_scale";
     const bool doubtful = of_the_mean && f->channel == to_string(channel) &&
                           f->effect != "linear_acceleration" && most > kLeftOver * misfit_of(*f) &&
                           misfit_of(*f) > 0.0 && most > 0.0;

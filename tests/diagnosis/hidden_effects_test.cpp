@@ -6,6 +6,7 @@
 #include <map>
 
 #include "bench/effect_sizes.h"
+#include "bench/effect_strength.h"
 #include "bench/judge_diagnosis.h"
 #include "recording/error.h"
 
@@ -85,6 +86,10 @@ INSTANTIATE_TEST_SUITE_P(
     Oracle, NothingHidden,
     testing::Values(std::pair(NoiseKind::kWhite, 1u), std::pair(NoiseKind::kWhite, 2u),
                     std::pair(NoiseKind::kColoured, 3u), std::pair(NoiseKind::kColoured, 4u),
+                    // A change of the bias seen in 5 s of coloured noise; dependences of the
+                    // accelerometer seen in a hand's motion.
+                    std::pair(NoiseKind::kColoured, 100027u),
+                    std::pair(NoiseKind::kColoured, 100030u),
                     std::pair(NoiseKind::kHeavyTailed, 5u), std::pair(NoiseKind::kHeavyTailed, 6u)),
     [](const auto& test) {
       return as_name(to_string(test.param.first)) + "_" + std::to_string(test.param.second);
@@ -101,6 +106,13 @@ TEST_P(HiddenPair, both_are_named) {
 
 INSTANTIATE_TEST_SUITE_P(Oracle, HiddenPair, testing::Values(1u, 2u, 3u));
 
+// An effect from outside of the catalogue at a size.
+struct HiddenAs {
+  std::string effect;
+  double size;
+  std::uint64_t seed;
+};
+
 class OutsideEffect : public testing::TestWithParam<std::string> {};
 
 TEST_P(OutsideEffect, is_not_given_the_name_of_another) {
@@ -114,6 +126,22 @@ INSTANTIATE_TEST_SUITE_P(Oracle, OutsideEffect,
                          testing::Values("gyro_rectification", "moving_soft_iron", "mag_cross_axis",
                                          "acc_tapping"),
                          [](const auto& test) { return std::string(test.param); });
+
+class UnexplainedEffect : public testing::TestWithParam<HiddenAs> {};
+
+TEST_P(UnexplainedEffect, is_said_to_be_there) {
+  const HiddenAs& hidden = GetParam();
+  const HiddenCase c = with_sizes(draw_case(hidden.effect, hidden.seed), {hidden.size}).front();
+  const Diagnosis d = diagnosed(c);
+  EXPECT_TRUE(d.unexplained.detected) << "named: " << names_of(d);
+}
+
+INSTANTIATE_TEST_SUITE_P(Oracle, UnexplainedEffect,
+                         testing::Values(HiddenAs{"mag_cross_axis", 30.0, 100025},
+                                         HiddenAs{"mag_memory", 30.0, 100022},
+                                         HiddenAs{"cable_field", 30.0, 100026},
+                                         HiddenAs{"mag_time_jitter", 100.0, 100037}),
+                         [](const auto& test) { return test.param.effect; });
 
 TEST(Diagnose, says_which_column_an_effect_needs) {
   const Diagnosis d = diagnosed(draw_none(NoiseKind::kWhite, 7));

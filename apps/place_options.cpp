@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/place_options.h"
 
+#include <cmath>
+
 namespace magimu::apps {
 
 KnownField PlaceOptions::known_field() const {
@@ -13,9 +15,13 @@ KnownField PlaceOptions::known_field() const {
 }
 
 int PlaceOptions::dip_sign() const {
-  if (place) return earth_field(*place).dip_rad > 0.0 ? 1 : -1;
-  if (hemisphere.empty()) return 0;
-  return hemisphere == "north" ? 1 : -1;
+  const KnownField known = known_field();
+  if (known.field) {
+    const double dip = known.field->dip_rad;
+    return std::abs(dip) < kFlatDip_deg * kDegree ? 0 : dip > 0.0 ? 1 : -1;
+  }
+  if (!known.hemisphere) return 0;
+  return *known.hemisphere == Hemisphere::kNorth ? 1 : -1;
 }
 
 double PlaceOptions::gravity_or(double gravity) const {

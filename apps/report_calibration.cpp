@@ -285,7 +285,9 @@ std::string calibration_report(const Calibration& c,
   for (std::size_t s = 2; s < c.residual_series.size(); ++s) {
     residuals(page, c, c.residual_series[s]);
   }
-  for (std::size_t s = 0; s < 2; ++s) residuals(page, c, c.residual_series[s]);
+  for (std::size_t s = 0; s < std::min<std::size_t>(2, c.residual_series.size()); ++s) {
+    residuals(page, c, c.residual_series[s]);
+  }
   page.section("Residuals and noise of all sensors");
   all_residuals(page, c);
   page.section("Convergence");

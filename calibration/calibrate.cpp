@@ -11,6 +11,7 @@
 #include "calibration/diagnostics.h"
 #include "calibration/missing_effects.h"
 #include "calibration/pipeline.h"
+#include "calibration/residual_series.h"
 #include "calibration/summary.h"
 #include "calibration/trust.h"
 #include "calibration/uncertainty.h"
@@ -43,6 +44,7 @@ Calibration calibrate(const std::vector<const Recording*>& given,
   Calibration choices;
   const auto [coarse, fine] = pipeline.run(choices);
   Calibration c = summarize(recordings, fine, options);
+  c.residual_series = residual_series(fine, c.mag_names);
   c.motion_reason = choices.motion_reason;
   c.checks = choices.checks;
   c.warnings = checked.warnings();

@@ -110,7 +110,7 @@ struct Calibration {
   int node_every = 1;                           // magnetometer samples a node
   Result fit;                                   // its values hold every variable of the graph
   std::array<ResidualSummary, 3> residuals;     // acc, gyr, mag
-  std::vector<ResidualSeries> residual_series;  // acc, gyr, each magnetometer
+  std::vector<ResidualSeries> residual_series;  // of calibrate(): acc, gyr, each magnetometer
   std::optional<EarthField> earth_field;        // at the place, where it was given (field_check.h)
   std::vector<Disturbance> disturbances;        // of the magnetic field, in the order of time
   std::vector<Check> checks;

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "calibration/field_check.h"
 #include "recording/axes.h"
 
 namespace magimu {
@@ -37,8 +39,7 @@ std::string turned_magnetometer(const AxesFinding& f, double dip_rad, int dip_si
                     dip_rad / kDegree, f.sensor, inverted);
 }
 
-}  // namespace
-
+// Of sensors whose axes agree; empty where the sign of the dip is as it should be.
 std::string about_the_dip(double dip_rad, int dip_sign) {
   const char* here = dip_rad > 0.0 ? "northern" : "southern";
   if (dip_sign == 0) {
@@ -56,7 +57,10 @@ std::string about_the_dip(double dip_rad, int dip_sign) {
       dip_rad / kDegree, here);
 }
 
+}  // namespace
+
 Check check_axes(const Mounting& mounting, double dip_rad, int dip_sign) {
+  if (std::abs(dip_rad) < kFlatDip_deg * kDegree) dip_sign = 0;  // it says nothing
   Check out{"axes", CheckStatus::kOk, 0.0, ""};
   for (const AxesFit& fit : mounting.fits) {
     out.value = std::max(out.value, fit.rms_straight_rad / kDegree);

@@ -13,9 +13,6 @@ namespace magimu {
 // is turned from one that is inverted.
 Check check_axes(const Mounting& mounting, double dip_rad, int dip_sign);
 
-// What the sign of the dip says of sensors whose axes agree, or might; empty where it says nothing.
-std::string about_the_dip(double dip_rad, int dip_sign);
-
 // Adds that check to c, and lowers the verdict: to `no` where accelerometer and gyroscope disagree,
 // which no model of ours carries; to `limited` where the magnetometer is turned, which D holds, or
 // inverted.

@@ -13,7 +13,6 @@
 namespace magimu {
 namespace {
 
-constexpr double kFlat_deg = 10.0;  // of dip; flatter, its sign tells nothing
 constexpr double kDipCaution_deg = 3.0, kDipBad_deg = 8.0;
 constexpr double kStrengthCaution = 0.06, kStrengthBad = 0.15;  // share
 constexpr double kUnitWithin = 0.25;                            // share, about a power of ten
@@ -67,7 +66,8 @@ Finding strength_finding(const Calibration& c, const EarthField& field) {
 
 Finding dip_finding(double dip_deg, double sigma_deg, const EarthField& field) {
   const double expected = field.dip_rad / kDegree, off = std::abs(dip_deg - expected);
-  if (std::abs(expected) > kFlat_deg && std::abs(dip_deg) > kFlat_deg && dip_deg * expected < 0.0) {
+  if (std::abs(expected) > kFlatDip_deg && std::abs(dip_deg) > kFlatDip_deg &&
+      dip_deg * expected < 0.0) {
     return wrong_sign(dip_deg, fmt::format("{:.1f} deg by {}", expected, field.model));
   }
   const std::string numbers =
@@ -83,7 +83,7 @@ Finding dip_finding(double dip_deg, double sigma_deg, const EarthField& field) {
 
 Finding hemisphere_finding(double dip_deg, Hemisphere hemisphere) {
   const bool north = hemisphere == Hemisphere::kNorth;
-  if (std::abs(dip_deg) < kFlat_deg) {
+  if (std::abs(dip_deg) < kFlatDip_deg) {
     return {CheckStatus::kOk, Verdict::kYes,
             fmt::format("The dip is {:.1f} deg: too flat to tell the hemispheres apart.", dip_deg)};
   }

@@ -13,6 +13,8 @@
 
 namespace magimu {
 
+inline constexpr double kFlatDip_deg = 10.0;  // flatter, the sign of a dip tells nothing
+
 enum class Hemisphere { kNorth, kSouth };
 
 struct KnownField {

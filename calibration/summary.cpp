@@ -7,7 +7,6 @@
 
 #include "calibration/extension.h"
 #include "calibration/parameter_names.h"
-#include "calibration/residual_series.h"
 #include "calibration/uncertainty.h"
 
 namespace magimu {
@@ -96,7 +95,6 @@ Calibration summarize(const std::vector<const Recording*>& recordings, const Sta
   c.gravity = options.gravity;
   fill_parameters(c, recordings, stage);
   fill_residuals(c, stage);
-  c.residual_series = residual_series(stage, c.mag_names);
   fill_uncertainty(c, stage, options);
   return c;
 }

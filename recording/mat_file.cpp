@@ -33,10 +33,40 @@ T number_at(std::string_view bytes, std::size_t position, bool swapped) {
   return swapped ? swapped_bytes(value) : value;
 }
 
+// Calls visit with a number of the type that a file means; false if that is no type of numbers.
+template <class Visit>
+bool with_number_type(std::uint32_t type, Visit&& visit) {
+  switch (type) {
+    case 1:
+      return visit(std::int8_t{}), true;
+    case 2:
+      return visit(std::uint8_t{}), true;
+    case 3:
+      return visit(std::int16_t{}), true;
+    case 4:
+      return visit(std::uint16_t{}), true;
+    case 5:
+      return visit(std::int32_t{}), true;
+    case 6:
+      return visit(std::uint32_t{}), true;
+    case 7:
+      return visit(float{}), true;
+    case 9:
+      return visit(double{}), true;
+    case 12:
+      return visit(std::int64_t{}), true;
+    case 13:
+      return visit(std::uint64_t{}), true;
+    default:
+      return false;
+  }
+}
+
 // Bytes of one stored number; 0 for what is no number.
 std::size_t size_of_type(std::uint32_t type) {
-  constexpr std::size_t kSizes[] = {0, 1, 1, 2, 2, 4, 4, 4, 0, 8, 0, 0, 8, 8};
-  return type < std::size(kSizes) ? kSizes[type] : 0;
+  std::size_t size = 0;
+  with_number_type(type, [&]<class T>(T) { size = sizeof(T); });
+  return size;
 }
 
 // Takes elements from the front of some bytes.
@@ -132,43 +162,11 @@ std::optional<MatVariable> variable_of(std::string_view matrix, bool swapped) {
 std::vector<double> MatVariable::numbers() const {
   std::vector<double> out;
   out.reserve(bytes.size() / size_of_type(type));
-  const auto convert = [&]<class T>(T) {
+  with_number_type(type, [&]<class T>(T) {
     for (std::size_t at = 0; at < bytes.size(); at += sizeof(T)) {
       out.push_back(static_cast<double>(number_at<T>(bytes, at, swapped)));
     }
-  };
-  switch (type) {
-    case 1:
-      convert(std::int8_t{});
-      break;
-    case 2:
-      convert(std::uint8_t{});
-      break;
-    case 3:
-      convert(std::int16_t{});
-      break;
-    case 4:
-      convert(std::uint16_t{});
-      break;
-    case 5:
-      convert(std::int32_t{});
-      break;
-    case 6:
-      convert(std::uint32_t{});
-      break;
-    case 7:
-      convert(float{});
-      break;
-    case 9:
-      convert(double{});
-      break;
-    case 12:
-      convert(std::int64_t{});
-      break;
-    case 13:
-      convert(std::uint64_t{});
-      break;
-  }
+  });
   return out;
 }
 

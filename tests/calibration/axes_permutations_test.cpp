@@ -95,6 +95,12 @@ TEST(AxesOfSensors, of_a_magnetometer_are_all_decided_where_the_hemisphere_is_kn
   }
 }
 
+TEST(AxesOfSensors, are_not_judged_by_the_sign_of_a_flat_dip) {
+  const Mounting m = check_mounting(simulated());
+  EXPECT_EQ(check_axes(m, -0.1, 1).status, CheckStatus::kOk);
+  EXPECT_EQ(check_axes(m, -0.3, 1).status, CheckStatus::kBad);
+}
+
 TEST(AxesOfSensors, all_three_in_different_directions_are_found_together) {
   const Matrix3 A = axes_from_text("y,-x,z"), M = axes_from_text("-z,y,x");
   Recording r = turned(simulated(), "acc", A);

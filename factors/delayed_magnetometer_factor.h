@@ -13,23 +13,18 @@
 
 namespace magimu {
 
-class DelayedMagnetometerFactor : public Factor<3, Rot3, Matrix3, Vector3, double, double> {
+template <class S>
+class DelayedMagnetometerText {
  public:
-  // offset: the key of tau, s; C, C_rate, offset_s: as above.
-  DelayedMagnetometerFactor(Key nRb, Key distortion, Key mag_bias, Key dip, Key offset,
-                            const Vector3& mag, const Matrix3& C, const Matrix3& C_rate,
-                            double offset_s, const Noise<3>& noise)
-      : Factor({nRb, distortion, mag_bias, dip, offset}, noise),
-        mag_(mag),
-        C_(C),
-        C_rate_(C_rate),
-        offset_s_(offset_s) {}
+  DelayedMagnetometerText(const Vec3<S>& mag, const Mat3<S>& C, const Mat3<S>& C_rate,
+                          const S& offset_s)
+      : mag_(mag), C_(C), C_rate_(C_rate), offset_s_(offset_s) {}
 
   template <class T>
   Vec3<T> residual(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias, const T& dip_rad,
                    const T& offset_s) const {
     const Vec3<T> b = C(offset_s) * nRb.unrotate(unit_field(dip_rad));
-    return mag_.cast<T>() - D * b - mag_bias;
+    return mag_.template cast<T>() - D * b - mag_bias;
   }
 
   template <class T>
@@ -38,20 +33,36 @@ class DelayedMagnetometerFactor : public Factor<3, Rot3, Matrix3, Vector3, doubl
                     Mat3<T>& J_bias, Vec3<T>& J_dip, Vec3<T>& J_offset) const {
     const Mat3<T> bRn = nRb.matrix().transpose();
     const Mat3<T> CbRn = C(offset_s) * bRn;
-    J_offset = -(D * (C_rate_.cast<T>() * (bRn * unit_field(dip_rad))));
-    return detail::linearize_magnetometer<T>(mag_.cast<T>(), CbRn, D, mag_bias, dip_rad, J_R, J_D,
-                                             J_bias, J_dip);
+    J_offset = -(D * (C_rate_.template cast<T>() * (bRn * unit_field(dip_rad))));
+    return detail::linearize_magnetometer<T>(mag_.template cast<T>(), CbRn, D, mag_bias, dip_rad,
+                                             J_R, J_D, J_bias, J_dip);
   }
 
  private:
   template <class T>
   Mat3<T> C(const T& offset_s) const {
-    return C_.cast<T>() + C_rate_.cast<T>() * (offset_s - T(offset_s_));
+    return C_.template cast<T>() + C_rate_.template cast<T>() * (offset_s - T(offset_s_));
   }
 
-  Vector3 mag_;
-  Matrix3 C_, C_rate_;
-  double offset_s_;
+  Vec3<S> mag_;
+  Mat3<S> C_, C_rate_;
+  S offset_s_;
 };
+
+class DelayedMagnetometerFactor : public Factor<3, Rot3, Matrix3, Vector3, double, double>,
+                                  public DelayedMagnetometerText<double> {
+ public:
+  template <class S>
+  using Text = DelayedMagnetometerText<S>;
+
+  // offset: the key of tau, s; C, C_rate, offset_s: as above.
+  DelayedMagnetometerFactor(Key nRb, Key distortion, Key mag_bias, Key dip, Key offset,
+                            const Vector3& mag, const Matrix3& C, const Matrix3& C_rate,
+                            double offset_s, const Noise<3>& noise)
+      : Factor({nRb, distortion, mag_bias, dip, offset}, noise),
+        DelayedMagnetometerText(mag, C, C_rate, offset_s) {}
+};
+template <>
+inline constexpr bool kHasLanes<DelayedMagnetometerFactor> = true;
 
 }  // namespace magimu

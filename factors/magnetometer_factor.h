@@ -39,57 +39,81 @@ Vec3<T> linearize_magnetometer(const Vec3<T>& mag, const Mat3<T>& CbRn, const Ma
 
 }  // namespace detail
 
-class MagnetometerFactor : public Factor<3, Rot3, Matrix3, Vector3, double> {
+template <class S>
+class MagnetometerText {
  public:
+  explicit MagnetometerText(const Vec3<S>& mag) : mag_(mag) {}
+
+  template <class T>
+  Vec3<T> residual(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias,
+                   const T& dip_rad) const {
+    return mag_.template cast<T>() - magnetometer_model(nRb, D, mag_bias, dip_rad);
+  }
+
+  template <class T>
+  Vec3<T> linearize(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias,
+                    const T& dip_rad, Mat3<T>& J_R, Mat<T, 3, 9>& J_D, Mat3<T>& J_bias,
+                    Vec3<T>& J_dip) const {
+    return detail::linearize_magnetometer<T>(mag_.template cast<T>(), nRb.matrix().transpose(), D,
+                                             mag_bias, dip_rad, J_R, J_D, J_bias, J_dip);
+  }
+
+ private:
+  Vec3<S> mag_;
+};
+
+class MagnetometerFactor : public Factor<3, Rot3, Matrix3, Vector3, double>,
+                           public MagnetometerText<double> {
+ public:
+  template <class S>
+  using Text = MagnetometerText<S>;
+
   // mag: uT, in the magnetometer's axes.
   MagnetometerFactor(Key nRb, Key distortion, Key mag_bias, Key dip, const Vector3& mag,
                      const Noise<3>& noise)
-      : Factor({nRb, distortion, mag_bias, dip}, noise), mag_(mag) {}
+      : Factor({nRb, distortion, mag_bias, dip}, noise), MagnetometerText(mag) {}
+};
+template <>
+inline constexpr bool kHasLanes<MagnetometerFactor> = true;
+
+template <class S>
+class MeanMagnetometerText {
+ public:
+  MeanMagnetometerText(const Vec3<S>& mag, const Mat3<S>& C) : mag_(mag), C_(C) {}
 
   template <class T>
   Vec3<T> residual(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias,
                    const T& dip_rad) const {
-    return mag_.cast<T>() - magnetometer_model(nRb, D, mag_bias, dip_rad);
+    const Vec3<T> b = C_.template cast<T>() * nRb.unrotate(unit_field(dip_rad));
+    return mag_.template cast<T>() - D * b - mag_bias;
   }
 
   template <class T>
   Vec3<T> linearize(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias,
                     const T& dip_rad, Mat3<T>& J_R, Mat<T, 3, 9>& J_D, Mat3<T>& J_bias,
                     Vec3<T>& J_dip) const {
-    return detail::linearize_magnetometer<T>(mag_.cast<T>(), nRb.matrix().transpose(), D, mag_bias,
-                                             dip_rad, J_R, J_D, J_bias, J_dip);
+    return detail::linearize_magnetometer<T>(mag_.template cast<T>(),
+                                             C_.template cast<T>() * nRb.matrix().transpose(), D,
+                                             mag_bias, dip_rad, J_R, J_D, J_bias, J_dip);
   }
 
  private:
-  Vector3 mag_;
+  Vec3<S> mag_;
+  Mat3<S> C_;
 };
 
-class MeanMagnetometerFactor : public Factor<3, Rot3, Matrix3, Vector3, double> {
+class MeanMagnetometerFactor : public Factor<3, Rot3, Matrix3, Vector3, double>,
+                               public MeanMagnetometerText<double> {
  public:
+  template <class S>
+  using Text = MeanMagnetometerText<S>;
+
   // mag: the block's mean; C: mean rotation from the node's IMU frame to that of the samples.
   MeanMagnetometerFactor(Key nRb, Key distortion, Key mag_bias, Key dip, const Vector3& mag,
                          const Matrix3& C, const Noise<3>& noise)
-      : Factor({nRb, distortion, mag_bias, dip}, noise), mag_(mag), C_(C) {}
-
-  template <class T>
-  Vec3<T> residual(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias,
-                   const T& dip_rad) const {
-    const Vec3<T> b = C_.cast<T>() * nRb.unrotate(unit_field(dip_rad));
-    return mag_.cast<T>() - D * b - mag_bias;
-  }
-
-  template <class T>
-  Vec3<T> linearize(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias,
-                    const T& dip_rad, Mat3<T>& J_R, Mat<T, 3, 9>& J_D, Mat3<T>& J_bias,
-                    Vec3<T>& J_dip) const {
-    return detail::linearize_magnetometer<T>(mag_.cast<T>(),
-                                             C_.cast<T>() * nRb.matrix().transpose(), D, mag_bias,
-                                             dip_rad, J_R, J_D, J_bias, J_dip);
-  }
-
- private:
-  Vector3 mag_;
-  Matrix3 C_;
+      : Factor({nRb, distortion, mag_bias, dip}, noise), MeanMagnetometerText(mag, C) {}
 };
+template <>
+inline constexpr bool kHasLanes<MeanMagnetometerFactor> = true;
 
 }  // namespace magimu

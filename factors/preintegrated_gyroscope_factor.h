@@ -13,15 +13,12 @@
 
 namespace magimu {
 
-class PreintegratedGyroscopeFactor : public Factor<3, Rot3, Rot3, Vector3> {
+template <class S>
+class PreintegratedGyroscopeText {
  public:
-  // density: gyroscope noise density, rad/s per sqrt(Hz).
-  PreintegratedGyroscopeFactor(Key nRi, Key nRj, Key gyr_bias, const PreintegratedGyroscope& gyr,
-                               double density)
-      : Factor({nRi, nRj, gyr_bias}, Noise<3>::full(gyr.unit_covariance() * (density * density))),
-        delta_(gyr.delta()),
-        bias_(gyr.bias()),
-        bias_jacobian_(gyr.bias_jacobian()) {}
+  PreintegratedGyroscopeText(const Rot3T<S>& delta, const Vec3<S>& bias,
+                             const Mat3<S>& bias_jacobian)
+      : delta_(delta), bias_(bias), bias_jacobian_(bias_jacobian) {}
 
   template <class T>
   Vec3<T> residual(const Rot3T<T>& nRi, const Rot3T<T>& nRj, const Vec3<T>& gyr_bias) const {
@@ -38,12 +35,9 @@ class PreintegratedGyroscopeFactor : public Factor<3, Rot3, Rot3, Vector3> {
     J_Rj = J * nRj.matrix().transpose();
     J_Ri = -J_Rj;
     J_bias = -(J * Q.matrix().transpose() * so3::right_jacobian(p.correction) *
-               bias_jacobian_.cast<T>());
+               bias_jacobian_.template cast<T>());
     return r;
   }
-
-  // The bias at which the samples were integrated.
-  const Vector3& integrated_at() const { return bias_; }
 
  private:
   template <class T>
@@ -56,13 +50,29 @@ class PreintegratedGyroscopeFactor : public Factor<3, Rot3, Rot3, Vector3> {
   };
   template <class T>
   Prediction<T> prediction(const Vec3<T>& gyr_bias) const {
-    const Vec3<T> correction = bias_jacobian_.cast<T>() * (gyr_bias - bias_.cast<T>());
-    return {correction, delta_.cast<T>() * Rot3T<T>::Exp(correction)};
+    const Vec3<T> correction =
+        bias_jacobian_.template cast<T>() * (gyr_bias - bias_.template cast<T>());
+    return {correction, delta_.template cast<T>() * Rot3T<T>::Exp(correction)};
   }
 
-  Rot3 delta_;
-  Vector3 bias_;
-  Matrix3 bias_jacobian_;
+  Rot3T<S> delta_;
+  Vec3<S> bias_;
+  Mat3<S> bias_jacobian_;
 };
+
+class PreintegratedGyroscopeFactor : public Factor<3, Rot3, Rot3, Vector3>,
+                                     public PreintegratedGyroscopeText<double> {
+ public:
+  template <class S>
+  using Text = PreintegratedGyroscopeText<S>;
+
+  // density: gyroscope noise density, rad/s per sqrt(Hz).
+  PreintegratedGyroscopeFactor(Key nRi, Key nRj, Key gyr_bias, const PreintegratedGyroscope& gyr,
+                               double density)
+      : Factor({nRi, nRj, gyr_bias}, Noise<3>::full(gyr.unit_covariance() * (density * density))),
+        PreintegratedGyroscopeText(gyr.delta(), gyr.bias(), gyr.bias_jacobian()) {}
+};
+template <>
+inline constexpr bool kHasLanes<PreintegratedGyroscopeFactor> = true;
 
 }  // namespace magimu

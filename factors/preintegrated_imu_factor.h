@@ -19,19 +19,35 @@ namespace magimu {
 namespace detail {
 
 // What the factors below share: the residual for a given d, and its Jacobians.
-class ImuResidual {
+template <class S>
+class ImuText {
   template <class T>
   using M93 = Mat<T, 9, 3>;
 
  public:
-  ImuResidual(const PreintegratedImu& imu, const Vector3& g_n) : imu_(imu), g_n_(g_n) {}
-
-  const PreintegratedImu& imu() const { return imu_; }
+  ImuText(const PreintegratedImu& imu, const Vector3& g_n)
+      : delta_R_(imu.delta_R()),
+        gyr_jacobian_(imu.gyr_bias_jacobian()),
+        acc_jacobian_(imu.acc_bias_jacobian()),
+        delta_v_(imu.delta_v()),
+        delta_p_(imu.delta_p()),
+        gyr_bias_(imu.gyr_bias()),
+        acc_bias_(imu.acc_bias()),
+        g_n_(g_n),
+        duration_s_(imu.duration_s()) {}
 
   template <class T>
   Vec<T, 9> bias_correction(const Vec3<T>& gyr_bias, const Vec3<T>& acc_bias) const {
-    return imu_.gyr_bias_jacobian().cast<T>() * (gyr_bias - imu_.gyr_bias().cast<T>()) +
-           imu_.acc_bias_jacobian().cast<T>() * (acc_bias - imu_.acc_bias().cast<T>());
+    return times<T, 3>(gyr_jacobian_, gyr_bias - gyr_bias_.template cast<T>()) +
+           times<T, 3>(acc_jacobian_, acc_bias - acc_bias_.template cast<T>());
+  }
+  template <class T>
+  Mat<T, 9, 3> through_gyr_bias(const Mat3<T>& outer) const {
+    return through<T, 3>(outer, gyr_jacobian_);
+  }
+  template <class T>
+  Mat<T, 9, 3> through_acc_bias(const Mat3<T>& outer) const {
+    return through<T, 3>(outer, acc_jacobian_);
   }
 
   template <class T>
@@ -40,10 +56,10 @@ class ImuResidual {
                      const Vec<T, 9>& d) const {
     Vec<T, 9> r;
     r.template head<3>() = rotation(R_i, R_j, d).Log();
-    r.template segment<3>(3) = R_i.unrotate(velocity_change(v_i, v_j)) - imu_.delta_v().cast<T>() -
-                               d.template segment<3>(3);
-    r.template tail<3>() =
-        R_i.unrotate(displacement(v_i, p_i, p_j)) - imu_.delta_p().cast<T>() - d.template tail<3>();
+    r.template segment<3>(3) = R_i.unrotate(velocity_change(v_i, v_j)) -
+                               delta_v_.template cast<T>() - d.template segment<3>(3);
+    r.template tail<3>() = R_i.unrotate(displacement(v_i, p_i, p_j)) - delta_p_.template cast<T>() -
+                           d.template tail<3>();
     return r;
   }
 
@@ -53,14 +69,14 @@ class ImuResidual {
                       const Rot3T<T>& R_j, const Vec3<T>& v_j, const Vec3<T>& p_j,
                       const Vec<T, 9>& d, M93<T>& J_Ri, M93<T>& J_vi, M93<T>& J_pi, M93<T>& J_Rj,
                       M93<T>& J_vj, M93<T>& J_pj, Mat3<T>& outer) const {
-    const T h(imu_.duration_s());
+    const T h(duration_s_);
     const Rot3T<T> Q = rotation(R_i, R_j, d);
     const Mat3<T> bRn = R_i.matrix().transpose();
     const Vec3<T> dv = velocity_change(v_i, v_j), dp = displacement(v_i, p_i, p_j);
     Vec<T, 9> r;
     r.template head<3>() = Q.Log();
-    r.template segment<3>(3) = bRn * dv - imu_.delta_v().cast<T>() - d.template segment<3>(3);
-    r.template tail<3>() = bRn * dp - imu_.delta_p().cast<T>() - d.template tail<3>();
+    r.template segment<3>(3) = bRn * dv - delta_v_.template cast<T>() - d.template segment<3>(3);
+    r.template tail<3>() = bRn * dp - delta_p_.template cast<T>() - d.template tail<3>();
 
     for (M93<T>* J : {&J_Ri, &J_vi, &J_pi, &J_Rj, &J_vj, &J_pj}) J->setZero();
     const Mat3<T> J_log = so3::right_jacobian_inverse(Vec3<T>(r.template head<3>()));
@@ -77,48 +93,52 @@ class ImuResidual {
     return r;
   }
 
-  // d r / d x from d d / d x.
+  // d r / d x from J = d d / d x.
   template <class T, int N>
-  static Mat<T, 9, N> through(const Mat3<T>& outer, const Mat<double, 9, N>& J_d) {
-    Mat<T, 9, N> J = -J_d.template cast<T>();
-    J.template topRows<3>() = outer * J.template topRows<3>();
-    return J;
+  static Mat<T, 9, N> through(const Mat3<T>& outer, const Mat<S, 9, N>& J) {
+    Mat<T, 9, N> out = -J.template cast<T>();
+    out.template topRows<3>() = outer * out.template topRows<3>();
+    return out;
+  }
+  template <class T, int N>
+  static Vec<T, 9> times(const Mat<S, 9, N>& J, const Vec<T, N>& x) {
+    return J.template cast<T>() * x;
   }
 
  private:
   template <class T>
   Rot3T<T> rotation(const Rot3T<T>& R_i, const Rot3T<T>& R_j, const Vec<T, 9>& d) const {
-    const Rot3T<T> delta = imu_.delta_R().cast<T>() * Rot3T<T>::Exp(Vec3<T>(d.template head<3>()));
+    const Rot3T<T> delta =
+        delta_R_.template cast<T>() * Rot3T<T>::Exp(Vec3<T>(d.template head<3>()));
     return delta.inverse() * (R_i.inverse() * R_j);
   }
   template <class T>
   Vec3<T> velocity_change(const Vec3<T>& v_i, const Vec3<T>& v_j) const {
-    return v_j - v_i - (g_n_ * imu_.duration_s()).cast<T>();
+    return v_j - v_i - g_n_.template cast<T>() * T(duration_s_);
   }
   template <class T>
   Vec3<T> displacement(const Vec3<T>& v_i, const Vec3<T>& p_i, const Vec3<T>& p_j) const {
-    const double h = imu_.duration_s();
-    return p_j - p_i - v_i * T(h) - (g_n_ * (0.5 * h * h)).cast<T>();
+    const T h(duration_s_);
+    return p_j - p_i - v_i * h - g_n_.template cast<T>() * (T(0.5) * h * h);
   }
 
-  PreintegratedImu imu_;
-  Vector3 g_n_;
+  // In an order that leaves no gaps in memory.
+  Rot3T<S> delta_R_;
+  Mat<S, 9, 3> gyr_jacobian_, acc_jacobian_;
+  Vec3<S> delta_v_, delta_p_, gyr_bias_, acc_bias_, g_n_;
+  S duration_s_;
 };
 
 }  // namespace detail
 
 // Both biases unknown.
-class PreintegratedImuFactor
-    : public Factor<9, Rot3, Vector3, Vector3, Rot3, Vector3, Vector3, Vector3, Vector3> {
+template <class S>
+class PreintegratedImuText {
   template <class T>
   using M93 = Mat<T, 9, 3>;
 
  public:
-  PreintegratedImuFactor(Key R_i, Key v_i, Key p_i, Key R_j, Key v_j, Key p_j, Key gyr_bias,
-                         Key acc_bias, const PreintegratedImu& imu, const Vector3& g_n)
-      : Factor({R_i, v_i, p_i, R_j, v_j, p_j, gyr_bias, acc_bias},
-               Noise<9>::full(imu.covariance())),
-        shared_(imu, g_n) {}
+  PreintegratedImuText(const PreintegratedImu& imu, const Vector3& g_n) : shared_(imu, g_n) {}
 
   template <class T>
   Vec<T, 9> residual(const Rot3T<T>& R_i, const Vec3<T>& v_i, const Vec3<T>& p_i,
@@ -138,31 +158,47 @@ class PreintegratedImuFactor
     Vec<T, 9> r =
         shared_.linearize(R_i, v_i, p_i, R_j, v_j, p_j, shared_.bias_correction(gyr_bias, acc_bias),
                           J_Ri, J_vi, J_pi, J_Rj, J_vj, J_pj, outer);
-    J_gyr = shared_.through(outer, shared_.imu().gyr_bias_jacobian());
-    J_acc = shared_.through(outer, shared_.imu().acc_bias_jacobian());
+    J_gyr = shared_.through_gyr_bias(outer);
+    J_acc = shared_.through_acc_bias(outer);
     return r;
   }
 
-  // What was integrated.
-  const PreintegratedImu& imu() const { return shared_.imu(); }
-
  private:
-  detail::ImuResidual shared_;
+  detail::ImuText<S> shared_;
 };
 
+class PreintegratedImuFactor
+    : public Factor<9, Rot3, Vector3, Vector3, Rot3, Vector3, Vector3, Vector3, Vector3>,
+      public PreintegratedImuText<double> {
+ public:
+  template <class S>
+  using Text = PreintegratedImuText<S>;
+
+  PreintegratedImuFactor(Key R_i, Key v_i, Key p_i, Key R_j, Key v_j, Key p_j, Key gyr_bias,
+                         Key acc_bias, const PreintegratedImu& imu, const Vector3& g_n)
+      : Factor({R_i, v_i, p_i, R_j, v_j, p_j, gyr_bias, acc_bias},
+               Noise<9>::full(imu.covariance())),
+        PreintegratedImuText(imu, g_n),
+        imu_(imu) {}
+
+  // What was integrated.
+  const PreintegratedImu& imu() const { return imu_; }
+
+ private:
+  PreintegratedImu imu_;
+};
+template <>
+inline constexpr bool kHasLanes<PreintegratedImuFactor> = true;
+
 // The gyroscope's scale errors and misalignment unknown, too: gyr = (I + S) w + o_w.
-class ScaledImuFactor : public Factor<9, Rot3, Vector3, Vector3, Rot3, Vector3, Vector3, Vector3,
-                                      Vector3, LowerTriangle> {
+template <class S>
+class ScaledImuText {
   template <class T>
   using M93 = Mat<T, 9, 3>;
 
  public:
-  // imu: integrated with S.
-  ScaledImuFactor(Key R_i, Key v_i, Key p_i, Key R_j, Key v_j, Key p_j, Key gyr_bias, Key acc_bias,
-                  Key gyr_matrix, const PreintegratedImu& imu, const Vector3& g_n)
-      : Factor({R_i, v_i, p_i, R_j, v_j, p_j, gyr_bias, acc_bias, gyr_matrix},
-               Noise<9>::full(imu.covariance())),
-        shared_(imu, g_n) {}
+  ScaledImuText(const PreintegratedImu& imu, const Vector3& g_n)
+      : shared_(imu, g_n), jacobian_(imu.gyr_matrix_jacobian()), matrix_(imu.gyr_matrix()) {}
 
   template <class T>
   Vec<T, 9> residual(const Rot3T<T>& R_i, const Vec3<T>& v_i, const Vec3<T>& p_i,
@@ -183,9 +219,9 @@ class ScaledImuFactor : public Factor<9, Rot3, Vector3, Vector3, Rot3, Vector3, 
     Vec<T, 9> r =
         shared_.linearize(R_i, v_i, p_i, R_j, v_j, p_j, correction(gyr_bias, acc_bias, gyr_matrix),
                           J_Ri, J_vi, J_pi, J_Rj, J_vj, J_pj, outer);
-    J_gyr = shared_.through(outer, shared_.imu().gyr_bias_jacobian());
-    J_acc = shared_.through(outer, shared_.imu().acc_bias_jacobian());
-    J_matrix = shared_.through(outer, shared_.imu().gyr_matrix_jacobian());
+    J_gyr = shared_.through_gyr_bias(outer);
+    J_acc = shared_.through_acc_bias(outer);
+    J_matrix = shared_.template through<T, 6>(outer, jacobian_);
     return r;
   }
 
@@ -193,12 +229,30 @@ class ScaledImuFactor : public Factor<9, Rot3, Vector3, Vector3, Rot3, Vector3, 
   template <class T>
   Vec<T, 9> correction(const Vec3<T>& gyr_bias, const Vec3<T>& acc_bias,
                        const Vec<T, 6>& gyr_matrix) const {
-    const Vec<T, 6> moved = gyr_matrix - shared_.imu().gyr_matrix().cast<T>();
     return shared_.bias_correction(gyr_bias, acc_bias) +
-           shared_.imu().gyr_matrix_jacobian().cast<T>() * moved;
+           shared_.template times<T, 6>(jacobian_, gyr_matrix - matrix_.template cast<T>());
   }
 
-  detail::ImuResidual shared_;
+  detail::ImuText<S> shared_;
+  Mat<S, 9, 6> jacobian_;
+  Vec<S, 6> matrix_;
 };
+
+class ScaledImuFactor : public Factor<9, Rot3, Vector3, Vector3, Rot3, Vector3, Vector3, Vector3,
+                                      Vector3, LowerTriangle>,
+                        public ScaledImuText<double> {
+ public:
+  template <class S>
+  using Text = ScaledImuText<S>;
+
+  // imu: integrated with S.
+  ScaledImuFactor(Key R_i, Key v_i, Key p_i, Key R_j, Key v_j, Key p_j, Key gyr_bias, Key acc_bias,
+                  Key gyr_matrix, const PreintegratedImu& imu, const Vector3& g_n)
+      : Factor({R_i, v_i, p_i, R_j, v_j, p_j, gyr_bias, acc_bias, gyr_matrix},
+               Noise<9>::full(imu.covariance())),
+        ScaledImuText(imu, g_n) {}
+};
+template <>
+inline constexpr bool kHasLanes<ScaledImuFactor> = true;
 
 }  // namespace magimu

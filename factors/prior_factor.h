@@ -7,18 +7,17 @@
 
 namespace magimu {
 
-template <class V>
-class PriorFactor : public Factor<VariableTraits<V>::kTangent, V> {
+template <class V, class S>
+class PriorText {
   static constexpr int kN = VariableTraits<V>::kTangent;
 
  public:
-  PriorFactor(Key key, const V& mean, const Noise<kN>& noise)
-      : Factor<kN, V>({key}, noise), mean_(mean) {}
+  explicit PriorText(const Rebind<V, S>& mean) : mean_(mean) {}
 
   template <class T>
   Vec<T, kN> residual(const Rebind<V, T>& x) const {
     if constexpr (std::is_same_v<V, double>) {
-      return Vec<T, 1>(x - mean_);
+      return Vec<T, 1>(x - T(mean_));
     } else {
       return (x - mean_.template cast<T>()).reshaped();
     }
@@ -31,8 +30,22 @@ class PriorFactor : public Factor<VariableTraits<V>::kTangent, V> {
   }
 
  private:
-  V mean_;
+  Rebind<V, S> mean_;
 };
+
+template <class V>
+class PriorFactor : public Factor<VariableTraits<V>::kTangent, V>, public PriorText<V, double> {
+  static constexpr int kN = VariableTraits<V>::kTangent;
+
+ public:
+  template <class S>
+  using Text = PriorText<V, S>;
+
+  PriorFactor(Key key, const V& mean, const Noise<kN>& noise)
+      : Factor<kN, V>({key}, noise), PriorText<V, double>(mean) {}
+};
+template <>
+inline constexpr bool kHasLanes<PriorFactor<Vector3>> = true;
 
 template <>
 class PriorFactor<Rot3> : public Factor<3, Rot3> {

@@ -87,6 +87,20 @@ class ExtendedBatch final : public FactorBatch {
     return 0.5 * sum;
   }
 
+  LaneText lane_text(Isa isa) const override { return detail::lane_text_of(factors_, isa); }
+  void copy_text(int i, double* text) const override {
+    detail::copy_text(factors_[std::size_t(i)], text);
+  }
+  const double* whitening(int i) const override {
+    return factors_[std::size_t(i)].noise().whitening().data();
+  }
+  bool whitening_is_diagonal() const override { return detail::all_diagonal(factors_); }
+  bool robust() const override { return detail::any_robust(factors_); }
+  std::span<const double> linear_at() const override {
+    return {at_.data(), std::size_t(at_.size())};
+  }
+  const double* linear_gain(int i) const override { return gain(i).data(); }
+
  private:
   static constexpr auto kTypes = []<std::size_t... I>(std::index_sequence<I...>) {
     return std::array<VariableType, sizeof...(I)>{

@@ -32,6 +32,7 @@
 #include <utility>
 
 #include "graph/key.h"
+#include "graph/lanes.h"
 #include "graph/noise.h"
 #include "graph/variable.h"
 

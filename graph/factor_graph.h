@@ -3,6 +3,8 @@
 // linearizing the graph is one virtual call a batch and none a factor.
 #pragma once
 
+#include <algorithm>
+#include <cstring>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -41,7 +43,50 @@ class FactorBatch {
   // of the cost is J'r. Row i of a Jacobian holds columns() numbers, variable by variable.
   virtual double linearize(std::span<const double> data, const ResolvedKeys& keys, int begin,
                            int end, double* residuals, double* jacobians) const = 0;
+
+  // Code that works on several of these factors at once (lanes.h), robust losses aside; none by
+  // default.
+  virtual LaneText lane_text(Isa) const { return {}; }
+  // What that code reads of a factor; text: lane_text().doubles numbers.
+  virtual void copy_text(int /*factor*/, double* /*text*/) const {}
+  // The factor's whitening matrix, rows() squared.
+  virtual const double* whitening(int /*factor*/) const { return nullptr; }
+  virtual bool whitening_is_diagonal() const { return false; }
+  // Has any of the factors a robust loss?
+  virtual bool robust() const { return false; }
+  // The last columns may be linear (extended_batch.h): residual - gain (x - at), column by column.
+  virtual std::span<const double> linear_at() const { return {}; }
+  virtual const double* linear_gain(int /*factor*/) const { return nullptr; }
 };
+
+namespace detail {
+
+template <class F>
+LaneText lane_text_of(const std::vector<F>& factors, Isa isa) {
+  if constexpr (kHasLanes<F>) {
+    if (!factors.empty()) return lane_text<F>(isa);
+  }
+  return {};
+}
+template <class F>
+bool any_robust(const std::vector<F>& factors) {
+  return std::any_of(factors.begin(), factors.end(),
+                     [](const F& f) { return f.noise().loss().kind != Loss::Kind::kNone; });
+}
+template <class F>
+void copy_text(const F& factor, double* text) {
+  if constexpr (kHasLanes<F>) {
+    const typename F::template Text<double>& single = factor;
+    std::memcpy(text, &single, sizeof single);
+  }
+}
+template <class F>
+bool all_diagonal(const std::vector<F>& factors) {
+  return std::all_of(factors.begin(), factors.end(),
+                     [](const F& f) { return f.noise().is_diagonal(); });
+}
+
+}  // namespace detail
 
 template <class F>
 class FactorBatchOf final : public FactorBatch {
@@ -98,6 +143,16 @@ class FactorBatchOf final : public FactorBatch {
     }
     return 0.5 * sum;
   }
+
+  LaneText lane_text(Isa isa) const override { return detail::lane_text_of(factors, isa); }
+  void copy_text(int i, double* text) const override {
+    detail::copy_text(factors[std::size_t(i)], text);
+  }
+  const double* whitening(int i) const override {
+    return factors[std::size_t(i)].noise().whitening().data();
+  }
+  bool whitening_is_diagonal() const override { return detail::all_diagonal(factors); }
+  bool robust() const override { return detail::any_robust(factors); }
 
  private:
   static constexpr auto kTypes = []<std::size_t... I>(std::index_sequence<I...>) {

@@ -43,6 +43,14 @@ int Values::find(Key key, VariableType type) const {
   return s.stored;
 }
 
+void Values::assign(std::span<const double> data) {
+  if (data.size() != data_.size()) {
+    throw std::invalid_argument("these values have " + std::to_string(data_.size()) +
+                                " numbers, not " + std::to_string(data.size()));
+  }
+  data_.assign(data.begin(), data.end());
+}
+
 Values Values::retract(std::span<const double> delta) const {
   if (delta.size() != std::size_t(dim())) {
     throw std::invalid_argument("retract needs one number a degree of freedom: " +

@@ -55,6 +55,9 @@ class Values {
   // Number of degrees of freedom.
   int dim() const { return layout_->dim; }
   std::span<const double> data() const { return data_; }
+  // All numbers at once, in the order of data(). Throws std::invalid_argument if there are more or
+  // fewer.
+  void assign(std::span<const double> data);
 
   // Every variable moved by its part of delta, dim() numbers in the order of the columns. Throws
   // std::invalid_argument if there are more or fewer.

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "solvers/null_space.h"
+#include "solvers/problem.h"
 
 namespace magimu {
 namespace {
@@ -20,53 +21,39 @@ constexpr double kLightDamping = 1e-4;
 
 constexpr const char* kNotFiniteMessage = "A residual or a Jacobian is not a finite number.";
 
-struct Step {
-  VectorXd delta;
-  double predicted_decrease = 0.0;  // of the undamped quadratic model
-  double sigma = 0.0;
-};
+using Step = ProposedStep;
 
 class Run {
  public:
   Run(const FactorGraph& graph, const OptimizerOptions& options, const Values& initial)
-      : options_(options),
-        system_(graph, initial),
-        solver_(make_linear_solver(options.backend)),
-        start_(std::chrono::steady_clock::now()) {
-    linearize(initial);
-    result_.cost_initial = cost_;
+      : graph_(graph),
+        options_(options),
+        start_(std::chrono::steady_clock::now()),
+        columns_(initial.dim()),
+        problem_(make_problem(graph, initial, options)) {
+    result_.cost_initial = cost();
+    result_.values = initial;
+    find_rounding();
   }
 
-  // False where a residual or a Jacobian is not a finite number: why solve() failed.
-  bool linearization_is_finite() const {
-    return system_.residual().allFinite() && norms_.allFinite();
-  }
+  bool linearization_is_finite() const { return problem_->is_finite(); }
   bool start_is_finite() {
-    if (std::isfinite(cost_)) return true;
+    if (std::isfinite(cost())) return true;
     stop(StopReason::kNotFinite, "The residuals at the initial values are not finite numbers.");
     return false;
   }
 
-  // Solves for a step with the given damping; false if the matrix is singular.
-  bool solve(double damping, Step& step) {
-    const VectorXd& scale = options_.damp_by_largest_norm ? largest_scale_ : scale_;
-    if (!solver_->factorize(system_, scale, damping)) return false;
-    step.delta = scale.cwiseProduct(solver_->solve(system_, scale));
-    const VectorXd Jd = system_.multiply(step.delta);
-    step.predicted_decrease = -(system_.residual().dot(Jd) + 0.5 * Jd.squaredNorm());
-    step.sigma = Jd.norm();
-    return step.delta.allFinite();
+  bool solve(double damping, Step& step) { return problem_->solve(damping, step); }
+  double candidate_cost() { return problem_->candidate_cost(); }
+  void accept() {
+    problem_->accept();
+    find_rounding();
   }
-
-  Values moved(const Step& step) const {
-    return result_.values.retract({step.delta.data(), std::size_t(step.delta.size())});
-  }
-  double cost_at(const Values& values) const { return system_.cost(values); }
-  double cost() const { return cost_; }
+  double cost() const { return problem_->cost(); }
   // Is a change of the cost no larger than its rounding errors?
   bool negligible(double change) const {
     return std::abs(change) <=
-           std::max(kCostPrecision * cost_, std::sqrt(2.0 * cost_) * variables_rounding_);
+           std::max(kCostPrecision * cost(), std::sqrt(2.0 * cost()) * variables_rounding_);
   }
   // Is a step that damping hardly shortened small enough to stop?
   bool small(const Step& step) const {
@@ -74,19 +61,16 @@ class Run {
   }
   // One standard deviation, in units of the factors' noise.
   double sigma_unit() const {
-    if (!options_.noise_from_residuals || system_.rows() <= system_.cols()) return 1.0;
-    return std::sqrt(2.0 * cost_ / (system_.rows() - system_.cols()));
+    if (!options_.noise_from_residuals || problem_->rows() <= columns_) return 1.0;
+    return std::sqrt(2.0 * cost() / (problem_->rows() - columns_));
   }
 
-  void accept(Values values) { linearize(std::move(values)); }
-
-  void record(const Step& step, double damping, double gain_ratio, bool accepted,
-              double gradient_norm) {
-    result_.trace.push_back({int(result_.trace.size()), cost_, gradient_norm, step.delta.norm(),
-                             step.sigma, damping, gain_ratio, accepted});
-    result_.step_norm = step.delta.norm();
+  void record(const Step& step, double gain_ratio, bool accepted, double gradient_norm) {
+    result_.trace.push_back({int(result_.trace.size()), cost(), gradient_norm, step.norm,
+                             step.sigma, step.damping, gain_ratio, accepted});
+    result_.step_norm = step.norm;
   }
-  double gradient_norm() const { return scale_.cwiseProduct(system_.gradient()).norm(); }
+  double gradient_norm() const { return problem_->gradient_norm(); }
   int steps() const { return int(result_.trace.size()); }
 
   void stop(StopReason reason, const std::string& message) {
@@ -108,55 +92,42 @@ class Run {
   }
   void stop_singular() {
     std::string message = "The data leave a combination of variables undetermined";
-    const auto null = find_null_space(system_, *solver_);
+    const Values at = problem_->values();
+    LinearSystem system(graph_, at);
+    system.linearize(at);
+    const auto null = find_null_space(system, *make_linear_solver(options_.backend));
     for (const NullDirection& direction : null) {
-      message +=
-          (&direction == null.data() ? ": " : "; and ") + describe(direction, result_.values);
+      message += (&direction == null.data() ? ": " : "; and ") + describe(direction, at);
     }
     stop(StopReason::kSingular, message + ". Add a factor on it: a measurement or a prior.");
   }
 
   Result finish() {
-    result_.cost_final = cost_;
+    result_.values = problem_->values();
+    result_.cost_final = cost();
     result_.iterations = steps();
-    result_.gradient_norm = std::isfinite(cost_) ? gradient_norm() : cost_;
+    result_.gradient_norm = std::isfinite(cost()) ? gradient_norm() : cost();
+    result_.solver = problem_->solver();
     result_.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
     return std::move(result_);
   }
 
  private:
-  void linearize(Values values) {
-    result_.values = std::move(values);
-    cost_ = system_.linearize(result_.values);
-    norms_ = system_.squared_column_norms().cwiseSqrt();
-    if (largest_.size() == 0) largest_ = norms_;
-    largest_ = largest_.cwiseMax(norms_);
-    const auto inverse = [](double n) { return n > 0.0 ? 1.0 / n : 1.0; };
-    scale_ = norms_.unaryExpr(inverse);
-    largest_scale_ = largest_.unaryExpr(inverse);
-    variables_rounding_ = kVariablePrecision * sizes_in_sigmas().norm();
-  }
-  // What a change of a variable by its own size would change the residuals, column by column.
-  VectorXd sizes_in_sigmas() const {
-    VectorXd out = norms_;
-    for (const Values::Slot& s : result_.values.slots()) {
-      if (s.type.kind == 'R') continue;  // the size of a rotation is 1
-      for (int i = 0; i < s.type.tangent(); ++i) {
-        out[s.tangent + i] *= std::abs(result_.values.data()[std::size_t(s.stored + i)]);
-      }
-    }
-    return out;
-  }
+  void find_rounding() { variables_rounding_ = kVariablePrecision * problem_->sizes_in_sigmas(); }
+
   // Variables without influence where they are now, though they had some on the way: a plateau.
   std::string faded_variables() const {
-    const VectorXd sizes = sizes_in_sigmas();
+    const VectorXd &norms = problem_->norms(), &largest = problem_->largest_norms();
+    const Values at = problem_->values();
     std::string names;
-    for (const Values::Slot& s : result_.values.slots()) {
+    for (const Values::Slot& s : at.slots()) {
       bool faded = false;
-      for (int c = s.tangent; c < s.tangent + s.type.tangent(); ++c) {
-        faded |= norms_[c] <= kNullTolerance * largest_[c] && largest_[c] > 0.0 &&
-                 sizes[c] <= kNullTolerance * sigma_unit();
+      for (int i = 0; i < s.type.tangent(); ++i) {
+        const int c = s.tangent + i;
+        const double x = s.type.kind == 'R' ? 1.0 : std::abs(at.data()[std::size_t(s.stored + i)]);
+        faded |= norms[c] <= kNullTolerance * largest[c] && largest[c] > 0.0 &&
+                 norms[c] * x <= kNullTolerance * sigma_unit();
       }
       if (faded) names += (names.empty() ? "" : ", ") + to_string(s.key);
     }
@@ -166,14 +137,12 @@ class Run {
            "damp_by_largest_norm and a larger initial_damping.";
   }
 
+  const FactorGraph& graph_;
   OptimizerOptions options_;
-  LinearSystem system_;
-  std::unique_ptr<LinearSolver> solver_;
   std::chrono::steady_clock::time_point start_;
-  VectorXd norms_, largest_;         // of the columns: now, and at most so far
-  VectorXd scale_, largest_scale_;   // their inverses
+  int columns_;
+  std::unique_ptr<Problem> problem_;
   double variables_rounding_ = 0.0;  // in standard deviations
-  double cost_ = 0.0;
   Result result_;
 };
 
@@ -212,21 +181,21 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
     double gain_ratio = 0.0, cost = run.cost();
     const bool solved = run.solve(used, step);
     if (solved) {
-      Values candidate = run.moved(step);
-      cost = run.cost_at(candidate);
+      cost = run.candidate_cost();
       const double decrease = run.cost() - cost;
       const bool at_rounding = run.negligible(step.predicted_decrease) && run.negligible(decrease);
       gain_ratio = at_rounding ? 1.0 : decrease / step.predicted_decrease;
       accepted = std::isfinite(cost) && gain_ratio > options_.min_gain_ratio;
-      if (accepted) run.accept(std::move(candidate));
+      if (accepted) run.accept();
     } else if (!run.linearization_is_finite()) {
       run.stop(StopReason::kNotFinite, kNotFiniteMessage);
       break;
     }
-    run.record(step, used, gain_ratio, accepted, gradient_norm);
+    if (!solved) step.damping = used;
+    run.record(step, gain_ratio, accepted, gradient_norm);
     // A heavily damped step is short for another reason than being at the optimum. A light one of
     // this length is at the optimum even if rejected: what it would gain is below rounding.
-    if (solved && used <= kLightDamping && run.small(step)) {
+    if (solved && step.damping <= kLightDamping && run.small(step)) {
       run.stop_converged(step);
       break;
     }
@@ -265,14 +234,15 @@ Result GaussNewton::optimize(const Values& initial) const {
       break;
     }
     const double before = run.cost();
-    run.accept(run.moved(step));
+    run.candidate_cost();
+    run.accept();
     if (!std::isfinite(run.cost())) {
       run.stop(StopReason::kNotFinite,
                "A full step led to residuals that are not finite numbers; "
                "Levenberg-Marquardt would have shortened it.");
       break;
     }
-    run.record(step, 0.0, (before - run.cost()) / step.predicted_decrease, true, gradient_norm);
+    run.record(step, (before - run.cost()) / step.predicted_decrease, true, gradient_norm);
     if (run.small(step)) {
       run.stop_converged(step);
       break;

@@ -11,6 +11,7 @@
 // Not thread safe: one optimizer a thread. The result does not depend on the number of threads.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ namespace magimu {
 
 struct OptimizerOptions {
   Backend backend = Backend::kAuto;
+  std::optional<Isa> isa;  // of the windows' code; unless given, the best of this machine
   // Stop when the step is this small in standard deviations: sqrt(2 x predicted decrease of the
   // cost), the step's length in the metric J'J. 1e-6: a millionth of a sigma.
   double step_tolerance = 1e-6;
@@ -68,6 +70,7 @@ struct Result {
   double cost_initial = 0.0, cost_final = 0.0;
   double gradient_norm = 0.0, step_norm = 0.0;
   double seconds = 0.0;
+  std::string solver;  // by what the steps were solved for
   std::vector<IterationRecord> trace;
 
   bool converged() const { return reason == StopReason::kConverged; }

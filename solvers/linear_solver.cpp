@@ -53,6 +53,8 @@ std::string to_string(Backend backend) {
   switch (backend) {
     case Backend::kAuto:
       return "auto";
+    case Backend::kWindows:
+      return "windows";
     case Backend::kChain:
       return "chain";
     case Backend::kCholmod:
@@ -65,7 +67,16 @@ std::string to_string(Backend backend) {
   return "?";
 }
 
+Backend square_root_backend() {
+#ifdef MAGIMU_WITH_SUITESPARSE
+  return Backend::kSpqr;
+#else
+  return Backend::kEigen;
+#endif
+}
+
 std::unique_ptr<LinearSolver> make_linear_solver(Backend backend) {
+  if (backend == Backend::kWindows) backend = Backend::kAuto;  // the windows' own are optimizers'
   if (backend == Backend::kAuto || backend == Backend::kChain) {
     return std::make_unique<StructuredSolver>(backend == Backend::kChain);
   }

@@ -11,7 +11,9 @@
 namespace magimu {
 
 enum class Backend {
-  kAuto,     // the chain solver where the graph fits; else CHOLMOD if it is built in, or Eigen
+  kAuto,     // windows where the graph fits, or the chain solver; else CHOLMOD, or Eigen
+  kWindows,  // optimizers only: chains that share a few globals, linearized and eliminated in one
+             // pass in SIMD lanes; square-root form (SPQR) once it comes close to singular
   kChain,    // block elimination along chains that share a few globals: many times faster
   kCholmod,  // supernodal Cholesky of J'J: fast; squares the condition number
   kSpqr,     // multifrontal QR of J: for problems close to singular
@@ -36,6 +38,10 @@ class LinearSolver {
 // Throws std::invalid_argument if the back end was not built in. With kAuto and kChain the first
 // factorize() looks at the system; kChain's throws std::invalid_argument if it has no such form.
 std::unique_ptr<LinearSolver> make_linear_solver(Backend backend);
+
+// The one that works on J itself by orthogonal transformations, for problems close to singular;
+// the most careful that there is where SuiteSparse is not built in.
+Backend square_root_backend();
 
 // 1 / norm of each column of J; 1 where the column is zero.
 VectorXd column_scale(const LinearSystem& system);

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One pass over a group of windows, one in each SIMD lane: every factor is linearized where it is
+// needed, its products are added to the node it belongs to, and the node is eliminated at once, so
+// that no Jacobian ever lies in memory longer than its own step. What is left is each window's
+// information about its two boundary nodes and the globals. A second pass, downward, moves the
+// inner nodes once the boundaries' and the globals' steps are known.
+//
+// Plain numbers and pointers only: the code is compiled once for each instruction set
+// (lane_sweep.inc). All arrays hold lanes side by side (graph/lanes.h).
+//
+// A window's border is [left boundary node (d) | globals (g) | residual (1)], b = d + g + 1
+// columns.
+#pragma once
+
+#include "graph/lanes.h"
+
+namespace magimu::lanes {
+
+// Where a variable of a factor lies.
+enum class Place { kOwn, kNext, kLeft, kGlobal };
+struct Source {
+  Place place;
+  int offset;  // in doubles a lane, within its node or the globals
+};
+
+// Successive products J_i' J_j, j = first to first + count, go to successive places.
+struct Products {
+  int i, first, count;
+  int to;  // in doubles a lane, within Sweep::state
+};
+
+// Factors of one type whose columns lie alike.
+struct Pattern {
+  LaneText text;  // without: linearize_one is called lane by lane
+  int rows, columns;
+  const Source* sources;
+  const Products* products;
+  int n_products;
+  bool diagonal;       // of the whitening: rows numbers a lane, else rows (rows + 1) / 2
+  int linear;          // the last columns, linear with a gain of rows * linear numbers a lane
+  const double* at;    // where their residual is that of the text
+  const int* globals;  // which globals they are
+  void (*linearize_one)(const Pattern& pattern, int factor, int lane, int lanes,
+                        const double* const* x, double* J);
+  const void* context;  // of linearize_one
+};
+
+// A factor in each lane, or none: its whitening is zero then.
+struct Call {
+  const Pattern* pattern;
+  const double* data;  // text, whitening, gain
+  const int* factors;  // their numbers, -1: none; only for linearize_one
+};
+
+// A variable of a node.
+struct NodeVariable {
+  int stored, tangent, size;  // offsets, degrees of freedom
+  bool rotation;
+};
+
+struct Sweep {
+  int d, stored, g, b, steps;  // of the last step, the right boundary, only factors are left
+  const Call* calls;
+  const int* first_call;  // of each step; steps + 2 entries
+  const double* absent;   // steps + 1: 1 where a lane has no node to eliminate
+  const NodeVariable* variables;
+  int n_variables;
+  const double *nodes, *left, *globals;  // values; nodes: steps + 1 of them
+
+  double damping;    // of columns of unit norm
+  double* state;     // work space, see state_doubles()
+  double* jacobian;  // work space: the largest rows x (columns + 1)
+  double* kept;      // of each step, for the downward pass: see kept_doubles()
+  // Out: right boundary [d x d | d x b], then the border [blocks of block_index()], the part that
+  // factors say and the part that elimination takes away, then what scalars() lists.
+  double* out;
+
+  // The downward pass: steps of left and right boundary, and globals (not a lane, one number each);
+  // new values of the inner nodes; sums of diag * delta^2 and delta^2 over them.
+  const double *delta_left, *delta_right, *delta_globals;
+  double* moved;
+  double *sum_damped, *sum_squares;
+};
+
+// Upper triangle of a symmetric b x b matrix in rows of four: entry (i, j), j >= i / 4 * 4.
+constexpr int block_index(int i, int j, int b) {
+  const int q = i / 4;
+  return 4 * q * b - 8 * q * (q - 1) + (i - 4 * q) * (b - 4 * q) + (j - 4 * q);
+}
+constexpr int block_doubles(int b) { return block_index((b + 3) / 4 * 4, (b + 3) / 4 * 4, b); }
+
+// Layout of Sweep::state: own d x d, coupling d x d, next d x d, own d x b, next d x b, border.
+constexpr int own_at(int) { return 0; }
+constexpr int coupling_at(int d) { return d * d; }
+constexpr int next_at(int d) { return 2 * d * d; }
+constexpr int own_border_at(int d, int) { return 3 * d * d; }
+constexpr int next_border_at(int d, int b) { return 3 * d * d + d * b; }
+constexpr int border_at(int d, int b) { return 3 * d * d + 2 * d * b; }
+constexpr int state_doubles(int d, int b) { return border_at(d, b) + 2 * block_doubles(b) + 2 * d; }
+// Of a step: inverse diagonal and rows [own (d x d) | next (d x d) | border (d x b)], diagonal (d).
+constexpr int kept_doubles(int d, int b) { return 2 * d + d * (2 * d + b); }
+// Of Sweep::out: own, own border, border twice; diagonal and gradient (2 d) of the right boundary
+// before anything was eliminated; and sums over the inner nodes: of gradient^2 / diagonal, of
+// diagonal * value^2 (1 for rotations), and the smallest pivot relative to its diagonal.
+constexpr int raw_at(int d, int b) { return d * d + d * b + 2 * block_doubles(b); }
+constexpr int sums_at(int d, int b) { return raw_at(d, b) + 2 * d; }
+constexpr int out_doubles(int d, int b) { return sums_at(d, b) + 3; }
+
+struct SweepCode {
+  void (*up)(const Sweep&);
+  void (*down)(const Sweep&);
+};
+// For nodes of d degrees of freedom, at most kMaxNode.
+inline constexpr int kMaxNode = 40;
+SweepCode sweep_code(Isa isa, int d);
+
+}  // namespace magimu::lanes

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <stdexcept>
+
+#include "solvers/problem.h"
+
+namespace magimu {
+namespace {
+
+class SparseProblem final : public Problem {
+ public:
+  SparseProblem(const FactorGraph& graph, const Values& values, const OptimizerOptions& options)
+      : by_largest_(options.damp_by_largest_norm),
+        system_(graph, values),
+        solver_(make_linear_solver(options.backend)),
+        backend_(options.backend) {
+    linearize(values);
+  }
+
+  double cost() const override { return cost_; }
+  bool is_finite() const override {
+    return std::isfinite(cost_) && system_.residual().allFinite() && norms_.allFinite();
+  }
+  double gradient_norm() const override { return scale_.cwiseProduct(system_.gradient()).norm(); }
+  // What a change of a variable by its own size would change the residuals.
+  double sizes_in_sigmas() const override {
+    VectorXd out = norms_;
+    for (const Values::Slot& s : values_.slots()) {
+      if (s.type.kind == 'R') continue;  // the size of a rotation is 1
+      for (int i = 0; i < s.type.tangent(); ++i) {
+        out[s.tangent + i] *= std::abs(values_.data()[std::size_t(s.stored + i)]);
+      }
+    }
+    return out.norm();
+  }
+  int rows() const override { return system_.rows(); }
+
+  bool solve(double damping, ProposedStep& step) override {
+    const VectorXd& scale = by_largest_ ? largest_scale_ : scale_;
+    if (!solver_->factorize(system_, scale, damping)) return false;
+    const VectorXd delta = scale.cwiseProduct(solver_->solve(system_, scale));
+    const VectorXd Jd = system_.multiply(delta);
+    step.damping = damping;
+    step.predicted_decrease = -(system_.residual().dot(Jd) + 0.5 * Jd.squaredNorm());
+    step.sigma = Jd.norm();
+    step.norm = delta.norm();
+    candidate_ = values_.retract({delta.data(), std::size_t(delta.size())});
+    return delta.allFinite();
+  }
+  double candidate_cost() override { return system_.cost(candidate_); }
+  void accept() override { linearize(std::move(candidate_)); }
+  Values values() const override { return values_; }
+  const VectorXd& norms() const override { return norms_; }
+  const VectorXd& largest_norms() const override { return largest_; }
+  std::string solver() const override { return to_string(backend_); }
+
+ private:
+  void linearize(Values values) {
+    values_ = std::move(values);
+    cost_ = system_.linearize(values_);
+    norms_ = system_.squared_column_norms().cwiseSqrt();
+    if (largest_.size() == 0) largest_ = norms_;
+    largest_ = largest_.cwiseMax(norms_);
+    const auto inverse = [](double n) { return n > 0.0 ? 1.0 / n : 1.0; };
+    scale_ = norms_.unaryExpr(inverse);
+    largest_scale_ = largest_.unaryExpr(inverse);
+  }
+
+  bool by_largest_;
+  LinearSystem system_;
+  std::unique_ptr<LinearSolver> solver_;
+  Backend backend_;
+  Values values_, candidate_;
+  VectorXd norms_, largest_;        // of the columns: now, and at most so far
+  VectorXd scale_, largest_scale_;  // their inverses
+  double cost_ = 0.0;
+};
+
+}  // namespace
+
+std::unique_ptr<Problem> make_sparse_problem(const FactorGraph& graph, const Values& values,
+                                             const OptimizerOptions& options) {
+  return std::make_unique<SparseProblem>(graph, values, options);
+}
+
+std::unique_ptr<Problem> make_problem(const FactorGraph& graph, const Values& values,
+                                      const OptimizerOptions& options) {
+  const bool asked = options.backend == Backend::kWindows;
+  if ((asked || options.backend == Backend::kAuto) && !options.damp_by_largest_norm) {
+    if (auto windows = make_window_problem(graph, values, options)) return windows;
+  }
+  if (asked) {
+    throw std::invalid_argument(
+        "the graph is not made of long chains that share a few globals (or has robust losses), so "
+        "windows cannot serve; use Backend::kAuto");
+  }
+  return make_sparse_problem(graph, values, options);
+}
+
+}  // namespace magimu

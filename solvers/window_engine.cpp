@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "solvers/window_engine.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace magimu {
+
+using namespace lanes;
+
+namespace {
+
+constexpr std::size_t kMaxLaneKeys = 63;  // of a factor without lane code
+
+}  // namespace
+
+std::unique_ptr<WindowEngine> WindowEngine::make(const FactorGraph& graph, const Values& values,
+                                                 std::optional<Isa> isa) {
+  const Isa chosen = isa.value_or(best_isa());
+  if (!is_available(chosen)) return nullptr;
+  for (const auto& batch : graph.batches()) {
+    const bool in_lanes = batch->lane_text(chosen).linearize != nullptr;
+    if (batch->robust() || (!in_lanes && batch->types().size() > kMaxLaneKeys)) return nullptr;
+  }
+  std::optional<Layout> layout = find_layout(graph, values, lanes_of(chosen));
+  if (!layout) return nullptr;
+  return std::unique_ptr<WindowEngine>(new WindowEngine(graph, values, std::move(*layout), chosen));
+}
+
+WindowEngine::WindowEngine(const FactorGraph& graph, const Values& values, Layout layout, Isa isa)
+    : graph_(graph),
+      layout_values_(values),
+      layout_(std::move(layout)),
+      isa_(isa),
+      lanes_(std::size_t(lanes_of(isa))),
+      program_(graph, layout_, isa),
+      code_(sweep_code(isa, layout_.d)),
+      chain_(layout_) {
+  for (const Layout::Group& g : layout_.groups) {
+    const std::size_t steps = std::size_t(g.steps) + 1, d = std::size_t(layout_.d);
+    Group own;
+    for (const int set : {0, 1}) {
+      own.nodes[set] = AlignedBuffer(steps * std::size_t(layout_.stored) * lanes_);
+      own.left[set] = AlignedBuffer(std::size_t(layout_.stored) * lanes_);
+    }
+    own.kept = AlignedBuffer(steps * std::size_t(kept_doubles(layout_.d, layout_.b())) * lanes_);
+    own.out = AlignedBuffer(std::size_t(out_doubles(layout_.d, layout_.b())) * lanes_);
+    own.delta_left = AlignedBuffer(d * lanes_);
+    own.delta_right = AlignedBuffer(d * lanes_);
+    own.sums = AlignedBuffer(2 * lanes_);
+    groups_.push_back(std::move(own));
+  }
+  for (const int set : {0, 1}) {
+    globals_[set] = AlignedBuffer(std::size_t(std::max(1, layout_.globals_stored)) * lanes_);
+  }
+}
+
+void WindowEngine::load(const Values& values) {
+  const std::span<const double> data = values.data();
+  const std::size_t per_node = layout_.node.size(), stored = std::size_t(layout_.stored);
+  const auto put = [&](int node, double* to) {
+    for (std::size_t k = 0; k < per_node; ++k) {
+      const Values::Slot& s =
+          layout_values_.slots()[std::size_t(layout_.slots[std::size_t(node) * per_node + k])];
+      for (int i = 0; i < s.type.stored(); ++i) {
+        to[std::size_t(layout_.node[k].stored + i) * lanes_] = data[std::size_t(s.stored + i)];
+      }
+    }
+  };
+  current_ = condensed_ = 0;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const Layout::Group& group = layout_.groups[g];
+    for (std::size_t lane = 0; lane < lanes_; ++lane) {
+      const int own = group.windows[lane];
+      const Layout::Window& w = layout_.windows[std::size_t(own < 0 ? group.windows[0] : own)];
+      for (const int set : {0, 1}) {
+        double* nodes = groups_[g].nodes[set].data() + lane;
+        put(w.first, groups_[g].left[set].data() + lane);
+        for (int step = 0; step <= group.steps; ++step) {
+          const int node = std::max(w.first, w.last - (group.steps - step));
+          put(node, nodes + std::size_t(step) * stored * lanes_);
+        }
+      }
+    }
+  }
+  for (int s = 0; s < values.size(); ++s) {
+    const Layout::Variable& v = layout_.variables[std::size_t(s)];
+    if (v.node >= 0) continue;
+    const Values::Slot& slot = layout_values_.slots()[std::size_t(s)];
+    for (int i = 0; i < slot.type.stored(); ++i) {
+      for (std::size_t lane = 0; lane < lanes_; ++lane) {
+        globals_[0][std::size_t(v.stored + i) * lanes_ + lane] = data[std::size_t(slot.stored + i)];
+      }
+    }
+  }
+}
+
+void WindowEngine::store(Values& values) const {
+  std::vector<double> data(values.data().begin(), values.data().end());
+  const std::size_t per_node = layout_.node.size(), stored = std::size_t(layout_.stored);
+  for (std::size_t s = 0; s < layout_.variables.size(); ++s) {
+    if (layout_.variables[s].node >= 0) continue;
+    const Values::Slot& slot = layout_values_.slots()[s];
+    for (int i = 0; i < slot.type.stored(); ++i) {
+      data[std::size_t(slot.stored + i)] =
+          globals_[current_][std::size_t(layout_.variables[s].stored + i) * lanes_];
+    }
+  }
+  for (const Layout::Window& w : layout_.windows) {
+    const Group& group = groups_[std::size_t(w.group)];
+    for (int node = w.first; node <= w.last; ++node) {
+      const double* from =
+          node == w.first
+              ? group.left[current_].data()
+              : group.nodes[current_].data() + std::size_t(layout_.step(w, node)) * stored * lanes_;
+      for (std::size_t k = 0; k < per_node; ++k) {
+        const Values::Slot& s =
+            layout_values_.slots()[std::size_t(layout_.slots[std::size_t(node) * per_node + k])];
+        for (int i = 0; i < s.type.stored(); ++i) {
+          data[std::size_t(s.stored + i)] =
+              from[std::size_t(layout_.node[k].stored + i) * lanes_ + std::size_t(w.lane)];
+        }
+      }
+    }
+  }
+  values.assign(data);
+}
+
+Sweep WindowEngine::sweep(std::size_t group, int set) {
+  Group& own = groups_[group];
+  const Program::Group& program = program_.groups()[group];
+  Sweep s{};
+  s.d = layout_.d;
+  s.stored = layout_.stored;
+  s.g = layout_.globals;
+  s.b = layout_.b();
+  s.steps = layout_.groups[group].steps;
+  s.calls = program.calls.data();
+  s.first_call = program.first_call.data();
+  s.absent = program.absent.data();
+  s.variables = layout_.node.data();
+  s.n_variables = int(layout_.node.size());
+  s.nodes = own.nodes[set].data();
+  s.left = own.left[set].data();
+  s.globals = globals_[set].data();
+  s.damping = damping_;
+  s.kept = own.kept.data();
+  s.out = own.out.data();
+  s.delta_left = own.delta_left.data();
+  s.delta_right = own.delta_right.data();
+  s.moved = own.nodes[1 - set].data();
+  s.sum_damped = own.sums.data();
+  s.sum_squares = own.sums.data() + lanes_;
+  return s;
+}
+
+double WindowEngine::condense(At at, double damping) {
+  const int set = at == At::kCurrent ? current_ : 1 - current_;
+  damping_ = damping;
+  condensed_ = set;
+  struct Work {
+    AlignedBuffer state, jacobian;
+  };
+  tbb::enumerable_thread_specific<Work> works([&] {
+    return Work{AlignedBuffer(std::size_t(state_doubles(layout_.d, layout_.b())) * lanes_),
+                AlignedBuffer(std::size_t(program_.jacobian_doubles()) * lanes_)};
+  });
+  tbb::parallel_for(std::size_t(0), groups_.size(), [&](std::size_t g) {
+    Work& work = works.local();
+    Sweep s = sweep(g, set);
+    s.state = work.state.data();
+    s.jacobian = work.jacobian.data();
+    code_.up(s);
+  });
+  chain_.clear();
+  for (std::size_t w = 0; w < layout_.windows.size(); ++w) {
+    const Layout::Window& window = layout_.windows[w];
+    chain_.add(int(w), groups_[std::size_t(window.group)].out.data(), window.lane, int(lanes_));
+  }
+  add_globals(set);
+  return 0.5 * chain_.squares();
+}
+
+// Factors of globals alone.
+void WindowEngine::add_globals(int set) {
+  std::vector<double> values, r, J, rows;
+  ResolvedKeys keys;
+  std::vector<int> columns;
+  for (const Program::GlobalFactor& f : program_.global_factors()) {
+    const FactorBatch& batch = *graph_.batches()[std::size_t(f.batch)];
+    const std::size_t n = batch.types().size();
+    values.clear();
+    columns.clear();
+    keys.stored.assign((std::size_t(f.factor) + 1) * n, 0);
+    for (std::size_t k = 0; k < n; ++k) {
+      const int slot = layout_.factor[std::size_t(f.batch)][std::size_t(f.factor) * n + k];
+      const Layout::Variable& v = layout_.variables[std::size_t(slot)];
+      keys.stored[k] = keys.stored[std::size_t(f.factor) * n + k] = int(values.size());
+      for (int i = 0; i < batch.types()[k].stored(); ++i) {
+        values.push_back(globals_[set][std::size_t(v.stored + i) * lanes_]);
+      }
+      for (int c = 0; c < batch.types()[k].tangent(); ++c) columns.push_back(v.tangent + c);
+    }
+    r.resize(std::size_t(batch.rows()));
+    J.resize(std::size_t(batch.rows() * batch.columns()));
+    rows.clear();
+    batch.linearize(values, keys, f.factor, f.factor + 1, r.data(), J.data());
+    for (std::size_t i = 0; i < r.size(); ++i) {
+      const auto row = J.begin() + std::ptrdiff_t(i * columns.size());
+      rows.insert(rows.end(), row, row + std::ptrdiff_t(columns.size()));
+      rows.push_back(r[i]);
+    }
+    chain_.add_global(columns, batch.rows(), rows.data());
+  }
+}
+
+bool WindowEngine::step() {
+  if (!chain_.eliminate(damping_)) return false;
+  chain_.solve();
+  move_boundaries();
+  const std::size_t scratch = std::size_t(layout_.b()) * lanes_;
+  tbb::parallel_for(std::size_t(0), groups_.size(), [&](std::size_t g) {
+    AlignedBuffer own(scratch);
+    Sweep s = sweep(g, current_);
+    s.state = own.data();
+    s.delta_globals = chain_.delta_globals().data();
+    code_.down(s);
+  });
+  double damped = chain_.sum_damped(), squares = chain_.sum_squares();
+  pivot_ = chain_.smallest_pivot();
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const double* pivots =
+        groups_[g].out.data() + std::size_t(sums_at(layout_.d, layout_.b()) + 2) * lanes_;
+    for (std::size_t lane = 0; lane < lanes_; ++lane) {
+      damped += groups_[g].sums[lane];
+      squares += groups_[g].sums[lanes_ + lane];
+      pivot_ = std::min(pivot_, pivots[lane]);
+    }
+  }
+  // (H + lambda D) delta = -gradient, so gained = delta' (H + lambda D) delta.
+  const double gained = chain_.gained(), quadratic = gained - damping_ * damped;
+  predicted_ = gained - 0.5 * quadratic;
+  sigma_ = std::sqrt(std::max(0.0, quadratic));
+  norm_ = std::sqrt(squares);
+  return std::isfinite(norm_) && std::isfinite(gained);
+}
+
+void WindowEngine::move_boundaries() {
+  const std::size_t d = std::size_t(layout_.d), stored = std::size_t(layout_.stored);
+  std::vector<double> x(stored), moved(stored);
+  const auto move = [&](const double* from, const double* delta, std::size_t lane, double* to) {
+    for (std::size_t i = 0; i < stored; ++i) x[i] = from[i * lanes_ + lane];
+    for (const NodeVariable& v : layout_.node) {
+      const VariableType type =
+          v.rotation ? VariableTraits<Rot3>::type() : VariableType{'V', std::uint16_t(v.size), 1};
+      retract(type, x.data() + v.stored, delta + v.tangent, moved.data() + v.stored);
+    }
+    for (std::size_t i = 0; i < stored; ++i) to[i * lanes_ + lane] = moved[i];
+  };
+  for (std::size_t w = 0; w < layout_.windows.size(); ++w) {
+    const Layout::Window& window = layout_.windows[w];
+    Group& group = groups_[std::size_t(window.group)];
+    const auto lane = std::size_t(window.lane);
+    const double* left = chain_.delta(chain_.boundary_of(int(w)));
+    const double* right = left + d;
+    for (std::size_t i = 0; i < d; ++i) {
+      group.delta_left[i * lanes_ + lane] = left[i];
+      group.delta_right[i * lanes_ + lane] = right[i];
+    }
+    const std::size_t end =
+        std::size_t(layout_.groups[std::size_t(window.group)].steps) * stored * lanes_;
+    move(group.left[current_].data(), left, lane, group.left[1 - current_].data());
+    move(group.nodes[current_].data() + end, right, lane, group.nodes[1 - current_].data() + end);
+  }
+  for (std::size_t s = 0; s < layout_.variables.size(); ++s) {
+    const Layout::Variable& v = layout_.variables[s];
+    if (v.node >= 0) continue;
+    const VariableType type = layout_values_.slots()[s].type;
+    x.resize(std::size_t(type.stored()));
+    moved.resize(x.size());
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      x[i] = globals_[current_][(std::size_t(v.stored) + i) * lanes_];
+    }
+    retract(type, x.data(), chain_.delta_globals().data() + v.tangent, moved.data());
+    for (std::size_t i = 0; i < x.size() * lanes_; ++i) {
+      globals_[1 - current_][std::size_t(v.stored) * lanes_ + i] = moved[i / lanes_];
+    }
+  }
+}
+
+double WindowEngine::gradient_norm() const {
+  double sum = chain_.gradient();
+  for (const Group& g : groups_) {
+    for (std::size_t lane = 0; lane < lanes_; ++lane) {
+      sum += g.out[std::size_t(sums_at(layout_.d, layout_.b())) * lanes_ + lane];
+    }
+  }
+  return std::sqrt(sum);
+}
+
+double WindowEngine::sizes_in_sigmas() const {
+  double sum = 0.0;
+  for (const Group& g : groups_) {
+    for (std::size_t lane = 0; lane < lanes_; ++lane) {
+      sum += g.out[std::size_t(sums_at(layout_.d, layout_.b()) + 1) * lanes_ + lane];
+    }
+  }
+  const auto add = [&](double diagonal, bool rotation, double x) {
+    sum += diagonal * (rotation ? 1.0 : x * x);
+  };
+  for (std::size_t w = 0; w < layout_.windows.size(); ++w) {
+    const Layout::Window& window = layout_.windows[w];
+    const Group& group = groups_[std::size_t(window.group)];
+    const std::size_t end = std::size_t(layout_.groups[std::size_t(window.group)].steps) *
+                            std::size_t(layout_.stored) * lanes_;
+    const double* diagonal = chain_.diagonal(chain_.boundary_of(int(w)));
+    for (const NodeVariable& v : layout_.node) {
+      for (int i = 0; i < v.size; ++i) {
+        const std::size_t at = std::size_t(v.stored + i) * lanes_ + std::size_t(window.lane);
+        if (window.begins) add(diagonal[v.tangent + i], v.rotation, group.left[condensed_][at]);
+        add(diagonal[layout_.d + v.tangent + i], v.rotation, group.nodes[condensed_][end + at]);
+      }
+    }
+  }
+  for (std::size_t s = 0; s < layout_.variables.size(); ++s) {
+    const Layout::Variable& v = layout_.variables[s];
+    if (v.node >= 0) continue;
+    const VariableType type = layout_values_.slots()[s].type;
+    for (int i = 0; i < type.tangent(); ++i) {
+      add(chain_.diagonal_globals()[v.tangent + i], type.kind == 'R',
+          globals_[condensed_][std::size_t(v.stored + i) * lanes_]);
+    }
+  }
+  return std::sqrt(sum);
+}
+
+std::string WindowEngine::describe() const { return std::string("windows, ") + to_string(isa_); }
+
+}  // namespace magimu

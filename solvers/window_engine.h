@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Normal equations of chains + globals without ever being written down: windows of the trajectory
+// are linearized and condensed in SIMD lanes and in parallel (lane_sweep.h), their boundaries and
+// the globals are solved (boundary_chain.h), and a downward pass moves the nodes. Everything, the
+// values included, stays in the lanes' order between iterations. Same bits for every number of
+// threads; instruction sets differ by rounding.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "solvers/boundary_chain.h"
+#include "solvers/window_program.h"
+
+namespace magimu {
+
+class WindowEngine {
+ public:
+  // Null where the graph is not made of chains + globals, or too small to pay. isa: unless given,
+  // the best of this machine. The graph must outlive the engine.
+  static std::unique_ptr<WindowEngine> make(const FactorGraph& graph, const Values& values,
+                                            std::optional<Isa> isa = std::nullopt);
+
+  void load(const Values& values);
+  void store(Values& values) const;
+
+  // Two sets of values: where the estimate is, and where a step would lead.
+  enum class At { kCurrent, kCandidate };
+  // The cost there; all windows are linearized and condensed, damped in columns of unit norm.
+  double condense(At at, double damping);
+  // The candidate becomes the current; it must be what was condensed last.
+  void keep_candidate() { current_ = condensed_; }
+  // Solves for the step from the current values, which must be what was condensed last, and moves
+  // the candidate there. False where the information is singular.
+  bool step();
+
+  double damping() const { return damping_; }  // at the last condense()
+  double predicted_decrease() const { return predicted_; }
+  double step_sigma() const { return sigma_; }
+  double step_norm() const { return norm_; }
+  double gradient_norm() const;  // in columns of unit norm
+  // |value / sigma| of all variables together, 1 / sigma of a rotation.
+  double sizes_in_sigmas() const;
+  // Smallest pivot of the elimination relative to its diagonal: a condition number's inverse.
+  double smallest_pivot() const { return pivot_; }
+  // Of the globals: information before elimination (diagonal), and marginal information.
+  const VectorXd& diagonal_globals() const { return chain_.diagonal_globals(); }
+  const MatrixXd& root() const { return chain_.root(); }
+  const lanes::Layout& layout() const { return layout_; }
+  std::string describe() const;
+
+ private:
+  struct Group {
+    AlignedBuffer nodes[2], left[2];  // current, candidate
+    AlignedBuffer kept, out, delta_left, delta_right, sums;
+  };
+  WindowEngine(const FactorGraph& graph, const Values& values, lanes::Layout layout, Isa isa);
+  lanes::Sweep sweep(std::size_t group, int set);
+  void move_boundaries();
+  void add_globals(int set);
+
+  const FactorGraph& graph_;
+  Values layout_values_;  // for the slots
+  lanes::Layout layout_;
+  Isa isa_;
+  std::size_t lanes_;
+  lanes::Program program_;
+  lanes::SweepCode code_;
+  lanes::BoundaryChain chain_;
+  std::vector<Group> groups_;
+  AlignedBuffer globals_[2];
+  int condensed_ = 0;  // which set was condensed last
+  int current_ = 0;
+  double damping_ = 0.0, predicted_ = 0.0, sigma_ = 0.0, norm_ = 0.0, pivot_ = 1.0;
+};
+
+}  // namespace magimu

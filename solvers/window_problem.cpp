@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/problem.h"
+#include "solvers/window_engine.h"
+
+namespace magimu {
+namespace {
+
+// A step damped so little or less is as good as one damped less still.
+constexpr double kLightDamping = 1e-4;
+// Below this pivot, relative to its diagonal, the information form has lost half of the digits: the
+// square-root form must serve.
+constexpr double kMinPivot = 1e-10;
+
+// One pass linearizes and condenses; after a step it gives the cost there and all that the next
+// step needs, so that an accepted step costs one pass.
+class WindowProblem final : public Problem {
+ public:
+  WindowProblem(std::unique_ptr<WindowEngine> engine, const FactorGraph& graph,
+                const Values& values, const OptimizerOptions& options)
+      : graph_(graph), options_(options), engine_(std::move(engine)), values_(values) {
+    engine_->load(values);
+    cost_ = engine_->condense(WindowEngine::At::kCurrent, options.initial_damping);
+    here_ = true;
+    for (const auto& batch : graph.batches()) rows_ += batch->rows() * batch->size();
+    watch();
+  }
+
+  double cost() const override { return square_root_ ? square_root_->cost() : cost_; }
+  bool is_finite() const override {
+    return square_root_ ? square_root_->is_finite() : std::isfinite(cost_) && norms_.allFinite();
+  }
+  double gradient_norm() const override {
+    return square_root_ ? square_root_->gradient_norm() : gradient_norm_;
+  }
+  double sizes_in_sigmas() const override {
+    return square_root_ ? square_root_->sizes_in_sigmas() : sizes_;
+  }
+  int rows() const override { return rows_; }
+
+  bool solve(double damping, ProposedStep& step) override {
+    if (square_root_) return square_root_->solve(damping, step);
+    const double before = engine_->damping();
+    const bool light = before <= damping && damping <= kLightDamping;
+    if (!here_ || !(light || before == damping)) {
+      engine_->condense(WindowEngine::At::kCurrent, damping);
+      here_ = true;
+    }
+    const bool solved = engine_->step();
+    step = {engine_->damping(), engine_->predicted_decrease(), engine_->step_sigma(),
+            engine_->step_norm()};
+    if (solved && engine_->smallest_pivot() > kMinPivot) return true;
+    if (!is_finite()) return false;
+    take_square_root();
+    return square_root_->solve(damping, step);
+  }
+  double candidate_cost() override {
+    if (square_root_) return square_root_->candidate_cost();
+    here_ = false;
+    // As Levenberg-Marquardt will ask where the step turns out as predicted.
+    const double next = 0.1 * engine_->damping();
+    candidate_cost_ =
+        engine_->condense(WindowEngine::At::kCandidate, next < options_.min_damping ? 0.0 : next);
+    return candidate_cost_;
+  }
+  void accept() override {
+    if (square_root_) return square_root_->accept();
+    here_ = true;
+    cost_ = candidate_cost_;
+    engine_->keep_candidate();
+    watch();
+  }
+  Values values() const override {
+    if (square_root_) return square_root_->values();
+    Values out = values_;
+    engine_->store(out);
+    return out;
+  }
+  const VectorXd& norms() const override { return square_root_ ? square_root_->norms() : norms_; }
+  const VectorXd& largest_norms() const override {
+    return square_root_ ? square_root_->largest_norms() : largest_;
+  }
+  std::string solver() const override {
+    return square_root_ ? "square root (" + square_root_->solver() + ")" : engine_->describe();
+  }
+
+ private:
+  // What is known from the last pass only; norms of the globals' columns.
+  void watch() {
+    gradient_norm_ = engine_->gradient_norm();
+    sizes_ = engine_->sizes_in_sigmas();
+    if (norms_.size() == 0) norms_ = largest_ = VectorXd::Zero(values_.dim());
+    const auto& variables = engine_->layout().variables;
+    for (std::size_t s = 0; s < variables.size(); ++s) {
+      if (variables[s].node >= 0) continue;
+      const Values::Slot& slot = values_.slots()[s];
+      for (int c = 0; c < slot.type.tangent(); ++c) {
+        norms_[slot.tangent + c] = std::sqrt(engine_->diagonal_globals()[variables[s].tangent + c]);
+      }
+    }
+    largest_ = largest_.cwiseMax(norms_);
+  }
+  // Close to singular: orthogonal transformations of the Jacobian itself, not of its square.
+  void take_square_root() {
+    OptimizerOptions options = options_;
+    options.backend = square_root_backend();
+    square_root_ = make_sparse_problem(graph_, values(), options);
+  }
+
+  const FactorGraph& graph_;
+  OptimizerOptions options_;
+  std::unique_ptr<WindowEngine> engine_;
+  std::unique_ptr<Problem> square_root_;  // in the engine's place from then on
+  Values values_;                         // the layout
+  VectorXd norms_, largest_;
+  double cost_ = 0.0, candidate_cost_ = 0.0, gradient_norm_ = 0.0, sizes_ = 0.0;
+  bool here_ = false;  // was the engine's last pass where we stand?
+  int rows_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Problem> make_window_problem(const FactorGraph& graph, const Values& values,
+                                             const OptimizerOptions& options) {
+  auto engine = WindowEngine::make(graph, values, options.isa);
+  if (!engine) return nullptr;
+  return std::make_unique<WindowProblem>(std::move(engine), graph, values, options);
+}
+
+}  // namespace magimu

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "solvers/window_program.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace magimu::lanes {
+namespace {
+
+// Where a column of a factor belongs.
+struct Column {
+  enum Block { kOwnNode, kNextNode, kBorder } block;
+  int index;
+  bool operator<=(const Column& o) const {
+    return block < o.block || (block == o.block && index <= o.index);
+  }
+};
+
+int target(const Column& i, const Column& j, int d, int b) {
+  const bool border = j.block == Column::kBorder;
+  if (i.block == Column::kBorder) return border_at(d, b) + block_index(i.index, j.index, b);
+  if (i.block == Column::kNextNode) {
+    return border ? next_border_at(d, b) + i.index * b + j.index
+                  : next_at(d) + i.index * d + j.index;
+  }
+  if (border) return own_border_at(d, b) + i.index * b + j.index;
+  return (j.block == Column::kOwnNode ? own_at(d) : coupling_at(d)) + i.index * d + j.index;
+}
+
+}  // namespace
+
+struct Program::OwnPattern {
+  Pattern pattern{};
+  std::size_t batch = 0;
+  const FactorBatch* factors = nullptr;
+  std::vector<int> code;  // place and offset of each key
+  std::vector<Source> sources;
+  std::vector<Products> products;
+  std::vector<int> globals;
+  std::size_t doubles = 0;  // a lane's data
+  // For factors without lane code: stored numbers of each variable; and where they lie when the
+  // variables of one factor stand side by side, the same for all.
+  std::vector<int> sizes;
+  ResolvedKeys keys;
+
+  // The rows of a factor in one lane, the residual last.
+  static void linearize(const Pattern& p, int factor, int lane, int lanes, const double* const* x,
+                        double* J) {
+    const auto& own = *static_cast<const OwnPattern*>(p.context);
+    const int stride = p.columns + 1;
+    if (factor < 0) {
+      for (int i = 0; i < p.rows * stride; ++i) J[i * lanes + lane] = 0.0;
+      return;
+    }
+    thread_local std::vector<double> values, r, rows;
+    values.clear();
+    for (std::size_t k = 0; k < own.sizes.size(); ++k) {
+      for (int i = 0; i < own.sizes[k]; ++i) values.push_back(x[k][i * lanes + lane]);
+    }
+    r.resize(std::size_t(p.rows));
+    rows.resize(std::size_t(p.rows * p.columns));
+    own.factors->linearize(values, own.keys, factor, factor + 1, r.data(), rows.data());
+    for (int i = 0; i < p.rows; ++i) {
+      double* row = J + i * stride * lanes + lane;
+      for (int c = 0; c < p.columns; ++c) row[c * lanes] = rows[std::size_t(i * p.columns + c)];
+      row[p.columns * lanes] = r[std::size_t(i)];
+    }
+  }
+};
+
+Program::Program(const FactorGraph& graph, const Layout& layout, Isa isa)
+    : graph_(graph), layout_(layout), isa_(isa), lanes_(std::size_t(lanes_of(isa))) {
+  patterns_of_.resize(graph.batches().size());
+  groups_.resize(layout.groups.size());
+  std::vector<std::vector<Entry>> entries(layout.groups.size());
+  for (std::size_t batch = 0; batch < graph.batches().size(); ++batch) assign(batch, entries);
+  tbb::parallel_for(std::size_t(0), groups_.size(),
+                    [&](std::size_t g) { fill(entries[g], layout.groups[g], groups_[g]); });
+}
+
+void Program::assign(std::size_t b, std::vector<std::vector<Entry>>& entries) {
+  const FactorBatch& batch = *graph_.batches()[b];
+  const std::size_t n = batch.types().size();
+  std::vector<int> code(n), last;
+  int pattern = -1;
+  for (int f = 0; f < batch.size(); ++f) {
+    const int* slots = layout_.factor[b].data() + std::size_t(f) * n;
+    int low = layout_.nodes();
+    for (std::size_t k = 0; k < n; ++k) {
+      const int node = layout_.variables[std::size_t(slots[k])].node;
+      if (node >= 0) low = std::min(low, node);
+    }
+    if (low == layout_.nodes()) {
+      global_factors_.push_back({int(b), f});
+      continue;
+    }
+    const Layout::Window& w = layout_.windows[std::size_t(layout_.window_of[std::size_t(low)])];
+    for (std::size_t k = 0; k < n; ++k) {
+      const Layout::Variable& v = layout_.variables[std::size_t(slots[k])];
+      const Place place = v.node < 0          ? Place::kGlobal
+                          : v.node > low      ? Place::kNext
+                          : v.node == w.first ? Place::kLeft
+                                              : Place::kOwn;
+      code[k] = int(place) + 4 * v.stored;
+    }
+    if (code != last) {
+      pattern = pattern_of(b, code, slots);
+      last = code;
+    }
+    entries[std::size_t(w.group)].push_back({layout_.step(w, low), w.lane, pattern, f});
+  }
+}
+
+int Program::pattern_of(std::size_t batch, const std::vector<int>& code, const int* slots) {
+  for (const int p : patterns_of_[batch]) {
+    if (patterns_[std::size_t(p)]->code == code) return p;
+  }
+  patterns_.push_back(make_pattern(batch, code, slots));
+  patterns_of_[batch].push_back(int(patterns_.size()) - 1);
+  return int(patterns_.size()) - 1;
+}
+
+std::shared_ptr<Program::OwnPattern> Program::make_pattern(std::size_t b,
+                                                           const std::vector<int>& code,
+                                                           const int* slots) {
+  auto own = std::make_shared<OwnPattern>();
+  const FactorBatch& batch = *graph_.batches()[b];
+  Pattern& p = own->pattern;
+  own->batch = b;
+  own->factors = &batch;
+  own->code = code;
+  p.text = batch.lane_text(isa_);
+  p.rows = batch.rows();
+  p.columns = batch.columns();
+  const int d = layout_.d, border = layout_.b();
+  std::vector<Column> columns;
+  int stored = 0;
+  for (std::size_t k = 0; k < code.size(); ++k) {
+    const Layout::Variable& v = layout_.variables[std::size_t(slots[k])];
+    const auto place = Place(code[k] % 4);
+    const bool is_linear = k + batch.linear_at().size() >= code.size();
+    if (!is_linear || p.text.linearize == nullptr) own->sources.push_back({place, v.stored});
+    const VariableType type = batch.types()[k];
+    own->keys.stored.push_back(stored);
+    own->keys.tangent.push_back(int(columns.size()));
+    own->sizes.push_back(type.stored());
+    stored += type.stored();
+    const auto block = place == Place::kOwn    ? Column::kOwnNode
+                       : place == Place::kNext ? Column::kNextNode
+                                               : Column::kBorder;
+    for (int c = 0; c < type.tangent(); ++c) {
+      columns.push_back({block, v.tangent + c + (place == Place::kGlobal ? d : 0)});
+    }
+  }
+  own->sources.push_back({Place::kOwn, -1});
+  columns.push_back({Column::kBorder, border - 1});
+  for (int i = 0; i < int(columns.size()); ++i) {
+    for (int j = 0; j < int(columns.size()); ++j) {
+      if (!(columns[std::size_t(i)] <= columns[std::size_t(j)])) continue;
+      const int to = target(columns[std::size_t(i)], columns[std::size_t(j)], d, border);
+      Products* last = own->products.empty() ? nullptr : &own->products.back();
+      if (last != nullptr && last->i == i && last->first + last->count == j &&
+          last->to + last->count == to) {
+        ++last->count;
+      } else {
+        own->products.push_back({i, j, 1, to});
+      }
+    }
+  }
+  const std::span<const double> linear = batch.linear_at();
+  p.linear = int(linear.size());
+  p.at = linear.data();
+  for (std::size_t j = code.size() - linear.size(); j < code.size(); ++j) {
+    own->globals.push_back(code[j] / 4);
+  }
+  p.sources = own->sources.data();
+  p.products = own->products.data();
+  p.n_products = int(own->products.size());
+  p.globals = own->globals.data();
+  if (p.text.linearize != nullptr) {
+    p.diagonal = batch.whitening_is_diagonal();
+    own->doubles = std::size_t(p.text.doubles + p.rows * p.linear +
+                               (p.diagonal ? p.rows : p.rows * (p.rows + 1) / 2));
+  } else {
+    // Every factor finds its variables where the first would.
+    const std::vector<int> one = own->keys.stored, tangent = own->keys.tangent;
+    for (int f = 1; f < batch.size(); ++f) {
+      own->keys.stored.insert(own->keys.stored.end(), one.begin(), one.end());
+      own->keys.tangent.insert(own->keys.tangent.end(), tangent.begin(), tangent.end());
+    }
+    p.linearize_one = &OwnPattern::linearize;
+    p.context = own.get();
+  }
+  jacobian_doubles_ = std::max(jacobian_doubles_, p.rows * (p.columns + 1));
+  return own;
+}
+
+void Program::fill(std::vector<Entry>& entries, const Layout::Group& lanes, Group& group) const {
+  std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+    return a.step < b.step || (a.step == b.step && a.pattern < b.pattern);
+  });
+  // Calls first, then their data: pointers into it need its size.
+  std::vector<std::vector<int>> entry_of;  // of each call and lane
+  std::size_t doubles = 0, open = 0;
+  group.first_call.assign(std::size_t(lanes.steps) + 2, 0);
+  for (std::size_t e = 0; e < entries.size(); ++e) {
+    const Entry& entry = entries[e];
+    const bool same =
+        e > 0 && entries[e - 1].step == entry.step && entries[e - 1].pattern == entry.pattern;
+    if (!same) open = entry_of.size();
+    std::size_t c = open;
+    while (c < entry_of.size() && entry_of[c][std::size_t(entry.lane)] >= 0) ++c;
+    if (c == entry_of.size()) {
+      entry_of.emplace_back(lanes_, -1);
+      doubles += patterns_[std::size_t(entry.pattern)]->doubles * lanes_;
+      ++group.first_call[std::size_t(entry.step) + 1];
+    }
+    entry_of[c][std::size_t(entry.lane)] = int(e);
+  }
+  for (std::size_t s = 1; s < group.first_call.size(); ++s) {
+    group.first_call[s] += group.first_call[s - 1];
+  }
+  group.data = AlignedBuffer(doubles);
+  group.factors.assign(entry_of.size() * lanes_, -1);
+  double* data = group.data.data();
+  for (std::size_t c = 0; c < entry_of.size(); ++c) {
+    const auto any =
+        std::find_if(entry_of[c].begin(), entry_of[c].end(), [](int e) { return e >= 0; });
+    const OwnPattern& own = *patterns_[std::size_t(entries[std::size_t(*any)].pattern)];
+    for (std::size_t lane = 0; lane < lanes_; ++lane) {
+      const int e = entry_of[c][lane];
+      if (e >= 0) group.factors[c * lanes_ + lane] = entries[std::size_t(e)].factor;
+      if (own.doubles > 0) copy(entries[std::size_t(e >= 0 ? e : *any)], e >= 0, data + lane);
+    }
+    group.calls.push_back({&own.pattern, data, group.factors.data() + c * lanes_});
+    data += own.doubles * lanes_;
+  }
+  group.absent = AlignedBuffer((std::size_t(lanes.steps) + 1) * lanes_);
+  for (std::size_t lane = 0; lane < lanes_; ++lane) {
+    const int w = lanes.windows[lane];
+    const int begin = w < 0 ? lanes.steps
+                            : layout_.step(layout_.windows[std::size_t(w)],
+                                           layout_.windows[std::size_t(w)].first);
+    for (int s = 0; s <= begin; ++s) group.absent[std::size_t(s) * lanes_ + lane] = 1.0;
+  }
+}
+
+// A lane without a factor has another's text, for finite numbers, and no weight.
+void Program::copy(const Entry& entry, bool present, double* data) const {
+  const OwnPattern& own = *patterns_[std::size_t(entry.pattern)];
+  const Pattern& p = own.pattern;
+  thread_local std::vector<double> text;
+  text.resize(std::size_t(p.text.doubles));
+  own.factors->copy_text(entry.factor, text.data());
+  for (const double x : text) {
+    *data = x;
+    data += lanes_;
+  }
+  const double *W = own.factors->whitening(entry.factor),
+               *gain = own.factors->linear_gain(entry.factor);
+  for (int r = 0; r < p.rows; ++r) {
+    for (int k = p.diagonal ? r : 0; k <= r; ++k) {
+      *data = present ? W[k * p.rows + r] : 0.0;
+      data += lanes_;
+    }
+  }
+  for (int i = 0; i < p.rows * p.linear; ++i) {
+    *data = gain[i];
+    data += lanes_;
+  }
+}
+
+}  // namespace magimu::lanes

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the lanes of each group do at each step: which factors are linearized, from which variables,
+// and where their products go. Worked out once for an optimization; measurements are copied into
+// the order in which they are read.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "solvers/aligned_buffer.h"
+#include "solvers/window_layout.h"
+
+namespace magimu::lanes {
+
+class Program {
+ public:
+  Program(const FactorGraph& graph, const Layout& layout, Isa isa);
+
+  struct Group {
+    std::vector<Call> calls;
+    std::vector<int> first_call;  // of each step, and the end
+    AlignedBuffer absent, data;   // Sweep::absent; of all calls
+    std::vector<int> factors;     // of calls without lane code, one a lane
+  };
+  const std::vector<Group>& groups() const { return groups_; }
+  // Factors of globals alone.
+  struct GlobalFactor {
+    int batch, factor;
+  };
+  const std::vector<GlobalFactor>& global_factors() const { return global_factors_; }
+  // Doubles of the largest Jacobian of a factor, its residual with it.
+  int jacobian_doubles() const { return jacobian_doubles_; }
+
+ private:
+  struct OwnPattern;
+  struct Entry {
+    int step, lane, pattern, factor;
+  };
+  int pattern_of(std::size_t batch, const std::vector<int>& code, const int* slots);
+  std::shared_ptr<OwnPattern> make_pattern(std::size_t batch, const std::vector<int>& code,
+                                           const int* slots);
+  void assign(std::size_t batch, std::vector<std::vector<Entry>>& entries);
+  void fill(std::vector<Entry>& entries, const Layout::Group& lanes, Group& group) const;
+  void copy(const Entry& entry, bool present, double* data) const;
+
+  const FactorGraph& graph_;
+  const Layout& layout_;
+  Isa isa_;
+  std::size_t lanes_;
+  std::vector<std::shared_ptr<OwnPattern>> patterns_;
+  std::vector<std::vector<int>> patterns_of_;  // batch
+  std::vector<Group> groups_;
+  std::vector<GlobalFactor> global_factors_;
+  int jacobian_doubles_ = 0;
+};
+
+}  // namespace magimu::lanes

@@ -70,7 +70,7 @@ struct Sweep {
   double damping;    // of columns of unit norm
   double* state;     // work space, see state_doubles()
   double* jacobian;  // work space: the largest rows x (columns + 1)
-  double* kept;      // of each step, for the downward pass: see kept_doubles()
+  float* kept;       // of each step, for the downward pass: see kept_numbers()
   // Out: right boundary [d x d | d x b], then the border [blocks of block_index()], the part that
   // factors say and the part that elimination takes away, then what scalars() lists.
   double* out;
@@ -98,7 +98,9 @@ constexpr int next_border_at(int d, int b) { return 3 * d * d + d * b; }
 constexpr int border_at(int d, int b) { return 3 * d * d + 2 * d * b; }
 constexpr int state_doubles(int d, int b) { return border_at(d, b) + 2 * block_doubles(b) + 2 * d; }
 // Of a step: inverse diagonal and rows [own (d x d) | next (d x d) | border (d x b)], diagonal (d).
-constexpr int kept_doubles(int d, int b) { return 2 * d + d * (2 * d + b); }
+// In single precision: this is most of the memory that a pass goes through, and all that depends on
+// it is the step of the inner nodes, to 1e-7 of itself; the next linearization is exact again.
+constexpr int kept_numbers(int d, int b) { return 2 * d + d * (2 * d + b); }
 // Of Sweep::out: own, own border, border twice; diagonal and gradient (2 d) of the right boundary
 // before anything was eliminated; and sums over the inner nodes: of gradient^2 / diagonal, of
 // diagonal * value^2 (1 for rotations), and the smallest pivot relative to its diagonal.

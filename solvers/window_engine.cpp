@@ -46,7 +46,9 @@ WindowEngine::WindowEngine(const FactorGraph& graph, const Values& values, Layou
       own.nodes[set] = AlignedBuffer(steps * std::size_t(layout_.stored) * lanes_);
       own.left[set] = AlignedBuffer(std::size_t(layout_.stored) * lanes_);
     }
-    own.kept = AlignedBuffer(steps * std::size_t(kept_doubles(layout_.d, layout_.b())) * lanes_);
+    // Two of these in a double.
+    own.kept =
+        AlignedBuffer((steps * std::size_t(kept_numbers(layout_.d, layout_.b())) * lanes_ + 1) / 2);
     own.out = AlignedBuffer(std::size_t(out_doubles(layout_.d, layout_.b())) * lanes_);
     own.delta_left = AlignedBuffer(d * lanes_);
     own.delta_right = AlignedBuffer(d * lanes_);
@@ -147,7 +149,7 @@ Sweep WindowEngine::sweep(std::size_t group, int set) {
   s.left = own.left[set].data();
   s.globals = globals_[set].data();
   s.damping = damping_;
-  s.kept = own.kept.data();
+  s.kept = reinterpret_cast<float*>(own.kept.data());
   s.out = own.out.data();
   s.delta_left = own.delta_left.data();
   s.delta_right = own.delta_right.data();

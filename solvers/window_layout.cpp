@@ -126,7 +126,66 @@ class Search {
     return out;
   }
 
+  // Mostly the variables of a node have one index, and the nodes follow each other by it: then one
+  // look at each factor tells that it is so.
+  bool nodes_by_index(Layout& out) {
+    std::uint32_t low = ~0U, high = 0;
+    int variables = 0;
+    for (int s = 0; s < slots(); ++s) {
+      if (is_global(out, s)) continue;
+      low = std::min(low, slot(s).key.index);
+      high = std::max(high, slot(s).key.index);
+      ++variables;
+    }
+    if (variables == 0 || high - low >= std::uint32_t(variables)) return false;
+    const int count = int(high - low) + 1;
+    const auto node = [&](int s) { return int(slot(s).key.index - low); };
+    std::vector<char> linked(std::size_t(count), 0);  // with the next
+    for (std::size_t f = 0; f < out.factor.size(); ++f) {
+      const std::size_t n = graph_.batches()[f]->types().size();
+      const std::vector<int>& list = out.factor[f];
+      for (std::size_t at = 0; at < list.size(); at += n) {
+        int first = count, last = -1;
+        for (std::size_t k = at; k < at + n; ++k) {
+          if (is_global(out, list[k])) continue;
+          first = std::min(first, node(list[k]));
+          last = std::max(last, node(list[k]));
+        }
+        if (last > first + 1) return false;
+        if (last == first + 1) linked[std::size_t(first)] = 1;
+      }
+    }
+    const int each = variables / count;
+    if (each * count != variables) return false;
+    Lists all;
+    all.entries.assign(std::size_t(variables), -1);
+    std::vector<int> filled(std::size_t(count), 0);
+    for (int s = 0; s < slots(); ++s) {
+      if (is_global(out, s)) continue;
+      int& k = filled[std::size_t(node(s))];
+      if (k == each) return false;
+      all.entries[std::size_t(node(s) * each + k++)] = s;
+    }
+    for (int first = 0; first < count;) {
+      int end = first + 1;
+      while (linked[std::size_t(end) - 1] != 0) ++end;
+      Lists chain;
+      chain.entries.assign(all.entries.begin() + first * each, all.entries.begin() + end * each);
+      for (int i = 0; i <= end - first; ++i) chain.begin.push_back(i * each);
+      if (!append(chain, out)) return false;
+      first = end;
+    }
+    return true;
+  }
+
   bool find_nodes(Layout& out) {
+    Layout guess = out;
+    if (nodes_by_index(guess)) {
+      out = std::move(guess);
+      return true;
+    }
+    chain_ends_.clear();
+    types_.clear();
     join(out);
     seen_.assign(std::size_t(slots()), 0);
     std::vector<char> done(std::size_t(slots()), 0);

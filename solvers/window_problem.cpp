@@ -12,7 +12,7 @@ namespace {
 constexpr double kLightDamping = 1e-4;
 // Below this pivot, relative to its diagonal, the information form has lost half of the digits: the
 // square-root form must serve.
-constexpr double kMinPivot = 1e-10;
+constexpr double kMinPivot = 1e-13;
 
 // One pass linearizes and condenses; after a step it gives the cost there and all that the next
 // step needs, so that an accepted step costs one pass.

@@ -74,13 +74,13 @@ Program::Program(const FactorGraph& graph, const Layout& layout, Isa isa)
     : graph_(graph), layout_(layout), isa_(isa), lanes_(std::size_t(lanes_of(isa))) {
   patterns_of_.resize(graph.batches().size());
   groups_.resize(layout.groups.size());
-  std::vector<std::vector<Entry>> entries(layout.groups.size());
-  for (std::size_t batch = 0; batch < graph.batches().size(); ++batch) assign(batch, entries);
+  std::vector<std::vector<Layer>> layers(layout.groups.size());
+  for (std::size_t batch = 0; batch < graph.batches().size(); ++batch) assign(batch, layers);
   tbb::parallel_for(std::size_t(0), groups_.size(),
-                    [&](std::size_t g) { fill(entries[g], layout.groups[g], groups_[g]); });
+                    [&](std::size_t g) { fill(layers[g], layout.groups[g], groups_[g]); });
 }
 
-void Program::assign(std::size_t b, std::vector<std::vector<Entry>>& entries) {
+void Program::assign(std::size_t b, std::vector<std::vector<Layer>>& layers) {
   const FactorBatch& batch = *graph_.batches()[b];
   const std::size_t n = batch.types().size();
   std::vector<int> code(n), last;
@@ -109,7 +109,18 @@ void Program::assign(std::size_t b, std::vector<std::vector<Entry>>& entries) {
       pattern = pattern_of(b, code, slots);
       last = code;
     }
-    entries[std::size_t(w.group)].push_back({layout_.step(w, low), w.lane, pattern, f});
+    std::vector<Layer>& own = layers[std::size_t(w.group)];
+    const std::size_t place = std::size_t(layout_.step(w, low)) * lanes_ + std::size_t(w.lane);
+    std::size_t layer = 0;  // the first of this pattern that is free there
+    while (layer < own.size() &&
+           (own[layer].pattern != pattern || own[layer].factors[place] >= 0)) {
+      ++layer;
+    }
+    if (layer == own.size()) {
+      const int steps = layout_.groups[std::size_t(w.group)].steps;
+      own.push_back({pattern, std::vector<int>((std::size_t(steps) + 1) * lanes_, -1)});
+    }
+    own[layer].factors[place] = f;
   }
 }
 
@@ -197,45 +208,42 @@ std::shared_ptr<Program::OwnPattern> Program::make_pattern(std::size_t b,
   return own;
 }
 
-void Program::fill(std::vector<Entry>& entries, const Layout::Group& lanes, Group& group) const {
-  std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-    return a.step < b.step || (a.step == b.step && a.pattern < b.pattern);
-  });
+void Program::fill(const std::vector<Layer>& layers, const Layout::Group& lanes,
+                   Group& group) const {
+  const auto any = [&](const Layer& layer, int step) {
+    const auto begin = layer.factors.begin() + std::ptrdiff_t(std::size_t(step) * lanes_);
+    const auto it =
+        std::find_if(begin, begin + std::ptrdiff_t(lanes_), [](int f) { return f >= 0; });
+    return it == begin + std::ptrdiff_t(lanes_) ? -1 : *it;
+  };
   // Calls first, then their data: pointers into it need its size.
-  std::vector<std::vector<int>> entry_of;  // of each call and lane
-  std::size_t doubles = 0, open = 0;
-  group.first_call.assign(std::size_t(lanes.steps) + 2, 0);
-  for (std::size_t e = 0; e < entries.size(); ++e) {
-    const Entry& entry = entries[e];
-    const bool same =
-        e > 0 && entries[e - 1].step == entry.step && entries[e - 1].pattern == entry.pattern;
-    if (!same) open = entry_of.size();
-    std::size_t c = open;
-    while (c < entry_of.size() && entry_of[c][std::size_t(entry.lane)] >= 0) ++c;
-    if (c == entry_of.size()) {
-      entry_of.emplace_back(lanes_, -1);
-      doubles += patterns_[std::size_t(entry.pattern)]->doubles * lanes_;
-      ++group.first_call[std::size_t(entry.step) + 1];
+  std::size_t doubles = 0, calls = 0;
+  for (int step = 0; step <= lanes.steps; ++step) {
+    group.first_call.push_back(int(calls));
+    for (const Layer& layer : layers) {
+      if (any(layer, step) < 0) continue;
+      ++calls;
+      doubles += patterns_[std::size_t(layer.pattern)]->doubles * lanes_;
     }
-    entry_of[c][std::size_t(entry.lane)] = int(e);
   }
-  for (std::size_t s = 1; s < group.first_call.size(); ++s) {
-    group.first_call[s] += group.first_call[s - 1];
-  }
+  group.first_call.push_back(int(calls));
   group.data = AlignedBuffer(doubles);
-  group.factors.assign(entry_of.size() * lanes_, -1);
+  group.factors.reserve(calls * lanes_);
+  group.calls.reserve(calls);
   double* data = group.data.data();
-  for (std::size_t c = 0; c < entry_of.size(); ++c) {
-    const auto any =
-        std::find_if(entry_of[c].begin(), entry_of[c].end(), [](int e) { return e >= 0; });
-    const OwnPattern& own = *patterns_[std::size_t(entries[std::size_t(*any)].pattern)];
-    for (std::size_t lane = 0; lane < lanes_; ++lane) {
-      const int e = entry_of[c][lane];
-      if (e >= 0) group.factors[c * lanes_ + lane] = entries[std::size_t(e)].factor;
-      if (own.doubles > 0) copy(entries[std::size_t(e >= 0 ? e : *any)], e >= 0, data + lane);
+  for (int step = 0; step <= lanes.steps; ++step) {
+    for (const Layer& layer : layers) {
+      const int some = any(layer, step);
+      if (some < 0) continue;
+      const OwnPattern& own = *patterns_[std::size_t(layer.pattern)];
+      group.calls.push_back({&own.pattern, data, group.factors.data() + group.factors.size()});
+      for (std::size_t lane = 0; lane < lanes_; ++lane) {
+        const int f = layer.factors[std::size_t(step) * lanes_ + lane];
+        group.factors.push_back(f);
+        if (own.doubles > 0) copy(own, f >= 0 ? f : some, f >= 0, data + lane);
+      }
+      data += own.doubles * lanes_;
     }
-    group.calls.push_back({&own.pattern, data, group.factors.data() + c * lanes_});
-    data += own.doubles * lanes_;
   }
   group.absent = AlignedBuffer((std::size_t(lanes.steps) + 1) * lanes_);
   for (std::size_t lane = 0; lane < lanes_; ++lane) {
@@ -248,18 +256,16 @@ void Program::fill(std::vector<Entry>& entries, const Layout::Group& lanes, Grou
 }
 
 // A lane without a factor has another's text, for finite numbers, and no weight.
-void Program::copy(const Entry& entry, bool present, double* data) const {
-  const OwnPattern& own = *patterns_[std::size_t(entry.pattern)];
+void Program::copy(const OwnPattern& own, int factor, bool present, double* data) const {
   const Pattern& p = own.pattern;
   thread_local std::vector<double> text;
   text.resize(std::size_t(p.text.doubles));
-  own.factors->copy_text(entry.factor, text.data());
+  own.factors->copy_text(factor, text.data());
   for (const double x : text) {
     *data = x;
     data += lanes_;
   }
-  const double *W = own.factors->whitening(entry.factor),
-               *gain = own.factors->linear_gain(entry.factor);
+  const double *W = own.factors->whitening(factor), *gain = own.factors->linear_gain(factor);
   for (int r = 0; r < p.rows; ++r) {
     for (int k = p.diagonal ? r : 0; k <= r; ++k) {
       *data = present ? W[k * p.rows + r] : 0.0;

@@ -33,15 +33,17 @@ class Program {
 
  private:
   struct OwnPattern;
-  struct Entry {
-    int step, lane, pattern, factor;
+  // The factors of one pattern in one group: one at each step and lane, or -1.
+  struct Layer {
+    int pattern;
+    std::vector<int> factors;
   };
   int pattern_of(std::size_t batch, const std::vector<int>& code, const int* slots);
   std::shared_ptr<OwnPattern> make_pattern(std::size_t batch, const std::vector<int>& code,
                                            const int* slots);
-  void assign(std::size_t batch, std::vector<std::vector<Entry>>& entries);
-  void fill(std::vector<Entry>& entries, const Layout::Group& lanes, Group& group) const;
-  void copy(const Entry& entry, bool present, double* data) const;
+  void assign(std::size_t batch, std::vector<std::vector<Layer>>& layers);
+  void fill(const std::vector<Layer>& layers, const Layout::Group& lanes, Group& group) const;
+  void copy(const OwnPattern& pattern, int factor, bool present, double* data) const;
 
   const FactorGraph& graph_;
   const Layout& layout_;

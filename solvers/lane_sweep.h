@@ -70,6 +70,7 @@ struct Sweep {
   double damping;    // of columns of unit norm
   double* state;     // work space, see state_doubles()
   double* jacobian;  // work space: the largest rows x (columns + 1)
+  double* panel;     // work space for wide borders: panel_doubles(d, b)
   float* kept;       // of each step, for the downward pass: see kept_numbers()
   // Out: right boundary [d x d | d x b], then the border [blocks of block_index()], the part that
   // factors say and the part that elimination takes away, then what scalars() lists.
@@ -107,6 +108,11 @@ constexpr int kept_numbers(int d, int b) { return 2 * d + d * (2 * d + b); }
 constexpr int raw_at(int d, int b) { return d * d + d * b + 2 * block_doubles(b); }
 constexpr int sums_at(int d, int b) { return raw_at(d, b) + 2 * d; }
 constexpr int out_doubles(int d, int b) { return sums_at(d, b) + 3; }
+
+// Where the border is wide, what elimination takes away is gathered over so many steps and taken in
+// tiles that stay in registers: the border's square then passes through memory seldom.
+constexpr int kWideBorder = 64, kPanelSteps = 16;
+constexpr int panel_doubles(int d, int b) { return b > kWideBorder ? kPanelSteps * d * b : 0; }
 
 struct SweepCode {
   void (*up)(const Sweep&);

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "solvers/null_space.h"
-#include "solvers/problem.h"
+#include "solvers/optimizer_problem.h"
 
 namespace magimu {
 namespace {
@@ -141,7 +141,7 @@ class Run {
   OptimizerOptions options_;
   std::chrono::steady_clock::time_point start_;
   int columns_;
-  std::unique_ptr<Problem> problem_;
+  std::unique_ptr<OptimizerProblem> problem_;
   double variables_rounding_ = 0.0;  // in standard deviations
   Result result_;
 };

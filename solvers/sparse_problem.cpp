@@ -2,12 +2,12 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "solvers/problem.h"
+#include "solvers/optimizer_problem.h"
 
 namespace magimu {
 namespace {
 
-class SparseProblem final : public Problem {
+class SparseProblem final : public OptimizerProblem {
  public:
   SparseProblem(const FactorGraph& graph, const Values& values, const OptimizerOptions& options)
       : by_largest_(options.damp_by_largest_norm),
@@ -78,13 +78,14 @@ class SparseProblem final : public Problem {
 
 }  // namespace
 
-std::unique_ptr<Problem> make_sparse_problem(const FactorGraph& graph, const Values& values,
-                                             const OptimizerOptions& options) {
+std::unique_ptr<OptimizerProblem> make_sparse_problem(const FactorGraph& graph,
+                                                      const Values& values,
+                                                      const OptimizerOptions& options) {
   return std::make_unique<SparseProblem>(graph, values, options);
 }
 
-std::unique_ptr<Problem> make_problem(const FactorGraph& graph, const Values& values,
-                                      const OptimizerOptions& options) {
+std::unique_ptr<OptimizerProblem> make_problem(const FactorGraph& graph, const Values& values,
+                                               const OptimizerOptions& options) {
   const bool asked = options.backend == Backend::kWindows;
   if ((asked || options.backend == Backend::kAuto) && !options.damp_by_largest_norm) {
     if (auto windows = make_window_problem(graph, values, options)) return windows;

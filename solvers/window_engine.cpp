@@ -164,17 +164,19 @@ double WindowEngine::condense(At at, double damping) {
   damping_ = damping;
   condensed_ = set;
   struct Work {
-    AlignedBuffer state, jacobian;
+    AlignedBuffer state, jacobian, panel;
   };
   tbb::enumerable_thread_specific<Work> works([&] {
     return Work{AlignedBuffer(std::size_t(state_doubles(layout_.d, layout_.b())) * lanes_),
-                AlignedBuffer(std::size_t(program_.jacobian_doubles()) * lanes_)};
+                AlignedBuffer(std::size_t(program_.jacobian_doubles()) * lanes_),
+                AlignedBuffer(std::size_t(panel_doubles(layout_.d, layout_.b())) * lanes_)};
   });
   tbb::parallel_for(std::size_t(0), groups_.size(), [&](std::size_t g) {
     Work& work = works.local();
     Sweep s = sweep(g, set);
     s.state = work.state.data();
     s.jacobian = work.jacobian.data();
+    s.panel = work.panel.data();
     code_.up(s);
   });
   chain_.clear();

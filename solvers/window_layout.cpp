@@ -11,6 +11,7 @@ namespace {
 constexpr int kMinNodes = 64;      // below, other solvers are as fast
 constexpr int kWindowNodes = 200;  // about as many are one window in a long recording
 constexpr int kMinWindowNodes = 12;
+constexpr int kWideNodes = 6000;  // the same of a group where the border is wide
 constexpr int kManyTimes = 4;     // globals have so many times the factors of most variables
 constexpr int kMaxGlobals = 512;  // columns
 
@@ -245,6 +246,8 @@ void cut(const std::vector<int>& chain_ends, int lanes, Layout& out) {
   const int total = chain_ends.back();
   // Full groups, an even number of them where there are many.
   int groups = std::max(1, total / (lanes * kWindowNodes));
+  // Each group costs a square of the border.
+  if (out.b() > kWideBorder) groups = std::min(groups, std::max(2, total / kWideNodes));
   if (groups > 4) groups = (groups + 3) / 4 * 4;
   const int length = std::max(kMinWindowNodes, (total + lanes * groups - 1) / (lanes * groups));
   out.window_of.resize(std::size_t(total));

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solvers/problem.h"
+#include "solvers/optimizer_problem.h"
 #include "solvers/window_engine.h"
 
 namespace magimu {
@@ -16,7 +16,7 @@ constexpr double kMinPivot = 1e-13;
 
 // One pass linearizes and condenses; after a step it gives the cost there and all that the next
 // step needs, so that an accepted step costs one pass.
-class WindowProblem final : public Problem {
+class WindowProblem final : public OptimizerProblem {
  public:
   WindowProblem(std::unique_ptr<WindowEngine> engine, const FactorGraph& graph,
                 const Values& values, const OptimizerOptions& options)
@@ -112,8 +112,8 @@ class WindowProblem final : public Problem {
   const FactorGraph& graph_;
   OptimizerOptions options_;
   std::unique_ptr<WindowEngine> engine_;
-  std::unique_ptr<Problem> square_root_;  // in the engine's place from then on
-  Values values_;                         // the layout
+  std::unique_ptr<OptimizerProblem> square_root_;  // in the engine's place from then on
+  Values values_;                                  // the layout
   VectorXd norms_, largest_;
   double cost_ = 0.0, candidate_cost_ = 0.0, gradient_norm_ = 0.0, sizes_ = 0.0;
   bool here_ = false;  // was the engine's last pass where we stand?
@@ -122,8 +122,9 @@ class WindowProblem final : public Problem {
 
 }  // namespace
 
-std::unique_ptr<Problem> make_window_problem(const FactorGraph& graph, const Values& values,
-                                             const OptimizerOptions& options) {
+std::unique_ptr<OptimizerProblem> make_window_problem(const FactorGraph& graph,
+                                                      const Values& values,
+                                                      const OptimizerOptions& options) {
   auto engine = WindowEngine::make(graph, values, options.isa);
   if (!engine) return nullptr;
   return std::make_unique<WindowProblem>(std::move(engine), graph, values, options);

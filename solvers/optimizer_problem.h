@@ -19,9 +19,9 @@ struct ProposedStep {
   double norm = 0.0;                // |delta|, mixed units
 };
 
-class Problem {
+class OptimizerProblem {
  public:
-  virtual ~Problem() = default;
+  virtual ~OptimizerProblem() = default;
 
   virtual double cost() const = 0;  // where we stand
   // Are the residuals and Jacobians there finite numbers?
@@ -46,12 +46,14 @@ class Problem {
 };
 
 // Throws std::invalid_argument if the back end cannot serve the graph.
-std::unique_ptr<Problem> make_problem(const FactorGraph& graph, const Values& values,
-                                      const OptimizerOptions& options);
-std::unique_ptr<Problem> make_sparse_problem(const FactorGraph& graph, const Values& values,
-                                             const OptimizerOptions& options);
+std::unique_ptr<OptimizerProblem> make_problem(const FactorGraph& graph, const Values& values,
+                                               const OptimizerOptions& options);
+std::unique_ptr<OptimizerProblem> make_sparse_problem(const FactorGraph& graph,
+                                                      const Values& values,
+                                                      const OptimizerOptions& options);
 // Null where the graph is not of that form.
-std::unique_ptr<Problem> make_window_problem(const FactorGraph& graph, const Values& values,
-                                             const OptimizerOptions& options);
+std::unique_ptr<OptimizerProblem> make_window_problem(const FactorGraph& graph,
+                                                      const Values& values,
+                                                      const OptimizerOptions& options);
 
 }  // namespace magimu

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The tables of the comparison of speed: engine_table.h.
+#include "bench/engine_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace magimu {
+namespace {
+
+constexpr double kSameCost = 2e-9;
+constexpr const char* kHeader =
+    "| solver | threads | iterations | ms an iteration | s in all | CPU s | cost over the least | "
+    "MB | iteration, textbook over this | in all, Ceres over this |\n"
+    "|---|---|---|---|---|---|---|---|---|---|\n";
+
+template <class Number>
+double median(const std::vector<Measured>& runs, const Number& number) {
+  std::vector<double> all;
+  for (const Measured& m : runs) all.push_back(number(m));
+  const auto middle = all.begin() + std::ptrdiff_t(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  return *middle;
+}
+
+double least_cost(const std::vector<EngineRow>& rows) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const EngineRow& row : rows) {
+    if (row.failure().empty() && row.runs.back().converged) {
+      least = std::min(least, row.runs.back().cost);
+    }
+  }
+  return least;
+}
+
+const EngineRow* textbook(const std::vector<EngineRow>& rows) {
+  for (const EngineRow& row : rows) {
+    if (row.solver.camp == Camp::kTextbook && row.failure().empty()) return &row;
+  }
+  return nullptr;
+}
+
+// The fastest of Ceres's settings with so many threads.
+const EngineRow* fastest_ceres(const std::vector<EngineRow>& rows, int threads) {
+  const EngineRow* best = nullptr;
+  for (const EngineRow& row : rows) {
+    if (row.solver.camp != Camp::kCeres || row.solver.threads != threads) continue;
+    if (!row.failure().empty()) continue;
+    if (best == nullptr || row.wall_s() < best->wall_s()) best = &row;
+  }
+  return best;
+}
+
+std::string ratio(bool known, double numerator, double denominator) {
+  return known ? fmt::format("{:.2f}", numerator / denominator) : "";
+}
+
+std::string line(const EngineRow& row, const std::vector<EngineRow>& rows) {
+  const std::string head = fmt::format("| {} | {} ", row.solver.name, row.solver.threads);
+  if (!row.failure().empty()) return head + fmt::format("| {} |\n", row.failure());
+  const Measured& last = row.runs.back();
+  const EngineRow* book = textbook(rows);
+  const EngineRow* ceres = fastest_ceres(rows, row.solver.threads);
+  const bool library = row.solver.camp == Camp::kLibrary;
+  const double least = least_cost(rows);
+  return head + fmt::format(
+                    "| {}{} | {:.2f} | {:.3f} | {:.3f} | {:.1e} | {:.0f} | {} | {} |\n",
+                    last.iterations, last.converged ? "" : " (not converged)",
+                    1e3 * row.per_iteration_s(), row.wall_s(), row.cpu_s(), last.cost / least - 1.0,
+                    median(row.runs, [](const Measured& m) { return m.memory_mb; }),
+                    ratio(library && book != nullptr,
+                          book == nullptr ? 0.0 : book->per_iteration_s(), row.per_iteration_s()),
+                    ratio(library && ceres != nullptr, ceres == nullptr ? 0.0 : ceres->wall_s(),
+                          row.wall_s()));
+}
+
+}  // namespace
+
+std::string EngineRow::failure() const {
+  for (const Measured& m : runs) {
+    if (!m.failure.empty()) return m.failure;
+  }
+  return "";
+}
+
+double EngineRow::wall_s() const {
+  return median(runs, [](const Measured& m) { return m.wall_s; });
+}
+
+double EngineRow::cpu_s() const {
+  return median(runs, [](const Measured& m) { return m.cpu_s; });
+}
+
+double EngineRow::per_iteration_s() const { return wall_s() / std::max(1, runs.back().iterations); }
+
+std::string engine_table(const EngineProblem& problem, const std::vector<EngineRow>& rows) {
+  std::string out =
+      fmt::format("**{}**: {} nodes, {} unknowns, {} factors, least cost {:.9g}\n\n", problem.name,
+                  problem.nodes, problem.start.dim(), problem.graph.size(), least_cost(rows));
+  out += kHeader;
+  for (const EngineRow& row : rows) out += line(row, rows);
+  return out + "\n";
+}
+
+bool same_optimum(const std::vector<EngineRow>& rows) {
+  const double least = least_cost(rows);
+  return std::all_of(rows.begin(), rows.end(), [&](const EngineRow& row) {
+    if (!row.failure().empty() || !row.runs.back().converged) return true;
+    return row.runs.back().cost <= least * (1.0 + kSameCost);
+  });
+}
+
+}  // namespace magimu

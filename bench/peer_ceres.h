@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The library's graphs solved by Ceres, to compare: the same residuals, the same analytic
+// Jacobians, the same increments of rotations. Built only where Ceres is found; nothing else
+// depends on it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bench/forked.h"
+#include "graph/factor_graph.h"
+
+namespace magimu {
+
+struct CeresSetting {
+  std::string name;
+  bool schur = false, suite_sparse = false, globals_last = false;
+};
+
+std::string ceres_version();
+
+// The best one, found by trying; all that were tried.
+std::vector<CeresSetting> ceres_settings(bool all);
+
+// Times are Ceres's solve alone, without the building of its problem. Throws std::invalid_argument
+// for a graph with factors of a type that peer_ceres.cpp does not know.
+Solved solve_with_ceres(const FactorGraph& graph, const Values& start, const CeresSetting& setting,
+                        int threads);
+
+}  // namespace magimu

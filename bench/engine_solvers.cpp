@@ -4,6 +4,8 @@
 
 #include <tbb/global_control.h>
 
+#include <cmath>
+
 #include "solvers/levenberg_marquardt.h"
 #ifdef MAGIMU_WITH_CERES
 #include "bench/peer_ceres.h"
@@ -12,7 +14,17 @@
 namespace magimu {
 namespace {
 
-constexpr Backend kBackends[] = {Backend::kChain, Backend::kCholmod, Backend::kSpqr};
+// The library's own: one more back end is one more line.
+struct LibrarySetting {
+  Backend backend;
+  bool gauss_newton = false;  // full steps; Levenberg-Marquardt otherwise
+};
+constexpr LibrarySetting kLibrary[] = {
+    {Backend::kChain, true},
+    {Backend::kChain},
+    {Backend::kCholmod},
+    {Backend::kSpqr},
+};
 
 constexpr double kStep = 1e-6;      // |dx| at which the textbook stops
 constexpr int kMaxIterations = 30;  // of the textbook
@@ -24,7 +36,7 @@ Solved solve_textbook(const EngineProblem& problem) {
   while (!out.converged && out.iterations < kMaxIterations) {
     const double step = textbook.iterate();
     ++out.iterations;
-    if (!(step == step)) break;
+    if (!std::isfinite(step)) break;
     out.converged = step < kStep;
   }
   out.wall_s = watch.wall_s();
@@ -42,18 +54,21 @@ EngineSolver textbook() {
   return out;
 }
 
-EngineSolver library(Backend backend, int threads) {
+EngineSolver library(const LibrarySetting& setting, int threads) {
   EngineSolver out;
-  out.name = "magimu, " + to_string(backend);
+  out.name = "magimu, " + to_string(setting.backend);
+  if (setting.gauss_newton) out.name += ", Gauss-Newton";
   out.threads = threads;
   out.fits = [](const EngineProblem&) { return true; };
-  out.solve = [backend, threads](const EngineProblem& problem) {
+  out.solve = [setting, threads](const EngineProblem& problem) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     std::size_t(threads));
     OptimizerOptions options;
-    options.backend = backend;
+    options.backend = setting.backend;
     const Stopwatch watch;
-    Result result = LevenbergMarquardt(problem.graph, options).optimize(problem.start);
+    Result result = setting.gauss_newton
+                        ? GaussNewton(problem.graph, options).optimize(problem.start)
+                        : LevenbergMarquardt(problem.graph, options).optimize(problem.start);
     return Solved{std::move(result.values), result.iterations, result.converged(), watch.wall_s(),
                   watch.cpu_s()};
   };
@@ -84,8 +99,8 @@ std::vector<EngineSolver> engine_solvers(const std::vector<int>& threads,
     for (const int n : threads) all.push_back(ceres_peer(setting, n));
   }
 #endif
-  for (const Backend backend : kBackends) {
-    for (const int n : threads) all.push_back(library(backend, n));
+  for (const LibrarySetting& setting : kLibrary) {
+    for (const int n : threads) all.push_back(library(setting, n));
   }
   return all;
 }

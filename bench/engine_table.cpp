@@ -13,7 +13,7 @@ namespace {
 constexpr double kSameCost = 2e-9;
 constexpr const char* kHeader =
     "| solver | threads | iterations | ms an iteration | s in all | CPU s | cost over the least | "
-    "MB | iteration, textbook over this | in all, Ceres over this |\n"
+    "MB | textbook / this, an iteration | Ceres / this, in all |\n"
     "|---|---|---|---|---|---|---|---|---|---|\n";
 
 template <class Number>
@@ -53,27 +53,32 @@ const EngineRow* fastest_ceres(const std::vector<EngineRow>& rows, int threads) 
   return best;
 }
 
-std::string ratio(bool known, double numerator, double denominator) {
-  return known ? fmt::format("{:.2f}", numerator / denominator) : "";
+// How many times as long an iteration takes the textbook, and the whole solve Ceres.
+std::string ratios(const EngineRow& row, const std::vector<EngineRow>& rows) {
+  const int threads = row.solver.threads;
+  const EngineRow* book = textbook(rows);
+  const EngineRow* ceres = fastest_ceres(rows, threads);
+  const bool library = row.solver.camp == Camp::kLibrary;
+  std::string out;
+  const double own = row.counted_s(threads);
+  if (library && book != nullptr) {
+    const double one = book->counted_s(threads) / book->iterations();
+    out += fmt::format("{:.2f}", one * row.iterations() / own);
+  }
+  out += " | ";
+  if (library && ceres != nullptr) out += fmt::format("{:.2f}", ceres->counted_s(threads) / own);
+  return out;
 }
 
 std::string line(const EngineRow& row, const std::vector<EngineRow>& rows) {
-  const std::string head = fmt::format("| {} | {} ", row.solver.name, row.solver.threads);
-  if (!row.failure().empty()) return head + fmt::format("| {} |\n", row.failure());
+  const std::string head = fmt::format("| {} | {} | ", row.solver.name, row.solver.threads);
+  if (!row.failure().empty()) return head + row.failure() + " |\n";
   const Measured& last = row.runs.back();
-  const EngineRow* book = textbook(rows);
-  const EngineRow* ceres = fastest_ceres(rows, row.solver.threads);
-  const bool library = row.solver.camp == Camp::kLibrary;
-  const double least = least_cost(rows);
-  return head + fmt::format(
-                    "| {}{} | {:.2f} | {:.3f} | {:.3f} | {:.1e} | {:.0f} | {} | {} |\n",
-                    last.iterations, last.converged ? "" : " (not converged)",
-                    1e3 * row.per_iteration_s(), row.wall_s(), row.cpu_s(), last.cost / least - 1.0,
-                    median(row.runs, [](const Measured& m) { return m.memory_mb; }),
-                    ratio(library && book != nullptr,
-                          book == nullptr ? 0.0 : book->per_iteration_s(), row.per_iteration_s()),
-                    ratio(library && ceres != nullptr, ceres == nullptr ? 0.0 : ceres->wall_s(),
-                          row.wall_s()));
+  const double memory = median(row.runs, [](const Measured& m) { return m.memory_mb; });
+  return head + fmt::format("{}{} | {:.2f} | {:.3f} | {:.3f} | {:.1e} | {:.0f} | {} |\n",
+                            last.iterations, last.converged ? "" : " (not converged)",
+                            1e3 * row.wall_s() / row.iterations(), row.wall_s(), row.cpu_s(),
+                            last.cost / least_cost(rows) - 1.0, memory, ratios(row, rows));
 }
 
 }  // namespace
@@ -93,7 +98,7 @@ double EngineRow::cpu_s() const {
   return median(runs, [](const Measured& m) { return m.cpu_s; });
 }
 
-double EngineRow::per_iteration_s() const { return wall_s() / std::max(1, runs.back().iterations); }
+int EngineRow::iterations() const { return std::max(1, runs.back().iterations); }
 
 std::string engine_table(const EngineProblem& problem, const std::vector<EngineRow>& rows) {
   std::string out =

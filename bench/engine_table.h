@@ -16,14 +16,17 @@ struct EngineRow {
 
   // Of the first run that failed; empty: none did.
   std::string failure() const;
-  double wall_s() const;  // median, as are all numbers
+  double wall_s() const;  // medians
   double cpu_s() const;
-  double per_iteration_s() const;
+  int iterations() const;
+  // What ratios are made of: processor time where there is one thread, as what else the machine
+  // does counts in the other; wall time to be compared with several threads.
+  double counted_s(int threads) const { return threads == 1 ? cpu_s() : wall_s(); }
 };
 
 std::string engine_table(const EngineProblem& problem, const std::vector<EngineRow>& rows);
 
-// Do all that converged agree to this relative difference of the cost?
+// Do all that converged end at the same cost, to 2e-9 of it?
 bool same_optimum(const std::vector<EngineRow>& rows);
 
 }  // namespace magimu

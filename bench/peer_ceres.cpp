@@ -155,13 +155,25 @@ class Peer {
   ceres::Problem problem_;
 };
 
+ceres::SparseLinearAlgebraLibraryType library_type(CeresSetting::Library library) {
+  switch (library) {
+    case CeresSetting::Library::kSuiteSparse:
+      return ceres::SUITE_SPARSE;
+    case CeresSetting::Library::kCxSparse:
+      return ceres::CX_SPARSE;
+    case CeresSetting::Library::kEigen:
+      return ceres::EIGEN_SPARSE;
+  }
+  return ceres::NO_SPARSE;
+}
+
 // As near to Gauss-Newton as may be. It stops when a step gains less than 1e-9 of the cost: the
 // next would gain far less.
 ceres::Solver::Options solver_options(const CeresSetting& setting, int threads) {
   ceres::Solver::Options options;
   options.linear_solver_type = setting.schur ? ceres::SPARSE_SCHUR : ceres::SPARSE_NORMAL_CHOLESKY;
-  options.sparse_linear_algebra_library_type =
-      setting.suite_sparse ? ceres::SUITE_SPARSE : ceres::CX_SPARSE;
+  options.sparse_linear_algebra_library_type = library_type(setting.library);
+  options.jacobi_scaling = setting.scaling;
   options.num_threads = threads;
   options.initial_trust_region_radius = 1e16;
   options.max_trust_region_radius = 1e20;
@@ -177,14 +189,19 @@ ceres::Solver::Options solver_options(const CeresSetting& setting, int threads) 
 std::string ceres_version() { return CERES_VERSION_STRING; }
 
 std::vector<CeresSetting> ceres_settings(bool all) {
-  const std::vector<CeresSetting> settings = {
-      {"normal Cholesky, CXSparse", false, false, false},
-      {"normal Cholesky, SuiteSparse", false, true, false},
-      {"normal Cholesky, SuiteSparse, globals last", false, true, true},
-      {"Schur, SuiteSparse", true, true, false},
-      {"Schur, CXSparse", true, false, false},
+  using enum CeresSetting::Library;
+  const CeresSetting best = {.name = "CXSparse", .library = kCxSparse};
+  if (!all) return {best};
+  return {
+      best,
+      {.name = "CXSparse, not scaled", .library = kCxSparse, .scaling = false},
+      {.name = "SuiteSparse"},
+      {.name = "SuiteSparse, globals last", .globals_last = true},
+      {.name = "SuiteSparse, globals last, not scaled", .globals_last = true, .scaling = false},
+      {.name = "Eigen", .library = kEigen},
+      {.name = "Schur, SuiteSparse", .schur = true},
+      {.name = "Schur, CXSparse", .library = kCxSparse, .schur = true},
   };
-  return all ? settings : std::vector<CeresSetting>{settings.front()};
 }
 
 Solved solve_with_ceres(const FactorGraph& graph, const Values& start, const CeresSetting& setting,

@@ -13,8 +13,13 @@
 namespace magimu {
 
 struct CeresSetting {
+  enum class Library { kSuiteSparse, kCxSparse, kEigen };
+
   std::string name;
-  bool schur = false, suite_sparse = false, globals_last = false;
+  Library library = Library::kSuiteSparse;
+  bool schur = false;         // of half the nodes first; the normal equations as they are otherwise
+  bool globals_last = false;  // what all nodes share is eliminated last; left to Ceres otherwise
+  bool scaling = true;        // columns scaled to unit norm
 };
 
 std::string ceres_version();

@@ -67,7 +67,8 @@ int bench_engine(int argc, char** argv) {
   app.add_option("--only", o.only, "only solvers whose name has this in it");
   app.add_option("--limit", o.limit_s, "seconds after which a measurement is given up")
       ->check(CLI::PositiveNumber);
-  app.add_flag("--every-setting", o.every_setting, "all settings of Ceres, not only the best");
+  app.add_flag("--every-setting", o.every_setting,
+               "all settings of Ceres that were tried, not only the best");
   try {
     app.parse(argc, argv);
     return run(o) ? 0 : 1;

@@ -190,18 +190,21 @@ std::string ceres_version() { return CERES_VERSION_STRING; }
 
 std::vector<CeresSetting> ceres_settings(bool all) {
   using enum CeresSetting::Library;
-  const CeresSetting best = {.name = "CXSparse", .library = kCxSparse};
-  if (!all) return {best};
-  return {
-      best,
+  std::vector<CeresSetting> out = {
       {.name = "CXSparse, not scaled", .library = kCxSparse, .scaling = false},
-      {.name = "SuiteSparse"},
       {.name = "SuiteSparse, globals last", .globals_last = true},
+  };
+  if (!all) return out;
+  const std::vector<CeresSetting> others = {
+      {.name = "CXSparse", .library = kCxSparse},
+      {.name = "SuiteSparse"},
       {.name = "SuiteSparse, globals last, not scaled", .globals_last = true, .scaling = false},
       {.name = "Eigen", .library = kEigen},
       {.name = "Schur, SuiteSparse", .schur = true},
       {.name = "Schur, CXSparse", .library = kCxSparse, .schur = true},
   };
+  out.insert(out.end(), others.begin(), others.end());
+  return out;
 }
 
 Solved solve_with_ceres(const FactorGraph& graph, const Values& start, const CeresSetting& setting,

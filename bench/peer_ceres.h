@@ -24,7 +24,7 @@ struct CeresSetting {
 
 std::string ceres_version();
 
-// The best one, found by trying; all that were tried.
+// The best, found by trying: one for few parameters, one for many. Or all that were tried.
 std::vector<CeresSetting> ceres_settings(bool all);
 
 // Times are Ceres's solve alone, without the building of its problem. Throws std::invalid_argument

@@ -75,10 +75,11 @@ std::string line(const EngineRow& row, const std::vector<EngineRow>& rows) {
   if (!row.failure().empty()) return head + row.failure() + " |\n";
   const Measured& last = row.runs.back();
   const double memory = median(row.runs, [](const Measured& m) { return m.memory_mb; });
-  return head + fmt::format("{}{} | {:.2f} | {:.3f} | {:.3f} | {:.1e} | {:.0f} | {} |\n",
+  return head + fmt::format("{}{} | {:.2f} | {:.4g} | {:.4g} | {:.1e} | {:.0f} | {} |\n",
                             last.iterations, last.converged ? "" : " (not converged)",
-                            1e3 * row.wall_s() / row.iterations(), row.wall_s(), row.cpu_s(),
-                            last.cost / least_cost(rows) - 1.0, memory, ratios(row, rows));
+                            1e3 * row.counted_s(row.solver.threads) / row.iterations(),
+                            row.wall_s(), row.cpu_s(), last.cost / least_cost(rows) - 1.0, memory,
+                            ratios(row, rows));
 }
 
 }  // namespace

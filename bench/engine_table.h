@@ -19,8 +19,8 @@ struct EngineRow {
   double wall_s() const;  // medians
   double cpu_s() const;
   int iterations() const;
-  // What ratios are made of: processor time where there is one thread, as what else the machine
-  // does counts in the other; wall time to be compared with several threads.
+  // What iterations and ratios are told in: processor time with one thread, as what else the
+  // machine does counts in the other; wall time with several.
   double counted_s(int threads) const { return threads == 1 ? cpu_s() : wall_s(); }
 };
 

@@ -16,14 +16,25 @@ constexpr const char* kHeader =
     "MB | textbook / this, an iteration | Ceres / this, in all |\n"
     "|---|---|---|---|---|---|---|---|---|---|\n";
 
-template <class Number>
-double median(const std::vector<Measured>& runs, const Number& number) {
-  std::vector<double> all;
-  for (const Measured& m : runs) all.push_back(number(m));
+double median(std::vector<double> all) {
   const auto middle = all.begin() + std::ptrdiff_t(all.size() / 2);
   std::nth_element(all.begin(), middle, all.end());
   return *middle;
 }
+
+template <class Number>
+double median(const EngineRow& row, const Number& number) {
+  std::vector<double> all;
+  for (const Measured& m : row.runs) all.push_back(number(m));
+  return median(std::move(all));
+}
+
+double wall_s(const Measured& m) { return m.wall_s; }
+double cpu_s(const Measured& m) { return m.cpu_s; }
+
+// What iterations and ratios are told in: processor time with one thread, as what else the machine
+// does counts in the other; wall time with several.
+auto counted(int threads) { return threads == 1 ? cpu_s : wall_s; }
 
 double least_cost(const std::vector<EngineRow>& rows) {
   double least = std::numeric_limits<double>::infinity();
@@ -48,38 +59,50 @@ const EngineRow* fastest_ceres(const std::vector<EngineRow>& rows, int threads) 
   for (const EngineRow& row : rows) {
     if (row.solver.camp != Camp::kCeres || row.solver.threads != threads) continue;
     if (!row.failure().empty()) continue;
-    if (best == nullptr || row.wall_s() < best->wall_s()) best = &row;
+    if (best == nullptr || median(row, cpu_s) < median(*best, cpu_s)) best = &row;
   }
   return best;
 }
 
-// How many times as long an iteration takes the textbook, and the whole solve Ceres.
-std::string ratios(const EngineRow& row, const std::vector<EngineRow>& rows) {
-  const int threads = row.solver.threads;
-  const EngineRow* book = textbook(rows);
-  const EngineRow* ceres = fastest_ceres(rows, threads);
-  const bool library = row.solver.camp == Camp::kLibrary;
-  std::string out;
-  const double own = row.counted_s(threads);
-  if (library && book != nullptr) {
-    const double one = book->counted_s(threads) / book->iterations();
-    out += fmt::format("{:.2f}", one * row.iterations() / own);
+// How many times as long the other takes, turn by turn: what slows one slows its neighbours.
+double ratio(const EngineRow& other, const EngineRow& row) {
+  const auto seconds = counted(row.solver.threads);
+  std::vector<double> all;
+  for (std::size_t i = 0; i < row.runs.size(); ++i) {
+    all.push_back(seconds(other.runs[i]) / seconds(row.runs[i]));
   }
-  out += " | ";
-  if (library && ceres != nullptr) out += fmt::format("{:.2f}", ceres->counted_s(threads) / own);
+  return median(std::move(all));
+}
+
+// The textbook's iteration over this one's, Ceres's whole solve over this one's.
+std::string ratios(const EngineRow& row, const std::vector<EngineRow>& rows) {
+  if (row.solver.camp != Camp::kLibrary) return "| ";
+  std::string out;
+  if (const EngineRow* book = textbook(rows)) {
+    out = fmt::format("{:.2f} ", ratio(*book, row) * row.iterations() / book->iterations());
+  }
+  out += "| ";
+  if (const EngineRow* ceres = fastest_ceres(rows, row.solver.threads)) {
+    out += fmt::format("{:.2f} ", ratio(*ceres, row));
+  }
   return out;
+}
+
+// Three digits, without exponents.
+std::string digits(double x) {
+  return x < 100.0 ? fmt::format("{:.3g}", x) : fmt::format("{:.0f}", x);
 }
 
 std::string line(const EngineRow& row, const std::vector<EngineRow>& rows) {
   const std::string head = fmt::format("| {} | {} | ", row.solver.name, row.solver.threads);
   if (!row.failure().empty()) return head + row.failure() + " |\n";
   const Measured& last = row.runs.back();
-  const double memory = median(row.runs, [](const Measured& m) { return m.memory_mb; });
-  return head + fmt::format("{}{} | {:.2f} | {:.4g} | {:.4g} | {:.1e} | {:.0f} | {} |\n",
-                            last.iterations, last.converged ? "" : " (not converged)",
-                            1e3 * row.counted_s(row.solver.threads) / row.iterations(),
-                            row.wall_s(), row.cpu_s(), last.cost / least_cost(rows) - 1.0, memory,
-                            ratios(row, rows));
+  const double ms = 1e3 * median(row, counted(row.solver.threads)) / row.iterations();
+  const double memory = median(row, [](const Measured& m) { return m.memory_mb; });
+  return head + fmt::format("{}{} | {} | {} | {} | {:.0e} | {:.0f} | {}|\n", last.iterations,
+                            last.converged ? "" : " (not converged)", digits(ms),
+                            digits(median(row, wall_s)), digits(median(row, cpu_s)),
+                            last.cost / least_cost(rows) - 1.0, memory, ratios(row, rows));
 }
 
 }  // namespace
@@ -89,14 +112,6 @@ std::string EngineRow::failure() const {
     if (!m.failure.empty()) return m.failure;
   }
   return "";
-}
-
-double EngineRow::wall_s() const {
-  return median(runs, [](const Measured& m) { return m.wall_s; });
-}
-
-double EngineRow::cpu_s() const {
-  return median(runs, [](const Measured& m) { return m.cpu_s; });
 }
 
 int EngineRow::iterations() const { return std::max(1, runs.back().iterations); }

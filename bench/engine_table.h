@@ -16,12 +16,7 @@ struct EngineRow {
 
   // Of the first run that failed; empty: none did.
   std::string failure() const;
-  double wall_s() const;  // medians
-  double cpu_s() const;
   int iterations() const;
-  // What iterations and ratios are told in: processor time with one thread, as what else the
-  // machine does counts in the other; wall time with several.
-  double counted_s(int threads) const { return threads == 1 ? cpu_s() : wall_s(); }
 };
 
 std::string engine_table(const EngineProblem& problem, const std::vector<EngineRow>& rows);

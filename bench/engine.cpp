@@ -5,7 +5,7 @@
 // Each measurement is in a process of its own; the solvers take turns, so that what else the
 // machine does meets all of them. Exit code 1 if two that converged end at different costs.
 //   bench_engine [--case rotation|long|array|hand_held|all] [--repeat N] [--threads 1,2]
-//                [--only TEXT] [--limit SECONDS] [--every-setting]
+//                [--problem TEXT] [--only TEXT] [--limit SECONDS] [--every-setting]
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -17,7 +17,7 @@ namespace magimu {
 namespace {
 
 struct Options {
-  std::string family = "rotation", only;
+  std::string family = "rotation", problem, only;
   int repeat = 5, limit_s = 120;
   std::vector<int> threads = {1, 2};
   bool every_setting = false;
@@ -44,6 +44,7 @@ std::vector<EngineRow> measure(const EngineProblem& problem, const Options& o) {
 bool run(const Options& o) {
   bool agree = true;
   for (const EngineCase& c : engine_cases(o.family)) {
+    if (c.name.find(o.problem) == std::string::npos) continue;
     const EngineProblem problem = make_problem(c);
     const std::vector<EngineRow> rows = measure(problem, o);
     fmt::print("{}", engine_table(problem, rows));
@@ -64,6 +65,7 @@ int bench_engine(int argc, char** argv) {
   app.add_option("--threads", o.threads, "numbers of threads, such as 1,2")
       ->delimiter(',')
       ->check(CLI::PositiveNumber);
+  app.add_option("--problem", o.problem, "only problems whose name has this in it");
   app.add_option("--only", o.only, "only solvers whose name has this in it");
   app.add_option("--limit", o.limit_s, "seconds after which a measurement is given up")
       ->check(CLI::PositiveNumber);

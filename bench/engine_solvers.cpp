@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The solvers that are compared: engine_solvers.h.
+#include "bench/engine_solvers.h"
+
+#include <tbb/global_control.h>
+
+#include <cmath>
+
+#include "solvers/levenberg_marquardt.h"
+#ifdef MAGIMU_WITH_CERES
+#include "bench/peer_ceres.h"
+#endif
+
+namespace magimu {
+namespace {
+
+// The library's own: one more back end is one more line.
+struct LibrarySetting {
+  Backend backend;
+  bool gauss_newton = false;  // full steps; Levenberg-Marquardt otherwise
+};
+constexpr LibrarySetting kLibrary[] = {
+    {Backend::kChain, true},
+    {Backend::kChain},
+    {Backend::kCholmod},
+    {Backend::kSpqr},
+};
+
+constexpr double kStep = 1e-6;      // |dx| at which the textbook stops
+constexpr int kMaxIterations = 30;  // of the textbook
+
+Solved solve_textbook(const EngineProblem& problem) {
+  const Stopwatch watch;
+  Textbook textbook(*problem.textbook_data, problem.textbook_start);
+  Solved out;
+  while (!out.converged && out.iterations < kMaxIterations) {
+    const double step = textbook.iterate();
+    ++out.iterations;
+    if (!std::isfinite(step)) break;
+    out.converged = step < kStep;
+  }
+  out.wall_s = watch.wall_s();
+  out.cpu_s = watch.cpu_s();
+  out.values = to_values(problem.start, textbook.unknowns());
+  return out;
+}
+
+EngineSolver textbook() {
+  EngineSolver out;
+  out.camp = Camp::kTextbook;
+  out.name = "textbook";
+  out.fits = [](const EngineProblem& problem) { return problem.textbook_data.has_value(); };
+  out.solve = solve_textbook;
+  return out;
+}
+
+EngineSolver library(const LibrarySetting& setting, int threads) {
+  EngineSolver out;
+  out.name = "magimu, " + to_string(setting.backend);
+  if (setting.gauss_newton) out.name += ", Gauss-Newton";
+  out.threads = threads;
+  out.fits = [](const EngineProblem&) { return true; };
+  out.solve = [setting, threads](const EngineProblem& problem) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    std::size_t(threads));
+    OptimizerOptions options;
+    options.backend = setting.backend;
+    const Stopwatch watch;
+    Result result = setting.gauss_newton
+                        ? GaussNewton(problem.graph, options).optimize(problem.start)
+                        : LevenbergMarquardt(problem.graph, options).optimize(problem.start);
+    return Solved{std::move(result.values), result.iterations, result.converged(), watch.wall_s(),
+                  watch.cpu_s()};
+  };
+  return out;
+}
+
+#ifdef MAGIMU_WITH_CERES
+EngineSolver ceres_peer(const CeresSetting& setting, int threads) {
+  EngineSolver out;
+  out.camp = Camp::kCeres;
+  out.name = "Ceres " + ceres_version() + ", " + setting.name;
+  out.threads = threads;
+  out.fits = [](const EngineProblem&) { return true; };
+  out.solve = [setting, threads](const EngineProblem& problem) {
+    return solve_with_ceres(problem.graph, problem.start, setting, threads);
+  };
+  return out;
+}
+#endif
+
+}  // namespace
+
+std::vector<EngineSolver> engine_solvers(const std::vector<int>& threads,
+                                         [[maybe_unused]] bool every_setting) {
+  std::vector<EngineSolver> all = {textbook()};
+#ifdef MAGIMU_WITH_CERES
+  for (const CeresSetting& setting : ceres_settings(every_setting)) {
+    for (const int n : threads) all.push_back(ceres_peer(setting, n));
+  }
+#endif
+  for (const LibrarySetting& setting : kLibrary) {
+    for (const int n : threads) all.push_back(library(setting, n));
+  }
+  return all;
+}
+
+}  // namespace magimu

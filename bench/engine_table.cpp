@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The tables of the comparison of speed: engine_table.h.
+#include "bench/engine_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace magimu {
+namespace {
+
+constexpr double kSameCost = 2e-9;
+constexpr const char* kHeader =
+    "| solver | threads | iterations | ms an iteration | s in all | CPU s | cost over the least | "
+    "MB | textbook / this, an iteration | Ceres / this, in all |\n"
+    "|---|---|---|---|---|---|---|---|---|---|\n";
+
+double median(std::vector<double> all) {
+  const auto middle = all.begin() + std::ptrdiff_t(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  return *middle;
+}
+
+template <class Number>
+double median(const EngineRow& row, const Number& number) {
+  std::vector<double> all;
+  for (const Measured& m : row.runs) all.push_back(number(m));
+  return median(std::move(all));
+}
+
+double wall_s(const Measured& m) { return m.wall_s; }
+double cpu_s(const Measured& m) { return m.cpu_s; }
+
+// What iterations and ratios are told in: processor time with one thread, as what else the machine
+// does counts in the other; wall time with several.
+auto counted(int threads) { return threads == 1 ? cpu_s : wall_s; }
+
+double least_cost(const std::vector<EngineRow>& rows) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const EngineRow& row : rows) {
+    if (row.failure().empty() && row.runs.back().converged) {
+      least = std::min(least, row.runs.back().cost);
+    }
+  }
+  return least;
+}
+
+const EngineRow* textbook(const std::vector<EngineRow>& rows) {
+  for (const EngineRow& row : rows) {
+    if (row.solver.camp == Camp::kTextbook && row.failure().empty()) return &row;
+  }
+  return nullptr;
+}
+
+// The fastest of Ceres's settings with so many threads.
+const EngineRow* fastest_ceres(const std::vector<EngineRow>& rows, int threads) {
+  const auto seconds = counted(threads);
+  const EngineRow* best = nullptr;
+  for (const EngineRow& row : rows) {
+    if (row.solver.camp != Camp::kCeres || row.solver.threads != threads) continue;
+    if (!row.failure().empty()) continue;
+    if (best == nullptr || median(row, seconds) < median(*best, seconds)) best = &row;
+  }
+  return best;
+}
+
+// How many times as long the other takes, turn by turn: what slows one slows its neighbours.
+double ratio(const EngineRow& other, const EngineRow& row) {
+  const auto seconds = counted(row.solver.threads);
+  std::vector<double> all;
+  for (std::size_t i = 0; i < row.runs.size(); ++i) {
+    all.push_back(seconds(other.runs[i]) / seconds(row.runs[i]));
+  }
+  return median(std::move(all));
+}
+
+// The textbook's iteration over this one's, Ceres's whole solve over this one's.
+std::string ratios(const EngineRow& row, const std::vector<EngineRow>& rows) {
+  if (row.solver.camp != Camp::kLibrary) return "| ";
+  std::string out;
+  if (const EngineRow* book = textbook(rows)) {
+    out = fmt::format("{:.2f} ", ratio(*book, row) * row.iterations() / book->iterations());
+  }
+  out += "| ";
+  if (const EngineRow* ceres = fastest_ceres(rows, row.solver.threads)) {
+    out += fmt::format("{:.2f} ", ratio(*ceres, row));
+  }
+  return out;
+}
+
+// Three digits, without exponents.
+std::string digits(double x) {
+  return x < 100.0 ? fmt::format("{:.3g}", x) : fmt::format("{:.0f}", x);
+}
+
+std::string line(const EngineRow& row, const std::vector<EngineRow>& rows) {
+  const std::string head = fmt::format("| {} | {} | ", row.solver.name, row.solver.threads);
+  if (!row.failure().empty()) return head + row.failure() + " |\n";
+  const Measured& last = row.runs.back();
+  const double ms = 1e3 * median(row, counted(row.solver.threads)) / row.iterations();
+  const double memory = median(row, [](const Measured& m) { return m.memory_mb; });
+  return head + fmt::format("{}{} | {} | {} | {} | {:.0e} | {:.0f} | {}|\n", last.iterations,
+                            last.converged ? "" : " (not converged)", digits(ms),
+                            digits(median(row, wall_s)), digits(median(row, cpu_s)),
+                            last.cost / least_cost(rows) - 1.0, memory, ratios(row, rows));
+}
+
+}  // namespace
+
+std::string EngineRow::failure() const {
+  for (const Measured& m : runs) {
+    if (!m.failure.empty()) return m.failure;
+  }
+  return "";
+}
+
+int EngineRow::iterations() const { return std::max(1, runs.back().iterations); }
+
+std::string engine_table(const EngineProblem& problem, const std::vector<EngineRow>& rows) {
+  std::string out =
+      fmt::format("**{}**: {} nodes, {} unknowns, {} factors, least cost {:.9g}\n\n", problem.name,
+                  problem.nodes, problem.start.dim(), problem.graph.size(), least_cost(rows));
+  out += kHeader;
+  for (const EngineRow& row : rows) out += line(row, rows);
+  return out + "\n";
+}
+
+bool same_optimum(const std::vector<EngineRow>& rows) {
+  const double least = least_cost(rows);
+  return std::all_of(rows.begin(), rows.end(), [&](const EngineRow& row) {
+    if (!row.failure().empty() || !row.runs.back().converged) return true;
+    return row.runs.back().cost <= least * (1.0 + kSameCost);
+  });
+}
+
+}  // namespace magimu

@@ -23,10 +23,12 @@ struct Source {
   int offset;  // in doubles a lane, within its node or the globals
 };
 
-// Successive products J_i' J_j, j = first to first + count, go to successive places.
+// The products J_i' J_j of columns i to i + rows, j = first to first + count: those of one i go to
+// successive places.
 struct Products {
-  int i, first, count;
-  int to;  // in doubles a lane, within Sweep::state
+  static constexpr int kMaxRows = 4;
+  int i, rows, first, count;
+  int to[kMaxRows];  // in doubles a lane, within Sweep::state
 };
 
 // Factors of one type whose columns lie alike.

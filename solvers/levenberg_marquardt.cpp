@@ -201,7 +201,7 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
     }
     if (accepted) {
       const double g = 2.0 * gain_ratio - 1.0;
-      damping = std::max(options_.min_damping * 0.1, damping * std::max(0.1, 1.0 - g * g * g));
+      damping = std::max(options_.min_damping * 0.1, damping * std::max(kFastestDecrease, 1.0 - g * g * g));
       growth = 2.0;
     } else {
       damping = std::max(damping, options_.min_damping) * growth;

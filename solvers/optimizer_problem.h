@@ -19,6 +19,9 @@ struct ProposedStep {
   double norm = 0.0;                // |delta|, mixed units
 };
 
+// By what Levenberg-Marquardt multiplies the damping where a step turned out as predicted.
+inline constexpr double kFastestDecrease = 0.01;
+
 class OptimizerProblem {
  public:
   virtual ~OptimizerProblem() = default;

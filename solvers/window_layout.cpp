@@ -9,7 +9,7 @@ namespace magimu::lanes {
 namespace {
 
 constexpr int kMinNodes = 64;      // below, other solvers are as fast
-constexpr int kWindowNodes = 200;  // about as many are one window in a long recording
+constexpr int kWindowNodes = 400;  // about as many are one window in a long recording
 constexpr int kMinWindowNodes = 12;
 constexpr int kWideNodes = 6000;  // the same of a group where the border is wide
 constexpr int kManyTimes = 4;     // globals have so many times the factors of most variables

@@ -60,7 +60,7 @@ class WindowProblem final : public OptimizerProblem {
     if (square_root_) return square_root_->candidate_cost();
     here_ = false;
     // As Levenberg-Marquardt will ask where the step turns out as predicted.
-    const double next = 0.1 * engine_->damping();
+    const double next = kFastestDecrease * engine_->damping();
     candidate_cost_ =
         engine_->condense(WindowEngine::At::kCandidate, next < options_.min_damping ? 0.0 : next);
     return candidate_cost_;

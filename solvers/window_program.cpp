@@ -29,6 +29,37 @@ int target(const Column& i, const Column& j, int d, int b) {
   return (j.block == Column::kOwnNode ? own_at(d) : coupling_at(d)) + i.index * d + j.index;
 }
 
+// Products of columns i, ..., side by side, with all later ones: the columns that are side by side
+// in one block of the state, too, together. A product below the diagonal has its place, and no
+// meaning.
+std::vector<Products> products_of(const std::vector<Column>& columns, int d, int b) {
+  const auto n = int(columns.size());
+  const auto at = [&](int i) { return columns[std::size_t(i)]; };
+  const auto together = [&](int i, int j) {
+    const bool same_rows = at(i).block != Column::kBorder || at(i).index / 4 == at(j).index / 4;
+    return at(j).block == at(i).block && at(j).index == at(i).index + j - i && same_rows;
+  };
+  std::vector<Products> out;
+  for (int i = 0, rows = 0; i < n; i += rows) {
+    rows = 1;
+    while (rows < Products::kMaxRows && i + rows < n && together(i, i + rows)) ++rows;
+    for (int j = 0; j < n;) {
+      if (!(at(i) <= at(j))) {
+        ++j;
+        continue;
+      }
+      Products p{i, rows, j, 0, {}};
+      for (int r = 0; r < rows; ++r) p.to[r] = target(at(i + r), at(j), d, b);
+      while (j < n && at(i) <= at(j) && target(at(i), at(j), d, b) == p.to[0] + (j - p.first)) {
+        ++j;
+      }
+      p.count = j - p.first;
+      out.push_back(p);
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 struct Program::OwnPattern {
@@ -167,19 +198,7 @@ std::shared_ptr<Program::OwnPattern> Program::make_pattern(std::size_t b,
   }
   own->sources.push_back({Place::kOwn, -1});
   columns.push_back({Column::kBorder, border - 1});
-  for (int i = 0; i < int(columns.size()); ++i) {
-    for (int j = 0; j < int(columns.size()); ++j) {
-      if (!(columns[std::size_t(i)] <= columns[std::size_t(j)])) continue;
-      const int to = target(columns[std::size_t(i)], columns[std::size_t(j)], d, border);
-      Products* last = own->products.empty() ? nullptr : &own->products.back();
-      if (last != nullptr && last->i == i && last->first + last->count == j &&
-          last->to + last->count == to) {
-        ++last->count;
-      } else {
-        own->products.push_back({i, j, 1, to});
-      }
-    }
-  }
+  own->products = products_of(columns, d, border);
   const std::span<const double> linear = batch.linear_at();
   p.linear = int(linear.size());
   p.at = linear.data();

@@ -55,7 +55,7 @@ Problem moved_chains(unsigned seed, const std::vector<int>& lengths) {
       if (k % 7 != 3) {
         p.graph.add(DelayedMagnetometerFactor(
             R(k), key::distortion, key::mag_bias, dip, key::mag_time_offset_of(0),
-            magnetometer_model(nRb, D, Vector3::Zero(), 1.0) + random.vector3(0.3),
+            magnetometer_model<double>(nRb, D, Vector3::Zero(), 1.0) + random.vector3(0.3),
             Matrix3::Identity(), so3::hat(w), 0.0, Noise<3>::isotropic(0.3)));
       }
       if (k % 20 == 0) {

@@ -9,7 +9,7 @@
 #pragma once
 
 #include "factors/sensor_model.h"
-#include "graph/factor.h"
+#include "graph/factor_graph.h"
 
 namespace magimu {
 
@@ -66,5 +66,8 @@ class MeanAccelerometerFactor : public Factor<3, Rot3, Vector3> {
   Vector3 acc_, g_n_;
   Matrix3 C_;
 };
+
+// Compiled once, in factors.cpp.
+extern template class FactorBatchOf<AccelerometerFactor>;
 
 }  // namespace magimu

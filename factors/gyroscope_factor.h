@@ -5,7 +5,7 @@
 //   r = gyr - Log(R_k' R_k+1) / dt - o_w
 #pragma once
 
-#include "graph/factor.h"
+#include "graph/factor_graph.h"
 
 namespace magimu {
 
@@ -38,5 +38,8 @@ class GyroscopeFactor : public Factor<3, Rot3, Rot3, Vector3> {
   Vector3 gyr_;
   double dt_s_;
 };
+
+// Compiled once, in factors.cpp.
+extern template class FactorBatchOf<GyroscopeFactor>;
 
 }  // namespace magimu

@@ -10,11 +10,11 @@
 namespace magimu::apps {
 namespace {
 
-struct Arguments : RecordingOptions {
+struct AllanArguments : RecordingOptions {
   std::string output, report;
 };
 
-int run(const Arguments& args) {
+int run(const AllanArguments& args) {
   const std::vector<Recording> recordings = read_recordings(args);
   const Recording& recording = recordings.front();
   const MotionAtRest motion = motion_at_rest(recording);
@@ -37,7 +37,7 @@ int run(const Arguments& args) {
 }  // namespace
 
 void add_allan(CLI::App& app, int& exit_code) {
-  auto args = std::make_shared<Arguments>();
+  auto args = std::make_shared<AllanArguments>();
   CLI::App* cmd =
       app.add_subcommand("allan", "Noise densities and bias instability from a recording at rest");
   cmd->footer(

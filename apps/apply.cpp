@@ -16,7 +16,7 @@
 namespace magimu::apps {
 namespace {
 
-struct Arguments : RecordingOptions {
+struct ApplyArguments : RecordingOptions {
   std::string calibration, output;
   bool force = false, keep_times = false;
 };
@@ -28,7 +28,7 @@ std::string in_words(const Applied& applied) {
   return out;
 }
 
-int run(const Arguments& args) {
+int run(const ApplyArguments& args) {
   const Calibration c = read_calibration(args.calibration);
   if (!may_be_used(c, args.calibration, args.force)) return kNoAnswer;
   const std::vector<Recording> recordings = read_recordings(args);
@@ -53,7 +53,7 @@ int run(const Arguments& args) {
 }  // namespace
 
 void add_apply(CLI::App& app, int& exit_code) {
-  auto args = std::make_shared<Arguments>();
+  auto args = std::make_shared<ApplyArguments>();
   CLI::App* cmd =
       app.add_subcommand("apply", "Correct a recording with a calibration, in the IMU's axes");
   cmd->footer(

@@ -15,7 +15,7 @@
 namespace magimu::apps {
 namespace {
 
-struct Arguments : RecordingOptions {
+struct CalibrateArguments : RecordingOptions {
   std::string output, trajectory, report, backend = "auto", mag_time_offset = "auto",
                                           gyro_matrix = "auto";
   double dip_deg = 0.0;
@@ -53,7 +53,7 @@ std::string trajectory_csv(const Calibration& c) {
   return out;
 }
 
-int run(Arguments& args) {
+int run(CalibrateArguments& args) {
   std::optional<tbb::global_control> limit;
   if (args.threads > 0) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
@@ -96,7 +96,7 @@ int run(Arguments& args) {
 }  // namespace
 
 void add_calibrate(CLI::App& app, int& exit_code) {
-  auto args = std::make_shared<Arguments>();
+  auto args = std::make_shared<CalibrateArguments>();
   CLI::App* cmd = app.add_subcommand(
       "calibrate", "Estimate biases, distortion and dip from recordings of one device");
   cmd->footer(

@@ -16,12 +16,12 @@
 namespace magimu::apps {
 namespace {
 
-struct Arguments : RecordingOptions {
+struct DiagnoseArguments : RecordingOptions {
   std::string output, report, against, base;
   double false_alarm_rate = DiagnosisOptions{}.false_alarm_rate;
 };
 
-int run(const Arguments& args) {
+int run(const DiagnoseArguments& args) {
   std::optional<tbb::global_control> limit;
   if (args.threads > 0) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
@@ -62,7 +62,7 @@ int run(const Arguments& args) {
 }  // namespace
 
 void add_diagnose(CLI::App& app, int& exit_code) {
-  auto args = std::make_shared<Arguments>();
+  auto args = std::make_shared<DiagnoseArguments>();
   CLI::App* cmd = app.add_subcommand(
       "diagnose", "Find what the simulation of the sensor gets wrong in recordings, and why");
   cmd->footer(

@@ -22,21 +22,10 @@ std::string joined(const std::vector<std::string>& parts, const char* separator)
   return out;
 }
 
-std::string items(const std::vector<std::string>& texts) {
-  std::string out;
-  for (const std::string& text : texts) out += element("li", text);
-  return out;
-}
-
 // As channels are called in files.
 std::string code(Channel channel) {
   constexpr const char* kCodes[] = {"acc", "gyr", "mag"};
   return kCodes[int(channel)];
-}
-
-// A number that catches the eye, with what it is below.
-std::string fact(const std::string& value, const std::string& label) {
-  return wrap("li", element("b", value) + element("span", label));
 }
 
 void answer(Page& page, const Diagnosis& d) {

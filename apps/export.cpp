@@ -23,13 +23,13 @@ const std::map<std::string, ExportTarget> kTargets{{"px4", ExportTarget::kPx4},
                                                    {"matlab", ExportTarget::kMatlab},
                                                    {"c", ExportTarget::kC}};
 
-struct Arguments : RecordingOptions {
+struct ExportArguments : RecordingOptions {
   std::string calibration, output = "/dev/stdout", target;
   ExportOptions options;
   bool force = false;
 };
 
-int run(Arguments& args) {
+int run(ExportArguments& args) {
   const Calibration c = read_calibration(args.calibration);
   if (!may_be_used(c, args.calibration, args.force)) return kNoAnswer;
   args.options.source = std::filesystem::path(args.calibration).filename().string();
@@ -51,7 +51,7 @@ int run(Arguments& args) {
 }  // namespace
 
 void add_export(CLI::App& app, int& exit_code) {
-  auto args = std::make_shared<Arguments>();
+  auto args = std::make_shared<ExportArguments>();
   CLI::App* cmd = app.add_subcommand(
       "export", "Write a calibration in another system's own names, units and convention");
   cmd->footer(

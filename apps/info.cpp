@@ -12,11 +12,11 @@
 namespace magimu::apps {
 namespace {
 
-struct Arguments : RecordingOptions {
+struct InfoArguments : RecordingOptions {
   PlaceOptions place;
 };
 
-int run(const Arguments& args) {
+int run(const InfoArguments& args) {
   std::optional<tbb::global_control> limit;
   if (args.threads > 0) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
@@ -56,7 +56,7 @@ int run(const Arguments& args) {
 }  // namespace
 
 void add_info(CLI::App& app, int& exit_code) {
-  auto args = std::make_shared<Arguments>();
+  auto args = std::make_shared<InfoArguments>();
   CLI::App* cmd = app.add_subcommand(
       "info",
       "Look at a recording before calibrating: sensors, faults, axes, motion, what is missing");

@@ -84,6 +84,16 @@ std::string table_html(const std::vector<std::string>& head,
   return wrap("table", wrap("thead", row_html("th", head)) + wrap("tbody", body));
 }
 
+std::string items(const std::vector<std::string>& texts) {
+  std::string out;
+  for (const std::string& text : texts) out += element("li", text);
+  return out;
+}
+
+std::string fact(const std::string& value, const std::string& label) {
+  return wrap("li", element("b", value) + element("span", label));
+}
+
 Page::Page(const std::string& title) : title_(title) {}
 
 void Page::section(std::string_view heading) { body_ += element("h2", heading); }

@@ -20,6 +20,10 @@ namespace magimu::apps {
 std::string element(std::string_view tag, std::string_view text, std::string_view css = "");
 // The same around HTML.
 std::string wrap(std::string_view tag, std::string_view html, std::string_view css = "");
+// <li>text</li> for each.
+std::string items(const std::vector<std::string>& texts);
+// A number that catches the eye, with what it is below.
+std::string fact(const std::string& value, const std::string& label);
 
 class Page {
  public:

@@ -17,16 +17,6 @@
 namespace magimu::apps {
 namespace {
 
-std::string items(const std::vector<std::string>& texts) {
-  std::string out;
-  for (const std::string& text : texts) out += element("li", text);
-  return out;
-}
-
-std::string fact(const std::string& value, const std::string& label) {
-  return wrap("li", element("b", value) + element("span", label));
-}
-
 std::string names(const Calibration& c) {
   std::string out;
   for (const TrajectoryEstimate& t : c.trajectories) out += (out.empty() ? "" : ", ") + t.recording;

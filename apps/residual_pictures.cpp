@@ -14,7 +14,7 @@ namespace {
 
 using plot::Colour;
 
-constexpr int kStretches = 450;  // of time; two points each on 760 pixels
+constexpr int kTraceStretches = 450;  // of time; two points each on 760 pixels
 constexpr int kLags = 100;
 constexpr double kBand = 2.576;  // 99 % of noise, sigma
 
@@ -62,7 +62,7 @@ std::string trace_picture(const ResidualTrace& trace, bool extended) {
     chart.width = 880.0;
     chart.height = axis == 0 ? 190.0 : 165.0;
     const auto add = [&](const Look& look, const std::vector<Vector3>& v) {
-      chart.lines.push_back(line(look, envelope(trace.t, one_axis(v, axis), kStretches), 1.0));
+      chart.lines.push_back(line(look, envelope(trace.t, one_axis(v, axis), kTraceStretches), 1.0));
       if (axis > 0) chart.lines.back().name.clear();  // one legend for all three
     };
     add(look_before(extended), trace.before);

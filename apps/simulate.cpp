@@ -11,7 +11,7 @@
 namespace magimu::apps {
 namespace {
 
-struct Arguments {
+struct SimulateArguments {
   std::string output, truth, motion = "paper";
   std::vector<double> noise;
   std::vector<std::string> effects;
@@ -20,7 +20,7 @@ struct Arguments {
   SimulationOptions options;
 };
 
-int run(Arguments& args) {
+int run(SimulateArguments& args) {
   for (const SimulatedMotion m : {SimulatedMotion::kHand, SimulatedMotion::kHandHeld}) {
     if (args.motion == to_string(m)) args.options.motion = m;
   }
@@ -52,7 +52,7 @@ int run(Arguments& args) {
 }  // namespace
 
 void add_simulate(CLI::App& app, int& exit_code) {
-  auto args = std::make_shared<Arguments>();
+  auto args = std::make_shared<SimulateArguments>();
   args->options.gravity = kStandardGravity;  // as calibrate assumes; the paper's study has 9.8
   CLI::App* cmd = app.add_subcommand("simulate", "Make a recording whose truth is known");
   cmd->footer("Example: magimu simulate -o rec.csv --truth truth.json --motion hand --rate 100");

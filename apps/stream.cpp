@@ -23,7 +23,7 @@
 namespace magimu::apps {
 namespace {
 
-struct Arguments : RecordingOptions {
+struct StreamArguments : RecordingOptions {
   std::string source, target, output;
   bool live = false;
   StreamSessionOptions session;
@@ -50,7 +50,7 @@ void check_folder(const std::string& output) {
                    "choose a file in a folder that is there and that you may write");
 }
 
-void prepare(Arguments& args) {
+void prepare(StreamArguments& args) {
   if (args.source.empty()) {
     if (::isatty(STDIN_FILENO) == 1) {
       throw InputError(
@@ -72,7 +72,7 @@ void prepare(Arguments& args) {
 }
 
 // The calibration at the end: file, table, exit code.
-int deliver(const Arguments& args, StreamSession& session, bool table) {
+int deliver(const StreamArguments& args, StreamSession& session, bool table) {
   if (!session.has_samples()) {
     throw InputError(args.session.address.text, 0, 0, "no samples came",
                      "send a header line, then rows, as for calibrate (or give --columns)");
@@ -95,7 +95,7 @@ int deliver(const Arguments& args, StreamSession& session, bool table) {
   return kNoAnswer;
 }
 
-void deliver_what_there_is(const Arguments& args, StreamSession& session, bool table) {
+void deliver_what_there_is(const StreamArguments& args, StreamSession& session, bool table) {
   if (!session.has_samples()) return;
   try {
     deliver(args, session, table);
@@ -104,7 +104,7 @@ void deliver_what_there_is(const Arguments& args, StreamSession& session, bool t
   }
 }
 
-int run(Arguments& args) {
+int run(StreamArguments& args) {
   std::optional<tbb::global_control> limit;
   if (args.threads > 0) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
@@ -140,7 +140,7 @@ int run(Arguments& args) {
 }  // namespace
 
 void add_stream(CLI::App& app, int& exit_code) {
-  auto args = std::make_shared<Arguments>();
+  auto args = std::make_shared<StreamArguments>();
   StreamSessionOptions& s = args->session;
   CLI::App* cmd = app.add_subcommand(
       "stream", "Calibrate while the sensor is being turned, and say what to do next");

@@ -19,7 +19,7 @@ using Lines = std::vector<ViewLine>;
 
 constexpr std::size_t kRowsBelow = 13;  // of a usual picture, below the large words
 
-std::size_t width_of(std::string_view utf8) {
+std::size_t columns_of(std::string_view utf8) {
   return std::size_t(std::ranges::count_if(
       utf8, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
@@ -40,7 +40,7 @@ void add_sentence(Lines& out, const std::string& sentence, const std::string& in
   std::string line = indent, word;
   const std::size_t room = screen.columns - 1;
   for (int lines = 1; words >> word;) {
-    const bool fits = width_of(line) + width_of(word) < room || line.size() == indent.size();
+    const bool fits = columns_of(line) + columns_of(word) < room || line.size() == indent.size();
     if (!fits && lines == 3) {
       line += " " + word;  // to be cut off
       break;

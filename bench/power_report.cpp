@@ -30,12 +30,6 @@ std::vector<std::pair<Key, std::vector<const PowerOutcome*>>> grouped(
   return rows;
 }
 
-double median(std::vector<double> x) {
-  if (x.empty()) return std::nan("");
-  std::nth_element(x.begin(), x.begin() + std::ptrdiff_t(x.size() / 2), x.end());
-  return x[x.size() / 2];
-}
-
 struct Row {
   std::map<Naming, int> naming;
   int compared = 0, within = 0, spurious = 0, second = 0, second_better = 0;
@@ -68,6 +62,12 @@ Row sum(const std::vector<const PowerOutcome*>& outcomes) {
 }
 
 }  // namespace
+
+double median(std::vector<double> x) {
+  if (x.empty()) return std::nan("");
+  std::nth_element(x.begin(), x.begin() + std::ptrdiff_t(x.size() / 2), x.end());
+  return x[x.size() / 2];
+}
 
 void print_effects(const std::vector<PowerOutcome>& outcomes) {
   const auto rows = grouped(outcomes, Group::kEffect);

@@ -26,11 +26,6 @@ struct Share {
   std::string text() const { return fmt::format("{:.1f} % of {}", 100.0 * value(), all); }
 };
 
-double median(std::vector<double> x) {
-  std::nth_element(x.begin(), x.begin() + std::ptrdiff_t(x.size() / 2), x.end());
-  return x[x.size() / 2];
-}
-
 class Requirements {
  public:
   std::vector<Requirement> list;

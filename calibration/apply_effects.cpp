@@ -15,7 +15,7 @@ namespace magimu {
 namespace {
 
 constexpr int kMaxSteps = 100;
-constexpr double kSettled = 1e-15;  // of the reading's size; far below what any sensor resolves
+constexpr double kSettledReading = 1e-15;  // of its size; far below what any sensor resolves
 
 struct Active {
   std::shared_ptr<const Effect> effect;
@@ -48,7 +48,8 @@ std::string why_it_stays(const std::string& name) {
 
 // Linear between samples; the value at the ends beyond them.
 template <class Value>
-Value interpolated(const std::vector<double>& times, const std::vector<Value>& values, double t) {
+Value between_samples(const std::vector<double>& times, const std::vector<Value>& values,
+                      double t) {
   const auto i = std::size_t(std::lower_bound(times.begin(), times.end(), t) - times.begin());
   if (i == 0) return values.front();
   if (i == times.size()) return values.back();
@@ -66,7 +67,7 @@ Vector3 without_terms(const Vector3& start, const std::vector<Active>& effects,
     for (const Active& a : effects) next -= a.effect->term(state, a.theta);
     const double change = (next - x).norm();
     x = next;
-    if (change <= kSettled * start.norm()) break;
+    if (change <= kSettledReading * start.norm()) break;
   }
   return x;
 }
@@ -94,7 +95,7 @@ void correct_gyr(const Calibration& c, const std::vector<Active>& effects, const
   const double half = gyr.rate_hz() > 0.0 ? 0.5 / gyr.rate_hz() : 0.0;  // middle of the sample
   for (std::size_t k = 0; k < gyr.size(); ++k) {
     const Vector3 f =
-        effects.empty() ? Vector3(Vector3::Zero()) : interpolated(acc.t, acc.v, gyr.t[k] + half);
+        effects.empty() ? Vector3(Vector3::Zero()) : between_samples(acc.t, acc.v, gyr.t[k] + half);
     gyr.v[k] = without_terms(gyr.v[k] - c.parameters.gyr_bias, effects, [&](const Vector3& omega) {
       SampleState s;
       s.f = f;
@@ -115,8 +116,9 @@ void correct_mag(const Calibration& c, std::size_t m, const std::vector<Active>&
     s.D = D;
     s.strength_uT = c.strength_uT;
     if (!effects.empty()) {
-      s.omega = interpolated(r.gyr.t, r.gyr.v, t - half);
-      if (current != r.aux.end()) s.current = interpolated(current->second.t, current->second.v, t);
+      s.omega = between_samples(r.gyr.t, r.gyr.v, t - half);
+      if (current != r.aux.end())
+        s.current = between_samples(current->second.t, current->second.v, t);
     }
     const Vector3 B =
         without_terms(r.mag[m].v[k] - c.parameters.mag[m].bias, effects, [&](const Vector3& field) {

@@ -13,7 +13,6 @@ BlockMeans::BlockMeans(const VectorSeries& series, const IntegratedRotation& gyr
 }
 
 Block BlockMeans::next() {
-  constexpr double kSameTime = 1e-9;  // s
   const std::vector<double>& t = plan_.t;
   const std::size_t node = node_++;
   double end = t[node] + 0.5;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kStepDone = 0.01;                        // sigmas
 constexpr double kAccuracyOk = 1.0, kAccuracyPoor = 3.0;  // deg
-constexpr double kWhite = 0.2;                            // correlation
+constexpr double kWhiteBelow = 0.2;                       // correlation
 constexpr double kWindow = 5.0;                           // s
 constexpr double kWindowOut = 3.0;                        // times the usual
 constexpr double kHeldOutOk = 0.03, kHeldOutPoor = 0.1;   // of the strength
@@ -80,7 +80,7 @@ Check check_accuracy(const Calibration& c) {
 
 Check check_whiteness(const Calibration& c) {
   const double lag1 = c.residuals[2].lag1;
-  if (std::abs(lag1) < kWhite) {
+  if (std::abs(lag1) < kWhiteBelow) {
     return {"whiteness", CheckStatus::kOk, lag1,
             fmt::format("The magnetometer's residuals look like noise (correlation of neighbours "
                         "{:.2f}).",

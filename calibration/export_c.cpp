@@ -11,14 +11,14 @@
 namespace magimu {
 namespace {
 
-std::string list(const Vector3& v) {
+std::string braced(const Vector3& v) {
   return fmt::format("{{{:.12g}, {:.12g}, {:.12g}}}", v[0] + 0.0, v[1] + 0.0,
                      v[2] + 0.0);  // no -0
 }
 
 std::string rows(const Matrix3& m) {
-  return fmt::format("{{{},\n    {},\n    {}}}", list(m.row(0).transpose()),
-                     list(m.row(1).transpose()), list(m.row(2).transpose()));
+  return fmt::format("{{{},\n    {},\n    {}}}", braced(m.row(0).transpose()),
+                     braced(m.row(1).transpose()), braced(m.row(2).transpose()));
 }
 
 // Fit for the end of an identifier.
@@ -39,7 +39,7 @@ static inline void magimu_correct_{0}(const magimu_real raw[3], magimu_real out[
   magimu_correct(magimu_{0}_matrix, magimu_{0}_bias, raw, out);
 }}
 )c",
-      name, list(bias), rows(matrix).substr(1, rows(matrix).size() - 2), unit);
+      name, braced(bias), rows(matrix).substr(1, rows(matrix).size() - 2), unit);
 }
 
 constexpr const char* kBegin = R"c(#ifndef MAGIMU_CALIBRATION_H

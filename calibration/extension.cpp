@@ -17,7 +17,7 @@ VectorSeries& series_of(Recording& recording, Channel channel) {
 constexpr int kRounds = 12;
 constexpr double kSettled = 1e-10;  // rad/s or m/s^2
 
-struct Active {
+struct ActiveTerm {
   const Effect* effect;
   VectorXd theta;
   int first;  // its first column among those of its channel
@@ -33,13 +33,13 @@ Vector3* own_part(SampleState& state, Channel channel, bool moving) {
 // Of one sample. Terms may depend on what they correct (a scale error on the rate), so what has
 // been corrected takes its place in the state until it no longer changes: each round is closer by a
 // scale error's size.
-Vector3 sum_of_terms(const std::vector<Active>& active, const Vector3& raw,
+Vector3 sum_of_terms(const std::vector<ActiveTerm>& active, const Vector3& raw,
                      const Vector3& corrected, SampleState& state, Vector3* own) {
   const Vector3 less_bias = own == nullptr ? Vector3::Zero() : Vector3(*own - corrected);
   Vector3 sum = Vector3::Zero();
   for (int round = 0; round < kRounds; ++round) {
     sum.setZero();
-    for (const Active& a : active) {
+    for (const ActiveTerm& a : active) {
       if (!a.theta.isZero(0.0)) sum += a.effect->term(state, a.theta);
     }
     if (own == nullptr) break;
@@ -53,15 +53,15 @@ Vector3 sum_of_terms(const std::vector<Active>& active, const Vector3& raw,
 
 // raw less the effects' terms; the columns, too, where they are wanted.
 void correct(const SensedMotion& motion, Channel channel, bool moving,
-             const std::vector<Active>& active, const VectorSeries& raw, VectorSeries& corrected,
-             EffectColumns* columns) {
+             const std::vector<ActiveTerm>& active, const VectorSeries& raw,
+             VectorSeries& corrected, EffectColumns* columns) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, raw.size(), 512), [&](const auto& range) {
     for (std::size_t k = range.begin(); k != range.end(); ++k) {
       SampleState state = motion.state(channel, k);
       const Vector3 sum =
           sum_of_terms(active, raw.v[k], corrected.v[k], state, own_part(state, channel, moving));
       if (columns != nullptr) {
-        for (const Active& a : active) {
+        for (const ActiveTerm& a : active) {
           a.effect->jacobian(state, a.theta, columns->of(k).middleCols(a.first, a.theta.size()));
         }
       }
@@ -95,7 +95,7 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, int i
                          const ModelSpec& spec, const Values& values) {
   ExtendedRecording out;
   out.corrected = recording;
-  std::array<std::vector<Active>, 3> active;
+  std::array<std::vector<ActiveTerm>, 3> active;
   const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
   for (std::size_t e = 0; e < spec.effects.size(); ++e) {
     const auto c = std::size_t(spec.effects[e]->channel());

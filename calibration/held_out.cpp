@@ -7,7 +7,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kBlock = 5.0;  // s left out at a time
+constexpr double kLeftOut = 5.0;  // s left out at a time
 
 // The block that each node's time falls into; blocks of all recordings are numbered through.
 std::vector<int> blocks_of(const std::vector<NodePlan>& plans) {
@@ -16,7 +16,7 @@ std::vector<int> blocks_of(const std::vector<NodePlan>& plans) {
   for (const NodePlan& plan : plans) {
     int last = first;
     for (const double t : plan.t) {
-      last = first + int((t - plan.t.front()) / kBlock);
+      last = first + int((t - plan.t.front()) / kLeftOut);
       out.push_back(last);
     }
     first = last + 1;

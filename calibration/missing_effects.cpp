@@ -17,7 +17,7 @@ namespace magimu {
 namespace {
 
 constexpr double kFalseAlarms = 0.05;  // of all tests together, where nothing is missing
-constexpr double kWindow = 10.0;       // s, in which a bias may be another one
+constexpr double kBiasWindow = 10.0;   // s, in which a bias may be another one
 constexpr int kMaxWindows = 12;
 // Blocks, s, whose scatter shows the colour of the noise. Where the motion is estimated, too, the
 // accelerometer says little in few seconds.
@@ -132,7 +132,8 @@ std::vector<MissingEffect> find_missing_effects(const std::vector<const Recordin
     if (!moving || unnamed->channel() != Channel::kAcc) all.push_back(unnamed);
   }
   if (recordings.size() == 1) {
-    const int windows = std::clamp(int(recordings.front()->duration_s() / kWindow), 2, kMaxWindows);
+    const int windows =
+        std::clamp(int(recordings.front()->duration_s() / kBiasWindow), 2, kMaxWindows);
     all.push_back(bias_in_windows(windows));
     all.push_back(bias_in_windows(windows, Channel::kGyr));
   }

@@ -22,8 +22,6 @@
 namespace magimu {
 namespace {
 
-constexpr double kSameTime = 1e-9;             // s
-constexpr double kReachEvery = 3.0;            // s between weak measurements of position
 constexpr double kGyrMatrixPriorSigma = 0.01;  // of ordinary parts
 // Priors of effects say what is usual; a fit must not be drawn to it where data speak.
 constexpr double kEffectPriorWidening = 30.0;

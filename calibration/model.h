@@ -29,6 +29,8 @@ struct ExtendedRecording;
 enum class MotionModel { kAuto, kRotation, kHandHeld };
 std::string to_string(MotionModel motion);
 
+constexpr double kReachEvery = 3.0;  // s between weak measurements of position
+
 // What a graph is built from, besides the recordings.
 struct ModelSpec {
   MotionModel motion = MotionModel::kRotation;  // not kAuto

@@ -4,7 +4,6 @@
 namespace magimu {
 
 std::vector<NodePlan> plan_nodes(const std::vector<const Recording*>& recordings, int every) {
-  constexpr double kSameTime = 1e-9;  // s
   std::vector<NodePlan> plans;
   int first = 0;
   for (const Recording* r : recordings) {

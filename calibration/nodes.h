@@ -10,6 +10,8 @@
 
 namespace magimu {
 
+constexpr double kSameTime = 1e-9;  // s
+
 struct NodePlan {
   std::vector<double> t;  // node times, s: increasing, within the gyroscope's span
   int first = 0;          // its poses are R(first), R(first + 1), ...

@@ -12,7 +12,7 @@ namespace {
 constexpr double kNeeded = 60.0;    // s at rest, for the white noise
 constexpr double kRestShare = 0.9;  // of the recording; the ends may be handling
 constexpr std::size_t kNamedMotions = 4;
-constexpr double kManyRepeats = 0.3;
+constexpr double kManyRepeatsAtRest = 0.3;
 
 constexpr const char* kHowLong =
     "Lay the device on something heavy and leave it alone: a minute gives the white noise, an hour "
@@ -27,7 +27,7 @@ VectorSeries even_stretch(const VectorSeries& all, const TimeSpan& span,
     if (all.t[k] >= span.begin_s && all.t[k] <= span.end_s) inside.push_back(all.t[k], all.v[k]);
   }
   const VectorSeries own = without_repeats(inside);
-  if (double(own.size()) < (1.0 - kManyRepeats) * double(inside.size())) {
+  if (double(own.size()) < (1.0 - kManyRepeatsAtRest) * double(inside.size())) {
     notes.push_back(fmt::format(
         "{}: {:.0f} % of its samples repeat the one before; they were left out, and the others "
         "taken as evenly spaced.",

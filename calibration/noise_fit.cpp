@@ -28,8 +28,8 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr std::size_t kMinBlocks = 100;
-constexpr int kMaxSteps = 60;
-constexpr double kSettled = 1e-8;
+constexpr int kMaxFitSteps = 60;
+constexpr double kSettledFit = 1e-8;
 constexpr double kConfidence = 1.96;       // standard deviations of 95 %
 constexpr double kWorthAParameter = 6.63;  // chi-square with one degree of freedom, 1 %
 constexpr int kFolds = 8;                  // of the flicker spectrum, on each side
@@ -118,7 +118,7 @@ std::optional<Fit> fit_on(const Spectrum& s, const std::vector<int>& free) {
   VectorXd theta(n);
   for (Index i = 0; i < n; ++i) theta[i] = s.power.mean() / A.col(i).mean() / double(n);
   MatrixXd information;
-  for (int step = 0; step < kMaxSteps; ++step) {
+  for (int step = 0; step < kMaxFitSteps; ++step) {
     const VectorXd S = A * theta;
     const MatrixXd weighted = S.cwiseInverse().asDiagonal() * A;
     information = weighted.transpose() * weighted;
@@ -128,7 +128,7 @@ std::optional<Fit> fit_on(const Spectrum& s, const std::vector<int>& free) {
     for (Index i = 0; i < n; ++i) next[i] = std::max(next[i], 0.1 * theta[i]);
     const double change = ((next - theta).cwiseAbs().cwiseQuotient(theta)).maxCoeff();
     theta = next;
-    if (change < kSettled) break;
+    if (change < kSettledFit) break;
   }
   const VectorXd S = A * theta;
   Fit fit;

@@ -28,7 +28,7 @@ constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at mos
 // not noise but something the model lacks; it must show in the residuals instead of being declared
 // normal.
 constexpr double kGyrInMotion = 3.0, kMagInMotion = 2.5;
-constexpr double kSwung = 5.0;  // times the noise at rest
+constexpr double kSwungAtRest = 5.0;  // times the noise at rest
 constexpr double kUnlimited = 1e30;
 constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
 constexpr double kManyRepeats = 0.3;
@@ -251,7 +251,7 @@ ModelSpec Pipeline::first_spec(MotionModel motion) const {
     // A swung sensor is far from this model: a start with the noise of its rests would have to come
     // a long way.
     const double swung = force_spread(recordings_) / std::sqrt(kCoarseRate);
-    if (swung > kSwung * rest_.acc) spec.noise.acc = swung;
+    if (swung > kSwungAtRest * rest_.acc) spec.noise.acc = swung;
   }
   return spec;
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/random_walk.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "calibration/scan.h"
+#include "graph/decompositions.h"
 
 namespace magimu {
 

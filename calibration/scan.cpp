@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/scan.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
@@ -10,6 +10,7 @@
 #include "calibration/extension.h"
 #include "calibration/parameter_names.h"
 #include "calibration/windows.h"
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
@@ -32,7 +33,8 @@ Values with_candidates(const Values& values, std::size_t accepted, const ModelSp
 MatrixXd whitener(const MatrixXd& A) {
   const VectorXd scale =
       A.diagonal().unaryExpr([](double a) { return a > 0.0 ? 1.0 / std::sqrt(a) : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scale.asDiagonal() * A * scale.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
+      MatrixXd(scale.asDiagonal() * A * scale.asDiagonal()));
   const VectorXd& values = eigen.eigenvalues();
   const double largest = values.size() > 0 ? values.maxCoeff() : 0.0;
   if (largest <= 0.0) return MatrixXd(A.rows(), 0);

@@ -8,17 +8,12 @@
 #include "calibration/diagnostics.h"
 #include "calibration/nodes.h"
 #include "calibration/parameter_names.h"
+#include "calibration/uncertainty.h"
 
 namespace magimu {
 namespace {
 
 constexpr double kFewBlocks = 45.0;  // s, nine blocks of the robust covariance
-
-double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covariance) {
-  const Matrix3 gradient = D.inverse().transpose() * (strength / 3.0);
-  const Eigen::Map<const Vec<double, 9>> g(gradient.data());
-  return std::sqrt(std::max(0.0, g.dot(covariance.block<9, 9>(6, 6) * g)));
-}
 
 // P as much wider as the robust covariance of `last` is than its model's, direction by direction:
 // in coordinates in which the model's is the identity.

@@ -16,17 +16,17 @@ namespace {
 
 constexpr double kNodeRate = 12.0;        // a second, at the most: as in the pipeline's coarse fits
 constexpr double kRateUncertain = 1.05;   // the rate may turn out to be so much higher
-constexpr double kManyRepeats = 0.3;      // of a magnetometer's samples
+constexpr double kRepeatsDropped = 0.3;   // of a magnetometer's samples
 constexpr double kTryAgain = 1.15;        // times the stream's length
 constexpr double kUsable = 15.0;          // deg, accuracy of a first calibration
 constexpr double kResidualUsable = 0.15;  // of the field
 constexpr double kAccBiasSigma = 1.0;     // m/s^2: of any part that works
-constexpr double kOffsetShown = 4.0;      // standard deviations of a lag that is believed
+constexpr double kLagShown = 4.0;         // standard deviations of a lag that is believed
 
 bool shows_offset(const Calibration& c) {
   return std::any_of(c.effects.front().parameters.begin(), c.effects.front().parameters.end(),
                      [](const ActiveEffect::Parameter& p) {
-                       return std::abs(p.value) > kOffsetShown * std::max(p.sigma, p.sigma_model);
+                       return std::abs(p.value) > kLagShown * std::max(p.sigma, p.sigma_model);
                      });
 }
 
@@ -36,7 +36,7 @@ void StreamingCalibration::State::try_to_start() {
   next_try_ = kTryAgain * (samples_.last_t() - samples_.first_t());
   const VectorSeries& mag = samples_.all().mag.front();
   const double repeats = 1.0 - double(without_repeats(mag).size()) / double(mag.size());
-  const bool drop = repeats > kManyRepeats;
+  const bool drop = repeats > kRepeatsDropped;
   const double rate = mag.rate_hz() * (drop ? 1.0 - repeats : 1.0);
   const int every = std::max(1, int(std::ceil(kRateUncertain * rate / kNodeRate)));
   samples_.set_nodes(every, drop);

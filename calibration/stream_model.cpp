@@ -10,8 +10,6 @@
 namespace magimu {
 namespace {
 
-constexpr double kReachEvery = 3.0;  // s
-
 bool is_field(const FactorBatch& batch) {
   return dynamic_cast<const FactorBatchOf<MagnetometerFactor>*>(&batch) != nullptr ||
          dynamic_cast<const FactorBatchOf<MeanMagnetometerFactor>*>(&batch) != nullptr ||

@@ -11,8 +11,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kMargin = 0.3;     // s around a window: lags, and neighbours of its samples
-constexpr double kSameTime = 1e-9;  // s
+constexpr double kMargin = 0.3;  // s around a window: lags, and neighbours of its samples
 
 void cut(VectorSeries& series, double end) {
   const auto n = std::lower_bound(series.t.begin(), series.t.end(), end) - series.t.begin();

@@ -15,7 +15,7 @@ constexpr double kAccResidualLimited = 0.35;     // m/s^2
 constexpr double kPlausibleAccBias = 0.7;        // m/s^2; 70 mg, beyond any part that works
 constexpr double kFieldResidualLimited = 0.025;  // of the strength
 constexpr double kFieldResidualNo = 0.1;
-constexpr double kDisturbed = 4.0;        // times the usual residual
+constexpr double kDisturbedTimes = 4.0;   // times the usual residual
 constexpr double kDisturbedShare = 0.03;  // of the strength, too
 constexpr double kDisturbedBlock = 1.0;   // s
 constexpr double kMinSpread = 0.01;       // of directions; 0: turned about one axis only
@@ -140,12 +140,12 @@ void judge_checks(Calibration& c) {
 
 std::vector<Disturbance> find_disturbances(const Calibration& c,
                                            const std::vector<double>& mag_squares) {
-  struct Block {
+  struct Stretch {
     std::size_t trajectory;
     double begin, end, sum;
     int count;
   };
-  std::vector<Block> blocks;
+  std::vector<Stretch> blocks;
   std::size_t node = 0;
   for (std::size_t r = 0; r < c.trajectories.size(); ++r) {
     for (const double t : c.trajectories[r].t) {
@@ -161,16 +161,16 @@ std::vector<Disturbance> find_disturbances(const Calibration& c,
   const double axes = 3.0 * double(c.parameters.mag.size());
   const double unit = c.residuals[2].rms > 0.0 ? c.residuals[2].rms_unit / c.residuals[2].rms : 0.0;
   std::vector<double> rms;
-  for (const Block& b : blocks) rms.push_back(unit * std::sqrt(b.sum / (axes * b.count)));
+  for (const Stretch& b : blocks) rms.push_back(unit * std::sqrt(b.sum / (axes * b.count)));
   std::vector<double> sorted = rms;
   const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
   std::nth_element(sorted.begin(), middle, sorted.end());
-  const double limit = std::max(kDisturbed * *middle, kDisturbedShare * c.strength_uT);
+  const double limit = std::max(kDisturbedTimes * *middle, kDisturbedShare * c.strength_uT);
 
   std::vector<Disturbance> out;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     if (rms[i] < limit) continue;
-    const Block& b = blocks[i];
+    const Stretch& b = blocks[i];
     const std::string& name = c.trajectories[b.trajectory].recording;
     if (!out.empty() && out.back().recording == name &&
         b.begin - out.back().end_s < 2.0 * kDisturbedBlock) {

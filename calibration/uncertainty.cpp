@@ -29,14 +29,14 @@ std::vector<int> blocks_of_nodes(const Calibration& c, double block_s, int& bloc
   return block;
 }
 
+}  // namespace
+
 double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covariance) {
   // d cbrt(det D) = strength / 3 tr(D^-1 dD); D starts at row 6 of the order.
   const Matrix3 gradient = D.inverse().transpose() * (strength / 3.0);
   const Eigen::Map<const Vec<double, 9>> g(gradient.data());
   return std::sqrt(std::max(0.0, g.dot(covariance.block<9, 9>(6, 6) * g)));
 }
-
-}  // namespace
 
 void fill_uncertainty(Calibration& c, const Stage& stage, const CalibrationOptions& options) {
   const FactorGraph& graph = stage.graph();

@@ -12,6 +12,10 @@ namespace magimu {
 // stage: the one that c was filled from.
 void fill_uncertainty(Calibration& c, const Stage& stage, const CalibrationOptions& options);
 
+// Standard deviation of the strength of the field, uT: that of the cube root of det D, with the
+// covariance in the order and units of Calibration::order.
+double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covariance);
+
 // Multiplies the reported standard deviations by that factor; those of the model stay.
 void widen_uncertainty(Calibration& c, double factor);
 // Adds to the covariance, which is in the order and units of Calibration::order; likewise.

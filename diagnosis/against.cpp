@@ -16,7 +16,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kBlock = 5.0;  // s, of the robust covariance
+constexpr double kRobustBlock = 5.0;  // s, of the robust covariance
 
 // d' C^-1 d over the directions that C knows; infinite where it is not a covariance.
 double wald(const VectorXd& d, const MatrixXd& C) {
@@ -130,7 +130,7 @@ Against compare_with(const Calibration& stored, const std::string& stored_name,
   const Calibration now = calibrate(recordings, options);
   double duration = 0.0;
   for (const Recording* r : recordings) duration += r->duration_s();
-  const int blocks = std::max(1, int(duration / kBlock));
+  const int blocks = std::max(1, int(duration / kRobustBlock));
   Against out = compare_calibrations(stored, now, blocks, given.false_alarm_rate);
   if (out.changed()) {
     out = compare_calibrations(stored, now, blocks, given.false_alarm_rate,

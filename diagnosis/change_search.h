@@ -10,6 +10,9 @@
 
 namespace magimu {
 
+constexpr double kChangeWindow = 5.0;  // s, at the least
+constexpr int kMaxChangeWindows = 24;
+
 struct BiasChange {
   double t0 = 0.0, t1 = 0.0;  // s; infinite beyond the recording's ends
   Score score;

@@ -36,8 +36,6 @@ constexpr double kAsMuch = 0.85;        // of the gain, for a nested cause to be
 constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a step
 constexpr double kSharp = 4.0;          // a change's jump over those at other times
 constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
-constexpr double kChangeWindow = 5.0;   // s, at the least
-constexpr int kMaxChangeWindows = 24;
 
 // Columns first .. first + count - 1 of all.
 MatrixXd selection(Eigen::Index all, int first, int count) {

@@ -18,8 +18,8 @@ namespace magimu {
 namespace {
 
 // Below, motion and the errors that follow it, and harmonics of what switches now and then.
-constexpr double kLowestHz = 5.0;
-double lowest_hz(double rate_hz) { return std::min(kLowestHz, 0.1 * rate_hz); }
+constexpr double kLowestMainsHz = 5.0;
+double lowest_mains_hz(double rate_hz) { return std::min(kLowestMainsHz, 0.1 * rate_hz); }
 
 constexpr double kMedian2 = 1.386294;  // of chi-square with two degrees of freedom
 constexpr double kTaper = 0.1;         // of the length, at each end
@@ -62,7 +62,8 @@ Periodogram periodogram(const NoiseSeries& s, const Cleaned& c, const Vector3& u
   Periodogram p;
   p.oversampling = std::max<std::size_t>(1, padded / n);
   p.upcrossing = 2.0 * std::numbers::pi * std::sqrt(second / sum2 - std::pow(first / sum2, 2));
-  const auto lowest = static_cast<std::size_t>(lowest_hz(s.rate_hz) / s.rate_hz * double(padded));
+  const auto lowest =
+      static_cast<std::size_t>(lowest_mains_hz(s.rate_hz) / s.rate_hz * double(padded));
   for (std::size_t j = lowest; j <= padded / 2; ++j) p.f.push_back(double(j) / double(padded));
   Eigen::FFT<double> fft;
   std::vector<double> x(padded, 0.0);

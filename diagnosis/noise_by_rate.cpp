@@ -10,7 +10,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kWindow = 2.0;       // s: longer than noise is remembered
+constexpr double kRateWindow = 2.0;   // s: longer than noise is remembered
 constexpr std::size_t kFewest = 300;  // samples
 
 double mean_of(const std::vector<double>& x, std::size_t begin, std::size_t end) {
@@ -37,7 +37,7 @@ NoiseByRate noise_by_rate(const ResidualSeries& series, const Recording& recordi
   double score = 0.0, in_window = 0.0, squares = 0.0, spread = 0.0, begin = series.t.front();
   int windows = 0;
   for (std::size_t k = 0; k < n; ++k) {
-    if (series.t[k] - begin > kWindow) {
+    if (series.t[k] - begin > kRateWindow) {
       squares += in_window * in_window;
       in_window = 0.0;
       begin = series.t[k];

@@ -17,9 +17,6 @@
 namespace magimu {
 namespace {
 
-constexpr double kChangeWindow = 5.0;  // s
-constexpr int kMaxChangeWindows = 24;
-
 bool is_change(const KnownEffect& k) { return k.effect->name() == "hard_iron_change"; }
 
 // One model meeting one recording.

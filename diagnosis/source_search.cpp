@@ -49,11 +49,11 @@ std::vector<Vector3> likely_source_places(const Recording& recording, const Stag
   const Eigen::LDLT<MatrixXd> base(B.transpose() * B);
   r -= B * base.solve(B.transpose() * r);
 
-  struct Place {
+  struct Spot {
     double statistic;
     Vector3 at;
   };
-  std::vector<Place> all;
+  std::vector<Spot> all;
   MatrixXd J(3 * n, 3);
   for (int i = 0; i < kGrid * kGrid * kGrid; ++i) {
     const Vector3 share(i % kGrid, i / kGrid % kGrid, i / kGrid / kGrid);
@@ -74,10 +74,10 @@ std::vector<Vector3> likely_source_places(const Recording& recording, const Stag
     all.push_back({z.dot((own.transpose() * own).ldlt().solve(z)), place});
   }
   std::sort(all.begin(), all.end(),
-            [](const Place& a, const Place& b) { return a.statistic > b.statistic; });
+            [](const Spot& a, const Spot& b) { return a.statistic > b.statistic; });
   std::vector<Vector3> out;
   const double apart = 1.5 * (high - low + Vector3::Constant(2.0 * kAround)).maxCoeff() / kGrid;
-  for (const Place& p : all) {
+  for (const Spot& p : all) {
     if (int(out.size()) >= kKept) break;
     const bool near = std::any_of(out.begin(), out.end(),
                                   [&](const Vector3& o) { return (o - p.at).norm() < apart; });

@@ -8,8 +8,8 @@
 namespace magimu {
 namespace {
 
-constexpr double kLong = 6.0, kKept = 4.0, kAtEnd = 3.0, kLeast = 20.0;  // s
-constexpr double kFast = 150.0, kEnough = 75.0;                          // Hz
+constexpr double kLong = 6.0, kKeptRest = 4.0, kAtEnd = 3.0, kLeast = 20.0;  // s
+constexpr double kFast = 150.0, kEnough = 75.0;                              // Hz
 
 VectorSeries means(const VectorSeries& series, bool time_of_first) {
   const double rate = series.rate_hz();
@@ -36,14 +36,14 @@ Recording without_long_rests(const Recording& recording, std::vector<std::string
   const std::vector<TimeSpan> rests = find_rests(recording);
   if (rests.empty()) return recording;
   const TimeSpan &first = rests.front(), &last = rests.back();
-  if (first.begin_s < begin + kAtEnd && first.length_s() > kLong) from = first.end_s - kKept;
-  if (last.end_s > end - kAtEnd && last.length_s() > kLong) to = last.begin_s + kKept;
+  if (first.begin_s < begin + kAtEnd && first.length_s() > kLong) from = first.end_s - kKeptRest;
+  if (last.end_s > end - kAtEnd && last.length_s() > kLong) to = last.begin_s + kKeptRest;
   if (from == begin && to == end) return recording;
   if (to - from < kLeast) return recording;
   notes.push_back(fmt::format(
       "{}: the rests at its ends were cut to {:.0f} s each ({:.1f} to {:.1f} s are used): where a "
       "sensor is put down the field is another than where it is turned.",
-      recording.name, kKept, from, to));
+      recording.name, kKeptRest, from, to));
   return slice(recording, from, to);
 }
 

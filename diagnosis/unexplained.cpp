@@ -13,10 +13,10 @@
 namespace magimu {
 namespace {
 
-constexpr double kWindow = 5.0, kAccWindow = 20.0;  // s
-constexpr double kGrown = 1.1;                      // RMS in fast motion over that in slow
-constexpr double kRateCare = 1.0;                   // log10 of a probability
-constexpr double kCare = 2.0;      // log10 of a probability: far tails under coloured noise
+constexpr double kBiasWindow = 5.0, kAccWindow = 20.0;  // s
+constexpr double kGrown = 1.1;                          // RMS in fast motion over that in slow
+constexpr double kRateCare = 1.0;                       // log10 of a probability
+constexpr double kTailCare = 2.0;  // log10 of a probability: far tails under coloured noise
 constexpr double kCrumbs = 0.03;   // of what a finding in that channel explained
 constexpr double kLeftOver = 0.3;  // of a finding's own misfit: more than this left, and its name
                                    // is doubtful
@@ -46,8 +46,8 @@ std::vector<Score> scores_of(const std::vector<const Recording*>& recordings, co
       out.push_back(s);
     }
   };
-  look(all.begin(), acc, kWindow);
-  look(acc, all.end(), moving ? kAccWindow : kWindow);
+  look(all.begin(), acc, kBiasWindow);
+  look(acc, all.end(), moving ? kAccWindow : kBiasWindow);
   return out;
 }
 
@@ -105,7 +105,7 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
   double most = 0.0;
   Channel channel = Channel::kMag;
   for (const Score& s : scores) {
-    if (s.log10_p > level - (s.scatter > kColoured ? kCare : 0.0)) continue;
+    if (s.log10_p > level - (s.scatter > kColoured ? kTailCare : 0.0)) continue;
     // Beside a large effect its own approximations show.
     if (s.statistic - s.dof < kCrumbs * explained_of(d, s.effect->channel())) continue;
     add_channel(d, to_string(s.effect->channel()));

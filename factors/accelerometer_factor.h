@@ -9,7 +9,7 @@
 #pragma once
 
 #include "factors/sensor_model.h"
-#include "graph/factor.h"
+#include "graph/factor_graph.h"
 
 namespace magimu {
 
@@ -78,6 +78,7 @@ class MeanAccelerometerText {
   Mat3<S> C_;
 };
 
+<<<<<<< HEAD
 class MeanAccelerometerFactor : public Factor<3, Rot3, Vector3>,
                                 public MeanAccelerometerText<double> {
  public:
@@ -91,5 +92,9 @@ class MeanAccelerometerFactor : public Factor<3, Rot3, Vector3>,
 };
 template <>
 inline constexpr bool kHasLanes<MeanAccelerometerFactor> = true;
+=======
+// Compiled once, in factors.cpp.
+extern template class FactorBatchOf<AccelerometerFactor>;
+>>>>>>> lean-build
 
 }  // namespace magimu

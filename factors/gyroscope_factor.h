@@ -5,7 +5,7 @@
 //   r = gyr - Log(R_k' R_k+1) / dt - o_w
 #pragma once
 
-#include "graph/factor.h"
+#include "graph/factor_graph.h"
 
 namespace magimu {
 
@@ -49,5 +49,8 @@ class GyroscopeFactor : public Factor<3, Rot3, Rot3, Vector3>, public GyroscopeT
 };
 template <>
 inline constexpr bool kHasLanes<GyroscopeFactor> = true;
+
+// Compiled once, in factors.cpp.
+extern template class FactorBatchOf<GyroscopeFactor>;
 
 }  // namespace magimu

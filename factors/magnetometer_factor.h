@@ -9,7 +9,7 @@
 #pragma once
 
 #include "factors/sensor_model.h"
-#include "graph/factor.h"
+#include "graph/factor_graph.h"
 
 namespace magimu {
 
@@ -115,5 +115,8 @@ class MeanMagnetometerFactor : public Factor<3, Rot3, Matrix3, Vector3, double>,
 };
 template <>
 inline constexpr bool kHasLanes<MeanMagnetometerFactor> = true;
+
+// Compiled once, in factors.cpp.
+extern template class FactorBatchOf<MagnetometerFactor>;
 
 }  // namespace magimu

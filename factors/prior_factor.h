@@ -3,7 +3,7 @@
 // r = Log(R R0'), the increment from the left that leads from R0 to R.
 #pragma once
 
-#include "graph/factor.h"
+#include "graph/factor_graph.h"
 
 namespace magimu {
 
@@ -68,5 +68,10 @@ class PriorFactor<Rot3> : public Factor<3, Rot3> {
  private:
   Rot3 mean_inverse_;
 };
+
+// Compiled once, in factors.cpp.
+extern template class FactorBatchOf<PriorFactor<double>>;
+extern template class FactorBatchOf<PriorFactor<Vector3>>;
+extern template class FactorBatchOf<PriorFactor<Rot3>>;
 
 }  // namespace magimu

@@ -3,7 +3,7 @@
 // r = Log(iRj' R_i' R_j).
 #pragma once
 
-#include "graph/factor.h"
+#include "graph/factor_graph.h"
 
 namespace magimu {
 
@@ -29,5 +29,8 @@ class RelativeRotationFactor : public Factor<3, Rot3, Rot3> {
  private:
   Rot3 jRi_;
 };
+
+// Compiled once, in factors.cpp.
+extern template class FactorBatchOf<RelativeRotationFactor>;
 
 }  // namespace magimu

@@ -14,7 +14,7 @@
 namespace magimu {
 namespace {
 
-constexpr const char* kDamaged =
+constexpr const char* kDamagedHdf5 =
     "the file is damaged or was not copied completely: give another copy of it";
 
 // An HDF5 identifier that closes itself; negative if the call that made it failed.
@@ -68,7 +68,7 @@ std::vector<std::size_t> dimensions_of(hid_t space) {
 }
 
 [[noreturn]] void fail_to_read(const std::string& path, const std::string& name) {
-  throw InputError(path, 0, 0, name + " cannot be read as numbers", kDamaged);
+  throw InputError(path, 0, 0, name + " cannot be read as numbers", kDamagedHdf5);
 }
 
 // Integers, floating-point numbers and enumerations of at most eight bytes. The limit matters: the
@@ -115,13 +115,13 @@ Recording read_hdf5(const std::string& path) {
                      "give a recording of the BROAD data set, or a CSV file");
   }
   const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-  if (!file.ok()) throw InputError(path, 0, 0, "the HDF5 file cannot be opened", kDamaged);
+  if (!file.ok()) throw InputError(path, 0, 0, "the HDF5 file cannot be opened", kDamagedHdf5);
 
   BroadFile fields{path, {}, [&](const std::string& name) { return read_field(path, file, name); }};
   if (H5Literate(file, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_link, &fields.names) < 0 ||
       H5Aiterate2(file, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_attribute, &fields.names) <
           0) {
-    throw InputError(path, 0, 0, "the fields of the HDF5 file cannot be listed", kDamaged);
+    throw InputError(path, 0, 0, "the fields of the HDF5 file cannot be listed", kDamagedHdf5);
   }
   return recording_from_broad(fields);
 }

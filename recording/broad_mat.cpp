@@ -11,12 +11,12 @@
 namespace magimu {
 namespace {
 
-constexpr const char* kDamaged =
+constexpr const char* kDamagedMat =
     "the file is damaged or was not copied completely: give another copy of it";
 
 BroadField field_of(const std::string& path, const MatVariable& variable) {
   if (!variable.numeric) {
-    throw InputError(path, 0, 0, variable.name + " cannot be read as numbers", kDamaged);
+    throw InputError(path, 0, 0, variable.name + " cannot be read as numbers", kDamagedMat);
   }
   // MATLAB's first dimension varies fastest.
   std::vector<std::size_t> dimensions = variable.dimensions;
@@ -36,7 +36,7 @@ Recording read_mat(const std::string& path) {
                      "save it with MATLAB's -v7 or -v7.3, or give a CSV file");
   }
   const auto variables = mat_variables(content);
-  if (!variables) throw InputError(path, 0, 0, "the MAT file is cut off or damaged", kDamaged);
+  if (!variables) throw InputError(path, 0, 0, "the MAT file is cut off or damaged", kDamagedMat);
   BroadFile file{path, {}, [&](const std::string& name) {
                    return field_of(path, *std::ranges::find(*variables, name, &MatVariable::name));
                  }};

@@ -13,13 +13,13 @@
 namespace magimu {
 namespace {
 
-constexpr double kManyRepeats = 0.3;   // share of samples; a few are chance
-constexpr double kManyOnLines = 0.3;   // likewise
-constexpr double kOnLine = 1e-3;       // second difference against a large one
-constexpr std::size_t kEnough = 50;    // samples
-constexpr double kQuantum = 2.01;      // second differences of rounded numbers: so many steps
-constexpr double kFineQuantum = 0.02;  // steps against a large bend, to speak of lines
-constexpr double kLargeBend = 0.97;    // quantile
+constexpr double kManyRepeats = 0.3;         // share of samples; a few are chance
+constexpr double kManyOnLines = 0.3;         // likewise
+constexpr double kOnLine = 1e-3;             // second difference against a large one
+constexpr std::size_t kEnoughForClock = 50;  // samples
+constexpr double kQuantum = 2.01;            // second differences of rounded numbers: so many steps
+constexpr double kFineQuantum = 0.02;        // steps against a large bend, to speak of lines
+constexpr double kLargeBend = 0.97;          // quantile
 
 // The step in which the numbers are written: the least change of any axis; a double's own
 // resolution is no step.
@@ -51,7 +51,7 @@ bool knots_on_samples(const std::vector<double>& bends, double limit) {
 
 std::vector<Issue> check_clock(const NamedSeries& sensor) {
   const VectorSeries& s = *sensor.series;
-  if (s.size() < kEnough) return {};
+  if (s.size() < kEnoughForClock) return {};
   const double rate = s.rate_hz();
   std::size_t repeats = 0;
   for (std::size_t k = 1; k < s.size(); ++k) repeats += s.v[k] == s.v[k - 1] ? 1 : 0;

@@ -16,7 +16,7 @@
 namespace magimu {
 namespace {
 
-[[noreturn]] void fail(const std::string& path, int error) {
+[[noreturn]] void cannot_read(const std::string& path, int error) {
   const auto text = "cannot be read: " + std::generic_category().message(error);
   if (error == ENOENT) {
     throw InputError(path, 0, 0, "there is no such file", "check the path and its spelling");
@@ -32,10 +32,10 @@ class InputFile {
  public:
   explicit InputFile(const std::string& path)
       : path_(path), fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
-    if (fd_ < 0) fail(path, errno);
+    if (fd_ < 0) cannot_read(path, errno);
     if (::fstat(fd_, &stat_) == 0 && S_ISDIR(stat_.st_mode)) {
       ::close(fd_);
-      fail(path, EISDIR);
+      cannot_read(path, EISDIR);
     }
   }
   ~InputFile() { ::close(fd_); }
@@ -56,7 +56,7 @@ class InputFile {
       const int error = errno;
       content.resize(had + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
       if (got == 0) break;
-      if (got < 0 && error != EINTR) fail(path_, error);
+      if (got < 0 && error != EINTR) cannot_read(path_, error);
       room -= content.size() - had;
       if (room == 0) room = std::max(kChunk, content.size() / 2);
     }

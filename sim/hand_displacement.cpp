@@ -9,10 +9,10 @@
 namespace magimu {
 namespace {
 
-constexpr double kKnotInterval = 0.5;          // s, the least
-constexpr double kCorrelation = 0.7;           // of neighbouring coefficients
-constexpr double kLeast = 0.05, kMost = 0.30;  // m, RMS
-constexpr double kStep = 0.05;                 // s, where the size is measured
+constexpr double kDisplacementInterval = 0.5;        // s, the least
+constexpr double kCorrelation = 0.7;                 // of neighbouring coefficients
+constexpr double kLeastRms = 0.05, kMostRms = 0.30;  // m, RMS
+constexpr double kStep = 0.05;                       // s, where the size is measured
 
 double mean_square(const Spline& spline, double& seconds) {
   double sum = 0.0;
@@ -28,12 +28,12 @@ double mean_square(const Spline& spline, double& seconds) {
 HandDisplacement::HandDisplacement(std::uint64_t seed, const std::vector<Spline>& stretches,
                                    double rms_m) {
   RandomStream random(seed, RandomPurpose::kDisplacement);
-  const double drawn = random.uniform(kLeast, kMost);
+  const double drawn = random.uniform(kLeastRms, kMostRms);
   double squares = 0.0, seconds = 0.0;
   for (const Spline& stretch : stretches) {
     Spline spline{stretch.start, stretch.end, {}};
     Vector3 c = random.normal3();
-    for (int j = Spline::room(stretch.end - stretch.start, kKnotInterval); j > 0; --j) {
+    for (int j = Spline::room(stretch.end - stretch.start, kDisplacementInterval); j > 0; --j) {
       spline.coefficient.push_back(c);
       c = kCorrelation * c + std::sqrt(1.0 - kCorrelation * kCorrelation) * random.normal3();
     }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/condensed_triangle.h"
 
-#include <Eigen/SVD>
 #include <cmath>
+
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {

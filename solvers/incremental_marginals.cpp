@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How sure an IncrementalQr is of its front: covariance, information and what is undetermined, all
 // from the triangles at the root.
-#include <Eigen/SVD>
 #include <algorithm>
 
+#include "graph/decompositions.h"
 #include "solvers/incremental_qr.h"
 
 namespace magimu {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/null_space.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <map>
+
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
@@ -47,7 +48,7 @@ std::vector<NullDirection> find_null_space(const LinearSystem& system, LinearSol
 
   MatrixXd JV(system.rows(), p);
   for (int i = 0; i < p; ++i) JV.col(i) = system.multiply(scale.cwiseProduct(V.col(i)));
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(JV.transpose() * JV);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(JV.transpose() * JV));
   for (int i = 0; i < p; ++i) {
     const VectorXd v = V * eigen.eigenvectors().col(i);
     const double singular_value = system.multiply(scale.cwiseProduct(v)).norm();

@@ -7,7 +7,7 @@
 namespace magimu {
 namespace {
 
-std::vector<Effect::Parameter> parameters_of(int terms) {
+std::vector<Effect::Parameter> drifts_of_field(int terms) {
   std::vector<Effect::Parameter> out;
   for (int j = 1; j <= terms; ++j) {
     for (const auto& p : vector_parameters(fmt::format("c[{}]", j), "1", 0.05)) out.push_back(p);
@@ -20,7 +20,7 @@ class FieldDrift final : public Effect {
   explicit FieldDrift(int terms)
       : Effect({.name = "field_drift",
                 .channel = Channel::kMag,
-                .parameters = parameters_of(terms),
+                .parameters = drifts_of_field(terms),
                 .cause = "the field of the place changes with time",
                 .separating_motion = "go through the same orientations early and late"}) {}
 

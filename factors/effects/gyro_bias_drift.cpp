@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kPriorDensity = 3e-4;  // q, rad/s per sqrt(s)
 
-std::vector<Effect::Parameter> parameters_of(int terms) {
+std::vector<Effect::Parameter> drifts_of_gyro(int terms) {
   std::vector<Effect::Parameter> out;
   for (int j = 1; j <= terms; ++j) {
     for (const auto& p : vector_parameters(fmt::format("c[{}]", j), "rad/s", 1e-3)) {
@@ -31,7 +31,7 @@ class GyroBiasDrift final : public Effect {
   explicit GyroBiasDrift(int terms, double density = kPriorDensity)
       : Effect({.name = "gyro_bias_drift",
                 .channel = Channel::kGyr,
-                .parameters = parameters_of(terms),
+                .parameters = drifts_of_gyro(terms),
                 .cause = "the gyroscope's bias wanders",
                 .separating_motion = "rest now and then",
                 .random_process = true}),

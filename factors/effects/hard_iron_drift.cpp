@@ -7,7 +7,7 @@
 namespace magimu {
 namespace {
 
-std::vector<Effect::Parameter> parameters_of(int terms) {
+std::vector<Effect::Parameter> drifts_of_hard_iron(int terms) {
   std::vector<Effect::Parameter> out;
   for (int j = 1; j <= terms; ++j) {
     for (const auto& p : vector_parameters(fmt::format("c[{}]", j), "uT", 3.0)) out.push_back(p);
@@ -20,7 +20,7 @@ class HardIronDrift final : public Effect {
   explicit HardIronDrift(int terms)
       : Effect({.name = "hard_iron_drift",
                 .channel = Channel::kMag,
-                .parameters = parameters_of(terms),
+                .parameters = drifts_of_hard_iron(terms),
                 .cause = "the magnetometer's bias changes with time",
                 .separating_motion = "go through the same orientations early and late"}) {}
 

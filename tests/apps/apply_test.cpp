@@ -13,8 +13,6 @@ using test::Program;
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr int kDone = 0, kNoAnswer = 1, kUnusable = 2;
-
 // rec.csv of a sensor turned for 40 s, and its calibration cal.json.
 class Apply : public testing::Test {
  protected:

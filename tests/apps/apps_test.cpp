@@ -17,8 +17,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr int kDone = 0, kNoAnswer = 1, kUnusable = 2;
-
 // A recording that calibrates in a second or two: rec.csv, and truth.json.
 class Apps : public testing::Test {
  protected:

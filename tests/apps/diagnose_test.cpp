@@ -15,8 +15,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr int kDone = 0, kUnusable = 2;
-
 TEST(Diagnose, writes_its_file_and_a_page) {
   const Program magimu;
   ASSERT_EQ(magimu("simulate -o rec.csv --motion hand --rate 50 --duration 60 --seed 3").exit_code,

@@ -17,8 +17,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr int kDone = 0, kNoAnswer = 1, kUnusable = 2;
-
 // A page that stands alone: well-formed, without script, and nothing that a browser would fetch.
 void expect_stands_alone(const std::string& page) {
   EXPECT_EQ(test::xml_error(page), "");

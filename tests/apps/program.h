@@ -10,7 +10,12 @@
 
 #include "tests/recording/test_files.h"
 
-namespace magimu::test {
+namespace magimu {
+
+// Exit codes.
+constexpr int kDone = 0, kNoAnswer = 1, kUnusable = 2;
+
+namespace test {
 
 struct Outcome {
   int exit_code = -1;
@@ -40,4 +45,5 @@ class Program {
   TempFolder folder_;
 };
 
-}  // namespace magimu::test
+}  // namespace test
+}  // namespace magimu

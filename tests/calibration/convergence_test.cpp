@@ -10,7 +10,7 @@ namespace {
 
 using test::sigmas_apart;
 
-constexpr double kSame = 1e-3;  // standard deviations
+constexpr double kSameOptimum = 1e-3;  // standard deviations
 
 class FromAWrongGyroscopeBias : public testing::TestWithParam<double> {};
 
@@ -25,7 +25,8 @@ TEST_P(FromAWrongGyroscopeBias, every_direction_leads_to_the_same_optimum) {
       options.initialization.gyr_bias = s.truth.parameters.gyr_bias + error;
       const Calibration started = calibrate(s.recording, options);
       EXPECT_TRUE(started.fit.converged()) << started.fit.message;
-      EXPECT_LT(sigmas_apart(searched, started), kSame) << "start off by " << error.transpose();
+      EXPECT_LT(sigmas_apart(searched, started), kSameOptimum)
+          << "start off by " << error.transpose();
     }
   }
 }
@@ -39,7 +40,7 @@ TEST(Convergence, the_start_of_the_dip_does_not_matter) {
   for (const double dip_deg : {-80.0, -30.0, 0.0, 30.0, 89.0}) {
     options.initialization.dip_rad = dip_deg * kDegree;
     const Calibration started = calibrate(s.recording, options);
-    EXPECT_LT(sigmas_apart(searched, started), kSame) << "start at " << dip_deg << " deg";
+    EXPECT_LT(sigmas_apart(searched, started), kSameOptimum) << "start at " << dip_deg << " deg";
   }
 }
 

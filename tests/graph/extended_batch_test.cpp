@@ -13,14 +13,14 @@
 namespace magimu {
 namespace {
 
-constexpr Key kPose{'x', 0}, kBias{'b', 0};
+constexpr Key kTurn{'x', 0}, kBias{'b', 0};
 Key theta_key(int i) { return {'e', std::uint32_t(i)}; }
 
 // R' v + bias - z.
 class DirectionFactor : public Factor<3, Rot3, Vector3> {
  public:
   DirectionFactor(const Vector3& v, const Vector3& z, const Noise<3>& noise)
-      : Factor({kPose, kBias}, noise), v_(v), z_(z) {}
+      : Factor({kTurn, kBias}, noise), v_(v), z_(z) {}
   template <class T>
   Vec3<T> residual(const Rot3T<T>& R, const Vec3<T>& bias) const {
     return R.unrotate(Vec3<T>(v_.template cast<T>())) + bias - z_.template cast<T>();
@@ -35,7 +35,7 @@ class WrittenOut : public Factor<3, Rot3, Vector3, double, double> {
  public:
   WrittenOut(const DirectionFactor& plain, const Mat<double, 3, 2>& G, const Vector2& at,
              const Noise<3>& noise)
-      : Factor({kPose, kBias, theta_key(0), theta_key(1)}, noise), plain_(plain), G_(G), at_(at) {}
+      : Factor({kTurn, kBias, theta_key(0), theta_key(1)}, noise), plain_(plain), G_(G), at_(at) {}
   template <class T>
   Vec3<T> residual(const Rot3T<T>& R, const Vec3<T>& bias, const T& a, const T& b) const {
     const Vec3<T> first = G_.col(0).template cast<T>() * (a - at_[0]);
@@ -49,17 +49,17 @@ class WrittenOut : public Factor<3, Rot3, Vector3, double, double> {
   Vector2 at_;
 };
 
-struct Problem {
+struct ExtendedProblem {
   FactorGraph extended, written_out;
   Values values;
 };
 
-Problem make_problem(const Noise<3>& noise) {
+ExtendedProblem make_problem(const Noise<3>& noise) {
   std::mt19937 engine(2);
   std::normal_distribution<double> normal;
   const auto vector = [&] { return Vector3(normal(engine), normal(engine), normal(engine)); };
   const Vector2 at(0.3, -0.2);
-  Problem p;
+  ExtendedProblem p;
   auto batch = std::make_unique<ExtendedBatch<DirectionFactor>>(
       std::vector<Key>{theta_key(0), theta_key(1)}, VectorXd(at));
   for (int i = 0; i < 12; ++i) {
@@ -70,7 +70,7 @@ Problem make_problem(const Noise<3>& noise) {
     p.written_out.add(WrittenOut(factor, G, at, noise));
   }
   p.extended.add_batch(std::move(batch));
-  p.values.insert(kPose, Rot3::Exp(Vector3(0.3, -0.5, 0.8)));
+  p.values.insert(kTurn, Rot3::Exp(Vector3(0.3, -0.5, 0.8)));
   p.values.insert(kBias, Vector3(0.1, 0.2, -0.1));
   p.values.insert(theta_key(0), 0.5);
   p.values.insert(theta_key(1), 0.1);
@@ -83,21 +83,21 @@ Noise<3> correlated_noise() {
   return Noise<3>::full(S);
 }
 
-Values moved(const Values& values, int column, double step) {
+Values shifted(const Values& values, int column, double step) {
   VectorXd delta = VectorXd::Zero(values.dim());
   delta[column] = step;
   return values.retract({delta.data(), std::size_t(delta.size())});
 }
 
 TEST(ExtendedBatch, jacobian_is_that_of_its_residuals) {
-  const Problem p = make_problem(correlated_noise());
+  const ExtendedProblem p = make_problem(correlated_noise());
   LinearSystem system(p.extended, p.values);
   system.linearize(p.values);
   EXPECT_LT((system.residual() - system.whitened_residuals(p.values)).norm(), 1e-14);
   const MatrixXd J = test::dense_jacobian(system);
   for (int c = 0; c < J.cols(); ++c) {
-    const VectorXd numerical = (system.whitened_residuals(moved(p.values, c, 1e-5)) -
-                                system.whitened_residuals(moved(p.values, c, -1e-5))) /
+    const VectorXd numerical = (system.whitened_residuals(shifted(p.values, c, 1e-5)) -
+                                system.whitened_residuals(shifted(p.values, c, -1e-5))) /
                                2e-5;
     EXPECT_LT((J.col(c) - numerical).norm(), 1e-8) << c;
   }
@@ -106,7 +106,7 @@ TEST(ExtendedBatch, jacobian_is_that_of_its_residuals) {
 TEST(ExtendedBatch, equals_a_factor_written_out) {
   for (const Noise<3>& noise : {correlated_noise(), correlated_noise().with_loss(Loss::huber()),
                                 correlated_noise().with_loss(Loss::tukey(3.0))}) {
-    const Problem p = make_problem(noise);
+    const ExtendedProblem p = make_problem(noise);
     LinearSystem a(p.extended, p.values), b(p.written_out, p.values);
     EXPECT_NEAR(a.linearize(p.values), b.linearize(p.values), 1e-12);
     EXPECT_NEAR(a.cost(p.values), b.cost(p.values), 1e-12);
@@ -116,20 +116,20 @@ TEST(ExtendedBatch, equals_a_factor_written_out) {
 }
 
 TEST(ExtendedBatch, gradient_under_a_robust_loss_is_that_of_the_cost) {
-  const Problem p = make_problem(correlated_noise().with_loss(Loss::cauchy()));
+  const ExtendedProblem p = make_problem(correlated_noise().with_loss(Loss::cauchy()));
   LinearSystem system(p.extended, p.values);
   system.linearize(p.values);
   const VectorXd gradient = system.gradient();
   for (int c = 0; c < gradient.size(); ++c) {
-    const double numerical =
-        (p.extended.cost(moved(p.values, c, 1e-5)) - p.extended.cost(moved(p.values, c, -1e-5))) /
-        2e-5;
+    const double numerical = (p.extended.cost(shifted(p.values, c, 1e-5)) -
+                              p.extended.cost(shifted(p.values, c, -1e-5))) /
+                             2e-5;
     EXPECT_NEAR(gradient[c], numerical, 1e-7) << c;
   }
 }
 
 TEST(ExtendedBatch, finds_the_solution_of_a_factor_written_out) {
-  const Problem p = make_problem(correlated_noise());
+  const ExtendedProblem p = make_problem(correlated_noise());
   const auto solve = [&](const FactorGraph& graph) {
     Values values = p.values;
     for (int i = 0; i < 30; ++i) {
@@ -145,7 +145,7 @@ TEST(ExtendedBatch, finds_the_solution_of_a_factor_written_out) {
 }
 
 TEST(ExtendedBatch, copies_with_its_graph) {
-  auto p = std::make_unique<Problem>(make_problem(correlated_noise()));
+  auto p = std::make_unique<ExtendedProblem>(make_problem(correlated_noise()));
   const FactorGraph copy = p->extended;
   const double cost = p->extended.cost(p->values);
   const Values values = p->values;

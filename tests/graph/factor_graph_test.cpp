@@ -19,7 +19,7 @@ using testing::ThrowsMessage;
 
 constexpr Key pose(int i) { return {'R', std::uint32_t(i)}; }
 constexpr Key point(int i) { return {'p', std::uint32_t(i)}; }
-constexpr Key kGain{'g', 0}, kMatrix{'M', 0};
+constexpr Key kGain{'g', 0}, kSeeing{'M', 0};
 
 // A user's factor with automatic Jacobians: a scaled distance between two points in the plane.
 class Distance : public Factor<1, Vector2, Vector2, double> {
@@ -70,18 +70,18 @@ struct Problem {
 Problem make_problem(unsigned seed, int n, Loss loss) {
   RandomValue random(seed);
   Problem p;
-  p.values.insert(kMatrix, Mat<double, 2, 3>(random.matrix3().topRows<2>()));
+  p.values.insert(kSeeing, Mat<double, 2, 3>(random.matrix3().topRows<2>()));
   for (int i = 0; i < n; ++i) p.values.insert(pose(i), random.rotation());
   for (int i = 0; i < n; ++i) p.values.insert(point(i), Vector2(random.number(), random.number()));
   p.values.insert(kGain, 1.3);
   Mat<double, 2, 2> S;
   S << 0.5, 0.2, 0.2, 0.3;
   for (int i = 0; i < n; ++i) {
-    p.graph.add(Seen(pose(i), kMatrix, random.vector3(), Vector2(random.number(), random.number()),
+    p.graph.add(Seen(pose(i), kSeeing, random.vector3(), Vector2(random.number(), random.number()),
                      Noise<2>::full(S).with_loss(loss)));
     p.graph.add(Distance(point((i + 1) % n), point(i), kGain, random.number(),
                          Noise<1>::isotropic(0.4).with_loss(loss)));
-    p.graph.add(Seen(pose((i + 1) % n), kMatrix, random.vector3(), Vector2(0.1, 0.2),
+    p.graph.add(Seen(pose((i + 1) % n), kSeeing, random.vector3(), Vector2(0.1, 0.2),
                      Noise<2>::diagonal(Vector2(0.5, 2.0)).with_loss(loss)));
   }
   return p;
@@ -127,7 +127,7 @@ TEST(FactorGraph, a_copy_is_deep) {
   EXPECT_EQ(copy.cost(p.values), cost);
   EXPECT_EQ(assigned.cost(p.values), cost);
   copy.mutable_factors<Distance>().clear();
-  copy.add(Seen(pose(0), kMatrix, Vector3(1.0, 0.0, 0.0), Vector2(9.0, 9.0), {}));
+  copy.add(Seen(pose(0), kSeeing, Vector3(1.0, 0.0, 0.0), Vector2(9.0, 9.0), {}));
   assigned.mutable_factors<Seen>().pop_back();
   EXPECT_EQ(p.graph.size(), 15);
   EXPECT_EQ(p.graph.cost(p.values), cost);

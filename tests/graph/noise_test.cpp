@@ -99,12 +99,12 @@ TEST(Noise, with_loss_keeps_the_whitening) {
   EXPECT_EQ(robust.loss().k, 2.0);
 }
 
-const std::vector<Loss> kLosses = {Loss{},          Loss::huber(),    Loss::cauchy(),
-                                   Loss::tukey(),   Loss::huber(0.3), Loss::cauchy(3.0),
-                                   Loss::tukey(1.5)};
+const std::vector<Loss> kKindsOfLoss = {Loss{},          Loss::huber(),    Loss::cauchy(),
+                                        Loss::tukey(),   Loss::huber(0.3), Loss::cauchy(3.0),
+                                        Loss::tukey(1.5)};
 
 TEST(Loss, weight_is_the_derivative_of_rho) {
-  for (const Loss& loss : kLosses) {
+  for (const Loss& loss : kKindsOfLoss) {
     for (const double s : {1e-3, 0.05, 0.5, 1.0, 2.0, 5.0, 20.0, 22.0, 400.0}) {
       const double h = 1e-5 * s;
       const double slope = (loss.rho(s + h) - loss.rho(s - h)) / (2.0 * h);
@@ -114,7 +114,7 @@ TEST(Loss, weight_is_the_derivative_of_rho) {
 }
 
 TEST(Loss, rho_and_weight_are_continuous_at_k) {
-  for (const Loss& loss : kLosses) {
+  for (const Loss& loss : kKindsOfLoss) {
     const double k2 = loss.k * loss.k;
     const double below = k2 * (1.0 - 1e-14), above = k2 * (1.0 + 1e-14);
     EXPECT_NEAR(loss.rho(below), loss.rho(above), 1e-13 * (1.0 + k2)) << int(loss.kind);
@@ -123,7 +123,7 @@ TEST(Loss, rho_and_weight_are_continuous_at_k) {
 }
 
 TEST(Loss, small_residuals_count_in_full_and_large_ones_less) {
-  for (const Loss& loss : kLosses) {
+  for (const Loss& loss : kKindsOfLoss) {
     EXPECT_EQ(loss.rho(0.0), 0.0);
     EXPECT_EQ(loss.weight(0.0), 1.0);
     EXPECT_NEAR(loss.rho(1e-8) / 1e-8, 1.0, 1e-6);

@@ -29,11 +29,11 @@ double error(const Matrix3& given, const Long3& expected) {
   return double((given.cast<long double>() - expected).cwiseAbs().maxCoeff());
 }
 
-const std::vector<double> kAngles = {0.0,   1e-160, 1e-12, 1e-8, 1e-4, 0.03,  0.1,      0.316,
-                                     0.317, 0.5,    1.0,   2.0,  3.0,  3.141, test::kPi};
+const std::vector<double> kTurns = {0.0,   1e-160, 1e-12, 1e-8, 1e-4, 0.03,  0.1,      0.316,
+                                    0.317, 0.5,    1.0,   2.0,  3.0,  3.141, test::kPi};
 
 TEST(So3, jacobians_agree_with_power_series_in_long_double) {
-  for (const double angle : kAngles) {
+  for (const double angle : kTurns) {
     for (const Vector3& n : test::directions()) {
       const Vector3 v = n * angle;
       const Long3 right = series(v, -1.0L, 1), left = series(v, 1.0L, 1);
@@ -46,7 +46,7 @@ TEST(So3, jacobians_agree_with_power_series_in_long_double) {
 }
 
 TEST(So3, exponential_agrees_with_power_series_in_long_double) {
-  for (const double angle : kAngles) {
+  for (const double angle : kTurns) {
     for (const Vector3& n : test::directions()) {
       EXPECT_LT(error(Rot3::Exp(n * angle).matrix(), series(n * angle, 1.0L, 0)), 2e-15)
           << "angle " << angle;

@@ -7,12 +7,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/oracle/motion.h"
 #include "tests/oracle/random.h"
 
 namespace magimu::oracle {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 // D = strength * scale * skewness * misalignment, as in the paper.
 Eigen::Matrix3d draw_distortion(double strength_uT, Random& random) {

@@ -12,7 +12,6 @@ namespace magimu::oracle {
 namespace {
 
 constexpr double kGrid = 1e-3;  // s
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 Matrix3d cross_matrix(const Vector3d& v) {
   Matrix3d m;

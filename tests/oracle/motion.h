@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,8 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
 
 enum class MotionKind {
   kRotation,     // turned on the spot about all its axes, both ways

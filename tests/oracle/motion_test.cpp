@@ -14,7 +14,6 @@
 namespace magimu::oracle {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr MotionKind kAll[] = {MotionKind::kRotation,  MotionKind::kHandHeld,
                                MotionKind::kOneAxis,   MotionKind::kTranslation,
                                MotionKind::kShortTurn, MotionKind::kStill};

@@ -12,8 +12,6 @@
 namespace magimu::oracle {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
-
 Options exact(MotionKind kind, double duration_s = 30.0) {
   Options options;
   options.motion.kind = kind;

@@ -11,8 +11,8 @@ namespace {
 
 using testing::HasSubstr;
 
-const std::string kHeader = "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z\n";
-const std::string kRow = "0,1,2,3,4,5,6,7,8,9\n";
+const std::string kColumns = "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z\n";
+const std::string kNumbers = "0,1,2,3,4,5,6,7,8,9\n";
 
 // Reads the content, which must fail at the line and column (0: none), with these words.
 void expect_error(const std::string& content, long line, long column, const std::string& problem,
@@ -48,11 +48,12 @@ TEST(ReadCsvErrors, an_empty_file_has_nothing_to_read) {
 }
 
 TEST(ReadCsvErrors, a_header_without_data_rows_is_not_a_recording) {
-  expect_error(kHeader, 0, 0, "no data rows", "record again");
+  expect_error(kColumns, 0, 0, "no data rows", "record again");
 }
 
 TEST(ReadCsvErrors, numbers_in_the_first_line_mean_that_the_header_is_missing) {
-  expect_error(kRow + kRow, 1, 0, "not the names of the columns", "put a header line above");
+  expect_error(kNumbers + kNumbers, 1, 0, "not the names of the columns",
+               "put a header line above");
 }
 
 TEST(ReadCsvErrors, a_header_needs_the_time) {
@@ -77,11 +78,11 @@ TEST(ReadCsvErrors, accelerometer_gyroscope_and_magnetometer_must_be_there) {
 }
 
 TEST(ReadCsvErrors, a_needed_sensor_must_have_samples) {
-  expect_error(kHeader + "0,,,,4,5,6,7,8,9\n", 0, 0, "acc_x, acc_y and acc_z are all empty",
+  expect_error(kColumns + "0,,,,4,5,6,7,8,9\n", 0, 0, "acc_x, acc_y and acc_z are all empty",
                "check the logger");
-  expect_error(kHeader + "0,1,2,3,,,,7,8,9\n", 0, 0, "gyr_x, gyr_y and gyr_z are all empty",
+  expect_error(kColumns + "0,1,2,3,,,,7,8,9\n", 0, 0, "gyr_x, gyr_y and gyr_z are all empty",
                "check the logger");
-  expect_error(kHeader + "0,1,2,3,4,5,6,,,\n", 0, 0, "no magnetometer has a sample",
+  expect_error(kColumns + "0,1,2,3,4,5,6,,,\n", 0, 0, "no magnetometer has a sample",
                "check the logger");
 }
 
@@ -94,63 +95,64 @@ TEST(ReadCsvErrors, two_columns_may_not_claim_the_same_quantity) {
 TEST(ReadCsvErrors, options_must_name_columns_that_are_there_and_quantities_that_exist) {
   CsvOptions options;
   options.columns = {{"B1", "mag_x"}};
-  expect_error(kHeader + kRow, 1, 0, "no column \"B1\"", "the columns there are: \"t\"", options);
+  expect_error(kColumns + kNumbers, 1, 0, "no column \"B1\"", "the columns there are: \"t\"",
+               options);
   options.columns = {{"mag_x", "magnet"}};
-  expect_error(kHeader + kRow, 1, 0, "\"magnet\", which is no name of ours", "use t, acc_x",
+  expect_error(kColumns + kNumbers, 1, 0, "\"magnet\", which is no name of ours", "use t, acc_x",
                options);
 }
 
 TEST(ReadCsvErrors, text_in_a_number_is_shown_with_line_field_and_column_name) {
-  expect_error(kHeader + kRow + "1,1,2,3,4,oops,6,7,8,9\n", 3, 6,
+  expect_error(kColumns + kNumbers + "1,1,2,3,4,oops,6,7,8,9\n", 3, 6,
                "\"oops\" in column gyr_y is not a number", "leave the field empty");
   for (const std::string text : {"1.5x", "1 2", "0x10", "--1", "+-1", "-", "+", "\"1\""}) {
-    expect_error(kHeader + fmt::format("0,{},2,3,4,5,6,7,8,9\n", text), 2, 2, "is not a number",
+    expect_error(kColumns + fmt::format("0,{},2,3,4,5,6,7,8,9\n", text), 2, 2, "is not a number",
                  "-1.25");
   }
 }
 
 TEST(ReadCsvErrors, nan_inf_and_numbers_beyond_double_are_not_finite) {
   for (const std::string text : {"nan", "NaN", "inf", "-inf", "+Infinity", "1e400", "-1e400"}) {
-    expect_error(kHeader + fmt::format("0,1,2,3,4,5,6,7,8,{}\n", text), 2, 10,
+    expect_error(kColumns + fmt::format("0,1,2,3,4,5,6,7,8,{}\n", text), 2, 10,
                  "in column mag_z is not a finite number", "leave the field empty");
   }
 }
 
 TEST(ReadCsvErrors, a_row_has_as_many_fields_as_the_header) {
-  expect_error(kHeader + kRow + "1,1,2,3,4,5,6,7,8\n", 3, 0,
+  expect_error(kColumns + kNumbers + "1,1,2,3,4,5,6,7,8\n", 3, 0,
                "this row has 9 fields, the header has 10", "cut off");
-  expect_error(kHeader + "0,1,2,3,4,5,6,7,8,9,10\n", 2, 0, "has 11 fields, the header has 10",
+  expect_error(kColumns + "0,1,2,3,4,5,6,7,8,9,10\n", 2, 0, "has 11 fields, the header has 10",
                "complete or delete the row");
 }
 
 TEST(ReadCsvErrors, time_must_increase_from_row_to_row) {
-  expect_error(kHeader + "0.5,1,2,3,4,5,6,7,8,9\n\n0.25,1,2,3,4,5,6,7,8,9\n", 4, 1,
+  expect_error(kColumns + "0.5,1,2,3,4,5,6,7,8,9\n\n0.25,1,2,3,4,5,6,7,8,9\n", 4, 1,
                "the time (column t) does not increase: 0.25 s comes after 0.5 s", "sort the rows");
-  expect_error(kHeader + kRow + kRow, 3, 1, "does not increase", "delete repeated ones");
+  expect_error(kColumns + kNumbers + kNumbers, 3, 1, "does not increase", "delete repeated ones");
 }
 
 TEST(ReadCsvErrors, every_row_needs_a_time) {
-  expect_error(kHeader + ",1,2,3,4,5,6,7,8,9\n", 2, 1, "the time (column t) is empty",
+  expect_error(kColumns + ",1,2,3,4,5,6,7,8,9\n", 2, 1, "the time (column t) is empty",
                "give every row a time");
 }
 
 TEST(ReadCsvErrors, the_axes_of_a_sensor_are_empty_together_or_not_at_all) {
-  expect_error(kHeader + "0,1,2,3,4,5,6,7,,9\n", 2, 9, "column mag_y is empty, but mag_x is not",
+  expect_error(kColumns + "0,1,2,3,4,5,6,7,,9\n", 2, 9, "column mag_y is empty, but mag_x is not",
                "all three axes");
 }
 
 TEST(ReadCsvErrors, binary_content_is_recognized) {
   using std::string_literals::operator""s;
   expect_error("\x7f"s + "ELF\0\0\1\2"s, 1, 0, "binary content", "CSV file in UTF-8");
-  expect_error(kHeader + kRow + "1,2\0,3\n"s, 3, 0, "binary content", "CSV file in UTF-8");
+  expect_error(kColumns + kNumbers + "1,2\0,3\n"s, 3, 0, "binary content", "CSV file in UTF-8");
 }
 
 TEST(ReadCsvErrors, what_a_message_shows_of_the_file_is_short_and_printable) {
-  expect_error(kHeader + "0," + std::string(1000, 'x') + ",2,3,4,5,6,7,8,9\n", 2, 2,
+  expect_error(kColumns + "0," + std::string(1000, 'x') + ",2,3,4,5,6,7,8,9\n", 2, 2,
                "\"" + std::string(40, 'x') + "...\" in", "");
-  expect_error(kHeader + "0,\x1b[31m,2,3,4,5,6,7,8,9\n", 2, 2, "\"?[31m\"", "");
-  expect_error(kHeader + "0,\xff\xfe,2,3,4,5,6,7,8,9\n", 2, 2, "\"??\"", "");
-  expect_error(kHeader + "0,1\xc2\xb0,2,3,4,5,6,7,8,9\n", 2, 2, "\"1\xc2\xb0\"", "");
+  expect_error(kColumns + "0,\x1b[31m,2,3,4,5,6,7,8,9\n", 2, 2, "\"?[31m\"", "");
+  expect_error(kColumns + "0,\xff\xfe,2,3,4,5,6,7,8,9\n", 2, 2, "\"??\"", "");
+  expect_error(kColumns + "0,1\xc2\xb0,2,3,4,5,6,7,8,9\n", 2, 2, "\"1\xc2\xb0\"", "");
 }
 
 }  // namespace

@@ -93,14 +93,14 @@ TEST_P(Quality, is_found_named_and_mended) {
   }
 }
 
-const double kNan = std::numeric_limits<double>::quiet_NaN();
+const double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 const Severity kFatal = Severity::kFatal, kCaution = Severity::kCaution, kNote = Severity::kNote;
 
 const std::vector<Spoilt> kSpoilt{
     {"nan", "not_finite", "gyr", kFatal,
      "3 samples that are not finite numbers, the first at 1.000", "leave out",
      [](Recording& r) {
-       for (int k : {100, 101, 900}) r.gyr.v[std::size_t(k)][1] = kNan;
+       for (int k : {100, 101, 900}) r.gyr.v[std::size_t(k)][1] = kNoNumber;
      }},
     {"infinite_time", "not_finite", "acc", kFatal, "not finite", "leave out",
      [](Recording& r) { r.acc.t[5] = INFINITY; }},

@@ -20,7 +20,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-const std::string kHeader = "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z";
+const std::string kNames = "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z";
 
 std::string row(double t) { return fmt::format("{:.6f},1,2,3,4,5,6,7,8,9", t); }
 
@@ -71,7 +71,7 @@ TEST(SampleLines, reads_what_the_file_reader_reads) {
 }
 
 TEST(SampleLines, gives_the_same_samples_however_the_text_is_cut) {
-  std::string text = kHeader + "\r\n";
+  std::string text = kNames + "\r\n";
   for (int k = 0; k < 300; ++k) text += row(0.01 * k) + (k % 3 == 0 ? "\r\n" : "\n");
   text += row(3.0);  // without a line end
   const std::vector<double> whole = times_of(text);
@@ -97,7 +97,7 @@ TEST(SampleLines, gives_the_same_samples_however_the_text_is_cut) {
 TEST(SampleLines, counts_quotes_and_skips_what_it_cannot_read) {
   SampleLines lines("serial");
   const std::string bad = "0.02,1,2,x\x01y,4,5,6,7,8,9";
-  const std::string text = kHeader + "\n" + row(0.01) + "\n" + bad + "\n" + row(0.03) + "\n";
+  const std::string text = kNames + "\n" + row(0.01) + "\n" + bad + "\n" + row(0.03) + "\n";
   EXPECT_THAT(times_of(lines, text), ElementsAre(0.01, 0.03));
   EXPECT_EQ(lines.counts().malformed, 1);
   EXPECT_EQ(lines.counts().samples, 2);
@@ -109,7 +109,7 @@ TEST(SampleLines, counts_quotes_and_skips_what_it_cannot_read) {
 
 TEST(SampleLines, does_not_flood_with_complaints) {
   SampleLines lines("serial");
-  std::string text = kHeader + "\n" + row(0.01) + "\n";
+  std::string text = kNames + "\n" + row(0.01) + "\n";
   for (int k = 0; k < 1000; ++k) text += "garbage\n";
   lines.push(text);
   const std::vector<std::string> complaints = lines.take_complaints();
@@ -121,7 +121,7 @@ TEST(SampleLines, does_not_flood_with_complaints) {
 
 TEST(SampleLines, skips_a_line_that_does_not_end) {
   SampleLines lines("serial");
-  lines.push(kHeader + "\n" + row(0.01) + "\n");
+  lines.push(kNames + "\n" + row(0.01) + "\n");
   for (int k = 0; k < 100; ++k) lines.push(std::string(5000, 'x'));
   lines.push("\n" + row(0.02) + "\n" + row(0.03) + "\n");
   lines.finish();
@@ -131,7 +131,7 @@ TEST(SampleLines, skips_a_line_that_does_not_end) {
 
 TEST(SampleLines, skips_times_that_go_back_and_says_so) {
   SampleLines lines("serial");
-  const std::string text = kHeader + "\n" + row(0.01) + "\n" + row(0.02) + "\n" + row(0.03) + "\n" +
+  const std::string text = kNames + "\n" + row(0.01) + "\n" + row(0.02) + "\n" + row(0.03) + "\n" +
                            row(0.01) + "\n" + row(0.03) + "\n" + row(0.04) + "\n";
   EXPECT_THAT(times_of(lines, text), ElementsAre(0.01, 0.02, 0.03, 0.04));
   EXPECT_EQ(lines.counts().out_of_order, 2);
@@ -141,13 +141,13 @@ TEST(SampleLines, skips_times_that_go_back_and_says_so) {
 
 TEST(SampleLines, says_so_when_the_clock_was_set_back) {
   SampleLines lines("serial");
-  std::string text = kHeader + "\n";
+  std::string text = kNames + "\n";
   for (int k = 0; k < 200; ++k) text += row(100.0 + 0.01 * k) + "\n";
   for (int k = 0; k < 200; ++k) text += row(0.01 * k) + "\n";
   lines.push(text);
   EXPECT_EQ(lines.counts().out_of_order, 200);
   lines.take_complaints();
-  lines.push(kHeader + "\n" + row(101.995) + "\n" + row(102.0) + "\n" + row(102.01) + "\n");
+  lines.push(kNames + "\n" + row(101.995) + "\n" + row(102.0) + "\n" + row(102.01) + "\n");
   lines.finish();
   EXPECT_EQ(lines.counts().samples, 203);
 }
@@ -155,7 +155,7 @@ TEST(SampleLines, says_so_when_the_clock_was_set_back) {
 TEST(SampleLines, loses_nothing_to_one_time_that_jumps_ahead) {
   for (const double jump : {0.035, 0.5, 900.0, 1e9}) {
     SampleLines lines("serial");
-    std::string text = kHeader + "\n";
+    std::string text = kNames + "\n";
     for (int k = 0; k < 50; ++k) text += row(0.01 * k + (k == 20 ? jump : 0.0)) + "\n";
     const std::vector<double> t = times_of(lines, text);
     EXPECT_THAT(t, SizeIs(49)) << jump;
@@ -165,7 +165,7 @@ TEST(SampleLines, loses_nothing_to_one_time_that_jumps_ahead) {
 }
 
 TEST(SampleLines, goes_on_after_a_gap) {
-  std::string text = kHeader + "\n";
+  std::string text = kNames + "\n";
   for (int k = 0; k < 50; ++k) text += row(0.01 * k) + "\n";
   for (int k = 0; k < 50; ++k) text += row(7.3 + 0.01 * k) + "\n";
   EXPECT_THAT(times_of(text), SizeIs(100));
@@ -173,7 +173,7 @@ TEST(SampleLines, goes_on_after_a_gap) {
 
 TEST(SampleLines, recognises_a_header_that_is_sent_again) {
   SampleLines lines("serial");
-  const std::string text = kHeader + "\n" + row(0.01) + "\n" + kHeader + "\r\n" + row(0.02) + "\n";
+  const std::string text = kNames + "\n" + row(0.01) + "\n" + kNames + "\r\n" + row(0.02) + "\n";
   EXPECT_THAT(times_of(lines, text), ElementsAre(0.01, 0.02));
   EXPECT_EQ(lines.counts().headers, 1);
   EXPECT_EQ(lines.counts().malformed, 0);
@@ -182,7 +182,7 @@ TEST(SampleLines, recognises_a_header_that_is_sent_again) {
 
 TEST(SampleLines, follows_a_header_with_another_order_of_columns) {
   SampleLines lines("serial");
-  lines.push(kHeader + "\n" + row(0.01) + "\n");
+  lines.push(kNames + "\n" + row(0.01) + "\n");
   lines.push(
       "mag_x,mag_y,mag_z,t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z\n70,80,90,0.02,1,2,3,4,5,6\n");
   lines.finish();
@@ -194,7 +194,7 @@ TEST(SampleLines, follows_a_header_with_another_order_of_columns) {
 
 TEST(SampleLines, skips_a_header_with_other_magnetometers) {
   SampleLines lines("serial");
-  lines.push(kHeader + "\n" + row(0.01) + "\n" + kHeader + ",mag2_x,mag2_y,mag2_z\n" + row(0.02));
+  lines.push(kNames + "\n" + row(0.01) + "\n" + kNames + ",mag2_x,mag2_y,mag2_z\n" + row(0.02));
   lines.finish();
   EXPECT_THAT(times(lines.take()), ElementsAre(0.01, 0.02));
   EXPECT_THAT(lines.take_complaints()[0], HasSubstr("other magnetometers"));
@@ -215,13 +215,13 @@ TEST(SampleLines, waits_for_the_header_of_a_source_joined_midway) {
   lines.push("5,6,7,8,9\n" + row(0.01) + "\n" + row(0.02) + "\n");
   EXPECT_FALSE(lines.has_header());
   EXPECT_THAT(lines.take_complaints(), ElementsAre(HasSubstr("--columns")));
-  EXPECT_THAT(times_of(lines, kHeader + "\n" + row(0.03) + "\n"), ElementsAre(0.03));
+  EXPECT_THAT(times_of(lines, kNames + "\n" + row(0.03) + "\n"), ElementsAre(0.03));
 }
 
 TEST(SampleLines, takes_the_columns_of_a_source_that_names_none) {
   SampleLinesOptions options;
   options.midway = true;
-  options.columns = kHeader;
+  options.columns = kNames;
   SampleLines lines("serial", options);
   EXPECT_TRUE(lines.has_header());
   // The beginning of its first line, 0.01 s, is lost.
@@ -232,7 +232,7 @@ TEST(SampleLines, takes_the_columns_of_a_source_that_names_none) {
 
 TEST(SampleLines, forgets_half_a_line_when_the_source_breaks_off) {
   SampleLines lines("tcp");
-  lines.push(kHeader + "\n" + row(0.01) + "\n" + row(0.02) + "\n0.03,1,2,3,4,5,6,7,8,9");
+  lines.push(kNames + "\n" + row(0.01) + "\n" + row(0.02) + "\n0.03,1,2,3,4,5,6,7,8,9");
   lines.interrupt();
   lines.push("5,1,2,3,4,5,6,7,8,9\n" + row(0.06) + "\n" + row(0.07) + "\n");
   lines.finish();
@@ -247,7 +247,7 @@ struct DamagedText {
 
 DamagedText damaged_text(std::mt19937_64& random) {
   const auto up_to = [&](int n) { return std::uniform_int_distribution<int>(0, n)(random); };
-  DamagedText out{kHeader + "\n", {}};
+  DamagedText out{kNames + "\n", {}};
   for (int k = 0; k < 200; ++k) {
     std::string line = row(0.01 * k);
     if (k > 2 && up_to(9) == 0 && !out.damaged.contains(k - 1)) {
@@ -301,7 +301,7 @@ TEST(SampleLines, survives_bytes_of_any_kind) {
       std::string noise(std::uniform_int_distribution<std::size_t>(0, 200)(random), ' ');
       for (char& c : noise) c = static_cast<char>(random());
       lines.push(noise);
-      if (k == 25) lines.push("\n" + kHeader + "\n");
+      if (k == 25) lines.push("\n" + kNames + "\n");
     }
     lines.push("\n" + row(1e6) + "\n" + row(1e6 + 1) + "\n");
     lines.finish();

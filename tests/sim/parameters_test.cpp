@@ -16,7 +16,7 @@
 namespace magimu {
 namespace {
 
-constexpr int kSeeds = 200;
+constexpr int kTrials = 200;
 constexpr double kDegrees = 57.29577951308232;  // in a radian
 
 // Takes D = 27 D_diag D_skew R_D apart. D D' = L L' with the lower triangular L = 27 D_diag D_skew,
@@ -52,7 +52,7 @@ struct Decomposition {
 // Every entry of Table I, over many seeds.
 std::map<std::string, std::vector<double>> draw_table() {
   std::map<std::string, std::vector<double>> table;
-  for (int seed = 1; seed <= kSeeds; ++seed) {
+  for (int seed = 1; seed <= kTrials; ++seed) {
     const SensorParameters p = draw_parameters(static_cast<std::uint64_t>(seed), 1);
     const Decomposition d(p.mag[0].distortion);
     for (int i = 0; i < 3; ++i) {
@@ -92,8 +92,8 @@ TEST(DrawParameters, stays_within_the_ranges_of_table_I_and_covers_them) {
     EXPECT_LT(*least, from + 0.05 * width);
     EXPECT_GT(*most, to - 0.05 * width);
     double mean = 0.0;
-    for (const double v : values) mean += v / kSeeds;
-    EXPECT_NEAR(mean, 0.5 * (from + to), 4 * width / std::sqrt(12.0 * kSeeds));
+    for (const double v : values) mean += v / kTrials;
+    EXPECT_NEAR(mean, 0.5 * (from + to), 4 * width / std::sqrt(12.0 * kTrials));
   }
 }
 
@@ -121,7 +121,7 @@ TEST(DrawParameters, composes_the_distortion_as_the_paper_writes_it) {
 }
 
 TEST(DrawParameters, distorts_by_scale_skewness_and_a_proper_rotation) {
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+  for (std::uint64_t seed = 1; seed <= kTrials; ++seed) {
     const Matrix3 D = draw_parameters(seed, 1).mag[0].distortion;
     const Decomposition d(D);
     EXPECT_LT((d.R * d.R.transpose() - Matrix3::Identity()).norm(), 1e-12);

@@ -78,7 +78,6 @@ class MeanAccelerometerText {
   Mat3<S> C_;
 };
 
-<<<<<<< HEAD
 class MeanAccelerometerFactor : public Factor<3, Rot3, Vector3>,
                                 public MeanAccelerometerText<double> {
  public:
@@ -92,9 +91,8 @@ class MeanAccelerometerFactor : public Factor<3, Rot3, Vector3>,
 };
 template <>
 inline constexpr bool kHasLanes<MeanAccelerometerFactor> = true;
-=======
+
 // Compiled once, in factors.cpp.
 extern template class FactorBatchOf<AccelerometerFactor>;
->>>>>>> lean-build
 
 }  // namespace magimu

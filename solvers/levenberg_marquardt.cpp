@@ -43,8 +43,8 @@ class Run {
     return false;
   }
 
-  bool solve(double damping, Step& step) { return problem_->solve(damping, step); }
-  double candidate_cost() { return problem_->candidate_cost(); }
+  bool solve(double damping) { return problem_->solve(damping); }
+  double try_step(Step& step) { return problem_->try_step(step); }
   void accept() {
     problem_->accept();
     find_rounding();
@@ -179,9 +179,9 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
     Step step;
     bool accepted = false;
     double gain_ratio = 0.0, cost = run.cost();
-    const bool solved = run.solve(used, step);
+    const bool solved = run.solve(used);
     if (solved) {
-      cost = run.candidate_cost();
+      cost = run.try_step(step);
       const double decrease = run.cost() - cost;
       const bool at_rounding = run.negligible(step.predicted_decrease) && run.negligible(decrease);
       gain_ratio = at_rounding ? 1.0 : decrease / step.predicted_decrease;
@@ -201,7 +201,8 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
     }
     if (accepted) {
       const double g = 2.0 * gain_ratio - 1.0;
-      damping = std::max(options_.min_damping * 0.1, damping * std::max(kFastestDecrease, 1.0 - g * g * g));
+      damping = std::max(options_.min_damping * 0.1,
+                         damping * std::max(kFastestDecrease, 1.0 - g * g * g));
       growth = 2.0;
     } else {
       damping = std::max(damping, options_.min_damping) * growth;
@@ -225,7 +226,7 @@ Result GaussNewton::optimize(const Values& initial) const {
   while (run.steps() < options_.max_iterations) {
     const double gradient_norm = run.gradient_norm();
     Step step;
-    if (!run.solve(0.0, step)) {
+    if (!run.solve(0.0)) {
       if (run.linearization_is_finite()) {
         run.stop_singular();
       } else {
@@ -234,7 +235,7 @@ Result GaussNewton::optimize(const Values& initial) const {
       break;
     }
     const double before = run.cost();
-    run.candidate_cost();
+    run.try_step(step);
     run.accept();
     if (!std::isfinite(run.cost())) {
       run.stop(StopReason::kNotFinite,

@@ -35,9 +35,9 @@ class OptimizerProblem {
   virtual int rows() const = 0;
   // Solves for a step with this damping (a light one may be lighter still); false if the matrix is
   // singular.
-  virtual bool solve(double damping, ProposedStep& step) = 0;
-  // The cost after the step; then either accept() or another solve().
-  virtual double candidate_cost() = 0;
+  virtual bool solve(double damping) = 0;
+  // The step, and the cost after it; then either accept() or another solve().
+  virtual double try_step(ProposedStep& step) = 0;
   virtual void accept() = 0;
   virtual Values values() const = 0;
   // Norms of the columns where we stand, and the largest that they have had; 0 for columns that are

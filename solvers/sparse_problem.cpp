@@ -35,19 +35,22 @@ class SparseProblem final : public OptimizerProblem {
   }
   int rows() const override { return system_.rows(); }
 
-  bool solve(double damping, ProposedStep& step) override {
+  bool solve(double damping) override {
     const VectorXd& scale = by_largest_ ? largest_scale_ : scale_;
     if (!solver_->factorize(system_, scale, damping)) return false;
     const VectorXd delta = scale.cwiseProduct(solver_->solve(system_, scale));
     const VectorXd Jd = system_.multiply(delta);
-    step.damping = damping;
-    step.predicted_decrease = -(system_.residual().dot(Jd) + 0.5 * Jd.squaredNorm());
-    step.sigma = Jd.norm();
-    step.norm = delta.norm();
+    step_.damping = damping;
+    step_.predicted_decrease = -(system_.residual().dot(Jd) + 0.5 * Jd.squaredNorm());
+    step_.sigma = Jd.norm();
+    step_.norm = delta.norm();
     candidate_ = values_.retract({delta.data(), std::size_t(delta.size())});
     return delta.allFinite();
   }
-  double candidate_cost() override { return system_.cost(candidate_); }
+  double try_step(ProposedStep& step) override {
+    step = step_;
+    return system_.cost(candidate_);
+  }
   void accept() override { linearize(std::move(candidate_)); }
   Values values() const override { return values_; }
   const VectorXd& norms() const override { return norms_; }
@@ -71,6 +74,7 @@ class SparseProblem final : public OptimizerProblem {
   std::unique_ptr<LinearSolver> solver_;
   Backend backend_;
   Values values_, candidate_;
+  ProposedStep step_;
   VectorXd norms_, largest_;        // of the columns: now, and at most so far
   VectorXd scale_, largest_scale_;  // their inverses
   double cost_ = 0.0;

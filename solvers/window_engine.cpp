@@ -159,13 +159,10 @@ Sweep WindowEngine::sweep(std::size_t group, int set) {
   return s;
 }
 
-double WindowEngine::condense(At at, double damping) {
-  const int set = at == At::kCurrent ? current_ : 1 - current_;
+template <class Before>
+double WindowEngine::condense_from(int set, double damping, const Before& before) {
   damping_ = damping;
   condensed_ = set;
-  struct Work {
-    AlignedBuffer state, jacobian, panel;
-  };
   tbb::enumerable_thread_specific<Work> works([&] {
     return Work{AlignedBuffer(std::size_t(state_doubles(layout_.d, layout_.b())) * lanes_),
                 AlignedBuffer(std::size_t(program_.jacobian_doubles()) * lanes_),
@@ -173,6 +170,7 @@ double WindowEngine::condense(At at, double damping) {
   });
   tbb::parallel_for(std::size_t(0), groups_.size(), [&](std::size_t g) {
     Work& work = works.local();
+    before(g, work);
     Sweep s = sweep(g, set);
     s.state = work.state.data();
     s.jacobian = work.jacobian.data();
@@ -186,6 +184,10 @@ double WindowEngine::condense(At at, double damping) {
   }
   add_globals(set);
   return 0.5 * chain_.squares();
+}
+
+double WindowEngine::condense(double damping) {
+  return condense_from(current_, damping, [](std::size_t, const Work&) {});
 }
 
 // Factors of globals alone.
@@ -221,35 +223,41 @@ void WindowEngine::add_globals(int set) {
   }
 }
 
-bool WindowEngine::step() {
-  if (!chain_.eliminate(damping_)) return false;
+bool WindowEngine::solve() {
+  const bool regular = chain_.eliminate(damping_);
+  pivot_ = chain_.smallest_pivot();
+  const std::size_t at = std::size_t(sums_at(layout_.d, layout_.b()) + 2) * lanes_;
+  for (const Group& g : groups_) {
+    for (std::size_t lane = 0; lane < lanes_; ++lane) pivot_ = std::min(pivot_, g.out[at + lane]);
+  }
+  if (!regular) return false;
   chain_.solve();
+  return chain_.delta_globals().allFinite();
+}
+
+double WindowEngine::advance(double damping) {
   move_boundaries();
-  const std::size_t scratch = std::size_t(layout_.b()) * lanes_;
-  tbb::parallel_for(std::size_t(0), groups_.size(), [&](std::size_t g) {
-    AlignedBuffer own(scratch);
+  // (H + lambda D) delta = -gradient, so gained = delta' (H + lambda D) delta.
+  const double gained = chain_.gained(), used = damping_;
+  double damped = chain_.sum_damped(), squares = chain_.sum_squares();
+  const VectorXd delta_globals = chain_.delta_globals();
+  const double cost = condense_from(1 - current_, damping, [&](std::size_t g, Work& work) {
     Sweep s = sweep(g, current_);
-    s.state = own.data();
-    s.delta_globals = chain_.delta_globals().data();
+    s.state = work.state.data();
+    s.delta_globals = delta_globals.data();
     code_.down(s);
   });
-  double damped = chain_.sum_damped(), squares = chain_.sum_squares();
-  pivot_ = chain_.smallest_pivot();
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const double* pivots =
-        groups_[g].out.data() + std::size_t(sums_at(layout_.d, layout_.b()) + 2) * lanes_;
+  for (const Group& g : groups_) {
     for (std::size_t lane = 0; lane < lanes_; ++lane) {
-      damped += groups_[g].sums[lane];
-      squares += groups_[g].sums[lanes_ + lane];
-      pivot_ = std::min(pivot_, pivots[lane]);
+      damped += g.sums[lane];
+      squares += g.sums[lanes_ + lane];
     }
   }
-  // (H + lambda D) delta = -gradient, so gained = delta' (H + lambda D) delta.
-  const double gained = chain_.gained(), quadratic = gained - damping_ * damped;
+  const double quadratic = gained - used * damped;
   predicted_ = gained - 0.5 * quadratic;
   sigma_ = std::sqrt(std::max(0.0, quadratic));
   norm_ = std::sqrt(squares);
-  return std::isfinite(norm_) && std::isfinite(gained);
+  return cost;
 }
 
 void WindowEngine::move_boundaries() {

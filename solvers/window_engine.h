@@ -25,15 +25,15 @@ class WindowEngine {
   void load(const Values& values);
   void store(Values& values) const;
 
-  // Two sets of values: where the estimate is, and where a step would lead.
-  enum class At { kCurrent, kCandidate };
-  // The cost there; all windows are linearized and condensed, damped in columns of unit norm.
-  double condense(At at, double damping);
-  // The candidate becomes the current; it must be what was condensed last.
+  // There are two sets of values: where the estimate is, and where a step leads. The cost where the
+  // estimate is; all windows are linearized and condensed, damped in columns of unit norm.
+  double condense(double damping);
+  // Solves for the step of the boundaries and the globals. False where the information is singular.
+  bool solve();
+  // Moves every variable by the step, into the second set, and linearizes and condenses there, in
+  // one pass: the cost there. Then keep_candidate(), or condense() again.
+  double advance(double damping);
   void keep_candidate() { current_ = condensed_; }
-  // Solves for the step from the current values, which must be what was condensed last, and moves
-  // the candidate there. False where the information is singular.
-  bool step();
 
   double damping() const { return damping_; }  // at the last condense()
   double predicted_decrease() const { return predicted_; }
@@ -42,7 +42,8 @@ class WindowEngine {
   double gradient_norm() const;  // in columns of unit norm
   // |value / sigma| of all variables together, 1 / sigma of a rotation.
   double sizes_in_sigmas() const;
-  // Smallest pivot of the elimination relative to its diagonal: a condition number's inverse.
+  // Smallest pivot of the elimination relative to its diagonal, after solve(): about the inverse of
+  // a condition number.
   double smallest_pivot() const { return pivot_; }
   // Of the globals: information before elimination (diagonal), and marginal information.
   const VectorXd& diagonal_globals() const { return chain_.diagonal_globals(); }
@@ -56,7 +57,13 @@ class WindowEngine {
     AlignedBuffer kept, out, delta_left, delta_right, sums;
   };
   WindowEngine(const FactorGraph& graph, const Values& values, lanes::Layout layout, Isa isa);
+  struct Work {
+    AlignedBuffer state, jacobian, panel;
+  };
   lanes::Sweep sweep(std::size_t group, int set);
+  // `before` each group's upward pass from the set, in the same task.
+  template <class Before>
+  double condense_from(int set, double damping, const Before& before);
   void move_boundaries();
   void add_globals(int set);
 

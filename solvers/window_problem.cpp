@@ -22,7 +22,7 @@ class WindowProblem final : public OptimizerProblem {
                 const Values& values, const OptimizerOptions& options)
       : graph_(graph), options_(options), engine_(std::move(engine)), values_(values) {
     engine_->load(values);
-    cost_ = engine_->condense(WindowEngine::At::kCurrent, options.initial_damping);
+    cost_ = engine_->condense(options.initial_damping);
     here_ = true;
     for (const auto& batch : graph.batches()) rows_ += batch->rows() * batch->size();
     watch();
@@ -40,29 +40,29 @@ class WindowProblem final : public OptimizerProblem {
   }
   int rows() const override { return rows_; }
 
-  bool solve(double damping, ProposedStep& step) override {
-    if (square_root_) return square_root_->solve(damping, step);
+  bool solve(double damping) override {
+    if (square_root_) return square_root_->solve(damping);
     const double before = engine_->damping();
     const bool light = before <= damping && damping <= kLightDamping;
     if (!here_ || !(light || before == damping)) {
-      engine_->condense(WindowEngine::At::kCurrent, damping);
+      engine_->condense(damping);
       here_ = true;
     }
-    const bool solved = engine_->step();
-    step = {engine_->damping(), engine_->predicted_decrease(), engine_->step_sigma(),
-            engine_->step_norm()};
-    if (solved && engine_->smallest_pivot() > kMinPivot) return true;
+    if (engine_->solve() && engine_->smallest_pivot() > kMinPivot) return true;
     if (!is_finite()) return false;
     take_square_root();
-    return square_root_->solve(damping, step);
+    return square_root_->solve(damping);
   }
-  double candidate_cost() override {
-    if (square_root_) return square_root_->candidate_cost();
+  double try_step(ProposedStep& step) override {
+    if (square_root_) return square_root_->try_step(step);
     here_ = false;
+    step.damping = engine_->damping();
     // As Levenberg-Marquardt will ask where the step turns out as predicted.
     const double next = kFastestDecrease * engine_->damping();
-    candidate_cost_ =
-        engine_->condense(WindowEngine::At::kCandidate, next < options_.min_damping ? 0.0 : next);
+    candidate_cost_ = engine_->advance(next < options_.min_damping ? 0.0 : next);
+    step.predicted_decrease = engine_->predicted_decrease();
+    step.sigma = engine_->step_sigma();
+    step.norm = engine_->step_norm();
     return candidate_cost_;
   }
   void accept() override {

@@ -148,8 +148,8 @@ TEST(Windows, root_is_the_information_of_the_globals) {
   const auto engine = WindowEngine::make(p.graph, p.start);
   ASSERT_NE(engine, nullptr);
   engine->load(p.start);
-  engine->condense(WindowEngine::At::kCurrent, 0.0);
-  ASSERT_TRUE(engine->step());
+  engine->condense(0.0);
+  ASSERT_TRUE(engine->solve());
   const int g = engine->layout().globals;
   const MatrixXd covariance = engine->root().topLeftCorner(g, g).inverse();
   const Marginals marginals(p.graph, p.start, square_root_backend());

@@ -31,7 +31,7 @@ TEST_P(RealRecording, converges) {
   EXPECT_FALSE(c.trust.verdict != Verdict::kYes && c.trust.reasons.empty());
 }
 
-std::string name_of(const testing::TestParamInfo<const char*>& info) {
+std::string name_of_file(const testing::TestParamInfo<const char*>& info) {
   return "broad_" + std::string(info.param).substr(0, 2);
 }
 
@@ -42,7 +42,7 @@ INSTANTIATE_TEST_SUITE_P(
                     "21_undisturbed_fast_combined.mat", "24_disturbed_tapping_A.hdf5",
                     "29_disturbed_stationary_magnet_B.mat",
                     "33_disturbed_attached_magnet_2cm.hdf5"),
-    name_of);
+    name_of_file);
 
 class MovedSensor : public RealRecording {};
 
@@ -57,7 +57,7 @@ TEST_P(MovedSensor, the_rotation_model_says_that_it_does_not_hold) {
 INSTANTIATE_TEST_SUITE_P(Broad, MovedSensor,
                          testing::Values("11_undisturbed_slow_translation_B.hdf5",
                                          "21_undisturbed_fast_combined.mat"),
-                         name_of);
+                         name_of_file);
 
 }  // namespace
 }  // namespace magimu

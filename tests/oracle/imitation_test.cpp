@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Index;
 
-Options exact() {
+Options noiseless() {
   Options options;
   options.seed = 9;
   options.motion.kind = MotionKind::kHandHeld;
@@ -26,8 +26,8 @@ Options exact() {
   return options;
 }
 
-Recording with(const Effect& effect) {
-  Options options = exact();
+Recording recorded_with(const Effect& effect) {
+  Options options = noiseless();
   options.effects = {effect};
   return simulate(options).recording;
 }
@@ -51,7 +51,7 @@ double changing_norm(const VectorXd& y) {
 
 class Catalogue {
  public:
-  Catalogue() : clean_(simulate(exact())) {
+  Catalogue() : clean_(simulate(noiseless())) {
     add_calibration();
     add_attitude();
     for (const char* name :
@@ -63,14 +63,14 @@ class Catalogue {
       for (Index i = 0; i < effect.parameters.size(); ++i) {
         effect.parameters.setZero();
         effect.parameters[i] = 1e-3;
-        add(with(effect));
+        add(recorded_with(effect));
       }
     }
   }
 
   // The part of an effect that is left.
   double left_of(const Effect& effect, Channel channel) const {
-    const VectorXd y = differences(with(effect))[static_cast<std::size_t>(channel)];
+    const VectorXd y = differences(recorded_with(effect))[static_cast<std::size_t>(channel)];
     const std::vector<VectorXd>& columns = columns_[static_cast<std::size_t>(channel)];
     Eigen::MatrixXd A(y.size(), static_cast<Index>(columns.size()));
     for (Index i = 0; i < A.cols(); ++i) A.col(i) = columns[static_cast<std::size_t>(i)];
@@ -101,7 +101,7 @@ class Catalogue {
       if (i >= 6 && i < 15) d.distortion(i % 3, (i - 6) / 3) += 1e-3;
       if (i >= 15 && i < 18) d.mag_bias[i - 15] += 1e-3;
       if (i == 18) d.dip_rad += 1e-3;
-      Options options = exact();
+      Options options = noiseless();
       options.device = d;
       add(simulate(options).recording);
     }

@@ -11,7 +11,7 @@
 namespace magimu::oracle {
 namespace {
 
-Options exact(double duration_s = 60.0) {
+Options undisturbed(double duration_s = 60.0) {
   Options options;
   options.seed = 9;
   options.motion.kind = MotionKind::kHandHeld;
@@ -20,13 +20,14 @@ Options exact(double duration_s = 60.0) {
   return options;
 }
 
-Simulation with(const Effect& effect, Options options = exact()) {
+Simulation simulated_with(const Effect& effect, Options options = undisturbed()) {
   options.effects = {effect};
   return simulate(options);
 }
 
 TEST(Outside, acc_hysteresis_stays_within_its_width_and_moves_only_when_pushed) {
-  const Simulation clean = simulate(exact()), stuck = with(make_effect("acc_hysteresis", {0.2}));
+  const Simulation clean = simulate(undisturbed()),
+                   stuck = simulated_with(make_effect("acc_hysteresis", {0.2}));
   const auto &f = clean.recording.acc.v, &s = stuck.recording.acc.v;
   for (std::size_t k = 1; k < f.size(); ++k) {
     for (int i = 0; i < 3; ++i) {
@@ -38,8 +39,8 @@ TEST(Outside, acc_hysteresis_stays_within_its_width_and_moves_only_when_pushed) 
 }
 
 TEST(Outside, gyro_rectification_is_the_mean_of_squared_force) {
-  const Simulation clean = simulate(exact());
-  const Simulation s = with(make_effect("gyro_rectification", {1e-4, 2e-4, -3e-4}));
+  const Simulation clean = simulate(undisturbed());
+  const Simulation s = simulated_with(make_effect("gyro_rectification", {1e-4, 2e-4, -3e-4}));
   for (std::size_t k = 0; k + 1 < s.recording.acc.size(); ++k) {
     const Vector3d f0 = clean.recording.acc.v[k] - clean.truth.device.acc_bias;
     const Vector3d f1 = clean.recording.acc.v[k + 1] - clean.truth.device.acc_bias;
@@ -50,7 +51,8 @@ TEST(Outside, gyro_rectification_is_the_mean_of_squared_force) {
 }
 
 TEST(Outside, mag_memory_relaxes_towards_the_field) {
-  const Simulation clean = simulate(exact()), s = with(make_effect("mag_memory", {0.05, 4.0}));
+  const Simulation clean = simulate(undisturbed()),
+                   s = simulated_with(make_effect("mag_memory", {0.05, 4.0}));
   const auto &m = clean.recording.mag[0].v, &r = s.recording.mag[0].v;
   for (std::size_t k = 1; k + 1 < m.size(); ++k) {
     const Vector3d slope = ((r[k + 1] - m[k + 1]) - (r[k - 1] - m[k - 1])) / 0.02;
@@ -60,11 +62,11 @@ TEST(Outside, mag_memory_relaxes_towards_the_field) {
 }
 
 TEST(Outside, terms_of_the_magnetometer_follow_their_equations) {
-  const Simulation clean = simulate(exact());
+  const Simulation clean = simulate(undisturbed());
   const Simulation moving =
-      with(make_effect("moving_soft_iron", {1, .2, .3, .4, -1, .6, .7, .8, 2}));
-  const Simulation cross = with(make_effect("mag_cross_axis", {0.1, 0.2, -0.3}));
-  const Simulation cable = with(make_effect("cable_field", {1, 2, 3}));
+      simulated_with(make_effect("moving_soft_iron", {1, .2, .3, .4, -1, .6, .7, .8, 2}));
+  const Simulation cross = simulated_with(make_effect("mag_cross_axis", {0.1, 0.2, -0.3}));
+  const Simulation cable = simulated_with(make_effect("cable_field", {1, 2, 3}));
   const Device& d = clean.truth.device;
   Matrix3d A;
   A << 1, .2, .3, .4, -1, .6, .7, .8, 2;
@@ -84,8 +86,8 @@ TEST(Outside, terms_of_the_magnetometer_follow_their_equations) {
 }
 
 TEST(Outside, acc_tapping_is_blows_at_the_rate_and_size_asked_for) {
-  const Simulation clean = simulate(exact(600.0));
-  const Simulation s = with(make_effect("acc_tapping", {0.5, 10.0}), exact(600.0));
+  const Simulation clean = simulate(undisturbed(600.0));
+  const Simulation s = simulated_with(make_effect("acc_tapping", {0.5, 10.0}), undisturbed(600.0));
   int blows = 0, quiet = 100;
   double most = 0.0;
   for (std::size_t k = 0; k < s.recording.acc.size(); ++k) {
@@ -100,7 +102,8 @@ TEST(Outside, acc_tapping_is_blows_at_the_rate_and_size_asked_for) {
 }
 
 TEST(Outside, mag_time_jitter_is_the_field_of_another_time) {
-  const Simulation clean = simulate(exact()), s = with(make_effect("mag_time_jitter", {0.002}));
+  const Simulation clean = simulate(undisturbed()),
+                   s = simulated_with(make_effect("mag_time_jitter", {0.002}));
   double squares = 0.0, weight = 0.0;  // of the error along the field's motion, in seconds
   for (std::size_t k = 1; k + 1 < s.recording.mag[0].size(); ++k) {
     const Vector3d slope =

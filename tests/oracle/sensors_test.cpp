@@ -12,7 +12,7 @@
 namespace magimu::oracle {
 namespace {
 
-Options exact(MotionKind kind, double duration_s = 30.0) {
+Options ideal(MotionKind kind, double duration_s = 30.0) {
   Options options;
   options.motion.kind = kind;
   options.motion.duration_s = duration_s;
@@ -21,7 +21,7 @@ Options exact(MotionKind kind, double duration_s = 30.0) {
 }
 
 TEST(Oracle, a_level_sensor_at_rest_reads_gravity_upward_and_the_field_northward_and_down) {
-  Options options = exact(MotionKind::kStill, 5.0);
+  Options options = ideal(MotionKind::kStill, 5.0);
   options.device = Device();
   const Simulation s = simulate(options);
   const Matrix3d R = s.truth.nRb[0].matrix();
@@ -33,7 +33,7 @@ TEST(Oracle, a_level_sensor_at_rest_reads_gravity_upward_and_the_field_northward
 }
 
 TEST(Oracle, readings_follow_the_models_in_motion) {
-  const Simulation s = simulate(exact(MotionKind::kHandHeld));
+  const Simulation s = simulate(ideal(MotionKind::kHandHeld));
   const Device& d = s.truth.device;
   for (std::size_t k = 1; k + 1 < s.truth.t.size(); k += 7) {
     const Matrix3d bRn = s.truth.nRb[k].matrix().transpose();
@@ -46,7 +46,7 @@ TEST(Oracle, readings_follow_the_models_in_motion) {
 }
 
 TEST(Oracle, gyroscope_samples_lead_from_one_attitude_to_the_next_about_a_fixed_axis) {
-  const Simulation s = simulate(exact(MotionKind::kOneAxis));
+  const Simulation s = simulate(ideal(MotionKind::kOneAxis));
   for (std::size_t k = 0; k + 1 < s.truth.t.size(); ++k) {
     const Vector3d turn = (s.recording.gyr.v[k] - s.truth.device.gyr_bias) * 0.01;
     const Rot3 next = s.truth.nRb[k] * Rot3::Exp(turn);
@@ -57,7 +57,7 @@ TEST(Oracle, gyroscope_samples_lead_from_one_attitude_to_the_next_about_a_fixed_
 TEST(Oracle, gyroscope_samples_lead_from_one_attitude_to_the_next_up_to_coning_otherwise) {
   double worst = 0.0;
   for (const double rate : {100.0, 200.0}) {
-    Options options = exact(MotionKind::kRotation);
+    Options options = ideal(MotionKind::kRotation);
     options.rate_hz = rate;
     const Simulation s = simulate(options);
     double now = 0.0;
@@ -75,7 +75,7 @@ TEST(Oracle, gyroscope_samples_lead_from_one_attitude_to_the_next_up_to_coning_o
 }
 
 TEST(Oracle, a_slower_gyroscope_reads_the_mean_of_a_faster_one) {
-  Options options = exact(MotionKind::kRotation);
+  Options options = ideal(MotionKind::kRotation);
   const Simulation fast = simulate(options);
   options.rate_hz = 20.0;
   const Simulation slow = simulate(options);
@@ -87,7 +87,7 @@ TEST(Oracle, a_slower_gyroscope_reads_the_mean_of_a_faster_one) {
 }
 
 TEST(Oracle, a_magnetometer_has_times_of_its_own) {
-  Options options = exact(MotionKind::kRotation, 20.0);
+  Options options = ideal(MotionKind::kRotation, 20.0);
   options.mag_rate_hz = 40.0;
   options.mag_first_s = 0.003;
   const Simulation s = simulate(options);
@@ -104,7 +104,7 @@ TEST(Oracle, a_magnetometer_has_times_of_its_own) {
 }
 
 TEST(Oracle, noise_is_white_with_the_density_asked_for) {
-  Options options = exact(MotionKind::kHandHeld, 120.0);
+  Options options = ideal(MotionKind::kHandHeld, 120.0);
   options.mag_rate_hz = 50.0;
   const Simulation clean = simulate(options);
   options.noise_factor = 2.0;
@@ -164,7 +164,7 @@ TEST(Oracle, devices_lie_within_their_ranges) {
 }
 
 TEST(Oracle, columns_are_recorded_if_asked_for) {
-  Options options = exact(MotionKind::kHandHeld, 20.0);
+  Options options = ideal(MotionKind::kHandHeld, 20.0);
   const Recording without = simulate(options).recording;
   EXPECT_TRUE(without.aux.empty());
   EXPECT_FALSE(without.pos.has_value());

@@ -9,8 +9,9 @@
 namespace magimu {
 namespace {
 
-constexpr int kAccBias = 0, kGyrBias = 3, kMagBias = 6, kDistortion = 9, kDip = 18;
-constexpr int kMagColumns = 13;  // from kMagBias on
+constexpr int kColumnAccBias = 0, kColumnGyrBias = 3, kColumnMagBias = 6, kColumnDistortion = 9,
+              kColumnDip = 18;
+constexpr int kMagColumns = 13;  // from kColumnMagBias on
 
 double weight(double sigma) { return 1.0 / (sigma * sigma); }
 
@@ -46,10 +47,10 @@ void Textbook::add_accelerometer(std::size_t k) {
   const Matrix3 J = bRn * so3::hat(data_.g_n);
   PoseRows& rows = rows_[k];
   rows.own += w * J.transpose() * J;
-  rows.globals.middleCols<3>(kAccBias) -= w * J.transpose();
+  rows.globals.middleCols<3>(kColumnAccBias) -= w * J.transpose();
   rows.gradient += w * J.transpose() * r;
-  root_.diagonal().segment<3>(kAccBias).array() += w;
-  root_gradient_.segment<3>(kAccBias) -= w * r;
+  root_.diagonal().segment<3>(kColumnAccBias).array() += w;
+  root_gradient_.segment<3>(kColumnAccBias) -= w * r;
 }
 
 // r = mag - D R'm - o_m
@@ -63,15 +64,15 @@ void Textbook::add_magnetometer(std::size_t k) {
   Mat<double, 3, kMagColumns> K;
   K.leftCols<3>() = -Matrix3::Identity();
   for (int j = 0; j < 3; ++j) {
-    K.middleCols<3>(kDistortion - kMagBias + 3 * j) = -field[j] * Matrix3::Identity();
+    K.middleCols<3>(kColumnDistortion - kColumnMagBias + 3 * j) = -field[j] * Matrix3::Identity();
   }
-  K.col(kDip - kMagBias) = -DbRn * field_change_;
+  K.col(kColumnDip - kColumnMagBias) = -DbRn * field_change_;
   PoseRows& rows = rows_[k];
   rows.own += w * J.transpose() * J;
-  rows.globals.middleCols<kMagColumns>(kMagBias) += w * J.transpose() * K;
+  rows.globals.middleCols<kMagColumns>(kColumnMagBias) += w * J.transpose() * K;
   rows.gradient += w * J.transpose() * r;
-  root_.block<kMagColumns, kMagColumns>(kMagBias, kMagBias) += w * K.transpose() * K;
-  root_gradient_.segment<kMagColumns>(kMagBias) += w * K.transpose() * r;
+  root_.block<kMagColumns, kMagColumns>(kColumnMagBias, kColumnMagBias) += w * K.transpose() * K;
+  root_gradient_.segment<kMagColumns>(kColumnMagBias) += w * K.transpose() * r;
 }
 
 // r = gyr - Log(R_k' R_k+1) / dt - o_w
@@ -87,12 +88,12 @@ void Textbook::add_gyroscope(std::size_t k) {
   rows.own += JJ;
   rows.next = -JJ;
   next.own += JJ;
-  rows.globals.middleCols<3>(kGyrBias) -= w * J.transpose();
-  next.globals.middleCols<3>(kGyrBias) += w * J.transpose();
+  rows.globals.middleCols<3>(kColumnGyrBias) -= w * J.transpose();
+  next.globals.middleCols<3>(kColumnGyrBias) += w * J.transpose();
   rows.gradient += w * J.transpose() * r;
   next.gradient -= w * J.transpose() * r;
-  root_.diagonal().segment<3>(kGyrBias).array() += w;
-  root_gradient_.segment<3>(kGyrBias) -= w * r;
+  root_.diagonal().segment<3>(kColumnGyrBias).array() += w;
+  root_gradient_.segment<3>(kColumnGyrBias) -= w * r;
 }
 
 // One step of a block Cholesky factorization.
@@ -117,11 +118,11 @@ double Textbook::step_back() {
   const Eigen::LLT<Mat<double, kGlobals, kGlobals>> llt(root_);
   if (llt.info() != Eigen::Success) return std::nan("");
   const Globals d = -llt.solve(root_gradient_);
-  x_.acc_bias += d.segment<3>(kAccBias);
-  x_.gyr_bias += d.segment<3>(kGyrBias);
-  x_.mag_bias += d.segment<3>(kMagBias);
-  for (int j = 0; j < 3; ++j) x_.distortion.col(j) += d.segment<3>(kDistortion + 3 * j);
-  x_.dip_rad += d[kDip];
+  x_.acc_bias += d.segment<3>(kColumnAccBias);
+  x_.gyr_bias += d.segment<3>(kColumnGyrBias);
+  x_.mag_bias += d.segment<3>(kColumnMagBias);
+  for (int j = 0; j < 3; ++j) x_.distortion.col(j) += d.segment<3>(kColumnDistortion + 3 * j);
+  x_.dip_rad += d[kColumnDip];
   double squares = d.squaredNorm();
   Vector3 turn = Vector3::Zero();
   for (std::size_t k = rows_.size(); k-- > 0;) {

@@ -38,20 +38,23 @@ struct Pattern {
   const Source* sources;
   const Products* products;
   int n_products;
-  bool diagonal;       // of the whitening: rows numbers a lane, else rows (rows + 1) / 2
-  int linear;          // the last columns, linear with a gain of rows * linear numbers a lane
-  const double* at;    // where their residual is that of the text
-  const int* globals;  // which globals they are
+  bool diagonal;            // of the whitening: rows numbers a lane, else rows (rows + 1) / 2
+  const double* whitening;  // the same for all factors (then not in their data), or null
+  int doubles;              // a lane's data
+  int linear;               // the last columns, linear with a gain of rows * linear numbers a lane
+  const double* at;         // where their residual is that of the text
+  const int* globals;       // which globals they are
   void (*linearize_one)(const Pattern& pattern, int factor, int lane, int lanes,
                         const double* const* x, double* J);
   const void* context;  // of linearize_one
 };
 
-// A factor in each lane, or none: its whitening is zero then.
+// A factor in each lane, or none.
 struct Call {
   const Pattern* pattern;
-  const double* data;  // text, whitening, gain
-  const int* factors;  // their numbers, -1: none; only for linearize_one
+  const double* data;     // text, whitening unless shared, gain
+  const double* present;  // 1 or 0 a lane; null: all are
+  const int* factors;     // their numbers, -1: none; only for linearize_one
 };
 
 // A variable of a node.

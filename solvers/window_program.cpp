@@ -60,6 +60,25 @@ std::vector<Products> products_of(const std::vector<Column>& columns, int d, int
   return out;
 }
 
+bool same_whitening(const FactorBatch& batch) {
+  const auto size = std::size_t(batch.rows() * batch.rows());
+  for (int f = 1; f < batch.size(); ++f) {
+    if (!std::equal(batch.whitening(f), batch.whitening(f) + size, batch.whitening(0)))
+      return false;
+  }
+  return true;
+}
+
+// The diagonal, or the lower triangle row by row.
+double* copy_whitening(const FactorBatch& batch, int factor, bool diagonal, double* to,
+                       std::size_t lanes) {
+  const double* W = batch.whitening(factor);
+  for (int r = 0; r < batch.rows(); ++r) {
+    for (int k = diagonal ? r : 0; k <= r; ++k, to += lanes) *to = W[k * batch.rows() + r];
+  }
+  return to;
+}
+
 }  // namespace
 
 struct Program::OwnPattern {
@@ -70,7 +89,7 @@ struct Program::OwnPattern {
   std::vector<Source> sources;
   std::vector<Products> products;
   std::vector<int> globals;
-  std::size_t doubles = 0;  // a lane's data
+  AlignedBuffer whitening;
   // For factors without lane code: stored numbers of each variable; and where they lie when the
   // variables of one factor stand side by side, the same for all.
   std::vector<int> sizes;
@@ -211,8 +230,17 @@ std::shared_ptr<Program::OwnPattern> Program::make_pattern(std::size_t b,
   p.globals = own->globals.data();
   if (p.text.linearize != nullptr) {
     p.diagonal = batch.whitening_is_diagonal();
-    own->doubles = std::size_t(p.text.doubles + p.rows * p.linear +
-                               (p.diagonal ? p.rows : p.rows * (p.rows + 1) / 2));
+    const int whitening = p.diagonal ? p.rows : p.rows * (p.rows + 1) / 2;
+    p.doubles = p.text.doubles + p.rows * p.linear;
+    if (same_whitening(batch)) {
+      own->whitening = AlignedBuffer(std::size_t(whitening) * lanes_);
+      for (std::size_t lane = 0; lane < lanes_; ++lane) {
+        copy_whitening(batch, 0, p.diagonal, own->whitening.data() + lane, lanes_);
+      }
+      p.whitening = own->whitening.data();
+    } else {
+      p.doubles += whitening;
+    }
   } else {
     // Every factor finds its variables where the first would.
     const std::vector<int> one = own->keys.stored, tangent = own->keys.tangent;
@@ -229,6 +257,9 @@ std::shared_ptr<Program::OwnPattern> Program::make_pattern(std::size_t b,
 
 void Program::fill(const std::vector<Layer>& layers, const Layout::Group& lanes,
                    Group& group) const {
+  const auto pattern = [&](const Layer& layer) -> const Pattern& {
+    return patterns_[std::size_t(layer.pattern)]->pattern;
+  };
   const auto any = [&](const Layer& layer, int step) {
     const auto begin = layer.factors.begin() + std::ptrdiff_t(std::size_t(step) * lanes_);
     const auto it =
@@ -242,11 +273,12 @@ void Program::fill(const std::vector<Layer>& layers, const Layout::Group& lanes,
     for (const Layer& layer : layers) {
       if (any(layer, step) < 0) continue;
       ++calls;
-      doubles += patterns_[std::size_t(layer.pattern)]->doubles * lanes_;
+      doubles += std::size_t(pattern(layer).doubles) * lanes_;
     }
   }
   group.first_call.push_back(int(calls));
   group.data = AlignedBuffer(doubles);
+  group.present = AlignedBuffer(calls * lanes_);
   group.factors.reserve(calls * lanes_);
   group.calls.reserve(calls);
   double* data = group.data.data();
@@ -255,13 +287,19 @@ void Program::fill(const std::vector<Layer>& layers, const Layout::Group& lanes,
       const int some = any(layer, step);
       if (some < 0) continue;
       const OwnPattern& own = *patterns_[std::size_t(layer.pattern)];
-      group.calls.push_back({&own.pattern, data, group.factors.data() + group.factors.size()});
+      double* present = group.present.data() + group.calls.size() * lanes_;
+      bool all = true;
       for (std::size_t lane = 0; lane < lanes_; ++lane) {
         const int f = layer.factors[std::size_t(step) * lanes_ + lane];
         group.factors.push_back(f);
-        if (own.doubles > 0) copy(own, f >= 0 ? f : some, f >= 0, data + lane);
+        all &= f >= 0;
+        present[lane] = f >= 0 ? 1.0 : 0.0;
+        // A lane without a factor has another's text, for finite numbers.
+        if (own.pattern.doubles > 0) copy(own, f >= 0 ? f : some, data + lane);
       }
-      data += own.doubles * lanes_;
+      const int* factors = group.factors.data() + group.calls.size() * lanes_;
+      group.calls.push_back({&own.pattern, data, all ? nullptr : present, factors});
+      data += std::size_t(own.pattern.doubles) * lanes_;
     }
   }
   group.absent = AlignedBuffer((std::size_t(lanes.steps) + 1) * lanes_);
@@ -274,8 +312,7 @@ void Program::fill(const std::vector<Layer>& layers, const Layout::Group& lanes,
   }
 }
 
-// A lane without a factor has another's text, for finite numbers, and no weight.
-void Program::copy(const OwnPattern& own, int factor, bool present, double* data) const {
+void Program::copy(const OwnPattern& own, int factor, double* data) const {
   const Pattern& p = own.pattern;
   thread_local std::vector<double> text;
   text.resize(std::size_t(p.text.doubles));
@@ -284,13 +321,10 @@ void Program::copy(const OwnPattern& own, int factor, bool present, double* data
     *data = x;
     data += lanes_;
   }
-  const double *W = own.factors->whitening(factor), *gain = own.factors->linear_gain(factor);
-  for (int r = 0; r < p.rows; ++r) {
-    for (int k = p.diagonal ? r : 0; k <= r; ++k) {
-      *data = present ? W[k * p.rows + r] : 0.0;
-      data += lanes_;
-    }
+  if (p.whitening == nullptr) {
+    data = copy_whitening(*own.factors, factor, p.diagonal, data, lanes_);
   }
+  const double* gain = own.factors->linear_gain(factor);
   for (int i = 0; i < p.rows * p.linear; ++i) {
     *data = gain[i];
     data += lanes_;

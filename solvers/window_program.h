@@ -20,6 +20,7 @@ class Program {
     std::vector<Call> calls;
     std::vector<int> first_call;  // of each step, and the end
     AlignedBuffer absent, data;   // Sweep::absent; of all calls
+    AlignedBuffer present;        // of calls that lack factors
     std::vector<int> factors;     // of calls without lane code, one a lane
   };
   const std::vector<Group>& groups() const { return groups_; }
@@ -43,7 +44,7 @@ class Program {
                                            const int* slots);
   void assign(std::size_t batch, std::vector<std::vector<Layer>>& layers);
   void fill(const std::vector<Layer>& layers, const Layout::Group& lanes, Group& group) const;
-  void copy(const OwnPattern& pattern, int factor, bool present, double* data) const;
+  void copy(const OwnPattern& pattern, int factor, double* data) const;
 
   const FactorGraph& graph_;
   const Layout& layout_;

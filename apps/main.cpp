@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -11,6 +15,11 @@
 
 int main(int argc, char** argv) {
   using namespace magimu::apps;
+#ifdef __GLIBC__
+  // Memory that is given back is asked for again at once: a fifth of the time, page by page.
+  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
+#endif
   CLI::App app{"Calibrates magnetometers and IMUs together, and says how sure it is.", "magimu"};
   app.set_version_flag("--version", version_text());
   app.require_subcommand(1);

@@ -20,12 +20,8 @@ struct LibrarySetting {
   bool gauss_newton = false;  // full steps; Levenberg-Marquardt otherwise
 };
 constexpr LibrarySetting kLibrary[] = {
-    {Backend::kWindows, true},
-    {Backend::kWindows},
-    {Backend::kChain, true},
-    {Backend::kChain},
-    {Backend::kCholmod},
-    {Backend::kSpqr},
+    {Backend::kWindows, true}, {Backend::kWindows}, {Backend::kChain, true},
+    {Backend::kChain},         {Backend::kCholmod}, {Backend::kSpqr},
 };
 
 constexpr double kStep = 1e-6;      // |dx| at which the textbook stops

@@ -12,7 +12,7 @@ double positive(double diagonal) { return diagonal > 0.0 ? diagonal : 1.0; }
 }  // namespace
 
 BoundaryChain::BoundaryChain(const Layout& layout)
-    : layout_(layout), d_(layout.d), g_(layout.globals), b_(layout.b()) {
+    : d_(layout.d), g_(layout.globals), b_(layout.b()) {
   for (const Layout::Window& w : layout.windows) {
     if (w.begins) chain_begins_.push_back(1);
     first_.push_back(int(chain_begins_.size()) - 1);

@@ -53,7 +53,6 @@ class BoundaryChain {
   }
   int wide() const { return 2 * d_ + g_ + 1; }
 
-  const Layout& layout_;
   int d_, g_, b_;
   std::vector<int> first_;          // boundary of each window
   std::vector<char> chain_begins_;  // of each boundary

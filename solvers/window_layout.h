@@ -31,7 +31,6 @@ struct Layout {
     int first, last;    // boundary nodes
     int group, lane;    // where it is worked on
     bool begins, ends;  // its chain
-    bool lasts(int node) const { return node == last; }
   };
   std::vector<Window> windows;  // along the chains
   std::vector<int> window_of;   // of each node; of a boundary, the one that it begins

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Nothing is allocated for a factor in an iteration of the windows: a pass over a graph with many
+// more factors in as many windows asks for memory as often.
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "solvers/window_engine.h"
+#include "tests/solvers/example_graphs.h"
+
+namespace {
+
+std::atomic<long> allocations{0};
+
+}  // namespace
+
+// The program's own, counted.
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* p = std::malloc(size)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+namespace magimu {
+namespace {
+
+long allocations_of_an_iteration(int nodes) {
+  const test::Problem p = test::chain_with_globals(1, nodes);
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const auto engine = WindowEngine::make(p.graph, p.start);
+  engine->load(p.start);
+  engine->condense(1e-4);
+  EXPECT_TRUE(engine->solve());
+  engine->advance(1e-4);
+  engine->keep_candidate();
+  const long before = allocations;
+  EXPECT_TRUE(engine->solve());
+  engine->advance(1e-4);
+  return allocations - before;
+}
+
+TEST(Allocations, none_for_a_factor_in_an_iteration) {
+  const long few = allocations_of_an_iteration(1000), many = allocations_of_an_iteration(2000);
+  EXPECT_GT(few, 0);  // they are counted
+  EXPECT_LT(few, 200);
+  EXPECT_NEAR(double(many), double(few), 20.0);  // of 3,000 more factors
+}
+
+}  // namespace
+}  // namespace magimu

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Doubles that start on the boundary SIMD registers ask for, zero at first.
+// Doubles that start on the boundary SIMD registers ask for, zero at first unless asked otherwise.
 #pragma once
 
 #include <cstdlib>
@@ -12,12 +12,13 @@ namespace magimu {
 class AlignedBuffer {
  public:
   AlignedBuffer() = default;
-  explicit AlignedBuffer(std::size_t size) : size_(size) {
+  enum class Fill { kZero, kNone };
+  explicit AlignedBuffer(std::size_t size, Fill fill = Fill::kZero) : size_(size) {
     constexpr std::size_t kAlignment = 64;
     const std::size_t bytes = (size * sizeof(double) / kAlignment + 1) * kAlignment;
     data_.reset(static_cast<double*>(std::aligned_alloc(kAlignment, bytes)));
     if (!data_) throw std::bad_alloc();
-    std::memset(data_.get(), 0, bytes);
+    if (fill == Fill::kZero) std::memset(data_.get(), 0, bytes);
   }
   double* data() { return data_.get(); }
   const double* data() const { return data_.get(); }

@@ -217,7 +217,9 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
 }
 
 Result GaussNewton::optimize(const Values& initial) const {
-  Run run(graph_, options_, initial);
+  OptimizerOptions undamped = options_;
+  undamped.initial_damping = 0.0;
+  Run run(graph_, undamped, initial);
   if (!run.start_is_finite()) return run.finish();
   run.stop(StopReason::kMaxIterations,
            "The limit of " + std::to_string(options_.max_iterations) +

@@ -46,9 +46,9 @@ WindowEngine::WindowEngine(const FactorGraph& graph, const Values& values, Layou
       own.nodes[set] = AlignedBuffer(steps * std::size_t(layout_.stored) * lanes_);
       own.left[set] = AlignedBuffer(std::size_t(layout_.stored) * lanes_);
     }
-    // Two of these in a double.
-    own.kept =
-        AlignedBuffer((steps * std::size_t(kept_numbers(layout_.d, layout_.b())) * lanes_ + 1) / 2);
+    // Two of these in a double; a pass writes all that the next one reads.
+    const std::size_t kept = steps * std::size_t(kept_numbers(layout_.d, layout_.b())) * lanes_;
+    own.kept = AlignedBuffer((kept + 1) / 2, AlignedBuffer::Fill::kNone);
     own.out = AlignedBuffer(std::size_t(out_doubles(layout_.d, layout_.b())) * lanes_);
     own.delta_left = AlignedBuffer(d * lanes_);
     own.delta_right = AlignedBuffer(d * lanes_);

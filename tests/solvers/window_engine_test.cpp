@@ -98,6 +98,25 @@ Problem extended_chain(unsigned seed) {
   return p;
 }
 
+// Six magnetometers on one trajectory: a border wider than what is eliminated directly.
+Problem array_chain(unsigned seed, int n) {
+  RandomValue random(seed);
+  Problem p = test::chain_with_globals(seed, n);
+  for (int m = 1; m < 6; ++m) {
+    const Matrix3 D = 40.0 * Matrix3::Identity() + random.matrix3(3.0);
+    const Vector3 bias = random.vector3(10.0);
+    p.start.insert(key::distortion_of(m), Matrix3(D + random.matrix3(0.5)));
+    p.start.insert(key::mag_bias_of(m), Vector3(bias + random.vector3(0.5)));
+    for (int k = 0; k < n; ++k) {
+      if ((k + m) % 11 == 0) continue;
+      const Vector3 mag = magnetometer_model(p.truth.at<Rot3>(R(k)), D, bias, 1.0);
+      p.graph.add(MagnetometerFactor(R(k), key::distortion_of(m), key::mag_bias_of(m), key::dip,
+                                     mag + random.vector3(0.3), Noise<3>::isotropic(0.3)));
+    }
+  }
+  return p;
+}
+
 void expect_agreement(const Problem& p) {
   OptimizerOptions options;
   options.backend = square_root_backend();
@@ -125,6 +144,10 @@ TEST(Windows, agree_where_a_hand_moves_the_sensor_and_chains_share_globals) {
 }
 TEST(Windows, agree_with_linear_columns_and_factors_without_lane_code) {
   expect_agreement(extended_chain(6));
+}
+
+TEST(Windows, agree_where_an_array_of_magnetometers_makes_the_border_wide) {
+  expect_agreement(array_chain(12, 700));
 }
 
 TEST(Windows, first_step_is_that_of_the_sparse_back_end) {

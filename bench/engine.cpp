@@ -7,6 +7,7 @@
 //   bench_engine [--case rotation|long|array|hand_held|all] [--repeat N] [--threads 1,2]
 //                [--problem TEXT] [--only TEXT] [--limit SECONDS] [--every-setting]
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -46,6 +47,9 @@ bool run(const Options& o) {
   for (const EngineCase& c : engine_cases(o.family)) {
     if (c.name.find(o.problem) == std::string::npos) continue;
     const EngineProblem problem = make_problem(c);
+    // What is forked from here starts threads of its own: none of this process's are left.
+    tbb::task_scheduler_handle scheduler{tbb::attach{}};
+    tbb::finalize(scheduler, std::nothrow);
     const std::vector<EngineRow> rows = measure(problem, o);
     fmt::print("{}", engine_table(problem, rows));
     std::fflush(stdout);

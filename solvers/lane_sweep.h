@@ -78,7 +78,7 @@ struct Sweep {
   double* panel;     // work space for wide borders: panel_doubles(d, b)
   float* kept;       // of each step, for the downward pass: see kept_numbers()
   // Out: right boundary [d x d | d x b], then the border [blocks of block_index()], the part that
-  // factors say and the part that elimination takes away, then what scalars() lists.
+  // factors say and the part that elimination takes away, then what is at raw_at() and sums_at().
   double* out;
 
   // The downward pass: steps of left and right boundary, and globals (not a lane, one number each);

@@ -16,8 +16,6 @@ constexpr int kMaxRises = 5;  // Gauss-Newton gives up after so many rising cost
 constexpr double kCostPrecision = 1e-12;
 // Variables are held to about this relative precision, and so is what the residuals make of them.
 constexpr double kVariablePrecision = 4.0 * std::numeric_limits<double>::epsilon();
-// Damping up to this leaves a step's length about what it would be without.
-constexpr double kLightDamping = 1e-4;
 
 constexpr const char* kNotFiniteMessage = "A residual or a Jacobian is not a finite number.";
 

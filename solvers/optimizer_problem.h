@@ -21,6 +21,8 @@ struct ProposedStep {
 
 // By what Levenberg-Marquardt multiplies the damping where a step turned out as predicted.
 inline constexpr double kFastestDecrease = 0.01;
+// Damping up to this leaves a step's length about what it would be without.
+inline constexpr double kLightDamping = 1e-4;
 
 class OptimizerProblem {
  public:

@@ -256,7 +256,7 @@ void cut(const std::vector<int>& chain_ends, int lanes, Layout& out) {
     const int links = end - 1 - begin, count = std::max(1, (links + length - 1) / length);
     for (int w = 0; w < count; ++w) {
       const auto at = [&](int i) { return begin + int(std::int64_t(links) * i / count); };
-      out.windows.push_back({at(w), at(w + 1), 0, 0, w == 0, w + 1 == count});
+      out.windows.push_back({at(w), at(w + 1), 0, 0, w == 0});
       for (int n = at(w); n <= at(w + 1); ++n)
         out.window_of[std::size_t(n)] = int(out.windows.size()) - 1;
     }

@@ -28,9 +28,9 @@ struct Layout {
   std::vector<std::vector<int>> factor;  // of each batch: the slots of its factors' keys
 
   struct Window {
-    int first, last;    // boundary nodes
-    int group, lane;    // where it is worked on
-    bool begins, ends;  // its chain
+    int first, last;  // boundary nodes
+    int group, lane;  // where it is worked on
+    bool begins;      // its chain
   };
   std::vector<Window> windows;  // along the chains
   std::vector<int> window_of;   // of each node; of a boundary, the one that it begins

@@ -8,8 +8,6 @@
 namespace magimu {
 namespace {
 
-// A step damped so little or less is as good as one damped less still.
-constexpr double kLightDamping = 1e-4;
 // Below this pivot, relative to its diagonal, the information form has lost half of the digits: the
 // square-root form must serve.
 constexpr double kMinPivot = 1e-13;

@@ -9,22 +9,37 @@ namespace {
 
 constexpr int kChunk = 512;  // factors linearized by one task
 
+const Values::Slot& slot_of(Key key, VariableType type, const Values& values) {
+  const Values::Slot& slot = values.slot(key);
+  if (!(slot.type == type)) {
+    throw std::invalid_argument("a factor takes variable " + to_string(key) + " for a " +
+                                to_string(type) + ", but Values holds a " + to_string(slot.type));
+  }
+  return slot;
+}
+
 ResolvedKeys resolve(const FactorBatch& batch, const Values& values, std::vector<char>& used) {
   ResolvedKeys out;
   const auto types = batch.types();
+  const std::size_t n = types.size();
+  out.stored.resize(std::size_t(batch.size()) * n);
+  out.tangent.resize(out.stored.size());
+  std::span<const Key> before;
   for (int i = 0; i < batch.size(); ++i) {
     const auto keys = batch.keys(i);
-    for (std::size_t j = 0; j < keys.size(); ++j) {
-      const Values::Slot& slot = values.slot(keys[j]);
-      if (!(slot.type == types[j])) {
-        throw std::invalid_argument("a factor takes variable " + to_string(keys[j]) + " for a " +
-                                    to_string(types[j]) + ", but Values holds a " +
-                                    to_string(slot.type));
+    const std::size_t own = std::size_t(i) * n;
+    for (std::size_t j = 0; j < n; ++j) {
+      if (i > 0 && keys[j] == before[j]) {  // looked up before: most often a parameter
+        out.stored[own + j] = out.stored[own + j - n];
+        out.tangent[own + j] = out.tangent[own + j - n];
+        continue;
       }
-      out.stored.push_back(slot.stored);
-      out.tangent.push_back(slot.tangent);
+      const Values::Slot& slot = slot_of(keys[j], types[j], values);
+      out.stored[own + j] = slot.stored;
+      out.tangent[own + j] = slot.tangent;
       used[std::size_t(slot.tangent)] = 1;
     }
+    before = keys;
   }
   return out;
 }
@@ -32,6 +47,14 @@ ResolvedKeys resolve(const FactorBatch& batch, const Values& values, std::vector
 }  // namespace
 
 LinearSystem::LinearSystem(const FactorGraph& graph, const Values& values) : cols_(values.dim()) {
+  std::size_t rows = 0, entries = 0;
+  for (const auto& batch : graph.batches()) {
+    const auto own = std::size_t(batch->size()) * std::size_t(batch->rows());
+    rows += own;
+    entries += own * std::size_t(batch->columns());
+  }
+  row_start_.reserve(rows + 1);
+  column_.reserve(entries);
   row_start_.push_back(0);
   std::vector<char> used(std::size_t(cols_), 0);
   for (const auto& batch : graph.batches()) {
@@ -60,7 +83,7 @@ LinearSystem::LinearSystem(const FactorGraph& graph, const Values& values) : col
   }
   variable_start_.push_back(cols_);
   value_.resize(column_.size());
-  residual_.resize(rows());
+  residual_.resize(Eigen::Index(rows));
 }
 
 template <class Body>

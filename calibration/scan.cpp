@@ -73,14 +73,15 @@ double scatter_of(const MatrixXd& u) {
   return centred.squaredNorm() / double(u.rows()) * n / std::max(1.0, n - 1.0);
 }
 
-// The information of some of the globals with all others eliminated, and the windows' scores so.
+// What a sum of windows says of some of the globals with all others eliminated, and the windows'
+// scores so.
 struct Reduced {
   MatrixXd information, scores;  // of the latter one column a window
 };
 
 // q columns from those of `first` on.
-Reduced reduced_to(const CondensedChain& chain, const Values& values, Key first, Eigen::Index q) {
-  const CondensedWindow all = chain.sum();
+Reduced reduced_to(const CondensedChain& chain, const CondensedWindow& all, const Values& values,
+                   Key first, Eigen::Index q) {
   const Eigen::Index g = all.score.size(), at = chain.position(values, first), base = g - q;
   Eigen::VectorXi order(g);
   Eigen::Index next = 0;
@@ -130,10 +131,8 @@ Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
   LinearSystem system(graph, values);
   system.linearize(values);
 
-  const CondensedChain whole = condense(system, values, node_of, all_in_one(stage.plans()));
-  const CondensedChain parts =
-      condense(system, values, node_of, windows_of(stage.plans(), window_s));
-  const auto g = Eigen::Index(whole.columns.size());
+  CondensedChain chain = condense(system, values, node_of, windows_of(stage.plans(), window_s));
+  const auto g = Eigen::Index(chain.columns.size());
   Eigen::Index n = 0;
   for (const auto& c : candidates) n += c->size();
   const Eigen::Index base = g - n;  // the candidates were inserted last
@@ -143,18 +142,18 @@ Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
     projection = K.bottomLeftCorner(n, base) * P * P.transpose();
     return MatrixXd(K.bottomRightCorner(n, n) - projection * K.topRightCorner(base, n));
   };
-  const CondensedWindow all = whole.sum();
+  const CondensedWindow all = chain.whole();
   MatrixXd& projection = projection_;
   information_ = reduce(all.information, projection);
   score_ = all.score.tail(n) - projection * all.score.head(base);
-  influence_ = influence_on_parameters(projection, whole, values, recordings, stage.spec());
-  window_information_ = reduce(parts.sum().information, projection);
-  window_scores_.resize(n, Eigen::Index(parts.windows.size()));
-  for (std::size_t w = 0; w < parts.windows.size(); ++w) {
-    const VectorXd& s = parts.windows[w].score;
+  influence_ = influence_on_parameters(projection, chain, values, recordings, stage.spec());
+  window_information_ = reduce(chain.sum().information, projection);
+  window_scores_.resize(n, Eigen::Index(chain.windows.size()));
+  for (std::size_t w = 0; w < chain.windows.size(); ++w) {
+    const VectorXd& s = chain.windows[w].score;
     window_scores_.col(Eigen::Index(w)) = s.tail(n) - projection * s.head(base);
   }
-  windows_ = parts.windows;
+  windows_ = std::move(chain.windows);
   int next = 0;
   for (const auto& candidate : candidates) {
     first_.push_back(next);
@@ -168,19 +167,21 @@ Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
 
 Score Scan::with_own_scatter(std::size_t candidate) const {
   Score out = scores_[candidate];
-  const Eigen::Index n = information_.rows(), q = out.theta.size(), base = projection_.cols();
-  const Eigen::Index at = first(candidate);
+  const Eigen::Index q = out.theta.size(), base = projection_.cols(), at = first(candidate);
   const MatrixXd Q = whitener(window_information_.block(at, at, q, q));
   if (Q.cols() == 0 || windows_.size() < 2) return out;
   // One step: calibration and candidate, the other candidates at zero.
-  VectorXd step = VectorXd::Zero(base + n);
-  step.segment(base + at, q) = out.theta;
-  step.head(base) = -projection_.middleRows(at, q).transpose() * out.theta;
+  const MatrixXd projection = projection_.middleRows(at, q);
+  const VectorXd step = -projection.transpose() * out.theta;
   MatrixXd u(Q.cols(), Eigen::Index(windows_.size()));
   for (std::size_t w = 0; w < windows_.size(); ++w) {
-    const VectorXd s = windows_[w].score - windows_[w].information * step;
-    u.col(Eigen::Index(w)) =
-        Q.transpose() * (s.segment(base + at, q) - projection_.middleRows(at, q) * s.head(base));
+    const MatrixXd& K = windows_[w].information;
+    const VectorXd& s = windows_[w].score;
+    const VectorXd others = s.head(base) - K.topLeftCorner(base, base) * step -
+                            K.block(0, base + at, base, q) * out.theta;
+    const VectorXd own = s.segment(base + at, q) - K.block(base + at, 0, q, base) * step -
+                         K.block(base + at, base + at, q, q) * out.theta;
+    u.col(Eigen::Index(w)) = Q.transpose() * (own - projection * others);
   }
   const auto windows = double(u.cols());
   out.scatter = scatter_of(u);
@@ -237,7 +238,8 @@ double log10_p_by_scatter_of(const Stage& stage, Key parameter, double statistic
   LinearSystem system(stage.graph(), values);
   system.linearize(values);
   const CondensedChain chain = condense(system, values, node_of, windows_of(stage.plans()));
-  const Reduced own = reduced_to(chain, values, parameter, values.slot(parameter).type.tangent());
+  const Reduced own =
+      reduced_to(chain, chain.sum(), values, parameter, values.slot(parameter).type.tangent());
   const MatrixXd u = whitener(own.information).transpose() * own.scores;
   const auto n = double(u.cols()), p = double(u.rows());
   const double white = log10_chi_square_tail(statistic, dof);
@@ -256,11 +258,9 @@ Score wald_test(const Stage& stage, std::size_t effect) {
   Score out;
   out.effect = stage.spec().effects[effect];
   out.theta = effect_parameters(values, keys);
-  const auto reduced = [&](const std::vector<int>& windows) {
-    return reduced_to(condense(system, values, node_of, windows), values, keys.front(), q);
-  };
-  const MatrixXd A = reduced(all_in_one(stage.plans())).information;
-  const Reduced in_windows = reduced(windows_of(stage.plans()));
+  const CondensedChain chain = condense(system, values, node_of, windows_of(stage.plans()));
+  const MatrixXd A = reduced_to(chain, chain.whole(), values, keys.front(), q).information;
+  const Reduced in_windows = reduced_to(chain, chain.sum(), values, keys.front(), q);
   out.information = A;
   const MatrixXd P = whitener(A);
   out.dof = int(P.cols());

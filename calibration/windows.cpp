@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace magimu {
 
@@ -25,10 +24,6 @@ std::vector<int> windows_of(const std::vector<NodePlan>& plans, double seconds) 
     first += n;
   }
   return out;
-}
-
-std::vector<int> all_in_one(const std::vector<NodePlan>& plans) {
-  return windows_of(plans, std::numeric_limits<double>::infinity());
 }
 
 }  // namespace magimu

@@ -13,7 +13,5 @@ int node_of(Key key);
 
 // The window of each node, numbered through all recordings; each lasts about so long.
 std::vector<int> windows_of(const std::vector<NodePlan>& plans, double seconds = 5.0);
-// All nodes of a recording in one window.
-std::vector<int> all_in_one(const std::vector<NodePlan>& plans);
 
 }  // namespace magimu

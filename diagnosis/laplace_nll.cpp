@@ -30,8 +30,8 @@ double laplace_nll(const Stage& stage, const std::vector<Integrated>& integrated
   const Values& values = stage.result().values;
   LinearSystem system(stage.graph(), values);
   system.linearize(values);
-  const CondensedChain chain = condense(system, values, node_of, all_in_one(stage.plans()));
-  const CondensedWindow& data = chain.windows.front();
+  const CondensedChain chain = condense(system, values, node_of, windows_of(stage.plans()));
+  const CondensedWindow& data = chain.linked;
   double nll = sum_of_log_noise(stage, system) + 0.5 * (data.squares + data.log_det);
 
   // What the data and the prior say about parameters that are integrated, in units of the prior.

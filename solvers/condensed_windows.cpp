@@ -3,183 +3,208 @@
 
 #include <tbb/parallel_for.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
-#include <cmath>
+#include <numeric>
+
+#include "solvers/bordered_rows.h"
 
 namespace magimu {
 namespace {
 
-constexpr double kTiny = 1e-12;  // of a node's diagonal: what keeps a free direction regular
-constexpr int kGathered = 64;    // eliminated rows that are subtracted at once
-
-// Where each column of the system belongs.
-struct Layout {
-  std::vector<int> node;      // of a column; -1: a global
-  std::vector<int> position;  // within the node, or among the globals
-  std::vector<int> dim;       // of a node
-  std::vector<int> globals;   // their columns
+// What a window says of its two ends and the globals.
+struct Ends {
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  int first_node = -1, last_node = -1;  // the same where it has but one; -1: none
+  int first = 0, last = 0;              // their unknowns, counted once
+  MatrixXd information;                 // [first | last], upper triangle
+  VectorXd taken;                       // of its diagonal, by elimination
+  Rows rows;                            // [first | last] x [globals | residual]
 };
 
-Layout lay_out(const Values& values, const std::function<int(Key)>& node_of, std::size_t nodes) {
-  Layout out{std::vector<int>(std::size_t(values.dim())),
-             std::vector<int>(std::size_t(values.dim())),
-             std::vector<int>(nodes, 0),
-             {}};
-  for (const Values::Slot& slot : values.slots()) {
-    const int node = node_of(slot.key);
-    for (int c = slot.tangent; c < slot.tangent + slot.type.tangent(); ++c) {
-      out.node[std::size_t(c)] = node;
-      if (node < 0) {
-        out.position[std::size_t(c)] = int(out.globals.size());
-        out.globals.push_back(c);
-      } else {
-        out.position[std::size_t(c)] = out.dim[std::size_t(node)]++;
+// The globals that a window's factors touch, in the order in which they appear: those of one kind
+// of factor lie side by side.
+std::vector<int> touched(const LinearSystem& system, const ColumnLayout& layout,
+                         std::span<const FactorAt> factors) {
+  std::vector<int> out;
+  std::vector<char> seen(layout.globals.size(), 0);
+  for (const FactorAt f : factors) {
+    const FactorRows rows = rows_of(system, f);
+    for (int e = 0; e < rows.columns; ++e) {
+      const auto c = std::size_t(rows.column[e]);
+      if (layout.node[c] >= 0 || seen[std::size_t(layout.position[c])] != 0) continue;
+      for (int r = 0; r < rows.rows; ++r) {
+        if (rows.value[r * rows.columns + e] == 0.0) continue;
+        seen[std::size_t(layout.position[c])] = 1;
+        out.push_back(layout.position[c]);
+        break;
       }
     }
   }
   return out;
 }
 
-// One row of the system: where it belongs.
-struct RowSpan {
-  int first = -1, last = -1;  // nodes
-};
-
-RowSpan span_of(const LinearSystem& system, const Layout& layout, int row) {
-  RowSpan span;
-  for (int e = system.row_start()[std::size_t(row)]; e < system.row_start()[std::size_t(row) + 1];
-       ++e) {
-    const int node = layout.node[std::size_t(system.column()[std::size_t(e)])];
-    if (node < 0) continue;
-    span.first = span.first < 0 ? node : std::min(span.first, node);
-    span.last = std::max(span.last, node);
-  }
-  return span;
+CondensedWindow nothing(std::size_t globals) {
+  const auto g = Eigen::Index(globals);
+  CondensedWindow out;
+  out.information.setZero(g, g);
+  out.score.setZero(g);
+  return out;
 }
 
-class Window {
- public:
-  Window(const LinearSystem& system, const Layout& layout)
-      : system_(system), layout_(layout), g_(int(layout.globals.size())) {
-    out.information.setZero(g_, g_);
-    out.score.setZero(g_);
-  }
-
-  CondensedWindow out;
-
-  // rows_of: the rows whose last node is this, for each node from first to last.
-  void eliminate(int first, int last, const std::vector<std::vector<int>>& rows_of) {
-    RowVectors own(0, 0);
-    for (int node = first; node <= last; ++node) {
-      const int d = layout_.dim[std::size_t(node)];
-      const int before = node > first ? layout_.dim[std::size_t(node) - 1] : 0;
-      // [previous node | this node | globals | residual]
-      MatrixXd A = MatrixXd::Zero(before + d, before + d);
-      RowVectors B = RowVectors::Zero(before + d, g_ + 1);
-      if (before > 0) {
-        A.topLeftCorner(before, before) = diagonal_;
-        B.topRows(before) = border_;
-      }
-      for (const int row : rows_of[std::size_t(node)]) add(row, node, before, A, B);
-      if (before > 0) eliminate_first(before, A, B);
-      diagonal_ = A.bottomRightCorner(d, d);
-      border_ = B.bottomRows(d);
+// Columns `skip` and on of a finished border: order are their globals, a residual comes last.
+CondensedWindow condensed(const SquareSum& border, int skip, const std::vector<int>& order,
+                          std::size_t globals) {
+  CondensedWindow out = nothing(globals);
+  const int last = border.columns() - 1;
+  for (int i = skip; i < last; ++i) {
+    const int a = order[std::size_t(i - skip)];
+    for (int j = i; j < last; ++j) {
+      const int b = order[std::size_t(j - skip)];
+      out.information(a, b) = out.information(b, a) = border(i, j);
     }
-    const int d = layout_.dim[std::size_t(last)];
-    MatrixXd A = diagonal_;
-    RowVectors B = border_;
-    eliminate_first(d, A, B);
-    subtract();
-    out.information.triangularView<Eigen::StrictlyUpper>() = out.information.transpose();
+    out.score[a] = -border(i, last);
   }
+  out.squares = border(last, last);
+  return out;
+}
 
-  // A row of globals alone, or those parts of any row.
-  void add_globals(int row) {
-    const double r = system_.residual()[row];
-    ++out.rows;
-    out.squares += r * r;
-    global_.clear();
-    for_entries(row, [&](int column, double value) {
-      if (layout_.node[std::size_t(column)] < 0) {
-        global_.push_back({layout_.position[std::size_t(column)], value});
-      }
+int count_rows(const LinearSystem& system, std::span<const FactorAt> factors) {
+  int rows = 0;
+  for (const FactorAt f : factors) rows += rows_of(system, f).rows;
+  return rows;
+}
+
+// The nodes that are left of a window, the first one and the last. order: the border's globals
+// beyond the first node's own columns.
+void take_ends(BorderedChain& chain, const std::vector<int>& order, std::size_t globals,
+               Ends& out) {
+  const int n = chain.unknowns();
+  out.information.setZero(n, n);
+  out.taken.resize(n);
+  out.rows.setZero(n, Eigen::Index(globals) + 1);
+  for (int i = 0; i < n; ++i) {
+    out.taken[i] = chain.taken(i);
+    for (int j = i; j < n; ++j) out.information(i, j) = chain.information(i, j);
+    const double* const row = chain.row(i) + out.first;
+    for (std::size_t k = 0; k < order.size(); ++k) out.rows(i, order[k]) = row[k];
+    out.rows(i, out.rows.cols() - 1) = row[order.size()];
+  }
+}
+
+// The first node stays in the border until all between it and the last are eliminated.
+CondensedWindow condense_window(const LinearSystem& system, const ColumnLayout& layout,
+                                const SortedFactors& sorted, Ends& ends) {
+  const int first = ends.first_node, last = ends.last_node;
+  const std::span<const FactorAt> factors = sorted.of(first, last);
+  const std::vector<int> order = touched(system, layout, factors);
+  ends.first = layout.dim[std::size_t(first)];
+  BorderedChain chain(ends.first + int(order.size()) + 1, layout.max_dim());
+  BorderedRows rows(system, layout, chain, first, order);
+  for (const FactorAt f : sorted.of(first, first)) rows.add(f, -1, -1);
+  for (int node = first + 1; node <= last; ++node) {
+    chain.push(layout.dim[std::size_t(node)]);
+    for (const FactorAt f : sorted.of(node, node)) rows.add(f, node - 1, node);
+    if (chain.nodes() == 2) chain.eliminate();
+  }
+  rows.finish();
+  ends.last = chain.unknowns();
+  chain.pull(rows.edge_diagonal());
+  take_ends(chain, order, layout.globals.size(), ends);
+  while (chain.nodes() > 0) chain.eliminate();
+  chain.finish();
+  CondensedWindow out = condensed(chain.border(), ends.first, order, layout.globals.size());
+  out.log_det = chain.log_det();
+  out.rows = count_rows(system, factors);
+  return out;
+}
+
+// Some of the ends' unknowns take their place in a chain.
+void add_end(BorderedChain& chain, const Ends& ends, int begin, int count, int at) {
+  for (int i = 0; i < count; ++i) {
+    chain.taken(at + i) += ends.taken[begin + i];
+    for (int j = i; j < count; ++j) {
+      chain.information(at + i, at + j) += ends.information(begin + i, begin + j);
+    }
+    Eigen::Map<Eigen::RowVectorXd>(chain.row(at + i), ends.rows.cols()) += ends.rows.row(begin + i);
+  }
+}
+
+// A window's ends follow what is left of the windows before, linked to it or not.
+template <class AddLinks>
+void append(BorderedChain& chain, const Ends& ends, const AddLinks& add_links) {
+  chain.push(ends.first);
+  add_end(chain, ends, 0, ends.first, chain.older());
+  add_links();
+  if (chain.nodes() == 2) chain.eliminate();
+  if (ends.first_node == ends.last_node) return;
+  chain.push(ends.last);
+  add_end(chain, ends, ends.first, ends.last, chain.older());
+  for (int i = 0; i < ends.first; ++i) {
+    for (int j = 0; j < ends.last; ++j) {
+      chain.information(i, chain.older() + j) += ends.information(i, ends.first + j);
+    }
+  }
+  chain.eliminate();
+}
+
+void add_to(CondensedWindow& sum, const CondensedWindow& w, double sign = 1.0) {
+  sum.information += sign * w.information;
+  sum.score += sign * w.score;
+  sum.squares += sign * w.squares;
+  sum.log_det += sign * w.log_det;
+  sum.rows += w.rows;
+}
+
+CondensedWindow of_globals(const BorderedChain& chain, const std::vector<int>& all) {
+  CondensedWindow out = condensed(chain.border(), 0, all, all.size());
+  out.log_det = chain.log_det();
+  return out;
+}
+
+// The windows' sum with the factors that link them: their ends are eliminated in one chain instead
+// of window by window.
+CondensedWindow link(const LinearSystem& system, const ColumnLayout& layout,
+                     const SortedFactors& sorted, const std::vector<Ends>& ends,
+                     const std::vector<CondensedWindow>& windows) {
+  std::vector<int> all(layout.globals.size());
+  std::iota(all.begin(), all.end(), 0);
+  const int border = int(all.size()) + 1, dim = layout.max_dim();
+  BorderedChain linked(border, dim), apart(border, dim);
+  BorderedRows rows(system, layout, linked, -1, all);
+  int before = -1, links = 0;
+  for (int w = 0; w < sorted.windows(); ++w) {
+    const Ends& e = ends[std::size_t(w)];
+    if (e.first_node < 0) continue;
+    append(apart, e, [] {});
+    apart.eliminate();
+    append(linked, e, [&] {
+      for (const FactorAt f : sorted.links(w)) rows.add(f, before, e.first_node);
     });
-    for (const auto& [i, x] : global_) {
-      if (x == 0.0) continue;
-      out.score[i] -= x * r;
-      for (const auto& [j, y] : global_) {
-        if (j <= i) out.information(i, j) += x * y;
-      }
-    }
+    links += count_rows(system, sorted.links(w));
+    before = e.last_node;
   }
+  if (linked.nodes() > 0) linked.eliminate();
+  rows.finish();
+  apart.finish();
+  CondensedWindow out = of_globals(linked, all);
+  out.rows = links;
+  add_to(out, of_globals(apart, all), -1.0);
+  for (const CondensedWindow& w : windows) add_to(out, w);
+  return out;
+}
 
- private:
-  using RowVectors = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-  template <class Body>
-  void for_entries(int row, const Body& body) const {
-    for (int e = system_.row_start()[std::size_t(row)];
-         e < system_.row_start()[std::size_t(row) + 1]; ++e) {
-      body(system_.column()[std::size_t(e)], system_.value()[std::size_t(e)]);
-    }
-  }
-
-  void add(int row, int node, int before, MatrixXd& A, RowVectors& B) {
-    add_globals(row);
-    local_.clear();
-    for_entries(row, [&](int column, double value) {
-      const int n = layout_.node[std::size_t(column)];
-      if (n < 0 || value == 0.0) return;
-      local_.push_back({(n == node ? before : 0) + layout_.position[std::size_t(column)], value});
-    });
-    const double r = system_.residual()[row];
-    for (const auto& [i, x] : local_) {
-      for (const auto& [j, y] : local_) A(i, j) += x * y;
-      for (const auto& [j, y] : global_) B(i, j) += x * y;
-      B(i, g_) += x * r;
-    }
-  }
-
-  // Eliminates the first n unknowns of A, with their border.
-  void eliminate_first(int n, MatrixXd& A, RowVectors& B) {
-    MatrixXd own = A.topLeftCorner(n, n);
-    own.diagonal() *= 1.0 + kTiny;
-    own.diagonal().array() += 1e-30;
-    const Eigen::LLT<MatrixXd> llt(own);
-    out.log_det += 2.0 * llt.matrixLLT().diagonal().array().log().sum();
-    RowVectors panel = B.topRows(n);
-    llt.matrixL().solveInPlace(panel);
-    const Eigen::Index rest = A.rows() - n;
-    if (rest > 0) {
-      MatrixXd W = A.topRightCorner(n, rest);
-      llt.matrixL().solveInPlace(W);
-      A.bottomRightCorner(rest, rest) -= W.transpose() * W;
-      B.bottomRows(rest) -= W.transpose() * panel;
-    }
-    if (gathered_.rows() == 0) gathered_.resize(kGathered + 64, g_ + 1);
-    if (filled_ + n > kGathered) subtract();
-    gathered_.middleRows(filled_, n) = panel;
-    filled_ += n;
-  }
-
-  // What elimination has gathered leaves the globals' block, many rows at once.
-  void subtract() {
-    const auto rows = gathered_.topRows(filled_);
-    out.information.selfadjointView<Eigen::Lower>().rankUpdate(rows.leftCols(g_).transpose(), -1.0);
-    out.score += rows.leftCols(g_).transpose() * rows.col(g_);
-    out.squares -= rows.col(g_).squaredNorm();
-    filled_ = 0;
-  }
-
-  const LinearSystem& system_;
-  const Layout& layout_;
-  int g_;
-  MatrixXd diagonal_;
-  RowVectors border_, gathered_;
-  Eigen::Index filled_ = 0;
-  std::vector<std::pair<int, double>> local_, global_;
-};
+CondensedWindow condense_priors(const LinearSystem& system, const ColumnLayout& layout,
+                                const SortedFactors& sorted) {
+  std::vector<int> all(layout.globals.size());
+  std::iota(all.begin(), all.end(), 0);
+  BorderedChain none(int(all.size()) + 1, 0);
+  BorderedRows rows(system, layout, none, -1, all);
+  for (const FactorAt f : sorted.priors()) rows.add(f, -1, -1);
+  rows.finish();
+  CondensedWindow out = of_globals(none, all);
+  out.rows = count_rows(system, sorted.priors());
+  return out;
+}
 
 }  // namespace
 
@@ -191,47 +216,38 @@ int CondensedChain::position(const Values& values, Key key) const {
 CondensedWindow CondensedChain::sum(int without) const {
   CondensedWindow out = priors;
   for (std::size_t w = 0; w < windows.size(); ++w) {
-    if (int(w) == without) continue;
-    out.information += windows[w].information;
-    out.score += windows[w].score;
-    out.squares += windows[w].squares;
-    out.log_det += windows[w].log_det;
-    out.rows += windows[w].rows;
+    if (int(w) != without) add_to(out, windows[w]);
   }
+  return out;
+}
+
+CondensedWindow CondensedChain::whole() const {
+  CondensedWindow out = priors;
+  add_to(out, linked);
   return out;
 }
 
 CondensedChain condense(const LinearSystem& system, const Values& values,
                         const std::function<int(Key)>& node_of, const std::vector<int>& window_of) {
-  const Layout layout = lay_out(values, node_of, window_of.size());
-  const int windows =
-      window_of.empty() ? 0 : *std::max_element(window_of.begin(), window_of.end()) + 1;
-  std::vector<std::vector<int>> rows_of(window_of.size());
-  Window priors(system, layout);
-  for (int row = 0; row < system.rows(); ++row) {
-    const RowSpan span = span_of(system, layout, row);
-    if (span.first < 0) {
-      priors.add_globals(row);
-    } else if (window_of[std::size_t(span.first)] == window_of[std::size_t(span.last)]) {
-      rows_of[std::size_t(span.last)].push_back(row);
-    }
+  const ColumnLayout layout(values, node_of, window_of.size());
+  const SortedFactors sorted(system, layout, window_of);
+  std::vector<Ends> ends(std::size_t(sorted.windows()));
+  for (int node = 0; node < int(window_of.size()); ++node) {
+    const int w = window_of[std::size_t(node)];
+    if (w < 0) continue;
+    Ends& own = ends[std::size_t(w)];
+    if (own.first_node < 0) own.first_node = node;
+    own.last_node = node;
   }
-  priors.out.information.triangularView<Eigen::StrictlyUpper>() =
-      priors.out.information.transpose();
   CondensedChain out;
   out.columns = layout.globals;
-  out.priors = std::move(priors.out);
-  out.windows.resize(std::size_t(windows));
-  tbb::parallel_for(0, windows, [&](int w) {
-    const auto begin = std::find(window_of.begin(), window_of.end(), w);
-    auto end = begin;
-    while (end != window_of.end() && *end == w) ++end;
-    Window window(system, layout);
-    if (begin != end) {
-      window.eliminate(int(begin - window_of.begin()), int(end - window_of.begin()) - 1, rows_of);
-    }
-    out.windows[std::size_t(w)] = std::move(window.out);
+  out.priors = condense_priors(system, layout, sorted);
+  out.windows.resize(ends.size());
+  tbb::parallel_for(std::size_t(0), ends.size(), [&](std::size_t w) {
+    out.windows[w] = ends[w].first_node < 0 ? nothing(layout.globals.size())
+                                            : condense_window(system, layout, sorted, ends[w]);
   });
+  out.linked = link(system, layout, sorted, ends, out.windows);
   return out;
 }
 

@@ -6,8 +6,9 @@
 //
 // Windows of one chain that do not share nodes are independent measurements of the globals: they
 // add up, one can be left out (cross-validation), and the scatter of their scores is the robust
-// covariance of the globals' score. A single window that holds the whole chain has the exact Schur
-// complement.
+// covariance of the globals' score. With the factors that link them, too, they are the exact Schur
+// complement of the whole chain; both come from one pass, as each window is first condensed onto
+// its two ends and the globals.
 #pragma once
 
 #include <functional>
@@ -30,16 +31,19 @@ struct CondensedChain {
   std::vector<int> columns;  // of the system: those of the globals, in their order
   std::vector<CondensedWindow> windows;
   CondensedWindow priors;  // rows that touch no node
+  CondensedWindow linked;  // all windows and what links them, without the priors
 
   // Position among the globals of the variable's first column.
   int position(const Values& values, Key key) const;
   // All windows but one (none: -1), and the priors.
   CondensedWindow sum(int without = -1) const;
+  // All factors: windows, their links and the priors.
+  CondensedWindow whole() const;
 };
 
 // system: linearized. node_of: the node that a variable belongs to, or -1 for a global; nodes are
 // numbered along the chains, and a factor touches one node or two neighbours. window_of: the window
-// of each node, not decreasing; negative: none. Factors between two windows are left out.
+// of each node, not decreasing; negative: none. Factors between two windows are in `linked` only.
 CondensedChain condense(const LinearSystem& system, const Values& values,
                         const std::function<int(Key)>& node_of, const std::vector<int>& window_of);
 

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "tests/solvers/example_graphs.h"
+#include "tests/solvers/scalar_factors.h"
 
 namespace magimu {
 namespace {
@@ -100,6 +101,49 @@ TEST(CondensedWindows, cut_apart_add_up_to_the_chain_without_its_links) {
   });
   EXPECT_EQ(int(kept.size()), int(chain.J.rows()) - 4 * 3);
   expect_equal(c.sum(), chain.dense(kept));
+}
+
+TEST(CondensedWindows, with_what_links_them_are_the_schur_complement_too) {
+  const Chain chain;
+  for (const int length : {1, 2, 7, 29}) {
+    const CondensedChain c = condense(*chain.system, chain.p.start, node_of, windows_of(length));
+    expect_equal(c.whole(), chain.dense(chain.rows([](int, int) { return true; })));
+  }
+}
+
+// How far from a to b, by a sensor with an offset.
+struct OffsetBetween : Factor<1, double, double, double> {
+  OffsetBetween(Key a, Key b, Key offset, double measured)
+      : Factor({a, b, offset}, Noise<1>::isotropic(1.0)), measured_(measured) {}
+  template <class T>
+  Vec<T, 1> residual(const T& a, const T& b, const T& offset) const {
+    return Vec<T, 1>(b - a + offset - measured_);
+  }
+  double measured_;
+};
+
+// Nothing but a prior at the chain's beginning says where it is; steps are known well.
+TEST(CondensedWindows, lose_nothing_by_directions_that_are_free) {
+  const Key offset{'o', 0};
+  FactorGraph graph;
+  Values values;
+  for (int i = 0; i < kNodes; ++i) {
+    values.insert(test::x_key(i), 0.0);
+    if (i == 0) continue;
+    graph.add(test::residual(
+        test::x_key(i - 1), test::x_key(i), [](auto a, auto b) { return b - a; },
+        Noise<1>::isotropic(1e-5)));
+    graph.add(OffsetBetween(test::x_key(i - 1), test::x_key(i), offset, 0.1 * i));
+  }
+  graph.add(PriorFactor<double>(test::x_key(0), 0.0, Noise<1>::isotropic(100.0)));
+  values.insert(offset, 0.0);
+  LinearSystem system(graph, values);
+  system.linearize(values);
+  const auto node = [](Key key) { return key.symbol == 'x' ? int(key.index) : -1; };
+  const CondensedChain c = condense(system, values, node, windows_of(6));
+  for (const CondensedWindow& w : c.windows) EXPECT_NEAR(w.information(0, 0), 5.0, 1e-6);
+  EXPECT_NEAR(c.whole().information(0, 0), kNodes - 1.0, 1e-6);
+  EXPECT_NEAR(c.whole().score[0], 0.1 * kNodes * (kNodes - 1) / 2, 1e-4);
 }
 
 TEST(CondensedWindows, leave_out_nodes_that_belong_to_none) {

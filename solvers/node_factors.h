@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A linearized graph seen along its chains of nodes: which columns are a node's and which are
+// globals, and the factors in the order of the nodes that they touch.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "graph/linear_system.h"
+#include "graph/values.h"
+
+namespace magimu {
+
+// Where each column of the system belongs.
+struct ColumnLayout {
+  ColumnLayout(const Values& values, const std::function<int(Key)>& node_of, std::size_t nodes);
+  int max_dim() const;
+
+  std::vector<int> node;      // of a column; -1: a global
+  std::vector<int> position;  // within the node, or among the globals
+  std::vector<int> dim;       // of a node
+  std::vector<int> globals;   // their columns
+};
+
+// A factor: its number within one of the system's row_blocks().
+struct FactorAt {
+  int block, index;
+};
+
+// Its rows, which share one list of columns.
+struct FactorRows {
+  int rows, columns;
+  const int* column;
+  const double* value;  // row by row
+  const double* residual;
+};
+FactorRows rows_of(const LinearSystem& system, FactorAt factor);
+
+// Factors by what they touch.
+class SortedFactors {
+ public:
+  SortedFactors(const LinearSystem& system, const ColumnLayout& layout,
+                const std::vector<int>& window_of);
+
+  // Those within a window whose last node is first <= node <= last.
+  std::span<const FactorAt> of(int first, int last) const {
+    const auto begin = std::size_t(start_[std::size_t(first)]);
+    return std::span(within_).subspan(begin, std::size_t(start_[std::size_t(last) + 1]) - begin);
+  }
+  const std::vector<FactorAt>& priors() const { return priors_; }  // those that touch no node
+  // Those between this window and an earlier one.
+  const std::vector<FactorAt>& links(int window) const { return links_[std::size_t(window)]; }
+  int windows() const { return int(links_.size()); }
+
+ private:
+  std::vector<FactorAt> within_, priors_;
+  std::vector<int> start_;  // of each node
+  std::vector<std::vector<FactorAt>> links_;
+};
+
+}  // namespace magimu

@@ -71,6 +71,7 @@ class Collector {
       next += own.size();
     }
     batch_ = std::make_unique<ExtendedBatch<F>>(keys, theta);
+    batch_->reserve(part.nodes());
   }
   ~Collector() {
     if (batch_ && batch_->size() > 0) graph_.add_batch(std::move(batch_));

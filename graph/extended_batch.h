@@ -24,6 +24,13 @@ class ExtendedBatch final : public FactorBatch {
     types_.resize(kTypes.size() + extra_.size(), VariableTraits<double>::type());
   }
 
+  // Memory for so many factors.
+  void reserve(int factors) {
+    const auto n = std::size_t(factors);
+    factors_.reserve(n);
+    keys_.reserve(n * stride());
+    gains_.reserve(n * std::size_t(F::kDim) * extra_.size());
+  }
   void add(const F& factor, const Eigen::Ref<const Gain>& G) {
     factors_.push_back(factor);
     keys_.insert(keys_.end(), factor.keys().begin(), factor.keys().end());

@@ -4,6 +4,25 @@
 #include "graph/linear_system.h"
 
 namespace magimu {
+namespace {
+
+[[noreturn]] void throw_twice(Key key) {
+  throw std::invalid_argument("a factor names variable " + to_string(key) +
+                              " twice; its variables must differ");
+}
+
+// before: the keys of another factor, which are all different. What has not changed needs no
+// second look: factors may share hundreds of keys.
+void check_changed(std::span<const Key> keys, std::span<const Key> before) {
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (keys[i] == before[i]) continue;
+    for (std::size_t j = 0; j < keys.size(); ++j) {
+      if (j != i && keys[i] == keys[j]) throw_twice(keys[i]);
+    }
+  }
+}
+
+}  // namespace
 
 FactorGraph::FactorGraph(const FactorGraph& other) : index_(other.index_) {
   for (const auto& batch : other.batches_) batches_.push_back(batch->clone());
@@ -15,7 +34,8 @@ FactorGraph& FactorGraph::operator=(const FactorGraph& other) {
 }
 
 void FactorGraph::add_batch(std::unique_ptr<FactorBatch> batch) {
-  for (int i = 0; i < batch->size(); ++i) check_keys(batch->keys(i));
+  if (batch->size() > 0) check_keys(batch->keys(0));
+  for (int i = 1; i < batch->size(); ++i) check_changed(batch->keys(i), batch->keys(i - 1));
   batches_.push_back(std::move(batch));
 }
 
@@ -32,10 +52,7 @@ double FactorGraph::cost(const Values& values) const {
 void FactorGraph::check_keys(std::span<const Key> keys) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      if (keys[i] == keys[j]) {
-        throw std::invalid_argument("a factor names variable " + to_string(keys[i]) +
-                                    " twice; its variables must differ");
-      }
+      if (keys[i] == keys[j]) throw_twice(keys[i]);
     }
   }
 }

@@ -155,5 +155,23 @@ TEST(ExtendedBatch, copies_with_its_graph) {
   EXPECT_EQ(copy.batches().front()->keys(3).back(), theta_key(1));
 }
 
+struct OfOneVector : Factor<3, Vector3> {
+  explicit OfOneVector(Key key) : Factor({key}, Noise<3>::isotropic(1.0)) {}
+  template <class T>
+  Vec3<T> residual(const Vec3<T>& x) const {
+    return x;
+  }
+};
+
+TEST(ExtendedBatch, that_names_a_variable_twice_is_refused_whichever_factor_it_is) {
+  auto batch = std::make_unique<ExtendedBatch<OfOneVector>>(
+      std::vector<Key>{theta_key(0), theta_key(1)}, VectorXd(VectorXd::Zero(2)));
+  const auto gain = Eigen::Matrix<double, 3, 2>::Ones();
+  batch->add(OfOneVector(theta_key(7)), gain);
+  batch->add(OfOneVector(theta_key(1)), gain);
+  FactorGraph graph;
+  EXPECT_THROW(graph.add_batch(std::move(batch)), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace magimu

@@ -42,8 +42,9 @@ WindowEngine::WindowEngine(const FactorGraph& graph, const Values& values, Layou
   for (const Layout::Group& g : layout_.groups) {
     const std::size_t steps = std::size_t(g.steps) + 1, d = std::size_t(layout_.d);
     Group own;
-    for (const int set : {0, 1}) {
-      own.nodes[set] = AlignedBuffer(steps * std::size_t(layout_.stored) * lanes_);
+    for (const int set : {0, 1}) {  // load() fills both
+      own.nodes[set] =
+          AlignedBuffer(steps * std::size_t(layout_.stored) * lanes_, AlignedBuffer::Fill::kNone);
       own.left[set] = AlignedBuffer(std::size_t(layout_.stored) * lanes_);
     }
     // Two of these in a double; a pass writes all that the next one reads.

@@ -277,7 +277,7 @@ void Program::fill(const std::vector<Layer>& layers, const Layout::Group& lanes,
     }
   }
   group.first_call.push_back(int(calls));
-  group.data = AlignedBuffer(doubles);
+  group.data = AlignedBuffer(doubles, AlignedBuffer::Fill::kNone);  // copy() fills all of it
   group.present = AlignedBuffer(calls * lanes_);
   group.factors.reserve(calls * lanes_);
   group.calls.reserve(calls);

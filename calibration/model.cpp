@@ -8,6 +8,7 @@
 #include <cmath>
 #include <optional>
 
+#include "calibration/acc_jitter.h"
 #include "calibration/block_means.h"
 #include "calibration/extension.h"
 #include "factors/accelerometer_factor.h"
@@ -182,6 +183,8 @@ void add_imu(FactorGraph& graph, const Part& part) {
   const Vector3 g_n = gravity_n(part.spec.gravity);
   const ModelSpec& spec = part.spec;
   const std::vector<double>& t = part.plan.t;
+  const std::vector<double> acc_density =
+      acc_densities(part.recording.acc, t, spec.noise.acc, spec.acc_jitter);
   std::vector<std::optional<PreintegratedImu>> imu(t.size());
   Collector<PreintegratedImuFactor> plain(graph, part, {Channel::kGyr, Channel::kAcc});
   Collector<ScaledImuFactor> scaled(graph, part, {Channel::kGyr, Channel::kAcc});
@@ -189,7 +192,7 @@ void add_imu(FactorGraph& graph, const Part& part) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(1, t.size(), 64), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       imu[i] = part.gyr.preintegrate(t[i - 1], t[i], part.recording.acc, spec.acc_bias,
-                                     spec.noise.gyr, spec.noise.acc, spec.gyr_matrix,
+                                     spec.noise.gyr, acc_density[i], spec.gyr_matrix,
                                      with_effects ? part.columns(Channel::kGyr) : nullptr,
                                      with_effects ? part.columns(Channel::kAcc) : nullptr);
     }

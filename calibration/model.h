@@ -36,8 +36,9 @@ struct ModelSpec {
   MotionModel motion = MotionModel::kRotation;  // not kAuto
   NoiseDensities noise;                         // per sqrt(Hz)
   double reach_m = 0.3;                         // hand_held: sigma of the position
-  double gravity = kStandardGravity;            // m/s^2
-  bool mag_time_offset = false;                 // a lag of each magnetometer is unknown, too
+  double acc_jitter = 0.0;  // hand_held: how far off in time, in sampling intervals (acc_jitter.h)
+  double gravity = kStandardGravity;  // m/s^2
+  bool mag_time_offset = false;       // a lag of each magnetometer is unknown, too
   bool gyr_matrix = false;  // hand_held: the gyroscope's scale errors and misalignment, too
   // Where samples are integrated and means taken: the values of these variables expected.
   Vector3 gyr_bias = Vector3::Zero(), acc_bias = Vector3::Zero();

@@ -11,6 +11,7 @@
 #include "calibration/diagnostics.h"
 #include "calibration/extension.h"
 #include "calibration/held_out.h"
+#include "calibration/marginal_likelihood.h"
 #include "calibration/rests.h"
 #include "calibration/summary.h"
 #include "recording/error.h"
@@ -30,6 +31,9 @@ constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at mos
 constexpr double kGyrInMotion = 3.0, kMagInMotion = 2.5;
 constexpr double kSwungAtRest = 5.0;  // times the noise at rest
 constexpr double kUnlimited = 1e30;
+// Sampling intervals. No further: what exceeds one is no matter of sampling.
+constexpr double kAccJitter[] = {0.25, 0.5, 1.0};
+constexpr double kWorthJitter = 3.3;  // nats: chi-square with one degree of freedom, 1 %
 constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
 constexpr double kManyRepeats = 0.3;
 constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is believed
@@ -212,7 +216,15 @@ Stage Pipeline::refit_with_same_noise(const Stage& from, const ModelSpec& spec,
 
 // Few nodes first: most iterations, the search for the noise and the choices are cheap there.
 Pipeline::Fits Pipeline::run(Calibration& c) const {
-  const Stage coarse = with_fixed_symmetries(with_gyr_matrix(with_offset(choose(c.motion_reason))));
+  const Stage coarse =
+      with_fixed_symmetries(with_gyr_matrix(with_acc_jitter(with_offset(choose(c.motion_reason)))));
+  if (coarse.spec().acc_jitter > 0.0) {
+    c.motion_reason += fmt::format(
+        " Where the specific force changes fast the accelerometer is believed less, as if its "
+        "samples were taken {:.2g} sampling intervals early or late: that makes the readings more "
+        "probable.",
+        coarse.spec().acc_jitter);
+  }
   check_prediction(coarse, c);
   Stage fine(recordings_, coarse.spec(), every_, options_.optimizer);
   fine.fit(carry_over(recordings_, coarse, fine), true);
@@ -306,6 +318,28 @@ Stage Pipeline::with_offset(const Stage& stage) const {
   Stage delayed(recordings_, spec, coarse_every_, options_.optimizer);
   fit_with_noise(delayed, carry_over(recordings_, stage, delayed));
   return options_.mag_time_offset.has_value() || shows_offset(delayed) ? delayed : stage;
+}
+
+// The stage with jolts that the accelerometer does not sample faithfully, as far as they make the
+// readings more probable. Velocity and position follow the accelerometer so closely that its
+// residuals hardly tell; the marginal likelihood does. Without them, what the hand's bounded reach
+// contradicts goes into bias and tilt.
+Stage Pipeline::with_acc_jitter(const Stage& stage) const {
+  if (stage.spec().motion != MotionModel::kHandHeld || options_.noise) return stage;
+  Stage best = stage;
+  double likelihood = log_marginal_likelihood(best);
+  for (const double jitter : kAccJitter) {
+    ModelSpec spec = best.spec();
+    spec.acc_jitter = jitter;
+    Stage next(recordings_, spec, coarse_every_, options_.optimizer);
+    next.fit_noise(carry_over(recordings_, best, next),
+                   {.gyr_known = true, .acc_known = true, .mag_known = true});
+    const double now = log_marginal_likelihood(next);
+    if (!next.result().converged() || now < likelihood + kWorthJitter) break;
+    likelihood = now;
+    best = std::move(next);
+  }
+  return best;
 }
 
 // The stage with the gyroscope's scale errors and misalignment, if that predicts left-out

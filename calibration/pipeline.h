@@ -72,6 +72,7 @@ class Pipeline {
   void check_prediction(const Stage& coarse, Calibration& c) const;
   void fit_with_noise(Stage& stage, const Values& start) const;
   Stage with_offset(const Stage& stage) const;
+  Stage with_acc_jitter(const Stage& stage) const;
   Stage with_gyr_matrix(const Stage& stage) const;
   bool shows_offset(const Stage& stage) const;
 

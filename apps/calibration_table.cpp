@@ -75,6 +75,13 @@ std::string calibration_table(const Calibration& c) {
       fmt::format("Noise ({}), per sqrt(Hz): acc {:.3g} m/s^2, gyr {:.3g} rad/s, mag {:.3g} uT\n",
                   c.noise_given ? "given" : "estimated from rests and residuals", c.noise.acc,
                   c.noise.gyr, c.noise.mag);
+  if (c.acc_jitter > 0.0) {
+    out += fmt::format(
+        "  Where the specific force changes fast, the accelerometer is believed less, as if its\n"
+        "  samples were {:.2g} sampling intervals early or late; the readings are more probable "
+        "so.\n",
+        c.acc_jitter);
+  }
   out += fmt::format(
       "Residuals (1 = as the noise predicts): acc {:.2f}, gyr {:.2f}, mag {:.2f} ({:.2f} uT)\n\n",
       c.residuals[0].rms, c.residuals[1].rms, c.residuals[2].rms, c.residuals[2].rms_unit);

@@ -2,7 +2,7 @@
 // Jolts that an accelerometer does not sample faithfully: it reads them a little early or late, or
 // folds down what is faster than half its rate. Either way a sample errs by about as much as the
 // specific force changes from one sample to the next, times how far off in time it is. At rest that
-// is nothing; on a knock it is far more than the noise.
+// is hardly anything; on a knock it is far more than the noise.
 #pragma once
 
 #include <vector>

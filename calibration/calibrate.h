@@ -22,7 +22,8 @@ namespace magimu {
 
 struct CalibrationOptions {
   // Noise densities, per sqrt(Hz); where nothing is given they are estimated from rests, then from
-  // the residuals.
+  // the residuals, and jolts are looked for that the accelerometer does not sample faithfully
+  // (acc_jitter.h).
   std::optional<NoiseDensities> noise;
   double gravity = kStandardGravity;  // m/s^2
   // Did the sensor only turn, or did a hand move it? kAuto: decided from the data, and said.

@@ -103,6 +103,9 @@ struct Calibration {
   MotionModel motion = MotionModel::kRotation;
   std::string motion_reason;  // why, in a sentence, where it was chosen from the data
   double reach_m = 0.0;       // hand_held: sigma of the position about the middle of its reach
+  // hand_held: the accelerometer's samples are believed as if they were so many sampling intervals
+  // early or late, which counts where the specific force changes fast (acc_jitter.h).
+  double acc_jitter = 0.0;
   std::vector<ActiveEffect> effects;
 
   int samples = 0;  // IMU samples

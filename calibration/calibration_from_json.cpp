@@ -165,6 +165,7 @@ Calibration calibration_from_json(const Json& json, const std::string& file) {
   c.noise_given = noise["source"].text() == "given";
   c.motion = read_motion(root["motion"]);
   if (root.has("reach_m")) c.reach_m = root["reach_m"].number();
+  if (root.has("acc_jitter")) c.acc_jitter = root["acc_jitter"].number();
   c.gravity = root["gravity"].number();
   read_effects(root["effects"], c);
   c.undetermined = root["undetermined"].texts();

@@ -147,7 +147,10 @@ Json to_json(const Calibration& c) {
       {"acc", c.noise.acc}, {"gyro", c.noise.gyr}, {"mag", c.noise.mag}, {"source", source}};
   out["motion"] = to_string(c.motion);
   out["motion_reason"] = c.motion_reason;
-  if (c.motion == MotionModel::kHandHeld) out["reach_m"] = c.reach_m;
+  if (c.motion == MotionModel::kHandHeld) {
+    out["reach_m"] = c.reach_m;
+    out["acc_jitter"] = c.acc_jitter;
+  }
   out["gravity"] = c.gravity;
   out["effects"] = Json::array();
   for (const ActiveEffect& effect : c.effects) out["effects"].push_back(effect_json(effect));

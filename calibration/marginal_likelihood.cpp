@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/marginal_likelihood.h"
 
-#include <Eigen/LU>
-#include <cmath>
-
 #include "calibration/windows.h"
 #include "graph/decompositions.h"
 #include "graph/linear_system.h"
@@ -11,19 +8,15 @@
 namespace magimu {
 namespace {
 
-constexpr double kFlat = 1e-12;  // of the largest eigenvalue: a direction that nothing determines
+constexpr double kFlat = 1e-12;  // an eigenvalue of what nothing determines
 
 double log_det_whitening(const FactorGraph& graph) {
   double sum = 0.0;
   for (const auto& batch : graph.batches()) {
     const int n = batch->rows();
     for (int i = 0; i < batch->size() && batch->whitening(i) != nullptr; ++i) {
-      const Eigen::Map<const MatrixXd> W(batch->whitening(i), n, n);
-      if (batch->whitening_is_diagonal()) {
-        sum += W.diagonal().array().abs().log().sum();
-      } else {
-        sum += std::log(std::abs(W.determinant()));
-      }
+      const Eigen::Map<const MatrixXd> W(batch->whitening(i), n, n);  // triangular
+      sum += W.diagonal().array().log().sum();
     }
   }
   return sum;
@@ -35,11 +28,16 @@ double log_marginal_likelihood(const Stage& stage) {
   const Values& values = stage.result().values;
   LinearSystem system(stage.graph(), values);
   system.linearize(values);
-  const CondensedWindow all = condense(system, values, node_of, all_in_one(stage.plans())).sum();
+  const CondensedWindow all = condense(system, values, node_of, windows_of(stage.plans())).whole();
+  // Parameters have different units: eigenvalues of the information with a unit diagonal.
+  const VectorXd diagonal = all.information.diagonal();
+  const VectorXd unit = diagonal.cwiseSqrt().cwiseInverse();
   const VectorXd eigenvalues =
-      Eigen::SelfAdjointEigenSolver<MatrixXd>(all.information).eigenvalues();
-  const double floor = kFlat * eigenvalues.maxCoeff();
-  const double log_det = all.log_det + eigenvalues.array().max(floor).log().sum();
+      Eigen::SelfAdjointEigenSolver<MatrixXd>(
+          MatrixXd(unit.asDiagonal() * all.information * unit.asDiagonal()))
+          .eigenvalues();
+  const double log_det =
+      all.log_det + diagonal.array().log().sum() + eigenvalues.array().max(kFlat).log().sum();
   return log_det_whitening(stage.graph()) - 0.5 * (2.0 * stage.result().cost_final + log_det);
 }
 

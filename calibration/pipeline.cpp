@@ -33,7 +33,7 @@ constexpr double kSwungAtRest = 5.0;  // times the noise at rest
 constexpr double kUnlimited = 1e30;
 // Sampling intervals. No further: what exceeds one is no matter of sampling.
 constexpr double kAccJitter[] = {0.25, 0.5, 1.0};
-constexpr double kWorthJitter = 3.3;  // nats: chi-square with one degree of freedom, 1 %
+constexpr double kWorthJitter = 3.3;  // nats; about 1 % by chance
 constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
 constexpr double kManyRepeats = 0.3;
 constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is believed
@@ -218,13 +218,6 @@ Stage Pipeline::refit_with_same_noise(const Stage& from, const ModelSpec& spec,
 Pipeline::Fits Pipeline::run(Calibration& c) const {
   const Stage coarse =
       with_fixed_symmetries(with_gyr_matrix(with_acc_jitter(with_offset(choose(c.motion_reason)))));
-  if (coarse.spec().acc_jitter > 0.0) {
-    c.motion_reason += fmt::format(
-        " Where the specific force changes fast the accelerometer is believed less, as if its "
-        "samples were taken {:.2g} sampling intervals early or late: that makes the readings more "
-        "probable.",
-        coarse.spec().acc_jitter);
-  }
   check_prediction(coarse, c);
   Stage fine(recordings_, coarse.spec(), every_, options_.optimizer);
   fine.fit(carry_over(recordings_, coarse, fine), true);
@@ -334,11 +327,14 @@ Stage Pipeline::with_acc_jitter(const Stage& stage) const {
     Stage next(recordings_, spec, coarse_every_, options_.optimizer);
     next.fit_noise(carry_over(recordings_, best, next),
                    {.gyr_known = true, .acc_known = true, .mag_known = true});
+    if (!next.result().converged()) break;
     const double now = log_marginal_likelihood(next);
-    if (!next.result().converged() || now < likelihood + kWorthJitter) break;
+    if (!(now > likelihood + kWorthJitter)) break;
     likelihood = now;
     best = std::move(next);
   }
+  // What the jolts were before, noise of the other sensors, they are no more.
+  if (best.spec().acc_jitter > 0.0) fit_with_noise(best, Values(best.result().values));
   return best;
 }
 

@@ -89,7 +89,10 @@ Calibration summarize(const std::vector<const Recording*>& recordings, const Sta
   Calibration c;
   c.fit = stage.result();
   c.motion = stage.spec().motion;
-  if (c.motion == MotionModel::kHandHeld) c.reach_m = stage.spec().reach_m;
+  if (c.motion == MotionModel::kHandHeld) {
+    c.reach_m = stage.spec().reach_m;
+    c.acc_jitter = stage.spec().acc_jitter;
+  }
   c.noise = stage.spec().noise;
   c.noise_given = options.noise.has_value();
   c.gravity = options.gravity;

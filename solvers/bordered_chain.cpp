@@ -10,7 +10,7 @@ namespace {
 
 // Of a diagonal before anything was eliminated: a pivot so small is rounding, and the direction is
 // free. It stays out of what follows.
-constexpr double kTiny = 3e-13;
+constexpr double kTiny = 1e-13;
 constexpr int kEliminated = 64;  // eliminated rows that are subtracted at once
 
 }  // namespace
@@ -97,10 +97,12 @@ void BorderedChain::pull(const std::vector<double>& diagonal) {
   const int width = border_.width();
   for (int i = newer_ - 1; i >= 0; --i) {
     for (int j = newer_ - 1; j >= i; --j) information(dim + i, dim + j) = information(i, j);
-    for (int j = 0; j < dim; ++j) information(j, dim + i) = row(i)[j];
     taken(dim + i) = taken(i);
     std::copy_n(row(i), width, row(dim + i));
-    std::fill_n(row(dim + i), dim, 0.0);
+  }
+  for (int i = dim; i < dim + newer_; ++i) {
+    for (int j = 0; j < dim; ++j) information(j, i) = row(i)[j];
+    std::fill_n(row(i), dim, 0.0);
   }
   for (int i = 0; i < dim; ++i) {
     for (int j = i; j < dim; ++j) information(i, j) = std::as_const(border_)(i, j);

@@ -20,8 +20,9 @@ class BorderedChain {
   // The next node, of `dim` unknowns, with no information as yet; the one before the last must have
   // been eliminated.
   void push(int dim);
-  // The first columns of the border, once that is finished, become a node before the one that is
-  // there; zeros are left of them. diagonal: theirs before anything was eliminated.
+  // The first columns of the border become a node before the one that is there (none or one), whose
+  // rows have zeros there from then on; the border must be finished, its square keeps the columns.
+  // diagonal: theirs before anything was eliminated.
   void pull(const std::vector<double>& diagonal);
   // Eliminates the older one of two nodes, or the last one.
   void eliminate();

@@ -111,6 +111,49 @@ TEST(CondensedWindows, with_what_links_them_are_the_schur_complement_too) {
   }
 }
 
+// Every other node has four unknowns, the others one.
+TEST(CondensedWindows, may_have_nodes_of_different_sizes) {
+  const Key offset{'o', 0};
+  FactorGraph graph;
+  Values values;
+  const auto unit = [](double sigma) { return Noise<1>::isotropic(sigma); };
+  const auto part = [](int node, int i) { return Key{char('p' + i), std::uint32_t(node)}; };
+  std::vector<int> nodes, globals;
+  for (int i = 0; i < kNodes; ++i) {
+    values.insert(test::x_key(i), 0.1 * i);
+    if (i > 0) {
+      graph.add(test::residual(
+          test::x_key(i - 1), test::x_key(i), [](auto a, auto b) { return b - a - 0.1; },
+          unit(0.1 + 0.01 * i)));
+    }
+    graph.add(test::residual(
+        test::x_key(i), offset, [i](auto a, auto b) { return a + double(i % 5) * b - 0.3; },
+        unit(0.5)));
+    for (int k = 0; i % 2 == 1 && k < 3; ++k) {
+      values.insert(part(i, k), 0.2 * k);
+      graph.add(test::residual(
+          test::x_key(i), part(i, k), [k](auto a, auto b) { return b - double(k + 1) * a; },
+          unit(0.2)));
+      graph.add(test::residual(
+          part(i, k), offset, [k](auto a, auto b) { return a * double(k + 1) - b - 0.1; },
+          unit(0.7)));
+    }
+  }
+  values.insert(offset, 0.2);
+  graph.add(PriorFactor<double>(offset, 0.0, unit(1.0)));
+  LinearSystem system(graph, values);
+  system.linearize(values);
+  for (int c = 0; c < values.dim(); ++c) {
+    (c == values.slot(offset).tangent ? globals : nodes).push_back(c);
+  }
+  const auto node = [&](Key key) { return key == offset ? -1 : int(key.index); };
+  const CondensedWindow dense =
+      dense_schur(test::dense_jacobian(system), system.residual(), nodes, globals);
+  for (const int length : {1, 2, 3, 30}) {
+    expect_equal(condense(system, values, node, windows_of(length)).whole(), dense);
+  }
+}
+
 // How far from a to b, by a sensor with an offset.
 struct OffsetBetween : Factor<1, double, double, double> {
   OffsetBetween(Key a, Key b, Key offset, double measured)

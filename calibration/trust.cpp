@@ -5,6 +5,7 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <cmath>
 
 namespace magimu {
 namespace {
@@ -88,14 +89,44 @@ std::string when(const Calibration& c) {
   return out.empty() ? out : out + fmt::format(" (up to {:.1f} uT)", worst);
 }
 
+// "; it changes for good at about 98 s", where one moment parts what is left of the magnetometer
+// into two levels: a magnet that was put on or taken off. Empty where none does.
+std::string lasting_change(const Calibration& c) {
+  constexpr double kLeast = 5.0, kShare = 0.1;  // s on either side; of the squares explained
+  if (c.trajectories.size() != 1 || c.residual_series.size() < 3) return "";
+  const ResidualSeries& mag = c.residual_series[2];
+  Vector3 all = Vector3::Zero(), before = Vector3::Zero();
+  double squares = 0.0;
+  for (const Vector3& r : mag.whitened) {
+    all += r;
+    squares += r.squaredNorm();
+  }
+  const auto n = double(mag.t.size());
+  double best = kShare * squares, at = NAN;
+  for (std::size_t k = 0; k < mag.t.size(); ++k) {
+    const auto m = double(k);
+    const bool inside = mag.t[k] > mag.t.front() + kLeast && mag.t[k] < mag.t.back() - kLeast;
+    if (inside) {
+      const Vector3 step = before / m - (all - before) / (n - m);
+      const double gain = m * (n - m) / n * step.squaredNorm();
+      if (gain > best) {
+        best = gain;
+        at = mag.t[k];
+      }
+    }
+    before += mag.whitened[k];
+  }
+  return std::isnan(at) ? "" : fmt::format("; it changes for good at about {:.0f} s", at);
+}
+
 void judge_field(Calibration& c) {
   const double rms = c.residuals[2].rms_unit, share = rms / c.strength_uT;
   if (share < kFieldResidualLimited && c.disturbances.empty()) return;
   const std::string text = fmt::format(
       "Magnetic disturbance{}: the magnetometer departs from one homogeneous field by {:.2f} uT "
-      "RMS, {:.1f} % of it. A magnet or iron moved with or near the sensor, or the field differs "
+      "RMS, {:.1f} % of it{}. A magnet or iron moved with or near the sensor, or the field differs "
       "from place to place. Go away from iron, magnets and electric devices, and repeat.",
-      when(c), rms, 100.0 * share);
+      when(c), rms, 100.0 * share, lasting_change(c));
   c.trust.lower(share > kFieldResidualNo ? Verdict::kNo : Verdict::kLimited, text);
 }
 

@@ -54,6 +54,18 @@ TEST_P(MovedSensor, the_rotation_model_says_that_it_does_not_hold) {
   EXPECT_THAT(c.trust.reasons, testing::Contains(testing::HasSubstr("hand moved the sensor")));
 }
 
+class AttachedMagnet : public RealRecording {};
+
+TEST_P(AttachedMagnet, the_moment_of_its_removal_is_told) {
+  const Calibration c = calibrate(read_recording(path_.string()));
+  EXPECT_NE(c.trust.verdict, Verdict::kYes);
+  EXPECT_THAT(c.trust.reasons,
+              testing::Contains(testing::ContainsRegex("for good at about 9[89]")));
+}
+
+INSTANTIATE_TEST_SUITE_P(Broad, AttachedMagnet,
+                         testing::Values("33_disturbed_attached_magnet_2cm.hdf5"), name_of_file);
+
 INSTANTIATE_TEST_SUITE_P(Broad, MovedSensor,
                          testing::Values("11_undisturbed_slow_translation_B.hdf5",
                                          "21_undisturbed_fast_combined.mat"),

@@ -140,5 +140,17 @@ TEST(Trust, the_gravest_reason_comes_first_and_a_verdict_never_rises) {
   EXPECT_THAT(trust.reasons, testing::ElementsAre("no", "limited", "limited too"));
 }
 
+TEST(Verdict, names_the_moment_when_a_magnet_was_put_on) {
+  Simulation s = test::simulated_hand(20.0, 3, 100.0);
+  VectorSeries& mag = s.recording.mag.front();
+  for (std::size_t k = 0; k < mag.size(); ++k) {
+    if (mag.t[k] >= 50.0) mag.v[k] += Vector3(4.0, -3.0, 2.0);
+  }
+  const Calibration c = calibrate(s.recording);
+  EXPECT_NE(c.trust.verdict, Verdict::kYes);
+  EXPECT_THAT(c.trust.reasons,
+              testing::Contains(testing::ContainsRegex("for good at about (49|50|51) s")));
+}
+
 }  // namespace
 }  // namespace magimu

@@ -8,23 +8,18 @@
 
 #include "calibration/pipeline.h"
 #include "tests/calibration/cases.h"
+#include "tests/graph/dense.h"
 
 namespace magimu {
 namespace {
 
-// Sum of log det of the whitening matrices: of the noise that the stage says it has. A constant for
-// the priors and for the shape of the integrated factors' covariance is left open.
+// The integral of exp(-r' r / 2) over all unknowns, its logarithm up to a constant: minus half the
+// squared residuals, minus half log det J' J. What whitening adds is the test's to say.
 double dense_integral(const Stage& stage) {
   const Values& values = stage.result().values;
   LinearSystem system(stage.graph(), values);
   system.linearize(values);
-  MatrixXd J = MatrixXd::Zero(system.rows(), system.cols());
-  for (int i = 0; i < system.rows(); ++i) {
-    for (int e = system.row_start()[std::size_t(i)]; e < system.row_start()[std::size_t(i) + 1];
-         ++e) {
-      J(i, system.column()[std::size_t(e)]) += system.value()[std::size_t(e)];
-    }
-  }
+  const MatrixXd J = test::dense_jacobian(system);
   const VectorXd scale = J.colwise().norm().cwiseInverse();
   const Eigen::LDLT<MatrixXd> ldlt(
       MatrixXd(scale.asDiagonal() * (J.transpose() * J) * scale.asDiagonal()));

@@ -40,22 +40,26 @@ class Dependence final : public Effect {
 // A constant on each axis, another one in every window.
 class BiasInWindows final : public Effect {
  public:
-  BiasInWindows(int windows, Channel channel)
+  BiasInWindows(int windows, Channel channel, double begin, double end)
       : Effect({.name = "bias_in_windows",
                 .channel = channel,
                 .parameters = std::vector<Parameter>(std::size_t(3 * windows),
                                                      {"o", "1", usual_size(channel)}),
                 .cause = "on when it was measured"}),
-        windows_(windows) {}
+        windows_(windows),
+        begin_(begin),
+        end_(end) {}
 
   void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
-    const int w = std::clamp(int(0.5 * (s.u + 1.0) * windows_), 0, windows_ - 1);
     J.setZero();
+    if (s.u < begin_ || s.u > end_) return;
+    const int w = std::min(int((s.u - begin_) / (end_ - begin_) * windows_), windows_ - 1);
     J.middleCols<3>(3 * w).setIdentity();
   }
 
  private:
   int windows_;
+  double begin_, end_;
 };
 
 // x_i x_j, i <= j, without the square of the last: for directions the squares add up to one.
@@ -135,8 +139,9 @@ std::vector<std::shared_ptr<const Effect>> general_dependences(bool moving) {
   return out;
 }
 
-std::shared_ptr<const Effect> bias_in_windows(int windows, Channel channel) {
-  return std::make_shared<BiasInWindows>(windows, channel);
+std::shared_ptr<const Effect> bias_in_windows(int windows, Channel channel, double u_begin,
+                                              double u_end) {
+  return std::make_shared<BiasInWindows>(windows, channel, u_begin, u_end);
 }
 
 }  // namespace magimu

@@ -12,6 +12,7 @@
 #include "calibration/scan.h"
 #include "calibration/testable.h"
 #include "calibration/uncertainty.h"
+#include "calibration/windows.h"
 
 namespace magimu {
 namespace {
@@ -19,9 +20,6 @@ namespace {
 constexpr double kFalseAlarms = 0.05;  // of all tests together, where nothing is missing
 constexpr double kBiasWindow = 10.0;   // s, in which a bias may be another one
 constexpr int kMaxWindows = 12;
-// Blocks, s, whose scatter shows the colour of the noise. Where the motion is estimated, too, the
-// accelerometer says little in few seconds.
-constexpr double kBlock = 5.0, kAccBlock = 20.0;
 constexpr double kBeyondOneStep = 0.02;  // of a shift
 constexpr double kStronglyColoured = 2.0;
 constexpr double kWidened = 3.0;  // priors of effects: what is there may be larger than usual
@@ -55,9 +53,10 @@ class Search {
   Search(const std::vector<const Recording*>& recordings, const Stage& stage, double log10_level)
       : recordings_(recordings), stage_(stage), log10_level_(log10_level) {}
 
-  void look(const std::vector<std::shared_ptr<const Effect>>& effects, double window_s) {
+  void look(const std::vector<std::shared_ptr<const Effect>>& effects) {
     if (effects.empty()) return;
-    const Scan scan(recordings_, stage_, effects, window_s);
+    const Scan scan(recordings_, stage_, effects,
+                    window_s(effects.front()->channel(), stage_.spec().motion));
     for (std::size_t i = 0; i < effects.size(); ++i) look_at(scan, i, *effects[i]);
   }
   std::vector<MissingEffect> found() && { return std::move(found_); }
@@ -140,8 +139,8 @@ std::vector<MissingEffect> find_missing_effects(const std::vector<const Recordin
   const auto acc = std::stable_partition(
       all.begin(), all.end(), [](const auto& e) { return e->channel() != Channel::kAcc; });
   Search search(recordings, stage, std::log10(kFalseAlarms / double(all.size())));
-  search.look({all.begin(), acc}, kBlock);
-  search.look({acc, all.end()}, moving ? kAccBlock : kBlock);
+  search.look({all.begin(), acc});
+  search.look({acc, all.end()});
   return std::move(search).found();
 }
 

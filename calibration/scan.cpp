@@ -258,7 +258,9 @@ Score wald_test(const Stage& stage, std::size_t effect) {
   Score out;
   out.effect = stage.spec().effects[effect];
   out.theta = effect_parameters(values, keys);
-  const CondensedChain chain = condense(system, values, node_of, windows_of(stage.plans()));
+  const double seconds = window_s(out.effect->channel(), stage.spec().motion);
+  const CondensedChain chain =
+      condense(system, values, node_of, windows_of(stage.plans(), seconds));
   const MatrixXd A = reduced_to(chain, chain.whole(), values, keys.front(), q).information;
   const Reduced in_windows = reduced_to(chain, chain.sum(), values, keys.front(), q);
   out.information = A;

@@ -3,6 +3,7 @@
 // correlated and than the trajectory carries an error on.
 #pragma once
 
+#include "calibration/model.h"
 #include "calibration/nodes.h"
 #include "solvers/condensed_windows.h"
 
@@ -10,6 +11,10 @@ namespace magimu {
 
 // The node of a variable of a calibration graph; -1 for a parameter.
 int node_of(Key key);
+
+// Seconds in which a window by itself shows what an effect on this sensor does. Where the motion is
+// estimated, too, the accelerometer says little in few seconds.
+double window_s(Channel channel, MotionModel motion);
 
 // The window of each node, numbered through all recordings; each lasts about so long.
 std::vector<int> windows_of(const std::vector<NodePlan>& plans, double seconds = 5.0);

@@ -5,17 +5,98 @@
 #include <cmath>
 #include <limits>
 
+#include "calibration/general_dependence.h"
+#include "diagnosis/option.h"
 #include "factors/effects/catalogue.h"
 
 namespace magimu {
 namespace {
 
-constexpr double kLittle = 0.05;  // of the statistic
+constexpr double kLittle = 0.05;       // of the statistic
+constexpr double kChangeWindow = 5.0;  // s, at the least
+constexpr int kMaxChangeWindows = 24;
+constexpr double kGrid = 0.5;      // s
+constexpr double kSearched = 1.5;  // windows, to each side
+constexpr double kNearby = 1.0;    // s, about the likely time
+
+// rising: the change begins at `now`. Candidate number `candidate` is the bias in windows of kGrid
+// to both sides of it.
+double likely_time(const Scan& scan, std::size_t candidate, int windows, const Vector3& step,
+                   double now, bool rising) {
+  const int first = scan.first(candidate);
+  double most = 0.0, best = now;
+  for (const int way : {-1, 1}) {
+    MatrixXd C = MatrixXd::Zero(scan.information().rows(), 3);
+    // Earlier, a beginning adds the step to what it passes, and an end takes it away.
+    const Vector3 added = (way < 0) == rising ? step : Vector3(-step);
+    for (int passed = 1; passed <= windows / 2; ++passed) {
+      const int w = way < 0 ? windows / 2 - passed : windows / 2 + passed - 1;
+      C.middleRows<3>(first + 3 * w).setIdentity();
+      const double gain = added.dot(C.transpose() * scan.score()) -
+                          0.5 * added.dot(C.transpose() * scan.information() * C * added);
+      if (gain <= most) continue;
+      most = gain;
+      best = now + way * passed * kGrid;
+    }
+  }
+  return best;
+}
+
+// The times nearby that make the readings the most probable, everything else adapting.
+ChangeTimes likely_times(const std::vector<const Recording*>& recordings, const Stage& stage,
+                         const Vector3& step, const ChangeTimes& now) {
+  const std::vector<double>& t = recordings.front()->gyr.t;
+  const double per_s = 2.0 / std::max(t.back() - t.front(), 1e-9);
+  const double within_s =
+      kSearched * recordings.front()->duration_s() / change_windows(*recordings.front());
+  const int windows = 2 * int(std::ceil(within_s / kGrid));
+  const double half = 0.5 * windows * kGrid * per_s;
+  std::vector<std::shared_ptr<const Effect>> candidates;
+  for (const double at : {now.t0, now.t1}) {
+    if (!std::isfinite(at)) continue;
+    const double u = (at - t.front()) * per_s - 1.0;
+    candidates.push_back(bias_in_windows(windows, Channel::kMag, u - half, u + half));
+  }
+  if (candidates.empty()) return now;
+  const Scan scan(recordings, stage, candidates);
+  std::size_t next = 0;
+  ChangeTimes out = now;
+  if (std::isfinite(now.t0)) out.t0 = likely_time(scan, next++, windows, step, now.t0, true);
+  if (std::isfinite(now.t1)) out.t1 = likely_time(scan, next, windows, step, now.t1, false);
+  return out.t0 < out.t1 ? out : now;
+}
+
+// The time at which `residual` (of single samples, the change not subtracted) leaves zero for
+// `step`, or returns: the best split near that time. rising: it is zero before.
+double refine_time(const VectorSeries& residual, const Vector3& step, double near, bool rising) {
+  // |r - s|^2 - |r|^2 summed from the split on is least at the best split.
+  double sum = 0.0, best = 0.0, at = near;
+  const double half = 0.5 * step.squaredNorm();
+  bool started = false;
+  for (std::size_t k = 0; k < residual.size(); ++k) {
+    if (residual.t[k] < near - kNearby) continue;
+    if (residual.t[k] > near + kNearby) break;
+    // The split stands before sample k: what came before is off.
+    const double off = rising ? sum : -sum;
+    if (!started || off < best) {
+      best = off;
+      at = k > 0 ? 0.5 * (residual.t[k - 1] + residual.t[k]) : residual.t[k];
+      started = true;
+    }
+    sum += step.dot(residual.v[k]) - half;
+  }
+  return at;
+}
 
 }  // namespace
 
-BiasChange find_bias_change(const Scan& scan, std::size_t candidate, int windows, double begin_s,
-                            double end_s) {
+int change_windows(const Recording& recording) {
+  return std::clamp(int(recording.duration_s() / kChangeWindow), 2, kMaxChangeWindows);
+}
+
+BiasChange find_bias_change(const Scan& scan, std::size_t candidate, const Recording& recording) {
+  const double begin_s = recording.gyr.t.front(), end_s = recording.gyr.t.back();
+  const int windows = change_windows(recording);
   const int first = scan.first(candidate);
   const Eigen::Index n = scan.information().rows();
   BiasChange best;
@@ -45,25 +126,16 @@ BiasChange find_bias_change(const Scan& scan, std::size_t candidate, int windows
   return best;
 }
 
-double refine_time(const VectorSeries& residual, const Vector3& step, double near, double within,
-                   bool rising) {
-  // |r - s|^2 - |r|^2 summed from the split on is least at the best split.
-  double sum = 0.0, best = 0.0, at = near;
-  const double half = 0.5 * step.squaredNorm();
-  bool started = false;
-  for (std::size_t k = 0; k < residual.size(); ++k) {
-    if (residual.t[k] < near - within) continue;
-    if (residual.t[k] > near + within) break;
-    // The split stands before sample k: what came before is off.
-    const double off = rising ? sum : -sum;
-    if (!started || off < best) {
-      best = off;
-      at = k > 0 ? 0.5 * (residual.t[k - 1] + residual.t[k]) : residual.t[k];
-      started = true;
-    }
-    sum += step.dot(residual.v[k]) - half;
-  }
-  return at;
+ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const Stage& stage,
+                          const ChangeTimes& now,
+                          const std::function<Stage(const ChangeTimes&)>& refit) {
+  VectorXd step;
+  VectorSeries residual = residual_without_last(stage, step);
+  ChangeTimes times = likely_times(recordings, stage, step, now);
+  if (times != now) residual = residual_without_last(refit(times), step);
+  if (std::isfinite(times.t0)) times.t0 = refine_time(residual, step, times.t0, true);
+  if (std::isfinite(times.t1)) times.t1 = refine_time(residual, step, times.t1, false);
+  return times;
 }
 
 }  // namespace magimu

@@ -3,15 +3,14 @@
 // found to the sample.
 #pragma once
 
-#include <memory>
+#include <functional>
 
 #include "calibration/scan.h"
-#include "recording/recording.h"
 
 namespace magimu {
 
-constexpr double kChangeWindow = 5.0;  // s, at the least
-constexpr int kMaxChangeWindows = 24;
+// So many windows of some seconds.
+int change_windows(const Recording& recording);
 
 struct BiasChange {
   double t0 = 0.0, t1 = 0.0;  // s; infinite beyond the recording's ends
@@ -19,13 +18,20 @@ struct BiasChange {
   double log10_p = 0.0;  // corrected for the number of spans tried
 };
 
-// scan: with bias_in_windows as its candidate number `candidate`.
-BiasChange find_bias_change(const Scan& scan, std::size_t candidate, int windows, double begin_s,
-                            double end_s);
+// scan: with bias_in_windows of change_windows as its candidate number `candidate`.
+BiasChange find_bias_change(const Scan& scan, std::size_t candidate, const Recording& recording);
 
-// The time at which `residual` (of single samples, the change not subtracted) leaves zero for
-// `step`, or returns: the best split within `within` seconds of `near`. rising: it is zero before.
-double refine_time(const VectorSeries& residual, const Vector3& step, double near, double within,
-                   bool rising);
+struct ChangeTimes {
+  double t0, t1;  // s; infinite ones stay
+  bool operator==(const ChangeTimes&) const = default;
+};
+
+// The times of a change that is in the model as its last effect, to the sample. First, to half a
+// second, those that make the readings the most probable, everything else adapting: a stretch of a
+// few seconds shows few directions of the field, so that a fit with a wrong time bends to it and
+// its residuals agree. Then by the residuals of a fit with these. refit: the model with such times.
+ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const Stage& stage,
+                          const ChangeTimes& now,
+                          const std::function<Stage(const ChangeTimes&)>& refit);
 
 }  // namespace magimu

@@ -41,13 +41,14 @@ double contradiction_of_halves(const Stage& stage, std::size_t effect) {
   const Values& values = stage.result().values;
   LinearSystem system(stage.graph(), values);
   system.linearize(values);
-  const CondensedChain chain = condense(system, values, node_of, windows_of(stage.plans()));
+  const double seconds = window_s(stage.spec().effects[effect]->channel(), stage.spec().motion);
+  const std::vector<int> window_of = windows_of(stage.plans(), seconds);
+  const CondensedChain chain = condense(system, values, node_of, window_of);
   const std::vector<Key> keys = effect_keys(stage.spec().effects)[effect];
   const Eigen::Index at = chain.position(values, keys.front()), n = Eigen::Index(keys.size());
   // One step from the joint optimum with one half of the windows of every recording.
   std::vector<int> half;
   std::size_t node = 0;
-  const std::vector<int> window_of = windows_of(stage.plans());
   half.resize(chain.windows.size(), 0);
   for (const NodePlan& plan : stage.plans()) {
     const double middle = 0.5 * (plan.t.front() + plan.t.back());

@@ -10,7 +10,6 @@
 #include "calibration/extension.h"
 #include "calibration/general_dependence.h"
 #include "calibration/parameter_names.h"
-#include "calibration/random_walk.h"
 #include "calibration/rests.h"
 #include "calibration/summary.h"
 #include "calibration/testable.h"
@@ -20,7 +19,7 @@
 #include "diagnosis/finding_text.h"
 #include "diagnosis/held_out_nll.h"
 #include "diagnosis/option.h"
-#include "diagnosis/source_search.h"
+#include "diagnosis/scan_options.h"
 #include "factors/effects/catalogue.h"
 
 namespace magimu {
@@ -36,13 +35,6 @@ constexpr double kAsMuch = 0.85;        // of the gain, for a nested cause to be
 constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a step
 constexpr double kSharp = 4.0;          // a change's jump over those at other times
 constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
-
-// Columns first .. first + count - 1 of all.
-MatrixXd selection(Eigen::Index all, int first, int count) {
-  MatrixXd C = MatrixXd::Zero(all, count);
-  C.middleRows(first, count).setIdentity();
-  return C;
-}
 
 // Is it there in the refitted model, too, under noise as it is?
 bool survives(Option& option, const Stage& stage, double level) {
@@ -69,20 +61,25 @@ bool survives(Option& option, const Stage& stage, double level) {
          contradiction_of_halves(stage, stage.spec().effects.size() - 1) < kContradiction;
 }
 
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+// What a new effect takes the place of: what it contains, and a source that seemed to be elsewhere.
+bool replaces(const Effect& effect, const std::string& name) {
+  return contains(effect.description().contains, name) ||
+         (effect.name() == "stationary_source" && name == effect.name());
+}
+
 // By how many nats one effect may predict worse than another and still be the one to name: the
 // simpler of two that explain as much.
 double allowance(const Effect& one, const Effect& other, double gain, double other_gain) {
-  const auto contains = [](const Effect& a, const Effect& b) {
-    const auto& within = a.description().contains;
-    return std::find(within.begin(), within.end(), b.name()) != within.end();
+  const auto holds = [](const Effect& a, const Effect& b) {
+    return contains(a.description().contains, b.name());
   };
-  if (contains(other, one)) return std::max(kDraw, (1.0 - kAsMuch) * other_gain);
-  if (contains(one, other)) return -std::max(kDraw, (1.0 - kAsMuch) * gain);
+  if (holds(other, one)) return std::max(kDraw, (1.0 - kAsMuch) * other_gain);
+  if (holds(one, other)) return -std::max(kDraw, (1.0 - kAsMuch) * gain);
   return one.size() < other.size() ? kDraw : one.size() > other.size() ? -kDraw : 0.0;
-}
-
-int change_windows(const Recording& r) {
-  return std::clamp(int(r.duration_s() / kChangeWindow), 2, kMaxChangeWindows);
 }
 
 }  // namespace
@@ -111,121 +108,6 @@ std::vector<std::shared_ptr<const Effect>> Extender::candidates(const Stage& sta
     return std::any_of(accepted.begin(), accepted.end(),
                        [&](const auto& a) { return a->name() == effect->name(); });
   });
-  return out;
-}
-
-std::vector<Option> Extender::test_all(const Stage& stage,
-                                       const std::vector<std::shared_ptr<const Effect>>& effects) {
-  std::vector<std::shared_ptr<const Effect>> all = effects;
-  const std::size_t plain = all.size();
-  const bool single = recordings_.size() == 1;
-  const int windows = change_windows(*recordings_.front());
-  if (single) all.push_back(bias_in_windows(windows));
-  std::vector<Vector3> places;
-  if (single && recordings_.front()->pos)
-    places = likely_source_places(*recordings_.front(), stage);
-  for (const Vector3& place : places) all.push_back(make_stationary_source_at(place));
-  const Scan scan(recordings_, stage, all);
-
-  std::vector<Option> out;
-  for (std::size_t i = 0; i < plain; ++i) {
-    Option option{.effect = all[i], .score = scan.scores()[i]};
-    const Eigen::Index n = scan.information().rows();
-    if (all[i]->name() == "gyro_bias_drift") {
-      const VectorXd unit = all[i]->prior_sigma(recordings_.front()->duration_s());
-      const Score& s = scan.scores()[i];
-      const RandomWalk walk = estimate_random_walk(
-          s.information, scan.score().segment(scan.first(i), unit.size()), unit);
-      option.score.statistic = walk.likelihood_ratio;
-      option.score.dof = 1;
-      // Coloured noise makes a walk look larger: what its scatter explains is taken away.
-      option.rank = walk.log10_p;
-      option.score.log10_p = log10_chi_square_tail(
-          walk.likelihood_ratio / std::max(1.0, s.scatter > 1.25 ? s.scatter : 1.0), 1.0);
-      option.effect = make_gyro_bias_walk(all[i]->size() / 3, std::max(walk.density, 1e-9));
-      option.extra = {{"q", walk.density, walk.sigma, "rad/s per sqrt(s)"}};
-    } else if (all[i]->with_terms(1)) {
-      double best = 1.0;
-      for (int terms = 1; 3 * terms <= all[i]->size(); ++terms) {
-        const Score s = scan.combined(selection(n, scan.first(i), 3 * terms));
-        const double rank = log10_chi_square_tail(s.statistic, s.dof);
-        if (terms > 1 && rank >= best) continue;
-        best = rank;
-        option.score = s;
-        option.effect = all[i]->with_terms(terms);
-        option.rank = rank;
-      }
-      option.score.log10_p = std::min(0.0, option.score.log10_p + std::log10(3.0));
-    } else {
-      option.rank = log10_chi_square_tail(option.score.statistic, option.score.dof);
-    }
-    out.push_back(option);
-  }
-  if (single) {
-    const std::vector<double>& t = recordings_.front()->gyr.t;
-    const BiasChange change = find_bias_change(scan, plain, windows, t.front(), t.back());
-    Option option{.effect = make_hard_iron_change_between(change.t0, change.t1),
-                  .score = change.score,
-                  .start = change.score.theta,
-                  .t0 = change.t0,
-                  .t1 = change.t1};
-    option.rank = log10_chi_square_tail(change.score.statistic, change.score.dof) + change.log10_p -
-                  change.score.log10_p;
-    option.score.log10_p = change.log10_p;
-    if (change.score.dof > 0) out.push_back(option);
-  }
-  for (std::size_t p = 0; p < places.size(); ++p) {
-    const Score& s = scan.scores()[plain + 1 + p];
-    Option option{.effect = find_effect("stationary_source"), .score = s};
-    option.start.resize(6);
-    option.start << places[p], s.theta;
-    // A place is three parameters more, searched for among hundreds.
-    option.score.dof += 3;
-    option.rank = log10_chi_square_tail(s.statistic, option.score.dof);
-    option.score.log10_p = std::min(0.0, std::max(s.log10_p, option.rank) + 1.0);
-    out.push_back(option);
-  }
-  // Of two that are the same to first order, the offset is the simpler.
-  for (Option& o : out) {
-    if (o.effect->name() == "mag_lag") o.rank *= 1.0 - 1e-6;
-  }
-  std::sort(out.begin(), out.end(),
-            [](const Option& a, const Option& b) { return a.rank < b.rank; });
-  return out;
-}
-
-// The times of a change, found to the sample in the residuals of a fit that has it. Under coloured
-// noise a change is believed where neither begins nor ends a rest: there the sensor was put down or
-// taken up, and the field of the two places differs.
-Option Extender::with_refined_times(const Option& option, const Stage& stage) const {
-  const Recording& recording = *recordings_.front();
-  Option out = option;
-  const double width = 1.5 * recording.duration_s() / change_windows(recording);
-  VectorXd step;
-  const VectorSeries residual = residual_without_last(stage, step);
-  if (std::isfinite(option.t0)) out.t0 = refine_time(residual, step, option.t0, width, true);
-  if (std::isfinite(option.t1)) out.t1 = refine_time(residual, step, option.t1, width, false);
-  if (wald_test(stage, stage.spec().effects.size() - 1).scatter > kColoured) {
-    const std::vector<TimeSpan> rests = find_rests(recording);
-    const auto put_down = [&](double t) {
-      return std::any_of(rests.begin(), rests.end(), [&](const TimeSpan& r) {
-        return std::abs(t - r.begin_s) < kPutDown || std::abs(t - r.end_s) < kPutDown;
-      });
-    };
-    if (put_down(out.t0)) out.t0 = -INFINITY;
-    if (put_down(out.t1)) out.t1 = INFINITY;
-    // From the beginning to the end: nothing changed.
-    if (std::isinf(out.t0) && std::isinf(out.t1)) return out;
-  }
-  // A lasting change is on where the bias is the larger: a magnet came or went.
-  const Vector3 bias = stage.result().values.at<Vector3>(key::mag_bias);
-  if (std::isinf(out.t1) && std::isfinite(out.t0) && Vector3(bias + step).norm() < bias.norm()) {
-    out.t1 = out.t0;
-    out.t0 = -INFINITY;
-    step = -step;
-  }
-  out.effect = make_hard_iron_change_between(out.t0, out.t1);
-  out.start = step;
   return out;
 }
 
@@ -278,10 +160,14 @@ struct Extender::Trial {
   double nll;
 };
 
-// A slow change that is believed under coloured noise must be foretold through whole quarters of
-// the recording: what comes and goes with the place where the sensor is held is not.
+// An error that lasts must be foretold through whole quarters of the recording: what comes and goes
+// with the place where the sensor is held is not. A slow change, where noise is coloured; what
+// happens at some time or by chance cannot.
 bool Extender::foretells(const Stage& stage) const {
-  if (wald_test(stage, stage.spec().effects.size() - 1).scatter < kColoured) return true;
+  const Effect& effect = *stage.spec().effects.back();
+  if (effect.name() == "hard_iron_change" || effect.description().random_process) return true;
+  const bool slow = effect.with_terms(1) != nullptr;
+  if (slow && wald_test(stage, stage.spec().effects.size() - 1).scatter < kColoured) return true;
   const double quarter = 0.25 * recordings_.front()->duration_s();
   return sum_of(held_out_nll(*stage_, quarter)) - sum_of(held_out_nll(stage, quarter)) > kMinGain;
 }
@@ -294,24 +180,56 @@ bool Extender::is_all(const Stage& stage) const {
   return scan.scores().front().log10_p > kNoStep;
 }
 
+// The times of a change, and the fit with them. Under coloured noise a change is believed where
+// neither begins nor ends a rest: there the sensor was put down or taken up, and the field of the
+// two places differs. False where no change is left.
+bool Extender::find_times(Option& option, Stage& stage) const {
+  ModelSpec spec = stage.spec();
+  const auto refit = [&](const ChangeTimes& times) {
+    spec.effects.back() = make_hard_iron_change_between(times.t0, times.t1);
+    return pipeline_.refit_with_same_noise(*stage_, spec, option.start);
+  };
+  auto [t0, t1] = refined_times(recordings_, stage, {option.t0, option.t1}, refit);
+  if (wald_test(stage, spec.effects.size() - 1).scatter > kColoured) {
+    const std::vector<TimeSpan> rests = find_rests(*recordings_.front());
+    const auto put_down = [&](double t) {
+      return std::any_of(rests.begin(), rests.end(), [&](const TimeSpan& r) {
+        return std::abs(t - r.begin_s) < kPutDown || std::abs(t - r.end_s) < kPutDown;
+      });
+    };
+    if (put_down(t0)) t0 = -INFINITY;
+    if (put_down(t1)) t1 = INFINITY;
+    // From the beginning to the end: nothing changed.
+    if (std::isinf(t0) && std::isinf(t1)) return false;
+  }
+  // A lasting change is on where the bias is the larger: a magnet came or went.
+  const Values& values = stage.result().values;
+  const Vector3 bias = values.at<Vector3>(key::mag_bias);
+  const Vector3 step = effect_parameters(values, effect_keys(spec.effects).back());
+  option.start = step;
+  if (std::isinf(t1) && std::isfinite(t0) && (bias + step).norm() < bias.norm()) {
+    t1 = t0;
+    t0 = -INFINITY;
+    option.start = -step;
+  }
+  stage = refit({t0, t1});
+  option.effect = spec.effects.back();
+  option.t0 = t0;
+  option.t1 = t1;
+  return true;
+}
+
 // The model with the option in it, fitted; nothing where it does not hold there.
 std::optional<Extender::Trial> Extender::trial(Option option) const {
   ModelSpec spec = stage_->spec();
-  // What the new effect contains is no longer needed beside it.
-  std::erase_if(spec.effects, [&](const auto& e) {
-    const auto& within = option.effect->description().contains;
-    return std::find(within.begin(), within.end(), e->name()) != within.end();
-  });
+  std::erase_if(spec.effects, [&](const auto& e) { return replaces(*option.effect, e->name()); });
   spec.effects.push_back(option.effect);
   Stage stage = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
-  if (option.effect->name() == "hard_iron_change") {
-    option = with_refined_times(option, stage);
-    if (std::isinf(option.t0) && std::isinf(option.t1)) return std::nullopt;
-    spec.effects.back() = option.effect;
-    stage = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
+  if (option.effect->name() == "hard_iron_change" && !find_times(option, stage)) {
+    return std::nullopt;
   }
   if (!stage.result().converged() || !survives(option, stage, log10_level())) return std::nullopt;
-  if (option.effect->with_terms(1) && !foretells(stage)) return std::nullopt;
+  if (!foretells(stage)) return std::nullopt;
   if (option.effect->name() == "hard_iron_change" && !is_all(stage)) return std::nullopt;
   const double nll = sum_of(held_out_nll(stage));
   return Trial{std::move(option), std::move(stage), nll};
@@ -319,27 +237,29 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
 
 // An effect that contains one already found must add much to it.
 bool Extender::enough_beyond(const Option& option, double gain) const {
-  const auto& within = option.effect->description().contains;
   return std::none_of(d_.findings.begin(), d_.findings.end(), [&](const Finding& f) {
-    return std::find(within.begin(), within.end(), f.effect) != within.end() &&
+    return contains(option.effect->description().contains, f.effect) &&
            gain < (1.0 - kAsMuch) * (f.gain.heldout_nll_before - f.gain.heldout_nll_after);
   });
 }
 
 std::optional<Finding> Extender::try_options(const std::vector<Option>& options) {
   std::vector<Option> worth;
+  std::vector<std::string> names;
   for (const Option& o : options) {
     const std::string& name = o.effect->name();
-    if (o.rank > log10_level() || int(worth.size()) >= kTried) continue;
-    if (std::find(rejected_.begin(), rejected_.end(), name) != rejected_.end()) continue;
-    const bool known = std::any_of(worth.begin(), worth.end(), [&](const Option& w) {
-      return w.effect->name() == name || same_class(*w.effect, *o.effect);
-    });
-    if (known) continue;
+    if (o.rank > log10_level() || contains(rejected_, name)) continue;
     if (!worth.empty() && o.score.statistic < kWorthTrying * worth.front().score.statistic) {
       continue;
     }
+    // The same from several starts counts as one.
+    const bool again = contains(names, name);
+    const bool known = std::any_of(worth.begin(), worth.end(), [&](const Option& w) {
+      return same_class(*w.effect, *o.effect);
+    });
+    if (known || (!again && int(names.size()) >= kTried)) continue;
     worth.push_back(o);
+    if (!again) names.push_back(name);
   }
   std::vector<Trial> trials;
   for (const Option& o : worth) {
@@ -354,28 +274,58 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
   }
   if (best != nullptr && nll_ - best->nll > kMinGain &&
       enough_beyond(best->option, nll_ - best->nll)) {
-    const Stage stage = pipeline_.refit(best->stage, best->stage.spec());
-    const double nll = sum_of(held_out_nll(stage));
-    if (stage.result().converged() && nll_ - nll > kMinGain) {
+    Stage stage = pipeline_.refit(best->stage, best->stage.spec());
+    double nll = sum_of(held_out_nll(stage));
+    if (!stage.result().converged() || nll > best->nll + kMinGain) {  // lost its way
+      stage = best->stage;
+      nll = best->nll;
+    }
+    if (nll_ - nll > kMinGain) {
       Finding f = describe(best->option, stage, nll, options);
       double others = std::exp(std::min(700.0, best->nll - nll_));  // nothing
       for (const Trial& t : trials) {
         const bool richer =
             allowance(*best->option.effect, *t.option.effect, 0.0, 1.0) > kDraw - 1e-9;
-        if (&t != best && !richer) others += std::exp(std::min(700.0, best->nll - t.nll));
+        const bool other = t.option.effect->name() != best->option.effect->name();
+        if (other && !richer) others += std::exp(std::min(700.0, best->nll - t.nll));
       }
       f.probability = 1.0 / (1.0 + others);
       stage_ = stage;
       nll_ = nll;
       std::erase_if(d_.findings, [&](const Finding& old) {
-        const auto& within = best->option.effect->description().contains;
-        return std::find(within.begin(), within.end(), old.effect) != within.end();
+        if (!replaces(*best->option.effect, old.effect)) return false;
+        f.gain.heldout_nll_before =
+            std::max(f.gain.heldout_nll_before, old.gain.heldout_nll_before);
+        return true;
       });
       return f;
     }
   }
-  for (const Option& o : worth) rejected_.push_back(o.effect->name());
+  rejected_.insert(rejected_.end(), names.begin(), names.end());
   return std::nullopt;
+}
+
+// Takes out what is no longer needed beside the effect that entered last: what predicts left-out
+// data as well without it.
+void Extender::prune() {
+  for (std::size_t e = 0; e + 1 < stage_->spec().effects.size();) {
+    const std::string name = stage_->spec().effects[e]->name();
+    const auto finding = std::find_if(d_.findings.begin(), d_.findings.end(),
+                                      [&](const Finding& f) { return f.effect == name; });
+    ModelSpec spec = stage_->spec();
+    spec.effects.erase(spec.effects.begin() + std::ptrdiff_t(e));
+    if (finding != d_.findings.end()) {
+      const Stage without = pipeline_.refit_with_same_noise(*stage_, spec);
+      const double nll = sum_of(held_out_nll(without));
+      if (without.result().converged() && nll - nll_ < kMinGain) {
+        stage_ = without;
+        nll_ = nll;
+        d_.findings.erase(finding);
+        continue;
+      }
+    }
+    ++e;
+  }
 }
 
 void Extender::replace(const Stage& stage) {
@@ -388,12 +338,14 @@ void Extender::extend(const Stage& from) {
   nll_ = sum_of(held_out_nll(from));
   rejected_.clear();
   for (bool first = true; int(d_.findings.size()) < given_.max_findings; first = false) {
-    const std::vector<Option> options = test_all(*stage_, candidates(*stage_));
+    const std::vector<Option> options = scan_options(recordings_, *stage_, candidates(*stage_));
     if (first) d_.scan = scan_entries(options, recordings_, *stage_, log10_level());
     const std::size_t rejected = rejected_.size();
     std::optional<Finding> finding = try_options(options);
     if (finding) {
       d_.findings.push_back(*std::move(finding));
+      rejected_.clear();  // beside it another may hold
+      prune();
     } else if (rejected_.size() == rejected) {
       break;
     }

@@ -35,8 +35,6 @@ class Extender {
   Calibration summary(const Stage& stage) const;
 
  private:
-  std::vector<Option> test_all(const Stage& stage,
-                               const std::vector<std::shared_ptr<const Effect>>& effects);
   struct Trial;
   bool is_all(const Stage& stage) const;
   bool foretells(const Stage& stage) const;
@@ -45,7 +43,8 @@ class Extender {
   std::optional<Finding> try_options(const std::vector<Option>& options);
   Finding describe(const Option& option, const Stage& stage, double nll,
                    const std::vector<Option>& all) const;
-  Option with_refined_times(const Option& option, const Stage& stage) const;
+  bool find_times(Option& option, Stage& stage) const;
+  void prune();
 
   const std::vector<const Recording*>& recordings_;
   const Pipeline& pipeline_;

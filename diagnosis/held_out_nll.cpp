@@ -6,21 +6,37 @@
 
 #include "calibration/sensor_rows.h"
 #include "calibration/windows.h"
+#include "factors/prior_factor.h"
 
 namespace magimu {
 namespace {
+
+// A hand's place and velocity at the beginning of a window: nothing else in it may tell them.
+// Standard deviations of 1 m and 1 m/s, whose logarithm is 0.
+FactorGraph with_boundary_priors(const Stage& stage, const std::vector<int>& window_of) {
+  FactorGraph graph = stage.graph();
+  if (stage.spec().motion != MotionModel::kHandHeld) return graph;
+  const Noise<3> wide = Noise<3>::isotropic(1.0);
+  for (std::size_t node = 0; node < window_of.size(); ++node) {
+    if (node > 0 && window_of[node] == window_of[node - 1]) continue;
+    graph.add(PriorFactor<Vector3>(V(int(node)), Vector3::Zero(), wide));
+    graph.add(PriorFactor<Vector3>(P(int(node)), Vector3::Zero(), wide));
+  }
+  return graph;
+}
 
 // log of the noise's standard deviation, summed over the rows of each window.
 std::vector<double> log_noise(const Stage& stage, const LinearSystem& system,
                               const std::vector<int>& window_of, std::size_t windows) {
   const SensorRows rows(stage.graph(), system);
   const NoiseDensities& d = stage.spec().noise;
-  const double log_density[] = {std::log(d.acc), std::log(d.gyr), std::log(d.mag)};
+  const double log_density[] = {std::log(d.acc), std::log(d.gyr), std::log(d.mag),
+                                std::log(stage.spec().reach_m)};
   std::vector<double> out(windows, 0.0);
   for (int i = 0; i < system.rows(); ++i) {
     const auto s = std::size_t(rows.sensor[std::size_t(i)]);
     const int node = rows.node[std::size_t(i)];
-    if (s >= 3 || node < 0) continue;
+    if (s >= kSensors || node < 0) continue;
     out[std::size_t(window_of[std::size_t(node)])] += log_density[s];
   }
   return out;
@@ -34,11 +50,12 @@ double sum_of(const std::vector<double>& values) {
   return sum;
 }
 
-std::vector<double> held_out_nll(const Stage& stage, double window_s) {
+std::vector<double> held_out_nll(const Stage& stage, double seconds) {
   const Values& values = stage.result().values;
-  LinearSystem system(stage.graph(), values);
+  const std::vector<int> window_of = windows_of(stage.plans(), seconds);
+  const FactorGraph graph = with_boundary_priors(stage, window_of);
+  LinearSystem system(graph, values);
   system.linearize(values);
-  const std::vector<int> window_of = windows_of(stage.plans(), window_s);
   const CondensedChain chain = condense(system, values, node_of, window_of);
   std::vector<double> out = log_noise(stage, system, window_of, chain.windows.size());
   const CondensedWindow all = chain.sum();

@@ -11,8 +11,9 @@
 
 namespace magimu {
 
-// Per window, nats. stage: fitted.
-std::vector<double> held_out_nll(const Stage& stage, double window_s = 5.0);
+// Per window, nats. stage: fitted. seconds: of a window, long enough that a window by itself shows
+// most of what an effect does: much of it is carried on by the trajectory.
+std::vector<double> held_out_nll(const Stage& stage, double seconds = 20.0);
 double sum_of(const std::vector<double>& values);
 
 }  // namespace magimu

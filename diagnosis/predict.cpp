@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/extension.h"
 #include "calibration/general_dependence.h"
 #include "calibration/pipeline.h"
 #include "diagnosis/change_search.h"
@@ -88,28 +89,23 @@ class Predictor {
   Fit with_change(const KnownEffect& change, std::vector<KnownEffect>& effects,
                   const Fit& without) const {
     const Recording& recording = *recordings_.front();
-    const double begin = recording.gyr.t.front(), end = recording.gyr.t.back();
-    const double duration = end - begin;
-    const int windows = std::clamp(int(duration / kChangeWindow), 2, kMaxChangeWindows);
-    const Scan scan(recordings_, without.stage, {bias_in_windows(windows)});
-    const BiasChange found = find_bias_change(scan, 0, windows, begin, end);
+    const double duration = recording.duration_s();
+    const Scan scan(recordings_, without.stage, {bias_in_windows(change_windows(recording))});
+    const BiasChange found = find_bias_change(scan, 0, recording);
     if (found.score.dof < 3) return without;
     const VectorXd size = change.effect->prior_sigma(duration);
-    const auto between = [&](double t0, double t1, const VectorXd& theta) {
-      effects.push_back({with_prior(make_hard_iron_change_between(t0, t1), size), theta, false});
-      Fit out = fit(effects);
-      return out;
+    effects.push_back({nullptr, found.score.theta, false});
+    const auto between = [&](const ChangeTimes& times) {
+      effects.back().effect = with_prior(make_hard_iron_change_between(times.t0, times.t1), size);
+      return fit(effects);
     };
-    Fit out = between(found.t0, found.t1, found.score.theta);
-    VectorXd step;
-    const VectorSeries residual = residual_without_last(out.stage, step);
-    const double width = 1.5 * duration / windows;
-    const auto refined = [&](double t, bool rising) {
-      return std::isfinite(t) ? refine_time(residual, step, t, width, rising) : t;
-    };
-    const double t0 = refined(found.t0, true), t1 = refined(found.t1, false);
-    effects.pop_back();
-    out = between(t0, t1, step);
+    const ChangeTimes coarse = {found.t0, found.t1};
+    const auto [t0, t1] =
+        refined_times(recordings_, between(coarse).stage, coarse,
+                      [&](const ChangeTimes& times) { return between(times).stage; });
+    Fit out = between({t0, t1});
+    const Vector3 step =
+        effect_parameters(out.stage.result().values, effect_keys(out.stage.spec().effects).back());
     // Each time is one among those that could be told apart.
     const VectorSeries& mag = recording.mag.front();
     const double dt = 1.0 / mag.rate_hz();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/source_search.h"
 
+#include <tbb/parallel_for.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 
@@ -11,78 +13,121 @@
 namespace magimu {
 namespace {
 
-constexpr int kGrid = 11;        // places along each axis
-constexpr double kAround = 0.7;  // m beyond the path
-constexpr std::size_t kSamples = 600;
+constexpr int kGrid = 11;                 // places along each axis
+constexpr double kAround[] = {0.2, 0.7};  // m beyond the path; near sources need a finer grid
+constexpr std::size_t kBlocks = 600;
 constexpr double kNearest = 0.03;  // m: a place on the path itself would explain a single sample
 constexpr int kKept = 3;
+constexpr int kHalvings = 5;      // of the grid's spacing about a place that is kept
 constexpr int kCalibration = 12;  // D and o_m adapt to whatever the source adds everywhere
+
+// What is left of the magnetometer in n, in uT at the strength of the field, means of blocks of
+// neighbouring samples; D and o_m eliminated.
+class Leftover {
+ public:
+  Leftover(const Recording& recording, const Stage& stage) {
+    const ModelSpec& spec = stage.spec();
+    const Values& values = stage.result().values;
+    const Recording& corrected =
+        spec.extended.empty() ? recording : spec.extended.front()->corrected;
+    const SensedMotion motion(corrected, stage.plans().front(), 0, spec, values);
+    const VectorSeries& mag = corrected.mag.front();
+    const Vector3 bias = values.at<Vector3>(key::mag_bias);
+    const std::size_t each = std::max<std::size_t>(1, mag.size() / kBlocks);
+    const auto n = Eigen::Index(mag.size() / each);
+    B_.setZero(3 * n, kCalibration);
+    r_.setZero(3 * n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      Vector3 place = Vector3::Zero();
+      for (std::size_t i = std::size_t(k) * each; i < std::size_t(k + 1) * each; ++i) {
+        const SampleState s = motion.state(Channel::kMag, i);
+        const Matrix3 to_n = s.strength_uT / double(each) * s.nRb.matrix() * s.D.inverse();
+        r_.segment<3>(3 * k) += to_n * (mag.v[i] - s.D * s.b - bias);
+        for (int j = 0; j < 3; ++j) B_.block<3, 3>(3 * k, 3 * j) += s.b[j] * to_n;
+        B_.block<3, 3>(3 * k, 9) += to_n;
+        place += s.position / double(each);
+      }
+      places_.push_back(place);
+    }
+    base_.compute(B_.transpose() * B_);
+    r_ -= B_ * base_.solve(B_.transpose() * r_);
+  }
+
+  const std::vector<Vector3>& path() const { return places_; }
+  // How much of it a dipole there explains.
+  double explained_from(const Vector3& source) const {
+    MatrixXd J(r_.size(), 3);
+    for (std::size_t k = 0; k < places_.size(); ++k) {
+      const Vector3 away = places_[k] - source;
+      if (away.norm() < kNearest) return 0.0;
+      for (int j = 0; j < 3; ++j) {
+        J.block<3, 1>(3 * Eigen::Index(k), j) = dipole_field(Vector3::Unit(j), away);
+      }
+    }
+    const MatrixXd own = J - B_ * base_.solve(B_.transpose() * J);
+    const VectorXd z = own.transpose() * r_;
+    return z.dot((own.transpose() * own).ldlt().solve(z));
+  }
+
+ private:
+  std::vector<Vector3> places_;
+  MatrixXd B_;
+  VectorXd r_;
+  Eigen::LDLT<MatrixXd> base_;
+};
+
+struct Spot {
+  double explained;
+  Vector3 at, spacing;
+};
 
 }  // namespace
 
 std::vector<Vector3> likely_source_places(const Recording& recording, const Stage& stage) {
-  const ModelSpec& spec = stage.spec();
-  const Values& values = stage.result().values;
-  const Recording& corrected = spec.extended.empty() ? recording : spec.extended.front()->corrected;
-  const SensedMotion motion(corrected, stage.plans().front(), 0, spec, values);
-  const VectorSeries& mag = corrected.mag.front();
-  const Vector3 bias = values.at<Vector3>(key::mag_bias);
-  const std::size_t step = std::max<std::size_t>(1, mag.size() / kSamples);
-  std::vector<SampleState> states;
-  std::vector<Vector3> residual;
-  for (std::size_t k = 0; k < mag.size(); k += step) {
-    states.push_back(motion.state(Channel::kMag, k));
-    residual.push_back(mag.v[k] - states.back().D * states.back().b - bias);
+  const Leftover leftover(recording, stage);
+  Vector3 low = leftover.path().front(), high = low;
+  for (const Vector3& p : leftover.path()) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
   }
-  const auto n = Eigen::Index(states.size());
-  MatrixXd B(3 * n, kCalibration);
-  VectorXd r(3 * n);
-  Vector3 low = states.front().position, high = low;
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const SampleState& s = states[std::size_t(k)];
-    r.segment<3>(3 * k) = residual[std::size_t(k)];
-    for (int j = 0; j < 3; ++j) B.block<3, 3>(3 * k, 3 * j) = s.b[j] * Matrix3::Identity();
-    B.block<3, 3>(3 * k, 9) = Matrix3::Identity();
-    low = low.cwiseMin(s.position);
-    high = high.cwiseMax(s.position);
-  }
-  const Eigen::LDLT<MatrixXd> base(B.transpose() * B);
-  r -= B * base.solve(B.transpose() * r);
-
-  struct Spot {
-    double statistic;
-    Vector3 at;
-  };
   std::vector<Spot> all;
-  MatrixXd J(3 * n, 3);
-  for (int i = 0; i < kGrid * kGrid * kGrid; ++i) {
-    const Vector3 share(i % kGrid, i / kGrid % kGrid, i / kGrid / kGrid);
-    const Vector3 from = low - Vector3::Constant(kAround), to = high + Vector3::Constant(kAround);
-    const Vector3 place = from + (to - from).cwiseProduct(share) / double(kGrid - 1);
-    double nearest = INFINITY;
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const SampleState& s = states[std::size_t(k)];
-      nearest = std::min(nearest, (s.position - place).norm());
-      const Matrix3 seen = s.D * s.nRb.matrix().transpose() / s.strength_uT;
-      for (int j = 0; j < 3; ++j) {
-        J.block<3, 1>(3 * k, j) = seen * dipole_field(Vector3::Unit(j), s.position - place);
+  for (const double around : kAround) {
+    const Vector3 from = low.array() - around, to = high.array() + around;
+    const Vector3 spacing = (to - from) / double(kGrid - 1);
+    for (int i = 0; i < kGrid * kGrid * kGrid; ++i) {
+      const Vector3 steps(i % kGrid, i / kGrid % kGrid, i / kGrid / kGrid);
+      all.push_back({0.0, from + spacing.cwiseProduct(steps), spacing});
+    }
+  }
+  tbb::parallel_for(std::size_t(0), all.size(),
+                    [&](std::size_t i) { all[i].explained = leftover.explained_from(all[i].at); });
+  std::sort(all.begin(), all.end(),
+            [](const Spot& a, const Spot& b) { return a.explained > b.explained; });
+  std::vector<Spot> kept;
+  for (const Spot& p : all) {
+    if (int(kept.size()) >= kKept) break;
+    const bool near = std::any_of(kept.begin(), kept.end(), [&](const Spot& o) {
+      return (o.at - p.at).norm() < 1.5 * std::max(o.spacing.maxCoeff(), p.spacing.maxCoeff());
+    });
+    if (!near) kept.push_back(p);
+  }
+  for (Spot& p : kept) {
+    Vector3 step = p.spacing;
+    for (int halving = 0; halving < kHalvings; ++halving) {
+      step *= 0.5;
+      const Vector3 centre = p.at;
+      for (int i = 0; i < 27; ++i) {
+        const Vector3 way(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+        const Vector3 place = centre + way.cwiseProduct(step);
+        const double explained = leftover.explained_from(place);
+        if (explained > p.explained) p = {explained, place, p.spacing};
       }
     }
-    if (nearest < kNearest) continue;
-    const MatrixXd own = J - B * base.solve(B.transpose() * J);
-    const VectorXd z = own.transpose() * r;
-    all.push_back({z.dot((own.transpose() * own).ldlt().solve(z)), place});
   }
-  std::sort(all.begin(), all.end(),
-            [](const Spot& a, const Spot& b) { return a.statistic > b.statistic; });
+  std::sort(kept.begin(), kept.end(),
+            [](const Spot& a, const Spot& b) { return a.explained > b.explained; });
   std::vector<Vector3> out;
-  const double apart = 1.5 * (high - low + Vector3::Constant(2.0 * kAround)).maxCoeff() / kGrid;
-  for (const Spot& p : all) {
-    if (int(out.size()) >= kKept) break;
-    const bool near = std::any_of(out.begin(), out.end(),
-                                  [&](const Vector3& o) { return (o - p.at).norm() < apart; });
-    if (!near) out.push_back(p.at);
-  }
+  for (const Spot& p : kept) out.push_back(p.at);
   return out;
 }
 

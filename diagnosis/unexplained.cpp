@@ -8,14 +8,14 @@
 
 #include "calibration/general_dependence.h"
 #include "calibration/residual_series.h"
+#include "calibration/windows.h"
 #include "diagnosis/noise_by_rate.h"
 
 namespace magimu {
 namespace {
 
-constexpr double kBiasWindow = 5.0, kAccWindow = 20.0;  // s
-constexpr double kGrown = 1.1;                          // RMS in fast motion over that in slow
-constexpr double kRateCare = 1.0;                       // log10 of a probability
+constexpr double kGrown = 1.1;     // RMS in fast motion over that in slow
+constexpr double kRateCare = 1.0;  // log10 of a probability
 constexpr double kTailCare = 2.0;  // log10 of a probability: far tails under coloured noise
 constexpr double kCrumbs = 0.03;   // of what a finding in that channel explained
 constexpr double kLeftOver = 0.3;  // of a finding's own misfit: more than this left, and its name
@@ -28,15 +28,14 @@ const char* sensor(Channel channel) {
 
 // Dependences without a name, each by the scatter that is left with it in the model.
 std::vector<Score> scores_of(const std::vector<const Recording*>& recordings, const Stage& stage,
-                             bool moving) {
-  auto all = general_dependences(moving);
-  // Where the motion is estimated, too, the accelerometer says little in few seconds.
+                             MotionModel motion) {
+  auto all = general_dependences(motion == MotionModel::kHandHeld);
   const auto acc = std::stable_partition(
       all.begin(), all.end(), [](const auto& e) { return e->channel() != Channel::kAcc; });
   std::vector<Score> out;
-  const auto look = [&](auto begin, auto end, double window_s) {
+  const auto look = [&](auto begin, auto end) {
     if (begin == end) return;
-    const Scan scan(recordings, stage, {begin, end}, window_s);
+    const Scan scan(recordings, stage, {begin, end}, window_s((*begin)->channel(), motion));
     for (std::size_t i = 0; i < scan.scores().size(); ++i) {
       Score s = scan.with_own_scatter(i);
       // Where the hand's motion takes up most of what windows show, the rest lies in frequencies
@@ -46,8 +45,8 @@ std::vector<Score> scores_of(const std::vector<const Recording*>& recordings, co
       out.push_back(s);
     }
   };
-  look(all.begin(), acc, kBiasWindow);
-  look(acc, all.end(), moving ? kAccWindow : kBiasWindow);
+  look(all.begin(), acc);
+  look(acc, all.end());
   return out;
 }
 
@@ -99,8 +98,7 @@ void grow_with_rate(const std::vector<const Recording*>& recordings,
 void find_unexplained(const std::vector<const Recording*>& recordings,
                       const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
   const Stage& stage = extender.stage();
-  const bool moving = stage.spec().motion == MotionModel::kHandHeld;
-  const std::vector<Score> scores = scores_of(recordings, stage, moving);
+  const std::vector<Score> scores = scores_of(recordings, stage, stage.spec().motion);
   const double level = std::log10(options.false_alarm_rate / 3.0 / double(scores.size()));
   double most = 0.0;
   Channel channel = Channel::kMag;

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/scan_options.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/general_dependence.h"
+#include "calibration/random_walk.h"
+#include "calibration/windows.h"
+#include "diagnosis/change_search.h"
+#include "diagnosis/source_search.h"
+#include "factors/effects/catalogue.h"
+
+namespace magimu {
+namespace {
+
+// Columns first .. first + count - 1 of all.
+MatrixXd selection(Eigen::Index all, int first, int count) {
+  MatrixXd C = MatrixXd::Zero(all, count);
+  C.middleRows(first, count).setIdentity();
+  return C;
+}
+
+// Each effect's by windows that show what its sensor lacks.
+std::vector<Score> scores_by_channel(const std::vector<const Recording*>& recordings,
+                                     const Stage& stage, const Scan& scan,
+                                     const std::vector<std::shared_ptr<const Effect>>& effects) {
+  std::vector<Score> out(scan.scores().begin(),
+                         scan.scores().begin() + std::ptrdiff_t(effects.size()));
+  const double longer = window_s(Channel::kAcc, stage.spec().motion);
+  if (longer == window_s(Channel::kMag, stage.spec().motion)) return out;
+  std::vector<std::shared_ptr<const Effect>> acc;
+  for (const auto& e : effects) {
+    if (e->channel() == Channel::kAcc) acc.push_back(e);
+  }
+  if (acc.empty()) return out;
+  const Scan again(recordings, stage, acc, longer);
+  auto score = again.scores().begin();
+  for (Score& s : out) {
+    if (s.effect->channel() == Channel::kAcc) s = *score++;
+  }
+  return out;
+}
+
+// A bias that wanders: by the density of its walk.
+void take_walk(Option& option, const Scan& scan, std::size_t candidate, double duration_s) {
+  const Effect& effect = *option.effect;
+  const VectorXd unit = effect.prior_sigma(duration_s);
+  const Score& s = scan.scores()[candidate];
+  const RandomWalk walk = estimate_random_walk(
+      s.information, scan.score().segment(scan.first(candidate), unit.size()), unit);
+  option.score.statistic = walk.likelihood_ratio;
+  option.score.dof = 1;
+  // Coloured noise makes a walk look larger: what its scatter explains is taken away.
+  option.rank = walk.log10_p;
+  option.score.log10_p =
+      log10_chi_square_tail(walk.likelihood_ratio / (s.scatter > kColoured ? s.scatter : 1.0), 1.0);
+  option.extra = {{"q", walk.density, walk.sigma, "rad/s per sqrt(s)"}};
+  option.effect = make_gyro_bias_walk(effect.size() / 3, std::max(walk.density, 1e-9));
+}
+
+// A family: with the number of terms that is the most significant.
+void take_terms(Option& option, const Scan& scan, std::size_t candidate) {
+  const std::shared_ptr<const Effect> family = option.effect;
+  double best = 1.0;
+  for (int terms = 1; 3 * terms <= family->size(); ++terms) {
+    const Score s =
+        scan.combined(selection(scan.information().rows(), scan.first(candidate), 3 * terms));
+    const double rank = log10_chi_square_tail(s.statistic, s.dof);
+    if (terms > 1 && rank >= best) continue;
+    best = rank;
+    option.score = s;
+    option.effect = family->with_terms(terms);
+    option.rank = rank;
+  }
+  option.score.log10_p = std::min(0.0, option.score.log10_p + std::log10(3.0));
+}
+
+Option change_option(const BiasChange& change) {
+  Option option{.effect = make_hard_iron_change_between(change.t0, change.t1),
+                .score = change.score,
+                .start = change.score.theta,
+                .t0 = change.t0,
+                .t1 = change.t1};
+  option.rank = log10_chi_square_tail(change.score.statistic, change.score.dof) + change.log10_p -
+                change.score.log10_p;
+  option.score.log10_p = change.log10_p;
+  return option;
+}
+
+Option source_option(const Score& score, const Vector3& place) {
+  Option option{.effect = find_effect("stationary_source"), .score = score};
+  option.start.resize(6);
+  option.start << place, score.theta;
+  // A place is three parameters more, searched for among hundreds.
+  option.score.dof += 3;
+  option.rank = log10_chi_square_tail(score.statistic, option.score.dof);
+  option.score.log10_p = std::min(0.0, std::max(score.log10_p, option.rank) + 1.0);
+  return option;
+}
+
+}  // namespace
+
+std::vector<Option> scan_options(const std::vector<const Recording*>& recordings,
+                                 const Stage& stage,
+                                 const std::vector<std::shared_ptr<const Effect>>& effects) {
+  const Recording& recording = *recordings.front();
+  const bool single = recordings.size() == 1;
+  std::vector<std::shared_ptr<const Effect>> all = effects;
+  if (single) all.push_back(bias_in_windows(change_windows(recording)));
+  std::vector<Vector3> places;
+  if (single && recording.pos) places = likely_source_places(recording, stage);
+  for (const Vector3& place : places) all.push_back(make_stationary_source_at(place));
+  const Scan scan(recordings, stage, all);
+  const std::vector<Score> scores = scores_by_channel(recordings, stage, scan, effects);
+
+  std::vector<Option> out;
+  for (std::size_t i = 0; i < effects.size(); ++i) {
+    Option option{.effect = effects[i], .score = scores[i]};
+    if (effects[i]->name() == "gyro_bias_drift") {
+      take_walk(option, scan, i, recording.duration_s());
+    } else if (effects[i]->with_terms(1)) {
+      take_terms(option, scan, i);
+    } else {
+      option.rank = log10_chi_square_tail(option.score.statistic, option.score.dof);
+    }
+    // Of two that are the same to first order, the offset is the simpler.
+    if (effects[i]->name() == "mag_lag") option.rank *= 1.0 - 1e-6;
+    out.push_back(option);
+  }
+  if (single) {
+    const BiasChange change = find_bias_change(scan, effects.size(), recording);
+    if (change.score.dof > 0) out.push_back(change_option(change));
+  }
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    out.push_back(source_option(scan.scores()[effects.size() + 1 + p], places[p]));
+  }
+  std::sort(out.begin(), out.end(),
+            [](const Option& a, const Option& b) { return a.rank < b.rank; });
+  return out;
+}
+
+}  // namespace magimu

@@ -140,8 +140,10 @@ constexpr int raw_norms_at(int d, int b) {
 }
 constexpr int gained_at(int d, int b) { return raw_norms_at(d, b) + 2 * (d + b); }
 
-// The panel holds rows [own | next | border] column by column: d for damping, then the factors'.
+// The panel holds rows [own | next | border] column by column, d for damping, then the factors';
+// and after them rows on the border alone.
 constexpr int panel_rows(int d, int rows) { return d + (rows > d ? rows : d); }
+constexpr int kGathered = 16;
 
 // Doubles a lane. rows: of the factors of a step, at most.
 struct Sizes {
@@ -151,7 +153,8 @@ constexpr Sizes sizes_of(EliminationForm form, int d, int b, int rows) {
   if (form == EliminationForm::kInformation) {
     return {state_doubles(d, b), panel_doubles(d, b), kOutSums + raw_at(d, b) + 2 * d};
   }
-  return {2 * (2 * d + b), panel_rows(d, rows) * (2 * d + b), kOutSums + gained_at(d, b) + 1};
+  return {2 * (2 * d + b), panel_rows(d, rows) * (2 * d + b) + kGathered * b,
+          kOutSums + gained_at(d, b) + 1};
 }
 
 struct SweepCode {

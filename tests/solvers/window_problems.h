@@ -81,11 +81,12 @@ inline Problem extended_chain(unsigned seed, bool alike = false) {
   return p;
 }
 
-// Six magnetometers on one trajectory: a border wider than what is eliminated directly.
-inline Problem array_chain(unsigned seed, int n) {
+// Magnetometers on one trajectory; from six on, the border is wider than what the information form
+// eliminates directly.
+inline Problem array_chain(unsigned seed, int n, int magnetometers) {
   RandomValue random(seed);
   Problem p = chain_with_globals(seed, n);
-  for (int m = 1; m < 6; ++m) {
+  for (int m = 1; m < magnetometers; ++m) {
     const Matrix3 D = 40.0 * Matrix3::Identity() + random.matrix3(3.0);
     const Vector3 bias = random.vector3(10.0);
     p.start.insert(key::distortion_of(m), Matrix3(D + random.matrix3(0.5)));

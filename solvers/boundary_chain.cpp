@@ -2,6 +2,7 @@
 #include "solvers/boundary_chain.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "solvers/information_chain.h"
 #include "solvers/square_root_chain.h"

@@ -5,6 +5,7 @@
 #include <tbb/global_control.h>
 
 #include <cmath>
+#include <optional>
 
 #include "solvers/levenberg_marquardt.h"
 #ifdef MAGIMU_WITH_CERES
@@ -18,10 +19,17 @@ namespace {
 struct LibrarySetting {
   Backend backend;
   bool gauss_newton = false;  // full steps; Levenberg-Marquardt otherwise
+  std::optional<EliminationForm> form = std::nullopt;
 };
 constexpr LibrarySetting kLibrary[] = {
-    {Backend::kWindows, true}, {Backend::kWindows}, {Backend::kChain, true},
-    {Backend::kChain},         {Backend::kCholmod}, {Backend::kSpqr},
+    {Backend::kWindows, true},
+    {Backend::kWindows},
+    {Backend::kWindows, true, EliminationForm::kSquareRoot},
+    {Backend::kWindows, false, EliminationForm::kSquareRoot},
+    {Backend::kChain, true},
+    {Backend::kChain},
+    {Backend::kCholmod},
+    {Backend::kSpqr},
 };
 
 constexpr double kStep = 1e-6;      // |dx| at which the textbook stops
@@ -55,6 +63,7 @@ EngineSolver textbook() {
 EngineSolver library(const LibrarySetting& setting, int threads) {
   EngineSolver out;
   out.name = "magimu, " + to_string(setting.backend);
+  if (setting.form) out.name += std::string(", ") + to_string(*setting.form);
   if (setting.gauss_newton) out.name += ", Gauss-Newton";
   out.threads = threads;
   out.fits = [](const EngineProblem&) { return true; };
@@ -63,6 +72,7 @@ EngineSolver library(const LibrarySetting& setting, int threads) {
                                     std::size_t(threads));
     OptimizerOptions options;
     options.backend = setting.backend;
+    options.form = setting.form;
     const Stopwatch watch;
     Result result = setting.gauss_newton
                         ? GaussNewton(problem.graph, options).optimize(problem.start)

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One pass over a group of windows, one in each SIMD lane: every factor is linearized where it is
-// needed, its products are added to the node it belongs to, and the node is eliminated at once, so
-// that no Jacobian ever lies in memory longer than its own step. What is left is each window's
-// information about its two boundary nodes and the globals. A second pass, downward, moves the
-// inner nodes once the boundaries' and the globals' steps are known.
+// needed, joins the node it belongs to, and the node is eliminated at once, so that no Jacobian
+// ever lies in memory longer than its own step. What is left is what each window says about its two
+// boundary nodes and the globals. A second pass, downward, moves the inner nodes once the
+// boundaries' and the globals' steps are known. In the information form factors join by products of
+// their columns, in the square-root form by their rows.
 //
 // Plain numbers and pointers only: the code is compiled once for each instruction set
 // (lane_sweep.inc). All arrays hold lanes side by side (graph/lanes.h).
@@ -13,6 +14,7 @@
 #pragma once
 
 #include "graph/lanes.h"
+#include "solvers/elimination_form.h"
 
 namespace magimu::lanes {
 
@@ -36,7 +38,8 @@ struct Pattern {
   LaneText text;  // without: linearize_one is called lane by lane
   int rows, columns;
   const Source* sources;
-  const Products* products;
+  const int* places;         // of the columns and the residual, in rows [own | next | border]
+  const Products* products;  // the information form's
   int n_products;
   bool diagonal;            // of the whitening: rows numbers a lane, else rows (rows + 1) / 2
   const double* whitening;  // the same for all factors (then not in their data), or null
@@ -72,14 +75,12 @@ struct Sweep {
   int n_variables;
   const double *nodes, *left, *globals;  // values; nodes: steps + 1 of them
 
-  double damping;    // of columns of unit norm
-  double* state;     // work space, see state_doubles()
-  double* jacobian;  // work space: the largest rows x (columns + 1)
-  double* panel;     // work space for wide borders: panel_doubles(d, b)
-  float* kept;       // of each step, for the downward pass: see kept_numbers()
-  // Out: right boundary [d x d | d x b], then the border [blocks of block_index()], the part that
-  // factors say and the part that elimination takes away, then what is at raw_at() and sums_at().
-  double* out;
+  double damping;         // of columns of unit norm
+  double* jacobian;       // work space: the largest rows x (columns + 1)
+  double *state, *panel;  // work space, see Sizes
+  int rows;               // of the panel, where it holds a step's rows
+  void* kept;             // of each step, for the downward pass: kept_numbers() of them
+  double* out;            // kOutSums sums, then what the form leaves
 
   // The downward pass: steps of left and right boundary, and globals (not a lane, one number each);
   // new values of the inner nodes; sums of diag * delta^2 and delta^2 over them.
@@ -87,6 +88,18 @@ struct Sweep {
   double* moved;
   double *sum_damped, *sum_squares;
 };
+
+// First in Sweep::out: sums over the inner nodes of gradient^2 / diagonal and of diagonal * value^2
+// (1 for rotations), and the smallest pivot relative to its diagonal.
+constexpr int kOutSums = 3;
+
+// Of a step: inverse diagonal and rows [own (d x d) | next (d x d) | border (d x b)], diagonal (d).
+// In the information form in single precision: this is most of the memory that a pass goes through,
+// and all that depends on it is the step of the inner nodes, to 1e-7 of itself; the next
+// linearization is exact again.
+constexpr int kept_numbers(int d, int b) { return 2 * d + d * (2 * d + b); }
+
+// Information form.
 
 // Upper triangle of a symmetric b x b matrix in rows of four: entry (i, j), j >= i / 4 * 4.
 constexpr int block_index(int i, int j, int b) {
@@ -103,21 +116,46 @@ constexpr int own_border_at(int d, int) { return 3 * d * d; }
 constexpr int next_border_at(int d, int b) { return 3 * d * d + d * b; }
 constexpr int border_at(int d, int b) { return 3 * d * d + 2 * d * b; }
 constexpr int state_doubles(int d, int b) { return border_at(d, b) + 2 * block_doubles(b) + 2 * d; }
-// Of a step: inverse diagonal and rows [own (d x d) | next (d x d) | border (d x b)], diagonal (d).
-// In single precision: this is most of the memory that a pass goes through, and all that depends on
-// it is the step of the inner nodes, to 1e-7 of itself; the next linearization is exact again.
-constexpr int kept_numbers(int d, int b) { return 2 * d + d * (2 * d + b); }
-// Of Sweep::out: own, own border, border twice; diagonal and gradient (2 d) of the right boundary
-// before anything was eliminated; and sums over the inner nodes: of gradient^2 / diagonal, of
-// diagonal * value^2 (1 for rotations), and the smallest pivot relative to its diagonal.
+// After the sums of Sweep::out: own, own border, border twice (what factors say and what
+// elimination takes away); diagonal and gradient (2 d) of the right boundary before anything was
+// eliminated.
 constexpr int raw_at(int d, int b) { return d * d + d * b + 2 * block_doubles(b); }
-constexpr int sums_at(int d, int b) { return raw_at(d, b) + 2 * d; }
-constexpr int out_doubles(int d, int b) { return sums_at(d, b) + 3; }
 
 // Where the border is wide, what elimination takes away is gathered over so many steps and taken in
 // tiles that stay in registers: the border's square then passes through memory seldom.
 constexpr int kWideBorder = 64, kPanelSteps = 16;
 constexpr int panel_doubles(int d, int b) { return b > kWideBorder ? kPanelSteps * d * b : 0; }
+
+// Square-root form.
+
+// Upper triangle, row by row: where row i, from its diagonal on, begins.
+constexpr int triangle_at(int i, int b) { return i * b - i * (i - 1) / 2; }
+// After the sums of Sweep::out: rows of the right boundary [own | border] (d x (d + b)), triangle
+// of the border without a row for the residual; squared column norms and gradient of the right
+// boundary (2 d) and of the border (2 b; the residual's last) before anything was eliminated; and
+// what the inner nodes have gained.
+constexpr int border_triangle_at(int d, int b) { return d * (d + b); }
+constexpr int raw_norms_at(int d, int b) {
+  return border_triangle_at(d, b) + triangle_at(b - 1, b);
+}
+constexpr int gained_at(int d, int b) { return raw_norms_at(d, b) + 2 * (d + b); }
+
+// The panel holds rows [own | next | border] column by column, d for damping, then the factors';
+// and after them rows on the border alone.
+constexpr int panel_rows(int d, int rows) { return d + (rows > d ? rows : d); }
+constexpr int kGathered = 16;
+
+// Doubles a lane. rows: of the factors of a step, at most.
+struct Sizes {
+  int state, panel, out;
+};
+constexpr Sizes sizes_of(EliminationForm form, int d, int b, int rows) {
+  if (form == EliminationForm::kInformation) {
+    return {state_doubles(d, b), panel_doubles(d, b), kOutSums + raw_at(d, b) + 2 * d};
+  }
+  return {2 * (2 * d + b), panel_rows(d, rows) * (2 * d + b) + kGathered * b,
+          kOutSums + gained_at(d, b) + 1};
+}
 
 struct SweepCode {
   void (*up)(const Sweep&);
@@ -125,6 +163,6 @@ struct SweepCode {
 };
 // For nodes of d degrees of freedom, at most kMaxNode.
 inline constexpr int kMaxNode = 40;
-SweepCode sweep_code(Isa isa, int d);
+SweepCode sweep_code(Isa isa, int d, EliminationForm form);
 
 }  // namespace magimu::lanes

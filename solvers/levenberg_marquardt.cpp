@@ -94,6 +94,11 @@ class Run {
     LinearSystem system(graph_, at);
     system.linearize(at);
     const auto null = find_null_space(system, *make_linear_solver(options_.backend));
+    if (null.empty() && options_.form == EliminationForm::kInformation) {
+      return stop(StopReason::kSingular,
+                  "The data determine all variables, but some too weakly for the information form; "
+                  "use the square-root form.");
+    }
     for (const NullDirection& direction : null) {
       message += (&direction == null.data() ? ": " : "; and ") + describe(direction, at);
     }

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "solvers/elimination_form.h"
 #include "solvers/linear_solver.h"
 
 namespace magimu {
@@ -22,6 +23,10 @@ namespace magimu {
 struct OptimizerOptions {
   Backend backend = Backend::kAuto;
   std::optional<Isa> isa;  // of the windows' code; unless given, the best of this machine
+  // Of the windows; unless given, information, and square root from where a pivot, relative to its
+  // diagonal, falls below 1e-13. kInformation: such steps are refused as singular. kSquareRoot: of
+  // kAuto's other back ends, too (SPQR).
+  std::optional<EliminationForm> form;
   // Stop when the step is this small in standard deviations: sqrt(2 x predicted decrease of the
   // cost), the step's length in the metric J'J. 1e-6: a millionth of a sigma.
   double step_tolerance = 1e-6;
@@ -70,7 +75,7 @@ struct Result {
   double cost_initial = 0.0, cost_final = 0.0;
   double gradient_norm = 0.0, step_norm = 0.0;
   double seconds = 0.0;
-  std::string solver;  // by what the steps were solved for
+  std::string solver;  // by what the steps were solved for: "windows, AVX2, square root"
   std::vector<IterationRecord> trace;
 
   bool converged() const { return reason == StopReason::kConverged; }

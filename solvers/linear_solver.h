@@ -13,7 +13,7 @@ namespace magimu {
 enum class Backend {
   kAuto,     // windows where the graph fits, or the chain solver; else CHOLMOD, or Eigen
   kWindows,  // optimizers only: chains that share a few globals, linearized and eliminated in one
-             // pass in SIMD lanes; square-root form (SPQR) once it comes close to singular
+             // pass in SIMD lanes; in square-root form once they come close to singular
   kChain,    // block elimination along chains that share a few globals: many times faster
   kCholmod,  // supernodal Cholesky of J'J: fast; squares the condition number
   kSpqr,     // multifrontal QR of J: for problems close to singular

@@ -99,7 +99,11 @@ std::unique_ptr<OptimizerProblem> make_problem(const FactorGraph& graph, const V
         "the graph is not made of long chains that share a few globals (or has robust losses), so "
         "windows cannot serve; use Backend::kAuto");
   }
-  return make_sparse_problem(graph, values, options);
+  OptimizerOptions chosen = options;
+  if (options.backend == Backend::kAuto && options.form == EliminationForm::kSquareRoot) {
+    chosen.backend = square_root_backend();
+  }
+  return make_sparse_problem(graph, values, chosen);
 }
 
 }  // namespace magimu

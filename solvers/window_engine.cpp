@@ -15,10 +15,16 @@ namespace {
 
 constexpr std::size_t kMaxLaneKeys = 63;  // of a factor without lane code
 
+// Cholesky loses half of the digits of the condition; reflections take a pivot below 1e-10 of its
+// column for rounding, as SPQR does here.
+constexpr double least_pivot(EliminationForm form) {
+  return form == EliminationForm::kInformation ? 1e-13 : 1e-20;
+}
+
 }  // namespace
 
 std::unique_ptr<WindowEngine> WindowEngine::make(const FactorGraph& graph, const Values& values,
-                                                 std::optional<Isa> isa) {
+                                                 std::optional<Isa> isa, EliminationForm form) {
   const Isa chosen = isa.value_or(best_isa());
   if (!is_available(chosen)) return nullptr;
   for (const auto& batch : graph.batches()) {
@@ -27,18 +33,22 @@ std::unique_ptr<WindowEngine> WindowEngine::make(const FactorGraph& graph, const
   }
   std::optional<Layout> layout = find_layout(graph, values, lanes_of(chosen));
   if (!layout) return nullptr;
-  return std::unique_ptr<WindowEngine>(new WindowEngine(graph, values, std::move(*layout), chosen));
+  return std::unique_ptr<WindowEngine>(
+      new WindowEngine(graph, values, std::move(*layout), chosen, form));
 }
 
-WindowEngine::WindowEngine(const FactorGraph& graph, const Values& values, Layout layout, Isa isa)
+WindowEngine::WindowEngine(const FactorGraph& graph, const Values& values, Layout layout, Isa isa,
+                           EliminationForm form)
     : graph_(graph),
       layout_values_(values),
       layout_(std::move(layout)),
       isa_(isa),
+      form_(form),
       lanes_(std::size_t(lanes_of(isa))),
       program_(graph, layout_, isa),
-      code_(sweep_code(isa, layout_.d)),
-      chain_(layout_) {
+      sizes_(sizes_of(form, layout_.d, layout_.b(), program_.rows())),
+      code_(sweep_code(isa, layout_.d, form)),
+      chain_(BoundaryChain::make(layout_, form)) {
   for (const Layout::Group& g : layout_.groups) {
     const std::size_t steps = std::size_t(g.steps) + 1, d = std::size_t(layout_.d);
     Group own;
@@ -47,10 +57,11 @@ WindowEngine::WindowEngine(const FactorGraph& graph, const Values& values, Layou
           AlignedBuffer(steps * std::size_t(layout_.stored) * lanes_, AlignedBuffer::Fill::kNone);
       own.left[set] = AlignedBuffer(std::size_t(layout_.stored) * lanes_);
     }
-    // Two of these in a double; a pass writes all that the next one reads.
+    // In the information form two of these in a double; a pass writes all that the next one reads.
     const std::size_t kept = steps * std::size_t(kept_numbers(layout_.d, layout_.b())) * lanes_;
-    own.kept = AlignedBuffer((kept + 1) / 2, AlignedBuffer::Fill::kNone);
-    own.out = AlignedBuffer(std::size_t(out_doubles(layout_.d, layout_.b())) * lanes_);
+    own.kept = AlignedBuffer(form == EliminationForm::kInformation ? (kept + 1) / 2 : kept,
+                             AlignedBuffer::Fill::kNone);
+    own.out = AlignedBuffer(std::size_t(sizes_.out) * lanes_);
     own.delta_left = AlignedBuffer(d * lanes_);
     own.delta_right = AlignedBuffer(d * lanes_);
     own.sums = AlignedBuffer(2 * lanes_);
@@ -59,77 +70,6 @@ WindowEngine::WindowEngine(const FactorGraph& graph, const Values& values, Layou
   for (const int set : {0, 1}) {
     globals_[set] = AlignedBuffer(std::size_t(std::max(1, layout_.globals_stored)) * lanes_);
   }
-}
-
-void WindowEngine::load(const Values& values) {
-  const std::span<const double> data = values.data();
-  const std::size_t per_node = layout_.node.size(), stored = std::size_t(layout_.stored);
-  const auto put = [&](int node, double* to) {
-    for (std::size_t k = 0; k < per_node; ++k) {
-      const Values::Slot& s =
-          layout_values_.slots()[std::size_t(layout_.slots[std::size_t(node) * per_node + k])];
-      for (int i = 0; i < s.type.stored(); ++i) {
-        to[std::size_t(layout_.node[k].stored + i) * lanes_] = data[std::size_t(s.stored + i)];
-      }
-    }
-  };
-  current_ = condensed_ = 0;
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const Layout::Group& group = layout_.groups[g];
-    for (std::size_t lane = 0; lane < lanes_; ++lane) {
-      const int own = group.windows[lane];
-      const Layout::Window& w = layout_.windows[std::size_t(own < 0 ? group.windows[0] : own)];
-      for (const int set : {0, 1}) {
-        double* nodes = groups_[g].nodes[set].data() + lane;
-        put(w.first, groups_[g].left[set].data() + lane);
-        for (int step = 0; step <= group.steps; ++step) {
-          const int node = std::max(w.first, w.last - (group.steps - step));
-          put(node, nodes + std::size_t(step) * stored * lanes_);
-        }
-      }
-    }
-  }
-  for (int s = 0; s < values.size(); ++s) {
-    const Layout::Variable& v = layout_.variables[std::size_t(s)];
-    if (v.node >= 0) continue;
-    const Values::Slot& slot = layout_values_.slots()[std::size_t(s)];
-    for (int i = 0; i < slot.type.stored(); ++i) {
-      for (std::size_t lane = 0; lane < lanes_; ++lane) {
-        globals_[0][std::size_t(v.stored + i) * lanes_ + lane] = data[std::size_t(slot.stored + i)];
-      }
-    }
-  }
-}
-
-void WindowEngine::store(Values& values) const {
-  std::vector<double> data(values.data().begin(), values.data().end());
-  const std::size_t per_node = layout_.node.size(), stored = std::size_t(layout_.stored);
-  for (std::size_t s = 0; s < layout_.variables.size(); ++s) {
-    if (layout_.variables[s].node >= 0) continue;
-    const Values::Slot& slot = layout_values_.slots()[s];
-    for (int i = 0; i < slot.type.stored(); ++i) {
-      data[std::size_t(slot.stored + i)] =
-          globals_[current_][std::size_t(layout_.variables[s].stored + i) * lanes_];
-    }
-  }
-  for (const Layout::Window& w : layout_.windows) {
-    const Group& group = groups_[std::size_t(w.group)];
-    for (int node = w.first; node <= w.last; ++node) {
-      const double* from =
-          node == w.first
-              ? group.left[current_].data()
-              : group.nodes[current_].data() + std::size_t(layout_.step(w, node)) * stored * lanes_;
-      for (std::size_t k = 0; k < per_node; ++k) {
-        const Values::Slot& s =
-            layout_values_.slots()[std::size_t(layout_.slots[std::size_t(node) * per_node + k])];
-        for (int i = 0; i < s.type.stored(); ++i) {
-          data[std::size_t(s.stored + i)] =
-              from[std::size_t(layout_.node[k].stored + i) * lanes_ + std::size_t(w.lane)];
-        }
-      }
-    }
-  }
-  values.assign(data);
 }
 
 Sweep WindowEngine::sweep(std::size_t group, int set) {
@@ -150,7 +90,8 @@ Sweep WindowEngine::sweep(std::size_t group, int set) {
   s.left = own.left[set].data();
   s.globals = globals_[set].data();
   s.damping = damping_;
-  s.kept = reinterpret_cast<float*>(own.kept.data());
+  s.rows = program_.rows();
+  s.kept = own.kept.data();
   s.out = own.out.data();
   s.delta_left = own.delta_left.data();
   s.delta_right = own.delta_right.data();
@@ -165,9 +106,9 @@ double WindowEngine::condense_from(int set, double damping, const Before& before
   damping_ = damping;
   condensed_ = set;
   tbb::enumerable_thread_specific<Work> works([&] {
-    return Work{AlignedBuffer(std::size_t(state_doubles(layout_.d, layout_.b())) * lanes_),
+    return Work{AlignedBuffer(std::size_t(sizes_.state) * lanes_),
                 AlignedBuffer(std::size_t(program_.jacobian_doubles()) * lanes_),
-                AlignedBuffer(std::size_t(panel_doubles(layout_.d, layout_.b())) * lanes_)};
+                AlignedBuffer(std::size_t(sizes_.panel) * lanes_)};
   });
   tbb::parallel_for(std::size_t(0), groups_.size(), [&](std::size_t g) {
     Work& work = works.local();
@@ -178,13 +119,14 @@ double WindowEngine::condense_from(int set, double damping, const Before& before
     s.panel = work.panel.data();
     code_.up(s);
   });
-  chain_.clear();
+  chain_->clear();
   for (std::size_t w = 0; w < layout_.windows.size(); ++w) {
     const Layout::Window& window = layout_.windows[w];
-    chain_.add(int(w), groups_[std::size_t(window.group)].out.data(), window.lane, int(lanes_));
+    const double* out = groups_[std::size_t(window.group)].out.data();
+    chain_->add(int(w), out + kOutSums * int(lanes_), window.lane, int(lanes_));
   }
   add_globals(set);
-  return 0.5 * chain_.squares();
+  return 0.5 * chain_->squares();
 }
 
 double WindowEngine::condense(double damping) {
@@ -220,28 +162,29 @@ void WindowEngine::add_globals(int set) {
       rows.insert(rows.end(), row, row + std::ptrdiff_t(columns.size()));
       rows.push_back(r[i]);
     }
-    chain_.add_global(columns, batch.rows(), rows.data());
+    chain_->add_global(columns, batch.rows(), rows.data());
   }
 }
 
 bool WindowEngine::solve() {
-  const bool regular = chain_.eliminate(damping_);
-  pivot_ = chain_.smallest_pivot();
-  const std::size_t at = std::size_t(sums_at(layout_.d, layout_.b()) + 2) * lanes_;
+  const bool regular = chain_->eliminate(damping_);
+  pivot_ = chain_->smallest_pivot();
   for (const Group& g : groups_) {
-    for (std::size_t lane = 0; lane < lanes_; ++lane) pivot_ = std::min(pivot_, g.out[at + lane]);
+    for (std::size_t lane = 0; lane < lanes_; ++lane) {
+      pivot_ = std::min(pivot_, g.out[2 * lanes_ + lane]);
+    }
   }
-  if (!regular) return false;
-  chain_.solve();
-  return chain_.delta_globals().allFinite();
+  if (!regular || pivot_ <= least_pivot(form_)) return false;
+  chain_->solve();
+  return chain_->delta_globals().allFinite();
 }
 
 double WindowEngine::advance(double damping) {
   move_boundaries();
   // (H + lambda D) delta = -gradient, so gained = delta' (H + lambda D) delta.
-  const double gained = chain_.gained(), used = damping_;
-  double damped = chain_.sum_damped(), squares = chain_.sum_squares();
-  const VectorXd delta_globals = chain_.delta_globals();
+  const double gained = chain_->gained(), used = damping_;
+  double damped = chain_->sum_damped(), squares = chain_->sum_squares();
+  const VectorXd delta_globals = chain_->delta_globals();
   const double cost = condense_from(1 - current_, damping, [&](std::size_t g, Work& work) {
     Sweep s = sweep(g, current_);
     s.state = work.state.data();
@@ -261,54 +204,11 @@ double WindowEngine::advance(double damping) {
   return cost;
 }
 
-void WindowEngine::move_boundaries() {
-  const std::size_t d = std::size_t(layout_.d), stored = std::size_t(layout_.stored);
-  std::vector<double> x(stored), moved(stored);
-  const auto move = [&](const double* from, const double* delta, std::size_t lane, double* to) {
-    for (std::size_t i = 0; i < stored; ++i) x[i] = from[i * lanes_ + lane];
-    for (const NodeVariable& v : layout_.node) {
-      const VariableType type =
-          v.rotation ? VariableTraits<Rot3>::type() : VariableType{'V', std::uint16_t(v.size), 1};
-      retract(type, x.data() + v.stored, delta + v.tangent, moved.data() + v.stored);
-    }
-    for (std::size_t i = 0; i < stored; ++i) to[i * lanes_ + lane] = moved[i];
-  };
-  for (std::size_t w = 0; w < layout_.windows.size(); ++w) {
-    const Layout::Window& window = layout_.windows[w];
-    Group& group = groups_[std::size_t(window.group)];
-    const auto lane = std::size_t(window.lane);
-    const double* left = chain_.delta(chain_.boundary_of(int(w)));
-    const double* right = left + d;
-    for (std::size_t i = 0; i < d; ++i) {
-      group.delta_left[i * lanes_ + lane] = left[i];
-      group.delta_right[i * lanes_ + lane] = right[i];
-    }
-    const std::size_t end =
-        std::size_t(layout_.groups[std::size_t(window.group)].steps) * stored * lanes_;
-    move(group.left[current_].data(), left, lane, group.left[1 - current_].data());
-    move(group.nodes[current_].data() + end, right, lane, group.nodes[1 - current_].data() + end);
-  }
-  for (std::size_t s = 0; s < layout_.variables.size(); ++s) {
-    const Layout::Variable& v = layout_.variables[s];
-    if (v.node >= 0) continue;
-    const VariableType type = layout_values_.slots()[s].type;
-    x.resize(std::size_t(type.stored()));
-    moved.resize(x.size());
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      x[i] = globals_[current_][(std::size_t(v.stored) + i) * lanes_];
-    }
-    retract(type, x.data(), chain_.delta_globals().data() + v.tangent, moved.data());
-    for (std::size_t i = 0; i < x.size() * lanes_; ++i) {
-      globals_[1 - current_][std::size_t(v.stored) * lanes_ + i] = moved[i / lanes_];
-    }
-  }
-}
-
 double WindowEngine::gradient_norm() const {
-  double sum = chain_.gradient();
+  double sum = chain_->gradient();
   for (const Group& g : groups_) {
     for (std::size_t lane = 0; lane < lanes_; ++lane) {
-      sum += g.out[std::size_t(sums_at(layout_.d, layout_.b())) * lanes_ + lane];
+      sum += g.out[lane];
     }
   }
   return std::sqrt(sum);
@@ -318,7 +218,7 @@ double WindowEngine::sizes_in_sigmas() const {
   double sum = 0.0;
   for (const Group& g : groups_) {
     for (std::size_t lane = 0; lane < lanes_; ++lane) {
-      sum += g.out[std::size_t(sums_at(layout_.d, layout_.b()) + 1) * lanes_ + lane];
+      sum += g.out[lanes_ + lane];
     }
   }
   const auto add = [&](double diagonal, bool rotation, double x) {
@@ -329,7 +229,7 @@ double WindowEngine::sizes_in_sigmas() const {
     const Group& group = groups_[std::size_t(window.group)];
     const std::size_t end = std::size_t(layout_.groups[std::size_t(window.group)].steps) *
                             std::size_t(layout_.stored) * lanes_;
-    const double* diagonal = chain_.diagonal(chain_.boundary_of(int(w)));
+    const double* diagonal = chain_->diagonal(chain_->boundary_of(int(w)));
     for (const NodeVariable& v : layout_.node) {
       for (int i = 0; i < v.size; ++i) {
         const std::size_t at = std::size_t(v.stored + i) * lanes_ + std::size_t(window.lane);
@@ -343,13 +243,15 @@ double WindowEngine::sizes_in_sigmas() const {
     if (v.node >= 0) continue;
     const VariableType type = layout_values_.slots()[s].type;
     for (int i = 0; i < type.tangent(); ++i) {
-      add(chain_.diagonal_globals()[v.tangent + i], type.kind == 'R',
+      add(chain_->diagonal_globals()[v.tangent + i], type.kind == 'R',
           globals_[condensed_][std::size_t(v.stored + i) * lanes_]);
     }
   }
   return std::sqrt(sum);
 }
 
-std::string WindowEngine::describe() const { return std::string("windows, ") + to_string(isa_); }
+std::string WindowEngine::describe() const {
+  return std::string("windows, ") + to_string(isa_) + ", " + to_string(form_);
+}
 
 }  // namespace magimu

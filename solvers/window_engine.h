@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Normal equations of chains + globals without ever being written down: windows of the trajectory
-// are linearized and condensed in SIMD lanes and in parallel (lane_sweep.h), their boundaries and
-// the globals are solved (boundary_chain.h), and a downward pass moves the nodes. Everything, the
-// values included, stays in the lanes' order between iterations. Same bits for every number of
-// threads; instruction sets differ by rounding.
+// Least squares on chains + globals without a matrix of it all: windows of the trajectory are
+// linearized and condensed in SIMD lanes and in parallel (lane_sweep.h), their boundaries and the
+// globals are solved (boundary_chain.h), and a downward pass moves the nodes; in information or
+// square-root form. Everything, the values included, stays in the lanes' order between iterations.
+// Same bits for every number of threads; instruction sets differ by rounding.
 #pragma once
 
 #include <memory>
@@ -20,7 +20,8 @@ class WindowEngine {
   // Null where the graph is not made of chains + globals, or too small to pay. isa: unless given,
   // the best of this machine. The graph must outlive the engine.
   static std::unique_ptr<WindowEngine> make(const FactorGraph& graph, const Values& values,
-                                            std::optional<Isa> isa = std::nullopt);
+                                            std::optional<Isa> isa = std::nullopt,
+                                            EliminationForm form = EliminationForm::kInformation);
 
   void load(const Values& values);
   void store(Values& values) const;
@@ -28,7 +29,8 @@ class WindowEngine {
   // There are two sets of values: where the estimate is, and where a step leads. The cost where the
   // estimate is; all windows are linearized and condensed, damped in columns of unit norm.
   double condense(double damping);
-  // Solves for the step of the boundaries and the globals. False where the information is singular.
+  // Solves for the step of the boundaries and the globals. False where the problem is singular, or
+  // too close to it for the form: Cholesky loses half of the digits of a problem's condition.
   bool solve();
   // Moves every variable by the step, into the second set, and linearizes and condenses there, in
   // one pass: the cost there. Then keep_candidate(), or condense() again.
@@ -42,12 +44,13 @@ class WindowEngine {
   double gradient_norm() const;  // in columns of unit norm
   // |value / sigma| of all variables together, 1 / sigma of a rotation.
   double sizes_in_sigmas() const;
-  // Smallest pivot of the elimination relative to its diagonal, after solve(): about the inverse of
-  // a condition number.
+  // Smallest pivot of the elimination relative to its diagonal (in the square-root form, of their
+  // squares), after solve(): about the inverse of the condition number of J'J.
   double smallest_pivot() const { return pivot_; }
-  // Of the globals: information before elimination (diagonal), and marginal information.
-  const VectorXd& diagonal_globals() const { return chain_.diagonal_globals(); }
-  const MatrixXd& root() const { return chain_.root(); }
+  EliminationForm form() const { return form_; }
+  // Of the globals: information before elimination (diagonal), and what is left of it, inverted.
+  const VectorXd& diagonal_globals() const { return chain_->diagonal_globals(); }
+  MatrixXd covariance_globals() const { return chain_->covariance_globals(); }
   const lanes::Layout& layout() const { return layout_; }
   std::string describe() const;
 
@@ -56,7 +59,8 @@ class WindowEngine {
     AlignedBuffer nodes[2], left[2];  // current, candidate
     AlignedBuffer kept, out, delta_left, delta_right, sums;
   };
-  WindowEngine(const FactorGraph& graph, const Values& values, lanes::Layout layout, Isa isa);
+  WindowEngine(const FactorGraph& graph, const Values& values, lanes::Layout layout, Isa isa,
+               EliminationForm form);
   struct Work {
     AlignedBuffer state, jacobian, panel;
   };
@@ -71,10 +75,12 @@ class WindowEngine {
   Values layout_values_;  // for the slots
   lanes::Layout layout_;
   Isa isa_;
+  EliminationForm form_;
   std::size_t lanes_;
   lanes::Program program_;
+  lanes::Sizes sizes_;
   lanes::SweepCode code_;
-  lanes::BoundaryChain chain_;
+  std::unique_ptr<lanes::BoundaryChain> chain_;
   std::vector<Group> groups_;
   AlignedBuffer globals_[2];
   int condensed_ = 0;  // which set was condensed last

@@ -8,10 +8,6 @@
 namespace magimu {
 namespace {
 
-// Below this pivot, relative to its diagonal, the information form has lost half of the digits: the
-// square-root form must serve.
-constexpr double kMinPivot = 1e-13;
-
 // One pass linearizes and condenses; after a step it gives the cost there and all that the next
 // step needs, so that an accepted step costs one pass.
 class WindowProblem final : public OptimizerProblem {
@@ -26,33 +22,30 @@ class WindowProblem final : public OptimizerProblem {
     watch();
   }
 
-  double cost() const override { return square_root_ ? square_root_->cost() : cost_; }
-  bool is_finite() const override {
-    return square_root_ ? square_root_->is_finite() : std::isfinite(cost_) && norms_.allFinite();
-  }
-  double gradient_norm() const override {
-    return square_root_ ? square_root_->gradient_norm() : gradient_norm_;
-  }
-  double sizes_in_sigmas() const override {
-    return square_root_ ? square_root_->sizes_in_sigmas() : sizes_;
-  }
+  double cost() const override { return cost_; }
+  bool is_finite() const override { return std::isfinite(cost_) && norms_.allFinite(); }
+  double gradient_norm() const override { return gradient_norm_; }
+  double sizes_in_sigmas() const override { return sizes_; }
   int rows() const override { return rows_; }
 
   bool solve(double damping) override {
-    if (square_root_) return square_root_->solve(damping);
     const double before = engine_->damping();
     const bool light = before <= damping && damping <= kLightDamping;
     if (!here_ || !(light || before == damping)) {
       engine_->condense(damping);
       here_ = true;
     }
-    if (engine_->solve() && engine_->smallest_pivot() > kMinPivot) return true;
-    if (!is_finite()) return false;
-    take_square_root();
-    return square_root_->solve(damping);
+    if (engine_->solve()) return true;
+    if (engine_->form() == EliminationForm::kSquareRoot || options_.form || !is_finite())
+      return false;
+    // Close to singular: reflections of the Jacobian itself, from here on.
+    const Values at = values();
+    engine_ = WindowEngine::make(graph_, at, options_.isa, EliminationForm::kSquareRoot);
+    engine_->load(at);
+    cost_ = engine_->condense(damping);
+    return engine_->solve();
   }
   double try_step(ProposedStep& step) override {
-    if (square_root_) return square_root_->try_step(step);
     here_ = false;
     step.damping = engine_->damping();
     // As Levenberg-Marquardt will ask where the step turns out as predicted.
@@ -64,25 +57,19 @@ class WindowProblem final : public OptimizerProblem {
     return candidate_cost_;
   }
   void accept() override {
-    if (square_root_) return square_root_->accept();
     here_ = true;
     cost_ = candidate_cost_;
     engine_->keep_candidate();
     watch();
   }
   Values values() const override {
-    if (square_root_) return square_root_->values();
     Values out = values_;
     engine_->store(out);
     return out;
   }
-  const VectorXd& norms() const override { return square_root_ ? square_root_->norms() : norms_; }
-  const VectorXd& largest_norms() const override {
-    return square_root_ ? square_root_->largest_norms() : largest_;
-  }
-  std::string solver() const override {
-    return square_root_ ? "square root (" + square_root_->solver() + ")" : engine_->describe();
-  }
+  const VectorXd& norms() const override { return norms_; }
+  const VectorXd& largest_norms() const override { return largest_; }
+  std::string solver() const override { return engine_->describe(); }
 
  private:
   // What is known from the last pass only; norms of the globals' columns.
@@ -100,18 +87,11 @@ class WindowProblem final : public OptimizerProblem {
     }
     largest_ = largest_.cwiseMax(norms_);
   }
-  // Close to singular: orthogonal transformations of the Jacobian itself, not of its square.
-  void take_square_root() {
-    OptimizerOptions options = options_;
-    options.backend = square_root_backend();
-    square_root_ = make_sparse_problem(graph_, values(), options);
-  }
 
   const FactorGraph& graph_;
   OptimizerOptions options_;
   std::unique_ptr<WindowEngine> engine_;
-  std::unique_ptr<OptimizerProblem> square_root_;  // in the engine's place from then on
-  Values values_;                                  // the layout
+  Values values_;  // the layout
   VectorXd norms_, largest_;
   double cost_ = 0.0, candidate_cost_ = 0.0, gradient_norm_ = 0.0, sizes_ = 0.0;
   bool here_ = false;  // was the engine's last pass where we stand?
@@ -123,7 +103,8 @@ class WindowProblem final : public OptimizerProblem {
 std::unique_ptr<OptimizerProblem> make_window_problem(const FactorGraph& graph,
                                                       const Values& values,
                                                       const OptimizerOptions& options) {
-  auto engine = WindowEngine::make(graph, values, options.isa);
+  auto engine = WindowEngine::make(graph, values, options.isa,
+                                   options.form.value_or(EliminationForm::kInformation));
   if (!engine) return nullptr;
   return std::make_unique<WindowProblem>(std::move(engine), graph, values, options);
 }

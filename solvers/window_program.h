@@ -7,8 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "solvers/aligned_buffer.h"
-#include "solvers/window_layout.h"
+#include "solvers/window_pattern.h"
 
 namespace magimu::lanes {
 
@@ -22,6 +21,7 @@ class Program {
     AlignedBuffer absent, data;   // Sweep::absent; of all calls
     AlignedBuffer present;        // of calls that lack factors
     std::vector<int> factors;     // of calls without lane code, one a lane
+    int rows = 0;                 // of the factors of a step, at most
   };
   const std::vector<Group>& groups() const { return groups_; }
   // Factors of globals alone.
@@ -31,30 +31,28 @@ class Program {
   const std::vector<GlobalFactor>& global_factors() const { return global_factors_; }
   // Doubles of the largest Jacobian of a factor, its residual with it.
   int jacobian_doubles() const { return jacobian_doubles_; }
+  // Of the factors of a step, at most.
+  int rows() const { return rows_; }
 
  private:
-  struct OwnPattern;
   // The factors of one pattern in one group: one at each step and lane, or -1.
   struct Layer {
     int pattern;
     std::vector<int> factors;
   };
   int pattern_of(std::size_t batch, const std::vector<int>& code, const int* slots);
-  std::shared_ptr<OwnPattern> make_pattern(std::size_t batch, const std::vector<int>& code,
-                                           const int* slots);
   void assign(std::size_t batch, std::vector<std::vector<Layer>>& layers);
   void fill(const std::vector<Layer>& layers, const Layout::Group& lanes, Group& group) const;
-  void copy(const OwnPattern& pattern, int factor, double* data) const;
 
   const FactorGraph& graph_;
   const Layout& layout_;
   Isa isa_;
   std::size_t lanes_;
-  std::vector<std::shared_ptr<OwnPattern>> patterns_;
+  std::vector<std::unique_ptr<OwnPattern>> patterns_;
   std::vector<std::vector<int>> patterns_of_;  // batch
   std::vector<Group> groups_;
   std::vector<GlobalFactor> global_factors_;
-  int jacobian_doubles_ = 0;
+  int jacobian_doubles_ = 0, rows_ = 0;
 };
 
 }  // namespace magimu::lanes

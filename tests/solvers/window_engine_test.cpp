@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Windows in SIMD lanes against the sparse back ends, on every instruction set of this machine.
+// Windows in SIMD lanes, in both forms, against the sparse back ends, on every instruction set of
+// this machine.
 #include "solvers/window_engine.h"
 
 #include <gmock/gmock.h>
@@ -8,18 +9,14 @@
 
 #include <Eigen/Dense>
 
-#include "factors/delayed_magnetometer_factor.h"
-#include "factors/preintegrated_imu_factor.h"
-#include "graph/extended_batch.h"
 #include "solvers/levenberg_marquardt.h"
 #include "solvers/marginals.h"
-#include "tests/solvers/example_graphs.h"
+#include "tests/solvers/window_problems.h"
 
 namespace magimu {
 namespace {
 
 using test::Problem;
-using test::RandomValue;
 
 std::vector<Isa> isas() {
   std::vector<Isa> out;
@@ -29,109 +26,27 @@ std::vector<Isa> isas() {
   return out;
 }
 
-// A moved sensor: nodes of nine, positions measured now and then, magnetometers missing here and
-// there; two chains that share all but the dip.
-Problem moved_chains(unsigned seed, const std::vector<int>& lengths) {
-  RandomValue random(seed);
-  Problem p;
-  const Vector3 g_n = gravity_n(kStandardGravity);
-  const Matrix3 D = 50.0 * Matrix3::Identity() + random.matrix3(3.0);
-  int first = 0;
-  for (std::size_t chain = 0; chain < lengths.size(); ++chain) {
-    const Key dip{'i', std::uint32_t(chain)};
-    p.truth.insert(dip, 1.0);
-    Rot3 nRb = random.rotation();
-    Vector3 v = Vector3::Zero(), position = Vector3::Zero();
-    for (int k = first; k < first + lengths[chain]; ++k) {
-      p.truth.insert(R(k), nRb);
-      p.truth.insert(V(k), v);
-      p.truth.insert(P(k), position);
-      PreintegratedImu imu(Vector3::Zero(), Vector3::Zero(), 1e-3, 1e-2);
-      const Vector3 w = random.vector3(1.0);
-      for (int i = 0; i < 4; ++i) {
-        const Vector3 acc = nRb.unrotate(random.vector3(1.0) - 5.0 * v - 20.0 * position - g_n);
-        imu.integrate(w, acc, 0.01);
-      }
-      if (k % 7 != 3) {
-        p.graph.add(DelayedMagnetometerFactor(
-            R(k), key::distortion, key::mag_bias, dip, key::mag_time_offset_of(0),
-            magnetometer_model<double>(nRb, D, Vector3::Zero(), 1.0) + random.vector3(0.3),
-            Matrix3::Identity(), so3::hat(w), 0.0, Noise<3>::isotropic(0.3)));
-      }
-      if (k % 20 == 0) {
-        p.graph.add(PriorFactor<Vector3>(P(k), Vector3::Zero(), Noise<3>::isotropic(0.3)));
-      }
-      if (k + 1 == first + lengths[chain]) break;
-      p.graph.add(PreintegratedImuFactor(R(k), V(k), P(k), R(k + 1), V(k + 1), P(k + 1),
-                                         key::gyr_bias, key::acc_bias, imu, g_n));
-      const double h = imu.duration_s();
-      position += v * h + 0.5 * g_n * h * h + nRb * imu.delta_p();
-      v += g_n * h + nRb * imu.delta_v();
-      nRb = nRb * imu.delta_R();
-    }
-    first += lengths[chain];
-  }
-  p.truth.insert(key::acc_bias, Vector3::Zero().eval());
-  p.truth.insert(key::gyr_bias, Vector3::Zero().eval());
-  p.truth.insert(key::distortion, D);
-  p.truth.insert(key::mag_bias, Vector3::Zero().eval());
-  p.truth.insert(key::mag_time_offset_of(0), 0.0);
-  p.graph.add(PriorFactor<double>(key::mag_time_offset_of(0), 0.0, Noise<1>::isotropic(0.1)));
-  p.start = test::moved(p.truth, test::random_delta(random, p.truth.dim(), 0.02));
-  return p;
-}
+constexpr EliminationForm kForms[] = {EliminationForm::kInformation, EliminationForm::kSquareRoot};
 
-// Two pairs of globals enter by a matrix of each factor's own; some factors know no lanes.
-Problem extended_chain(unsigned seed) {
-  RandomValue random(seed);
-  Problem p = test::chain_with_globals(seed, 700);
-  const std::vector<Key> extra = {{'e', 0}, {'e', 1}};
-  for (const Key key : extra) p.start.insert(key, 0.3);
-  auto batch = std::make_unique<ExtendedBatch<MagnetometerFactor>>(extra, Vector2(0.1, -0.1));
-  for (const MagnetometerFactor& f : p.graph.factors<MagnetometerFactor>()) {
-    batch->add(f, Mat<double, 3, 2>::NullaryExpr([&] { return random.number(); }));
-  }
-  p.graph.add_batch(std::move(batch));
-  for (int k = 0; k < 700; k += 3) {
-    p.graph.add(PriorFactor<Rot3>(R(k), p.truth.at<Rot3>(R(k)), Noise<3>::isotropic(0.5)));
-  }
-  return p;
-}
-
-// Six magnetometers on one trajectory: a border wider than what is eliminated directly.
-Problem array_chain(unsigned seed, int n) {
-  RandomValue random(seed);
-  Problem p = test::chain_with_globals(seed, n);
-  for (int m = 1; m < 6; ++m) {
-    const Matrix3 D = 40.0 * Matrix3::Identity() + random.matrix3(3.0);
-    const Vector3 bias = random.vector3(10.0);
-    p.start.insert(key::distortion_of(m), Matrix3(D + random.matrix3(0.5)));
-    p.start.insert(key::mag_bias_of(m), Vector3(bias + random.vector3(0.5)));
-    for (int k = 0; k < n; ++k) {
-      if ((k + m) % 11 == 0) continue;
-      const Vector3 mag = magnetometer_model(p.truth.at<Rot3>(R(k)), D, bias, 1.0);
-      p.graph.add(MagnetometerFactor(R(k), key::distortion_of(m), key::mag_bias_of(m), key::dip,
-                                     mag + random.vector3(0.3), Noise<3>::isotropic(0.3)));
-    }
-  }
-  return p;
-}
-
-void expect_agreement(const Problem& p) {
+void expect_agreement(const Problem& p, const std::vector<Isa>& on = isas()) {
   OptimizerOptions options;
   options.backend = square_root_backend();
   options.step_tolerance = 1e-9;
   const Result sparse = LevenbergMarquardt(p.graph, options).optimize(p.start);
   ASSERT_TRUE(sparse.converged()) << sparse.message;
   options.backend = Backend::kWindows;
-  for (const Isa isa : isas()) {
-    options.isa = isa;
-    const Result r = LevenbergMarquardt(p.graph, options).optimize(p.start);
-    ASSERT_TRUE(r.converged()) << to_string(isa) << ": " << r.message;
-    EXPECT_THAT(r.solver, testing::HasSubstr(to_string(isa)));
-    EXPECT_NEAR(r.cost_final, sparse.cost_final, 1e-10 * sparse.cost_final) << to_string(isa);
-    EXPECT_LT(test::sigmas_between(p.graph, r.values, sparse.values), 1e-6) << to_string(isa);
-    EXPECT_NEAR(r.gradient_norm, 0.0, 1e-4);
+  for (const EliminationForm form : kForms) {
+    for (const Isa isa : on) {
+      const std::string name = std::string("windows, ") + to_string(isa) + ", " + to_string(form);
+      options.form = form;
+      options.isa = isa;
+      const Result r = LevenbergMarquardt(p.graph, options).optimize(p.start);
+      ASSERT_TRUE(r.converged()) << name << ": " << r.message;
+      EXPECT_EQ(r.solver, name);
+      EXPECT_NEAR(r.cost_final, sparse.cost_final, 1e-10 * sparse.cost_final) << name;
+      EXPECT_LT(test::sigmas_between(p.graph, r.values, sparse.values), 1e-6) << name;
+      EXPECT_NEAR(r.gradient_norm, 0.0, 1e-4) << name;
+    }
   }
 }
 
@@ -139,67 +54,91 @@ TEST(Windows, agree_with_the_sparse_back_end_on_a_chain_of_rotations) {
   for (const int n : {64, 100, 560, 2111}) expect_agreement(test::chain_with_globals(3, n));
 }
 TEST(Windows, agree_where_a_hand_moves_the_sensor_and_chains_share_globals) {
-  expect_agreement(moved_chains(4, {300}));
-  expect_agreement(moved_chains(5, {171, 90, 333}));
+  expect_agreement(test::moved_chains(4, {300}));
+  expect_agreement(test::moved_chains(5, {171, 90, 333}));
 }
+
 TEST(Windows, agree_with_linear_columns_and_factors_without_lane_code) {
-  expect_agreement(extended_chain(6));
+  expect_agreement(test::extended_chain(6));
 }
 
 TEST(Windows, agree_where_an_array_of_magnetometers_makes_the_border_wide) {
-  expect_agreement(array_chain(12, 700));
+  expect_agreement(test::array_chain(12, 700, 6));
+}
+
+TEST(Windows, agree_where_thirty_magnetometers_make_it_very_wide) {
+  const Problem p = test::array_chain(14, 160, 30);
+  ASSERT_EQ(WindowEngine::make(p.graph, p.start)->layout().globals, 367);
+  expect_agreement(p, {best_isa()});
+}
+
+TEST(Windows, agree_where_each_node_has_a_slow_state) {
+  const Problem p = test::chain_with_slow_states(15, 300);
+  ASSERT_EQ(WindowEngine::make(p.graph, p.start)->layout().d, 6);
+  expect_agreement(p);
 }
 
 TEST(Windows, first_step_is_that_of_the_sparse_back_end) {
-  const Problem p = moved_chains(7, {150, 80});
+  const Problem p = test::moved_chains(7, {150, 80});
   OptimizerOptions options;
   options.max_iterations = 1;
   options.initial_damping = 0.01;
-  options.backend = Backend::kSpqr;
+  options.backend = square_root_backend();
   const IterationRecord sparse = LevenbergMarquardt(p.graph, options).optimize(p.start).trace[0];
   options.backend = Backend::kWindows;
-  const IterationRecord windows = LevenbergMarquardt(p.graph, options).optimize(p.start).trace[0];
-  EXPECT_NEAR(windows.gradient_norm, sparse.gradient_norm, 1e-9 * sparse.gradient_norm);
-  EXPECT_NEAR(windows.cost, sparse.cost, 1e-5 * sparse.cost);
-  EXPECT_NEAR(windows.step_sigma, sparse.step_sigma, 1e-5 * sparse.step_sigma);
-  EXPECT_NEAR(windows.step_norm, sparse.step_norm, 1e-5 * sparse.step_norm);
-  EXPECT_NEAR(windows.gain_ratio, sparse.gain_ratio, 1e-5);
+  for (const EliminationForm form : kForms) {
+    options.form = form;
+    const IterationRecord windows = LevenbergMarquardt(p.graph, options).optimize(p.start).trace[0];
+    // The information form keeps what the inner nodes need in single precision.
+    const double precise = form == EliminationForm::kInformation ? 1e-5 : 1e-9;
+    EXPECT_NEAR(windows.gradient_norm, sparse.gradient_norm, 1e-9 * sparse.gradient_norm);
+    EXPECT_NEAR(windows.cost, sparse.cost, precise * sparse.cost);
+    EXPECT_NEAR(windows.step_sigma, sparse.step_sigma, precise * sparse.step_sigma);
+    EXPECT_NEAR(windows.step_norm, sparse.step_norm, precise * sparse.step_norm);
+    EXPECT_NEAR(windows.gain_ratio, sparse.gain_ratio, precise);
+  }
 }
 
-TEST(Windows, root_is_the_information_of_the_globals) {
+// Of the distortion's covariance, which is a part of that of all globals.
+double error_of_covariance(const WindowEngine& engine, const Problem& p, const MatrixXd& expected) {
+  const auto slot = std::size_t(&p.start.slot(key::distortion) - p.start.slots().data());
+  const int at = engine.layout().variables[slot].tangent;
+  return (engine.covariance_globals().block(at, at, 9, 9) - expected).norm() / expected.norm();
+}
+
+TEST(Windows, root_gives_the_covariance_of_the_globals) {
   const Problem p = test::chain_with_globals(8, 400);
-  const auto engine = WindowEngine::make(p.graph, p.start);
-  ASSERT_NE(engine, nullptr);
-  engine->load(p.start);
-  engine->condense(0.0);
-  ASSERT_TRUE(engine->solve());
-  const int g = engine->layout().globals;
-  const MatrixXd covariance = engine->root().topLeftCorner(g, g).inverse();
-  const Marginals marginals(p.graph, p.start, square_root_backend());
-  const int at =
-      engine->layout()
-          .variables[std::size_t(&p.start.slot(key::distortion) - p.start.slots().data())]
-          .tangent;
-  const MatrixXd expected = marginals.covariance(key::distortion);
-  EXPECT_LT((covariance.block(at, at, 9, 9) - expected).norm(), 1e-6 * expected.norm());
+  const MatrixXd expected =
+      Marginals(p.graph, p.start, square_root_backend()).covariance(key::distortion);
+  for (const EliminationForm form : kForms) {
+    const auto engine = WindowEngine::make(p.graph, p.start, best_isa(), form);
+    ASSERT_NE(engine, nullptr);
+    engine->load(p.start);
+    engine->condense(0.0);
+    ASSERT_TRUE(engine->solve());
+    EXPECT_LT(error_of_covariance(*engine, p, expected), 1e-6) << to_string(form);
+  }
 }
 
 TEST(Windows, give_the_same_bits_for_every_number_of_threads) {
-  const Problem p = moved_chains(9, {1500, 700});
-  for (const Isa isa : isas()) {
-    OptimizerOptions options;
-    options.backend = Backend::kWindows;
-    options.isa = isa;
-    std::vector<double> one;
-    for (const int threads : {1, 2, 5}) {
-      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                      std::size_t(threads));
-      tbb::task_arena arena(threads);
-      const Result r =
-          arena.execute([&] { return LevenbergMarquardt(p.graph, options).optimize(p.start); });
-      const std::vector<double> bits(r.values.data().begin(), r.values.data().end());
-      if (one.empty()) one = bits;
-      EXPECT_EQ(bits, one) << to_string(isa) << ", " << threads << " threads";
+  const Problem p = test::moved_chains(9, {1500, 700});
+  for (const EliminationForm form : kForms) {
+    for (const Isa isa : isas()) {
+      OptimizerOptions options;
+      options.backend = Backend::kWindows;
+      options.isa = isa;
+      options.form = form;
+      std::vector<double> one;
+      for (const int threads : {1, 2, 5}) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                        std::size_t(threads));
+        tbb::task_arena arena(threads);
+        const Result r =
+            arena.execute([&] { return LevenbergMarquardt(p.graph, options).optimize(p.start); });
+        const std::vector<double> bits(r.values.data().begin(), r.values.data().end());
+        if (one.empty()) one = bits;
+        EXPECT_EQ(bits, one) << r.solver << ", " << threads << " threads";
+      }
     }
   }
 }
@@ -212,27 +151,73 @@ TEST(Windows, refuse_a_graph_with_loops_and_auto_solves_it_otherwise) {
   EXPECT_THROW(LevenbergMarquardt(p.graph, options).optimize(p.start), std::invalid_argument);
 }
 
-TEST(Windows, hand_over_to_the_square_root_form_close_to_singular) {
-  // A sensor that hardly turns: the distortion is all but free.
-  RandomValue random(10);
-  Problem p = test::chain_with_globals(10, 300);
-  FactorGraph graph;
-  for (const auto& f : p.graph.factors<GyroscopeFactor>()) graph.add(f);
-  for (const auto& f : p.graph.factors<AccelerometerFactor>()) graph.add(f);
-  const Matrix3 D = p.truth.at<Matrix3>(key::distortion);
-  const Vector3 bias = p.truth.at<Vector3>(key::mag_bias);
-  for (int k = 0; k < 300; ++k) {
-    // All magnetometers but those of the first pose are worth next to nothing.
-    const double sigma = k == 0 ? 0.1 : 3e7;
-    graph.add(MagnetometerFactor(R(k), key::distortion, key::mag_bias, key::dip,
-                                 magnetometer_model(p.truth.at<Rot3>(R(k)), D, bias, 1.0),
-                                 Noise<3>::isotropic(sigma)));
-  }
+TEST(Windows, take_the_square_root_form_by_themselves_close_to_singular) {
+  const Problem p = test::nearly_singular_chain(10, 300);
   OptimizerOptions options;
-  options.initial_damping = 0.0;
-  options.max_iterations = 3;
-  const Result r = LevenbergMarquardt(graph, options).optimize(p.truth);
-  EXPECT_THAT(r.solver, testing::HasSubstr("square root"));
+  options.backend = square_root_backend();
+  const Result sparse = GaussNewton(p.graph, options).optimize(p.start);
+  ASSERT_TRUE(sparse.converged()) << sparse.message;
+  // The optimum lies elsewhere: something was solved for.
+  ASSERT_GT(test::sigmas_between(p.graph, p.start, sparse.values), 0.1);
+  options.backend = Backend::kAuto;
+  for (const Isa isa : isas()) {
+    options.isa = isa;
+    const Result r = GaussNewton(p.graph, options).optimize(p.start);
+    ASSERT_TRUE(r.converged()) << r.message;
+    EXPECT_EQ(r.solver, std::string("windows, ") + to_string(isa) + ", square root");
+    EXPECT_NEAR(r.cost_final, sparse.cost_final, 1e-10 * sparse.cost_final);
+    EXPECT_LT(test::sigmas_between(p.graph, r.values, sparse.values), 1e-6) << to_string(isa);
+  }
+}
+
+TEST(Windows, refuse_the_information_form_close_to_singular_and_say_what_serves) {
+  const Problem p = test::nearly_singular_chain(10, 300);
+  OptimizerOptions options;
+  options.form = EliminationForm::kInformation;
+  const Result r = GaussNewton(p.graph, options).optimize(p.start);
+  EXPECT_EQ(r.reason, StopReason::kSingular);
+  EXPECT_THAT(r.message, testing::HasSubstr("square-root form"));
+  EXPECT_EQ(r.iterations, 0);
+}
+
+TEST(Windows, in_square_root_form_are_right_where_the_information_form_would_be_wrong) {
+  const Problem p = test::nearly_singular_chain(10, 300);
+  const MatrixXd expected =
+      Marginals(p.graph, p.start, square_root_backend()).covariance(key::distortion);
+  const auto error_of = [&](EliminationForm form, Isa isa, bool accepted) {
+    const auto engine = WindowEngine::make(p.graph, p.start, isa, form);
+    engine->load(p.start);
+    engine->condense(0.0);
+    EXPECT_EQ(engine->solve(), accepted);
+    EXPECT_LT(engine->smallest_pivot(), 1e-13);
+    return error_of_covariance(*engine, p, expected);
+  };
+  for (const Isa isa : isas()) {
+    EXPECT_GT(error_of(EliminationForm::kInformation, isa, false), 1e-3) << to_string(isa);
+    EXPECT_LT(error_of(EliminationForm::kSquareRoot, isa, true), 1e-6) << to_string(isa);
+  }
+}
+
+TEST(Windows, in_square_root_form_find_what_is_not_determined) {
+  const Problem p = test::extended_chain(13, true);
+  OptimizerOptions options;
+  for (const bool chosen : {true, false}) {
+    if (chosen) options.form = EliminationForm::kSquareRoot;
+    const Result r = GaussNewton(p.graph, options).optimize(p.start);
+    EXPECT_EQ(r.reason, StopReason::kSingular);
+    EXPECT_THAT(r.message, testing::AllOf(testing::HasSubstr("e0"), testing::HasSubstr("e1")));
+    EXPECT_THAT(r.solver, testing::HasSubstr("square root"));
+    options.form.reset();
+  }
+}
+
+TEST(Windows, square_root_form_is_asked_of_other_graphs_too) {
+  const Problem p = test::pose_graph(2, 200);
+  OptimizerOptions options;
+  options.form = EliminationForm::kSquareRoot;
+  const Result r = LevenbergMarquardt(p.graph, options).optimize(p.start);
+  EXPECT_TRUE(r.converged());
+  EXPECT_EQ(r.solver, to_string(square_root_backend()));
 }
 
 TEST(Windows, say_that_numbers_are_not_finite) {

@@ -20,6 +20,7 @@
 #include "diagnosis/held_out_nll.h"
 #include "diagnosis/option.h"
 #include "diagnosis/scan_options.h"
+#include "diagnosis/source_search.h"
 #include "factors/effects/catalogue.h"
 
 namespace magimu {
@@ -219,6 +220,21 @@ bool Extender::find_times(Option& option, Stage& stage) const {
   return true;
 }
 
+// A strong source bends the trajectory of a fit without it, and what that leaves points elsewhere:
+// once there is some source in the model, its place is looked for anew.
+void Extender::find_source(Option& option, Stage& stage) const {
+  for (const LikelySource& source : likely_sources(*recordings_.front(), stage)) {
+    VectorXd start(6);
+    start << source.place, source.moment;
+    Stage again = pipeline_.refit_with_same_noise(*stage_, stage.spec(), start);
+    if (!again.result().converged() || again.result().cost_final > stage.result().cost_final) {
+      continue;
+    }
+    stage = std::move(again);
+    option.start = start;
+  }
+}
+
 // The model with the option in it, fitted; nothing where it does not hold there.
 std::optional<Extender::Trial> Extender::trial(Option option) const {
   ModelSpec spec = stage_->spec();
@@ -228,6 +244,7 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
   if (option.effect->name() == "hard_iron_change" && !find_times(option, stage)) {
     return std::nullopt;
   }
+  if (option.effect->name() == "stationary_source") find_source(option, stage);
   if (!stage.result().converged() || !survives(option, stage, log10_level())) return std::nullopt;
   if (!foretells(stage)) return std::nullopt;
   if (option.effect->name() == "hard_iron_change" && !is_all(stage)) return std::nullopt;

@@ -44,6 +44,7 @@ class Extender {
   Finding describe(const Option& option, const Stage& stage, double nll,
                    const std::vector<Option>& all) const;
   bool find_times(Option& option, Stage& stage) const;
+  void find_source(Option& option, Stage& stage) const;
   void prune();
 
   const std::vector<const Recording*>& recordings_;

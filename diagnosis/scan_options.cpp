@@ -108,9 +108,9 @@ std::vector<Option> scan_options(const std::vector<const Recording*>& recordings
   const bool single = recordings.size() == 1;
   std::vector<std::shared_ptr<const Effect>> all = effects;
   if (single) all.push_back(bias_in_windows(change_windows(recording)));
-  std::vector<Vector3> places;
-  if (single && recording.pos) places = likely_source_places(recording, stage);
-  for (const Vector3& place : places) all.push_back(make_stationary_source_at(place));
+  std::vector<LikelySource> sources;
+  if (single && recording.pos) sources = likely_sources(recording, stage);
+  for (const LikelySource& s : sources) all.push_back(make_stationary_source_at(s.place));
   const Scan scan(recordings, stage, all);
   const std::vector<Score> scores = scores_by_channel(recordings, stage, scan, effects);
 
@@ -132,8 +132,8 @@ std::vector<Option> scan_options(const std::vector<const Recording*>& recordings
     const BiasChange change = find_bias_change(scan, effects.size(), recording);
     if (change.score.dof > 0) out.push_back(change_option(change));
   }
-  for (std::size_t p = 0; p < places.size(); ++p) {
-    out.push_back(source_option(scan.scores()[effects.size() + 1 + p], places[p]));
+  for (std::size_t s = 0; s < sources.size(); ++s) {
+    out.push_back(source_option(scan.scores()[effects.size() + 1 + s], sources[s].place));
   }
   std::sort(out.begin(), out.end(),
             [](const Option& a, const Option& b) { return a.rank < b.rank; });

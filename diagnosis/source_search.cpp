@@ -32,6 +32,13 @@ class Leftover {
         spec.extended.empty() ? recording : spec.extended.front()->corrected;
     const SensedMotion motion(corrected, stage.plans().front(), 0, spec, values);
     const VectorSeries& mag = corrected.mag.front();
+    const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
+    const auto known = std::find_if(spec.effects.begin(), spec.effects.end(),
+                                    [](const auto& e) { return e->name() == "stationary_source"; });
+    VectorXd theta;
+    if (known != spec.effects.end()) {
+      theta = effect_parameters(values, keys[std::size_t(known - spec.effects.begin())]);
+    }
     const Vector3 bias = values.at<Vector3>(key::mag_bias);
     const std::size_t each = std::max<std::size_t>(1, mag.size() / kBlocks);
     const auto n = Eigen::Index(mag.size() / each);
@@ -42,7 +49,9 @@ class Leftover {
       for (std::size_t i = std::size_t(k) * each; i < std::size_t(k + 1) * each; ++i) {
         const SampleState s = motion.state(Channel::kMag, i);
         const Matrix3 to_n = s.strength_uT / double(each) * s.nRb.matrix() * s.D.inverse();
-        r_.segment<3>(3 * k) += to_n * (mag.v[i] - s.D * s.b - bias);
+        Vector3 left = mag.v[i] - s.D * s.b - bias;
+        if (theta.size() > 0) left += (*known)->term(s, theta);
+        r_.segment<3>(3 * k) += to_n * left;
         for (int j = 0; j < 3; ++j) B_.block<3, 3>(3 * k, 3 * j) += s.b[j] * to_n;
         B_.block<3, 3>(3 * k, 9) += to_n;
         place += s.position / double(each);
@@ -54,8 +63,8 @@ class Leftover {
   }
 
   const std::vector<Vector3>& path() const { return places_; }
-  // How much of it a dipole there explains.
-  double explained_from(const Vector3& source) const {
+  // How much of it a dipole there explains, and that dipole.
+  double explained_from(const Vector3& source, Vector3* moment = nullptr) const {
     MatrixXd J(r_.size(), 3);
     for (std::size_t k = 0; k < places_.size(); ++k) {
       const Vector3 away = places_[k] - source;
@@ -66,7 +75,9 @@ class Leftover {
     }
     const MatrixXd own = J - B_ * base_.solve(B_.transpose() * J);
     const VectorXd z = own.transpose() * r_;
-    return z.dot((own.transpose() * own).ldlt().solve(z));
+    const Vector3 best = (own.transpose() * own).ldlt().solve(z);
+    if (moment != nullptr) *moment = best;
+    return z.dot(best);
   }
 
  private:
@@ -83,7 +94,7 @@ struct Spot {
 
 }  // namespace
 
-std::vector<Vector3> likely_source_places(const Recording& recording, const Stage& stage) {
+std::vector<LikelySource> likely_sources(const Recording& recording, const Stage& stage) {
   const Leftover leftover(recording, stage);
   Vector3 low = leftover.path().front(), high = low;
   for (const Vector3& p : leftover.path()) {
@@ -126,8 +137,11 @@ std::vector<Vector3> likely_source_places(const Recording& recording, const Stag
   }
   std::sort(kept.begin(), kept.end(),
             [](const Spot& a, const Spot& b) { return a.explained > b.explained; });
-  std::vector<Vector3> out;
-  for (const Spot& p : kept) out.push_back(p.at);
+  std::vector<LikelySource> out;
+  for (const Spot& p : kept) {
+    out.push_back({p.at, Vector3::Zero()});
+    leftover.explained_from(p.at, &out.back().moment);
+  }
   return out;
 }
 

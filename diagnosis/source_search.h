@@ -7,7 +7,11 @@
 
 namespace magimu {
 
-// The best few, m, in the frame of the recorded positions; best first.
-std::vector<Vector3> likely_source_places(const Recording& recording, const Stage& stage);
+struct LikelySource {
+  Vector3 place, moment;  // m, in the frame of the recorded positions; A m^2
+};
+
+// The best few, best first. A source that is in the stage's model already is looked for anew.
+std::vector<LikelySource> likely_sources(const Recording& recording, const Stage& stage);
 
 }  // namespace magimu

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/alignment.h"
 
+#include <tbb/parallel_for.h>
+
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 
 #include "calibration/integrated_rotation.h"
+#include "calibration/sample_times.h"
 #include "factors/field_rotation_factor.h"
 #include "factors/keys.h"
 #include "factors/prior_factor.h"
@@ -15,6 +19,7 @@ namespace magimu {
 namespace {
 
 constexpr Key kAlign{'M', 0};
+constexpr std::size_t kStarts = 6;  // of the mountings, the best ones
 
 struct Pair {
   const Recording* recording;
@@ -71,19 +76,53 @@ std::vector<Rot3> mountings() {
   return out;
 }
 
+// Turns between any two times, in constant time each, with how they change with the bias b: with
+// the attitude R(t) that the gyroscope alone gives, d delta / d b = -R_b' int_a^b R dt.
+class Turns {
+ public:
+  Turns(const VectorSeries& gyr, const Vector3& bias)
+      : gyr_(gyr), bias_(bias), integrated_(gyr, bias) {
+    for (std::size_t k = 0; k + 1 < gyr.size(); ++k) {
+      sums_.push_back(sums_.back() + until(k, gyr.t[k + 1]));
+    }
+  }
+  PreintegratedGyroscope between(double a, double b) const {
+    const Rot3 to_b = integrated_.at(b).inverse();
+    return {bias_, (to_b * integrated_.at(a)).inverse(), -(to_b.matrix() * (sum(b) - sum(a))),
+            b - a};
+  }
+
+ private:
+  // int R dt from sample k to t.
+  Matrix3 until(std::size_t k, double t) const {
+    const double h = t - gyr_.t[k];
+    return integrated_.at(gyr_.t[k]).matrix() *
+           so3::left_jacobian(Vector3((gyr_.v[k] - bias_) * h)) * h;
+  }
+  Matrix3 sum(double t) const {
+    const std::size_t k = sample_until(gyr_.t, t);
+    return sums_[k] + until(k, t);
+  }
+
+  const VectorSeries& gyr_;
+  Vector3 bias_;
+  IntegratedRotation integrated_;
+  std::vector<Matrix3> sums_ = {Matrix3::Zero()};
+};
+
 FactorGraph build(const std::vector<Pair>& pairs, const Vector3& bias,
                   const AlignmentOptions& options) {
   FactorGraph graph;
   const Recording* current = nullptr;
-  std::unique_ptr<IntegratedRotation> gyr;
+  std::unique_ptr<Turns> turns;
   const Noise<3> noise = Noise<3>::isotropic(0.02).with_loss(Loss::cauchy(3.0));
   for (const Pair& p : pairs) {
     if (p.recording != current) {
-      gyr = std::make_unique<IntegratedRotation>(p.recording->gyr, bias);
+      turns = std::make_unique<Turns>(p.recording->gyr, bias);
       current = p.recording;
     }
-    graph.add(FieldRotationFactor(kAlign, key::gyr_bias, p.u_i, p.u_j,
-                                  gyr->preintegrate(p.t_i, p.t_j), noise));
+    graph.add(FieldRotationFactor(kAlign, key::gyr_bias, p.u_i, p.u_j, turns->between(p.t_i, p.t_j),
+                                  noise));
   }
   const double sigma = options.estimate_gyr_bias ? 0.2 : 1e-9;
   graph.add(PriorFactor<Vector3>(key::gyr_bias, options.gyr_bias, Noise<3>::isotropic(sigma)));
@@ -117,11 +156,14 @@ Alignment align_magnetometer(const std::vector<const Recording*>& recordings, st
   optimizer.max_iterations = 50;
   Result best;
   best.cost_final = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < 6; ++i) {
+  std::array<Result, kStarts> results;
+  tbb::parallel_for(std::size_t(0), kStarts, [&](std::size_t i) {
     Values values;
     values.insert(kAlign, starts[i].second);
     values.insert(key::gyr_bias, options.gyr_bias);
-    Result result = LevenbergMarquardt(graph, optimizer).optimize(values);
+    results[i] = LevenbergMarquardt(graph, optimizer).optimize(values);
+  });
+  for (Result& result : results) {
     if (result.cost_final < best.cost_final) best = std::move(result);
   }
   // The pairs span seconds: integrate again where the bias has moved.

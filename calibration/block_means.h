@@ -19,22 +19,11 @@ struct Block {
   bool at_node = false;  // one sample, at the node's very time: C is the identity
 };
 
-// Hands out blocks node after node.
-class BlockMeans {
- public:
-  // offset_s: how long ago the attitude was that a sample shows (tau). All must outlive this.
-  BlockMeans(const VectorSeries& series, const IntegratedRotation& gyr, const NodePlan& plan,
-             double offset_s = 0.0);
+// The first sample of each node, and last where the last node's end.
+std::vector<std::size_t> samples_of_nodes(const VectorSeries& series, const NodePlan& plan);
 
-  // The block of node 0, then of node 1, ...
-  Block next();
-
- private:
-  const VectorSeries& series_;
-  const IntegratedRotation& gyr_;
-  const NodePlan& plan_;
-  double offset_s_;
-  std::size_t sample_ = 0, node_ = 0;
-};
+// The block of each node. offset_s: how long ago the attitude was that a sample shows (tau).
+std::vector<Block> block_means(const VectorSeries& series, const IntegratedRotation& gyr,
+                               const NodePlan& plan, double offset_s = 0.0);
 
 }  // namespace magimu

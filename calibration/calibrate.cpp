@@ -2,6 +2,7 @@
 #include "calibration/calibrate.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <chrono>
@@ -41,22 +42,33 @@ Calibration calibrate(const std::vector<const Recording*>& given,
   const CheckedRecordings checked(given);
   const std::vector<const Recording*>& recordings = checked.get();
   const Pipeline pipeline(recordings, options);
-  Calibration choices;
-  const auto [coarse, fine] = pipeline.run(choices);
-  Calibration c = summarize(recordings, fine, options);
-  c.residual_series = residual_series(fine, c.mag_names);
-  c.motion_reason = choices.motion_reason;
-  c.checks = choices.checks;
+  std::string motion_reason;
+  const Stage coarse = pipeline.coarse(motion_reason);
+  Calibration c;
+  std::vector<double> mag_squares;
+  std::vector<Check> checks;
+  std::vector<MissingEffect> missing;
+  tbb::parallel_invoke(
+      [&] {
+        const Stage fine = pipeline.fine(coarse);
+        const Optimum optimum(fine);
+        c = summarize(recordings, optimum, options);
+        c.residual_series = residual_series(optimum, c.mag_names);
+        mag_squares = fine.mag_squares(optimum.rows, optimum.system.residual());
+      },
+      [&] { checks = pipeline.check_prediction(coarse); },
+      [&] {
+        if (coarse.result().converged()) missing = find_missing_effects(recordings, coarse);
+      });
+  c.motion_reason = motion_reason;
+  c.checks = checks;
   c.warnings = checked.warnings();
   c.node_every = pipeline.node_every();
   widen_by_halves(c);
-  if (coarse.result().converged()) {
-    add_missing_effects(c, find_missing_effects(recordings, coarse));
-  }
+  if (coarse.result().converged()) add_missing_effects(c, missing);
   for (const Recording* r : recordings) {
     c.blows_per_minute = std::max(c.blows_per_minute, blows_per_minute(*r));
   }
-  const std::vector<double> mag_squares = fine.mag_squares();
   c.disturbances = find_disturbances(c, mag_squares);
   const Check first[] = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
                          check_windows(c, mag_squares)};

@@ -4,6 +4,9 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <optional>
+
 #include "calibration/sensed_motion.h"
 
 namespace magimu {
@@ -105,6 +108,11 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, int i
   }
   // The gyroscope's terms depend on the force, too, and the accelerometer's on the rate: both a
   // second time with what the first has corrected. Then the magnetometer's.
+  // Without a parameter that differs from zero nothing is corrected, and once is enough.
+  const bool at_zero = std::ranges::all_of(active, [](const auto& terms) {
+    return std::ranges::all_of(terms, [](const ActiveTerm& a) { return a.theta.isZero(0.0); });
+  });
+  std::optional<SensedMotion> motion;
   constexpr std::pair<Channel, bool> kPasses[] = {{Channel::kGyr, false},
                                                   {Channel::kAcc, false},
                                                   {Channel::kGyr, true},
@@ -112,8 +120,8 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, int i
                                                   {Channel::kMag, true}};
   for (const auto& [channel, last] : kPasses) {
     const auto c = std::size_t(channel);
-    if (active[c].empty()) continue;
-    const SensedMotion motion(out.corrected, plan, index, spec, values);
+    if (active[c].empty() || (at_zero && !last)) continue;
+    if (!motion || !at_zero) motion.emplace(out.corrected, plan, index, spec, values);
     EffectColumns& columns = out.columns[c];
     VectorSeries corrected = series_of(out.corrected, channel);
     if (last) {
@@ -123,7 +131,7 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, int i
     const VectorSeries& raw = channel == Channel::kAcc   ? recording.acc
                               : channel == Channel::kGyr ? recording.gyr
                                                          : recording.mag.front();
-    correct(motion, channel, spec.motion == MotionModel::kHandHeld, active[c], raw, corrected,
+    correct(*motion, channel, spec.motion == MotionModel::kHandHeld, active[c], raw, corrected,
             last ? &columns : nullptr);
     series_of(out.corrected, channel) = std::move(corrected);
   }

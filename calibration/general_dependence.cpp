@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 namespace magimu {
 namespace {
@@ -19,18 +18,22 @@ double usual_size(Channel channel) {
 // Any linear combination of n functions of the state, on each axis.
 class Dependence final : public Effect {
  public:
-  using Functions = std::function<VectorXd(const SampleState&)>;
+  // Writes the values of the n functions.
+  using Functions = void (*)(const SampleState&, double* x);
+  static constexpr int kMost = 9;
   Dependence(Channel channel, const std::string& words, int n, Functions functions)
       : Effect({.name = "dependence",
                 .channel = channel,
                 .parameters =
                     std::vector<Parameter>(std::size_t(3 * n), {"c", "1", usual_size(channel)}),
                 .cause = words}),
-        functions_(std::move(functions)) {}
+        functions_(functions) {}
 
   void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
-    const VectorXd x = functions_(s);
-    for (Eigen::Index i = 0; i < x.size(); ++i) J.middleCols<3>(3 * i) = x[i] * Matrix3::Identity();
+    double x[kMost];
+    functions_(s, x);
+    J.setZero();
+    for (Eigen::Index i = 0; i < J.cols(); ++i) J(i % 3, i) = x[i / 3];
   }
 
  private:
@@ -62,19 +65,17 @@ class BiasInWindows final : public Effect {
   double begin_, end_;
 };
 
-// x_i x_j, i <= j, without the square of the last: for directions the squares add up to one.
-VectorXd products(const Vector3& x, bool direction) {
-  VectorXd out(direction ? 5 : 6);
-  out.head<5>() << x[0] * x[1], x[1] * x[2], x[2] * x[0], x[0] * x[0], x[1] * x[1];
-  if (!direction) out[5] = x[2] * x[2];
-  return out;
+// x_i x_j, i <= j, the square of the last at the end: for directions the squares add up to one.
+void products(const Vector3& v, double* x) {
+  const double all[] = {v[0] * v[1], v[1] * v[2], v[2] * v[0], v[0] * v[0], v[1] * v[1]};
+  std::copy_n(all, 5, x);
+}
+void all_products(const Vector3& v, double* x) {
+  products(v, x);
+  x[5] = v[2] * v[2];
 }
 
-VectorXd all_products(const Vector3& x, const Vector3& y) {
-  VectorXd out(9);
-  for (int i = 0; i < 9; ++i) out[i] = x[i / 3] * y[i % 3];
-  return out;
-}
+void put(const Vector3& v, double* x) { std::copy_n(v.data(), 3, x); }
 
 Vector3 down(const SampleState& s) { return s.nRb.unrotate(Vector3(0.0, 0.0, 1.0)); }
 
@@ -97,44 +98,40 @@ std::vector<std::shared_ptr<const Effect>> general_dependences(bool moving) {
   std::vector<std::shared_ptr<const Effect>> out;
   const auto add = [&](Channel channel, const std::string& words, int n,
                        Dependence::Functions functions) {
-    out.push_back(std::make_shared<Dependence>(channel, words, n, std::move(functions)));
+    out.push_back(std::make_shared<Dependence>(channel, words, n, functions));
+  };
+  const Dependence::Functions rates = [](const SampleState& s, double* x) {
+    all_products(s.omega, x);
+  };
+  const Dependence::Functions forces = [](const SampleState& s, double* x) {
+    all_products(s.f / kGravity, x);
   };
   add(Channel::kMag, "on products of the field's directions", 5,
-      [](const SampleState& s) { return products(s.b, true); });
+      [](const SampleState& s, double* x) { products(s.b, x); });
   add(Channel::kMag, "on how the sensor is tilted and turned, beside the field itself", 6,
-      [](const SampleState& s) {
+      [](const SampleState& s, double* x) {
         const Vector3 d = down(s);
-        VectorXd x(6);
-        x << d, d.cross(s.b);
-        return x;
+        put(d, x);
+        put(d.cross(s.b), x + 3);
       });
   add(Channel::kMag, "on products of the field and the vertical", 9,
-      [](const SampleState& s) { return all_products(down(s), s.b); });
-  add(Channel::kMag, "on products of the rate", 6,
-      [](const SampleState& s) { return products(s.omega, false); });
-  add(Channel::kMag, "on the field some seconds before", 6, [](const SampleState& s) {
-    VectorXd x(6);
-    x << remembered(s, 1.0), remembered(s, 4.0);
-    return x;
+      [](const SampleState& s, double* x) {
+        const Vector3 d = down(s);
+        for (int i = 0; i < 3; ++i) put(d[i] * s.b, x + 3 * i);
+      });
+  add(Channel::kMag, "on products of the rate", 6, rates);
+  add(Channel::kMag, "on the field some seconds before", 6, [](const SampleState& s, double* x) {
+    put(remembered(s, 1.0), x);
+    put(remembered(s, 4.0), x + 3);
   });
-  add(Channel::kAcc, "on products of the force's directions", 6,
-      [](const SampleState& s) { return products(s.f / kGravity, false); });
-  add(Channel::kAcc, "on whether the force rises or falls", 3, [](const SampleState& s) {
-    const Vector3 change = s.f.cross(s.omega);
-    return VectorXd(change.array().sign());
-  });
-  if (!moving) {
-    add(Channel::kAcc, "on products of the rate", 6,
-        [](const SampleState& s) { return products(s.omega, false); });
-  }
-  add(Channel::kGyr, "on products of the force", 6,
-      [](const SampleState& s) { return products(s.f / kGravity, false); });
-  add(Channel::kGyr, "on products of the rates", 6,
-      [](const SampleState& s) { return products(s.omega, false); });
-  add(Channel::kAcc, "on time", 4, [](const SampleState& s) {
-    VectorXd x(4);
+  add(Channel::kAcc, "on products of the force's directions", 6, forces);
+  add(Channel::kAcc, "on whether the force rises or falls", 3,
+      [](const SampleState& s, double* x) { put(Vector3(s.f.cross(s.omega).array().sign()), x); });
+  if (!moving) add(Channel::kAcc, "on products of the rate", 6, rates);
+  add(Channel::kGyr, "on products of the force", 6, forces);
+  add(Channel::kGyr, "on products of the rates", 6, rates);
+  add(Channel::kAcc, "on time", 4, [](const SampleState& s, double* x) {
     for (int j = 0; j < 4; ++j) x[j] = legendre(j + 1, s.u);
-    return x;
   });
   return out;
 }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/sample_times.h"
+
 namespace magimu {
 namespace {
 
@@ -34,13 +36,11 @@ IntegratedRotation::IntegratedRotation(const VectorSeries& gyr, const Vector3& b
   }
 }
 
-std::size_t IntegratedRotation::sample_at(double t) const {
-  const auto it = std::upper_bound(gyr_.t.begin(), gyr_.t.end(), t);
-  return it == gyr_.t.begin() ? 0 : std::size_t(it - gyr_.t.begin()) - 1;
-}
+std::size_t IntegratedRotation::sample_at(double t) const { return sample_until(gyr_.t, t); }
 
 Rot3 IntegratedRotation::at(double t) const {
   const std::size_t k = sample_at(t);
+  if (t == gyr_.t[k]) return attitude_[k];
   return attitude_[k] * Rot3::Exp(rate_of(k) * (t - gyr_.t[k]));
 }
 
@@ -75,8 +75,7 @@ PreintegratedImu IntegratedRotation::preintegrate(double a, double b, const Vect
   const auto end_of = [&](std::size_t k) {
     return k + 1 < acc.size() ? 0.5 * (acc.t[k] + acc.t[k + 1]) : b;
   };
-  const auto it = std::upper_bound(acc.t.begin(), acc.t.end(), a);
-  std::size_t k = it == acc.t.begin() ? 0 : std::size_t(it - acc.t.begin()) - 1;
+  std::size_t k = sample_until(acc.t, a);
   if (k + 1 < acc.size() && end_of(k) <= a + kSliver) ++k;
   double t = a;
   while (t < b - kSliver) {

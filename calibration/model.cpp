@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/model.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
-#include "calibration/acc_jitter.h"
-#include "calibration/block_means.h"
 #include "calibration/extension.h"
+#include "calibration/gathered.h"
 #include "factors/accelerometer_factor.h"
 #include "factors/delayed_magnetometer_factor.h"
 #include "factors/gyroscope_factor.h"
@@ -36,7 +31,7 @@ Noise<3> block_noise(double density, double rate_hz, int count) {
 struct Part {
   const Recording& recording;
   const NodePlan& plan;
-  const IntegratedRotation& gyr;
+  const GatheredSamples& gathered;
   int index;  // of the recording
   const ModelSpec& spec;
   const ExtendedRecording* extended;  // null without effects
@@ -97,13 +92,13 @@ class Collector {
 };
 
 void add_accelerometer(FactorGraph& graph, const Part& part) {
-  BlockMeans blocks(part.recording.acc, part.gyr, part.plan);
+  const std::vector<Block>& blocks = part.gathered.motion(part.index).acc;
   const double rate =
       part.spec.acc_rate_hz > 0.0 ? part.spec.acc_rate_hz : part.recording.acc.rate_hz();
   const Vector3 g_n = gravity_n(part.spec.gravity);
   Collector<MeanAccelerometerFactor> means(graph, part, {Channel::kAcc});
   for (int i = 0; i < part.nodes(); ++i) {
-    const Block b = blocks.next();
+    const Block& b = blocks[std::size_t(i)];
     if (b.count == 0 || !part.measures(i)) continue;
     const Key pose = R(part.id(i));
     const Noise<3> noise = block_noise(part.spec.noise.acc, rate, b.count);
@@ -120,7 +115,7 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
   const VectorSeries& series = part.recording.mag[std::size_t(sensor)];
   const bool delayed = part.spec.mag_time_offset;
   const double offset = delayed ? part.spec.mag_offset_s[std::size_t(sensor)] : 0.0;
-  BlockMeans blocks(series, part.gyr, part.plan, offset);
+  const std::vector<Block>& blocks = part.gathered.mag(part.index, sensor);
   const double rate = part.spec.mag_rate_hz > 0.0 ? part.spec.mag_rate_hz : series.rate_hz();
   const Key D = key::distortion_of(sensor);
   const Key dip = dip_of(part.index);
@@ -129,7 +124,7 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
   Collector<DelayedMagnetometerFactor> lagging(graph, part, sensor == 0 && delayed ? mag : none);
   Collector<MeanMagnetometerFactor> means(graph, part, sensor == 0 && !delayed ? mag : none);
   for (int i = 0; i < part.nodes(); ++i) {
-    const Block b = blocks.next();
+    const Block& b = blocks[std::size_t(i)];
     if (b.count == 0 || !part.measures(i)) continue;
     if (part.spec.without_mag && part.spec.without_mag(part.id(i))) continue;
     const Key pose = R(part.id(i));
@@ -149,30 +144,20 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
   }
 }
 
-// One gyroscope sample that spans exactly the two nodes, or -1.
-long single_sample(const VectorSeries& gyr, double a, double b) {
-  const auto it = std::lower_bound(gyr.t.begin(), gyr.t.end(), a - kSameTime);
-  const long k = it - gyr.t.begin();
-  if (k + 1 >= long(gyr.size())) return -1;
-  const bool spans = std::abs(gyr.t[std::size_t(k)] - a) < kSameTime &&
-                     std::abs(gyr.t[std::size_t(k) + 1] - b) < kSameTime;
-  return spans ? k : -1;
-}
-
 void add_gyroscope(FactorGraph& graph, const Part& part) {
   const double density = part.spec.noise.gyr;
   const VectorSeries& samples = part.recording.gyr;
   Collector<PreintegratedGyroscopeFactor> integrated(graph, part, {Channel::kGyr});
+  const GatheredMotion& motion = part.gathered.motion(part.index);
   for (int i = 0; i + 1 < part.nodes(); ++i) {
-    const double a = part.plan.t[std::size_t(i)], b = part.plan.t[std::size_t(i) + 1];
     const Key pose = R(part.id(i)), next = R(part.id(i + 1));
-    const long k = integrated.extended() ? -1 : single_sample(samples, a, b);
+    const long k = motion.single[std::size_t(i)];
     if (k >= 0) {
-      graph.add(GyroscopeFactor(pose, next, key::gyr_bias, samples.v[std::size_t(k)], b - a,
-                                Noise<3>::isotropic(density / std::sqrt(b - a))));
+      const double h = part.plan.t[std::size_t(i) + 1] - part.plan.t[std::size_t(i)];
+      graph.add(GyroscopeFactor(pose, next, key::gyr_bias, samples.v[std::size_t(k)], h,
+                                Noise<3>::isotropic(density / std::sqrt(h))));
     } else {
-      const PreintegratedGyroscope gyr = part.gyr.preintegrate(
-          a, b, integrated.extended() ? part.columns(Channel::kGyr) : nullptr);
+      const PreintegratedGyroscope& gyr = motion.turns[std::size_t(i)];
       integrated.add(PreintegratedGyroscopeFactor(pose, next, key::gyr_bias, gyr, density),
                      [&] { return gyr.effect_jacobian(); });
     }
@@ -182,24 +167,11 @@ void add_gyroscope(FactorGraph& graph, const Part& part) {
 void add_imu(FactorGraph& graph, const Part& part) {
   const Vector3 g_n = gravity_n(part.spec.gravity);
   const ModelSpec& spec = part.spec;
-  const std::vector<double>& t = part.plan.t;
-  const std::vector<double> acc_density =
-      acc_densities(part.recording.acc, t, spec.noise.acc, spec.acc_jitter);
-  std::vector<std::optional<PreintegratedImu>> imu(t.size());
   Collector<PreintegratedImuFactor> plain(graph, part, {Channel::kGyr, Channel::kAcc});
   Collector<ScaledImuFactor> scaled(graph, part, {Channel::kGyr, Channel::kAcc});
-  const bool with_effects = plain.extended();
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(1, t.size(), 64), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      imu[i] = part.gyr.preintegrate(t[i - 1], t[i], part.recording.acc, spec.acc_bias,
-                                     spec.noise.gyr, acc_density[i], spec.gyr_matrix,
-                                     with_effects ? part.columns(Channel::kGyr) : nullptr,
-                                     with_effects ? part.columns(Channel::kAcc) : nullptr);
-    }
-  });
   for (int i = 1; i < part.nodes(); ++i) {
     const int a = part.id(i - 1), b = part.id(i);
-    const PreintegratedImu& integrated = *imu[std::size_t(i)];
+    const PreintegratedImu& integrated = part.gathered.motion(part.index).imu[std::size_t(i) - 1];
     const auto gain = [&] { return integrated.effect_jacobian(); };
     if (spec.gyr_matrix) {
       scaled.add(ScaledImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias, key::acc_bias,
@@ -243,13 +215,20 @@ std::string to_string(MotionModel motion) {
 FactorGraph build_model(const std::vector<const Recording*>& recordings,
                         const std::vector<NodePlan>& plans, const ModelSpec& spec, int widened_from,
                         double widening) {
+  return build_model(GatheredSamples(recordings, plans, spec), recordings, plans, spec,
+                     widened_from, widening);
+}
+
+FactorGraph build_model(const GatheredSamples& gathered,
+                        const std::vector<const Recording*>& recordings,
+                        const std::vector<NodePlan>& plans, const ModelSpec& spec, int widened_from,
+                        double widening) {
   FactorGraph graph;
   const int magnetometers = int(recordings.front()->mag.size());
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const ExtendedRecording* extended = spec.extended.empty() ? nullptr : spec.extended[i].get();
     const Recording& recording = extended != nullptr ? extended->corrected : *recordings[i];
-    const IntegratedRotation gyr(recording.gyr, spec.gyr_bias, spec.gyr_matrix_value);
-    const Part part{recording, plans[i], gyr, int(i), spec, extended};
+    const Part part{recording, plans[i], gathered, int(i), spec, extended};
     if (spec.motion == MotionModel::kHandHeld) {
       add_imu(graph, part);
       add_reach(graph, part);

@@ -2,6 +2,7 @@
 #include "calibration/pipeline.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_invoke.h>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -215,35 +216,43 @@ Stage Pipeline::refit_with_same_noise(const Stage& from, const ModelSpec& spec,
 }
 
 // Few nodes first: most iterations, the search for the noise and the choices are cheap there.
-Pipeline::Fits Pipeline::run(Calibration& c) const {
-  const Stage coarse =
-      with_fixed_symmetries(with_gyr_matrix(with_acc_jitter(with_offset(choose(c.motion_reason)))));
-  check_prediction(coarse, c);
-  Stage fine(recordings_, coarse.spec(), every_, options_.optimizer);
-  fine.fit(carry_over(recordings_, coarse, fine), true);
-  return {coarse, fine};
+Stage Pipeline::coarse(std::string& motion_reason) const {
+  return with_fixed_symmetries(
+      with_gyr_matrix(with_acc_jitter(with_offset(choose(motion_reason)))));
 }
 
-// What needs more fits than one: left-out data, and halves of each recording.
-void Pipeline::check_prediction(const Stage& coarse, Calibration& c) const {
-  if (!coarse.result().converged()) return;
+Stage Pipeline::fine(const Stage& coarse) const {
+  Stage out(recordings_, coarse.spec(), every_, options_.optimizer);
+  out.fit(carry_over(recordings_, coarse, out), true);
+  return out;
+}
+
+std::vector<Check> Pipeline::check_prediction(const Stage& coarse) const {
+  if (!coarse.result().converged()) return {};
   const Matrix3 D = coarse.result().values.at<Matrix3>(key::distortion);
-  c.checks.push_back(check_held_out(block_errors(coarse), std::cbrt(std::abs(D.determinant()))));
-  std::vector<Calibration> halves;
-  for (const bool second : {false, true}) {
-    std::vector<Recording> parts;
-    for (const Recording* r : recordings_) {
-      const double begin = r->gyr.t.front(), end = r->gyr.t.back(), mid = 0.5 * (begin + end);
-      parts.push_back(second ? slice(*r, mid, end) : slice(*r, begin, mid));
-    }
-    std::vector<const Recording*> half;
-    for (const Recording& part : parts) half.push_back(&part);
-    Stage stage(half, coarse.spec(), coarse_every_, options_.optimizer);
-    stage.fit(carry_over(half, coarse, stage), true);
-    if (!stage.result().converged()) return;
-    halves.push_back(summarize(half, stage, options_));
+  BlockErrors errors;
+  Calibration first, second;
+  tbb::parallel_invoke([&] { errors = block_errors(coarse); }, [&] { first = half(coarse, false); },
+                       [&] { second = half(coarse, true); });
+  std::vector<Check> out = {check_held_out(errors, std::cbrt(std::abs(D.determinant())))};
+  if (first.fit.converged() && second.fit.converged()) out.push_back(check_halves(first, second));
+  return out;
+}
+
+// Of each recording one half, calibrated as all of it was.
+Calibration Pipeline::half(const Stage& coarse, bool second) const {
+  std::vector<Recording> parts;
+  for (const Recording* r : recordings_) {
+    const double begin = r->gyr.t.front(), end = r->gyr.t.back(), mid = 0.5 * (begin + end);
+    parts.push_back(second ? slice(*r, mid, end) : slice(*r, begin, mid));
   }
-  c.checks.push_back(check_halves(halves[0], halves[1]));
+  std::vector<const Recording*> half;
+  for (const Recording& part : parts) half.push_back(&part);
+  Stage stage(half, coarse.spec(), coarse_every_, options_.optimizer);
+  stage.fit(carry_over(half, coarse, stage), true);
+  Calibration out;
+  out.fit = stage.result();
+  return stage.result().converged() ? summarize(half, stage, options_) : out;
 }
 
 ModelSpec Pipeline::first_spec(MotionModel motion) const {
@@ -296,11 +305,12 @@ void Pipeline::fit_with_noise(Stage& stage, const Values& start) const {
 
 Stage Pipeline::choose(std::string& reason) const {
   if (options_.motion != MotionModel::kAuto) return coarse_fit(options_.motion);
-  const Stage rotation = coarse_fit(MotionModel::kRotation);
-  const Stage hand_held = coarse_fit(MotionModel::kHandHeld);
-  const MotionChoice choice = choose_motion(rotation, hand_held, rest_.acc);
+  std::optional<Stage> rotation, hand_held;
+  tbb::parallel_invoke([&] { hand_held = coarse_fit(MotionModel::kHandHeld); },
+                       [&] { rotation = coarse_fit(MotionModel::kRotation); });
+  const MotionChoice choice = choose_motion(*rotation, *hand_held, rest_.acc);
   reason = choice.reason;
-  return choice.motion == MotionModel::kRotation ? rotation : hand_held;
+  return choice.motion == MotionModel::kRotation ? *rotation : *hand_held;
 }
 
 // The stage with a lag of the magnetometers, if the data show one.
@@ -308,7 +318,7 @@ Stage Pipeline::with_offset(const Stage& stage) const {
   if (!options_.mag_time_offset.value_or(true)) return stage;
   ModelSpec spec = stage.spec();
   spec.mag_time_offset = true;
-  Stage delayed(recordings_, spec, coarse_every_, options_.optimizer);
+  Stage delayed(stage, spec);
   fit_with_noise(delayed, carry_over(recordings_, stage, delayed));
   return options_.mag_time_offset.has_value() || shows_offset(delayed) ? delayed : stage;
 }
@@ -324,7 +334,7 @@ Stage Pipeline::with_acc_jitter(const Stage& stage) const {
   for (const double jitter : kAccJitter) {
     ModelSpec spec = best.spec();
     spec.acc_jitter = jitter;
-    Stage next(recordings_, spec, coarse_every_, options_.optimizer);
+    Stage next(best, spec);
     next.fit_noise(carry_over(recordings_, best, next),
                    {.gyr_known = true, .acc_known = true, .mag_known = true});
     if (!next.result().converged()) break;
@@ -345,7 +355,7 @@ Stage Pipeline::with_gyr_matrix(const Stage& stage) const {
   if (!possible || !options_.gyr_matrix.value_or(true)) return stage;
   ModelSpec spec = stage.spec();
   spec.gyr_matrix = true;
-  Stage scaled(recordings_, spec, coarse_every_, options_.optimizer);
+  Stage scaled(stage, spec);
   scaled.fit(carry_over(recordings_, stage, scaled), true);
   if (!options_.gyr_matrix.has_value() && !held_out_gain(stage, scaled).better(kMatrixShown)) {
     return stage;

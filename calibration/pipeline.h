@@ -47,11 +47,12 @@ class Pipeline {
   // motion: not kAuto.
   ModelStart model_start(MotionModel motion) const;
 
-  // The whole way: motion, lag, gyroscope matrix, checks (into c), and the fit with all nodes.
-  struct Fits {
-    Stage coarse, fine;
-  };
-  Fits run(Calibration& c) const;
+  // The whole way: motion and why, lag, jolts, gyroscope matrix, with few nodes; then the fit with
+  // all of them. What needs more fits than one, for the checks: left-out data, and halves of each
+  // recording.
+  Stage coarse(std::string& motion_reason) const;
+  Stage fine(const Stage& coarse) const;
+  std::vector<Check> check_prediction(const Stage& coarse) const;
 
   // Its steps, with few nodes.
   Stage coarse_fit(MotionModel motion) const;
@@ -69,7 +70,7 @@ class Pipeline {
  private:
   ModelSpec first_spec(MotionModel motion) const;
   Values start_of(const Stage& stage, const Stage& from, const VectorXd& start) const;
-  void check_prediction(const Stage& coarse, Calibration& c) const;
+  Calibration half(const Stage& coarse, bool second) const;
   void fit_with_noise(Stage& stage, const Values& start) const;
   Stage with_offset(const Stage& stage) const;
   Stage with_acc_jitter(const Stage& stage) const;

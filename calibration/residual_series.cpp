@@ -17,14 +17,11 @@ std::size_t magnetometer_of(std::span<const Key> keys) {
 
 }  // namespace
 
-std::vector<ResidualSeries> residual_series(const Stage& stage,
+std::vector<ResidualSeries> residual_series(const Optimum& at,
                                             const std::vector<std::string>& mag_names) {
-  const FactorGraph& graph = stage.graph();
-  const LinearSystem system(graph, stage.result().values);
-  const SensorRows rows(graph, system);
-  const VectorXd residual = system.whitened_residuals(stage.result().values);
+  const FactorGraph& graph = at.stage.graph();
   std::vector<double> times;
-  for (const NodePlan& plan : stage.plans()) {
+  for (const NodePlan& plan : at.stage.plans()) {
     times.insert(times.end(), plan.t.begin(), plan.t.end());
   }
   std::vector<ResidualSeries> out(2 + mag_names.size());
@@ -35,18 +32,18 @@ std::vector<ResidualSeries> residual_series(const Stage& stage,
   for (std::size_t b = 0; b < graph.batches().size(); ++b) {
     const FactorBatch& batch = *graph.batches()[b];
     for (int i = 0; i < batch.size(); ++i) {
-      const int first = system.first_row(b) + i * batch.rows();
+      const int first = at.system.first_row(b) + i * batch.rows();
       auto seen = Sensor::kNone;
       for (int row = first; row + 2 < first + batch.rows(); row += 3) {
-        const Sensor sensor = rows.sensor[std::size_t(row)];
-        const int node = rows.node[std::size_t(row)];
+        const Sensor sensor = at.rows.sensor[std::size_t(row)];
+        const int node = at.rows.node[std::size_t(row)];
         if (node < 0 || sensor > Sensor::kMag || sensor == seen) continue;
         seen = sensor;
         const std::size_t which =
             sensor == Sensor::kMag ? 2 + magnetometer_of(batch.keys(i)) : std::size_t(sensor);
         if (which >= out.size()) continue;
         out[which].t.push_back(times[std::size_t(node)]);
-        out[which].whitened.push_back(residual.segment<3>(row));
+        out[which].whitened.push_back(at.system.residual().segment<3>(row));
       }
     }
   }

@@ -5,14 +5,14 @@
 #include <vector>
 
 #include "calibration/calibration.h"
-#include "calibration/stage.h"
+#include "calibration/optimum.h"
 
 namespace magimu {
 
 // At the stage's optimum: accelerometer, gyroscope, then the magnetometers with these names, first
 // ones first; all recordings one after the other. Of a hand-held sensor's accelerometer: the
 // velocity gained from node to node.
-std::vector<ResidualSeries> residual_series(const Stage& stage,
+std::vector<ResidualSeries> residual_series(const Optimum& at,
                                             const std::vector<std::string>& mag_names);
 
 }  // namespace magimu

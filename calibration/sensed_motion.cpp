@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/sample_times.h"
+
 namespace magimu {
 namespace {
 
@@ -14,9 +16,9 @@ struct Between {
   double share;
 };
 Between locate(const std::vector<double>& t, double at) {
-  const auto it = std::upper_bound(t.begin(), t.end(), at);
-  if (it == t.begin()) return {0, 0.0};
-  const std::size_t k = std::size_t(it - t.begin()) - 1;
+  const std::size_t until = count_until(t, at);
+  if (until == 0) return {0, 0.0};
+  const std::size_t k = until - 1;
   if (k + 1 >= t.size()) return {t.size() - 1, 0.0};
   return {k, (at - t[k]) / (t[k + 1] - t[k])};
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calibration/extension.h"
+#include "calibration/gathered.h"
 #include "calibration/integrated_rotation.h"
 
 namespace magimu {
@@ -98,13 +99,25 @@ Stage::Stage(const std::vector<const Recording*>& recordings, const ModelSpec& s
   spec_.mag_offset_s.resize(recordings.front()->mag.size(), 0.0);
 }
 
+Stage::Stage(const Stage& like, const ModelSpec& spec)
+    : recordings_(like.recordings_),
+      spec_(spec),
+      plans_(like.plans_),
+      optimizer_(like.optimizer_),
+      gathered_(like.gathered_) {}
+
+void Stage::build() {
+  gathered_ = std::make_shared<const GatheredSamples>(recordings_, plans_, spec_, gathered_.get());
+  graph_ = build_model(*gathered_, recordings_, plans_, spec_);
+}
+
 void Stage::fit(const Values& start, bool warm) {
   Values values = start;
   update(spec_, values);
   spec_.extended.clear();
   update_effects(recordings_, plans_, spec_, values);
   for (int round = 0; round < kIntegrationRounds; ++round) {
-    graph_ = build_model(recordings_, plans_, spec_);
+    build();
     OptimizerOptions optimizer = optimizer_;
     if (warm || round > 0) optimizer.initial_damping = kWarmDamping;
     Result result = LevenbergMarquardt(graph_, optimizer).optimize(values);
@@ -150,7 +163,7 @@ void Stage::fit_without(const Values& start, const std::function<bool(int)>& lea
   spec_.without_mag = leave_out;
   fit(start, true);
   spec_.without_mag = nullptr;
-  graph_ = build_model(recordings_, plans_, spec_);
+  build();
 }
 
 SensorSums Stage::sums() const {
@@ -165,12 +178,14 @@ SensorSums Stage::sums() const {
 
 std::vector<double> Stage::mag_squares() const {
   const LinearSystem system(graph_, result_.values);
-  const VectorXd r = system.whitened_residuals(result_.values);
-  const SensorRows rows(graph_, system);
+  return mag_squares(SensorRows(graph_, system), system.whitened_residuals(result_.values));
+}
+
+std::vector<double> Stage::mag_squares(const SensorRows& rows, const VectorXd& residual) const {
   std::vector<double> out(std::size_t(plans_.back().first) + plans_.back().t.size(), 0.0);
-  for (int i = 0; i < system.rows(); ++i) {
+  for (Eigen::Index i = 0; i < residual.size(); ++i) {
     if (rows.sensor[std::size_t(i)] != Sensor::kMag) continue;
-    out[std::size_t(rows.node[std::size_t(i)])] += r[i] * r[i];
+    out[std::size_t(rows.node[std::size_t(i)])] += residual[i] * residual[i];
   }
   return out;
 }

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "calibration/model.h"
@@ -13,6 +14,8 @@
 #include "solvers/levenberg_marquardt.h"
 
 namespace magimu {
+
+class GatheredSamples;
 
 // What is known of the noise before a fit re-estimates it.
 struct NoiseKnowledge {
@@ -27,6 +30,8 @@ class Stage {
   // recordings must outlive the stage. every: magnetometer samples a node.
   Stage(const std::vector<const Recording*>& recordings, const ModelSpec& spec, int every,
         const OptimizerOptions& optimizer);
+  // Another model of the same recordings and nodes.
+  Stage(const Stage& like, const ModelSpec& spec);
 
   const std::vector<NodePlan>& plans() const { return plans_; }
   const ModelSpec& spec() const { return spec_; }
@@ -44,12 +49,17 @@ class Stage {
   SensorSums sums() const;
   // Squared magnetometer residuals, whitened, summed at each node, of the full graph here.
   std::vector<double> mag_squares() const;
+  // The same of residuals that are known.
+  std::vector<double> mag_squares(const SensorRows& rows, const VectorXd& residual) const;
 
  private:
+  void build();
+
   std::vector<const Recording*> recordings_;
   ModelSpec spec_;
   std::vector<NodePlan> plans_;
   OptimizerOptions optimizer_;
+  std::shared_ptr<const GatheredSamples> gathered_;
   FactorGraph graph_;
   Result result_;
 };

@@ -70,8 +70,7 @@ void fill_parameters(Calibration& c, const std::vector<const Recording*>& record
   }
 }
 
-void fill_residuals(Calibration& c, const Stage& stage) {
-  const SensorSums sums = stage.sums();
+void fill_residuals(Calibration& c, const SensorSums& sums) {
   const std::vector<double>& t = c.trajectories.front().t;
   const double nodes_per_s = double(t.size()) / std::max(1e-9, t.back() - t.front());
   const double densities[3] = {c.noise.acc, c.noise.gyr, c.noise.mag};
@@ -86,6 +85,12 @@ void fill_residuals(Calibration& c, const Stage& stage) {
 
 Calibration summarize(const std::vector<const Recording*>& recordings, const Stage& stage,
                       const CalibrationOptions& options) {
+  return summarize(recordings, Optimum(stage), options);
+}
+
+Calibration summarize(const std::vector<const Recording*>& recordings, const Optimum& at,
+                      const CalibrationOptions& options) {
+  const Stage& stage = at.stage;
   Calibration c;
   c.fit = stage.result();
   c.motion = stage.spec().motion;
@@ -97,8 +102,9 @@ Calibration summarize(const std::vector<const Recording*>& recordings, const Sta
   c.noise_given = options.noise.has_value();
   c.gravity = options.gravity;
   fill_parameters(c, recordings, stage);
-  fill_residuals(c, stage);
-  fill_uncertainty(c, stage, options);
+  const Marginals marginals(at.system, c.fit.values, options.optimizer.backend);
+  fill_residuals(c, residual_sums(at.system, at.rows, marginals.solver(), marginals.scale()));
+  fill_uncertainty(c, at, marginals, options.block_s);
   return c;
 }
 

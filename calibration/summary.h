@@ -3,12 +3,14 @@
 #pragma once
 
 #include "calibration/calibrate.h"
-#include "calibration/stage.h"
+#include "calibration/optimum.h"
 
 namespace magimu {
 
 // Everything that one fit tells; what needs further fits (checks, verdict) is left open.
 Calibration summarize(const std::vector<const Recording*>& recordings, const Stage& stage,
+                      const CalibrationOptions& options);
+Calibration summarize(const std::vector<const Recording*>& recordings, const Optimum& at,
                       const CalibrationOptions& options);
 
 }  // namespace magimu

@@ -5,9 +5,7 @@
 #include <algorithm>
 
 #include "calibration/parameter_names.h"
-#include "calibration/sensor_rows.h"
 #include "calibration/spoken_names.h"
-#include "solvers/marginals.h"
 #include "solvers/sandwich.h"
 
 namespace magimu {
@@ -38,29 +36,26 @@ double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covaria
   return std::sqrt(std::max(0.0, g.dot(covariance.block<9, 9>(6, 6) * g)));
 }
 
-void fill_uncertainty(Calibration& c, const Stage& stage, const CalibrationOptions& options) {
-  const FactorGraph& graph = stage.graph();
+void fill_uncertainty(Calibration& c, const Optimum& at, const Marginals& marginals,
+                      double block_s) {
+  const ModelSpec& spec = at.stage.spec();
   const int magnetometers = int(c.parameters.mag.size()), recordings = int(c.fields.size());
-  const std::vector<Key> keys = parameter_keys(magnetometers, recordings, stage.spec());
-  c.order = parameter_names(magnetometers, recordings, stage.spec());
+  const std::vector<Key> keys = parameter_keys(magnetometers, recordings, spec);
+  c.order = parameter_names(magnetometers, recordings, spec);
 
-  const Marginals marginals(graph, c.fit.values, options.optimizer.backend);
   for (const NullDirection& direction : marginals.null_space()) {
     c.undetermined.push_back(describe(direction, c.fit.values, spoken_name));
   }
   const MatrixXd H = marginals.determined_columns(keys);
-  c.covariance_model = marginals.determined_covariance(keys);
+  c.covariance_model = marginals.covariance_in(H, keys);
 
-  LinearSystem system(graph, c.fit.values);
-  system.linearize(c.fit.values);
   int blocks = 0;
-  const std::vector<int> block_of_node = blocks_of_nodes(c, options.block_s, blocks);
-  const SensorRows rows(graph, system);
+  const std::vector<int> block_of_node = blocks_of_nodes(c, block_s, blocks);
   std::vector<int> block_of_row;
-  for (const int node : rows.node) {
+  for (const int node : at.rows.node) {
     block_of_row.push_back(node < 0 ? -1 : block_of_node[std::size_t(node)]);
   }
-  c.covariance = sandwich_covariance(system, H, c.covariance_model, block_of_row, blocks);
+  c.covariance = sandwich_covariance(at.system, H, c.covariance_model, block_of_row, blocks);
 
   VectorXd unit = VectorXd::Ones(Eigen::Index(c.order.size()));
   const Eigen::Index first_dip = 6 + 12 * magnetometers;

@@ -4,13 +4,15 @@
 #pragma once
 
 #include "calibration/calibrate.h"
-#include "calibration/stage.h"
+#include "calibration/optimum.h"
+#include "solvers/marginals.h"
 
 namespace magimu {
 
 // Fills order, covariance, covariance_model, undetermined, and the sigmas of field and strength.
-// stage: the one that c was filled from.
-void fill_uncertainty(Calibration& c, const Stage& stage, const CalibrationOptions& options);
+// at: where c was filled from; marginals: there.
+void fill_uncertainty(Calibration& c, const Optimum& at, const Marginals& marginals,
+                      double block_s);
 
 // Standard deviation of the strength of the field, uT: that of the cube root of det D, with the
 // covariance in the order and units of Calibration::order.

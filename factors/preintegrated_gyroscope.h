@@ -12,6 +12,10 @@ class PreintegratedGyroscope {
  public:
   // bias: the gyroscope bias at which to integrate, rad/s.
   explicit PreintegratedGyroscope(const Vector3& bias) : bias_(bias) {}
+  // Integrated elsewhere, without a covariance.
+  PreintegratedGyroscope(const Vector3& bias, const Rot3& delta, const Matrix3& bias_jacobian,
+                         double duration_s)
+      : bias_(bias), delta_(delta), bias_jacobian_(bias_jacobian), duration_s_(duration_s) {}
 
   // One more sample (or part of one): the rate gyr, rad/s, held for dt_s seconds. effects: by how
   // much gyr, which has been corrected for effects, falls as each of their parameters grows; every

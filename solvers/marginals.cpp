@@ -16,13 +16,32 @@ std::vector<int> columns_of(const Values& values, const std::vector<Key>& keys) 
   return columns;
 }
 
+LinearSystem linearized(const FactorGraph& graph, const Values& values) {
+  LinearSystem system(graph, values);
+  system.linearize(values);
+  return system;
+}
+
 }  // namespace
 
 Marginals::Marginals(const FactorGraph& graph, const Values& values, Backend backend)
-    : values_(values), solver_(make_linear_solver(backend)) {
-  LinearSystem system(graph, values);
-  system.linearize(values);
-  scale_ = column_scale(system);
+    : Marginals(linearized(graph, values), values, backend) {}
+
+Marginals::Marginals(const LinearSystem& system, const Values& values, Backend backend)
+    : values_(values), scale_(column_scale(system)), solver_(make_linear_solver(backend)) {
+  if (solver_->factorize(system, scale_, 0.0) && is_regular(*solver_, system.cols())) return;
+  find_null_space_of(system);
+  // With directions left free, find_null_space's damped factor serves: they are projected out.
+  // Otherwise next to no damping, where rounding asks for it: what it bounds is hardly determined,
+  // and stays so by its standard deviation.
+  if (!null_space_.empty()) return;
+  for (double damping = 0.0; damping < 1e-9; damping = std::max(1e-16, 10.0 * damping)) {
+    if (solver_->factorize(system, scale_, damping)) return;
+  }
+  throw std::domain_error("the graph is too close to singular for its covariance");
+}
+
+void Marginals::find_null_space_of(const LinearSystem& system) {
   // All of them: one that is missed would pass for determined.
   for (int limit = 8;; limit *= 2) {
     null_space_ = find_null_space(system, *solver_, kNullTolerance, limit);
@@ -32,14 +51,6 @@ Marginals::Marginals(const FactorGraph& graph, const Values& values, Backend bac
   for (std::size_t i = 0; i < null_space_.size(); ++i) {
     null_basis_.col(Eigen::Index(i)) = null_space_[i].direction.cwiseQuotient(scale_);
   }
-  // With directions left free, find_null_space's damped factor serves: they are projected out.
-  // Otherwise next to no damping, where rounding asks for it: what it bounds is hardly determined,
-  // and stays so by its standard deviation.
-  if (!null_space_.empty()) return;
-  for (double damping = 0.0; damping < 1e-9; damping = std::max(1e-16, 10.0 * damping)) {
-    if (solver_->factorize(system, scale_, damping)) return;
-  }
-  throw std::domain_error("the graph is too close to singular for its covariance");
 }
 
 MatrixXd Marginals::covariance(const std::vector<Key>& keys) const {
@@ -62,16 +73,19 @@ MatrixXd Marginals::determined_columns(const std::vector<Key>& keys) const {
   for (Eigen::Index i = 0; i < n; ++i) {
     unit(columns[std::size_t(i)], i) = scale_[columns[std::size_t(i)]];
   }
-  unit -= null_basis_ * (null_basis_.transpose() * unit);
+  if (!null_space_.empty()) unit -= null_basis_ * (null_basis_.transpose() * unit);
   MatrixXd X = solver_->solve_normal(unit);
-  X -= null_basis_ * (null_basis_.transpose() * X);
+  if (!null_space_.empty()) X -= null_basis_ * (null_basis_.transpose() * X);
   return scale_.asDiagonal() * X;
 }
 
-MatrixXd Marginals::determined_covariance(const std::vector<Key>& keys) const {
-  const MatrixXd X = determined_columns(keys);
-  const MatrixXd S = X(columns_of(values_, keys), Eigen::all);
+MatrixXd Marginals::covariance_in(const MatrixXd& columns, const std::vector<Key>& keys) const {
+  const MatrixXd S = columns(columns_of(values_, keys), Eigen::all);
   return 0.5 * (S + S.transpose());
+}
+
+MatrixXd Marginals::determined_covariance(const std::vector<Key>& keys) const {
+  return covariance_in(determined_columns(keys), keys);
 }
 
 }  // namespace magimu

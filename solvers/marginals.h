@@ -15,6 +15,8 @@ namespace magimu {
 class Marginals {
  public:
   Marginals(const FactorGraph& graph, const Values& values, Backend backend = Backend::kAuto);
+  // Of a system that was linearized at these values.
+  Marginals(const LinearSystem& system, const Values& values, Backend backend = Backend::kAuto);
 
   // Joint covariance of some variables, in the order given, in their tangent coordinates.
   // Throws std::domain_error, with the direction in words, if one of them is undetermined.
@@ -24,13 +26,21 @@ class Marginals {
   // The same along every determined direction; undetermined ones count as known exactly.
   MatrixXd determined_covariance(const std::vector<Key>& keys) const;
 
-  // The columns of the inverse of J'J that belong to these variables, all rows, likewise.
+  // The columns of the inverse of J'J that belong to these variables, all rows, likewise; and of
+  // such columns those rows, which are the covariance.
   MatrixXd determined_columns(const std::vector<Key>& keys) const;
+  MatrixXd covariance_in(const MatrixXd& columns, const std::vector<Key>& keys) const;
 
   // What the data leave free; empty if all is determined.
   const std::vector<NullDirection>& null_space() const { return null_space_; }
 
+  // By what all this was solved, factorized in columns scaled by that.
+  LinearSolver& solver() const { return *solver_; }
+  const VectorXd& scale() const { return scale_; }
+
  private:
+  void find_null_space_of(const LinearSystem& system);
+
   Values values_;
   VectorXd scale_;
   std::unique_ptr<LinearSolver> solver_;

@@ -13,6 +13,10 @@ namespace {
 constexpr double kDamping =
     1e-12;  // keeps the normal matrix regular, far below any real eigenvalue
 constexpr int kIterations = 5;
+// A matrix whose inverse is smaller than this in the norm is regular. The inverse of a singular one
+// that rounding lets pass has pivots of 1e-14 or so to divide by.
+constexpr double kRegular = 1e11;
+constexpr int kRegularIterations = 3;
 
 // A fixed start: the same answer at every call.
 MatrixXd start_block(int rows, int cols) {
@@ -55,6 +59,17 @@ std::vector<NullDirection> find_null_space(const LinearSystem& system, LinearSol
     if (singular_value < tolerance) found.push_back({singular_value, scale.cwiseProduct(v)});
   }
   return found;
+}
+
+bool is_regular(LinearSolver& solver, int columns) {
+  MatrixXd v = start_block(columns, 1).normalized();
+  for (int i = 0; i < kRegularIterations; ++i) {
+    v = solver.solve_normal(v);
+    const double growth = v.norm();
+    if (!(growth < kRegular)) return false;
+    v /= growth;
+  }
+  return true;
 }
 
 std::string describe(const NullDirection& null, const Values& values,

@@ -27,6 +27,11 @@ std::vector<NullDirection> find_null_space(const LinearSystem& system, LinearSol
                                            double tolerance = kNullTolerance,
                                            int max_directions = 8);
 
+// Is there no such direction, nor one that rounding might take for it? solver: factorized undamped
+// in scaled columns. A few steps of inverse iteration, far cheaper than the search; false where
+// only that can tell.
+bool is_regular(LinearSolver& solver, int columns);
+
 // The direction in words: which variables move, the strongest first, many of one letter summed up
 // ("x0 along (0.96), R0 to R99"). `name` puts one variable into the user's words.
 std::string describe(

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/sandwich.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "graph/decompositions.h"
+#include "solvers/square_sum.h"
 
 namespace magimu {
 namespace {
@@ -39,25 +42,41 @@ struct BlockSums {
   std::vector<MatrixXd> leverage;  // Q_b
 };
 
+// The rows of each block.
+std::vector<std::vector<int>> rows_of_blocks(const std::vector<int>& block_of_row, int blocks) {
+  std::vector<std::vector<int>> out{std::size_t(blocks)};
+  for (std::size_t i = 0; i < block_of_row.size(); ++i) {
+    if (block_of_row[i] >= 0) out[std::size_t(block_of_row[i])].push_back(int(i));
+  }
+  return out;
+}
+
 BlockSums sums_of(const LinearSystem& system, const MatrixXd& whitened_H,
                   const std::vector<int>& block_of_row, int blocks) {
   const RowMajor H = whitened_H;
-  const Eigen::Index p = H.cols();
+  const int p = int(H.cols());
+  const std::vector<std::vector<int>> rows = rows_of_blocks(block_of_row, blocks);
   BlockSums out{MatrixXd::Zero(p, blocks), std::vector<MatrixXd>(std::size_t(blocks))};
-  for (MatrixXd& Q : out.leverage) Q = MatrixXd::Zero(p, p);
-  VectorXd influence(p);
-  for (int i = 0; i < system.rows(); ++i) {
-    const int b = block_of_row[std::size_t(i)];
-    if (b < 0) continue;
-    influence.setZero();
-    for (int e = system.row_start()[std::size_t(i)]; e < system.row_start()[std::size_t(i) + 1];
-         ++e) {
-      influence +=
-          system.value()[std::size_t(e)] * H.row(system.column()[std::size_t(e)]).transpose();
+  tbb::parallel_for(std::size_t(0), rows.size(), [&](std::size_t b) {
+    SquareSum sum(p + 1);  // of rows [influence | residual]
+    for (const int i : rows[b]) {
+      double* const influence = sum.rows(1);
+      for (int e = system.row_start()[std::size_t(i)]; e < system.row_start()[std::size_t(i) + 1];
+           ++e) {
+        const double x = system.value()[std::size_t(e)];
+        const double* const h = H.data() + std::ptrdiff_t(system.column()[std::size_t(e)]) * p;
+        for (int k = 0; k < p; ++k) influence[k] += x * h[k];
+      }
+      influence[p] = system.residual()[i];
     }
-    out.score.col(b) += influence * system.residual()[i];
-    out.leverage[std::size_t(b)].selfadjointView<Eigen::Lower>().rankUpdate(influence);
-  }
+    sum.finish();
+    MatrixXd& Q = out.leverage[b];
+    Q.resize(p, p);
+    for (int i = 0; i < p; ++i) {
+      for (int j = i; j < p; ++j) Q(i, j) = Q(j, i) = sum(i, j);
+      out.score(i, Eigen::Index(b)) = sum(i, p);
+    }
+  });
   return out;
 }
 
@@ -99,8 +118,7 @@ MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_colum
   const Root root = root_of(covariance);
   BlockSums sums = sums_of(system, H_columns * root.inverse.transpose(), block_of_row, blocks);
   for (int b = 0; b < blocks; ++b) {
-    const MatrixXd Q = sums.leverage[std::size_t(b)].selfadjointView<Eigen::Lower>();
-    sums.score.col(b) = adjustment(Q) * sums.score.col(b);
+    sums.score.col(b) = adjustment(sums.leverage[std::size_t(b)]) * sums.score.col(b);
   }
   // What so few blocks say of the scatter is itself uncertain: errors over it follow Student's
   // distribution, whose variance this is.

@@ -71,8 +71,8 @@ Recording knocked(Recording recording) {
 
 double jitter_found(const Recording& recording, const CalibrationOptions& options) {
   const std::vector<const Recording*> recordings = {&recording};
-  Calibration c;
-  return Pipeline(recordings, options).run(c).coarse.spec().acc_jitter;
+  std::string why;
+  return Pipeline(recordings, options).coarse(why).spec().acc_jitter;
 }
 
 TEST(AccJitter, is_found_where_jolts_are_and_only_there) {

@@ -106,13 +106,13 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, int i
         {spec.effects[e].get(), effect_parameters(values, keys[e]), int(out.keys[c].size())});
     out.keys[c].insert(out.keys[c].end(), keys[e].begin(), keys[e].end());
   }
-  // The gyroscope's terms depend on the force, too, and the accelerometer's on the rate: both a
-  // second time with what the first has corrected. Then the magnetometer's.
-  // Without a parameter that differs from zero nothing is corrected, and once is enough.
+  // Without a parameter that differs from zero nothing is corrected, and one pass is enough.
   const bool at_zero = std::ranges::all_of(active, [](const auto& terms) {
     return std::ranges::all_of(terms, [](const ActiveTerm& a) { return a.theta.isZero(0.0); });
   });
   std::optional<SensedMotion> motion;
+  // The gyroscope's terms depend on the force, too, and the accelerometer's on the rate: both a
+  // second time with what the first has corrected. Then the magnetometer's.
   constexpr std::pair<Channel, bool> kPasses[] = {{Channel::kGyr, false},
                                                   {Channel::kAcc, false},
                                                   {Channel::kGyr, true},

@@ -1,50 +1,37 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/householder.h"
 
+#include <algorithm>
 #include <cmath>
 
-// One copy of the inner loop an instruction set, chosen when the program starts: plain loops over
-// plain memory, so that no shared template is compiled twice.
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define MAGIMU_FOR_EACH_CPU \
-  __attribute__((target_clones("arch=skylake-avx512", "arch=haswell", "default")))
-#else
-#define MAGIMU_FOR_EACH_CPU
-#endif
+#include "solvers/rank_update.h"
 
 namespace magimu {
 namespace {
 
 constexpr double kZeroColumn = 1e-13;
 
-// rows -= beta v (v' rows), for the rows listed.
-MAGIMU_FOR_EACH_CPU
-void reflect(double* __restrict first, std::ptrdiff_t stride, const int* __restrict list, int rows,
-             const double* __restrict v, double beta, double* __restrict w, int columns) {
-  for (int c = 0; c < columns; ++c) w[c] = 0.0;
-  for (int k = 0; k < rows; ++k) {
-    const double* __restrict row = first + list[k] * stride;
-    const double x = v[k];
-    for (int c = 0; c < columns; ++c) w[c] += x * row[c];
-  }
-  for (int k = 0; k < rows; ++k) {
-    double* __restrict row = first + list[k] * stride;
-    const double x = beta * v[k];
-    for (int c = 0; c < columns; ++c) row[c] -= x * w[c];
+// As RankCode::reflect, of a few columns.
+void reflect_few(double* first, std::ptrdiff_t stride, const int* list, int rows, const double* v,
+                 double beta, int columns) {
+  for (int c = 0; c < columns; ++c) {
+    double w = 0.0;
+    for (int k = 0; k < rows; ++k) w += v[k] * first[list[k] * stride + c];
+    for (int k = 0; k < rows; ++k) first[list[k] * stride + c] -= beta * w * v[k];
   }
 }
 
 }  // namespace
 
 int triangularize(RowBlock& A, int top, int begin, int end, std::vector<int>& pivot_row) {
+  static const lanes::RankCode code = lanes::rank_code(best_isa());
   const int rows = int(A.rows()), columns = int(A.cols());
   pivot_row.assign(std::size_t(end - begin), -1);
   if (rows == top) return top;
   const VectorXd scale =
       A.block(top, begin, rows - top, end - begin).colwise().squaredNorm().transpose();
   std::vector<int> list(std::size_t(rows), 0);
-  std::vector<double> v(std::size_t(rows), 0.0), w(std::size_t(columns), 0.0);
+  std::vector<double> v(std::size_t(rows), 0.0);
   for (int j = begin; j < end && top < rows; ++j) {
     double below = 0.0;
     int active = 1;
@@ -64,8 +51,14 @@ int triangularize(RowBlock& A, int top, int begin, int end, std::vector<int>& pi
     if (below > 0.0) {
       const double norm = std::sqrt(norm2), pivot = head > 0.0 ? -norm : norm;
       v[0] = head - pivot;
-      reflect(A.data() + j, A.outerStride(), list.data(), active, v.data(),
-              2.0 / (v[0] * v[0] + below), w.data(), columns - j);
+      const double beta = 2.0 / (v[0] * v[0] + below);
+      // Whole packs up to the last column; those that begin before j find zeros there.
+      int wide = lanes::padded(columns - j);
+      if (columns - wide < begin) wide -= lanes::kWidthUnit;
+      const int from = columns - wide;
+      code.reflect(A.data() + from, A.outerStride(), list.data(), active, v.data(), beta, wide);
+      reflect_few(A.data() + j, A.outerStride(), list.data(), active, v.data(), beta,
+                  std::max(0, from - j));
       for (int k = 1; k < active; ++k) A(list[std::size_t(k)], j) = 0.0;
       A(top, j) = pivot;
     }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The two steps in which the elimination of nodes with a wide border spends its time, compiled once
-// for each instruction set (rank_update.inc). Rows of numbers are `width` long, a multiple of
-// kWidthUnit, and start on 64 bytes.
+// The steps in which eliminations spend their time, compiled once for each instruction set
+// (rank_update.inc): two of nodes with a wide border, whose rows of numbers are `width` long, a
+// multiple of kWidthUnit, and start on 64 bytes; and Householder's.
 #pragma once
+
+#include <cstddef>
 
 #include "graph/lanes.h"
 
@@ -19,6 +21,10 @@ struct RankCode {
   //   the first n rows x <- U1'^-1 x, the rest that follow y <- y - U2' x
   void (*eliminate)(const double* U, int stride, const double* inverse, int n, int rest,
                     double* rows, int width);
+  // rows -= beta v (v' rows): of the `count` rows first + list[k] stride, the `width` numbers from
+  // there on, a multiple of kWidthUnit, wherever they start.
+  void (*reflect)(double* first, std::ptrdiff_t stride, const int* list, int count, const double* v,
+                  double beta, int width);
 };
 RankCode rank_code(Isa isa);
 

@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <vector>
 
 #include "solvers/aligned_buffer.h"
 
@@ -54,6 +55,23 @@ TEST_P(RankUpdate, eliminates_the_first_rows) {
   EXPECT_LT((found.topRows(kFirst) - first).norm(), 1e-13);
   const Rows rest = R.bottomRows(kRest) - U.rightCols(kRest).transpose() * first;
   EXPECT_LT((found.bottomRows(kRest) - rest).norm(), 1e-12);
+}
+
+TEST_P(RankUpdate, reflects_the_listed_rows) {
+  const std::vector<int> list{6, 0, 3};
+  const Eigen::Vector3d v(0.5, -1.0, 2.0);
+  const double beta = 2.0 / v.squaredNorm();
+  for (const int width : {8, 16, 40, 72}) {
+    // Not on 64 bytes, and with columns to both sides that are not to be touched.
+    Rows A = Rows::Random(8, width + 5);
+    Rows expected = A;
+    Rows listed = A(list, Eigen::seqN(3, width));
+    listed -= beta * v * (v.transpose() * listed).eval();
+    expected(list, Eigen::seqN(3, width)) = listed;
+    lanes::rank_code(GetParam())
+        .reflect(A.data() + 3, A.outerStride(), list.data(), 3, v.data(), beta, width);
+    EXPECT_LT((A - expected).cwiseAbs().maxCoeff(), 1e-14) << width;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, RankUpdate, testing::Values(Isa::kBaseline, Isa::kAvx2, Isa::kAvx512),

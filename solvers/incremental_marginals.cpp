@@ -80,16 +80,20 @@ MatrixXd IncrementalQr::information(const std::vector<Key>& keys) const {
 
 MatrixXd IncrementalQr::covariance(const std::vector<Key>& keys) const {
   const RowBlock T = triangle_of(keys);
-  const std::vector<NullDirection> undetermined = null_directions(T);
-  if (!undetermined.empty()) {
-    const Values now = front();
-    Values wanted;
-    for (const Key key : keys) wanted.insert_from(now, key);
-    throw std::domain_error("the data leave a direction undetermined: " +
-                            describe(undetermined.front(), wanted));
-  }
   const MatrixXd inverse =
       T.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(T.rows(), T.cols()));
+  // The least singular value in columns of unit norm is no less than this.
+  const double least = 1.0 / (unit_columns(T).cwiseInverse().asDiagonal() * inverse).norm();
+  if (!(least >= kNullTolerance)) {
+    const std::vector<NullDirection> undetermined = null_directions(T);
+    if (!undetermined.empty()) {
+      const Values now = front();
+      Values wanted;
+      for (const Key key : keys) wanted.insert_from(now, key);
+      throw std::domain_error("the data leave a direction undetermined: " +
+                              describe(undetermined.front(), wanted));
+    }
+  }
   return inverse * inverse.transpose();
 }
 

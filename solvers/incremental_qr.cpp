@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/incremental_qr.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numeric>
 
 namespace magimu {
 namespace {
@@ -13,145 +10,29 @@ namespace {
 constexpr int kRounds = 4;  // of linearization in one update, while that is cheap
 constexpr int kNewest = 2;  // windows whose drift is always looked at
 
-std::string name_of(std::span<const Key> keys) {
-  std::string text = "the factor on (";
-  for (std::size_t i = 0; i < keys.size(); ++i) text += (i > 0 ? ", " : "") + to_string(keys[i]);
-  return text + ")";
-}
-
-template <class Body>
-void for_each_factor(const FactorGraph& graph, const Body& body) {
-  for (const auto& batch : graph.batches()) {
-    for (int i = 0; i < batch->size(); ++i) body(batch->keys(i), batch->types());
-  }
-}
-
 }  // namespace
 
-int IncrementalQr::find_chain(const FactorGraph& graph, const Values& new_values) const {
-  int chain = -1;
-  for_each_factor(graph, [&](std::span<const Key> keys, std::span<const VariableType> types) {
-    for (std::size_t k = 0; k < keys.size(); ++k) {
-      const Key key = keys[k];
-      const Values& known = new_values.contains(key) ? new_values : globals_;
-      if (known.contains(key)) {
-        if (known.slot(key).type == types[k]) continue;
-        throw std::invalid_argument(name_of(keys) + " takes " + to_string(key) + " for a " +
-                                    to_string(types[k]) + ", but it is a " +
-                                    to_string(known.slot(key).type));
-      }
-      int found = -1;
-      for (std::size_t c = 0; c < chains_.size() && !options_.is_global(key); ++c) {
-        const Values& last = windows_[std::size_t(chains_[c].windows.back())].values;
-        if (key.index == chains_[c].last_index && last.contains(key)) found = int(c);
-      }
-      if (found < 0) {
-        throw std::invalid_argument(
-            name_of(keys) + " needs " + to_string(key) +
-            ", which is neither new nor a global nor of the last node of a chain: a window can "
-            "only join nodes of its own and the node before it; give a graph with such a loop to "
-            "LevenbergMarquardt, or all windows of the loop in one update");
-      }
-      if (chain >= 0 && chain != found) {
-        throw std::invalid_argument(name_of(keys) +
-                                    " is of another chain than the window's other factors: a "
-                                    "window continues one chain");
-      }
-      chain = found;
-    }
-  });
-  return chain;
-}
-
-IncrementalQr::Window IncrementalQr::make_window(const FactorGraph& factors,
-                                                 const Values& new_values,
-                                                 const FactorGraph& removable) {
-  const int chain = std::max(find_chain(factors, new_values), find_chain(removable, new_values));
-  Window w;
-  w.factors = factors;
-  w.removable = removable;
-  std::uint32_t low = std::numeric_limits<std::uint32_t>::max(), high = 0;
-  for (const Values::Slot& s : new_values.slots()) {
-    if (options_.is_global(s.key)) continue;
-    w.own.push_back(s.key);
-    low = std::min(low, s.key.index);
-    high = std::max(high, s.key.index);
-  }
-  if (w.own.empty() && chain >= 0) {
-    throw std::invalid_argument("an update with factors on " +
-                                std::to_string(chains_[std::size_t(chain)].last_index) +
-                                ", the last node of a chain, must bring a new node as well");
-  }
-  for (std::size_t c = 0; c < chains_.size() && !w.own.empty(); ++c) {
-    const bool after = int(c) == chain
-                           ? low > chains_[c].last_index
-                           : low > chains_[c].last_index || high < chains_[c].first_index;
-    if (after) continue;
-    throw std::invalid_argument("the new nodes " + std::to_string(low) + " to " +
-                                std::to_string(high) + " do not come after node " +
-                                std::to_string(chains_[c].last_index) +
-                                " of the chain that is there already: number nodes along each "
-                                "chain, and chains apart");
-  }
-  // All is well: from here on this object changes.
-  for (const Values::Slot& s : new_values.slots()) {
-    if (!options_.is_global(s.key)) continue;
-    anchors_.insert_from(new_values, s.key);
-    globals_.insert_from(new_values, s.key);
-    const VectorXd old = x_globals_;
-    x_globals_ = VectorXd::Zero(anchors_.dim());
-    x_globals_.head(old.size()) = old;
-  }
-  std::optional<std::uint32_t> first;
-  w.values = globals_;
-  w.point.globals = x_globals_;
-  if (chain >= 0) {
-    const Chain& c = chains_[std::size_t(chain)];
-    const Values now = front();
-    first = c.last_index;
-    w.point.first = c.last;
-    const Window& before = windows_[std::size_t(c.windows.back())];
-    const auto& variables = before.elimination.variables();
-    for (std::size_t s = 0; s < variables.size(); ++s) {
-      if (variables[s].place != WindowElimination::Place::kLast) continue;
-      w.values.insert_from(now, before.values.slots()[s].key);
-    }
-  }
-  for (const Key key : w.own) w.values.insert_from(new_values, key);
-  w.elimination =
-      WindowElimination({&w.factors, &w.removable}, w.values, options_.is_global, first);
-  w.point.last = VectorXd::Zero(w.elimination.last_width());
-  w.chain = chain;
-  if (!w.own.empty()) {
-    if (chain < 0) {
-      w.chain = int(chains_.size());
-      chains_.emplace_back();
-      chains_.back().first_index = low;
-    }
-    chains_[std::size_t(w.chain)].last_index = high;
-  }
-  return w;
-}
-
-CondensedTriangle IncrementalQr::condense(Window& w, bool with_removable, bool keep) const {
-  return w.elimination.condense({&w.factors, &w.removable}, {true, with_removable}, w.values,
-                                w.point, keep ? &w.nodes : nullptr);
-}
-
+// A window that has been linearized (again).
 void IncrementalQr::put(int window) {
   Window& w = windows_[std::size_t(window)];
-  CondensedTriangle t = condense(w, !w.removed, true);
+  w.otherwise.reset();
+  put(window, condense(w, !w.removed));
+}
+
+void IncrementalQr::put(int window, Condensed condensed) {
+  Window& w = windows_[std::size_t(window)];
+  w.nodes = std::move(condensed.nodes);
   if (w.chain < 0) {
-    w.triangle = std::move(t);
+    w.triangle = std::move(condensed.triangle);
     return;
   }
   Chain& chain = chains_[std::size_t(w.chain)];
   if (w.leaf < 0) {
     w.leaf = chain.tree.size();
     chain.windows.push_back(window);
-    chain.tree.append(std::move(t));
+    chain.tree.append(std::move(condensed.triangle));
   } else {
-    chain.tree.replace(w.leaf, std::move(t));
+    chain.tree.replace(w.leaf, std::move(condensed.triangle));
   }
 }
 
@@ -225,11 +106,17 @@ bool IncrementalQr::relinearize(int limit, UpdateResult& result) {
   for (int w = 0; w < windows(); ++w) {
     if (drift_[std::size_t(w)] > 1.0) drifted.push_back(w);
   }
-  const auto count = std::min(std::ptrdiff_t(limit), std::ptrdiff_t(drifted.size()));
-  std::partial_sort(drifted.begin(), drifted.begin() + count, drifted.end(), [&](int a, int b) {
+  std::sort(drifted.begin(), drifted.end(), [&](int a, int b) {
     return std::pair(-drift_[std::size_t(a)], a) < std::pair(-drift_[std::size_t(b)], b);
   });
-  drifted.resize(std::size_t(count));
+  if (std::ptrdiff_t(drifted.size()) > limit) {
+    const Window& worst = windows_[std::size_t(drifted.front())];
+    std::stable_partition(drifted.begin(), drifted.end(), [&](int i) {
+      const Window& w = windows_[std::size_t(i)];
+      return w.chain == worst.chain && w.leaf / limit == worst.leaf / limit;
+    });
+    drifted.resize(std::size_t(limit));
+  }
   for (const int i : drifted) {
     Window& w = windows_[std::size_t(i)];
     const WindowCoordinates to = coordinates(w);
@@ -299,30 +186,30 @@ UpdateResult IncrementalQr::idle() {
   return result;
 }
 
-void IncrementalQr::remove(int window) {
-  windows_[std::size_t(window)].removed = true;
-  put(window);
+void IncrementalQr::remove(int window) { turn(window, true); }
+void IncrementalQr::restore(int window) { turn(window, false); }
+
+void IncrementalQr::turn(int window, bool removed) {
+  Window& w = windows_[std::size_t(window)];
+  if (w.removed == removed) return;
+  Condensed now = w.otherwise ? std::move(*w.otherwise) : condense(w, !removed);
+  w.otherwise.reset();
+  w.removed = removed;
+  put(window, std::move(now));
   refresh();
   solve();
 }
 
-void IncrementalQr::restore(int window) {
-  windows_[std::size_t(window)].removed = false;
-  put(window);
-  refresh();
-  solve();
-}
-
-Innovation IncrementalQr::innovation(int window) const {
-  Window w = windows_[std::size_t(window)];
+Innovation IncrementalQr::innovation(int window) {
+  Window& w = windows_[std::size_t(window)];
   if (w.chain < 0) throw std::invalid_argument("a window without nodes has no innovation");
-  const CondensedTriangle other = condense(w, w.removed, false);
+  if (!w.otherwise) w.otherwise = condense(w, w.removed);
   const int globals = anchors_.dim();
   CondensedTriangle total{0, 0, 0, RowBlock(0, 1)};
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     const TriangleTree& tree = chains_[c].tree;
     const CondensedTriangle root =
-        int(c) == w.chain ? tree.root_with(w.leaf, other, globals) : tree.root();
+        int(c) == w.chain ? tree.root_with(w.leaf, w.otherwise->triangle, globals) : tree.root();
     total = sum(total, without_last(root), globals);
   }
   for (const int l : loose_) total = sum(total, windows_[std::size_t(l)].triangle, globals);

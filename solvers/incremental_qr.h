@@ -22,8 +22,10 @@
 // whichever is larger. The first is how far the window's whitened residuals have moved, root mean
 // square: the error of the linearization is of second order in it. The second looks at what the
 // first does not see, moves along directions that a window alone does not determine. In each update
-// the windows that have drifted most (beyond 1) are linearized again, a fixed number of them; the
-// drift itself is kept up to date for a few windows at a time. The first windows are linearized
+// the window that has drifted most (beyond 1) is linearized again, and with it those of its
+// neighbours that have drifted, a fixed number: they share the triangles above them, and have been
+// linearized at about the same time; the drift itself is kept up to date for a few windows at a
+// time. The first windows are linearized
 // again at every update: it is cheap then, and the estimate moves most.
 //
 // Steps are Gauss-Newton's: start near the answer, with priors where the first windows leave
@@ -33,6 +35,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 
 #include "solvers/null_space.h"
 #include "solvers/triangle_tree.h"
@@ -90,7 +93,8 @@ class IncrementalQr {
   void restore(int window);
   bool removed(int window) const { return windows_[std::size_t(window)].removed; }
   // The removable factors of a window against all other factors.
-  Innovation innovation(int window) const;
+  // Not const: what it condenses is kept for remove() and restore().
+  Innovation innovation(int window);
 
   int windows() const { return int(windows_.size()); }
   // The estimate: of the globals; of the globals and the last node of each chain; of everything.
@@ -112,6 +116,10 @@ class IncrementalQr {
   std::vector<NullDirection> null_space() const;
 
  private:
+  struct Condensed {
+    CondensedTriangle triangle;
+    std::vector<EliminatedNode> nodes;
+  };
   struct Window {
     FactorGraph factors, removable;
     bool removed = false;
@@ -122,6 +130,9 @@ class IncrementalQr {
     WindowElimination elimination;
     std::vector<EliminatedNode> nodes;
     CondensedTriangle triangle;  // of a window without nodes
+    // What it would be with its removable factors if it is without, and the other way round;
+    // empty: nobody has asked since it was linearized.
+    std::optional<Condensed> otherwise;
   };
   struct Chain {
     TriangleTree tree;
@@ -134,8 +145,10 @@ class IncrementalQr {
   int find_chain(const FactorGraph& graph, const Values& new_values) const;
   Window make_window(const FactorGraph& factors, const Values& new_values,
                      const FactorGraph& removable);
-  CondensedTriangle condense(Window& w, bool with_removable, bool keep) const;
+  Condensed condense(const Window& w, bool with_removable) const;
   void put(int window);
+  void put(int window, Condensed condensed);
+  void turn(int window, bool removed);
   int add(const FactorGraph& factors, const Values& new_values, const FactorGraph& removable,
           bool hold_back);
   int refresh();

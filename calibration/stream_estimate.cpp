@@ -5,10 +5,12 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "calibration/calibrate.h"
 #include "calibration/diagnostics.h"
 #include "calibration/nodes.h"
 #include "calibration/parameter_names.h"
 #include "calibration/uncertainty.h"
+#include "solvers/sandwich.h"
 
 namespace magimu {
 namespace {
@@ -24,8 +26,12 @@ MatrixXd widened_like(const Calibration& last, double last_s, const MatrixXd& P)
   before.matrixL().solveInPlace(M);
   M.transposeInPlace();
   before.matrixL().solveInPlace(M);
-  // A few blocks tell by how much on the whole, not in which direction.
-  if (last_s < kFewBlocks) return P * std::max(1.0, M.trace() / double(M.rows()));
+  // A few blocks tell by how much on the whole, not in which direction. Over all directions there
+  // is scatter enough: the allowance for its uncertainty in a single one is taken out.
+  if (last_s < kFewBlocks) {
+    const int blocks = std::max(1, int(last_s / CalibrationOptions{}.block_s));
+    return P * std::max(1.0, M.trace() / double(M.rows()) / student_variance(blocks));
+  }
   const MatrixXd L = now.matrixL();
   return L * M * L.transpose();
 }

@@ -25,6 +25,8 @@ constexpr double kStillRate = 0.2;    // rad/s; biases are smaller
 constexpr double kStillEnough = 2.5;  // s
 constexpr double kLongGap = 0.1;      // s
 constexpr int kManyNodes = 15000;     // beyond, what the model lacks is not looked for at the end
+constexpr int kMostIdle = 8;          // updates at the end
+constexpr double kSettled = 0.003;    // sigmas
 constexpr int kRefits[] = {16, 32, 64};  // windows at which all are fitted again
 
 }  // namespace
@@ -157,8 +159,9 @@ StreamUpdate StreamingCalibration::State::update() {
 }
 
 void StreamingCalibration::State::settle() {
-  for (int i = 0; estimator_ && i < 3; ++i) {
-    if (estimator_->idle().largest_drift < 1.0) break;
+  for (int i = 0; estimator_ && i < kMostIdle; ++i) {
+    const UpdateResult result = estimator_->idle();
+    if (result.largest_drift < 1.0 && result.step_sigma < kSettled) break;
   }
 }
 

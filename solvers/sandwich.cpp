@@ -121,9 +121,13 @@ MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_colum
     sums.score.col(b) = adjustment(sums.leverage[std::size_t(b)]) * sums.score.col(b);
   }
   // What so few blocks say of the scatter is itself uncertain: errors over it follow Student's
-  // distribution, whose variance this is.
-  const double few = blocks > 4 ? (blocks - 1.0) / (blocks - 3.0) : 3.0;
+  // distribution.
+  const double few = student_variance(blocks);
   return root.L * at_least_identity(few * shrunk(sums.score)) * root.L.transpose();
+}
+
+double student_variance(int blocks) {
+  return blocks > 4 ? (blocks - 1.0) / (blocks - 3.0) : 3.0;
 }
 
 }  // namespace magimu

@@ -32,4 +32,7 @@ MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_colum
                              const MatrixXd& covariance, const std::vector<int>& block_of_row,
                              int blocks);
 
+// (n - 1) / (n - 3) of so many blocks; 3 of four and fewer.
+double student_variance(int blocks);
+
 }  // namespace magimu

@@ -69,14 +69,18 @@ class StreamedPerson {
   long samples_ = 0;
 };
 
-// The motion that a sentence asks for, as someone understands it who reads it.
+// The axis of the motion that a sentence asks for, as someone understands it who reads it: "about
+// its x axis", "between its x and -y axes"; zero: keep still.
 inline Vector3 axis_of(const std::string& sentence) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (sentence.find(std::string("its ") + "xyz"[axis] + " axis") != std::string::npos) {
-      return Vector3::Unit(axis);
-    }
+  const auto said = sentence.find(" its ");
+  Vector3 axis = Vector3::Zero();
+  if (sentence.find(" ax", said) == std::string::npos) return axis;
+  for (auto at = said; at < sentence.size() && sentence.compare(at, 3, " ax") != 0; ++at) {
+    const bool ends = std::string(" .").find(sentence[at + 1]) != std::string::npos;
+    if (sentence[at] < 'x' || sentence[at] > 'z' || !ends) continue;
+    axis[sentence[at] - 'x'] = sentence[at - 1] == '-' ? -1.0 : 1.0;
   }
-  return Vector3::Zero();
+  return axis.normalized();
 }
 
 // Seconds until the stream says that it is good enough; 600 at the most. random_rad: 0 does what

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kTurnRate = 1.0;    // rad/s, of a person who turns a board
 constexpr double kStill = 3.0;       // s
-constexpr double kStep = 0.25;       // s between the attitudes at which a motion is played through
+constexpr double kStep = 0.4;        // s between the attitudes at which a motion is played through
 constexpr double kHandAcc = 0.3;     // m/s^2: what a hand adds to gravity
 constexpr double kWorthIt = 0.05;    // relative fall of the target's sigma: a motion that helps
 constexpr double kHorizontal = 0.6;  // sine: turns about such an axis turn it upside down
@@ -31,6 +31,15 @@ Motion half_turn(int axis, bool over) {
   return {fmt::format("Turn it {} about its {} axis.", over ? "upside down" : "by half a turn",
                       kAxis[axis]),
           fmt::format("turn about {}", kAxis[axis]), Vector3::Unit(axis), M_PI, M_PI / kTurnRate};
+}
+
+// About an axis alone the field passes through few attitudes: half turns about x, y and z see three
+// circles of them.
+Motion half_turn_about_diagonal(int axis, int other, double sign) {
+  const Vector3 diagonal = (Vector3::Unit(axis) + sign * Vector3::Unit(other)).normalized();
+  return {fmt::format("Turn it by half a turn about the diagonal between its {} and {}{} axes.",
+                      kAxis[axis], sign < 0.0 ? "-" : "", kAxis[other]),
+          "", diagonal, M_PI, M_PI / kTurnRate};
 }
 
 // What is known of parameters before any measurement, so that undetermined ones do no harm.
@@ -108,6 +117,11 @@ std::vector<Motion> motions_from(const Rot3& nRb) {
   std::vector<Motion> out;
   for (int axis = 0; axis < 3; ++axis) {
     out.push_back(half_turn(axis, std::abs(nRb.matrix()(2, axis)) < kHorizontal));
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double sign : {1.0, -1.0}) {
+      out.push_back(half_turn_about_diagonal(axis, (axis + 1) % 3, sign));
+    }
   }
   out.push_back(keep_still());
   return out;

@@ -20,12 +20,12 @@ namespace magimu {
 
 struct Motion {
   std::string sentence;
-  std::string missing;             // "turn about x"; empty for keeping still
+  std::string missing;             // "turn about x"; empty for diagonals and keeping still
   Vector3 axis = Vector3::Zero();  // in the IMU frame, unit length; zero: keep still
   double angle_rad = 0.0, time_s = 0.0;
 };
 
-// Half turns about the axes, and keeping still. nRb: the present attitude.
+// Half turns about the axes and the diagonals between two of them, and keeping still. nRb: the present attitude.
 std::vector<Motion> motions_from(const Rot3& nRb);
 
 struct Guidance {

@@ -207,6 +207,12 @@ TEST(Streaming, following_the_guidance_reaches_the_target) {
   EXPECT_LT(time_to_target(1, 0.0, options), 60.0);
 }
 
+TEST(Streaming, guidance_is_understood_as_it_is_meant) {
+  for (const Motion& motion : motions_from(Rot3())) {
+    EXPECT_LT((axis_of(motion.sentence) - motion.axis).norm(), 1e-12) << motion.sentence;
+  }
+}
+
 TEST(Streaming, samples_out_of_order_and_other_sensors_are_refused) {
   StreamingCalibration stream(1);
   EXPECT_TRUE(std::isnan(stream.last_t()));

@@ -58,7 +58,13 @@ void judge_fit(Calibration& c) {
 void judge_motion(Calibration& c) {
   if (c.motion == MotionModel::kHandHeld) return;  // the model carries it
   const double acc = c.residuals[0].rms_unit, bias = c.parameters.acc_bias.norm();
-  if (acc > kAccResidualNo || bias > kPlausibleAccBias) {
+  if (acc <= kAccResidualLimited && bias > kPlausibleAccBias) {
+    c.trust.lower(Verdict::kLimited,
+                  fmt::format("The accelerometer's bias comes out as {:.2f} m/s^2, more than parts "
+                              "in order have; nothing says that the hand moved the sensor. Check "
+                              "the accelerometer's unit and range, and local gravity.",
+                              bias));
+  } else if (acc > kAccResidualNo || bias > kPlausibleAccBias) {
     c.trust.lower(
         Verdict::kNo,
         fmt::format("The hand moved the sensor: beyond gravity and a bias the accelerometer reads "

@@ -81,6 +81,18 @@ INSTANTIATE_TEST_SUITE_P(Models, TooLittleMotion,
                          testing::Values(MotionModel::kRotation, MotionModel::kAuto),
                          [](const auto& test) { return to_string(test.param); });
 
+// Beyond what parts have, but constant to within the noise: it is not the hand.
+TEST(Verdict, a_large_bias_of_the_accelerometer_is_not_taken_for_a_moving_hand) {
+  Simulation s = test::simulated_hand(50.0, 3, 60.0);
+  for (Vector3& a : s.recording.acc.v) a += Vector3(0.6, -0.4, 0.5);
+  CalibrationOptions options;
+  options.motion = MotionModel::kRotation;
+  const Calibration c = calibrate(s.recording, options);
+  EXPECT_EQ(c.trust.verdict, Verdict::kLimited);
+  ASSERT_FALSE(c.trust.reasons.empty());
+  EXPECT_THAT(c.trust.reasons.front(), HasSubstr("accelerometer's bias comes out as"));
+}
+
 TEST(Verdict, a_still_recording_without_noise_gives_no_nan) {
   Recording r = turning(Vector3::Zero(), 30.0);
   for (VectorSeries* series : {&r.acc, &r.gyr, &r.mag[0]}) {

@@ -7,8 +7,9 @@
 namespace magimu {
 namespace {
 
-constexpr int kRounds = 4;  // of linearization in one update, while that is cheap
-constexpr int kNewest = 2;  // windows whose drift is always looked at
+constexpr int kRounds = 4;          // of linearization in one update, while that is cheap
+constexpr int kNewest = 2;          // windows whose drift is always looked at
+constexpr double kIdleDrift = 0.1;  // from here on where there is time
 
 }  // namespace
 
@@ -99,12 +100,12 @@ void IncrementalQr::look_around() {
   }
 }
 
-// The worst-drifted windows, so many at most, linearized where the estimate is. False if none was
-// in need of it.
-bool IncrementalQr::relinearize(int limit, UpdateResult& result) {
+// The worst-drifted windows, so many at most, linearized where the estimate is. False if none has
+// drifted so far.
+bool IncrementalQr::relinearize(int limit, double from_drift, UpdateResult& result) {
   std::vector<int> drifted;
   for (int w = 0; w < windows(); ++w) {
-    if (drift_[std::size_t(w)] > 1.0) drifted.push_back(w);
+    if (drift_[std::size_t(w)] > from_drift) drifted.push_back(w);
   }
   std::sort(drifted.begin(), drifted.end(), [&](int a, int b) {
     return std::pair(-drift_[std::size_t(a)], a) < std::pair(-drift_[std::size_t(b)], b);
@@ -164,11 +165,11 @@ UpdateResult IncrementalQr::update(const FactorGraph& factors, const Values& new
   if (windows() <= options_.eager_windows) {
     for (int round = 0; round < kRounds; ++round) {
       for (int w = 0; w < windows(); ++w) look(w);
-      if (!relinearize(windows(), result)) break;
+      if (!relinearize(windows(), 1.0, result)) break;
     }
   } else {
     look_around();
-    relinearize(options_.relinearized, result);
+    relinearize(options_.relinearized, 1.0, result);
   }
   result.largest_drift = *std::max_element(drift_.begin(), drift_.end());
   return result;
@@ -180,7 +181,7 @@ UpdateResult IncrementalQr::idle() {
   result.step_sigma = solve();
   result.steps = 1;
   for (int w = 0; w < windows(); ++w) look(w);
-  relinearize(windows(), result);
+  relinearize(windows(), kIdleDrift, result);
   for (int w = 0; w < windows(); ++w) look(w);
   if (windows() > 0) result.largest_drift = *std::max_element(drift_.begin(), drift_.end());
   return result;

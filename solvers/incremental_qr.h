@@ -85,7 +85,8 @@ class IncrementalQr {
   // at once, of which the first alone would leave too much undetermined.
   void append(const FactorGraph& factors, const Values& new_values,
               const FactorGraph& removable = {}, bool hold_back = false);
-  // Nothing new, and time for all old windows: every one that has drifted is linearized again.
+  // Nothing new, and time for all old windows: every one that has drifted, if by a tenth of what is
+  // tolerated, is linearized again.
   UpdateResult idle();
 
   // Takes the window's removable factors out, or puts them back; what was solved changes at once.
@@ -157,7 +158,7 @@ class IncrementalQr {
   VectorXd moves(const Window& w, const WindowCoordinates& to) const;
   void look(int window);
   void look_around();
-  bool relinearize(int limit, UpdateResult& result);
+  bool relinearize(int limit, double from_drift, UpdateResult& result);
   RowBlock triangle_of(const std::vector<Key>& keys) const;
 
   IncrementalQrOptions options_;

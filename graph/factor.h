@@ -26,6 +26,7 @@
 // A factor is copied into the graph and never sees a solver.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <tuple>
 #include <type_traits>
@@ -81,12 +82,17 @@ auto residual_at(const F& f, const std::array<const double*, sizeof...(I)>& x,
       VariableTraits<VariableOf<F, I>>::template load<double>(x[I])...);
 }
 
+// Columns of a Jacobian that automatic differentiation finds at a time: one kind of Dual for all
+// factors is compiled once.
+inline constexpr int kAtATime = 4;
+
+// The residual and its derivatives with respect to the columns from begin on.
 template <class F, std::size_t... I>
-auto residual_dual(const F& f, const std::array<const double*, sizeof...(I)>& x,
+auto residual_dual(const F& f, const std::array<const double*, sizeof...(I)>& x, int begin,
                    std::index_sequence<I...>) {
-  return f.template residual<Dual<F::kColumns>>(
-      VariableTraits<VariableOf<F, I>>::template load_active<F::kColumns>(x[I],
-                                                                          first_column<F, I>())...);
+  return f.template residual<Dual<kAtATime>>(
+      VariableTraits<VariableOf<F, I>>::template load_active<kAtATime>(
+          x[I], first_column<F, I>() - begin)...);
 }
 
 template <class F, class Variables = typename F::Variables>
@@ -143,11 +149,15 @@ ResidualOf<F> evaluate(const F& f, const Stored<F>& x) {
 // Residual and Jacobian by automatic differentiation, not whitened.
 template <class F>
 ResidualOf<F> linearize_automatic(const F& f, const Stored<F>& x, JacobianOf<F>& J) {
-  const auto e = detail::residual_dual(f, x, detail::kIndices<F>);
   ResidualOf<F> r;
-  for (int i = 0; i < F::kDim; ++i) {
-    r[i] = e[i].v;
-    J.row(i) = e[i].d.matrix().transpose();
+  for (int begin = 0; begin < F::kColumns; begin += detail::kAtATime) {
+    const auto e = detail::residual_dual(f, x, begin, detail::kIndices<F>);
+    for (int i = 0; i < F::kDim; ++i) {
+      r[i] = e[i].v;
+      for (int c = begin; c < std::min(begin + detail::kAtATime, F::kColumns); ++c) {
+        J(i, c) = e[i].d[std::size_t(c - begin)];
+      }
+    }
   }
   return r;
 }

@@ -46,7 +46,8 @@ struct VariableTraits<Rot3> {
     Eigen::Map<Vector4> q(x);
     q = R.quaternion();
   }
-  // The value at x, perturbed by the inputs first .. first + 2 of a Dual (all zero).
+  // The value at x, perturbed by the inputs first .. first + 2 of a Dual (all zero), as far as it
+  // has them: 0 .. N - 1.
   template <int N>
   static Rot3T<Dual<N>> load_active(const double* x, int first) {
     Vec3<Dual<N>> delta;

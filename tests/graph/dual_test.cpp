@@ -151,7 +151,7 @@ TEST(Dual, eigen_computes_with_it) {
   const double value = at.dot(A * at) / at.squaredNorm();
   const Eigen::Vector3d gradient = 2.0 * (A * at - value * at) / at.squaredNorm();
   EXPECT_DOUBLE_EQ(f.v, value);
-  EXPECT_LT((f.d.matrix() - gradient).norm(), 1e-14);
+  EXPECT_LT((Eigen::Map<const Eigen::Vector3d>(f.d.data()) - gradient).norm(), 1e-14);
 }
 
 }  // namespace

@@ -61,14 +61,16 @@ IntrinsicCalibration fit_ellipsoid(const std::vector<Vector3>& mag) {
     S += row * row.transpose();
   }
   // The constraint 4 J - I^2 = 1 on the quadric's invariants admits ellipsoids only.
-  Eigen::Matrix<double, 6, 6> C = Eigen::Matrix<double, 6, 6>::Zero();
-  C.topLeftCorner<3, 3>().setOnes();
-  C.diagonal() << -1, -1, -1, -4, -4, -4;
+  // C, which is J and I^2 as a quadratic form, has -1 on and 1 off the diagonal of its upper left
+  // block and then -4: this is its inverse.
+  Eigen::Matrix<double, 6, 6> C_inverse = Eigen::Matrix<double, 6, 6>::Zero();
+  C_inverse.topLeftCorner<3, 3>().setConstant(0.5);
+  C_inverse.diagonal() << 0, 0, 0, -0.25, -0.25, -0.25;
   const Eigen::FullPivLU<Eigen::Matrix4d> S22(S.bottomRightCorner<4, 4>());
   if (!S22.isInvertible()) return sphere;
   const Eigen::Matrix<double, 4, 6> T = -S22.solve(S.bottomLeftCorner<4, 6>());
   const Eigen::Matrix<double, 6, 6> M =
-      C.inverse() * (S.topLeftCorner<6, 6>() + S.topRightCorner<6, 4>() * T);
+      C_inverse * (S.topLeftCorner<6, 6>() + S.topRightCorner<6, 4>() * T);
   const Eigen::EigenSolver<Eigen::Matrix<double, 6, 6>> eigen(M);
   Eigen::Index best = 0;
   eigen.eigenvalues().real().maxCoeff(&best);

@@ -33,8 +33,15 @@ class LinearFactor : public Factor<Rows, Vec<double, N>, Vec<double, M>, Vec<dou
   }
   template <class T>
   Vec<T, Rows> residual(const Vec<T, N>& x, const Vec<T, M>& y, const Vec<T, G>& z) const {
-    return A_.template cast<T>() * x + B_.template cast<T>() * y + C_.template cast<T>() * z +
-           b_.template cast<T>();
+    // Written out: products of every combination of sizes would compile for a minute.
+    Vec<T, Rows> r;
+    for (int i = 0; i < Rows; ++i) {
+      r[i] = b_[i];
+      for (int j = 0; j < N; ++j) r[i] += A_(i, j) * x[j];
+      for (int j = 0; j < M; ++j) r[i] += B_(i, j) * y[j];
+      for (int j = 0; j < G; ++j) r[i] += C_(i, j) * z[j];
+    }
+    return r;
   }
 
  private:

@@ -158,12 +158,27 @@ std::string size_words(const FoundParameter& p) {
   return with_sigma(p.value, p.sigma) + (bare ? "" : " " + p.unit);
 }
 
-std::string confusable_words(const Confusable& c) {
-  std::string out = effect_title(c.effect);
-  if (!out.empty() && out[0] >= 'a' && out[0] <= 'z') out[0] = char(out[0] - 'a' + 'A');
-  out = with_stop(c.why.empty() ? out : out + ": " + c.why);
-  if (!c.motion_that_separates.empty()) {
-    out += " To separate: " + with_stop(c.motion_that_separates);
+std::vector<std::string> confusable_words(const std::vector<Confusable>& confusable) {
+  struct Alike {
+    std::string why, names, motions;
+  };
+  std::vector<Alike> alike;
+  const auto add = [](std::string& to, const std::string& separator, const std::string& what) {
+    if (!what.empty() && to.find(what) == std::string::npos) {
+      to += (to.empty() ? "" : separator) + what;
+    }
+  };
+  for (const Confusable& c : confusable) {
+    auto same =
+        std::find_if(alike.begin(), alike.end(), [&](const Alike& a) { return a.why == c.why; });
+    if (same == alike.end()) same = alike.insert(alike.end(), {c.why, "", ""});
+    add(same->names, ", ", effect_title(c.effect));
+    add(same->motions, "; ", c.motion_that_separates);
+  }
+  std::vector<std::string> out;
+  for (const Alike& a : alike) {
+    out.push_back(with_stop(a.why.empty() ? a.names : a.names + ": " + a.why));
+    if (!a.motions.empty()) out.back() += " To separate: " + with_stop(a.motions);
   }
   return out;
 }

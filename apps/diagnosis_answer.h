@@ -42,8 +42,8 @@ std::string detectable_words(const ScanEntry& entry);
 // "0.0110 ± 0.0001 s"
 std::string size_words(const FoundParameter& parameter);
 
-// "Magnetometer lag: why. To separate: a motion."
-std::string confusable_words(const Confusable& confusable);
+// "Field drift, clock scale: why. To separate: a motion; another one." A sentence for every reason.
+std::vector<std::string> confusable_words(const std::vector<Confusable>& confusable);
 
 // How much better data that the fit had not seen are predicted: nats.
 double heldout_gain(const Gain& gain);

@@ -73,10 +73,7 @@ std::string finding_card(const Finding& f, std::size_t number) {
                         : "-"});
   }
   if (!rows.empty()) html += table_html({"parameter", "size ± sigma", "size / sigma"}, rows);
-  std::vector<std::string> confusable;
-  for (const Confusable& c : f.confusable_with) {
-    confusable.push_back(confusable_words(c));
-  }
+  const std::vector<std::string> confusable = confusable_words(f.confusable_with);
   if (!confusable.empty()) {
     html += element("p", "It can be confused with", "soft") + wrap("ul", items(confusable));
   }

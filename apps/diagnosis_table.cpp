@@ -57,8 +57,8 @@ std::string finding_text(const Finding& f, std::size_t number) {
     values += (values.empty() ? "" : ", ") + unbroken(p.name + " = " + size_words(p));
   }
   if (!values.empty()) out += wrapped(f.effect + ": " + values, indent);
-  for (const Confusable& c : f.confusable_with) {
-    out += wrapped("Can be confused with: " + confusable_words(c), indent);
+  for (const std::string& words : confusable_words(f.confusable_with)) {
+    out += wrapped("Can be confused with " + words, indent);
   }
   return out + "\n";
 }

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "apps/plot.h"
 #include "bench/error_statistics.h"
 #include "bench/streamed.h"
 #include "bench/streamed_person.h"
@@ -24,7 +25,7 @@ namespace magimu {
 namespace {
 
 struct Options {
-  std::string mode = "print", motion = "hand", file, model, csv;
+  std::string mode = "print", motion = "hand", file, model, csv, picture;
   std::uint64_t first = 1;
   int seeds = 1;
   double rate = 80.0, duration = 0.0, target_deg = 0.5;
@@ -102,6 +103,33 @@ void print(const Options& o) {
   });
 }
 
+// Every update, and the median of sixty around each.
+void draw_latency(const std::vector<std::pair<double, double>>& updates, const std::string& file) {
+  constexpr std::ptrdiff_t kAround = 30;
+  plot::Chart chart;
+  chart.title = "Time of an update";
+  chart.x_label = "length of the stream, min";
+  chart.y_label = "ms";
+  chart.log_y = true;
+  plot::Line each{.name = "each", .colour = plot::Colour::kSky, .width = 0.5};
+  plot::Line median{.name = "median of a minute"};
+  const auto n = std::ptrdiff_t(updates.size());
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    std::vector<double> near;
+    for (auto k = std::max(i - kAround, std::ptrdiff_t(0)); k < std::min(i + kAround, n); ++k) {
+      near.push_back(1e-3 * updates[std::size_t(k)].second);
+    }
+    std::nth_element(near.begin(), near.begin() + std::ptrdiff_t(near.size() / 2), near.end());
+    const auto& [t, us] = updates[std::size_t(i)];
+    each.x.push_back(t / 60.0);
+    each.y.push_back(1e-3 * us);
+    median.x.push_back(t / 60.0);
+    median.y.push_back(near[near.size() / 2]);
+  }
+  chart.lines = {each, median};
+  std::ofstream(file) << plot::svg(chart);
+}
+
 void latency(const Options& o) {
   for_each_recording(
       o, [&](const Recording& recording, const StreamingOptions& options, const SimulationTruth*) {
@@ -130,6 +158,7 @@ void latency(const Options& o) {
           fmt::print("{:18} {:5} updates: median {:.0f} us, 99 % {:.0f} us, largest {:.0f} us\n",
                      name, us.size(), at(0.5), at(0.99), us.back());
         }
+        if (!o.picture.empty()) draw_latency(updates, o.picture);
         if (o.csv.empty()) return;
         std::ofstream csv(o.csv);
         csv << "t_s,latency_us\n";
@@ -299,6 +328,7 @@ int main(int argc, char** argv) {
   app.add_option("--duration", o.duration, "s; 0: the motion's own");
   app.add_option("--target", o.target_deg, "guided: heading, deg");
   app.add_option("--csv", o.csv, "latency: every update's, here");
+  app.add_option("--picture", o.picture, "latency: an SVG of it, here");
   app.add_flag("--noise-given", o.noise, "the true noise densities are known");
   CLI11_PARSE(app, argc, argv);
   const std::map<std::string, void (*)(const Options&)> modes = {

@@ -55,8 +55,8 @@ void StreamingCalibration::State::add_window(const StreamWindow& window) {
   const Innovation innovation = estimator_->innovation(number);
   window_fit_ = consistency_.judge(innovation);
   if (turned(number)) consistency_.learn(innovation);
+  estimator_->conclude(number, window_fit_.used);
   if (window_fit_.used) {
-    estimator_->restore(number);
     flagged_in_a_row_ = 0;
     judge_again();
     return;

@@ -56,7 +56,7 @@ std::vector<Confusable> confusable(const Option& option, const std::vector<Optio
       out.push_back({name, "the two are the same to first order in the delay", motion});
     } else if (share > kAlike) {
       out.push_back({name,
-                     fmt::format("with this motion it explains {:.0f} % of the same misfit",
+                     fmt::format("{:.0f} % of the same misfit with this motion",
                                  100.0 * std::min(1.0, share)),
                      motion});
     }

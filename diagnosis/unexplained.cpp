@@ -10,6 +10,7 @@
 #include "calibration/residual_series.h"
 #include "calibration/windows.h"
 #include "diagnosis/noise_by_rate.h"
+#include "diagnosis/repeats.h"
 
 namespace magimu {
 namespace {
@@ -18,6 +19,10 @@ constexpr double kGrown = 1.1;     // RMS in fast motion over that in slow
 constexpr double kRateCare = 1.0;  // log10 of a probability
 constexpr double kTailCare = 2.0;  // log10 of a probability: far tails under coloured noise
 constexpr double kCrumbs = 0.03;   // of what a finding in that channel explained
+// Repeated samples, of all: fewer do no harm; of a magnetometer they are mostly the mark of a
+// slower clock, of which `magimu info` tells.
+constexpr double kRepeats = 0.01, kMagRepeats = 0.003, kSlowerClock = 0.25;
+constexpr double kOwnToRepeats = 1.5;  // times their share: correlation that they make
 constexpr double kLeftOver = 0.3;  // of a finding's own misfit: more than this left, and its name
                                    // is doubtful
 
@@ -93,6 +98,31 @@ void grow_with_rate(const std::vector<const Recording*>& recordings,
   }
 }
 
+// Samples that came twice: no model of the sensor makes them. Neighbours are alike then, which is
+// no correlation of the noise.
+void count_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d) {
+  const auto count = [&](Channel channel, const VectorSeries& series, double least, double most) {
+    const Repeats repeats = repeats_in(series);
+    if (!repeats.beyond_chance() || repeats.share < least || repeats.share > most) return;
+    add_channel(d, to_string(channel));
+    d.unexplained.evidence.push_back(fmt::format(
+        "{:.2g} % of the {}'s samples are the one before once more ({} of them): lost on their way "
+        "and filled in, or read twice? Look at the logger and the bus.",
+        100.0 * repeats.share, sensor(channel), repeats.seen));
+    std::erase_if(d.findings, [&](const Finding& f) {
+      return f.effect == "correlated_noise" && f.channel == to_string(channel) &&
+             f.parameters.front().value < kOwnToRepeats * repeats.share;
+    });
+  };
+  for (const Recording* recording : recordings) {
+    count(Channel::kAcc, recording->acc, kRepeats, 1.0);
+    count(Channel::kGyr, recording->gyr, kRepeats, 1.0);
+    for (const VectorSeries& mag : recording->mag) {
+      count(Channel::kMag, mag, kMagRepeats, kSlowerClock);
+    }
+  }
+}
+
 }  // namespace
 
 void find_unexplained(const std::vector<const Recording*>& recordings,
@@ -118,6 +148,7 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
     }
   }
   grow_with_rate(recordings, options, stage, d);
+  count_repeats(recordings, d);
   // A name that explains less of its channel than what is left there was a stopgap.
   for (auto f = d.findings.begin(); f != d.findings.end();) {
     // Lines, outliers and colour are what they are, whatever else is left; mere size is not.

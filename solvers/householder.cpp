@@ -28,8 +28,16 @@ int triangularize(RowBlock& A, int top, int begin, int end, std::vector<int>& pi
   const int rows = int(A.rows()), columns = int(A.cols());
   pivot_row.assign(std::size_t(end - begin), -1);
   if (rows == top) return top;
-  const VectorXd scale =
-      A.block(top, begin, rows - top, end - begin).colwise().squaredNorm().transpose();
+  // Row by row, along memory: squared norms of the columns, and where each row begins.
+  std::vector<double> scale(std::size_t(end - begin), 0.0);
+  std::vector<int> first(std::size_t(rows), begin);
+  for (int i = top; i < rows; ++i) {
+    const double* const row = A.data() + i * A.outerStride() + begin;
+    for (std::size_t c = 0; c < scale.size(); ++c) scale[c] += row[c] * row[c];
+    while (first[std::size_t(i)] < end && row[first[std::size_t(i)] - begin] == 0.0) {
+      ++first[std::size_t(i)];
+    }
+  }
   std::vector<int> list(std::size_t(rows), 0);
   std::vector<double> v(std::size_t(rows), 0.0);
   for (int j = begin; j < end && top < rows; ++j) {
@@ -37,6 +45,7 @@ int triangularize(RowBlock& A, int top, int begin, int end, std::vector<int>& pi
     int active = 1;
     list[0] = top;
     for (int i = top + 1; i < rows; ++i) {
+      if (first[std::size_t(i)] > j) continue;
       const double x = A(i, j);
       if (x == 0.0) continue;
       list[std::size_t(active)] = i;
@@ -44,7 +53,7 @@ int triangularize(RowBlock& A, int top, int begin, int end, std::vector<int>& pi
       below += x * x;
     }
     const double head = A(top, j), norm2 = head * head + below;
-    if (norm2 <= kZeroColumn * kZeroColumn * scale[j - begin]) {
+    if (norm2 <= kZeroColumn * kZeroColumn * scale[std::size_t(j - begin)]) {
       A.block(top, j, rows - top, 1).setZero();
       continue;
     }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace magimu {
 namespace {
@@ -107,15 +108,15 @@ bool IncrementalQr::relinearize(int limit, double from_drift, UpdateResult& resu
   for (int w = 0; w < windows(); ++w) {
     if (drift_[std::size_t(w)] > from_drift) drifted.push_back(w);
   }
-  std::sort(drifted.begin(), drifted.end(), [&](int a, int b) {
-    return std::pair(-drift_[std::size_t(a)], a) < std::pair(-drift_[std::size_t(b)], b);
-  });
   if (std::ptrdiff_t(drifted.size()) > limit) {
-    const Window& worst = windows_[std::size_t(drifted.front())];
-    std::stable_partition(drifted.begin(), drifted.end(), [&](int i) {
+    const auto less = [&](int a, int b) { return drift_[std::size_t(a)] < drift_[std::size_t(b)]; };
+    const Window& worst = windows_[std::size_t(*std::ranges::max_element(drifted, less))];
+    const auto order = [&](int i) {  // its neighbours first
       const Window& w = windows_[std::size_t(i)];
-      return w.chain == worst.chain && w.leaf / limit == worst.leaf / limit;
-    });
+      const bool near = w.chain == worst.chain && w.leaf / limit == worst.leaf / limit;
+      return std::tuple(!near, -drift_[std::size_t(i)], i);
+    };
+    std::ranges::partial_sort(drifted, drifted.begin() + limit, {}, order);
     drifted.resize(std::size_t(limit));
   }
   for (const int i : drifted) {
@@ -129,11 +130,30 @@ bool IncrementalQr::relinearize(int limit, double from_drift, UpdateResult& resu
     result.variables += w.values.size();
     if (i != result.window) result.relinearized.push_back(i);
   }
-  if (drifted.empty()) return false;
+  return !drifted.empty();
+}
+
+// What has been put is taken into account.
+void IncrementalQr::step(UpdateResult& result) {
   result.merges += refresh();
   result.step_sigma = std::max(result.step_sigma, solve());
   ++result.steps;
-  return true;
+}
+
+// stepped: all that has been put is in the solution already.
+void IncrementalQr::attend_to_old_windows(UpdateResult& result, bool stepped) {
+  if (windows() <= options_.eager_windows) {
+    if (!stepped) step(result);
+    for (int round = 0; round < kRounds; ++round) {
+      for (int w = 0; w < windows(); ++w) look(w);
+      if (!relinearize(windows(), 1.0, result)) break;
+      step(result);
+    }
+  } else {
+    look_around();
+    if (relinearize(options_.relinearized, 1.0, result) || !stepped) step(result);
+  }
+  result.largest_drift = *std::max_element(drift_.begin(), drift_.end());
 }
 
 int IncrementalQr::add(const FactorGraph& factors, const Values& new_values,
@@ -159,29 +179,24 @@ UpdateResult IncrementalQr::update(const FactorGraph& factors, const Values& new
   UpdateResult result;
   result.window = add(factors, new_values, removable, hold_back);
   result.variables = windows_.back().values.size();
-  result.merges = refresh();
-  result.step_sigma = solve();
-  result.steps = 1;
-  if (windows() <= options_.eager_windows) {
-    for (int round = 0; round < kRounds; ++round) {
-      for (int w = 0; w < windows(); ++w) look(w);
-      if (!relinearize(windows(), 1.0, result)) break;
-    }
-  } else {
-    look_around();
-    relinearize(options_.relinearized, 1.0, result);
-  }
-  result.largest_drift = *std::max_element(drift_.begin(), drift_.end());
+  step(result);
+  if (!hold_back) attend_to_old_windows(result, true);
+  return result;
+}
+
+UpdateResult IncrementalQr::conclude(int window, bool take_in) {
+  UpdateResult result;
+  result.window = window;
+  const bool changes = put_otherwise(window, !take_in);
+  attend_to_old_windows(result, !changes);
   return result;
 }
 
 UpdateResult IncrementalQr::idle() {
   UpdateResult result;
-  result.merges = refresh();
-  result.step_sigma = solve();
-  result.steps = 1;
+  step(result);
   for (int w = 0; w < windows(); ++w) look(w);
-  relinearize(windows(), kIdleDrift, result);
+  if (relinearize(windows(), kIdleDrift, result)) step(result);
   for (int w = 0; w < windows(); ++w) look(w);
   if (windows() > 0) result.largest_drift = *std::max_element(drift_.begin(), drift_.end());
   return result;
@@ -191,14 +206,19 @@ void IncrementalQr::remove(int window) { turn(window, true); }
 void IncrementalQr::restore(int window) { turn(window, false); }
 
 void IncrementalQr::turn(int window, bool removed) {
+  UpdateResult result;
+  if (put_otherwise(window, removed)) step(result);
+}
+
+// With or without its removable factors. False if it is so already.
+bool IncrementalQr::put_otherwise(int window, bool removed) {
   Window& w = windows_[std::size_t(window)];
-  if (w.removed == removed) return;
+  if (w.removed == removed) return false;
   Condensed now = w.otherwise ? std::move(*w.otherwise) : condense(w, !removed);
   w.otherwise.reset();
   w.removed = removed;
   put(window, std::move(now));
-  refresh();
-  solve();
+  return true;
 }
 
 Innovation IncrementalQr::innovation(int window) {

@@ -48,7 +48,7 @@ struct IncrementalQrOptions {
   std::function<bool(Key)> is_global;
   int eager_windows = 60;      // up to so many, all that have drifted are linearized again
   int relinearized = 2;        // after that so many an update, the worst
-  int looked_at = 24;          // windows whose drift is determined anew in an update
+  int looked_at = 16;          // windows whose drift is determined anew in an update
   double tolerance = 0.01;     // sigmas of one residual, root mean square
   double max_rotation = 1e-4;  // rad
 };
@@ -78,9 +78,11 @@ class IncrementalQr {
   // the last node of one chain, which the window continues; without that it starts a chain. Factors
   // of `removable` can be taken out later. Throws std::invalid_argument, naming the factor, where
   // one reaches further back, and leaves everything as it was. hold_back: as if remove() had been
-  // called for the window, for a look at innovation() first.
+  // called for the window, for a look at innovation() first; conclude() then ends the update.
   UpdateResult update(const FactorGraph& factors, const Values& new_values,
                       const FactorGraph& removable = {}, bool hold_back = false);
+  // The window that was held back is taken in or stays as it is, and old windows have their turn.
+  UpdateResult conclude(int window, bool take_in);
   // The same, but the estimate waits for the next update() or idle(): for a start with many windows
   // at once, of which the first alone would leave too much undetermined.
   void append(const FactorGraph& factors, const Values& new_values,
@@ -150,6 +152,9 @@ class IncrementalQr {
   void put(int window);
   void put(int window, Condensed condensed);
   void turn(int window, bool removed);
+  bool put_otherwise(int window, bool removed);
+  void step(UpdateResult& result);
+  void attend_to_old_windows(UpdateResult& result, bool stepped);
   int add(const FactorGraph& factors, const Values& new_values, const FactorGraph& removable,
           bool hold_back);
   int refresh();

@@ -73,7 +73,7 @@ TEST(DiagnosisReport, has_every_finding_with_its_numbers) {
   }
   EXPECT_THAT(page, AllOf(HasSubstr("0.011040 ± 0.000080 s"), HasSubstr("more than 99.9 %"),
                           HasSubstr("+2497.3"), HasSubstr("3.21 → 1.08"),
-                          HasSubstr("Magnetometer lag: both shift"),
+                          HasSubstr("magnetometer lag: both shift"),
                           HasSubstr("To separate: quick turns that stop at once.")));
   EXPECT_THAT(page, AllOf(HasSubstr("What the simulation leaves of the magnetometer"),
                           HasSubstr("What the simulation leaves of the gyroscope"),

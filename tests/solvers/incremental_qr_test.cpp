@@ -168,6 +168,30 @@ TEST(IncrementalQr, a_window_can_be_taken_out_and_put_back) {
   expect_batch_solution(s, estimator);
 }
 
+TEST(IncrementalQr, a_window_may_be_looked_at_before_it_is_taken_in) {
+  const Stream s = test::rotations_in_windows(16, 300, 10);
+  IncrementalQr estimator({.is_global = is_global, .eager_windows = 6});
+  std::vector<int> left_out;
+  for (std::size_t i = 0; i < s.windows.size(); ++i) {
+    const Stream::Window& w = s.windows[i];
+    const int window = estimator.update(w.factors, w.values, w.removable, i >= 5).window;
+    if (i < 5) continue;
+    EXPECT_TRUE(estimator.removed(window));
+    EXPECT_EQ(estimator.innovation(window).dof, 30);
+    const bool take_in = i % 4 != 0;
+    estimator.conclude(window, take_in);
+    EXPECT_EQ(estimator.removed(window), !take_in);
+    if (!take_in) left_out.push_back(window);
+  }
+  for (const int window : left_out) {
+    const double without = estimator.cost();
+    const Innovation innovation = estimator.innovation(window);
+    estimator.restore(window);
+    EXPECT_NEAR(estimator.cost(), without + 0.5 * innovation.squares, 1e-9 * without);
+  }
+  expect_batch_solution(s, estimator);
+}
+
 // Chi-square with as many degrees of freedom as the window has magnetometer residuals: 30 windows
 // of 30, so that the mean of NIS / dof has a standard deviation of 0.047.
 TEST(IncrementalQr, the_innovation_of_a_window_is_chi_square) {

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Samples that are the one before once more, all three axes: lost on their way and filled in, or
+// read twice. A coarse quantization does so by chance: that is allowed for, and where it is common
+// nothing is counted.
+#pragma once
+
+#include <cstddef>
+
+#include "recording/recording.h"
+
+namespace magimu {
+
+struct Repeats {
+  std::size_t seen = 0;
+  double expected = 0.0;  // by quantization, of samples that change as these do
+  double share = 0.0;     // seen, of the samples counted
+
+  bool beyond_chance() const;
+};
+
+Repeats repeats_in(const VectorSeries& series);
+
+}  // namespace magimu

@@ -100,6 +100,7 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   find_noise(full, pipeline, options, extender, d);
   progress("what is left?", 0.85);
   if (turned) find_unexplained(recordings, options, extender, d);
+  find_repeats(full, d);
   fill_departures(recordings, extender, d);
   d.before = extender.summary(extender.base());
   d.after = extender.summary(extender.stage());

@@ -21,8 +21,8 @@ constexpr double kTailCare = 2.0;  // log10 of a probability: far tails under co
 constexpr double kCrumbs = 0.03;   // of what a finding in that channel explained
 // Repeated samples, of all: fewer do no harm; of a magnetometer they are mostly the mark of a
 // slower clock, of which `magimu info` tells.
-constexpr double kRepeats = 0.01, kMagRepeats = 0.003, kSlowerClock = 0.25;
-constexpr double kOwnToRepeats = 1.5;  // times their share: correlation that they make
+constexpr double kRepeats = 0.01, kMagRepeats = 0.002, kSlowerClock = 0.25;
+constexpr double kOwnToRepeats = 2.0;  // times their share: correlation or outliers that they make
 constexpr double kLeftOver = 0.3;  // of a finding's own misfit: more than this left, and its name
                                    // is doubtful
 
@@ -98,9 +98,9 @@ void grow_with_rate(const std::vector<const Recording*>& recordings,
   }
 }
 
-// Samples that came twice: no model of the sensor makes them. Neighbours are alike then, which is
-// no correlation of the noise.
-void count_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d) {
+}  // namespace
+
+void find_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d) {
   const auto count = [&](Channel channel, const VectorSeries& series, double least, double most) {
     const Repeats repeats = repeats_in(series);
     if (!repeats.beyond_chance() || repeats.share < least || repeats.share > most) return;
@@ -110,7 +110,8 @@ void count_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d
         "and filled in, or read twice? Look at the logger and the bus.",
         100.0 * repeats.share, sensor(channel), repeats.seen));
     std::erase_if(d.findings, [&](const Finding& f) {
-      return f.effect == "correlated_noise" && f.channel == to_string(channel) &&
+      return (f.effect == "correlated_noise" || f.effect == "outliers") &&
+             f.channel == to_string(channel) &&
              f.parameters.front().value < kOwnToRepeats * repeats.share;
     });
   };
@@ -122,8 +123,6 @@ void count_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d
     }
   }
 }
-
-}  // namespace
 
 void find_unexplained(const std::vector<const Recording*>& recordings,
                       const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
@@ -148,7 +147,6 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
     }
   }
   grow_with_rate(recordings, options, stage, d);
-  count_repeats(recordings, d);
   // A name that explains less of its channel than what is left there was a stopgap.
   for (auto f = d.findings.begin(); f != d.findings.end();) {
     // Lines, outliers and colour are what they are, whatever else is left; mere size is not.

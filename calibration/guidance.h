@@ -25,7 +25,8 @@ struct Motion {
   double angle_rad = 0.0, time_s = 0.0;
 };
 
-// Half turns about the axes and the diagonals between two of them, and keeping still. nRb: the present attitude.
+// Half turns about the axes and the diagonals between two of them, and keeping still. nRb: the
+// present attitude.
 std::vector<Motion> motions_from(const Rot3& nRb);
 
 struct Guidance {

@@ -126,8 +126,6 @@ MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_colum
   return root.L * at_least_identity(few * shrunk(sums.score)) * root.L.transpose();
 }
 
-double student_variance(int blocks) {
-  return blocks > 4 ? (blocks - 1.0) / (blocks - 3.0) : 3.0;
-}
+double student_variance(int blocks) { return blocks > 4 ? (blocks - 1.0) / (blocks - 3.0) : 3.0; }
 
 }  // namespace magimu

@@ -18,10 +18,10 @@ namespace {
 constexpr double kFewBlocks = 45.0;  // s, nine blocks of the robust covariance
 
 // P as much wider as the robust covariance of `last` is than its model's, direction by direction:
-// in coordinates in which the model's is the identity.
-MatrixXd widened_like(const Calibration& last, double last_s, const MatrixXd& P) {
+// in coordinates in which the model's is the identity; on the whole no less than `least`.
+MatrixXd widened_like(const Calibration& last, double last_s, double least, const MatrixXd& P) {
   const Eigen::LLT<MatrixXd> before(last.covariance_model), now(P);
-  if (before.info() != Eigen::Success || now.info() != Eigen::Success) return P;
+  if (before.info() != Eigen::Success || now.info() != Eigen::Success) return P * least;
   MatrixXd M = last.covariance;
   before.matrixL().solveInPlace(M);
   M.transposeInPlace();
@@ -30,16 +30,16 @@ MatrixXd widened_like(const Calibration& last, double last_s, const MatrixXd& P)
   // is scatter enough: the allowance for its uncertainty in a single one is taken out.
   if (last_s < kFewBlocks) {
     const int blocks = std::max(1, int(last_s / CalibrationOptions{}.block_s));
-    return P * std::max(1.0, M.trace() / double(M.rows()) / student_variance(blocks));
+    return P * std::max(least, M.trace() / double(M.rows()) / student_variance(blocks));
   }
   const MatrixXd L = now.matrixL();
-  return L * M * L.transpose();
+  return std::max(1.0, least * double(M.rows()) / M.trace()) * (L * M * L.transpose());
 }
 
 }  // namespace
 
 Calibration stream_estimate(const IncrementalQr& estimator, const ModelSpec& spec,
-                            const Calibration& last, double last_s) {
+                            const Calibration& last, double last_s, double least_widening) {
   Calibration c = last;
   const Values& values = estimator.globals();
   const int mags = int(last.parameters.mag.size());
@@ -55,7 +55,7 @@ Calibration stream_estimate(const IncrementalQr& estimator, const ModelSpec& spe
   const Eigen::Index dip = 6 + 12 * mags;
   unit[dip] = 1.0 / kDegree;
   c.covariance_model = unit.asDiagonal() * P * unit.asDiagonal();
-  c.covariance = widened_like(last, last_s, c.covariance_model);
+  c.covariance = widened_like(last, last_s, least_widening, c.covariance_model);
   FieldEstimate& field = c.fields.front();
   field.dip_rad = c.parameters.dip_rad;
   field.dip_sigma_rad = std::sqrt(c.covariance(dip, dip)) * kDegree;

@@ -94,7 +94,7 @@ bool StreamingCalibration::State::time_to_try() const {
 
 std::optional<Calibration> StreamingCalibration::State::estimate() const {
   if (!estimator_) return std::nullopt;
-  return stream_estimate(*estimator_, spec_, last_fit_, last_fit_s_);
+  return stream_estimate(*estimator_, spec_, last_fit_, last_fit_s_, consistency_.overdispersion());
 }
 
 // The largest of the target's standard deviations in terms of what is wanted.

@@ -41,6 +41,10 @@ WindowFit WindowConsistency::judge(const Innovation& innovation) const {
   return fit;
 }
 
+double WindowConsistency::overdispersion() const {
+  return ratios_.size() < kFew ? 1.0 : std::max(1.0, std::exp(quantile(ratios_, 0.5)));
+}
+
 void WindowConsistency::learn(const Innovation& innovation) {
   if (innovation.dof == 0) return;
   const double ratio = std::log(std::max(innovation.squares, 1e-3) / innovation.dof);

@@ -23,12 +23,15 @@ class WindowConsistency {
   bool fits_again(const WindowFit& fit) const { return fit.p_value > kTakenBack; }
   // Any window in which the sensor turned; one at rest says little of the model's errors.
   void learn(const Innovation& innovation);
+  // How many times as large as the model says the squares are, on the median of what was learnt; at
+  // least 1, and 1 as long as that is little.
+  double overdispersion() const;
   // Has it seen enough windows to judge by? Until then only what is far off is found.
   bool knows() const { return ratios_.size() >= kEnough; }
 
  private:
   static constexpr double kLeftOut = 1e-4, kTakenBack = 1e-2;
-  static constexpr std::size_t kEnough = 10, kRemembered = 60;  // windows
+  static constexpr std::size_t kFew = 4, kEnough = 10, kRemembered = 60;  // windows
 
   std::vector<double> ratios_;  // log(NIS / dof), a ring
   std::size_t next_ = 0;

@@ -166,7 +166,8 @@ INSTANTIATE_TEST_SUITE_P(Oracle, UnexplainedEffect,
                          testing::Values(HiddenAs{"mag_cross_axis", 30.0, 100025},
                                          HiddenAs{"mag_memory", 30.0, 100022},
                                          HiddenAs{"cable_field", 30.0, 100026},
-                                         HiddenAs{"mag_time_jitter", 100.0, 100037}),
+                                         HiddenAs{"mag_time_jitter", 100.0, 100037},
+                                         HiddenAs{"sample_repetition", 12.0, 100045}),
                          [](const auto& test) { return test.param.effect; });
 
 TEST(Diagnose, says_which_column_an_effect_needs) {

@@ -25,8 +25,8 @@
 // the window that has drifted most (beyond 1) is linearized again, and with it those of its
 // neighbours that have drifted, a fixed number: they share the triangles above them, and have been
 // linearized at about the same time; the drift itself is kept up to date for a few windows at a
-// time. The first windows are linearized
-// again at every update: it is cheap then, and the estimate moves most.
+// time. The first windows are linearized again at every update: it is cheap then, and the estimate
+// moves most.
 //
 // Steps are Gauss-Newton's: start near the answer, with priors where the first windows leave
 // something undetermined. Undetermined directions do not move, and null_space() names them. What
@@ -81,12 +81,12 @@ class IncrementalQr {
   // called for the window, for a look at innovation() first; conclude() then ends the update.
   UpdateResult update(const FactorGraph& factors, const Values& new_values,
                       const FactorGraph& removable = {}, bool hold_back = false);
-  // The window that was held back is taken in or stays as it is, and old windows have their turn.
-  UpdateResult conclude(int window, bool take_in);
   // The same, but the estimate waits for the next update() or idle(): for a start with many windows
   // at once, of which the first alone would leave too much undetermined.
   void append(const FactorGraph& factors, const Values& new_values,
               const FactorGraph& removable = {}, bool hold_back = false);
+  // The window that was held back is taken in or stays as it is, and old windows have their turn.
+  UpdateResult conclude(int window, bool take_in);
   // Nothing new, and time for all old windows: every one that has drifted, if by a tenth of what is
   // tolerated, is linearized again.
   UpdateResult idle();

@@ -22,6 +22,9 @@
 //   outliers          2 KL of the mixture (1 - eps) N(0, I) + eps N(0, (1 + K^2) I) from the one
 //                     normal that is nearest, N(0, (1 + eps K^2) I), by quadrature, each sample;
 //                     K is scaled, eps stays
+//   acc_tapping       as outliers, what 15 ms of each blow add to the samples they hit
+//   mag_time_jitter   3 N log(1 + mean r / 3) - sum log(1 + r_k), r_k = j^2 |dm/dt|^2 / sigma^2:
+//                     variance along the field's change, from noise of one size
 //   linear_acceleration  its size counts many unknowns: a motion in a band of frequencies has
 //                     B = 3 x 2 x band x time coefficients. With r = sum |a|^2 / sigma^2 / B
 //                     (what the rotation model leaves, measured as above), B (r - log(1 + r)).

@@ -33,6 +33,32 @@ double outlier_divergence(double eps, double K) {
   return std::max(0.0, 2.0 * sum);
 }
 
+// Of outliers, where a blow's 15 ms are the share of samples that it hits and the mean square of
+// its damped sine, each axis, is K^2 (sizes are drawn from 0.3 to 1 of the effect's).
+double tapping_divergence(double per_s, double size, double sigma) {
+  constexpr double kSeconds = 0.015, kSquares = 0.463, kSineSquared = 0.00216;  // the last in s
+  const double eps = std::min(0.5, per_s * kSeconds);
+  const double variance = per_s * size * size * kSquares * kSineSquared / 3.0;
+  return outlier_divergence(eps, std::sqrt(variance / eps) / sigma);
+}
+
+// Of times that are off by N(0, jitter^2), from noise of one size: the exact recording tells how
+// fast each sample changes.
+double jitter_size_squared(double jitter_s, double sigma, oracle::Options o) {
+  o.effects.clear();
+  o.noise_factor = 0.0;
+  const VectorSeries mag = oracle::simulate(o).recording.mag.front();
+  double sum = 0.0, logs = 0.0, n = 0.0;
+  for (std::size_t k = 1; k + 1 < mag.size(); ++k) {
+    const Vector3 change = (mag.v[k + 1] - mag.v[k - 1]) / (mag.t[k + 1] - mag.t[k - 1]);
+    const double added = change.squaredNorm() * std::pow(jitter_s / sigma, 2);
+    sum += added;
+    logs += std::log1p(added);
+    n += 1.0;
+  }
+  return std::max(0.0, 3.0 * n * std::log1p(sum / n / 3.0) - logs);
+}
+
 double scale_divergence(double variance) { return variance - 1.0 - std::log(variance); }
 
 }  // namespace
@@ -52,6 +78,10 @@ std::optional<double> noise_size_squared(const oracle::Effect& e, const oracle::
     }
     case EffectKind::kOutliers:
       return samples * outlier_divergence(e[0], e[1]);
+    case EffectKind::kAccTapping:
+      return samples * tapping_divergence(e[0], e[1], o.noise.acc * std::sqrt(rate));
+    case EffectKind::kMagTimeJitter:
+      return jitter_size_squared(e[0], o.noise.mag * std::sqrt(rate), o);
     default:
       return std::nullopt;
   }

@@ -99,7 +99,7 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   progress("looking at the noise", 0.7);
   find_noise(full, pipeline, options, extender, d);
   progress("what is left?", 0.85);
-  if (turned) find_unexplained(recordings, options, extender, d);
+  if (turned) find_unexplained(recordings, full, options, extender, d);
   find_repeats(full, d);
   fill_departures(recordings, extender, d);
   d.before = extender.summary(extender.base());

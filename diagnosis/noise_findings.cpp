@@ -54,6 +54,22 @@ bool imitated_by_colour(const NoiseTest& t, const std::vector<NoiseTest>& all) {
   return t.effect == "mains_interference" && t.p_value > kStrongLine;
 }
 
+// Blows to a sensor that only turns: neither outliers, which come alone, nor the colour or the size
+// of its noise. The hand's motion is no part of the model there.
+bool shows_blows(const SampleResiduals& acc, const std::vector<NoiseTest>& all) {
+  return !acc.high_passed && std::ranges::any_of(all, [](const NoiseTest& t) {
+    return t.in_bursts && t.channel == Channel::kAcc && t.parameters[1].value > kMinTails;
+  });
+}
+
+void report_blows(Diagnosis& d) {
+  d.unexplained.detected = true;
+  d.unexplained.channels.push_back(to_string(Channel::kAcc));
+  d.unexplained.evidence.push_back(
+      "What sticks out of the accelerometer comes several samples at a time, as blows to the "
+      "sensor make it: tapped, knocked, or put down?");
+}
+
 // The model with the alternating field in it, where that predicts better.
 void extend_by_mains(const Pipeline& pipeline, Extender& extender, Finding& finding) {
   if (finding.effect != "mains_interference" || finding.parameters.size() < 7) return;
@@ -93,8 +109,13 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
   const double level = options.false_alarm_rate / kTests;
   const std::vector<SampleResiduals> residuals = sample_residuals(
       *recordings.front(), extender.stage(), 0, pipeline.rest_noise(), options.noise.has_value());
-  for (const NoiseTest& t : test_noise(residuals)) d.scan.push_back(to_entry(t, level));
-  const std::vector<NoiseTest> causes = explain_noise(residuals, level);
+  const std::vector<NoiseTest> tests = test_noise(residuals);
+  for (const NoiseTest& t : tests) d.scan.push_back(to_entry(t, level));
+  std::vector<NoiseTest> causes = explain_noise(residuals, level);
+  if (shows_blows(residuals.front(), tests)) {
+    report_blows(d);
+    std::erase_if(causes, [](const NoiseTest& t) { return t.channel == Channel::kAcc; });
+  }
   for (const NoiseTest& t : causes) {
     if (imitated_by_colour(t, causes)) continue;
     if (int(d.findings.size()) >= options.max_findings) break;

@@ -18,7 +18,10 @@ struct SampleResiduals {
   std::vector<double> t = {};          // s
   std::vector<Vector3> reading = {};   // as recorded
   std::vector<Vector3> residual = {};  // reading less the model's; in the sensor's unit
-  double sigma = 0.0;                  // of one sample, as given or found at rest; 0: unknown
+  // How fast the model's reading changes, units per s, and how fast it would if the sensor turned
+  // as fast about the axis across; empty where the model follows the reading.
+  std::vector<Vector3> change = {}, across = {};
+  double sigma = 0.0;  // of one sample, as given or found at rest; 0: unknown
   bool sigma_given = false;
   // The trajectory follows this sensor's samples, so that residual holds only what is faster than
   // it: slower noise does not show.
@@ -38,6 +41,8 @@ struct NoiseTest {
   std::string sentence = {};  // "One in 80 samples of the magnetometer is an outlier, ..."
   // Why it could not be tested, or why what was seen is not this; then p_value is 1.
   std::string untested = {};
+  // Of outliers: they come several at a time, as blows do; then they are no outliers.
+  bool in_bursts = false;
   // Negative log-likelihood of the residuals, up to a constant, by halves of the recording:
   // parameters from one half judged on the other, without and with this cause (mains: by alternate
   // stretches of 5 s). The finding's held-out gain. 0 where nothing is seen.

@@ -271,6 +271,7 @@ NoiseTest test_outliers(const NoiseSeries& s, const Cleaned& c, OutlierShares* s
   // Impulses far beyond any motion are named all the same.
   if (test.p_value < 0.05 && K < kBeyondMotion && dispersion(s, c) > kInBursts) {
     test.p_value = 1.0;
+    test.in_bursts = true;
     test.untested = "what sticks out comes in bursts, with the motion rather than at random";
   }
   const auto [eps_sigma, K_sigma] = sigmas(all, two, K);

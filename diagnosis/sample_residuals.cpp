@@ -35,7 +35,10 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
     acc.residual = high_passed(corrected.acc);
   } else {
     for (std::size_t k = 0; k < corrected.acc.size(); ++k) {
-      acc.residual.push_back(corrected.acc.v[k] - motion.state(Channel::kAcc, k).f - acc_bias);
+      const SampleState s = motion.state(Channel::kAcc, k);
+      acc.residual.push_back(corrected.acc.v[k] - s.f - acc_bias);
+      acc.change.push_back(s.f.cross(s.omega));
+      acc.across.push_back(s.f.normalized().cross(acc.change.back()));
     }
   }
   out.push_back(std::move(acc));
@@ -54,6 +57,8 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
   for (std::size_t k = 0; k < corrected.mag.front().size(); ++k) {
     const SampleState s = motion.state(Channel::kMag, k);
     mag.residual.push_back(corrected.mag.front().v[k] - s.D * s.b - mag_bias);
+    mag.change.push_back(s.D * s.b.cross(s.omega));
+    mag.across.push_back(s.D * s.b.cross(s.b.cross(s.omega)));
   }
   out.push_back(std::move(mag));
   return out;

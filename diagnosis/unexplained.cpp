@@ -11,6 +11,8 @@
 #include "calibration/windows.h"
 #include "diagnosis/noise_by_rate.h"
 #include "diagnosis/repeats.h"
+#include "diagnosis/sample_residuals.h"
+#include "diagnosis/timing_noise.h"
 
 namespace magimu {
 namespace {
@@ -22,9 +24,12 @@ constexpr double kCrumbs = 0.03;   // of what a finding in that channel explaine
 // Repeated samples, of all: fewer do no harm; of a magnetometer they are mostly the mark of a
 // slower clock, of which `magimu info` tells.
 constexpr double kRepeats = 0.01, kMagRepeats = 0.002, kSlowerClock = 0.25;
-constexpr double kOwnToRepeats = 2.0;  // times their share: correlation or outliers that they make
-constexpr double kLeftOver = 0.3;  // of a finding's own misfit: more than this left, and its name
-                                   // is doubtful
+// Times what they make: the share of outliers, the correlation, the mean age.
+constexpr double kOwnToRepeats = 2.0;
+constexpr double kOwnToJitter = 2.0;  // times the variance that it adds
+// Of a finding's own misfit: more than this left in its channel, or in another one, and its name is
+// doubtful.
+constexpr double kLeftOver = 0.3, kLeftElsewhere = 3.0;
 
 const char* sensor(Channel channel) {
   constexpr const char* kNames[] = {"accelerometer", "gyroscope", "magnetometer"};
@@ -98,6 +103,50 @@ void grow_with_rate(const std::vector<const Recording*>& recordings,
   }
 }
 
+// Does the jitter add as much variance as the noise is said to be too large, or as outliers have?
+bool is_made_by(const TimingNoise& jitter, const Finding& f) {
+  const double value = f.parameters.front().value;
+  const double most = kOwnToJitter * jitter.added;
+  if (f.effect == "noise_scale") return value > 1.0 && value * value - 1.0 < most;
+  return f.effect == "outliers" && value * std::pow(f.parameters[1].value, 2) < most;
+}
+
+std::string why_off(const TimingNoise& seen) {
+  if (seen.period_s <= 0.0) {
+    return "each by its own amount, as a clock that jitters or times taken when the bus was read "
+           "make it";
+  }
+  return fmt::format(
+      "in a pattern that repeats every {:.3g} ms, as where a sensor measures on a clock of its own "
+      "and is read on another one",
+      1e3 * seen.period_s);
+}
+
+// Samples of other times than they say.
+void find_timing_noise(const std::vector<const Recording*>& full, const DiagnosisOptions& options,
+                       const Stage& stage, Diagnosis& d) {
+  const double level = std::log10(options.false_alarm_rate / 3.0) - kRateCare;
+  for (std::size_t r = 0; r < full.size(); ++r) {
+    for (const SampleResiduals& samples : sample_residuals(*full[r], stage, int(r), {}, false)) {
+      // Rounding errs only where the reading changes, and so along its change.
+      const bool rounded = std::ranges::any_of(d.findings, [&](const Finding& f) {
+        return f.effect == "mag_quantization" && f.channel == to_string(samples.channel);
+      });
+      const TimingNoise seen = timing_noise(samples);
+      if (rounded || seen.log10_p > level) continue;
+      add_channel(d, to_string(samples.channel));
+      d.unexplained.evidence.push_back(fmt::format(
+          "What is left of the {} lies along the change of its reading more than across it (p = "
+          "{:.1g}), as if its samples' times were off by some {:.2g} ms: {}.",
+          sensor(samples.channel), std::pow(10.0, std::max(seen.log10_p, -99.0)),
+          1e3 * seen.jitter_s, why_off(seen)));
+      std::erase_if(d.findings, [&](const Finding& f) {
+        return f.channel == to_string(samples.channel) && is_made_by(seen, f);
+      });
+    }
+  }
+}
+
 }  // namespace
 
 void find_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d) {
@@ -109,10 +158,16 @@ void find_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d)
         "{:.2g} % of the {}'s samples are the one before once more ({} of them): lost on their way "
         "and filled in, or read twice? Look at the logger and the bus.",
         100.0 * repeats.share, sensor(channel), repeats.seen));
+    const double mean_age_ms = 1e3 * repeats.share / series.rate_hz();
     std::erase_if(d.findings, [&](const Finding& f) {
-      return (f.effect == "correlated_noise" || f.effect == "outliers") &&
-             f.channel == to_string(channel) &&
-             f.parameters.front().value < kOwnToRepeats * repeats.share;
+      if (f.channel != to_string(channel)) return false;
+      const double value = f.parameters.front().value;
+      if (f.effect == "correlated_noise" || f.effect == "outliers") {
+        return value < kOwnToRepeats * repeats.share;
+      }
+      // Each is one interval too old.
+      return (f.effect == "mag_time_offset" || f.effect == "mag_lag") && value > 0.0 &&
+             1e3 * value < kOwnToRepeats * mean_age_ms;
     });
   };
   for (const Recording* recording : recordings) {
@@ -125,7 +180,8 @@ void find_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d)
 }
 
 void find_unexplained(const std::vector<const Recording*>& recordings,
-                      const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
+                      const std::vector<const Recording*>& full, const DiagnosisOptions& options,
+                      Extender& extender, Diagnosis& d) {
   const Stage& stage = extender.stage();
   const std::vector<Score> scores = scores_of(recordings, stage, stage.spec().motion);
   const double level = std::log10(options.false_alarm_rate / 3.0 / double(scores.size()));
@@ -147,20 +203,27 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
     }
   }
   grow_with_rate(recordings, options, stage, d);
-  // A name that explains less of its channel than what is left there was a stopgap.
+  find_timing_noise(full, options, stage, d);
+  // A name that explains less of its channel than what is left there was a stopgap; one that
+  // explains a fraction of what is left in another channel may be its shadow.
   for (auto f = d.findings.begin(); f != d.findings.end();) {
     // Lines, outliers and colour are what they are, whatever else is left; mere size is not.
     const bool of_the_mean = find_effect(f->effect) != nullptr || f->effect == "noise_scale";
-    const bool doubtful = of_the_mean && f->channel == to_string(channel) &&
-                          f->effect != "linear_acceleration" && most > kLeftOver * misfit_of(*f) &&
-                          misfit_of(*f) > 0.0 && most > 0.0;
+    const double share = f->channel == to_string(channel) ? kLeftOver : kLeftElsewhere;
+    const bool doubtful = of_the_mean && f->effect != "linear_acceleration" &&
+                          most > share * misfit_of(*f) && misfit_of(*f) > 0.0 && most > 0.0;
     if (!doubtful) {
       ++f;
       continue;
     }
-    d.unexplained.evidence.push_back(fmt::format(
-        "{} explained a part of it, and is not named because more than {:.0f} % as much is left.",
-        f->effect, 100.0 * kLeftOver));
+    d.unexplained.evidence.push_back(
+        f->channel == to_string(channel)
+            ? fmt::format("{} explained a part of it, and is not named because more than {:.0f} % "
+                          "as much is left.",
+                          f->effect, 100.0 * kLeftOver)
+            : fmt::format("{} ({}) may be its shadow: it explains less than a third of what is "
+                          "left here, and is not named.",
+                          f->effect, f->channel));
     f = d.findings.erase(f);
   }
 }

@@ -9,8 +9,10 @@
 namespace magimu {
 
 // May also withdraw findings that explain less than what is left: a wrong name is worse than none.
+// full: the recordings with all their samples.
 void find_unexplained(const std::vector<const Recording*>& recordings,
-                      const DiagnosisOptions& options, Extender& extender, Diagnosis& d);
+                      const std::vector<const Recording*>& full, const DiagnosisOptions& options,
+                      Extender& extender, Diagnosis& d);
 
 // Samples that came twice, of recordings with all their samples: no model of the sensor makes them.
 // Neighbours are alike then, which is no correlation of the noise, and in motion they are outliers:

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/timing_noise.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+
+#include "diagnosis/high_pass.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kTimingWindow = 2.0;  // s: longer than noise is remembered
+constexpr double kFurthest = 4.0;      // standard deviations: what is farther off counts as there
+constexpr std::size_t kFewestSamples = 300;
+constexpr double kLongestPattern = 0.5;  // s
+constexpr double kSamePattern = 0.6;     // of j^2: what returns after a period
+
+// High-passed residuals and the two changes, in units of the residuals' size on each axis and of
+// `rate`, the changes' root mean square.
+struct Scaled {
+  std::vector<Vector3> e, d, c;
+  double rate = 0.0;  // 1/s
+};
+
+Scaled scale(const SampleResiduals& samples, const std::vector<Vector3>& residual) {
+  Vector3 variance = Vector3::Zero();
+  for (const Vector3& e : residual) variance += e.cwiseAbs2() / double(residual.size());
+  Scaled out;
+  if (!(variance.minCoeff() > 0.0)) return out;
+  const Vector3 size = variance.cwiseSqrt();
+  // The high pass takes as much of the jitter as of white noise.
+  const Vector3 passed = size / std::sqrt(kHighPassVariance);
+  for (std::size_t k = 0; k < residual.size(); ++k) {
+    const Vector3 e = residual[k].cwiseQuotient(size);
+    out.e.push_back(e * std::min(1.0, kFurthest / std::max(e.norm(), 1e-300)));
+    out.d.push_back(samples.change[k].cwiseQuotient(passed));
+    out.c.push_back(samples.across[k].cwiseQuotient(passed));
+    out.rate += out.d.back().squaredNorm() / double(residual.size());
+  }
+  out.rate = std::sqrt(out.rate);
+  for (Vector3& d : out.d) d /= std::max(out.rate, 1e-300);
+  for (Vector3& c : out.c) c /= std::max(out.rate, 1e-300);
+  return out;
+}
+
+// The six numbers of a symmetric matrix, as many units long as it.
+constexpr int kNumbers = 6, kUnknowns = 10, kJitter = kUnknowns - 1;
+using Square = Eigen::Matrix<double, kNumbers, 1>;
+using Regressors = Eigen::Matrix<double, kNumbers, kUnknowns>;
+
+Square square_of(const Matrix3& m) {
+  Square out;
+  out << m.diagonal(), std::sqrt(2.0) * Vector3(m(0, 1), m(1, 2), m(2, 0));
+  return out;
+}
+
+// What S, a, b, g and j^2 are multiplied by in E[e e'].
+Regressors regressors(const Vector3& d, const Vector3& c) {
+  const Matrix3 plane = d * d.transpose() + c * c.transpose();
+  Regressors X;
+  X.leftCols<kNumbers>().setIdentity();
+  X.col(6) = square_of(plane / std::max(d.squaredNorm(), 1e-300));
+  X.col(7) = square_of(plane);
+  X.col(8) = square_of(d.squaredNorm() * Matrix3::Identity());
+  X.col(kJitter) = square_of(d * d.transpose());
+  return X;
+}
+
+// E[tau_k tau_k+lag], from what lies along the changes at both less what lies across.
+double covariance_at(const Scaled& s, std::size_t lag) {
+  double score = 0.0, information = 0.0;
+  for (std::size_t k = 0; k + lag < s.e.size(); ++k) {
+    const std::size_t l = k + lag;
+    score += s.d[k].dot(s.e[k]) * s.d[l].dot(s.e[l]) - s.c[k].dot(s.e[k]) * s.c[l].dot(s.e[l]);
+    information +=
+        s.d[k].squaredNorm() * s.d[l].squaredNorm() - s.c[k].dot(s.d[k]) * s.c[l].dot(s.d[l]);
+  }
+  return score / std::max(information, 1e-300);
+}
+
+// The first lag beyond the high pass' own after which as much as at none is back.
+double period_of(const Scaled& s, double variance, double rate_hz) {
+  const auto most = std::min(std::size_t(kLongestPattern * rate_hz), s.e.size() / 10);
+  double before = 0.0, at = 0.0;
+  for (std::size_t lag = 2 * kHighPassReach; lag <= most + 1; ++lag) {
+    const double after = covariance_at(s, lag);
+    if (at > kSamePattern * variance && at >= before && at >= after)
+      return double(lag - 1) / rate_hz;
+    before = at;
+    at = after;
+  }
+  return 0.0;
+}
+
+}  // namespace
+
+TimingNoise timing_noise(const SampleResiduals& samples) {
+  TimingNoise out;
+  const std::size_t n = samples.t.size();
+  if (n < kFewestSamples || samples.change.size() != n) return out;
+  VectorSeries series;
+  for (std::size_t k = 0; k < n; ++k) series.push_back(samples.t[k], samples.residual[k]);
+  const Scaled s = scale(samples, high_passed(series));
+  if (s.e.empty()) return out;
+  Eigen::Matrix<double, kUnknowns, kUnknowns> N = decltype(N)::Zero();
+  Eigen::Matrix<double, kUnknowns, 1> sum = decltype(sum)::Zero();
+  for (std::size_t k = 0; k < n; ++k) {
+    const Regressors X = regressors(s.d[k], s.c[k]);
+    N += X.transpose() * X;
+    sum += X.transpose() * square_of(s.e[k] * s.e[k].transpose());
+  }
+  const Eigen::ColPivHouseholderQR<decltype(N)> qr(N);
+  if (qr.rank() < kUnknowns) return out;
+  const decltype(sum) theta = qr.solve(sum), weights = qr.solve(decltype(sum)::Unit(kJitter));
+  const double variance = theta[kJitter];
+  if (!(variance > 0.0)) return out;
+  // The estimate's error is a sum over samples; windows of it scatter as they do.
+  std::vector<double> windows = {0.0};
+  double begin = samples.t.front();
+  for (std::size_t k = 0; k < n; ++k) {
+    if (samples.t[k] - begin > kTimingWindow) {
+      begin = samples.t[k];
+      windows.push_back(0.0);
+    }
+    const Regressors X = regressors(s.d[k], s.c[k]);
+    windows.back() +=
+        weights.dot(X.transpose() * (square_of(s.e[k] * s.e[k].transpose()) - X * theta));
+  }
+  if (windows.size() < 2 * kUnknowns) return out;
+  double squares = 0.0;
+  for (const double error : windows) squares += error * error;
+  out.jitter_s = std::sqrt(variance) / s.rate;
+  out.added = variance / 3.0;
+  const auto dof = double(windows.size() - kUnknowns);
+  const double sigma = std::sqrt(squares * double(windows.size()) / dof);
+  const boost::math::students_t t(dof);
+  const double tail = boost::math::cdf(boost::math::complement(t, variance / sigma));
+  out.log10_p = std::log10(std::max(tail, 1e-300));
+  constexpr double kWorthLooking = -4.0;
+  if (out.log10_p < kWorthLooking) out.period_s = period_of(s, variance, series.rate_hz());
+  return out;
+}
+
+}  // namespace magimu

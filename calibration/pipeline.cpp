@@ -17,6 +17,7 @@
 #include "calibration/summary.h"
 #include "recording/error.h"
 #include "recording/quality.h"
+#include "recording/repeats.h"
 
 namespace magimu {
 namespace {
@@ -36,7 +37,7 @@ constexpr double kUnlimited = 1e30;
 constexpr double kAccJitter[] = {0.25, 0.5, 1.0};
 constexpr double kWorthJitter = 3.3;  // nats; about 1 % by chance
 constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
-constexpr double kManyRepeats = 0.3;
+constexpr double kFewRepeats = 0.002, kManyRepeats = 0.3;
 constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is believed
 
 void check(const std::vector<const Recording*>& recordings) {
@@ -62,9 +63,9 @@ void check(const std::vector<const Recording*>& recordings) {
   }
 }
 
-// Magnetometers that are read faster than they measure: each repeat would count as a sample. A copy
-// without the repeats where there are many (a few are chance, of a coarse quantization), and what
-// was done.
+// Magnetometers that are read faster than they measure, or of which samples came twice: each repeat
+// would count as a sample, of a wrong time. A copy without the repeats where there are many or more
+// than a coarse quantization makes by chance, and what was done.
 std::optional<Recording> without_repeats(const Recording& recording,
                                          std::vector<std::string>& warnings) {
   std::optional<Recording> copy;
@@ -72,12 +73,22 @@ std::optional<Recording> without_repeats(const Recording& recording,
     const VectorSeries& all = recording.mag[m];
     VectorSeries own = without_repeats(all);
     const double repeats = 1.0 - double(own.size()) / double(all.size());
-    if (repeats < kManyRepeats || own.size() < 10) continue;
-    warnings.push_back(fmt::format(
-        "{}: {:.0f} % of the samples of {} repeat the one before, so its own rate is about {:.3g} "
-        "Hz, not {:.3g}; the repeats are left out.",
-        recording.name, 100.0 * repeats, recording.mag_names[m], all.rate_hz() * (1.0 - repeats),
-        all.rate_hz()));
+    if (repeats < kFewRepeats || own.size() < 10) continue;
+    if (repeats >= kManyRepeats) {
+      warnings.push_back(
+          fmt::format("{}: {:.0f} % of the samples of {} repeat the one before, so its own rate is "
+                      "about {:.3g} "
+                      "Hz, not {:.3g}; the repeats are left out.",
+                      recording.name, 100.0 * repeats, recording.mag_names[m],
+                      all.rate_hz() * (1.0 - repeats), all.rate_hz()));
+    } else if (repeats_in(all).beyond_chance()) {
+      warnings.push_back(fmt::format(
+          "{}: {:.2g} % of the samples of {} are the one before once more, lost on their way or "
+          "read twice; they are left out.",
+          recording.name, 100.0 * repeats, recording.mag_names[m]));
+    } else {
+      continue;
+    }
     if (!copy) copy = recording;
     copy->mag[m] = std::move(own);
   }

@@ -10,9 +10,9 @@
 #include "calibration/residual_series.h"
 #include "calibration/windows.h"
 #include "diagnosis/noise_by_rate.h"
-#include "diagnosis/repeats.h"
 #include "diagnosis/sample_residuals.h"
 #include "diagnosis/timing_noise.h"
+#include "recording/repeats.h"
 
 namespace magimu {
 namespace {
@@ -23,10 +23,9 @@ constexpr double kTailCare = 2.0;  // log10 of a probability: far tails under co
 constexpr double kCrumbs = 0.03;   // of what a finding in that channel explained
 // Repeated samples, of all: fewer do no harm; of a magnetometer they are mostly the mark of a
 // slower clock, of which `magimu info` tells.
-constexpr double kRepeats = 0.01, kMagRepeats = 0.002, kSlowerClock = 0.25;
-// Times what they make: the share of outliers, the correlation, the mean age.
-constexpr double kOwnToRepeats = 2.0;
-constexpr double kOwnToJitter = 2.0;  // times the variance that it adds
+constexpr double kRepeats = 0.01, kMagRepeats = 0.002, kSlowerClock = 0.3;
+constexpr double kOwnToRepeats = 2.0;  // times their share: correlation or outliers that they make
+constexpr double kOwnToJitter = 2.0;   // times the variance that it adds
 // Of a finding's own misfit: more than this left in its channel, or in another one, and its name is
 // doubtful.
 constexpr double kLeftOver = 0.3, kLeftElsewhere = 3.0;
@@ -158,16 +157,10 @@ void find_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d)
         "{:.2g} % of the {}'s samples are the one before once more ({} of them): lost on their way "
         "and filled in, or read twice? Look at the logger and the bus.",
         100.0 * repeats.share, sensor(channel), repeats.seen));
-    const double mean_age_ms = 1e3 * repeats.share / series.rate_hz();
     std::erase_if(d.findings, [&](const Finding& f) {
-      if (f.channel != to_string(channel)) return false;
-      const double value = f.parameters.front().value;
-      if (f.effect == "correlated_noise" || f.effect == "outliers") {
-        return value < kOwnToRepeats * repeats.share;
-      }
-      // Each is one interval too old.
-      return (f.effect == "mag_time_offset" || f.effect == "mag_lag") && value > 0.0 &&
-             1e3 * value < kOwnToRepeats * mean_age_ms;
+      return (f.effect == "correlated_noise" || f.effect == "outliers") &&
+             f.channel == to_string(channel) &&
+             f.parameters.front().value < kOwnToRepeats * repeats.share;
     });
   };
   for (const Recording* recording : recordings) {

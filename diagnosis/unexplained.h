@@ -14,7 +14,7 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
                       const std::vector<const Recording*>& full, const DiagnosisOptions& options,
                       Extender& extender, Diagnosis& d);
 
-// Samples that came twice, of recordings with all their samples: no model of the sensor makes them.
+// Samples that came twice, of the recordings as they are given: no model of the sensor makes them.
 // Neighbours are alike then, which is no correlation of the noise, and in motion they are outliers:
 // findings that say so are withdrawn.
 void find_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d);

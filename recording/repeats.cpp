@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/repeats.h"
+#include "recording/repeats.h"
 
 #include <algorithm>
 #include <array>

@@ -136,15 +136,19 @@ void gains(const std::vector<PowerOutcome>& outcomes, Requirements& out) {
 
 void speed(const std::vector<PowerOutcome>& outcomes, Requirements& out) {
   std::vector<double> seconds;
+  double most = 0.0;
+  std::string slowest;
   for (const PowerOutcome& o : outcomes) {
-    if (o.samples > 0.0 && o.seconds > 0.0) seconds.push_back(o.seconds * 18000.0 / o.samples);
+    if (!(o.samples > 0.0) || !(o.seconds > 0.0)) continue;
+    seconds.push_back(o.seconds * 18000.0 / o.samples);
+    if (seconds.back() <= most) continue;
+    most = seconds.back();
+    slowest = fmt::format("{}, seed {}, size {:.3g}", o.name, o.seed, o.size);
   }
   if (seconds.empty()) return;
   const double s = median(seconds);
-  out.list.push_back(
-      {"seconds for 180 s at 100 Hz (18,000 samples), median", "<= 1",
-       fmt::format("{:.2f} (most {:.2f})", s, *std::max_element(seconds.begin(), seconds.end())),
-       s <= 1.0});
+  out.list.push_back({"seconds for 180 s at 100 Hz (18,000 samples), median", "<= 1",
+                      fmt::format("{:.2f} (most {:.1f}: {})", s, most, slowest), s <= 1.0});
   const auto failed = std::count_if(outcomes.begin(), outcomes.end(),
                                     [](const PowerOutcome& o) { return !o.failure.empty(); });
   out.list.push_back(

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "calibration/choose_motion.h"
+#include "calibration/general_dependence.h"
 #include "calibration/rests.h"
 #include "calibration/sensor_rows.h"
 #include "diagnosis/held_out_nll.h"
@@ -143,6 +144,17 @@ Finding motion_finding(const Stage& rotation, const Stage& moving, const Restles
   return f;
 }
 
+// Does what the accelerometer leaves follow the way the sensor is held and turned? A hand does not.
+// (Products of the rate are left out: a sensor swung about a point beside it is moved so.)
+bool follows_the_attitude(const std::vector<const Recording*>& recordings, const Stage& rotation,
+                          double misfit) {
+  auto dependences = general_dependences(true);
+  std::erase_if(dependences, [](const auto& e) { return e->channel() != Channel::kAcc; });
+  const Scan scan(recordings, rotation, dependences);
+  return std::ranges::any_of(
+      scan.scores(), [&](const Score& s) { return s.statistic - s.dof > kMostOfIt * misfit; });
+}
+
 }  // namespace
 
 Stage choose_motion_model(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
@@ -185,6 +197,7 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
     if (now.excess < kCalm && now.colour < kCalmColour) return extender.stage();
     d = before;
   }
+  if (follows_the_attitude(recordings, rotation, misfit)) return rotation;
   d.findings.push_back(motion_finding(rotation, moving, restless, *recordings.front()));
   return moving;
 }

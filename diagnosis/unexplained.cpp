@@ -81,6 +81,32 @@ double explained_of(const Diagnosis& d, Channel channel) {
   return explained;
 }
 
+// What is left in a channel has to be so many times what a finding explained for its name to be
+// doubtful.
+double doubtful_from(const Finding& f, const std::string& channel) {
+  const bool of_the_mean = find_effect(f.effect) != nullptr || f.effect == "noise_scale";
+  const bool elsewhere = f.channel != channel;
+  if (f.effect == "linear_acceleration" || (elsewhere && !of_the_mean)) return INFINITY;
+  return of_the_mean && !elsewhere ? kLeftOver : kLeftElsewhere;
+}
+
+// A name that explains less of its channel than what is left there was a stopgap; one that explains
+// a fraction of it, of another channel or of the noise, may be its shadow.
+void withdraw_doubtful(const std::string& channel, double left, Diagnosis& d) {
+  std::erase_if(d.findings, [&](const Finding& f) {
+    const double from = doubtful_from(f, channel);
+    if (!(misfit_of(f) > 0.0) || !(left > from * misfit_of(f))) return false;
+    d.unexplained.evidence.push_back(
+        from < 1.0 ? fmt::format("{} explained a part of it, and is not named because more than "
+                                 "{:.0f} % as much is left.",
+                                 f.effect, 100.0 * from)
+                   : fmt::format("{} ({}) may be its shadow: it explains less than a third of what "
+                                 "is left here, and is not named.",
+                                 f.effect, f.channel));
+    return true;
+  });
+}
+
 // Errors that change from sample to sample, more so in motion.
 void grow_with_rate(const std::vector<const Recording*>& recordings,
                     const DiagnosisOptions& options, const Stage& stage, Diagnosis& d) {
@@ -197,28 +223,7 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
   }
   grow_with_rate(recordings, options, stage, d);
   find_timing_noise(full, options, stage, d);
-  // A name that explains less of its channel than what is left there was a stopgap; one that
-  // explains a fraction of what is left in another channel may be its shadow.
-  for (auto f = d.findings.begin(); f != d.findings.end();) {
-    // Lines, outliers and colour are what they are, whatever else is left; mere size is not.
-    const bool of_the_mean = find_effect(f->effect) != nullptr || f->effect == "noise_scale";
-    const double share = f->channel == to_string(channel) ? kLeftOver : kLeftElsewhere;
-    const bool doubtful = of_the_mean && f->effect != "linear_acceleration" &&
-                          most > share * misfit_of(*f) && misfit_of(*f) > 0.0 && most > 0.0;
-    if (!doubtful) {
-      ++f;
-      continue;
-    }
-    d.unexplained.evidence.push_back(
-        f->channel == to_string(channel)
-            ? fmt::format("{} explained a part of it, and is not named because more than {:.0f} % "
-                          "as much is left.",
-                          f->effect, 100.0 * kLeftOver)
-            : fmt::format("{} ({}) may be its shadow: it explains less than a third of what is "
-                          "left here, and is not named.",
-                          f->effect, f->channel));
-    f = d.findings.erase(f);
-  }
+  withdraw_doubtful(to_string(channel), most, d);
 }
 
 }  // namespace magimu

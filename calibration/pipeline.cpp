@@ -37,7 +37,9 @@ constexpr double kUnlimited = 1e30;
 constexpr double kAccJitter[] = {0.25, 0.5, 1.0};
 constexpr double kWorthJitter = 3.3;  // nats; about 1 % by chance
 constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
-constexpr double kFewRepeats = 0.002, kManyRepeats = 0.3;
+// Of a magnetometer's samples: between some and many they are mostly the mark of a slower clock
+// that was resampled, and which of them are right is not known.
+constexpr double kFewRepeats = 0.002, kSomeRepeats = 0.25, kManyRepeats = 0.3;
 constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is believed
 
 void check(const std::vector<const Recording*>& recordings) {
@@ -81,7 +83,7 @@ std::optional<Recording> without_repeats(const Recording& recording,
                       "Hz, not {:.3g}; the repeats are left out.",
                       recording.name, 100.0 * repeats, recording.mag_names[m],
                       all.rate_hz() * (1.0 - repeats), all.rate_hz()));
-    } else if (repeats_in(all).beyond_chance()) {
+    } else if (repeats < kSomeRepeats && repeats_in(all).beyond_chance()) {
       warnings.push_back(fmt::format(
           "{}: {:.2g} % of the samples of {} are the one before once more, lost on their way or "
           "read twice; they are left out.",

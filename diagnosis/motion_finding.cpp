@@ -26,6 +26,7 @@ constexpr double kMostOfIt = 0.5;  // of the misfit, for an effect to be tried i
 struct Restlessness {
   double excess = 1.0, colour = 0.0;
   double rows = 0.0;
+  double squares = 0.0;  // whitened, beyond those of noise as at rest
 };
 
 // The same in rests, about each rest's mean: what is there, too, no motion has made.
@@ -101,7 +102,9 @@ Restlessness restlessness(const Stage& rotation, double rest_acc) {
   Restlessness out;
   out.colour = sums.lag1[std::size_t(Sensor::kAcc)];
   out.rows = sums.rows[std::size_t(Sensor::kAcc)];
-  if (rest_acc > 0.0) out.excess = rotation.spec().noise.acc * sums.rms(Sensor::kAcc) / rest_acc;
+  const double rms = sums.rms(Sensor::kAcc);
+  if (rest_acc > 0.0) out.excess = rotation.spec().noise.acc * rms / rest_acc;
+  out.squares = out.rows * rms * rms * (1.0 - 1.0 / std::pow(std::max(1.0, out.excess), 2));
   return out;
 }
 
@@ -183,12 +186,10 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
   }
 
   const Restlessness restless = restlessness(rotation, rest_acc);
-  const double misfit =
-      restless.rows * (1.0 - 1.0 / std::max(1.0, restless.excess * restless.excess));
   const Scan scan(recordings, rotation, extender.candidates(rotation));
   const bool other = std::any_of(scan.scores().begin(), scan.scores().end(), [&](const Score& s) {
     return log10_chi_square_tail(s.statistic, s.dof) < extender.log10_level() &&
-           s.statistic > kMostOfIt * misfit;
+           s.statistic > kMostOfIt * restless.squares;
   });
   if (other) {
     const Diagnosis before = d;
@@ -197,7 +198,7 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
     if (now.excess < kCalm && now.colour < kCalmColour) return extender.stage();
     d = before;
   }
-  if (follows_the_attitude(recordings, rotation, misfit)) return rotation;
+  if (follows_the_attitude(recordings, rotation, restless.squares)) return rotation;
   d.findings.push_back(motion_finding(rotation, moving, restless, *recordings.front()));
   return moving;
 }

@@ -23,9 +23,10 @@ constexpr double kTailCare = 2.0;  // log10 of a probability: far tails under co
 constexpr double kCrumbs = 0.03;   // of what a finding in that channel explained
 // Repeated samples, of all: fewer do no harm; of a magnetometer they are mostly the mark of a
 // slower clock, of which `magimu info` tells.
-constexpr double kRepeats = 0.01, kMagRepeats = 0.002, kSlowerClock = 0.3;
+constexpr double kRepeats = 0.01, kMagRepeats = 0.002, kSlowerClock = 0.25;
 constexpr double kOwnToRepeats = 2.0;  // times their share: correlation or outliers that they make
 constexpr double kOwnToJitter = 2.0;   // times the variance that it adds
+constexpr double kSameLine = 0.1;      // of the frequency of its pattern
 // Of a finding's own misfit: more than this left in its channel, or in another one, and its name is
 // doubtful.
 constexpr double kLeftOver = 0.3, kLeftElsewhere = 3.0;
@@ -128,10 +129,15 @@ void grow_with_rate(const std::vector<const Recording*>& recordings,
   }
 }
 
-// Does the jitter add as much variance as the noise is said to be too large, or as outliers have?
+// Does the jitter add as much variance as the noise is said to be too large, or as outliers have;
+// is the line a multiple of its pattern?
 bool is_made_by(const TimingNoise& jitter, const Finding& f) {
   const double value = f.parameters.front().value;
   const double most = kOwnToJitter * jitter.added;
+  if (f.effect == "mains_interference") {
+    const double multiple = f.parameters.back().value * jitter.period_s;
+    return std::round(multiple) > 0.0 && std::abs(multiple - std::round(multiple)) < kSameLine;
+  }
   if (f.effect == "noise_scale") return value > 1.0 && value * value - 1.0 < most;
   return f.effect == "outliers" && value * std::pow(f.parameters[1].value, 2) < most;
 }
@@ -166,7 +172,12 @@ void find_timing_noise(const std::vector<const Recording*>& full, const Diagnosi
           sensor(samples.channel), std::pow(10.0, std::max(seen.log10_p, -99.0)),
           1e3 * seen.jitter_s, why_off(seen)));
       std::erase_if(d.findings, [&](const Finding& f) {
-        return f.channel == to_string(samples.channel) && is_made_by(seen, f);
+        if (f.channel != to_string(samples.channel) || !is_made_by(seen, f)) return false;
+        if (f.effect == "mains_interference") {
+          d.unexplained.evidence.push_back(fmt::format(
+              "Its line at {:.1f} Hz is a part of this pattern.", f.parameters.back().value));
+        }
+        return true;
       });
     }
   }

@@ -90,6 +90,26 @@ TEST(MagnetometerThatRepeats, is_taken_at_its_own_rate) {
   EXPECT_EQ(once.covariance, four.covariance);
 }
 
+// One sample in twenty came twice: as old as it is it would count as a lag of 0.5 ms.
+TEST(MagnetometerThatRepeats, is_taken_without_the_few_that_came_twice) {
+  const Simulation s = test::simulated_hand(100.0, 2, 60.0);
+  Recording some = s.recording, without = s.recording;
+  VectorSeries &repeated = some.mag[0], &left = without.mag[0];
+  left = {};
+  for (std::size_t k = 0; k < repeated.size(); ++k) {
+    if (k % 20 == 7) {
+      repeated.v[k] = repeated.v[k - 1];
+    } else {
+      left.push_back(repeated.t[k], repeated.v[k]);
+    }
+  }
+  const CalibrationOptions options = test::same_model(s, 1);
+  const Calibration c = calibrate(some, options), same = calibrate(without, options);
+  ASSERT_EQ(c.warnings.size(), 1u);
+  EXPECT_NE(c.warnings[0].find("5 % of the samples"), std::string::npos) << c.warnings[0];
+  EXPECT_EQ(in_calibration_order(c), in_calibration_order(same));
+}
+
 TEST(Array, three_magnetometers_are_calibrated_together) {
   const Simulation s = simulated_hand(50.0, 8, 60.0, 1, 3);
   const Calibration c = calibrate(s.recording, same_model_and_noise(s));

@@ -70,6 +70,19 @@ TEST_P(LaggingMagnetometer, is_found_and_nothing_that_resembles_it) {
 
 INSTANTIATE_TEST_SUITE_P(Broad, LaggingMagnetometer, testing::Values("02", "03", "07"));
 
+// Their magnetometer measures every 10 ms and is read every 7: it is as old again after 70 ms. The
+// harmonics of that look like lines of the mains.
+class SlowerClock : public RealRecording, public testing::WithParamInterface<const char*> {};
+
+TEST_P(SlowerClock, is_told_by_its_pattern) {
+  DIAGNOSED(d, GetParam());
+  EXPECT_THAT(d.unexplained.evidence,
+              Contains(testing::HasSubstr("in a pattern that repeats every 70 ms")));
+  EXPECT_THAT(d.findings, Not(Contains(Field(&Finding::effect, "mains_interference"))));
+}
+
+INSTANTIATE_TEST_SUITE_P(Broad, SlowerClock, testing::Values("03", "07", "24", "33"));
+
 class MovedSensor : public RealRecording, public testing::WithParamInterface<const char*> {};
 
 TEST_P(MovedSensor, the_motion_of_the_hand_is_found) {

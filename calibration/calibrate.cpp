@@ -48,6 +48,7 @@ Calibration calibrate(const std::vector<const Recording*>& given,
   std::vector<double> mag_squares;
   std::vector<Check> checks;
   std::vector<MissingEffect> missing;
+  Mounting mounting;
   tbb::parallel_invoke(
       [&] {
         const Stage fine = pipeline.fine(coarse);
@@ -59,7 +60,8 @@ Calibration calibrate(const std::vector<const Recording*>& given,
       [&] { checks = pipeline.check_prediction(coarse); },
       [&] {
         if (coarse.result().converged()) missing = find_missing_effects(recordings, coarse);
-      });
+      },
+      [&] { mounting = check_mounting(recordings); });
   c.motion_reason = motion_reason;
   c.checks = checks;
   c.warnings = checked.warnings();
@@ -74,7 +76,7 @@ Calibration calibrate(const std::vector<const Recording*>& given,
                          check_windows(c, mag_squares)};
   c.checks.insert(c.checks.begin(), std::begin(first), std::end(first));
   judge(c);
-  judge_axes(c, recordings, options);
+  judge_axes(c, mounting, options);
   c.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return c;
 }

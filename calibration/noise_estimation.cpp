@@ -36,20 +36,24 @@ SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, Lin
   add_squares_and_lags(system, rows, sums);
 
   std::mt19937_64 random(20250917);
-  MatrixXd B = MatrixXd::Zero(system.cols(), int(kSensors) * kProbes);
+  // J'z row by row: a variable's numbers for all probes side by side.
+  using RowsOfProbes =
+      Eigen::Matrix<double, Eigen::Dynamic, int(kSensors) * kProbes, Eigen::RowMajor>;
+  RowsOfProbes Jz = RowsOfProbes::Zero(system.cols(), int(kSensors) * kProbes);
   for (int i = 0; i < system.rows(); ++i) {
     const auto s = std::size_t(rows.sensor[std::size_t(i)]);
     if (s >= kSensors) continue;
     const std::uint64_t bits = random();
+    double signs[kProbes];
+    for (int p = 0; p < kProbes; ++p) signs[p] = ((bits >> p) & 1U) != 0U ? 1.0 : -1.0;
     for (int e = system.row_start()[std::size_t(i)]; e < system.row_start()[std::size_t(i) + 1];
          ++e) {
       const int c = system.column()[std::size_t(e)];
       const double v = system.value()[std::size_t(e)] * scale[c];
-      for (int p = 0; p < kProbes; ++p) {
-        B(c, int(s) * kProbes + p) += ((bits >> p) & 1U) != 0U ? v : -v;
-      }
+      for (int p = 0; p < kProbes; ++p) Jz(c, int(s) * kProbes + p) += v * signs[p];
     }
   }
+  const MatrixXd B = Jz;
   const MatrixXd X = solver.solve_normal(B);  // z'J P J'z = B'X, column by column
   for (int s = 0; s < int(kSensors); ++s) {
     const auto block =

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 
 #include "calibration/blows.h"
 #include "calibration/check_axes.h"
@@ -43,12 +44,15 @@ Calibration calibrate(const std::vector<const Recording*>& given,
   const std::vector<const Recording*>& recordings = checked.get();
   const Pipeline pipeline(recordings, options);
   std::string motion_reason;
-  const Stage coarse = pipeline.coarse(motion_reason);
+  Mounting mounting;
+  std::optional<Stage> found;
+  tbb::parallel_invoke([&] { found = pipeline.coarse(motion_reason); },
+                       [&] { mounting = check_mounting(recordings); });
+  const Stage& coarse = *found;
   Calibration c;
   std::vector<double> mag_squares;
   std::vector<Check> checks;
   std::vector<MissingEffect> missing;
-  Mounting mounting;
   tbb::parallel_invoke(
       [&] {
         const Stage fine = pipeline.fine(coarse);
@@ -60,8 +64,7 @@ Calibration calibrate(const std::vector<const Recording*>& given,
       [&] { checks = pipeline.check_prediction(coarse); },
       [&] {
         if (coarse.result().converged()) missing = find_missing_effects(recordings, coarse);
-      },
-      [&] { mounting = check_mounting(recordings); });
+      });
   c.motion_reason = motion_reason;
   c.checks = checks;
   c.warnings = checked.warnings();

@@ -36,10 +36,13 @@ SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, Lin
   add_squares_and_lags(system, rows, sums);
 
   std::mt19937_64 random(20250917);
-  // J'z row by row: a variable's numbers for all probes side by side.
-  using RowsOfProbes =
-      Eigen::Matrix<double, Eigen::Dynamic, int(kSensors) * kProbes, Eigen::RowMajor>;
-  RowsOfProbes Jz = RowsOfProbes::Zero(system.cols(), int(kSensors) * kProbes);
+  std::array<int, kSensors> first{};  // column of the sensors that have rows
+  int columns = 0;
+  for (std::size_t s = 0; s < kSensors; ++s) {
+    first[s] = columns;
+    if (sums.rows[s] > 0.0) columns += kProbes;
+  }
+  MatrixXd B = MatrixXd::Zero(system.cols(), columns);
   for (int i = 0; i < system.rows(); ++i) {
     const auto s = std::size_t(rows.sensor[std::size_t(i)]);
     if (s >= kSensors) continue;
@@ -50,15 +53,16 @@ SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, Lin
          ++e) {
       const int c = system.column()[std::size_t(e)];
       const double v = system.value()[std::size_t(e)] * scale[c];
-      for (int p = 0; p < kProbes; ++p) Jz(c, int(s) * kProbes + p) += v * signs[p];
+      if (v == 0.0) continue;  // many are
+      for (int p = 0; p < kProbes; ++p) B(c, first[s] + p) += v * signs[p];
     }
   }
-  const MatrixXd B = Jz;
   const MatrixXd X = solver.solve_normal(B);  // z'J P J'z = B'X, column by column
-  for (int s = 0; s < int(kSensors); ++s) {
+  for (std::size_t s = 0; s < kSensors; ++s) {
+    if (sums.rows[s] == 0.0) continue;
     const auto block =
-        B.middleCols(s * kProbes, kProbes).cwiseProduct(X.middleCols(s * kProbes, kProbes));
-    sums.absorbed[std::size_t(s)] = block.sum() / kProbes;
+        B.middleCols(first[s], kProbes).cwiseProduct(X.middleCols(first[s], kProbes));
+    sums.absorbed[s] = block.sum() / kProbes;
   }
   // All rows together absorb one degree of freedom a column, exactly. The sensor that the
   // trajectory follows most closely (the gyroscope) has few left: take its share from the others',

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 
 #include "calibration/blows.h"
 #include "calibration/check_axes.h"
@@ -43,7 +44,11 @@ Calibration calibrate(const std::vector<const Recording*>& given,
   const std::vector<const Recording*>& recordings = checked.get();
   const Pipeline pipeline(recordings, options);
   std::string motion_reason;
-  const Stage coarse = pipeline.coarse(motion_reason);
+  Mounting mounting;
+  std::optional<Stage> found;
+  tbb::parallel_invoke([&] { found = pipeline.coarse(motion_reason); },
+                       [&] { mounting = check_mounting(recordings); });
+  const Stage& coarse = *found;
   Calibration c;
   std::vector<double> mag_squares;
   std::vector<Check> checks;
@@ -74,7 +79,7 @@ Calibration calibrate(const std::vector<const Recording*>& given,
                          check_windows(c, mag_squares)};
   c.checks.insert(c.checks.begin(), std::begin(first), std::end(first));
   judge(c);
-  judge_axes(c, recordings, options);
+  judge_axes(c, mounting, options);
   c.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return c;
 }

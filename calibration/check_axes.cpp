@@ -85,13 +85,16 @@ Check check_axes(const Mounting& mounting, double dip_rad, int dip_sign) {
   return out;
 }
 
-void judge_axes(Calibration& c, const std::vector<const Recording*>& recordings,
-                const CalibrationOptions& options) {
+Mounting check_mounting(const std::vector<const Recording*>& recordings) {
   Mounting mounting;
   for (const Recording* r : recordings) {
     mounting = check_mounting(*r);
     if (mounting.status != MountingStatus::kUndecided) break;
   }
+  return mounting;
+}
+
+void judge_axes(Calibration& c, const Mounting& mounting, const CalibrationOptions& options) {
   int dip_sign = options.dip_sign;
   if (const auto& start = options.initialization.dip_rad; dip_sign == 0 && start) {
     dip_sign = *start > 0.0 ? 1 : -1;

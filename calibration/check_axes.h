@@ -13,10 +13,12 @@ namespace magimu {
 // is turned from one that is inverted.
 Check check_axes(const Mounting& mounting, double dip_rad, int dip_sign);
 
+// Of the first recording whose motion tells.
+Mounting check_mounting(const std::vector<const Recording*>& recordings);
+
 // Adds that check to c, and lowers the verdict: to `no` where accelerometer and gyroscope disagree,
 // which no model of ours carries; to `limited` where the magnetometer is turned, which D holds, or
 // inverted.
-void judge_axes(Calibration& c, const std::vector<const Recording*>& recordings,
-                const CalibrationOptions& options);
+void judge_axes(Calibration& c, const Mounting& mounting, const CalibrationOptions& options);
 
 }  // namespace magimu

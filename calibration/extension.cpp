@@ -5,14 +5,15 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <optional>
+#include <memory>
 
 #include "calibration/sensed_motion.h"
 
 namespace magimu {
 namespace {
 
-VectorSeries& series_of(Recording& recording, Channel channel) {
+// Of a recording that may be const.
+auto& series_of(auto& recording, Channel channel) {
   if (channel == Channel::kAcc) return recording.acc;
   return channel == Channel::kGyr ? recording.gyr : recording.mag.front();
 }
@@ -21,7 +22,7 @@ constexpr int kRounds = 12;
 constexpr double kSettled = 1e-10;  // rad/s or m/s^2
 
 struct ActiveTerm {
-  const Effect* effect;
+  std::shared_ptr<const Effect> effect;
   VectorXd theta;
   int first;  // its first column among those of its channel
 };
@@ -54,23 +55,46 @@ Vector3 sum_of_terms(const std::vector<ActiveTerm>& active, const Vector3& raw,
   return sum;
 }
 
-// raw less the effects' terms; the columns, too, where they are wanted.
+// raw less the effects' terms.
 void correct(const SensedMotion& motion, Channel channel, bool moving,
              const std::vector<ActiveTerm>& active, const VectorSeries& raw,
-             VectorSeries& corrected, EffectColumns* columns) {
+             VectorSeries& corrected) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, raw.size(), 512), [&](const auto& range) {
     for (std::size_t k = range.begin(); k != range.end(); ++k) {
       SampleState state = motion.state(channel, k);
       const Vector3 sum =
           sum_of_terms(active, raw.v[k], corrected.v[k], state, own_part(state, channel, moving));
-      if (columns != nullptr) {
-        for (const ActiveTerm& a : active) {
-          a.effect->jacobian(state, a.theta, columns->of(k).middleCols(a.first, a.theta.size()));
-        }
-      }
       corrected.v[k] = raw.v[k] - sum;
     }
   });
+}
+
+// A motion and what it refers to.
+struct KeptMotion {
+  KeptMotion(const Recording& of, const NodePlan& nodes, int index, const ModelSpec& spec,
+             const Values& values)
+      : recording(of), plan(nodes), sensed(recording, plan, index, spec, values) {}
+  const Recording recording;
+  const NodePlan plan;
+  const SensedMotion sensed;
+};
+
+// moved: by how much the last correction has moved a sensor's own readings, sample by sample; the
+// state moves with them. Empty: not at all.
+EffectColumns columns_of(const std::shared_ptr<const KeptMotion>& motion, Channel channel,
+                         bool moving, const std::vector<ActiveTerm>& active,
+                         std::vector<Vector3> moved) {
+  EffectColumns out;
+  for (const ActiveTerm& a : active) out.parameters += int(a.theta.size());
+  out.write = [=, moved = std::move(moved)](std::size_t k, EffectColumns::Columns& columns) {
+    SampleState state = motion->sensed.state(channel, k);
+    Vector3* const own = own_part(state, channel, moving);
+    if (own != nullptr && !moved.empty()) *own += moved[k];
+    for (const ActiveTerm& a : active) {
+      a.effect->jacobian(state, a.theta, columns.middleCols(a.first, a.theta.size()));
+    }
+  };
+  return out;
 }
 
 }  // namespace
@@ -103,14 +127,15 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, int i
   for (std::size_t e = 0; e < spec.effects.size(); ++e) {
     const auto c = std::size_t(spec.effects[e]->channel());
     active[c].push_back(
-        {spec.effects[e].get(), effect_parameters(values, keys[e]), int(out.keys[c].size())});
+        {spec.effects[e], effect_parameters(values, keys[e]), int(out.keys[c].size())});
     out.keys[c].insert(out.keys[c].end(), keys[e].begin(), keys[e].end());
   }
   // Without a parameter that differs from zero nothing is corrected, and one pass is enough.
   const bool at_zero = std::ranges::all_of(active, [](const auto& terms) {
     return std::ranges::all_of(terms, [](const ActiveTerm& a) { return a.theta.isZero(0.0); });
   });
-  std::optional<SensedMotion> motion;
+  const bool moving = spec.motion == MotionModel::kHandHeld;
+  std::shared_ptr<const KeptMotion> motion;
   // The gyroscope's terms depend on the force, too, and the accelerometer's on the rate: both a
   // second time with what the first has corrected. Then the magnetometer's.
   constexpr std::pair<Channel, bool> kPasses[] = {{Channel::kGyr, false},
@@ -121,19 +146,17 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, int i
   for (const auto& [channel, last] : kPasses) {
     const auto c = std::size_t(channel);
     if (active[c].empty() || (at_zero && !last)) continue;
-    if (!motion || !at_zero) motion.emplace(out.corrected, plan, index, spec, values);
-    EffectColumns& columns = out.columns[c];
-    VectorSeries corrected = series_of(out.corrected, channel);
-    if (last) {
-      columns.parameters = int(out.keys[c].size());
-      columns.all.resize(3, Eigen::Index(corrected.size()) * columns.parameters);
+    if (!motion || !at_zero) {
+      motion = std::make_shared<const KeptMotion>(out.corrected, plan, index, spec, values);
     }
-    const VectorSeries& raw = channel == Channel::kAcc   ? recording.acc
-                              : channel == Channel::kGyr ? recording.gyr
-                                                         : recording.mag.front();
-    correct(*motion, channel, spec.motion == MotionModel::kHandHeld, active[c], raw, corrected,
-            last ? &columns : nullptr);
-    series_of(out.corrected, channel) = std::move(corrected);
+    std::vector<Vector3> moved;
+    if (!at_zero) {
+      VectorSeries& corrected = series_of(out.corrected, channel);
+      moved = corrected.v;
+      correct(motion->sensed, channel, moving, active[c], series_of(recording, channel), corrected);
+      for (std::size_t k = 0; k < moved.size(); ++k) moved[k] = corrected.v[k] - moved[k];
+    }
+    if (last) out.columns[c] = columns_of(motion, channel, moving, active[c], std::move(moved));
   }
   for (std::size_t c = 0; c < 3; ++c) out.theta[c] = effect_parameters(values, out.keys[c]);
   return out;

@@ -33,7 +33,8 @@ class Dependence final : public Effect {
     double x[kMost];
     functions_(s, x);
     J.setZero();
-    for (Eigen::Index i = 0; i < J.cols(); ++i) J(i % 3, i) = x[i / 3];
+    for (Eigen::Index i = 0; 3 * i < J.cols(); ++i)
+      J.middleCols<3>(3 * i).diagonal().setConstant(x[i]);
   }
 
  private:

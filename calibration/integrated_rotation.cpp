@@ -47,15 +47,12 @@ Rot3 IntegratedRotation::at(double t) const {
 PreintegratedGyroscope IntegratedRotation::preintegrate(double a, double b,
                                                         const EffectColumns* effects) const {
   PreintegratedGyroscope out(bias_);
+  SampleColumns columns(effects);
   std::size_t k = sample_at(a);
   double t = a;
   while (t < b) {
     const double end = k + 1 < gyr_.size() ? std::min(b, gyr_.t[k + 1]) : b;
-    if (end > t && effects != nullptr) {
-      out.integrate(gyr_.v[k], end - t, effects->of(k));
-    } else if (end > t) {
-      out.integrate(gyr_.v[k], end - t);
-    }
+    if (end > t) out.integrate(gyr_.v[k], end - t, columns.of(k));
     t = std::max(t, end);
     ++k;
   }
@@ -70,6 +67,7 @@ PreintegratedImu IntegratedRotation::preintegrate(double a, double b, const Vect
   constexpr double kSliver = 1e-9;  // s: pieces shorter than this are rounding
   PreintegratedImu out(bias_, acc_bias, gyr_density, acc_density,
                        with_matrix ? std::optional(matrix_) : std::nullopt);
+  SampleColumns gyr_columns(gyr_effects), acc_columns(acc_effects);
   std::size_t g = sample_at(a);
   // The accelerometer's sample nearest to a.
   const auto end_of = [&](std::size_t k) {
@@ -82,12 +80,7 @@ PreintegratedImu IntegratedRotation::preintegrate(double a, double b, const Vect
     const double gyr_end = g + 1 < gyr_.size() ? gyr_.t[g + 1] : b;
     const double end = std::min({b, gyr_end, std::max(end_of(k), t)});
     if (end > t + kSliver) {
-      if (gyr_effects != nullptr) {
-        out.integrate(gyr_.v[g], held_mean(acc, k), end - t, gyr_effects->of(g),
-                      acc_effects->of(k));
-      } else {
-        out.integrate(gyr_.v[g], held_mean(acc, k), end - t);
-      }
+      out.integrate(gyr_.v[g], held_mean(acc, k), end - t, gyr_columns.of(g), acc_columns.of(k));
       t = end;
     }
     if (g + 1 < gyr_.size() && gyr_end <= t + kSliver) ++g;

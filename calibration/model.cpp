@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/model.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "calibration/extension.h"
 #include "calibration/gathered.h"
@@ -70,17 +73,22 @@ class Collector {
     batch_->reserve(part.nodes());
   }
   ~Collector() {
-    if (batch_ && batch_->size() > 0) graph_.add_batch(std::move(batch_));
+    if (!batch_ || batch_->size() == 0) return;
+    tbb::parallel_for(0, batch_->size(),
+                      [this](int i) { batch_->gain(i) = gains_[std::size_t(i)](); });
+    graph_.add_batch(std::move(batch_));
   }
   Collector(const Collector&) = delete;
   Collector& operator=(const Collector&) = delete;
 
   bool extended() const { return batch_ != nullptr; }
-  // gain: a function that returns it; not called without effects.
+  // gain: returns it; called at the end, those of many factors side by side, and not without
+  // effects.
   template <class GainOf>
   void add(const F& factor, const GainOf& gain) {
     if (batch_) {
-      batch_->add(factor, gain());
+      batch_->add(factor);
+      gains_.push_back(gain);
     } else {
       graph_.add(factor);
     }
@@ -89,6 +97,7 @@ class Collector {
  private:
   FactorGraph& graph_;
   std::unique_ptr<ExtendedBatch<F>> batch_;
+  std::vector<std::function<Gain()>> gains_;
 };
 
 void add_accelerometer(FactorGraph& graph, const Part& part) {
@@ -106,7 +115,7 @@ void add_accelerometer(FactorGraph& graph, const Part& part) {
       graph.add(AccelerometerFactor(pose, key::acc_bias, b.mean, g_n, noise));
     } else {
       means.add(MeanAccelerometerFactor(pose, key::acc_bias, b.mean, b.C, g_n, noise),
-                [&] { return part.columns(Channel::kAcc)->mean(b.first, b.count); });
+                [&part, &b] { return part.columns(Channel::kAcc)->mean(b.first, b.count); });
     }
   }
 }
@@ -131,7 +140,7 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
     const Key bias =
         key::mag_bias_of(sensor, part.spec.earlier_bias ? part.spec.earlier_bias(part.id(i)) : 0);
     const Noise<3> noise = block_noise(part.spec.noise.mag, rate, b.count);
-    const auto gain = [&] { return part.columns(Channel::kMag)->mean(b.first, b.count); };
+    const auto gain = [&part, &b] { return part.columns(Channel::kMag)->mean(b.first, b.count); };
     if (delayed) {
       lagging.add(DelayedMagnetometerFactor(pose, D, bias, dip, key::mag_time_offset_of(sensor),
                                             b.mean, b.C, b.C_rate, offset, noise),
@@ -159,7 +168,7 @@ void add_gyroscope(FactorGraph& graph, const Part& part) {
     } else {
       const PreintegratedGyroscope& gyr = motion.turns[std::size_t(i)];
       integrated.add(PreintegratedGyroscopeFactor(pose, next, key::gyr_bias, gyr, density),
-                     [&] { return gyr.effect_jacobian(); });
+                     [&gyr] { return gyr.effect_jacobian(); });
     }
   }
 }
@@ -172,7 +181,7 @@ void add_imu(FactorGraph& graph, const Part& part) {
   for (int i = 1; i < part.nodes(); ++i) {
     const int a = part.id(i - 1), b = part.id(i);
     const PreintegratedImu& integrated = part.gathered.motion(part.index).imu[std::size_t(i) - 1];
-    const auto gain = [&] { return integrated.effect_jacobian(); };
+    const auto gain = [&integrated] { return integrated.effect_jacobian(); };
     if (spec.gyr_matrix) {
       scaled.add(ScaledImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias, key::acc_bias,
                                  key::gyr_matrix, integrated, g_n),

@@ -265,7 +265,7 @@ Calibration Pipeline::half(const Stage& coarse, bool second) const {
   stage.fit(carry_over(half, coarse, stage), true);
   Calibration out;
   out.fit = stage.result();
-  return stage.result().converged() ? summarize(half, stage, options_) : out;
+  return stage.result().converged() ? summarize_parameters(half, stage, options_) : out;
 }
 
 ModelSpec Pipeline::first_spec(MotionModel motion) const {
@@ -378,7 +378,7 @@ Stage Pipeline::with_gyr_matrix(const Stage& stage) const {
 }
 
 bool Pipeline::shows_offset(const Stage& stage) const {
-  const Calibration c = summarize(recordings_, stage, options_);
+  const Calibration c = summarize_parameters(recordings_, stage, options_);
   for (const ActiveEffect::Parameter& p : c.effects.front().parameters) {
     if (std::abs(p.value) > kOffsetShown * std::max(p.sigma, p.sigma_model)) return true;
   }

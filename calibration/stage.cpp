@@ -88,6 +88,16 @@ bool update_effects(const std::vector<const Recording*>& recordings,
   return true;
 }
 
+// Residuals by sensor. solver: new, or one that has served a graph of the same form.
+SensorSums sums_at(const FactorGraph& graph, const Values& values, LinearSolver& solver) {
+  LinearSystem system(graph, values);
+  system.linearize(values);
+  const VectorXd scale = column_scale(system);
+  double damping = 0.0;
+  while (!solver.factorize(system, scale, damping)) damping = std::max(1e-12, 10.0 * damping);
+  return residual_sums(system, SensorRows(graph, system), solver, scale);
+}
+
 }  // namespace
 
 Stage::Stage(const std::vector<const Recording*>& recordings, const ModelSpec& spec, int every,
@@ -138,8 +148,9 @@ void Stage::fit_noise(const Values& start, const NoiseKnowledge& known) {
   // Residuals away from the optimum are no measure of the noise.
   const bool reach = spec_.motion == MotionModel::kHandHeld;
   if (known.gyr_known && known.acc_known && known.mag_known && !reach) return;
+  const auto solver = make_linear_solver(optimizer_.backend);
   for (int round = 0; round < kNoiseRounds && result_.converged(); ++round) {
-    const SensorSums now = sums();
+    const SensorSums now = sums_at(graph_, result_.values, *solver);
     const NoiseDensities old = spec_.noise;
     spec_.noise = restricted_ml(old, now);
     if (known.gyr_known) spec_.noise.gyr = old.gyr;
@@ -167,13 +178,7 @@ void Stage::fit_without(const Values& start, const std::function<bool(int)>& lea
 }
 
 SensorSums Stage::sums() const {
-  LinearSystem system(graph_, result_.values);
-  system.linearize(result_.values);
-  const VectorXd scale = column_scale(system);
-  const auto solver = make_linear_solver(optimizer_.backend);
-  double damping = 0.0;
-  while (!solver->factorize(system, scale, damping)) damping = std::max(1e-12, 10.0 * damping);
-  return residual_sums(system, SensorRows(graph_, system), *solver, scale);
+  return sums_at(graph_, result_.values, *make_linear_solver(optimizer_.backend));
 }
 
 std::vector<double> Stage::mag_squares() const {

@@ -68,7 +68,8 @@ bool StreamingCalibration::State::fit_from_blind_start(const Recording& recordin
   ModelSpec spec = stage->spec();
   spec.mag_time_offset = true;
   const Stage delayed = pipeline.refit(*stage, spec);
-  if (delayed.result().converged() && shows_offset(summarize(recordings, delayed, batch_))) {
+  if (delayed.result().converged() &&
+      shows_offset(summarize_parameters(recordings, delayed, batch_))) {
     stage = delayed;
   }
   stage = pipeline.with_fixed_symmetries(*stage);

@@ -195,7 +195,7 @@ Calibration StreamingCalibration::State::finish() {
     }
   }
   judge(c);
-  judge_axes(c, recordings, batch_);
+  judge_axes(c, check_mounting(recordings), batch_);
   return c;
 }
 

@@ -81,15 +81,8 @@ void fill_residuals(Calibration& c, const SensorSums& sums) {
   }
 }
 
-}  // namespace
-
-Calibration summarize(const std::vector<const Recording*>& recordings, const Stage& stage,
-                      const CalibrationOptions& options) {
-  return summarize(recordings, Optimum(stage), options);
-}
-
-Calibration summarize(const std::vector<const Recording*>& recordings, const Optimum& at,
-                      const CalibrationOptions& options) {
+Calibration with_uncertainty(const std::vector<const Recording*>& recordings, const Optimum& at,
+                             const Marginals& marginals, const CalibrationOptions& options) {
   const Stage& stage = at.stage;
   Calibration c;
   c.fit = stage.result();
@@ -102,10 +95,29 @@ Calibration summarize(const std::vector<const Recording*>& recordings, const Opt
   c.noise_given = options.noise.has_value();
   c.gravity = options.gravity;
   fill_parameters(c, recordings, stage);
-  const Marginals marginals(at.system, c.fit.values, options.optimizer.backend);
-  fill_residuals(c, residual_sums(at.system, at.rows, marginals.solver(), marginals.scale()));
   fill_uncertainty(c, at, marginals, options.block_s);
   return c;
+}
+
+}  // namespace
+
+Calibration summarize(const std::vector<const Recording*>& recordings, const Stage& stage,
+                      const CalibrationOptions& options) {
+  return summarize(recordings, Optimum(stage), options);
+}
+
+Calibration summarize(const std::vector<const Recording*>& recordings, const Optimum& at,
+                      const CalibrationOptions& options) {
+  const Marginals marginals(at.system, at.stage.result().values, options.optimizer.backend);
+  Calibration c = with_uncertainty(recordings, at, marginals, options);
+  fill_residuals(c, residual_sums(at.system, at.rows, marginals.solver(), marginals.scale()));
+  return c;
+}
+
+Calibration summarize_parameters(const std::vector<const Recording*>& recordings, const Optimum& at,
+                                 const CalibrationOptions& options) {
+  const Marginals marginals(at.system, at.stage.result().values, options.optimizer.backend);
+  return with_uncertainty(recordings, at, marginals, options);
 }
 
 }  // namespace magimu

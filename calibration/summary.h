@@ -12,5 +12,8 @@ Calibration summarize(const std::vector<const Recording*>& recordings, const Sta
                       const CalibrationOptions& options);
 Calibration summarize(const std::vector<const Recording*>& recordings, const Optimum& at,
                       const CalibrationOptions& options);
+// The parameters and their uncertainty only: nothing of the residuals.
+Calibration summarize_parameters(const std::vector<const Recording*>& recordings, const Optimum& at,
+                                 const CalibrationOptions& options);
 
 }  // namespace magimu

@@ -32,10 +32,19 @@ class ExtendedBatch final : public FactorBatch {
     gains_.reserve(n * std::size_t(F::kDim) * extra_.size());
   }
   void add(const F& factor, const Eigen::Ref<const Gain>& G) {
+    add(factor);
+    gain(size() - 1) = G;
+  }
+  // G = 0 until it is written to gain().
+  void add(const F& factor) {
     factors_.push_back(factor);
     keys_.insert(keys_.end(), factor.keys().begin(), factor.keys().end());
     keys_.insert(keys_.end(), extra_.begin(), extra_.end());
-    gains_.insert(gains_.end(), G.data(), G.data() + G.size());
+    gains_.resize(gains_.size() + std::size_t(F::kDim) * extra_.size(), 0.0);
+  }
+  Eigen::Map<Gain> gain(int i) {
+    const auto n = Eigen::Index(extra_.size());
+    return {gains_.data() + std::ptrdiff_t(i) * F::kDim * n, F::kDim, n};
   }
 
   int size() const override { return int(factors_.size()); }

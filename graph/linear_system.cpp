@@ -4,6 +4,8 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+
 namespace magimu {
 namespace {
 
@@ -65,11 +67,16 @@ LinearSystem::LinearSystem(const FactorGraph& graph, const Values& values) : col
     const auto types = batch->types();
     const ResolvedKeys& keys = parts_.back().keys;
     for (int i = 0; i < batch->size(); ++i) {
-      for (int row = 0; row < batch->rows(); ++row) {
-        for (std::size_t j = 0; j < types.size(); ++j) {
-          const int first = keys.tangent[std::size_t(i) * types.size() + j];
-          for (int c = 0; c < types[j].tangent(); ++c) column_.push_back(first + c);
-        }
+      for (std::size_t j = 0; j < types.size(); ++j) {
+        const int first = keys.tangent[std::size_t(i) * types.size() + j];
+        for (int c = 0; c < types[j].tangent(); ++c) column_.push_back(first + c);
+      }
+      row_start_.push_back(int(column_.size()));
+      for (int row = 1; row < batch->rows(); ++row) {  // the same columns
+        const std::size_t end = column_.size(), n = std::size_t(batch->columns());
+        column_.resize(end + n);
+        std::copy_n(column_.begin() + std::ptrdiff_t(end - n), n,
+                    column_.begin() + std::ptrdiff_t(end));
         row_start_.push_back(int(column_.size()));
       }
     }

@@ -46,11 +46,17 @@ class ChainSolver final : public LinearSolver {
         Eigen::Matrix<double, Eigen::Dynamic, N, N == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
     const Eigen::Index count = std::min<Eigen::Index>(N, B.cols() - first);
     RowsOfN x = RowsOfN::Zero(B.rows(), N);
+    bool on_chain = false;  // not where the globals' covariance is asked for
     for (Eigen::Index c = 0; c < B.rows(); ++c) {
-      for (Eigen::Index k = 0; k < count; ++k)
-        x(structure().position[std::size_t(c)], k) = B(c, first + k);
+      const int position = structure().position[std::size_t(c)];
+      for (Eigen::Index k = 0; k < count; ++k) {
+        x(position, k) = B(c, first + k);
+        on_chain |= position < structure().chain && x(position, k) != 0.0;
+      }
     }
-    for (const Level& level : structure().levels) forward(level, x);
+    if (on_chain) {
+      for (const Level& level : structure().levels) forward(level, x);
+    }
     const int g = structure().globals;
     Level center;
     center.first = structure().chain;

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "solvers/lists.h"
 #include "solvers/ordering.h"
 
 namespace magimu::chain {
@@ -15,6 +16,20 @@ namespace {
 constexpr int kMaxWidth = 40, kMaxGlobals = 512;
 constexpr int kMinBranch = 32;     // levels; shorter chains are eliminated in one go
 constexpr int kRunFactors = 1024;  // factors whose globals' products are one task
+
+// Which lists each number is in, in their order.
+Lists inverted(const Lists& lists, int numbers) {
+  Lists out;
+  std::vector<int> next(std::size_t(numbers) + 1, 0);
+  for (const int n : lists.entries) ++next[std::size_t(n) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  out.begin = next;
+  out.entries.resize(lists.entries.size());
+  for (int i = 0; i < lists.size(); ++i) {
+    for (const int n : lists[i]) out.entries[std::size_t(next[std::size_t(n)]++)] = i;
+  }
+  return out;
+}
 
 class Analysis {
  public:
@@ -46,8 +61,6 @@ class Analysis {
   }
 
  private:
-  using Levels = std::vector<std::vector<int>>;
-
   int begin(int variable) const { return system_.variable_start()[std::size_t(variable)]; }
   int width(int variable) const { return begin(variable + 1) - begin(variable); }
   int column_at(int entry) const { return system_.column().data()[entry]; }
@@ -61,51 +74,52 @@ class Analysis {
 
   // Both lists of the bipartite graph of variables that are not global and factors.
   void join_variables(const std::vector<int>& is_global) {
-    variables_in_.clear();
-    factors_on_.assign(std::size_t(variables_), {});
+    variables_in_ = {};
     for_each_factor([&](const LinearSystem::RowBlocks& b, int entry) {
-      const int factor = int(variables_in_.size());
-      std::vector<int>& list = variables_in_.emplace_back();
       for (int c = 0; c < b.columns;) {
         const int v = variable_of(entry + c);
-        if (is_global[std::size_t(begin(v))] == 0) {
-          list.push_back(v);
-          factors_on_[std::size_t(v)].push_back(factor);
-        }
+        if (is_global[std::size_t(begin(v))] == 0) variables_in_.entries.push_back(v);
         c += width(v);
       }
+      variables_in_.close();
     });
+    factors_on_ = inverted(variables_in_, variables_);
     seen_variable_.assign(std::size_t(variables_), 0);
-    seen_factor_.assign(variables_in_.size(), 0);
+    seen_factor_.assign(std::size_t(variables_in_.size()), 0);
     pass_ = 0;
   }
 
   // Breadth-first levels; all variables of a factor lie in one level or in two successive ones.
-  Levels levels_from(const std::vector<int>& start) {
+  Lists levels_from(std::span<const int> start) {
     ++pass_;
+    Lists levels;
     for (const int v : start) seen_variable_[std::size_t(v)] = pass_;
-    Levels levels{start};
-    for (std::vector<int> next;; next.clear()) {
-      for (const int v : levels.back()) {
-        for (const int f : factors_on_[std::size_t(v)]) {
+    levels.entries.assign(start.begin(), start.end());
+    for (std::size_t next = 0; next < levels.entries.size();) {
+      std::sort(levels.entries.begin() + std::ptrdiff_t(next), levels.entries.end());
+      levels.close();
+      for (const auto end = levels.entries.size(); next < end; ++next) {
+        for (const int f : factors_on_[levels.entries[next]]) {
           if (std::exchange(seen_factor_[std::size_t(f)], pass_) == pass_) continue;
-          for (const int w : variables_in_[std::size_t(f)]) {
-            if (std::exchange(seen_variable_[std::size_t(w)], pass_) != pass_) next.push_back(w);
+          for (const int w : variables_in_[f]) {
+            if (std::exchange(seen_variable_[std::size_t(w)], pass_) == pass_) continue;
+            levels.entries.push_back(w);
           }
         }
       }
-      if (next.empty()) return levels;
-      std::sort(next.begin(), next.end());
-      levels.push_back(next);
     }
+    return levels;
   }
-  int level_width(const std::vector<int>& level) const {
+  int level_width(std::span<const int> level) const {
     return std::accumulate(level.begin(), level.end(), 0,
                            [this](int sum, int v) { return sum + width(v); });
   }
-  double work(const Levels& levels) const {
+  double work(const Lists& levels) const {
     double sum = 0.0;
-    for (const auto& level : levels) sum += std::pow(double(level_width(level)), 3.0);
+    for (int l = 0; l < levels.size(); ++l) {
+      const double columns = level_width(levels[l]);
+      sum += columns * columns * columns;
+    }
     return sum;
   }
 
@@ -115,19 +129,24 @@ class Analysis {
       if (done[std::size_t(v)] != 0 || is_global[std::size_t(begin(v))] != 0) continue;
       // From an end; then back from the whole far end: where several variables make up a node, one
       // alone would be a level before the others of its node.
-      const Levels there = levels_from({levels_from({v}).back().front()});
-      const Levels back = levels_from(there.back());
-      const Levels& levels = work(back) <= work(there) ? back : there;
+      const Lists from_here = levels_from({&v, 1});
+      const Lists there = levels_from(from_here.back().first(1));
+      const Lists back = levels_from(there.back());
+      const Lists& levels = work(back) <= work(there) ? back : there;
       int columns = 0;
-      for (const auto& level : levels) {
-        if (level_width(level) > kMaxWidth) return false;
-        columns += level_width(level);
-        for (const int w : level) done[std::size_t(w)] = 1;
+      for (int l = 0; l < levels.size(); ++l) {
+        const int level = level_width(levels[l]);
+        if (level > kMaxWidth) return false;
+        columns += level;
+        for (const int w : levels[l]) done[std::size_t(w)] = 1;
       }
       out.min_pivot = std::max(out.min_pivot, 3e-17 * columns);
       add_component(levels, out);
     }
-    for (Range& trunk : trunks_) trunk = append(trunk_levels_[std::size_t(trunk.begin)], -1, out);
+    for (Range& trunk : trunks_) {
+      const Lists& levels = trunk_levels_[std::size_t(trunk.begin)];
+      trunk = append(levels, 0, levels.size(), -1, out);
+    }
     for (std::size_t i = 0; i < out.branches.size(); ++i) {
       Range& branch = out.branches[i];
       branch.root = trunks_[std::size_t(branch.root)].begin;
@@ -143,25 +162,29 @@ class Analysis {
   }
 
   // Long chains are eliminated from both ends to the middle, which is the trunk.
-  void add_component(const Levels& levels, Structure& out) {
+  void add_component(const Lists& levels, Structure& out) {
     const auto trunk = int(trunks_.size());
     trunks_.push_back({trunk, 0, -1});
     if (levels.size() < 2 * kMinBranch) {
       trunk_levels_.push_back(levels);
       return;
     }
-    const auto middle = std::ptrdiff_t(levels.size() / 2);
-    out.branches.push_back(append({levels.begin(), levels.begin() + middle}, trunk, out));
-    out.branches.push_back(append({levels.rbegin(), levels.rend() - middle - 1}, trunk, out));
-    trunk_levels_.push_back({levels[std::size_t(middle)]});
+    const int middle = levels.size() / 2;
+    out.branches.push_back(append(levels, 0, middle, trunk, out));
+    out.branches.push_back(append(levels, levels.size() - 1, middle, trunk, out));
+    Lists& trunk_levels = trunk_levels_.emplace_back();
+    trunk_levels.entries.assign(levels[middle].begin(), levels[middle].end());
+    trunk_levels.close();
   }
 
-  Range append(const Levels& levels, int root, Structure& out) {
-    const Range range{int(out.levels.size()), int(out.levels.size() + levels.size()), root};
-    for (const auto& variables : levels) {
+  // Levels from begin_level on, upwards or downwards, up to end_level, which is not one of them.
+  Range append(const Lists& levels, int begin_level, int end_level, int root, Structure& out) {
+    const int count = std::abs(end_level - begin_level), step = begin_level < end_level ? 1 : -1;
+    const Range range{int(out.levels.size()), int(out.levels.size()) + count, root};
+    for (int l = begin_level; l != end_level; l += step) {
       Level level;
       level.first = next_position_;
-      for (const int v : variables) {
+      for (const int v : levels[l]) {
         for (int c = begin(v); c < begin(v + 1); ++c) {
           out.position[std::size_t(c)] = next_position_++;
           level_of_.resize(std::size_t(next_position_), int(out.levels.size()));
@@ -180,7 +203,8 @@ class Analysis {
 
   // A factor is added with the first of its levels to be eliminated.
   void assign_factors(Structure& out) {
-    std::vector<std::vector<ChainFactor>> of_level(out.levels.size());
+    std::vector<ChainFactor> found;
+    Lists level_of;  // of each of them
     std::map<std::vector<int>, int> shapes;
     std::vector<int> signature, last_signature;
     int last_shape = -1;
@@ -191,27 +215,30 @@ class Analysis {
         if (p < out.chain) own = std::min(own, level_of_[std::size_t(p)]);
       }
       if (own == int(out.levels.size())) return;
-      signature = places(b, entry, out.levels[std::size_t(own)], out);
+      find_places(b, entry, out.levels[std::size_t(own)], out, signature);
       if (signature != last_signature) {
         const auto [it, added] = shapes.try_emplace(signature, int(out.shapes.size()));
         if (added) out.shapes.push_back(shape(b, signature));
         last_shape = it->second;
         last_signature = signature;
       }
-      of_level[std::size_t(own)].push_back({entry, last_shape});
+      found.push_back({entry, last_shape});
+      level_of.entries.push_back(own);
+      level_of.close();
     });
-    for (std::size_t l = 0; l < of_level.size(); ++l) {
-      out.levels[l].factor_begin = int(out.factors.size());
-      out.factors.insert(out.factors.end(), of_level[l].begin(), of_level[l].end());
-      out.levels[l].factor_end = int(out.factors.size());
+    const Lists factors_of = inverted(level_of, int(out.levels.size()));
+    for (const int f : factors_of.entries) out.factors.push_back(found[std::size_t(f)]);
+    for (std::size_t l = 0; l < out.levels.size(); ++l) {
+      out.levels[l].factor_begin = factors_of.begin[l];
+      out.levels[l].factor_end = factors_of.begin[l + 1];
     }
   }
 
   // For each column of a factor: its place in [own level | parent | globals], and last the numbers
   // of rows and of columns of the own level.
-  std::vector<int> places(const LinearSystem::RowBlocks& b, int entry, const Level& level,
-                          const Structure& out) const {
-    std::vector<int> place(std::size_t(b.columns) + 2);
+  void find_places(const LinearSystem::RowBlocks& b, int entry, const Level& level,
+                   const Structure& out, std::vector<int>& place) const {
+    place.resize(std::size_t(b.columns) + 2);
     for (int c = 0; c < b.columns; ++c) {
       const int p = out.position[std::size_t(column_at(entry + c))];
       int& q = place[std::size_t(c)];
@@ -225,7 +252,6 @@ class Analysis {
     }
     place[std::size_t(b.columns)] = b.rows;
     place[std::size_t(b.columns) + 1] = level.width;
-    return place;
   }
 
   static Shape shape(const LinearSystem::RowBlocks& b, const std::vector<int>& place) {
@@ -288,11 +314,11 @@ class Analysis {
   const LinearSystem& system_;
   int variables_ = 0;
   std::vector<int> variable_of_;
-  std::vector<std::vector<int>> variables_in_, factors_on_;
+  Lists variables_in_, factors_on_;  // of each factor, not global; of each variable
   std::vector<int> seen_variable_, seen_factor_;
   int pass_ = 0;
   std::vector<Range> trunks_;
-  std::vector<Levels> trunk_levels_;
+  std::vector<Lists> trunk_levels_;
   int next_position_ = 0;
   std::vector<int> level_of_;  // of each position
 };

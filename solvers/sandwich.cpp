@@ -64,6 +64,7 @@ BlockSums sums_of(const LinearSystem& system, const MatrixXd& whitened_H,
       for (int e = system.row_start()[std::size_t(i)]; e < system.row_start()[std::size_t(i) + 1];
            ++e) {
         const double x = system.value()[std::size_t(e)];
+        if (x == 0.0) continue;  // many are
         const double* const h = H.data() + std::ptrdiff_t(system.column()[std::size_t(e)]) * p;
         for (int k = 0; k < p; ++k) influence[k] += x * h[k];
       }

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <utility>
 
+#include "solvers/lists.h"
+
 namespace magimu::lanes {
 namespace {
 
@@ -14,15 +16,6 @@ constexpr int kMinWindowNodes = 12;
 constexpr int kWideNodes = 6000;  // the same of a group where the border is wide
 constexpr int kManyTimes = 4;     // globals have so many times the factors of most variables
 constexpr int kMaxGlobals = 512;  // columns
-
-// Lists of numbers side by side.
-struct Lists {
-  std::vector<int> begin, entries;
-  std::span<const int> operator[](int i) const {
-    return {entries.data() + begin[std::size_t(i)],
-            std::size_t(begin[std::size_t(i) + 1] - begin[std::size_t(i)])};
-  }
-};
 
 class Search {
  public:
@@ -110,8 +103,8 @@ class Search {
   Lists levels_from(std::span<const int> start) {
     Lists out;
     ++pass_;
-    out.begin = {0, int(start.size())};
     out.entries.assign(start.begin(), start.end());
+    out.close();
     for (const int s : start) seen_[std::size_t(s)] = pass_;
     for (std::size_t next = 0; next < out.entries.size();) {
       for (const auto end = std::size_t(out.begin.back()); next < end; ++next) {
@@ -122,7 +115,7 @@ class Search {
       }
       if (int(out.entries.size()) == out.begin.back()) break;
       std::sort(out.entries.begin() + out.begin.back(), out.entries.end());
-      out.begin.push_back(int(out.entries.size()));
+      out.close();
     }
     return out;
   }
@@ -172,7 +165,7 @@ class Search {
       while (linked[std::size_t(end) - 1] != 0) ++end;
       Lists chain;
       chain.entries.assign(all.entries.begin() + first * each, all.entries.begin() + end * each);
-      for (int i = 0; i <= end - first; ++i) chain.begin.push_back(i * each);
+      for (int i = 1; i <= end - first; ++i) chain.begin.push_back(i * each);
       if (!append(chain, out)) return false;
       first = end;
     }
@@ -198,7 +191,7 @@ class Search {
       const Lists far = levels_from(end);
       // Back from all of the far end: where several variables make up a node, one alone would be a
       // level before the others.
-      const Lists levels = levels_from(far[int(far.begin.size()) - 2]);
+      const Lists levels = levels_from(far.back());
       for (const int v : levels.entries) done[std::size_t(v)] = 1;
       if (!append(levels, out)) return false;
     }
@@ -207,7 +200,7 @@ class Search {
 
   // Nodes of one chain, if they are like those that are there.
   bool append(const Lists& levels, Layout& out) {
-    const int count = int(levels.begin.size()) - 1;
+    const int count = levels.size();
     if (count < 2) return false;
     if (out.node.empty()) {
       for (const int s : levels[0]) {

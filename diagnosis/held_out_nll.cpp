@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "calibration/extension.h"
 #include "calibration/sensor_rows.h"
 #include "calibration/windows.h"
 #include "factors/prior_factor.h"
@@ -42,6 +43,33 @@ std::vector<double> log_noise(const Stage& stage, const LinearSystem& system,
   return out;
 }
 
+// Positions among the globals of what describes a random process.
+std::vector<Eigen::Index> process_of(const Stage& stage, const CondensedChain& chain) {
+  std::vector<Eigen::Index> out;
+  const auto& effects = stage.spec().effects;
+  const std::vector<std::vector<Key>> keys = effect_keys(effects);
+  for (std::size_t e = 0; e < effects.size(); ++e) {
+    if (!effects[e]->description().random_process) continue;
+    for (const Key key : keys[e]) out.push_back(chain.position(stage.result().values, key));
+  }
+  return out;
+}
+
+double log_det_of(const Eigen::LDLT<MatrixXd>& ldlt) {
+  return ldlt.vectorD().array().max(1e-300).log().sum();
+}
+
+// What a window's negative log-likelihood changes by where a process is integrated out instead of
+// being held at `step`, which the other windows' information K lets expect.
+double integrated(const CondensedWindow& own, const MatrixXd& K, const VectorXd& step,
+                  const std::vector<Eigen::Index>& process) {
+  if (process.empty()) return 0.0;
+  const VectorXd g = VectorXd(own.score - own.information * step)(process);
+  const MatrixXd before = K(process, process);
+  const Eigen::LDLT<MatrixXd> with(before + own.information(process, process)), without(before);
+  return 0.5 * (log_det_of(with) - log_det_of(without) - g.dot(with.solve(g)));
+}
+
 }  // namespace
 
 double sum_of(const std::vector<double>& values) {
@@ -59,6 +87,7 @@ std::vector<double> held_out_nll(const Stage& stage, double seconds) {
   const CondensedChain chain = condense(system, values, node_of, window_of);
   std::vector<double> out = log_noise(stage, system, window_of, chain.windows.size());
   const CondensedWindow all = chain.sum();
+  const std::vector<Eigen::Index> process = process_of(stage, chain);
   for (std::size_t w = 0; w < out.size(); ++w) {
     const CondensedWindow& own = chain.windows[w];
     MatrixXd K = all.information - own.information;
@@ -68,7 +97,7 @@ std::vector<double> held_out_nll(const Stage& stage, double seconds) {
     const VectorXd step = K.ldlt().solve(s);
     const double squares =
         own.squares - 2.0 * own.score.dot(step) + step.dot(own.information * step);
-    out[w] += 0.5 * (squares + own.log_det);
+    out[w] += 0.5 * (squares + own.log_det) + integrated(own, K, step, process);
   }
   return out;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How well a model predicts data which its parameters have not seen: negative log-likelihood of
 // each window of some seconds, -log p(y_W | parameters fitted without W), the trajectory inside of
-// W integrated out (Laplace). The parameters without W come from the condensed windows: one step
-// from the joint optimum.
+// W integrated out (Laplace), and so is a random process: what it does in W no other window tells.
+// The parameters without W come from the condensed windows: one step from the joint optimum.
 #pragma once
 
 #include <vector>

@@ -174,21 +174,29 @@ void level(const NoiseSeries& s, std::vector<double>& squared) {
   }
 }
 
-// Places where something sticks out. A step in the reading, about which many samples do, is none.
-int events(const NoiseSeries& s, const Cleaned& c) {
-  constexpr int kOfStep = 5;
-  int count = 0, together = kOfStep;
+// Places where something sticks out: a few samples, or many together as about a step in the reading
+// or in a blow.
+struct Events {
+  int few = 0, many = 0;
+};
+
+Events events(const NoiseSeries& s, const Cleaned& c) {
+  constexpr int kMany = 5;
+  Events out;
+  int together = 0;
   std::size_t next = 0;
+  const auto close = [&] {
+    if (together > 0) ++(together < kMany ? out.few : out.many);
+    together = 0;
+  };
   for (std::size_t k = 0; k < s.size(); ++k) {
     if (!s.used[k] || c.own[k].cwiseQuotient(c.scale).squaredNorm() < kSticksOut) continue;
-    if (k >= next) {
-      count += together < kOfStep ? 1 : 0;
-      together = 0;
-    }
+    if (k >= next) close();
     ++together;
     next = k + 2 * kHighPassReach;
   }
-  return count + (together < kOfStep ? 1 : 0);
+  close();
+  return out;
 }
 
 // Variance by mean of their number in half a second: 1 where they come at random, more where they
@@ -249,8 +257,10 @@ NoiseTest test_outliers(const NoiseSeries& s, const Cleaned& c, OutlierShares* s
     test.nll_after -= log_likelihood(half[i], two_scales(half[1 - i])) / factor;
   }
   if (two.eps <= 0.0) return test;
-  if (test.p_value < 0.05 && events(s, c) < kLeastEvents) {
+  const Events places = events(s, c);
+  if (test.p_value < 0.05 && places.few < kLeastEvents) {
     test.p_value = 1.0;
+    test.in_bursts = places.many >= kLeastEvents;
     test.untested = "too few samples stick out to tell how often they do";
   }
   if (test.p_value < 0.05 && two.eps > kMostOutliers) {

@@ -174,7 +174,7 @@ INSTANTIATE_TEST_SUITE_P(Oracle, UnexplainedEffect,
                                          HiddenAs{"acc_hysteresis", 100.0, 100319},
                                          HiddenAs{"sample_repetition", 12.0, 100045},
                                          HiddenAs{"sample_repetition", 60.0, 100223},
-                                         HiddenAs{"acc_tapping", 100.0, 100248}),
+                                         HiddenAs{"acc_tapping", 300.0, 100248}),
                          [](const auto& test) {
                            return as_name(test.param.effect) + "_" +
                                   std::to_string(int(test.param.size));

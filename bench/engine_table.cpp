@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "recording/median.h"
+
 namespace magimu {
 namespace {
 
@@ -16,17 +18,11 @@ constexpr const char* kHeader =
     "MB | textbook / this, an iteration | Ceres / this, in all |\n"
     "|---|---|---|---|---|---|---|---|---|---|\n";
 
-double median(std::vector<double> all) {
-  const auto middle = all.begin() + std::ptrdiff_t(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  return *middle;
-}
-
 template <class Number>
 double median(const EngineRow& row, const Number& number) {
   std::vector<double> all;
   for (const Measured& m : row.runs) all.push_back(number(m));
-  return median(std::move(all));
+  return magimu::median(std::move(all));
 }
 
 double wall_s(const Measured& m) { return m.wall_s; }
@@ -72,7 +68,7 @@ double ratio(const EngineRow& other, const EngineRow& row) {
   for (std::size_t i = 0; i < row.runs.size(); ++i) {
     all.push_back(seconds(other.runs[i]) / seconds(row.runs[i]));
   }
-  return median(std::move(all));
+  return magimu::median(std::move(all));
 }
 
 // The textbook's iteration over this one's, Ceres's whole solve over this one's.

@@ -9,6 +9,8 @@
 #include <map>
 #include <utility>
 
+#include "recording/median.h"
+
 namespace magimu {
 namespace {
 
@@ -61,13 +63,10 @@ Row sum(const std::vector<const PowerOutcome*>& outcomes) {
   return row;
 }
 
-}  // namespace
+// Not a number where there are none.
+double of_some(const std::vector<double>& x) { return x.empty() ? std::nan("") : median(x); }
 
-double median(std::vector<double> x) {
-  if (x.empty()) return std::nan("");
-  std::nth_element(x.begin(), x.begin() + std::ptrdiff_t(x.size() / 2), x.end());
-  return x[x.size() / 2];
-}
+}  // namespace
 
 void print_effects(const std::vector<PowerOutcome>& outcomes) {
   const auto rows = grouped(outcomes, Group::kEffect);
@@ -86,7 +85,7 @@ void print_effects(const std::vector<PowerOutcome>& outcomes) {
         r.naming[Naming::kRight], r.naming[Naming::kSameClass], r.naming[Naming::kNested],
         r.naming[Naming::kWrong], r.naming[Naming::kNothing], r.naming[Naming::kUnexplained],
         fmt::format("{}/{}", r.within, r.compared), r.spurious, r.share,
-        fmt::format("{}/{}", r.second_better, r.second), median(r.before), median(r.after),
+        fmt::format("{}/{}", r.second_better, r.second), of_some(r.before), of_some(r.after),
         median(r.seconds));
   }
   fmt::print(

@@ -14,9 +14,6 @@ void print_strengths(const std::vector<PowerOutcome>& outcomes);  // parameters 
 void print_others(const std::vector<PowerOutcome>& outcomes);     // pairs, none, outside
 void print_failures(const std::vector<PowerOutcome>& outcomes);   // every case that is not right
 
-// NaN of none.
-double median(std::vector<double> x);
-
 struct Requirement {
   std::string what, asked, measured;
   bool met = true;

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "bench/power_report.h"
+#include "recording/median.h"
 
 namespace magimu {
 namespace {

@@ -19,12 +19,28 @@ constexpr double kGrid = 0.5;      // s
 constexpr double kSearched = 1.5;  // windows, to each side
 constexpr double kNearby = 1.0;    // s, about the likely time
 
+struct LikelyTime {
+  double t, sigma;  // s
+};
+
+// Of times whose log-likelihoods are known, the best one and how far about it the others lie.
+LikelyTime best_of(const std::vector<double>& t, const std::vector<double>& log_likelihood) {
+  const auto best = std::ranges::max_element(log_likelihood) - log_likelihood.begin();
+  double sum = 0.0, squares = 0.0;
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    const double weight = std::exp(log_likelihood[i] - log_likelihood[std::size_t(best)]);
+    sum += weight;
+    squares += weight * std::pow(t[i] - t[std::size_t(best)], 2);
+  }
+  return {t[std::size_t(best)], std::sqrt(squares / sum)};
+}
+
 // rising: the change begins at `now`. Candidate number `candidate` is the bias in windows of kGrid
 // to both sides of it.
-double likely_time(const Scan& scan, std::size_t candidate, int windows, const Vector3& step,
-                   double now, bool rising) {
+LikelyTime likely_time(const Scan& scan, std::size_t candidate, int windows, const Vector3& step,
+                       double now, bool rising) {
   const int first = scan.first(candidate);
-  double most = 0.0, best = now;
+  std::vector<double> t = {now}, gains = {0.0};
   for (const int way : {-1, 1}) {
     MatrixXd C = MatrixXd::Zero(scan.information().rows(), 3);
     // Earlier, a beginning adds the step to what it passes, and an end takes it away.
@@ -34,12 +50,11 @@ double likely_time(const Scan& scan, std::size_t candidate, int windows, const V
       C.middleRows<3>(first + 3 * w).setIdentity();
       const double gain = added.dot(C.transpose() * scan.score()) -
                           0.5 * added.dot(C.transpose() * scan.information() * C * added);
-      if (gain <= most) continue;
-      most = gain;
-      best = now + way * passed * kGrid;
+      t.push_back(now + way * passed * kGrid);
+      gains.push_back(gain);
     }
   }
-  return best;
+  return best_of(t, gains);
 }
 
 // The times nearby that make the readings the most probable, everything else adapting.
@@ -61,9 +76,16 @@ ChangeTimes likely_times(const std::vector<const Recording*>& recordings, const 
   const Scan scan(recordings, stage, candidates);
   std::size_t next = 0;
   ChangeTimes out = now;
-  if (std::isfinite(now.t0)) out.t0 = likely_time(scan, next++, windows, step, now.t0, true);
-  if (std::isfinite(now.t1)) out.t1 = likely_time(scan, next, windows, step, now.t1, false);
-  return out.t0 < out.t1 ? out : now;
+  const auto take = [&](double& time, bool rising) {
+    if (!std::isfinite(time)) return;
+    const LikelyTime likely = likely_time(scan, next++, windows, step, time, rising);
+    time = likely.t;
+    out.sigma_s = std::max(out.sigma_s, likely.sigma);
+  };
+  take(out.t0, true);
+  take(out.t1, false);
+  if (out.t0 < out.t1) return out;
+  return {now.t0, now.t1, out.sigma_s};
 }
 
 // The time at which `residual` (of single samples, the change not subtracted) leaves zero for
@@ -132,7 +154,8 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
   VectorXd step;
   VectorSeries residual = residual_without_last(stage, step);
   ChangeTimes times = likely_times(recordings, stage, step, now);
-  if (times != now) residual = residual_without_last(refit(times), step);
+  if (times.t0 != now.t0 || times.t1 != now.t1)
+    residual = residual_without_last(refit(times), step);
   if (std::isfinite(times.t0)) times.t0 = refine_time(residual, step, times.t0, true);
   if (std::isfinite(times.t1)) times.t1 = refine_time(residual, step, times.t1, false);
   return times;

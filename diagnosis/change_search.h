@@ -22,8 +22,8 @@ struct BiasChange {
 BiasChange find_bias_change(const Scan& scan, std::size_t candidate, const Recording& recording);
 
 struct ChangeTimes {
-  double t0, t1;  // s; infinite ones stay
-  bool operator==(const ChangeTimes&) const = default;
+  double t0, t1;         // s; infinite ones stay
+  double sigma_s = 0.0;  // to half a second, of the less certain one
 };
 
 // The times of a change that is in the model as its last effect, to the sample. First, to half a

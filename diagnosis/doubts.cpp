@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "calibration/extension.h"
+#include "calibration/rests.h"
 #include "calibration/windows.h"
 
 namespace magimu {
@@ -109,6 +110,33 @@ double sharpness(const Option& option, const Stage& stage) {
   const double rms = std::sqrt(squares / count);
   const double white = std::sqrt(2.0 * variance / std::max(1.0, kBeside * residual.rate_hz()));
   return rms < kWhite * white ? INFINITY : own / rms;
+}
+
+bool rests_contradict_walk(const std::vector<const Recording*>& recordings, double density) {
+  constexpr double kPiece = 1.0;  // s
+  constexpr double kLeastOfWalk = 0.25;
+  constexpr int kFewestSteps = 3;
+  double squares = 0.0;
+  int steps = 0;
+  for (const Recording* r : recordings) {
+    for (const TimeSpan& rest : find_rests(*r)) {
+      std::optional<Vector3> before;
+      for (double t = rest.begin_s; t + kPiece <= rest.end_s; t += kPiece) {
+        const Recording piece = slice(*r, t, t + kPiece);
+        if (piece.gyr.empty()) break;
+        Vector3 mean = Vector3::Zero();
+        for (const Vector3& w : piece.gyr.v) mean += w / double(piece.gyr.size());
+        if (before) {
+          squares += (mean - *before).squaredNorm();
+          ++steps;
+        }
+        before = mean;
+      }
+    }
+  }
+  // Means over neighbouring pieces T differ by the variance 2/3 q^2 T on each axis.
+  const double expected = 3.0 * (2.0 / 3.0) * density * density * kPiece;
+  return steps >= kFewestSteps && squares < kLeastOfWalk * expected * steps;
 }
 
 }  // namespace magimu

@@ -18,4 +18,7 @@ double contradiction_of_halves(const Stage& stage, std::size_t effect);
 // jumps at all other times; infinite where those are no more than white noise.
 double sharpness(const Option& option, const Stage& stage);
 
+// A bias that wanders does so where the sensor rests, too. density: of the walk, rad/s per sqrt(s).
+bool rests_contradict_walk(const std::vector<const Recording*>& recordings, double density);
+
 }  // namespace magimu

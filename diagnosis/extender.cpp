@@ -35,6 +35,7 @@ constexpr double kCare = 1.0;           // log10 of a probability
 constexpr double kAsMuch = 0.85;        // of the gain, for a nested cause to be the one named
 constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a step
 constexpr double kSharp = 4.0;          // a change's jump over those at other times
+constexpr double kColour = 0.15;        // correlation of neighbouring nodes' residuals
 constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
 
 // Is it there in the refitted model, too, under noise as it is?
@@ -133,7 +134,8 @@ Finding Extender::describe(const Option& option, const Stage& stage, double nll,
   if (effect.name() == "hard_iron_change") {
     const double dt = 1.0 / recordings_.front()->mag.front().rate_hz();
     const double strength = theta.norm() / std::max(c.noise.mag / std::sqrt(dt), 1e-12);
-    const double sigma_t = dt * std::max(0.5, 4.0 / (strength * strength));
+    const double sigma_t =
+        std::hypot(option.sigma_t, dt * std::max(0.5, 4.0 / (strength * strength)));
     f.parameters.push_back({"t0", option.t0, sigma_t, "s"});
     f.parameters.push_back({"t1", option.t1, sigma_t, "s"});
   }
@@ -190,8 +192,12 @@ bool Extender::find_times(Option& option, Stage& stage) const {
     spec.effects.back() = make_hard_iron_change_between(times.t0, times.t1);
     return pipeline_.refit_with_same_noise(*stage_, spec, option.start);
   };
-  auto [t0, t1] = refined_times(recordings_, stage, {option.t0, option.t1}, refit);
-  if (wald_test(stage, spec.effects.size() - 1).scatter > kColoured) {
+  const ChangeTimes found = refined_times(recordings_, stage, {option.t0, option.t1}, refit);
+  auto [t0, t1, sigma_s] = found;
+  stage = refit(found);
+  // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
+  if (wald_test(stage, spec.effects.size() - 1).scatter > kColoured ||
+      stage.sums().lag1[std::size_t(Sensor::kMag)] > kColour) {
     const std::vector<TimeSpan> rests = find_rests(*recordings_.front());
     const auto put_down = [&](double t) {
       return std::any_of(rests.begin(), rests.end(), [&](const TimeSpan& r) {
@@ -213,10 +219,11 @@ bool Extender::find_times(Option& option, Stage& stage) const {
     t0 = -INFINITY;
     option.start = -step;
   }
-  stage = refit({t0, t1});
+  if (t0 != found.t0 || t1 != found.t1) stage = refit({t0, t1});
   option.effect = spec.effects.back();
   option.t0 = t0;
   option.t1 = t1;
+  option.sigma_t = sigma_s;
   return true;
 }
 
@@ -246,6 +253,10 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
   }
   if (option.effect->name() == "stationary_source") find_source(option, stage);
   if (!stage.result().converged() || !survives(option, stage, log10_level())) return std::nullopt;
+  if (option.effect->description().random_process &&
+      rests_contradict_walk(recordings_, option.extra.front().value)) {
+    return std::nullopt;
+  }
   if (!foretells(stage)) return std::nullopt;
   if (option.effect->name() == "hard_iron_change" && !is_all(stage)) return std::nullopt;
   const double nll = sum_of(held_out_nll(stage));

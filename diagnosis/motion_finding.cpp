@@ -12,6 +12,7 @@
 #include "calibration/sensor_rows.h"
 #include "diagnosis/held_out_nll.h"
 #include "diagnosis/stored_model.h"
+#include "recording/median.h"
 
 namespace magimu {
 namespace {
@@ -88,10 +89,6 @@ AtRest at_rest(const Stage& rotation, const std::vector<const Recording*>& recor
   }
   AtRest out;
   if (sizes.size() < 60 || moving.empty() || squares <= 0.0) return out;
-  const auto median = [](std::vector<double>& v) {
-    std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
-    return v[v.size() / 2];
-  };
   out.motion_over_rest = median(moving) / std::max(median(sizes), 1e-300);
   out.colour = products / squares;
   return out;

@@ -16,8 +16,9 @@ struct Option {
   VectorXd start = {};  // of its parameters; empty: zero
   double rank = 0.0;    // log10 of the plain chi-square's tail: less is better
   std::vector<FoundParameter> extra = {};  // instead of the effect's own parameters
-  // Of a change in time, s.
+  // Of a change in time, s; sigma_t of the times.
   double t0 = std::numeric_limits<double>::infinity(), t1 = std::numeric_limits<double>::infinity();
+  double sigma_t = 0.0;
 };
 
 // No motion, or none that is usual, tells the two apart.

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "calibration/sensor_rows.h"
+#include "recording/median.h"
 
 namespace magimu {
 namespace {
@@ -25,11 +26,6 @@ struct Block {
   double squares = 0.0;  // whitened
   int rows = 0;
 };
-
-double median(std::vector<double> v) {
-  std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
-  return v[v.size() / 2];
-}
 
 std::vector<Block> blocks_of(const Stage& stage) {
   const Values& values = stage.result().values;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "recording/median.h"
 #include "recording/quality_checks.h"
 
 namespace magimu {
@@ -103,7 +104,7 @@ std::vector<Issue> check_order_and_finiteness(const NamedSeries& sensor) {
 std::vector<Issue> check_intervals(const NamedSeries& sensor) {
   std::vector<double> dt = intervals(*sensor.series);
   if (dt.size() < 20) return {};
-  const double usual = median_of(dt);
+  const double usual = median(dt);
   std::vector<Issue> issues;
   std::vector<Gap> gaps;
   for (std::size_t k = 0; k < dt.size(); ++k) {
@@ -144,7 +145,7 @@ std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors) {
          "check that all sensors were logged by one clock, from begin to end"});
   }
   // No IMU delivers fewer samples than one a second: the times are in a smaller unit.
-  const double dt = median_of(intervals(*sensors.front().series));
+  const double dt = median(intervals(*sensors.front().series));
   if (dt > 1.0) {
     const char* unit = dt < 300.0 ? "ms" : dt < 3e5 ? "us" : "ns";
     issues.push_back({"time_unit", sensors.front().name, -1, Severity::kFatal, 0.0, 0.0,

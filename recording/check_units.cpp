@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "recording/median.h"
 #include "recording/quality_checks.h"
 
 namespace magimu {
@@ -30,7 +31,7 @@ Issue unit_issue(const std::string& sensor, const std::string& problem, const st
 std::vector<Issue> check_acc(const VectorSeries& acc) {
   std::vector<double> lengths;
   for (const Vector3& v : acc.v) lengths.push_back(v.norm());
-  const double usual = median_of(std::move(lengths));
+  const double usual = median(std::move(lengths));
   const auto reads = [&](const char* meaning) {
     return fmt::format("the accelerometer usually reads {:.4g}, not gravity's 9.81 m/s^2{}", usual,
                        meaning);
@@ -65,7 +66,7 @@ double radius_of(const VectorSeries& s) {
 std::vector<Issue> check_mag(const std::string& name, const VectorSeries& mag) {
   std::vector<double> lengths;
   for (const Vector3& v : mag.v) lengths.push_back(v.norm());
-  const double usual = median_of(std::move(lengths)), radius = radius_of(mag);
+  const double usual = median(std::move(lengths)), radius = radius_of(mag);
   const auto reads = [&](const std::string& meaning) {
     return fmt::format(
         "{} usually reads {:.4g}, and turning changes it by {:.3g}; in uT the "

@@ -32,13 +32,6 @@ std::string to_string(Severity severity) {
                                           : "note";
 }
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 std::string axis_name(int axis) { return {"xyz"[axis]}; }
 
 std::vector<Issue> check_recording(const Recording& recording) {

@@ -32,8 +32,6 @@ std::vector<Issue> check_clock(const NamedSeries& sensor);
 // Other units than ours, acceleration without gravity.
 std::vector<Issue> check_units(const Recording& recording);
 
-// The element in the middle; 0 of none.
-double median_of(std::vector<double> values);
 // "x", "y", "z"
 std::string axis_name(int axis);
 

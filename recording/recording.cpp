@@ -4,15 +4,10 @@
 
 #include <algorithm>
 
+#include "recording/median.h"
+
 namespace magimu {
 namespace {
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*std::max_element(values.begin(), middle) + *middle);
-}
 
 // The samples first <= k < last: those with t0 <= t < t1.
 struct Range {

@@ -7,6 +7,8 @@
 #include <limits>
 #include <vector>
 
+#include "recording/median.h"
+
 namespace magimu {
 namespace {
 
@@ -20,12 +22,6 @@ constexpr double kMedianToSigma = 1.4826;
 // Of a normal change of this size, rounded to the step.
 double chance_of_none(double step, double size) {
   return size > 0.0 ? std::erf(step / (2.0 * std::sqrt(2.0) * size)) : 1.0;
-}
-
-double middle_of(std::vector<double>& x) {
-  const auto middle = x.begin() + std::ptrdiff_t(x.size() / 2);
-  std::nth_element(x.begin(), middle, x.end());
-  return *middle;
 }
 
 }  // namespace
@@ -57,7 +53,7 @@ Repeats repeats_in(const VectorSeries& series) {
     }
     double chance = 1.0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      chance *= chance_of_none(step[int(axis)], kMedianToSigma * middle_of(changes[axis]));
+      chance *= chance_of_none(step[int(axis)], kMedianToSigma * median(std::move(changes[axis])));
     }
     if (chance > kCoarse) continue;
     out.seen += repeats;

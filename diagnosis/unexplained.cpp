@@ -175,7 +175,8 @@ void find_timing_noise(const std::vector<const Recording*>& full, const Diagnosi
         if (f.channel != to_string(samples.channel) || !is_made_by(seen, f)) return false;
         if (f.effect == "mains_interference") {
           d.unexplained.evidence.push_back(fmt::format(
-              "Its line at {:.1f} Hz is a part of this pattern.", f.parameters.back().value));
+              "The {}'s line at {:.1f} Hz is a harmonic of that pattern, not the mains.",
+              sensor(samples.channel), f.parameters.back().value));
         }
         return true;
       });
@@ -224,8 +225,7 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
     add_channel(d, to_string(s.effect->channel()));
     d.unexplained.evidence.push_back(fmt::format(
         "What is left of the {} depends {} (chi-square {:.0f} with {} degrees of freedom): no "
-        "cause "
-        "that is known here acts so.",
+        "cause that is known here acts so.",
         sensor(s.effect->channel()), s.effect->description().cause, s.statistic, s.dof));
     if (s.statistic - s.dof > most) {
       most = s.statistic - s.dof;

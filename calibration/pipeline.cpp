@@ -37,9 +37,7 @@ constexpr double kUnlimited = 1e30;
 constexpr double kAccJitter[] = {0.25, 0.5, 1.0};
 constexpr double kWorthJitter = 3.3;  // nats; about 1 % by chance
 constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
-// Of a magnetometer's samples: between some and many they are mostly the mark of a slower clock
-// that was resampled, and which of them are right is not known.
-constexpr double kFewRepeats = 0.002, kSomeRepeats = 0.25, kManyRepeats = 0.3;
+constexpr double kManyRepeats = 0.3;  // of a magnetometer's samples: it is read too fast
 constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is believed
 
 void check(const std::vector<const Recording*>& recordings) {

@@ -2,10 +2,10 @@
 #include "diagnosis/noise_by_rate.h"
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
 #include "calibration/integrated_rotation.h"
+#include "diagnosis/tails.h"
 
 namespace magimu {
 namespace {
@@ -53,9 +53,7 @@ NoiseByRate noise_by_rate(const ResidualSeries& series, const Recording& recordi
   // |r|^2 over its mean has the variance 2/3.
   out.statistic = score * score / (spread * 2.0 / 3.0);
   if (score > 0.0) {
-    const boost::math::students_t t(windows);
-    const double tail = boost::math::cdf(boost::math::complement(t, score / std::sqrt(squares)));
-    out.log10_p = std::log10(std::max(tail, 1e-300));
+    out.log10_p = log10_student_tail(score / std::sqrt(squares), windows);
   }
   std::vector<std::size_t> order(n);
   for (std::size_t k = 0; k < n; ++k) order[k] = k;

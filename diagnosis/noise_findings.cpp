@@ -7,6 +7,7 @@
 #include "diagnosis/high_pass.h"
 #include "diagnosis/noise_tests.h"
 #include "diagnosis/sample_residuals.h"
+#include "diagnosis/unexplained.h"
 #include "factors/effects/catalogue.h"
 
 namespace magimu {
@@ -62,14 +63,6 @@ bool shows_blows(const SampleResiduals& acc, const std::vector<NoiseTest>& all) 
   });
 }
 
-void report_blows(Diagnosis& d) {
-  d.unexplained.detected = true;
-  d.unexplained.channels.push_back(to_string(Channel::kAcc));
-  d.unexplained.evidence.push_back(
-      "What sticks out of the accelerometer comes several samples at a time, as blows to the "
-      "sensor make it: tapped, knocked, or put down?");
-}
-
 // The model with the alternating field in it, where that predicts better.
 void extend_by_mains(const Pipeline& pipeline, Extender& extender, Finding& finding) {
   if (finding.effect != "mains_interference" || finding.parameters.size() < 7) return;
@@ -113,7 +106,10 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
   for (const NoiseTest& t : tests) d.scan.push_back(to_entry(t, level));
   std::vector<NoiseTest> causes = explain_noise(residuals, level);
   if (shows_blows(residuals.front(), tests)) {
-    report_blows(d);
+    add_evidence(
+        d, Channel::kAcc,
+        "What sticks out of the accelerometer comes several samples at a time, as blows to "
+        "the sensor make it: tapped, knocked, or put down?");
     std::erase_if(causes, [](const NoiseTest& t) { return t.channel == Channel::kAcc; });
   }
   for (const NoiseTest& t : causes) {

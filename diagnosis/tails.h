@@ -2,6 +2,8 @@
 // Tail probabilities of the tests' null distributions.
 #pragma once
 
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
 namespace magimu {
@@ -22,6 +24,12 @@ inline double chi_square_tail(double x, int dof) {
     term *= x / (k + 2);
   }
   return sum;
+}
+
+// log10 P(T > x), T Student's with so many degrees of freedom.
+inline double log10_student_tail(double x, double dof) {
+  const boost::math::students_t t(dof);
+  return std::log10(std::max(boost::math::cdf(boost::math::complement(t, x)), 1e-300));
 }
 
 }  // namespace magimu

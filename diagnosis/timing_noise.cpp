@@ -3,10 +3,10 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
 #include "diagnosis/high_pass.h"
+#include "diagnosis/tails.h"
 
 namespace magimu {
 namespace {
@@ -68,6 +68,28 @@ Regressors regressors(const Vector3& d, const Vector3& c) {
   return X;
 }
 
+// Of some samples, the normal equations of E[e e'].
+struct Equations {
+  Eigen::Matrix<double, kUnknowns, kUnknowns> N = decltype(N)::Zero();
+  Eigen::Matrix<double, kUnknowns, 1> sum = decltype(sum)::Zero();
+};
+
+// Window by window.
+std::vector<Equations> equations(const std::vector<double>& t, const Scaled& s) {
+  std::vector<Equations> out(1);
+  double begin = t.front();
+  for (std::size_t k = 0; k < t.size(); ++k) {
+    if (t[k] - begin > kTimingWindow) {
+      begin = t[k];
+      out.emplace_back();
+    }
+    const Regressors X = regressors(s.d[k], s.c[k]);
+    out.back().N += X.transpose() * X;
+    out.back().sum += X.transpose() * square_of(s.e[k] * s.e[k].transpose());
+  }
+  return out;
+}
+
 // E[tau_k tau_k+lag], from what lies along the changes at both less what lies across.
 double covariance_at(const Scaled& s, std::size_t lag) {
   double score = 0.0, information = 0.0;
@@ -104,40 +126,29 @@ TimingNoise timing_noise(const SampleResiduals& samples) {
   for (std::size_t k = 0; k < n; ++k) series.push_back(samples.t[k], samples.residual[k]);
   const Scaled s = scale(samples, high_passed(series));
   if (s.e.empty()) return out;
-  Eigen::Matrix<double, kUnknowns, kUnknowns> N = decltype(N)::Zero();
-  Eigen::Matrix<double, kUnknowns, 1> sum = decltype(sum)::Zero();
-  for (std::size_t k = 0; k < n; ++k) {
-    const Regressors X = regressors(s.d[k], s.c[k]);
-    N += X.transpose() * X;
-    sum += X.transpose() * square_of(s.e[k] * s.e[k].transpose());
+  const std::vector<Equations> windows = equations(samples.t, s);
+  if (windows.size() < 2 * kUnknowns) return out;
+  Equations all;
+  for (const Equations& own : windows) {
+    all.N += own.N;
+    all.sum += own.sum;
   }
-  const Eigen::ColPivHouseholderQR<decltype(N)> qr(N);
+  const Eigen::ColPivHouseholderQR<decltype(all.N)> qr(all.N);
   if (qr.rank() < kUnknowns) return out;
-  const decltype(sum) theta = qr.solve(sum), weights = qr.solve(decltype(sum)::Unit(kJitter));
+  const decltype(all.sum) theta = qr.solve(all.sum),
+                          weights = qr.solve(decltype(all.sum)::Unit(kJitter));
   const double variance = theta[kJitter];
   if (!(variance > 0.0)) return out;
-  // The estimate's error is a sum over samples; windows of it scatter as they do.
-  std::vector<double> windows = {0.0};
-  double begin = samples.t.front();
-  for (std::size_t k = 0; k < n; ++k) {
-    if (samples.t[k] - begin > kTimingWindow) {
-      begin = samples.t[k];
-      windows.push_back(0.0);
-    }
-    const Regressors X = regressors(s.d[k], s.c[k]);
-    windows.back() +=
-        weights.dot(X.transpose() * (square_of(s.e[k] * s.e[k].transpose()) - X * theta));
-  }
-  if (windows.size() < 2 * kUnknowns) return out;
-  double squares = 0.0;
-  for (const double error : windows) squares += error * error;
   out.jitter_s = std::sqrt(variance) / s.rate;
   out.added = variance / 3.0;
+  // The estimate's error is a sum over windows, and scatters as they do.
+  double squares = 0.0;
+  for (const Equations& own : windows) {
+    squares += std::pow(weights.dot(own.sum - own.N * theta), 2);
+  }
   const auto dof = double(windows.size() - kUnknowns);
   const double sigma = std::sqrt(squares * double(windows.size()) / dof);
-  const boost::math::students_t t(dof);
-  const double tail = boost::math::cdf(boost::math::complement(t, variance / sigma));
-  out.log10_p = std::log10(std::max(tail, 1e-300));
+  out.log10_p = log10_student_tail(variance / sigma, dof);
   constexpr double kWorthLooking = -4.0;
   if (out.log10_p < kWorthLooking) out.period_s = period_of(s, variance, series.rate_hz());
   return out;

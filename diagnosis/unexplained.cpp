@@ -10,6 +10,7 @@
 #include "calibration/residual_series.h"
 #include "calibration/windows.h"
 #include "diagnosis/noise_by_rate.h"
+#include "diagnosis/noise_causes.h"
 #include "diagnosis/sample_residuals.h"
 #include "diagnosis/timing_noise.h"
 #include "recording/repeats.h"
@@ -21,20 +22,14 @@ constexpr double kGrown = 1.1;     // RMS in fast motion over that in slow
 constexpr double kRateCare = 1.0;  // log10 of a probability
 constexpr double kTailCare = 2.0;  // log10 of a probability: far tails under coloured noise
 constexpr double kCrumbs = 0.03;   // of what a finding in that channel explained
-// Repeated samples, of all: fewer do no harm; of a magnetometer they are mostly the mark of a
-// slower clock, of which `magimu info` tells.
-constexpr double kRepeats = 0.01, kMagRepeats = 0.002, kSlowerClock = 0.25;
+// Repeated samples of an IMU, of all: fewer do no harm.
+constexpr double kRepeats = 0.01;
 constexpr double kOwnToRepeats = 2.0;  // times their share: correlation or outliers that they make
 constexpr double kOwnToJitter = 2.0;   // times the variance that it adds
 constexpr double kSameLine = 0.1;      // of the frequency of its pattern
 // Of a finding's own misfit: more than this left in its channel, or in another one, and its name is
 // doubtful.
 constexpr double kLeftOver = 0.3, kLeftElsewhere = 3.0;
-
-const char* sensor(Channel channel) {
-  constexpr const char* kNames[] = {"accelerometer", "gyroscope", "magnetometer"};
-  return kNames[int(channel)];
-}
 
 // Dependences without a name, each by the scatter that is left with it in the model.
 std::vector<Score> scores_of(const std::vector<const Recording*>& recordings, const Stage& stage,
@@ -63,12 +58,6 @@ std::vector<Score> scores_of(const std::vector<const Recording*>& recordings, co
 // What a finding explained, from the figures it carries.
 double misfit_of(const Finding& f) {
   return 2.0 * (f.gain.heldout_nll_before - f.gain.heldout_nll_after);
-}
-
-void add_channel(Diagnosis& d, const std::string& name) {
-  auto& channels = d.unexplained.channels;
-  d.unexplained.detected = true;
-  if (std::ranges::find(channels, name) == channels.end()) channels.push_back(name);
 }
 
 // Of all findings in a channel but the hand's motion.
@@ -121,11 +110,11 @@ void grow_with_rate(const std::vector<const Recording*>& recordings,
     const NoiseByRate seen = noise_by_rate(series[s], *recordings.front());
     if (seen.log10_p > level - kRateCare || seen.fast_over_slow < kGrown) continue;
     if (seen.statistic < kCrumbs * explained_of(d, channel)) continue;
-    add_channel(d, to_string(channel));
-    d.unexplained.evidence.push_back(fmt::format(
-        "What is left of the {} is {:.2f} times as large where the sensor turns fast as where it "
-        "turns slowly (p = {:.1g}), beside what has a cause here.",
-        sensor(channel), seen.fast_over_slow, std::pow(10.0, seen.log10_p)));
+    add_evidence(
+        d, channel,
+        fmt::format("What is left of the {} is {:.2f} times as large where the sensor turns fast "
+                    "as where it turns slowly (p = {:.1g}), beside what has a cause here.",
+                    sensor_name(channel), seen.fast_over_slow, std::pow(10.0, seen.log10_p)));
   }
 }
 
@@ -165,18 +154,21 @@ void find_timing_noise(const std::vector<const Recording*>& full, const Diagnosi
       });
       const TimingNoise seen = timing_noise(samples);
       if (rounded || seen.log10_p > level) continue;
-      add_channel(d, to_string(samples.channel));
-      d.unexplained.evidence.push_back(fmt::format(
-          "What is left of the {} lies along the change of its reading more than across it (p = "
-          "{:.1g}), as if its samples' times were off by some {:.2g} ms: {}.",
-          sensor(samples.channel), std::pow(10.0, std::max(seen.log10_p, -99.0)),
-          1e3 * seen.jitter_s, why_off(seen)));
+      add_evidence(
+          d, samples.channel,
+          fmt::format(
+              "What is left of the {} lies along the change of its reading more than across it (p "
+              "= {:.1g}), as if its samples' times were off by some {:.2g} ms: {}.",
+              sensor_name(samples.channel), std::pow(10.0, std::max(seen.log10_p, -99.0)),
+              1e3 * seen.jitter_s, why_off(seen)));
       std::erase_if(d.findings, [&](const Finding& f) {
         if (f.channel != to_string(samples.channel) || !is_made_by(seen, f)) return false;
         if (f.effect == "mains_interference") {
-          d.unexplained.evidence.push_back(fmt::format(
-              "The {}'s line at {:.1f} Hz is a harmonic of that pattern, not the mains.",
-              sensor(samples.channel), f.parameters.back().value));
+          add_evidence(
+              d, samples.channel,
+              fmt::format(
+                  "The {}'s line at {:.1f} Hz is a harmonic of that pattern, not the mains.",
+                  sensor_name(samples.channel), f.parameters.back().value));
         }
         return true;
       });
@@ -186,15 +178,24 @@ void find_timing_noise(const std::vector<const Recording*>& full, const Diagnosi
 
 }  // namespace
 
+void add_evidence(Diagnosis& d, Channel channel, std::string sentence) {
+  auto& channels = d.unexplained.channels;
+  d.unexplained.detected = true;
+  if (std::ranges::find(channels, to_string(channel)) == channels.end()) {
+    channels.push_back(to_string(channel));
+  }
+  d.unexplained.evidence.push_back(std::move(sentence));
+}
+
 void find_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d) {
   const auto count = [&](Channel channel, const VectorSeries& series, double least, double most) {
     const Repeats repeats = repeats_in(series);
     if (!repeats.beyond_chance() || repeats.share < least || repeats.share > most) return;
-    add_channel(d, to_string(channel));
-    d.unexplained.evidence.push_back(fmt::format(
-        "{:.2g} % of the {}'s samples are the one before once more ({} of them): lost on their way "
-        "and filled in, or read twice? Look at the logger and the bus.",
-        100.0 * repeats.share, sensor(channel), repeats.seen));
+    add_evidence(
+        d, channel,
+        fmt::format("{:.2g} % of the {}'s samples are the one before once more ({} of them): lost "
+                    "on their way and filled in, or read twice? Look at the logger and the bus.",
+                    100.0 * repeats.share, sensor_name(channel), repeats.seen));
     std::erase_if(d.findings, [&](const Finding& f) {
       return (f.effect == "correlated_noise" || f.effect == "outliers") &&
              f.channel == to_string(channel) &&
@@ -205,7 +206,7 @@ void find_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d)
     count(Channel::kAcc, recording->acc, kRepeats, 1.0);
     count(Channel::kGyr, recording->gyr, kRepeats, 1.0);
     for (const VectorSeries& mag : recording->mag) {
-      count(Channel::kMag, mag, kMagRepeats, kSlowerClock);
+      count(Channel::kMag, mag, kFewRepeats, kSomeRepeats);
     }
   }
 }
@@ -222,11 +223,11 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
     if (s.log10_p > level - (s.scatter > kColoured ? kTailCare : 0.0)) continue;
     // Beside a large effect its own approximations show.
     if (s.statistic - s.dof < kCrumbs * explained_of(d, s.effect->channel())) continue;
-    add_channel(d, to_string(s.effect->channel()));
-    d.unexplained.evidence.push_back(fmt::format(
-        "What is left of the {} depends {} (chi-square {:.0f} with {} degrees of freedom): no "
-        "cause that is known here acts so.",
-        sensor(s.effect->channel()), s.effect->description().cause, s.statistic, s.dof));
+    add_evidence(d, s.effect->channel(),
+                 fmt::format("What is left of the {} depends {} (chi-square {:.0f} with {} degrees "
+                             "of freedom): no cause that is known here acts so.",
+                             sensor_name(s.effect->channel()), s.effect->description().cause,
+                             s.statistic, s.dof));
     if (s.statistic - s.dof > most) {
       most = s.statistic - s.dof;
       channel = s.effect->channel();

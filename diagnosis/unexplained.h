@@ -8,6 +8,9 @@
 
 namespace magimu {
 
+// Structure in a channel that has no name, in a sentence.
+void add_evidence(Diagnosis& d, Channel channel, std::string sentence);
+
 // May also withdraw findings that explain less than what is left: a wrong name is worse than none.
 // full: the recordings with all their samples.
 void find_unexplained(const std::vector<const Recording*>& recordings,

@@ -10,6 +10,10 @@
 
 namespace magimu {
 
+// Of a magnetometer's samples: fewer than few do no harm. From some on they are mostly the mark of
+// a slower clock that was resampled, and which of them are right is not known.
+inline constexpr double kFewRepeats = 0.002, kSomeRepeats = 0.25;
+
 struct Repeats {
   std::size_t seen = 0;
   double expected = 0.0;  // by quantization, of samples that change as these do

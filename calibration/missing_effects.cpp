@@ -68,11 +68,11 @@ class Search {
     // Strongly coloured noise has little dependences on everything; the robust covariance knows.
     if (!named && s.scatter > kStronglyColoured) return;
     const double excess = coloured ? s.scatter : 1.0, duration = recordings_.front()->duration_s();
-    const VectorXd z = scan.score().segment(scan.first(i), effect.size()) / excess;
+    const VectorXd z = scan.score().segment(scan.first(i), effect.size());
     VectorXd prior = kWidened * effect.prior_sigma(duration);
     double log10_p = s.log10_p, wandered = 0.0;
     if (effect.description().random_process) {
-      const RandomWalk walk = estimate_random_walk(s.information / excess, z, prior / kWidened);
+      const RandomWalk walk = estimate_random_walk(s.information, z, prior / kWidened, excess);
       log10_p = walk.log10_p;
       prior *= std::max(walk.density, 1e-12) / kWidened;
       // A bias that wanders is somewhere else at another time.
@@ -100,7 +100,7 @@ class Search {
     found.channel = effect.channel();
     found.cause = effect.description().cause;
     found.log10_p = log10_p;
-    found.shift = influence * (posterior * z);
+    found.shift = influence * (posterior * z) / excess;
     found.covariance = influence * posterior * influence.transpose();
     found.covariance.diagonal().segment<3>(3).array() += wandered;
     found_.push_back(std::move(found));

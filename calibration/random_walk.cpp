@@ -8,11 +8,12 @@
 
 namespace magimu {
 
-RandomWalk estimate_random_walk(const MatrixXd& A, const VectorXd& z, const VectorXd& unit_sigma) {
-  const MatrixXd M = unit_sigma.asDiagonal() * A * unit_sigma.asDiagonal();
+RandomWalk estimate_random_walk(const MatrixXd& A, const VectorXd& z, const VectorXd& unit_sigma,
+                                double excess) {
+  const MatrixXd M = unit_sigma.asDiagonal() * A * unit_sigma.asDiagonal() / excess;
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(M);
   const VectorXd m = eigen.eigenvalues().cwiseMax(0.0);
-  const VectorXd w = eigen.eigenvectors().transpose() * (unit_sigma.asDiagonal() * z);
+  const VectorXd w = eigen.eigenvectors().transpose() * (unit_sigma.asDiagonal() * z) / excess;
   const double tiny = 1e-12 * m.maxCoeff();
   const auto log_likelihood = [&](double q2) {
     double sum = 0.0;

@@ -4,6 +4,8 @@
 // integrated out,
 //
 //   z ~ N(0, A + q^2 A diag(unit_sigma^2) A)
+//
+// Of noise that is not white the score scatters more than A says: `excess` times as much.
 #pragma once
 
 #include "graph/rot3.h"
@@ -16,6 +18,7 @@ struct RandomWalk {
   double log10_p = 0.0;               // half a chi-square of one degree: q = 0 is at the boundary
 };
 
-RandomWalk estimate_random_walk(const MatrixXd& A, const VectorXd& z, const VectorXd& unit_sigma);
+RandomWalk estimate_random_walk(const MatrixXd& A, const VectorXd& z, const VectorXd& unit_sigma,
+                                double excess = 1.0);
 
 }  // namespace magimu

@@ -18,6 +18,7 @@ namespace {
 constexpr double kPriorOff = 1e3;    // a prior so wide that it says nothing
 constexpr double kInvisible = 1e-6;  // of the largest eigenvalue of A, parameters scaled alike
 constexpr double kEnough = 3.0;      // windows a direction
+constexpr double kFollowed = 1e-3;   // of a score's variance is left: the fit has followed it all
 
 // Variables of the stage's model and of the candidates', these at zero.
 Values with_candidates(const Values& values, std::size_t accepted, const ModelSpec& spec) {
@@ -66,39 +67,89 @@ double log10_f_tail(double x, double p, double q) {
   return std::log10(std::max(tail, 1e-300));
 }
 
-// Of whitened scores, one column a window, about their mean; 1 if the noise is white.
-double scatter_of(const MatrixXd& u) {
-  const auto n = double(u.cols());
-  const MatrixXd centred = u.colwise() - u.rowwise().mean();
-  return centred.squaredNorm() / double(u.rows()) * n / std::max(1.0, n - 1.0);
+// How the windows' scores scatter, in coordinates in which white noise gives the identity.
+struct Scatter {
+  MatrixXd S;
+  double freedom = 1.0;  // degrees of freedom of each direction of S
+
+  double mean() const { return S.rows() > 0 ? S.trace() / double(S.rows()) : 1.0; }
+};
+
+// log10 of the probability of a chi-square statistic at least so large where the noise scatters
+// like this. Its mean is off by that of S; and the more S differs from direction to direction, the
+// fewer independent ones the statistic has (Rao and Scott 1984; as an F variable: Thomas and Rao
+// 1987).
+double log10_tail(double statistic, double dof, const Scatter& scatter) {
+  const double white = log10_chi_square_tail(statistic, dof);
+  const double mean = scatter.mean(), f = scatter.freedom;
+  if (mean <= kColoured) return white;
+  // What S differs by chance alone, as that of normal variables does, is taken out.
+  const auto p = double(scatter.S.rows());
+  const double uneven = scatter.S.squaredNorm() / (p * mean * mean);
+  const double differs = std::clamp((uneven - p / f) / (1.0 + 1.0 / f), 1.0, p);
+  const double independent = dof / differs;
+  return std::max(white, log10_f_tail(statistic / (dof * mean), independent, independent * f));
 }
 
-// What a sum of windows says of some of the globals with all others eliminated, and the windows'
-// scores so.
+// Of whitened scores, one column a window, about their mean.
+Scatter scatter_of(const MatrixXd& u) {
+  const double f = std::max(1.0, double(u.cols()) - 1.0);
+  const MatrixXd centred = u.colwise() - u.rowwise().mean();
+  return {centred * centred.transpose() * double(u.cols()) / f, f};
+}
+
+// What a sum of windows says of some of the globals with all others eliminated: T' K T, where
+// T' s is a window's score so.
 struct Reduced {
-  MatrixXd information, scores;  // of the latter one column a window
+  MatrixXd information, T;
 };
 
 // q columns from those of `first` on.
-Reduced reduced_to(const CondensedChain& chain, const CondensedWindow& all, const Values& values,
-                   Key first, Eigen::Index q) {
-  const Eigen::Index g = all.score.size(), at = chain.position(values, first), base = g - q;
-  Eigen::VectorXi order(g);
-  Eigen::Index next = 0;
-  for (Eigen::Index i = 0; i < g; ++i) {
-    if (i < at || i >= at + q) order[next++] = int(i);
-  }
-  for (Eigen::Index i = 0; i < q; ++i) order[next++] = int(at + i);
-  const MatrixXd K = all.information(order, order);
-  const MatrixXd P = whitener(K.topLeftCorner(base, base));
-  const MatrixXd projection = K.bottomLeftCorner(q, base) * P * P.transpose();
+Reduced reduced_to(const CondensedChain& chain, const MatrixXd& K, const Values& values, Key first,
+                   Eigen::Index q) {
+  const Eigen::Index g = K.rows(), at = chain.position(values, first), after = g - at - q;
+  MatrixXd others = MatrixXd::Zero(g, g - q);
+  others.topLeftCorner(at, at).setIdentity();
+  others.bottomRightCorner(after, after).setIdentity();
+  const MatrixXd P = others * whitener(others.transpose() * K * others);
   Reduced out;
-  out.information = K.bottomRightCorner(q, q) - projection * K.topRightCorner(base, q);
-  out.scores.resize(q, Eigen::Index(chain.windows.size()));
-  for (std::size_t w = 0; w < chain.windows.size(); ++w) {
-    const VectorXd s = chain.windows[w].score(order);
-    out.scores.col(Eigen::Index(w)) = s.tail(q) - projection * s.head(base);
+  out.T = -P * (P.transpose() * K.middleCols(at, q));
+  out.T.middleRows(at, q).setIdentity();
+  out.information = out.T.transpose() * K * out.T;
+  return out;
+}
+
+// How the windows' scores of some parameters scatter at the optimum, and the coordinates Q of it:
+// Q' A Q = I. The fit has followed each window: a score of the information K_w has, under white
+// noise, the covariance K_w - K_w G^-1 K_w there, G that of the whole.
+struct ScatterAtOptimum {
+  Scatter scatter;
+  MatrixXd Q;
+};
+
+ScatterAtOptimum scatter_at_optimum(const CondensedChain& chain, const MatrixXd& G,
+                                    const Values& values, Key first, Eigen::Index q) {
+  const Reduced own = reduced_to(chain, chain.sum().information, values, first, q);
+  ScatterAtOptimum out;
+  out.Q = whitener(own.information);
+  const Eigen::Index p = out.Q.cols();
+  const MatrixXd M = own.T * out.Q, P = whitener(G);
+  out.scatter.S = MatrixXd::Zero(p, p);
+  double expected = 0.0, squares = 0.0;
+  for (const CondensedWindow& w : chain.windows) {
+    const VectorXd u = M.transpose() * w.score;
+    const MatrixXd KM = w.information * M, followed = P.transpose() * KM;
+    const MatrixXd covariance = M.transpose() * KM - followed.transpose() * followed;
+    out.scatter.S += u * u.transpose();
+    expected += covariance.trace();
+    squares += covariance.squaredNorm();
   }
+  if (p == 0 || !(expected > kFollowed * double(p)))
+    return {{MatrixXd::Identity(p, p), 1.0}, out.Q};
+  out.scatter.S *= double(p) / expected;
+  const double windows =
+      std::min(double(chain.windows.size()), expected * expected / squares / double(p));
+  out.scatter.freedom = std::max(1.0, windows - 1.0);
   return out;
 }
 
@@ -183,14 +234,9 @@ Score Scan::with_own_scatter(std::size_t candidate) const {
                          K.block(base + at, base + at, q, q) * out.theta;
     u.col(Eigen::Index(w)) = Q.transpose() * (own - projection * others);
   }
-  const auto windows = double(u.cols());
-  out.scatter = scatter_of(u);
-  out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
-  if (out.scatter > kColoured) {
-    // One scatter for all directions: each has its say in it.
-    const double F = out.statistic / (out.dof * out.scatter);
-    out.log10_p = std::max(out.log10_p, log10_f_tail(F, out.dof, out.dof * (windows - 1.0)));
-  }
+  const Scatter scatter = scatter_of(u);
+  out.scatter = scatter.mean();
+  out.log10_p = log10_tail(out.statistic, out.dof, scatter);
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
   return out;
 }
@@ -210,25 +256,13 @@ Score Scan::combined(const MatrixXd& C) const {
   }
   if (out.dof == 0) return out;
   out.statistic = (P.transpose() * z).squaredNorm();
-  out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
 
   const MatrixXd Q = whitener(C.transpose() * window_information_ * C);
   const MatrixXd u = Q.transpose() * (C.transpose() * window_scores_);
-  const auto windows = double(u.cols()), q = double(u.rows());
-  const VectorXd mean = u.rowwise().mean();
-  out.in_windows = (windows * mean).squaredNorm();
-  out.scatter = scatter_of(u);
-  if (out.scatter > kColoured && windows > kEnough * q) {
-    const MatrixXd centred = u.colwise() - mean;
-    const MatrixXd S = centred * centred.transpose() / (windows - 1.0);
-    const double T2 = windows * mean.dot(S.ldlt().solve(mean));
-    const double F = T2 * (windows - q) / (q * (windows - 1.0));
-    out.log10_p = std::max(out.log10_p, log10_f_tail(F, q, windows - q));
-  } else if (out.scatter > kColoured) {
-    // Too few windows for a scatter of each direction: one for all of them.
-    const double F = out.statistic / (out.dof * out.scatter);
-    out.log10_p = std::max(out.log10_p, log10_f_tail(F, q, windows - 1.0));
-  }
+  out.in_windows = u.rowwise().sum().squaredNorm();
+  const Scatter scatter = scatter_of(u);
+  out.scatter = scatter.mean();
+  out.log10_p = log10_tail(out.statistic, out.dof, scatter);
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
   return out;
 }
@@ -238,18 +272,13 @@ double log10_p_by_scatter_of(const Stage& stage, Key parameter, double statistic
   LinearSystem system(stage.graph(), values);
   system.linearize(values);
   const CondensedChain chain = condense(system, values, node_of, windows_of(stage.plans()));
-  const Reduced own =
-      reduced_to(chain, chain.sum(), values, parameter, values.slot(parameter).type.tangent());
-  const MatrixXd u = whitener(own.information).transpose() * own.scores;
-  const auto n = double(u.cols()), p = double(u.rows());
-  const double white = log10_chi_square_tail(statistic, dof);
-  if (n < 3.0 || p < 1.0) return white;
-  const double scatter = scatter_of(u);
-  if (scatter < kColoured) return white;
-  return std::max(white, log10_f_tail(statistic / (dof * scatter), dof, n - 1.0));
+  const Scatter scatter = scatter_at_optimum(chain, chain.whole().information, values, parameter,
+                                             values.slot(parameter).type.tangent())
+                              .scatter;
+  return log10_tail(statistic, dof, scatter);
 }
 
-Score wald_test(const Stage& stage, std::size_t effect) {
+Score wald_test(const Stage& stage, std::size_t effect, double least_scatter) {
   const Values& values = stage.result().values;
   LinearSystem system(stage.graph(), values);
   system.linearize(values);
@@ -261,30 +290,22 @@ Score wald_test(const Stage& stage, std::size_t effect) {
   const double seconds = window_s(out.effect->channel(), stage.spec().motion);
   const CondensedChain chain =
       condense(system, values, node_of, windows_of(stage.plans(), seconds));
-  const MatrixXd A = reduced_to(chain, chain.whole(), values, keys.front(), q).information;
-  const Reduced in_windows = reduced_to(chain, chain.sum(), values, keys.front(), q);
+  const MatrixXd G = chain.whole().information;
+  const MatrixXd A = reduced_to(chain, G, values, keys.front(), q).information;
   out.information = A;
   const MatrixXd P = whitener(A);
   out.dof = int(P.cols());
   out.sigma = (P * P.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
   out.statistic = out.theta.dot(A * out.theta);
-  out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
 
-  const MatrixXd Q = whitener(in_windows.information);
-  const MatrixXd u = Q.transpose() * in_windows.scores;
-  const auto n = double(u.cols()), p = double(u.rows());
-  const MatrixXd centred = u.colwise() - u.rowwise().mean();
-  out.scatter = p > 0.0 ? centred.squaredNorm() / p * n / std::max(1.0, n - p) : 1.0;
-  if (out.scatter > kColoured && n > kEnough * p) {
-    // In coordinates where A is the identity the robust covariance is the scatter itself.
-    const MatrixXd S = centred * centred.transpose() * n / (n - 1.0);
-    const VectorXd x = Q.colPivHouseholderQr().solve(out.theta);
-    const double T2 = x.dot(S.ldlt().solve(x));
-    out.log10_p = std::max(out.log10_p, log10_f_tail(T2 * (n - p) / (p * (n - 1.0)), p, n - p));
-    out.sigma = (Q * S * Q.transpose()).diagonal().cwiseSqrt().cwiseMax(out.sigma);
+  auto [scatter, Q] = scatter_at_optimum(chain, G, values, keys.front(), q);
+  scatter.S *= std::max(1.0, least_scatter / std::max(scatter.mean(), 1e-300));
+  out.scatter = scatter.mean();
+  out.log10_p = log10_tail(out.statistic, out.dof, scatter);
+  if (out.scatter > kColoured && scatter.freedom > kEnough * double(Q.cols())) {
+    out.sigma = (Q * scatter.S * Q.transpose()).diagonal().cwiseSqrt().cwiseMax(out.sigma);
   } else if (out.scatter > kColoured) {
-    const double F = out.statistic / (out.dof * out.scatter);
-    out.log10_p = std::max(out.log10_p, log10_f_tail(F, p, n - 1.0));
+    // Too few windows for a scatter of each direction: one for all of them.
     out.sigma *= std::sqrt(out.scatter);
   }
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));

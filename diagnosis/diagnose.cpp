@@ -81,6 +81,9 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   const bool turned = has_turned(first);
   if (turned) {
     extender.extend(first);
+    if (!options.base && options.motion == MotionModel::kAuto) {
+      find_small_motion(recordings, pipeline, extender, d);
+    }
   } else {
     extender.replace(first);
     d.notes.push_back(

@@ -9,6 +9,7 @@
 #include "calibration/extension.h"
 #include "calibration/rests.h"
 #include "calibration/windows.h"
+#include "recording/median.h"
 
 namespace magimu {
 namespace {
@@ -16,24 +17,25 @@ namespace {
 constexpr double kBeside = 4.0;  // s to each side of a step
 constexpr double kWhite = 1.5;   // times the jumps that white noise makes: no slow changes
 constexpr double kMatters = 1e-9;
-constexpr double kChance = -3.0;  // log10 of a probability: apart as often by chance
+constexpr double kChance = -3.0;       // log10 of a probability: apart as often by chance
+constexpr double kBeyondChance = 3.0;  // standard deviations
 
-// Mean of the residual along a direction over [a, b); nothing where there are too few samples.
-std::optional<double> mean_along(const VectorSeries& r, const Vector3& direction, double a,
-                                 double b) {
+// Mean over [a, b); nothing where there are too few samples.
+std::optional<Vector3> mean_over(const VectorSeries& r, double a, double b) {
   const auto first = std::lower_bound(r.t.begin(), r.t.end(), a);
   const auto last = std::lower_bound(first, r.t.end(), b);
   if (last - first < 8) return std::nullopt;
-  double sum = 0.0;
-  for (auto it = first; it != last; ++it) sum += direction.dot(r.v[std::size_t(it - r.t.begin())]);
-  return sum / double(last - first);
+  Vector3 sum = Vector3::Zero();
+  for (auto it = first; it != last; ++it) sum += r.v[std::size_t(it - r.t.begin())];
+  return Vector3(sum / double(last - first));
 }
 
+// Of the residual's means along a direction, after t less before it.
 std::optional<double> jump(const VectorSeries& r, const Vector3& direction, double t) {
-  const auto before = mean_along(r, direction, t - kBeside, t);
-  const auto after = mean_along(r, direction, t, t + kBeside);
+  const auto before = mean_over(r, t - kBeside, t);
+  const auto after = mean_over(r, t, t + kBeside);
   if (!before || !after) return std::nullopt;
-  return *after - *before;
+  return direction.dot(*after - *before);
 }
 
 }  // namespace
@@ -112,31 +114,50 @@ double sharpness(const Option& option, const Stage& stage) {
   return rms < kWhite * white ? INFINITY : own / rms;
 }
 
-bool rests_contradict_walk(const std::vector<const Recording*>& recordings, double density) {
-  constexpr double kPiece = 1.0;  // s
-  constexpr double kLeastOfWalk = 0.25;
-  constexpr int kFewestSteps = 3;
-  double squares = 0.0;
-  int steps = 0;
+double SlowNoise::excess(Channel channel, const NoiseDensities& white) const {
+  const double density = channel == Channel::kAcc ? acc : channel == Channel::kGyr ? gyr : 0.0;
+  const double assumed = channel == Channel::kAcc ? white.acc : white.gyr;
+  if (!(density > 0.0) || !(assumed > 0.0)) return 1.0;
+  const double ratio = density * density / (assumed * assumed);
+  return ratio > 1.0 + kBeyondChance * std::sqrt(2.0 / freedom) ? ratio : 1.0;
+}
+
+SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings) {
+  constexpr double kPiece = 1.0, kStep = 0.25;  // s; pieces overlap
+  constexpr double kOfMedian = 0.6;             // of the mean's degrees of freedom
+  std::vector<double> squares[2];
+  SlowNoise out;
   for (const Recording* r : recordings) {
+    const VectorSeries* const sensors[2] = {&r->acc, &r->gyr};
     for (const TimeSpan& rest : find_rests(*r)) {
-      std::optional<Vector3> before;
-      for (double t = rest.begin_s; t + kPiece <= rest.end_s; t += kPiece) {
-        const Recording piece = slice(*r, t, t + kPiece);
-        if (piece.gyr.empty()) break;
-        Vector3 mean = Vector3::Zero();
-        for (const Vector3& w : piece.gyr.v) mean += w / double(piece.gyr.size());
-        if (before) {
-          squares += (mean - *before).squaredNorm();
-          ++steps;
+      for (int s = 0; s < 2; ++s) {
+        for (double t = rest.begin_s; t + 2.0 * kPiece <= rest.end_s; t += kStep) {
+          const auto before = mean_over(*sensors[s], t, t + kPiece);
+          const auto after = mean_over(*sensors[s], t + kPiece, t + 2.0 * kPiece);
+          if (!before || !after) continue;
+          squares[s].push_back((*after - *before).squaredNorm());
         }
-        before = mean;
       }
+      out.freedom += kOfMedian * 3.0 * std::max(0.0, rest.length_s() / kPiece - 1.0);
     }
   }
-  // Means over neighbouring pieces T differ by the variance 2/3 q^2 T on each axis.
-  const double expected = 3.0 * (2.0 / 3.0) * density * density * kPiece;
-  return steps >= kFewestSteps && squares < kLeastOfWalk * expected * steps;
+  // Neighbouring means of white noise differ by twice the variance of one, on each axis. Median:
+  // where a rest begins and ends, the hand may move the sensor already.
+  constexpr double kMedianOfThree = 2.366;  // chi-square with three degrees of freedom
+  const auto density = [&](int s) {
+    if (squares[s].empty()) return 0.0;
+    return std::sqrt(median(squares[s]) / (2.0 * kMedianOfThree) * kPiece);
+  };
+  out.acc = density(0);
+  out.gyr = density(1);
+  return out;
+}
+
+bool rests_contradict_walk(const SlowNoise& at_rest, double density) {
+  constexpr double kLeastOfWalk = 0.25, kFewest = 6.0;
+  // Means over neighbouring pieces T of a walk differ by the variance 2/3 q^2 T on each axis.
+  const double expected = density * density / 3.0;
+  return at_rest.freedom >= kFewest && at_rest.gyr * at_rest.gyr < kLeastOfWalk * expected;
 }
 
 }  // namespace magimu

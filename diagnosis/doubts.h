@@ -18,7 +18,19 @@ double contradiction_of_halves(const Stage& stage, std::size_t effect);
 // jumps at all other times; infinite where those are no more than white noise.
 double sharpness(const Option& option, const Stage& stage);
 
+// The noise that means over a second have where the sensor rests, from their changes (the Allan
+// deviation there): densities as of white noise that would scatter them as much. Coloured noise is
+// slower than it looks sample by sample.
+struct SlowNoise {
+  double acc = 0.0, gyr = 0.0;  // m/s^2, rad/s per sqrt(Hz); 0: no rest is long enough
+  double freedom = 0.0;         // degrees of freedom of their squares
+
+  // By how much its variance exceeds that of white noise of the density, beyond chance; else 1.
+  double excess(Channel channel, const NoiseDensities& white) const;
+};
+SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings);
+
 // A bias that wanders does so where the sensor rests, too. density: of the walk, rad/s per sqrt(s).
-bool rests_contradict_walk(const std::vector<const Recording*>& recordings, double density);
+bool rests_contradict_walk(const SlowNoise& at_rest, double density);
 
 }  // namespace magimu

@@ -10,12 +10,12 @@
 #include "calibration/extension.h"
 #include "calibration/general_dependence.h"
 #include "calibration/parameter_names.h"
+#include "calibration/random_walk.h"
 #include "calibration/rests.h"
 #include "calibration/summary.h"
 #include "calibration/testable.h"
 #include "calibration/trust.h"
 #include "diagnosis/change_search.h"
-#include "diagnosis/doubts.h"
 #include "diagnosis/finding_text.h"
 #include "diagnosis/held_out_nll.h"
 #include "diagnosis/option.h"
@@ -36,32 +36,8 @@ constexpr double kAsMuch = 0.85;        // of the gain, for a nested cause to be
 constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a step
 constexpr double kSharp = 4.0;          // a change's jump over those at other times
 constexpr double kColour = 0.15;        // correlation of neighbouring nodes' residuals
+constexpr double kBends = 400.0;        // statistic of a source that bends the trajectory
 constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
-
-// Is it there in the refitted model, too, under noise as it is?
-bool survives(Option& option, const Stage& stage, double level) {
-  const Score w = wald_test(stage, stage.spec().effects.size() - 1);
-  if (option.effect->description().random_process) {
-    option.score.log10_p = log10_chi_square_tail(
-        option.score.statistic / (w.scatter > kColoured ? w.scatter : 1.0), 1.0);
-    return option.score.log10_p < level;
-  }
-  const double penalty =
-      option.rank - log10_chi_square_tail(option.score.statistic, option.score.dof);
-  option.score.log10_p = std::min(0.0, w.log10_p + std::max(0.0, penalty));
-  // The F distribution's far tail is not to be trusted as far as that of white noise.
-  if (option.score.log10_p > level - (w.scatter > kColoured ? kCare : 0.0)) return false;
-  if (option.effect->name() == "hard_iron_change") {
-    // Few windows have it: their noise is that of the others.
-    const double by_others =
-        log10_p_by_scatter_of(stage, key::mag_bias, option.score.statistic, option.score.dof);
-    option.score.log10_p = std::max(option.score.log10_p, by_others + std::max(0.0, penalty));
-    return option.score.log10_p < level && sharpness(option, stage) > kSharp;
-  }
-  const bool of_time = option.effect->with_terms(1) != nullptr;
-  return of_time ||
-         contradiction_of_halves(stage, stage.spec().effects.size() - 1) < kContradiction;
-}
 
 bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
@@ -88,7 +64,11 @@ double allowance(const Effect& one, const Effect& other, double gain, double oth
 
 Extender::Extender(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                    const DiagnosisOptions& options, Diagnosis& d)
-    : recordings_(recordings), pipeline_(pipeline), given_(options), d_(d) {}
+    : recordings_(recordings),
+      pipeline_(pipeline),
+      given_(options),
+      d_(d),
+      at_rest_(slow_noise_at_rest(recordings)) {}
 
 double Extender::log10_level() const {
   return std::log10(given_.false_alarm_rate / double(effect_catalogue().size()));
@@ -163,6 +143,39 @@ struct Extender::Trial {
   double nll;
 };
 
+// Is it there in the refitted model, too, under noise as it is?
+bool Extender::survives(Option& option, const Stage& stage) const {
+  const double level = log10_level();
+  const Score w = wald_test(stage, stage.spec().effects.size() - 1,
+                            at_rest_.excess(option.effect->channel(), stage.spec().noise));
+  if (option.effect->description().random_process) {
+    if (w.scatter > kColoured) {
+      const Score& s = option.score;
+      option.score.log10_p =
+          estimate_random_walk(s.information, s.information * s.theta,
+                               option.effect->prior_sigma(recordings_.front()->duration_s()),
+                               w.scatter)
+              .log10_p;
+    }
+    return option.score.log10_p < level - (w.scatter > kColoured ? kCare : 0.0);
+  }
+  const double penalty =
+      option.rank - log10_chi_square_tail(option.score.statistic, option.score.dof);
+  option.score.log10_p = std::min(0.0, w.log10_p + std::max(0.0, penalty));
+  // The F distribution's far tail is not to be trusted as far as that of white noise.
+  if (option.score.log10_p > level - (w.scatter > kColoured ? kCare : 0.0)) return false;
+  if (option.effect->name() == "hard_iron_change") {
+    // Few windows have it: their noise is that of the others.
+    const double by_others =
+        log10_p_by_scatter_of(stage, key::mag_bias, option.score.statistic, option.score.dof);
+    option.score.log10_p = std::max(option.score.log10_p, by_others + std::max(0.0, penalty));
+    return option.score.log10_p < level && sharpness(option, stage) > kSharp;
+  }
+  const bool of_time = option.effect->with_terms(1) != nullptr;
+  return of_time ||
+         contradiction_of_halves(stage, stage.spec().effects.size() - 1) < kContradiction;
+}
+
 // An error that lasts must be foretold through whole quarters of the recording: what comes and goes
 // with the place where the sensor is held is not. A slow change, where noise is coloured; what
 // happens at some time or by chance cannot.
@@ -230,7 +243,7 @@ bool Extender::find_times(Option& option, Stage& stage) const {
 // A strong source bends the trajectory of a fit without it, and what that leaves points elsewhere:
 // once there is some source in the model, its place is looked for anew.
 void Extender::find_source(Option& option, Stage& stage) const {
-  for (const LikelySource& source : likely_sources(*recordings_.front(), stage)) {
+  for (const LikelySource& source : sources_by_residual(*recordings_.front(), stage)) {
     VectorXd start(6);
     start << source.place, source.moment;
     Stage again = pipeline_.refit_with_same_noise(*stage_, stage.spec(), start);
@@ -251,10 +264,12 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
   if (option.effect->name() == "hard_iron_change" && !find_times(option, stage)) {
     return std::nullopt;
   }
-  if (option.effect->name() == "stationary_source") find_source(option, stage);
-  if (!stage.result().converged() || !survives(option, stage, log10_level())) return std::nullopt;
+  if (option.effect->name() == "stationary_source" && option.score.statistic > kBends) {
+    find_source(option, stage);
+  }
+  if (!stage.result().converged() || !survives(option, stage)) return std::nullopt;
   if (option.effect->description().random_process &&
-      rests_contradict_walk(recordings_, option.extra.front().value)) {
+      rests_contradict_walk(at_rest_, option.extra.front().value)) {
     return std::nullopt;
   }
   if (!foretells(stage)) return std::nullopt;

@@ -8,6 +8,7 @@
 
 #include "calibration/pipeline.h"
 #include "diagnosis/diagnosis.h"
+#include "diagnosis/doubts.h"
 #include "diagnosis/option.h"
 
 namespace magimu {
@@ -36,6 +37,7 @@ class Extender {
 
  private:
   struct Trial;
+  bool survives(Option& option, const Stage& stage) const;
   bool is_all(const Stage& stage) const;
   bool foretells(const Stage& stage) const;
   bool enough_beyond(const Option& option, double gain) const;
@@ -51,6 +53,7 @@ class Extender {
   const Pipeline& pipeline_;
   const DiagnosisOptions& given_;
   Diagnosis& d_;
+  SlowNoise at_rest_;
   std::optional<Stage> base_, stage_;
   double nll_ = 0.0;
   std::vector<std::string> rejected_;  // looked significant, predicts no better

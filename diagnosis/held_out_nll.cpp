@@ -49,7 +49,6 @@ std::vector<Eigen::Index> process_of(const Stage& stage, const CondensedChain& c
   const auto& effects = stage.spec().effects;
   const std::vector<std::vector<Key>> keys = effect_keys(effects);
   for (std::size_t e = 0; e < effects.size(); ++e) {
-    if (!effects[e]->description().random_process) continue;
     for (const Key key : keys[e]) out.push_back(chain.position(stage.result().values, key));
   }
   return out;

@@ -8,10 +8,11 @@
 
 #include "calibration/choose_motion.h"
 #include "calibration/general_dependence.h"
-#include "calibration/rests.h"
-#include "calibration/sensor_rows.h"
 #include "diagnosis/held_out_nll.h"
+#include "diagnosis/slow_motion.h"
 #include "diagnosis/stored_model.h"
+#include "diagnosis/tails.h"
+#include "factors/effects/catalogue.h"
 #include "recording/median.h"
 
 namespace magimu {
@@ -19,9 +20,9 @@ namespace {
 
 constexpr double kCalm = 1.15;  // accelerometer noise in motion over that at rest
 constexpr double kCalmColour = 0.15;
-constexpr double kRestColour = 0.2;  // correlation of neighbouring nodes
-constexpr double kMoreInMotion = 1.2, kMoreThanColour = 1.3;
+constexpr double kMoreInMotion = 1.2;
 constexpr double kMostOfIt = 0.5;  // of the misfit, for an effect to be tried in its stead
+constexpr double kSlowSigmas = 4.5, kLeastSlow = 0.15;  // of the slow power's logarithm
 
 // The accelerometer's residual under pure rotation.
 struct Restlessness {
@@ -30,68 +31,25 @@ struct Restlessness {
   double squares = 0.0;  // whitened, beyond those of noise as at rest
 };
 
-// The same in rests, about each rest's mean: what is there, too, no motion has made.
-struct AtRest {
-  double motion_over_rest = INFINITY;  // median size of the residual: tails do not count
-  double colour = 0.0;                 // correlation of neighbouring nodes
-};
-
-// Of each node; -1: in motion.
-std::vector<int> rests_of_nodes(const Stage& stage, const std::vector<const Recording*>& recordings,
-                                int& rests) {
-  std::vector<int> out;
-  rests = 0;
-  for (std::size_t p = 0; p < recordings.size(); ++p) {
-    const std::vector<TimeSpan> spans = find_rests(*recordings[p]);
-    for (const double t : stage.plans()[p].t) {
-      int rest = -1;
-      for (std::size_t s = 0; s < spans.size(); ++s) {
-        if (t >= spans[s].begin_s && t <= spans[s].end_s) rest = rests + int(s);
-      }
-      out.push_back(rest);
-    }
-    rests += int(spans.size());
+// Is there more of it, and more that is slow, in motion than in the rests, each about its mean?
+// What is there, too, no motion has made. By the median: tails do not count. Without rests: yes.
+bool more_in_motion(const NodeResiduals& r) {
+  std::vector<double> moving, still;
+  const auto add = [](std::vector<double>& to, const Vector3& x) {
+    for (const double v : x) to.push_back(std::abs(v));
+  };
+  for (const auto& piece : r.moving) {
+    for (const Vector3& x : piece) add(moving, x);
   }
-  return out;
-}
-
-AtRest at_rest(const Stage& rotation, const std::vector<const Recording*>& recordings) {
-  const Values& values = rotation.result().values;
-  const LinearSystem system(rotation.graph(), values);
-  const VectorXd r = system.whitened_residuals(values);
-  const SensorRows rows(rotation.graph(), system);
-  int rests = 0;
-  const std::vector<int> rest_of = rests_of_nodes(rotation, recordings, rests);
-  std::vector<double> moving;
-  std::vector<std::vector<double>> still(std::size_t(3 * rests));  // by rest and axis
-  int axis = 0;
-  for (int i = 0; i < system.rows(); ++i) {
-    if (rows.sensor[std::size_t(i)] != Sensor::kAcc) continue;
-    const int rest = rest_of[std::size_t(rows.node[std::size_t(i)])];
-    if (rest < 0) {
-      moving.push_back(std::abs(r[i]));
-    } else {
-      still[std::size_t(3 * rest + axis)].push_back(r[i]);
-    }
-    axis = (axis + 1) % 3;
+  for (const auto& piece : r.still) {
+    Vector3 mean = Vector3::Zero();
+    for (const Vector3& x : piece) mean += x / double(piece.size());
+    for (const Vector3& x : piece) add(still, x - mean);
   }
-  std::vector<double> sizes;
-  double squares = 0.0, products = 0.0;
-  for (std::vector<double>& x : still) {
-    double mean = 0.0;
-    for (const double v : x) mean += v / double(x.size());
-    for (std::size_t k = 0; k < x.size(); ++k) {
-      x[k] -= mean;
-      sizes.push_back(std::abs(x[k]));
-      squares += x[k] * x[k];
-      if (k > 0) products += x[k] * x[k - 1];
-    }
-  }
-  AtRest out;
-  if (sizes.size() < 60 || moving.empty() || squares <= 0.0) return out;
-  out.motion_over_rest = median(moving) / std::max(median(sizes), 1e-300);
-  out.colour = products / squares;
-  return out;
+  if (still.size() < 60 || moving.empty()) return true;
+  const SlowPower slow = slow_power(r);
+  return median(moving) > kMoreInMotion * median(still) &&
+         (slow.unknowns == 0.0 || slow.over_rest > kSlowSigmas);
 }
 
 Restlessness restlessness(const Stage& rotation, double rest_acc) {
@@ -113,34 +71,59 @@ double acceleration_rms(const Stage& rotation, const Recording& recording) {
   return noise * std::sqrt(nodes_per_s) * std::sqrt(3.0);
 }
 
-Finding motion_finding(const Stage& rotation, const Stage& moving, const Restlessness& restless,
-                       const Recording& recording) {
-  // Velocity and position make likelihoods under the two models incomparable. What can be compared
-  // is what the accelerometer costs if its residual under pure rotation is noise as at rest, and if
-  // it is as large as it is: no parameter has been fitted to that.
-  const double excess2 = restless.excess * restless.excess;
+// Velocity and position make likelihoods under the two models incomparable. What can be compared is
+// what the accelerometer costs if its residual under pure rotation is noise as at rest, and if it
+// is as large as it is: no parameter has been fitted to that. unknowns: of its coefficients, those
+// that are; times: their mean square over that at rest.
+Finding finding_of_motion(const Stage& moving, double rms, double unknowns, double times,
+                          double residual_before) {
   const double after = sum_of(held_out_nll(moving));
-  const double before =
-      after + 0.5 * restless.rows * std::max(0.0, excess2 - 1.0 - std::log(excess2));
-  const double rms = acceleration_rms(rotation, recording);
   Finding f;
   f.effect = "linear_acceleration";
   f.channel = "acc";
+  f.parameters = {{"acceleration_rms", rms, rms / std::sqrt(unknowns), "m/s^2"}};
+  f.probability = 1.0;
+  f.gain = {
+      .heldout_nll_before = after + 0.5 * unknowns * std::max(0.0, times - 1.0 - std::log(times)),
+      .heldout_nll_after = after,
+      .bic_delta = -unknowns * (times - 1.0),
+      .residual_rms_before = residual_before,
+      .residual_rms_after = moving.sums().rms(Sensor::kAcc)};
+  f.confusable_with = {{"lever_arm", "a sensor that turns about a point beside it is moved, too",
+                        "turn about a fixed point"}};
+  return f;
+}
+
+Finding motion_finding(const Stage& rotation, const Stage& moving, const Restlessness& restless,
+                       const Recording& recording) {
+  const double times = restless.excess * restless.excess;
+  const double rms = acceleration_rms(rotation, recording);
+  Finding f = finding_of_motion(moving, rms, restless.rows, times, restless.excess);
   f.sentence = fmt::format(
       "The hand moved the sensor: it accelerated by {:.2g} m/s^2 (RMS), {:.1f} times what the "
       "accelerometer's noise explains; velocity and position are part of the model from here on.",
       rms, restless.excess);
-  f.parameters = {{"acceleration_rms", rms, rms / std::sqrt(restless.rows), "m/s^2"}};
-  f.p_value = std::pow(
-      10.0, std::max(-300.0, log10_chi_square_tail(restless.rows * excess2, restless.rows)));
-  f.probability = 1.0;
-  f.gain = {.heldout_nll_before = before,
-            .heldout_nll_after = after,
-            .bic_delta = -restless.rows * (excess2 - 1.0),
-            .residual_rms_before = restless.excess,
-            .residual_rms_after = moving.sums().rms(Sensor::kAcc)};
-  f.confusable_with = {{"lever_arm", "a sensor that turns about a point beside it is moved, too",
-                        "turn about a fixed point"}};
+  f.p_value =
+      std::pow(10.0, std::max(-300.0, log10_chi_square_tail(restless.rows * times, restless.rows)));
+  return f;
+}
+
+Finding small_motion_finding(const Stage& rotation, const Stage& moving, const SlowPower& slow,
+                             const NodeResiduals& residuals) {
+  double nodes = 0.0;
+  for (const auto& piece : residuals.moving) nodes += double(piece.size());
+  const double rms = rotation.spec().noise.acc *
+                     std::sqrt(slow.squares / (std::max(1.0, nodes) * residuals.interval_s));
+  const double times = std::exp(slow.log_ratio);
+  Finding f =
+      finding_of_motion(moving, rms, slow.unknowns, times, rotation.sums().rms(Sensor::kAcc));
+  f.parameters.front().sigma = 0.5 * rms * slow.sigma / (1.0 - 1.0 / times);
+  f.sentence = fmt::format(
+      "The hand moved the sensor a little: it accelerated by {:.2g} m/s^2 (RMS); slower than "
+      "1.5 Hz the accelerometer reads {:.2g} times as much beside gravity as its noise explains. "
+      "Velocity and position are part of the model from here on.",
+      rms, std::sqrt(times));
+  f.p_value = std::min(1.0, normal_tail(slow.z()) * double(effect_catalogue().size()));
   return f;
 }
 
@@ -175,9 +158,7 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
   extender.set_base(rotation);
   const Stage moving = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));
   // Coloured noise and heavy tails look like a motion, but they are there in rests, too.
-  const AtRest rest = at_rest(rotation, recordings);
-  const double more = rest.colour > kRestColour ? kMoreThanColour : kMoreInMotion;
-  if (rest.motion_over_rest < more ||
+  if (!more_in_motion(node_residuals(rotation, recordings, Sensor::kAcc)) ||
       choose_motion(rotation, moving, rest_acc).motion == MotionModel::kRotation) {
     return rotation;
   }
@@ -198,6 +179,28 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
   if (follows_the_attitude(recordings, rotation, restless.squares)) return rotation;
   d.findings.push_back(motion_finding(rotation, moving, restless, *recordings.front()));
   return moving;
+}
+
+void find_small_motion(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+                       Extender& extender, Diagnosis& d) {
+  const Stage& stage = extender.stage();
+  if (stage.spec().motion != MotionModel::kRotation) return;
+  const NodeResiduals residuals = node_residuals(stage, recordings, Sensor::kAcc);
+  const SlowPower acc = slow_power(residuals);
+  if (acc.z() < kSlowSigmas || acc.log_ratio < kLeastSlow) return;
+  // An error of the magnetometer bends the attitude, and that shows in the accelerometer, too.
+  const SlowPower mag = slow_power(node_residuals(stage, recordings, Sensor::kMag));
+  if (mag.squares > kMostOfIt * acc.squares) return;
+  if (follows_the_attitude(recordings, stage, acc.squares)) return;
+  Stage moving = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));
+  if (!stage.spec().effects.empty()) {
+    ModelSpec spec = moving.spec();
+    spec.effects = stage.spec().effects;
+    moving = pipeline.refit(moving, spec);
+  }
+  if (!moving.result().converged()) return;
+  d.findings.push_back(small_motion_finding(stage, moving, acc, residuals));
+  extender.replace(moving);
 }
 
 }  // namespace magimu

@@ -12,4 +12,10 @@ namespace magimu {
 Stage choose_motion_model(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                           const DiagnosisOptions& options, Extender& extender, Diagnosis& d);
 
+// What the effects that were found leave may still be a motion of millimetres: of accelerations
+// below the noise of single samples, but slow. A finding is added to d then, and the motion is
+// modelled from there on.
+void find_small_motion(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+                       Extender& extender, Diagnosis& d);
+
 }  // namespace magimu

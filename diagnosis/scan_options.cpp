@@ -47,14 +47,15 @@ void take_walk(Option& option, const Scan& scan, std::size_t candidate, double d
   const Effect& effect = *option.effect;
   const VectorXd unit = effect.prior_sigma(duration_s);
   const Score& s = scan.scores()[candidate];
-  const RandomWalk walk = estimate_random_walk(
-      s.information, scan.score().segment(scan.first(candidate), unit.size()), unit);
+  const VectorXd z = scan.score().segment(scan.first(candidate), unit.size());
+  const RandomWalk walk = estimate_random_walk(s.information, z, unit);
   option.score.statistic = walk.likelihood_ratio;
   option.score.dof = 1;
-  // Coloured noise makes a walk look larger: what its scatter explains is taken away.
   option.rank = walk.log10_p;
-  option.score.log10_p =
-      log10_chi_square_tail(walk.likelihood_ratio / (s.scatter > kColoured ? s.scatter : 1.0), 1.0);
+  // Coloured noise makes a walk look larger.
+  option.score.log10_p = s.scatter > kColoured
+                             ? estimate_random_walk(s.information, z, unit, s.scatter).log10_p
+                             : walk.log10_p;
   option.extra = {{"q", walk.density, walk.sigma, "rad/s per sqrt(s)"}};
   option.effect = make_gyro_bias_walk(effect.size() / 3, std::max(walk.density, 1e-9));
 }
@@ -109,7 +110,7 @@ std::vector<Option> scan_options(const std::vector<const Recording*>& recordings
   std::vector<std::shared_ptr<const Effect>> all = effects;
   if (single) all.push_back(bias_in_windows(change_windows(recording)));
   std::vector<LikelySource> sources;
-  if (single && recording.pos) sources = likely_sources(recording, stage);
+  if (single && recording.pos) sources = likely_sources(recordings, stage);
   for (const LikelySource& s : sources) all.push_back(make_stationary_source_at(s.place));
   const Scan scan(recordings, stage, all);
   const std::vector<Score> scores = scores_by_channel(recordings, stage, scan, effects);

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "calibration/extension.h"
+#include "calibration/scan.h"
 #include "calibration/sensed_motion.h"
 #include "factors/effects/catalogue.h"
 
@@ -18,8 +19,10 @@ constexpr double kAround[] = {0.2, 0.7};  // m beyond the path; near sources nee
 constexpr std::size_t kBlocks = 600;
 constexpr double kNearest = 0.03;  // m: a place on the path itself would explain a single sample
 constexpr int kKept = 3;
-constexpr int kHalvings = 5;      // of the grid's spacing about a place that is kept
-constexpr int kCalibration = 12;  // D and o_m adapt to whatever the source adds everywhere
+constexpr int kHalvings = 5;              // of the grid's spacing about a place that is kept
+constexpr double kAway[] = {0.12, 0.45};  // m beyond the path, of places that are scanned
+constexpr double kSteps[] = {0.35, 0.2};  // from the best of them, of the distance to the path
+constexpr int kCalibration = 12;          // D and o_m adapt to whatever the source adds everywhere
 
 // What is left of the magnetometer in n, in uT at the strength of the field, means of blocks of
 // neighbouring samples; D and o_m eliminated.
@@ -92,15 +95,95 @@ struct Spot {
   Vector3 at, spacing;
 };
 
+struct Box {
+  Vector3 low, high;
+};
+
+Box box_of(const std::vector<Vector3>& places) {
+  Box out{places.front(), places.front()};
+  for (const Vector3& p : places) {
+    out.low = out.low.cwiseMin(p);
+    out.high = out.high.cwiseMax(p);
+  }
+  return out;
+}
+
+// Corners and middles of the faces and edges of a box about the path.
+std::vector<Vector3> places_about(const Box& path, double away) {
+  const Vector3 centre = 0.5 * (path.low + path.high);
+  const Vector3 half = 0.5 * (path.high - path.low) + away * Vector3::Ones();
+  std::vector<Vector3> out;
+  for (int i = 0; i < 27; ++i) {
+    const Vector3 way(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+    if (!way.isZero()) out.push_back(centre + way.cwiseProduct(half));
+  }
+  return out;
+}
+
+struct Scanned {
+  LikelySource source;
+  double statistic;
+};
+
+// Best first; what is as good as at the same place only once.
+std::vector<Scanned> scanned(const std::vector<const Recording*>& recordings, const Stage& stage,
+                             const std::vector<Vector3>& places) {
+  std::vector<std::shared_ptr<const Effect>> effects;
+  for (const Vector3& p : places) effects.push_back(make_stationary_source_at(p));
+  const Scan scan(recordings, stage, effects);
+  std::vector<Scanned> out;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Score& s = scan.scores()[i];
+    out.push_back({{places[i], s.theta}, s.statistic});
+  }
+  std::sort(out.begin(), out.end(),
+            [](const Scanned& a, const Scanned& b) { return a.statistic > b.statistic; });
+  for (std::size_t i = 0; i < out.size() && i < std::size_t(kKept); ++i) {
+    out.erase(std::remove_if(out.begin() + std::ptrdiff_t(i) + 1, out.end(),
+                             [&](const Scanned& o) {
+                               return (o.source.place - out[i].source.place).norm() < kNearest;
+                             }),
+              out.end());
+  }
+  if (out.size() > std::size_t(kKept)) out.resize(std::size_t(kKept));
+  return out;
+}
+
 }  // namespace
 
-std::vector<LikelySource> likely_sources(const Recording& recording, const Stage& stage) {
-  const Leftover leftover(recording, stage);
-  Vector3 low = leftover.path().front(), high = low;
-  for (const Vector3& p : leftover.path()) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
+std::vector<LikelySource> likely_sources(const std::vector<const Recording*>& recordings,
+                                         const Stage& stage) {
+  const Recording& recording = *recordings.front();
+  const Box path = box_of(recording.pos->v);
+  std::vector<Vector3> places;
+  for (const LikelySource& s : sources_by_residual(recording, stage)) places.push_back(s.place);
+  for (const double away : kAway) {
+    const std::vector<Vector3> about = places_about(path, away);
+    places.insert(places.end(), about.begin(), about.end());
   }
+  std::vector<Scanned> best = scanned(recordings, stage, places);
+  const Vector3 centre = 0.5 * (path.low + path.high);
+  for (const double step : kSteps) {
+    places.clear();
+    for (const Scanned& s : best) {
+      const double length = step * (s.source.place - centre).norm();
+      places.push_back(s.source.place);
+      for (int axis = 0; axis < 3; ++axis) {
+        for (const double sign : {-1.0, 1.0}) {
+          places.push_back(s.source.place + sign * length * Vector3::Unit(axis));
+        }
+      }
+    }
+    best = scanned(recordings, stage, places);
+  }
+  std::vector<LikelySource> out;
+  for (const Scanned& s : best) out.push_back(s.source);
+  return out;
+}
+
+std::vector<LikelySource> sources_by_residual(const Recording& recording, const Stage& stage) {
+  const Leftover leftover(recording, stage);
+  const auto [low, high] = box_of(leftover.path());
   std::vector<Spot> all;
   for (const double around : kAround) {
     const Vector3 from = low.array() - around, to = high.array() + around;

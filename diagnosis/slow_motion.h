@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What is left of a sensor under a fitted model, node by node: while the sensor is turned and while
+// it is at rest. And whether there is more of it in the band of a hand's motion than noise has.
+#pragma once
+
+#include <vector>
+
+#include "calibration/sensor_rows.h"
+#include "calibration/stage.h"
+
+namespace magimu {
+
+// Whitened, each piece without a gap.
+struct NodeResiduals {
+  std::vector<std::vector<Vector3>> moving, still;  // of each rest one
+  double interval_s = 0.0;                          // between nodes
+};
+NodeResiduals node_residuals(const Stage& stage, const std::vector<const Recording*>& recordings,
+                             Sensor sensor);
+
+// Power from 0.15 to 1.5 Hz over that beyond 2.5 Hz, which a hand hardly reaches. White noise has
+// as much in both; coloured noise has not, but has none more in motion than at rest. Values beyond
+// three standard deviations count as those: blows are not slow. All zero without a rest.
+struct SlowPower {
+  double log_ratio = 0.0, sigma = 0.0;  // beyond the ratio at rest, where that is more than white
+  double squares = 0.0;                 // in the band beyond noise, whitened
+  double unknowns = 0.0;                // coefficients in the band
+  // Logarithm of the power in the band over that at rest, in standard deviations.
+  double over_rest = 0.0;
+
+  double z() const { return sigma > 0.0 ? log_ratio / sigma : 0.0; }
+};
+SlowPower slow_power(const NodeResiduals& residuals);
+
+}  // namespace magimu

@@ -64,7 +64,7 @@ class Search {
  private:
   void look_at(const Scan& scan, std::size_t i, const Effect& effect) {
     const Score s = scan.with_own_scatter(i);
-    const bool named = find_effect(effect.name()) != nullptr, coloured = s.scatter > kColoured;
+    const bool named = find_effect(effect.name()) != nullptr, coloured = s.coloured;
     // Strongly coloured noise has little dependences on everything; the robust covariance knows.
     if (!named && s.scatter > kStronglyColoured) return;
     const double excess = coloured ? s.scatter : 1.0, duration = recordings_.front()->duration_s();

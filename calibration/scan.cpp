@@ -18,6 +18,7 @@ namespace {
 constexpr double kPriorOff = 1e3;    // a prior so wide that it says nothing
 constexpr double kInvisible = 1e-6;  // of the largest eigenvalue of A, parameters scaled alike
 constexpr double kEnough = 3.0;      // windows a direction
+constexpr double kChance = 2.0;      // standard deviations
 constexpr double kFollowed = 1e-3;   // of a score's variance is left: the fit has followed it all
 
 // Variables of the stage's model and of the candidates', these at zero.
@@ -73,6 +74,11 @@ struct Scatter {
   double freedom = 1.0;  // degrees of freedom of each direction of S
 
   double mean() const { return S.rows() > 0 ? S.trace() / double(S.rows()) : 1.0; }
+  // More than white noise scatters, beyond chance.
+  bool coloured() const {
+    const double chance = std::sqrt(2.0 / (double(S.rows()) * freedom));
+    return S.rows() > 0 && mean() > std::max(kColoured, 1.0 + kChance * chance);
+  }
 };
 
 // log10 of the probability of a chi-square statistic at least so large where the noise scatters
@@ -82,7 +88,7 @@ struct Scatter {
 double log10_tail(double statistic, double dof, const Scatter& scatter) {
   const double white = log10_chi_square_tail(statistic, dof);
   const double mean = scatter.mean(), f = scatter.freedom;
-  if (mean <= kColoured) return white;
+  if (!scatter.coloured()) return white;
   // What S differs by chance alone, as that of normal variables does, is taken out.
   const auto p = double(scatter.S.rows());
   const double uneven = scatter.S.squaredNorm() / (p * mean * mean);
@@ -236,6 +242,7 @@ Score Scan::with_own_scatter(std::size_t candidate) const {
   }
   const Scatter scatter = scatter_of(u);
   out.scatter = scatter.mean();
+  out.coloured = scatter.coloured();
   out.log10_p = log10_tail(out.statistic, out.dof, scatter);
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
   return out;
@@ -262,6 +269,7 @@ Score Scan::combined(const MatrixXd& C) const {
   out.in_windows = u.rowwise().sum().squaredNorm();
   const Scatter scatter = scatter_of(u);
   out.scatter = scatter.mean();
+  out.coloured = scatter.coloured();
   out.log10_p = log10_tail(out.statistic, out.dof, scatter);
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
   return out;
@@ -301,10 +309,11 @@ Score wald_test(const Stage& stage, std::size_t effect, double least_scatter) {
   auto [scatter, Q] = scatter_at_optimum(chain, G, values, keys.front(), q);
   scatter.S *= std::max(1.0, least_scatter / std::max(scatter.mean(), 1e-300));
   out.scatter = scatter.mean();
+  out.coloured = scatter.coloured();
   out.log10_p = log10_tail(out.statistic, out.dof, scatter);
-  if (out.scatter > kColoured && scatter.freedom > kEnough * double(Q.cols())) {
+  if (out.coloured && scatter.freedom > kEnough * double(Q.cols())) {
     out.sigma = (Q * scatter.S * Q.transpose()).diagonal().cwiseSqrt().cwiseMax(out.sigma);
-  } else if (out.scatter > kColoured) {
+  } else if (out.coloured) {
     // Too few windows for a scatter of each direction: one for all of them.
     out.sigma *= std::sqrt(out.scatter);
   }

@@ -23,7 +23,7 @@
 namespace magimu {
 
 // Scatter of the windows' scores, over what white noise would give, beyond which noise counts as
-// coloured.
+// coloured if it is no chance.
 inline constexpr double kColoured = 1.25;
 
 // One candidate's answer.
@@ -38,6 +38,7 @@ struct Score {
   MatrixXd information = {};  // A
   MatrixXd visible = {};      // the directions that the motion shows: visible' A visible = I
   double scatter = 1.0;       // of the windows' scores, over what white noise would give
+  bool coloured = false;      // that scatter is no chance: the noise is not white
   double in_windows = 0.0;    // S of the windows' scores alone, without what joins the windows
 };
 

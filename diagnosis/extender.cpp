@@ -32,6 +32,7 @@ constexpr double kMinGain = 1.0;        // nats on left-out data
 constexpr double kDraw = 2.0;           // nats within which the simpler of two effects is taken
 constexpr double kPutDown = 5.0;        // s about the ends of a rest
 constexpr double kCare = 1.0;           // log10 of a probability
+constexpr double kAsLikely = 4.0;       // nats within which a second answer counts as one
 constexpr double kAsMuch = 0.85;        // of the gain, for a nested cause to be the one named
 constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a step
 constexpr double kSharp = 4.0;          // a change's jump over those at other times
@@ -94,7 +95,7 @@ std::vector<std::shared_ptr<const Effect>> Extender::candidates(const Stage& sta
 }
 
 Finding Extender::describe(const Option& option, const Stage& stage, double nll,
-                           const std::vector<Option>& all) const {
+                           const std::vector<Option>& all, const VectorXd& least_sigma) const {
   const Effect& effect = *option.effect;
   const Calibration c = summary(stage);
   Finding f;
@@ -104,7 +105,7 @@ Finding Extender::describe(const Option& option, const Stage& stage, double nll,
   for (int i = 0; i < effect.size(); ++i) {
     const ActiveEffect::Parameter& p = c.effects.back().parameters[std::size_t(i)];
     theta[i] = p.value;
-    sigma[i] = std::max(p.sigma, p.sigma_model);
+    sigma[i] = std::max({p.sigma, p.sigma_model, least_sigma[i]});
     if (option.extra.empty()) {
       f.parameters.push_back(
           {effect.description().parameters[std::size_t(i)].name, p.value, sigma[i], p.unit});
@@ -141,6 +142,11 @@ struct Extender::Trial {
   Option option;
   Stage stage;
   double nll;
+
+  double total() const { return nll + option.searched; }
+  VectorXd parameters() const {
+    return effect_parameters(stage.result().values, effect_keys(stage.spec().effects).back());
+  }
 };
 
 // Is it there in the refitted model, too, under noise as it is?
@@ -149,7 +155,7 @@ bool Extender::survives(Option& option, const Stage& stage) const {
   const Score w = wald_test(stage, stage.spec().effects.size() - 1,
                             at_rest_.excess(option.effect->channel(), stage.spec().noise));
   if (option.effect->description().random_process) {
-    if (w.scatter > kColoured) {
+    if (w.coloured) {
       const Score& s = option.score;
       option.score.log10_p =
           estimate_random_walk(s.information, s.information * s.theta,
@@ -157,13 +163,13 @@ bool Extender::survives(Option& option, const Stage& stage) const {
                                w.scatter)
               .log10_p;
     }
-    return option.score.log10_p < level - (w.scatter > kColoured ? kCare : 0.0);
+    return option.score.log10_p < level - (w.coloured ? kCare : 0.0);
   }
   const double penalty =
       option.rank - log10_chi_square_tail(option.score.statistic, option.score.dof);
   option.score.log10_p = std::min(0.0, w.log10_p + std::max(0.0, penalty));
   // The F distribution's far tail is not to be trusted as far as that of white noise.
-  if (option.score.log10_p > level - (w.scatter > kColoured ? kCare : 0.0)) return false;
+  if (option.score.log10_p > level - (w.coloured ? kCare : 0.0)) return false;
   if (option.effect->name() == "hard_iron_change") {
     // Few windows have it: their noise is that of the others.
     const double by_others =
@@ -183,7 +189,7 @@ bool Extender::foretells(const Stage& stage) const {
   const Effect& effect = *stage.spec().effects.back();
   if (effect.name() == "hard_iron_change" || effect.description().random_process) return true;
   const bool slow = effect.with_terms(1) != nullptr;
-  if (slow && wald_test(stage, stage.spec().effects.size() - 1).scatter < kColoured) return true;
+  if (slow && !wald_test(stage, stage.spec().effects.size() - 1).coloured) return true;
   const double quarter = 0.25 * recordings_.front()->duration_s();
   return sum_of(held_out_nll(*stage_, quarter)) - sum_of(held_out_nll(stage, quarter)) > kMinGain;
 }
@@ -191,7 +197,7 @@ bool Extender::foretells(const Stage& stage) const {
 // With a step in the model, does the bias stay the same within the pieces? What changes in many
 // ways is no step.
 bool Extender::is_all(const Stage& stage) const {
-  if (wald_test(stage, stage.spec().effects.size() - 1).scatter > kColoured) return true;
+  if (wald_test(stage, stage.spec().effects.size() - 1).coloured) return true;
   const Scan scan(recordings_, stage, {bias_in_windows(change_windows(*recordings_.front()))});
   return scan.scores().front().log10_p > kNoStep;
 }
@@ -209,7 +215,7 @@ bool Extender::find_times(Option& option, Stage& stage) const {
   auto [t0, t1, sigma_s] = found;
   stage = refit(found);
   // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
-  if (wald_test(stage, spec.effects.size() - 1).scatter > kColoured ||
+  if (wald_test(stage, spec.effects.size() - 1).coloured ||
       stage.sums().lag1[std::size_t(Sensor::kMag)] > kColour) {
     const std::vector<TimeSpan> rests = find_rests(*recordings_.front());
     const auto put_down = [&](double t) {
@@ -237,6 +243,14 @@ bool Extender::find_times(Option& option, Stage& stage) const {
   option.t0 = t0;
   option.t1 = t1;
   option.sigma_t = sigma_s;
+  // Any moment was as likely before; those within sigma_t are now.
+  const double duration = recordings_.front()->duration_s();
+  const double sampled = 0.3 / recordings_.front()->mag.front().rate_hz();
+  for (const double t : {t0, t1}) {
+    if (std::isinf(t)) continue;
+    option.searched +=
+        std::max(0.0, std::log(duration / (std::sqrt(2.0 * M_PI) * std::max(sampled, sigma_s))));
+  }
   return true;
 }
 
@@ -310,13 +324,14 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
   }
   const Trial* best = nullptr;
   for (const Trial& t : trials) {
-    if (best == nullptr || t.nll < best->nll + allowance(*t.option.effect, *best->option.effect,
-                                                         nll_ - t.nll, nll_ - best->nll)) {
+    if (best == nullptr ||
+        t.total() < best->total() + allowance(*t.option.effect, *best->option.effect,
+                                              nll_ - t.total(), nll_ - best->total())) {
       best = &t;
     }
   }
-  if (best != nullptr && nll_ - best->nll > kMinGain &&
-      enough_beyond(best->option, nll_ - best->nll)) {
+  if (best != nullptr && nll_ - best->total() > kMinGain &&
+      enough_beyond(best->option, nll_ - best->total())) {
     Stage stage = pipeline_.refit(best->stage, best->stage.spec());
     double nll = sum_of(held_out_nll(stage));
     if (!stage.result().converged() || nll > best->nll + kMinGain) {  // lost its way
@@ -324,14 +339,19 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
       nll = best->nll;
     }
     if (nll_ - nll > kMinGain) {
-      Finding f = describe(best->option, stage, nll, options);
-      double others = std::exp(std::min(700.0, best->nll - nll_));  // nothing
+      // The same effect may be about as likely with other parameters.
+      VectorXd apart = VectorXd::Zero(best->option.effect->size());
+      double others = std::exp(std::min(700.0, best->total() - nll_));  // nothing
       for (const Trial& t : trials) {
         const bool richer =
             allowance(*best->option.effect, *t.option.effect, 0.0, 1.0) > kDraw - 1e-9;
         const bool other = t.option.effect->name() != best->option.effect->name();
-        if (other && !richer) others += std::exp(std::min(700.0, best->nll - t.nll));
+        if (other && !richer) others += std::exp(std::min(700.0, best->total() - t.total()));
+        if (!other && t.total() - best->total() < kAsLikely) {
+          apart = apart.cwiseMax((t.parameters() - best->parameters()).cwiseAbs());
+        }
       }
+      Finding f = describe(best->option, stage, nll, options, apart);
       f.probability = 1.0 / (1.0 + others);
       stage_ = stage;
       nll_ = nll;

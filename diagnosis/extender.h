@@ -44,7 +44,7 @@ class Extender {
   std::optional<Trial> trial(Option option) const;
   std::optional<Finding> try_options(const std::vector<Option>& options);
   Finding describe(const Option& option, const Stage& stage, double nll,
-                   const std::vector<Option>& all) const;
+                   const std::vector<Option>& all, const VectorXd& least_sigma) const;
   bool find_times(Option& option, Stage& stage) const;
   void find_source(Option& option, Stage& stage) const;
   void prune();

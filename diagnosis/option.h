@@ -19,6 +19,7 @@ struct Option {
   // Of a change in time, s; sigma_t of the times.
   double t0 = std::numeric_limits<double>::infinity(), t1 = std::numeric_limits<double>::infinity();
   double sigma_t = 0.0;
+  double searched = 0.0;  // nats: what it costs that these times were chosen among all others
 };
 
 // No motion, or none that is usual, tells the two apart.

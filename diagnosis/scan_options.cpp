@@ -53,9 +53,8 @@ void take_walk(Option& option, const Scan& scan, std::size_t candidate, double d
   option.score.dof = 1;
   option.rank = walk.log10_p;
   // Coloured noise makes a walk look larger.
-  option.score.log10_p = s.scatter > kColoured
-                             ? estimate_random_walk(s.information, z, unit, s.scatter).log10_p
-                             : walk.log10_p;
+  option.score.log10_p =
+      s.coloured ? estimate_random_walk(s.information, z, unit, s.scatter).log10_p : walk.log10_p;
   option.extra = {{"q", walk.density, walk.sigma, "rad/s per sqrt(s)"}};
   option.effect = make_gyro_bias_walk(effect.size() / 3, std::max(walk.density, 1e-9));
 }

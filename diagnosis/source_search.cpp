@@ -21,6 +21,7 @@ constexpr double kNearest = 0.03;  // m: a place on the path itself would explai
 constexpr int kKept = 3;
 constexpr int kHalvings = 5;              // of the grid's spacing about a place that is kept
 constexpr double kAway[] = {0.12, 0.45};  // m beyond the path, of places that are scanned
+constexpr double kApart = 0.6;            // of the distance to the path's centre
 constexpr double kSteps[] = {0.35, 0.2};  // from the best of them, of the distance to the path
 constexpr int kCalibration = 12;          // D and o_m adapt to whatever the source adds everywhere
 
@@ -125,7 +126,7 @@ struct Scanned {
   double statistic;
 };
 
-// Best first; what is as good as at the same place only once.
+// Best first.
 std::vector<Scanned> scanned(const std::vector<const Recording*>& recordings, const Stage& stage,
                              const std::vector<Vector3>& places) {
   std::vector<std::shared_ptr<const Effect>> effects;
@@ -138,14 +139,20 @@ std::vector<Scanned> scanned(const std::vector<const Recording*>& recordings, co
   }
   std::sort(out.begin(), out.end(),
             [](const Scanned& a, const Scanned& b) { return a.statistic > b.statistic; });
-  for (std::size_t i = 0; i < out.size() && i < std::size_t(kKept); ++i) {
-    out.erase(std::remove_if(out.begin() + std::ptrdiff_t(i) + 1, out.end(),
-                             [&](const Scanned& o) {
-                               return (o.source.place - out[i].source.place).norm() < kNearest;
-                             }),
-              out.end());
+  return out;
+}
+
+// The best of each part of the surroundings, as seen from the path's centre.
+std::vector<Scanned> apart(const std::vector<Scanned>& all, const Vector3& centre) {
+  std::vector<Scanned> out;
+  for (const Scanned& s : all) {
+    if (int(out.size()) >= kKept) break;
+    const Vector3 to = s.source.place - centre;
+    const bool near = std::any_of(out.begin(), out.end(), [&](const Scanned& o) {
+      return (o.source.place - s.source.place).norm() < kApart * to.norm();
+    });
+    if (!near) out.push_back(s);
   }
-  if (out.size() > std::size_t(kKept)) out.resize(std::size_t(kKept));
   return out;
 }
 
@@ -161,8 +168,8 @@ std::vector<LikelySource> likely_sources(const std::vector<const Recording*>& re
     const std::vector<Vector3> about = places_about(path, away);
     places.insert(places.end(), about.begin(), about.end());
   }
-  std::vector<Scanned> best = scanned(recordings, stage, places);
   const Vector3 centre = 0.5 * (path.low + path.high);
+  std::vector<Scanned> best = apart(scanned(recordings, stage, places), centre);
   for (const double step : kSteps) {
     places.clear();
     for (const Scanned& s : best) {
@@ -174,7 +181,14 @@ std::vector<LikelySource> likely_sources(const std::vector<const Recording*>& re
         }
       }
     }
-    best = scanned(recordings, stage, places);
+    // Each with its own neighbours.
+    const std::vector<Scanned> again = scanned(recordings, stage, places);
+    for (std::size_t i = 0; i < best.size(); ++i) {
+      const auto first = places.begin() + std::ptrdiff_t(7 * i);
+      best[i] = *std::find_if(again.begin(), again.end(), [&](const Scanned& s) {
+        return std::find(first, first + 7, s.source.place) != first + 7;
+      });
+    }
   }
   std::vector<LikelySource> out;
   for (const Scanned& s : best) out.push_back(s.source);

@@ -220,7 +220,7 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
   double most = 0.0;
   Channel channel = Channel::kMag;
   for (const Score& s : scores) {
-    if (s.log10_p > level - (s.scatter > kColoured ? kTailCare : 0.0)) continue;
+    if (s.log10_p > level - (s.coloured ? kTailCare : 0.0)) continue;
     // Beside a large effect its own approximations show.
     if (s.statistic - s.dof < kCrumbs * explained_of(d, s.effect->channel())) continue;
     add_evidence(d, s.effect->channel(),

@@ -78,7 +78,8 @@ class IncrementalQr {
   // the last node of one chain, which the window continues; without that it starts a chain. Factors
   // of `removable` can be taken out later. Throws std::invalid_argument, naming the factor, where
   // one reaches further back, and leaves everything as it was. hold_back: as if remove() had been
-  // called for the window, for a look at innovation() first; conclude() then ends the update.
+  // called for the window, for a look at innovation() first; conclude() then ends the update, and
+  // the estimate may wait for it.
   UpdateResult update(const FactorGraph& factors, const Values& new_values,
                       const FactorGraph& removable = {}, bool hold_back = false);
   // The same, but the estimate waits for the next update() or idle(): for a start with many windows
@@ -137,6 +138,11 @@ class IncrementalQr {
     // empty: nobody has asked since it was linearized.
     std::optional<Condensed> otherwise;
   };
+  // The newest window, where it continues a chain and is held back: not in the tree yet.
+  struct Held {
+    int window = -1;
+    Condensed without;  // its removable factors; with them: the window's `otherwise`
+  };
   struct Chain {
     TriangleTree tree;
     std::vector<int> windows;
@@ -151,8 +157,12 @@ class IncrementalQr {
   Condensed condense(const Window& w, bool with_removable) const;
   void put(int window);
   void put(int window, Condensed condensed);
+  void hold(int window);
+  void put_held(bool take_in);
   void turn(int window, bool removed);
   bool put_otherwise(int window, bool removed);
+  template <class RootOf>
+  CondensedTriangle total(const RootOf& root_of) const;
   void step(UpdateResult& result);
   void attend_to_old_windows(UpdateResult& result, bool stepped);
   int add(const FactorGraph& factors, const Values& new_values, const FactorGraph& removable,
@@ -175,6 +185,7 @@ class IncrementalQr {
   std::vector<Chain> chains_;
   std::vector<int> loose_;  // windows without nodes
   CondensedTriangle root_;  // of the globals
+  Held held_;
 };
 
 }  // namespace magimu

@@ -131,10 +131,26 @@ IncrementalQr::Window IncrementalQr::make_window(const FactorGraph& factors,
 }
 
 IncrementalQr::Condensed IncrementalQr::condense(const Window& w, bool with_removable) const {
+  const std::vector<bool> used{true, with_removable};
   Condensed out;
-  out.triangle = w.elimination.condense({&w.factors, &w.removable}, {true, with_removable},
-                                        w.values, w.point, &out.nodes);
+  out.triangle =
+      w.elimination.condense(w.elimination.linearize({&w.factors, &w.removable}, used, w.values),
+                             used, w.point, &out.nodes);
   return out;
+}
+
+// With and without its removable factors, linearized once.
+void IncrementalQr::hold(int window) {
+  Window& w = windows_[std::size_t(window)];
+  const auto linearized =
+      w.elimination.linearize({&w.factors, &w.removable}, {true, true}, w.values);
+  const auto with = [&](bool removable) {
+    Condensed out;
+    out.triangle = w.elimination.condense(linearized, {true, removable}, w.point, &out.nodes);
+    return out;
+  };
+  held_ = {window, with(false)};
+  w.otherwise = with(true);
 }
 
 }  // namespace magimu

@@ -128,7 +128,7 @@ IncrementalQr StreamingCalibration::State::rebuilt(const Values& values) const {
     WindowFactors f = window_factors(samples_, w, spec_, nullptr);
     take_over(w, spec_, values, f);
     const bool flagged = std::find(flagged_.begin(), flagged_.end(), i) != flagged_.end();
-    out.append(f.motion, f.values, f.field, flagged);
+    out.append(std::move(f.motion), f.values, std::move(f.field), flagged);
   }
   out.idle();
   return out;

@@ -23,7 +23,7 @@ int triangularize(RowStack& A, int top, int begin, int end, std::vector<int>& pi
   static const lanes::RankCode code = lanes::rank_code(best_isa());
   pivot_row.assign(std::size_t(end - begin), -1);
   if (A.rows_ == top) return top;
-  const auto numbers = std::size_t(A.stride_ + A.rows_);
+  const auto numbers = std::size_t(2 * (A.stride_ + A.rows_));
   if (A.work_.size() < numbers) A.work_ = AlignedBuffer(numbers, AlignedBuffer::Fill::kNone);
   A.integers_.resize(std::size_t(end - begin + 3 * A.rows_));
   return code.triangularize(A.numbers_.data(), A.stride_, A.rows_, top, begin, end,

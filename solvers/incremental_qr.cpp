@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <utility>
 
 namespace magimu {
 namespace {
@@ -42,10 +42,14 @@ void IncrementalQr::put(int window, Condensed condensed) {
 void IncrementalQr::put_held(bool take_in) {
   if (held_.window < 0) return;
   Window& w = windows_[std::size_t(held_.window)];
-  if (take_in) std::swap(held_.without, *w.otherwise);
   w.removed = !take_in;
-  w.otherwise.reset();
-  put(held_.window, std::move(held_.without));
+  if (take_in) {
+    Condensed with = std::move(*w.otherwise);
+    w.otherwise.reset();
+    put(held_.window, std::move(with));
+  } else {
+    put(held_.window);
+  }
   chains_[std::size_t(w.chain)].last = w.point.last;
   held_ = {};
 }
@@ -129,21 +133,32 @@ void IncrementalQr::look_around() {
 // drifted so far.
 bool IncrementalQr::relinearize(int limit, double from_drift, UpdateResult& result) {
   std::vector<int> drifted;
-  for (int w = 0; w < windows(); ++w) {
-    if (drift_[std::size_t(w)] > from_drift) drifted.push_back(w);
-  }
-  if (std::ptrdiff_t(drifted.size()) > limit) {
-    const auto drift = [&](int w) { return drift_[std::size_t(w)]; };
-    const Window& worst = windows_[std::size_t(*std::ranges::max_element(drifted, {}, drift))];
-    // Its neighbours first.
-    auto next = std::stable_partition(drifted.begin(), drifted.end(), [&](int i) {
-      const Window& w = windows_[std::size_t(i)];
-      return w.chain == worst.chain && w.leaf / limit == worst.leaf / limit;
-    });
-    for (; next - drifted.begin() < limit; ++next) {
-      std::iter_swap(next, std::ranges::max_element(next, drifted.end(), {}, drift));
+  if (limit < windows()) {
+    const auto at = std::ranges::max_element(drift_);
+    if (!(*at > from_drift)) return false;
+    const Window& worst = windows_[std::size_t(at - drift_.begin())];
+    // Its neighbours come with it, then the worst of all others.
+    const auto take = [&](int i) {
+      if (int(drifted.size()) == limit || !(drift_[std::size_t(i)] > from_drift)) return;
+      drifted.push_back(i);
+      drift_[std::size_t(i)] = 0.0;
+    };
+    if (worst.chain >= 0) {
+      const std::vector<int>& chain = chains_[std::size_t(worst.chain)].windows;
+      const int first = worst.leaf / limit * limit;
+      for (int leaf = first; leaf < std::min(first + limit, int(chain.size())); ++leaf) {
+        take(chain[std::size_t(leaf)]);
+      }
     }
-    drifted.resize(std::size_t(limit));
+    while (int(drifted.size()) < limit) {
+      const auto next = std::ranges::max_element(drift_);
+      if (!(*next > from_drift)) break;
+      take(int(next - drift_.begin()));
+    }
+  } else {
+    for (int w = 0; w < windows(); ++w) {
+      if (drift_[std::size_t(w)] > from_drift) drifted.push_back(w);
+    }
   }
   for (const int i : drifted) {
     Window& w = windows_[std::size_t(i)];
@@ -182,11 +197,11 @@ void IncrementalQr::attend_to_old_windows(UpdateResult& result, bool stepped) {
   result.largest_drift = *std::max_element(drift_.begin(), drift_.end());
 }
 
-int IncrementalQr::add(const FactorGraph& factors, const Values& new_values,
-                       const FactorGraph& removable, bool hold_back) {
+int IncrementalQr::add(FactorGraph factors, const Values& new_values, FactorGraph removable,
+                       bool hold_back) {
   put_held(false);
   const int window = windows();
-  windows_.push_back(make_window(factors, new_values, removable));
+  windows_.push_back(make_window(std::move(factors), new_values, std::move(removable)));
   drift_.push_back(0.0);
   Window& w = windows_.back();
   w.removed = hold_back;
@@ -200,15 +215,15 @@ int IncrementalQr::add(const FactorGraph& factors, const Values& new_values,
   return window;
 }
 
-void IncrementalQr::append(const FactorGraph& factors, const Values& new_values,
-                           const FactorGraph& removable, bool hold_back) {
-  add(factors, new_values, removable, hold_back);
+void IncrementalQr::append(FactorGraph factors, const Values& new_values, FactorGraph removable,
+                           bool hold_back) {
+  add(std::move(factors), new_values, std::move(removable), hold_back);
 }
 
-UpdateResult IncrementalQr::update(const FactorGraph& factors, const Values& new_values,
-                                   const FactorGraph& removable, bool hold_back) {
+UpdateResult IncrementalQr::update(FactorGraph factors, const Values& new_values,
+                                   FactorGraph removable, bool hold_back) {
   UpdateResult result;
-  result.window = add(factors, new_values, removable, hold_back);
+  result.window = add(std::move(factors), new_values, std::move(removable), hold_back);
   result.variables = windows_.back().values.size();
   if (held_.window < 0) step(result);
   if (!hold_back) attend_to_old_windows(result, true);
@@ -286,7 +301,7 @@ Innovation IncrementalQr::innovation(int window) {
       return squares(merge(tree.root(), by, globals, nullptr));
     };
     const double with = continued(w.otherwise->triangle);
-    return {std::max(0.0, with - continued(held_.without.triangle)), dof};
+    return {std::max(0.0, with - continued(held_.without)), dof};
   }
   if (!w.otherwise) w.otherwise = condense(w, w.removed);
   const double change =

@@ -48,7 +48,7 @@ struct IncrementalQrOptions {
   std::function<bool(Key)> is_global;
   int eager_windows = 60;      // up to so many, all that have drifted are linearized again
   int relinearized = 2;        // after that so many an update, the worst
-  int looked_at = 16;          // windows whose drift is determined anew in an update
+  int looked_at = 6;           // windows whose drift is determined anew in an update
   double tolerance = 0.01;     // sigmas of one residual, root mean square
   double max_rotation = 1e-4;  // rad
 };
@@ -80,12 +80,12 @@ class IncrementalQr {
   // one reaches further back, and leaves everything as it was. hold_back: as if remove() had been
   // called for the window, for a look at innovation() first; conclude() then ends the update, and
   // the estimate may wait for it.
-  UpdateResult update(const FactorGraph& factors, const Values& new_values,
-                      const FactorGraph& removable = {}, bool hold_back = false);
+  UpdateResult update(FactorGraph factors, const Values& new_values, FactorGraph removable = {},
+                      bool hold_back = false);
   // The same, but the estimate waits for the next update() or idle(): for a start with many windows
   // at once, of which the first alone would leave too much undetermined.
-  void append(const FactorGraph& factors, const Values& new_values,
-              const FactorGraph& removable = {}, bool hold_back = false);
+  void append(FactorGraph factors, const Values& new_values, FactorGraph removable = {},
+              bool hold_back = false);
   // The window that was held back is taken in or stays as it is, and old windows have their turn.
   UpdateResult conclude(int window, bool take_in);
   // Nothing new, and time for all old windows: every one that has drifted, if by a tenth of what is
@@ -141,19 +141,18 @@ class IncrementalQr {
   // The newest window, where it continues a chain and is held back: not in the tree yet.
   struct Held {
     int window = -1;
-    Condensed without;  // its removable factors; with them: the window's `otherwise`
+    CondensedTriangle without;  // its removable factors; with them: the window's `otherwise`
   };
   struct Chain {
     TriangleTree tree;
     std::vector<int> windows;
-    int looked_at = 0;                      // the leaf where the next look at drifts begins
+    int looked_at = 6;                      // the leaf where the next look at drifts begins
     std::uint32_t first_index, last_index;  // of its nodes
     VectorXd last;                          // coordinates of its last node
   };
 
   int find_chain(const FactorGraph& graph, const Values& new_values) const;
-  Window make_window(const FactorGraph& factors, const Values& new_values,
-                     const FactorGraph& removable);
+  Window make_window(FactorGraph factors, const Values& new_values, FactorGraph removable);
   Condensed condense(const Window& w, bool with_removable) const;
   void put(int window);
   void put(int window, Condensed condensed);
@@ -165,8 +164,7 @@ class IncrementalQr {
   CondensedTriangle total(const RootOf& root_of) const;
   void step(UpdateResult& result);
   void attend_to_old_windows(UpdateResult& result, bool stepped);
-  int add(const FactorGraph& factors, const Values& new_values, const FactorGraph& removable,
-          bool hold_back);
+  int add(FactorGraph factors, const Values& new_values, FactorGraph removable, bool hold_back);
   int refresh();
   double solve();
   WindowCoordinates coordinates(const Window& w) const;

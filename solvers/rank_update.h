@@ -23,7 +23,7 @@ struct RankCode {
                     double* rows, int width);
   // Householder reflections of the rows from `top` on, as householder.h describes them. Rows are
   // `stride` doubles apart, a multiple of kWidthUnit that begins on 64 bytes; left of column `begin`
-  // they are zero. numbers: room for stride + rows, on 64 bytes; integers: for end - begin + 3 rows.
+  // they are zero. numbers: room for 2 (stride + rows), on 64 bytes; integers: for end - begin + 3 rows.
   int (*triangularize)(double* A, std::ptrdiff_t stride, int rows, int top, int begin, int end,
                        int* pivot_row, double* numbers, int* integers);
 };

@@ -19,7 +19,7 @@ int slot_index(const Values& values, Key key) {
 // Rows of [first | globals | d] that inner nodes have left behind.
 class Gathered {
  public:
-  explicit Gathered(int columns) : rows_(RowBlock::Zero(2 * kGatheredRows, columns)) {}
+  explicit Gathered(int columns) : rows_(2 * kGatheredRows, columns) {}
 
   void push(const RowStack::View& A, int begin, int end) {
     if (filled_ + end - begin > rows_.rows()) condense();
@@ -229,7 +229,7 @@ CondensedTriangle WindowElimination::condense(const Linearized& linearized,
   const Assembly assembly(*this, linearized, point);
   const int border = first_ + globals_ + 1;
   Gathered gathered(border);
-  RowStack stack;
+  thread_local RowStack stack;
   RowBlock carried(0, levels_.front().width + border);
   if (nodes != nullptr) nodes->clear();
   std::vector<int> pivots;
@@ -266,9 +266,13 @@ CondensedTriangle WindowElimination::condense(const Linearized& linearized,
     }
     const int below = triangularize(stack, 0, 0, own, pivots);
     if (nodes != nullptr) {
-      EliminatedNode node{own, next, first_, globals_, RowBlock::Zero(own, A.cols())};
+      EliminatedNode node{own, next, first_, globals_, RowBlock(own, A.cols())};
       for (std::size_t p = 0; p < pivots.size(); ++p) {
-        if (pivots[p] >= 0) node.R.row(Eigen::Index(p)) = A.row(pivots[p]);
+        if (pivots[p] >= 0) {
+          node.R.row(Eigen::Index(p)) = A.row(pivots[p]);
+        } else {
+          node.R.row(Eigen::Index(p)).setZero();
+        }
       }
       nodes->push_back(std::move(node));
     }

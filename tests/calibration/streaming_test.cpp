@@ -210,6 +210,7 @@ TEST(Streaming, following_the_guidance_reaches_the_target) {
 TEST(Streaming, guidance_is_understood_as_it_is_meant) {
   for (const Motion& motion : motions_from(Rot3())) {
     EXPECT_LT((axis_of(motion.sentence) - motion.axis).norm(), 1e-12) << motion.sentence;
+    if (!motion.axis.isZero()) EXPECT_EQ(angle_of(motion.sentence), motion.angle_rad);
   }
 }
 

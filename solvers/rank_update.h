@@ -22,8 +22,9 @@ struct RankCode {
   void (*eliminate)(const double* U, int stride, const double* inverse, int n, int rest,
                     double* rows, int width);
   // Householder reflections of the rows from `top` on, as householder.h describes them. Rows are
-  // `stride` doubles apart, a multiple of kWidthUnit that begins on 64 bytes; left of column `begin`
-  // they are zero. numbers: room for 2 (stride + rows), on 64 bytes; integers: for end - begin + 3 rows.
+  // `stride` doubles apart, a multiple of kWidthUnit that begins on 64 bytes; left of column
+  // `begin` they are zero. numbers: room for 2 (stride + rows), on 64 bytes; integers: for end -
+  // begin + 3 rows.
   int (*triangularize)(double* A, std::ptrdiff_t stride, int rows, int top, int begin, int end,
                        int* pivot_row, double* numbers, int* integers);
 };

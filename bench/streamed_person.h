@@ -114,7 +114,8 @@ inline double angle_of(const std::string& sentence) {
   return sentence.find("three quarters") == std::string::npos ? M_PI : 1.5 * M_PI;
 }
 
-// What a person does after keeping still for three seconds.
+// What a person does after keeping still for three seconds, or from the start if the noise is
+// known.
 struct Habit {
   double random_rad = 0.0;  // turns about axes at random, by up to so much at a time
   bool hand = false;        // moves like the simulated hand
@@ -131,7 +132,7 @@ inline PersonResult turn_until_good_enough(std::uint64_t seed, const Habit& habi
   constexpr double kStill = 3.0, kReading = 0.25;  // s; the latter for each sentence
   StreamedPerson person(seed);
   StreamingCalibration stream(1, options);
-  std::string sentence = "Keep it still";
+  std::string sentence;
   PersonResult out;
   out.truth = person.truth();
   const double longest = out.seconds;
@@ -144,7 +145,8 @@ inline PersonResult turn_until_good_enough(std::uint64_t seed, const Habit& habi
     out.calibration = u->theta;
     return true;
   };
-  if (person.turn(Vector3::Zero(), kStill, feed)) return out;
+  // Where the noise is known nobody asks for it.
+  if (!options.noise && person.turn(Vector3::Zero(), kStill, feed)) return out;
   if (habit.hand) {
     person.turn_like(HandMotion(seed, longest, 0.0), longest, feed);
     return out;
@@ -155,6 +157,7 @@ inline PersonResult turn_until_good_enough(std::uint64_t seed, const Habit& habi
       continue;
     }
     if (person.turn(Vector3::Zero(), kReading, feed)) return out;
+    if (sentence.empty()) continue;
     const Vector3 axis = axis_of(sentence);
     const double seconds = axis.isZero() ? kStill : angle_of(sentence) / StreamedPerson::kPace;
     if (person.turn(person.sign() * axis, seconds, feed)) return out;

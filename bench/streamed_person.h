@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A simulated person who holds a sensor board while it is calibrated: either does what the guidance
-// says, or turns it at random. Both turn at the same pace; readings are those of an ordinary part,
+// A simulated person who holds a sensor board while it is calibrated: does what the guidance says,
+// turns it about axes at random, or as the simulated hand does that nobody has told anything
+// (sim/hand_motion.h). All turn at the same mean pace; readings are those of an ordinary part,
 // white noise of known density and biases and distortion drawn by the seed.
 #pragma once
 
+#include <optional>
 #include <random>
 
 #include "calibration/guidance.h"
 #include "calibration/stream_estimate.h"
 #include "calibration/streaming.h"
+#include "sim/hand_motion.h"
 #include "sim/parameters.h"
 
 namespace magimu {
@@ -23,23 +26,46 @@ class StreamedPerson {
 
   const SensorParameters& truth() const { return truth_; }
 
+  // One sample, while the body turns at the rate, rad/s.
+  template <class Body>
+  bool step(const Vector3& rate, const Body& body) {
+    StreamSample s;
+    s.t = samples_++ / kRate;
+    s.gyr = rate + truth_.gyr_bias + noise(kOrdinary.gyr);
+    s.acc = accelerometer_model(nRb_, truth_.acc_bias, gravity_n(kStandardGravity)) +
+            noise(kOrdinary.acc);
+    s.mag = {
+        magnetometer_model(nRb_, truth_.mag[0].distortion, truth_.mag[0].bias, truth_.dip_rad) +
+        noise(kOrdinary.mag)};
+    nRb_ = (nRb_ * Rot3::Exp(rate / kRate)).normalized();
+    return body(s);
+  }
+
   // The body turns about the axis at the pace for so long (still, without an axis).
   template <class Body>
   bool turn(const Vector3& axis, double seconds, const Body& body) {
     for (int k = 0; k < int(seconds * kRate); ++k) {
       // Starts and ends gently.
       const double x = (k + 0.5) / (seconds * kRate);
-      const Vector3 rate = axis * (kPace * (1.0 - std::cos(2.0 * M_PI * x)));
-      StreamSample s;
-      s.t = samples_++ / kRate;
-      s.gyr = rate + truth_.gyr_bias + noise(kOrdinary.gyr);
-      s.acc = accelerometer_model(nRb_, truth_.acc_bias, gravity_n(kStandardGravity)) +
-              noise(kOrdinary.acc);
-      s.mag = {
-          magnetometer_model(nRb_, truth_.mag[0].distortion, truth_.mag[0].bias, truth_.dip_rad) +
-          noise(kOrdinary.mag)};
-      nRb_ = (nRb_ * Rot3::Exp(rate / kRate)).normalized();
-      if (body(s)) return true;
+      if (step(axis * (kPace * (1.0 - std::cos(2.0 * M_PI * x))), body)) return true;
+    }
+    return false;
+  }
+
+  // As the simulated hand, at a pace that is ours over its first twenty seconds (it begins with the
+  // fastest turns), where it does not rest.
+  template <class Body>
+  bool turn_like(const HandMotion& hand, double seconds, const Body& body) {
+    constexpr double kCompared = 20.0;
+    double turned = 0.0, moving = 0.0;
+    for (double t = 0.0; t < kCompared; t += 1.0 / kRate) {
+      const double rate = hand.omega(t).norm();
+      turned += rate;
+      moving += rate > 0.0 ? 1.0 : 0.0;
+    }
+    const double slower = kPace * moving / turned;
+    for (int k = 0; k < int(seconds * kRate); ++k) {
+      if (step(slower * hand.omega(slower * k / kRate), body)) return true;
     }
     return false;
   }
@@ -83,32 +109,65 @@ inline Vector3 axis_of(const std::string& sentence) {
   return axis.normalized();
 }
 
-// Seconds until the stream says that it is good enough; 600 at the most. random_rad: 0 does what
-// the sentences say, else turns at random by up to so much at a time.
-inline double time_to_target(std::uint64_t seed, double random_rad,
-                             const StreamingOptions& options) {
-  constexpr double kLongest = 600.0, kStill = 3.0;
+// And by what angle, rad.
+inline double angle_of(const std::string& sentence) {
+  return sentence.find("three quarters") == std::string::npos ? M_PI : 1.5 * M_PI;
+}
+
+// What a person does after keeping still for three seconds, or from the start if the noise is
+// known.
+struct Habit {
+  double random_rad = 0.0;  // turns about axes at random, by up to so much at a time
+  bool hand = false;        // moves like the simulated hand
+};                          // else what the sentences say
+
+struct PersonResult {
+  double seconds = 600.0;                  // until the stream says that it is good enough; at most
+  std::optional<Calibration> calibration;  // at that moment
+  SensorParameters truth;
+};
+
+inline PersonResult turn_until_good_enough(std::uint64_t seed, const Habit& habit,
+                                           const StreamingOptions& options) {
+  constexpr double kStill = 3.0, kReading = 0.25;  // s; the latter for each sentence
   StreamedPerson person(seed);
   StreamingCalibration stream(1, options);
-  std::string sentence = "Keep it still";
-  double reached = kLongest;
+  std::string sentence;
+  PersonResult out;
+  out.truth = person.truth();
+  const double longest = out.seconds;
   const auto feed = [&](const StreamSample& s) {
     const auto u = stream.add(s);
-    if (!u) return s.t >= kLongest;
+    if (!u) return s.t >= longest;
     sentence = u->guidance;
-    if (u->phase == StreamPhase::kConverged) reached = s.t;
-    return u->phase == StreamPhase::kConverged || s.t >= kLongest;
+    if (u->phase != StreamPhase::kConverged) return s.t >= longest;
+    out.seconds = s.t;
+    out.calibration = u->theta;
+    return true;
   };
-  if (person.turn(Vector3::Zero(), kStill, feed)) return reached;
+  // Where the noise is known nobody asks for it.
+  if (!options.noise && person.turn(Vector3::Zero(), kStill, feed)) return out;
+  if (habit.hand) {
+    person.turn_like(HandMotion(seed, longest, 0.0), longest, feed);
+    return out;
+  }
   for (;;) {
-    if (random_rad > 0.0) {
-      if (person.turn_at_random(random_rad, feed)) return reached;
+    if (habit.random_rad > 0.0) {
+      if (person.turn_at_random(habit.random_rad, feed)) return out;
       continue;
     }
+    if (person.turn(Vector3::Zero(), kReading, feed)) return out;
+    if (sentence.empty()) continue;
     const Vector3 axis = axis_of(sentence);
-    const double seconds = axis.isZero() ? kStill : M_PI / StreamedPerson::kPace;
-    if (person.turn(person.sign() * axis, seconds, feed)) return reached;
+    const double seconds = axis.isZero() ? kStill : angle_of(sentence) / StreamedPerson::kPace;
+    if (person.turn(person.sign() * axis, seconds, feed)) return out;
   }
+}
+
+// random_rad: 0 does what the sentences say, else turns at random by up to so much at a time.
+inline double time_to_target(std::uint64_t seed, double random_rad,
+                             const StreamingOptions& options) {
+  return turn_until_good_enough(seed, {.random_rad = random_rad}, options).seconds;
 }
 
 }  // namespace magimu

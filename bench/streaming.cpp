@@ -4,7 +4,8 @@
 //   end       the end of the stream against LevenbergMarquardt on the same factors
 //   nees      are the sigmas honest on the way?
 //   magnet    a magnet waved near the sensor for five seconds: which windows are left out
-//   guided    a person who does what the sentences say against one who turns at random
+//   guided    a person who does what the sentences say against others who turn at random
+//   enough    true errors at the moment of "good enough" against the claimed ones
 //   print     one stream, update by update
 #include <fmt/format.h>
 #include <time.h>
@@ -17,6 +18,7 @@
 #include "bench/error_statistics.h"
 #include "bench/streamed.h"
 #include "bench/streamed_person.h"
+#include "bench/streaming_guided.h"
 #include "calibration/parameter_names.h"
 #include "solvers/incremental_qr.h"
 #include "solvers/marginals.h"
@@ -290,25 +292,16 @@ void magnet(const Options& o) {
       missed, must, wrong, others, 100.0 * wrong / std::max(1, others), worst);
 }
 
-void guided(const Options& o) {
-  // At random: by up to so much at a time.
-  constexpr std::pair<const char*, double> kPeople[] = {{"guided", 0.0},
-                                                        {"half turns", M_PI},
-                                                        {"quarter turns", 0.5 * M_PI},
-                                                        {"eighths", 0.25 * M_PI}};
-  for (const auto& [name, random_rad] : kPeople) {
-    std::vector<double> seconds;
-    for (std::uint64_t seed = o.first; seed < o.first + std::uint64_t(o.seeds); ++seed) {
-      StreamingOptions options = o.streaming();
-      options.target.heading_deg = o.target_deg;
-      if (o.noise) options.noise = StreamedPerson::kOrdinary;
-      seconds.push_back(time_to_target(seed, random_rad, options));
-    }
-    fmt::print("{:14}", name);
-    for (const double s : seconds) fmt::print(" {:3.0f}", s);
-    std::sort(seconds.begin(), seconds.end());
-    fmt::print("   median {:.0f} s\n", seconds[seconds.size() / 2]);
-  }
+StreamingOptions of_people(const Options& o) {
+  StreamingOptions options = o.streaming();
+  options.target.heading_deg = o.target_deg;
+  if (o.noise) options.noise = StreamedPerson::kOrdinary;
+  return options;
+}
+
+void guided(const Options& o) { compare_people(o.first, o.seeds, of_people(o)); }
+void good_enough(const Options& o) {
+  if (!check_good_enough(o.first, o.seeds, of_people(o))) fmt::print("OUTSIDE\n");
 }
 
 }  // namespace
@@ -318,7 +311,7 @@ int main(int argc, char** argv) {
   using namespace magimu;
   CLI::App app("Streaming calibration, measured");
   Options o;
-  app.add_option("mode", o.mode, "latency, end, nees, magnet, guided or print");
+  app.add_option("mode", o.mode, "latency, end, nees, magnet, guided, enough or print");
   app.add_option("--motion", o.motion, "simulated: hand, hand_held or paper");
   app.add_option("--file", o.file, "a recording instead");
   app.add_option("--model", o.model, "rotation, hand_held or auto; else as simulated");
@@ -333,7 +326,8 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   const std::map<std::string, void (*)(const Options&)> modes = {
       {"latency", latency}, {"end", end},       {"nees", nees_on_the_way},
-      {"magnet", magnet},   {"guided", guided}, {"print", print}};
+      {"magnet", magnet},   {"guided", guided}, {"enough", good_enough},
+      {"print", print}};
   const auto mode = modes.find(o.mode);
   if (mode == modes.end()) {
     fmt::print(stderr, "there is no mode {}\n", o.mode);

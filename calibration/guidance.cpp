@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "calibration/nodes.h"
 #include "calibration/parameter_names.h"
@@ -19,7 +20,10 @@ constexpr double kStep = 0.4;        // s between the attitudes at which a motio
 constexpr double kHandAcc = 0.3;     // m/s^2: what a hand adds to gravity
 constexpr double kWorthIt = 0.05;    // relative fall of the target's sigma: a motion that helps
 constexpr double kHorizontal = 0.6;  // sine: turns about such an axis turn it upside down
-constexpr double kTurnedEnough = M_PI;
+constexpr double kThreeQuarters = 1.5 * M_PI;
+constexpr double kTurnedEnough = 1.4 * M_PI;  // nearly three quarters of a turn
+constexpr double kBegun =
+    0.5;  // sine: how much steeper an axis may be if it was turned about so far
 
 const char* const kAxis[3] = {"x", "y", "z"};
 
@@ -31,6 +35,13 @@ Motion half_turn(int axis, bool over) {
   return {fmt::format("Turn it {} about its {} axis.", over ? "upside down" : "by half a turn",
                       kAxis[axis]),
           fmt::format("turn about {}", kAxis[axis]), Vector3::Unit(axis), M_PI, M_PI / kTurnRate};
+}
+
+// Half turns about two axes leave sides of the sensor that the field has never passed; three
+// quarters leave none, in the least time.
+Motion three_quarters(int axis) {
+  return {fmt::format("Turn it by three quarters of a turn about its {} axis.", kAxis[axis]), "",
+          Vector3::Unit(axis), kThreeQuarters, kThreeQuarters / kTurnRate};
 }
 
 // About an axis alone the field passes through few attitudes: half turns about x, y and z see three
@@ -65,8 +76,10 @@ class PlayedThrough {
     gyr_density_ = spec.noise.gyr;
   }
 
-  MatrixXd information(const Motion& motion, double sign) const {
-    MatrixXd out = MatrixXd::Zero(size_, size_);
+  // What it has added after each step.
+  std::vector<MatrixXd> information(const Motion& motion, double sign) const {
+    MatrixXd sum = MatrixXd::Zero(size_, size_);
+    std::vector<MatrixXd> out;
     const int steps = std::max(1, int(std::round(motion.time_s / kStep)));
     const Vector3 step = motion.axis * (sign * motion.angle_rad / steps);
     Rot3 nRb = nRb_;
@@ -74,7 +87,8 @@ class PlayedThrough {
     for (int k = 1; k <= steps; ++k) {
       by_bias -= nRb.matrix() * kStep;
       nRb = nRb * Rot3::Exp(step);
-      add(nRb, by_bias, gyr_density_ * std::sqrt(k * kStep), out);
+      add(nRb, by_bias, gyr_density_ * std::sqrt(k * kStep), sum);
+      out.push_back(sum);
     }
     return out;
   }
@@ -118,6 +132,7 @@ std::vector<Motion> motions_from(const Rot3& nRb) {
   for (int axis = 0; axis < 3; ++axis) {
     out.push_back(half_turn(axis, std::abs(nRb.matrix()(2, axis)) < kHorizontal));
   }
+  for (int axis = 0; axis < 3; ++axis) out.push_back(three_quarters(axis));
   for (int axis = 0; axis < 3; ++axis) {
     for (const double sign : {1.0, -1.0}) {
       out.push_back(half_turn_about_diagonal(axis, (axis + 1) % 3, sign));
@@ -146,32 +161,53 @@ Guidance guide(const IncrementalQr& estimator, const ModelSpec& spec, Key last_a
         unit.asDiagonal() * P.bottomRightCorner(unit.size(), unit.size()) * unit.asDiagonal();
     return distance(c);
   };
-  const double before = distance_with(A);
+  const double before = distance_with(A), widening = distance(now) / before;
   Guidance best;
-  double best_rate = -1.0;
+  double best_rate = -1.0, soonest = std::numeric_limits<double>::infinity();
   for (const Motion& motion : motions_from(nRb)) {
-    double gain = 0.0;  // either way round, on average
+    double gain = 0.0, reached = 0.0;  // s; either way round, on average
     for (const double sign : {1.0, -1.0}) {
-      gain += 0.5 * std::log(before / distance_with(A + played.information(motion, sign)));
+      const std::vector<MatrixXd> added = played.information(motion, sign);
+      gain += 0.5 * std::log(before / distance_with(A + added.back()));
+      const auto short_of = [&](const MatrixXd& more) {
+        return widening * distance_with(A + more) > 1.0;
+      };
+      const auto enough = std::partition_point(added.begin(), added.end(), short_of);
+      reached += enough == added.end() ? std::numeric_limits<double>::infinity()
+                                       : 0.5 * kStep * double(enough - added.begin() + 1);
     }
     if (gain > kWorthIt && !motion.missing.empty()) best.missing.push_back(motion.missing);
-    if (gain / motion.time_s <= best_rate) continue;
-    best_rate = gain / motion.time_s;
+    const bool better =
+        reached < soonest || (!std::isfinite(soonest) && gain / motion.time_s > best_rate);
+    best_rate = std::max(best_rate, gain / motion.time_s);
+    if (!better) continue;
+    soonest = reached;
     best.motion = motion;
   }
   return best;
 }
 
-Guidance guide(const Vector3& turned_rad, bool rested) {
+Guidance guide(const Vector3& turned_rad, const Vector3& up, bool rested) {
   Guidance out;
+  int next = -1;
+  double least = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
-    if (turned_rad[axis] < kTurnedEnough) {
-      out.missing.push_back(fmt::format("turn about {}", kAxis[axis]));
-    }
+    if (turned_rad[axis] >= kTurnedEnough) continue;
+    out.missing.push_back(fmt::format("turn about {}", kAxis[axis]));
+    // About a level axis the field and gravity turn most; what was begun goes on.
+    const double steep = std::abs(up[axis]) - kBegun * turned_rad[axis] / kTurnedEnough;
+    if (next >= 0 && steep >= least) continue;
+    next = axis;
+    least = steep;
   }
-  Eigen::Index least = 0;
-  turned_rad.minCoeff(&least);
-  out.motion = rested ? half_turn(int(least), false) : keep_still();
+  if (next >= 0) {
+    out.motion = three_quarters(next);
+  } else {
+    Eigen::Index axis = 0;
+    turned_rad.minCoeff(&axis);
+    out.motion = half_turn(int(axis), false);
+  }
+  if (!rested) out.motion = keep_still();
   return out;
 }
 

@@ -5,9 +5,10 @@
 //
 //   A' = A + sum_k J_k' S^-1 J_k      A: information of the last attitude and the globals so far
 //
-// and the motion is named after which the target's standard deviation is smallest for the time it
-// takes. The gyroscope is taken for good enough to know the attitude relative to the present one,
-// up to its bias; J_k is of the measurement models of factors/sensor_model.h.
+// and the motion is named in which the target is reached first; where none does, the one after
+// which the target's standard deviation has fallen most for the time it takes. The gyroscope is
+// taken for good enough to know the attitude relative to the present one, up to its bias; J_k is of
+// the measurement models of factors/sensor_model.h.
 #pragma once
 
 #include <string>
@@ -25,8 +26,8 @@ struct Motion {
   double angle_rad = 0.0, time_s = 0.0;
 };
 
-// Half turns about the axes and the diagonals between two of them, and keeping still. nRb: the
-// present attitude.
+// Half turns about the axes and the diagonals between two of them, three quarters about the axes,
+// and keeping still. nRb: the present attitude.
 std::vector<Motion> motions_from(const Rot3& nRb);
 
 struct Guidance {
@@ -39,7 +40,9 @@ struct Guidance {
 Guidance guide(const IncrementalQr& estimator, const ModelSpec& spec, Key last_attitude,
                const Calibration& now, const std::function<double(const Calibration&)>& distance);
 
-// Before there is an estimate: by how far the sensor has been turned about each axis, rad.
-Guidance guide(const Vector3& turned_rad, bool rested);
+// Before there is an estimate: by how far the sensor has been turned about each axis, rad, and the
+// direction upward in its frame. Three quarters of a turn about a level axis and then about one
+// that is level after it are nearly enough.
+Guidance guide(const Vector3& turned_rad, const Vector3& up, bool rested);
 
 }  // namespace magimu

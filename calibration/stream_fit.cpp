@@ -17,7 +17,8 @@ namespace {
 constexpr double kNodeRate = 12.0;        // a second, at the most: as in the pipeline's coarse fits
 constexpr double kRateUncertain = 1.05;   // the rate may turn out to be so much higher
 constexpr double kRepeatsDropped = 0.3;   // of a magnetometer's samples
-constexpr double kTryAgain = 1.15;        // times the stream's length
+constexpr double kTriedOften = 20.0;      // s: while the stream is that short,
+constexpr double kTryAgain = 1.15;        // and after that at so many times its length
 constexpr double kUsable = 15.0;          // deg, accuracy of a first calibration
 constexpr double kResidualUsable = 0.15;  // of the field
 constexpr double kAccBiasSigma = 1.0;     // m/s^2: of any part that works
@@ -33,7 +34,8 @@ bool shows_offset(const Calibration& c) {
 }  // namespace
 
 void StreamingCalibration::State::try_to_start() {
-  next_try_ = kTryAgain * (samples_.last_t() - samples_.first_t());
+  const double length = samples_.last_t() - samples_.first_t();
+  next_try_ = length < kTriedOften ? length : kTryAgain * length;  // at every update, or rarely
   const VectorSeries& mag = samples_.all().mag.front();
   const double repeats = 1.0 - double(without_repeats(mag).size()) / double(mag.size());
   const bool drop = repeats > kRepeatsDropped;
@@ -128,7 +130,7 @@ IncrementalQr StreamingCalibration::State::rebuilt(const Values& values) const {
     WindowFactors f = window_factors(samples_, w, spec_, nullptr);
     take_over(w, spec_, values, f);
     const bool flagged = std::find(flagged_.begin(), flagged_.end(), i) != flagged_.end();
-    out.append(f.motion, f.values, f.field, flagged);
+    out.append(std::move(f.motion), f.values, std::move(f.field), flagged);
   }
   out.idle();
   return out;

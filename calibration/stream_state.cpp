@@ -24,6 +24,7 @@ constexpr double kTurned = 2.5;    // uT, scatter of the magnetometer along ever
 constexpr double kStillRate = 0.2;    // rad/s; biases are smaller
 constexpr double kStillEnough = 2.5;  // s
 constexpr double kLongGap = 0.1;      // s
+constexpr double kLately = 0.3;       // s
 constexpr int kManyNodes = 15000;     // beyond, what the model lacks is not looked for at the end
 constexpr int kMostIdle = 8;          // updates at the end
 constexpr double kSettled = 0.003;    // sigmas
@@ -113,11 +114,21 @@ double StreamingCalibration::State::distance(const Calibration& c) const {
   return out;
 }
 
+// In the sensor's frame, by what the accelerometer read lately; zero without one.
+Vector3 StreamingCalibration::State::upward() const {
+  const VectorSeries& acc = samples_.all().acc;
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t k = acc.size(); k > 0 && acc.t[k - 1] > samples_.last_t() - kLately; --k) {
+    sum += acc.v[k - 1];
+  }
+  return sum.normalized();
+}
+
 StreamUpdate StreamingCalibration::State::collecting_update() {
   StreamUpdate u;
   u.t = samples_.last_t();
   u.samples = samples_.count();
-  const Guidance guidance = guide(turned_, batch_.noise || longest_still_ > kStillEnough);
+  const Guidance guidance = guide(turned_, upward(), batch_.noise || longest_still_ > kStillEnough);
   u.guidance = guidance.motion.sentence;
   u.missing = guidance.missing;
   for (const std::string& what : undetermined_) {

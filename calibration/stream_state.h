@@ -32,6 +32,7 @@ class StreamingCalibration::State {
   // stream_state.cpp
   void look_at_turning(const StreamSample& sample);
   bool time_to_try() const;
+  Vector3 upward() const;
   StreamUpdate collecting_update();
   StreamUpdate update();
   double distance(const Calibration& c) const;

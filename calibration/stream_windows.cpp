@@ -50,8 +50,9 @@ void StreamingCalibration::State::add_window(const StreamWindow& window) {
   const Values front = estimator_->front();
   spec_.gyr_bias = front.at<Vector3>(key::gyr_bias);
   spec_.acc_bias = front.at<Vector3>(key::acc_bias);
-  const WindowFactors f = window_factors(samples_, window, spec_, &front);
-  const int number = estimator_->update(f.motion, f.values, f.field, true).window;
+  WindowFactors f = window_factors(samples_, window, spec_, &front);
+  const int number =
+      estimator_->update(std::move(f.motion), f.values, std::move(f.field), true).window;
   const Innovation innovation = estimator_->innovation(number);
   window_fit_ = consistency_.judge(innovation);
   if (turned(number)) consistency_.learn(innovation);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/condensed_triangle.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "graph/decompositions.h"
@@ -12,26 +13,42 @@ constexpr double kZeroPivot = 1e-12;  // of its row
 
 // Rows begin <= i < end of a triangle into rows at.. of A: its columns last, first, globals and d
 // go to the given columns.
-void place(const CondensedTriangle& t, int begin, int end, RowBlock& A, int at, int last, int first,
+void place(const CondensedTriangle& t, int begin, int end, RowStack& A, int at, int last, int first,
            int globals) {
-  const int n = end - begin;
-  if (n == 0) return;
-  A.block(at, last, n, t.last) = t.R.block(begin, 0, n, t.last);
-  A.block(at, first, n, t.first) = t.R.block(begin, t.last, n, t.first);
-  A.block(at, globals, n, t.globals) = t.R.block(begin, t.last + t.first, n, t.globals);
-  A.col(A.cols() - 1).segment(at, n) = t.R.col(t.width()).segment(begin, n);
+  for (int i = begin; i < end; ++i, ++at) {
+    const double* const from = t.R.data() + i * t.R.outerStride();
+    double* const to = A.row(at);
+    // Left of the diagonal there are zeros.
+    const auto copy = [&](int column, int width, int target) {
+      const int skip = std::min(width, std::max(0, i - column));
+      std::copy_n(from + column + skip, width - skip, to + target + skip);
+    };
+    copy(0, t.last, last);
+    copy(t.last, t.first, first);
+    copy(t.last + t.first, t.globals, globals);
+    to[A.columns() - 1] = from[t.width()];
+  }
 }
 
 // Columns from `begin` on, of the rows listed (-1: a zero row).
-RowBlock gather(const RowBlock& A, const std::vector<int>& rows, int begin) {
-  RowBlock out(Eigen::Index(rows.size()), A.cols() - begin);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i] < 0) {
-      out.row(Eigen::Index(i)).setZero();
+RowBlock gather(const RowStack& A, const std::vector<int>& rows, int begin) {
+  RowBlock out(Eigen::Index(rows.size()), A.columns() - begin);
+  double* to = out.data();
+  for (const int row : rows) {
+    if (row < 0) {
+      std::fill_n(to, out.cols(), 0.0);
     } else {
-      out.row(Eigen::Index(i)) = A.row(rows[i]).tail(out.cols());
+      std::copy_n(A.row(row) + begin, out.cols(), to);
     }
+    to += out.cols();
   }
+  return out;
+}
+
+// Squares of the last column from a row on.
+double squares_below(const RowStack& A, int row) {
+  double out = 0.0;
+  for (; row < A.rows(); ++row) out += std::pow(A.row(row)[A.columns() - 1], 2);
   return out;
 }
 
@@ -65,7 +82,8 @@ CondensedTriangle merge(const CondensedTriangle& left, const CondensedTriangle& 
   out.globals = globals;
   out.squares = left.squares + right.squares;
   // [shared | last | first | globals | d], rows in the order that keeps the triangles' zeros.
-  RowBlock A = RowBlock::Zero(left.width() + right.width(), b + c + a + globals + 1);
+  thread_local RowStack A;
+  A.reset(left.width() + right.width(), b + c + a + globals + 1);
   const int g = b + c + a;
   int at = 0;
   const auto put = [&](const CondensedTriangle& t, int begin, int end, int last, int first) {
@@ -79,8 +97,7 @@ CondensedTriangle merge(const CondensedTriangle& left, const CondensedTriangle& 
   std::vector<int> shared_rows, rows;
   int next = triangularize(A, 0, 0, b, shared_rows);
   next = triangularize(A, next, b, g + globals, rows);
-  const auto d = A.col(A.cols() - 1);
-  out.squares += d.tail(A.rows() - next).squaredNorm();
+  out.squares += squares_below(A, next);
   out.R = gather(A, rows, b);
   if (shared != nullptr) *shared = {b, c, a, globals, gather(A, shared_rows, 0)};
   return out;
@@ -98,12 +115,12 @@ CondensedTriangle sum(const CondensedTriangle& a, const CondensedTriangle& b, in
   CondensedTriangle out;
   out.globals = globals;
   out.squares = a.squares + b.squares;
-  RowBlock A = RowBlock::Zero(a.width() + b.width(), globals + 1);
+  RowStack A(a.width() + b.width(), globals + 1);
   place(a, 0, a.width(), A, 0, 0, 0, 0);
   place(b, 0, b.width(), A, a.width(), 0, 0, 0);
   std::vector<int> rows;
   const int next = triangularize(A, 0, 0, globals, rows);
-  out.squares += A.col(globals).tail(A.rows() - next).squaredNorm();
+  out.squares += squares_below(A, next);
   out.R = gather(A, rows, 0);
   return out;
 }

@@ -24,6 +24,7 @@ WindowCoordinates IncrementalQr::coordinates(const Window& w) const {
   WindowCoordinates to;
   to.globals = x_globals_.head(w.point.globals.size());
   if (w.chain < 0) return to;
+  if (w.leaf < 0) return w.point;  // held back
   const TriangleTree& tree = chains_[std::size_t(w.chain)].tree;
   to.last = tree.last_of(w.leaf);
   if (w.leaf > 0) to.first = tree.last_of(w.leaf - 1);

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <utility>
 
 namespace magimu {
 namespace {
@@ -38,23 +38,48 @@ void IncrementalQr::put(int window, Condensed condensed) {
   }
 }
 
+// What was held back joins the tree.
+void IncrementalQr::put_held(bool take_in) {
+  if (held_.window < 0) return;
+  Window& w = windows_[std::size_t(held_.window)];
+  w.removed = !take_in;
+  if (take_in) {
+    Condensed with = std::move(*w.otherwise);
+    w.otherwise.reset();
+    put(held_.window, std::move(with));
+  } else {
+    put(held_.window);
+  }
+  chains_[std::size_t(w.chain)].last = w.point.last;
+  held_ = {};
+}
+
 int IncrementalQr::refresh() {
   int merges = 0;
   for (Chain& chain : chains_) merges += chain.tree.refresh(anchors_.dim());
   return merges;
 }
 
+// What all chains and windows without nodes say about the globals; root_of: a chain's root.
+template <class RootOf>
+CondensedTriangle IncrementalQr::total(const RootOf& root_of) const {
+  const int globals = anchors_.dim();
+  CondensedTriangle out{0, 0, 0, RowBlock(0, 1)};
+  bool first = true;
+  const auto add = [&](const CondensedTriangle& t) {
+    out = first && t.globals == globals ? t : sum(out, t, globals);
+    first = false;
+  };
+  for (int c = 0; c < int(chains_.size()); ++c) add(without_last(root_of(c)));
+  for (const int w : loose_) add(windows_[std::size_t(w)].triangle);
+  return out;
+}
+
 // The root's solution, and from it the last nodes. Returns the globals' step in sigmas.
 double IncrementalQr::solve() {
   const int globals = anchors_.dim();
-  root_ = CondensedTriangle{0, 0, 0, RowBlock(0, 1)};
-  bool first = true;
-  const auto add = [&](const CondensedTriangle& t) {
-    root_ = first && t.globals == globals ? t : sum(root_, t, globals);
-    first = false;
-  };
-  for (const Chain& chain : chains_) add(without_last(chain.tree.root()));
-  for (const int w : loose_) add(windows_[std::size_t(w)].triangle);
+  root_ =
+      total([&](int c) -> const CondensedTriangle& { return chains_[std::size_t(c)].tree.root(); });
   const VectorXd x = magimu::solve(root_, kNullTolerance);
   const double step = (root_.R.leftCols(globals) * (x - x_globals_)).norm();
   x_globals_ = x;
@@ -77,8 +102,11 @@ void IncrementalQr::look(int window) {
   VectorXd delta(t.width());
   delta << to.last - w.point.last, to.first - w.point.first, to.globals - w.point.globals;
   const int rows = w.elimination.rows(0) + (w.removed ? 0 : w.elimination.rows(1));
-  double drift = (t.R.leftCols(t.width()) * delta).norm() / std::sqrt(double(std::max(rows, 1))) /
-                 options_.tolerance;
+  double squares = 0.0;
+  for (int i = 0, n = t.width(); i < n; ++i) {
+    squares += std::pow(t.R.row(i).segment(i, n - i).dot(delta.tail(n - i)), 2);
+  }
+  double drift = std::sqrt(squares / std::max(rows, 1)) / options_.tolerance;
   for (const WindowElimination::Variable& v : w.elimination.variables()) {
     if (!v.rotation || v.place == WindowElimination::Place::kInner) continue;
     const int at = v.offset + (v.place == WindowElimination::Place::kLast    ? 0
@@ -105,19 +133,32 @@ void IncrementalQr::look_around() {
 // drifted so far.
 bool IncrementalQr::relinearize(int limit, double from_drift, UpdateResult& result) {
   std::vector<int> drifted;
-  for (int w = 0; w < windows(); ++w) {
-    if (drift_[std::size_t(w)] > from_drift) drifted.push_back(w);
-  }
-  if (std::ptrdiff_t(drifted.size()) > limit) {
-    const auto less = [&](int a, int b) { return drift_[std::size_t(a)] < drift_[std::size_t(b)]; };
-    const Window& worst = windows_[std::size_t(*std::ranges::max_element(drifted, less))];
-    const auto order = [&](int i) {  // its neighbours first
-      const Window& w = windows_[std::size_t(i)];
-      const bool near = w.chain == worst.chain && w.leaf / limit == worst.leaf / limit;
-      return std::tuple(!near, -drift_[std::size_t(i)], i);
+  if (limit < windows()) {
+    const auto at = std::ranges::max_element(drift_);
+    if (!(*at > from_drift)) return false;
+    const Window& worst = windows_[std::size_t(at - drift_.begin())];
+    // Its neighbours come with it, then the worst of all others.
+    const auto take = [&](int i) {
+      if (int(drifted.size()) == limit || !(drift_[std::size_t(i)] > from_drift)) return;
+      drifted.push_back(i);
+      drift_[std::size_t(i)] = 0.0;
     };
-    std::ranges::partial_sort(drifted, drifted.begin() + limit, {}, order);
-    drifted.resize(std::size_t(limit));
+    if (worst.chain >= 0) {
+      const std::vector<int>& chain = chains_[std::size_t(worst.chain)].windows;
+      const int first = worst.leaf / limit * limit;
+      for (int leaf = first; leaf < std::min(first + limit, int(chain.size())); ++leaf) {
+        take(chain[std::size_t(leaf)]);
+      }
+    }
+    while (int(drifted.size()) < limit) {
+      const auto next = std::ranges::max_element(drift_);
+      if (!(*next > from_drift)) break;
+      take(int(next - drift_.begin()));
+    }
+  } else {
+    for (int w = 0; w < windows(); ++w) {
+      if (drift_[std::size_t(w)] > from_drift) drifted.push_back(w);
+    }
   }
   for (const int i : drifted) {
     Window& w = windows_[std::size_t(i)];
@@ -156,30 +197,35 @@ void IncrementalQr::attend_to_old_windows(UpdateResult& result, bool stepped) {
   result.largest_drift = *std::max_element(drift_.begin(), drift_.end());
 }
 
-int IncrementalQr::add(const FactorGraph& factors, const Values& new_values,
-                       const FactorGraph& removable, bool hold_back) {
+int IncrementalQr::add(FactorGraph factors, const Values& new_values, FactorGraph removable,
+                       bool hold_back) {
+  put_held(false);
   const int window = windows();
-  windows_.push_back(make_window(factors, new_values, removable));
+  windows_.push_back(make_window(std::move(factors), new_values, std::move(removable)));
   drift_.push_back(0.0);
   Window& w = windows_.back();
   w.removed = hold_back;
   if (w.chain < 0) loose_.push_back(window);
+  if (hold_back && w.chain >= 0 && chains_[std::size_t(w.chain)].tree.size() > 0) {
+    hold(window);
+    return window;
+  }
   put(window);
   if (w.chain >= 0) chains_[std::size_t(w.chain)].last = w.point.last;
   return window;
 }
 
-void IncrementalQr::append(const FactorGraph& factors, const Values& new_values,
-                           const FactorGraph& removable, bool hold_back) {
-  add(factors, new_values, removable, hold_back);
+void IncrementalQr::append(FactorGraph factors, const Values& new_values, FactorGraph removable,
+                           bool hold_back) {
+  add(std::move(factors), new_values, std::move(removable), hold_back);
 }
 
-UpdateResult IncrementalQr::update(const FactorGraph& factors, const Values& new_values,
-                                   const FactorGraph& removable, bool hold_back) {
+UpdateResult IncrementalQr::update(FactorGraph factors, const Values& new_values,
+                                   FactorGraph removable, bool hold_back) {
   UpdateResult result;
-  result.window = add(factors, new_values, removable, hold_back);
+  result.window = add(std::move(factors), new_values, std::move(removable), hold_back);
   result.variables = windows_.back().values.size();
-  step(result);
+  if (held_.window < 0) step(result);
   if (!hold_back) attend_to_old_windows(result, true);
   return result;
 }
@@ -187,6 +233,18 @@ UpdateResult IncrementalQr::update(const FactorGraph& factors, const Values& new
 UpdateResult IncrementalQr::conclude(int window, bool take_in) {
   UpdateResult result;
   result.window = window;
+  if (window == held_.window) {
+    // Old windows come first, while the tree is the solution's.
+    if (windows() > options_.eager_windows) {
+      look_around();
+      relinearize(options_.relinearized, 1.0, result);
+    }
+    put_held(take_in);
+    step(result);
+    if (windows() <= options_.eager_windows) attend_to_old_windows(result, true);
+    result.largest_drift = *std::max_element(drift_.begin(), drift_.end());
+    return result;
+  }
   const bool changes = put_otherwise(window, !take_in);
   attend_to_old_windows(result, !changes);
   return result;
@@ -194,6 +252,7 @@ UpdateResult IncrementalQr::conclude(int window, bool take_in) {
 
 UpdateResult IncrementalQr::idle() {
   UpdateResult result;
+  put_held(false);
   step(result);
   for (int w = 0; w < windows(); ++w) look(w);
   if (relinearize(windows(), kIdleDrift, result)) step(result);
@@ -207,6 +266,10 @@ void IncrementalQr::restore(int window) { turn(window, false); }
 
 void IncrementalQr::turn(int window, bool removed) {
   UpdateResult result;
+  if (held_.window >= 0) {
+    put_held(false);
+    step(result);
+  }
   if (put_otherwise(window, removed)) step(result);
 }
 
@@ -224,18 +287,26 @@ bool IncrementalQr::put_otherwise(int window, bool removed) {
 Innovation IncrementalQr::innovation(int window) {
   Window& w = windows_[std::size_t(window)];
   if (w.chain < 0) throw std::invalid_argument("a window without nodes has no innovation");
-  if (!w.otherwise) w.otherwise = condense(w, w.removed);
-  const int globals = anchors_.dim();
-  CondensedTriangle total{0, 0, 0, RowBlock(0, 1)};
-  for (std::size_t c = 0; c < chains_.size(); ++c) {
-    const TriangleTree& tree = chains_[c].tree;
-    const CondensedTriangle root =
-        int(c) == w.chain ? tree.root_with(w.leaf, w.otherwise->triangle, globals) : tree.root();
-    total = sum(total, without_last(root), globals);
+  const int dof = w.elimination.rows(1), globals = anchors_.dim();
+  // Squares of all, with this for the root of the window's chain.
+  const auto squares = [&](const CondensedTriangle& root) {
+    return total([&](int c) -> const CondensedTriangle& {
+             return c == w.chain ? root : chains_[std::size_t(c)].tree.root();
+           })
+        .squares;
+  };
+  const TriangleTree& tree = chains_[std::size_t(w.chain)].tree;
+  if (window == held_.window) {  // it follows the root
+    const auto continued = [&](const CondensedTriangle& by) {
+      return squares(merge(tree.root(), by, globals, nullptr));
+    };
+    const double with = continued(w.otherwise->triangle);
+    return {std::max(0.0, with - continued(held_.without)), dof};
   }
-  for (const int l : loose_) total = sum(total, windows_[std::size_t(l)].triangle, globals);
-  const double change = root_.squares - total.squares;
-  return {std::max(0.0, w.removed ? -change : change), w.elimination.rows(1)};
+  if (!w.otherwise) w.otherwise = condense(w, w.removed);
+  const double change =
+      root_.squares - squares(tree.root_with(w.leaf, w.otherwise->triangle, globals));
+  return {std::max(0.0, w.removed ? -change : change), dof};
 }
 
 }  // namespace magimu

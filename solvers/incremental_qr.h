@@ -48,7 +48,7 @@ struct IncrementalQrOptions {
   std::function<bool(Key)> is_global;
   int eager_windows = 60;      // up to so many, all that have drifted are linearized again
   int relinearized = 2;        // after that so many an update, the worst
-  int looked_at = 16;          // windows whose drift is determined anew in an update
+  int looked_at = 6;           // windows whose drift is determined anew in an update
   double tolerance = 0.01;     // sigmas of one residual, root mean square
   double max_rotation = 1e-4;  // rad
 };
@@ -78,13 +78,14 @@ class IncrementalQr {
   // the last node of one chain, which the window continues; without that it starts a chain. Factors
   // of `removable` can be taken out later. Throws std::invalid_argument, naming the factor, where
   // one reaches further back, and leaves everything as it was. hold_back: as if remove() had been
-  // called for the window, for a look at innovation() first; conclude() then ends the update.
-  UpdateResult update(const FactorGraph& factors, const Values& new_values,
-                      const FactorGraph& removable = {}, bool hold_back = false);
+  // called for the window, for a look at innovation() first; conclude() then ends the update, and
+  // the estimate may wait for it.
+  UpdateResult update(FactorGraph factors, const Values& new_values, FactorGraph removable = {},
+                      bool hold_back = false);
   // The same, but the estimate waits for the next update() or idle(): for a start with many windows
   // at once, of which the first alone would leave too much undetermined.
-  void append(const FactorGraph& factors, const Values& new_values,
-              const FactorGraph& removable = {}, bool hold_back = false);
+  void append(FactorGraph factors, const Values& new_values, FactorGraph removable = {},
+              bool hold_back = false);
   // The window that was held back is taken in or stays as it is, and old windows have their turn.
   UpdateResult conclude(int window, bool take_in);
   // Nothing new, and time for all old windows: every one that has drifted, if by a tenth of what is
@@ -137,6 +138,11 @@ class IncrementalQr {
     // empty: nobody has asked since it was linearized.
     std::optional<Condensed> otherwise;
   };
+  // The newest window, where it continues a chain and is held back: not in the tree yet.
+  struct Held {
+    int window = -1;
+    CondensedTriangle without;  // its removable factors; with them: the window's `otherwise`
+  };
   struct Chain {
     TriangleTree tree;
     std::vector<int> windows;
@@ -146,17 +152,19 @@ class IncrementalQr {
   };
 
   int find_chain(const FactorGraph& graph, const Values& new_values) const;
-  Window make_window(const FactorGraph& factors, const Values& new_values,
-                     const FactorGraph& removable);
+  Window make_window(FactorGraph factors, const Values& new_values, FactorGraph removable);
   Condensed condense(const Window& w, bool with_removable) const;
   void put(int window);
   void put(int window, Condensed condensed);
+  void hold(int window);
+  void put_held(bool take_in);
   void turn(int window, bool removed);
   bool put_otherwise(int window, bool removed);
+  template <class RootOf>
+  CondensedTriangle total(const RootOf& root_of) const;
   void step(UpdateResult& result);
   void attend_to_old_windows(UpdateResult& result, bool stepped);
-  int add(const FactorGraph& factors, const Values& new_values, const FactorGraph& removable,
-          bool hold_back);
+  int add(FactorGraph factors, const Values& new_values, FactorGraph removable, bool hold_back);
   int refresh();
   double solve();
   WindowCoordinates coordinates(const Window& w) const;
@@ -175,6 +183,7 @@ class IncrementalQr {
   std::vector<Chain> chains_;
   std::vector<int> loose_;  // windows without nodes
   CondensedTriangle root_;  // of the globals
+  Held held_;
 };
 
 }  // namespace magimu

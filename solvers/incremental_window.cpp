@@ -60,13 +60,12 @@ int IncrementalQr::find_chain(const FactorGraph& graph, const Values& new_values
   return chain;
 }
 
-IncrementalQr::Window IncrementalQr::make_window(const FactorGraph& factors,
-                                                 const Values& new_values,
-                                                 const FactorGraph& removable) {
+IncrementalQr::Window IncrementalQr::make_window(FactorGraph factors, const Values& new_values,
+                                                 FactorGraph removable) {
   const int chain = std::max(find_chain(factors, new_values), find_chain(removable, new_values));
   Window w;
-  w.factors = factors;
-  w.removable = removable;
+  w.factors = std::move(factors);
+  w.removable = std::move(removable);
   std::uint32_t low = std::numeric_limits<std::uint32_t>::max(), high = 0;
   for (const Values::Slot& s : new_values.slots()) {
     if (options_.is_global(s.key)) continue;
@@ -131,10 +130,23 @@ IncrementalQr::Window IncrementalQr::make_window(const FactorGraph& factors,
 }
 
 IncrementalQr::Condensed IncrementalQr::condense(const Window& w, bool with_removable) const {
+  const std::vector<bool> used{true, with_removable};
   Condensed out;
-  out.triangle = w.elimination.condense({&w.factors, &w.removable}, {true, with_removable},
-                                        w.values, w.point, &out.nodes);
+  out.triangle =
+      w.elimination.condense(w.elimination.linearize({&w.factors, &w.removable}, used, w.values),
+                             used, w.point, &out.nodes);
   return out;
+}
+
+// With and without its removable factors, linearized once.
+void IncrementalQr::hold(int window) {
+  Window& w = windows_[std::size_t(window)];
+  const auto linearized =
+      w.elimination.linearize({&w.factors, &w.removable}, {true, true}, w.values);
+  held_ = {window, w.elimination.condense(linearized, {true, false}, w.point, nullptr)};
+  Condensed with;
+  with.triangle = w.elimination.condense(linearized, {true, true}, w.point, &with.nodes);
+  w.otherwise = std::move(with);
 }
 
 }  // namespace magimu

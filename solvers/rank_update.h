@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The steps in which eliminations spend their time, compiled once for each instruction set
 // (rank_update.inc): two of nodes with a wide border, whose rows of numbers are `width` long, a
-// multiple of kWidthUnit, and start on 64 bytes; and Householder's.
+// multiple of kWidthUnit, and start on 64 bytes; and Householder's (reflections.inc).
 #pragma once
 
 #include <cstddef>
@@ -21,10 +21,12 @@ struct RankCode {
   //   the first n rows x <- U1'^-1 x, the rest that follow y <- y - U2' x
   void (*eliminate)(const double* U, int stride, const double* inverse, int n, int rest,
                     double* rows, int width);
-  // rows -= beta v (v' rows): of the `count` rows first + list[k] stride, the `width` numbers from
-  // there on, a multiple of kWidthUnit, wherever they start.
-  void (*reflect)(double* first, std::ptrdiff_t stride, const int* list, int count, const double* v,
-                  double beta, int width);
+  // Householder reflections of the rows from `top` on, as householder.h describes them. Rows are
+  // `stride` doubles apart, a multiple of kWidthUnit that begins on 64 bytes; left of column
+  // `begin` they are zero. numbers: room for 2 (stride + rows), on 64 bytes; integers: for end -
+  // begin + 3 rows.
+  int (*triangularize)(double* A, std::ptrdiff_t stride, int rows, int top, int begin, int end,
+                       int* pivot_row, double* numbers, int* integers);
 };
 RankCode rank_code(Isa isa);
 

@@ -19,9 +19,9 @@ int slot_index(const Values& values, Key key) {
 // Rows of [first | globals | d] that inner nodes have left behind.
 class Gathered {
  public:
-  explicit Gathered(int columns) : rows_(RowBlock::Zero(2 * kGatheredRows, columns)) {}
+  explicit Gathered(int columns) : rows_(2 * kGatheredRows, columns) {}
 
-  void push(const RowBlock& A, int begin, int end) {
+  void push(const RowStack::View& A, int begin, int end) {
     if (filled_ + end - begin > rows_.rows()) condense();
     if (filled_ + end - begin > rows_.rows()) {
       rows_.conservativeResize(filled_ + end - begin, Eigen::NoChange);
@@ -142,70 +142,94 @@ void WindowElimination::resolve(const std::vector<const FactorGraph*>& graphs,
   }
 }
 
-CondensedTriangle WindowElimination::condense(const std::vector<const FactorGraph*>& graphs,
-                                              const std::vector<bool>& used, const Values& at,
-                                              const WindowCoordinates& point,
-                                              std::vector<EliminatedNode>* nodes) const {
-  // Linearized, batch by batch.
-  std::vector<std::vector<double>> r(batches_.size()), J(batches_.size());
+WindowElimination::Linearized WindowElimination::linearize(
+    const std::vector<const FactorGraph*>& graphs, const std::vector<bool>& used,
+    const Values& at) const {
+  Linearized out;
+  out.r.resize(batches_.size());
+  out.J.resize(batches_.size());
   for (std::size_t b = 0; b < batches_.size(); ++b) {
     if (!used[batches_[b].graph]) continue;
     const FactorBatch& batch = *graphs[batches_[b].graph]->batches()[batches_[b].index];
-    r[b].resize(std::size_t(batch.size() * batch.rows()));
-    J[b].resize(r[b].size() * std::size_t(batch.columns()));
-    batch.linearize(at.data(), batches_[b].keys, 0, batch.size(), r[b].data(), J[b].data());
+    out.r[b].resize(std::size_t(batch.size() * batch.rows()));
+    out.J[b].resize(out.r[b].size() * std::size_t(batch.columns()));
+    batch.linearize(at.data(), batches_[b].keys, 0, batch.size(), out.r[b].data(), out.J[b].data());
   }
-  // Of rotations with an anchor: d (move from the point) / d (coordinate about the anchor).
-  std::vector<Matrix3> chart(variables_.size());
-  const auto coordinates = [&](const Variable& v, int width) {
-    const VectorXd& x = v.place == Place::kGlobal  ? point.globals
-                        : v.place == Place::kFirst ? point.first
-                                                   : point.last;
-    return x.segment(v.offset, width);
-  };
-  for (std::size_t s = 0; s < variables_.size(); ++s) {
-    const Variable& v = variables_[s];
-    if (v.place == Place::kInner || !v.rotation) continue;
-    chart[s] = so3::left_jacobian(Vector3(coordinates(v, 3)));
+  return out;
+}
+
+// Of a window at one point: factors' rows in columns [own | next | first | globals | d].
+struct WindowElimination::Assembly {
+  Assembly(const WindowElimination& window, const Linearized& linearized,
+           const WindowCoordinates& point)
+      : w(window),
+        numbers(linearized),
+        coordinates(w.variables_.size()),
+        chart(coordinates.size()) {
+    for (std::size_t s = 0; s < w.variables_.size(); ++s) {
+      const Variable& v = w.variables_[s];
+      if (v.place == Place::kInner) continue;
+      const VectorXd& x = v.place == Place::kGlobal  ? point.globals
+                          : v.place == Place::kFirst ? point.first
+                                                     : point.last;
+      coordinates[s] = x.data() + v.offset;
+      if (v.rotation) chart[s] = so3::left_jacobian(Vector3(x.segment<3>(v.offset)));
+    }
   }
 
-  const int border = first_ + globals_ + 1;
-  // A factor's rows into A, whose columns are [own | next | first | globals | d].
-  const auto add = [&](const std::pair<int, int>& factor, int level, int own, int next, RowBlock& A,
-                       int row) {
-    const Batch& b = batches_[std::size_t(factor.first)];
-    const int i = factor.second;
-    const Eigen::Map<const RowBlock> Ji(
-        J[std::size_t(factor.first)].data() + std::ptrdiff_t(i) * b.rows * b.columns, b.rows,
-        b.columns);
-    auto d = A.col(A.cols() - 1).segment(row, b.rows);
-    d += Eigen::Map<const VectorXd>(r[std::size_t(factor.first)].data() + i * b.rows, b.rows);
-    int column = 0;
+  void add(const std::pair<int, int>& factor, int level, int own, int next, double* row,
+           std::ptrdiff_t stride, int d) const {
+    const Batch& b = w.batches_[std::size_t(factor.first)];
+    const auto i = std::size_t(factor.second), rows = std::size_t(b.rows);
+    const double* const r = numbers.r[std::size_t(factor.first)].data() + i * rows;
+    const double* J =
+        numbers.J[std::size_t(factor.first)].data() + i * rows * std::size_t(b.columns);
+    for (int k = 0; k < b.rows; ++k) row[k * stride + d] = r[k];
     for (std::size_t k = 0; k < b.per_factor; ++k) {
-      const auto slot = std::size_t(b.variables[std::size_t(i) * b.per_factor + k]);
-      const Variable& v = variables_[slot];
-      const int width = width_of_[slot];
-      const auto part = Ji.middleCols(column, width);
-      column += width;
+      const auto slot = std::size_t(b.variables[i * b.per_factor + k]);
+      const Variable& v = w.variables_[slot];
       int to = v.offset;
-      if (v.place == Place::kGlobal) to += own + next + first_;
+      if (v.place == Place::kGlobal) to += own + next + w.first_;
       if (v.place == Place::kFirst) to += own + next;
       if (v.level > level) to += own;
-      auto target = A.block(row, to, b.rows, width);
-      if (v.place == Place::kInner) {
-        target = part;
-        continue;
-      }
-      d.noalias() -= part.lazyProduct(coordinates(v, width));
-      if (v.rotation) {
-        target.noalias() = part.lazyProduct(chart[slot]);
-      } else {
-        target = part;
-      }
+      add_block(b, slot, J, row, stride, to, d);
+      J += w.width_of_[slot];
     }
-  };
+  }
 
+ private:
+  void add_block(const Batch& b, std::size_t slot, const double* J, double* row,
+                 std::ptrdiff_t stride, int to, int d) const {
+    const int width = w.width_of_[slot];
+    const double* const x = coordinates[slot];
+    const bool turned = x != nullptr && w.variables_[slot].rotation;
+    for (int k = 0; k < b.rows; ++k, J += b.columns, row += stride) {
+      double* const target = row + to;
+      if (turned) {
+        Eigen::Map<Eigen::RowVector3d>(target).noalias() =
+            Eigen::Map<const Eigen::RowVector3d>(J).lazyProduct(chart[slot]);
+      } else {
+        for (int c = 0; c < width; ++c) target[c] = J[c];
+      }
+      if (x == nullptr) continue;
+      for (int c = 0; c < width; ++c) row[d] -= J[c] * x[c];
+    }
+  }
+
+  const WindowElimination& w;
+  const Linearized& numbers;
+  std::vector<const double*> coordinates;  // of variables with an anchor; null: without
+  std::vector<Matrix3> chart;              // of rotations: d (move from the point) / d (coordinate)
+};
+
+CondensedTriangle WindowElimination::condense(const Linearized& linearized,
+                                              const std::vector<bool>& used,
+                                              const WindowCoordinates& point,
+                                              std::vector<EliminatedNode>* nodes) const {
+  const Assembly assembly(*this, linearized, point);
+  const int border = first_ + globals_ + 1;
   Gathered gathered(border);
+  thread_local RowStack stack;
   RowBlock carried(0, levels_.front().width + border);
   if (nodes != nullptr) nodes->clear();
   std::vector<int> pivots;
@@ -218,18 +242,20 @@ CondensedTriangle WindowElimination::condense(const std::vector<const FactorGrap
       const Batch& b = batches_[std::size_t(f.first)];
       if (used[b.graph]) rows += b.rows;
     }
-    RowBlock A = RowBlock::Zero(rows, own + next + border);
+    stack.reset(rows, own + next + border);
+    RowStack::View A = stack.view();
     int row = int(carried.rows());
     A.topLeftCorner(row, own) = carried.leftCols(own);
     A.topRightCorner(row, border) = carried.rightCols(border);
     for (const auto& f : level.factors) {
       if (!used[batches_[std::size_t(f.first)].graph]) continue;
-      add(f, int(l), own, next, A, row);
+      assembly.add(f, int(l), own, next, A.data() + row * A.outerStride(), A.outerStride(),
+                   int(A.cols()) - 1);
       row += batches_[std::size_t(f.first)].rows;
     }
     if (is_last) {
       A.bottomRightCorner(gathered.size(), border) = gathered.rows();
-      const int below = triangularize(A, 0, 0, own + border - 1, pivots);
+      const int below = triangularize(stack, 0, 0, own + border - 1, pivots);
       CondensedTriangle out{own, first_, globals_, RowBlock::Zero(own + border - 1, own + border),
                             gathered.squares()};
       for (std::size_t p = 0; p < pivots.size(); ++p) {
@@ -238,15 +264,19 @@ CondensedTriangle WindowElimination::condense(const std::vector<const FactorGrap
       out.squares += A.col(A.cols() - 1).tail(A.rows() - below).squaredNorm();
       return out;
     }
-    const int below = triangularize(A, 0, 0, own, pivots);
+    const int below = triangularize(stack, 0, 0, own, pivots);
     if (nodes != nullptr) {
-      EliminatedNode node{own, next, first_, globals_, RowBlock::Zero(own, A.cols())};
+      EliminatedNode node{own, next, first_, globals_, RowBlock(own, A.cols())};
       for (std::size_t p = 0; p < pivots.size(); ++p) {
-        if (pivots[p] >= 0) node.R.row(Eigen::Index(p)) = A.row(pivots[p]);
+        if (pivots[p] >= 0) {
+          node.R.row(Eigen::Index(p)) = A.row(pivots[p]);
+        } else {
+          node.R.row(Eigen::Index(p)).setZero();
+        }
       }
       nodes->push_back(std::move(node));
     }
-    const int rest = triangularize(A, below, own, own + next, pivots);
+    const int rest = triangularize(stack, below, own, own + next, pivots);
     carried = A.block(below, own, rest - below, next + border);
     gathered.push(A, rest, int(A.rows()));
   }

@@ -29,11 +29,17 @@ class WindowElimination {
   WindowElimination(const std::vector<const FactorGraph*>& graphs, const Values& values,
                     const std::function<bool(Key)>& is_global, std::optional<std::uint32_t> first);
 
-  // The window linearized at `at` (of the layout given above) and condensed, with the parts of
-  // graphs that are used. The result's unknowns are coordinates about the anchors. nodes, unless
-  // null, receives what solve() needs.
-  CondensedTriangle condense(const std::vector<const FactorGraph*>& graphs,
-                             const std::vector<bool>& used, const Values& at,
+  // Residuals and Jacobians, batch by batch, of the parts of graphs that are used; at: values of
+  // the layout given above.
+  struct Linearized {
+    std::vector<std::vector<double>> r, J;
+  };
+  Linearized linearize(const std::vector<const FactorGraph*>& graphs, const std::vector<bool>& used,
+                       const Values& at) const;
+  // The window condensed, with the parts that are used of those that were linearized. The result's
+  // unknowns are coordinates about the anchors; point: where it was linearized. nodes, unless null,
+  // receives what solve() needs.
+  CondensedTriangle condense(const Linearized& linearized, const std::vector<bool>& used,
                              const WindowCoordinates& point,
                              std::vector<EliminatedNode>* nodes) const;
   // Moves of the inner nodes from `at`, given the coordinates of the others: a tangent vector of
@@ -63,6 +69,8 @@ class WindowElimination {
     std::vector<std::pair<int, int>> factors;  // (batch, factor)
     int rows = 0;
   };
+  // A factor's rows, where they are linearized and where they go.
+  struct Assembly;
   struct Batch {
     std::size_t graph, index;  // graph's batch
     int rows, columns;

@@ -207,9 +207,26 @@ TEST(Streaming, following_the_guidance_reaches_the_target) {
   EXPECT_LT(time_to_target(1, 0.0, options), 60.0);
 }
 
+// About one that is level now, then about one that is level after that: with the y axis upright,
+// x has been turned about, and z is left.
+TEST(Streaming, guidance_begins_with_three_quarters_about_level_axes) {
+  const Motion first = guide(Vector3::Zero(), Vector3::UnitZ(), true).motion;
+  EXPECT_EQ(first.axis, Vector3::UnitX());
+  EXPECT_EQ(first.angle_rad, 1.5 * M_PI);
+  // What was begun goes on, however the other axes lie meanwhile.
+  const Vector3 under_way(0.4 * M_PI, 0.05, 0.05), diagonal(0.1, 0.0, 1.0);
+  EXPECT_EQ(guide(under_way, diagonal, true).motion.axis, Vector3::UnitX());
+  const Guidance second = guide(Vector3(1.5 * M_PI, 0.1, 0.1), Vector3::UnitY(), true);
+  EXPECT_EQ(second.motion.axis, Vector3::UnitZ());
+  EXPECT_THAT(second.missing, testing::ElementsAre("turn about y", "turn about z"));
+  EXPECT_TRUE(guide(Vector3::Zero(), Vector3::UnitZ(), false).motion.axis.isZero());
+}
+
 TEST(Streaming, guidance_is_understood_as_it_is_meant) {
   for (const Motion& motion : motions_from(Rot3())) {
     EXPECT_LT((axis_of(motion.sentence) - motion.axis).norm(), 1e-12) << motion.sentence;
+    if (motion.axis.isZero()) continue;
+    EXPECT_EQ(angle_of(motion.sentence), motion.angle_rad) << motion.sentence;
   }
 }
 

@@ -188,9 +188,11 @@ void find_small_motion(const std::vector<const Recording*>& recordings, const Pi
   const NodeResiduals residuals = node_residuals(stage, recordings, Sensor::kAcc);
   const SlowPower acc = slow_power(residuals);
   if (acc.z() < kSlowSigmas || acc.log_ratio < kLeastSlow) return;
-  // An error of the magnetometer bends the attitude, and that shows in the accelerometer, too.
-  const SlowPower mag = slow_power(node_residuals(stage, recordings, Sensor::kMag));
-  if (mag.squares > kMostOfIt * acc.squares) return;
+  // An error of another sensor bends the attitude, and that shows in the accelerometer, too.
+  for (const Sensor other : {Sensor::kMag, Sensor::kGyr}) {
+    const SlowPower theirs = slow_power(node_residuals(stage, recordings, other));
+    if (theirs.squares > kMostOfIt * acc.squares) return;
+  }
   if (follows_the_attitude(recordings, stage, acc.squares)) return;
   Stage moving = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));
   if (!stage.spec().effects.empty()) {

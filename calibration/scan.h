@@ -7,9 +7,9 @@
 //   S = z' A^-1 z      chi-square with as many degrees of freedom as parameters, if there is no
 //                      such effect; A^-1 z is what one step of a refit would estimate
 //
-// Under coloured noise S is too large. The same scores summed over windows of seconds that share no
-// node scatter about their mean as the noise really does (Hotelling's T^2 of them is an F
-// variable); where the scatter is larger than A says, that test decides.
+// Under coloured noise S is too large. The scores of windows of seconds that share no node scatter
+// about their mean as the noise really does; where that is more than A says, beyond chance, S is
+// judged by it (Rao and Scott 1984: its mean and its unevenness over the directions).
 #pragma once
 
 #include <memory>

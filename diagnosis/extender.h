@@ -36,7 +36,16 @@ class Extender {
   Calibration summary(const Stage& stage) const;
 
  private:
-  struct Trial;
+  static constexpr double kMinGain = 1.0;  // nats on left-out data
+
+  struct Trial {
+    Option option;
+    Stage stage;
+    double nll;
+
+    double total() const { return nll + option.searched; }
+    VectorXd parameters() const;
+  };
   bool survives(Option& option, const Stage& stage) const;
   bool is_all(const Stage& stage) const;
   bool foretells(const Stage& stage) const;

@@ -43,8 +43,8 @@ std::vector<double> log_noise(const Stage& stage, const LinearSystem& system,
   return out;
 }
 
-// Positions among the globals of what describes a random process.
-std::vector<Eigen::Index> process_of(const Stage& stage, const CondensedChain& chain) {
+// Positions among the globals of the effects' parameters.
+std::vector<Eigen::Index> effects_of(const Stage& stage, const CondensedChain& chain) {
   std::vector<Eigen::Index> out;
   const auto& effects = stage.spec().effects;
   const std::vector<std::vector<Key>> keys = effect_keys(effects);
@@ -58,14 +58,14 @@ double log_det_of(const Eigen::LDLT<MatrixXd>& ldlt) {
   return ldlt.vectorD().array().max(1e-300).log().sum();
 }
 
-// What a window's negative log-likelihood changes by where a process is integrated out instead of
-// being held at `step`, which the other windows' information K lets expect.
+// What a window's negative log-likelihood changes by where some parameters are integrated out
+// instead of being held at `step`, which the other windows' information K lets expect.
 double integrated(const CondensedWindow& own, const MatrixXd& K, const VectorXd& step,
-                  const std::vector<Eigen::Index>& process) {
-  if (process.empty()) return 0.0;
-  const VectorXd g = VectorXd(own.score - own.information * step)(process);
-  const MatrixXd before = K(process, process);
-  const Eigen::LDLT<MatrixXd> with(before + own.information(process, process)), without(before);
+                  const std::vector<Eigen::Index>& free) {
+  if (free.empty()) return 0.0;
+  const VectorXd g = VectorXd(own.score - own.information * step)(free);
+  const MatrixXd before = K(free, free);
+  const Eigen::LDLT<MatrixXd> with(before + own.information(free, free)), without(before);
   return 0.5 * (log_det_of(with) - log_det_of(without) - g.dot(with.solve(g)));
 }
 
@@ -86,7 +86,7 @@ std::vector<double> held_out_nll(const Stage& stage, double seconds) {
   const CondensedChain chain = condense(system, values, node_of, window_of);
   std::vector<double> out = log_noise(stage, system, window_of, chain.windows.size());
   const CondensedWindow all = chain.sum();
-  const std::vector<Eigen::Index> process = process_of(stage, chain);
+  const std::vector<Eigen::Index> effects = effects_of(stage, chain);
   for (std::size_t w = 0; w < out.size(); ++w) {
     const CondensedWindow& own = chain.windows[w];
     MatrixXd K = all.information - own.information;
@@ -96,7 +96,7 @@ std::vector<double> held_out_nll(const Stage& stage, double seconds) {
     const VectorXd step = K.ldlt().solve(s);
     const double squares =
         own.squares - 2.0 * own.score.dot(step) + step.dot(own.information * step);
-    out[w] += 0.5 * (squares + own.log_det) + integrated(own, K, step, process);
+    out[w] += 0.5 * (squares + own.log_det) + integrated(own, K, step, effects);
   }
   return out;
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How well a model predicts data which its parameters have not seen: negative log-likelihood of
-// each window of some seconds, -log p(y_W | parameters fitted without W), the trajectory inside of
-// W integrated out (Laplace), and so is a random process: what it does in W no other window tells.
-// The parameters without W come from the condensed windows: one step from the joint optimum.
+// each window of some seconds, -log p(y_W | other windows), the trajectory inside of W integrated
+// out (Laplace), and so are the parameters of effects, with what the other windows say of them and
+// their prior: one of them may hardly know what shows in W alone. The calibration is that which
+// fits the others best. Both come from the condensed windows: one step from the joint optimum.
 #pragma once
 
 #include <vector>

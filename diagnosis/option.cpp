@@ -9,16 +9,20 @@
 #include "calibration/sensed_motion.h"
 
 namespace magimu {
-namespace {
-
-bool has(const std::vector<std::string>& names, const std::string& name) {
+bool among(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-}  // namespace
+bool contains(const Effect& effect, const std::string& name) {
+  return among(effect.description().contains, name);
+}
+
+bool replaces(const Effect& effect, const std::string& name) {
+  return contains(effect, name) || (effect.name() == "stationary_source" && name == effect.name());
+}
 
 bool same_class(const Effect& a, const Effect& b) {
-  return has(a.description().same_class, b.name()) || has(b.description().same_class, a.name());
+  return among(a.description().same_class, b.name()) || among(b.description().same_class, a.name());
 }
 
 VectorSeries residual_without_last(const Stage& stage, VectorXd& theta) {

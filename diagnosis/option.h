@@ -22,6 +22,11 @@ struct Option {
   double searched = 0.0;  // nats: what it costs that these times were chosen among all others
 };
 
+bool among(const std::vector<std::string>& names, const std::string& name);
+// Is the named cause a simpler one within it?
+bool contains(const Effect& effect, const std::string& name);
+// What a new effect takes the place of: what it contains, and a source that seemed to be elsewhere.
+bool replaces(const Effect& effect, const std::string& name);
 // No motion, or none that is usual, tells the two apart.
 bool same_class(const Effect& a, const Effect& b);
 // The magnetometer's residuals without the term of the effect that entered last, whose parameters

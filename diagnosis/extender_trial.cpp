@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One option in the model: what it must pass before it may be compared with the others.
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/extension.h"
+#include "calibration/general_dependence.h"
+#include "calibration/parameter_names.h"
+#include "calibration/random_walk.h"
+#include "calibration/rests.h"
+#include "diagnosis/change_search.h"
+#include "diagnosis/extender.h"
+#include "diagnosis/held_out_nll.h"
+#include "diagnosis/source_search.h"
+#include "factors/effects/catalogue.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kPutDown = 5.0;        // s about the ends of a rest
+constexpr double kCare = 1.0;           // log10 of a probability
+constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a step
+constexpr double kSharp = 4.0;          // a change's jump over those at other times
+constexpr double kColour = 0.15;        // correlation of neighbouring nodes' residuals
+constexpr double kBends = 400.0;        // statistic of a source that bends the trajectory
+constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
+
+}  // namespace
+
+VectorXd Extender::Trial::parameters() const {
+  return effect_parameters(stage.result().values, effect_keys(stage.spec().effects).back());
+}
+
+// Is it there in the refitted model, too, under noise as it is?
+bool Extender::survives(Option& option, const Stage& stage) const {
+  const double level = log10_level();
+  const Score w = wald_test(stage, stage.spec().effects.size() - 1,
+                            at_rest_.excess(option.effect->channel(), stage.spec().noise));
+  if (option.effect->description().random_process) {
+    if (w.coloured) {
+      const Score& s = option.score;
+      option.score.log10_p =
+          estimate_random_walk(s.information, s.information * s.theta,
+                               option.effect->prior_sigma(recordings_.front()->duration_s()),
+                               w.scatter)
+              .log10_p;
+    }
+    return option.score.log10_p < level - (w.coloured ? kCare : 0.0);
+  }
+  const double penalty =
+      option.rank - log10_chi_square_tail(option.score.statistic, option.score.dof);
+  option.score.log10_p = std::min(0.0, w.log10_p + std::max(0.0, penalty));
+  // The F distribution's far tail is not to be trusted as far as that of white noise.
+  if (option.score.log10_p > level - (w.coloured ? kCare : 0.0)) return false;
+  if (option.effect->name() == "hard_iron_change") {
+    // Few windows have it: their noise is that of the others.
+    const double by_others =
+        log10_p_by_scatter_of(stage, key::mag_bias, option.score.statistic, option.score.dof);
+    option.score.log10_p = std::max(option.score.log10_p, by_others + std::max(0.0, penalty));
+    return option.score.log10_p < level && sharpness(option, stage) > kSharp;
+  }
+  const bool of_time = option.effect->with_terms(1) != nullptr;
+  return of_time ||
+         contradiction_of_halves(stage, stage.spec().effects.size() - 1) < kContradiction;
+}
+
+// An error that lasts must be foretold through whole quarters of the recording: what comes and goes
+// with the place where the sensor is held is not. A slow change, where noise is coloured; what
+// happens at some time or by chance cannot.
+bool Extender::foretells(const Stage& stage) const {
+  const Effect& effect = *stage.spec().effects.back();
+  if (effect.name() == "hard_iron_change" || effect.description().random_process) return true;
+  const bool slow = effect.with_terms(1) != nullptr;
+  if (slow && !wald_test(stage, stage.spec().effects.size() - 1).coloured) return true;
+  const double quarter = 0.25 * recordings_.front()->duration_s();
+  return sum_of(held_out_nll(*stage_, quarter)) - sum_of(held_out_nll(stage, quarter)) > kMinGain;
+}
+
+// With a step in the model, does the bias stay the same within the pieces? What changes in many
+// ways is no step.
+bool Extender::is_all(const Stage& stage) const {
+  if (wald_test(stage, stage.spec().effects.size() - 1).coloured) return true;
+  const Scan scan(recordings_, stage, {bias_in_windows(change_windows(*recordings_.front()))});
+  return scan.scores().front().log10_p > kNoStep;
+}
+
+// The times of a change, and the fit with them. Under coloured noise a change is believed where
+// neither begins nor ends a rest: there the sensor was put down or taken up, and the field of the
+// two places differs. False where no change is left.
+bool Extender::find_times(Option& option, Stage& stage) const {
+  ModelSpec spec = stage.spec();
+  const auto refit = [&](const ChangeTimes& times) {
+    spec.effects.back() = make_hard_iron_change_between(times.t0, times.t1);
+    return pipeline_.refit_with_same_noise(*stage_, spec, option.start);
+  };
+  const ChangeTimes found = refined_times(recordings_, stage, {option.t0, option.t1}, refit);
+  auto [t0, t1, sigma_s] = found;
+  stage = refit(found);
+  // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
+  if (wald_test(stage, spec.effects.size() - 1).coloured ||
+      stage.sums().lag1[std::size_t(Sensor::kMag)] > kColour) {
+    const std::vector<TimeSpan> rests = find_rests(*recordings_.front());
+    const auto put_down = [&](double t) {
+      return std::any_of(rests.begin(), rests.end(), [&](const TimeSpan& r) {
+        return std::abs(t - r.begin_s) < kPutDown || std::abs(t - r.end_s) < kPutDown;
+      });
+    };
+    if (put_down(t0)) t0 = -INFINITY;
+    if (put_down(t1)) t1 = INFINITY;
+    // From the beginning to the end: nothing changed.
+    if (std::isinf(t0) && std::isinf(t1)) return false;
+  }
+  // A lasting change is on where the bias is the larger: a magnet came or went.
+  const Values& values = stage.result().values;
+  const Vector3 bias = values.at<Vector3>(key::mag_bias);
+  const Vector3 step = effect_parameters(values, effect_keys(spec.effects).back());
+  option.start = step;
+  if (std::isinf(t1) && std::isfinite(t0) && (bias + step).norm() < bias.norm()) {
+    t1 = t0;
+    t0 = -INFINITY;
+    option.start = -step;
+  }
+  if (t0 != found.t0 || t1 != found.t1) stage = refit({t0, t1});
+  option.effect = spec.effects.back();
+  option.t0 = t0;
+  option.t1 = t1;
+  option.sigma_t = sigma_s;
+  // Any moment was as likely before; those within sigma_t are now.
+  const double duration = recordings_.front()->duration_s();
+  const double sampled = 0.3 / recordings_.front()->mag.front().rate_hz();
+  for (const double t : {t0, t1}) {
+    if (std::isinf(t)) continue;
+    option.searched +=
+        std::max(0.0, std::log(duration / (std::sqrt(2.0 * M_PI) * std::max(sampled, sigma_s))));
+  }
+  return true;
+}
+
+// A strong source bends the trajectory of a fit without it, and what that leaves points elsewhere:
+// once there is some source in the model, its place is looked for anew.
+void Extender::find_source(Option& option, Stage& stage) const {
+  for (const LikelySource& source : sources_by_residual(*recordings_.front(), stage)) {
+    VectorXd start(6);
+    start << source.place, source.moment;
+    Stage again = pipeline_.refit_with_same_noise(*stage_, stage.spec(), start);
+    if (!again.result().converged() || again.result().cost_final > stage.result().cost_final) {
+      continue;
+    }
+    stage = std::move(again);
+    option.start = start;
+  }
+}
+
+// The model with the option in it, fitted; nothing where it does not hold there.
+std::optional<Extender::Trial> Extender::trial(Option option) const {
+  ModelSpec spec = stage_->spec();
+  std::erase_if(spec.effects, [&](const auto& e) { return replaces(*option.effect, e->name()); });
+  spec.effects.push_back(option.effect);
+  Stage stage = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
+  if (option.effect->name() == "hard_iron_change" && !find_times(option, stage)) {
+    return std::nullopt;
+  }
+  if (option.effect->name() == "stationary_source" && option.score.statistic > kBends) {
+    find_source(option, stage);
+  }
+  if (!stage.result().converged() || !survives(option, stage)) return std::nullopt;
+  if (option.effect->description().random_process &&
+      rests_contradict_walk(at_rest_, option.extra.front().value)) {
+    return std::nullopt;
+  }
+  if (!foretells(stage)) return std::nullopt;
+  if (option.effect->name() == "hard_iron_change" && !is_all(stage)) return std::nullopt;
+  const double nll = sum_of(held_out_nll(stage));
+  return Trial{std::move(option), std::move(stage), nll};
+}
+
+}  // namespace magimu

@@ -72,29 +72,33 @@ double log10_f_tail(double x, double p, double q) {
 struct Scatter {
   MatrixXd S;
   double freedom = 1.0;  // degrees of freedom of each direction of S
+  bool known = false;    // that it is more than white noise's, from elsewhere
 
   double mean() const { return S.rows() > 0 ? S.trace() / double(S.rows()) : 1.0; }
   // More than white noise scatters, beyond chance.
   bool coloured() const {
     const double chance = std::sqrt(2.0 / (double(S.rows()) * freedom));
-    return S.rows() > 0 && mean() > std::max(kColoured, 1.0 + kChance * chance);
+    return S.rows() > 0 &&
+           mean() > (known ? kColoured : std::max(kColoured, 1.0 + kChance * chance));
   }
+  bool tells_directions() const { return freedom + 1.0 > kEnough * double(S.rows()); }
 };
 
 // log10 of the probability of a chi-square statistic at least so large where the noise scatters
-// like this. Its mean is off by that of S; and the more S differs from direction to direction, the
-// fewer independent ones the statistic has (Rao and Scott 1984; as an F variable: Thomas and Rao
-// 1987).
-double log10_tail(double statistic, double dof, const Scatter& scatter) {
+// like this. x: the estimate in the coordinates of S. With windows enough by the scatter in each
+// direction (Hotelling's T^2 of them is an F variable); else by one for all, as uncertain as that
+// of a single one: what colours real noise is rarely the same from window to window.
+double log10_tail(double statistic, double dof, const VectorXd& x, const Scatter& scatter) {
   const double white = log10_chi_square_tail(statistic, dof);
-  const double mean = scatter.mean(), f = scatter.freedom;
   if (!scatter.coloured()) return white;
-  // What S differs by chance alone, as that of normal variables does, is taken out.
+  const double f = scatter.freedom;
   const auto p = double(scatter.S.rows());
-  const double uneven = scatter.S.squaredNorm() / (p * mean * mean);
-  const double differs = std::clamp((uneven - p / f) / (1.0 + 1.0 / f), 1.0, p);
-  const double independent = dof / differs;
-  return std::max(white, log10_f_tail(statistic / (dof * mean), independent, independent * f));
+  if (x.size() > 0 && scatter.tells_directions()) {
+    const double T2 = x.dot(scatter.S.ldlt().solve(x));
+    return std::max(white, log10_f_tail(T2 * (f + 1.0 - p) / (p * f), p, f + 1.0 - p));
+  }
+  const double few = (f + 1.0) / std::max(1.0, f + 1.0 - p);  // windows for so many parameters
+  return std::max(white, log10_f_tail(statistic / (dof * scatter.mean() * few), dof, f));
 }
 
 // Of whitened scores, one column a window, about their mean.
@@ -242,8 +246,13 @@ Score Scan::with_own_scatter(std::size_t candidate) const {
   }
   const Scatter scatter = scatter_of(u);
   out.scatter = scatter.mean();
-  out.coloured = scatter.coloured();
-  out.log10_p = log10_tail(out.statistic, out.dof, scatter);
+  out.coloured = out.scatter > kColoured;
+  out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
+  if (out.coloured) {
+    // One scatter for all directions: each has its say in it.
+    out.log10_p = std::max(out.log10_p, log10_f_tail(out.statistic / (out.dof * out.scatter),
+                                                     out.dof, out.dof * scatter.freedom));
+  }
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
   return out;
 }
@@ -270,7 +279,7 @@ Score Scan::combined(const MatrixXd& C) const {
   const Scatter scatter = scatter_of(u);
   out.scatter = scatter.mean();
   out.coloured = scatter.coloured();
-  out.log10_p = log10_tail(out.statistic, out.dof, scatter);
+  out.log10_p = log10_tail(out.statistic, out.dof, u.rowwise().sum(), scatter);
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
   return out;
 }
@@ -283,7 +292,7 @@ double log10_p_by_scatter_of(const Stage& stage, Key parameter, double statistic
   const Scatter scatter = scatter_at_optimum(chain, chain.whole().information, values, parameter,
                                              values.slot(parameter).type.tangent())
                               .scatter;
-  return log10_tail(statistic, dof, scatter);
+  return log10_tail(statistic, dof, {}, scatter);
 }
 
 Score wald_test(const Stage& stage, std::size_t effect, double least_scatter) {
@@ -308,10 +317,12 @@ Score wald_test(const Stage& stage, std::size_t effect, double least_scatter) {
 
   auto [scatter, Q] = scatter_at_optimum(chain, G, values, keys.front(), q);
   scatter.S *= std::max(1.0, least_scatter / std::max(scatter.mean(), 1e-300));
+  scatter.known = least_scatter > 1.0;
   out.scatter = scatter.mean();
   out.coloured = scatter.coloured();
-  out.log10_p = log10_tail(out.statistic, out.dof, scatter);
-  if (out.coloured && scatter.freedom > kEnough * double(Q.cols())) {
+  const VectorXd x = Q.colPivHouseholderQr().solve(out.theta);
+  out.log10_p = log10_tail(out.statistic, out.dof, x, scatter);
+  if (out.coloured && scatter.tells_directions()) {
     out.sigma = (Q * scatter.S * Q.transpose()).diagonal().cwiseSqrt().cwiseMax(out.sigma);
   } else if (out.coloured) {
     // Too few windows for a scatter of each direction: one for all of them.

@@ -8,8 +8,8 @@
 //                      such effect; A^-1 z is what one step of a refit would estimate
 //
 // Under coloured noise S is too large. The scores of windows of seconds that share no node scatter
-// about their mean as the noise really does; where that is more than A says, beyond chance, S is
-// judged by it (Rao and Scott 1984: its mean and its unevenness over the directions).
+// about their mean as the noise really does (Hotelling's T^2 of them is an F variable); where that
+// is more than A says, beyond chance, that test decides.
 #pragma once
 
 #include <memory>

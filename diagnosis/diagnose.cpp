@@ -76,13 +76,13 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   const Pipeline pipeline(recordings, calibration);
   Extender extender(recordings, pipeline, options, d);
   progress("is it the motion?", 0.15);
-  const Stage first = choose_motion_model(recordings, pipeline, options, extender, d);
+  Stage first = choose_motion_model(recordings, pipeline, options, extender, d);
   progress("looking for effects", 0.3);
   const bool turned = has_turned(first);
   if (turned) {
     extender.extend(first);
     if (!options.base && options.motion == MotionModel::kAuto) {
-      find_small_motion(recordings, pipeline, extender, d);
+      if (auto moving = find_small_motion(recordings, pipeline, extender, d)) first = *moving;
     }
   } else {
     extender.replace(first);

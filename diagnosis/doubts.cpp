@@ -138,7 +138,6 @@ SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings) {
           squares[s].push_back((*after - *before).squaredNorm());
         }
       }
-      out.freedom += kOfMedian * 3.0 * std::max(0.0, rest.length_s() / kPiece - 1.0);
     }
   }
   // Neighbouring means of white noise differ by twice the variance of one, on each axis. Median:
@@ -150,14 +149,17 @@ SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings) {
   };
   out.acc = density(0);
   out.gyr = density(1);
+  // Of the pairs formed as many as do not overlap are independent.
+  out.freedom = kOfMedian * 3.0 * kStep / kPiece * double(squares[1].size());
   return out;
 }
 
 bool rests_contradict_walk(const SlowNoise& at_rest, double density) {
-  constexpr double kLeastOfWalk = 0.25, kFewest = 6.0;
+  constexpr double kLeastOfWalk = 0.25, kFewest = 4.0;
   // Means over neighbouring pieces T of a walk differ by the variance 2/3 q^2 T on each axis.
   const double expected = density * density / 3.0;
-  return at_rest.freedom >= kFewest && at_rest.gyr * at_rest.gyr < kLeastOfWalk * expected;
+  return at_rest.freedom >= kFewest && at_rest.gyr > 0.0 &&
+         at_rest.gyr * at_rest.gyr < kLeastOfWalk * expected;
 }
 
 }  // namespace magimu

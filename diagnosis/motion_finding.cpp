@@ -22,7 +22,7 @@ constexpr double kCalm = 1.15;  // accelerometer noise in motion over that at re
 constexpr double kCalmColour = 0.15;
 constexpr double kMoreInMotion = 1.2;
 constexpr double kMostOfIt = 0.5;  // of the misfit, for an effect to be tried in its stead
-constexpr double kSlowSigmas = 4.5, kLeastSlow = 0.15;  // of the slow power's logarithm
+constexpr double kSlowSigmas = 4.5, kLeastSlow = 0.25;  // of the slow power's logarithm
 
 // The accelerometer's residual under pure rotation.
 struct Restlessness {
@@ -181,28 +181,34 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
   return moving;
 }
 
-void find_small_motion(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
-                       Extender& extender, Diagnosis& d) {
+std::optional<Stage> find_small_motion(const std::vector<const Recording*>& recordings,
+                                       const Pipeline& pipeline, Extender& extender, Diagnosis& d) {
   const Stage& stage = extender.stage();
-  if (stage.spec().motion != MotionModel::kRotation) return;
+  if (stage.spec().motion != MotionModel::kRotation) return std::nullopt;
+  // What swings about a fixed point is no hand's motion.
+  for (const auto& e : stage.spec().effects) {
+    if (e->description().rotation_only) return std::nullopt;
+  }
   const NodeResiduals residuals = node_residuals(stage, recordings, Sensor::kAcc);
   const SlowPower acc = slow_power(residuals);
-  if (acc.z() < kSlowSigmas || acc.log_ratio < kLeastSlow) return;
+  if (acc.z() < kSlowSigmas || acc.log_ratio < kLeastSlow) return std::nullopt;
   // An error of another sensor bends the attitude, and that shows in the accelerometer, too.
   for (const Sensor other : {Sensor::kMag, Sensor::kGyr}) {
     const SlowPower theirs = slow_power(node_residuals(stage, recordings, other));
-    if (theirs.squares > kMostOfIt * acc.squares) return;
+    if (theirs.squares > kMostOfIt * acc.squares) return std::nullopt;
   }
-  if (follows_the_attitude(recordings, stage, acc.squares)) return;
-  Stage moving = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));
+  if (follows_the_attitude(recordings, stage, acc.squares)) return std::nullopt;
+  const Stage plain = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));
+  Stage moving = plain;
   if (!stage.spec().effects.empty()) {
     ModelSpec spec = moving.spec();
     spec.effects = stage.spec().effects;
     moving = pipeline.refit(moving, spec);
   }
-  if (!moving.result().converged()) return;
+  if (!moving.result().converged()) return std::nullopt;
   d.findings.push_back(small_motion_finding(stage, moving, acc, residuals));
   extender.replace(moving);
+  return plain;
 }
 
 }  // namespace magimu

@@ -14,8 +14,8 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
 
 // What the effects that were found leave may still be a motion of millimetres: of accelerations
 // below the noise of single samples, but slow. A finding is added to d then, and the motion is
-// modelled from there on.
-void find_small_motion(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
-                       Extender& extender, Diagnosis& d);
+// modelled from there on: the stage of that model without effects.
+std::optional<Stage> find_small_motion(const std::vector<const Recording*>& recordings,
+                                       const Pipeline& pipeline, Extender& extender, Diagnosis& d);
 
 }  // namespace magimu

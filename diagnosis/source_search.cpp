@@ -126,16 +126,26 @@ struct Scanned {
   double statistic;
 };
 
-// Best first.
+// Best first, without places on the path.
 std::vector<Scanned> scanned(const std::vector<const Recording*>& recordings, const Stage& stage,
                              const std::vector<Vector3>& places) {
   std::vector<std::shared_ptr<const Effect>> effects;
-  for (const Vector3& p : places) effects.push_back(make_stationary_source_at(p));
-  const Scan scan(recordings, stage, effects);
+  std::vector<Vector3> clear;
+  for (const Vector3& p : places) {
+    const std::vector<Vector3>& path = recordings.front()->pos->v;
+    if (std::any_of(path.begin(), path.end(),
+                    [&](const Vector3& q) { return (p - q).norm() < kNearest; })) {
+      continue;
+    }
+    clear.push_back(p);
+    effects.push_back(make_stationary_source_at(p));
+  }
   std::vector<Scanned> out;
-  for (std::size_t i = 0; i < places.size(); ++i) {
+  if (effects.empty()) return out;
+  const Scan scan(recordings, stage, effects);
+  for (std::size_t i = 0; i < clear.size(); ++i) {
     const Score& s = scan.scores()[i];
-    out.push_back({{places[i], s.theta}, s.statistic});
+    out.push_back({{clear[i], s.theta}, s.statistic});
   }
   std::sort(out.begin(), out.end(),
             [](const Scanned& a, const Scanned& b) { return a.statistic > b.statistic; });
@@ -185,9 +195,10 @@ std::vector<LikelySource> likely_sources(const std::vector<const Recording*>& re
     const std::vector<Scanned> again = scanned(recordings, stage, places);
     for (std::size_t i = 0; i < best.size(); ++i) {
       const auto first = places.begin() + std::ptrdiff_t(7 * i);
-      best[i] = *std::find_if(again.begin(), again.end(), [&](const Scanned& s) {
+      const auto better = std::find_if(again.begin(), again.end(), [&](const Scanned& s) {
         return std::find(first, first + 7, s.source.place) != first + 7;
       });
+      if (better != again.end()) best[i] = *better;
     }
   }
   std::vector<LikelySource> out;

@@ -146,7 +146,7 @@ class IncrementalQr {
   struct Chain {
     TriangleTree tree;
     std::vector<int> windows;
-    int looked_at = 0;                      // the leaf where the next look at drifts begins
+    int looked_at = 0;                      // the leaf whose drift was looked at last
     std::uint32_t first_index, last_index;  // of its nodes
     VectorXd last;                          // coordinates of its last node
   };

@@ -176,6 +176,27 @@ void find_timing_noise(const std::vector<const Recording*>& full, const Diagnosi
   }
 }
 
+// Blows are over before a sample is: what they do to velocity and place reaches the model through
+// no sample, and errors of the accelerometer can imitate it.
+void withdraw_beside_blows(const Stage& stage, Diagnosis& d) {
+  constexpr double kStruck = 0.01, kBlow = 10.0;  // of the samples; times the noise
+  const auto blows = std::find_if(d.findings.begin(), d.findings.end(), [](const Finding& f) {
+    return f.effect == "outliers" && f.channel == to_string(Channel::kAcc);
+  });
+  if (stage.spec().motion != MotionModel::kHandHeld || blows == d.findings.end()) return;
+  const double share = blows->parameters[0].value, times = blows->parameters[1].value;
+  if (share < kStruck || times < kBlow) return;
+  std::erase_if(d.findings, [&](const Finding& f) {
+    const auto effect = find_effect(f.effect);
+    if (!effect || effect->channel() != Channel::kAcc) return false;
+    add_evidence(d, Channel::kAcc,
+                 fmt::format("{} is not named: {:.2g} % of the accelerometer's samples are blows, "
+                             "which move the sensor in ways that it can imitate.",
+                             f.effect, 100.0 * share));
+    return true;
+  });
+}
+
 }  // namespace
 
 void add_evidence(Diagnosis& d, Channel channel, std::string sentence) {
@@ -215,6 +236,7 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
                       const std::vector<const Recording*>& full, const DiagnosisOptions& options,
                       Extender& extender, Diagnosis& d) {
   const Stage& stage = extender.stage();
+  withdraw_beside_blows(stage, d);
   const std::vector<Score> scores = scores_of(recordings, stage, stage.spec().motion);
   const double level = std::log10(options.false_alarm_rate / 3.0 / double(scores.size()));
   double most = 0.0;

@@ -120,6 +120,8 @@ TEST_F(RealDiagnosis, finds_the_taps) {
   EXPECT_THAT(d.findings, Contains(testing::AllOf(Field(&Finding::effect, "outliers"),
                                                   Field(&Finding::channel, "acc"))))
       << sentences(d);
+  // Beside them an accelerometer 5 % off, which no other recording of these sensors has.
+  EXPECT_EQ(find(d, "acc_scale_misalignment"), nullptr) << sentences(d);
 }
 
 TEST_F(RealDiagnosis, every_finding_gains_on_what_it_was_not_fitted_to) {

@@ -23,6 +23,7 @@ constexpr double kCalmColour = 0.15;
 constexpr double kMoreInMotion = 1.2;
 constexpr double kMostOfIt = 0.5;  // of the misfit, for an effect to be tried in its stead
 constexpr double kSlowSigmas = 4.5, kLeastSlow = 0.25;  // of the slow power's logarithm
+constexpr double kOverRest = 1.0;  // standard deviations: weak colour is at rest, too
 
 // The accelerometer's residual under pure rotation.
 struct Restlessness {
@@ -191,7 +192,9 @@ std::optional<Stage> find_small_motion(const std::vector<const Recording*>& reco
   }
   const NodeResiduals residuals = node_residuals(stage, recordings, Sensor::kAcc);
   const SlowPower acc = slow_power(residuals);
-  if (acc.z() < kSlowSigmas || acc.log_ratio < kLeastSlow) return std::nullopt;
+  if (acc.z() < kSlowSigmas || acc.log_ratio < kLeastSlow || acc.over_rest < kOverRest) {
+    return std::nullopt;
+  }
   // An error of another sensor bends the attitude, and that shows in the accelerometer, too.
   for (const Sensor other : {Sensor::kMag, Sensor::kGyr}) {
     const SlowPower theirs = slow_power(node_residuals(stage, recordings, other));

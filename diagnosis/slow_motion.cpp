@@ -11,7 +11,7 @@ namespace magimu {
 namespace {
 
 constexpr double kSlowest = 0.15, kHandsFastest = 1.5, kFaster = 2.5;  // Hz
-constexpr double kFewestNodes = 8;
+constexpr std::size_t kFewestNodes = 8;
 constexpr double kCut = 3.0;       // standard deviations
 constexpr double kNotWhite = 2.0;  // standard deviations of the ratio at rest
 
@@ -65,7 +65,7 @@ BandPower power_of(const std::vector<std::vector<Vector3>>& pieces, double inter
   if (sizes.empty()) return out;
   const double cut = kCut * 1.4826 * median(sizes);
   for (const auto& piece : pieces) {
-    if (double(piece.size()) < kFewestNodes) continue;
+    if (piece.size() < kFewestNodes) continue;
     for (int axis = 0; axis < 3; ++axis) {
       std::vector<double> x;
       for (const Vector3& r : piece) x.push_back(std::clamp(r[axis], -cut, cut));

@@ -20,7 +20,8 @@ NodeResiduals node_residuals(const Stage& stage, const std::vector<const Recordi
 
 // Power from 0.15 to 1.5 Hz over that beyond 2.5 Hz, which a hand hardly reaches. White noise has
 // as much in both; coloured noise has not, but has none more in motion than at rest. Values beyond
-// three standard deviations count as those: blows are not slow. All zero without a rest.
+// three standard deviations count as those: blows are not slow. All zero without a rest of eight
+// nodes, or where nodes are too slow for these bands.
 struct SlowPower {
   double log_ratio = 0.0, sigma = 0.0;  // beyond the ratio at rest, where that is more than white
   double squares = 0.0;                 // in the band beyond noise, whitened

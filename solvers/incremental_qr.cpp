@@ -132,6 +132,7 @@ void IncrementalQr::look_around() {
 // The worst-drifted windows, so many at most, linearized where the estimate is. False if none has
 // drifted so far.
 bool IncrementalQr::relinearize(int limit, double from_drift, UpdateResult& result) {
+  if (limit <= 0) return false;
   std::vector<int> drifted;
   if (limit < windows()) {
     const auto at = std::ranges::max_element(drift_);
@@ -244,6 +245,10 @@ UpdateResult IncrementalQr::conclude(int window, bool take_in) {
     if (windows() <= options_.eager_windows) attend_to_old_windows(result, true);
     result.largest_drift = *std::max_element(drift_.begin(), drift_.end());
     return result;
+  }
+  if (held_.window >= 0) {  // another one
+    put_held(false);
+    step(result);
   }
   const bool changes = put_otherwise(window, !take_in);
   attend_to_old_windows(result, !changes);

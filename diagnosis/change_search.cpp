@@ -15,9 +15,9 @@ namespace {
 constexpr double kLittle = 0.05;       // of the statistic
 constexpr double kChangeWindow = 5.0;  // s, at the least
 constexpr int kMaxChangeWindows = 24;
-constexpr double kGrid = 0.5;      // s
-constexpr double kSearched = 1.5;  // windows, to each side
-constexpr double kNearby = 1.0;    // s, about the likely time
+constexpr double kGrid = 0.5, kFineGrid = 0.05;  // s
+constexpr double kSearched = 1.5;                // windows, to each side
+constexpr double kFineSearched = 0.6;            // s, to each side
 
 struct LikelyTime {
   double t, sigma;  // s
@@ -35,10 +35,10 @@ LikelyTime best_of(const std::vector<double>& t, const std::vector<double>& log_
   return {t[std::size_t(best)], std::sqrt(squares / sum)};
 }
 
-// rising: the change begins at `now`. Candidate number `candidate` is the bias in windows of kGrid
+// rising: the change begins at `now`. Candidate number `candidate` is the bias in windows of `grid`
 // to both sides of it.
-LikelyTime likely_time(const Scan& scan, std::size_t candidate, int windows, const Vector3& step,
-                       double now, bool rising) {
+LikelyTime likely_time(const Scan& scan, std::size_t candidate, int windows, double grid,
+                       const Vector3& step, double now, bool rising) {
   const int first = scan.first(candidate);
   std::vector<double> t = {now}, gains = {0.0};
   for (const int way : {-1, 1}) {
@@ -50,7 +50,7 @@ LikelyTime likely_time(const Scan& scan, std::size_t candidate, int windows, con
       C.middleRows<3>(first + 3 * w).setIdentity();
       const double gain = added.dot(C.transpose() * scan.score()) -
                           0.5 * added.dot(C.transpose() * scan.information() * C * added);
-      t.push_back(now + way * passed * kGrid);
+      t.push_back(now + way * passed * grid);
       gains.push_back(gain);
     }
   }
@@ -59,13 +59,12 @@ LikelyTime likely_time(const Scan& scan, std::size_t candidate, int windows, con
 
 // The times nearby that make the readings the most probable, everything else adapting.
 ChangeTimes likely_times(const std::vector<const Recording*>& recordings, const Stage& stage,
-                         const Vector3& step, const ChangeTimes& now) {
+                         const Vector3& step, const ChangeTimes& now, double grid,
+                         double within_s) {
   const std::vector<double>& t = recordings.front()->gyr.t;
   const double per_s = 2.0 / std::max(t.back() - t.front(), 1e-9);
-  const double within_s =
-      kSearched * recordings.front()->duration_s() / change_windows(*recordings.front());
-  const int windows = 2 * int(std::ceil(within_s / kGrid));
-  const double half = 0.5 * windows * kGrid * per_s;
+  const int windows = 2 * int(std::ceil(within_s / grid));
+  const double half = 0.5 * windows * grid * per_s;
   std::vector<std::shared_ptr<const Effect>> candidates;
   for (const double at : {now.t0, now.t1}) {
     if (!std::isfinite(at)) continue;
@@ -78,7 +77,7 @@ ChangeTimes likely_times(const std::vector<const Recording*>& recordings, const 
   ChangeTimes out = now;
   const auto take = [&](double& time, bool rising) {
     if (!std::isfinite(time)) return;
-    const LikelyTime likely = likely_time(scan, next++, windows, step, time, rising);
+    const LikelyTime likely = likely_time(scan, next++, windows, grid, step, time, rising);
     time = likely.t;
     out.sigma_s = std::max(out.sigma_s, likely.sigma);
   };
@@ -96,8 +95,8 @@ double refine_time(const VectorSeries& residual, const Vector3& step, double nea
   const double half = 0.5 * step.squaredNorm();
   bool started = false;
   for (std::size_t k = 0; k < residual.size(); ++k) {
-    if (residual.t[k] < near - kNearby) continue;
-    if (residual.t[k] > near + kNearby) break;
+    if (residual.t[k] < near - kFineGrid) continue;
+    if (residual.t[k] > near + kFineGrid) break;
     // The split stands before sample k: what came before is off.
     const double off = rising ? sum : -sum;
     if (!started || off < best) {
@@ -152,10 +151,14 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
                           const ChangeTimes& now,
                           const std::function<Stage(const ChangeTimes&)>& refit) {
   VectorXd step;
-  VectorSeries residual = residual_without_last(stage, step);
-  ChangeTimes times = likely_times(recordings, stage, step, now);
-  if (times.t0 != now.t0 || times.t1 != now.t1)
-    residual = residual_without_last(refit(times), step);
+  residual_without_last(stage, step);
+  const double coarse_s =
+      kSearched * recordings.front()->duration_s() / change_windows(*recordings.front());
+  ChangeTimes times = likely_times(recordings, stage, step, now, kGrid, coarse_s);
+  Stage fitted = refit(times);
+  residual_without_last(fitted, step);
+  times = likely_times(recordings, fitted, step, times, kFineGrid, kFineSearched);
+  const VectorSeries residual = residual_without_last(refit(times), step);
   if (std::isfinite(times.t0)) times.t0 = refine_time(residual, step, times.t0, true);
   if (std::isfinite(times.t1)) times.t1 = refine_time(residual, step, times.t1, false);
   return times;

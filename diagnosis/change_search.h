@@ -23,13 +23,14 @@ BiasChange find_bias_change(const Scan& scan, std::size_t candidate, const Recor
 
 struct ChangeTimes {
   double t0, t1;         // s; infinite ones stay
-  double sigma_s = 0.0;  // to half a second, of the less certain one
+  double sigma_s = 0.0;  // to a twentieth of a second, of the less certain one
 };
 
 // The times of a change that is in the model as its last effect, to the sample. First, to half a
-// second, those that make the readings the most probable, everything else adapting: a stretch of a
-// few seconds shows few directions of the field, so that a fit with a wrong time bends to it and
-// its residuals agree. Then by the residuals of a fit with these. refit: the model with such times.
+// second and then to a twentieth, those that make the readings the most probable, everything else
+// adapting: a stretch of a few seconds shows few directions of the field, so that a fit with a
+// wrong time bends to it and its residuals agree. Then by the residuals of a fit with these.
+// refit: the model with such times.
 ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const Stage& stage,
                           const ChangeTimes& now,
                           const std::function<Stage(const ChangeTimes&)>& refit);

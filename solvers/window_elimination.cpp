@@ -245,8 +245,10 @@ CondensedTriangle WindowElimination::condense(const Linearized& linearized,
     stack.reset(rows, own + next + border);
     RowStack::View A = stack.view();
     int row = int(carried.rows());
-    A.topLeftCorner(row, own) = carried.leftCols(own);
-    A.topRightCorner(row, border) = carried.rightCols(border);
+    if (row > 0) {
+      A.topLeftCorner(row, own) = carried.leftCols(own);
+      A.topRightCorner(row, border) = carried.rightCols(border);
+    }
     for (const auto& f : level.factors) {
       if (!used[batches_[std::size_t(f.first)].graph]) continue;
       assembly.add(f, int(l), own, next, A.data() + row * A.outerStride(), A.outerStride(),

@@ -45,6 +45,13 @@ MatrixXd whitener(const MatrixXd& A) {
          values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
+// Standard deviations of the parameters whose covariance is P P'; zero where P has no columns.
+VectorXd sigma_of(const MatrixXd& P) {
+  VectorXd variance = VectorXd::Zero(P.rows());
+  for (Eigen::Index i = 0; i < P.cols(); ++i) variance += P.col(i).cwiseAbs2();
+  return variance.cwiseSqrt();
+}
+
 // projection: of the candidates on all other globals. With those rows that are the parameters.
 MatrixXd influence_on_parameters(const MatrixXd& projection, const CondensedChain& chain,
                                  const Values& values,
@@ -266,7 +273,7 @@ Score Scan::combined(const MatrixXd& C) const {
   out.visible = P;
   out.dof = int(P.cols());
   out.theta = P * (P.transpose() * z);
-  out.sigma = (P * P.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
+  out.sigma = sigma_of(P);
   for (Eigen::Index i = 0; i < A.rows(); ++i) {
     if (!(A(i, i) > 0.0)) out.sigma[i] = std::numeric_limits<double>::infinity();
   }
@@ -312,7 +319,7 @@ Score wald_test(const Stage& stage, std::size_t effect, double least_scatter) {
   out.information = A;
   const MatrixXd P = whitener(A);
   out.dof = int(P.cols());
-  out.sigma = (P * P.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
+  out.sigma = sigma_of(P);
   out.statistic = out.theta.dot(A * out.theta);
 
   auto [scatter, Q] = scatter_at_optimum(chain, G, values, keys.front(), q);

@@ -105,8 +105,10 @@ bool SquareRootChain::eliminate_boundary(int boundary, double damping) {
   std::copy_n(stack_.data(), d_ * width, row(rows_, boundary, 0));
   const int end = link ? triangularize(stack_, d_, d_, 2 * d_, pivots_) : d_;
   carried_.setZero(end - d_, width);
-  carried_.leftCols(d_) = stack_.block(d_, d_, end - d_, d_);
-  carried_.rightCols(g_ + 1) = stack_.block(d_, 2 * d_, end - d_, g_ + 1);
+  if (end > d_) {
+    carried_.leftCols(d_) = stack_.block(d_, d_, end - d_, d_);
+    carried_.rightCols(g_ + 1) = stack_.block(d_, 2 * d_, end - d_, g_ + 1);
+  }
   for (int i = end; i < int(stack_.rows()); ++i) {
     std::copy_n(stack_.row(i).data() + 2 * d_, g_ + 1, root_.next());
   }

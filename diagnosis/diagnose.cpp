@@ -74,7 +74,7 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   for (const Recording& r : used) full.push_back(&r);
   for (const Recording& r : thin) recordings.push_back(&r);
   const Pipeline pipeline(recordings, calibration);
-  Extender extender(recordings, pipeline, options, d);
+  Extender extender(recordings, checked.get(), pipeline, options, d);
   progress("is it the motion?", 0.15);
   Stage first = choose_motion_model(recordings, pipeline, options, extender, d);
   progress("looking for effects", 0.3);

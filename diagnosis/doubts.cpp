@@ -3,6 +3,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <optional>
 
@@ -154,12 +155,38 @@ SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings) {
   return out;
 }
 
-bool rests_contradict_walk(const SlowNoise& at_rest, double density) {
-  constexpr double kLeastOfWalk = 0.25, kFewest = 4.0;
-  // Means over neighbouring pieces T of a walk differ by the variance 2/3 q^2 T on each axis.
-  const double expected = density * density / 3.0;
-  return at_rest.freedom >= kFewest && at_rest.gyr > 0.0 &&
-         at_rest.gyr * at_rest.gyr < kLeastOfWalk * expected;
+bool rests_contradict_walk(const std::vector<const Recording*>& recordings, double density) {
+  constexpr double kLeastOfWalk = 0.25;  // of the walk's variance: its density is an estimate
+  constexpr double kPieces[] = {1.0, 2.0, 4.0, 8.0, 16.0};  // s
+  constexpr double kByChance = 1e-4;
+  // Neighbouring changes of a walk's means have a correlation of 1/4.
+  constexpr double kShared = 1.0 + 2.0 / 16.0;
+  std::vector<std::vector<TimeSpan>> rests;
+  for (const Recording* r : recordings) rests.push_back(find_rests(*r));
+  for (const double length : kPieces) {
+    double squares = 0.0, freedom = 0.0;
+    for (std::size_t i = 0; i < recordings.size(); ++i) {
+      std::optional<Vector3> before;
+      double before_s = 0.0;
+      for (const TimeSpan& rest : rests[i]) {
+        for (double t = rest.begin_s; t + length <= rest.end_s; t += length) {
+          const auto mean = mean_over(recordings[i]->gyr, t, t + length);
+          if (!mean) continue;
+          if (before) {
+            const double variance = density * density * (t - before_s - length / 3.0);
+            squares += (*mean - *before).squaredNorm() / (kLeastOfWalk * variance);
+            freedom += 3.0;
+          }
+          before = mean;
+          before_s = t;
+        }
+      }
+    }
+    if (freedom == 0.0) return false;
+    const boost::math::chi_squared walk(freedom / kShared);
+    if (boost::math::cdf(walk, squares / kShared) < kByChance) return true;
+  }
+  return false;
 }
 
 }  // namespace magimu

@@ -30,7 +30,10 @@ struct SlowNoise {
 };
 SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings);
 
-// A bias that wanders does so where the sensor rests, too. density: of the walk, rad/s per sqrt(s).
-bool rests_contradict_walk(const SlowNoise& at_rest, double density);
+// A bias that wanders does so where the sensor rests, too, and from one rest to the next: the
+// changes of its means, over pieces of 1 to 16 s, have the variance q^2 (D - T / 3), T the length
+// of the pieces and D the time between their middles; noise only adds to it. density: q, rad/s per
+// sqrt(s). True where they are too small even for a walk of half that density.
+bool rests_contradict_walk(const std::vector<const Recording*>& recordings, double density);
 
 }  // namespace magimu

@@ -32,13 +32,15 @@ double allowance(const Effect& one, const Effect& other, double gain, double oth
 
 }  // namespace
 
-Extender::Extender(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+Extender::Extender(const std::vector<const Recording*>& recordings,
+                   const std::vector<const Recording*>& whole, const Pipeline& pipeline,
                    const DiagnosisOptions& options, Diagnosis& d)
     : recordings_(recordings),
+      whole_(whole),
       pipeline_(pipeline),
       given_(options),
       d_(d),
-      at_rest_(slow_noise_at_rest(recordings)) {}
+      at_rest_(slow_noise_at_rest(whole)) {}
 
 double Extender::log10_level() const {
   return std::log10(given_.false_alarm_rate / double(effect_catalogue().size()));

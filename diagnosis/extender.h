@@ -15,8 +15,10 @@ namespace magimu {
 
 class Extender {
  public:
-  // All must outlive this. Findings and the scan go into d.
-  Extender(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+  // whole: the recordings as given, with long rests and all samples. All must outlive this.
+  // Findings and the scan go into d.
+  Extender(const std::vector<const Recording*>& recordings,
+           const std::vector<const Recording*>& whole, const Pipeline& pipeline,
            const DiagnosisOptions& options, Diagnosis& d);
 
   // Extends the model of this stage until nothing more passes.
@@ -46,9 +48,9 @@ class Extender {
     double total() const { return nll + option.searched; }
     VectorXd parameters() const;
   };
-  bool survives(Option& option, const Stage& stage) const;
+  bool survives(Option& option, const Stage& stage, const Score& w) const;
   bool is_all(const Stage& stage) const;
-  bool foretells(const Stage& stage) const;
+  bool foretells(const Stage& stage, bool coloured) const;
   bool enough_beyond(const Option& option, double gain) const;
   std::optional<Trial> trial(Option option) const;
   std::optional<Finding> try_options(const std::vector<Option>& options);
@@ -59,6 +61,7 @@ class Extender {
   void prune();
 
   const std::vector<const Recording*>& recordings_;
+  const std::vector<const Recording*>& whole_;
   const Pipeline& pipeline_;
   const DiagnosisOptions& given_;
   Diagnosis& d_;

@@ -32,10 +32,8 @@ VectorXd Extender::Trial::parameters() const {
 }
 
 // Is it there in the refitted model, too, under noise as it is?
-bool Extender::survives(Option& option, const Stage& stage) const {
+bool Extender::survives(Option& option, const Stage& stage, const Score& w) const {
   const double level = log10_level();
-  const Score w = wald_test(stage, stage.spec().effects.size() - 1,
-                            at_rest_.excess(option.effect->channel(), stage.spec().noise));
   if (option.effect->description().random_process) {
     if (w.coloured) {
       const Score& s = option.score;
@@ -67,19 +65,18 @@ bool Extender::survives(Option& option, const Stage& stage) const {
 // An error that lasts must be foretold through whole quarters of the recording: what comes and goes
 // with the place where the sensor is held is not. A slow change, where noise is coloured; what
 // happens at some time or by chance cannot.
-bool Extender::foretells(const Stage& stage) const {
+bool Extender::foretells(const Stage& stage, bool coloured) const {
   const Effect& effect = *stage.spec().effects.back();
   if (effect.name() == "hard_iron_change" || effect.description().random_process) return true;
   const bool slow = effect.with_terms(1) != nullptr;
-  if (slow && !wald_test(stage, stage.spec().effects.size() - 1).coloured) return true;
+  if (slow && !coloured) return true;
   const double quarter = 0.25 * recordings_.front()->duration_s();
   return sum_of(held_out_nll(*stage_, quarter)) - sum_of(held_out_nll(stage, quarter)) > kMinGain;
 }
 
 // With a step in the model, does the bias stay the same within the pieces? What changes in many
-// ways is no step.
+// ways is no step. (Coloured noise looks so.)
 bool Extender::is_all(const Stage& stage) const {
-  if (wald_test(stage, stage.spec().effects.size() - 1).coloured) return true;
   const Scan scan(recordings_, stage, {bias_in_windows(change_windows(*recordings_.front()))});
   return scan.scores().front().log10_p > kNoStep;
 }
@@ -163,13 +160,18 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
   if (option.effect->name() == "stationary_source" && option.score.statistic > kBends) {
     find_source(option, stage);
   }
-  if (!stage.result().converged() || !survives(option, stage)) return std::nullopt;
+  if (!stage.result().converged()) return std::nullopt;
+  const Score w = wald_test(stage, stage.spec().effects.size() - 1,
+                            at_rest_.excess(option.effect->channel(), stage.spec().noise));
+  if (!survives(option, stage, w)) return std::nullopt;
   if (option.effect->description().random_process &&
-      rests_contradict_walk(at_rest_, option.extra.front().value)) {
+      rests_contradict_walk(whole_, option.extra.front().value)) {
     return std::nullopt;
   }
-  if (!foretells(stage)) return std::nullopt;
-  if (option.effect->name() == "hard_iron_change" && !is_all(stage)) return std::nullopt;
+  if (!foretells(stage, w.coloured)) return std::nullopt;
+  if (option.effect->name() == "hard_iron_change" && !w.coloured && !is_all(stage)) {
+    return std::nullopt;
+  }
   const double nll = sum_of(held_out_nll(stage));
   return Trial{std::move(option), std::move(stage), nll};
 }

@@ -117,11 +117,46 @@ TEST(SlowNoise, does_not_count_what_the_hand_does_where_a_rest_ends) {
   EXPECT_EQ(slow_noise_at_rest({&r}).excess(Channel::kAcc, kWhiteNoise), 1.0);
 }
 
-TEST(SlowNoise, contradicts_a_walk_that_is_not_there) {
-  const Recording r = resting(0.0, kDensity, 0.0, 1);
-  const SlowNoise slow = slow_noise_at_rest({&r});
-  EXPECT_TRUE(rests_contradict_walk(slow, 20.0 * kDensity));
-  EXPECT_FALSE(rests_contradict_walk(slow, kDensity));
+// Ten seconds of rest, so long a turn, ten of rest; the bias wanders with this density.
+Recording wandering(double density, double turn_s, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  Recording out;
+  Vector3 bias = Vector3::Zero();
+  for (double t = 0.0; t < 20.0 + turn_s; t += 0.01) {
+    const bool turning = t > 10.0 && t < 10.0 + turn_s;
+    const auto next = [&](double scale) -> Vector3 {
+      return scale * Vector3(normal(random), normal(random), normal(random));
+    };
+    bias += next(density * 0.1);
+    out.gyr.t.push_back(t);
+    out.gyr.v.push_back(bias + next(kDensity * 10.0) + (turning ? 0.5 : 0.0) * Vector3::Ones());
+    out.acc.t.push_back(t);
+    out.acc.v.push_back(next(kDensity * 10.0) + Vector3(0.0, 0.0, 9.8));
+  }
+  return out;
+}
+
+TEST(Rests, contradict_a_walk_that_is_not_there) {
+  const Recording r = wandering(0.0, 10.0, 1);
+  EXPECT_TRUE(rests_contradict_walk({&r}, 20.0 * kDensity));
+  EXPECT_FALSE(rests_contradict_walk({&r}, kDensity));
+}
+
+// Within each rest the noise hides so small a walk; not from the first to the last.
+TEST(Rests, contradict_a_small_walk_by_what_is_the_same_a_minute_later) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Recording r = wandering(0.0, 100.0, seed);
+    EXPECT_TRUE(rests_contradict_walk({&r}, 4.0 * kDensity)) << "seed " << seed;
+  }
+}
+
+TEST(Rests, do_not_contradict_a_walk_that_is_there) {
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    const double density = kDensity * (seed % 3 == 0 ? 10.0 : seed % 3 == 1 ? 1.0 : 0.1);
+    const Recording r = wandering(density, 20.0, seed);
+    EXPECT_FALSE(rests_contradict_walk({&r}, 1.5 * density)) << "seed " << seed;
+  }
 }
 
 }  // namespace

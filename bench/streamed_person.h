@@ -114,8 +114,7 @@ inline double angle_of(const std::string& sentence) {
   return sentence.find("three quarters") == std::string::npos ? M_PI : 1.5 * M_PI;
 }
 
-// What a person does after keeping still for three seconds, or from the start if the noise is
-// known.
+// What a person does.
 struct Habit {
   double random_rad = 0.0;  // turns about axes at random, by up to so much at a time
   bool hand = false;        // moves like the simulated hand
@@ -145,8 +144,6 @@ inline PersonResult turn_until_good_enough(std::uint64_t seed, const Habit& habi
     out.calibration = u->theta;
     return true;
   };
-  // Where the noise is known nobody asks for it.
-  if (!options.noise && person.turn(Vector3::Zero(), kStill, feed)) return out;
   if (habit.hand) {
     person.turn_like(HandMotion(seed, longest, 0.0), longest, feed);
     return out;

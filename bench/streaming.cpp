@@ -6,6 +6,7 @@
 //   magnet    a magnet waved near the sensor for five seconds: which windows are left out
 //   guided    a person who does what the sentences say against others who turn at random
 //   enough    true errors at the moment of "good enough" against the claimed ones
+//   plans     the soonest that any plan of turns could reach the target, of so many at random
 //   print     one stream, update by update
 #include <fmt/format.h>
 #include <time.h>
@@ -29,7 +30,7 @@ namespace {
 struct Options {
   std::string mode = "print", motion = "hand", file, model, csv, picture;
   std::uint64_t first = 1;
-  int seeds = 1;
+  int seeds = 1, plans = 10000;
   double rate = 80.0, duration = 0.0, target_deg = 0.5;
   bool noise = false;
 
@@ -304,6 +305,8 @@ void good_enough(const Options& o) {
   if (!check_good_enough(o.first, o.seeds, of_people(o))) fmt::print("OUTSIDE\n");
 }
 
+void plans(const Options& o) { search_plans(o.plans, o.target_deg); }
+
 }  // namespace
 }  // namespace magimu
 
@@ -311,12 +314,13 @@ int main(int argc, char** argv) {
   using namespace magimu;
   CLI::App app("Streaming calibration, measured");
   Options o;
-  app.add_option("mode", o.mode, "latency, end, nees, magnet, guided, enough or print");
+  app.add_option("mode", o.mode, "latency, end, nees, magnet, guided, enough, plans or print");
   app.add_option("--motion", o.motion, "simulated: hand, hand_held or paper");
   app.add_option("--file", o.file, "a recording instead");
   app.add_option("--model", o.model, "rotation, hand_held or auto; else as simulated");
   app.add_option("--seed", o.first, "the first");
   app.add_option("--seeds", o.seeds, "how many");
+  app.add_option("--plans", o.plans, "plans: how many");
   app.add_option("--rate", o.rate, "Hz");
   app.add_option("--duration", o.duration, "s; 0: the motion's own");
   app.add_option("--target", o.target_deg, "guided: heading, deg");
@@ -327,7 +331,7 @@ int main(int argc, char** argv) {
   const std::map<std::string, void (*)(const Options&)> modes = {
       {"latency", latency}, {"end", end},       {"nees", nees_on_the_way},
       {"magnet", magnet},   {"guided", guided}, {"enough", good_enough},
-      {"print", print}};
+      {"plans", plans},     {"print", print}};
   const auto mode = modes.find(o.mode);
   if (mode == modes.end()) {
     fmt::print(stderr, "there is no mode {}\n", o.mode);

@@ -16,5 +16,7 @@ void compare_people(std::uint64_t first, int seeds, const StreamingOptions& opti
 // against the standard deviations that are claimed then. False where they are outside of their
 // bands.
 bool check_good_enough(std::uint64_t first, int seeds, const StreamingOptions& options);
+// Prints the soonest of so many plans of turns to reach the heading (streaming_plans.cpp).
+void search_plans(int plans, double target_deg);
 
 }  // namespace magimu

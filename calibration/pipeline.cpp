@@ -33,6 +33,7 @@ constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at mos
 constexpr double kGyrInMotion = 3.0, kMagInMotion = 2.5;
 constexpr double kSwungAtRest = 5.0;  // times the noise at rest
 constexpr double kUnlimited = 1e30;
+constexpr double kLeastAcc = 1e-6, kLeastGyr = 1e-8;  // m/s^2, rad/s per sqrt(Hz): no part has less
 // Sampling intervals. No further: what exceeds one is no matter of sampling.
 constexpr double kAccJitter[] = {0.25, 0.5, 1.0};
 constexpr double kWorthJitter = 3.3;  // nats; about 1 % by chance
@@ -190,6 +191,10 @@ Pipeline::Pipeline(const std::vector<const Recording*>& recordings,
       options_(options),
       guess_(initialize(recordings, options.initialization)),
       rest_(options.noise.value_or(noise_of_rests(recordings))) {
+  for (const Recording* r : recordings) {
+    if (rest_.acc <= 0.0) least_.acc = std::max({kLeastAcc, least_.acc, least_noise(r->acc)});
+    if (rest_.gyr <= 0.0) least_.gyr = std::max({kLeastGyr, least_.gyr, least_noise(r->gyr)});
+  }
   const double mag_rate = recordings.front()->mag.front().rate_hz();
   every_ = options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
   coarse_every_ = std::max(every_, int(std::ceil(mag_rate / kCoarseRate)));
@@ -310,7 +315,8 @@ void Pipeline::fit_with_noise(Stage& stage, const Values& start) const {
                             .acc_known = acc_known,
                             .min_gyr = rest_.gyr,
                             .max_gyr = rest_.gyr > 0.0 ? kGyrInMotion * rest_.gyr : kUnlimited,
-                            .max_mag = rest_.mag > 0.0 ? kMagInMotion * rest_.mag : kUnlimited});
+                            .max_mag = rest_.mag > 0.0 ? kMagInMotion * rest_.mag : kUnlimited,
+                            .least = least_});
   }
 }
 

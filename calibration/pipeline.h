@@ -80,7 +80,8 @@ class Pipeline {
   const std::vector<const Recording*>& recordings_;
   const CalibrationOptions& options_;
   InitialGuess guess_;
-  NoiseDensities rest_;  // given, or from rests (0 where there are none)
+  NoiseDensities rest_;   // given, or from rests (0 where there are none)
+  NoiseDensities least_;  // least_noise(), where there are none
   int every_ = 1, coarse_every_ = 1;
 };
 

@@ -2,6 +2,7 @@
 #include "calibration/rests.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace magimu {
 namespace {
@@ -98,6 +99,30 @@ NoiseDensities noise_at_rest(const Recording& recording, const std::vector<TimeS
   noise.gyr = density_at_rest(recording.gyr, rests);
   if (!recording.mag.empty()) noise.mag = density_at_rest(recording.mag.front(), rests);
   return noise;
+}
+
+double least_noise(const VectorSeries& series) {
+  constexpr double kPiece = 0.5;  // s
+  constexpr std::size_t kOrder = 6;
+  constexpr double kVariance = 924.0;  // of such a difference of white noise: 12! / (6! 6!)
+  const double rate = series.rate_hz();
+  const auto piece = std::size_t(std::max(double(kMinSamples), kPiece * rate));
+  if (series.size() < piece + kOrder || rate <= 0.0) return 0.0;
+  std::vector<Vector3> difference = series.v;
+  for (std::size_t order = 1; order <= kOrder; ++order) {
+    for (std::size_t k = difference.size() - 1; k >= order; --k) {
+      difference[k] -= difference[k - 1];
+    }
+  }
+  std::vector<double> squares;
+  for (std::size_t begin = kOrder; begin + piece <= difference.size(); begin += piece) {
+    double sum = 0.0;
+    for (std::size_t k = begin; k < begin + piece; ++k) sum += difference[k].squaredNorm();
+    squares.push_back(sum / (3.0 * double(piece)));
+  }
+  const auto quartile = squares.begin() + std::ptrdiff_t(squares.size() / 4);
+  std::nth_element(squares.begin(), quartile, squares.end());
+  return std::sqrt(*quartile / kVariance / rate);
 }
 
 }  // namespace magimu

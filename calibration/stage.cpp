@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kNoiseRounds = 8;
 constexpr double kNoiseSettled = 0.01;  // relative change of every density
+constexpr double kFewFreedom = 30.0;    // degrees of freedom: a density is known to an eighth
 constexpr double kReachCare = 0.2;      // a fifth as much of the reach: it hardly matters
 constexpr int kIntegrationRounds = 5;
 // Integrate again where a variable has moved further than this from where samples were integrated.
@@ -98,6 +99,13 @@ SensorSums sums_at(const FactorGraph& graph, const Values& values, LinearSolver&
   return residual_sums(system, SensorRows(graph, system), solver, scale);
 }
 
+// What the samples say holds as far as the residuals have few degrees of freedom left to tell.
+double least(double density, const SensorSums& sums, Sensor sensor) {
+  const auto s = std::size_t(sensor);
+  const double freedom = std::max(0.0, sums.rows[s] - sums.absorbed[s]);
+  return density * std::sqrt(kFewFreedom / (kFewFreedom + freedom));
+}
+
 }  // namespace
 
 Stage::Stage(const std::vector<const Recording*>& recordings, const ModelSpec& spec, int every,
@@ -156,6 +164,8 @@ void Stage::fit_noise(const Values& start, const NoiseKnowledge& known) {
     if (known.gyr_known) spec_.noise.gyr = old.gyr;
     if (known.acc_known) spec_.noise.acc = old.acc;
     if (known.mag_known) spec_.noise.mag = old.mag;
+    spec_.noise.acc = std::max(spec_.noise.acc, least(known.least.acc, now, Sensor::kAcc));
+    spec_.noise.gyr = std::max(spec_.noise.gyr, least(known.least.gyr, now, Sensor::kGyr));
     spec_.noise.gyr = std::clamp(spec_.noise.gyr, known.min_gyr, known.max_gyr);
     spec_.noise.mag = std::min(spec_.noise.mag, known.max_mag);
     const double old_reach = spec_.reach_m;

@@ -23,6 +23,7 @@ struct NoiseKnowledge {
        mag_known = false;  // leave these densities as they are
   // Densities at the least and at the most, rad/s, uT.
   double min_gyr = 0.0, max_gyr = 1e30, max_mag = 1e30;
+  NoiseDensities least{};  // of accelerometer and gyroscope, from samples in motion (rests.h)
 };
 
 class Stage {

@@ -19,8 +19,9 @@
 namespace magimu {
 namespace {
 
-constexpr double kFirstTry = 5.0;  // s
-constexpr double kTurned = 2.5;    // uT, scatter of the magnetometer along every direction of space
+constexpr double kFirstWord = 0.2;  // s until the first sentence
+constexpr double kFirstTry = 5.0;   // s
+constexpr double kTurned = 2.5;  // uT, scatter of the magnetometer along every direction of space
 constexpr double kStillRate = 0.2;    // rad/s; biases are smaller
 constexpr double kStillEnough = 2.5;  // s
 constexpr double kLongGap = 0.1;      // s
@@ -57,7 +58,7 @@ std::optional<StreamUpdate> StreamingCalibration::State::add(const StreamSample&
   }
   if (samples_.count() == 1) {
     still_since_ = last_gyr_t_ = sample.t;
-    next_update_ = sample.t + options_.window_s;
+    next_update_ = sample.t + std::min(kFirstWord, options_.window_s);
     next_try_ = kFirstTry;
   }
   look_at_turning(sample);
@@ -128,7 +129,11 @@ StreamUpdate StreamingCalibration::State::collecting_update() {
   StreamUpdate u;
   u.t = samples_.last_t();
   u.samples = samples_.count();
-  const Guidance guidance = guide(turned_, upward(), batch_.noise || longest_still_ > kStillEnough);
+  // Of a sensor that only turns the residuals tell the noise; velocity and position follow the
+  // accelerometer too closely.
+  const bool rested =
+      batch_.noise || batch_.motion == MotionModel::kRotation || longest_still_ > kStillEnough;
+  const Guidance guidance = guide(turned_, upward(), rested);
   u.guidance = guidance.motion.sentence;
   u.missing = guidance.missing;
   for (const std::string& what : undetermined_) {

@@ -78,5 +78,21 @@ TEST(Rests, where_there_are_none_nothing_is_told) {
 
 TEST(Rests, a_recording_without_samples_has_none) { EXPECT_TRUE(find_rests(Recording{}).empty()); }
 
+TEST(Rests, are_not_needed_to_tell_the_noise_at_the_least) {
+  for (const double rate : {20.0, 80.0, 200.0}) {
+    const Simulation s = test::simulated_hand(rate, 3, 60.0);
+    const HandMotion hand(3, 60.0, HandMotion::kRest);
+    const Spline& stretch = hand.stretches().front();
+    Recording moving = slice(s.recording, stretch.start, stretch.end);
+    EXPECT_TRUE(find_rests(moving).empty());
+    const NoiseDensities& truth = s.truth.noise;
+    EXPECT_NEAR(least_noise(moving.acc) / truth.acc, 0.9, 0.12) << rate;
+    EXPECT_NEAR(least_noise(moving.gyr) / truth.gyr, 0.9, 0.12) << rate;
+    moving.gyr.v.resize(12);
+    moving.gyr.t.resize(12);
+    EXPECT_EQ(least_noise(moving.gyr), 0.0);
+  }
+}
+
 }  // namespace
 }  // namespace magimu

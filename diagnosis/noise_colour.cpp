@@ -11,9 +11,10 @@
 namespace magimu {
 namespace {
 
-// A density given to 2 % is as good as one can be. Of noise that is less than given more is
-// forgiven: a fit takes degrees of freedom, and a strong slow error some of the noise with it.
-constexpr double kKnownTo = 0.02, kLessBy = 0.06;
+// A density given to half a per cent is as good as one can be. Of noise that is less than given
+// more is forgiven: a fit takes degrees of freedom, and a strong slow error some of the noise with
+// it.
+constexpr double kKnownTo = 0.005, kLessBy = 0.06;
 
 std::vector<char> first_half(const PieceSpectra& spectra, bool other) {
   std::vector<char> chosen(spectra.power.size());

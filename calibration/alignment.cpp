@@ -19,7 +19,8 @@ namespace magimu {
 namespace {
 
 constexpr Key kAlign{'M', 0};
-constexpr std::size_t kStarts = 6;  // of the mountings, the best ones
+constexpr double kBiasMoved = 1e-6;  // rad/s; the Jacobian carries less than that
+constexpr std::size_t kStarts = 6;   // of the mountings, the best ones
 
 struct Pair {
   const Recording* recording;
@@ -167,8 +168,12 @@ Alignment align_magnetometer(const std::vector<const Recording*>& recordings, st
     if (result.cost_final < best.cost_final) best = std::move(result);
   }
   // The pairs span seconds: integrate again where the bias has moved.
+  Vector3 integrated_at = options.gyr_bias;
   for (int round = 0; round < 3; ++round) {
-    graph = build(pairs, best.values.at<Vector3>(key::gyr_bias), options);
+    const Vector3 bias = best.values.at<Vector3>(key::gyr_bias);
+    if ((bias - integrated_at).norm() < kBiasMoved) break;
+    integrated_at = bias;
+    graph = build(pairs, bias, options);
     best = LevenbergMarquardt(graph, optimizer).optimize(best.values);
   }
   out.mRb = best.values.at<Rot3>(kAlign);

@@ -4,6 +4,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "calibration/acc_jitter.h"
@@ -27,9 +28,21 @@ struct Source {
   }
 };
 
+// Effects whose parameters are zero leave all readings as they are.
+bool corrects(const ModelSpec& spec) {
+  return !std::ranges::all_of(spec.extended, [](const auto& extended) {
+    return std::ranges::all_of(extended->theta, [](const VectorXd& t) { return t.isZero(0.0); });
+  });
+}
+bool integrates_columns(const ModelSpec& spec) {
+  return std::ranges::any_of(spec.extended, [](const auto& extended) {
+    return !extended->keys[std::size_t(Channel::kGyr)].empty() ||
+           !extended->keys[std::size_t(Channel::kAcc)].empty();
+  });
+}
 bool same_attitudes(const ModelSpec& a, const ModelSpec& b) {
   return a.gyr_bias == b.gyr_bias && a.gyr_matrix_value == b.gyr_matrix_value &&
-         a.extended == b.extended;
+         (a.extended == b.extended || (!corrects(a) && !corrects(b)));
 }
 std::vector<double> mag_offsets(const ModelSpec& spec) {
   const std::vector<double>& own = spec.mag_offset_s;
@@ -40,6 +53,7 @@ bool same_mag(const ModelSpec& a, const ModelSpec& b) {
 }
 bool same_motion(const ModelSpec& a, const ModelSpec& b) {
   if (a.motion != b.motion || !same_attitudes(a, b)) return false;
+  if (a.extended != b.extended && (integrates_columns(a) || integrates_columns(b))) return false;
   return a.motion != MotionModel::kHandHeld ||
          (a.acc_bias == b.acc_bias && a.noise.gyr == b.noise.gyr && a.noise.acc == b.noise.acc &&
           a.acc_jitter == b.acc_jitter && a.gyr_matrix == b.gyr_matrix);

@@ -2,10 +2,13 @@
 #include "calibration/missing_effects.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 
 #include "calibration/general_dependence.h"
 #include "calibration/random_walk.h"
@@ -54,7 +57,6 @@ class Search {
       : recordings_(recordings), stage_(stage), log10_level_(log10_level) {}
 
   void look(const std::vector<std::shared_ptr<const Effect>>& effects) {
-    if (effects.empty()) return;
     const Scan scan(recordings_, stage_, effects,
                     window_s(effects.front()->channel(), stage_.spec().motion));
     for (std::size_t i = 0; i < effects.size(); ++i) look_at(scan, i, *effects[i]);
@@ -114,6 +116,16 @@ class Search {
   std::vector<MissingEffect> found_;
 };
 
+// Of the effects on one sensor.
+std::vector<MissingEffect> look(const std::vector<const Recording*>& recordings, const Stage& stage,
+                                const std::vector<std::shared_ptr<const Effect>>& effects,
+                                double log10_level) {
+  if (effects.empty()) return {};
+  Search search(recordings, stage, log10_level);
+  search.look(effects);
+  return std::move(search).found();
+}
+
 std::string in_words(const MissingEffect& f) {
   constexpr const char* kSensors[] = {"accelerometer", "gyroscope", "magnetometer"};
   if (!f.name.empty()) return f.cause;
@@ -136,12 +148,19 @@ std::vector<MissingEffect> find_missing_effects(const std::vector<const Recordin
     all.push_back(bias_in_windows(windows));
     all.push_back(bias_in_windows(windows, Channel::kGyr));
   }
-  const auto acc = std::stable_partition(
-      all.begin(), all.end(), [](const auto& e) { return e->channel() != Channel::kAcc; });
-  Search search(recordings, stage, std::log10(kFalseAlarms / double(all.size())));
-  search.look({all.begin(), acc});
-  search.look({acc, all.end()});
-  return std::move(search).found();
+  // Each sensor's by themselves: a candidate's test takes no notice of the others, and columns cost
+  // their square.
+  const double log10_level = std::log10(kFalseAlarms / double(all.size()));
+  std::array<std::vector<MissingEffect>, 3> found;
+  tbb::parallel_for(std::size_t(0), found.size(), [&](std::size_t channel) {
+    std::vector<std::shared_ptr<const Effect>> own;
+    std::ranges::copy_if(all, std::back_inserter(own),
+                         [&](const auto& e) { return std::size_t(e->channel()) == channel; });
+    found[channel] = look(recordings, stage, own, log10_level);
+  });
+  std::vector<MissingEffect> out;
+  for (auto& own : found) out.insert(out.end(), own.begin(), own.end());
+  return out;
 }
 
 void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found) {

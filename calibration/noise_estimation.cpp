@@ -30,16 +30,36 @@ void add_squares_and_lags(const LinearSystem& system, const SensorRows& rows, Se
   }
 }
 
-// A row of the scaled Jacobian with its signs, to the columns of its sensor's probes.
-void add_signed_row(const LinearSystem& system, std::size_t row, std::uint64_t bits,
-                    const VectorXd& scale, int first, MatrixXd& B) {
-  double signs[kProbes];
-  for (int p = 0; p < kProbes; ++p) signs[p] = ((bits >> p) & 1U) != 0U ? 1.0 : -1.0;
-  for (int e = system.row_start()[row]; e < system.row_start()[row + 1]; ++e) {
-    const int c = system.column()[std::size_t(e)];
-    const double v = system.value()[std::size_t(e)] * scale[c];
-    if (v == 0.0) continue;  // many are
-    for (int p = 0; p < kProbes; ++p) B(c, first + p) += v * signs[p];
+// The scaled Jacobian's rows of one sensor, summed with the signs of its probes: to the columns of
+// B from `first` on.
+void add_signed_rows(const LinearSystem& system, const std::vector<Sensor>& sensor, Sensor own,
+                     const std::vector<std::uint64_t>& bits, const VectorXd& scale, int first,
+                     MatrixXd& B) {
+  std::vector<std::array<double, kProbes>> signs;  // of a factor's rows
+  std::vector<const double*> values;
+  for (const LinearSystem::RowBlocks& b : system.row_blocks()) {
+    for (int i = 0; i < b.count; ++i) {
+      const int entry = b.first_entry + i * b.rows * b.columns;
+      signs.clear();
+      values.clear();
+      for (int r = 0; r < b.rows; ++r) {
+        const auto row = std::size_t(b.first_row + i * b.rows + r);
+        if (sensor[row] != own) continue;
+        auto& of_row = signs.emplace_back();
+        for (int p = 0; p < kProbes; ++p) {
+          of_row[std::size_t(p)] = ((bits[row] >> p) & 1U) != 0U ? 1.0 : -1.0;
+        }
+        values.push_back(system.value().data() + entry + r * b.columns);
+      }
+      for (int e = 0; e < b.columns && !signs.empty(); ++e) {
+        std::array<double, kProbes> sum{};
+        for (std::size_t r = 0; r < signs.size(); ++r) {
+          for (std::size_t p = 0; p < kProbes; ++p) sum[p] += values[r][e] * signs[r][p];
+        }
+        const int c = system.column()[std::size_t(entry + e)];
+        for (int p = 0; p < kProbes; ++p) B(c, first + p) += scale[c] * sum[std::size_t(p)];
+      }
+    }
   }
 }
 
@@ -65,9 +85,7 @@ SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, Lin
   tbb::parallel_for(std::size_t(0), kSensors, [&](std::size_t s) {
     if (sums.rows[s] == 0.0) return;
     B.middleCols(first[s], kProbes).setZero();
-    for (std::size_t i = 0; i < bits.size(); ++i) {
-      if (std::size_t(rows.sensor[i]) == s) add_signed_row(system, i, bits[i], scale, first[s], B);
-    }
+    add_signed_rows(system, rows.sensor, Sensor(s), bits, scale, first[s], B);
   });
   const MatrixXd X = solver.solve_normal(B);  // z'J P J'z = B'X, column by column
   for (std::size_t s = 0; s < kSensors; ++s) {

@@ -204,6 +204,7 @@ Stage Pipeline::with_fixed_symmetries(const Stage& stage) const {
   Values values = stage.result().values;
   fix_symmetries(values, int(recordings_.front()->mag.size()), int(recordings_.size()),
                  stage.plans());
+  if (std::ranges::equal(values.data(), stage.result().values.data())) return stage;
   Stage fixed = stage;
   fixed.fit(values, true);
   return fixed;

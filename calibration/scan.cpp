@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "calibration/extension.h"
+#include "calibration/gathered.h"
 #include "calibration/parameter_names.h"
 #include "calibration/windows.h"
 #include "graph/decompositions.h"
@@ -195,7 +196,9 @@ Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
         extend(*recordings[r], stage.plans()[r], int(r), spec, values)));
   }
   // The accepted effects keep their priors; the candidates have none to speak of.
-  FactorGraph graph = build_model(recordings, stage.plans(), spec, int(accepted), kPriorOff);
+  const GatheredSamples gathered(recordings, stage.plans(), spec, &stage.gathered());
+  const FactorGraph graph =
+      build_model(gathered, recordings, stage.plans(), spec, int(accepted), kPriorOff);
   LinearSystem system(graph, values);
   system.linearize(values);
 

@@ -60,6 +60,7 @@ SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, int
       duration_(recording.gyr.t.back() - recording.gyr.t.front()) {
   for (std::size_t i = 0; i < plan.t.size(); ++i) {
     nodes_.push_back(values.at<Rot3>(R(plan.first + int(i))) * gyr_.at(plan.t[i]).inverse());
+    fields_.push_back(nodes_.back().unrotate(field_));
   }
   const auto aux = [&](const char* name) {
     const auto it = recording.aux.find(name);
@@ -80,10 +81,17 @@ const VectorSeries& SensedMotion::series(Channel channel) const {
 
 std::size_t SensedMotion::samples(Channel channel) const { return series(channel).size(); }
 
-Rot3 SensedMotion::attitude(double t) const {
+std::size_t SensedMotion::nearest_node(double t) const {
   const Between b = locate(plan_.t, t);
-  const std::size_t node = b.share > 0.5 ? b.before + 1 : b.before;
-  return (nodes_[node] * gyr_.at(t)).normalized();
+  return b.share > 0.5 ? b.before + 1 : b.before;
+}
+
+Rot3 SensedMotion::attitude(double t) const {
+  return (nodes_[nearest_node(t)] * gyr_.at(t)).normalized();
+}
+
+Vector3 SensedMotion::field(double t) const {
+  return gyr_.at(t).unrotate(fields_[nearest_node(t)]);
 }
 
 // The rate at an instant, between the mean rates of the intervals before and after it.
@@ -136,9 +144,7 @@ SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
     s.position_mean = position_mean_;
   }
   if (channel == Channel::kMag) {
-    s.field_before = [this, instant](double delay_s) {
-      return attitude(instant - delay_s).unrotate(field_);
-    };
+    s.field_before = [this, instant](double delay_s) { return field(instant - delay_s); };
   }
   return s;
 }

@@ -22,7 +22,9 @@ class SensedMotion {
 
  private:
   const VectorSeries& series(Channel channel) const;
+  std::size_t nearest_node(double t) const;
   Rot3 attitude(double t) const;
+  Vector3 field(double t) const;  // the unit field in the IMU frame
   Vector3 rate_about(double t, Vector3* derivative) const;
   Vector3 specific_force(Channel channel, std::size_t sample, const Rot3& nRb) const;
 
@@ -34,7 +36,8 @@ class SensedMotion {
   Vector3 gyr_bias_, acc_bias_, field_;
   Matrix3 D_;
   double strength_, begin_, duration_;
-  std::vector<Rot3> nodes_;  // attitude of each, relative to the gyroscope's at that time
+  std::vector<Rot3> nodes_;      // attitude of each, relative to the gyroscope's at that time
+  std::vector<Vector3> fields_;  // the unit field, turned by that
   ScalarSeries temperature_, current_;
   Vector3 position_mean_ = Vector3::Zero();
 };

@@ -24,6 +24,9 @@ constexpr double kOffsetMoved = 2e-4;  // s
 constexpr double kEffectMoved = 1e-3;  // prior standard deviations of any parameter
 constexpr double kWarmDamping = 1e-9;
 constexpr double kMinReach = 0.1, kMaxReach = 3.0;  // m
+// Standard deviations, all variables together: a last step so short leaves errors far smaller, and
+// neither the noise nor a prediction of samples left out is known so well.
+constexpr double kRoughStep = 1e-3;
 
 // One account of a fit in several rounds.
 void append(Result& whole, Result&& round) {
@@ -129,7 +132,9 @@ void Stage::build() {
   graph_ = build_model(*gathered_, recordings_, plans_, spec_);
 }
 
-void Stage::fit(const Values& start, bool warm) {
+void Stage::fit(const Values& start, bool warm) { fit(start, warm, optimizer_.step_tolerance); }
+
+void Stage::fit(const Values& start, bool warm, double step_tolerance) {
   Values values = start;
   update(spec_, values);
   spec_.extended.clear();
@@ -137,6 +142,7 @@ void Stage::fit(const Values& start, bool warm) {
   for (int round = 0; round < kIntegrationRounds; ++round) {
     build();
     OptimizerOptions optimizer = optimizer_;
+    optimizer.step_tolerance = std::max(step_tolerance, optimizer_.step_tolerance);
     if (warm || round > 0) optimizer.initial_damping = kWarmDamping;
     Result result = LevenbergMarquardt(graph_, optimizer).optimize(values);
     if (round == 0) {
@@ -152,10 +158,10 @@ void Stage::fit(const Values& start, bool warm) {
 }
 
 void Stage::fit_noise(const Values& start, const NoiseKnowledge& known) {
-  fit(start, false);
-  // Residuals away from the optimum are no measure of the noise.
   const bool reach = spec_.motion == MotionModel::kHandHeld;
-  if (known.gyr_known && known.acc_known && known.mag_known && !reach) return;
+  if (known.gyr_known && known.acc_known && known.mag_known && !reach) return fit(start, false);
+  fit(start, false, kRoughStep);
+  // Residuals away from the optimum are no measure of the noise.
   const auto solver = make_linear_solver(optimizer_.backend);
   for (int round = 0; round < kNoiseRounds && result_.converged(); ++round) {
     const SensorSums now = sums_at(graph_, result_.values, *solver);
@@ -175,14 +181,15 @@ void Stage::fit_noise(const Values& start, const NoiseKnowledge& known) {
                                     std::abs(spec_.noise.acc / old.acc - 1.0),
                                     std::abs(spec_.noise.gyr / old.gyr - 1.0),
                                     std::abs(spec_.noise.mag / old.mag - 1.0)});
-    fit(Values(result_.values), true);
-    if (change < kNoiseSettled) break;
+    const bool last = change < kNoiseSettled || round + 1 == kNoiseRounds;
+    fit(Values(result_.values), true, last ? optimizer_.step_tolerance : kRoughStep);
+    if (last) break;
   }
 }
 
 void Stage::fit_without(const Values& start, const std::function<bool(int)>& leave_out) {
   spec_.without_mag = leave_out;
-  fit(start, true);
+  fit(start, true, kRoughStep);
   spec_.without_mag = nullptr;
   build();
 }

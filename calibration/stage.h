@@ -37,6 +37,8 @@ class Stage {
   const std::vector<NodePlan>& plans() const { return plans_; }
   const ModelSpec& spec() const { return spec_; }
   const FactorGraph& graph() const { return graph_; }
+  // What the graph was made from.
+  const GatheredSamples& gathered() const { return *gathered_; }
   const Result& result() const { return result_; }  // of the whole fit, all rounds
 
   // Optimizes from start. warm: start is an optimum of a model much like this one.
@@ -54,6 +56,7 @@ class Stage {
   std::vector<double> mag_squares(const SensorRows& rows, const VectorXd& residual) const;
 
  private:
+  void fit(const Values& start, bool warm, double step_tolerance);
   void build();
 
   std::vector<const Recording*> recordings_;

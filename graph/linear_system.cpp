@@ -6,42 +6,37 @@
 
 #include <algorithm>
 
+#include "graph/slot_finder.h"
+
 namespace magimu {
 namespace {
 
 constexpr int kChunk = 512;  // factors linearized by one task
 
-const Values::Slot& slot_of(Key key, VariableType type, const Values& values) {
-  const Values::Slot& slot = values.slot(key);
-  if (!(slot.type == type)) {
-    throw std::invalid_argument("a factor takes variable " + to_string(key) + " for a " +
-                                to_string(type) + ", but Values holds a " + to_string(slot.type));
-  }
-  return slot;
-}
-
+// Throws where a variable is absent or of another type.
 ResolvedKeys resolve(const FactorBatch& batch, const Values& values, std::vector<char>& used) {
-  ResolvedKeys out;
   const auto types = batch.types();
   const std::size_t n = types.size();
+  ResolvedKeys out;
   out.stored.resize(std::size_t(batch.size()) * n);
   out.tangent.resize(out.stored.size());
-  std::span<const Key> before;
+  SlotFinder finder(values, n);
+  std::size_t at = 0;
   for (int i = 0; i < batch.size(); ++i) {
     const auto keys = batch.keys(i);
-    const std::size_t own = std::size_t(i) * n;
-    for (std::size_t j = 0; j < n; ++j) {
-      if (i > 0 && keys[j] == before[j]) {  // looked up before: most often a parameter
-        out.stored[own + j] = out.stored[own + j - n];
-        out.tangent[own + j] = out.tangent[own + j - n];
-        continue;
+    for (std::size_t j = 0; j < n; ++j, ++at) {
+      const int found = finder.find(j, keys[j]);
+      const Values::Slot& slot =
+          found < 0 ? values.slot(keys[j]) : values.slots()[std::size_t(found)];
+      if (!(slot.type == types[j])) {
+        throw std::invalid_argument("a factor takes variable " + to_string(keys[j]) + " for a " +
+                                    to_string(types[j]) + ", but Values holds a " +
+                                    to_string(slot.type));
       }
-      const Values::Slot& slot = slot_of(keys[j], types[j], values);
-      out.stored[own + j] = slot.stored;
-      out.tangent[own + j] = slot.tangent;
+      out.stored[at] = slot.stored;
+      out.tangent[at] = slot.tangent;
       used[std::size_t(slot.tangent)] = 1;
     }
-    before = keys;
   }
   return out;
 }
@@ -49,37 +44,13 @@ ResolvedKeys resolve(const FactorBatch& batch, const Values& values, std::vector
 }  // namespace
 
 LinearSystem::LinearSystem(const FactorGraph& graph, const Values& values) : cols_(values.dim()) {
-  std::size_t rows = 0, entries = 0;
-  for (const auto& batch : graph.batches()) {
-    const auto own = std::size_t(batch->size()) * std::size_t(batch->rows());
-    rows += own;
-    entries += own * std::size_t(batch->columns());
-  }
-  row_start_.reserve(rows + 1);
-  column_.reserve(entries);
-  row_start_.push_back(0);
   std::vector<char> used(std::size_t(cols_), 0);
+  int rows = 0, entries = 0;
   for (const auto& batch : graph.batches()) {
-    parts_.push_back({batch.get(), resolve(*batch, values, used), int(row_start_.size()) - 1,
-                      int(column_.size())});
-    row_blocks_.push_back({parts_.back().first_row, parts_.back().first_entry, batch->size(),
-                           batch->rows(), batch->columns()});
-    const auto types = batch->types();
-    const ResolvedKeys& keys = parts_.back().keys;
-    for (int i = 0; i < batch->size(); ++i) {
-      for (std::size_t j = 0; j < types.size(); ++j) {
-        const int first = keys.tangent[std::size_t(i) * types.size() + j];
-        for (int c = 0; c < types[j].tangent(); ++c) column_.push_back(first + c);
-      }
-      row_start_.push_back(int(column_.size()));
-      for (int row = 1; row < batch->rows(); ++row) {  // the same columns
-        const std::size_t end = column_.size(), n = std::size_t(batch->columns());
-        column_.resize(end + n);
-        std::copy_n(column_.begin() + std::ptrdiff_t(end - n), n,
-                    column_.begin() + std::ptrdiff_t(end));
-        row_start_.push_back(int(column_.size()));
-      }
-    }
+    parts_.push_back({batch.get(), resolve(*batch, values, used), rows, entries});
+    row_blocks_.push_back({rows, entries, batch->size(), batch->rows(), batch->columns()});
+    rows += batch->size() * batch->rows();
+    entries += batch->size() * batch->rows() * batch->columns();
   }
   for (const Values::Slot& slot : values.slots()) {
     if (used[std::size_t(slot.tangent)] == 0) {
@@ -89,8 +60,34 @@ LinearSystem::LinearSystem(const FactorGraph& graph, const Values& values) : col
     variable_start_.push_back(slot.tangent);
   }
   variable_start_.push_back(cols_);
-  value_.resize(column_.size());
-  residual_.resize(Eigen::Index(rows));
+  row_start_.resize(std::size_t(rows) + 1);
+  row_start_.back() = entries;
+  column_.resize(entries);
+  value_.resize(entries);
+  residual_.resize(rows);
+  sum_over_chunks([this](const Part& part, int begin, int end) {
+    find_columns(part, begin, end);
+    return 0.0;
+  });
+}
+
+// Every row of a factor has the same columns.
+void LinearSystem::find_columns(const Part& part, int begin, int end) {
+  const auto types = part.batch->types();
+  const int rows = part.batch->rows(), columns = part.batch->columns();
+  for (int i = begin; i < end; ++i) {
+    const int first = part.first_entry + i * rows * columns;
+    int* const own = column_.data() + first;
+    int* next = own;
+    for (std::size_t j = 0; j < types.size(); ++j) {
+      const int tangent = part.keys.tangent[std::size_t(i) * types.size() + j];
+      for (int c = 0; c < types[j].tangent(); ++c) *next++ = tangent + c;
+    }
+    for (int r = 0; r < rows; ++r) {
+      if (r > 0) std::copy_n(own, columns, own + r * columns);
+      row_start_[std::size_t(part.first_row + i * rows + r)] = first + r * columns;
+    }
+  }
 }
 
 template <class Body>
@@ -143,8 +140,7 @@ template <class Body>
 void LinearSystem::for_each_factor(const Body& body) const {
   for (const RowBlocks& b : row_blocks_) {
     for (int i = 0; i < b.count; ++i) {
-      const auto entry =
-          std::size_t(b.first_entry) + std::size_t(i) * std::size_t(b.rows * b.columns);
+      const int entry = b.first_entry + i * b.rows * b.columns;
       body(b.rows, b.columns, b.first_row + i * b.rows, column_.data() + entry,
            value_.data() + entry);
     }

@@ -37,8 +37,8 @@ class LinearSystem {
   int cols() const { return cols_; }
   // Row i has the entries row_start()[i] <= e < row_start()[i + 1], in no particular order.
   std::span<const int> row_start() const { return row_start_; }
-  std::span<const int> column() const { return column_; }
-  std::span<const double> value() const { return value_; }
+  std::span<const int> column() const { return {column_.data(), std::size_t(column_.size())}; }
+  std::span<const double> value() const { return {value_.data(), std::size_t(value_.size())}; }
   const VectorXd& residual() const { return residual_; }
   std::span<const RowBlocks> row_blocks() const { return row_blocks_; }
   // The first column of each variable, in ascending order, and cols() at the end.
@@ -55,6 +55,7 @@ class LinearSystem {
     int first_row;
     int first_entry;
   };
+  void find_columns(const Part& part, int begin, int end);
   template <class Body>
   double sum_over_chunks(const Body& body) const;
   template <class Body>
@@ -62,10 +63,10 @@ class LinearSystem {
 
   std::vector<Part> parts_;
   int cols_ = 0;
-  std::vector<int> row_start_, column_, variable_start_;
+  std::vector<int> row_start_, variable_start_;
   std::vector<RowBlocks> row_blocks_;
-  std::vector<double> value_;
-  VectorXd residual_;
+  Eigen::VectorXi column_;
+  VectorXd value_, residual_;
 };
 
 }  // namespace magimu

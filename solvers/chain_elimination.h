@@ -22,10 +22,8 @@ class Elimination {
   const Structure& structure() const { return s_; }
   // The first two parts of a level's rows, level.width + level.parent_width numbers a row.
   const double* panel(const Level& level) const { return panels_.data() + level.panel; }
-  // The third part, structure().globals numbers a row.
-  const double* border(const Level& level) const {
-    return border_.data() + std::ptrdiff_t(level.first) * s_.globals;
-  }
+  // The third part of all levels' rows, structure().globals numbers a row.
+  const double* border() const { return border_.data(); }
   // The globals' own rows.
   const double* center() const { return center_.data(); }
   // 1 / U_ii at each position.

@@ -37,6 +37,7 @@ class ChainSolver final : public LinearSolver {
   }
 
  private:
+  using RowsOfGlobals = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   static constexpr int kColumns = 8;  // right-hand sides that are solved for at a time
 
   // Columns first to first + N of the solution for those of B, as many as there are.
@@ -54,57 +55,52 @@ class ChainSolver final : public LinearSolver {
         on_chain |= position < structure().chain && x(position, k) != 0.0;
       }
     }
-    if (on_chain) {
-      for (const Level& level : structure().levels) forward(level, x);
-    }
-    const int g = structure().globals;
+    const int chain = structure().chain, g = structure().globals;
     Level center;
-    center.first = structure().chain;
+    center.first = chain;
     center.width = g;
-    forward_rows(center, u_.center(), nullptr, x);
-    backward_rows(center, u_.center(), nullptr, x);
-    for (std::size_t l = structure().levels.size(); l-- > 0;) backward(structure().levels[l], x);
+    // What chain and globals take from each other, in two large products.
+    const Eigen::Map<const RowsOfGlobals> border(u_.border(), chain, g);
+    if (on_chain) {
+      for (const Level& level : structure().levels) forward(level, u_.panel(level), x);
+      x.bottomRows(g).noalias() -= border.transpose() * x.topRows(chain);
+    }
+    forward(center, u_.center(), x);
+    backward(center, u_.center(), x);
+    x.topRows(chain).noalias() -= border * x.bottomRows(g);
+    for (std::size_t l = structure().levels.size(); l-- > 0;) {
+      const Level& level = structure().levels[l];
+      backward(level, u_.panel(level), x);
+    }
     for (Eigen::Index c = 0; c < B.rows(); ++c) {
       for (Eigen::Index k = 0; k < count; ++k)
         X(c, first + k) = x(structure().position[std::size_t(c)], k);
     }
-  }
-  template <class M>
-  void forward(const Level& level, M& x) const {
-    forward_rows(level, u_.panel(level), u_.border(level), x);
-  }
-  template <class M>
-  void backward(const Level& level, M& x) const {
-    backward_rows(level, u_.panel(level), u_.border(level), x);
   }
   int parent_first(const Level& level) const {
     return level.parent < 0 ? 0 : structure().levels[std::size_t(level.parent)].first;
   }
 
   template <class M>
-  void forward_rows(const Level& level, const double* row, const double* border, M& x) const {
+  void forward(const Level& level, const double* row, M& x) const {
     const int d = level.width, n = level.parent_width, parent = parent_first(level);
-    const int chain = structure().chain, globals = border == nullptr ? 0 : structure().globals;
     const double* inverse_diagonal = u_.inverse_diagonal() + level.first;
-    for (int i = 0; i < d; ++i, row += d + n, border += globals) {
+    for (int i = 0; i < d; ++i, row += d + n) {
       x.row(level.first + i) *= inverse_diagonal[i];
       const auto xi = x.row(level.first + i).eval();
       for (int k = i + 1; k < d; ++k) x.row(level.first + k) -= row[k] * xi;
       for (int k = 0; k < n; ++k) x.row(parent + k) -= row[d + k] * xi;
-      for (int k = 0; k < globals; ++k) x.row(chain + k) -= border[k] * xi;
     }
   }
   template <class M>
-  void backward_rows(const Level& level, const double* panel, const double* border, M& x) const {
+  void backward(const Level& level, const double* panel, M& x) const {
     const int d = level.width, n = level.parent_width, parent = parent_first(level);
-    const int chain = structure().chain, globals = border == nullptr ? 0 : structure().globals;
     const double* inverse_diagonal = u_.inverse_diagonal() + level.first;
     for (int i = d - 1; i >= 0; --i) {
-      const double *row = panel + i * (d + n), *g = border + i * globals;
+      const double* const row = panel + i * (d + n);
       auto xi = x.row(level.first + i).eval();
       for (int k = i + 1; k < d; ++k) xi -= row[k] * x.row(level.first + k);
       for (int k = 0; k < n; ++k) xi -= row[d + k] * x.row(parent + k);
-      for (int k = 0; k < globals; ++k) xi -= g[k] * x.row(chain + k);
       x.row(level.first + i) = xi * inverse_diagonal[i];
     }
   }

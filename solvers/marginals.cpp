@@ -76,7 +76,8 @@ MatrixXd Marginals::determined_columns(const std::vector<Key>& keys) const {
   if (!null_space_.empty()) unit -= null_basis_ * (null_basis_.transpose() * unit);
   MatrixXd X = solver_->solve_normal(unit);
   if (!null_space_.empty()) X -= null_basis_ * (null_basis_.transpose() * X);
-  return scale_.asDiagonal() * X;
+  X.array().colwise() *= scale_.array();
+  return X;
 }
 
 MatrixXd Marginals::covariance_in(const MatrixXd& columns, const std::vector<Key>& keys) const {

@@ -51,9 +51,9 @@ std::vector<std::vector<int>> rows_of_blocks(const std::vector<int>& block_of_ro
   return out;
 }
 
-BlockSums sums_of(const LinearSystem& system, const MatrixXd& whitened_H,
+// H: whitened.
+BlockSums sums_of(const LinearSystem& system, const RowMajor& H,
                   const std::vector<int>& block_of_row, int blocks) {
-  const RowMajor H = whitened_H;
   const int p = int(H.cols());
   const std::vector<std::vector<int>> rows = rows_of_blocks(block_of_row, blocks);
   BlockSums out{MatrixXd::Zero(p, blocks), std::vector<MatrixXd>(std::size_t(blocks))};

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/window_layout.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <numeric>
 #include <utility>
 
+#include "graph/slot_finder.h"
 #include "solvers/lists.h"
 
 namespace magimu::lanes {
@@ -13,6 +16,7 @@ namespace {
 constexpr int kMinNodes = 64;      // below, other solvers are as fast
 constexpr int kWindowNodes = 400;  // about as many are one window in a long recording
 constexpr int kMinWindowNodes = 12;
+constexpr int kTwoGroups = 1500;  // nodes; fewer are one group
 constexpr int kWideNodes = 6000;  // the same of a group where the border is wide
 constexpr int kManyTimes = 4;     // globals have so many times the factors of most variables
 constexpr int kMaxGlobals = 512;  // columns
@@ -28,27 +32,26 @@ class Search {
   int slots() const { return values_.size(); }
   const Values::Slot& slot(int i) const { return values_.slots()[std::size_t(i)]; }
 
-  // Successive factors mostly name the same globals and the nodes one further on.
+  // The batches side by side.
   bool resolve(Layout& out) {
-    const auto is = [&](int s, Key key) { return s >= 0 && s < slots() && slot(s).key == key; };
-    for (const auto& batch : graph_.batches()) {
-      const auto types = batch->types();
-      std::vector<int>& found = out.factor.emplace_back();
-      found.reserve(std::size_t(batch->size()) * types.size());
-      std::vector<int> last(types.size(), -1), stride(types.size(), 0);
-      for (int i = 0; i < batch->size(); ++i) {
-        const auto keys = batch->keys(i);
-        for (std::size_t j = 0; j < keys.size(); ++j) {
-          int s = last[j] + stride[j];
-          if (!is(s, keys[j])) {
-            if (!values_.contains(keys[j])) return false;
-            s = int(&values_.slot(keys[j]) - values_.slots().data());
-            stride[j] = last[j] < 0 ? 0 : s - last[j];
-          }
-          if (!(slot(s).type == types[j])) return false;
-          last[j] = s;
-          found.push_back(s);
-        }
+    out.factor.resize(graph_.batches().size());
+    std::vector<char> fits(out.factor.size(), 0);
+    tbb::parallel_for(std::size_t(0), fits.size(), [&](std::size_t b) {
+      fits[b] = resolve(*graph_.batches()[b], out.factor[b]) ? 1 : 0;
+    });
+    return std::count(fits.begin(), fits.end(), 0) == 0;
+  }
+  bool resolve(const FactorBatch& batch, std::vector<int>& found) const {
+    const auto types = batch.types();
+    found.resize(std::size_t(batch.size()) * types.size());
+    SlotFinder finder(values_, types.size());
+    int* next = found.data();
+    for (int i = 0; i < batch.size(); ++i) {
+      const auto keys = batch.keys(i);
+      for (std::size_t j = 0; j < types.size(); ++j) {
+        const int s = finder.find(j, keys[j]);
+        if (s < 0 || !(slot(s).type == types[j])) return false;
+        *next++ = s;
       }
     }
     return true;
@@ -237,8 +240,10 @@ class Search {
 
 void cut(const std::vector<int>& chain_ends, int lanes, Layout& out) {
   const int total = chain_ends.back();
-  // Full groups, an even number of them where there are many.
+  // Full groups, an even number of them where there are many, and two at once where each has enough
+  // to do.
   int groups = std::max(1, total / (lanes * kWindowNodes));
+  if (groups == 1 && total >= kTwoGroups) groups = 2;
   // Each group costs a square of the border.
   if (out.b() > kWideBorder) groups = std::min(groups, std::max(2, total / kWideNodes));
   if (groups > 4) groups = (groups + 3) / 4 * 4;

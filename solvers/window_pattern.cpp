@@ -83,8 +83,12 @@ double* copy_whitening(const FactorBatch& batch, int factor, bool diagonal, doub
 
 }  // namespace
 
-OwnPattern::OwnPattern(const FactorBatch& own, std::vector<int> own_code, const int* slots,
-                       const Layout& layout, Isa isa)
+Whitening whitening_of(const FactorBatch& factors) {
+  return {factors.whitening_is_diagonal(), same_whitening(factors)};
+}
+
+OwnPattern::OwnPattern(const FactorBatch& own, const Whitening& whitening,
+                       std::vector<int> own_code, const int* slots, const Layout& layout, Isa isa)
     : factors(own), code(std::move(own_code)), lanes_(lanes_of(isa)) {
   Pattern& p = pattern;
   p.text = factors.lane_text(isa);
@@ -126,17 +130,17 @@ OwnPattern::OwnPattern(const FactorBatch& own, std::vector<int> own_code, const 
   p.n_products = int(products_.size());
   p.globals = globals_.data();
   if (p.text.linearize != nullptr) {
-    p.diagonal = factors.whitening_is_diagonal();
-    const int whitening = p.diagonal ? p.rows : p.rows * (p.rows + 1) / 2;
+    p.diagonal = whitening.diagonal;
+    const int numbers = p.diagonal ? p.rows : p.rows * (p.rows + 1) / 2;
     p.doubles = p.text.doubles + p.rows * p.linear;
-    if (same_whitening(factors)) {
-      whitening_ = AlignedBuffer(std::size_t(whitening) * std::size_t(lanes_));
+    if (whitening.same) {
+      whitening_ = AlignedBuffer(std::size_t(numbers) * std::size_t(lanes_));
       for (std::size_t lane = 0; lane < std::size_t(lanes_); ++lane) {
         copy_whitening(factors, 0, p.diagonal, whitening_.data() + lane, std::size_t(lanes_));
       }
       p.whitening = whitening_.data();
     } else {
-      p.doubles += whitening;
+      p.doubles += numbers;
     }
   } else {
     // Every factor finds its variables where the first would.

@@ -9,10 +9,16 @@
 
 namespace magimu::lanes {
 
+// Of a batch's factors: are their whitening matrices diagonal, and all the same?
+struct Whitening {
+  bool diagonal = false, same = false;
+};
+Whitening whitening_of(const FactorBatch& factors);
+
 struct OwnPattern {
   // code: place + 4 * offset of each key; slots: of one of the factors' variables.
-  OwnPattern(const FactorBatch& factors, std::vector<int> code, const int* slots,
-             const Layout& layout, Isa isa);
+  OwnPattern(const FactorBatch& factors, const Whitening& whitening, std::vector<int> code,
+             const int* slots, const Layout& layout, Isa isa);
   OwnPattern(const OwnPattern&) = delete;
   OwnPattern& operator=(const OwnPattern&) = delete;
 

@@ -8,21 +8,49 @@
 namespace magimu::lanes {
 
 Program::Program(const FactorGraph& graph, const Layout& layout, Isa isa)
-    : graph_(graph), layout_(layout), isa_(isa), lanes_(std::size_t(lanes_of(isa))) {
-  patterns_of_.resize(graph.batches().size());
-  groups_.resize(layout.groups.size());
-  std::vector<std::vector<Layer>> layers(layout.groups.size());
-  for (std::size_t batch = 0; batch < graph.batches().size(); ++batch) assign(batch, layers);
-  tbb::parallel_for(std::size_t(0), groups_.size(),
-                    [&](std::size_t g) { fill(layers[g], layout.groups[g], groups_[g]); });
+    : graph_(graph),
+      layout_(layout),
+      isa_(isa),
+      lanes_(std::size_t(lanes_of(isa))),
+      groups_(layout.groups.size()) {
+  std::vector<Part> parts(graph.batches().size());
+  tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t b) { parts[b] = assign(b); });
+  for (Part& part : parts) {
+    for (auto& pattern : part.patterns) {
+      const Pattern& p = pattern->pattern;
+      jacobian_doubles_ = std::max(jacobian_doubles_, p.rows * (p.columns + 1));
+      patterns_.push_back(std::move(pattern));
+    }
+    global_factors_.insert(global_factors_.end(), part.global_factors.begin(),
+                           part.global_factors.end());
+  }
+  tbb::parallel_for(std::size_t(0), groups_.size(), [&](std::size_t g) {
+    std::vector<const Layer*> layers;
+    for (const Part& part : parts) {
+      for (const Layer& layer : part.layers[g]) layers.push_back(&layer);
+    }
+    fill(layers, layout.groups[g], groups_[g]);
+  });
   for (const Group& group : groups_) rows_ = std::max(rows_, group.rows);
 }
 
-void Program::assign(std::size_t b, std::vector<std::vector<Layer>>& layers) {
+Program::Part Program::assign(std::size_t b) const {
   const FactorBatch& batch = *graph_.batches()[b];
   const std::size_t n = batch.types().size();
+  Part part;
+  part.layers.resize(layout_.groups.size());
+  const Whitening whitening =
+      batch.lane_text(isa_).linearize != nullptr ? whitening_of(batch) : Whitening{};
   std::vector<int> code(n), last;
-  int pattern = -1;
+  const OwnPattern* pattern = nullptr;
+  const auto find_pattern = [&](const int* slots) {
+    for (const auto& known : part.patterns) {
+      if (known->code == code) return known.get();
+    }
+    part.patterns.push_back(
+        std::make_unique<OwnPattern>(batch, whitening, code, slots, layout_, isa_));
+    return part.patterns.back().get();
+  };
   for (int f = 0; f < batch.size(); ++f) {
     const int* slots = layout_.factor[b].data() + std::size_t(f) * n;
     int low = layout_.nodes();
@@ -31,7 +59,7 @@ void Program::assign(std::size_t b, std::vector<std::vector<Layer>>& layers) {
       if (node >= 0) low = std::min(low, node);
     }
     if (low == layout_.nodes()) {
-      global_factors_.push_back({int(b), f});
+      part.global_factors.push_back({int(b), f});
       continue;
     }
     const Layout::Window& w = layout_.windows[std::size_t(layout_.window_of[std::size_t(low)])];
@@ -44,10 +72,10 @@ void Program::assign(std::size_t b, std::vector<std::vector<Layer>>& layers) {
       code[k] = int(place) + 4 * v.stored;
     }
     if (code != last) {
-      pattern = pattern_of(b, code, slots);
+      pattern = find_pattern(slots);
       last = code;
     }
-    std::vector<Layer>& own = layers[std::size_t(w.group)];
+    std::vector<Layer>& own = part.layers[std::size_t(w.group)];
     const std::size_t place = std::size_t(layout_.step(w, low)) * lanes_ + std::size_t(w.lane);
     std::size_t layer = 0;  // the first of this pattern that is free there
     while (layer < own.size() &&
@@ -60,25 +88,11 @@ void Program::assign(std::size_t b, std::vector<std::vector<Layer>>& layers) {
     }
     own[layer].factors[place] = f;
   }
+  return part;
 }
 
-int Program::pattern_of(std::size_t batch, const std::vector<int>& code, const int* slots) {
-  for (const int p : patterns_of_[batch]) {
-    if (patterns_[std::size_t(p)]->code == code) return p;
-  }
-  patterns_.push_back(
-      std::make_unique<OwnPattern>(*graph_.batches()[batch], code, slots, layout_, isa_));
-  const Pattern& p = patterns_.back()->pattern;
-  jacobian_doubles_ = std::max(jacobian_doubles_, p.rows * (p.columns + 1));
-  patterns_of_[batch].push_back(int(patterns_.size()) - 1);
-  return int(patterns_.size()) - 1;
-}
-
-void Program::fill(const std::vector<Layer>& layers, const Layout::Group& lanes,
+void Program::fill(const std::vector<const Layer*>& layers, const Layout::Group& lanes,
                    Group& group) const {
-  const auto pattern = [&](const Layer& layer) -> const Pattern& {
-    return patterns_[std::size_t(layer.pattern)]->pattern;
-  };
   const auto any = [&](const Layer& layer, int step) {
     const auto begin = layer.factors.begin() + std::ptrdiff_t(std::size_t(step) * lanes_);
     const auto it =
@@ -90,11 +104,11 @@ void Program::fill(const std::vector<Layer>& layers, const Layout::Group& lanes,
   for (int step = 0; step <= lanes.steps; ++step) {
     int rows = 0;
     group.first_call.push_back(int(calls));
-    for (const Layer& layer : layers) {
-      if (any(layer, step) < 0) continue;
+    for (const Layer* layer : layers) {
+      if (any(*layer, step) < 0) continue;
       ++calls;
-      doubles += std::size_t(pattern(layer).doubles) * lanes_;
-      rows += pattern(layer).rows;
+      doubles += std::size_t(layer->pattern->pattern.doubles) * lanes_;
+      rows += layer->pattern->pattern.rows;
     }
     group.rows = std::max(group.rows, rows);
   }
@@ -105,14 +119,14 @@ void Program::fill(const std::vector<Layer>& layers, const Layout::Group& lanes,
   group.calls.reserve(calls);
   double* data = group.data.data();
   for (int step = 0; step <= lanes.steps; ++step) {
-    for (const Layer& layer : layers) {
-      const int some = any(layer, step);
+    for (const Layer* layer : layers) {
+      const int some = any(*layer, step);
       if (some < 0) continue;
-      const OwnPattern& own = *patterns_[std::size_t(layer.pattern)];
+      const OwnPattern& own = *layer->pattern;
       double* present = group.present.data() + group.calls.size() * lanes_;
       bool all = true;
       for (std::size_t lane = 0; lane < lanes_; ++lane) {
-        const int f = layer.factors[std::size_t(step) * lanes_ + lane];
+        const int f = layer->factors[std::size_t(step) * lanes_ + lane];
         group.factors.push_back(f);
         all &= f >= 0;
         present[lane] = f >= 0 ? 1.0 : 0.0;

@@ -37,19 +37,24 @@ class Program {
  private:
   // The factors of one pattern in one group: one at each step and lane, or -1.
   struct Layer {
-    int pattern;
+    const OwnPattern* pattern;
     std::vector<int> factors;
   };
-  int pattern_of(std::size_t batch, const std::vector<int>& code, const int* slots);
-  void assign(std::size_t batch, std::vector<std::vector<Layer>>& layers);
-  void fill(const std::vector<Layer>& layers, const Layout::Group& lanes, Group& group) const;
+  // What comes of one batch.
+  struct Part {
+    std::vector<std::unique_ptr<OwnPattern>> patterns;
+    std::vector<std::vector<Layer>> layers;  // of each group
+    std::vector<GlobalFactor> global_factors;
+  };
+  Part assign(std::size_t batch) const;
+  void fill(const std::vector<const Layer*>& layers, const Layout::Group& lanes,
+            Group& group) const;
 
   const FactorGraph& graph_;
   const Layout& layout_;
   Isa isa_;
   std::size_t lanes_;
   std::vector<std::unique_ptr<OwnPattern>> patterns_;
-  std::vector<std::vector<int>> patterns_of_;  // batch
   std::vector<Group> groups_;
   std::vector<GlobalFactor> global_factors_;
   int jacobian_doubles_ = 0, rows_ = 0;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Where the window engine keeps its values: node by node, lanes side by side.
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 
 #include "solvers/window_engine.h"
@@ -21,7 +23,7 @@ void WindowEngine::load(const Values& values) {
     }
   };
   current_ = condensed_ = 0;
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
+  tbb::parallel_for(std::size_t(0), groups_.size(), [&](std::size_t g) {
     const Layout::Group& group = layout_.groups[g];
     for (std::size_t lane = 0; lane < lanes_; ++lane) {
       const int own = group.windows[lane];
@@ -35,7 +37,7 @@ void WindowEngine::load(const Values& values) {
         }
       }
     }
-  }
+  });
   for (int s = 0; s < values.size(); ++s) {
     const Layout::Variable& v = layout_.variables[std::size_t(s)];
     if (v.node >= 0) continue;

@@ -57,11 +57,11 @@ long allocations_of_an_iteration(int nodes, EliminationForm form) {
 
 TEST(Allocations, none_for_a_factor_in_an_iteration) {
   for (const EliminationForm form : {EliminationForm::kInformation, EliminationForm::kSquareRoot}) {
-    const long few = allocations_of_an_iteration(1000, form);
-    const long many = allocations_of_an_iteration(2000, form);
+    const long few = allocations_of_an_iteration(700, form);
+    const long many = allocations_of_an_iteration(1400, form);
     EXPECT_GT(few, 0);  // they are counted
     EXPECT_LT(few, 200) << to_string(form);
-    EXPECT_NEAR(double(many), double(few), 20.0) << to_string(form);  // of 3,000 more factors
+    EXPECT_NEAR(double(many), double(few), 20.0) << to_string(form);  // of 2,100 more factors
   }
 }
 

@@ -35,28 +35,29 @@ void add_squares_and_lags(const LinearSystem& system, const SensorRows& rows, Se
 void add_signed_rows(const LinearSystem& system, const std::vector<Sensor>& sensor, Sensor own,
                      const std::vector<std::uint64_t>& bits, const VectorXd& scale, int first,
                      MatrixXd& B) {
-  std::vector<std::array<double, kProbes>> signs;  // of a factor's rows
-  std::vector<const double*> values;
+  using Probes = std::array<double, kProbes>;
+  std::vector<Probes> sums;  // of a factor's columns
   for (const LinearSystem::RowBlocks& b : system.row_blocks()) {
     for (int i = 0; i < b.count; ++i) {
       const int entry = b.first_entry + i * b.rows * b.columns;
-      signs.clear();
-      values.clear();
+      sums.assign(std::size_t(b.columns), Probes{});
+      bool any = false;
       for (int r = 0; r < b.rows; ++r) {
         const auto row = std::size_t(b.first_row + i * b.rows + r);
         if (sensor[row] != own) continue;
-        auto& of_row = signs.emplace_back();
-        for (int p = 0; p < kProbes; ++p) {
-          of_row[std::size_t(p)] = ((bits[row] >> p) & 1U) != 0U ? 1.0 : -1.0;
+        any = true;
+        Probes signs;
+        for (std::size_t p = 0; p < kProbes; ++p) {
+          signs[p] = ((bits[row] >> p) & 1U) != 0U ? 1.0 : -1.0;
         }
-        values.push_back(system.value().data() + entry + r * b.columns);
+        const double* const value = system.value().data() + entry + r * b.columns;
+        for (std::size_t e = 0; e < sums.size(); ++e) {
+          for (std::size_t p = 0; p < kProbes; ++p) sums[e][p] += value[e] * signs[p];
+        }
       }
-      for (int e = 0; e < b.columns && !signs.empty(); ++e) {
-        std::array<double, kProbes> sum{};
-        for (std::size_t r = 0; r < signs.size(); ++r) {
-          for (std::size_t p = 0; p < kProbes; ++p) sum[p] += values[r][e] * signs[r][p];
-        }
+      for (int e = 0; e < b.columns && any; ++e) {
         const int c = system.column()[std::size_t(entry + e)];
+        const Probes& sum = sums[std::size_t(e)];
         for (int p = 0; p < kProbes; ++p) B(c, first + p) += scale[c] * sum[std::size_t(p)];
       }
     }

@@ -115,6 +115,7 @@ bool StreamingCalibration::State::take_over_fit(const Recording& recording, cons
     return false;
   }
   estimator_.emplace(std::move(estimator));
+  on_the_way_.forget();  // other noise, other standard deviations
   c.fit.values = {};
   c.trajectories.clear();
   last_fit_ = std::move(c);

@@ -160,8 +160,11 @@ StreamUpdate StreamingCalibration::State::update() {
   }
   c.trust = {};
   judge(c);
-  u.checks = {check_accuracy(c), check_whiteness(c)};
-  if (distance(c) <= 1.0 && c.trust.verdict != Verdict::kNo) {
+  const double to_go = distance(c);
+  on_the_way_.add(u.t, c, to_go, window_fit_);
+  u.checks = on_the_way_.checks();
+  u.checks.insert(u.checks.begin(), {check_accuracy(c), check_whiteness(c)});
+  if (to_go <= 1.0 && c.trust.verdict != Verdict::kNo) {
     u.phase = StreamPhase::kConverged;
     u.guidance = "Good enough; what follows makes it better still.";
   } else {

@@ -7,6 +7,7 @@
 #include "calibration/calibrate.h"
 #include "calibration/guidance.h"
 #include "calibration/pipeline.h"
+#include "calibration/stream_checks.h"
 #include "calibration/stream_estimate.h"
 #include "calibration/stream_model.h"
 #include "calibration/streaming.h"
@@ -75,6 +76,7 @@ class StreamingCalibration::State {
   Calibration last_fit_;     // of all windows there were then; without trajectory and values
   double last_fit_s_ = 0.0;  // how long the stream was
 
+  StreamChecks on_the_way_;
   WindowConsistency consistency_;
   WindowFit window_fit_;
   std::vector<int> flagged_;    // windows left out at present

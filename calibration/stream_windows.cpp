@@ -149,6 +149,7 @@ void StreamingCalibration::State::look_for_change() {
     return;
   }
   changes_ = changes;
+  on_the_way_.forget();
   estimator_.emplace(std::move(changed));
   flagged_in_a_row_ = 0;
   const Vector3 step = estimator_->globals().at<Vector3>(key::mag_bias) -

@@ -6,6 +6,7 @@
 
 #include <gmock/gmock.h>
 #include <pty.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <termios.h>
 #include <unistd.h>
@@ -91,6 +92,15 @@ class PseudoTerminal {
       const ssize_t n = ::write(master_, text.data() + at, text.size() - at);
       ASSERT_GT(n, 0);
       at += std::size_t(n);
+    }
+  }
+  // Until the other side has read all of it, which takes long where many tests run at once.
+  void wait_until_read() const {
+    int quiet = 0, waiting = 0;
+    for (int i = 0; i < 1000 && quiet < 10; ++i) {
+      std::this_thread::sleep_for(10ms);
+      ASSERT_EQ(::ioctl(slave_, FIONREAD, &waiting), 0);
+      quiet = waiting == 0 ? quiet + 1 : 0;
     }
   }
   void unplug() {
@@ -271,7 +281,7 @@ TEST_F(StreamSourceTest, what_a_serial_port_sends_too_fast_is_counted) {
   source.next(100ms);
   const std::string text = numbered_lines(10000);
   terminal.send(text);
-  std::this_thread::sleep_for(300ms);
+  terminal.wait_until_read();
   const Received before = receive(source, 1000);  // room again
   terminal.send("last\n");
   const Received after = receive(source, std::string::npos, 500ms);

@@ -35,14 +35,14 @@ VectorXd Extender::Trial::parameters() const {
 bool Extender::survives(Option& option, const Stage& stage, const Score& w) const {
   const double level = log10_level();
   if (option.effect->description().random_process) {
-    if (w.coloured) {
-      const Score& s = option.score;
-      option.score.log10_p =
-          estimate_random_walk(s.information, s.information * s.theta,
-                               option.effect->prior_sigma(recordings_.front()->duration_s()),
-                               w.scatter)
-              .log10_p;
-    }
+    // A walk that is not in the model scatters windows as coloured noise does: the noise is what it
+    // is beside the walk.
+    const Score& s = option.score;
+    option.score.log10_p =
+        estimate_random_walk(s.information, s.information * s.theta,
+                             option.effect->prior_sigma(recordings_.front()->duration_s()),
+                             w.coloured ? w.scatter : 1.0)
+            .log10_p;
     return option.score.log10_p < level - (w.coloured ? kCare : 0.0);
   }
   const double penalty =

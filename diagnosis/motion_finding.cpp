@@ -21,9 +21,11 @@ namespace {
 constexpr double kCalm = 1.15;  // accelerometer noise in motion over that at rest
 constexpr double kCalmColour = 0.15;
 constexpr double kMoreInMotion = 1.2;
-constexpr double kMostOfIt = 0.5;  // of the misfit, for an effect to be tried in its stead
-constexpr double kSlowSigmas = 4.5, kLeastSlow = 0.25;  // of the slow power's logarithm
-constexpr double kOverRest = 1.0;  // standard deviations: weak colour is at rest, too
+constexpr double kMostOfIt = 0.5;     // of the misfit, for an effect to be tried in its stead
+constexpr double kClearlyMore = 4.5;  // standard deviations
+constexpr double kSlowSigmas = 3.4, kLeastSlow = 0.1;  // of the slow power's logarithm
+constexpr double kTheirSigmas = 2.5;                   // of that of another sensor
+constexpr double kOverColour = 1.4;                    // standard deviations
 
 // The accelerometer's residual under pure rotation.
 struct Restlessness {
@@ -50,7 +52,7 @@ bool more_in_motion(const NodeResiduals& r) {
   if (still.size() < 60 || moving.empty()) return true;
   const SlowPower slow = slow_power(r);
   return median(moving) > kMoreInMotion * median(still) &&
-         (slow.unknowns == 0.0 || slow.over_rest > kSlowSigmas);
+         (slow.unknowns == 0.0 || slow.over_rest > kClearlyMore);
 }
 
 Restlessness restlessness(const Stage& rotation, double rest_acc) {
@@ -192,13 +194,13 @@ std::optional<Stage> find_small_motion(const std::vector<const Recording*>& reco
   }
   const NodeResiduals residuals = node_residuals(stage, recordings, Sensor::kAcc);
   const SlowPower acc = slow_power(residuals);
-  if (acc.z() < kSlowSigmas || acc.log_ratio < kLeastSlow || acc.over_rest < kOverRest) {
+  if (acc.z() < kSlowSigmas || acc.log_ratio < kLeastSlow || acc.over_coloured() < kOverColour) {
     return std::nullopt;
   }
   // An error of another sensor bends the attitude, and that shows in the accelerometer, too.
   for (const Sensor other : {Sensor::kMag, Sensor::kGyr}) {
     const SlowPower theirs = slow_power(node_residuals(stage, recordings, other));
-    if (theirs.squares > kMostOfIt * acc.squares) return std::nullopt;
+    if (theirs.squares > kMostOfIt * acc.squares && theirs.z() > kTheirSigmas) return std::nullopt;
   }
   if (follows_the_attitude(recordings, stage, acc.squares)) return std::nullopt;
   const Stage plain = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));

@@ -10,7 +10,8 @@
 namespace magimu {
 namespace {
 
-constexpr double kSlowest = 0.15, kHandsFastest = 1.5, kFaster = 2.5;  // Hz
+constexpr double kHandsSlowest = 0.5, kHandsFastest = 1.5, kFaster = 2.5;  // Hz
+constexpr double kSlower[2] = {0.05, 0.3};                                 // Hz
 constexpr std::size_t kFewestNodes = 8;
 constexpr double kCut = 3.0;       // standard deviations
 constexpr double kNotWhite = 2.0;  // standard deviations of the ratio at rest
@@ -18,6 +19,7 @@ constexpr double kNotWhite = 2.0;  // standard deviations of the ratio at rest
 struct BandPower {
   double slow = 0.0, slow_count = 0.0;
   double fast = 0.0, fast_count = 0.0;
+  double slower = 0.0, slower_count = 0.0;
 
   double log_ratio() const {
     return slow > 0.0 && fast > 0.0 ? std::log(slow / slow_count * fast_count / fast) : 0.0;
@@ -46,9 +48,14 @@ void add_power(const std::vector<double>& x, double interval_s, BandPower& out) 
     const double power = 2.0 / n * sum * sum;
     total -= power;
     count -= 1.0;
-    if (k * step_hz < kSlowest || k * step_hz > kHandsFastest) continue;
-    out.slow += power;
-    out.slow_count += 1.0;
+    const double hz = k * step_hz;
+    if (hz >= kSlower[0] && hz <= kSlower[1]) {
+      out.slower += power;
+      out.slower_count += 1.0;
+    } else if (hz >= kHandsSlowest && hz <= kHandsFastest) {
+      out.slow += power;
+      out.slow_count += 1.0;
+    }
   }
   out.fast += std::max(0.0, total);
   out.fast_count += std::max(0.0, count);
@@ -138,10 +145,13 @@ SlowPower slow_power(const NodeResiduals& residuals) {
   }
   out.sigma = std::sqrt(variance);
   out.unknowns = moving.slow_count;
-  if (moving.slow > 0.0 && still.slow > 0.0) {
-    out.over_rest = std::log(moving.slow / moving.slow_count * still.slow_count / still.slow) /
-                    std::sqrt(2.0 / moving.slow_count + 2.0 / still.slow_count);
-  }
+  const auto over = [&](double power, double count) {
+    if (!(moving.slow > 0.0) || !(power > 0.0)) return 0.0;
+    return std::log(moving.slow / moving.slow_count * count / power) /
+           std::sqrt(2.0 / moving.slow_count + 2.0 / count);
+  };
+  out.over_rest = over(still.slow, still.slow_count);
+  out.over_slower = over(moving.slower, moving.slower_count);
   out.squares = moving.slow * (1.0 - std::exp(-std::max(0.0, out.log_ratio)));
   return out;
 }

@@ -3,6 +3,7 @@
 // it is at rest. And whether there is more of it in the band of a hand's motion than noise has.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "calibration/sensor_rows.h"
@@ -18,17 +19,20 @@ struct NodeResiduals {
 NodeResiduals node_residuals(const Stage& stage, const std::vector<const Recording*>& recordings,
                              Sensor sensor);
 
-// Power from 0.15 to 1.5 Hz over that beyond 2.5 Hz, which a hand hardly reaches. White noise has
-// as much in both; coloured noise has not, but has none more in motion than at rest. Values beyond
+// Power from 0.5 to 1.5 Hz over that beyond 2.5 Hz, which a hand hardly reaches. White noise has
+// as much in both; coloured noise has not, but it has none more in motion than at rest, nor more
+// than below 0.3 Hz, where a hand, which stays within its reach, hardly accelerates. Values beyond
 // three standard deviations count as those: blows are not slow. All zero without a rest of eight
 // nodes, or where nodes are too slow for these bands.
 struct SlowPower {
   double log_ratio = 0.0, sigma = 0.0;  // beyond the ratio at rest, where that is more than white
   double squares = 0.0;                 // in the band beyond noise, whitened
   double unknowns = 0.0;                // coefficients in the band
-  // Logarithm of the power in the band over that at rest, in standard deviations.
-  double over_rest = 0.0;
+  // Logarithm of the power in the band over that at rest, and over that from 0.05 to 0.3 Hz while
+  // moving, in standard deviations.
+  double over_rest = 0.0, over_slower = 0.0;
 
+  double over_coloured() const { return (over_rest + over_slower) / std::sqrt(2.0); }
   double z() const { return sigma > 0.0 ? log_ratio / sigma : 0.0; }
 };
 SlowPower slow_power(const NodeResiduals& residuals);

@@ -94,18 +94,31 @@ Vector3 SensedMotion::field(double t) const {
   return gyr_.at(t).unrotate(fields_[nearest_node(t)]);
 }
 
-// The rate at an instant, between the mean rates of the intervals before and after it.
+// The rate at an instant, between the mean rates of the intervals before and after it. Its
+// derivative is the slope of a line through all within 25 ms: that of two neighbours alone is
+// mostly noise at high rates, and a hand's motion hardly bends within 50 ms.
 Vector3 SensedMotion::rate_about(double t, Vector3* derivative) const {
+  constexpr double kAround = 0.025;  // s
   const VectorSeries& g = recording_.gyr;
   const double h = 0.5 * (duration_ / double(g.size() - 1));
   const std::size_t after = locate(g.t, t + h).before;
   const std::size_t before = after > 0 ? after - 1 : 0;
-  const Vector3 a = g.v[before] - gyr_bias_, b = g.v[after] - gyr_bias_;
+  *derivative = Vector3::Zero();
+  if (after == before) return g.v[before] - gyr_bias_;
   // The means are those of the intervals' middles.
   const double span = std::max(g.t[after] - g.t[before], 1e-9);
-  const double middle = 0.5 * (g.t[before] + g.t[after]) + h;
-  *derivative = after > before ? Vector3((b - a) / span) : Vector3::Zero();
-  return 0.5 * (a + b) + *derivative * (t - middle);
+  const double share = (t - g.t[before] - h) / span;
+  std::size_t first = before, last = after;
+  while (first > 0 && g.t[first - 1] + h >= t - kAround) --first;
+  while (last + 1 < g.size() && g.t[last + 1] + h <= t + kAround) ++last;
+  double middle = 0.0, squares = 0.0;
+  for (std::size_t k = first; k <= last; ++k) middle += g.t[k] / double(last - first + 1);
+  for (std::size_t k = first; k <= last; ++k) {
+    *derivative += (g.t[k] - middle) * g.v[k];
+    squares += (g.t[k] - middle) * (g.t[k] - middle);
+  }
+  *derivative /= std::max(squares, 1e-18);
+  return (1.0 - share) * g.v[before] + share * g.v[after] - gyr_bias_;
 }
 
 Vector3 SensedMotion::specific_force(Channel channel, std::size_t sample, const Rot3& nRb) const {

@@ -170,8 +170,7 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
       }
       Finding f = describe(best->option, stage, nll, options, apart);
       f.probability = 1.0 / (1.0 + others);
-      stage_ = stage;
-      nll_ = nll;
+      take(stage, nll);
       std::erase_if(d_.findings, [&](const Finding& old) {
         if (!replaces(*best->option.effect, old.effect)) return false;
         f.gain.heldout_nll_before =
@@ -198,8 +197,7 @@ void Extender::prune() {
       const Stage without = pipeline_.refit_with_same_noise(*stage_, spec);
       const double nll = sum_of(held_out_nll(without));
       if (without.result().converged() && nll - nll_ < kMinGain) {
-        stage_ = without;
-        nll_ = nll;
+        take(without, nll);
         d_.findings.erase(finding);
         continue;
       }
@@ -208,14 +206,27 @@ void Extender::prune() {
   }
 }
 
-void Extender::replace(const Stage& stage) {
+void Extender::take(const Stage& stage, double nll) {
   stage_ = stage;
-  nll_ = sum_of(held_out_nll(stage));
+  nll_ = nll;
+  refitted_nll_.reset();
 }
 
+// What an effect gains when the hand's reach is estimated anew with it: an error of the
+// accelerometer makes the hand seem to reach further than it did. The model without it gets as many
+// rounds.
+double Extender::gain_with_own_reach(const Stage& stage) const {
+  if (!refitted_nll_) {
+    refitted_nll_ = sum_of(held_out_nll(pipeline_.refit(*stage_, stage_->spec())));
+  }
+  const Stage refitted = pipeline_.refit(stage, stage.spec());
+  return refitted.result().converged() ? *refitted_nll_ - sum_of(held_out_nll(refitted)) : 0.0;
+}
+
+void Extender::replace(const Stage& stage) { take(stage, sum_of(held_out_nll(stage))); }
+
 void Extender::extend(const Stage& from) {
-  stage_ = from;
-  nll_ = sum_of(held_out_nll(from));
+  take(from, sum_of(held_out_nll(from)));
   rejected_.clear();
   for (bool first = true; int(d_.findings.size()) < given_.max_findings; first = false) {
     const std::vector<Option> options = scan_options(recordings_, *stage_, candidates(*stage_));

@@ -52,6 +52,7 @@ class Extender {
   bool is_all(const Stage& stage) const;
   bool foretells(const Stage& stage, bool coloured) const;
   bool enough_beyond(const Option& option, double gain) const;
+  double gain_with_own_reach(const Stage& stage) const;
   std::optional<Trial> trial(Option option) const;
   std::optional<Finding> try_options(const std::vector<Option>& options);
   Finding describe(const Option& option, const Stage& stage, double nll,
@@ -59,6 +60,7 @@ class Extender {
   bool find_times(Option& option, Stage& stage) const;
   void find_source(Option& option, Stage& stage) const;
   void prune();
+  void take(const Stage& stage, double nll);
 
   const std::vector<const Recording*>& recordings_;
   const std::vector<const Recording*>& whole_;
@@ -68,7 +70,8 @@ class Extender {
   SlowNoise at_rest_;
   std::optional<Stage> base_, stage_;
   double nll_ = 0.0;
-  std::vector<std::string> rejected_;  // looked significant, predicts no better
+  mutable std::optional<double> refitted_nll_;  // of stage_, its noise estimated once more
+  std::vector<std::string> rejected_;           // looked significant, predicts no better
 };
 
 }  // namespace magimu

@@ -172,7 +172,10 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
   if (option.effect->name() == "hard_iron_change" && !w.coloured && !is_all(stage)) {
     return std::nullopt;
   }
-  const double nll = sum_of(held_out_nll(stage));
+  double nll = sum_of(held_out_nll(stage));
+  if (stage.spec().motion == MotionModel::kHandHeld && nll_ - nll < kMinGain) {
+    nll = nll_ - std::max(nll_ - nll, gain_with_own_reach(stage));
+  }
   return Trial{std::move(option), std::move(stage), nll};
 }
 

@@ -56,6 +56,16 @@ TEST(SlowPower, finds_a_motion_far_below_the_noise_of_single_nodes) {
   EXPECT_GE(found, 9);
 }
 
+TEST(SlowPower, tells_a_motion_from_colour_by_what_is_slower_still) {
+  int motions = 0, colours = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    motions += slow_power(residuals_with(0.0, 0.4, seed)).over_coloured() > 1.4;
+    colours += slow_power(residuals_with(0.8, 0.0, seed)).over_coloured() > 1.4;
+  }
+  EXPECT_GE(motions, 18);
+  EXPECT_EQ(colours, 0);
+}
+
 TEST(SlowPower, does_not_take_blows_for_a_motion) {
   NodeResiduals r = residuals_with(0.0, 0.0, 1);
   for (std::size_t k = 0; k < r.moving[0].size(); k += 29) r.moving[0][k] += Vector3(8, -8, 5);

@@ -124,33 +124,35 @@ double SlowNoise::excess(Channel channel, const NoiseDensities& white) const {
 }
 
 SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings) {
-  constexpr double kPiece = 1.0, kStep = 0.25;  // s; pieces overlap
-  constexpr double kOfMedian = 0.6;             // of the mean's degrees of freedom
+  constexpr double kPiece = 0.75, kStep = 0.25;  // s; threes of pieces overlap
+  constexpr double kOfMedian = 0.45;             // of the mean's degrees of freedom
   std::vector<double> squares[2];
   SlowNoise out;
   for (const Recording* r : recordings) {
     const VectorSeries* const sensors[2] = {&r->acc, &r->gyr};
     for (const TimeSpan& rest : find_rests(*r)) {
       for (int s = 0; s < 2; ++s) {
-        for (double t = rest.begin_s; t + 2.0 * kPiece <= rest.end_s; t += kStep) {
+        for (double t = rest.begin_s; t + 3.0 * kPiece <= rest.end_s; t += kStep) {
           const auto before = mean_over(*sensors[s], t, t + kPiece);
-          const auto after = mean_over(*sensors[s], t + kPiece, t + 2.0 * kPiece);
-          if (!before || !after) continue;
-          squares[s].push_back((*after - *before).squaredNorm());
+          const auto middle = mean_over(*sensors[s], t + kPiece, t + 2.0 * kPiece);
+          const auto after = mean_over(*sensors[s], t + 2.0 * kPiece, t + 3.0 * kPiece);
+          if (!before || !middle || !after) continue;
+          squares[s].push_back((*before - 2.0 * *middle + *after).squaredNorm());
         }
       }
     }
   }
-  // Neighbouring means of white noise differ by twice the variance of one, on each axis. Median:
-  // where a rest begins and ends, the hand may move the sensor already.
+  // Second differences of white noise's means have six times the variance of one, on each axis;
+  // what warms up or drifts hardly shows in them. Median: where a rest begins and ends, the hand may
+  // move the sensor already.
   constexpr double kMedianOfThree = 2.366;  // chi-square with three degrees of freedom
   const auto density = [&](int s) {
     if (squares[s].empty()) return 0.0;
-    return std::sqrt(median(squares[s]) / (2.0 * kMedianOfThree) * kPiece);
+    return std::sqrt(median(squares[s]) / (6.0 * kMedianOfThree) * kPiece);
   };
   out.acc = density(0);
   out.gyr = density(1);
-  // Of the pairs formed as many as do not overlap are independent.
+  // Of the threes formed about one in a piece's length tells something of its own.
   out.freedom = kOfMedian * 3.0 * kStep / kPiece * double(squares[1].size());
   return out;
 }

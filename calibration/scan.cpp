@@ -20,6 +20,7 @@ constexpr double kPriorOff = 1e3;    // a prior so wide that it says nothing
 constexpr double kInvisible = 1e-6;  // of the largest eigenvalue of A, parameters scaled alike
 constexpr double kEnough = 3.0;      // windows a direction
 constexpr double kChance = 2.0;      // standard deviations
+constexpr double kCertain = -3.0;    // log10 of the probability of a scatter that needs no witness
 constexpr double kFollowed = 1e-3;   // of a score's variance is left: the fit has followed it all
 
 // Variables of the stage's model and of the candidates', these at zero.
@@ -89,6 +90,11 @@ struct Scatter {
     return S.rows() > 0 &&
            mean() > (known ? kColoured : std::max(kColoured, 1.0 + kChance * chance));
   }
+  // So much so that few windows' word is enough.
+  bool surely_coloured() const {
+    const double n = double(S.rows()) * freedom;
+    return coloured() && (known || log10_chi_square_tail(n * mean(), n) < kCertain);
+  }
   bool tells_directions() const { return freedom + 1.0 > kEnough * double(S.rows()); }
 };
 
@@ -135,6 +141,12 @@ Reduced reduced_to(const CondensedChain& chain, const MatrixXd& K, const Values&
   out.T.middleRows(at, q).setIdentity();
   out.information = out.T.transpose() * K * out.T;
   return out;
+}
+
+Key bias_of(Channel channel) {
+  return channel == Channel::kAcc   ? key::acc_bias
+         : channel == Channel::kGyr ? key::gyr_bias
+                                    : key::mag_bias;
 }
 
 // How the windows' scores of some parameters scatter at the optimum, and the coordinates Q of it:
@@ -331,7 +343,15 @@ Score wald_test(const Stage& stage, std::size_t effect, double least_scatter) {
   out.scatter = scatter.mean();
   out.coloured = scatter.coloured();
   const VectorXd x = Q.colPivHouseholderQr().solve(out.theta);
-  out.log10_p = log10_tail(out.statistic, out.dof, x, scatter);
+  // Where few windows tell of an effect, white noise, too, may scatter them; its sensor's bias
+  // shows in every window.
+  const Key bias = bias_of(out.effect->channel());
+  const bool by_chance =
+      out.coloured && !scatter.surely_coloured() && values.contains(bias) &&
+      !scatter_at_optimum(chain, G, values, bias, values.slot(bias).type.tangent())
+           .scatter.coloured();
+  out.log10_p = by_chance ? log10_chi_square_tail(out.statistic, out.dof)
+                          : log10_tail(out.statistic, out.dof, x, scatter);
   if (out.coloured && scatter.tells_directions()) {
     out.sigma = (Q * scatter.S * Q.transpose()).diagonal().cwiseSqrt().cwiseMax(out.sigma);
   } else if (out.coloured) {

@@ -9,11 +9,12 @@
 namespace magimu {
 namespace {
 
+constexpr double kUneven = 0.1;  // of an interval
+
 // Mean over the time that sample k is held for, half an interval to either side of it, of the
 // parabola through it and its neighbours: the sample alone is wrong by h^2 / 24 times the second
 // derivative, which a turning or swinging sensor shows as an error of scale.
 Vector3 held_mean(const VectorSeries& s, std::size_t k) {
-  constexpr double kUneven = 0.1;
   if (k == 0 || k + 1 >= s.size()) return s.v[k];
   const double before = s.t[k] - s.t[k - 1], after = s.t[k + 1] - s.t[k];
   if (std::abs(after - before) > kUneven * before) return s.v[k];
@@ -38,10 +39,32 @@ IntegratedRotation::IntegratedRotation(const VectorSeries& gyr, const Vector3& b
 
 std::size_t IntegratedRotation::sample_at(double t) const { return sample_until(gyr_.t, t); }
 
+// Of the rate within the interval of sample k, rad/s^2; 0 at the ends and beside gaps.
+Vector3 IntegratedRotation::acceleration_of(std::size_t k) const {
+  if (k == 0 || k + 2 >= gyr_.size()) return Vector3::Zero();
+  const double before = gyr_.t[k] - gyr_.t[k - 1], own = gyr_.t[k + 1] - gyr_.t[k],
+               after = gyr_.t[k + 2] - gyr_.t[k + 1];
+  if (std::max(std::abs(before - own), std::abs(after - own)) > kUneven * own) {
+    return Vector3::Zero();
+  }
+  return unscale_ * (gyr_.v[k + 1] - gyr_.v[k - 1]) / (0.5 * before + own + 0.5 * after);
+}
+
+Vector3 IntegratedRotation::rate(double t) const {
+  const std::size_t k = sample_at(t);
+  if (k + 1 >= gyr_.size() || t < gyr_.t[k]) return rate_of(k);
+  return rate_of(k) + acceleration_of(k) * (t - 0.5 * (gyr_.t[k] + gyr_.t[k + 1]));
+}
+
 Rot3 IntegratedRotation::at(double t) const {
   const std::size_t k = sample_at(t);
   if (t == gyr_.t[k]) return attitude_[k];
-  return attitude_[k] * Rot3::Exp(rate_of(k) * (t - gyr_.t[k]));
+  const double s = t - gyr_.t[k];
+  Vector3 turned = rate_of(k) * s;
+  if (k + 1 < gyr_.size() && s > 0.0) {
+    turned -= acceleration_of(k) * (0.5 * s * (gyr_.t[k + 1] - t));
+  }
+  return attitude_[k] * Rot3::Exp(turned);
 }
 
 PreintegratedGyroscope IntegratedRotation::preintegrate(double a, double b,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The rotation that the gyroscope alone predicts between any two times, in constant time each: one
-// pass over the samples, each rate held over [t_k, t_k+1).
+// pass over the samples, each the mean rate over [t_k, t_k+1). Within that interval the rate
+// changes as the neighbours' means say: a delay of a fraction of it is known as well as that.
 #pragma once
 
 #include "calibration/effect_columns.h"
@@ -22,7 +23,7 @@ class IntegratedRotation {
   // Rotation from the IMU frame at time b to that at time a.
   Rot3 between(double a, double b) const { return at(a).inverse() * at(b); }
   // Rate at time t, bias and matrix removed, rad/s.
-  Vector3 rate(double t) const { return rate_of(sample_at(t)); }
+  Vector3 rate(double t) const;
   // between(a, b) for a < b, with bias Jacobian and covariance; without a matrix. effects: of the
   // gyroscope's samples, null for none.
   PreintegratedGyroscope preintegrate(double a, double b,
@@ -38,6 +39,7 @@ class IntegratedRotation {
  private:
   std::size_t sample_at(double t) const;
   Vector3 rate_of(std::size_t k) const { return unscale_ * (gyr_.v[k] - bias_); }
+  Vector3 acceleration_of(std::size_t k) const;
 
   const VectorSeries& gyr_;
   Vector3 bias_;

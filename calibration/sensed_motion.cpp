@@ -90,10 +90,6 @@ Rot3 SensedMotion::attitude(double t) const {
   return (nodes_[nearest_node(t)] * gyr_.at(t)).normalized();
 }
 
-Vector3 SensedMotion::field(double t) const {
-  return gyr_.at(t).unrotate(fields_[nearest_node(t)]);
-}
-
 // The rate at an instant, between the mean rates of the intervals before and after it. Its
 // derivative is the slope of a line through all within 25 ms: that of two neighbours alone is
 // mostly noise at high rates, and a hand's motion hardly bends within 50 ms.
@@ -157,7 +153,11 @@ SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
     s.position_mean = position_mean_;
   }
   if (channel == Channel::kMag) {
-    s.field_before = [this, instant](double delay_s) { return field(instant - delay_s); };
+    // Back from the sample by the gyroscope alone: between two nodes' attitudes the step is its
+    // noise.
+    s.field_before = [this, instant, node = nearest_node(instant)](double delay_s) {
+      return gyr_.at(instant - delay_s).unrotate(fields_[node]);
+    };
   }
   return s;
 }

@@ -24,7 +24,6 @@ class SensedMotion {
   const VectorSeries& series(Channel channel) const;
   std::size_t nearest_node(double t) const;
   Rot3 attitude(double t) const;
-  Vector3 field(double t) const;  // the unit field in the IMU frame
   Vector3 rate_about(double t, Vector3* derivative) const;
   Vector3 specific_force(Channel channel, std::size_t sample, const Rot3& nRb) const;
 

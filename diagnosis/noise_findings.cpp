@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/high_pass.h"
+#include "diagnosis/noise_series.h"
 #include "diagnosis/noise_tests.h"
 #include "diagnosis/sample_residuals.h"
 #include "diagnosis/unexplained.h"
@@ -17,6 +18,7 @@ namespace {
 constexpr double kTests = 12.0;
 constexpr double kMinTails = 2.5;      // K of outliers
 constexpr double kStrongLine = 1e-12;  // p
+constexpr double kBelowLimit = 4.0;    // standard deviations of a sample
 
 Finding to_finding(const NoiseTest& t) {
   Finding f;
@@ -86,9 +88,21 @@ std::optional<Finding> take_out_saturated(Recording& recording, const DiagnosisO
     if (t.effect != "mag_saturation" || !t.untested.empty()) continue;
     if (t.p_value > options.false_alarm_rate / kTests) continue;
     const double limit = t.parameters.front().value;
+    // Near the limit the samples that are left are those whose noise pointed away from it, and a
+    // fit would take that for an error of the sensor. So all go whose neighbours are near it,
+    // whatever the sample itself says: what the quadratic through them says at its time is the
+    // reading less its high-passed part over 1 - c_0.
+    const Vector3 margin =
+        kBelowLimit *
+        robust_scale(samples.residual, std::vector<char>(samples.residual.size(), 1)) /
+        std::sqrt(kHighPassVariance);
     VectorSeries kept;
     for (std::size_t k = 0; k < mag.size(); ++k) {
-      if (mag.v[k].cwiseAbs().maxCoeff() < limit * (1.0 - 1e-9)) kept.push_back(mag.t[k], mag.v[k]);
+      const Vector3 neighbours = mag.v[k] - samples.residual[k] / (1.0 - smoothing_weight(0));
+      if (mag.v[k].cwiseAbs().maxCoeff() < limit * (1.0 - 1e-9) &&
+          (neighbours.cwiseAbs() + margin).maxCoeff() < limit) {
+        kept.push_back(mag.t[k], mag.v[k]);
+      }
     }
     if (kept.size() < mag.size() / 2) return std::nullopt;
     mag = std::move(kept);

@@ -18,7 +18,8 @@ bool contains(const Effect& effect, const std::string& name) {
 }
 
 bool replaces(const Effect& effect, const std::string& name) {
-  return contains(effect, name) || (effect.name() == "stationary_source" && name == effect.name());
+  return contains(effect, name) || among(effect.description().same_class, name) ||
+         (effect.name() == "stationary_source" && name == effect.name());
 }
 
 bool same_class(const Effect& a, const Effect& b) {

@@ -25,7 +25,8 @@ struct Option {
 bool among(const std::vector<std::string>& names, const std::string& name);
 // Is the named cause a simpler one within it?
 bool contains(const Effect& effect, const std::string& name);
-// What a new effect takes the place of: what it contains, and a source that seemed to be elsewhere.
+// What a new effect takes the place of: what it contains, what is the same to first order (beside
+// each other the two are not determined), and a source that seemed to be elsewhere.
 bool replaces(const Effect& effect, const std::string& name);
 // No motion, or none that is usual, tells the two apart.
 bool same_class(const Effect& a, const Effect& b);

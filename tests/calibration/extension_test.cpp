@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "calibration/initialize.h"
 #include "calibration/sensed_motion.h"
@@ -129,6 +130,29 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"stationary_source", true, 2e-3}, Case{"mag_nonlinearity", false, 2e-3},
                     Case{"mag_current", false, 1e-3}),
     name_of);
+
+// The attitudes of two nodes differ from what the gyroscope says by its noise. A delay that reaches
+// back beyond the middle between them is the gyroscope's alone: else it would seem to be noise.
+TEST(SensedMotion, a_delay_does_not_jump_between_nodes) {
+  oracle::Options options = options_for(oracle::MotionKind::kRotation, 20.0, 0.0);
+  options.rate_hz = 250.0;
+  const oracle::Simulation s = oracle::simulate(options);
+  const std::vector<NodePlan> plans = plan_nodes({&s.recording}, 11);
+  Values values = true_values(s.truth, plans[0], options.rate_hz);
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> noise(0.0, 3e-3);  // rad
+  for (std::size_t i = 0; i < plans[0].t.size(); ++i) {
+    const Vector3 error(noise(random), noise(random), noise(random));
+    values.update(R(int(i)), Rot3::Exp(error) * values.at<Rot3>(R(int(i))));
+  }
+  const SensedMotion motion(s.recording, plans[0], 0, {}, values);
+  constexpr double kDelay = 2.2e-3;
+  for (std::size_t k = 20; k + 20 < motion.samples(Channel::kMag); ++k) {
+    const SampleState state = motion.state(Channel::kMag, k);
+    const Vector3 step = state.field_before(kDelay) - state.b;
+    EXPECT_LT((step - kDelay * state.omega.cross(state.b)).norm(), 2e-4) << "sample " << k;
+  }
+}
 
 // A stage at calibration's own level, started without the effect.
 struct Fit {

@@ -122,6 +122,21 @@ TEST(SlowNoise, of_coloured_noise_is_larger) {
   }
 }
 
+// A first difference of its means would be three times as large as noise makes it.
+TEST(SlowNoise, of_a_sensor_that_warms_up_is_no_larger) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    Recording r = resting(0.0, kDensity, 0.0, seed);
+    for (VectorSeries* s : {&r.acc, &r.gyr}) {
+      for (std::size_t k = 0; k < s->size(); ++k) {
+        s->v[k] += 5.0 * kDensity * s->t[k] * Vector3(0.6, -0.8, 0.0);
+      }
+    }
+    const SlowNoise slow = slow_noise_at_rest({&r});
+    EXPECT_EQ(slow.excess(Channel::kAcc, kWhiteNoise), 1.0) << "seed " << seed;
+    EXPECT_EQ(slow.excess(Channel::kGyr, kWhiteNoise), 1.0) << "seed " << seed;
+  }
+}
+
 TEST(SlowNoise, does_not_count_what_the_hand_does_where_a_rest_ends) {
   const Recording r = resting(0.0, kDensity, 0.05, 1);
   EXPECT_EQ(slow_noise_at_rest({&r}).excess(Channel::kAcc, kWhiteNoise), 1.0);

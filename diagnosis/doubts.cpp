@@ -143,8 +143,8 @@ SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings) {
     }
   }
   // Second differences of white noise's means have six times the variance of one, on each axis;
-  // what warms up or drifts hardly shows in them. Median: where a rest begins and ends, the hand may
-  // move the sensor already.
+  // what warms up or drifts hardly shows in them. Median: where a rest begins and ends, the hand
+  // may move the sensor already.
   constexpr double kMedianOfThree = 2.366;  // chi-square with three degrees of freedom
   const auto density = [&](int s) {
     if (squares[s].empty()) return 0.0;

@@ -22,11 +22,21 @@ constexpr double kDraw = 2.0;         // nats within which the simpler of two ef
 constexpr double kAsLikely = 4.0;     // nats within which a second answer counts as one
 constexpr double kAsMuch = 0.85;      // of the gain, for a nested cause to be the one named
 
+// Any function of time, among which one may always be found that a cause resembles.
+bool of_any_time(const Effect& effect) {
+  return effect.with_terms(1) != nullptr || effect.name() == "hard_iron_change";
+}
+
 // By how many nats one effect may predict worse than another and still be the one to name: the
-// simpler of two that explain as much.
+// simpler of two that explain as much, or the one whose cause was recorded.
 double allowance(const Effect& one, const Effect& other, double gain, double other_gain) {
   if (contains(other, one.name())) return std::max(kDraw, (1.0 - kAsMuch) * other_gain);
   if (contains(one, other.name())) return -std::max(kDraw, (1.0 - kAsMuch) * gain);
+  const bool recorded = !one.description().needs.empty();
+  if (recorded == other.description().needs.empty()) {
+    if (recorded && of_any_time(other)) return kDraw;
+    if (!recorded && of_any_time(one)) return -kDraw;
+  }
   return one.size() < other.size() ? kDraw : one.size() > other.size() ? -kDraw : 0.0;
 }
 

@@ -13,8 +13,11 @@ namespace {
 constexpr double kHandsSlowest = 0.5, kHandsFastest = 1.5, kFaster = 2.5;  // Hz
 constexpr double kSlower[2] = {0.05, 0.3};                                 // Hz
 constexpr std::size_t kFewestNodes = 8;
-constexpr double kCut = 3.0;       // standard deviations
-constexpr double kNotWhite = 2.0;  // standard deviations of the ratio at rest
+constexpr double kCut = 3.0;  // standard deviations
+// Standard deviations of the ratio at rest: of noise that may be coloured, and of what is less slow
+// in motion than coloured noise is. A rest lasts seconds, and a hand begins to move before it ends.
+constexpr double kNotWhite = 2.0, kSurelyNotWhite = 4.0;
+constexpr double kLessSlow = 3.0;  // standard deviations of over_slower
 
 struct BandPower {
   double slow = 0.0, slow_count = 0.0;
@@ -137,14 +140,6 @@ SlowPower slow_power(const NodeResiduals& residuals) {
   if (moving.slow_count < 1.0 || moving.fast_count < 1.0) return out;
   const BandPower still = power_of(residuals.still, residuals.interval_s);
   if (still.slow_count < 1.0 || still.fast_count < 1.0) return out;
-  out.log_ratio = moving.log_ratio();
-  double variance = moving.variance();
-  if (still.log_ratio() > kNotWhite * std::sqrt(still.variance())) {
-    out.log_ratio -= still.log_ratio();
-    variance += still.variance();
-  }
-  out.sigma = std::sqrt(variance);
-  out.unknowns = moving.slow_count;
   const auto over = [&](double power, double count) {
     if (!(moving.slow > 0.0) || !(power > 0.0)) return 0.0;
     return std::log(moving.slow / moving.slow_count * count / power) /
@@ -152,6 +147,15 @@ SlowPower slow_power(const NodeResiduals& residuals) {
   };
   out.over_rest = over(still.slow, still.slow_count);
   out.over_slower = over(moving.slower, moving.slower_count);
+  out.log_ratio = moving.log_ratio();
+  double variance = moving.variance();
+  const double not_white = out.over_slower > kLessSlow ? kSurelyNotWhite : kNotWhite;
+  if (still.log_ratio() > not_white * std::sqrt(still.variance())) {
+    out.log_ratio -= still.log_ratio();
+    variance += still.variance();
+  }
+  out.sigma = std::sqrt(variance);
+  out.unknowns = moving.slow_count;
   out.squares = moving.slow * (1.0 - std::exp(-std::max(0.0, out.log_ratio)));
   return out;
 }

@@ -12,6 +12,7 @@
 namespace magimu {
 namespace {
 
+constexpr int kRefinements = 6;
 constexpr double kLittle = 0.05;       // of the statistic
 constexpr double kChangeWindow = 5.0;  // s, at the least
 constexpr int kMaxChangeWindows = 24;
@@ -158,9 +159,14 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
   Stage fitted = refit(times);
   residual_without_last(fitted, step);
   times = likely_times(recordings, fitted, step, times, kFineGrid, kFineSearched);
-  const VectorSeries residual = residual_without_last(refit(times), step);
-  if (std::isfinite(times.t0)) times.t0 = refine_time(residual, step, times.t0, true);
-  if (std::isfinite(times.t1)) times.t1 = refine_time(residual, step, times.t1, false);
+  // A large step whose times are wrong by samples bends the fit, and that hides the right ones.
+  for (int round = 0; round < kRefinements; ++round) {
+    const VectorSeries residual = residual_without_last(refit(times), step);
+    const ChangeTimes before = times;
+    if (std::isfinite(times.t0)) times.t0 = refine_time(residual, step, times.t0, true);
+    if (std::isfinite(times.t1)) times.t1 = refine_time(residual, step, times.t1, false);
+    if (times.t0 == before.t0 && times.t1 == before.t1) break;
+  }
   return times;
 }
 

@@ -18,6 +18,8 @@ namespace magimu {
 namespace {
 
 constexpr double kPutDown = 5.0;        // s about the ends of a rest
+constexpr int kOnceMore = 3;            // fits that have not converged
+constexpr double kOfPlaces = 5.0;       // uT: two places in a room hardly differ by more
 constexpr double kCare = 1.0;           // log10 of a probability
 constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a step
 constexpr double kSharp = 4.0;          // a change's jump over those at other times
@@ -82,20 +84,28 @@ bool Extender::is_all(const Stage& stage) const {
 }
 
 // The times of a change, and the fit with them. Under coloured noise a change is believed where
-// neither begins nor ends a rest: there the sensor was put down or taken up, and the field of the
-// two places differs. False where no change is left.
+// neither begins nor ends a rest, unless it is a large one: there the sensor was put down or taken
+// up, and the field of the two places differs. False where no change is left.
 bool Extender::find_times(Option& option, Stage& stage) const {
   ModelSpec spec = stage.spec();
   const auto refit = [&](const ChangeTimes& times) {
     spec.effects.back() = make_hard_iron_change_between(times.t0, times.t1);
-    return pipeline_.refit_with_same_noise(*stage_, spec, option.start);
+    Stage fitted = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
+    // A strong magnet bends the trajectory far: the way back takes long.
+    for (int again = 0; again < kOnceMore && !fitted.result().converged(); ++again) {
+      const Values& values = fitted.result().values;
+      fitted = pipeline_.refit_with_same_noise(
+          fitted, spec, effect_parameters(values, effect_keys(spec.effects).back()));
+    }
+    return fitted;
   };
   const ChangeTimes found = refined_times(recordings_, stage, {option.t0, option.t1}, refit);
   auto [t0, t1, sigma_s] = found;
   stage = refit(found);
   // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
-  if (wald_test(stage, spec.effects.size() - 1).coloured ||
-      stage.sums().lag1[std::size_t(Sensor::kMag)] > kColour) {
+  const Vector3 size = effect_parameters(stage.result().values, effect_keys(spec.effects).back());
+  if (size.norm() < kOfPlaces && (wald_test(stage, spec.effects.size() - 1).coloured ||
+                                  stage.sums().lag1[std::size_t(Sensor::kMag)] > kColour)) {
     const std::vector<TimeSpan> rests = find_rests(*recordings_.front());
     const auto put_down = [&](double t) {
       return std::any_of(rests.begin(), rests.end(), [&](const TimeSpan& r) {

@@ -90,8 +90,8 @@ TEST_P(HiddenAtSize, is_named_with_its_parameters) {
 
 // What 5 s of left-out data say little about: errors of a moved accelerometer, and of a gyroscope
 // that a wrong clock nearly imitates. A sensor that warms up where it rests; one of which few
-// windows tell, that scatter by chance. A change whose beginning a fit with a wrong time bends to; a
-// magnet of 10 uT that is taken off as the sensor is put down. A source that a field's gradient
+// windows tell, that scatter by chance. A change whose beginning a fit with a wrong time bends to;
+// a magnet of 10 uT that is taken off as the sensor is put down. A source that a field's gradient
 // nearly imitates, one that stands close by, and one that shows in a single window. Many parameters
 // beside few windows. A motion of three millimetres.
 INSTANTIATE_TEST_SUITE_P(

@@ -77,16 +77,24 @@ struct HiddenAs {
   std::uint64_t seed;
 };
 
-class HiddenAtSize : public testing::TestWithParam<HiddenAs> {};
+std::string size_and_seed(const testing::TestParamInfo<HiddenAs>& test) {
+  return as_name(test.param.effect) + "_" + std::to_string(int(test.param.size)) + "_" +
+         std::to_string(test.param.seed);
+}
 
-TEST_P(HiddenAtSize, is_named_with_its_parameters) {
-  const HiddenAs& hidden = GetParam();
+// Returns what else is named.
+std::vector<std::string> expect_named(const HiddenAs& hidden) {
   const HiddenCase c = with_sizes(draw_case(hidden.effect, hidden.seed), {hidden.size}).front();
   const Diagnosis d = diagnosed(c);
   const Judgement j = judge(d, c);
   EXPECT_TRUE(j.right()) << "named: " << names_of(d);
   EXPECT_FALSE(j.farthest_sigma.front() > 4.0) << j.farthest_sigma.front() << " sigma";
+  return j.others;
 }
+
+class HiddenAtSize : public testing::TestWithParam<HiddenAs> {};
+
+TEST_P(HiddenAtSize, is_named_with_its_parameters) { expect_named(GetParam()); }
 
 // What 5 s of left-out data say little about: errors of a moved accelerometer, and of a gyroscope
 // that a wrong clock nearly imitates. A sensor that warms up where it rests; one of which few
@@ -105,22 +113,11 @@ INSTANTIATE_TEST_SUITE_P(
         HiddenAs{"stationary_source", 100.0, 22}, HiddenAs{"stationary_source", 12.0, 111},
         HiddenAs{"gyro_bias_drift", 12.0, 103}, HiddenAs{"gyro_scale_misalignment", 12.0, 102},
         HiddenAs{"linear_acceleration", 12.0, 101}),
-    [](const auto& test) {
-      return as_name(test.param.effect) + "_" + std::to_string(int(test.param.size)) + "_" +
-             std::to_string(test.param.seed);
-    });
+    size_and_seed);
 
 class HiddenAlone : public testing::TestWithParam<HiddenAs> {};
 
-TEST_P(HiddenAlone, nothing_else_is_named) {
-  const HiddenAs& hidden = GetParam();
-  const HiddenCase c = with_sizes(draw_case(hidden.effect, hidden.seed), {hidden.size}).front();
-  const Diagnosis d = diagnosed(c);
-  const Judgement j = judge(d, c);
-  EXPECT_TRUE(j.right()) << "named: " << names_of(d);
-  EXPECT_FALSE(j.farthest_sigma.front() > 4.0) << j.farthest_sigma.front() << " sigma";
-  EXPECT_THAT(j.others, IsEmpty());
-}
+TEST_P(HiddenAlone, nothing_else_is_named) { EXPECT_THAT(expect_named(GetParam()), IsEmpty()); }
 
 // A delay that only looked like an eddy current because it jumped from node to node; one that is a
 // lag rather than an offset. Samples near the limit of a saturated sensor, chosen by their noise.
@@ -130,11 +127,7 @@ INSTANTIATE_TEST_SUITE_P(Oracle, HiddenAlone,
                                          HiddenAs{"mag_lag", 100.0, 405},
                                          HiddenAs{"mag_saturation", 12.0, 401},
                                          HiddenAs{"mag_saturation", 12.0, 402}),
-                         [](const auto& test) {
-                           return as_name(test.param.effect) + "_" +
-                                  std::to_string(int(test.param.size)) + "_" +
-                                  std::to_string(test.param.seed);
-                         });
+                         size_and_seed);
 
 class NothingHidden : public testing::TestWithParam<std::pair<NoiseKind, std::uint64_t>> {};
 

@@ -35,6 +35,13 @@ constexpr LibrarySetting kLibrary[] = {
 constexpr double kStep = 1e-6;      // |dx| at which the textbook stops
 constexpr int kMaxIterations = 30;  // of the textbook
 
+// Where a step gains less than kSmallGain of the cost, about half of the number of rows.
+double step_tolerance(const FactorGraph& graph) {
+  double rows = 0.0;
+  for (const auto& batch : graph.batches()) rows += double(batch->rows()) * batch->size();
+  return std::sqrt(kSmallGain * rows);
+}
+
 Solved solve_textbook(const EngineProblem& problem) {
   const Stopwatch watch;
   Textbook textbook(*problem.textbook_data, problem.textbook_start);
@@ -73,6 +80,7 @@ EngineSolver library(const LibrarySetting& setting, int threads) {
     OptimizerOptions options;
     options.backend = setting.backend;
     options.form = setting.form;
+    options.step_tolerance = step_tolerance(problem.graph);
     const Stopwatch watch;
     Result result = setting.gauss_newton
                         ? GaussNewton(problem.graph, options).optimize(problem.start)

@@ -22,6 +22,9 @@ class Stopwatch {
   double wall_, cpu_;
 };
 
+// Of the cost: solvers stop after a step that gains less; the next would gain far less.
+constexpr double kSmallGain = 1e-9;
+
 // What a solver hands back; the times are its own, without what comes before and after.
 struct Solved {
   Values values;

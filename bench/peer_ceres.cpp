@@ -167,8 +167,7 @@ ceres::SparseLinearAlgebraLibraryType library_type(CeresSetting::Library library
   return ceres::NO_SPARSE;
 }
 
-// As near to Gauss-Newton as may be. It stops when a step gains less than 1e-9 of the cost: the
-// next would gain far less.
+// As near to Gauss-Newton as may be.
 ceres::Solver::Options solver_options(const CeresSetting& setting, int threads) {
   ceres::Solver::Options options;
   options.linear_solver_type = setting.schur ? ceres::SPARSE_SCHUR : ceres::SPARSE_NORMAL_CHOLESKY;
@@ -177,7 +176,7 @@ ceres::Solver::Options solver_options(const CeresSetting& setting, int threads) 
   options.num_threads = threads;
   options.initial_trust_region_radius = 1e16;
   options.max_trust_region_radius = 1e20;
-  options.function_tolerance = 1e-9;
+  options.function_tolerance = kSmallGain;
   options.gradient_tolerance = options.parameter_tolerance = 1e-30;
   options.max_num_iterations = 100;
   options.logging_type = ceres::SILENT;

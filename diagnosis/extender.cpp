@@ -145,20 +145,15 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
     worth.push_back(o);
     if (!again) names.push_back(name);
   }
-  std::vector<Trial> trials;
-  for (const Option& o : worth) {
-    if (std::optional<Trial> t = trial(o)) trials.push_back(*std::move(t));
-  }
+  const std::vector<Trial> found = trials(worth);
   const Trial* best = nullptr;
-  for (const Trial& t : trials) {
-    if (best == nullptr ||
-        t.total() < best->total() + allowance(*t.option.effect, *best->option.effect,
-                                              nll_ - t.total(), nll_ - best->total())) {
+  for (const Trial& t : found) {
+    if (best == nullptr || t.gain > best->gain - allowance(*t.option.effect, *best->option.effect,
+                                                           t.gain, best->gain)) {
       best = &t;
     }
   }
-  if (best != nullptr && nll_ - best->total() > kMinGain &&
-      enough_beyond(best->option, nll_ - best->total())) {
+  if (best != nullptr && enough_beyond(best->option, best->gain)) {
     Stage stage = pipeline_.refit(best->stage, best->stage.spec());
     double nll = sum_of(held_out_nll(stage));
     if (!stage.result().converged() || nll > best->nll + kMinGain) {  // lost its way
@@ -168,13 +163,13 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
     if (nll_ - nll > kMinGain) {
       // The same effect may be about as likely with other parameters.
       VectorXd apart = VectorXd::Zero(best->option.effect->size());
-      double others = std::exp(std::min(700.0, best->total() - nll_));  // nothing
-      for (const Trial& t : trials) {
+      double others = std::exp(std::min(700.0, -best->gain));  // nothing
+      for (const Trial& t : found) {
         const bool richer =
             allowance(*best->option.effect, *t.option.effect, 0.0, 1.0) > kDraw - 1e-9;
         const bool other = t.option.effect->name() != best->option.effect->name();
-        if (other && !richer) others += std::exp(std::min(700.0, best->total() - t.total()));
-        if (!other && t.total() - best->total() < kAsLikely) {
+        if (other && !richer) others += std::exp(std::min(700.0, t.gain - best->gain));
+        if (!other && best->gain - t.gain < kAsLikely) {
           apart = apart.cwiseMax((t.parameters() - best->parameters()).cwiseAbs());
         }
       }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The extension of a model by effects, one after another: scan, refit the best candidates, accept
-// the one that predicts left-out data best if it predicts them better than the model without it,
-// scan again; at the end, drop what is no longer needed.
+// The extension of a model by effects, one after another: scan, refit the best candidates; of those
+// that predict left-out data better than the model without them accept the most likely one, scan
+// again; at the end, drop what is no longer needed.
 #pragma once
 
 #include <optional>
@@ -44,8 +44,9 @@ class Extender {
     Option option;
     Stage stage;
     double nll;
+    bool coloured;      // under noise that is not white
+    double gain = 0.0;  // nats over the model without it, for choosing among trials
 
-    double total() const { return nll + option.searched; }
     VectorXd parameters() const;
   };
   bool survives(Option& option, const Stage& stage, const Score& w) const;
@@ -54,6 +55,7 @@ class Extender {
   bool enough_beyond(const Option& option, double gain) const;
   double gain_with_own_reach(const Stage& stage) const;
   std::optional<Trial> trial(Option option) const;
+  std::vector<Trial> trials(const std::vector<Option>& options) const;
   std::optional<Finding> try_options(const std::vector<Option>& options);
   Finding describe(const Option& option, const Stage& stage, double nll,
                    const std::vector<Option>& all, const VectorXd& least_sigma) const;

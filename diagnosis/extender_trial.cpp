@@ -186,7 +186,36 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
   if (stage.spec().motion == MotionModel::kHandHeld && nll_ - nll < kMinGain) {
     nll = nll_ - std::max(nll_ - nll, gain_with_own_reach(stage));
   }
-  return Trial{std::move(option), std::move(stage), nll};
+  return Trial{std::move(option), std::move(stage), nll, w.coloured};
+}
+
+// Those of the options that hold and predict left-out data better, with what each gains. Which of
+// them it is, the likelihood of all data tells best where the noise is white: windows cut from each
+// other show little of what needs minutes to be seen. Each parameter gains about half a nat by
+// chance, and costs one, as left-out data would have it. Under coloured noise, and where a random
+// process is among them, whose states are not parameters, left-out data decide.
+std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options) const {
+  std::vector<Trial> out;
+  for (const Option& o : options) {
+    std::optional<Trial> t = trial(o);
+    if (!t) continue;
+    t->gain = nll_ - t->nll - t->option.searched;
+    if (t->gain > kMinGain) out.push_back(*std::move(t));
+  }
+  const bool left_out_decide = std::any_of(out.begin(), out.end(), [](const Trial& t) {
+    return t.coloured || t.option.effect->description().random_process;
+  });
+  if (left_out_decide) return out;
+  const auto parameters = [](const Stage& stage) {
+    int n = 0;
+    for (const auto& effect : stage.spec().effects) n += effect->size();
+    return double(n);
+  };
+  for (Trial& t : out) {
+    t.gain = stage_->result().cost_final - t.stage.result().cost_final -
+             (parameters(t.stage) - parameters(*stage_)) - t.option.searched;
+  }
+  return out;
 }
 
 }  // namespace magimu

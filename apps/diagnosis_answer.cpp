@@ -184,7 +184,7 @@ std::vector<std::string> confusable_words(const std::vector<Confusable>& confusa
 }
 
 std::string detectable_words(const ScanEntry& entry) {
-  return entry.detectable.empty() ? "this motion shows nothing of it" : entry.detectable;
+  return entry.detectable.empty() ? "no sign of it" : entry.detectable;
 }
 
 double heldout_gain(const Gain& gain) { return gain.heldout_nll_before - gain.heldout_nll_after; }

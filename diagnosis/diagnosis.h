@@ -38,7 +38,7 @@ struct ScanEntry {
   bool significant = false;
   std::string needs = {};  // why it could not be tested: the column it lacks, or a reason
   // The size of this effect that would have been found nine times out of ten, in words; empty where
-  // the motion shows nothing of it.
+  // no such size is known.
   std::string detectable = {};
 };
 

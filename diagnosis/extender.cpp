@@ -153,7 +153,7 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
       best = &t;
     }
   }
-  if (best != nullptr && enough_beyond(best->option, best->gain)) {
+  if (best != nullptr && enough_beyond(best->option, nll_ - best->nll - best->option.searched)) {
     Stage stage = pipeline_.refit(best->stage, best->stage.spec());
     double nll = sum_of(held_out_nll(stage));
     if (!stage.result().converged() || nll > best->nll + kMinGain) {  // lost its way

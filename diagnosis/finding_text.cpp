@@ -14,17 +14,14 @@ constexpr double kAlike = 0.5;  // of the statistic that another candidate expla
 
 // The size that the scan would have found nine times out of ten, along each parameter: the largest.
 std::string detectable(const Option& option, double log10_level) {
-  // Where the tail reaches the level, and 1.28 standard deviations of sqrt(S) above it.
-  double x = 1.0;
-  while (log10_chi_square_tail(x, std::max(1, option.score.dof)) > log10_level) x *= 1.05;
-  const double size = std::sqrt(x) + 1.28;
+  const double size = detectable_size(option.score.dof, log10_level);
   const Effect& effect = *option.effect;
   std::string out, unit;
   for (int i = 0; i < option.score.information.rows() && i < effect.size(); ++i) {
     const double a = option.score.information(i, i);
     const Effect::Parameter& p = effect.description().parameters[std::size_t(i)];
     const double least = a > 0.0 ? size / std::sqrt(a) : INFINITY;
-    if (least > 100.0 * p.prior_sigma) continue;  // the motion shows nothing of it
+    if (least > 100.0 * p.prior_sigma) continue;
     out += fmt::format("{}{} {:.1g}", out.empty() ? "" : ", ", p.name, least);
     if (p.unit != "1") out += " " + p.unit;
     if (i == 8 && option.score.information.rows() > 9) break;
@@ -33,6 +30,12 @@ std::string detectable(const Option& option, double log10_level) {
 }
 
 }  // namespace
+
+double detectable_size(int dof, double log10_level) {
+  double x = 1.0;
+  while (log10_chi_square_tail(x, std::max(1, dof)) > log10_level) x *= 1.05;
+  return std::sqrt(x) + 1.28;
+}
 
 std::string walk_sentence(const FoundParameter& density) {
   return fmt::format(
@@ -83,8 +86,11 @@ std::vector<ScanEntry> scan_entries(const std::vector<Option>& options,
     entry.dof = o.score.dof;
     entry.p_value = std::pow(10.0, std::max(-300.0, o.score.log10_p));
     entry.significant = o.score.log10_p < log10_level;
-    if (o.score.dof == 0) entry.needs = "the motion shows nothing of it";
     if (!entry.significant && o.score.dof > 0) entry.detectable = detectable(o, log10_level);
+    if (!entry.significant && entry.detectable.empty()) {
+      entry.needs = "the motion shows nothing of it";
+      entry.p_value = 1.0;
+    }
     out.push_back(std::move(entry));
   }
   std::stable_sort(out.begin(), out.end(), [](const ScanEntry& a, const ScanEntry& b) {

@@ -9,6 +9,10 @@
 
 namespace magimu {
 
+// In standard deviations, what is found nine times out of ten: where the tail of the chi-square
+// distribution reaches the level, and 1.28 above it.
+double detectable_size(int dof, double log10_level);
+
 std::string walk_sentence(const FoundParameter& density);
 
 // Candidates that explain much of the same misfit with this motion.

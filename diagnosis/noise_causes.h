@@ -13,6 +13,7 @@
 namespace magimu {
 
 inline constexpr std::size_t kLeastSamples = 300;
+inline constexpr double kDensityKnownTo = 0.005;  // half a per cent is as good as one can be
 
 // A test that was not made.
 NoiseTest untested(const std::string& effect, Channel channel, const std::string& why);

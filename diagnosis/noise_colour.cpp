@@ -11,10 +11,10 @@
 namespace magimu {
 namespace {
 
-// A density given to half a per cent is as good as one can be. Of noise that is less than given
-// more is forgiven: a fit takes degrees of freedom, and a strong slow error some of the noise with
-// it.
-constexpr double kKnownTo = 0.005, kLessBy = 0.06;
+// Of noise that is less than given more is forgiven than of noise that is more: a fit takes degrees
+// of freedom, and a strong slow error some of the noise with it.
+constexpr double kLessBy = 0.06;
+constexpr double kOpposite = 1e-4;  // p: neighbours are, and not by chance
 
 std::vector<char> first_half(const PieceSpectra& spectra, bool other) {
   std::vector<char> chosen(spectra.power.size());
@@ -78,8 +78,14 @@ NoiseTest test_correlated_noise(const NoiseSeries& s, const PieceSpectra& spectr
   const MeanSpectrum mean = mean_spectrum(spectra);
   const SpectrumFit white = fit_white(spectra, mean), ar = fit_correlated(spectra, mean);
   test.statistic = std::max(0.0, 2.0 * (ar.log_likelihood - white.log_likelihood));
+  test.p_value = 0.5 * chi_square_tail(test.statistic, 1);
   // Sensors' filters make neighbours alike, none makes them opposite.
-  test.p_value = ar.rho > 0.0 ? 0.5 * chi_square_tail(test.statistic, 1) : 1.0;
+  if (ar.rho <= 0.0) {
+    if (test.p_value < kOpposite)
+      test.untested =
+          "neighbouring samples are opposite rather than alike, which no filter makes them";
+    test.p_value = 1.0;
+  }
   const Halves in_time = halves(spectra, first_half);
   for (std::size_t i = 0; i < 2; ++i) {
     test.nll_before -= log_likelihood(spectra, in_time[i], fit_white(spectra, in_time[1 - i]));
@@ -118,7 +124,7 @@ NoiseTest test_noise_scale(const NoiseSeries& s, const PieceSpectra& spectra, bo
   const double log_sigma =
       0.5 * (correlated ? whole.log_v_sigma : std::max(whole.log_v_sigma, scatter));
   const double off = std::log(scale);
-  const double z = std::max({0.0, off - kKnownTo, -off - kLessBy}) / log_sigma;
+  const double z = std::max({0.0, off - kDensityKnownTo, -off - kLessBy}) / log_sigma;
   test.statistic = z * z;
   test.p_value = std::min(1.0, 2.0 * normal_tail(z));
   const Halves in_time = halves(spectra, first_half);

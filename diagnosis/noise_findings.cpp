@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/noise_findings.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/finding_text.h"
 #include "diagnosis/high_pass.h"
+#include "diagnosis/noise_causes.h"
 #include "diagnosis/noise_series.h"
 #include "diagnosis/noise_tests.h"
 #include "diagnosis/sample_residuals.h"
@@ -36,6 +40,15 @@ Finding to_finding(const NoiseTest& t) {
   return f;
 }
 
+// The correlation or the scale that would have been found; empty where no such number is known.
+std::string detectable(const NoiseTest& t, double level) {
+  if (t.parameters.empty()) return "";
+  const double least = detectable_size(t.dof, std::log10(level)) * t.parameters.front().sigma;
+  if (t.effect == "correlated_noise") return fmt::format("rho {:.1g}", least);
+  if (t.effect == "noise_scale") return fmt::format("s {:.3g}", 1.0 + kDensityKnownTo + least);
+  return "";
+}
+
 ScanEntry to_entry(const NoiseTest& t, double level) {
   ScanEntry e{.effect = t.effect, .channel = to_string(t.channel)};
   for (const FoundParameter& p : t.parameters) e.parameters.push_back(p.name);
@@ -44,6 +57,7 @@ ScanEntry to_entry(const NoiseTest& t, double level) {
   e.p_value = t.p_value;
   e.significant = t.untested.empty() && t.p_value < level;
   e.needs = t.untested;
+  if (e.needs.empty() && !e.significant) e.detectable = detectable(t, level);
   return e;
 }
 

@@ -114,7 +114,7 @@ TEST(DiagnosisTable, has_the_findings_and_what_was_not_found) {
                           HasSubstr("mag_time_offset: tau = 0.011040 ± 0.000080 s"),
                           HasSubstr("log-likelihood +2497"), HasSubstr("3.21 -> 1.08")));
   EXPECT_THAT(text, AllOf(HasSubstr("hard iron change                   0.12 uT"),
-                          HasSubstr("lever arm                          this motion shows nothing"),
+                          HasSubstr("lever arm                          no sign of it"),
                           HasSubstr("magnetometer lag, magnetometer eddy current, clock scale"),
                           HasSubstr("magnetometer bias x, from 12.000 ± 0.010")));
 }

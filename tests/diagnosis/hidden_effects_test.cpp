@@ -139,6 +139,12 @@ TEST_P(NothingHidden, nothing_is_named) {
   if (noise != NoiseKind::kWhite) allowed = {"correlated_noise", "outliers", "noise_scale"};
   EXPECT_THAT(judge(d, c, allowed).others, IsEmpty());
   EXPECT_FALSE(d.unexplained.detected) << names_of(d);
+  // Of what is not found the least size that would have been is told, where it is a number.
+  for (const ScanEntry& e : d.scan) {
+    const bool sized = e.effect != "outliers" && e.effect != "mains_interference" &&
+                       e.effect != "mag_quantization" && e.effect != "mag_saturation";
+    EXPECT_EQ(e.detectable.empty(), !e.needs.empty() || e.significant || !sized) << e.effect;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -175,6 +175,19 @@ TEST(ExplainNoise, finds_correlated_noise_where_the_trajectory_follows) {
   }
 }
 
+TEST(ExplainNoise, says_that_no_filter_makes_neighbours_opposite) {
+  SampleResiduals r = mag_residuals(oracle::simulate(options(10, {})));
+  for (std::size_t k = r.residual.size() - 1; k > 0; --k) r.residual[k] -= 0.5 * r.residual[k - 1];
+  EXPECT_THAT(names(explain_noise({r}, kLevel)),
+              testing::Not(testing::Contains(testing::HasSubstr("correlated_noise"))));
+  bool said = false;
+  for (const NoiseTest& test : test_noise({r})) {
+    said |=
+        test.effect == "correlated_noise" && test.untested.find("opposite") != std::string::npos;
+  }
+  EXPECT_TRUE(said);
+}
+
 TEST(ExplainNoise, finds_outliers) {
   for (const auto& [eps, K] :
        {std::pair(0.005, 10.0), std::pair(0.02, 30.0), std::pair(0.05, 5.0)}) {

@@ -21,6 +21,7 @@ namespace {
 constexpr Key kAlign{'M', 0};
 constexpr double kBiasMoved = 1e-6;  // rad/s; the Jacobian carries less than that
 constexpr std::size_t kStarts = 6;   // of the mountings, the best ones
+constexpr std::size_t kThinned = 4;  // of so many pairs one tells which mounting it is
 
 struct Pair {
   const Recording* recording;
@@ -141,7 +142,9 @@ Alignment align_magnetometer(const std::vector<const Recording*>& recordings, st
   out.gyr_bias = options.gyr_bias;
   if (pairs.empty()) return out;
 
-  FactorGraph graph = build(pairs, options.gyr_bias, options);
+  std::vector<Pair> some;
+  for (std::size_t i = 0; i < pairs.size(); i += kThinned) some.push_back(pairs[i]);
+  FactorGraph graph = build(some, options.gyr_bias, options);
   std::vector<std::pair<double, Rot3>> starts;
   for (const Rot3& start : mountings()) {
     Values values;
@@ -171,7 +174,7 @@ Alignment align_magnetometer(const std::vector<const Recording*>& recordings, st
   Vector3 integrated_at = options.gyr_bias;
   for (int round = 0; round < 3; ++round) {
     const Vector3 bias = best.values.at<Vector3>(key::gyr_bias);
-    if ((bias - integrated_at).norm() < kBiasMoved) break;
+    if (round > 0 && (bias - integrated_at).norm() < kBiasMoved) break;
     integrated_at = bias;
     graph = build(pairs, bias, options);
     best = LevenbergMarquardt(graph, optimizer).optimize(best.values);

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/acc_jitter.h"
 #include "calibration/extension.h"
 #include "calibration/sample_times.h"
 
@@ -55,8 +54,7 @@ bool same_motion(const ModelSpec& a, const ModelSpec& b) {
   if (a.motion != b.motion || !same_attitudes(a, b)) return false;
   if (a.extended != b.extended && (integrates_columns(a) || integrates_columns(b))) return false;
   return a.motion != MotionModel::kHandHeld ||
-         (a.acc_bias == b.acc_bias && a.noise.gyr == b.noise.gyr && a.noise.acc == b.noise.acc &&
-          a.acc_jitter == b.acc_jitter && a.gyr_matrix == b.gyr_matrix);
+         (a.acc_bias == b.acc_bias && a.gyr_matrix == b.gyr_matrix);
 }
 
 // One gyroscope sample that spans exactly the two nodes, or -1.
@@ -96,19 +94,16 @@ void gather_turns(const Source& s, GatheredMotion& out) {
 void gather_imu(const Source& s, GatheredMotion& out) {
   const std::vector<double>& t = s.plan.t;
   const ModelSpec& spec = s.spec;
-  const std::vector<double> acc_density =
-      acc_densities(s.recording.acc, t, spec.noise.acc, spec.acc_jitter);
   // Of both channels or of none.
   const bool with_effects =
       s.columns(Channel::kGyr) != nullptr || s.columns(Channel::kAcc) != nullptr;
   const auto columns = [&](Channel channel) {
     return with_effects ? &s.extended->columns[std::size_t(channel)] : nullptr;
   };
-  out.imu.assign(t.size() - 1, PreintegratedImu(spec.gyr_bias, spec.acc_bias, 0.0, 0.0));
+  out.imu.assign(t.size() - 1, PreintegratedImu(spec.gyr_bias, spec.acc_bias));
   for_each_interval(s.plan, [&](std::size_t i) {
-    out.imu[i] = s.gyr.preintegrate(t[i], t[i + 1], s.recording.acc, spec.acc_bias, spec.noise.gyr,
-                                    acc_density[i + 1], spec.gyr_matrix, columns(Channel::kGyr),
-                                    columns(Channel::kAcc));
+    out.imu[i] = s.gyr.preintegrate(t[i], t[i + 1], s.recording.acc, spec.acc_bias, spec.gyr_matrix,
+                                    columns(Channel::kGyr), columns(Channel::kAcc));
   });
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a model takes from the samples of recordings: their means about the nodes, and what they
-// integrate to between them. Most noise densities play no part in that, so that a fit repeated with
-// others need not do it again.
+// integrate to between them. Noise plays no part in that, so that a fit repeated with other
+// densities need not do it again.
 #pragma once
 
 #include <memory>
@@ -44,7 +44,7 @@ class GatheredSamples {
 };
 
 // build_model() with samples that were gathered for this specification, or for one that differs in
-// the magnetometer's noise, in nodes without a magnetometer, ...
+// noise, in nodes without a magnetometer, ...
 FactorGraph build_model(const GatheredSamples& gathered,
                         const std::vector<const Recording*>& recordings,
                         const std::vector<NodePlan>& plans, const ModelSpec& spec,

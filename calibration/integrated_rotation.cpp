@@ -83,13 +83,11 @@ PreintegratedGyroscope IntegratedRotation::preintegrate(double a, double b,
 }
 
 PreintegratedImu IntegratedRotation::preintegrate(double a, double b, const VectorSeries& acc,
-                                                  const Vector3& acc_bias, double gyr_density,
-                                                  double acc_density, bool with_matrix,
+                                                  const Vector3& acc_bias, bool with_matrix,
                                                   const EffectColumns* gyr_effects,
                                                   const EffectColumns* acc_effects) const {
   constexpr double kSliver = 1e-9;  // s: pieces shorter than this are rounding
-  PreintegratedImu out(bias_, acc_bias, gyr_density, acc_density,
-                       with_matrix ? std::optional(matrix_) : std::nullopt);
+  PreintegratedImu out(bias_, acc_bias, with_matrix ? std::optional(matrix_) : std::nullopt);
   SampleColumns gyr_columns(gyr_effects), acc_columns(acc_effects);
   std::size_t g = sample_at(a);
   // The accelerometer's sample nearest to a.

@@ -29,11 +29,11 @@ class IntegratedRotation {
   PreintegratedGyroscope preintegrate(double a, double b,
                                       const EffectColumns* effects = nullptr) const;
   // The same with the accelerometer, each of whose samples is held from half a sample before its
-  // time to half a sample after; densities per sqrt(Hz).
+  // time to half a sample after.
   // with_matrix: the matrix is unknown, and its Jacobian is wanted.
   PreintegratedImu preintegrate(double a, double b, const VectorSeries& acc,
-                                const Vector3& acc_bias, double gyr_density, double acc_density,
-                                bool with_matrix, const EffectColumns* gyr_effects = nullptr,
+                                const Vector3& acc_bias, bool with_matrix,
+                                const EffectColumns* gyr_effects = nullptr,
                                 const EffectColumns* acc_effects = nullptr) const;
 
  private:

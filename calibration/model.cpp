@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 
+#include "calibration/acc_jitter.h"
 #include "calibration/extension.h"
 #include "calibration/gathered.h"
 #include "factors/accelerometer_factor.h"
@@ -176,19 +177,22 @@ void add_gyroscope(FactorGraph& graph, const Part& part) {
 void add_imu(FactorGraph& graph, const Part& part) {
   const Vector3 g_n = gravity_n(part.spec.gravity);
   const ModelSpec& spec = part.spec;
+  const std::vector<double> acc_density =
+      acc_densities(part.recording.acc, part.plan.t, spec.noise.acc, spec.acc_jitter);
   Collector<PreintegratedImuFactor> plain(graph, part, {Channel::kGyr, Channel::kAcc});
   Collector<ScaledImuFactor> scaled(graph, part, {Channel::kGyr, Channel::kAcc});
   for (int i = 1; i < part.nodes(); ++i) {
     const int a = part.id(i - 1), b = part.id(i);
     const PreintegratedImu& integrated = part.gathered.motion(part.index).imu[std::size_t(i) - 1];
+    const double acc = acc_density[std::size_t(i)];
     const auto gain = [&integrated] { return integrated.effect_jacobian(); };
     if (spec.gyr_matrix) {
       scaled.add(ScaledImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias, key::acc_bias,
-                                 key::gyr_matrix, integrated, g_n),
+                                 key::gyr_matrix, integrated, spec.noise.gyr, acc, g_n),
                  gain);
     } else {
       plain.add(PreintegratedImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias,
-                                       key::acc_bias, integrated, g_n),
+                                       key::acc_bias, integrated, spec.noise.gyr, acc, g_n),
                 gain);
     }
   }

@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <numeric>
 #include <random>
 
 namespace magimu {
@@ -31,10 +30,9 @@ void add_squares_and_lags(const LinearSystem& system, const SensorRows& rows, Se
 }
 
 // The scaled Jacobian's rows of one sensor, summed with the signs of its probes: to the columns of
-// B from `first` on.
+// B.
 void add_signed_rows(const LinearSystem& system, const std::vector<Sensor>& sensor, Sensor own,
-                     const std::vector<std::uint64_t>& bits, const VectorXd& scale, int first,
-                     MatrixXd& B) {
+                     const std::vector<std::uint64_t>& bits, const VectorXd& scale, MatrixXd& B) {
   using Probes = std::array<double, kProbes>;
   std::vector<Probes> sums;  // of a factor's columns
   for (const LinearSystem::RowBlocks& b : system.row_blocks()) {
@@ -58,7 +56,7 @@ void add_signed_rows(const LinearSystem& system, const std::vector<Sensor>& sens
       for (int e = 0; e < b.columns && any; ++e) {
         const int c = system.column()[std::size_t(entry + e)];
         const Probes& sum = sums[std::size_t(e)];
-        for (int p = 0; p < kProbes; ++p) B(c, first + p) += scale[c] * sum[std::size_t(p)];
+        for (int p = 0; p < kProbes; ++p) B(c, p) += scale[c] * sum[std::size_t(p)];
       }
     }
   }
@@ -76,31 +74,35 @@ SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, Lin
   for (std::size_t i = 0; i < bits.size(); ++i) {
     if (std::size_t(rows.sensor[i]) < kSensors) bits[i] = random();
   }
-  std::array<int, kSensors> first{};  // column of the sensors that have rows
-  int columns = 0;
-  for (std::size_t s = 0; s < kSensors; ++s) {
-    first[s] = columns;
-    if (sums.rows[s] > 0.0) columns += kProbes;
-  }
-  MatrixXd B(system.cols(), columns);
+  std::array<MatrixXd, kSensors> B;
+  std::array<double, kSensors> says{};  // how much a sensor says of the variables
   tbb::parallel_for(std::size_t(0), kSensors, [&](std::size_t s) {
     if (sums.rows[s] == 0.0) return;
-    B.middleCols(first[s], kProbes).setZero();
-    add_signed_rows(system, rows.sensor, Sensor(s), bits, scale, first[s], B);
+    B[s].setZero(system.cols(), kProbes);
+    add_signed_rows(system, rows.sensor, Sensor(s), bits, scale, B[s]);
+    says[s] = B[s].squaredNorm();
   });
-  const MatrixXd X = solver.solve_normal(B);  // z'J P J'z = B'X, column by column
-  for (std::size_t s = 0; s < kSensors; ++s) {
-    if (sums.rows[s] == 0.0) continue;
-    const auto block =
-        B.middleCols(first[s], kProbes).cwiseProduct(X.middleCols(first[s], kProbes));
-    sums.absorbed[s] = block.sum() / kProbes;
-  }
   // All rows together absorb one degree of freedom a column, exactly. The sensor that the
-  // trajectory follows most closely (the gyroscope) has few left: take its share from the others',
-  // whose estimates scatter far less than what is left of it.
-  const auto most = std::max_element(sums.absorbed.begin(), sums.absorbed.end());
-  const double total = std::accumulate(sums.absorbed.begin(), sums.absorbed.end(), 0.0);
-  *most = system.cols() - (total - *most);
+  // trajectory follows most closely (the gyroscope) has few left: the others' share is estimated,
+  // which scatters far less than what is left of it, and it has the rest.
+  const auto most = std::size_t(std::ranges::max_element(says) - says.begin());
+  MatrixXd probes(system.cols(), kProbes * Eigen::Index(kSensors));
+  Eigen::Index columns = 0;
+  for (std::size_t s = 0; s < kSensors; ++s) {
+    if (s == most || says[s] == 0.0) continue;
+    probes.middleCols(columns, kProbes) = B[s];
+    columns += kProbes;
+  }
+  probes.conservativeResize(Eigen::NoChange, columns);
+  const MatrixXd X = solver.solve_normal(probes);  // z'J P J'z = B'X, column by column
+  sums.absorbed[most] = system.cols();
+  columns = 0;
+  for (std::size_t s = 0; s < kSensors; ++s) {
+    if (s == most || says[s] == 0.0) continue;
+    sums.absorbed[s] = B[s].cwiseProduct(X.middleCols(columns, kProbes)).sum() / kProbes;
+    sums.absorbed[most] -= sums.absorbed[s];
+    columns += kProbes;
+  }
   return sums;
 }
 

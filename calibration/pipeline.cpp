@@ -18,12 +18,14 @@
 #include "recording/error.h"
 #include "recording/quality.h"
 #include "recording/repeats.h"
+#include "solvers/marginals.h"
 
 namespace magimu {
 namespace {
 
 constexpr double kMinDuration = 5.0;     // s
 constexpr double kCoarseRate = 12.0;     // nodes a second while the noise is being found
+constexpr double kCoarseStep = 1e-3;     // standard deviations: that fit is no end in itself
 constexpr double kFullRate = 101.0;      // up to here every magnetometer sample is a node
 constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at most
 // Noise in motion over that at rest, at the most (and at least that at rest: the trajectory follows
@@ -39,7 +41,8 @@ constexpr double kAccJitter[] = {0.25, 0.5, 1.0};
 constexpr double kWorthJitter = 3.3;  // nats; about 1 % by chance
 constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
 constexpr double kManyRepeats = 0.3;  // of a magnetometer's samples: it is read too fast
-constexpr double kOffsetShown = 4.0;  // standard deviations of a lag that is believed
+// Standard deviations of a lag that is believed; of one that may be, with noise estimated anew.
+constexpr double kOffsetShown = 4.0, kOffsetPossible = 2.0;
 
 void check(const std::vector<const Recording*>& recordings) {
   if (recordings.empty()) throw InputError("", 0, 0, "no recording was given", "name at least one");
@@ -189,12 +192,14 @@ Pipeline::Pipeline(const std::vector<const Recording*>& recordings,
                    const CalibrationOptions& options)
     : recordings_(recordings),
       options_(options),
+      coarse_optimizer_(options.optimizer),
       guess_(initialize(recordings, options.initialization)),
       rest_(options.noise.value_or(noise_of_rests(recordings))) {
   for (const Recording* r : recordings) {
     if (rest_.acc <= 0.0) least_.acc = std::max({kLeastAcc, least_.acc, least_noise(r->acc)});
     if (rest_.gyr <= 0.0) least_.gyr = std::max({kLeastGyr, least_.gyr, least_noise(r->gyr)});
   }
+  coarse_optimizer_.step_tolerance = std::max(coarse_optimizer_.step_tolerance, kCoarseStep);
   const double mag_rate = recordings.front()->mag.front().rate_hz();
   every_ = options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
   coarse_every_ = std::max(every_, int(std::ceil(mag_rate / kCoarseRate)));
@@ -220,14 +225,14 @@ Values Pipeline::start_of(const Stage& stage, const Stage& from, const VectorXd&
 }
 
 Stage Pipeline::refit(const Stage& from, const ModelSpec& spec, const VectorXd& start) const {
-  Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
-  fit_with_noise(stage, start_of(stage, from, start));
+  Stage stage(recordings_, spec, coarse_every_, coarse_optimizer_);
+  fit_with_noise(stage, start_of(stage, from, start), true);
   return stage;
 }
 
 Stage Pipeline::refit_with_same_noise(const Stage& from, const ModelSpec& spec,
                                       const VectorXd& start) const {
-  Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
+  Stage stage(recordings_, spec, coarse_every_, coarse_optimizer_);
   stage.fit(start_of(stage, from, start), true);
   return stage;
 }
@@ -265,7 +270,7 @@ Calibration Pipeline::half(const Stage& coarse, bool second) const {
   }
   std::vector<const Recording*> half;
   for (const Recording& part : parts) half.push_back(&part);
-  Stage stage(half, coarse.spec(), coarse_every_, options_.optimizer);
+  Stage stage(half, coarse.spec(), coarse_every_, coarse_optimizer_);
   stage.fit(carry_over(half, coarse, stage), true);
   Calibration out;
   out.fit = stage.result();
@@ -299,20 +304,21 @@ ModelStart Pipeline::model_start(MotionModel motion) const {
 
 Stage Pipeline::coarse_fit(MotionModel motion) const {
   const ModelSpec spec = first_spec(motion);
-  Stage stage(recordings_, spec, coarse_every_, options_.optimizer);
+  Stage stage(recordings_, spec, coarse_every_, coarse_optimizer_);
   const Values start = initial_values(recordings_, stage.plans(), guess_, motion);
-  fit_with_noise(stage, start);
+  fit_with_noise(stage, start, false);
   return stage;
 }
 
-void Pipeline::fit_with_noise(Stage& stage, const Values& start) const {
+void Pipeline::fit_with_noise(Stage& stage, const Values& start, bool warm) const {
   const bool moving = stage.spec().motion == MotionModel::kHandHeld;
   if (options_.noise) {
-    stage.fit_noise(start, {.gyr_known = true, .acc_known = true, .mag_known = true});
+    stage.fit_noise(start, warm, {.gyr_known = true, .acc_known = true, .mag_known = true});
   } else {
     // Where the motion is modelled, the accelerometer's noise is that at rest.
     const bool acc_known = moving && rest_.acc > 0.0;
-    stage.fit_noise(start, {.gyr_known = rest_.gyr > 0.0 && !moving,
+    stage.fit_noise(start, warm,
+                    {.gyr_known = rest_.gyr > 0.0 && !moving,
                             .acc_known = acc_known,
                             .min_gyr = rest_.gyr,
                             .max_gyr = rest_.gyr > 0.0 ? kGyrInMotion * rest_.gyr : kUnlimited,
@@ -337,8 +343,11 @@ Stage Pipeline::with_offset(const Stage& stage) const {
   ModelSpec spec = stage.spec();
   spec.mag_time_offset = true;
   Stage delayed(stage, spec);
-  fit_with_noise(delayed, carry_over(recordings_, stage, delayed));
-  return options_.mag_time_offset.has_value() || shows_offset(delayed) ? delayed : stage;
+  const bool asked = options_.mag_time_offset.has_value();
+  delayed.fit(carry_over(recordings_, stage, delayed), true);
+  if (!asked && !may_show_offset(delayed)) return stage;
+  fit_with_noise(delayed, Values(delayed.result().values), true);
+  return asked || shows_offset(delayed) ? delayed : stage;
 }
 
 // The stage with jolts that the accelerometer does not sample faithfully, as far as they make the
@@ -353,7 +362,7 @@ Stage Pipeline::with_acc_jitter(const Stage& stage) const {
     ModelSpec spec = best.spec();
     spec.acc_jitter = jitter;
     Stage next(best, spec);
-    next.fit_noise(carry_over(recordings_, best, next),
+    next.fit_noise(carry_over(recordings_, best, next), true,
                    {.gyr_known = true, .acc_known = true, .mag_known = true});
     if (!next.result().converged()) break;
     const double now = log_marginal_likelihood(next);
@@ -362,7 +371,7 @@ Stage Pipeline::with_acc_jitter(const Stage& stage) const {
     best = std::move(next);
   }
   // What the jolts were before, noise of the other sensors, they are no more.
-  if (best.spec().acc_jitter > 0.0) fit_with_noise(best, Values(best.result().values));
+  if (best.spec().acc_jitter > 0.0) fit_with_noise(best, Values(best.result().values), true);
   return best;
 }
 
@@ -378,8 +387,19 @@ Stage Pipeline::with_gyr_matrix(const Stage& stage) const {
   if (!options_.gyr_matrix.has_value() && !held_out_gain(stage, scaled).better(kMatrixShown)) {
     return stage;
   }
-  fit_with_noise(scaled, Values(scaled.result().values));
+  fit_with_noise(scaled, Values(scaled.result().values), true);
   return scaled;
+}
+
+bool Pipeline::may_show_offset(const Stage& stage) const {
+  const Values& values = stage.result().values;
+  const Marginals marginals(stage.graph(), values, options_.optimizer.backend);
+  for (int m = 0; m < int(recordings_.front()->mag.size()); ++m) {
+    const Key key = key::mag_time_offset_of(m);
+    const double sigma = std::sqrt(marginals.determined_covariance({key})(0, 0));
+    if (!(std::abs(values.at<double>(key)) < kOffsetPossible * sigma)) return true;
+  }
+  return false;
 }
 
 bool Pipeline::shows_offset(const Stage& stage) const {

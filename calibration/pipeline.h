@@ -71,14 +71,16 @@ class Pipeline {
   ModelSpec first_spec(MotionModel motion) const;
   Values start_of(const Stage& stage, const Stage& from, const VectorXd& start) const;
   Calibration half(const Stage& coarse, bool second) const;
-  void fit_with_noise(Stage& stage, const Values& start) const;
+  void fit_with_noise(Stage& stage, const Values& start, bool warm) const;
   Stage with_offset(const Stage& stage) const;
   Stage with_acc_jitter(const Stage& stage) const;
   Stage with_gyr_matrix(const Stage& stage) const;
+  bool may_show_offset(const Stage& stage) const;
   bool shows_offset(const Stage& stage) const;
 
   const std::vector<const Recording*>& recordings_;
   const CalibrationOptions& options_;
+  OptimizerOptions coarse_optimizer_;
   InitialGuess guess_;
   NoiseDensities rest_;   // given, or from rests (0 where there are none)
   NoiseDensities least_;  // least_noise(), where there are none

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "calibration/extension.h"
 #include "calibration/gathered.h"
@@ -16,17 +17,22 @@ constexpr double kNoiseSettled = 0.01;  // relative change of every density
 constexpr double kFewFreedom = 30.0;    // degrees of freedom: a density is known to an eighth
 constexpr double kReachCare = 0.2;      // a fifth as much of the reach: it hardly matters
 constexpr int kIntegrationRounds = 5;
-// Integrate again where a variable has moved further than this from where samples were integrated.
-constexpr double kGyrBiasMoved = 1e-5;  // rad/s
-constexpr double kAccBiasMoved = 1e-2;  // m/s^2
-constexpr double kGyrMatrixMoved = 1e-5;
+// Integrate again where a variable has moved further than this from where samples were integrated:
+// from there on a fit would move by a hundredth of a standard deviation, all variables together.
+constexpr double kGyrBiasMoved = 1e-4;  // rad/s
+constexpr double kAccBiasMoved = 5e-2;  // m/s^2
+constexpr double kGyrMatrixMoved = 1e-4;
 constexpr double kOffsetMoved = 2e-4;  // s
 constexpr double kEffectMoved = 1e-3;  // prior standard deviations of any parameter
-constexpr double kWarmDamping = 1e-9;
+constexpr double kWarmDamping = 0.0;  // any at all holds back what is known little: the hand's place
 constexpr double kMinReach = 0.1, kMaxReach = 3.0;  // m
 // Standard deviations, all variables together: a last step so short leaves errors far smaller, and
-// neither the noise nor a prediction of samples left out is known so well.
-constexpr double kRoughStep = 1e-3;
+// neither the noise nor a prediction of samples left out is known so well. Between two estimates of
+// the noise a hundred times as much.
+constexpr double kRoughStep = 1e-3, kNoiseStep = 0.1;
+// Steps of the noise that are alike but for their length; by how much it is moved at most where
+// they are (a logarithm), and how many times their length.
+constexpr double kAlike = 0.2, kFarthest = 0.5, kManySteps = 10.0;
 
 // One account of a fit in several rounds.
 void append(Result& whole, Result&& round) {
@@ -42,10 +48,10 @@ void append(Result& whole, Result&& round) {
   whole = std::move(round);
 }
 
-// Takes over the values at which to integrate; true if any has moved far.
-bool update(ModelSpec& spec, const Values& values) {
-  const auto move = [](auto& old, const auto& now, double distance, double limit) {
-    const bool far = distance > limit;
+// Takes over the values at which to integrate, if any has moved far or all is integrated anyway.
+bool update(ModelSpec& spec, const Values& values, bool anyway) {
+  const auto move = [anyway](auto& old, const auto& now, double distance, double limit) {
+    const bool far = anyway || distance > limit;
     if (far) old = now;
     return far;
   };
@@ -109,6 +115,26 @@ double least(double density, const SensorSums& sums, Sensor sensor) {
   return density * std::sqrt(kFewFreedom / (kFewFreedom + freedom));
 }
 
+// What fit_noise() estimates, as logarithms: densities and the hand's reach, as far as it matters.
+using LogNoise = Vec<double, 4>;
+LogNoise log_noise(const ModelSpec& spec) {
+  return {std::log(spec.noise.acc), std::log(spec.noise.gyr), std::log(spec.noise.mag),
+          kReachCare * std::log(spec.reach_m)};
+}
+void set_noise(ModelSpec& spec, const LogNoise& log) {
+  spec.noise = {std::exp(log[0]), std::exp(log[1]), std::exp(log[2])};
+  spec.reach_m = std::exp(log[3] / kReachCare);
+}
+
+// It approaches its values geometrically (what one sensor loses another gains): by how much more
+// than `step` all steps together will move it; nothing where the step before it tells otherwise.
+std::optional<LogNoise> still_to_come(const LogNoise& before, const LogNoise& step) {
+  const double ratio = step.dot(before) / before.squaredNorm();
+  if (!(ratio > 0.0) || (step - ratio * before).norm() > kAlike * step.norm()) return std::nullopt;
+  const double steps = ratio < 1.0 ? ratio / (1.0 - ratio) : kManySteps;
+  return LogNoise(std::min({steps, kManySteps, kFarthest / step.norm()}) * step);
+}
+
 }  // namespace
 
 Stage::Stage(const std::vector<const Recording*>& recordings, const ModelSpec& spec, int every,
@@ -136,7 +162,7 @@ void Stage::fit(const Values& start, bool warm) { fit(start, warm, optimizer_.st
 
 void Stage::fit(const Values& start, bool warm, double step_tolerance) {
   Values values = start;
-  update(spec_, values);
+  update(spec_, values, gathered_ == nullptr);
   spec_.extended.clear();
   update_effects(recordings_, plans_, spec_, values);
   for (int round = 0; round < kIntegrationRounds; ++round) {
@@ -151,38 +177,49 @@ void Stage::fit(const Values& start, bool warm, double step_tolerance) {
       append(result_, std::move(result));
     }
     values = result_.values;
-    bool moved = update(spec_, values);
+    bool moved = update(spec_, values, false);
     moved |= update_effects(recordings_, plans_, spec_, values);
     if (!result_.converged() || !moved) break;
   }
 }
 
-void Stage::fit_noise(const Values& start, const NoiseKnowledge& known) {
+void Stage::fit_noise(const Values& start, bool warm, const NoiseKnowledge& known) {
   const bool reach = spec_.motion == MotionModel::kHandHeld;
-  if (known.gyr_known && known.acc_known && known.mag_known && !reach) return fit(start, false);
-  fit(start, false, kRoughStep);
+  if (known.gyr_known && known.acc_known && known.mag_known && !reach) return fit(start, warm);
+  fit(start, warm, kNoiseStep);
   // Residuals away from the optimum are no measure of the noise.
   const auto solver = make_linear_solver(optimizer_.backend);
+  LogNoise before = LogNoise::Zero();  // the step before
   for (int round = 0; round < kNoiseRounds && result_.converged(); ++round) {
     const SensorSums now = sums_at(graph_, result_.values, *solver);
     const NoiseDensities old = spec_.noise;
+    const LogNoise from = log_noise(spec_);
+    // What is known from elsewhere.
+    const auto hold = [&] {
+      NoiseDensities& noise = spec_.noise;
+      if (known.gyr_known) noise.gyr = old.gyr;
+      if (known.acc_known) noise.acc = old.acc;
+      if (known.mag_known) noise.mag = old.mag;
+      noise.acc = std::max(noise.acc, least(known.least.acc, now, Sensor::kAcc));
+      noise.gyr = std::max(noise.gyr, least(known.least.gyr, now, Sensor::kGyr));
+      noise.gyr = std::clamp(noise.gyr, known.min_gyr, known.max_gyr);
+      noise.mag = std::min(noise.mag, known.max_mag);
+      spec_.reach_m = std::clamp(spec_.reach_m, kMinReach, kMaxReach);
+    };
     spec_.noise = restricted_ml(old, now);
-    if (known.gyr_known) spec_.noise.gyr = old.gyr;
-    if (known.acc_known) spec_.noise.acc = old.acc;
-    if (known.mag_known) spec_.noise.mag = old.mag;
-    spec_.noise.acc = std::max(spec_.noise.acc, least(known.least.acc, now, Sensor::kAcc));
-    spec_.noise.gyr = std::max(spec_.noise.gyr, least(known.least.gyr, now, Sensor::kGyr));
-    spec_.noise.gyr = std::clamp(spec_.noise.gyr, known.min_gyr, known.max_gyr);
-    spec_.noise.mag = std::min(spec_.noise.mag, known.max_mag);
-    const double old_reach = spec_.reach_m;
-    if (reach)
-      spec_.reach_m = std::clamp(old_reach * now.rms(Sensor::kReach), kMinReach, kMaxReach);
-    const double change = std::max({std::abs(spec_.reach_m / old_reach - 1.0) * kReachCare,
-                                    std::abs(spec_.noise.acc / old.acc - 1.0),
-                                    std::abs(spec_.noise.gyr / old.gyr - 1.0),
-                                    std::abs(spec_.noise.mag / old.mag - 1.0)});
-    const bool last = change < kNoiseSettled || round + 1 == kNoiseRounds;
-    fit(Values(result_.values), true, last ? optimizer_.step_tolerance : kRoughStep);
+    if (reach) spec_.reach_m *= now.rms(Sensor::kReach);
+    hold();
+    const LogNoise step = log_noise(spec_) - from;
+    double error = step.cwiseAbs().maxCoeff();
+    const std::optional<LogNoise> more = still_to_come(before, step);
+    if (more) {
+      set_noise(spec_, from + step + *more);
+      hold();
+      error = kAlike * (step + *more).cwiseAbs().maxCoeff();
+    }
+    before = more ? LogNoise::Zero() : step;
+    const bool last = error < kNoiseSettled || round + 1 == kNoiseRounds;
+    fit(Values(result_.values), true, last ? optimizer_.step_tolerance : kNoiseStep);
     if (last) break;
   }
 }

@@ -44,7 +44,7 @@ class Stage {
   // Optimizes from start. warm: start is an optimum of a model much like this one.
   void fit(const Values& start, bool warm);
   // Fits, re-estimates noise densities (and the hand's reach) in turn until they settle.
-  void fit_noise(const Values& start, const NoiseKnowledge& known);
+  void fit_noise(const Values& start, bool warm, const NoiseKnowledge& known);
   // Fits with the magnetometer factors of some nodes left out.
   void fit_without(const Values& start, const std::function<bool(int node)>& leave_out);
 

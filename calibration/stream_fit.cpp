@@ -85,7 +85,7 @@ bool StreamingCalibration::State::fit_from_estimate(const Recording& recording,
   stage.emplace(std::vector<const Recording*>{&recording}, spec, samples_.every(),
                 batch_.optimizer);
   const bool given = batch_.noise.has_value();
-  stage->fit_noise(estimator_->estimate(),
+  stage->fit_noise(estimator_->estimate(), false,
                    {.gyr_known = true, .acc_known = true, .mag_known = given});
   return true;
 }

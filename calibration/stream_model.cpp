@@ -46,14 +46,9 @@ WindowFactors window_factors(const StreamSamples& samples, const StreamWindow& w
   Rot3 nRb = front->at<Rot3>(R(window.first));
   if (spec.motion == MotionModel::kHandHeld) {
     Vector3 v = front->at<Vector3>(V(window.first)), p = front->at<Vector3>(P(window.first));
-    const Vector3 g_n = gravity_n(spec.gravity);
     int k = window.first;
     for (const PreintegratedImuFactor& factor : all.factors<PreintegratedImuFactor>()) {
-      const PreintegratedImu& imu = factor.imu();
-      const double h = imu.duration_s();
-      p += v * h + 0.5 * h * h * g_n + nRb * imu.delta_p();
-      v += h * g_n + nRb * imu.delta_v();
-      nRb = (nRb * imu.delta_R()).normalized();
+      factor.advance(nRb, v, p);
       out.values.insert(R(++k), nRb);
       out.values.insert(V(k), v);
       out.values.insert(P(k), p);

@@ -65,17 +65,27 @@ void PreintegratedImu::integrate(const Vector3& gyr, const Vector3& acc, double 
     J_effects_.topLeftCorner(6, gyr_effects.cols()) -= G_gyr * gyr_effects;
     J_effects_.bottomRightCorner(6, acc_effects.cols()) -= G_acc * acc_effects;
   }
-  // F P F'. A density d over h seconds is white noise of variance d^2 / h on the held value.
-  F.apply(covariance_);
-  covariance_.transposeInPlace();
-  F.apply(covariance_);
-  covariance_.topLeftCorner<6, 6>() += G_gyr * G_gyr.transpose() * (gyr_variance_ / h);
-  covariance_.bottomRightCorner<6, 6>() += G_acc * G_acc.transpose() * (acc_variance_ / h);
+  // F P F'. A density d over h seconds is white noise of variance d^2 / h on the held value. The
+  // accelerometer's turns nothing.
+  F.apply(unit_gyr_);
+  unit_gyr_.transposeInPlace();
+  F.apply(unit_gyr_);
+  unit_gyr_.topLeftCorner<6, 6>() += G_gyr * G_gyr.transpose() / h;
+  unit_acc_.bottomRows<3>() += h * unit_acc_.topRows<3>();
+  unit_acc_.rightCols<3>() += h * unit_acc_.leftCols<3>();
+  unit_acc_ += G_acc * G_acc.transpose() / h;
 
   delta_p_ += delta_v_ * h + R * force * (0.5 * h * h);
   delta_v_ += mean_R * force * h;
   delta_R_ = (delta_R_ * step).normalized();
   duration_s_ += h;
+}
+
+PreintegratedImu::Matrix9 PreintegratedImu::covariance(double gyr_density,
+                                                       double acc_density) const {
+  Matrix9 out = unit_gyr_ * (gyr_density * gyr_density);
+  out.bottomRightCorner<6, 6>() += unit_acc_ * (acc_density * acc_density);
+  return out;
 }
 
 }  // namespace magimu

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Accelerometer and gyroscope samples between two nodes, integrated once (Forster et al. 2016): how
 // far the sensor has turned, and what velocity and displacement its specific force adds up to in
-// the frame of the first node; how all three change with the biases; and their covariance.
+// the frame of the first node; how all three change with the biases; and their covariance, which is
+// linear in the squares of the two noise densities: these may change without integrating again.
 //
 //   w        = (I + S)^-1 (gyr - o_w)
 //   delta_R' = delta_R Exp(w h)
@@ -31,18 +32,14 @@ class PreintegratedImu {
   using Matrix9x3 = Mat<double, 9, 3>;
   using Matrix9x6 = Mat<double, 9, 6>;
 
-  // Biases at which to integrate, rad/s and m/s^2, and noise densities per sqrt(Hz); and S, where
-  // it is part of the model.
-  PreintegratedImu(const Vector3& gyr_bias, const Vector3& acc_bias, double gyr_density,
-                   double acc_density,
+  // Biases at which to integrate, rad/s and m/s^2; and S, where it is part of the model.
+  PreintegratedImu(const Vector3& gyr_bias, const Vector3& acc_bias,
                    const std::optional<LowerTriangle>& gyr_matrix = std::nullopt)
       : gyr_bias_(gyr_bias),
         acc_bias_(acc_bias),
         has_matrix_(gyr_matrix.has_value()),
         gyr_matrix_(gyr_matrix.value_or(LowerTriangle::Zero())),
-        unscale_((Matrix3::Identity() + lower_triangular(gyr_matrix_)).inverse()),
-        gyr_variance_(gyr_density * gyr_density),
-        acc_variance_(acc_density * acc_density) {}
+        unscale_((Matrix3::Identity() + lower_triangular(gyr_matrix_)).inverse()) {}
 
   // One more piece: rate gyr, rad/s, and specific force acc, m/s^2, held for h seconds.
   void integrate(const Vector3& gyr, const Vector3& acc, double h);
@@ -67,20 +64,22 @@ class PreintegratedImu {
   // d (rotation, velocity, position) / d the effects' parameters, the gyroscope's first; 9 x 0
   // without.
   const Eigen::Matrix<double, 9, Eigen::Dynamic>& effect_jacobian() const { return J_effects_; }
-  const Matrix9& covariance() const { return covariance_; }
+  // Under white noise of these densities, rad/s and m/s^2 per sqrt(Hz).
+  Matrix9 covariance(double gyr_density, double acc_density) const;
 
  private:
   Vector3 gyr_bias_, acc_bias_;
   bool has_matrix_;
   LowerTriangle gyr_matrix_;
   Matrix3 unscale_;  // (I + S)^-1
-  double gyr_variance_, acc_variance_;
   Rot3 delta_R_;
   Vector3 delta_v_ = Vector3::Zero(), delta_p_ = Vector3::Zero();
   Matrix9x3 J_gyr_ = Matrix9x3::Zero(), J_acc_ = Matrix9x3::Zero();
   Matrix9x6 J_matrix_ = Matrix9x6::Zero();
   Eigen::Matrix<double, 9, Eigen::Dynamic> J_effects_;
-  Matrix9 covariance_ = Matrix9::Zero();
+  // Covariances for densities of one; the accelerometer's of velocity and position.
+  Matrix9 unit_gyr_ = Matrix9::Zero();
+  Mat<double, 6, 6> unit_acc_ = Mat<double, 6, 6>::Zero();
   double duration_s_ = 0.0;
 };
 

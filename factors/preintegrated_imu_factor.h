@@ -36,6 +36,13 @@ class ImuText {
         g_n_(g_n),
         duration_s_(imu.duration_s()) {}
 
+  void advance(Rot3T<S>& nRb, Vec3<S>& v, Vec3<S>& p) const {
+    const S h = duration_s_;
+    p += v * h + S(0.5) * h * h * g_n_ + nRb * delta_p_;
+    v += h * g_n_ + nRb * delta_v_;
+    nRb = (nRb * delta_R_).normalized();
+  }
+
   template <class T>
   Vec<T, 9> bias_correction(const Vec3<T>& gyr_bias, const Vec3<T>& acc_bias) const {
     return times<T, 3>(gyr_jacobian_, gyr_bias - gyr_bias_.template cast<T>()) +
@@ -140,6 +147,9 @@ class PreintegratedImuText {
  public:
   PreintegratedImuText(const PreintegratedImu& imu, const Vector3& g_n) : shared_(imu, g_n) {}
 
+  // From the first node's attitude, velocity and position to the second's, as the samples say.
+  void advance(Rot3T<S>& nRb, Vec3<S>& v, Vec3<S>& p) const { shared_.advance(nRb, v, p); }
+
   template <class T>
   Vec<T, 9> residual(const Rot3T<T>& R_i, const Vec3<T>& v_i, const Vec3<T>& p_i,
                      const Rot3T<T>& R_j, const Vec3<T>& v_j, const Vec3<T>& p_j,
@@ -167,6 +177,7 @@ class PreintegratedImuText {
   detail::ImuText<S> shared_;
 };
 
+// Densities: of the two sensors' noise, rad/s and m/s^2 per sqrt(Hz).
 class PreintegratedImuFactor
     : public Factor<9, Rot3, Vector3, Vector3, Rot3, Vector3, Vector3, Vector3, Vector3>,
       public PreintegratedImuText<double> {
@@ -175,17 +186,11 @@ class PreintegratedImuFactor
   using Text = PreintegratedImuText<S>;
 
   PreintegratedImuFactor(Key R_i, Key v_i, Key p_i, Key R_j, Key v_j, Key p_j, Key gyr_bias,
-                         Key acc_bias, const PreintegratedImu& imu, const Vector3& g_n)
+                         Key acc_bias, const PreintegratedImu& imu, double gyr_density,
+                         double acc_density, const Vector3& g_n)
       : Factor({R_i, v_i, p_i, R_j, v_j, p_j, gyr_bias, acc_bias},
-               Noise<9>::full(imu.covariance())),
-        PreintegratedImuText(imu, g_n),
-        imu_(imu) {}
-
-  // What was integrated.
-  const PreintegratedImu& imu() const { return imu_; }
-
- private:
-  PreintegratedImu imu_;
+               Noise<9>::full(imu.covariance(gyr_density, acc_density))),
+        PreintegratedImuText(imu, g_n) {}
 };
 template <>
 inline constexpr bool kHasLanes<PreintegratedImuFactor> = true;
@@ -247,9 +252,10 @@ class ScaledImuFactor : public Factor<9, Rot3, Vector3, Vector3, Rot3, Vector3, 
 
   // imu: integrated with S.
   ScaledImuFactor(Key R_i, Key v_i, Key p_i, Key R_j, Key v_j, Key p_j, Key gyr_bias, Key acc_bias,
-                  Key gyr_matrix, const PreintegratedImu& imu, const Vector3& g_n)
+                  Key gyr_matrix, const PreintegratedImu& imu, double gyr_density,
+                  double acc_density, const Vector3& g_n)
       : Factor({R_i, v_i, p_i, R_j, v_j, p_j, gyr_bias, acc_bias, gyr_matrix},
-               Noise<9>::full(imu.covariance())),
+               Noise<9>::full(imu.covariance(gyr_density, acc_density))),
         ScaledImuText(imu, g_n) {}
 };
 template <>

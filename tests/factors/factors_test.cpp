@@ -200,7 +200,7 @@ PreintegratedImu integrate_imu(unsigned seed, const Vector3& gyr_bias, const Vec
                                int samples, double h,
                                const std::optional<LowerTriangle>& gyr_matrix = std::nullopt) {
   RandomValue random(seed);
-  PreintegratedImu p(gyr_bias, acc_bias, 0.02, 0.1, gyr_matrix);
+  PreintegratedImu p(gyr_bias, acc_bias, gyr_matrix);
   for (int i = 0; i < samples; ++i) {
     const Vector3 gyr = random.vector3(2.0);
     p.integrate(gyr, Vector3(0.0, 0.0, 9.8) + random.vector3(3.0), h);
@@ -220,7 +220,7 @@ TEST(PreintegratedImuFactor, jacobians_are_correct) {
         integrate_imu(i, random.vector3(0.05), random.vector3(0.2), 8, 0.0125);
     expect_correct_jacobians(
         PreintegratedImuFactor(R(0), V(0), P(0), R(1), V(1), P(1), key::gyr_bias, key::acc_bias,
-                               imu, gravity_n(9.8)),
+                               imu, 0.02, 0.1, gravity_n(9.8)),
         v);
   }
 }
@@ -236,9 +236,10 @@ TEST(ScaledImuFactor, jacobians_are_correct) {
     v.insert(key::gyr_matrix, random_triangle(random, 0.05));
     const PreintegratedImu imu = integrate_imu(i, random.vector3(0.05), random.vector3(0.2), 8,
                                                0.0125, random_triangle(random, 0.05));
-    expect_correct_jacobians(ScaledImuFactor(R(0), V(0), P(0), R(1), V(1), P(1), key::gyr_bias,
-                                             key::acc_bias, key::gyr_matrix, imu, gravity_n(9.8)),
-                             v);
+    expect_correct_jacobians(
+        ScaledImuFactor(R(0), V(0), P(0), R(1), V(1), P(1), key::gyr_bias, key::acc_bias,
+                        key::gyr_matrix, imu, 0.02, 0.1, gravity_n(9.8)),
+        v);
   }
 }
 
@@ -250,8 +251,8 @@ TEST(PreintegratedImu, scale_errors_and_misalignment_are_taken_out) {
   Matrix3 S;
   S << entries[0], 0, 0, entries[1], entries[3], 0, entries[2], entries[4], entries[5];
   const Vector3 o_w = random.vector3(0.1);
-  PreintegratedImu with(o_w, Vector3::Zero(), 0.02, 0.1, entries);
-  PreintegratedImu without(Vector3::Zero(), Vector3::Zero(), 0.02, 0.1);
+  PreintegratedImu with(o_w, Vector3::Zero(), entries);
+  PreintegratedImu without(Vector3::Zero(), Vector3::Zero());
   for (int i = 0; i < 30; ++i) {
     const Vector3 w = random.vector3(2.0), f = random.vector3(5.0);
     with.integrate(Vector3(w + S * w + o_w), f, 0.01);
@@ -300,14 +301,14 @@ TEST(PreintegratedImu, covariance_agrees_with_monte_carlo) {
   constexpr double kH = 0.0125, kGyr = 0.02, kAcc = 0.1;
   RandomValue random(13);
   std::vector<std::pair<Vector3, Vector3>> inputs;
-  PreintegratedImu clean(Vector3::Zero(), Vector3::Zero(), kGyr, kAcc);
+  PreintegratedImu clean(Vector3::Zero(), Vector3::Zero());
   for (int i = 0; i < kSamples; ++i) {
     inputs.emplace_back(random.vector3(3.0), random.vector3(5.0));
     clean.integrate(inputs.back().first, inputs.back().second, kH);
   }
   Mat<double, 9, 9> sum = Mat<double, 9, 9>::Zero();
   for (int run = 0; run < kRuns; ++run) {
-    PreintegratedImu noisy(Vector3::Zero(), Vector3::Zero(), kGyr, kAcc);
+    PreintegratedImu noisy(Vector3::Zero(), Vector3::Zero());
     for (const auto& [gyr, acc] : inputs) {
       const Vector3 e_gyr = random.vector3(kGyr / std::sqrt(kH));
       noisy.integrate(gyr + e_gyr, acc + random.vector3(kAcc / std::sqrt(kH)), kH);
@@ -318,7 +319,7 @@ TEST(PreintegratedImu, covariance_agrees_with_monte_carlo) {
     sum += e * e.transpose();
   }
   // Compared in units in which the predicted covariance is the identity.
-  const Mat<double, 9, 9> W = Noise<9>::full(clean.covariance()).whitening();
+  const Mat<double, 9, 9> W = Noise<9>::full(clean.covariance(kGyr, kAcc)).whitening();
   const Mat<double, 9, 9> ratio = W * (sum / kRuns) * W.transpose();
   EXPECT_LT((ratio - Mat<double, 9, 9>::Identity()).cwiseAbs().maxCoeff(), 0.06);
 }
@@ -326,7 +327,7 @@ TEST(PreintegratedImu, covariance_agrees_with_monte_carlo) {
 TEST(PreintegratedImu, a_circular_swing_is_integrated_to_where_it_ends) {
   // Radius 0.5 m in the horizontal plane, turning with the circle at 2 rad/s.
   constexpr double kRadius = 0.5, kRate = 2.0, kH = 1e-3;
-  PreintegratedImu imu(Vector3::Zero(), Vector3::Zero(), 0.02, 0.1);
+  PreintegratedImu imu(Vector3::Zero(), Vector3::Zero());
   for (int i = 0; i < 1000; ++i) {
     imu.integrate(Vector3(0, 0, kRate), Vector3(-kRate * kRate * kRadius, 0, 9.8), kH);
   }
@@ -342,11 +343,18 @@ TEST(PreintegratedImu, a_circular_swing_is_integrated_to_where_it_ends) {
   v.insert(key::gyr_bias, Vector3::Zero());
   v.insert(key::acc_bias, Vector3::Zero());
   const PreintegratedImuFactor f(R(0), V(0), P(0), R(1), V(1), P(1), key::gyr_bias, key::acc_bias,
-                                 imu, gravity_n(9.8));
+                                 imu, 0.02, 0.1, gravity_n(9.8));
   const Vec<double, 9> r = evaluate(f, stored_values(f, v));
   EXPECT_LT(r.head<3>().norm(), 1e-10);
   EXPECT_LT(r.segment<3>(3).norm(), 1e-6);
   EXPECT_LT(r.tail<3>().norm(), 1e-3);  // the second order of position within a piece is left out
+
+  Rot3 nRb = v.at<Rot3>(R(0));
+  Vector3 velocity = v.at<Vector3>(V(0)), position = v.at<Vector3>(P(0));
+  f.advance(nRb, velocity, position);
+  EXPECT_LT((nRb.inverse() * v.at<Rot3>(R(1))).Log().norm(), 1e-10);
+  EXPECT_LT((velocity - v.at<Vector3>(V(1))).norm(), 1e-6);
+  EXPECT_LT((position - v.at<Vector3>(P(1))).norm(), 1e-3);
 }
 
 TEST(FieldDirectionFactor, jacobians_are_correct) {

@@ -17,7 +17,7 @@ const Key kKeys[] = {{'x', 0}, {'x', 1}, {'x', 2}, {'x', 3}, {'x', 4},
 PreintegratedImu random_imu(RandomValue& random, bool scaled) {
   const auto matrix =
       scaled ? std::optional<LowerTriangle>(LowerTriangle::Constant(0.01)) : std::nullopt;
-  PreintegratedImu imu(random.vector3(0.1), random.vector3(0.1), 1e-3, 1e-2, matrix);
+  PreintegratedImu imu(random.vector3(0.1), random.vector3(0.1), matrix);
   for (int i = 0; i < 5; ++i) imu.integrate(random.vector3(3.0), random.vector3(10.0), 0.01);
   return imu;
 }
@@ -47,13 +47,13 @@ template <>
 PreintegratedImuFactor random_factor(RandomValue& random) {
   return {kKeys[0],        kKeys[1], kKeys[2],
           kKeys[3],        kKeys[4], kKeys[5],
-          kKeys[6],        kKeys[7], random_imu(random, false),
+          kKeys[6],        kKeys[7], random_imu(random, false), 1e-3, 1e-2,
           {0.1, 0.2, -9.8}};
 }
 template <>
 ScaledImuFactor random_factor(RandomValue& random) {
   return {kKeys[0],        kKeys[1], kKeys[2], kKeys[3], kKeys[4],
-          kKeys[5],        kKeys[6], kKeys[7], kKeys[8], random_imu(random, true),
+          kKeys[5],        kKeys[6], kKeys[7], kKeys[8], random_imu(random, true), 1e-3, 1e-2,
           {0.1, 0.2, -9.8}};
 }
 template <>

@@ -41,7 +41,7 @@ PreintegratedGyroscope integrate_gyroscope(const Samples& s, const VectorXd& the
 PreintegratedImu integrate_imu(const Samples& s, const VectorXd& theta, bool with_matrix) {
   std::optional<LowerTriangle> matrix;
   if (with_matrix) matrix = (LowerTriangle() << 0.02, -0.01, 0.03, 0.01, 0.02, -0.02).finished();
-  PreintegratedImu out(kGyrBias, kAccBias, 1e-3, 1e-2, matrix);
+  PreintegratedImu out(kGyrBias, kAccBias, matrix);
   for (std::size_t k = 0; k < s.gyr.size(); ++k) {
     out.integrate(s.gyr[k] - s.gyr_columns[k] * theta.head(kGyrEffects),
                   s.acc[k] - s.acc_columns[k] * theta.tail(kAccEffects), kDt, s.gyr_columns[k],
@@ -95,7 +95,7 @@ TEST(PreintegratedImu, effect_jacobian_agrees_with_integrating_again) {
 
 TEST(PreintegratedImu, effects_that_are_the_biases_have_their_jacobians) {
   const Samples s(3);
-  PreintegratedImu imu(kGyrBias, kAccBias, 1e-3, 1e-2);
+  PreintegratedImu imu(kGyrBias, kAccBias);
   PreintegratedGyroscope gyroscope(kGyrBias);
   const Columns one = Matrix3::Identity();
   for (std::size_t k = 0; k < s.gyr.size(); ++k) {

@@ -26,7 +26,7 @@ inline Problem moved_chains(unsigned seed, const std::vector<int>& lengths) {
       p.truth.insert(R(k), nRb);
       p.truth.insert(V(k), v);
       p.truth.insert(P(k), position);
-      PreintegratedImu imu(Vector3::Zero(), Vector3::Zero(), 1e-3, 1e-2);
+      PreintegratedImu imu(Vector3::Zero(), Vector3::Zero());
       const Vector3 w = random.vector3(1.0);
       for (int i = 0; i < 4; ++i) {
         const Vector3 acc = nRb.unrotate(random.vector3(1.0) - 5.0 * v - 20.0 * position - g_n);
@@ -43,7 +43,7 @@ inline Problem moved_chains(unsigned seed, const std::vector<int>& lengths) {
       }
       if (k + 1 == first + lengths[chain]) break;
       p.graph.add(PreintegratedImuFactor(R(k), V(k), P(k), R(k + 1), V(k + 1), P(k + 1),
-                                         key::gyr_bias, key::acc_bias, imu, g_n));
+                                         key::gyr_bias, key::acc_bias, imu, 1e-3, 1e-2, g_n));
       const double h = imu.duration_s();
       position += v * h + 0.5 * g_n * h * h + nRb * imu.delta_p();
       v += g_n * h + nRb * imu.delta_v();

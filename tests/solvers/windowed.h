@@ -103,7 +103,7 @@ inline Stream hand_held_in_windows(unsigned seed, int nodes, int nodes_per_windo
                            Noise<3>::isotropic(kMag)),
         true);
     if (i + 1 == nodes) break;
-    PreintegratedImu imu(Vector3::Zero(), Vector3::Zero(), kGyr, kAcc);
+    PreintegratedImu imu(Vector3::Zero(), Vector3::Zero());
     const Vector3 rate = random.vector3(3.0);
     // A hand that holds back: towards the middle, against the velocity.
     const Vector3 a_n = -4.0 * p - 2.0 * v + random.vector3(1.0);
@@ -116,7 +116,7 @@ inline Stream hand_held_in_windows(unsigned seed, int nodes, int nodes_per_windo
       nRb = (nRb * Rot3::Exp(rate * kDt)).normalized();
     }
     add(i + 1, PreintegratedImuFactor(R(i), V(i), P(i), R(i + 1), V(i + 1), P(i + 1), key::gyr_bias,
-                                      key::acc_bias, imu, g_n));
+                                      key::acc_bias, imu, kGyr, kAcc, g_n));
   }
   s.start = moved(truth, random_delta(random, truth.dim(), 0.02));
   for (const Values::Slot& slot : s.start.slots()) {

@@ -319,11 +319,11 @@ void Pipeline::fit_with_noise(Stage& stage, const Values& start, bool warm) cons
     const bool acc_known = moving && rest_.acc > 0.0;
     stage.fit_noise(start, warm,
                     {.gyr_known = rest_.gyr > 0.0 && !moving,
-                            .acc_known = acc_known,
-                            .min_gyr = rest_.gyr,
-                            .max_gyr = rest_.gyr > 0.0 ? kGyrInMotion * rest_.gyr : kUnlimited,
-                            .max_mag = rest_.mag > 0.0 ? kMagInMotion * rest_.mag : kUnlimited,
-                            .least = least_});
+                     .acc_known = acc_known,
+                     .min_gyr = rest_.gyr,
+                     .max_gyr = rest_.gyr > 0.0 ? kGyrInMotion * rest_.gyr : kUnlimited,
+                     .max_mag = rest_.mag > 0.0 ? kMagInMotion * rest_.mag : kUnlimited,
+                     .least = least_});
   }
 }
 

@@ -62,6 +62,7 @@ SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, int
     nodes_.push_back(values.at<Rot3>(R(plan.first + int(i))) * gyr_.at(plan.t[i]).inverse());
     fields_.push_back(nodes_.back().unrotate(field_));
   }
+  for (const double t : recording.mag.front().t) mag_nodes_.push_back(nearest_node(t));
   const auto aux = [&](const char* name) {
     const auto it = recording.aux.find(name);
     return it == recording.aux.end() ? ScalarSeries{} : it->second;
@@ -155,8 +156,9 @@ SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
   if (channel == Channel::kMag) {
     // Back from the sample by the gyroscope alone: between two nodes' attitudes the step is its
     // noise.
-    s.field_before = [this, instant, node = nearest_node(instant)](double delay_s) {
-      return gyr_.at(instant - delay_s).unrotate(fields_[node]);
+    s.field_before = [this, sample](double delay_s) {  // as much as a function holds by itself
+      const double then = recording_.mag.front().t[sample] - delay_s;
+      return gyr_.at(then).unrotate(fields_[mag_nodes_[sample]]);
     };
   }
   return s;

@@ -35,6 +35,7 @@ class SensedMotion {
   Vector3 gyr_bias_, acc_bias_, field_;
   Matrix3 D_;
   double strength_, begin_, duration_;
+  std::vector<std::size_t> mag_nodes_;  // the nearest one to each sample
   std::vector<Rot3> nodes_;      // attitude of each, relative to the gyroscope's at that time
   std::vector<Vector3> fields_;  // the unit field, turned by that
   ScalarSeries temperature_, current_;

@@ -27,12 +27,13 @@ class PreintegratedGyroscope {
     const Rot3 step = Rot3::Exp(v);
     const Matrix3 undo = step.matrix().transpose();
     const Matrix3 J = so3::right_jacobian(v);
+    if (effects.cols() > 0) {
+      // Many columns, so summed in the first frame, where no step turns them; J' is the left one.
+      if (turned_.cols() == 0) turned_.setZero(3, effects.cols());
+      turned_.noalias() += Matrix3(delta_.matrix() * J.transpose() * dt_s) * effects;
+    }
     delta_ = (delta_ * step).normalized();
     bias_jacobian_ = undo * bias_jacobian_ - J * dt_s;
-    if (effects.cols() > 0) {
-      if (effect_jacobian_.cols() == 0) effect_jacobian_.setZero(3, effects.cols());
-      effect_jacobian_ = undo * effect_jacobian_ - J * effects * dt_s;
-    }
     covariance_ = undo * covariance_ * undo.transpose() + J * J.transpose() * dt_s;
     duration_s_ += dt_s;
   }
@@ -43,7 +44,7 @@ class PreintegratedGyroscope {
   // delta(bias + d) ~ delta(bias) Exp(bias_jacobian() d).
   const Matrix3& bias_jacobian() const { return bias_jacobian_; }
   // The same for the effects' parameters.
-  const Columns& effect_jacobian() const { return effect_jacobian_; }
+  Columns effect_jacobian() const { return -delta_.matrix().transpose() * turned_; }
   // Covariance of the rotation error (right, rad^2) for a noise density of 1 rad/s per sqrt(Hz);
   // the density's square scales it.
   const Matrix3& unit_covariance() const { return covariance_; }
@@ -53,7 +54,7 @@ class PreintegratedGyroscope {
   Vector3 bias_;
   Rot3 delta_;
   Matrix3 bias_jacobian_ = Matrix3::Zero();
-  Columns effect_jacobian_ = Columns(3, 0);
+  Columns turned_ = Columns(3, 0);  // by the effects, in the first frame
   Matrix3 covariance_ = Matrix3::Zero();
   double duration_s_ = 0.0;
 };

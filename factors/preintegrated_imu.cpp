@@ -4,18 +4,18 @@
 namespace magimu {
 namespace {
 
-// The transition of errors over one piece: [A 0 0; B I 0; C h I].
+// The transition of errors over one piece: [A 0 0; B I 0; B h / 2  h I].
 struct Transition {
-  Matrix3 A, B, C;
+  Matrix3 A, B;
   double h;
 
   // F X, row by row of blocks.
   template <int N>
   void apply(Eigen::Matrix<double, 9, N>& X) const {
-    const Eigen::Matrix<double, 3, N> turned = X.template topRows<3>();
-    X.template bottomRows<3>() += C * turned + h * X.template middleRows<3>(3);
-    X.template middleRows<3>(3) += B * turned;
-    X.template topRows<3>() = A * turned;
+    const Eigen::Matrix<double, 3, N> turned = X.template topRows<3>(), faster = B * turned;
+    X.template bottomRows<3>() += 0.5 * h * faster + h * X.template middleRows<3>(3);
+    X.template middleRows<3>(3) += faster;
+    X.template topRows<3>().noalias() = A * turned;
   }
 };
 
@@ -41,7 +41,7 @@ void PreintegratedImu::integrate(const Vector3& gyr, const Vector3& acc, double 
   const Matrix3 mean_R = R * so3::left_jacobian(turn);  // mean attitude over the piece
   const Matrix3 force_lever = R * so3::hat(force);
 
-  const Transition F{step.matrix().transpose(), -force_lever * h, -force_lever * (0.5 * h * h), h};
+  const Transition F{step.matrix().transpose(), -force_lever * h, h};
   // The ways in of the two noises, held for h seconds. A rate error turns the force within the
   // piece, too: half of it by its middle.
   Mat<double, 6, 3> G_gyr;

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "factors/effects/catalogue.h"
 
@@ -38,8 +39,11 @@ class GyroBiasDrift final : public Effect {
         density_(density) {}
 
   void jacobian(const SampleState& s, const VectorXd& theta, EffectJacobian J) const override {
+    const double first = std::cos(M_PI * 0.5 * (s.u + 1.0));
+    double before = 1.0, cosine = first;  // of j - 1 and j times the angle
     for (int j = 1; 3 * j <= theta.size(); ++j) {
-      J.middleCols<3>(3 * j - 3) = std::cos(j * M_PI * 0.5 * (s.u + 1.0)) * Matrix3::Identity();
+      J.middleCols<3>(3 * j - 3) = cosine * Matrix3::Identity();
+      before = std::exchange(cosine, 2.0 * first * cosine - before);
     }
   }
   VectorXd prior_sigma(double duration_s) const override {

@@ -45,16 +45,16 @@ PreintegratedGyroscopeFactor random_factor(RandomValue& random) {
 }
 template <>
 PreintegratedImuFactor random_factor(RandomValue& random) {
-  return {kKeys[0],        kKeys[1], kKeys[2],
-          kKeys[3],        kKeys[4], kKeys[5],
-          kKeys[6],        kKeys[7], random_imu(random, false), 1e-3, 1e-2,
-          {0.1, 0.2, -9.8}};
+  return {kKeys[0], kKeys[1], kKeys[2],
+          kKeys[3], kKeys[4], kKeys[5],
+          kKeys[6], kKeys[7], random_imu(random, false),
+          1e-3,     1e-2,     {0.1, 0.2, -9.8}};
 }
 template <>
 ScaledImuFactor random_factor(RandomValue& random) {
-  return {kKeys[0],        kKeys[1], kKeys[2], kKeys[3], kKeys[4],
-          kKeys[5],        kKeys[6], kKeys[7], kKeys[8], random_imu(random, true), 1e-3, 1e-2,
-          {0.1, 0.2, -9.8}};
+  return {kKeys[0], kKeys[1], kKeys[2],        kKeys[3], kKeys[4],
+          kKeys[5], kKeys[6], kKeys[7],        kKeys[8], random_imu(random, true),
+          1e-3,     1e-2,     {0.1, 0.2, -9.8}};
 }
 template <>
 MagnetometerFactor random_factor(RandomValue& random) {

@@ -35,9 +35,9 @@ class SensedMotion {
   Vector3 gyr_bias_, acc_bias_, field_;
   Matrix3 D_;
   double strength_, begin_, duration_;
-  std::vector<std::size_t> mag_nodes_;  // the nearest one to each sample
   std::vector<Rot3> nodes_;      // attitude of each, relative to the gyroscope's at that time
   std::vector<Vector3> fields_;  // the unit field, turned by that
+  std::vector<std::size_t> mag_nodes_;  // the node nearest to each sample of the magnetometer
   ScalarSeries temperature_, current_;
   Vector3 position_mean_ = Vector3::Zero();
 };

@@ -2,6 +2,7 @@
 // Spectra of residuals and fits to them: noise_spectrum.h.
 #include "diagnosis/noise_spectrum.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <complex>

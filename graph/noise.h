@@ -4,7 +4,8 @@
 // residuals count less. The cost of a factor is rho(r'r) / 2, which is r'r / 2 without a loss.
 #pragma once
 
-#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "graph/scalar.h"
@@ -66,6 +67,12 @@ struct Loss {
   }
 };
 
+namespace detail {
+// W = L^-1 of the n x n covariance S = L L', both column by column; false if S is not positive
+// definite or not finite. One function for all n: a decomposition each would take compilers long.
+bool find_whitening(const double* covariance, int n, double* whitening);
+}  // namespace detail
+
 template <int N>
 class Noise {
  public:
@@ -82,14 +89,11 @@ class Noise {
     return n;
   }
   static Noise full(const Mat<double, N, N>& covariance) {
-    const Eigen::LLT<Mat<double, N, N>> llt(covariance);
-    if (llt.info() != Eigen::Success || !covariance.allFinite()) {
+    Noise n;
+    n.diagonal_ = false;
+    if (!detail::find_whitening(covariance.data(), N, n.whitening_.data())) {
       throw std::invalid_argument("noise needs a positive definite covariance");
     }
-    Noise n;  // S = L L', so W = L^-1
-    n.diagonal_ = false;
-    n.whitening_ = Mat<double, N, N>::Identity();
-    llt.matrixL().solveInPlace(n.whitening_);
     return n;
   }
   Noise with_loss(Loss loss) const {
@@ -110,8 +114,16 @@ class Noise {
   void whiten(Eigen::MatrixBase<Derived>& columns) const {
     if (diagonal_) {
       columns.array().colwise() *= whitening_.diagonal().array();
-    } else {
-      columns = (whitening_ * columns).eval();
+      return;
+    }
+    // In place, from the last row up: W is a lower triangle. Loops, for an unrolled product of each
+    // size would take compilers long.
+    for (Eigen::Index c = 0; c < columns.cols(); ++c) {
+      for (int r = N - 1; r >= 0; --r) {
+        typename Derived::Scalar sum = whitening_(r, r) * columns(r, c);
+        for (int k = 0; k < r; ++k) sum += whitening_(r, k) * columns(k, c);
+        columns(r, c) = sum;
+      }
     }
   }
 

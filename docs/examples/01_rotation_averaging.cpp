@@ -5,6 +5,7 @@
 // A graph is a sum of factors (what was measured, and how well); Values hold the unknowns (first a
 // guess, then the answer); an optimizer moves Values to where the factors agree best; Marginals
 // tell how sure that is.
+#include <Eigen/Cholesky>
 #include <cstdio>
 #include <random>
 

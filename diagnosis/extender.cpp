@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "calibration/summary.h"
 #include "calibration/testable.h"
@@ -211,6 +212,52 @@ void Extender::prune() {
   }
 }
 
+// The first that entered were named while the later ones were not in the model, and may have taken
+// what these explain: a simpler cause, where it now predicts as well, takes the place of a richer.
+void Extender::reconsider() {
+  for (std::size_t i = 0; i + 1 < d_.findings.size(); ++i) {
+    const auto& effects = stage_->spec().effects;
+    const auto named = std::find_if(effects.begin(), effects.end(), [&](const auto& e) {
+      return e->name() == d_.findings[i].effect;
+    });
+    if (named == effects.end()) continue;
+    const Stage stage = *stage_;
+    const double nll = nll_;
+    if (!name_simpler(i, *named)) take(stage, nll);
+  }
+}
+
+bool Extender::name_simpler(std::size_t finding, std::shared_ptr<const Effect> named) {
+  const auto simpler = [&named](const std::shared_ptr<const Effect>& e) {
+    return e->channel() == named->channel() && e->name() != named->name() &&
+           allowance(*e, *named, 0.0, 0.0) > 0.0;
+  };
+  if (std::ranges::none_of(candidates(*stage_), simpler)) return false;
+  const double with_it = nll_;
+  ModelSpec spec = stage_->spec();
+  std::erase(spec.effects, named);
+  const Stage without = pipeline_.refit_with_same_noise(*stage_, spec);
+  if (!without.result().converged()) return false;
+  take(without, sum_of(held_out_nll(without)));
+  std::vector<Option> options;
+  for (const Option& o : scan_options(recordings_, *stage_, candidates(*stage_))) {
+    if (o.rank < log10_level() && simpler(o.effect) && int(options.size()) < kTried) {
+      options.push_back(o);
+    }
+  }
+  const std::vector<Trial> found = trials(options);
+  const auto best = std::ranges::min_element(found, {}, &Trial::nll);
+  if (best == found.end()) return false;
+  const double more = allowance(*best->option.effect, *named, nll_ - best->nll, nll_ - with_it);
+  if (best->nll > with_it + more) return false;
+  Finding f = describe(best->option, best->stage, best->nll, options,
+                       VectorXd::Zero(best->option.effect->size()));
+  f.probability = d_.findings[finding].probability;
+  d_.findings[finding] = std::move(f);
+  take(best->stage, best->nll);
+  return true;
+}
+
 void Extender::take(const Stage& stage, double nll) {
   stage_ = stage;
   nll_ = nll;
@@ -246,6 +293,7 @@ void Extender::extend(const Stage& from) {
       break;
     }
   }
+  reconsider();
 }
 
 }  // namespace magimu

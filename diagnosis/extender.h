@@ -62,6 +62,8 @@ class Extender {
   bool find_times(Option& option, Stage& stage) const;
   void find_source(Option& option, Stage& stage) const;
   void prune();
+  void reconsider();
+  bool name_simpler(std::size_t finding, std::shared_ptr<const Effect> named);
   void take(const Stage& stage, double nll);
 
   const std::vector<const Recording*>& recordings_;

@@ -174,6 +174,13 @@ TEST_P(HiddenPair, both_are_named) {
 
 INSTANTIATE_TEST_SUITE_P(Oracle, HiddenPair, testing::Values(1u, 2u, 3u));
 
+// Without the lag in the model a passing source, which has a parameter more, predicts better.
+TEST(NamedFirst, is_considered_once_more_beside_what_is_found_later) {
+  const HiddenCase c = pair_with_size(draw_pair(100712), 30.0);  // mag_lag and field_gradient
+  const Diagnosis d = diagnosed(c);
+  EXPECT_TRUE(judge(d, c).right()) << "named: " << names_of(d);
+}
+
 class OutsideEffect : public testing::TestWithParam<std::string> {};
 
 TEST_P(OutsideEffect, is_not_given_the_name_of_another) {

@@ -6,6 +6,9 @@
 namespace magimu::detail {
 
 bool find_whitening(const double* covariance, int n, double* whitening) {
+  const bool finite =
+      std::all_of(covariance, covariance + n * n, [](double x) { return std::isfinite(x); });
+  if (!finite) return false;
   const auto at = [n](int row, int column) { return std::size_t(row + column * n); };
   std::fill_n(whitening, n * n, 0.0);
   // Row by row: L_ij for j < i from the rows above, then row i of W from L W = I.

@@ -89,6 +89,10 @@ TEST(Noise, refuses_what_is_no_covariance) {
   indefinite(0, 1) = indefinite(1, 0) = 2.0;
   EXPECT_THAT([&] { Noise<3>::full(indefinite); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("positive definite")));
+  Matrix3 unfinished = Matrix3::Identity();
+  unfinished(0, 2) = kNan;  // above the diagonal
+  EXPECT_THAT([&] { Noise<3>::full(unfinished); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("positive definite")));
 }
 
 TEST(Noise, with_loss_keeps_the_whitening) {

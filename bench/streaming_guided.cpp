@@ -3,12 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "bench/error_statistics.h"
 #include "bench/streamed_person.h"
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
@@ -35,7 +35,8 @@ HeadingError heading_error(const Calibration& c, const SensorParameters& truth) 
     Mat<double, 3, 12> J;
     for (int j = 0; j < 3; ++j) J.middleCols<3>(3 * j) = b[j] * D_inverse;
     J.rightCols<3>() = D_inverse;
-    const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(across * (J * P * J.transpose()) * across);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
+        MatrixXd(across * (J * P * J.transpose()) * across), Eigen::EigenvaluesOnly);
     if (eigen.eigenvalues()[2] <= variance) continue;
     variance = eigen.eigenvalues()[2];
     out.normalized = e.dot(eigen.eigenvectors().col(2)) / std::sqrt(variance);

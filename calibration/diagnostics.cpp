@@ -4,11 +4,12 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
@@ -63,8 +64,9 @@ Check check_accuracy(const Calibration& c) {
     for (int j = 0; j < 3; ++j) J.middleCols<3>(3 * j) = b[j] * D_inverse;
     J.rightCols<3>() = D_inverse;
     const Matrix3 across = Matrix3::Identity() - b * b.transpose();
-    const Matrix3 V = across * (J * P * J.transpose()) * across;
-    worst = std::max(worst, Eigen::SelfAdjointEigenSolver<Matrix3>(V).eigenvalues().maxCoeff());
+    const MatrixXd V = across * (J * P * J.transpose()) * across;
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(V, Eigen::EigenvaluesOnly);
+    worst = std::max(worst, eigen.eigenvalues().maxCoeff());
   }
   const double deg = std::sqrt(worst) / kDegree;
   return {"accuracy", graded(deg, kAccuracyOk, kAccuracyPoor), deg,

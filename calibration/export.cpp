@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -11,6 +10,7 @@
 
 #include "calibration/apply.h"
 #include "calibration/export_text.h"
+#include "graph/decompositions.h"
 #include "recording/quoted_text.h"
 
 namespace magimu {
@@ -38,7 +38,7 @@ Exported export_calibration(const Calibration& c, ExportTarget target,
 }
 
 PolarParts polar_parts(const Matrix3& M) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3> squared(M.transpose() * M);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> squared(MatrixXd(M.transpose() * M));
   const Matrix3 S = squared.operatorSqrt();
   return {M * S.inverse(), S};
 }

@@ -3,13 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "calibration/nodes.h"
 #include "calibration/parameter_names.h"
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
@@ -154,7 +154,7 @@ Guidance guide(const IncrementalQr& estimator, const ModelSpec& spec, Key last_a
   VectorXd unit = VectorXd::Ones(A.rows() - 3);
   unit[6 + 12 * mags] = 1.0 / kDegree;
   const auto distance_with = [&](const MatrixXd& information) {
-    const MatrixXd P = information.llt().solve(MatrixXd::Identity(A.rows(), A.rows()));
+    const MatrixXd P = information.llt().solve(MatrixXd(MatrixXd::Identity(A.rows(), A.rows())));
     Calibration c;
     c.parameters = now.parameters;
     c.covariance =

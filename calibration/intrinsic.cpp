@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/intrinsic.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "factors/field_direction_factor.h"
 #include "factors/prior_factor.h"
+#include "graph/decompositions.h"
 #include "solvers/levenberg_marquardt.h"
 
 namespace magimu {
 namespace {
 
+constexpr double kFlat = 1e-12;   // of a variance: the readings lie in a plane
+constexpr double kExact = 1e-14;  // of the sum of squares: rounding
 constexpr Key kLower{'L', 0}, kBias{'m', 0};
 constexpr Key direction_key(std::size_t k) { return {'u', std::uint32_t(k)}; }
 
@@ -60,32 +62,40 @@ IntrinsicCalibration fit_ellipsoid(const std::vector<Vector3>& mag) {
         2 * x[0], 2 * x[1], 2 * x[2], 1.0;
     S += row * row.transpose();
   }
-  // The constraint 4 J - I^2 = 1 on the quadric's invariants admits ellipsoids only.
-  // C, which is J and I^2 as a quadratic form, has -1 on and 1 off the diagonal of its upper left
-  // block and then -4: this is its inverse.
-  Eigen::Matrix<double, 6, 6> C_inverse = Eigen::Matrix<double, 6, 6>::Zero();
-  C_inverse.topLeftCorner<3, 3>().setConstant(0.5);
-  C_inverse.diagonal() << 0, 0, 0, -0.25, -0.25, -0.25;
-  const Eigen::FullPivLU<Eigen::Matrix4d> S22(S.bottomRightCorner<4, 4>());
-  if (!S22.isInvertible()) return sphere;
-  const Eigen::Matrix<double, 4, 6> T = -S22.solve(S.bottomLeftCorner<4, 6>());
-  const Eigen::Matrix<double, 6, 6> M =
-      C_inverse * (S.topLeftCorner<6, 6>() + S.topRightCorner<6, 4>() * T);
-  const Eigen::EigenSolver<Eigen::Matrix<double, 6, 6>> eigen(M);
-  Eigen::Index best = 0;
-  eigen.eigenvalues().real().maxCoeff(&best);
-  const Vec<double, 6> a = eigen.eigenvectors().col(best).real();
+  // With the linear part at its best for a: a' M a is to be least where the constraint
+  // 4 J - I^2 = 1 on the quadric's invariants, which admits ellipsoids only, is a' C a = 1.
+  const Eigen::LDLT<Eigen::Matrix4d> linear(Eigen::Matrix4d(S.bottomRightCorner<4, 4>()));
+  if (!(linear.vectorD().minCoeff() > kFlat * linear.vectorD().maxCoeff())) return sphere;
+  const Mat<double, 4, 6> T = -linear.solve(S.bottomLeftCorner<4, 6>());
+  MatrixXd M = S.topLeftCorner<6, 6>() + S.topRightCorner<6, 4>() * T;
+  MatrixXd C = MatrixXd::Zero(6, 6);
+  C.topLeftCorner(3, 3).setOnes();
+  C.diagonal() << -1, -1, -1, -4, -4, -4;
+  // Readings without noise leave M singular in the direction that is sought.
+  M.diagonal().array() += kExact * M.trace();
+  const Eigen::LLT<MatrixXd> root(MatrixXd(0.5 * (M + M.transpose())));
+  if (root.info() != Eigen::Success) return sphere;
+  // M a = C a / lambda of the one positive lambda, with a = L'^-1 y.
+  root.matrixL().solveInPlace(C);
+  C.transposeInPlace();
+  root.matrixL().solveInPlace(C);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(C);
+  VectorXd y = eigen.eigenvectors().col(5);
+  root.matrixU().solveInPlace(y);
+  const Vec<double, 6> a = y;
   const Vector4 b = T * a;
 
   Matrix3 A;
   A << a[0], a[5], a[4], a[5], a[1], a[3], a[4], a[3], a[2];
-  const Vector3 centre = -A.fullPivLu().solve(b.head<3>());
+  const Vector3 centre = -A.inverse() * b.head<3>();
   const double level = centre.dot(A * centre) - b[3];
   const Eigen::LLT<Matrix3> shape((A / level).inverse());  // D D' = (A / level)^-1
   IntrinsicCalibration out;
   out.distortion = Matrix3(shape.matrixL()) * size;
   out.bias = mean + centre * size;
-  const Vector3 axes = Eigen::SelfAdjointEigenSolver<Matrix3>(A / level).eigenvalues();
+  const VectorXd axes =
+      Eigen::SelfAdjointEigenSolver<MatrixXd>(MatrixXd(A / level), Eigen::EigenvaluesOnly)
+          .eigenvalues();
   const bool plausible = shape.info() == Eigen::Success && out.distortion.allFinite() &&
                          axes.minCoeff() > 0.01 * axes.maxCoeff();  // axes within a factor of 10
   if (!plausible) out = sphere;

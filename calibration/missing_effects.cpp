@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,6 +15,7 @@
 #include "calibration/testable.h"
 #include "calibration/uncertainty.h"
 #include "calibration/windows.h"
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
@@ -86,7 +86,7 @@ class Search {
     const MatrixXd weight = prior.cwiseAbs2().cwiseInverse().asDiagonal();
     MatrixXd A = P.transpose() * weight * P;
     A.diagonal().array() += 1.0 / excess;
-    const MatrixXd posterior = P * A.ldlt().solve(P.transpose());
+    const MatrixXd posterior = P * A.ldlt().solve(MatrixXd(P.transpose()));
     MatrixXd influence = scan.influence().middleCols(scan.first(i), effect.size());
     influence.middleRows(first_dip(), dips()) /= kDegree;
     if (stage_.spec().gyr_matrix && effect.name() == "gyro_scale_misalignment") {
@@ -166,7 +166,7 @@ std::vector<MissingEffect> find_missing_effects(const std::vector<const Recordin
 void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found) {
   const Eigen::Index p =
       6 + 12 * Eigen::Index(c.parameters.mag.size()) + Eigen::Index(c.fields.size());
-  const Eigen::LDLT<MatrixXd> V(c.covariance.topLeftCorner(p, p));
+  const Eigen::LDLT<MatrixXd> V(MatrixXd(c.covariance.topLeftCorner(p, p)));
   Check check{"model", CheckStatus::kOk, 0.0, "Nothing is seen to be missing in the model."};
   MatrixXd more = MatrixXd::Zero(c.covariance.rows(), c.covariance.cols());
   for (const MissingEffect& f : found) {

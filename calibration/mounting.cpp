@@ -3,15 +3,14 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
 #include "calibration/direction_steadiness.h"
 #include "calibration/intrinsic.h"
 #include "calibration/rests.h"
+#include "graph/decompositions.h"
 #include "recording/axes.h"
 
 namespace magimu {
@@ -32,7 +31,8 @@ VectorSeries field_directions(const VectorSeries& mag) {
   std::vector<Vector3> some;
   for (std::size_t k = 0; k < mag.size(); k += stride) some.push_back(mag.v[k]);
   const IntrinsicCalibration c = fit_ellipsoid(some);
-  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(c.distortion * c.distortion.transpose());
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
+      MatrixXd(c.distortion * c.distortion.transpose()));
   const Matrix3 inverse = eigen.operatorInverseSqrt();
   VectorSeries out = mag;
   for (Vector3& v : out.v) v = inverse * (v - c.bias);
@@ -44,7 +44,7 @@ double spread_of_turns(const VectorSeries& gyr, const Vector3& bias) {
   const IntegratedRotation integrated(gyr, bias);
   Matrix3 mean = Matrix3::Zero();
   for (const double t : gyr.t) mean += integrated.at(t).matrix() / double(gyr.size());
-  const double kept = Eigen::JacobiSVD<Matrix3>(mean).singularValues()[1];
+  const double kept = Eigen::JacobiSVD<MatrixXd>(MatrixXd(mean)).singularValues()[1];
   return 1.0 - kept * kept;
 }
 

@@ -9,7 +9,6 @@
 // the discrete sine transform makes diagonal: for them the likelihood is exact, at every length.
 // S is linear in (N^2, B^2, K^2), which are not negative: scoring (least squares with weights
 // 1 / S^2) over the faces of that octant.
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,6 +17,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "calibration/allan.h"
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
@@ -104,6 +104,10 @@ Spectrum spectrum_of(const std::vector<double>& means, double block_s) {
   return s;
 }
 
+MatrixXd inverse_of(const MatrixXd& A) {
+  return A.ldlt().solve(MatrixXd(MatrixXd::Identity(A.rows(), A.cols())));
+}
+
 struct Fit {
   Vector3d theta = Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -122,7 +126,8 @@ std::optional<Fit> fit_on(const Spectrum& s, const std::vector<int>& free) {
     const VectorXd S = A * theta;
     const MatrixXd weighted = S.cwiseInverse().asDiagonal() * A;
     information = weighted.transpose() * weighted;
-    VectorXd next = information.ldlt().solve(weighted.transpose() * (s.power.cwiseQuotient(S)));
+    const VectorXd right = weighted.transpose() * s.power.cwiseQuotient(S);
+    VectorXd next = information.ldlt().solve(right);
     if (!next.allFinite()) return std::nullopt;
     // A step that would leave the face goes half of the way to its edge.
     for (Index i = 0; i < n; ++i) next[i] = std::max(next[i], 0.1 * theta[i]);
@@ -132,7 +137,8 @@ std::optional<Fit> fit_on(const Spectrum& s, const std::vector<int>& free) {
   }
   const VectorXd S = A * theta;
   Fit fit;
-  const MatrixXd covariance = 2.0 * information.inverse();  // squares of one normal number each
+  // Squares of one normal number each.
+  const MatrixXd covariance = 2.0 * inverse_of(information);
   for (Index i = 0; i < n; ++i) {
     if (theta[i] < 1e-3 * std::sqrt(covariance(i, i))) return std::nullopt;
     fit.theta[free[std::size_t(i)]] = theta[i];
@@ -177,7 +183,7 @@ double largest_unseen(const Spectrum& s, const Fit& fit, int parameter) {
     A.col(i) = weighted.col(all[std::size_t(i)]);
     if (all[std::size_t(i)] == parameter) own = i;
   }
-  const MatrixXd covariance = 2.0 * (A.transpose() * A).inverse();
+  const MatrixXd covariance = 2.0 * inverse_of(A.transpose() * A);
   const VectorXd score = A.transpose() * (s.power.cwiseQuotient(S) - VectorXd::Ones(S.size()));
   const double estimate = std::max(0.0, 0.5 * (covariance * score)[own]);
   return estimate + kConfidence * std::sqrt(covariance(own, own));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/stream_estimate.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
 
@@ -10,6 +9,7 @@
 #include "calibration/nodes.h"
 #include "calibration/parameter_names.h"
 #include "calibration/uncertainty.h"
+#include "graph/decompositions.h"
 #include "solvers/sandwich.h"
 
 namespace magimu {

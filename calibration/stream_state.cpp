@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -14,6 +13,7 @@
 #include "calibration/missing_effects.h"
 #include "calibration/summary.h"
 #include "calibration/trust.h"
+#include "graph/decompositions.h"
 #include "recording/error.h"
 
 namespace magimu {
@@ -89,7 +89,7 @@ bool StreamingCalibration::State::time_to_try() const {
   if (samples_.last_t() - samples_.first_t() < next_try_ || mags_ < 10) return false;
   const Vector3 mean = mag_sum_ / double(mags_);
   const Matrix3 scatter = mag_squares_ / double(mags_) - mean * mean.transpose();
-  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(scatter);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(scatter), Eigen::EigenvaluesOnly);
   return eigen.eigenvalues()[0] > kTurned * kTurned && samples_.all().acc.size() > 10 &&
          samples_.all().gyr.size() > 10;
 }

@@ -3,9 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
@@ -31,7 +32,7 @@ void judge_turns(Calibration& c) {
   for (const TrajectoryEstimate& trajectory : c.trajectories) {
     for (const Rot3& nRb : trajectory.nRb) mean += nRb.matrix().transpose() / double(c.nodes);
   }
-  const Eigen::JacobiSVD<Matrix3> svd(mean, Eigen::ComputeFullU);
+  const Eigen::JacobiSVD<MatrixXd> svd(MatrixXd(mean), Eigen::ComputeFullU);
   const Vector3 length = svd.singularValues(), axis = svd.matrixU().col(0);
   if (!(1.0 - length[0] * length[0] < kMinSpread)) return;
   std::string reason = "The sensor hardly turned";

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
@@ -11,6 +10,7 @@
 
 #include "diagnosis/calibration_difference.h"
 #include "diagnosis/change_text.h"
+#include "graph/decompositions.h"
 #include "recording/error.h"
 
 namespace magimu {

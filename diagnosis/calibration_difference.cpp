@@ -3,11 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
+
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
@@ -47,8 +48,7 @@ std::vector<std::string> three(const std::string& name) {
 
 // The parts of M = s Q (I + E): log s; the turn, rad; E's xx, yy, xy, xz, yz.
 VectorXd parts_of(const Matrix3& M) {
-  const Matrix3 square = M.transpose() * M;
-  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(square);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(MatrixXd(M.transpose() * M));
   const Vector3 log_gain = 0.5 * solver.eigenvalues().array().log();
   const Matrix3 V = solver.eigenvectors();
   const double log_scale = log_gain.mean();

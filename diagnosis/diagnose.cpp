@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -18,6 +16,7 @@
 #include "diagnosis/predict.h"
 #include "diagnosis/thinned.h"
 #include "diagnosis/unexplained.h"
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
@@ -34,7 +33,7 @@ bool has_turned(const Stage& stage) {
       nodes += 1.0;
     }
   }
-  const double longest = Eigen::JacobiSVD<Matrix3>(mean / nodes).singularValues()[0];
+  const double longest = Eigen::JacobiSVD<MatrixXd>(MatrixXd(mean / nodes)).singularValues()[0];
   return 1.0 - longest * longest > kLeast;
 }
 

@@ -10,6 +10,7 @@
 #include "calibration/extension.h"
 #include "calibration/rests.h"
 #include "calibration/windows.h"
+#include "graph/decompositions.h"
 #include "recording/median.h"
 
 namespace magimu {
@@ -71,16 +72,16 @@ double contradiction_of_halves(const Stage& stage, std::size_t effect) {
         [](double x) { return x > 0.0 ? 1.0 / std::sqrt(x) : 0.0; });
     MatrixXd K = scale.asDiagonal() * sum.information * scale.asDiagonal();
     K.diagonal().array() += kMatters;
-    const MatrixXd inverse = K.completeOrthogonalDecomposition().pseudoInverse();
+    const MatrixXd inverse = K.ldlt().solve(MatrixXd(MatrixXd::Identity(K.rows(), K.cols())));
     step[h] = (scale.asDiagonal() * (inverse * (scale.asDiagonal() * sum.score))).segment(at, n);
     // Covariances of the two estimates add up in their difference.
     information += MatrixXd(scale.asDiagonal() * inverse * scale.asDiagonal()).block(at, at, n, n);
   }
   const VectorXd theta = effect_parameters(values, keys), difference = step[0] - step[1];
-  const MatrixXd A = information.completeOrthogonalDecomposition().pseudoInverse();
-  const double apart = difference.dot(A * difference);
+  const Eigen::ColPivHouseholderQR<MatrixXd> A(information);
+  const double apart = difference.dot(VectorXd(A.solve(difference)));
   if (log10_chi_square_tail(apart, double(n)) > kChance) return 0.0;
-  return apart / std::max(theta.dot(A * theta), 1e-300);
+  return apart / std::max(theta.dot(VectorXd(A.solve(theta))), 1e-300);
 }
 
 double sharpness(const Option& option, const Stage& stage) {

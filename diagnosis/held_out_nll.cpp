@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/held_out_nll.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "calibration/extension.h"
 #include "calibration/sensor_rows.h"
 #include "calibration/windows.h"
 #include "factors/prior_factor.h"
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
@@ -65,7 +65,7 @@ double integrated(const CondensedWindow& own, const MatrixXd& K, const VectorXd&
   if (free.empty()) return 0.0;
   const VectorXd g = VectorXd(own.score - own.information * step)(free);
   const MatrixXd before = K(free, free);
-  const Eigen::LDLT<MatrixXd> with(before + own.information(free, free)), without(before);
+  const Eigen::LDLT<MatrixXd> with(MatrixXd(before + own.information(free, free))), without(before);
   return 0.5 * (log_det_of(with) - log_det_of(without) - g.dot(with.solve(g)));
 }
 

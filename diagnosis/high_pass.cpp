@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "graph/decompositions.h"
+
 namespace magimu {
 namespace {
 
@@ -15,14 +17,14 @@ constexpr std::array<double, kHighPassReach + 1> kWeights = {
 
 // The sample `at` less the quadratic in time through the window that starts at `first`.
 Vector3 less_quadratic(const VectorSeries& s, std::size_t first, std::size_t at, double dt) {
-  Eigen::Matrix<double, kWindow, 3> basis, values;
+  MatrixXd basis(kWindow, 3), values(kWindow, 3);
   for (int i = 0; i < kWindow; ++i) {
     const std::size_t k = first + static_cast<std::size_t>(i);
     const double u = (s.t[k] - s.t[at]) / dt;
     basis.row(i) << 1.0, u, u * u;
     values.row(i) = s.v[k].transpose();
   }
-  const Matrix3 fit = basis.colPivHouseholderQr().solve(values);
+  const MatrixXd fit = Eigen::ColPivHouseholderQR<MatrixXd>(basis).solve(values);
   return s.v[at] - fit.row(0).transpose();
 }
 

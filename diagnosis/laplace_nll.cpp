@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/laplace_nll.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "calibration/sensor_rows.h"
 #include "calibration/windows.h"
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {

@@ -13,6 +13,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "diagnosis/noise_causes.h"
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
@@ -193,8 +194,8 @@ Eigen::Matrix<double, 7, 1> sigmas(const NoiseSeries& s, const Mains& m, const V
     }
   }
   information.diagonal().head<6>().array() += 1e-4;  // no more than 100 uT
-  const Eigen::Matrix<double, 7, 7> full = information.selfadjointView<Eigen::Upper>();
-  return full.inverse().diagonal().cwiseSqrt();
+  const MatrixXd full = information.selfadjointView<Eigen::Upper>();
+  return full.ldlt().solve(MatrixXd(MatrixXd::Identity(7, 7))).diagonal().cwiseSqrt();
 }
 
 // Of the maximum over the whole band, at a level that is known to a relative sigma only.

@@ -3,13 +3,13 @@
 
 #include <tbb/parallel_for.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "calibration/extension.h"
 #include "calibration/scan.h"
 #include "calibration/sensed_motion.h"
 #include "factors/effects/catalogue.h"
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
@@ -62,8 +62,8 @@ class Leftover {
       }
       places_.push_back(place);
     }
-    base_.compute(B_.transpose() * B_);
-    r_ -= B_ * base_.solve(B_.transpose() * r_);
+    base_.compute(MatrixXd(B_.transpose() * B_));
+    r_ -= B_ * base_.solve(VectorXd(B_.transpose() * r_));
   }
 
   const std::vector<Vector3>& path() const { return places_; }
@@ -77,9 +77,9 @@ class Leftover {
         J.block<3, 1>(3 * Eigen::Index(k), j) = dipole_field(Vector3::Unit(j), away);
       }
     }
-    const MatrixXd own = J - B_ * base_.solve(B_.transpose() * J);
+    const MatrixXd own = J - B_ * base_.solve(MatrixXd(B_.transpose() * J));
     const VectorXd z = own.transpose() * r_;
-    const Vector3 best = (own.transpose() * own).ldlt().solve(z);
+    const Vector3 best = MatrixXd(own.transpose() * own).ldlt().solve(z);
     if (moment != nullptr) *moment = best;
     return z.dot(best);
   }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/timing_noise.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "diagnosis/high_pass.h"
 #include "diagnosis/tails.h"
+#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
@@ -133,10 +133,10 @@ TimingNoise timing_noise(const SampleResiduals& samples) {
     all.N += own.N;
     all.sum += own.sum;
   }
-  const Eigen::ColPivHouseholderQR<decltype(all.N)> qr(all.N);
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr{MatrixXd(all.N)};
   if (qr.rank() < kUnknowns) return out;
-  const decltype(all.sum) theta = qr.solve(all.sum),
-                          weights = qr.solve(decltype(all.sum)::Unit(kJitter));
+  const VectorXd theta = qr.solve(VectorXd(all.sum)),
+                 weights = qr.solve(VectorXd(VectorXd::Unit(kUnknowns, kJitter)));
   const double variance = theta[kJitter];
   if (!(variance > 0.0)) return out;
   out.jitter_s = std::sqrt(variance) / s.rate;

@@ -3,9 +3,6 @@
 
 namespace Eigen {
 
-template class JacobiSVD<magimu::MatrixXd>;
-template class SelfAdjointEigenSolver<magimu::MatrixXd>;
-template SelfAdjointEigenSolver<magimu::MatrixXd>&
-SelfAdjointEigenSolver<magimu::MatrixXd>::compute(const EigenBase<magimu::MatrixXd>&, int);
+MAGIMU_DECOMPOSITIONS(template);
 
 }  // namespace Eigen

@@ -103,7 +103,8 @@ bool InformationChain::eliminate(double damping) {
   for (int i = 0; i < g_; ++i) damped_root_(i, i) += damping * positive(root_diagonal_[i]);
   damped_root_.topLeftCorner(g_, g_).triangularView<Eigen::StrictlyLower>() =
       damped_root_.topLeftCorner(g_, g_).transpose();
-  llt_.compute(scale_.asDiagonal() * damped_root_.topLeftCorner(g_, g_) * scale_.asDiagonal());
+  llt_.compute(
+      MatrixXd(scale_.asDiagonal() * damped_root_.topLeftCorner(g_, g_) * scale_.asDiagonal()));
   if (llt_.info() != Eigen::Success) return false;
   const VectorXd pivots = llt_.matrixLLT().diagonal();
   if (g_ > 0) pivot_ = std::min(pivot_, pivots.minCoeff() * pivots.minCoeff());
@@ -116,7 +117,8 @@ bool InformationChain::eliminate(double damping) {
 }
 
 MatrixXd InformationChain::covariance_globals() const {
-  return scale_.asDiagonal() * llt_.solve(MatrixXd::Identity(g_, g_)) * scale_.asDiagonal();
+  return scale_.asDiagonal() * MatrixXd(llt_.solve(MatrixXd(MatrixXd::Identity(g_, g_)))) *
+         scale_.asDiagonal();
 }
 
 }  // namespace magimu::lanes

@@ -3,8 +3,7 @@
 // a pivot that rounding could have made, the square-root form must serve (square_root_chain.h).
 #pragma once
 
-#include <Eigen/Cholesky>
-
+#include "graph/decompositions.h"
 #include "solvers/boundary_chain.h"
 
 namespace magimu::lanes {

@@ -132,7 +132,7 @@ bool SquareRootChain::eliminate(double damping) {
   if (root_.filled < g_) return false;
   if (g_ == 0) return true;
   scale_ = root_scale(damping);
-  qr_.compute(root_.rows.topLeftCorner(g_, g_) * scale_.asDiagonal());
+  qr_.compute(MatrixXd(root_.rows.topLeftCorner(g_, g_) * scale_.asDiagonal()));
   const VectorXd z = qr_.householderQ().adjoint() * root_.rows.col(g_).head(g_);
   const double least = qr_.matrixQR().diagonal().cwiseAbs().minCoeff();
   pivot_ = std::min(pivot_, least * least);

@@ -4,8 +4,7 @@
 // column-pivoted factorization of the root's triangle.
 #pragma once
 
-#include <Eigen/QR>
-
+#include "graph/decompositions.h"
 #include "solvers/boundary_chain.h"
 #include "solvers/householder.h"
 

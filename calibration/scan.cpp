@@ -6,6 +6,7 @@
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "calibration/extension.h"
 #include "calibration/gathered.h"
@@ -154,7 +155,7 @@ Key bias_of(Channel channel) {
 // noise, the covariance K_w - K_w G^-1 K_w there, G that of the whole.
 struct ScatterAtOptimum {
   Scatter scatter;
-  MatrixXd Q;
+  MatrixXd Q, information;
 };
 
 ScatterAtOptimum scatter_at_optimum(const CondensedChain& chain, const MatrixXd& G,
@@ -162,6 +163,7 @@ ScatterAtOptimum scatter_at_optimum(const CondensedChain& chain, const MatrixXd&
   const Reduced own = reduced_to(chain, chain.sum().information, values, first, q);
   ScatterAtOptimum out;
   out.Q = whitener(own.information);
+  out.information = own.information;
   const Eigen::Index p = out.Q.cols();
   const MatrixXd M = own.T * out.Q, P = whitener(G);
   out.scatter.S = MatrixXd::Zero(p, p);
@@ -175,7 +177,7 @@ ScatterAtOptimum scatter_at_optimum(const CondensedChain& chain, const MatrixXd&
     squares += covariance.squaredNorm();
   }
   if (p == 0 || !(expected > kFollowed * double(p)))
-    return {{MatrixXd::Identity(p, p), 1.0}, out.Q};
+    return {{MatrixXd::Identity(p, p), 1.0}, out.Q, out.information};
   out.scatter.S *= double(p) / expected;
   const double windows =
       std::min(double(chain.windows.size()), expected * expected / squares / double(p));
@@ -248,24 +250,46 @@ Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
   }
 }
 
-Score Scan::with_own_scatter(std::size_t candidate) const {
-  Score out = scores_[candidate];
-  const Eigen::Index q = out.theta.size(), base = projection_.cols(), at = first(candidate);
-  const MatrixXd Q = whitener(window_information_.block(at, at, q, q));
-  if (Q.cols() == 0 || windows_.size() < 2) return out;
-  // One step: calibration and candidate, the other candidates at zero.
-  const MatrixXd projection = projection_.middleRows(at, q);
-  const VectorXd step = -projection.transpose() * out.theta;
+MatrixXd Scan::scores_beside(const std::vector<Eigen::Index>& columns,
+                             const VectorXd& theta) const {
+  const Eigen::Index base = projection_.cols();
+  const MatrixXd Q = whitener(window_information_(columns, columns));
+  // One step: calibration and these candidates, the others at zero.
+  const MatrixXd projection = projection_(columns, Eigen::all);
+  const VectorXd step = -projection.transpose() * theta;
+  std::vector<Eigen::Index> rows = columns;
+  for (Eigen::Index& row : rows) row += base;
   MatrixXd u(Q.cols(), Eigen::Index(windows_.size()));
   for (std::size_t w = 0; w < windows_.size(); ++w) {
     const MatrixXd& K = windows_[w].information;
     const VectorXd& s = windows_[w].score;
-    const VectorXd others = s.head(base) - K.topLeftCorner(base, base) * step -
-                            K.block(0, base + at, base, q) * out.theta;
-    const VectorXd own = s.segment(base + at, q) - K.block(base + at, 0, q, base) * step -
-                         K.block(base + at, base + at, q, q) * out.theta;
+    const MatrixXd across = K(rows, Eigen::seqN(0, base));
+    const VectorXd others =
+        s.head(base) - K.topLeftCorner(base, base) * step - across.transpose() * theta;
+    const VectorXd own = VectorXd(s(rows)) - across * step - MatrixXd(K(rows, rows)) * theta;
     u.col(Eigen::Index(w)) = Q.transpose() * (own - projection * others);
   }
+  return u;
+}
+
+double Scan::scatter_with(std::size_t one, std::size_t other) const {
+  std::vector<Eigen::Index> columns;
+  for (const std::size_t candidate : {one, other}) {
+    for (int i = 0; i < int(scores_[candidate].theta.size()); ++i) {
+      columns.push_back(first(candidate) + i);
+    }
+  }
+  const MatrixXd P = whitener(information_(columns, columns));
+  const MatrixXd u = scores_beside(columns, P * (P.transpose() * VectorXd(score_(columns))));
+  return u.rows() > 0 && u.cols() > 1 ? scatter_of(u).mean() : 1.0;
+}
+
+Score Scan::with_own_scatter(std::size_t candidate) const {
+  Score out = scores_[candidate];
+  std::vector<Eigen::Index> columns(std::size_t(out.theta.size()));
+  std::iota(columns.begin(), columns.end(), Eigen::Index(first(candidate)));
+  const MatrixXd u = scores_beside(columns, out.theta);
+  if (u.rows() == 0 || u.cols() < 2) return out;
   const Scatter scatter = scatter_of(u);
   out.scatter = scatter.mean();
   out.coloured = out.scatter > kColoured;
@@ -337,12 +361,12 @@ Score wald_test(const Stage& stage, std::size_t effect, double least_scatter) {
   out.sigma = sigma_of(P);
   out.statistic = out.theta.dot(A * out.theta);
 
-  auto [scatter, Q] = scatter_at_optimum(chain, G, values, keys.front(), q);
+  auto [scatter, Q, in_windows] = scatter_at_optimum(chain, G, values, keys.front(), q);
   scatter.S *= std::max(1.0, least_scatter / std::max(scatter.mean(), 1e-300));
   scatter.known = least_scatter > 1.0;
   out.scatter = scatter.mean();
   out.coloured = scatter.coloured();
-  const VectorXd x = Q.colPivHouseholderQr().solve(out.theta);
+  const VectorXd x = Q.transpose() * in_windows * out.theta;
   // Where few windows tell of an effect, white noise, too, may scatter them; its sensor's bias
   // shows in every window.
   const Key bias = bias_of(out.effect->channel());

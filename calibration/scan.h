@@ -65,8 +65,14 @@ class Scan {
   // model, one step away: an effect that is there makes scores scatter until it is in the model, so
   // that the test above has little power against large ones. scatter and p_value are those.
   Score with_own_scatter(std::size_t candidate) const;
+  // The scatter of the windows' scores of two candidates with both of them in the model, one step
+  // away, over what white noise would give: two that are there make each other's scores scatter.
+  double scatter_with(std::size_t one, std::size_t other) const;
 
  private:
+  // The windows' whitened scores of these columns with their one-step estimate theta in the model.
+  MatrixXd scores_beside(const std::vector<Eigen::Index>& columns, const VectorXd& theta) const;
+
   std::vector<Score> scores_;
   std::vector<int> first_;
   MatrixXd information_, window_scores_;  // the latter: one column a window

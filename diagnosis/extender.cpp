@@ -128,7 +128,8 @@ bool Extender::enough_beyond(const Option& option, double gain) const {
   });
 }
 
-std::optional<Finding> Extender::try_options(const std::vector<Option>& options) {
+// The best of those that may hold, a few names.
+std::vector<Option> Extender::worth_trying(const std::vector<Option>& options) const {
   std::vector<Option> worth;
   std::vector<std::string> names;
   for (const Option& o : options) {
@@ -146,14 +147,25 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
     worth.push_back(o);
     if (!again) names.push_back(name);
   }
-  const std::vector<Trial> found = trials(worth);
+  return worth;
+}
+
+// The most likely; null if there is none.
+const Extender::Trial* Extender::best_of(const std::vector<Trial>& trials) {
   const Trial* best = nullptr;
-  for (const Trial& t : found) {
+  for (const Trial& t : trials) {
     if (best == nullptr || t.gain > best->gain - allowance(*t.option.effect, *best->option.effect,
                                                            t.gain, best->gain)) {
       best = &t;
     }
   }
+  return best;
+}
+
+std::optional<Finding> Extender::try_options(const std::vector<Option>& options) {
+  const std::vector<Option> worth = worth_trying(options);
+  const std::vector<Trial> found = trials(worth);
+  const Trial* best = best_of(found);
   if (best != nullptr && enough_beyond(best->option, nll_ - best->nll - best->option.searched)) {
     Stage stage = pipeline_.refit(best->stage, best->stage.spec());
     double nll = sum_of(held_out_nll(stage));
@@ -186,7 +198,9 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
       return f;
     }
   }
-  rejected_.insert(rejected_.end(), names.begin(), names.end());
+  for (const Option& o : worth) {
+    if (!among(rejected_, o.effect->name())) rejected_.push_back(o.effect->name());
+  }
   return std::nullopt;
 }
 
@@ -280,18 +294,20 @@ void Extender::replace(const Stage& stage) { take(stage, sum_of(held_out_nll(sta
 void Extender::extend(const Stage& from) {
   take(from, sum_of(held_out_nll(from)));
   rejected_.clear();
-  for (bool first = true; int(d_.findings.size()) < given_.max_findings; first = false) {
-    const std::vector<Option> options = scan_options(recordings_, *stage_, candidates(*stage_));
-    if (first) d_.scan = scan_entries(options, recordings_, *stage_, log10_level());
+  std::vector<Option> options = scan_options(recordings_, *stage_, candidates(*stage_));
+  d_.scan = scan_entries(options, recordings_, *stage_, log10_level());
+  while (int(d_.findings.size()) < given_.max_findings) {
     const std::size_t rejected = rejected_.size();
-    std::optional<Finding> finding = try_options(options);
-    if (finding) {
+    if (std::optional<Finding> finding = try_options(options)) {
       d_.findings.push_back(*std::move(finding));
-      rejected_.clear();  // beside it another may hold
-      prune();
-    } else if (rejected_.size() == rejected) {
+    } else if (rejected_.size() > rejected) {
+      continue;  // with the next best
+    } else if (!try_pairs(options)) {
       break;
     }
+    rejected_.clear();  // beside it another may hold
+    prune();
+    options = scan_options(recordings_, *stage_, candidates(*stage_));
   }
   reconsider();
 }

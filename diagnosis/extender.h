@@ -56,7 +56,12 @@ class Extender {
   double gain_with_own_reach(const Stage& stage) const;
   std::optional<Trial> trial(Option option) const;
   std::vector<Trial> trials(const std::vector<Option>& options) const;
+  static const Trial* best_of(const std::vector<Trial>& trials);
+  std::vector<Option> worth_trying(const std::vector<Option>& options) const;
   std::optional<Finding> try_options(const std::vector<Option>& options);
+  std::vector<Option> firsts_of_pairs(const std::vector<Option>& options) const;
+  bool try_pairs(const std::vector<Option>& options);
+  bool try_beside(const Option& first, const Stage& alone);
   Finding describe(const Option& option, const Stage& stage, double nll,
                    const std::vector<Option>& all, const VectorXd& least_sigma) const;
   bool find_times(Option& option, Stage& stage) const;

@@ -181,6 +181,15 @@ TEST(NamedFirst, is_considered_once_more_beside_what_is_found_later) {
   EXPECT_TRUE(judge(d, c).right()) << "named: " << names_of(d);
 }
 
+// Beside either of them alone the magnetometer's residuals are as coloured as without.
+TEST(TwoCauses, that_hide_each_other_are_both_named) {
+  const HiddenCase c =
+      pair_with_size(draw_pair(100824), 30.0);  // hard_iron_change, mag_temperature
+  const Diagnosis d = diagnosed(c);
+  EXPECT_TRUE(judge(d, c).right()) << "named: " << names_of(d);
+  EXPECT_THAT(judge(d, c).others, IsEmpty());
+}
+
 class OutsideEffect : public testing::TestWithParam<std::string> {};
 
 TEST_P(OutsideEffect, is_not_given_the_name_of_another) {

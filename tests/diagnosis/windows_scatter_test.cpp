@@ -13,6 +13,22 @@
 namespace magimu {
 namespace {
 
+struct Fitted {
+  explicit Fitted(const oracle::Options& o)
+      : recording(oracle::simulate(o).recording), pipeline(recordings, options_of(o)) {}
+
+  static CalibrationOptions options_of(const oracle::Options& o) {
+    CalibrationOptions out;
+    out.noise = NoiseDensities{o.noise.acc, o.noise.gyr, o.noise.mag};
+    return out;
+  }
+
+  Recording recording;
+  std::vector<const Recording*> recordings = {&recording};
+  Pipeline pipeline;
+  Stage stage = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kRotation));
+};
+
 Score tested(std::uint64_t seed, bool coloured, const std::shared_ptr<const Effect>& effect) {
   oracle::Options o;
   o.seed = seed;
@@ -25,15 +41,10 @@ Score tested(std::uint64_t seed, bool coloured, const std::shared_ptr<const Effe
       o.effects.push_back(oracle::make_effect("correlated_noise", {std::exp(-0.1)}, channel));
     }
   }
-  const Recording recording = oracle::simulate(o).recording;
-  const std::vector<const Recording*> recordings = {&recording};
-  CalibrationOptions options;
-  options.noise = NoiseDensities{o.noise.acc, o.noise.gyr, o.noise.mag};
-  const Pipeline pipeline(recordings, options);
-  const Stage stage = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kRotation));
-  ModelSpec spec = stage.spec();
+  const Fitted f(o);
+  ModelSpec spec = f.stage.spec();
   spec.effects.push_back(effect);
-  return wald_test(pipeline.refit_with_same_noise(stage, spec), 0);
+  return wald_test(f.pipeline.refit_with_same_noise(f.stage, spec), 0);
 }
 
 TEST(WindowsScatter, is_one_under_white_noise) {
@@ -49,6 +60,24 @@ TEST(WindowsScatter, is_one_under_white_noise) {
     EXPECT_NEAR(sum, 1.0, 0.12) << effect->name();
     EXPECT_LE(coloured, 2) << effect->name();
   }
+}
+
+// A bias that drifts makes the scores of another cause scatter.
+TEST(WindowsScatter, is_one_with_both_causes_in_the_model) {
+  oracle::Options o;
+  o.seed = 3;
+  o.rate_hz = 50.0;
+  o.noise = oracle::kRealisticDensities;
+  o.motion.duration_s = 120.0;
+  o.effects.push_back(
+      oracle::make_effect("mag_eddy_current", {0.02, 0, 0, 0, 0.02, 0, 0, 0, 0.02}));
+  o.effects.push_back(
+      oracle::make_effect("hard_iron_drift", {0.17, -0.14, 0.1, 0.07, 0.17, -0.14}));
+  const Fitted f(o);
+  const Scan scan(f.recordings, f.stage,
+                  {find_effect("mag_eddy_current"), find_effect("hard_iron_drift")->with_terms(2)});
+  EXPECT_GT(scan.with_own_scatter(0).scatter, 2.0);
+  EXPECT_NEAR(scan.scatter_with(0, 1), 1.0, 0.3);
 }
 
 TEST(WindowsScatter, is_large_under_coloured_noise) {

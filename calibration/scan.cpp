@@ -19,10 +19,12 @@ namespace {
 
 constexpr double kPriorOff = 1e3;    // a prior so wide that it says nothing
 constexpr double kInvisible = 1e-6;  // of the largest eigenvalue of A, parameters scaled alike
-constexpr double kEnough = 3.0;      // windows a direction
-constexpr double kChance = 2.0;      // standard deviations
-constexpr double kCertain = -3.0;    // log10 of the probability of a scatter that needs no witness
-constexpr double kFollowed = 1e-3;   // of a score's variance is left: the fit has followed it all
+// The same of what windows tell, a difference of large numbers: below, it is mostly rounding.
+constexpr double kUntold = 1e-3;
+constexpr double kEnough = 3.0;     // windows a direction
+constexpr double kChance = 2.0;     // standard deviations
+constexpr double kCertain = -3.0;   // log10 of the probability of a scatter that needs no witness
+constexpr double kFollowed = 1e-3;  // of a score's variance is left: the fit has followed it all
 
 // Variables of the stage's model and of the candidates', these at zero.
 Values with_candidates(const Values& values, std::size_t accepted, const ModelSpec& spec) {
@@ -35,7 +37,7 @@ Values with_candidates(const Values& values, std::size_t accepted, const ModelSp
 }
 
 // P with M = P diag P', its columns scaled so that P' A P = I on what A determines.
-MatrixXd whitener(const MatrixXd& A) {
+MatrixXd whitener(const MatrixXd& A, double invisible = kInvisible) {
   const VectorXd scale =
       A.diagonal().unaryExpr([](double a) { return a > 0.0 ? 1.0 / std::sqrt(a) : 0.0; });
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
@@ -43,7 +45,7 @@ MatrixXd whitener(const MatrixXd& A) {
   const VectorXd& values = eigen.eigenvalues();
   const double largest = values.size() > 0 ? values.maxCoeff() : 0.0;
   if (largest <= 0.0) return MatrixXd(A.rows(), 0);
-  const auto kept = (values.array() > kInvisible * largest).count();
+  const auto kept = (values.array() > invisible * largest).count();
   return scale.asDiagonal() * eigen.eigenvectors().rightCols(kept) *
          values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
 }
@@ -162,7 +164,7 @@ ScatterAtOptimum scatter_at_optimum(const CondensedChain& chain, const MatrixXd&
                                     const Values& values, Key first, Eigen::Index q) {
   const Reduced own = reduced_to(chain, chain.sum().information, values, first, q);
   ScatterAtOptimum out;
-  out.Q = whitener(own.information);
+  out.Q = whitener(own.information, kUntold);
   out.information = own.information;
   const Eigen::Index p = out.Q.cols();
   const MatrixXd M = own.T * out.Q, P = whitener(G);
@@ -253,7 +255,7 @@ Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
 MatrixXd Scan::scores_beside(const std::vector<Eigen::Index>& columns,
                              const VectorXd& theta) const {
   const Eigen::Index base = projection_.cols();
-  const MatrixXd Q = whitener(window_information_(columns, columns));
+  const MatrixXd Q = whitener(window_information_(columns, columns), kUntold);
   // One step: calibration and these candidates, the others at zero.
   const MatrixXd projection = projection_(columns, Eigen::all);
   const VectorXd step = -projection.transpose() * theta;
@@ -319,7 +321,7 @@ Score Scan::combined(const MatrixXd& C) const {
   if (out.dof == 0) return out;
   out.statistic = (P.transpose() * z).squaredNorm();
 
-  const MatrixXd Q = whitener(C.transpose() * window_information_ * C);
+  const MatrixXd Q = whitener(C.transpose() * window_information_ * C, kUntold);
   const MatrixXd u = Q.transpose() * (C.transpose() * window_scores_);
   out.in_windows = u.rowwise().sum().squaredNorm();
   const Scatter scatter = scatter_of(u);

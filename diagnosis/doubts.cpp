@@ -10,6 +10,8 @@
 #include "calibration/extension.h"
 #include "calibration/rests.h"
 #include "calibration/windows.h"
+#include "diagnosis/high_pass.h"
+#include "diagnosis/sample_residuals.h"
 #include "graph/decompositions.h"
 #include "recording/median.h"
 
@@ -155,6 +157,28 @@ SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings) {
   out.gyr = density(1);
   // Of the threes formed about one in a piece's length tells something of its own.
   out.freedom = kOfMedian * 3.0 * kStep / kPiece * double(squares[1].size());
+  return out;
+}
+
+std::array<double, 3> excess_of_samples(const Recording& recording, const Stage& stage,
+                                        const NoiseDensities& given) {
+  constexpr double kMuch = 1.1;
+  std::array<double, 3> out = {1.0, 1.0, 1.0};
+  for (const SampleResiduals& samples : sample_residuals(recording, stage, 0, given, true)) {
+    VectorSeries series;
+    for (std::size_t k = 0; k < samples.t.size(); ++k) {
+      if (samples.residual[k].allFinite()) series.push_back(samples.t[k], samples.residual[k]);
+    }
+    if (series.size() == 0 || !(samples.sigma > 0.0)) continue;
+    // Slow errors, of whatever cause, are none of the noise's.
+    double squares = 0.0;
+    for (const Vector3& x : samples.high_passed ? series.v : high_passed(series)) {
+      squares += x.squaredNorm();
+    }
+    const double ratio =
+        squares / (3.0 * double(series.size()) * kHighPassVariance * std::pow(samples.sigma, 2));
+    if (ratio > kMuch) out[std::size_t(samples.channel)] = ratio;
+  }
   return out;
 }
 

@@ -3,6 +3,8 @@
 // with enough samples everything is significant.
 #pragma once
 
+#include <array>
+
 #include "diagnosis/option.h"
 
 namespace magimu {
@@ -30,6 +32,12 @@ struct SlowNoise {
   double excess(Channel channel, const NoiseDensities& white) const;
 };
 SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings);
+
+// By how much the variance of single samples exceeds that of the given noise; 1 where it is less
+// than a tenth. Outliers, or noise that is larger than a data sheet says, make whatever is tested
+// look larger. One a channel: acc, gyr, mag.
+std::array<double, 3> excess_of_samples(const Recording& recording, const Stage& stage,
+                                        const NoiseDensities& given);
 
 // A bias that wanders does so where the sensor rests, too, and from one rest to the next: the
 // changes of its means, over pieces of 1 to 16 s, have the variance q^2 (D - T / 3), T the length

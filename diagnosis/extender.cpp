@@ -294,6 +294,9 @@ void Extender::replace(const Stage& stage) { take(stage, sum_of(held_out_nll(sta
 void Extender::extend(const Stage& from) {
   take(from, sum_of(held_out_nll(from)));
   rejected_.clear();
+  if (given_.noise) {
+    in_samples_ = excess_of_samples(*recordings_.front(), from, *given_.noise);
+  }
   std::vector<Option> options = scan_options(recordings_, *stage_, candidates(*stage_));
   d_.scan = scan_entries(options, recordings_, *stage_, log10_level());
   while (int(d_.findings.size()) < given_.max_findings) {

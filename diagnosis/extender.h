@@ -49,6 +49,7 @@ class Extender {
 
     VectorXd parameters() const;
   };
+  double excess(Channel channel, const Stage& stage) const;
   bool survives(Option& option, const Stage& stage, const Score& w) const;
   bool is_all(const Stage& stage) const;
   bool foretells(const Stage& stage, bool coloured) const;
@@ -77,6 +78,7 @@ class Extender {
   const DiagnosisOptions& given_;
   Diagnosis& d_;
   SlowNoise at_rest_;
+  std::array<double, 3> in_samples_ = {1.0, 1.0, 1.0};  // excess_of_samples
   std::optional<Stage> base_, stage_;
   double nll_ = 0.0;
   mutable std::optional<double> refitted_nll_;  // of stage_, its noise estimated once more

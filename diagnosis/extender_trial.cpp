@@ -33,6 +33,11 @@ VectorXd Extender::Trial::parameters() const {
   return effect_parameters(stage.result().values, effect_keys(stage.spec().effects).back());
 }
 
+// Of the noise over that in the model, as far as it shows elsewhere than in the windows' scatter.
+double Extender::excess(Channel channel, const Stage& stage) const {
+  return std::max(at_rest_.excess(channel, stage.spec().noise), in_samples_[std::size_t(channel)]);
+}
+
 // Is it there in the refitted model, too, under noise as it is?
 bool Extender::survives(Option& option, const Stage& stage, const Score& w) const {
   const double level = log10_level();
@@ -171,8 +176,8 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
     find_source(option, stage);
   }
   if (!stage.result().converged()) return std::nullopt;
-  const Score w = wald_test(stage, stage.spec().effects.size() - 1,
-                            at_rest_.excess(option.effect->channel(), stage.spec().noise));
+  const Score w =
+      wald_test(stage, stage.spec().effects.size() - 1, excess(option.effect->channel(), stage));
   if (!survives(option, stage, w)) return std::nullopt;
   if (option.effect->description().random_process &&
       rests_contradict_walk(whole_, option.extra.front().value)) {

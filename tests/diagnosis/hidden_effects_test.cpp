@@ -158,7 +158,10 @@ INSTANTIATE_TEST_SUITE_P(
         // A motion, a walk of the gyroscope's bias, scales of both.
         std::pair(NoiseKind::kColoured, 100118u), std::pair(NoiseKind::kColoured, 100126u),
         std::pair(NoiseKind::kColoured, 100145u), std::pair(NoiseKind::kColoured, 100148u),
-        std::pair(NoiseKind::kHeavyTailed, 5u), std::pair(NoiseKind::kHeavyTailed, 6u)),
+        std::pair(NoiseKind::kHeavyTailed, 5u), std::pair(NoiseKind::kHeavyTailed, 6u),
+        // Outliers beside a given density, as large as a drift and a change would be.
+        std::pair(NoiseKind::kHeavyTailed, 100892u), std::pair(NoiseKind::kHeavyTailed, 101021u),
+        std::pair(NoiseKind::kHeavyTailed, 101048u)),
     [](const auto& test) {
       return as_name(to_string(test.param.first)) + "_" + std::to_string(test.param.second);
     });

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The scatter of windows' scores at the optimum is 1 under white noise, however much of it the fit
 // has followed: with nine parameters in twelve windows, and with more parameters than windows.
+// And: by how much samples scatter more than was given.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "calibration/pipeline.h"
 #include "calibration/scan.h"
+#include "diagnosis/doubts.h"
 #include "factors/effects/catalogue.h"
 #include "tests/oracle/sensors.h"
 
@@ -78,6 +80,21 @@ TEST(WindowsScatter, is_one_with_both_causes_in_the_model) {
                   {find_effect("mag_eddy_current"), find_effect("hard_iron_drift")->with_terms(2)});
   EXPECT_GT(scan.with_own_scatter(0).scatter, 2.0);
   EXPECT_NEAR(scan.scatter_with(0, 1), 1.0, 0.3);
+}
+
+TEST(ExcessOfSamples, is_what_outliers_add_to_the_variance_of_their_sensor) {
+  oracle::Options o;
+  o.rate_hz = 50.0;
+  o.noise = oracle::kRealisticDensities;
+  o.motion.duration_s = 240.0;
+  o.effects.push_back(oracle::make_effect("outliers", {0.02, 8.0}, oracle::Channel::kMag));
+  const Fitted f(o);
+  const std::array<double, 3> excess =
+      excess_of_samples(f.recording, f.stage, {o.noise.acc, o.noise.gyr, o.noise.mag});
+  EXPECT_EQ(excess[0], 1.0);
+  EXPECT_EQ(excess[1], 1.0);
+  // 240 of 12,000 samples, by chance 15 more or less: 0.1.
+  EXPECT_NEAR(excess[2], 1.0 + 0.02 * (64.0 - 1.0), 0.4);
 }
 
 TEST(WindowsScatter, is_large_under_coloured_noise) {

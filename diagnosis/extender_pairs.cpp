@@ -30,11 +30,12 @@ std::vector<Option> Extender::firsts_of_pairs(const std::vector<Option>& options
   std::vector<Option> firsts;
   std::vector<std::shared_ptr<const Effect>> effects;
   for (const Option& o : options) {
-    if (is_change(o)) continue;  // Its times would be searched for again and again.
+    // The times of a change would be searched for again and again; a walk may imitate the other.
+    if (is_change(o) || o.effect->description().random_process) continue;
     firsts.push_back(o);
     effects.push_back(o.effect);
   }
-  if (firsts.size() < options.size()) {
+  if (std::ranges::any_of(options, is_change)) {
     effects.push_back(bias_in_windows(change_windows(*recordings_.front())));
   }
   if (effects.size() < 2) return {};
@@ -44,7 +45,7 @@ std::vector<Option> Extender::firsts_of_pairs(const std::vector<Option>& options
     bool white = false;
     for (std::size_t j = 0; j < effects.size() && !white; ++j) {
       const bool stands_in = j == firsts.size();
-      if (i == j || (stands_in && effects[i]->channel() != Channel::kMag)) continue;
+      if (i == j) continue;
       white = scan.scatter_with(i, j) < (stands_in ? kWhiteWithin : kWhiteBeside);
     }
     if (white) out.push_back(firsts[i]);

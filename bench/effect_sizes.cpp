@@ -35,7 +35,8 @@ class Sizer {
     options_.effects.clear();
     options_.noise_factor = 0.0;
     if (effect_->kind != EffectKind::kMagSaturation) return;
-    for (const Vector3& m : oracle::simulate(options_).recording.mag.front().v) {
+    const oracle::Simulation simulated = oracle::simulate(options_);
+    for (const Vector3& m : simulated.recording.mag.front().v) {
       largest_ = std::max(largest_, m.cwiseAbs().maxCoeff());
     }
   }

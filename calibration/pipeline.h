@@ -34,7 +34,7 @@ struct ModelStart {
 
 class Pipeline {
  public:
-  // Both must outlive this.
+  // The recordings must outlive this.
   Pipeline(const std::vector<const Recording*>& recordings, const CalibrationOptions& options);
 
   // Magnetometer samples a node of the last stage.
@@ -79,7 +79,7 @@ class Pipeline {
   bool shows_offset(const Stage& stage) const;
 
   const std::vector<const Recording*>& recordings_;
-  const CalibrationOptions& options_;
+  const CalibrationOptions options_;
   OptimizerOptions coarse_optimizer_;
   InitialGuess guess_;
   NoiseDensities rest_;   // given, or from rests (0 where there are none)

@@ -37,6 +37,12 @@ bool has_turned(const Stage& stage) {
   return 1.0 - longest * longest > kLeast;
 }
 
+int samples_of(const std::vector<const Recording*>& recordings) {
+  int n = 0;
+  for (const Recording* r : recordings) n += int(r->gyr.size());
+  return n;
+}
+
 }  // namespace
 
 Diagnosis diagnose(const Recording& recording, const DiagnosisOptions& options) {
@@ -106,6 +112,8 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   fill_departures(recordings, extender, d);
   d.before = extender.summary(extender.base());
   d.after = extender.summary(extender.stage());
+  // The samples themselves, not the means of them that the fits were made of.
+  d.before.samples = d.after.samples = samples_of(full);
   d.model_before = extended_model(extender.base(), {});
   d.model_motion = first.spec().effects.size() > extender.base().spec().effects.size()
                        ? d.model_before

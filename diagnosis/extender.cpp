@@ -41,6 +41,12 @@ double allowance(const Effect& one, const Effect& other, double gain, double oth
   return one.size() < other.size() ? kDraw : one.size() > other.size() ? -kDraw : 0.0;
 }
 
+// Of the same sensor, and to be named where it predicts as well.
+bool is_simpler(const Effect& one, const Effect& other) {
+  return one.channel() == other.channel() && one.name() != other.name() &&
+         allowance(one, other, 0.0, 0.0) > 0.0;
+}
+
 }  // namespace
 
 Extender::Extender(const std::vector<const Recording*>& recordings,
@@ -235,6 +241,8 @@ void Extender::reconsider() {
       return e->name() == d_.findings[i].effect;
     });
     if (named == effects.end()) continue;
+    const auto simpler = [&](const auto& e) { return is_simpler(*e, **named); };
+    if (std::ranges::none_of(candidates(*stage_), simpler)) continue;
     const Stage stage = *stage_;
     const double nll = nll_;
     if (!name_simpler(i, *named)) take(stage, nll);
@@ -242,11 +250,6 @@ void Extender::reconsider() {
 }
 
 bool Extender::name_simpler(std::size_t finding, std::shared_ptr<const Effect> named) {
-  const auto simpler = [&named](const std::shared_ptr<const Effect>& e) {
-    return e->channel() == named->channel() && e->name() != named->name() &&
-           allowance(*e, *named, 0.0, 0.0) > 0.0;
-  };
-  if (std::ranges::none_of(candidates(*stage_), simpler)) return false;
   const double with_it = nll_;
   ModelSpec spec = stage_->spec();
   std::erase(spec.effects, named);
@@ -255,7 +258,7 @@ bool Extender::name_simpler(std::size_t finding, std::shared_ptr<const Effect> n
   take(without, sum_of(held_out_nll(without)));
   std::vector<Option> options;
   for (const Option& o : scan_options(recordings_, *stage_, candidates(*stage_))) {
-    if (o.rank < log10_level() && simpler(o.effect) && int(options.size()) < kTried) {
+    if (o.rank < log10_level() && is_simpler(*o.effect, *named) && int(options.size()) < kTried) {
       options.push_back(o);
     }
   }

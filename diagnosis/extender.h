@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The extension of a model by effects, one after another: scan, refit the best candidates; of those
 // that predict left-out data better than the model without them accept the most likely one, scan
-// again; at the end, drop what is no longer needed.
+// again; where none passes by itself, look for two that hide each other (extender_pairs.cpp); drop
+// what is no longer needed.
 #pragma once
 
 #include <optional>

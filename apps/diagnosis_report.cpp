@@ -44,7 +44,7 @@ void answer(Page& page, const Diagnosis& d) {
                     after = to_string(d.after.trust.verdict);
   page.html(
       wrap("ul",
-           fact(fmt::format("{}", d.before.samples), "IMU samples") +
+           fact(fmt::format("{}", d.before.samples), "IMU samples used") +
                fact(d.after.motion == MotionModel::kHandHeld ? "moved by hand" : "turned",
                     "motion, as modelled") +
                fact(before == after ? after : before + " → " + after, "trust in the calibration") +

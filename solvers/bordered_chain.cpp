@@ -9,9 +9,7 @@ namespace magimu {
 namespace {
 
 // Of a diagonal before anything was eliminated: a pivot so small is rounding, and the direction is
-// free. It stays out of what follows. (Rounding reaches 3e-13 in 5 s of a hand-held sensor; what
-// the weak measurements of its position add stays above 1e-11 unless the accelerometer is far
-// better than any or nodes follow each other at 100 Hz.)
+// free. It stays out of what follows.
 constexpr double kTiny = 1e-12;
 constexpr int kEliminated = 64;  // eliminated rows that are subtracted at once
 
@@ -45,11 +43,12 @@ void BorderedChain::push(int dim) {
 // [U W] of the first n unknowns, and the others' information less W'W.
 void BorderedChain::factorize(int n, int all) {
   for (int i = 0; i < n; ++i) {
-    const double least = kTiny * (information(i, i) + taken(i)) + 1e-30;
+    const double before = information(i, i) + taken(i);
     double pivot = information(i, i);
     for (int k = 0; k < i; ++k) pivot -= information(k, i) * information(k, i);
-    const bool free = pivot <= least;
-    const double root = std::sqrt(free ? least : pivot);
+    const bool free = pivot <= kTiny * before + 1e-30;
+    if (before > 0.0) least_pivot_ = std::min(least_pivot_, std::max(0.0, pivot / before));
+    const double root = free ? 1.0 : std::sqrt(pivot);
     log_det_ += 2.0 * std::log(root);
     information(i, i) = root;
     inverse_[std::size_t(i)] = free ? 0.0 : 1.0 / root;

@@ -42,8 +42,10 @@ class BorderedChain {
   const SquareSum& border() const { return border_; }
   // Takes in what has been gathered.
   void finish();
-  // Logarithm of the determinant of what was eliminated.
+  // Logarithm of the determinant of what was eliminated, without directions that were free.
   double log_det() const { return log_det_; }
+  // The smallest pivot, over its diagonal before anything was eliminated; at most 1.
+  double least_pivot() const { return least_pivot_; }
 
  private:
   void factorize(int n, int all);
@@ -55,7 +57,7 @@ class BorderedChain {
   std::vector<double> A_, taken_, inverse_;
   AlignedBuffer rows_;  // V of what was eliminated lately, then B of the nodes that are there
   int eliminated_ = 0, nodes_ = 0, older_ = 0, newer_ = 0;
-  double log_det_ = 0.0;
+  double log_det_ = 0.0, least_pivot_ = 1.0;
 };
 
 }  // namespace magimu

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A chain of nodes cut into windows, each condensed by elimination of its nodes: what it says about
-// the globals alone, the information form of a condensed window.
+// the globals alone.
 //
 //   min over the window's nodes of |J (dx, dg) + r|^2 = squares - 2 score' dg + dg' information dg
 //
@@ -12,10 +12,12 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "graph/linear_system.h"
 #include "graph/values.h"
+#include "solvers/elimination_form.h"
 
 namespace magimu {
 
@@ -23,7 +25,8 @@ struct CondensedWindow {
   MatrixXd information;  // globals x globals
   VectorXd score;        // minus the gradient of half the squares
   double squares = 0.0;
-  double log_det = 0.0;  // of the nodes' own information, before they were eliminated
+  // Of the nodes' own information, before they were eliminated, without directions that are free.
+  double log_det = 0.0;
   int rows = 0;
 };
 
@@ -32,6 +35,7 @@ struct CondensedChain {
   std::vector<CondensedWindow> windows;
   CondensedWindow priors;  // rows that touch no node
   CondensedWindow linked;  // all windows and what links them, without the priors
+  EliminationForm form = EliminationForm::kInformation;
 
   // Position among the globals of the variable's first column.
   int position(const Values& values, Key key) const;
@@ -44,7 +48,10 @@ struct CondensedChain {
 // system: linearized. node_of: the node that a variable belongs to, or -1 for a global; nodes are
 // numbered along the chains, and a factor touches one node or two neighbours. window_of: the window
 // of each node, not decreasing; negative: none. Factors between two windows are in `linked` only.
+// form: without one, the square-root form is taken where the other would lose too many digits: a
+// sensor held by hand whose way a window hardly tells.
 CondensedChain condense(const LinearSystem& system, const Values& values,
-                        const std::function<int(Key)>& node_of, const std::vector<int>& window_of);
+                        const std::function<int(Key)>& node_of, const std::vector<int>& window_of,
+                        std::optional<EliminationForm> form = {});
 
 }  // namespace magimu

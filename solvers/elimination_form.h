@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The two forms of one elimination, for windows (window_engine.h).
+// The two forms of one elimination, for windows (window_engine.h,
+// condensed_windows.h).
 #pragma once
 
 namespace magimu {

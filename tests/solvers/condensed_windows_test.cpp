@@ -76,25 +76,31 @@ struct Chain {
   std::vector<int> nodes, globals;
 };
 
+class CondensedWindows : public testing::TestWithParam<EliminationForm> {};
+INSTANTIATE_TEST_SUITE_P(BothForms, CondensedWindows,
+                         testing::Values(EliminationForm::kInformation,
+                                         EliminationForm::kSquareRoot));
+
 std::vector<int> windows_of(int length) {
   std::vector<int> out;
   for (int i = 0; i < kNodes; ++i) out.push_back(i / length);
   return out;
 }
 
-TEST(CondensedWindows, one_over_the_whole_chain_is_the_schur_complement) {
+TEST_P(CondensedWindows, one_over_the_whole_chain_is_the_schur_complement) {
   const Chain chain;
-  const CondensedChain c = condense(*chain.system, chain.p.start, node_of, windows_of(kNodes));
+  const CondensedChain c =
+      condense(*chain.system, chain.p.start, node_of, windows_of(kNodes), GetParam());
   EXPECT_EQ(c.columns, chain.globals);
   ASSERT_EQ(c.windows.size(), 1u);
   EXPECT_EQ(c.priors.rows, 4);
   expect_equal(c.sum(), chain.dense(chain.rows([](int, int) { return true; })));
 }
 
-TEST(CondensedWindows, cut_apart_add_up_to_the_chain_without_its_links) {
+TEST_P(CondensedWindows, cut_apart_add_up_to_the_chain_without_its_links) {
   const Chain chain;
   const std::vector<int> window = windows_of(7);
-  const CondensedChain c = condense(*chain.system, chain.p.start, node_of, window);
+  const CondensedChain c = condense(*chain.system, chain.p.start, node_of, window, GetParam());
   ASSERT_EQ(c.windows.size(), 5u);
   const auto kept = chain.rows([&](int first, int last) {
     return first < 0 || window[std::size_t(first)] == window[std::size_t(last)];
@@ -103,16 +109,17 @@ TEST(CondensedWindows, cut_apart_add_up_to_the_chain_without_its_links) {
   expect_equal(c.sum(), chain.dense(kept));
 }
 
-TEST(CondensedWindows, with_what_links_them_are_the_schur_complement_too) {
+TEST_P(CondensedWindows, with_what_links_them_are_the_schur_complement_too) {
   const Chain chain;
   for (const int length : {1, 2, 7, 29}) {
-    const CondensedChain c = condense(*chain.system, chain.p.start, node_of, windows_of(length));
+    const CondensedChain c =
+        condense(*chain.system, chain.p.start, node_of, windows_of(length), GetParam());
     expect_equal(c.whole(), chain.dense(chain.rows([](int, int) { return true; })));
   }
 }
 
 // Every other node has four unknowns, the others one.
-TEST(CondensedWindows, may_have_nodes_of_different_sizes) {
+TEST_P(CondensedWindows, may_have_nodes_of_different_sizes) {
   const Key offset{'o', 0};
   FactorGraph graph;
   Values values;
@@ -150,7 +157,7 @@ TEST(CondensedWindows, may_have_nodes_of_different_sizes) {
   const CondensedWindow dense =
       dense_schur(test::dense_jacobian(system), system.residual(), nodes, globals);
   for (const int length : {1, 2, 3, 30}) {
-    expect_equal(condense(system, values, node, windows_of(length)).whole(), dense);
+    expect_equal(condense(system, values, node, windows_of(length), GetParam()).whole(), dense);
   }
 }
 
@@ -166,7 +173,7 @@ struct OffsetBetween : Factor<1, double, double, double> {
 };
 
 // Nothing but a prior at the chain's beginning says where it is; steps are known well.
-TEST(CondensedWindows, lose_nothing_by_directions_that_are_free) {
+TEST_P(CondensedWindows, lose_nothing_by_directions_that_are_free) {
   const Key offset{'o', 0};
   FactorGraph graph;
   Values values;
@@ -183,18 +190,74 @@ TEST(CondensedWindows, lose_nothing_by_directions_that_are_free) {
   LinearSystem system(graph, values);
   system.linearize(values);
   const auto node = [](Key key) { return key.symbol == 'x' ? int(key.index) : -1; };
-  const CondensedChain c = condense(system, values, node, windows_of(6));
+  const CondensedChain c = condense(system, values, node, windows_of(6), GetParam());
   for (const CondensedWindow& w : c.windows) EXPECT_NEAR(w.information(0, 0), 5.0, 1e-6);
   EXPECT_NEAR(c.whole().information(0, 0), kNodes - 1.0, 1e-6);
   EXPECT_NEAR(c.whole().score[0], 0.1 * kNodes * (kNodes - 1) / 2, 1e-4);
 }
 
-TEST(CondensedWindows, leave_out_nodes_that_belong_to_none) {
+// One step of a body on a line: its velocity and place follow an acceleration measured with a bias.
+struct Step : Factor<2, double, double, double, double, double> {
+  Step(const std::array<Key, 5>& keys, const Vector2& sigmas, double dt)
+      : Factor(keys, Noise<2>::diagonal(sigmas)), dt_(dt) {}
+  template <class T>
+  Vec<T, 2> residual(const T& v, const T& p, const T& v_next, const T& p_next,
+                     const T& bias) const {
+    return Vec<T, 2>(v_next - v - dt_ * bias, p_next - p - 0.5 * dt_ * (v + v_next));
+  }
+  double dt_;
+};
+
+// Accelerations are measured well, places hardly: in five seconds the information form has lost
+// what the window says of the bias.
+TEST(CondensedWindowsOfMotion, are_condensed_in_square_root_form) {
+  constexpr int kSteps = 50;
+  constexpr double kDt = 0.1;
+  const Key bias{'b', 0};
+  FactorGraph graph;
+  Values values;
+  const auto v = [](int i) { return Key{'v', std::uint32_t(i)}; };
+  const auto p = [](int i) { return Key{'p', std::uint32_t(i)}; };
+  for (int i = 0; i <= kSteps; ++i) {
+    values.insert(v(i), 0.01 * i);
+    values.insert(p(i), 0.02 * i);
+    graph.add(PriorFactor<double>(p(i), 0.1, Noise<1>::isotropic(3.0)));
+    if (i == 0) continue;
+    graph.add(Step({v(i - 1), p(i - 1), v(i), p(i), bias}, {2e-7, 2e-8}, kDt));
+  }
+  values.insert(bias, 0.01);
+  LinearSystem system(graph, values);
+  system.linearize(values);
+  const auto node = [](Key key) { return key.symbol == 'b' ? -1 : int(key.index); };
+  const std::vector<int> one(kSteps + 1, 0);
+  using Extended = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  const Extended J = test::dense_jacobian(system).cast<long double>();
+  const Extended r = system.residual().cast<long double>();
+  const Extended X = J.leftCols(J.cols() - 1), b = J.rightCols(1);
+  const Eigen::HouseholderQR<Extended> qr(X);
+  const Extended Qb = (qr.householderQ().adjoint() * b).bottomRows(J.rows() - X.cols());
+  const Extended Qr = (qr.householderQ().adjoint() * r).bottomRows(J.rows() - X.cols());
+  const auto information = double(Qb.squaredNorm()), score = double(-(Qb.transpose() * Qr)(0, 0));
+
+  const CondensedChain c = condense(system, values, node, one);
+  EXPECT_EQ(c.form, EliminationForm::kSquareRoot);
+  EXPECT_NEAR(c.windows[0].information(0, 0), information, 1e-6 * information);
+  EXPECT_NEAR(c.windows[0].score[0], score, 1e-6 * std::abs(score));
+  EXPECT_NEAR(c.whole().information(0, 0), information, 1e-6 * information);
+  EXPECT_NEAR(c.windows[0].log_det,
+              2.0 * double(qr.matrixQR().diagonal().array().abs().log().sum()), 1e-6);
+  const CondensedChain other = condense(system, values, node, one, EliminationForm::kInformation);
+  EXPECT_EQ(other.form, EliminationForm::kInformation);
+  EXPECT_GT(std::abs(other.windows[0].information(0, 0) - information), information);
+              other.windows[0].information(0, 0) - information);
+}
+
+TEST_P(CondensedWindows, leave_out_nodes_that_belong_to_none) {
   const Chain chain;
   std::vector<int> window(kNodes, 0);
   for (int i = 12; i < 15; ++i) window[std::size_t(i)] = -1;
   for (int i = 15; i < kNodes; ++i) window[std::size_t(i)] = 1;
-  const CondensedChain c = condense(*chain.system, chain.p.start, node_of, window);
+  const CondensedChain c = condense(*chain.system, chain.p.start, node_of, window, GetParam());
   CondensedWindow sum = c.priors;
   for (const auto& [from, to] : {std::pair(0, 12), std::pair(15, kNodes)}) {
     const auto some = chain.rows(
@@ -208,10 +271,10 @@ TEST(CondensedWindows, leave_out_nodes_that_belong_to_none) {
   EXPECT_LT((c.sum().information - sum.information).norm(), 1e-8 * sum.information.norm());
 }
 
-TEST(CondensedWindows, leaving_one_out_is_refitting_the_linear_problem_without_it) {
+TEST_P(CondensedWindows, leaving_one_out_is_refitting_the_linear_problem_without_it) {
   const Chain chain;
   const std::vector<int> window = windows_of(6);
-  const CondensedChain c = condense(*chain.system, chain.p.start, node_of, window);
+  const CondensedChain c = condense(*chain.system, chain.p.start, node_of, window, GetParam());
   for (int w = 0; w < 5; ++w) {
     const CondensedWindow rest = c.sum(w);
     const VectorXd step = rest.information.llt().solve(rest.score);
@@ -234,9 +297,10 @@ TEST(CondensedWindows, leaving_one_out_is_refitting_the_linear_problem_without_i
   }
 }
 
-TEST(CondensedWindows, know_where_a_global_is) {
+TEST_P(CondensedWindows, know_where_a_global_is) {
   const Chain chain;
-  const CondensedChain c = condense(*chain.system, chain.p.start, node_of, windows_of(6));
+  const CondensedChain c =
+      condense(*chain.system, chain.p.start, node_of, windows_of(6), GetParam());
   for (const Key key : {key::acc_bias, key::distortion, key::dip}) {
     const int position = c.position(chain.p.start, key);
     EXPECT_EQ(c.columns[std::size_t(position)], chain.p.start.slot(key).tangent);

@@ -24,6 +24,7 @@ constexpr double kUntold = 1e-3;
 constexpr double kEnough = 3.0;     // windows a direction
 constexpr double kChance = 2.0;     // standard deviations
 constexpr double kCertain = -3.0;   // log10 of the probability of a scatter that needs no witness
+constexpr double kNoChance = -6.0;  // the same of one that white noise does not make
 constexpr double kFollowed = 1e-3;  // of a score's variance is left: the fit has followed it all
 
 // Variables of the stage's model and of the candidates', these at zero.
@@ -83,46 +84,74 @@ double log10_f_tail(double x, double p, double q) {
 // How the windows' scores scatter, in coordinates in which white noise gives the identity.
 struct Scatter {
   MatrixXd S;
-  double freedom = 1.0;  // degrees of freedom of each direction of S
-  bool known = false;    // that it is more than white noise's, from elsewhere
+  double freedom = 1.0;          // degrees of freedom of each direction of S
+  double freedom_of_mean = 1.0;  // of its mean over directions
+  bool known = false;            // that it is more than white noise's, from elsewhere
 
   double mean() const { return S.rows() > 0 ? S.trace() / double(S.rows()) : 1.0; }
+  // How alike the directions are, from one over their number to 1.
+  double sphericity() const { return S.trace() * S.trace() / (double(S.rows()) * S.squaredNorm()); }
   // More than white noise scatters, beyond chance.
   bool coloured() const {
     const double chance = std::sqrt(2.0 / (double(S.rows()) * freedom));
     return S.rows() > 0 &&
            mean() > (known ? kColoured : std::max(kColoured, 1.0 + kChance * chance));
   }
-  // So much so that few windows' word is enough.
-  bool surely_coloured() const {
+  // More surely than this, log10 of a probability; `known` is sure.
+  bool surely_coloured(double level) const {
     const double n = double(S.rows()) * freedom;
-    return coloured() && (known || log10_chi_square_tail(n * mean(), n) < kCertain);
+    return coloured() && (known || log10_chi_square_tail(n * mean(), n) < level);
   }
   bool tells_directions() const { return freedom + 1.0 > kEnough * double(S.rows()); }
 };
 
 // log10 of the probability of a chi-square statistic at least so large where the noise scatters
-// like this. x: the estimate in the coordinates of S. With windows enough by the scatter in each
-// direction (Hotelling's T^2 of them is an F variable); else by one for all, as uncertain as that
-// of a single one: what colours real noise is rarely the same from window to window.
+// like this: one scatter for all directions, as uncertain as that of a single one. (What colours
+// real noise is rarely the same from window to window.)
+double log10_tail_by_mean(double statistic, double dof, const Scatter& scatter) {
+  const double f = scatter.freedom, p = double(scatter.S.rows());
+  const double few = (f + 1.0) / std::max(1.0, f + 1.0 - p);  // windows for so many parameters
+  return log10_f_tail(statistic / (dof * scatter.mean() * few), dof, f);
+}
+
+// The same. x: the estimate in the coordinates of S. With windows enough by the scatter in each
+// direction: Hotelling's T^2 of them is an F variable.
 double log10_tail(double statistic, double dof, const VectorXd& x, const Scatter& scatter) {
   const double white = log10_chi_square_tail(statistic, dof);
   if (!scatter.coloured()) return white;
+  if (!scatter.tells_directions()) {
+    return std::max(white, log10_tail_by_mean(statistic, dof, scatter));
+  }
   const double f = scatter.freedom;
   const auto p = double(scatter.S.rows());
-  if (x.size() > 0 && scatter.tells_directions()) {
-    const double T2 = x.dot(scatter.S.ldlt().solve(x));
-    return std::max(white, log10_f_tail(T2 * (f + 1.0 - p) / (p * f), p, f + 1.0 - p));
-  }
-  const double few = (f + 1.0) / std::max(1.0, f + 1.0 - p);  // windows for so many parameters
-  return std::max(white, log10_f_tail(statistic / (dof * scatter.mean() * few), dof, f));
+  const double T2 = x.dot(scatter.S.ldlt().solve(x));
+  return std::max(white, log10_f_tail(T2 * (f + 1.0 - p) / (p * f), p, f + 1.0 - p));
+}
+
+// The same for a scatter that white noise, too, might make, hardly that of errors of the model: by
+// its mean, with degrees of freedom for directions and windows that differ (Box 1954; Greenhouse
+// and Geisser 1959).
+double log10_tail_of_noise(double statistic, double dof, const Scatter& scatter) {
+  return std::max(log10_chi_square_tail(statistic, dof),
+                  log10_f_tail(statistic / (dof * scatter.mean()), dof * scatter.sphericity(),
+                               scatter.freedom_of_mean));
+}
+
+// Degrees of freedom of the mean scatter of windows: of their squares, with what white noise would
+// give in each. What colours real noise is rarely the same from window to window.
+double freedom_of_mean(const VectorXd& squares, const VectorXd& expected, double most) {
+  const double mean = squares.sum() / expected.sum();
+  const double apart = (squares - mean * expected).squaredNorm();
+  return std::max(1.0, std::min(most, 2.0 * std::pow(squares.sum(), 2) / std::max(apart, 1e-300)));
 }
 
 // Of whitened scores, one column a window, about their mean.
 Scatter scatter_of(const MatrixXd& u) {
   const double f = std::max(1.0, double(u.cols()) - 1.0);
   const MatrixXd centred = u.colwise() - u.rowwise().mean();
-  return {centred * centred.transpose() * double(u.cols()) / f, f};
+  const VectorXd squares = centred.colwise().squaredNorm();
+  return {centred * centred.transpose() * double(u.cols()) / f, f,
+          freedom_of_mean(squares, VectorXd::Ones(u.cols()), f * double(u.rows()))};
 }
 
 // What a sum of windows says of some of the globals with all others eliminated: T' K T, where
@@ -169,21 +198,27 @@ ScatterAtOptimum scatter_at_optimum(const CondensedChain& chain, const MatrixXd&
   const Eigen::Index p = out.Q.cols();
   const MatrixXd M = own.T * out.Q, P = whitener(G);
   out.scatter.S = MatrixXd::Zero(p, p);
-  double expected = 0.0, squares = 0.0;
-  for (const CondensedWindow& w : chain.windows) {
-    const VectorXd u = M.transpose() * w.score;
-    const MatrixXd KM = w.information * M, followed = P.transpose() * KM;
+  VectorXd of_window(chain.windows.size()), of_white(chain.windows.size());
+  double squares = 0.0;
+  for (std::size_t w = 0; w < chain.windows.size(); ++w) {
+    const CondensedWindow& window = chain.windows[w];
+    const VectorXd u = M.transpose() * window.score;
+    const MatrixXd KM = window.information * M, followed = P.transpose() * KM;
     const MatrixXd covariance = M.transpose() * KM - followed.transpose() * followed;
     out.scatter.S += u * u.transpose();
-    expected += covariance.trace();
+    of_window[Eigen::Index(w)] = u.squaredNorm();
+    of_white[Eigen::Index(w)] = covariance.trace();
     squares += covariance.squaredNorm();
   }
+  const double expected = of_white.sum();
   if (p == 0 || !(expected > kFollowed * double(p)))
-    return {{MatrixXd::Identity(p, p), 1.0}, out.Q, out.information};
+    return {{MatrixXd::Identity(p, p), 1.0, 1.0}, out.Q, out.information};
   out.scatter.S *= double(p) / expected;
   const double windows =
       std::min(double(chain.windows.size()), expected * expected / squares / double(p));
   out.scatter.freedom = std::max(1.0, windows - 1.0);
+  out.scatter.freedom_of_mean =
+      freedom_of_mean(of_window, of_white, out.scatter.freedom * double(p));
   return out;
 }
 
@@ -340,7 +375,8 @@ double log10_p_by_scatter_of(const Stage& stage, Key parameter, double statistic
   const Scatter scatter = scatter_at_optimum(chain, chain.whole().information, values, parameter,
                                              values.slot(parameter).type.tangent())
                               .scatter;
-  return log10_tail(statistic, dof, {}, scatter);
+  const double white = log10_chi_square_tail(statistic, dof);
+  return scatter.coloured() ? std::max(white, log10_tail_by_mean(statistic, dof, scatter)) : white;
 }
 
 Score wald_test(const Stage& stage, std::size_t effect, double least_scatter) {
@@ -369,15 +405,18 @@ Score wald_test(const Stage& stage, std::size_t effect, double least_scatter) {
   out.scatter = scatter.mean();
   out.coloured = scatter.coloured();
   const VectorXd x = Q.transpose() * in_windows * out.theta;
-  // Where few windows tell of an effect, white noise, too, may scatter them; its sensor's bias
-  // shows in every window.
+  out.log10_p = log10_tail(out.statistic, out.dof, x, scatter);
+  // White noise, too, may scatter windows so; its sensor's bias shows in every one.
   const Key bias = bias_of(out.effect->channel());
-  const bool by_chance =
-      out.coloured && !scatter.surely_coloured() && values.contains(bias) &&
-      !scatter_at_optimum(chain, G, values, bias, values.slot(bias).type.tangent())
-           .scatter.coloured();
-  out.log10_p = by_chance ? log10_chi_square_tail(out.statistic, out.dof)
-                          : log10_tail(out.statistic, out.dof, x, scatter);
+  if (out.coloured && !scatter.surely_coloured(kNoChance) && values.contains(bias)) {
+    const Scatter witness =
+        scatter_at_optimum(chain, G, values, bias, values.slot(bias).type.tangent()).scatter;
+    if (!witness.coloured() && !scatter.surely_coloured(kCertain)) {
+      out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
+    } else if (!witness.surely_coloured(kNoChance)) {
+      out.log10_p = log10_tail_of_noise(out.statistic, out.dof, scatter);
+    }
+  }
   if (out.coloured && scatter.tells_directions()) {
     out.sigma = (Q * scatter.S * Q.transpose()).diagonal().cwiseSqrt().cwiseMax(out.sigma);
   } else if (out.coloured) {

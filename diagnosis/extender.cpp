@@ -278,18 +278,7 @@ bool Extender::name_simpler(std::size_t finding, std::shared_ptr<const Effect> n
 void Extender::take(const Stage& stage, double nll) {
   stage_ = stage;
   nll_ = nll;
-  refitted_nll_.reset();
-}
-
-// What an effect gains when the hand's reach is estimated anew with it: an error of the
-// accelerometer makes the hand seem to reach further than it did. The model without it gets as many
-// rounds.
-double Extender::gain_with_own_reach(const Stage& stage) const {
-  if (!refitted_nll_) {
-    refitted_nll_ = sum_of(held_out_nll(pipeline_.refit(*stage_, stage_->spec())));
-  }
-  const Stage refitted = pipeline_.refit(stage, stage.spec());
-  return refitted.result().converged() ? *refitted_nll_ - sum_of(held_out_nll(refitted)) : 0.0;
+  refitted_.reset();
 }
 
 void Extender::replace(const Stage& stage) { take(stage, sum_of(held_out_nll(stage))); }

@@ -53,9 +53,14 @@ class Extender {
   double excess(Channel channel, const Stage& stage) const;
   bool survives(Option& option, const Stage& stage, const Score& w) const;
   bool is_all(const Stage& stage) const;
-  bool foretells(const Stage& stage, bool coloured) const;
+  // Of a stage, which is refitted where need be; what that gives is kept for the next time.
+  struct LeftOut {
+    const Stage& stage;
+    std::optional<Stage> refitted;
+  };
+  double gain(LeftOut& left_out, std::optional<double> window_s = {}) const;
+  bool foretells(LeftOut& left_out, bool coloured) const;
   bool enough_beyond(const Option& option, double gain) const;
-  double gain_with_own_reach(const Stage& stage) const;
   std::optional<Trial> trial(Option option) const;
   std::vector<Trial> trials(const std::vector<Option>& options) const;
   static const Trial* best_of(const std::vector<Trial>& trials);
@@ -82,8 +87,8 @@ class Extender {
   std::array<double, 3> in_samples_ = {1.0, 1.0, 1.0};  // excess_of_samples
   std::optional<Stage> base_, stage_;
   double nll_ = 0.0;
-  mutable std::optional<double> refitted_nll_;  // of stage_, its noise estimated once more
-  std::vector<std::string> rejected_;           // looked significant, predicts no better
+  mutable std::optional<Stage> refitted_;  // stage_, its noise estimated once more
+  std::vector<std::string> rejected_;      // looked significant, predicts no better
 };
 
 }  // namespace magimu

@@ -106,7 +106,7 @@ double link(const WindowedSystem& s, const std::vector<Ends>& ends, CondensedCha
   BorderedRows rows(s.system, s.layout, linked, -1, all);
   int before = -1, links = 0;
   for (std::size_t w = 0; w < s.windows.size(); ++w) {
-    const auto [first, last] = s.windows[w];
+    const int first = s.windows[w].first;
     if (first < 0) continue;
     append(apart, ends[w], [] {});
     apart.eliminate();
@@ -114,7 +114,7 @@ double link(const WindowedSystem& s, const std::vector<Ends>& ends, CondensedCha
       for (const FactorAt f : s.sorted.links(int(w))) rows.add(f, before, first);
     });
     links += s.count_rows(s.sorted.links(int(w)));
-    before = last;
+    before = s.windows[w].last;
   }
   if (linked.nodes() > 0) linked.eliminate();
   rows.finish();

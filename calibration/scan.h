@@ -86,8 +86,10 @@ class Scan {
 // The same question of an effect that is part of a fitted model: is its estimate zero? The windows'
 // scores scatter about the optimum as the noise does, without the effect's own misfit in them, so
 // that this test has its power where that of the scan, under coloured noise, has none. log10_p: by
-// the larger of the two covariances. least_scatter: where the noise is known to scatter more than
-// the windows show (what joins them has noise, too).
+// the larger of the two covariances; a scatter that white noise might make, and that of the
+// sensor's bias with it, counts as noise of that size rather than as errors of the model, which
+// follow no law. least_scatter: where the noise is known to scatter more than the windows show
+// (what joins them has noise, too).
 Score wald_test(const Stage& stage, std::size_t effect, double least_scatter = 1.0);
 
 // log10 of the probability of a statistic at least so large, where the windows' scores of a

@@ -411,9 +411,10 @@ Score wald_test(const Stage& stage, std::size_t effect, double least_scatter) {
   if (out.coloured && !scatter.surely_coloured(kNoChance) && values.contains(bias)) {
     const Scatter witness =
         scatter_at_optimum(chain, G, values, bias, values.slot(bias).type.tangent()).scatter;
+    out.by_chance = !witness.surely_coloured(kNoChance);
     if (!witness.coloured() && !scatter.surely_coloured(kCertain)) {
       out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
-    } else if (!witness.surely_coloured(kNoChance)) {
+    } else if (out.by_chance) {
       out.log10_p = log10_tail_of_noise(out.statistic, out.dof, scatter);
     }
   }

@@ -38,7 +38,8 @@ struct Score {
   MatrixXd information = {};  // A
   MatrixXd visible = {};      // the directions that the motion shows: visible' A visible = I
   double scatter = 1.0;       // of the windows' scores, over what white noise would give
-  bool coloured = false;      // that scatter is no chance: the noise is not white
+  bool coloured = false;      // that scatter is hardly chance: the noise is not white
+  bool by_chance = false;     // coloured, but white noise, too, makes it now and then
   double in_windows = 0.0;    // S of the windows' scores alone, without what joins the windows
 };
 

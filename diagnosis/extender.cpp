@@ -23,11 +23,6 @@ constexpr double kDraw = 2.0;         // nats within which the simpler of two ef
 constexpr double kAsLikely = 4.0;     // nats within which a second answer counts as one
 constexpr double kAsMuch = 0.85;      // of the gain, for a nested cause to be the one named
 
-// Any function of time, among which one may always be found that a cause resembles.
-bool of_any_time(const Effect& effect) {
-  return effect.with_terms(1) != nullptr || effect.name() == "hard_iron_change";
-}
-
 // By how many nats one effect may predict worse than another and still be the one to name: the
 // simpler of two that explain as much, or the one whose cause was recorded.
 double allowance(const Effect& one, const Effect& other, double gain, double other_gain) {
@@ -172,14 +167,14 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
   const std::vector<Option> worth = worth_trying(options);
   const std::vector<Trial> found = trials(worth);
   const Trial* best = best_of(found);
-  if (best != nullptr && enough_beyond(best->option, nll_ - best->nll - best->option.searched)) {
+  if (best != nullptr && enough_beyond(best->option, best->left_out - best->option.searched)) {
     Stage stage = pipeline_.refit(best->stage, best->stage.spec());
     double nll = sum_of(held_out_nll(stage));
     if (!stage.result().converged() || nll > best->nll + kMinGain) {  // lost its way
       stage = best->stage;
       nll = best->nll;
     }
-    if (nll_ - nll > kMinGain) {
+    if (std::max(nll_ - nll, best->left_out) > kMinGain) {
       // The same effect may be about as likely with other parameters.
       VectorXd apart = VectorXd::Zero(best->option.effect->size());
       double others = std::exp(std::min(700.0, -best->gain));  // nothing
@@ -194,6 +189,10 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
       }
       Finding f = describe(best->option, stage, nll, options, apart);
       f.probability = 1.0 / (1.0 + others);
+      if (nll_ - nll < kMinGain) {  // what lasts shows in whole quarters
+        f.gain.heldout_nll_after = sum_of(held_out_nll(stage, quarter_s()));
+        f.gain.heldout_nll_before = f.gain.heldout_nll_after + best->left_out;
+      }
       take(stage, nll);
       std::erase_if(d_.findings, [&](const Finding& old) {
         if (!replaces(*best->option.effect, old.effect)) return false;
@@ -222,7 +221,10 @@ void Extender::prune() {
     if (finding != d_.findings.end()) {
       const Stage without = pipeline_.refit_with_same_noise(*stage_, spec);
       const double nll = sum_of(held_out_nll(without));
-      if (without.result().converged() && nll - nll_ < kMinGain) {
+      const auto in_quarters = [&](const Stage& s) { return sum_of(held_out_nll(s, quarter_s())); };
+      if (without.result().converged() && nll - nll_ < kMinGain &&
+          !(lasts(*stage_->spec().effects[e]) &&
+            in_quarters(without) - in_quarters(*stage_) > kMinGain)) {
         take(without, nll);
         d_.findings.erase(finding);
         continue;

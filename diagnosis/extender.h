@@ -46,6 +46,7 @@ class Extender {
     Stage stage;
     double nll;
     bool coloured;      // under noise that is not white
+    double left_out;    // nats that left-out data gain, windows or whole quarters
     double gain = 0.0;  // nats over the model without it, for choosing among trials
 
     VectorXd parameters() const;
@@ -59,7 +60,7 @@ class Extender {
     std::optional<Stage> refitted;
   };
   double gain(LeftOut& left_out, std::optional<double> window_s = {}) const;
-  bool foretells(LeftOut& left_out, bool coloured) const;
+  double quarter_s() const;
   bool enough_beyond(const Option& option, double gain) const;
   std::optional<Trial> trial(Option option) const;
   std::vector<Trial> trials(const std::vector<Option>& options) const;

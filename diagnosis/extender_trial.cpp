@@ -87,16 +87,7 @@ double Extender::gain(LeftOut& left_out, std::optional<double> window_s) const {
   return std::max(out, nll(*refitted_) - nll(*left_out.refitted));
 }
 
-// An error that lasts must be foretold through whole quarters of the recording: what comes and goes
-// with the place where the sensor is held is not. A slow change, where noise is coloured; what
-// happens at some time or by chance cannot.
-bool Extender::foretells(LeftOut& left_out, bool coloured) const {
-  const Effect& effect = *left_out.stage.spec().effects.back();
-  if (effect.name() == "hard_iron_change" || effect.description().random_process) return true;
-  const bool slow = effect.with_terms(1) != nullptr;
-  if (slow && !coloured) return true;
-  return gain(left_out, 0.25 * recordings_.front()->duration_s()) > kMinGain;
-}
+double Extender::quarter_s() const { return 0.25 * recordings_.front()->duration_s(); }
 
 // With a step in the model, does the bias stay the same within the pieces? What changes in many
 // ways is no step. (Coloured noise looks so.)
@@ -126,8 +117,9 @@ bool Extender::find_times(Option& option, Stage& stage) const {
   stage = refit(found);
   // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
   const Vector3 size = effect_parameters(stage.result().values, effect_keys(spec.effects).back());
-  if (size.norm() < kOfPlaces && (wald_test(stage, spec.effects.size() - 1).coloured ||
-                                  stage.sums().lag1[std::size_t(Sensor::kMag)] > kColour)) {
+  const Score w = wald_test(stage, spec.effects.size() - 1);
+  if (size.norm() < kOfPlaces &&
+      ((w.coloured && !w.by_chance) || stage.sums().lag1[std::size_t(Sensor::kMag)] > kColour)) {
     const std::vector<TimeSpan> rests = find_rests(*recordings_.front());
     const auto put_down = [&](double t) {
       return std::any_of(rests.begin(), rests.end(), [&](const TimeSpan& r) {
@@ -201,12 +193,20 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
     return std::nullopt;
   }
   LeftOut left_out{stage, {}};
-  if (!foretells(left_out, w.coloured)) return std::nullopt;
+  // An error that lasts must be foretold through whole quarters of the recording: what comes and
+  // goes with the place where the sensor is held is not. Where noise is coloured a slow change,
+  // too.
+  double gained = gain(left_out);
+  const double nll = nll_ - gained;
+  if (lasts(*option.effect) || (option.effect->with_terms(1) != nullptr && w.coloured)) {
+    const double in_quarters = gain(left_out, quarter_s());
+    if (in_quarters < kMinGain) return std::nullopt;
+    if (lasts(*option.effect)) gained = std::max(gained, in_quarters);
+  }
   if (option.effect->name() == "hard_iron_change" && !w.coloured && !is_all(stage)) {
     return std::nullopt;
   }
-  const double nll = nll_ - gain(left_out);
-  return Trial{std::move(option), std::move(stage), nll, w.coloured};
+  return Trial{std::move(option), std::move(stage), nll, w.coloured, gained};
 }
 
 // Those of the options that hold and predict left-out data better, with what each gains. Which of
@@ -219,7 +219,7 @@ std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options
   for (const Option& o : options) {
     std::optional<Trial> t = trial(o);
     if (!t) continue;
-    t->gain = nll_ - t->nll - t->option.searched;
+    t->gain = t->left_out - t->option.searched;
     if (t->gain > kMinGain) out.push_back(*std::move(t));
   }
   const bool left_out_decide = std::any_of(out.begin(), out.end(), [](const Trial& t) {

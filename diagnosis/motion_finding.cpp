@@ -23,9 +23,10 @@ constexpr double kCalmColour = 0.15;
 constexpr double kMoreInMotion = 1.2;
 constexpr double kMostOfIt = 0.5;     // of the misfit, for an effect to be tried in its stead
 constexpr double kClearlyMore = 4.5;  // standard deviations
-constexpr double kSlowSigmas = 3.4, kLeastSlow = 0.1;  // of the slow power's logarithm
+constexpr double kSlowSigmas = 3.6, kLeastSlow = 0.1;  // of the slow power's logarithm
 constexpr double kTheirSigmas = 2.5;                   // of that of another sensor
-constexpr double kOverColour = 1.4;                    // standard deviations
+constexpr double kOfVertical = 1.0 / 6.0;  // of the whole: half of what a hand moves up and down
+constexpr double kOverColour = 1.4;        // standard deviations
 
 // The accelerometer's residual under pure rotation.
 struct Restlessness {
@@ -126,7 +127,8 @@ Finding small_motion_finding(const Stage& rotation, const Stage& moving, const S
       "1.5 Hz the accelerometer reads {:.2g} times as much beside gravity as its noise explains. "
       "Velocity and position are part of the model from here on.",
       rms, std::sqrt(times));
-  f.p_value = std::min(1.0, normal_tail(slow.z()) * double(effect_catalogue().size()));
+  f.p_value =
+      std::min(1.0, normal_tail(slow.z()) * kHandsBands * double(effect_catalogue().size()));
   return f;
 }
 
@@ -197,10 +199,16 @@ std::optional<Stage> find_small_motion(const std::vector<const Recording*>& reco
   if (acc.z() < kSlowSigmas || acc.log_ratio < kLeastSlow || acc.over_coloured() < kOverColour) {
     return std::nullopt;
   }
-  // An error of another sensor bends the attitude, and that shows in the accelerometer, too.
+  // An error of another sensor bends the attitude, and that shows in the accelerometer, too, but
+  // not in what it measures along the vertical. (And a motion bends the attitude, which shows in
+  // the gyroscope.)
+  const double vertical = slow_power(residuals, Axes::kVertical).squares;
   for (const Sensor other : {Sensor::kMag, Sensor::kGyr}) {
     const SlowPower theirs = slow_power(node_residuals(stage, recordings, other));
-    if (theirs.squares > kMostOfIt * acc.squares && theirs.z() > kTheirSigmas) return std::nullopt;
+    if (theirs.squares > kMostOfIt * acc.squares && theirs.z() > kTheirSigmas &&
+        vertical < kOfVertical * (acc.squares + theirs.squares)) {
+      return std::nullopt;
+    }
   }
   if (follows_the_attitude(recordings, stage, acc.squares)) return std::nullopt;
   const Stage plain = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));

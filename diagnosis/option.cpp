@@ -26,6 +26,14 @@ bool same_class(const Effect& a, const Effect& b) {
   return among(a.description().same_class, b.name()) || among(b.description().same_class, a.name());
 }
 
+bool of_any_time(const Effect& effect) {
+  return effect.with_terms(1) != nullptr || effect.name() == "hard_iron_change";
+}
+
+bool lasts(const Effect& effect) {
+  return !of_any_time(effect) && !effect.description().random_process;
+}
+
 VectorSeries residual_without_last(const Stage& stage, VectorXd& theta) {
   const ModelSpec& spec = stage.spec();
   const Values& values = stage.result().values;

@@ -30,6 +30,10 @@ bool contains(const Effect& effect, const std::string& name);
 bool replaces(const Effect& effect, const std::string& name);
 // No motion, or none that is usual, tells the two apart.
 bool same_class(const Effect& a, const Effect& b);
+// Any function of time, among which one may always be found that a cause resembles.
+bool of_any_time(const Effect& effect);
+// The same error as long as the recording; not what happens at some time or by chance.
+bool lasts(const Effect& effect);
 // The magnetometer's residuals without the term of the effect that entered last, whose parameters
 // go to theta.
 VectorSeries residual_without_last(const Stage& stage, VectorXd& theta);

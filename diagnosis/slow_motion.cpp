@@ -2,6 +2,7 @@
 #include "diagnosis/slow_motion.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "calibration/rests.h"
@@ -10,8 +11,9 @@
 namespace magimu {
 namespace {
 
-constexpr double kHandsSlowest = 0.5, kHandsFastest = 1.5, kFaster = 2.5;  // Hz
-constexpr double kSlower[2] = {0.05, 0.3};                                 // Hz
+constexpr double kHandsSlowest = 0.5, kHandsFastest[kHandsBands] = {1.0, 1.25, 1.5},
+                 kFaster = 2.5;             // Hz
+constexpr double kSlower[2] = {0.05, 0.3};  // Hz
 constexpr std::size_t kFewestNodes = 8;
 constexpr double kCut = 3.0;  // standard deviations
 // Standard deviations of the ratio at rest: of noise that may be coloured, and of what is less slow
@@ -19,15 +21,43 @@ constexpr double kCut = 3.0;  // standard deviations
 constexpr double kNotWhite = 2.0, kSurelyNotWhite = 4.0;
 constexpr double kLessSlow = 3.0;  // standard deviations of over_slower
 
-struct BandPower {
-  double slow = 0.0, slow_count = 0.0;
-  double fast = 0.0, fast_count = 0.0;
-  double slower = 0.0, slower_count = 0.0;
+// Squares of coefficients, whose mean is sum / weights.
+struct Power {
+  double sum = 0.0, weights = 0.0, squared_weights = 0.0;
 
-  double log_ratio() const {
-    return slow > 0.0 && fast > 0.0 ? std::log(slow / slow_count * fast_count / fast) : 0.0;
+  void add(double square, double weight = 1.0) {
+    sum += weight * square;
+    weights += weight;
+    squared_weights += weight * weight;
   }
-  double variance() const { return 2.0 / slow_count + 2.0 / fast_count; }
+  double mean() const { return sum / weights; }
+  // Of the logarithm of the mean of white noise.
+  double variance() const { return 2.0 * squared_weights / (weights * weights); }
+};
+
+// The logarithm of one mean over another, in standard deviations.
+double over(const Power& one, const Power& other) {
+  if (!(one.sum > 0.0) || !(other.sum > 0.0)) return 0.0;
+  return std::log(one.mean() / other.mean()) / std::sqrt(one.variance() + other.variance());
+}
+
+// In the band of a hand that moves up to kHandsFastest[b]: each coefficient the same, and weighted
+// by what a hand's acceleration has of it.
+struct HandsBand {
+  Power plain, weighted;
+};
+
+struct BandPower {
+  std::array<HandsBand, kHandsBands> hands;
+  Power fast, slower;
+
+  double log_ratio(std::size_t band) const {
+    const Power& slow = hands[band].weighted;
+    return slow.sum > 0.0 && fast.sum > 0.0 ? std::log(slow.mean() / fast.mean()) : 0.0;
+  }
+  double variance(std::size_t band) const {
+    return hands[band].weighted.variance() + fast.variance();
+  }
 };
 
 // One axis of a piece: the orthonormal discrete cosine transform, of which coefficient k turns k/2
@@ -52,23 +82,24 @@ void add_power(const std::vector<double>& x, double interval_s, BandPower& out) 
     total -= power;
     count -= 1.0;
     const double hz = k * step_hz;
-    if (hz >= kSlower[0] && hz <= kSlower[1]) {
-      out.slower += power;
-      out.slower_count += 1.0;
-    } else if (hz >= kHandsSlowest && hz <= kHandsFastest) {
-      out.slow += power;
-      out.slow_count += 1.0;
+    if (hz >= kSlower[0] && hz <= kSlower[1]) out.slower.add(power);
+    for (std::size_t band = 0; band < kHandsBands; ++band) {
+      if (hz < kHandsSlowest || hz > kHandsFastest[band]) continue;
+      out.hands[band].plain.add(power);
+      out.hands[band].weighted.add(power, std::pow(hz / kHandsFastest[band], 4));
     }
   }
-  out.fast += std::max(0.0, total);
-  out.fast_count += std::max(0.0, count);
+  out.fast.sum += std::max(0.0, total);
+  out.fast.weights += std::max(0.0, count);
+  out.fast.squared_weights = out.fast.weights;
 }
 
-BandPower power_of(const std::vector<std::vector<Vector3>>& pieces, double interval_s) {
+BandPower power_of(const std::vector<std::vector<Vector3>>& pieces, double interval_s,
+                   int first_axis) {
   std::vector<double> sizes;
   for (const auto& piece : pieces) {
     for (const Vector3& r : piece) {
-      for (const double x : r) sizes.push_back(std::abs(x));
+      for (int axis = first_axis; axis < 3; ++axis) sizes.push_back(std::abs(r[axis]));
     }
   }
   BandPower out;
@@ -76,7 +107,7 @@ BandPower power_of(const std::vector<std::vector<Vector3>>& pieces, double inter
   const double cut = kCut * 1.4826 * median(sizes);
   for (const auto& piece : pieces) {
     if (piece.size() < kFewestNodes) continue;
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = first_axis; axis < 3; ++axis) {
       std::vector<double> x;
       for (const Vector3& r : piece) x.push_back(std::clamp(r[axis], -cut, cut));
       add_power(x, interval_s, out);
@@ -123,7 +154,8 @@ NodeResiduals node_residuals(const Stage& stage, const std::vector<const Recordi
         continue;
       }
       if (rest != last) pieces.emplace_back();
-      pieces.back().push_back(of_node[first + k]);
+      // Where the hand's motion has its band: to a sensor that turns it is smeared.
+      pieces.back().push_back(values.at<Rot3>(R(int(first + k))) * of_node[first + k]);
       last = rest;
     }
     first += t.size();
@@ -134,30 +166,31 @@ NodeResiduals node_residuals(const Stage& stage, const std::vector<const Recordi
   return out;
 }
 
-SlowPower slow_power(const NodeResiduals& residuals) {
-  SlowPower out;
-  const BandPower moving = power_of(residuals.moving, residuals.interval_s);
-  if (moving.slow_count < 1.0 || moving.fast_count < 1.0) return out;
-  const BandPower still = power_of(residuals.still, residuals.interval_s);
-  if (still.slow_count < 1.0 || still.fast_count < 1.0) return out;
-  const auto over = [&](double power, double count) {
-    if (!(moving.slow > 0.0) || !(power > 0.0)) return 0.0;
-    return std::log(moving.slow / moving.slow_count * count / power) /
-           std::sqrt(2.0 / moving.slow_count + 2.0 / count);
-  };
-  out.over_rest = over(still.slow, still.slow_count);
-  out.over_slower = over(moving.slower, moving.slower_count);
-  out.log_ratio = moving.log_ratio();
-  double variance = moving.variance();
-  const double not_white = out.over_slower > kLessSlow ? kSurelyNotWhite : kNotWhite;
-  if (still.log_ratio() > not_white * std::sqrt(still.variance())) {
-    out.log_ratio -= still.log_ratio();
-    variance += still.variance();
+SlowPower slow_power(const NodeResiduals& residuals, Axes axes) {
+  const int first_axis = axes == Axes::kVertical ? 2 : 0;
+  const BandPower moving = power_of(residuals.moving, residuals.interval_s, first_axis);
+  const BandPower still = power_of(residuals.still, residuals.interval_s, first_axis);
+  SlowPower best;
+  for (std::size_t b = 0; b < kHandsBands; ++b) {
+    const HandsBand &hand = moving.hands[b], &rest = still.hands[b];
+    if (hand.plain.weights < 1.0 || moving.fast.weights < 1.0) continue;
+    if (rest.plain.weights < 1.0 || still.fast.weights < 1.0) continue;
+    SlowPower out;
+    out.over_rest = over(hand.plain, rest.plain);  // rests are short
+    out.over_slower = over(hand.weighted, moving.slower);
+    out.log_ratio = moving.log_ratio(b);
+    double variance = moving.variance(b);
+    const double not_white = out.over_slower > kLessSlow ? kSurelyNotWhite : kNotWhite;
+    if (still.log_ratio(b) > not_white * std::sqrt(still.variance(b))) {
+      out.log_ratio -= still.log_ratio(b);
+      variance += still.variance(b);
+    }
+    out.sigma = std::sqrt(variance);
+    out.unknowns = hand.plain.weights;
+    out.squares = std::max(0.0, hand.plain.sum - hand.plain.weights * moving.fast.mean());
+    if (best.unknowns == 0.0 || out.z() > best.z()) best = out;
   }
-  out.sigma = std::sqrt(variance);
-  out.unknowns = moving.slow_count;
-  out.squares = moving.slow * (1.0 - std::exp(-std::max(0.0, out.log_ratio)));
-  return out;
+  return best;
 }
 
 }  // namespace magimu

@@ -11,7 +11,7 @@
 
 namespace magimu {
 
-// Whitened, each piece without a gap.
+// Whitened, turned into the navigation frame, each piece without a gap.
 struct NodeResiduals {
   std::vector<std::vector<Vector3>> moving, still;  // of each rest one
   double interval_s = 0.0;                          // between nodes
@@ -19,11 +19,14 @@ struct NodeResiduals {
 NodeResiduals node_residuals(const Stage& stage, const std::vector<const Recording*>& recordings,
                              Sensor sensor);
 
-// Power from 0.5 to 1.5 Hz over that beyond 2.5 Hz, which a hand hardly reaches. White noise has
-// as much in both; coloured noise has not, but it has none more in motion than at rest, nor more
-// than below 0.3 Hz, where a hand, which stays within its reach, hardly accelerates. Values beyond
-// three standard deviations count as those: blows are not slow. All zero without a rest of eight
-// nodes, or where nodes are too slow for these bands.
+// Power from 0.5 to 1, 1.25 or 1.5 Hz over that beyond 2.5 Hz, which a hand hardly reaches,
+// weighted by the fourth power of the frequency: a hand's place moves about as far at each
+// frequency of its band. Of the three bands the one that shows most. White noise has as much in
+// all; coloured noise has not, but it has none more in motion than at rest, nor more than below 0.3
+// Hz, where a hand, which stays within its reach, hardly accelerates. Values beyond three standard
+// deviations count as those: blows are not slow. All zero without a rest of eight nodes, or where
+// nodes are too slow for these bands.
+inline constexpr int kHandsBands = 3;
 struct SlowPower {
   double log_ratio = 0.0, sigma = 0.0;  // beyond the ratio at rest, where that is more than white
   double squares = 0.0;                 // in the band beyond noise, whitened
@@ -35,6 +38,7 @@ struct SlowPower {
   double over_coloured() const { return (over_rest + over_slower) / std::sqrt(2.0); }
   double z() const { return sigma > 0.0 ? log_ratio / sigma : 0.0; }
 };
-SlowPower slow_power(const NodeResiduals& residuals);
+enum class Axes { kAll, kVertical };
+SlowPower slow_power(const NodeResiduals& residuals, Axes axes = Axes::kAll);
 
 }  // namespace magimu

@@ -16,6 +16,7 @@ struct NoiseSeries {
   double sigma = 0.0;  // as given or found at rest; 0: unknown
   bool sigma_given = false;
   bool high_passed = false;
+  FitSpectrum of_white = {};
   std::vector<double> t;          // s, of every place of the grid
   std::vector<Vector3> reading;   // as recorded
   std::vector<Vector3> residual;  // zero where not in use

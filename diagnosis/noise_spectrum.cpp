@@ -163,7 +163,8 @@ PieceSpectra piece_spectra(const NoiseSeries& s, const Cleaned& cleaned) {
   for (int j = lowest; j < spectra.length / 2; ++j) {
     spectra.omega.push_back(j * bin);
     spectra.gain.push_back((s.high_passed ? high_pass_gain(j * bin) : 1.0) *
-                           replaced_gain(j * bin, cleaned.jump_fraction));
+                           replaced_gain(j * bin, cleaned.jump_fraction) *
+                           s.of_white.power(j * s.rate_hz / spectra.length));
   }
   for (std::size_t first = 0; first + length <= s.size(); first += length / 2) {
     add_piece(s, cleaned.residual, first, w, lowest, spectra);

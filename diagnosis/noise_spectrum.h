@@ -7,9 +7,10 @@
 //   S(w) = G(w) (v (1 - rho^2) / (1 + rho^2 - 2 rho cos w) + b (w_min / w)^4)
 //
 // v the variance of AR(1) noise with rho between neighbours (rho = 0: white), b the tail of
-// whatever is slow and smooth, G the squared gain of the high-pass filter where there is one. Means
-// of periodograms are gamma-distributed, and nearly independent from one frequency to the next, so
-// the fit is by Whittle's likelihood, sum looks (I / S + log S).
+// whatever is slow and smooth, G the squared gain of the high-pass filter where there is one, and
+// of the fit (fit_spectrum.h). Means of periodograms are
+// gamma-distributed, and nearly independent from one frequency to the next, so the fit is by
+// Whittle's likelihood, sum looks (I / S + log S).
 #pragma once
 
 #include <vector>

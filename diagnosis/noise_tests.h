@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "diagnosis/diagnosis.h"
+#include "diagnosis/fit_spectrum.h"
 #include "recording/recording.h"
 
 namespace magimu {
@@ -26,6 +27,7 @@ struct SampleResiduals {
   // The trajectory follows this sensor's samples, so that residual holds only what is faster than
   // it: slower noise does not show.
   bool high_passed = false;
+  FitSpectrum of_white = {};  // elsewhere: what white noise leaves
 };
 
 struct NoiseTest {

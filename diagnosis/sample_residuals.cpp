@@ -31,6 +31,7 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
                       .sigma = sigma(rest.acc, recording.acc),
                       .sigma_given = noise_given,
                       .high_passed = moving};
+  if (!moving) acc.of_white = fit_spectrum(stage, Sensor::kAcc, index);
   if (moving) {
     acc.residual = high_passed(corrected.acc);
   } else {
@@ -53,7 +54,8 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
                       .t = recording.mag.front().t,
                       .reading = recording.mag.front().v,
                       .sigma = sigma(rest.mag, recording.mag.front()),
-                      .sigma_given = noise_given};
+                      .sigma_given = noise_given,
+                      .of_white = fit_spectrum(stage, Sensor::kMag, index)};
   for (std::size_t k = 0; k < corrected.mag.front().size(); ++k) {
     const SampleState s = motion.state(Channel::kMag, k);
     mag.residual.push_back(corrected.mag.front().v[k] - s.D * s.b - mag_bias);

@@ -104,6 +104,9 @@ TEST_P(HiddenAtSize, is_named_with_its_parameters) { expect_named(GetParam()); }
 // beside few windows. A motion of three millimetres. Parameters that windows of white noise scatter
 // half as much again by chance; an error of the accelerometer that makes the hand seem to reach
 // further; a hand's windows of which the information form of condensing them lost all digits.
+// Motions of a fifth of a millimetre, and of two whose tilts the gyroscope's trajectory follows; a
+// change whose windows scatter by chance; what quarters of a recording foretell and 20 s do not;
+// noise 3 % too large of which the trajectory has followed as much.
 INSTANTIATE_TEST_SUITE_P(
     Oracle, HiddenAtSize,
     testing::Values(
@@ -116,7 +119,10 @@ INSTANTIATE_TEST_SUITE_P(
         HiddenAs{"gyro_bias_drift", 12.0, 103}, HiddenAs{"gyro_scale_misalignment", 12.0, 102},
         HiddenAs{"linear_acceleration", 12.0, 101}, HiddenAs{"acc_scale_misalignment", 12.0, 951},
         HiddenAs{"gyro_g_sensitivity", 12.0, 952}, HiddenAs{"mag_temperature", 12.0, 954},
-        HiddenAs{"acc_scale_misalignment", 12.0, 957}, HiddenAs{"mag_nonlinearity", 12.0, 953}),
+        HiddenAs{"acc_scale_misalignment", 12.0, 957}, HiddenAs{"mag_nonlinearity", 12.0, 953},
+        HiddenAs{"linear_acceleration", 6.0, 951}, HiddenAs{"linear_acceleration", 6.0, 958},
+        HiddenAs{"hard_iron_change", 6.0, 957}, HiddenAs{"gyro_g_sensitivity", 6.0, 956},
+        HiddenAs{"noise_scale", 6.0, 952}),
     size_and_seed);
 
 class HiddenAlone : public testing::TestWithParam<HiddenAs> {};

@@ -379,7 +379,7 @@ double log10_p_by_scatter_of(const Stage& stage, Key parameter, double statistic
   return scatter.coloured() ? std::max(white, log10_tail_by_mean(statistic, dof, scatter)) : white;
 }
 
-Score wald_test(const Stage& stage, std::size_t effect, double least_scatter) {
+Score wald_test(const Stage& stage, std::size_t effect, const KnownScatter& known) {
   const Values& values = stage.result().values;
   LinearSystem system(stage.graph(), values);
   system.linearize(values);
@@ -398,28 +398,33 @@ Score wald_test(const Stage& stage, std::size_t effect, double least_scatter) {
   out.dof = int(P.cols());
   out.sigma = sigma_of(P);
   out.statistic = out.theta.dot(A * out.theta);
+  const double statistic = out.statistic / known.white;
 
   auto [scatter, Q, in_windows] = scatter_at_optimum(chain, G, values, keys.front(), q);
-  scatter.S *= std::max(1.0, least_scatter / std::max(scatter.mean(), 1e-300));
-  scatter.known = least_scatter > 1.0;
+  scatter.S /= known.white;
+  scatter.S *= std::max(1.0, known.least / std::max(scatter.mean(), 1e-300));
+  scatter.known = known.least > 1.0;
   out.scatter = scatter.mean();
   out.coloured = scatter.coloured();
-  const VectorXd x = Q.transpose() * in_windows * out.theta;
-  out.log10_p = log10_tail(out.statistic, out.dof, x, scatter);
+  const VectorXd x = Q.transpose() * in_windows * out.theta / std::sqrt(known.white);
+  out.log10_p = log10_tail(statistic, out.dof, x, scatter);
   // White noise, too, may scatter windows so; its sensor's bias shows in every one.
   const Key bias = bias_of(out.effect->channel());
   if (out.coloured && !scatter.surely_coloured(kNoChance) && values.contains(bias)) {
-    const Scatter witness =
+    Scatter witness =
         scatter_at_optimum(chain, G, values, bias, values.slot(bias).type.tangent()).scatter;
+    witness.S /= known.white;
     out.by_chance = !witness.surely_coloured(kNoChance);
     if (!witness.coloured() && !scatter.surely_coloured(kCertain)) {
-      out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
+      out.log10_p = log10_chi_square_tail(statistic, out.dof);
     } else if (out.by_chance) {
-      out.log10_p = log10_tail_of_noise(out.statistic, out.dof, scatter);
+      out.log10_p = log10_tail_of_noise(statistic, out.dof, scatter);
     }
   }
+  out.sigma *= std::sqrt(known.white);
   if (out.coloured && scatter.tells_directions()) {
-    out.sigma = (Q * scatter.S * Q.transpose()).diagonal().cwiseSqrt().cwiseMax(out.sigma);
+    const MatrixXd covariance = known.white * (Q * scatter.S * Q.transpose());
+    out.sigma = covariance.diagonal().cwiseSqrt().cwiseMax(out.sigma);
   } else if (out.coloured) {
     // Too few windows for a scatter of each direction: one for all of them.
     out.sigma *= std::sqrt(out.scatter);

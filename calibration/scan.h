@@ -84,14 +84,19 @@ class Scan {
   std::vector<CondensedWindow> windows_;
 };
 
+// What shows elsewhere of how noise scatters.
+struct KnownScatter {
+  double white = 1.0;  // variance of the noise, sample by sample, over that in the model
+  double least = 1.0;  // of windows over the former, at least: what joins them has noise, too
+};
+
 // The same question of an effect that is part of a fitted model: is its estimate zero? The windows'
 // scores scatter about the optimum as the noise does, without the effect's own misfit in them, so
 // that this test has its power where that of the scan, under coloured noise, has none. log10_p: by
 // the larger of the two covariances; a scatter that white noise might make, and that of the
 // sensor's bias with it, counts as noise of that size rather than as errors of the model, which
-// follow no law. least_scatter: where the noise is known to scatter more than the windows show
-// (what joins them has noise, too).
-Score wald_test(const Stage& stage, std::size_t effect, double least_scatter = 1.0);
+// follow no law. Sigmas, too, are by the noise that is known.
+Score wald_test(const Stage& stage, std::size_t effect, const KnownScatter& known = {});
 
 // log10 of the probability of a statistic at least so large, where the windows' scores of a
 // parameter of the fitted model scatter as they do: for what acts for too short a time to show its

@@ -51,7 +51,7 @@ class Extender {
 
     VectorXd parameters() const;
   };
-  double excess(Channel channel, const Stage& stage) const;
+  KnownScatter excess(Channel channel, const Stage& stage) const;
   bool survives(Option& option, const Stage& stage, const Score& w) const;
   bool is_all(const Stage& stage) const;
   // Of a stage, which is refitted where need be; what that gives is kept for the next time.

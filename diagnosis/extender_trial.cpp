@@ -34,8 +34,9 @@ VectorXd Extender::Trial::parameters() const {
 }
 
 // Of the noise over that in the model, as far as it shows elsewhere than in the windows' scatter.
-double Extender::excess(Channel channel, const Stage& stage) const {
-  return std::max(at_rest_.excess(channel, stage.spec().noise), in_samples_[std::size_t(channel)]);
+KnownScatter Extender::excess(Channel channel, const Stage& stage) const {
+  const double white = in_samples_[std::size_t(channel)];
+  return {white, std::max(1.0, at_rest_.excess(channel, stage.spec().noise) / white)};
 }
 
 // Is it there in the refitted model, too, under noise as it is?
@@ -46,9 +47,10 @@ bool Extender::survives(Option& option, const Stage& stage, const Score& w) cons
     // is beside the walk.
     const Score& s = option.score;
     option.score.log10_p =
-        estimate_random_walk(s.information, s.information * s.theta,
-                             option.effect->prior_sigma(recordings_.front()->duration_s()),
-                             w.coloured ? w.scatter : 1.0)
+        estimate_random_walk(
+            s.information, s.information * s.theta,
+            option.effect->prior_sigma(recordings_.front()->duration_s()),
+            in_samples_[std::size_t(option.effect->channel())] * (w.coloured ? w.scatter : 1.0))
             .log10_p;
     return option.score.log10_p < level - (w.coloured ? kCare : 0.0);
   }
@@ -117,7 +119,7 @@ bool Extender::find_times(Option& option, Stage& stage) const {
   stage = refit(found);
   // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
   const Vector3 size = effect_parameters(stage.result().values, effect_keys(spec.effects).back());
-  const Score w = wald_test(stage, spec.effects.size() - 1);
+  const Score w = wald_test(stage, spec.effects.size() - 1, excess(Channel::kMag, stage));
   if (size.norm() < kOfPlaces &&
       ((w.coloured && !w.by_chance) || stage.sums().lag1[std::size_t(Sensor::kMag)] > kColour)) {
     const std::vector<TimeSpan> rests = find_rests(*recordings_.front());

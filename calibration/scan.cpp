@@ -331,11 +331,7 @@ Score Scan::with_own_scatter(std::size_t candidate) const {
   out.scatter = scatter.mean();
   out.coloured = out.scatter > kColoured;
   out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
-  if (out.coloured) {
-    // One scatter for all directions: each has its say in it.
-    out.log10_p = std::max(out.log10_p, log10_f_tail(out.statistic / (out.dof * out.scatter),
-                                                     out.dof, out.dof * scatter.freedom));
-  }
+  if (out.coloured) out.log10_p = log10_tail_of_noise(out.statistic, out.dof, scatter);
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));
   return out;
 }

@@ -60,9 +60,11 @@ SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, int
       duration_(recording.gyr.t.back() - recording.gyr.t.front()) {
   for (std::size_t i = 0; i < plan.t.size(); ++i) {
     nodes_.push_back(values.at<Rot3>(R(plan.first + int(i))) * gyr_.at(plan.t[i]).inverse());
-    fields_.push_back(nodes_.back().unrotate(field_));
+    if (i > 0) steps_.push_back((nodes_[i] * nodes_[i - 1].inverse()).Log());
   }
-  for (const double t : recording.mag.front().t) mag_nodes_.push_back(nearest_node(t));
+  for (const double t : recording.mag.front().t) {
+    mag_fields_.push_back(before_gyr(t).unrotate(field_));
+  }
   const auto aux = [&](const char* name) {
     const auto it = recording.aux.find(name);
     return it == recording.aux.end() ? ScalarSeries{} : it->second;
@@ -82,13 +84,12 @@ const VectorSeries& SensedMotion::series(Channel channel) const {
 
 std::size_t SensedMotion::samples(Channel channel) const { return series(channel).size(); }
 
-std::size_t SensedMotion::nearest_node(double t) const {
+// The attitude relative to the gyroscope's, from one node to the next: with the nearest node's
+// alone whatever attitudes follow would show as steps, at the nodes' rate.
+Rot3 SensedMotion::before_gyr(double t) const {
   const Between b = locate(plan_.t, t);
-  return b.share > 0.5 ? b.before + 1 : b.before;
-}
-
-Rot3 SensedMotion::attitude(double t) const {
-  return (nodes_[nearest_node(t)] * gyr_.at(t)).normalized();
+  if (b.share == 0.0) return nodes_[b.before];
+  return Rot3::Exp(b.share * steps_[b.before]) * nodes_[b.before];
 }
 
 // The rate at an instant, between the mean rates of the intervals before and after it. Its
@@ -139,7 +140,7 @@ SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
   }
   s.u = 2.0 * (instant - begin_) / duration_ - 1.0;
   s.duration_s = duration_;
-  s.nRb = attitude(instant);
+  s.nRb = (before_gyr(instant) * gyr_.at(instant)).normalized();
   s.omega = rate_about(instant, &s.omega_rate);
   if (channel == Channel::kGyr) s.omega = own.v[sample] - gyr_bias_;
   s.f = specific_force(channel, sample, s.nRb);
@@ -154,11 +155,10 @@ SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
     s.position_mean = position_mean_;
   }
   if (channel == Channel::kMag) {
-    // Back from the sample by the gyroscope alone: between two nodes' attitudes the step is its
-    // noise.
+    // Back from the sample by the gyroscope alone: what attitudes step between nodes is its noise.
     s.field_before = [this, sample](double delay_s) {  // as much as a function holds by itself
       const double then = recording_.mag.front().t[sample] - delay_s;
-      return gyr_.at(then).unrotate(fields_[mag_nodes_[sample]]);
+      return gyr_.at(then).unrotate(mag_fields_[sample]);
     };
   }
   return s;

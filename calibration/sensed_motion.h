@@ -22,8 +22,7 @@ class SensedMotion {
 
  private:
   const VectorSeries& series(Channel channel) const;
-  std::size_t nearest_node(double t) const;
-  Rot3 attitude(double t) const;
+  Rot3 before_gyr(double t) const;
   Vector3 rate_about(double t, Vector3* derivative) const;
   Vector3 specific_force(Channel channel, std::size_t sample, const Rot3& nRb) const;
 
@@ -35,9 +34,10 @@ class SensedMotion {
   Vector3 gyr_bias_, acc_bias_, field_;
   Matrix3 D_;
   double strength_, begin_, duration_;
-  std::vector<Rot3> nodes_;      // attitude of each, relative to the gyroscope's at that time
-  std::vector<Vector3> fields_;  // the unit field, turned by that
-  std::vector<std::size_t> mag_nodes_;  // the node nearest to each sample of the magnetometer
+  // Attitude of each node, relative to the gyroscope's at that time, and what it is to the next's.
+  std::vector<Rot3> nodes_;
+  std::vector<Vector3> steps_;
+  std::vector<Vector3> mag_fields_;  // the unit field, so turned at each sample of the magnetometer
   ScalarSeries temperature_, current_;
   Vector3 position_mean_ = Vector3::Zero();
 };

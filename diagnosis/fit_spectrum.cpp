@@ -115,25 +115,26 @@ double FitSpectrum::followed(double hz) const {
 }
 
 // A node has the mean of its samples' noise n less the walk W, and follows it by h; a sample is off
-// by its own noise, the walk, and what its node follows: with the response s of the mean (and of
-// what is held) to a frequency, and s_k, W_k at the frequencies that nodes take for it,
+// by its own noise, the walk, and what the line from node to node follows: with the response s of
+// the mean to a frequency, s^2 of the line, and s_k, W_k at the frequencies that nodes take for it,
 //
-//   (1 + W) (1 - 2 h s^2) + h^2 s^2 sum_k s_k^2 (1 + W_k),   W = walk / w^2.
+//   (1 + W) (1 - 2 h s^3) + h^2 s^4 sum_k s_k^2 (1 + W_k),   W = walk / w^2.
 double FitSpectrum::power(double hz) const {
   constexpr int kAliases = 3;
   constexpr double kAcross = 2.0 / 3.0;
-  const auto response = [&](double f) {  // squared
+  const auto response = [&](double f) {
     const double x = M_PI * f / nodes_per_s;
-    return f == 0.0 ? 1.0 : std::pow(std::sin(x) / x, 2);
+    return f == 0.0 ? 1.0 : std::sin(x) / x;
   };
   const auto walked = [&](double f) { return walk / std::max(1e-9, std::pow(2.0 * M_PI * f, 2)); };
   double aliased = 1.0;  // sum of s_k^2 is 1
   for (int k = -kAliases; k <= kAliases; ++k) {
     const double f = hz + k * nodes_per_s;
-    aliased += response(f) * walked(f);
+    aliased += std::pow(response(f), 2) * walked(f);
   }
-  const double h = std::min(1.0, followed(hz) / kAcross), s2 = response(hz);
-  const double across = (1.0 + walked(hz)) * (1.0 - 2.0 * h * s2) + h * h * s2 * aliased;
+  const double h = std::min(1.0, followed(hz) / kAcross), s = response(hz);
+  const double across =
+      (1.0 + walked(hz)) * (1.0 - 2.0 * h * std::pow(s, 3)) + h * h * std::pow(s, 4) * aliased;
   return 1.0 - kAcross + kAcross * across;
 }
 

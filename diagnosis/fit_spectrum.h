@@ -4,8 +4,9 @@
 // Attitudes bend towards the samples, the more the slower these are wrong: at the nodes the
 // residuals' covariance is I - H, H = J P J' with P the posterior covariance. The mean spectrum of
 // H is estimated with seeded random vectors (Hutchinson), and told by the form that it has for a
-// random walk seen in white noise. From its node to a sample the attitude is the gyroscope's, whose
-// noise walks on. Of a direction's three components the two across it show attitudes.
+// random walk seen in white noise. Between two nodes a sample has the attitude on the line from one
+// to the other, and the gyroscope's noise about that. Of a direction's three components the two
+// across it show attitudes.
 #pragma once
 
 #include "calibration/sensor_rows.h"
@@ -14,9 +15,9 @@
 namespace magimu {
 
 struct FitSpectrum {
-  double share = 0.0;        // of H at frequency 0, mean of the components
-  double corner = 1.0;       // sine of half the angle a node at which it is half of that
-  double nodes_per_s = 1.0;  // a sample belongs to the node that is nearest
+  double share = 0.0;   // of H at frequency 0, mean of the components
+  double corner = 1.0;  // sine of half the angle a node at which it is half of that
+  double nodes_per_s = 1.0;
   // Of the gyroscope's noise: by how much it moves readings across their direction, over the
   // sensor's own density, squared, 1/s^2.
   double walk = 0.0;

@@ -112,6 +112,7 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   fill_departures(recordings, extender, d);
   d.before = extender.summary(extender.base());
   d.after = extender.summary(extender.stage());
+  extender.restate(d.after);
   // The samples themselves, not the means of them that the fits were made of.
   d.before.samples = d.after.samples = samples_of(full);
   d.model_before = extended_model(extender.base(), {});

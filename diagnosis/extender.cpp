@@ -17,30 +17,8 @@
 namespace magimu {
 namespace {
 
-constexpr int kTried = 4;             // best candidates that are refitted
 constexpr double kWorthTrying = 0.4;  // of the best candidate's statistic
-constexpr double kDraw = 2.0;         // nats within which the simpler of two effects is taken
 constexpr double kAsLikely = 4.0;     // nats within which a second answer counts as one
-constexpr double kAsMuch = 0.85;      // of the gain, for a nested cause to be the one named
-
-// By how many nats one effect may predict worse than another and still be the one to name: the
-// simpler of two that explain as much, or the one whose cause was recorded.
-double allowance(const Effect& one, const Effect& other, double gain, double other_gain) {
-  if (contains(other, one.name())) return std::max(kDraw, (1.0 - kAsMuch) * other_gain);
-  if (contains(one, other.name())) return -std::max(kDraw, (1.0 - kAsMuch) * gain);
-  const bool recorded = !one.description().needs.empty();
-  if (recorded == other.description().needs.empty()) {
-    if (recorded && of_any_time(other)) return kDraw;
-    if (!recorded && of_any_time(one)) return -kDraw;
-  }
-  return one.size() < other.size() ? kDraw : one.size() > other.size() ? -kDraw : 0.0;
-}
-
-// Of the same sensor, and to be named where it predicts as well.
-bool is_simpler(const Effect& one, const Effect& other) {
-  return one.channel() == other.channel() && one.name() != other.name() &&
-         allowance(one, other, 0.0, 0.0) > 0.0;
-}
 
 }  // namespace
 
@@ -189,6 +167,7 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
       }
       Finding f = describe(best->option, stage, nll, options, apart);
       f.probability = 1.0 / (1.0 + others);
+      apart_[f.effect] = apart;
       if (nll_ - nll < kMinGain) {  // what lasts shows in whole quarters
         f.gain.heldout_nll_after = sum_of(held_out_nll(stage, quarter_s()));
         f.gain.heldout_nll_before = f.gain.heldout_nll_after + best->left_out;
@@ -207,74 +186,6 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
     if (!among(rejected_, o.effect->name())) rejected_.push_back(o.effect->name());
   }
   return std::nullopt;
-}
-
-// Takes out what is no longer needed beside the effect that entered last: what predicts left-out
-// data as well without it.
-void Extender::prune() {
-  for (std::size_t e = 0; e + 1 < stage_->spec().effects.size();) {
-    const std::string name = stage_->spec().effects[e]->name();
-    const auto finding = std::find_if(d_.findings.begin(), d_.findings.end(),
-                                      [&](const Finding& f) { return f.effect == name; });
-    ModelSpec spec = stage_->spec();
-    spec.effects.erase(spec.effects.begin() + std::ptrdiff_t(e));
-    if (finding != d_.findings.end()) {
-      const Stage without = pipeline_.refit_with_same_noise(*stage_, spec);
-      const double nll = sum_of(held_out_nll(without));
-      const auto in_quarters = [&](const Stage& s) { return sum_of(held_out_nll(s, quarter_s())); };
-      if (without.result().converged() && nll - nll_ < kMinGain &&
-          !(lasts(*stage_->spec().effects[e]) &&
-            in_quarters(without) - in_quarters(*stage_) > kMinGain)) {
-        take(without, nll);
-        d_.findings.erase(finding);
-        continue;
-      }
-    }
-    ++e;
-  }
-}
-
-// The first that entered were named while the later ones were not in the model, and may have taken
-// what these explain: a simpler cause, where it now predicts as well, takes the place of a richer.
-void Extender::reconsider() {
-  for (std::size_t i = 0; i + 1 < d_.findings.size(); ++i) {
-    const auto& effects = stage_->spec().effects;
-    const auto named = std::find_if(effects.begin(), effects.end(), [&](const auto& e) {
-      return e->name() == d_.findings[i].effect;
-    });
-    if (named == effects.end()) continue;
-    const auto simpler = [&](const auto& e) { return is_simpler(*e, **named); };
-    if (std::ranges::none_of(candidates(*stage_), simpler)) continue;
-    const Stage stage = *stage_;
-    const double nll = nll_;
-    if (!name_simpler(i, *named)) take(stage, nll);
-  }
-}
-
-bool Extender::name_simpler(std::size_t finding, std::shared_ptr<const Effect> named) {
-  const double with_it = nll_;
-  ModelSpec spec = stage_->spec();
-  std::erase(spec.effects, named);
-  const Stage without = pipeline_.refit_with_same_noise(*stage_, spec);
-  if (!without.result().converged()) return false;
-  take(without, sum_of(held_out_nll(without)));
-  std::vector<Option> options;
-  for (const Option& o : scan_options(recordings_, *stage_, candidates(*stage_))) {
-    if (o.rank < log10_level() && is_simpler(*o.effect, *named) && int(options.size()) < kTried) {
-      options.push_back(o);
-    }
-  }
-  const std::vector<Trial> found = trials(options);
-  const auto best = std::ranges::min_element(found, {}, &Trial::nll);
-  if (best == found.end()) return false;
-  const double more = allowance(*best->option.effect, *named, nll_ - best->nll, nll_ - with_it);
-  if (best->nll > with_it + more) return false;
-  Finding f = describe(best->option, best->stage, best->nll, options,
-                       VectorXd::Zero(best->option.effect->size()));
-  f.probability = d_.findings[finding].probability;
-  d_.findings[finding] = std::move(f);
-  take(best->stage, best->nll);
-  return true;
 }
 
 void Extender::take(const Stage& stage, double nll) {
@@ -307,6 +218,7 @@ void Extender::extend(const Stage& from) {
     options = scan_options(recordings_, *stage_, candidates(*stage_));
   }
   reconsider();
+  estimate_walk_anew();
 }
 
 }  // namespace magimu

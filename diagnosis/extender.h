@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The extension of a model by effects, one after another: scan, refit the best candidates; of those
 // that predict left-out data better than the model without them accept the most likely one, scan
-// again; where none passes by itself, look for two that hide each other (extender_pairs.cpp); drop
-// what is no longer needed.
+// again; where none passes by itself, look for two that hide each other (extender_pairs.cpp); what
+// has entered is looked at again beside what came later (extender_revision.cpp).
 #pragma once
 
+#include <map>
 #include <optional>
 
 #include "calibration/pipeline.h"
@@ -26,6 +27,8 @@ class Extender {
   void extend(const Stage& from);
   // A better model found elsewhere is the stage from now on.
   void replace(const Stage& stage);
+  // The findings' parameters as they are in the model that it has become. after: stage()'s summary.
+  void restate(const Calibration& after);
   // Candidates that could be tested under this model, and the scan of them; nothing is accepted.
   std::vector<std::shared_ptr<const Effect>> candidates(const Stage& stage) const;
 
@@ -40,6 +43,7 @@ class Extender {
 
  private:
   static constexpr double kMinGain = 1.0;  // nats on left-out data
+  static constexpr int kTried = 4;         // best candidates that are refitted
 
   struct Trial {
     Option option;
@@ -76,6 +80,7 @@ class Extender {
   void find_source(Option& option, Stage& stage) const;
   void prune();
   void reconsider();
+  void estimate_walk_anew();
   bool name_simpler(std::size_t finding, std::shared_ptr<const Effect> named);
   void take(const Stage& stage, double nll);
 
@@ -90,6 +95,7 @@ class Extender {
   double nll_ = 0.0;
   mutable std::optional<Stage> refitted_;  // stage_, its noise estimated once more
   std::vector<std::string> rejected_;      // looked significant, predicts no better
+  std::map<std::string, VectorXd> apart_;  // of an effect: other parameters are about as likely
 };
 
 }  // namespace magimu

@@ -44,7 +44,7 @@ double even_rate_hz(const std::vector<double>& t) {
 
 // The standard deviation sigma for which values within 2.5 sigma have the mean square that
 // Gaussian ones have there, from the median on.
-double robust_scale(std::vector<double> size) {
+double scale_of_sizes(std::vector<double> size) {
   if (size.size() < 10) return 0.0;
   const auto middle = size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2);
   std::nth_element(size.begin(), middle, size.end());
@@ -123,7 +123,7 @@ Vector3 robust_scale(const std::vector<Vector3>& values, const std::vector<char>
     for (std::size_t k = 0; k < values.size(); ++k) {
       if (used[k]) size.push_back(std::abs(values[k][axis]));
     }
-    scale[axis] = robust_scale(std::move(size));
+    scale[axis] = scale_of_sizes(std::move(size));
   }
   return scale;
 }

@@ -17,6 +17,22 @@ bool contains(const Effect& effect, const std::string& name) {
   return among(effect.description().contains, name);
 }
 
+double allowance(const Effect& one, const Effect& other, double gain, double other_gain) {
+  if (contains(other, one.name())) return std::max(kDraw, (1.0 - kAsMuch) * other_gain);
+  if (contains(one, other.name())) return -std::max(kDraw, (1.0 - kAsMuch) * gain);
+  const bool recorded = !one.description().needs.empty();
+  if (recorded == other.description().needs.empty()) {
+    if (recorded && of_any_time(other)) return kDraw;
+    if (!recorded && of_any_time(one)) return -kDraw;
+  }
+  return one.size() < other.size() ? kDraw : one.size() > other.size() ? -kDraw : 0.0;
+}
+
+bool is_simpler(const Effect& one, const Effect& other) {
+  return one.channel() == other.channel() && one.name() != other.name() &&
+         allowance(one, other, 0.0, 0.0) > 0.0;
+}
+
 bool replaces(const Effect& effect, const std::string& name) {
   return contains(effect, name) || among(effect.description().same_class, name) ||
          (effect.name() == "stationary_source" && name == effect.name());

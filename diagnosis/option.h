@@ -25,6 +25,13 @@ struct Option {
 bool among(const std::vector<std::string>& names, const std::string& name);
 // Is the named cause a simpler one within it?
 bool contains(const Effect& effect, const std::string& name);
+// By how many nats one effect may predict worse than another and still be the one to name: the
+// simpler of two that explain as much, or the one whose cause was recorded.
+double allowance(const Effect& one, const Effect& other, double gain, double other_gain);
+inline constexpr double kDraw = 2.0;     // nats within which the simpler of two effects is taken
+inline constexpr double kAsMuch = 0.85;  // of the gain, for a nested cause to be the one named
+// Of the same sensor, and to be named where it predicts as well.
+bool is_simpler(const Effect& one, const Effect& other);
 // What a new effect takes the place of: what it contains, what is the same to first order (beside
 // each other the two are not determined), and a source that seemed to be elsewhere.
 bool replaces(const Effect& effect, const std::string& name);

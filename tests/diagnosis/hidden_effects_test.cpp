@@ -197,6 +197,18 @@ TEST(NamedFirst, is_considered_once_more_beside_what_is_found_later) {
   EXPECT_TRUE(judge(d, c).right()) << "named: " << names_of(d);
 }
 
+// The first has to explain both as it enters: a scale error, and a walk, with the other's share.
+class MeasuredFirst : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(MeasuredFirst, is_measured_once_more_beside_what_is_found_later) {
+  const HiddenCase c = pair_with_size(draw_pair(GetParam()), 30.0);
+  const Judgement j = judge(diagnosed(c), c);
+  EXPECT_TRUE(j.right());
+  for (const double sigma : j.farthest_sigma) EXPECT_LT(sigma, 4.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Oracle, MeasuredFirst, testing::Values(100996u, 100998u));
+
 // Beside either of them alone the residuals are as coloured as without.
 class TwoCauses : public testing::TestWithParam<std::uint64_t> {};
 

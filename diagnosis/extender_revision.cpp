@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What entered first was found and measured without what came later.
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/random_walk.h"
+#include "diagnosis/extender.h"
+#include "diagnosis/finding_text.h"
+#include "diagnosis/held_out_nll.h"
+#include "diagnosis/scan_options.h"
+#include "factors/effects/catalogue.h"
+
+namespace magimu {
+
+// Takes out what is no longer needed beside the effect that entered last: what predicts left-out
+// data as well without it.
+void Extender::prune() {
+  for (std::size_t e = 0; e + 1 < stage_->spec().effects.size();) {
+    const std::string name = stage_->spec().effects[e]->name();
+    const auto finding = std::find_if(d_.findings.begin(), d_.findings.end(),
+                                      [&](const Finding& f) { return f.effect == name; });
+    ModelSpec spec = stage_->spec();
+    spec.effects.erase(spec.effects.begin() + std::ptrdiff_t(e));
+    if (finding != d_.findings.end()) {
+      const Stage without = pipeline_.refit_with_same_noise(*stage_, spec);
+      const double nll = sum_of(held_out_nll(without));
+      const auto in_quarters = [&](const Stage& s) { return sum_of(held_out_nll(s, quarter_s())); };
+      if (without.result().converged() && nll - nll_ < kMinGain &&
+          !(lasts(*stage_->spec().effects[e]) &&
+            in_quarters(without) - in_quarters(*stage_) > kMinGain)) {
+        take(without, nll);
+        d_.findings.erase(finding);
+        continue;
+      }
+    }
+    ++e;
+  }
+}
+
+bool Extender::name_simpler(std::size_t finding, std::shared_ptr<const Effect> named) {
+  const double with_it = nll_;
+  ModelSpec spec = stage_->spec();
+  std::erase(spec.effects, named);
+  const Stage without = pipeline_.refit_with_same_noise(*stage_, spec);
+  if (!without.result().converged()) return false;
+  take(without, sum_of(held_out_nll(without)));
+  std::vector<Option> options;
+  for (const Option& o : scan_options(recordings_, *stage_, candidates(*stage_))) {
+    if (o.rank < log10_level() && is_simpler(*o.effect, *named) && int(options.size()) < kTried) {
+      options.push_back(o);
+    }
+  }
+  const std::vector<Trial> found = trials(options);
+  const auto best = std::ranges::min_element(found, {}, &Trial::nll);
+  if (best == found.end()) return false;
+  const double more = allowance(*best->option.effect, *named, nll_ - best->nll, nll_ - with_it);
+  if (best->nll > with_it + more) return false;
+  Finding f = describe(best->option, best->stage, best->nll, options,
+                       VectorXd::Zero(best->option.effect->size()));
+  f.probability = d_.findings[finding].probability;
+  d_.findings[finding] = std::move(f);
+  take(best->stage, best->nll);
+  return true;
+}
+
+// The first that entered were named while the later ones were not in the model, and may have taken
+// what these explain: a simpler cause, where it now predicts as well, takes the place of a richer.
+void Extender::reconsider() {
+  for (std::size_t i = 0; i + 1 < d_.findings.size(); ++i) {
+    const auto& effects = stage_->spec().effects;
+    const auto named = std::find_if(effects.begin(), effects.end(), [&](const auto& e) {
+      return e->name() == d_.findings[i].effect;
+    });
+    if (named == effects.end()) continue;
+    const auto simpler = [&](const auto& e) { return is_simpler(*e, **named); };
+    if (std::ranges::none_of(candidates(*stage_), simpler)) continue;
+    const Stage stage = *stage_;
+    const double nll = nll_;
+    if (!name_simpler(i, *named)) take(stage, nll);
+  }
+}
+
+// The density of a walk is that of all it had to explain as it entered.
+void Extender::estimate_walk_anew() {
+  ModelSpec spec = stage_->spec();
+  const auto walk = std::ranges::find_if(
+      spec.effects, [](const auto& e) { return e->description().random_process; });
+  const auto finding = std::ranges::find_if(d_.findings, [&](const Finding& f) {
+    return walk != spec.effects.end() && f.effect == (*walk)->name();
+  });
+  if (finding == d_.findings.end() || *walk == spec.effects.back()) return;
+  const double duration = recordings_.front()->duration_s();
+  const Score s = wald_test(*stage_, std::size_t(walk - spec.effects.begin()));
+  MatrixXd of_data = s.information;
+  of_data.diagonal() -= (*walk)->prior_sigma(duration).cwiseAbs2().cwiseInverse();
+  const int terms = (*walk)->size() / 3;
+  const RandomWalk now = estimate_random_walk(
+      of_data, s.information * s.theta, make_gyro_bias_walk(terms, 1.0)->prior_sigma(duration));
+  if (!(now.density > 0.0)) return;
+  *walk = make_gyro_bias_walk(terms, now.density);
+  const Stage stage = pipeline_.refit_with_same_noise(*stage_, spec);
+  if (!stage.result().converged()) return;
+  replace(stage);
+  finding->parameters.front().value = now.density;
+  finding->parameters.front().sigma = now.sigma;
+  finding->sentence = walk_sentence(finding->parameters.front());
+}
+
+void Extender::restate(const Calibration& after) {
+  const auto& effects = stage_->spec().effects;
+  const std::size_t chosen = after.effects.size() - effects.size();  // by the pipeline, before them
+  for (std::size_t e = 0; e < effects.size(); ++e) {
+    const Effect& effect = *effects[e];
+    // A walk has a density, a line of the mains was measured in the samples.
+    if (effect.description().random_process || effect.name() == "mains_interference") continue;
+    const auto same = [&](const auto& f) { return f->name() == effect.name(); };
+    auto before = std::count_if(effects.begin(), effects.begin() + std::ptrdiff_t(e), same);
+    const auto finding = std::ranges::find_if(
+        d_.findings, [&](const Finding& f) { return f.effect == effect.name() && before-- == 0; });
+    if (finding == d_.findings.end()) continue;
+    const auto apart = apart_.find(effect.name());
+    VectorXd theta(effect.size()), sigma(effect.size());
+    for (int i = 0; i < effect.size(); ++i) {
+      const ActiveEffect::Parameter& p = after.effects[chosen + e].parameters[std::size_t(i)];
+      theta[i] = p.value;
+      sigma[i] = std::max({p.sigma, p.sigma_model, apart == apart_.end() ? 0.0 : apart->second[i]});
+      finding->parameters[std::size_t(i)].value = theta[i];
+      finding->parameters[std::size_t(i)].sigma = sigma[i];
+    }
+    finding->sentence = effect.sentence(theta, sigma);
+  }
+}
+
+}  // namespace magimu

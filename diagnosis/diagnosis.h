@@ -60,7 +60,8 @@ struct Confusable {
 
 struct Finding {
   std::string effect = {}, channel = {}, sentence = {};
-  std::vector<FoundParameter> parameters = {};
+  std::vector<FoundParameter> parameters = {};  // as in the model at the end, beside all others
+  // What speaks for it: as it entered the model, beside those before it.
   double p_value = 1.0;      // corrected for the number of candidates
   double probability = 0.0;  // among the candidates and "nothing", by left-out data
   Gain gain = {};

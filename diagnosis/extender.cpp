@@ -167,7 +167,7 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
       }
       Finding f = describe(best->option, stage, nll, options, apart);
       f.probability = 1.0 / (1.0 + others);
-      apart_[f.effect] = apart;
+      entered_[f.effect] = {apart, best->option.searched};
       if (nll_ - nll < kMinGain) {  // what lasts shows in whole quarters
         f.gain.heldout_nll_after = sum_of(held_out_nll(stage, quarter_s()));
         f.gain.heldout_nll_before = f.gain.heldout_nll_after + best->left_out;

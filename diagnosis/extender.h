@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "calibration/pipeline.h"
+#include "calibration/random_walk.h"
 #include "diagnosis/diagnosis.h"
 #include "diagnosis/doubts.h"
 #include "diagnosis/option.h"
@@ -31,6 +32,11 @@ class Extender {
   void restate(const Calibration& after);
   // Candidates that could be tested under this model, and the scan of them; nothing is accepted.
   std::vector<std::shared_ptr<const Effect>> candidates(const Stage& stage) const;
+
+  // stage() fitted without one of its effects, and by how many nats the effect explains more than
+  // chance does in as many parameters; with a random process' states integrated out.
+  Stage without(std::size_t effect) const;
+  double worth(std::size_t effect, const Stage& without) const;
 
   void set_base(const Stage& stage) { base_ = stage; }
   const Stage& base() const { return *base_; }    // the model that the diagnosis started from
@@ -81,6 +87,7 @@ class Extender {
   void prune();
   void reconsider();
   void estimate_walk_anew();
+  RandomWalk walk_in(const Stage& stage, std::size_t effect) const;
   bool name_simpler(std::size_t finding, std::shared_ptr<const Effect> named);
   void take(const Stage& stage, double nll);
 
@@ -95,7 +102,11 @@ class Extender {
   double nll_ = 0.0;
   mutable std::optional<Stage> refitted_;  // stage_, its noise estimated once more
   std::vector<std::string> rejected_;      // looked significant, predicts no better
-  std::map<std::string, VectorXd> apart_;  // of an effect: other parameters are about as likely
+  struct Entered {
+    VectorXd apart;         // by how much other parameters differ that are about as likely
+    double searched = 0.0;  // Option::searched
+  };
+  std::map<std::string, Entered> entered_;  // by the effect's name
 };
 
 }  // namespace magimu

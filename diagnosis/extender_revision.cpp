@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/random_walk.h"
 #include "diagnosis/extender.h"
 #include "diagnosis/finding_text.h"
 #include "diagnosis/held_out_nll.h"
@@ -24,8 +23,9 @@ void Extender::prune() {
     if (finding != d_.findings.end()) {
       const Stage without = pipeline_.refit_with_same_noise(*stage_, spec);
       const double nll = sum_of(held_out_nll(without));
+      const double paid = entered_[name].searched;
       const auto in_quarters = [&](const Stage& s) { return sum_of(held_out_nll(s, quarter_s())); };
-      if (without.result().converged() && nll - nll_ < kMinGain &&
+      if (without.result().converged() && nll - nll_ - paid < kMinGain &&
           !(lasts(*stage_->spec().effects[e]) &&
             in_quarters(without) - in_quarters(*stage_) > kMinGain)) {
         take(without, nll);
@@ -80,24 +80,43 @@ void Extender::reconsider() {
   }
 }
 
+Stage Extender::without(std::size_t effect) const {
+  ModelSpec spec = stage_->spec();
+  spec.effects.erase(spec.effects.begin() + std::ptrdiff_t(effect));
+  return pipeline_.refit_with_same_noise(*stage_, spec);
+}
+
+// From its states in a fit, without what their prior says.
+RandomWalk Extender::walk_in(const Stage& stage, std::size_t effect) const {
+  const Effect& walk = *stage.spec().effects[effect];
+  const double duration = recordings_.front()->duration_s();
+  const Score s = wald_test(stage, effect);
+  MatrixXd of_data = s.information;
+  of_data.diagonal() -= walk.prior_sigma(duration).cwiseAbs2().cwiseInverse();
+  return estimate_random_walk(of_data, s.information * s.theta,
+                              make_gyro_bias_walk(walk.size() / 3, 1.0)->prior_sigma(duration));
+}
+
+double Extender::worth(std::size_t effect, const Stage& without) const {
+  const Effect& e = *stage_->spec().effects[effect];
+  if (e.description().random_process) return 0.5 * walk_in(*stage_, effect).likelihood_ratio;
+  const auto entered = entered_.find(e.name());
+  const double searched = entered == entered_.end() ? 0.0 : entered->second.searched;
+  return without.result().cost_final - stage_->result().cost_final - e.size() - searched;
+}
+
 // The density of a walk is that of all it had to explain as it entered.
 void Extender::estimate_walk_anew() {
   ModelSpec spec = stage_->spec();
   const auto walk = std::ranges::find_if(
       spec.effects, [](const auto& e) { return e->description().random_process; });
-  const auto finding = std::ranges::find_if(d_.findings, [&](const Finding& f) {
-    return walk != spec.effects.end() && f.effect == (*walk)->name();
-  });
-  if (finding == d_.findings.end() || *walk == spec.effects.back()) return;
-  const double duration = recordings_.front()->duration_s();
-  const Score s = wald_test(*stage_, std::size_t(walk - spec.effects.begin()));
-  MatrixXd of_data = s.information;
-  of_data.diagonal() -= (*walk)->prior_sigma(duration).cwiseAbs2().cwiseInverse();
-  const int terms = (*walk)->size() / 3;
-  const RandomWalk now = estimate_random_walk(
-      of_data, s.information * s.theta, make_gyro_bias_walk(terms, 1.0)->prior_sigma(duration));
+  if (walk == spec.effects.end() || *walk == spec.effects.back()) return;
+  const auto finding = std::ranges::find_if(
+      d_.findings, [&](const Finding& f) { return f.effect == (*walk)->name(); });
+  if (finding == d_.findings.end()) return;
+  const RandomWalk now = walk_in(*stage_, std::size_t(walk - spec.effects.begin()));
   if (!(now.density > 0.0)) return;
-  *walk = make_gyro_bias_walk(terms, now.density);
+  *walk = make_gyro_bias_walk((*walk)->size() / 3, now.density);
   const Stage stage = pipeline_.refit_with_same_noise(*stage_, spec);
   if (!stage.result().converged()) return;
   replace(stage);
@@ -118,12 +137,15 @@ void Extender::restate(const Calibration& after) {
     const auto finding = std::ranges::find_if(
         d_.findings, [&](const Finding& f) { return f.effect == effect.name() && before-- == 0; });
     if (finding == d_.findings.end()) continue;
-    const auto apart = apart_.find(effect.name());
+    const auto entered = entered_.find(effect.name());
+    VectorXd apart = VectorXd::Zero(effect.size());
+    if (entered != entered_.end() && entered->second.apart.size() > 0)
+      apart = entered->second.apart;
     VectorXd theta(effect.size()), sigma(effect.size());
     for (int i = 0; i < effect.size(); ++i) {
       const ActiveEffect::Parameter& p = after.effects[chosen + e].parameters[std::size_t(i)];
       theta[i] = p.value;
-      sigma[i] = std::max({p.sigma, p.sigma_model, apart == apart_.end() ? 0.0 : apart->second[i]});
+      sigma[i] = std::max({p.sigma, p.sigma_model, apart[i]});
       finding->parameters[std::size_t(i)].value = theta[i];
       finding->parameters[std::size_t(i)].sigma = sigma[i];
     }

@@ -176,6 +176,40 @@ void find_timing_noise(const std::vector<const Recording*>& full, const Diagnosi
   }
 }
 
+// A function of time follows whatever the course of the motion makes of another cause: where a
+// dependence without a name explains more, it stood for that.
+void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extender& extender,
+                        Diagnosis& d) {
+  const Stage& stage = extender.stage();
+  const auto& effects = stage.spec().effects;
+  for (std::size_t e = 0; e < effects.size(); ++e) {
+    const auto finding = std::ranges::find_if(
+        d.findings, [&](const Finding& f) { return f.effect == effects[e]->name(); });
+    if (finding == d.findings.end() || !of_any_time(*effects[e])) continue;
+    auto all = general_dependences(stage.spec().motion == MotionModel::kHandHeld);
+    std::erase_if(all, [&](const auto& a) { return a->channel() != effects[e]->channel(); });
+    const Stage without = extender.without(e);
+    const Scan scan(recordings, without, all);
+    double most = extender.worth(e, without);
+    Score best;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const Score s = scan.with_own_scatter(i);
+      const double nameless = 0.5 * s.statistic - double(s.dof) * std::max(1.0, s.scatter);
+      if (nameless <= most) continue;
+      most = nameless;
+      best = s;
+    }
+    if (!best.effect) continue;
+    add_evidence(d, best.effect->channel(),
+                 fmt::format("The {} depends {} (chi-square {:.0f} with {} degrees of freedom), as "
+                             "no cause does that is known here; {} would explain less of the same, "
+                             "and is not named.",
+                             sensor_name(best.effect->channel()), best.effect->description().cause,
+                             best.statistic, best.dof, finding->effect));
+    d.findings.erase(finding);
+  }
+}
+
 // Blows are over before a sample is: what they do to velocity and place reaches the model through
 // no sample, and errors of the accelerometer can imitate it.
 void withdraw_beside_blows(const Stage& stage, Diagnosis& d) {
@@ -237,6 +271,7 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
                       Extender& extender, Diagnosis& d) {
   const Stage& stage = extender.stage();
   withdraw_beside_blows(stage, d);
+  withdraw_stand_ins(recordings, extender, d);
   const std::vector<Score> scores = scores_of(recordings, stage, stage.spec().motion);
   const double level = std::log10(options.false_alarm_rate / 3.0 / double(scores.size()));
   double most = 0.0;

@@ -34,6 +34,8 @@ class AccelerometerText {
     return acc_.template cast<T>() + bRn * g - acc_bias;
   }
 
+  static constexpr bool is_zero(int row, int column) { return column >= 3 && column % 3 != row; }
+
  private:
   Vec3<S> acc_, g_n_;
 };
@@ -72,6 +74,8 @@ class MeanAccelerometerText {
     J_bias = -Mat3<T>::Identity();
     return acc_.template cast<T>() + CbRn * g - acc_bias;
   }
+
+  static constexpr bool is_zero(int row, int column) { return column >= 3 && column % 3 != row; }
 
  private:
   Vec3<S> acc_, g_n_;

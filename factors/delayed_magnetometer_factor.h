@@ -38,6 +38,10 @@ class DelayedMagnetometerText {
                                              J_R, J_D, J_bias, J_dip);
   }
 
+  static constexpr bool is_zero(int row, int column) {
+    return detail::magnetometer_is_zero(row, column);
+  }
+
  private:
   template <class T>
   Mat3<T> C(const T& offset_s) const {

@@ -32,6 +32,8 @@ class GyroscopeText {
     return gyr_.template cast<T>() - phi * rate - gyr_bias;
   }
 
+  static constexpr bool is_zero(int row, int column) { return column >= 6 && column % 3 != row; }
+
  private:
   Vec3<S> gyr_;
   S rate_hz_;

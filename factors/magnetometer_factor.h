@@ -37,6 +37,11 @@ Vec3<T> linearize_magnetometer(const Vec3<T>& mag, const Mat3<T>& CbRn, const Ma
   return mag - D * b - mag_bias;
 }
 
+// A row of D and an entry of o_m tell of one row of the residual.
+constexpr bool magnetometer_is_zero(int row, int column) {
+  return column >= 3 && column < 15 && column % 3 != row;
+}
+
 }  // namespace detail
 
 template <class S>
@@ -56,6 +61,10 @@ class MagnetometerText {
                     Vec3<T>& J_dip) const {
     return detail::linearize_magnetometer<T>(mag_.template cast<T>(), nRb.matrix().transpose(), D,
                                              mag_bias, dip_rad, J_R, J_D, J_bias, J_dip);
+  }
+
+  static constexpr bool is_zero(int row, int column) {
+    return detail::magnetometer_is_zero(row, column);
   }
 
  private:
@@ -95,6 +104,10 @@ class MeanMagnetometerText {
     return detail::linearize_magnetometer<T>(mag_.template cast<T>(),
                                              C_.template cast<T>() * nRb.matrix().transpose(), D,
                                              mag_bias, dip_rad, J_R, J_D, J_bias, J_dip);
+  }
+
+  static constexpr bool is_zero(int row, int column) {
+    return detail::magnetometer_is_zero(row, column);
   }
 
  private:

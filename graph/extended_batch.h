@@ -104,14 +104,15 @@ class ExtendedBatch final : public FactorBatch {
   }
 
   LaneText lane_text(Isa isa) const override { return detail::lane_text_of(factors_, isa); }
-  void copy_text(int i, double* text) const override {
-    detail::copy_text(factors_[std::size_t(i)], text);
+  void copy_texts(std::span<const int> chosen, double* text) const override {
+    detail::copy_texts(factors_, chosen, text);
   }
   const double* whitening(int i) const override {
     return factors_[std::size_t(i)].noise().whitening().data();
   }
-  bool whitening_is_diagonal() const override { return detail::all_diagonal(factors_); }
-  bool robust() const override { return detail::any_robust(factors_); }
+  NoiseKinds noise_kinds(int begin, int end) const override {
+    return detail::noise_kinds(factors_, begin, end);
+  }
   std::span<const double> linear_at() const override {
     return {at_.data(), std::size_t(at_.size())};
   }

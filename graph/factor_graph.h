@@ -23,6 +23,12 @@ struct ResolvedKeys {
   std::vector<int> tangent;  // first column
 };
 
+// Of some of a batch's factors: are their whitening matrices diagonal, are they all that of the
+// batch's first factor, has any a robust loss?
+struct NoiseKinds {
+  bool diagonal = true, same = true, robust = false;
+};
+
 // Factors of one type, seen from the solvers' side.
 class FactorBatch {
  public:
@@ -47,13 +53,13 @@ class FactorBatch {
   // Code that works on several of these factors at once (lanes.h), robust losses aside; none by
   // default.
   virtual LaneText lane_text(Isa) const { return {}; }
-  // What that code reads of a factor; text: lane_text().doubles numbers.
-  virtual void copy_text(int /*factor*/, double* /*text*/) const {}
+  // What that code reads of these factors, one in each lane; text: lane_text().doubles numbers of
+  // each, interleaved.
+  virtual void copy_texts(std::span<const int> /*factors*/, double* /*text*/) const {}
   // The factor's whitening matrix, rows() squared.
   virtual const double* whitening(int /*factor*/) const { return nullptr; }
-  virtual bool whitening_is_diagonal() const { return false; }
-  // Has any of the factors a robust loss?
-  virtual bool robust() const { return false; }
+  // Of the factors begin <= i < end.
+  virtual NoiseKinds noise_kinds(int /*begin*/, int /*end*/) const { return {false, false, false}; }
   // The last columns may be linear (extended_batch.h): residual - gain (x - at), column by column.
   virtual std::span<const double> linear_at() const { return {}; }
   virtual const double* linear_gain(int /*factor*/) const { return nullptr; }
@@ -69,21 +75,29 @@ LaneText lane_text_of(const std::vector<F>& factors, Isa isa) {
   return {};
 }
 template <class F>
-bool any_robust(const std::vector<F>& factors) {
-  return std::any_of(factors.begin(), factors.end(),
-                     [](const F& f) { return f.noise().loss().kind != Loss::Kind::kNone; });
-}
-template <class F>
-void copy_text(const F& factor, double* text) {
-  if constexpr (kHasLanes<F>) {
-    const typename F::template Text<double>& single = factor;
-    std::memcpy(text, &single, sizeof single);
+NoiseKinds noise_kinds(const std::vector<F>& factors, int begin, int end) {
+  NoiseKinds out;
+  for (int i = begin; i < end; ++i) {
+    const F& f = factors[std::size_t(i)];
+    out.diagonal &= f.noise().is_diagonal();
+    out.same &= f.noise().whitening() == factors.front().noise().whitening();
+    out.robust |= f.noise().loss().kind != Loss::Kind::kNone;
   }
+  return out;
 }
 template <class F>
-bool all_diagonal(const std::vector<F>& factors) {
-  return std::all_of(factors.begin(), factors.end(),
-                     [](const F& f) { return f.noise().is_diagonal(); });
+void copy_texts(const std::vector<F>& all, std::span<const int> factors, double* text) {
+  if constexpr (kHasLanes<F>) {
+    using Text = typename F::template Text<double>;
+    std::array<double, sizeof(Text) / sizeof(double)> numbers;
+    for (std::size_t lane = 0; lane < factors.size(); ++lane) {
+      const Text& single = all[std::size_t(factors[lane])];
+      std::memcpy(numbers.data(), &single, sizeof single);
+      for (std::size_t k = 0; k < numbers.size(); ++k) {
+        text[k * factors.size() + lane] = numbers[k];
+      }
+    }
+  }
 }
 
 }  // namespace detail
@@ -145,14 +159,15 @@ class FactorBatchOf final : public FactorBatch {
   }
 
   LaneText lane_text(Isa isa) const override { return detail::lane_text_of(factors, isa); }
-  void copy_text(int i, double* text) const override {
-    detail::copy_text(factors[std::size_t(i)], text);
+  void copy_texts(std::span<const int> chosen, double* text) const override {
+    detail::copy_texts(factors, chosen, text);
   }
   const double* whitening(int i) const override {
     return factors[std::size_t(i)].noise().whitening().data();
   }
-  bool whitening_is_diagonal() const override { return detail::all_diagonal(factors); }
-  bool robust() const override { return detail::any_robust(factors); }
+  NoiseKinds noise_kinds(int begin, int end) const override {
+    return detail::noise_kinds(factors, begin, end);
+  }
 
  private:
   static constexpr auto kTypes = []<std::size_t... I>(std::index_sequence<I...>) {

@@ -24,7 +24,19 @@ struct LaneText {
   using Linearize = void(const double* text, const double* const* x, double* J, int stride);
   Linearize* linearize = nullptr;  // null: there is none
   int doubles = 0;
+
+  // Products of the columns of [J | r], those that are not always zero: the one of columns
+  // i <= j, with the rows' squared weights, is added to sums[to[product_index(i, j, columns)]].
+  // weights: one a row, or null where the rows are whitened already, which may have mixed them.
+  using AddProducts = void(const double* J, int stride, const double* weights, const int* to,
+                           double* sums);
+  AddProducts* add_products = nullptr;  // null: there is none
 };
+
+// Products of `columns` columns, each with itself and those after it, row by row.
+constexpr int product_index(int i, int j, int columns) {
+  return i * columns - i * (i - 1) / 2 + j - i;
+}
 
 // True for factors that have lane code: lane_text<F> is then defined in factors/lanes.cpp, and
 // F::Text<S> is the factor's text with measurements of the scalar S and nothing else in memory.

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Doubles that start on the boundary SIMD registers ask for, zero at first unless asked otherwise.
+// Where there are many, the system is asked for large pages: thousands of small ones, touched for
+// the first time, take longer than a pass over them.
 #pragma once
+
+#include <sys/mman.h>
 
 #include <cstdlib>
 #include <cstring>
@@ -14,10 +18,13 @@ class AlignedBuffer {
   AlignedBuffer() = default;
   enum class Fill { kZero, kNone };
   explicit AlignedBuffer(std::size_t size, Fill fill = Fill::kZero) : size_(size) {
-    constexpr std::size_t kAlignment = 64;
-    const std::size_t bytes = (size * sizeof(double) / kAlignment + 1) * kAlignment;
-    data_.reset(static_cast<double*>(std::aligned_alloc(kAlignment, bytes)));
+    constexpr std::size_t kAlignment = 64, kLargePage = std::size_t(1) << 21;
+    std::size_t bytes = size * sizeof(double), alignment = kAlignment;
+    if (bytes >= 2 * kLargePage) alignment = kLargePage;
+    bytes = (bytes / alignment + 1) * alignment;
+    data_.reset(static_cast<double*>(std::aligned_alloc(alignment, bytes)));
     if (!data_) throw std::bad_alloc();
+    if (alignment == kLargePage) madvise(data_.get(), bytes, MADV_HUGEPAGE);  // or does not help
     if (fill == Fill::kZero) std::memset(data_.get(), 0, bytes);
   }
   double* data() { return data_.get(); }

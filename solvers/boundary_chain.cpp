@@ -38,6 +38,22 @@ void BoundaryChain::clear() {
   squares_ = 0.0;
 }
 
+void BoundaryChain::add_norms(int window, const double* norms, int lane, int lanes) {
+  const auto at = [&](int i) { return norms[std::ptrdiff_t(i) * lanes + lane]; };
+  const int left = boundary_of(window), right = left + 1, border = 2 * d_;
+  for (int i = 0; i < d_; ++i) {
+    diagonal_[std::size_t(right * d_ + i)] += at(i);
+    gradient_[std::size_t(right * d_ + i)] += at(d_ + i);
+    diagonal_[std::size_t(left * d_ + i)] += at(border + i);
+    gradient_[std::size_t(left * d_ + i)] += at(border + b_ + i);
+  }
+  for (int i = 0; i < g_; ++i) {
+    root_diagonal_[i] += at(border + d_ + i);
+    root_gradient_[i] += at(border + b_ + d_ + i);
+  }
+  squares_ += at(border + b_ - 1);
+}
+
 void BoundaryChain::add_global(const std::vector<int>& columns, int rows, const double* J) {
   const auto n = columns.size();
   for (int r = 0; r < rows; ++r, J += n + 1) {

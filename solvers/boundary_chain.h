@@ -20,6 +20,8 @@ class BoundaryChain {
   virtual void clear();
   // A window's Sweep::out, of one lane, without the sums that it begins with.
   virtual void add(int window, const double* out, int lane, int lanes) = 0;
+  // What a look at it leaves there: lane_sweep.h, norm_doubles().
+  void add_norms(int window, const double* norms, int lane, int lanes);
   // Rows [J | r] of a factor on globals alone, with the globals' columns.
   virtual void add_global(const std::vector<int>& columns, int rows, const double* J);
   // Eliminates down to the root, with this damping; false if that is singular.

@@ -41,7 +41,8 @@ struct Pattern {
   const int* places;         // of the columns and the residual, in rows [own | next | border]
   const Products* products;  // the information form's
   int n_products;
-  bool diagonal;            // of the whitening: rows numbers a lane, else rows (rows + 1) / 2
+  const int* sums;  // or text.add_products' places there, in doubles a lane; null: products it is
+  bool diagonal;    // of the whitening: rows numbers a lane, else rows (rows + 1) / 2
   const double* whitening;  // the same for all factors (then not in their data), or null
   int doubles;              // a lane's data
   int linear;               // the last columns, linear with a gain of rows * linear numbers a lane
@@ -99,6 +100,11 @@ constexpr int kOutSums = 3;
 // linearization is exact again.
 constexpr int kept_numbers(int d, int b) { return 2 * d + d * (2 * d + b); }
 
+// Norms: squared column norms and gradient of the right boundary (2 d) and of the border (2 b; the
+// residual's last) before anything was eliminated. After a look, all that follows the sums of
+// Sweep::out.
+constexpr int norm_doubles(int d, int b) { return 2 * (d + b); }
+
 // Information form.
 
 // Upper triangle of a symmetric b x b matrix in rows of four: entry (i, j), j >= i / 4 * 4.
@@ -131,14 +137,12 @@ constexpr int panel_doubles(int d, int b) { return b > kWideBorder ? kPanelSteps
 // Upper triangle, row by row: where row i, from its diagonal on, begins.
 constexpr int triangle_at(int i, int b) { return i * b - i * (i - 1) / 2; }
 // After the sums of Sweep::out: rows of the right boundary [own | border] (d x (d + b)), triangle
-// of the border without a row for the residual; squared column norms and gradient of the right
-// boundary (2 d) and of the border (2 b; the residual's last) before anything was eliminated; and
-// what the inner nodes have gained.
+// of the border without a row for the residual; norms; and what the inner nodes have gained.
 constexpr int border_triangle_at(int d, int b) { return d * (d + b); }
 constexpr int raw_norms_at(int d, int b) {
   return border_triangle_at(d, b) + triangle_at(b - 1, b);
 }
-constexpr int gained_at(int d, int b) { return raw_norms_at(d, b) + 2 * (d + b); }
+constexpr int gained_at(int d, int b) { return raw_norms_at(d, b) + norm_doubles(d, b); }
 
 // The panel holds rows [own | next | border] column by column, d for damping, then the factors';
 // and after them rows on the border alone.
@@ -160,6 +164,8 @@ constexpr Sizes sizes_of(EliminationForm form, int d, int b, int rows) {
 struct SweepCode {
   void (*up)(const Sweep&);
   void (*down)(const Sweep&);
+  // Sums and norms only: where a step leads after which no other will be asked for.
+  void (*look)(const Sweep&);
 };
 // For nodes of d degrees of freedom, at most kMaxNode.
 inline constexpr int kMaxNode = 40;

@@ -42,7 +42,9 @@ class Run {
   }
 
   bool solve(double damping) { return problem_->solve(damping); }
-  double try_step(Step& step) { return problem_->try_step(step); }
+  double try_step(Step& step, double damping) {
+    return problem_->try_step(step, damping <= kLightDamping ? small_sigma() : 0.0);
+  }
   void accept() {
     problem_->accept();
     find_rounding();
@@ -54,9 +56,7 @@ class Run {
            std::max(kCostPrecision * cost(), std::sqrt(2.0 * cost()) * variables_rounding_);
   }
   // Is a step that damping hardly shortened small enough to stop?
-  bool small(const Step& step) const {
-    return step.sigma < std::max(options_.step_tolerance * sigma_unit(), variables_rounding_);
-  }
+  bool small(const Step& step) const { return step.sigma < small_sigma(); }
   // One standard deviation, in units of the factors' noise.
   double sigma_unit() const {
     if (!options_.noise_from_residuals || problem_->rows() <= columns_) return 1.0;
@@ -117,6 +117,9 @@ class Run {
   }
 
  private:
+  double small_sigma() const {
+    return std::max(options_.step_tolerance * sigma_unit(), variables_rounding_);
+  }
   void find_rounding() { variables_rounding_ = kVariablePrecision * problem_->sizes_in_sigmas(); }
 
   // Variables without influence where they are now, though they had some on the way: a plateau.
@@ -184,7 +187,7 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
     double gain_ratio = 0.0, cost = run.cost();
     const bool solved = run.solve(used);
     if (solved) {
-      cost = run.try_step(step);
+      cost = run.try_step(step, used);
       const double decrease = run.cost() - cost;
       const bool at_rounding = run.negligible(step.predicted_decrease) && run.negligible(decrease);
       gain_ratio = at_rounding ? 1.0 : decrease / step.predicted_decrease;
@@ -240,7 +243,7 @@ Result GaussNewton::optimize(const Values& initial) const {
       break;
     }
     const double before = run.cost();
-    run.try_step(step);
+    run.try_step(step, 0.0);
     run.accept();
     if (!std::isfinite(run.cost())) {
       run.stop(StopReason::kNotFinite,

@@ -38,8 +38,9 @@ class OptimizerProblem {
   // Solves for a step with this damping (a light one may be lighter still); false if the matrix is
   // singular.
   virtual bool solve(double damping) = 0;
-  // The step, and the cost after it; then either accept() or another solve().
-  virtual double try_step(ProposedStep& step) = 0;
+  // The step, and the cost after it; then either accept() or another solve(). A step shorter than
+  // last_sigma standard deviations is the last: what another one would need may wait.
+  virtual double try_step(ProposedStep& step, double last_sigma) = 0;
   virtual void accept() = 0;
   virtual Values values() const = 0;
   // Norms of the columns where we stand, and the largest that they have had; 0 for columns that are

@@ -47,7 +47,7 @@ class SparseProblem final : public OptimizerProblem {
     candidate_ = values_.retract({delta.data(), std::size_t(delta.size())});
     return delta.allFinite();
   }
-  double try_step(ProposedStep& step) override {
+  double try_step(ProposedStep& step, double) override {
     step = step_;
     return system_.cost(candidate_);
   }

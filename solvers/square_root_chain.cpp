@@ -40,7 +40,7 @@ void SquareRootChain::clear() {
 
 void SquareRootChain::add(int window, const double* out, int lane, int lanes) {
   const auto at = [&](int i) { return out[std::ptrdiff_t(i) * lanes + lane]; };
-  const int left = boundary_of(window), right = left + 1, width = wide();
+  const int left = boundary_of(window), width = wide();
   double* rows = gathered_.data() + std::size_t(left * 2 * d_ * width);
   for (int i = 0; i < d_; ++i, rows += width) {
     const int from = i * (d_ + b_);
@@ -59,18 +59,7 @@ void SquareRootChain::add(int window, const double* out, int lane, int lanes) {
     double* row = gathered_root_.next();
     for (int j = i; j <= g_; ++j) row[j] = at(from + j);
   }
-  const int raw = raw_norms_at(d_, b_), border = raw + 2 * d_;
-  for (int i = 0; i < d_; ++i) {
-    diagonal_[std::size_t(right * d_ + i)] += at(raw + i);
-    gradient_[std::size_t(right * d_ + i)] += at(raw + d_ + i);
-    diagonal_[std::size_t(left * d_ + i)] += at(border + i);
-    gradient_[std::size_t(left * d_ + i)] += at(border + b_ + i);
-  }
-  for (int i = 0; i < g_; ++i) {
-    root_diagonal_[i] += at(border + d_ + i);
-    root_gradient_[i] += at(border + b_ + d_ + i);
-  }
-  squares_ += at(border + b_ - 1);
+  add_norms(window, out + raw_norms_at(d_, b_) * lanes, lane, lanes);
   gathered_gain_ += at(gained_at(d_, b_));
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace magimu {
 
@@ -29,7 +30,7 @@ std::unique_ptr<WindowEngine> WindowEngine::make(const FactorGraph& graph, const
   if (!is_available(chosen)) return nullptr;
   for (const auto& batch : graph.batches()) {
     const bool in_lanes = batch->lane_text(chosen).linearize != nullptr;
-    if (batch->robust() || (!in_lanes && batch->types().size() > kMaxLaneKeys)) return nullptr;
+    if (!in_lanes && batch->types().size() > kMaxLaneKeys) return nullptr;
   }
   std::optional<Layout> layout = find_layout(graph, values, lanes_of(chosen));
   if (!layout) return nullptr;
@@ -49,18 +50,28 @@ WindowEngine::WindowEngine(const FactorGraph& graph, const Values& values, Layou
       sizes_(sizes_of(form, layout_.d, layout_.b(), program_.rows())),
       code_(sweep_code(isa, layout_.d, form)),
       chain_(BoundaryChain::make(layout_, form)) {
+  const auto stored = std::size_t(layout_.stored), d = std::size_t(layout_.d);
+  const auto kept = std::size_t(kept_numbers(layout_.d, layout_.b()));
+  // In the information form two of the numbers that are kept are in a double.
+  const auto kept_doubles = [&](std::size_t steps) {
+    return form == EliminationForm::kInformation ? (steps * kept + 1) / 2 : steps * kept;
+  };
+  std::size_t doubles = 0;
   for (const Layout::Group& g : layout_.groups) {
-    const std::size_t steps = std::size_t(g.steps) + 1, d = std::size_t(layout_.d);
+    const std::size_t steps = std::size_t(g.steps) + 1;
+    doubles += (2 * steps * stored + kept_doubles(steps)) * lanes_;
+  }
+  // load() fills nodes, and a pass writes all that the next one reads.
+  memory_ = AlignedBuffer(doubles, AlignedBuffer::Fill::kNone);
+  double* next = memory_.data();
+  for (const Layout::Group& g : layout_.groups) {
+    const std::size_t steps = std::size_t(g.steps) + 1;
     Group own;
-    for (const int set : {0, 1}) {  // load() fills both
-      own.nodes[set] =
-          AlignedBuffer(steps * std::size_t(layout_.stored) * lanes_, AlignedBuffer::Fill::kNone);
-      own.left[set] = AlignedBuffer(std::size_t(layout_.stored) * lanes_);
+    for (const int set : {0, 1}) {
+      own.nodes[set] = std::exchange(next, next + steps * stored * lanes_);
+      own.left[set] = AlignedBuffer(stored * lanes_);
     }
-    // In the information form two of these in a double; a pass writes all that the next one reads.
-    const std::size_t kept = steps * std::size_t(kept_numbers(layout_.d, layout_.b())) * lanes_;
-    own.kept = AlignedBuffer(form == EliminationForm::kInformation ? (kept + 1) / 2 : kept,
-                             AlignedBuffer::Fill::kNone);
+    own.kept = std::exchange(next, next + kept_doubles(steps) * lanes_);
     own.out = AlignedBuffer(std::size_t(sizes_.out) * lanes_);
     own.delta_left = AlignedBuffer(d * lanes_);
     own.delta_right = AlignedBuffer(d * lanes_);
@@ -86,23 +97,23 @@ Sweep WindowEngine::sweep(std::size_t group, int set) {
   s.absent = program.absent.data();
   s.variables = layout_.node.data();
   s.n_variables = int(layout_.node.size());
-  s.nodes = own.nodes[set].data();
+  s.nodes = own.nodes[set];
   s.left = own.left[set].data();
   s.globals = globals_[set].data();
   s.damping = damping_;
   s.rows = program_.rows();
-  s.kept = own.kept.data();
+  s.kept = own.kept;
   s.out = own.out.data();
   s.delta_left = own.delta_left.data();
   s.delta_right = own.delta_right.data();
-  s.moved = own.nodes[1 - set].data();
+  s.moved = own.nodes[1 - set];
   s.sum_damped = own.sums.data();
   s.sum_squares = own.sums.data() + lanes_;
   return s;
 }
 
 template <class Before>
-double WindowEngine::condense_from(int set, double damping, const Before& before) {
+double WindowEngine::pass_over(Pass pass, int set, double damping, const Before& before) {
   damping_ = damping;
   condensed_ = set;
   tbb::enumerable_thread_specific<Work> works([&] {
@@ -117,20 +128,24 @@ double WindowEngine::condense_from(int set, double damping, const Before& before
     s.state = work.state.data();
     s.jacobian = work.jacobian.data();
     s.panel = work.panel.data();
-    code_.up(s);
+    (pass == Pass::kLook ? code_.look : code_.up)(s);
   });
   chain_->clear();
   for (std::size_t w = 0; w < layout_.windows.size(); ++w) {
     const Layout::Window& window = layout_.windows[w];
-    const double* out = groups_[std::size_t(window.group)].out.data();
-    chain_->add(int(w), out + kOutSums * int(lanes_), window.lane, int(lanes_));
+    const double* out = groups_[std::size_t(window.group)].out.data() + kOutSums * int(lanes_);
+    if (pass == Pass::kLook) {
+      chain_->add_norms(int(w), out, window.lane, int(lanes_));
+    } else {
+      chain_->add(int(w), out, window.lane, int(lanes_));
+    }
   }
   add_globals(set);
   return 0.5 * chain_->squares();
 }
 
 double WindowEngine::condense(double damping) {
-  return condense_from(current_, damping, [](std::size_t, const Work&) {});
+  return pass_over(Pass::kCondense, current_, damping, [](std::size_t, const Work&) {});
 }
 
 // Factors of globals alone.
@@ -179,13 +194,16 @@ bool WindowEngine::solve() {
   return chain_->delta_globals().allFinite();
 }
 
-double WindowEngine::advance(double damping) {
+double WindowEngine::advance(double damping) { return advance(Pass::kCondense, damping); }
+double WindowEngine::advance_and_look() { return advance(Pass::kLook, 0.0); }
+
+double WindowEngine::advance(Pass pass, double damping) {
   move_boundaries();
   // (H + lambda D) delta = -gradient, so gained = delta' (H + lambda D) delta.
   const double gained = chain_->gained(), used = damping_;
   double damped = chain_->sum_damped(), squares = chain_->sum_squares();
   const VectorXd delta_globals = chain_->delta_globals();
-  const double cost = condense_from(1 - current_, damping, [&](std::size_t g, Work& work) {
+  const double cost = pass_over(pass, 1 - current_, damping, [&](std::size_t g, Work& work) {
     Sweep s = sweep(g, current_);
     s.state = work.state.data();
     s.delta_globals = delta_globals.data();

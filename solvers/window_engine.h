@@ -6,6 +6,8 @@
 // Same bits for every number of threads; instruction sets differ by rounding.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -35,7 +37,13 @@ class WindowEngine {
   // Moves every variable by the step, into the second set, and linearizes and condenses there, in
   // one pass: the cost there. Then keep_candidate(), or condense() again.
   double advance(double damping);
+  // The same where no step will be asked for: a look tells the cost there and the norms, but
+  // nothing is condensed. After it, condense() comes before solve().
+  double advance_and_look();
   void keep_candidate() { current_ = condensed_; }
+  // |U'^-1 gradient| of all unknowns, after solve(): no less than the step's length in standard
+  // deviations, and just that where nothing is damped.
+  double longest_step_sigma() const { return std::sqrt(std::max(0.0, chain_->gained())); }
 
   double damping() const { return damping_; }  // at the last condense()
   double predicted_decrease() const { return predicted_; }
@@ -56,8 +64,8 @@ class WindowEngine {
 
  private:
   struct Group {
-    AlignedBuffer nodes[2], left[2];  // current, candidate
-    AlignedBuffer kept, out, delta_left, delta_right, sums;
+    double *nodes[2], *kept;  // current, candidate; in memory_
+    AlignedBuffer left[2], out, delta_left, delta_right, sums;
   };
   WindowEngine(const FactorGraph& graph, const Values& values, lanes::Layout layout, Isa isa,
                EliminationForm form);
@@ -65,9 +73,12 @@ class WindowEngine {
     AlignedBuffer state, jacobian, panel;
   };
   lanes::Sweep sweep(std::size_t group, int set);
-  // `before` each group's upward pass from the set, in the same task.
+  // A pass over each group, upward from the set, with `before` it in the same task; then a window's
+  // numbers are handed to the chain.
+  enum class Pass { kCondense, kLook };
   template <class Before>
-  double condense_from(int set, double damping, const Before& before);
+  double pass_over(Pass pass, int set, double damping, const Before& before);
+  double advance(Pass pass, double damping);
   void move_boundaries();
   void add_globals(int set);
 
@@ -82,6 +93,7 @@ class WindowEngine {
   lanes::SweepCode code_;
   std::unique_ptr<lanes::BoundaryChain> chain_;
   std::vector<Group> groups_;
+  AlignedBuffer memory_;  // most of it
   AlignedBuffer globals_[2];
   int condensed_ = 0;  // which set was condensed last
   int current_ = 0;

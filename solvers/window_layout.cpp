@@ -20,6 +20,7 @@ constexpr int kTwoGroups = 1500;  // nodes; fewer are one group
 constexpr int kWideNodes = 6000;  // the same of a group where the border is wide
 constexpr int kManyTimes = 4;     // globals have so many times the factors of most variables
 constexpr int kMaxGlobals = 512;  // columns
+constexpr int kAtOnce = 256;  // factors of which more than one thing is asked while they are near
 
 class Search {
  public:
@@ -35,18 +36,24 @@ class Search {
   // The batches side by side.
   bool resolve(Layout& out) {
     out.factor.resize(graph_.batches().size());
+    out.noise.resize(out.factor.size());
     std::vector<char> fits(out.factor.size(), 0);
     tbb::parallel_for(std::size_t(0), fits.size(), [&](std::size_t b) {
-      fits[b] = resolve(*graph_.batches()[b], out.factor[b]) ? 1 : 0;
+      fits[b] = resolve(*graph_.batches()[b], out.factor[b], out.noise[b]) ? 1 : 0;
     });
     return std::count(fits.begin(), fits.end(), 0) == 0;
   }
-  bool resolve(const FactorBatch& batch, std::vector<int>& found) const {
+  bool resolve(const FactorBatch& batch, std::vector<int>& found, NoiseKinds& noise) const {
     const auto types = batch.types();
     found.resize(std::size_t(batch.size()) * types.size());
     SlotFinder finder(values_, types.size());
     int* next = found.data();
     for (int i = 0; i < batch.size(); ++i) {
+      if (i % kAtOnce == 0) {
+        const NoiseKinds more = batch.noise_kinds(i, std::min(i + kAtOnce, batch.size()));
+        noise = {noise.diagonal && more.diagonal, noise.same && more.same, more.robust};
+        if (noise.robust) return false;
+      }
       const auto keys = batch.keys(i);
       for (std::size_t j = 0; j < types.size(); ++j) {
         const int s = finder.find(j, keys[j]);

@@ -26,6 +26,7 @@ struct Layout {
   int d = 0, stored = 0;                 // of a node: degrees of freedom, numbers
   int globals = 0, globals_stored = 0;   // the same of all globals together
   std::vector<std::vector<int>> factor;  // of each batch: the slots of its factors' keys
+  std::vector<NoiseKinds> noise;         // of each batch
 
   struct Window {
     int first, last;  // boundary nodes
@@ -48,7 +49,7 @@ struct Layout {
   }
 };
 
-// Null where the graph is not of this form, or too small for it to pay.
+// Null where the graph is not of this form, has robust losses, or is too small for it to pay.
 std::optional<Layout> find_layout(const FactorGraph& graph, const Values& values, int lanes);
 
 }  // namespace magimu::lanes

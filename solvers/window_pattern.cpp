@@ -62,13 +62,17 @@ std::vector<Products> products_of(const std::vector<Column>& columns, int d, int
   return out;
 }
 
-bool same_whitening(const FactorBatch& batch) {
-  const auto size = std::size_t(batch.rows() * batch.rows());
-  for (int f = 1; f < batch.size(); ++f) {
-    if (!std::equal(batch.whitening(f), batch.whitening(f) + size, batch.whitening(0)))
-      return false;
+// Of text.add_products.
+std::vector<int> sums_of(const std::vector<Column>& columns, int d, int b) {
+  std::vector<int> out;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    for (std::size_t j = i; j < columns.size(); ++j) {
+      const bool ascending = columns[i] <= columns[j];
+      const Column &first = columns[ascending ? i : j], &second = columns[ascending ? j : i];
+      out.push_back(target(first, second, d, b));
+    }
   }
-  return true;
+  return out;
 }
 
 // The diagonal, or the lower triangle row by row.
@@ -83,12 +87,8 @@ double* copy_whitening(const FactorBatch& batch, int factor, bool diagonal, doub
 
 }  // namespace
 
-Whitening whitening_of(const FactorBatch& factors) {
-  return {factors.whitening_is_diagonal(), same_whitening(factors)};
-}
-
-OwnPattern::OwnPattern(const FactorBatch& own, const Whitening& whitening,
-                       std::vector<int> own_code, const int* slots, const Layout& layout, Isa isa)
+OwnPattern::OwnPattern(const FactorBatch& own, const NoiseKinds& noise, std::vector<int> own_code,
+                       const int* slots, const Layout& layout, Isa isa)
     : factors(own), code(std::move(own_code)), lanes_(lanes_of(isa)) {
   Pattern& p = pattern;
   p.text = factors.lane_text(isa);
@@ -117,6 +117,10 @@ OwnPattern::OwnPattern(const FactorBatch& own, const Whitening& whitening,
   sources_.push_back({Place::kOwn, -1});
   at.push_back({Column::kBorder, border - 1});
   products_ = products_of(at, d, border);
+  if (p.text.add_products != nullptr && factors.linear_at().empty()) {
+    sums_ = sums_of(at, d, border);
+    p.sums = sums_.data();
+  }
   for (const Column& c : at) places_.push_back(place_of(c, d));
   const std::span<const double> linear = factors.linear_at();
   p.linear = int(linear.size());
@@ -130,10 +134,10 @@ OwnPattern::OwnPattern(const FactorBatch& own, const Whitening& whitening,
   p.n_products = int(products_.size());
   p.globals = globals_.data();
   if (p.text.linearize != nullptr) {
-    p.diagonal = whitening.diagonal;
+    p.diagonal = noise.diagonal;
     const int numbers = p.diagonal ? p.rows : p.rows * (p.rows + 1) / 2;
     p.doubles = p.text.doubles + p.rows * p.linear;
-    if (whitening.same) {
+    if (noise.same) {
       whitening_ = AlignedBuffer(std::size_t(numbers) * std::size_t(lanes_));
       for (std::size_t lane = 0; lane < std::size_t(lanes_); ++lane) {
         copy_whitening(factors, 0, p.diagonal, whitening_.data() + lane, std::size_t(lanes_));
@@ -177,23 +181,17 @@ void OwnPattern::linearize(const Pattern& p, int factor, int lane, int lanes,
   }
 }
 
-void OwnPattern::copy(int factor, double* data) const {
+void OwnPattern::copy(std::span<const int> chosen, double* data) const {
   const Pattern& p = pattern;
-  const auto lanes = std::size_t(lanes_);
-  thread_local std::vector<double> text;
-  text.resize(std::size_t(p.text.doubles));
-  factors.copy_text(factor, text.data());
-  for (const double x : text) {
-    *data = x;
-    data += lanes;
-  }
-  if (p.whitening == nullptr) {
-    data = copy_whitening(factors, factor, p.diagonal, data, lanes);
-  }
-  const double* gain = factors.linear_gain(factor);
-  for (int i = 0; i < p.rows * p.linear; ++i) {
-    *data = gain[i];
-    data += lanes;
+  const std::size_t lanes = chosen.size();
+  factors.copy_texts(chosen, data);
+  data += std::size_t(p.text.doubles) * lanes;
+  if (p.whitening != nullptr && p.linear == 0) return;
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    double* to = data + lane;
+    if (p.whitening == nullptr) to = copy_whitening(factors, chosen[lane], p.diagonal, to, lanes);
+    const double* gain = factors.linear_gain(chosen[lane]);
+    for (int i = 0; i < p.rows * p.linear; ++i, to += lanes) *to = gain[i];
   }
 }
 

@@ -9,21 +9,15 @@
 
 namespace magimu::lanes {
 
-// Of a batch's factors: are their whitening matrices diagonal, and all the same?
-struct Whitening {
-  bool diagonal = false, same = false;
-};
-Whitening whitening_of(const FactorBatch& factors);
-
 struct OwnPattern {
   // code: place + 4 * offset of each key; slots: of one of the factors' variables.
-  OwnPattern(const FactorBatch& factors, const Whitening& whitening, std::vector<int> code,
+  OwnPattern(const FactorBatch& factors, const NoiseKinds& noise, std::vector<int> code,
              const int* slots, const Layout& layout, Isa isa);
   OwnPattern(const OwnPattern&) = delete;
   OwnPattern& operator=(const OwnPattern&) = delete;
 
-  // A factor's numbers (Call::data), to one lane.
-  void copy(int factor, double* data) const;
+  // Numbers of factors, one in each lane (Call::data).
+  void copy(std::span<const int> chosen, double* data) const;
 
   const FactorBatch& factors;
   std::vector<int> code;
@@ -38,6 +32,7 @@ struct OwnPattern {
   std::vector<Source> sources_;
   std::vector<int> places_;
   std::vector<Products> products_;
+  std::vector<int> sums_;
   std::vector<int> globals_;
   AlignedBuffer whitening_;
   // For factors without lane code: stored numbers of each variable; and where they lie when the

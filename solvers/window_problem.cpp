@@ -45,19 +45,21 @@ class WindowProblem final : public OptimizerProblem {
     cost_ = engine_->condense(damping);
     return engine_->solve();
   }
-  double try_step(ProposedStep& step) override {
+  double try_step(ProposedStep& step, double last_sigma) override {
     here_ = false;
+    looked_ = engine_->longest_step_sigma() < last_sigma;
     step.damping = engine_->damping();
     // As Levenberg-Marquardt will ask where the step turns out as predicted.
     const double next = kFastestDecrease * engine_->damping();
-    candidate_cost_ = engine_->advance(next < options_.min_damping ? 0.0 : next);
+    candidate_cost_ = looked_ ? engine_->advance_and_look()
+                              : engine_->advance(next < options_.min_damping ? 0.0 : next);
     step.predicted_decrease = engine_->predicted_decrease();
     step.sigma = engine_->step_sigma();
     step.norm = engine_->step_norm();
     return candidate_cost_;
   }
   void accept() override {
-    here_ = true;
+    here_ = !looked_;
     cost_ = candidate_cost_;
     engine_->keep_candidate();
     watch();
@@ -94,7 +96,8 @@ class WindowProblem final : public OptimizerProblem {
   Values values_;  // the layout
   VectorXd norms_, largest_;
   double cost_ = 0.0, candidate_cost_ = 0.0, gradient_norm_ = 0.0, sizes_ = 0.0;
-  bool here_ = false;  // was the engine's last pass where we stand?
+  bool here_ = false;    // was the engine's last pass where we stand, and did it condense?
+  bool looked_ = false;  // was it but a look?
   int rows_ = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace magimu::lanes {
 
@@ -39,16 +40,14 @@ Program::Part Program::assign(std::size_t b) const {
   const std::size_t n = batch.types().size();
   Part part;
   part.layers.resize(layout_.groups.size());
-  const Whitening whitening =
-      batch.lane_text(isa_).linearize != nullptr ? whitening_of(batch) : Whitening{};
-  std::vector<int> code(n), last;
+  std::vector<int> code(n, -1);
   const OwnPattern* pattern = nullptr;
   const auto find_pattern = [&](const int* slots) {
     for (const auto& known : part.patterns) {
       if (known->code == code) return known.get();
     }
     part.patterns.push_back(
-        std::make_unique<OwnPattern>(batch, whitening, code, slots, layout_, isa_));
+        std::make_unique<OwnPattern>(batch, layout_.noise[b], code, slots, layout_, isa_));
     return part.patterns.back().get();
   };
   for (int f = 0; f < batch.size(); ++f) {
@@ -63,18 +62,17 @@ Program::Part Program::assign(std::size_t b) const {
       continue;
     }
     const Layout::Window& w = layout_.windows[std::size_t(layout_.window_of[std::size_t(low)])];
+    bool as_before = true;
     for (std::size_t k = 0; k < n; ++k) {
       const Layout::Variable& v = layout_.variables[std::size_t(slots[k])];
       const Place place = v.node < 0          ? Place::kGlobal
                           : v.node > low      ? Place::kNext
                           : v.node == w.first ? Place::kLeft
                                               : Place::kOwn;
-      code[k] = int(place) + 4 * v.stored;
+      const int at = int(place) + 4 * v.stored;
+      as_before &= std::exchange(code[k], at) == at;
     }
-    if (code != last) {
-      pattern = find_pattern(slots);
-      last = code;
-    }
+    if (!as_before) pattern = find_pattern(slots);
     std::vector<Layer>& own = part.layers[std::size_t(w.group)];
     const std::size_t place = std::size_t(layout_.step(w, low)) * lanes_ + std::size_t(w.lane);
     std::size_t layer = 0;  // the first of this pattern that is free there
@@ -118,6 +116,7 @@ void Program::fill(const std::vector<const Layer*>& layers, const Layout::Group&
   group.factors.reserve(calls * lanes_);
   group.calls.reserve(calls);
   double* data = group.data.data();
+  std::vector<int> chosen(lanes_);
   for (int step = 0; step <= lanes.steps; ++step) {
     for (const Layer* layer : layers) {
       const int some = any(*layer, step);
@@ -131,8 +130,9 @@ void Program::fill(const std::vector<const Layer*>& layers, const Layout::Group&
         all &= f >= 0;
         present[lane] = f >= 0 ? 1.0 : 0.0;
         // A lane without a factor has another's text, for finite numbers.
-        if (own.pattern.doubles > 0) own.copy(f >= 0 ? f : some, data + lane);
+        chosen[lane] = f >= 0 ? f : some;
       }
+      if (own.pattern.doubles > 0) own.copy(chosen, data);
       const int* factors = group.factors.data() + group.calls.size() * lanes_;
       group.calls.push_back({&own.pattern, data, all ? nullptr : present, factors});
       data += std::size_t(own.pattern.doubles) * lanes_;

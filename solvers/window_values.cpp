@@ -29,7 +29,7 @@ void WindowEngine::load(const Values& values) {
       const int own = group.windows[lane];
       const Layout::Window& w = layout_.windows[std::size_t(own < 0 ? group.windows[0] : own)];
       for (const int set : {0, 1}) {
-        double* nodes = groups_[g].nodes[set].data() + lane;
+        double* nodes = groups_[g].nodes[set] + lane;
         put(w.first, groups_[g].left[set].data() + lane);
         for (int step = 0; step <= group.steps; ++step) {
           const int node = std::max(w.first, w.last - (group.steps - step));
@@ -67,7 +67,7 @@ void WindowEngine::store(Values& values) const {
       const double* from =
           node == w.first
               ? group.left[current_].data()
-              : group.nodes[current_].data() + std::size_t(layout_.step(w, node)) * stored * lanes_;
+              : group.nodes[current_] + std::size_t(layout_.step(w, node)) * stored * lanes_;
       for (std::size_t k = 0; k < per_node; ++k) {
         const Values::Slot& s =
             layout_values_.slots()[std::size_t(layout_.slots[std::size_t(node) * per_node + k])];
@@ -106,7 +106,7 @@ void WindowEngine::move_boundaries() {
     const std::size_t end =
         std::size_t(layout_.groups[std::size_t(window.group)].steps) * stored * lanes_;
     move(group.left[current_].data(), left, lane, group.left[1 - current_].data());
-    move(group.nodes[current_].data() + end, right, lane, group.nodes[1 - current_].data() + end);
+    move(group.nodes[current_] + end, right, lane, group.nodes[1 - current_] + end);
   }
   for (std::size_t s = 0; s < layout_.variables.size(); ++s) {
     const Layout::Variable& v = layout_.variables[s];

@@ -101,11 +101,100 @@ using Factors = testing::Types<AccelerometerFactor, MeanAccelerometerFactor, Gyr
                                DelayedMagnetometerFactor, PriorFactor<Vector3>>;
 TYPED_TEST_SUITE(LaneTexts, Factors);
 
+std::vector<Isa> available() {
+  std::vector<Isa> out = {Isa::kBaseline, Isa::kAvx2, Isa::kAvx512};
+  std::erase_if(out, [](Isa isa) { return !is_available(isa); });
+  return out;
+}
+
+// What the factor calls zero is.
+template <class F>
+constexpr bool is_zero(int row, int column) {
+  if constexpr (requires { F::is_zero(row, column); }) {
+    return column < F::kColumns && F::is_zero(row, column);
+  }
+  return false;
+}
+
+TYPED_TEST(LaneTexts, entries_that_are_called_zero_are) {
+  using F = TypeParam;
+  RandomValue random(3);
+  int other = 0;  // entries that never differed from zero and are not called so
+  Mat<double, F::kDim, F::kColumns> largest = Mat<double, F::kDim, F::kColumns>::Zero();
+  for (int round = 0; round < 20; ++round) {
+    const F factor = random_factor<F>(random);
+    const auto values = random_values<F>(random, 0.3);
+    Stored<F> stored;
+    for (std::size_t k = 0; k < F::kKeys; ++k) stored[k] = values[k].data();
+    JacobianOf<F> J;
+    linearize_automatic(factor, stored, J);
+    largest = largest.cwiseMax(J.cwiseAbs());
+  }
+  for (int r = 0; r < F::kDim; ++r) {
+    for (int c = 0; c < F::kColumns; ++c) {
+      if (is_zero<F>(r, c)) {
+        EXPECT_EQ(largest(r, c), 0.0) << "row " << r << " column " << c;
+      } else {
+        other += largest(r, c) == 0.0 ? 1 : 0;
+      }
+    }
+  }
+  // Of the magnetometer every zero is called so, whose kernel is the most expensive.
+  if constexpr (std::is_base_of_v<MagnetometerText<double>, F>) {
+    EXPECT_EQ(other, 0);
+  }
+}
+
+TYPED_TEST(LaneTexts, add_the_products_of_their_columns) {
+  using F = TypeParam;
+  constexpr int kAll = F::kColumns + 1, kStride = kAll + 2;  // other columns before the residual
+  RandomValue random(4);
+  for (const Isa isa : available()) {
+    const LaneText text = lane_text<F>(isa);
+    if (text.add_products == nullptr) continue;
+    const auto lanes = std::size_t(lanes_of(isa));
+    alignas(64) double J[F::kDim * kStride * 8], weights[F::kDim * 8];
+    alignas(64) double sums[kAll * (kAll + 1) / 2 * 8];
+    std::vector<int> to;
+    for (int i = 0; i < kAll * (kAll + 1) / 2; ++i) to.push_back(i);
+    std::reverse(to.begin(), to.end());
+    for (double& w : weights) w = random.number();
+    for (const bool mixed : {false, true}) {
+      for (int r = 0; r < F::kDim; ++r) {
+        for (int c = 0; c < kStride; ++c) {
+          for (std::size_t lane = 0; lane < lanes; ++lane) {
+            const bool zero = !mixed && is_zero<F>(r, c);
+            J[std::size_t(r * kStride + c) * lanes + lane] = zero ? 0.0 : random.number();
+          }
+        }
+      }
+      for (double& s : sums) s = random.number();
+      const std::vector<double> before(sums, std::end(sums));
+      text.add_products(J, kStride, mixed ? nullptr : weights, to.data(), sums);
+      const auto column = [](int c) { return c == kAll - 1 ? kStride - 1 : c; };
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
+        for (int i = 0; i < kAll; ++i) {
+          for (int j = i; j < kAll; ++j) {
+            const auto place = std::size_t(to[std::size_t(product_index(i, j, kAll))]);
+            double wanted = before[place * lanes + lane];
+            for (int r = 0; r < F::kDim; ++r) {
+              const double w = mixed ? 1.0 : weights[std::size_t(r) * lanes + lane];
+              wanted += w * w * J[std::size_t(r * kStride + column(i)) * lanes + lane] *
+                        J[std::size_t(r * kStride + column(j)) * lanes + lane];
+            }
+            EXPECT_NEAR(sums[place * lanes + lane], wanted, 1e-13 * (1.0 + std::abs(wanted)))
+                << to_string(isa) << " columns " << i << ", " << j;
+          }
+        }
+      }
+    }
+  }
+}
+
 TYPED_TEST(LaneTexts, equal_the_text_for_one_double) {
   using F = TypeParam;
   RandomValue random(1);
-  for (const Isa isa : {Isa::kBaseline, Isa::kAvx2, Isa::kAvx512}) {
-    if (!is_available(isa)) continue;
+  for (const Isa isa : available()) {
     const auto lanes = std::size_t(lanes_of(isa));
     const LaneText text = lane_text<F>(isa);
     for (int round = 0; round < 20; ++round) {
@@ -120,7 +209,7 @@ TYPED_TEST(LaneTexts, equal_the_text_for_one_double) {
         std::vector<double> own(std::size_t(text.doubles));
         FactorBatchOf<F> batch;
         batch.factors.push_back(factors.back());
-        batch.copy_text(0, own.data());
+        batch.copy_texts(std::array{0}, own.data());
         for (std::size_t i = 0; i < own.size(); ++i) data[i * lanes + lane] = own[i];
         for (std::size_t k = 0; k < F::kKeys; ++k) {
           x[k] = x_data[k];

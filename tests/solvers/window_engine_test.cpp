@@ -99,6 +99,36 @@ TEST(Windows, first_step_is_that_of_the_sparse_back_end) {
   }
 }
 
+// Cost and gradient after the last step come from a look, which condenses nothing.
+TEST(Windows, tell_the_last_place_as_if_they_were_to_go_on) {
+  const Problem p = test::moved_chains(11, {300, 90});
+  for (const Isa isa : isas()) {
+    for (const EliminationForm form : kForms) {
+      double condensed[3], looked[3];
+      for (const bool last : {false, true}) {
+        const auto engine = WindowEngine::make(p.graph, p.start, isa, form);
+        engine->load(p.start);
+        engine->condense(1e-3);
+        ASSERT_TRUE(engine->solve());
+        double* const told = last ? looked : condensed;
+        told[0] = last ? engine->advance_and_look() : engine->advance(0.0);
+        told[1] = engine->gradient_norm();
+        told[2] = engine->sizes_in_sigmas();
+        EXPECT_LE(engine->step_sigma(), engine->longest_step_sigma());
+        if (!last) continue;
+        // Condensing comes first where the optimization goes on after all.
+        engine->keep_candidate();
+        EXPECT_NEAR(engine->condense(0.0), looked[0], 1e-12 * looked[0]);
+        EXPECT_TRUE(engine->solve());
+      }
+      for (const int i : {0, 1, 2}) {
+        EXPECT_NEAR(looked[i], condensed[i], 1e-9 * condensed[i])
+            << to_string(isa) << ", " << to_string(form) << ", number " << i;
+      }
+    }
+  }
+}
+
 // Of the distortion's covariance, which is a part of that of all globals.
 double error_of_covariance(const WindowEngine& engine, const Problem& p, const MatrixXd& expected) {
   const auto slot = std::size_t(&p.start.slot(key::distortion) - p.start.slots().data());

@@ -24,11 +24,25 @@ struct Options {
   bool every_setting = false;
 };
 
+// The time of one iteration, set-up not counted.
+Solved iterations_alone(const EngineProblem& problem, const EngineSolver& solver) {
+  constexpr int kFirst = 2, kCounted = 10;
+  const std::function<void()> iterate = solver.iterations(problem);
+  for (int i = 0; i < kFirst; ++i) iterate();
+  const Stopwatch watch;
+  for (int i = 0; i < kCounted; ++i) iterate();
+  Solved out;
+  out.iterations = kCounted;
+  out.wall_s = watch.wall_s() / kCounted;
+  out.cpu_s = watch.cpu_s() / kCounted;
+  return out;
+}
+
 std::vector<EngineRow> measure(const EngineProblem& problem, const Options& o) {
   std::vector<EngineRow> rows;
   for (const EngineSolver& solver : engine_solvers(o.threads, o.every_setting)) {
     if (!solver.fits(problem) || solver.name.find(o.only) == std::string::npos) continue;
-    rows.push_back({solver, {}});
+    rows.push_back({solver, {}, {}});
   }
   const auto cost = [&](const Values& values) { return problem.graph.cost(values); };
   for (int i = 0; i < o.repeat; ++i) {
@@ -36,6 +50,10 @@ std::vector<EngineRow> measure(const EngineProblem& problem, const Options& o) {
       if (!row.failure().empty()) continue;  // it would fail again
       const auto solve = [&] { return row.solver.solve(problem); };
       row.runs.push_back(measure_in_child(solve, cost, o.limit_s));
+      if (!row.solver.iterations) continue;
+      const auto iterate = [&] { return iterations_alone(problem, row.solver); };
+      const auto no_cost = [](const Values&) { return 0.0; };
+      row.iterations_alone.push_back(measure_in_child(iterate, no_cost, o.limit_s));
     }
   }
   return rows;

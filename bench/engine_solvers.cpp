@@ -5,9 +5,11 @@
 #include <tbb/global_control.h>
 
 #include <cmath>
+#include <memory>
 #include <optional>
 
 #include "solvers/levenberg_marquardt.h"
+#include "solvers/window_engine.h"
 #ifdef MAGIMU_WITH_CERES
 #include "bench/peer_ceres.h"
 #endif
@@ -60,6 +62,10 @@ Solved solve_textbook(const EngineProblem& problem) {
 
 EngineSolver textbook() {
   EngineSolver out;
+  out.iterations = [](const EngineProblem& problem) {
+    auto book = std::make_shared<Textbook>(*problem.textbook_data, problem.textbook_start);
+    return [book] { book->iterate(); };
+  };
   out.camp = Camp::kTextbook;
   out.name = "textbook";
   out.fits = [](const EngineProblem& problem) { return problem.textbook_data.has_value(); };
@@ -67,8 +73,30 @@ EngineSolver textbook() {
   return out;
 }
 
+// Full steps from here on: solved for, taken, linearized and condensed where they lead.
+std::function<void()> window_iterations(const EngineProblem& problem, EliminationForm form,
+                                        int threads) {
+  std::shared_ptr<WindowEngine> engine =
+      WindowEngine::make(problem.graph, problem.start, std::nullopt, form);
+  engine->load(problem.start);
+  engine->condense(0.0);
+  return [engine, threads] {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    std::size_t(threads));
+    engine->solve();
+    engine->advance(0.0);
+    engine->keep_candidate();
+  };
+}
+
 EngineSolver library(const LibrarySetting& setting, int threads) {
   EngineSolver out;
+  if (setting.backend == Backend::kWindows && setting.gauss_newton) {
+    out.iterations = [setting, threads](const EngineProblem& problem) {
+      return window_iterations(problem, setting.form.value_or(EliminationForm::kInformation),
+                               threads);
+    };
+  }
   out.name = "magimu, " + to_string(setting.backend);
   if (setting.form) out.name += std::string(", ") + to_string(*setting.form);
   if (setting.gauss_newton) out.name += ", Gauss-Newton";

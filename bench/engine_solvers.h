@@ -20,6 +20,9 @@ struct EngineSolver {
   int threads = 1;
   std::function<bool(const EngineProblem&)> fits;
   std::function<Solved(const EngineProblem&)> solve;
+  // Where its iterations can be had one by one: after this has set up, each call of what it returns
+  // is one.
+  std::function<std::function<void()>(const EngineProblem&)> iterations;
 };
 
 // every_setting: all settings of Ceres that are worth a try, not only the best.

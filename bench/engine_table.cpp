@@ -14,14 +14,16 @@ namespace {
 
 constexpr double kSameCost = 2e-9;
 constexpr const char* kHeader =
-    "| solver | threads | iterations | ms an iteration | s in all | CPU s | cost over the least | "
-    "MB | textbook / this, an iteration | Ceres / this, in all |\n"
-    "|---|---|---|---|---|---|---|---|---|---|\n";
+    "| solver | threads | iterations | ms an iteration | the same without set-up | s in all | CPU "
+    "s "
+    "| cost over the least | MB | textbook / this, an iteration | without set-up | Ceres / this, "
+    "in "
+    "all |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 template <class Number>
-double median(const EngineRow& row, const Number& number) {
+double median(const std::vector<Measured>& runs, const Number& number) {
   std::vector<double> all;
-  for (const Measured& m : row.runs) all.push_back(number(m));
+  for (const Measured& m : runs) all.push_back(number(m));
   return magimu::median(std::move(all));
 }
 
@@ -56,31 +58,37 @@ const EngineRow* fastest_ceres(const std::vector<EngineRow>& rows, int threads) 
   for (const EngineRow& row : rows) {
     if (row.solver.camp != Camp::kCeres || row.solver.threads != threads) continue;
     if (!row.failure().empty()) continue;
-    if (best == nullptr || median(row, seconds) < median(*best, seconds)) best = &row;
+    if (best == nullptr || median(row.runs, seconds) < median(best->runs, seconds)) best = &row;
   }
   return best;
 }
 
 // How many times as long the other takes, turn by turn: what slows one slows its neighbours.
-double ratio(const EngineRow& other, const EngineRow& row) {
-  const auto seconds = counted(row.solver.threads);
+double ratio(const std::vector<Measured>& other, const std::vector<Measured>& own, int threads) {
+  const auto seconds = counted(threads);
   std::vector<double> all;
-  for (std::size_t i = 0; i < row.runs.size(); ++i) {
-    all.push_back(seconds(other.runs[i]) / seconds(row.runs[i]));
-  }
+  for (std::size_t i = 0; i < own.size(); ++i) all.push_back(seconds(other[i]) / seconds(own[i]));
   return magimu::median(std::move(all));
 }
 
-// The textbook's iteration over this one's, Ceres's whole solve over this one's.
+// The textbook's iteration over this one's, with and without set-up; Ceres's whole solve over this
+// one's.
 std::string ratios(const EngineRow& row, const std::vector<EngineRow>& rows) {
-  if (row.solver.camp != Camp::kLibrary) return "| ";
+  if (row.solver.camp != Camp::kLibrary) return "| | ";
+  const int threads = row.solver.threads;
   std::string out;
-  if (const EngineRow* book = textbook(rows)) {
-    out = fmt::format("{:.2f} ", ratio(*book, row) * row.iterations() / book->iterations());
+  const EngineRow* book = textbook(rows);
+  if (book != nullptr) {
+    out = fmt::format("{:.2f} ",
+                      ratio(book->runs, row.runs, threads) * row.iterations() / book->iterations());
   }
   out += "| ";
-  if (const EngineRow* ceres = fastest_ceres(rows, row.solver.threads)) {
-    out += fmt::format("{:.2f} ", ratio(*ceres, row));
+  if (book != nullptr && !row.iterations_alone.empty()) {
+    out += fmt::format("{:.2f} ", ratio(book->iterations_alone, row.iterations_alone, threads));
+  }
+  out += "| ";
+  if (const EngineRow* ceres = fastest_ceres(rows, threads)) {
+    out += fmt::format("{:.2f} ", ratio(ceres->runs, row.runs, threads));
   }
   return out;
 }
@@ -94,11 +102,15 @@ std::string line(const EngineRow& row, const std::vector<EngineRow>& rows) {
   const std::string head = fmt::format("| {} | {} | ", row.solver.name, row.solver.threads);
   if (!row.failure().empty()) return head + row.failure() + " |\n";
   const Measured& last = row.runs.back();
-  const double ms = 1e3 * median(row, counted(row.solver.threads)) / row.iterations();
-  const double memory = median(row, [](const Measured& m) { return m.memory_mb; });
-  return head + fmt::format("{}{} | {} | {} | {} | {:.0e} | {:.0f} | {}|\n", last.iterations,
-                            last.converged ? "" : " (not converged)", digits(ms),
-                            digits(median(row, wall_s)), digits(median(row, cpu_s)),
+  const double ms = 1e3 * median(row.runs, counted(row.solver.threads)) / row.iterations();
+  std::string alone;
+  if (!row.iterations_alone.empty()) {
+    alone = digits(1e3 * median(row.iterations_alone, counted(row.solver.threads))) + " ";
+  }
+  const double memory = median(row.runs, [](const Measured& m) { return m.memory_mb; });
+  return head + fmt::format("{}{} | {} | {}| {} | {} | {:.0e} | {:.0f} | {}|\n", last.iterations,
+                            last.converged ? "" : " (not converged)", digits(ms), alone,
+                            digits(median(row.runs, wall_s)), digits(median(row.runs, cpu_s)),
                             last.cost / least_cost(rows) - 1.0, memory, ratios(row, rows));
 }
 

@@ -13,6 +13,7 @@ namespace magimu {
 struct EngineRow {
   EngineSolver solver;
   std::vector<Measured> runs;
+  std::vector<Measured> iterations_alone;  // without set-up; where they can be had
 
   // Of the first run that failed; empty: none did.
   std::string failure() const;

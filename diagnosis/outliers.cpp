@@ -19,6 +19,7 @@ namespace {
 constexpr int kLeastEvents = 5;
 constexpr double kMostOutliers = 0.3;
 constexpr double kInBursts = 2.0, kBeyondMotion = 20.0;
+constexpr double kPlain = 30.0;  // statistic of what is seen without what a fit may have followed
 
 // Squared lengths of 3-vectors, counted in narrow bins of their logarithm: the likelihood needs no
 // more, and is quick.
@@ -113,27 +114,57 @@ Mixture two_scales(const Sizes& sizes) {
   return best;
 }
 
-// Of eps and K, from the curvature of the log-likelihood in the logarithms of the parameters.
-std::array<double, 2> sigmas(const Sizes& sizes, const Mixture& m, double K) {
-  const auto value = [&](const Vector3& d) {
-    return log_likelihood(sizes, {m.core * std::exp(d[0]), m.far * std::exp(d[1]),
-                                  std::min(0.999, m.eps * std::exp(d[2]))});
+// The most likely core of a mixture whose far / core and eps are known.
+Mixture with_best_core(const Sizes& sizes, Mixture m) {
+  constexpr int kIterations = 4;  // from nearby
+  const double ratio = m.far / m.core;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < sizes.squared.size(); ++i) {
+      const double x = sizes.squared[i];
+      const double odds =
+          (1.0 - m.eps) / m.eps * std::exp(log_density(x, m.core) - log_density(x, ratio * m.core));
+      const double share = 1.0 / (1.0 + odds);
+      sum += sizes.count[i] * x * (1.0 - share + share / ratio);
+    }
+    m.core = sum / (3.0 * sizes.total);
+  }
+  m.far = ratio * m.core;
+  return m;
+}
+
+// Of eps and K about their estimates: root mean squares over what the likelihood leaves, flat in
+// their logarithms. Few wild samples or many that hardly stick out are often as likely: a long bent
+// ridge, of which the curvature at its top tells little. kept: as in Search; factor: by what the
+// log-likelihood is too sharp.
+std::array<double, 2> sigmas(const Sizes& sizes, const Mixture& m, double kept, double factor) {
+  const double excess = m.far / m.core - 1.0;                  // K^2 times what is kept of it
+  const auto value = [&](double log_eps, double log_excess) {  // moved by so much
+    const double ratio = 1.0 + excess * std::exp(log_excess);
+    const double eps = std::min(0.999, m.eps * std::exp(log_eps));
+    return log_likelihood(sizes, with_best_core(sizes, {m.core, ratio * m.core, eps})) / factor;
   };
-  constexpr double h = 0.02;
-  Matrix3 information;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      const Vector3 a = h * Vector3::Unit(i), b = h * Vector3::Unit(j);
-      information(i, j) =
-          -(value(a + b) - value(a - b) - value(b - a) + value(-a - b)) / (4.0 * h * h);
+  // A grid as wide as many sigmas of the curvature's.
+  constexpr double h = 0.02, kFar = 3.0;  // natural logarithms
+  constexpr int kSteps = 12;
+  constexpr double kPerSigma = 1.5;
+  const double best = value(0.0, 0.0);
+  const auto step = [&](double x, double y) {
+    const double curvature = (2.0 * best - value(x, y) - value(-x, -y)) / (h * h);
+    return std::min(kFar / kSteps, 1.0 / (kPerSigma * std::sqrt(std::max(curvature, 1e-6))));
+  };
+  const double eps_step = step(h, 0.0), excess_step = step(0.0, h);
+  double total = 0.0, eps_square = 0.0, K_square = 0.0;
+  for (int i = -kSteps; i <= kSteps; ++i) {
+    for (int j = -kSteps; j <= kSteps; ++j) {
+      const double x = i * eps_step, y = j * excess_step;
+      const double weight = std::exp(std::min(0.0, value(x, y) - best));
+      total += weight;
+      eps_square += weight * std::pow(m.eps * std::expm1(x), 2);
+      K_square += weight * std::pow(std::expm1(0.5 * y), 2) * excess / kept;
     }
   }
-  const Matrix3 covariance = information.inverse();
-  // K^2 is proportional to far / core - 1.
-  const double slope = 0.5 * K * m.far / (m.far - m.core);
-  const Vector3 dK(-slope, slope, 0.0);
-  return {m.eps * std::sqrt(std::max(0.0, covariance(2, 2))),
-          std::sqrt(std::max(0.0, dK.dot(covariance * dK)))};
+  return {std::sqrt(eps_square / total), std::sqrt(K_square / total)};
 }
 
 // Neighbouring high-passed samples are not independent: the variance of a mean of their squares
@@ -235,19 +266,23 @@ std::vector<double> sizes_of(const NoiseSeries& s, const std::vector<Vector3>& v
   return squared;
 }
 
-// Are neighbours independent, as far as their autocorrelations tell? Each value counts as no more
-// than three standard deviations.
-bool is_white(const NoiseSeries& s) {
+// Do samples count as independent, as far as autocorrelations tell? Slow errors of the model, which
+// come and go, look like noise of two sizes: neighbours are alike then. Where a fit has followed
+// its samples' noise, they are a little unlike, which does no harm as long as it is little; but it
+// has followed a part of their outliers, too. Each value counts as no more than three standard
+// deviations.
+enum class Neighbours { kAlike, kIndependent, kUnlike };
+Neighbours neighbours_of(const NoiseSeries& s) {
   constexpr std::size_t kLags = 20;
-  constexpr double kByChance = 0.01;
-  if (s.high_passed) return false;
+  constexpr double kByChance = 0.01, kLittle = 0.05;
+  if (s.high_passed) return Neighbours::kAlike;
   const Vector3 scale = robust_scale(s.residual, s.used);
-  if (!(scale.minCoeff() > 0.0)) return false;
+  if (!(scale.minCoeff() > 0.0)) return Neighbours::kAlike;
   std::vector<Vector3> x(s.size(), Vector3::Zero());
   for (std::size_t k = 0; k < s.size(); ++k) {
     if (s.used[k]) x[k] = s.residual[k].cwiseQuotient(scale).cwiseMax(-3.0).cwiseMin(3.0);
   }
-  double statistic = 0.0;
+  double alike = 0.0, statistic = 0.0, dispersion = 0.0;
   for (std::size_t lag = 1; lag <= kLags; ++lag) {
     Vector3 products = Vector3::Zero(), squares = Vector3::Zero();
     double pairs = 0.0;
@@ -257,10 +292,15 @@ bool is_white(const NoiseSeries& s) {
       squares += 0.5 * (x[k].cwiseAbs2() + x[k + lag].cwiseAbs2());
       pairs += 1.0;
     }
-    if (pairs < 100.0) return false;
-    statistic += pairs * products.cwiseQuotient(squares).squaredNorm();
+    if (pairs < 100.0) return Neighbours::kAlike;
+    const Vector3 r = products.cwiseQuotient(squares);
+    alike += std::sqrt(pairs) * r.sum();
+    statistic += pairs * r.squaredNorm();
+    dispersion += 2.0 / 3.0 * r.squaredNorm();
   }
-  return chi_square_tail(statistic, 3 * int(kLags)) > kByChance;
+  if (chi_square_tail(statistic, 3 * int(kLags)) > kByChance) return Neighbours::kIndependent;
+  const bool unlike = normal_tail(alike / std::sqrt(3.0 * kLags)) > kByChance;
+  return unlike && dispersion < kLittle ? Neighbours::kUnlike : Neighbours::kAlike;
 }
 
 // One scale or two?
@@ -318,10 +358,13 @@ NoiseTest test_outliers(const NoiseSeries& s, const Cleaned& c, OutlierShares* s
   test.channel = s.channel;
   const Search high_passed(sizes_of(s, c.own, c.scale), overdispersion(s, c), kHighPassVariance);
   std::optional<Search> whole;
-  if (is_white(s)) {
+  const Neighbours neighbours = neighbours_of(s);
+  if (neighbours != Neighbours::kAlike) {
     whole.emplace(sizes_of(s, s.residual, robust_scale(s.residual, s.used)), 1.0, 1.0);
   }
-  const bool in_whole = whole && whole->statistic() > high_passed.statistic();
+  const bool in_whole =
+      whole && whole->statistic() > high_passed.statistic() &&
+      (neighbours == Neighbours::kIndependent || high_passed.statistic() < kPlain);
   const Search& search = in_whole ? *whole : high_passed;
   test.dof = 2;
   test.statistic = search.statistic();
@@ -352,7 +395,7 @@ NoiseTest test_outliers(const NoiseSeries& s, const Cleaned& c, OutlierShares* s
     test.in_bursts = true;
     test.untested = "what sticks out comes in bursts, with the motion rather than at random";
   }
-  const auto [eps_sigma, K_sigma] = sigmas(search.all, two, K);
+  const auto [eps_sigma, K_sigma] = sigmas(search.all, two, search.kept, search.factor);
   test.parameters = {{"eps", two.eps, eps_sigma, ""}, {"K", K, K_sigma, "sigma"}};
   test.sentence = sentence(s, two, K, eps_sigma, K_sigma);
   return test;

@@ -13,6 +13,7 @@ namespace magimu {
 namespace {
 
 constexpr int kGatheredRows = 96;
+constexpr double kKnown = 1e-7;  // of a column's norm
 
 using Window = WindowedSystem::Window;
 
@@ -21,6 +22,7 @@ struct EndRows {
   std::vector<int> globals;
   RowBlock rows;         // [last | first | globals | residual]; last: none where there is but one
   double log_det = 0.0;  // of the nodes between
+  CondensedWindow rest;  // what it says of the globals wherever the ends are
 };
 
 double log_det_of(const RowStack& A, int begin, const std::vector<int>& pivot_row) {
@@ -81,6 +83,15 @@ class RowWriter {
   int globals_;
 };
 
+// Rows begin <= i < end, from column `skip` on.
+void sum_rows(const RowStack& A, int begin, int end, int skip, SquareSum& sum) {
+  if (end <= begin) return;
+  double* to = sum.rows(end - begin);
+  for (int i = begin; i < end; ++i, to += sum.width()) {
+    std::copy_n(A.row(i) + skip, sum.columns(), to);
+  }
+}
+
 // Rows over [first | globals | residual] that inner nodes leave behind. Where many have come
 // together, what they say of the first node is condensed, and the rest goes to a sum of squares.
 class LeftRows {
@@ -98,21 +109,13 @@ class LeftRows {
   }
   int size() const { return filled_; }
   const RowStack& rows() const { return rows_; }
-  // From column `skip` on.
-  void add_to_sum(const RowStack& A, int begin, int end, int skip) {
-    if (end <= begin) return;
-    double* to = sum_.rows(end - begin);
-    for (int i = begin; i < end; ++i, to += sum_.width()) {
-      std::copy_n(A.row(i) + skip, sum_.columns(), to);
-    }
-  }
   SquareSum& sum() { return sum_; }
 
  private:
   void condense() {
     std::vector<int> pivots;
     const int below = triangularize(rows_, 0, 0, first_, pivots);
-    add_to_sum(rows_, below, filled_, first_);
+    sum_rows(rows_, below, filled_, first_, sum_);
     std::fill(rows_.row(below), rows_.row(filled_ - 1) + rows_.columns(), 0.0);
     filled_ = below;
   }
@@ -127,6 +130,30 @@ void copy_rows(const RowBlock& from, RowStack& A, int at, int column) {
   for (Eigen::Index i = 0; i < from.rows(); ++i) {
     std::copy_n(from.row(i).data(), from.cols(), A.row(at + int(i)) + column);
   }
+}
+
+// The window by itself. What it does not tell of its first node (where a hand is and how fast it
+// moves that is measured once) it tells by rounding errors, which would pass for information and
+// take with them a part of the residuals that is left to chance: a weak prior about where the node
+// is now leaves it to the globals.
+// of_last: rows of the last node's pivots.
+CondensedWindow by_itself(const WindowedSystem& s, const EndRows& ends, int first, int of_last) {
+  const int columns = int(ends.rows.cols()), there = int(ends.rows.rows());
+  const int ends_columns = columns - 1 - int(ends.globals.size());
+  RowStack A(there + first, columns);
+  copy_rows(ends.rows, A, 0, 0);
+  for (int j = 0; j < first; ++j) {
+    const int column = ends_columns - first + j;
+    A.row(there + j)[column] = kKnown * ends.rows.col(column).tail(there - of_last).norm();
+  }
+  std::vector<int> pivots;
+  const int below = triangularize(A, 0, 0, ends_columns, pivots);
+  SquareSum sum(columns - ends_columns);
+  sum_rows(A, below, A.rows(), ends_columns, sum);
+  sum.finish();
+  CondensedWindow out = condensed(sum, 0, ends.globals, s.layout.globals.size());
+  add_to(out, ends.rest);
+  return out;
 }
 
 // Inner nodes are eliminated one after the other, each from the few rows that touch it: those that
@@ -186,9 +213,12 @@ CondensedWindow condense_window(const WindowedSystem& s, const Window& window, E
   const int ends_columns = A.columns() - border + edge;
   const int below = triangularize(A, 0, 0, ends_columns, pivots);
   ends.rows = A.view().topRows(below);
-  left.add_to_sum(A, below, A.rows(), ends_columns);
+  sum_rows(A, below, A.rows(), ends_columns, left.sum());
   left.sum().finish();
-  CondensedWindow out = condensed(left.sum(), 0, ends.globals, s.layout.globals.size());
+  ends.rest = condensed(left.sum(), 0, ends.globals, s.layout.globals.size());
+  const auto of_last =
+      std::count_if(pivots.begin(), pivots.end() - edge, [](int p) { return p >= 0; });
+  CondensedWindow out = by_itself(s, ends, edge, int(of_last));
   out.log_det = ends.log_det + log_det_of(A, 0, pivots);
   out.rows = s.count_rows(s.factors(window));
   return out;
@@ -244,14 +274,10 @@ CondensedWindow link(const WindowedSystem& s, const std::vector<EndRows>& ends,
     const int rest = triangularize(A, below, next, next + kept, pivots);
     log_det_carried = log_det_of(A, next, pivots);
     carried = A.view().block(below, next, rest - below, A.columns() - next);
-    if (A.rows() > rest) {
-      double* to = sum.rows(A.rows() - rest);
-      for (int i = rest; i < A.rows(); ++i, to += sum.width()) {
-        std::copy_n(A.row(i) + next + kept, sum.columns(), to);
-      }
-    }
+    sum_rows(A, rest, A.rows(), next + kept, sum);
     before = s.windows[w].last;
-    add_to(out, windows[w]);
+    add_to(out, ends[w].rest);
+    out.rows += windows[w].rows;
   }
   sum.finish();
   add_to(out, condensed(sum, 0, all, all.size()));

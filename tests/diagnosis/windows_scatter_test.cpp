@@ -8,6 +8,7 @@
 
 #include "calibration/pipeline.h"
 #include "calibration/scan.h"
+#include "calibration/windows.h"
 #include "diagnosis/doubts.h"
 #include "factors/effects/catalogue.h"
 #include "tests/oracle/sensors.h"
@@ -61,6 +62,38 @@ TEST(WindowsScatter, is_one_under_white_noise) {
     }
     EXPECT_NEAR(sum, 1.0, 0.12) << effect->name();
     EXPECT_LE(coloured, 2) << effect->name();
+  }
+}
+
+// Five seconds hardly tell where a hand was and how fast it moved: what rounding makes of that must
+// not take residuals with it, which are most of a score's scatter.
+TEST(WindowsScatter, of_a_moved_sensor_does_not_hang_on_the_form_of_elimination) {
+  oracle::Options o;
+  o.seed = 5;
+  o.rate_hz = 100.0;
+  o.noise = oracle::kRealisticDensities;
+  o.motion.kind = oracle::MotionKind::kHandHeld;
+  o.motion.duration_s = 60.0;
+  const Recording recording = oracle::simulate(o).recording;
+  const std::vector<const Recording*> recordings = {&recording};
+  const Pipeline pipeline(recordings, Fitted::options_of(o));
+  const Stage stage = pipeline.coarse_fit(MotionModel::kHandHeld);
+  const Values& values = stage.result().values;
+  LinearSystem system(stage.graph(), values);
+  system.linearize(values);
+  const auto condensed = [&](EliminationForm form) {
+    return condense(system, values, node_of, windows_of(stage.plans(), 5.0), form);
+  };
+  const CondensedChain one = condensed(EliminationForm::kInformation);
+  const CondensedChain other = condensed(EliminationForm::kSquareRoot);
+  // Of the accelerometer's bias the information form does lose digits.
+  ASSERT_EQ(one.position(values, key::acc_bias), 0);
+  const Eigen::Index rest = other.windows.front().score.size() - 3;
+  VectorXd information = VectorXd::Zero(rest);
+  for (const CondensedWindow& w : other.windows) information += w.information.diagonal().tail(rest);
+  for (std::size_t w = 0; w < one.windows.size(); ++w) {
+    const VectorXd apart = (one.windows[w].score - other.windows[w].score).tail(rest);
+    EXPECT_LT(apart.cwiseQuotient(information.cwiseSqrt()).cwiseAbs().maxCoeff(), 1e-3) << w;
   }
 }
 

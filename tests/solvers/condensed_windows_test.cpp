@@ -251,47 +251,6 @@ TEST(CondensedWindowsOfMotion, are_condensed_in_square_root_form) {
   EXPECT_GT(std::abs(other.windows[0].information(0, 0) - information), 1e-3 * information);
 }
 
-// A place that is measured once does not tell how fast the body was: what rounding makes of that
-// must not pass for information, or it takes a reading of the offset with it.
-TEST(CondensedWindowsOfMotion, lose_nothing_by_what_they_do_not_tell_of_their_first_node) {
-  constexpr int kSteps = 200;
-  constexpr double kDt = 0.0275;
-  const Key bias{'b', 0}, offset{'o', 0};
-  FactorGraph graph;
-  Values values;
-  const auto v = [](int i) { return Key{'v', std::uint32_t(i)}; };
-  const auto p = [](int i) { return Key{'p', std::uint32_t(i)}; };
-  for (int i = 0; i <= kSteps; ++i) {
-    values.insert(v(i), std::sin(0.1 * i));
-    values.insert(p(i), std::cos(0.1 * i));
-    if (i % 100 == 50) graph.add(PriorFactor<double>(p(i), 0.1, Noise<1>::isotropic(0.3)));
-    if (i == 0) continue;
-    graph.add(Step({v(i - 1), p(i - 1), v(i), p(i), bias}, {2e-5, 2e-7}, kDt));
-    graph.add(OffsetBetween(v(i - 1), v(i), offset, 0.1 * i));
-  }
-  graph.add(PriorFactor<double>(bias, 0.0, Noise<1>::isotropic(1e-6)));
-  values.insert(bias, 0.01);
-  values.insert(offset, 0.0);
-  LinearSystem system(graph, values);
-  system.linearize(values);
-  const auto node = [](Key key) {
-    return key.symbol == 'b' || key.symbol == 'o' ? -1 : int(key.index);
-  };
-  for (const int windows : {1, 2}) {
-    std::vector<int> window_of;
-    for (int i = 0; i <= kSteps; ++i) window_of.push_back(windows == 1 || i <= kSteps / 2 ? 0 : 1);
-    const CondensedChain c =
-        condense(system, values, node, window_of, EliminationForm::kSquareRoot);
-    const int o = c.position(values, offset);
-    double sum = 0.0;
-    for (const CondensedWindow& w : c.windows) sum += w.information(o, o);
-    // Steps are known so much better that each reading is one of the offset alone; the one between
-    // two windows is in neither.
-    EXPECT_NEAR(sum, kSteps + 1 - windows, 1e-4);
-    EXPECT_NEAR(c.whole().information(o, o), kSteps, 1e-4);
-  }
-}
-
 TEST_P(CondensedWindows, leave_out_nodes_that_belong_to_none) {
   const Chain chain;
   std::vector<int> window(kNodes, 0);

@@ -95,7 +95,7 @@ struct Scatter {
   bool coloured() const {
     const double chance = std::sqrt(2.0 / (double(S.rows()) * freedom));
     return S.rows() > 0 &&
-           mean() > (known ? kColoured : std::max(kColoured, 1.0 + kChance * chance));
+           mean() > (known ? kColouredScatter : std::max(kColouredScatter, 1.0 + kChance * chance));
   }
   // More surely than this, log10 of a probability; `known` is sure.
   bool surely_coloured(double level) const {
@@ -329,7 +329,7 @@ Score Scan::with_own_scatter(std::size_t candidate) const {
   if (u.rows() == 0 || u.cols() < 2) return out;
   const Scatter scatter = scatter_of(u);
   out.scatter = scatter.mean();
-  out.coloured = out.scatter > kColoured;
+  out.coloured = out.scatter > kColouredScatter;
   out.log10_p = log10_chi_square_tail(out.statistic, out.dof);
   if (out.coloured) out.log10_p = log10_tail_of_noise(out.statistic, out.dof, scatter);
   out.p_value = std::pow(10.0, std::max(out.log10_p, -300.0));

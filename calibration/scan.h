@@ -24,7 +24,7 @@ namespace magimu {
 
 // Scatter of the windows' scores, over what white noise would give, beyond which noise counts as
 // coloured if it is no chance.
-inline constexpr double kColoured = 1.25;
+inline constexpr double kColouredScatter = 1.25;
 
 // One candidate's answer.
 struct Score {

@@ -3,6 +3,7 @@
 // found to the sample.
 #pragma once
 
+#include <array>
 #include <functional>
 
 #include "calibration/scan.h"
@@ -11,6 +12,12 @@ namespace magimu {
 
 // So many windows of some seconds.
 int change_windows(const Recording& recording);
+
+// One that lasts, or one that ends: as likely before.
+inline constexpr double kChangeKinds = 2.0;
+// As so many independent tests count all spans of windows, neighbours being much the same.
+double lasting_spans(int windows);
+double ended_spans(int windows);
 
 struct BiasChange {
   double t0 = 0.0, t1 = 0.0;  // s; infinite beyond the recording's ends
@@ -24,6 +31,8 @@ BiasChange find_bias_change(const Scan& scan, std::size_t candidate, const Recor
 struct ChangeTimes {
   double t0, t1;         // s; infinite ones stay
   double sigma_s = 0.0;  // to a twentieth of a second, of the less certain one
+  // The integral of each one's likelihood over its maximum: all that is as good as the best.
+  std::array<double, 2> width_s = {0.0, 0.0};
 };
 
 // The times of a change that is in the model as its last effect, to the sample. First, to half a
@@ -34,5 +43,8 @@ struct ChangeTimes {
 ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const Stage& stage,
                           const ChangeTimes& now,
                           const std::function<Stage(const ChangeTimes&)>& refit);
+
+// In nats: any moment was as likely before, those that are as good as the best are now.
+double cost_of_times(const ChangeTimes& times, const Recording& recording);
 
 }  // namespace magimu

@@ -73,6 +73,7 @@ class Extender {
   double quarter_s() const;
   bool enough_beyond(const Option& option, double gain) const;
   std::optional<Trial> trial(Option option) const;
+  double likelier(const Trial& trial) const;
   std::vector<Trial> trials(const std::vector<Option>& options) const;
   static const Trial* best_of(const std::vector<Trial>& trials);
   std::vector<Option> worth_trying(const std::vector<Option>& options) const;

@@ -20,7 +20,7 @@ namespace {
 constexpr double kPutDown = 5.0;        // s about the ends of a rest
 constexpr int kOnceMore = 3;            // fits that have not converged
 constexpr double kOfPlaces = 5.0;       // uT: two places in a room hardly differ by more
-constexpr double kCare = 1.0;           // log10 of a probability
+constexpr double kCare = 2.0;           // log10 of a probability, where noise is coloured
 constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a step
 constexpr double kSharp = 4.0;          // a change's jump over those at other times
 constexpr double kColour = 0.15;        // correlation of neighbouring nodes' residuals
@@ -115,7 +115,7 @@ bool Extender::find_times(Option& option, Stage& stage) const {
     return fitted;
   };
   const ChangeTimes found = refined_times(recordings_, stage, {option.t0, option.t1}, refit);
-  auto [t0, t1, sigma_s] = found;
+  double t0 = found.t0, t1 = found.t1;
   stage = refit(found);
   // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
   const Vector3 size = effect_parameters(stage.result().values, effect_keys(spec.effects).back());
@@ -147,15 +147,8 @@ bool Extender::find_times(Option& option, Stage& stage) const {
   option.effect = spec.effects.back();
   option.t0 = t0;
   option.t1 = t1;
-  option.sigma_t = sigma_s;
-  // Any moment was as likely before; those within sigma_t are now.
-  const double duration = recordings_.front()->duration_s();
-  const double sampled = 0.3 / recordings_.front()->mag.front().rate_hz();
-  for (const double t : {t0, t1}) {
-    if (std::isinf(t)) continue;
-    option.searched +=
-        std::max(0.0, std::log(duration / (std::sqrt(2.0 * M_PI) * std::max(sampled, sigma_s))));
-  }
+  option.sigma_t = found.sigma_s;
+  option.searched += cost_of_times(found, *recordings_.front());
   return true;
 }
 
@@ -208,14 +201,28 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
   if (option.effect->name() == "hard_iron_change" && !w.coloured && !is_all(stage)) {
     return std::nullopt;
   }
-  return Trial{std::move(option), std::move(stage), nll, w.coloured, gained};
+  return Trial{std::move(option), std::move(stage), nll, w.coloured && !w.by_chance, gained};
+}
+
+// By how many nats a trial explains all data better than the model without it, each parameter at
+// the nat that it gains left-out data by chance; a random process with its states integrated out.
+double Extender::likelier(const Trial& t) const {
+  if (t.option.effect->description().random_process) {
+    return 0.5 * walk_in(t.stage, t.stage.spec().effects.size() - 1).likelihood_ratio - 1.0;
+  }
+  const auto parameters = [](const Stage& stage) {
+    int n = 0;
+    for (const auto& effect : stage.spec().effects) n += effect->size();
+    return double(n);
+  };
+  return stage_->result().cost_final - t.stage.result().cost_final -
+         (parameters(t.stage) - parameters(*stage_)) - t.option.searched;
 }
 
 // Those of the options that hold and predict left-out data better, with what each gains. Which of
-// them it is, the likelihood of all data tells best where the noise is white: windows cut from each
-// other show little of what needs minutes to be seen. Each parameter gains about half a nat by
-// chance, and costs one, as left-out data would have it. Under coloured noise, and where a random
-// process is among them, whose states are not parameters, left-out data decide.
+// them it is, the likelihood of all data tells best where the noise is white beside the likeliest
+// (beside the others what they leave is no noise): windows cut from each other show little of what
+// needs minutes to be seen. Under coloured noise left-out data decide.
 std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options) const {
   std::vector<Trial> out;
   for (const Option& o : options) {
@@ -224,19 +231,12 @@ std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options
     t->gain = t->left_out - t->option.searched;
     if (t->gain > kMinGain) out.push_back(*std::move(t));
   }
-  const bool left_out_decide = std::any_of(out.begin(), out.end(), [](const Trial& t) {
-    return t.coloured || t.option.effect->description().random_process;
-  });
-  if (left_out_decide) return out;
-  const auto parameters = [](const Stage& stage) {
-    int n = 0;
-    for (const auto& effect : stage.spec().effects) n += effect->size();
-    return double(n);
-  };
-  for (Trial& t : out) {
-    t.gain = stage_->result().cost_final - t.stage.result().cost_final -
-             (parameters(t.stage) - parameters(*stage_)) - t.option.searched;
-  }
+  if (out.empty()) return out;
+  std::vector<double> gains;
+  for (const Trial& t : out) gains.push_back(likelier(t));
+  const auto best = std::ranges::max_element(gains) - gains.begin();
+  if (out[std::size_t(best)].coloured) return out;
+  for (std::size_t i = 0; i < out.size(); ++i) out[i].gain = gains[i];
   return out;
 }
 

@@ -3,7 +3,8 @@
 // three axes with white noise, whitened, is chi-square with six degrees of freedom; of its maximum
 // over a band the tail is the mean number of upcrossings (Davies 1987, for chi-square processes).
 // Noise that is not white is compared with the level of its own neighbourhood, and what is not
-// known about that level counts.
+// known about that level counts. Half of the level goes to where mains of 50 or 60 Hz appear at the
+// sampling rate, half to all frequencies.
 #include <fmt/format.h>
 #include <algorithm>
 #include <array>
@@ -23,7 +24,8 @@ constexpr double kLowestMainsHz = 5.0;
 double lowest_mains_hz(double rate_hz) { return std::min(kLowestMainsHz, 0.1 * rate_hz); }
 
 constexpr double kMedian2 = 1.386294;  // of chi-square with two degrees of freedom
-constexpr double kTaper = 0.1;         // of the length, at each end
+constexpr double kTaper = 0.03;        // of the length, at each end
+constexpr double kGridHz = 0.25;       // to each side of 50 and 60 Hz
 
 struct Line {
   Mains mains;
@@ -59,7 +61,7 @@ Periodogram periodogram(const NoiseSeries& s, const Cleaned& c, const Vector3& u
     second += w[k] * w[k] * double(k) * double(k);
   }
   std::size_t padded = 1;
-  while (padded < 2 * n) padded *= 2;
+  while (padded < 4 * n) padded *= 2;
   Periodogram p;
   p.oversampling = std::max<std::size_t>(1, padded / n);
   p.upcrossing = 2.0 * std::numbers::pi * std::sqrt(second / sum2 - std::pow(first / sum2, 2));
@@ -109,7 +111,7 @@ Level local_level(const Periodogram& p, const std::vector<double>& power) {
   const double step = p.f[1] - p.f[0];
   for (std::size_t first = 0; first < p.f.size();) {
     const auto over = double(p.oversampling);
-    const double wide = std::clamp(0.35 * p.f[first] / step, 60.0 * over, 400.0 * over);
+    const double wide = std::clamp(0.35 * p.f[first] / step, 60.0 * over, 800.0 * over);
     std::size_t last = first + static_cast<std::size_t>(wide);
     if (double(p.f.size() - std::min(last, p.f.size())) < 0.7 * wide) last = p.f.size();
     std::vector<double> band(power.begin() + std::ptrdiff_t(first),
@@ -198,24 +200,72 @@ Eigen::Matrix<double, 7, 1> sigmas(const NoiseSeries& s, const Mains& m, const V
   return full.ldlt().solve(MatrixXd(MatrixXd::Identity(7, 7))).diagonal().cwiseSqrt();
 }
 
-// Of the maximum over the whole band, at a level that is known to a relative sigma only.
-double p_of_maximum(const Periodogram& p, double u, double sigma) {
+// How high u, of three axes each over its level, stands at a frequency.
+struct Standing {
+  std::size_t at = 0;
+  double u = -1.0, sigma = 0.0;  // relative, of the level
+  Vector3 level = Vector3::Ones();
+  double p = 1.0;
+};
+
+Standing standing_at(const Periodogram& p, const std::array<Level, 3>& level, std::size_t at) {
+  Standing s{.at = at, .u = 0.0};
+  double square = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [at_axis, sigma] = level[std::size_t(axis)].at(p.f[at]);
+    const double x = p.power[std::size_t(axis)][at] / at_axis;
+    s.u += x;
+    square += x * x * sigma * sigma;
+    s.level[axis] = at_axis;
+  }
+  s.sigma = std::sqrt(square) / s.u;
+  return s;
+}
+
+// Of a maximum over a band (cycles a sample), at a level that is known to a relative sigma only.
+double p_of_maximum(const Periodogram& p, double band, double u, double sigma) {
   // Upcrossings of u a unit of frequency by a chi-square process with six degrees of freedom.
   const double rate = p.upcrossing / std::sqrt(std::numbers::pi) * std::pow(0.5 * u, 2.5) / 2.0;
-  const double crossings = rate * (p.f.back() - p.f.front());
   // The mean of exp(-u / 2) over what the level may be.
   const double exponent = -0.5 * u + std::min(0.125 * u * u * sigma * sigma, 0.2 * u);
-  return std::min(1.0, (crossings + 1.0) * std::exp(std::max(exponent, -690.0)));
+  return std::min(1.0, (rate * band + 1.0) * std::exp(std::max(exponent, -690.0)));
+}
+
+double whole_band(const Periodogram& p) { return p.f.back() - p.f.front(); }
+
+// Where a line appears in samples, Hz.
+double alias(double line_hz, double rate_hz) {
+  return std::abs(line_hz - rate_hz * std::round(line_hz / rate_hz));
+}
+
+// The likeliest line: the highest of all, or of those about 50 and 60 Hz.
+Standing likeliest_line(const Periodogram& p, const std::vector<Standing>& standing,
+                        double rate_hz) {
+  Standing highest, near_mains;
+  std::size_t near = 0;
+  for (const Standing& s : standing) {
+    if (s.u > highest.u) highest = s;
+    const double f_hz = p.f[s.at] * rate_hz;
+    const bool mains = std::abs(f_hz - alias(50.0, rate_hz)) < kGridHz ||
+                       std::abs(f_hz - alias(60.0, rate_hz)) < kGridHz;
+    near += mains;
+    if (mains && s.u > near_mains.u) near_mains = s;
+  }
+  highest.p = std::min(1.0, 2.0 * p_of_maximum(p, whole_band(p), highest.u, highest.sigma));
+  if (near == 0) return highest;
+  const double band = double(near) * (p.f[1] - p.f[0]);
+  near_mains.p = std::min(1.0, 2.0 * p_of_maximum(p, band, near_mains.u, near_mains.sigma));
+  return near_mains.p < highest.p ? near_mains : highest;
 }
 
 // The largest within 1.5 Hz of the best but beside it.
-double second_line(const Periodogram& p, const std::vector<double>& standing, std::size_t best,
+double second_line(const Periodogram& p, const std::vector<Standing>& standing, std::size_t best,
                    double rate_hz) {
-  const double wide = 1.5 / rate_hz * double(p.f.size()) / (p.f.back() - p.f.front());
+  const double wide = 1.5 / rate_hz * double(p.f.size()) / whole_band(p);
   const std::size_t reach = std::size_t(wide), beside = 10 * p.oversampling;
   double most = 0.0;
   for (std::size_t j = best - std::min(best, reach); j < std::min(p.f.size(), best + reach); ++j) {
-    if (j + beside < best || j > best + beside) most = std::max(most, standing[j]);
+    if (j + beside < best || j > best + beside) most = std::max(most, standing[j].u);
   }
   return most;
 }
@@ -223,8 +273,7 @@ double second_line(const Periodogram& p, const std::vector<double>& standing, st
 // Where mains of 50 or 60 Hz and their harmonics would appear.
 std::string where_from(double f_hz, double rate_hz, double resolution_hz) {
   for (const double line : {50.0, 60.0, 16.667, 100.0, 120.0, 150.0, 180.0}) {
-    const double alias = std::abs(line - rate_hz * std::round(line / rate_hz));
-    if (std::abs(alias - f_hz) > 0.004 * line + resolution_hz) continue;
+    if (std::abs(alias(line, rate_hz) - f_hz) > 0.004 * line + resolution_hz) continue;
     return fmt::format(", where {:.4g} Hz appear at this sampling rate", line);
   }
   return "";
@@ -266,39 +315,21 @@ NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
   const Periodogram p = periodogram(s, c, white);
   std::array<Level, 3> level;
   for (std::size_t axis = 0; axis < 3; ++axis) level[axis] = local_level(p, p.power[axis]);
-  std::size_t best = 0;
-  double most = -1.0, best_sigma = 0.0;
-  Vector3 best_level = Vector3::Ones();
-  std::vector<double> standing(p.f.size());
-  for (std::size_t j = 0; j < p.f.size(); ++j) {
-    double u = 0.0, square = 0.0;
-    Vector3 here;
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto [at_axis, sigma] = level[std::size_t(axis)].at(p.f[j]);
-      const double x = p.power[std::size_t(axis)][j] / at_axis;
-      u += x;
-      square += x * x * sigma * sigma;
-      here[axis] = at_axis;
-    }
-    standing[j] = u;
-    if (u <= most) continue;
-    best = j;
-    most = u;
-    best_sigma = std::sqrt(square) / u;
-    best_level = here;
-  }
-  test.statistic = most;
+  std::vector<Standing> standing;
+  for (std::size_t j = 0; j < p.f.size(); ++j) standing.push_back(standing_at(p, level, j));
+  const Standing best = likeliest_line(p, standing, s.rate_hz);
+  test.statistic = best.u;
   test.dof = 7;
-  test.p_value = p_of_maximum(p, most, best_sigma);
+  test.p_value = best.p;
   if (test.p_value > 0.2) return test;
-  if (const double second = second_line(p, standing, best, s.rate_hz);
-      second > 0.2 * most && p_of_maximum(p, second, best_sigma) < 0.01) {
+  if (const double second = second_line(p, standing, best.at, s.rate_hz);
+      second > 0.2 * best.u && p_of_maximum(p, whole_band(p), second, best.sigma) < 0.01) {
     test.p_value = 1.0;
     test.untested = "several lines stand side by side: something that repeats itself, not mains";
     return test;
   }
-  const Vector3 unit = white.cwiseProduct(best_level.cwiseSqrt());
-  const Mains m = refine(s, c.residual, unit, {}, p.f[best] * s.rate_hz);
+  const Vector3 unit = white.cwiseProduct(best.level.cwiseSqrt());
+  const Mains m = refine(s, c.residual, unit, {}, p.f[best.at] * s.rate_hz);
   judge_stretches(s, c, unit, m.f_hz, test);
   const Eigen::Matrix<double, 7, 1> sigma = sigmas(s, m, unit);
   const std::array<const char*, 7> names = {"a_x", "a_y", "a_z", "d_x", "d_y", "d_z", "f"};

@@ -9,6 +9,15 @@
 #include "calibration/sensed_motion.h"
 
 namespace magimu {
+namespace {
+
+// Of parameters: a random process has a density.
+int count(const Effect& effect) {
+  return effect.description().random_process ? 1 : effect.size();
+}
+
+}  // namespace
+
 bool among(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -25,7 +34,9 @@ double allowance(const Effect& one, const Effect& other, double gain, double oth
     if (recorded && of_any_time(other)) return kDraw;
     if (!recorded && of_any_time(one)) return -kDraw;
   }
-  return one.size() < other.size() ? kDraw : one.size() > other.size() ? -kDraw : 0.0;
+  if (of_any_time(one) && of_any_time(other)) return 0.0;
+  const int more = count(one) - count(other);
+  return more < 0 ? kDraw : more > 0 ? -kDraw : 0.0;
 }
 
 bool is_simpler(const Effect& one, const Effect& other) {

@@ -100,20 +100,10 @@ class Predictor {
       return fit(effects);
     };
     const ChangeTimes coarse = {found.t0, found.t1};
-    const auto [t0, t1, sigma_s] =
-        refined_times(recordings_, between(coarse).stage, coarse,
-                      [&](const ChangeTimes& times) { return between(times).stage; });
-    Fit out = between({t0, t1});
-    const Vector3 step =
-        effect_parameters(out.stage.result().values, effect_keys(out.stage.spec().effects).back());
-    // Each time is one among those that could be told apart.
-    const VectorSeries& mag = recording.mag.front();
-    const double dt = 1.0 / mag.rate_hz();
-    const double strength = step.norm() / (model_.spec.noise.mag / std::sqrt(dt));
-    const double sigma_t =
-        std::hypot(sigma_s, dt * std::max(0.5, 4.0 / std::max(strength * strength, 1e-9)));
-    const double choices = std::max(1.0, duration / (2.5 * sigma_t));
-    out.nll += std::log(choices) * double(int(std::isfinite(t0)) + int(std::isfinite(t1)));
+    const ChangeTimes times = refined_times(recordings_, between(coarse).stage, coarse,
+                                            [&](const ChangeTimes& t) { return between(t).stage; });
+    Fit out = between(times);
+    out.nll += cost_of_times(times, recording);
     return out;
   }
 

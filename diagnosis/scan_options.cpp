@@ -14,6 +14,8 @@
 namespace magimu {
 namespace {
 
+constexpr double kFamilies = 3.0;  // with one, two or three terms
+
 // Columns first .. first + count - 1 of all.
 MatrixXd selection(Eigen::Index all, int first, int count) {
   MatrixXd C = MatrixXd::Zero(all, count);
@@ -73,7 +75,8 @@ void take_terms(Option& option, const Scan& scan, std::size_t candidate) {
     option.effect = family->with_terms(terms);
     option.rank = rank;
   }
-  option.score.log10_p = std::min(0.0, option.score.log10_p + std::log10(3.0));
+  option.score.log10_p = std::min(0.0, option.score.log10_p + std::log10(kFamilies));
+  option.searched = std::log(kFamilies);
 }
 
 Option change_option(const BiasChange& change) {
@@ -81,7 +84,8 @@ Option change_option(const BiasChange& change) {
                 .score = change.score,
                 .start = change.score.theta,
                 .t0 = change.t0,
-                .t1 = change.t1};
+                .t1 = change.t1,
+                .searched = std::log(kChangeKinds)};
   option.rank = log10_chi_square_tail(change.score.statistic, change.score.dof) + change.log10_p -
                 change.score.log10_p;
   option.score.log10_p = change.log10_p;

@@ -27,6 +27,7 @@ constexpr double kRepeats = 0.01;
 constexpr double kOwnToRepeats = 2.0;  // times their share: correlation or outliers that they make
 constexpr double kOwnToJitter = 2.0;   // times the variance that it adds
 constexpr double kSameLine = 0.1;      // of the frequency of its pattern
+constexpr double kOwn = 0.5;  // of what a cause explains, beside a dependence without a name
 // Of a finding's own misfit: more than this left in its channel, or in another one, and its name is
 // doubtful.
 constexpr double kLeftOver = 0.3, kLeftElsewhere = 3.0;
@@ -142,9 +143,19 @@ std::string why_off(const TimingNoise& seen) {
       1e3 * seen.period_s);
 }
 
+// A line may be of the pattern that is looked for.
+Stage without_lines(const Extender& extender) {
+  const auto& effects = extender.stage().spec().effects;
+  const auto line = std::ranges::find_if(
+      effects, [](const auto& e) { return e->name() == "mains_interference"; });
+  return line == effects.end() ? extender.stage()
+                               : extender.without(std::size_t(line - effects.begin()));
+}
+
 // Samples of other times than they say.
 void find_timing_noise(const std::vector<const Recording*>& full, const DiagnosisOptions& options,
-                       const Stage& stage, Diagnosis& d) {
+                       const Extender& extender, Diagnosis& d) {
+  const Stage stage = without_lines(extender);
   const double level = std::log10(options.false_alarm_rate / 3.0) - kRateCare;
   for (std::size_t r = 0; r < full.size(); ++r) {
     for (const SampleResiduals& samples : sample_residuals(*full[r], stage, int(r), {}, false)) {
@@ -176,8 +187,18 @@ void find_timing_noise(const std::vector<const Recording*>& full, const Diagnosi
   }
 }
 
-// A function of time follows whatever the course of the motion makes of another cause: where a
-// dependence without a name explains more, it stood for that.
+// Nats that the second candidate of a scan explains beside the first, its parameters paid for.
+double explained_beside(const Scan& scan) {
+  const Eigen::Index first = scan.first(1), all = scan.information().rows();
+  const Score both = scan.combined(MatrixXd::Identity(all, all));
+  const Score one = scan.combined(MatrixXd::Identity(all, first));
+  return 0.5 * (both.statistic - one.statistic) - double(both.dof - one.dof);
+}
+
+// What is in the model follows whatever the course of the motion makes of another cause, a function
+// of time the most: where a dependence without a name explains clearly more, its parameters paid
+// for, and leaves little for it, it stood for that. (A line of the mains is of no course of the
+// motion.)
 void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extender& extender,
                         Diagnosis& d) {
   const Stage& stage = extender.stage();
@@ -185,12 +206,13 @@ void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extende
   for (std::size_t e = 0; e < effects.size(); ++e) {
     const auto finding = std::ranges::find_if(
         d.findings, [&](const Finding& f) { return f.effect == effects[e]->name(); });
-    if (finding == d.findings.end() || !of_any_time(*effects[e])) continue;
+    if (finding == d.findings.end() || effects[e]->name() == "mains_interference") continue;
     auto all = general_dependences(stage.spec().motion == MotionModel::kHandHeld);
     std::erase_if(all, [&](const auto& a) { return a->channel() != effects[e]->channel(); });
     const Stage without = extender.without(e);
     const Scan scan(recordings, without, all);
-    double most = extender.worth(e, without);
+    const double worth = extender.worth(e, without);
+    double most = worth + kDraw;
     Score best;
     for (std::size_t i = 0; i < all.size(); ++i) {
       const Score s = scan.with_own_scatter(i);
@@ -200,6 +222,8 @@ void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extende
       best = s;
     }
     if (!best.effect) continue;
+    const double beside = explained_beside(Scan(recordings, without, {best.effect, effects[e]}));
+    if (beside > kOwn * worth) continue;
     add_evidence(d, best.effect->channel(),
                  fmt::format("The {} depends {} (chi-square {:.0f} with {} degrees of freedom), as "
                              "no cause does that is known here; {} would explain less of the same, "
@@ -291,7 +315,7 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
     }
   }
   grow_with_rate(recordings, options, stage, d);
-  find_timing_noise(full, options, stage, d);
+  find_timing_noise(full, options, extender, d);
   withdraw_doubtful(to_string(channel), most, d);
 }
 

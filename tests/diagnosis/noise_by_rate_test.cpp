@@ -40,17 +40,17 @@ NoiseByRate seen_in(const Noise& noise, std::uint64_t seed) {
 
 double normal(std::mt19937_64& random) { return std::normal_distribution<double>()(random); }
 
-const Noise kWhite = [](std::mt19937_64& random, double, double&) { return normal(random); };
-const Noise kColoured = [](std::mt19937_64& random, double, double& x) {
+const Noise kNoiseWhite = [](std::mt19937_64& random, double, double&) { return normal(random); };
+const Noise kNoiseColoured = [](std::mt19937_64& random, double, double& x) {
   x = 0.95 * x + std::sqrt(1.0 - 0.95 * 0.95) * normal(random);
   return x;
 };
-const Noise kHeavyTailed = [](std::mt19937_64& random, double, double&) {
+const Noise kNoiseHeavyTailed = [](std::mt19937_64& random, double, double&) {
   return normal(random) * (random() % 100 == 0 ? 20.0 : 1.0);
 };
 
 TEST(NoiseByRate, holds_its_level_on_noise_of_any_kind) {
-  for (const Noise& noise : {kWhite, kColoured, kHeavyTailed}) {
+  for (const Noise& noise : {kNoiseWhite, kNoiseColoured, kNoiseHeavyTailed}) {
     int below = 0;
     for (std::uint64_t seed = 1; seed <= 200; ++seed) below += seen_in(noise, seed).log10_p < -2.0;
     EXPECT_LE(below, 7);  // 2 expected; more than 7 has a probability of 0.1 %

@@ -245,9 +245,7 @@ Standing likeliest_line(const Periodogram& p, const std::vector<Standing>& stand
   std::size_t near = 0;
   for (const Standing& s : standing) {
     if (s.u > highest.u) highest = s;
-    const double f_hz = p.f[s.at] * rate_hz;
-    const bool mains = std::abs(f_hz - alias(50.0, rate_hz)) < kGridHz ||
-                       std::abs(f_hz - alias(60.0, rate_hz)) < kGridHz;
+    const bool mains = is_mains(p.f[s.at] * rate_hz, rate_hz);
     near += mains;
     if (mains && s.u > near_mains.u) near_mains = s;
   }
@@ -343,6 +341,11 @@ NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
       std::sqrt(m.a.squaredNorm() + m.d.squaredNorm()), m.f_hz, sigma[6],
       where_from(m.f_hz, s.rate_hz, resolution));
   return test;
+}
+
+bool is_mains(double f_hz, double rate_hz) {
+  return std::abs(f_hz - alias(50.0, rate_hz)) < kGridHz ||
+         std::abs(f_hz - alias(60.0, rate_hz)) < kGridHz;
 }
 
 Mains found_mains(const NoiseTest& test) {

@@ -27,6 +27,9 @@ struct OutlierShares {
   double core_of_cleaned = 1.0;  // variance without any outliers, in parts of the cleaned one's
   double all_of_cleaned = 1.0;   // variance with all of them
 };
+// NoiseTest::untested of outliers where samples between others are interpolated.
+inline constexpr const char* kTwoSizes =
+    "the noise has two sizes in turn, as where every other sample is interpolated: no outliers";
 NoiseTest test_outliers(const NoiseSeries& series, const Cleaned& cleaned,
                         OutlierShares* shares = nullptr);
 
@@ -43,6 +46,8 @@ NoiseTest test_noise_scale(const NoiseSeries& series, const PieceSpectra& spectr
 // neighbourhood. (mains.cpp)
 NoiseTest test_mains(const NoiseSeries& series, const Cleaned& cleaned);
 Mains found_mains(const NoiseTest& test);
+// Do mains of 50 or 60 Hz appear at this frequency, sampled at this rate?
+bool is_mains(double f_hz, double rate_hz);
 
 // Steps of the converter, and readings that pile up at +-M. (converter.cpp)
 NoiseTest test_quantization(const NoiseSeries& series, const Cleaned& cleaned);

@@ -149,4 +149,21 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
   }
 }
 
+void withdraw_lines_of_interpolation(const Recording& recording, Diagnosis& d) {
+  const bool interpolated = std::ranges::any_of(d.scan, [](const ScanEntry& e) {
+    return e.effect == "outliers" && e.channel == to_string(Channel::kMag) && e.needs == kTwoSizes;
+  });
+  const auto line = std::ranges::find_if(
+      d.findings, [](const Finding& f) { return f.effect == "mains_interference"; });
+  if (!interpolated || line == d.findings.end()) return;
+  const double f_hz = line->parameters.back().value;
+  if (is_mains(f_hz, recording.mag.front().rate_hz())) return;
+  add_evidence(d, Channel::kMag,
+               fmt::format("A line stands at {:.4g} Hz in the magnetometer's samples, which is "
+                           "neither 50 nor 60 Hz. The sensor seems to be read faster than it "
+                           "measures, which makes such lines: it is not named mains.",
+                           f_hz));
+  d.findings.erase(line);
+}
+
 }  // namespace magimu

@@ -38,7 +38,7 @@ struct NoiseTest {
   int dof = 1;
   double p_value = 1.0;  // of this test alone
   // s; rho; eps and K; q; M; a_x, a_y, a_z, d_x, d_y, d_z and f (as sampled: from 0 to half the
-  // sampling rate). Empty where nothing is seen.
+  // sampling rate). Empty, or without standard deviations, where nothing is seen.
   std::vector<FoundParameter> parameters = {};
   std::string sentence = {};  // "One in 80 samples of the magnetometer is an outlier, ..."
   // Why it could not be tested, or why what was seen is not this; then p_value is 1.

@@ -12,9 +12,7 @@ namespace magimu {
 namespace {
 
 // Of parameters: a random process has a density.
-int count(const Effect& effect) {
-  return effect.description().random_process ? 1 : effect.size();
-}
+int count(const Effect& effect) { return effect.description().random_process ? 1 : effect.size(); }
 
 }  // namespace
 

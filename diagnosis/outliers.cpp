@@ -20,6 +20,7 @@ constexpr int kLeastEvents = 5;
 constexpr double kMostOutliers = 0.3;
 constexpr double kInBursts = 2.0, kBeyondMotion = 20.0;
 constexpr double kPlain = 30.0;  // statistic of what is seen without what a fit may have followed
+constexpr double kSeen = 0.05;   // p from which on nothing is seen
 
 // Squared lengths of 3-vectors, counted in narrow bins of their logarithm: the likelihood needs no
 // more, and is quick.
@@ -377,26 +378,28 @@ NoiseTest test_outliers(const NoiseSeries& s, const Cleaned& c, OutlierShares* s
   if (two.eps <= 0.0) return test;
   const Events places = events(s, c);
   const double few = in_whole ? two.eps * search.all.total : double(places.few);
-  if (test.p_value < 0.05 && few < kLeastEvents) {
+  if (test.p_value < kSeen && few < kLeastEvents) {
     test.p_value = 1.0;
     test.in_bursts = places.many >= kLeastEvents;
     test.untested = "too few samples stick out to tell how often they do";
   }
-  if (test.p_value < 0.05 && two.eps > kMostOutliers) {
+  if (test.p_value < kSeen && two.eps > kMostOutliers) {
     test.p_value = 1.0;
-    test.untested =
-        "the noise has two sizes in turn, as where every other sample is interpolated: no outliers";
+    test.untested = kTwoSizes;
   }
   if (shares != nullptr && high_passed.two.eps > 0.0) *shares = high_passed.shares();
   const double K = std::sqrt((two.far / two.core - 1.0) / search.kept);
   // Impulses far beyond any motion are named all the same.
-  if (test.p_value < 0.05 && K < kBeyondMotion && dispersion(s, c) > kInBursts) {
+  if (test.p_value < kSeen && K < kBeyondMotion && dispersion(s, c) > kInBursts) {
     test.p_value = 1.0;
     test.in_bursts = true;
     test.untested = "what sticks out comes in bursts, with the motion rather than at random";
   }
+  test.parameters = {{"eps", two.eps, 0.0, ""}, {"K", K, 0.0, "sigma"}};
+  if (test.p_value > kSeen) return test;
   const auto [eps_sigma, K_sigma] = sigmas(search.all, two, search.kept, search.factor);
-  test.parameters = {{"eps", two.eps, eps_sigma, ""}, {"K", K, K_sigma, "sigma"}};
+  test.parameters[0].sigma = eps_sigma;
+  test.parameters[1].sigma = K_sigma;
   test.sentence = sentence(s, two, K, eps_sigma, K_sigma);
   return test;
 }

@@ -109,6 +109,7 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   progress("what is left?", 0.85);
   if (turned) find_unexplained(recordings, full, options, extender, d);
   withdraw_lines_of_interpolation(*full.front(), d);
+  extender.keep_named();
   find_repeats(given, d);
   fill_departures(recordings, extender, d);
   d.before = extender.summary(extender.base());

@@ -28,6 +28,8 @@ class Extender {
   void extend(const Stage& from);
   // A better model found elsewhere is the stage from now on.
   void replace(const Stage& stage);
+  // What has lost its name leaves the model.
+  void keep_named();
   // The findings' parameters as they are in the model that it has become. after: stage()'s summary.
   void restate(const Calibration& after);
   // Candidates that could be tested under this model, and the scan of them; nothing is accepted.

@@ -86,6 +86,24 @@ Stage Extender::without(std::size_t effect) const {
   return pipeline_.refit_with_same_noise(*stage_, spec);
 }
 
+void Extender::keep_named() {
+  const auto has = [](const auto& all, const std::string& name, const auto& name_of) {
+    return std::ranges::any_of(all, [&](const auto& one) { return name_of(one) == name; });
+  };
+  const auto of_finding = [](const Finding& f) { return f.effect; };
+  const auto of_effect = [](const auto& effect) { return effect->name(); };
+  for (std::size_t e = 0; e < stage_->spec().effects.size();) {
+    const std::string name = stage_->spec().effects[e]->name();
+    if (has(d_.findings, name, of_finding) || has(base_->spec().effects, name, of_effect)) {
+      ++e;
+      continue;
+    }
+    const Stage less = without(e);
+    if (!less.result().converged()) return;
+    replace(less);
+  }
+}
+
 // From its states in a fit, without what their prior says.
 RandomWalk Extender::walk_in(const Stage& stage, std::size_t effect) const {
   const Effect& walk = *stage.spec().effects[effect];

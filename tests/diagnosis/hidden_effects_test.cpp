@@ -254,6 +254,8 @@ TEST_P(UnexplainedEffect, is_said_to_be_there_and_gets_no_other_name) {
   const Diagnosis d = diagnosed(c);
   EXPECT_TRUE(d.unexplained.detected) << "named: " << names_of(d);
   EXPECT_THAT(judge(d, c, allowed_for(hidden.effect)).others, IsEmpty());
+  // What has lost its name is not in the model either.
+  for (const auto& effect : d.after.effects) EXPECT_NE(find(d, effect.name), nullptr);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -109,6 +109,10 @@ TEST_P(RealDiagnosis, tells_what_is_known_and_gains_on_what_it_was_not_fitted_to
   SCOPED_TRACE(sentences(*d));
   for (const auto& expect : GetParam().of_it) expect(*d);
   expect_nothing_invented(*d);
+  // What has lost its name is not in the model either.
+  for (const auto& effect : d->after.effects) {
+    EXPECT_NE(finding_of(*d, effect.name), nullptr) << effect.name;
+  }
   for (const Finding& f : d->findings) {
     EXPECT_LT(f.gain.heldout_nll_after, f.gain.heldout_nll_before) << f.effect;
   }

@@ -37,6 +37,7 @@ void Extender::prune() {
   }
 }
 
+// By value: the model that has it goes. NOLINTNEXTLINE(performance-unnecessary-value-param)
 bool Extender::name_simpler(std::size_t finding, std::shared_ptr<const Effect> named) {
   const double with_it = nll_;
   ModelSpec spec = stage_->spec();

@@ -12,6 +12,7 @@
 #include "graph/scalar.h"
 
 // Says `linkage` of everything that is compiled once.
+// NOLINTBEGIN(bugprone-macro-parentheses): the arguments are words and types.
 #define MAGIMU_SOLVED_FOR(linkage, Decomposition, Right)                                        \
   linkage void Decomposition<magimu::MatrixXd>::_solve_impl<Right, Right>(const Right&, Right&) \
       const;                                                                                    \
@@ -31,6 +32,7 @@
   MAGIMU_SOLVING(linkage, LDLT);                         \
   MAGIMU_SOLVING(linkage, LLT);                          \
   MAGIMU_SOLVING(linkage, ColPivHouseholderQR)
+// NOLINTEND(bugprone-macro-parentheses)
 
 namespace Eigen {
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "diagnosis/diagnosis.h"
+#include "diagnosis/predict.h"
 #include "recording/read.h"
 
 namespace magimu {
@@ -31,14 +32,19 @@ std::string sentences(const Diagnosis& d) {
   return text;
 }
 
-std::optional<Diagnosis> diagnosed(const std::string& number) {
+std::optional<Recording> recorded(const std::string& number) {
   const std::filesystem::path folder = std::filesystem::path(MAGIMU_DATA_DIR) / "broad";
   if (!std::filesystem::exists(folder)) return std::nullopt;
   for (const auto& file : std::filesystem::directory_iterator(folder)) {
     if (file.path().filename().string().rfind(number + "_", 0) != 0) continue;
-    return diagnose(read_recording(file.path().string()));
+    return read_recording(file.path().string());
   }
   return std::nullopt;
+}
+
+std::optional<Diagnosis> diagnosed(const std::string& number) {
+  const std::optional<Recording> recording = recorded(number);
+  return recording ? std::optional(diagnose(*recording)) : std::nullopt;
 }
 
 void expect_a_lag(const Diagnosis& d) {
@@ -129,6 +135,29 @@ INSTANTIATE_TEST_SUITE_P(
         Known{"29", {expect_the_stationary_magnet}},
         Known{"33", {expect_the_attached_magnet_and_when_it_was_removed, expect_a_slower_clock}}),
     [](const auto& test) { return std::string(test.param.number); });
+
+struct Pair {
+  const char *from, *to;
+};
+void PrintTo(const Pair& pair, std::ostream* out) { *out << pair.from << " to " << pair.to; }
+
+class GainElsewhere : public testing::TestWithParam<Pair> {};
+
+// What was found in one recording predicts another one of the same sensor, which nothing was
+// fitted to, better than the hand's motion alone.
+TEST_P(GainElsewhere, is_there_in_another_recording_of_the_same_sensor) {
+  const std::optional<Diagnosis> d = diagnosed(GetParam().from);
+  const std::optional<Recording> other = recorded(GetParam().to);
+  if (!d || !other) GTEST_SKIP() << "This test needs BROAD recordings, not part of the project.";
+  const PredictionGain gain = compare_predictions(*other, d->model_motion, d->model_after);
+  RecordProperty("nats", std::to_string(gain.before - gain.after));
+  EXPECT_GT(gain.before - gain.after, 100.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Broad, GainElsewhere, testing::Values(Pair{"02", "07"}, Pair{"07", "21"}),
+                         [](const auto& test) {
+                           return std::string(test.param.from) + "_to_" + test.param.to;
+                         });
 
 }  // namespace
 }  // namespace magimu

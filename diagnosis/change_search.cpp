@@ -134,8 +134,8 @@ BiasChange find_bias_change(const Scan& scan, std::size_t candidate, const Recor
   const Eigen::Index n = scan.information().rows();
   const double width = (end_s - begin_s) / windows;
   BiasChange lasting, ended;
-  for (int a = 1; a < windows;
-       ++a) {  // from 0 on: the bias itself, or the complement of [b, windows)
+  // From 0 on it is the bias itself, or the complement of [b, windows).
+  for (int a = 1; a < windows; ++a) {
     MatrixXd C = MatrixXd::Zero(n, 3);
     for (int b = a + 1; b <= windows; ++b) {
       C.middleRows<3>(first + 3 * (b - 1)).setIdentity();

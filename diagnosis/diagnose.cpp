@@ -108,7 +108,7 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   find_noise(full, pipeline, options, extender, d);
   progress("what is left?", 0.85);
   if (turned) find_unexplained(recordings, full, options, extender, d);
-  withdraw_lines_of_interpolation(*full.front(), d);
+  withdraw_lines_of_interpolation(*checked.get().front(), d);
   extender.keep_named();
   find_repeats(given, d);
   fill_departures(recordings, extender, d);

@@ -75,6 +75,11 @@ class Extender {
   double quarter_s() const;
   bool enough_beyond(const Option& option, double gain) const;
   std::optional<Trial> trial(Option option) const;
+  // By how many nats an effect of one model explains more of all data than another model does that
+  // lacks it, each parameter at the nat that it gains left-out data by chance; a random process
+  // with its states integrated out. searched: Option::searched.
+  double explains(const Stage& with, std::size_t effect, const Stage& without,
+                  double searched) const;
   double likelier(const Trial& trial) const;
   std::vector<Trial> trials(const std::vector<Option>& options) const;
   static const Trial* best_of(const std::vector<Trial>& trials);

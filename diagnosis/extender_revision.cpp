@@ -88,14 +88,14 @@ Stage Extender::without(std::size_t effect) const {
 }
 
 void Extender::keep_named() {
-  const auto has = [](const auto& all, const std::string& name, const auto& name_of) {
-    return std::ranges::any_of(all, [&](const auto& one) { return name_of(one) == name; });
+  const auto of_base = [&](const std::string& name) {
+    return std::ranges::any_of(base_->spec().effects,
+                               [&](const auto& e) { return e->name() == name; });
   };
-  const auto of_finding = [](const Finding& f) { return f.effect; };
-  const auto of_effect = [](const auto& effect) { return effect->name(); };
   for (std::size_t e = 0; e < stage_->spec().effects.size();) {
     const std::string name = stage_->spec().effects[e]->name();
-    if (has(d_.findings, name, of_finding) || has(base_->spec().effects, name, of_effect)) {
+    if (std::ranges::find(d_.findings, name, &Finding::effect) != d_.findings.end() ||
+        of_base(name)) {
       ++e;
       continue;
     }
@@ -116,12 +116,24 @@ RandomWalk Extender::walk_in(const Stage& stage, std::size_t effect) const {
                               make_gyro_bias_walk(walk.size() / 3, 1.0)->prior_sigma(duration));
 }
 
+double Extender::explains(const Stage& with, std::size_t effect, const Stage& without,
+                          double searched) const {
+  if (with.spec().effects[effect]->description().random_process) {
+    return 0.5 * walk_in(with, effect).likelihood_ratio;
+  }
+  const auto parameters = [](const Stage& stage) {
+    int n = 0;
+    for (const auto& e : stage.spec().effects) n += e->size();
+    return n;
+  };
+  return without.result().cost_final - with.result().cost_final -
+         (parameters(with) - parameters(without)) - searched;
+}
+
 double Extender::worth(std::size_t effect, const Stage& without) const {
-  const Effect& e = *stage_->spec().effects[effect];
-  if (e.description().random_process) return 0.5 * walk_in(*stage_, effect).likelihood_ratio;
-  const auto entered = entered_.find(e.name());
-  const double searched = entered == entered_.end() ? 0.0 : entered->second.searched;
-  return without.result().cost_final - stage_->result().cost_final - e.size() - searched;
+  const auto entered = entered_.find(stage_->spec().effects[effect]->name());
+  return explains(*stage_, effect, without,
+                  entered == entered_.end() ? 0.0 : entered->second.searched);
 }
 
 // The density of a walk is that of all it had to explain as it entered.

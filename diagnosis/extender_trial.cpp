@@ -204,19 +204,10 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
   return Trial{std::move(option), std::move(stage), nll, w.coloured && !w.by_chance, gained};
 }
 
-// By how many nats a trial explains all data better than the model without it, each parameter at
-// the nat that it gains left-out data by chance; a random process with its states integrated out.
+// In nats on all data. The density of a random process is a parameter, too.
 double Extender::likelier(const Trial& t) const {
-  if (t.option.effect->description().random_process) {
-    return 0.5 * walk_in(t.stage, t.stage.spec().effects.size() - 1).likelihood_ratio - 1.0;
-  }
-  const auto parameters = [](const Stage& stage) {
-    int n = 0;
-    for (const auto& effect : stage.spec().effects) n += effect->size();
-    return double(n);
-  };
-  return stage_->result().cost_final - t.stage.result().cost_final -
-         (parameters(t.stage) - parameters(*stage_)) - t.option.searched;
+  const double density = t.option.effect->description().random_process ? 1.0 : 0.0;
+  return explains(t.stage, t.stage.spec().effects.size() - 1, *stage_, t.option.searched) - density;
 }
 
 // Those of the options that hold and predict left-out data better, with what each gains. Which of

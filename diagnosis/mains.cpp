@@ -27,11 +27,6 @@ constexpr double kMedian2 = 1.386294;  // of chi-square with two degrees of free
 constexpr double kTaper = 0.03;        // of the length, at each end
 constexpr double kGridHz = 0.25;       // to each side of 50 and 60 Hz
 
-struct Line {
-  Mains mains;
-  Eigen::Matrix<double, 7, 1> sigma;
-};
-
 // 1 in the middle, rising along half a cosine at the ends.
 std::vector<double> taper(std::size_t n) {
   std::vector<double> w(n, 1.0);
@@ -200,16 +195,15 @@ Eigen::Matrix<double, 7, 1> sigmas(const NoiseSeries& s, const Mains& m, const V
   return full.ldlt().solve(MatrixXd(MatrixXd::Identity(7, 7))).diagonal().cwiseSqrt();
 }
 
-// How high u, of three axes each over its level, stands at a frequency.
+// How high the three axes stand at a frequency, each over its level, which is known to a relative
+// sigma.
 struct Standing {
-  std::size_t at = 0;
-  double u = -1.0, sigma = 0.0;  // relative, of the level
+  double u = 0.0, sigma = 0.0;
   Vector3 level = Vector3::Ones();
-  double p = 1.0;
 };
 
 Standing standing_at(const Periodogram& p, const std::array<Level, 3>& level, std::size_t at) {
-  Standing s{.at = at, .u = 0.0};
+  Standing s;
   double square = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto [at_axis, sigma] = level[std::size_t(axis)].at(p.f[at]);
@@ -238,32 +232,44 @@ double alias(double line_hz, double rate_hz) {
   return std::abs(line_hz - rate_hz * std::round(line_hz / rate_hz));
 }
 
+struct Peak {
+  std::size_t at = 0;
+  Standing standing = {};
+  double p = 1.0;
+};
+
 // The likeliest line: the highest of all, or of those about 50 and 60 Hz.
-Standing likeliest_line(const Periodogram& p, const std::vector<Standing>& standing,
-                        double rate_hz) {
-  Standing highest, near_mains;
-  std::size_t near = 0;
-  for (const Standing& s : standing) {
-    if (s.u > highest.u) highest = s;
-    const bool mains = is_mains(p.f[s.at] * rate_hz, rate_hz);
-    near += mains;
-    if (mains && s.u > near_mains.u) near_mains = s;
-  }
-  highest.p = std::min(1.0, 2.0 * p_of_maximum(p, whole_band(p), highest.u, highest.sigma));
-  if (near == 0) return highest;
-  const double band = double(near) * (p.f[1] - p.f[0]);
-  near_mains.p = std::min(1.0, 2.0 * p_of_maximum(p, band, near_mains.u, near_mains.sigma));
-  return near_mains.p < highest.p ? near_mains : highest;
+Peak likeliest_line(const Periodogram& p, const std::array<Level, 3>& level,
+                    const std::vector<double>& heights, double rate_hz) {
+  const auto highest = [&](const auto& counts) {
+    std::size_t n = 0, at = 0;
+    double most = -1.0;
+    for (std::size_t j = 0; j < heights.size(); ++j) {
+      if (!counts(p.f[j])) continue;
+      ++n;
+      if (heights[j] <= most) continue;
+      most = heights[j];
+      at = j;
+    }
+    Peak peak{.at = at, .standing = standing_at(p, level, at)};
+    if (n == 0) return peak;
+    const double band = double(n) * (p.f[1] - p.f[0]);
+    peak.p = std::min(1.0, 2.0 * p_of_maximum(p, band, peak.standing.u, peak.standing.sigma));
+    return peak;
+  };
+  const Peak of_all = highest([](double) { return true; });
+  const Peak of_mains = highest([&](double f) { return is_mains(f * rate_hz, rate_hz); });
+  return of_mains.p < of_all.p ? of_mains : of_all;
 }
 
 // The largest within 1.5 Hz of the best but beside it.
-double second_line(const Periodogram& p, const std::vector<Standing>& standing, std::size_t best,
+double second_line(const Periodogram& p, const std::vector<double>& heights, std::size_t best,
                    double rate_hz) {
   const double wide = 1.5 / rate_hz * double(p.f.size()) / whole_band(p);
   const std::size_t reach = std::size_t(wide), beside = 10 * p.oversampling;
   double most = 0.0;
   for (std::size_t j = best - std::min(best, reach); j < std::min(p.f.size(), best + reach); ++j) {
-    if (j + beside < best || j > best + beside) most = std::max(most, standing[j].u);
+    if (j + beside < best || j > best + beside) most = std::max(most, heights[j]);
   }
   return most;
 }
@@ -313,20 +319,21 @@ NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
   const Periodogram p = periodogram(s, c, white);
   std::array<Level, 3> level;
   for (std::size_t axis = 0; axis < 3; ++axis) level[axis] = local_level(p, p.power[axis]);
-  std::vector<Standing> standing;
-  for (std::size_t j = 0; j < p.f.size(); ++j) standing.push_back(standing_at(p, level, j));
-  const Standing best = likeliest_line(p, standing, s.rate_hz);
-  test.statistic = best.u;
+  std::vector<double> heights;
+  for (std::size_t j = 0; j < p.f.size(); ++j) heights.push_back(standing_at(p, level, j).u);
+  const Peak best = likeliest_line(p, level, heights, s.rate_hz);
+  test.statistic = best.standing.u;
   test.dof = 7;
   test.p_value = best.p;
   if (test.p_value > 0.2) return test;
-  if (const double second = second_line(p, standing, best.at, s.rate_hz);
-      second > 0.2 * best.u && p_of_maximum(p, whole_band(p), second, best.sigma) < 0.01) {
+  if (const double second = second_line(p, heights, best.at, s.rate_hz);
+      second > 0.2 * test.statistic &&
+      p_of_maximum(p, whole_band(p), second, best.standing.sigma) < 0.01) {
     test.p_value = 1.0;
     test.untested = "several lines stand side by side: something that repeats itself, not mains";
     return test;
   }
-  const Vector3 unit = white.cwiseProduct(best.level.cwiseSqrt());
+  const Vector3 unit = white.cwiseProduct(best.standing.level.cwiseSqrt());
   const Mains m = refine(s, c.residual, unit, {}, p.f[best.at] * s.rate_hz);
   judge_stretches(s, c, unit, m.f_hz, test);
   const Eigen::Matrix<double, 7, 1> sigma = sigmas(s, m, unit);

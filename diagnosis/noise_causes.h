@@ -27,9 +27,6 @@ struct OutlierShares {
   double core_of_cleaned = 1.0;  // variance without any outliers, in parts of the cleaned one's
   double all_of_cleaned = 1.0;   // variance with all of them
 };
-// NoiseTest::untested of outliers where samples between others are interpolated.
-inline constexpr const char* kTwoSizes =
-    "the noise has two sizes in turn, as where every other sample is interpolated: no outliers";
 NoiseTest test_outliers(const NoiseSeries& series, const Cleaned& cleaned,
                         OutlierShares* shares = nullptr);
 

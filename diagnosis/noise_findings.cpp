@@ -14,6 +14,7 @@
 #include "diagnosis/sample_residuals.h"
 #include "diagnosis/unexplained.h"
 #include "factors/effects/catalogue.h"
+#include "recording/quality.h"
 
 namespace magimu {
 namespace {
@@ -150,18 +151,18 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
 }
 
 void withdraw_lines_of_interpolation(const Recording& recording, Diagnosis& d) {
-  const bool interpolated = std::ranges::any_of(d.scan, [](const ScanEntry& e) {
-    return e.effect == "outliers" && e.channel == to_string(Channel::kMag) && e.needs == kTwoSizes;
-  });
-  const auto line = std::ranges::find_if(
-      d.findings, [](const Finding& f) { return f.effect == "mains_interference"; });
-  if (!interpolated || line == d.findings.end()) return;
+  const auto line = std::ranges::find(d.findings, "mains_interference", &Finding::effect);
+  if (line == d.findings.end()) return;
   const double f_hz = line->parameters.back().value;
   if (is_mains(f_hz, recording.mag.front().rate_hz())) return;
+  const bool interpolated = std::ranges::any_of(check_recording(recording), [](const Issue& i) {
+    return i.kind == "interpolation" && i.sensor.starts_with("mag");
+  });
+  if (!interpolated) return;
   add_evidence(d, Channel::kMag,
                fmt::format("A line stands at {:.4g} Hz in the magnetometer's samples, which is "
-                           "neither 50 nor 60 Hz. The sensor seems to be read faster than it "
-                           "measures, which makes such lines: it is not named mains.",
+                           "neither 50 nor 60 Hz. They are interpolated between measurements, "
+                           "which makes such lines: it is not named mains.",
                            f_hz));
   d.findings.erase(line);
 }

@@ -11,8 +11,8 @@ namespace magimu {
 void find_noise(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                 const DiagnosisOptions& options, Extender& extender, Diagnosis& d);
 
-// A sensor that is read faster than it measures makes lines of its own: of such a magnetometer's
-// only those of 50 and 60 Hz keep their name.
+// Samples that are interpolated between measurements have lines of their own: of such a
+// magnetometer's only those of 50 and 60 Hz keep their name.
 void withdraw_lines_of_interpolation(const Recording& recording, Diagnosis& d);
 
 // Readings that pile up at the magnetometer's limit, found before anything is fitted: the samples

@@ -385,7 +385,8 @@ NoiseTest test_outliers(const NoiseSeries& s, const Cleaned& c, OutlierShares* s
   }
   if (test.p_value < kSeen && two.eps > kMostOutliers) {
     test.p_value = 1.0;
-    test.untested = kTwoSizes;
+    test.untested =
+        "the noise has two sizes in turn, as where every other sample is interpolated: no outliers";
   }
   if (shares != nullptr && high_passed.two.eps > 0.0) *shares = high_passed.shares();
   const double K = std::sqrt((two.far / two.core - 1.0) / search.kept);

@@ -14,7 +14,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kFamilies = 3.0;  // with one, two or three terms
+constexpr double kOrders = 3.0;  // of a family: one, two or three terms
 
 // Columns first .. first + count - 1 of all.
 MatrixXd selection(Eigen::Index all, int first, int count) {
@@ -75,8 +75,8 @@ void take_terms(Option& option, const Scan& scan, std::size_t candidate) {
     option.effect = family->with_terms(terms);
     option.rank = rank;
   }
-  option.score.log10_p = std::min(0.0, option.score.log10_p + std::log10(kFamilies));
-  option.searched = std::log(kFamilies);
+  option.score.log10_p = std::min(0.0, option.score.log10_p + std::log10(kOrders));
+  option.searched = std::log(kOrders);
 }
 
 Option change_option(const BiasChange& change) {

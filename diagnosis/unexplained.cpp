@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "calibration/general_dependence.h"
 #include "calibration/residual_series.h"
@@ -143,19 +144,18 @@ std::string why_off(const TimingNoise& seen) {
       1e3 * seen.period_s);
 }
 
-// A line may be of the pattern that is looked for.
-Stage without_lines(const Extender& extender) {
+// Without its line, which may be of the pattern that is looked for; nothing where it has none.
+std::optional<Stage> without_line(const Extender& extender) {
   const auto& effects = extender.stage().spec().effects;
   const auto line = std::ranges::find_if(
       effects, [](const auto& e) { return e->name() == "mains_interference"; });
-  return line == effects.end() ? extender.stage()
-                               : extender.without(std::size_t(line - effects.begin()));
+  if (line == effects.end()) return std::nullopt;
+  return extender.without(std::size_t(line - effects.begin()));
 }
 
 // Samples of other times than they say.
 void find_timing_noise(const std::vector<const Recording*>& full, const DiagnosisOptions& options,
-                       const Extender& extender, Diagnosis& d) {
-  const Stage stage = without_lines(extender);
+                       const Stage& stage, Diagnosis& d) {
   const double level = std::log10(options.false_alarm_rate / 3.0) - kRateCare;
   for (std::size_t r = 0; r < full.size(); ++r) {
     for (const SampleResiduals& samples : sample_residuals(*full[r], stage, int(r), {}, false)) {
@@ -315,7 +315,8 @@ void find_unexplained(const std::vector<const Recording*>& recordings,
     }
   }
   grow_with_rate(recordings, options, stage, d);
-  find_timing_noise(full, options, extender, d);
+  const std::optional<Stage> lineless = without_line(extender);
+  find_timing_noise(full, options, lineless ? *lineless : stage, d);
   withdraw_doubtful(to_string(channel), most, d);
 }
 

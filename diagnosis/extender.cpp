@@ -203,7 +203,8 @@ void Extender::extend(const Stage& from) {
     in_samples_ = excess_of_samples(*recordings_.front(), from, *given_.noise);
   }
   std::vector<Option> options = scan_options(recordings_, *stage_, candidates(*stage_));
-  d_.scan = scan_entries(options, recordings_, *stage_, log10_level());
+  // Of a model that has been extended before, the scan tells no more of what was found in it.
+  if (d_.scan.empty()) d_.scan = scan_entries(options, recordings_, *stage_, log10_level());
   while (int(d_.findings.size()) < given_.max_findings) {
     const std::size_t rejected = rejected_.size();
     if (std::optional<Finding> finding = try_options(options)) {

@@ -273,6 +273,15 @@ INSTANTIATE_TEST_SUITE_P(
         HiddenAs{"acc_tapping", 300.0, 100248}),
     size_and_seed);
 
+// It is found while the motion is judged, before the search for effects.
+TEST(Diagnose, shows_a_lever_arm_in_its_scan) {
+  const Diagnosis d = diagnosed(with_sizes(draw_case("lever_arm", 21), {100.0}).front());
+  ASSERT_NE(find(d, "lever_arm"), nullptr) << names_of(d);
+  const ScanEntry* e = entry(d, "lever_arm");
+  ASSERT_NE(e, nullptr);
+  EXPECT_TRUE(e->significant);
+}
+
 TEST(Diagnose, says_which_column_an_effect_needs) {
   const Diagnosis d = diagnosed(draw_none(NoiseKind::kWhite, 7));
   const std::pair<const char*, const char*> needs[] = {{"gyro_temperature", "temp"},

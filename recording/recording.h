@@ -48,6 +48,17 @@ struct MotionTruth {
   std::vector<bool> moving;       // the phase that counts in a benchmark; empty if unknown
 };
 
+// Samples of one sensor that no measurement can have given, taken out before anything else looks at
+// the recording (gate.h). What they leave is a gap of that sensor alone.
+struct SetAside {
+  std::string sensor;  // "acc", "gyr", "mag", "mag2", ...
+  // "not_finite", "range", "spike", "stuck", "zeros", "sentinel", "wrap", "clipped"
+  std::string kind;
+  std::size_t count = 0, of = 0;      // samples taken out, and samples the sensor had
+  double begin_s = 0.0, end_s = 0.0;  // times of the first and the last of them
+  std::string example;                // the first of them: "acc_x = 98000 m/s^2 at 12.34 s"
+};
+
 struct Recording {
   std::string name;                         // for messages: the file's name
   VectorSeries acc;                         // specific force, m/s^2
@@ -58,6 +69,10 @@ struct Recording {
   std::optional<VectorSeries> pos;          // m, where a file has pos_x..z
   std::optional<MotionTruth> truth;
   std::vector<std::string> notes;  // what the reader did, in words: column mapping, ...
+  std::vector<SetAside> set_aside;
+  // A later part of the recording before it, after a gap or a reset of the clock: the device and
+  // the field are the same, the attitude at its start is not known.
+  bool continues_previous = false;
 
   // Seconds from the first to the last IMU sample.
   double duration_s() const;

@@ -69,6 +69,9 @@ struct Recording {
   std::optional<VectorSeries> pos;          // m, where a file has pos_x..z
   std::optional<MotionTruth> truth;
   std::vector<std::string> notes;  // what the reader did, in words: column mapping, ...
+  // One unit of the file in ours, by quantity ("t", "acc", "gyr", "mag"), as the header or the user
+  // gave it; 1 where absent. For advice: the unit that was given is not asked for again.
+  std::map<std::string, double> file_units;
   std::vector<SetAside> set_aside;
   // A later part of the recording before it, after a gap or a reset of the clock: the device and
   // the field are the same, the attitude at its start is not known.

@@ -5,6 +5,7 @@
 #include "apps/allan_text.h"
 #include "apps/commands.h"
 #include "apps/common_options.h"
+#include "apps/outputs.h"
 #include "recording/atomic_file.h"
 
 namespace magimu::apps {
@@ -15,6 +16,7 @@ struct AllanArguments : RecordingOptions {
 };
 
 int run(const AllanArguments& args) {
+  check_outputs(args.recordings, {args.output, args.report});
   const std::vector<Recording> recordings = read_recordings(args);
   const Recording& recording = recordings.front();
   const MotionAtRest motion = motion_at_rest(recording);
@@ -50,10 +52,9 @@ void add_allan(CLI::App& app, int& exit_code) {
       ->required()
       ->expected(1)
       ->type_name("REC");
-  cmd->add_option("-o,--output", args->output, "write the densities here, for calibrate --noise")
-      ->type_name("NOISE.json");
-  cmd->add_option("--report", args->report, "write a page with Allan plots here")
-      ->type_name("R.html");
+  add_output(*cmd, "-o,--output", args->output, "write the densities here, for calibrate --noise",
+             "NOISE.json");
+  add_output(*cmd, "--report", args->report, "write a page with Allan plots here", "R.html");
   add_reading_options(*cmd, *args);
   add_output_options(*cmd, *args, "print the noise file instead of the text");
   cmd->callback([args, &exit_code] { exit_code = run(*args); });

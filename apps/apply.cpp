@@ -8,10 +8,12 @@
 
 #include "apps/commands.h"
 #include "apps/common_options.h"
+#include "apps/outputs.h"
 #include "apps/trusted.h"
 #include "calibration/calibration_json.h"
 #include "recording/atomic_file.h"
 #include "recording/csv.h"
+#include "recording/quality.h"
 
 namespace magimu::apps {
 namespace {
@@ -29,9 +31,11 @@ std::string in_words(const Applied& applied) {
 }
 
 int run(const ApplyArguments& args) {
+  check_outputs({args.calibration, args.recordings.front()}, {args.output});
   const Calibration c = read_calibration(args.calibration);
   if (!may_be_used(c, args.calibration, args.force)) return kNoAnswer;
   const std::vector<Recording> recordings = read_recordings(args);
+  refuse_fatal(recordings.front(), check_units(recordings.front()));
   const Applied applied = apply(c, recordings.front(), {.move_mag_times = !args.keep_times});
   write_atomically(args.output, csv_text(applied.recording));
   // What is said must not end in the middle of the data.
@@ -68,9 +72,7 @@ void add_apply(CLI::App& app, int& exit_code) {
       ->required()
       ->expected(1)
       ->type_name("REC");
-  cmd->add_option("-o,--output", args->output, "the corrected recording")
-      ->required()
-      ->type_name("OUT.csv");
+  add_output(*cmd, "-o,--output", args->output, "the corrected recording", "OUT.csv")->required();
   cmd->add_flag("--keep-times", args->keep_times,
                 "leave magnetometer samples where they are, although the magnetometer lags");
   cmd->add_flag("--force", args->force, "use a calibration whose verdict is \"no\"");

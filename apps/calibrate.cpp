@@ -6,6 +6,7 @@
 #include "apps/calibration_table.h"
 #include "apps/commands.h"
 #include "apps/common_options.h"
+#include "apps/outputs.h"
 #include "apps/place_options.h"
 #include "apps/report_calibration.h"
 #include "calibration/calibrate.h"
@@ -54,6 +55,7 @@ std::string trajectory_csv(const Calibration& c) {
 }
 
 int run(CalibrateArguments& args) {
+  check_outputs(args.recordings, {args.output, args.trajectory, args.report});
   std::optional<tbb::global_control> limit;
   if (args.threads > 0) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
@@ -105,11 +107,11 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       "Exit code 1: the data do not permit a calibration (the file is written all the same,\n"
       "marked \"no\"); 2: wrong usage or unreadable input.");
   add_recording_options(*cmd, *args);
-  cmd->add_option("-o,--output", args->output, "write the calibration here")->type_name("CAL.json");
-  cmd->add_option("--trajectory", args->trajectory, "write the estimated orientations here")
-      ->type_name("T.csv");
-  cmd->add_option("--report", args->report, "write a page with pictures here: one file, no network")
-      ->type_name("R.html");
+  add_output(*cmd, "-o,--output", args->output, "write the calibration here", "CAL.json");
+  add_output(*cmd, "--trajectory", args->trajectory, "write the estimated orientations here",
+             "T.csv");
+  add_output(*cmd, "--report", args->report,
+             "write a page with pictures here: one file, no network", "R.html");
   cmd->add_option_function<double>(
          "--dip",
          [args](double dip) {

@@ -8,6 +8,7 @@
 #include "apps/diagnosis_answer.h"
 #include "apps/diagnosis_report.h"
 #include "apps/diagnosis_table.h"
+#include "apps/outputs.h"
 #include "apps/progress.h"
 #include "calibration/calibration_json.h"
 #include "diagnosis/diagnosis_json.h"
@@ -22,6 +23,9 @@ struct DiagnoseArguments : RecordingOptions {
 };
 
 int run(const DiagnoseArguments& args) {
+  std::vector<std::string> inputs = args.recordings;
+  inputs.insert(inputs.end(), {args.against, args.base});
+  check_outputs(inputs, {args.output, args.report});
   std::optional<tbb::global_control> limit;
   if (args.threads > 0) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
@@ -75,9 +79,9 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "Exit code 0: there is an answer, also \"nothing is wrong\"; 1: the data do not permit one\n"
       "(files are written all the same); 2: wrong usage or unreadable input.");
   add_recording_options(*cmd, *args);
-  cmd->add_option("-o,--output", args->output, "write the diagnosis here")->type_name("DIAG.json");
-  cmd->add_option("--report", args->report, "write a page with pictures here: one file, no network")
-      ->type_name("R.html");
+  add_output(*cmd, "-o,--output", args->output, "write the diagnosis here", "DIAG.json");
+  add_output(*cmd, "--report", args->report,
+             "write a page with pictures here: one file, no network", "R.html");
   cmd->add_option("--against", args->against,
                   "does this calibration still predict these recordings, and what has changed?")
       ->type_name("CAL.json");

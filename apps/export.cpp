@@ -10,6 +10,7 @@
 
 #include "apps/commands.h"
 #include "apps/common_options.h"
+#include "apps/outputs.h"
 #include "apps/trusted.h"
 #include "calibration/calibration_json.h"
 #include "recording/atomic_file.h"
@@ -30,6 +31,7 @@ struct ExportArguments : RecordingOptions {
 };
 
 int run(ExportArguments& args) {
+  check_outputs({args.calibration}, {args.output});
   const Calibration c = read_calibration(args.calibration);
   if (!may_be_used(c, args.calibration, args.force)) return kNoAnswer;
   args.options.source = std::filesystem::path(args.calibration).filename().string();
@@ -69,8 +71,7 @@ void add_export(CLI::App& app, int& exit_code) {
                   "matlab: A, b of magcal; c: a header")
       ->required()
       ->check(CLI::IsMember(names));
-  cmd->add_option("-o,--output", args->output, "the file (default: standard output)")
-      ->type_name("FILE");
+  add_output(*cmd, "-o,--output", args->output, "the file (default: standard output)", "FILE");
   cmd->add_option(
          "--field-strength", args->options.strength_uT,
          "length of corrected magnetometer readings, uT: the field's true strength at your "

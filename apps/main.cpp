@@ -5,16 +5,47 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <exception>
+#include <system_error>
 
 #include "apps/commands.h"
 #include "apps/common_options.h"
 #include "apps/version.h"
 #include "recording/error.h"
+#include "recording/quoted_text.h"
+
+namespace magimu::apps {
+namespace {
+
+// The first word that is none of the commands, in a sentence; empty where there is none.
+std::string unknown_command(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return "";
+  const std::string word = argv[1];
+  std::string names;
+  for (const CLI::App* command : app.get_subcommands(nullptr)) {
+    if (command->get_name() == word) return "";
+    names += (names.empty() ? "" : ", ") + command->get_name();
+  }
+  return fmt::format("there is no command {}; the commands are {}", quoted_text(word), names);
+}
+
+// What was printed is there, or its loss is an error: a full disk behind a redirection.
+int delivered(int exit_code) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
+  fmt::print(stderr, "magimu: standard output cannot be written: {}\n",
+             std::generic_category().message(errno));
+  return kUnusable;
+}
+
+}  // namespace
+}  // namespace magimu::apps
 
 int main(int argc, char** argv) {
   using namespace magimu::apps;
+  // What goes to standard output and to standard error appears in the order in which it is said.
+  std::setvbuf(stdout, nullptr, _IOLBF, 1 << 16);
 #ifdef __GLIBC__
   // Memory that is given back is asked for again at once: a fifth of the time, page by page.
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
@@ -35,20 +66,25 @@ int main(int argc, char** argv) {
   add_info(app, exit_code);
   add_simulate(app, exit_code);
   add_stream(app, exit_code);
+  if (const std::string problem = unknown_command(app, argc, argv); !problem.empty()) {
+    fmt::print(stderr, "magimu: {}\n", problem);
+    return kUnusable;
+  }
   try {
     app.parse(words_of(argc, argv));
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kUnusable;
   } catch (const magimu::InputError& error) {
-    fmt::print(stderr, "magimu: {}\n", error.what());
+    fmt::print(stderr, "magimu: {}\n", magimu::printable(error.what()));
     return kUnusable;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr,
                "magimu: out of memory; use fewer nodes (--node-every) or a part of the data\n");
     return kUnusable;
   } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0) return delivered(kUnusable);
     fmt::print(stderr, "magimu: internal error: {}\n", error.what());
     return kUnusable;
   }
-  return exit_code;
+  return delivered(exit_code);
 }

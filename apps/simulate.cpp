@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "apps/commands.h"
+#include "apps/outputs.h"
 #include "recording/atomic_file.h"
 #include "recording/csv.h"
 #include "sim/simulate.h"
@@ -21,6 +22,7 @@ struct SimulateArguments {
 };
 
 int run(SimulateArguments& args) {
+  check_outputs({}, {args.output, args.truth});
   for (const SimulatedMotion m : {SimulatedMotion::kHand, SimulatedMotion::kHandHeld}) {
     if (args.motion == to_string(m)) args.options.motion = m;
   }
@@ -56,8 +58,8 @@ void add_simulate(CLI::App& app, int& exit_code) {
   args->options.gravity = kStandardGravity;  // as calibrate assumes; the paper's study has 9.8
   CLI::App* cmd = app.add_subcommand("simulate", "Make a recording whose truth is known");
   cmd->footer("Example: magimu simulate -o rec.csv --truth truth.json --motion hand --rate 100");
-  cmd->add_option("-o,--output", args->output, "the recording")->required()->type_name("REC.csv");
-  cmd->add_option("--truth", args->truth, "write the true parameters here")->type_name("T.json");
+  add_output(*cmd, "-o,--output", args->output, "the recording", "REC.csv")->required();
+  add_output(*cmd, "--truth", args->truth, "write the true parameters here", "T.json");
   cmd->add_option("--seed", args->options.seed, "names the data set")->capture_default_str();
   cmd->add_option("--rate", args->options.rate_hz, "IMU samples a second")
       ->capture_default_str()

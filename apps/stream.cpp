@@ -4,13 +4,10 @@
 #include <tbb/global_control.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <filesystem>
-#include <system_error>
-
 #include "apps/calibration_table.h"
 #include "apps/commands.h"
 #include "apps/common_options.h"
+#include "apps/outputs.h"
 #include "apps/stop_signals.h"
 #include "apps/stream_json.h"
 #include "apps/stream_log.h"
@@ -42,14 +39,6 @@ closes it, with --follow a FIFO waits for the next one; TCP and serial ports are
 Exit code 1: the data do not permit a calibration (the file is written all the same, marked "no");
 2: wrong usage or unreadable input.)";
 
-// Before a minute of turning, not after it.
-void check_folder(const std::string& output) {
-  const std::filesystem::path folder = std::filesystem::path(output).parent_path();
-  if (::access(folder.empty() ? "." : folder.c_str(), W_OK) == 0) return;
-  throw InputError(output, 0, 0, "cannot be written: " + std::generic_category().message(errno),
-                   "choose a file in a folder that is there and that you may write");
-}
-
 void prepare(StreamArguments& args) {
   if (args.source.empty()) {
     if (::isatty(STDIN_FILENO) == 1) {
@@ -64,7 +53,9 @@ void prepare(StreamArguments& args) {
   s.address = parse_stream_address(args.source);
   s.lines.midway = s.address.is_live();
   s.lines.csv = args.csv();
-  if (!args.output.empty()) check_folder(args.output);
+  std::vector<std::string> outputs{args.output, s.state};
+  if (!s.state.empty()) outputs.push_back(s.state + ".samples");
+  check_outputs({args.source}, outputs);
   s.estimator.noise = args.noise();
   s.estimator.gravity = args.gravity;
   s.estimator.motion = args.motion_model();
@@ -148,12 +139,12 @@ void add_stream(CLI::App& app, int& exit_code) {
   cmd->add_option("source", args->source,
                   "- (standard input), a file or FIFO, tcp://HOST:PORT, serial:/dev/ttyX@BAUD")
       ->type_name("SOURCE");
-  cmd->add_option("-o,--output", args->output, "write the calibration here, at the end")
-      ->type_name("CAL.json");
-  cmd->add_option("--state", s.state,
-                  "remember the samples here (and in FILE.samples): killed and started again with\n"
-                  "the same file, it goes on where it was")
-      ->type_name("FILE");
+  add_output(*cmd, "-o,--output", args->output, "write the calibration here, at the end",
+             "CAL.json");
+  add_output(*cmd, "--state", s.state,
+             "remember the samples here (and in FILE.samples): killed and started again with\n"
+             "the same file, it goes on where it was",
+             "FILE");
   cmd->add_option("--target", args->target,
                   "good enough: largest standard deviations of heading (deg), mag_bias (uT),\n"
                   "acc_bias (m/s^2), gyr_bias (rad/s or deg/s), such as\n"

@@ -138,7 +138,14 @@ std::string verdict_text(const Survey& s) {
     return "A calibration from this recording cannot be trusted: the sensor hardly turned, so that "
            "its\nmagnetometer's bias and the field look alike.\n";
   }
+  if (!s.turned.enough) {
+    return "This recording cannot be calibrated. " + turned_too_little(s.turned) + "\n";
+  }
   if (!s.usable()) return "This recording cannot be calibrated before its axes are put right.\n";
+  if (const Issue* fault = s.worst_fault()) {
+    return "Do not expect a good calibration from it before this is mended: " + fault->text() +
+           "\n";
+  }
   if (s.disturbed()) {
     return "It can be calibrated, but the field was disturbed: do not expect a good result.\n";
   }
@@ -192,7 +199,7 @@ std::string survey_text(const Survey& s) {
   if (!s.sensors.empty()) out += sensors_text(s) + rests_text(s);
   if (s.not_looked_further.empty()) {
     out += motion_text(s);
-    out += "Axes: " + check_axes(s.mounting, s.dip_rad, s.dip_sign).sentence + "\n";
+    out += "Axes: " + check_axes(s.mounting, s.distortion, s.dip_rad, s.dip_sign).sentence + "\n";
     out += field_text(s) + expected_text(s);
     for (const std::string& m : s.coverage.missing) out += "Missing: " + m + "\n";
   }

@@ -80,6 +80,7 @@ Calibration calibrate(const std::vector<const Recording*>& given,
   c.checks.insert(c.checks.begin(), std::begin(first), std::end(first));
   judge(c);
   judge_axes(c, mounting, options);
+  name_faults_first(c.trust, checked.faults());
   c.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return c;
 }

@@ -8,7 +8,9 @@
 #include <limits>
 
 #include "calibration/calibration_json.h"
+#include "graph/decompositions.h"
 #include "recording/error.h"
+#include "recording/quoted_text.h"
 #include "recording/read_file.h"
 
 namespace magimu {
@@ -42,9 +44,15 @@ class Node {
     if (!json_.is_number()) wrong("a number");
     return json_.get<double>();
   }
+  double finite() const {
+    const double value = number();
+    if (!std::isfinite(value)) wrong("a finite number");
+    return value;
+  }
+  // Control codes would reach the terminal.
   std::string text() const {
     if (!json_.is_string()) wrong("a text");
-    return json_.get<std::string>();
+    return printable(json_.get<std::string>());
   }
   std::vector<std::string> texts() const {
     std::vector<std::string> out;
@@ -65,7 +73,7 @@ class Node {
   }
   Vector3 vector3() const {
     if (array_size() != 3) wrong("3 numbers");
-    return {(*this)[0].number(), (*this)[1].number(), (*this)[2].number()};
+    return {(*this)[0].finite(), (*this)[1].finite(), (*this)[2].finite()};
   }
   [[noreturn]] void wrong(const std::string& wanted) const {
     throw InputError(file_, 0, 0, fmt::format("the field {} is not {}", path_, wanted), kRemedy);
@@ -81,7 +89,8 @@ void read_magnetometers(const Node& list, Calibration& c) {
   for (std::size_t m = 0; m < list.array_size(); ++m) {
     c.mag_names.push_back(list[m]["name"].text());
     c.parameters.mag.push_back({list[m]["distortion"].matrix(3, 3), list[m]["bias"].vector3()});
-    if (!(c.parameters.mag.back().distortion.determinant() > 0.0)) {
+    const Matrix3& D = c.parameters.mag.back().distortion;
+    if (!D.allFinite() || !(D.determinant() > 0.0)) {
       list[m]["distortion"].wrong("a matrix with a positive determinant");
     }
   }
@@ -90,7 +99,7 @@ void read_magnetometers(const Node& list, Calibration& c) {
 
 FieldEstimate read_field(const Node& field) {
   FieldEstimate f;
-  f.dip_rad = field["dip_deg"].number() * kDegree;
+  f.dip_rad = field["dip_deg"].finite() * kDegree;
   f.dip_sigma_rad = field["dip_deg_sigma"].number() * kDegree;
   f.dip_sigma_model_rad = field["dip_deg_sigma_model"].number() * kDegree;
   if (field.has("recording")) f.recording = field["recording"].text();
@@ -103,7 +112,7 @@ void read_effects(const Node& list, Calibration& c) {
     const Node parameters = list[e]["parameters"];
     for (std::size_t i = 0; i < parameters.array_size(); ++i) {
       const Node p = parameters[i];
-      effect.parameters.push_back({p["name"].text(), p["unit"].text(), p["value"].number(),
+      effect.parameters.push_back({p["name"].text(), p["unit"].text(), p["value"].finite(),
                                    p["sigma"].number(), p["sigma_model"].number()});
     }
     c.effects.push_back(effect);
@@ -131,6 +140,33 @@ void read_trust(const Node& trust, Calibration& c) {
   c.trust.reasons = trust["reasons"].texts();
 }
 
+// Strength and D are two of one thing.
+void check_strength(const Node& field, const Calibration& c) {
+  constexpr double kAgree = 1e-3;  // the file's digits are a double's
+  const double strength = std::cbrt(c.parameters.mag.front().distortion.determinant());
+  if (std::abs(c.strength_uT - strength) <= kAgree * strength) return;
+  field["strength_uT"].wrong(fmt::format(
+      "the cube root of the determinant of magnetometers[0].distortion, which is {:.6g}",
+      strength));
+}
+
+// A covariance is finite, symmetric and has no negative variance. A file with the verdict "no" may
+// lack numbers there.
+void check_covariance(const Node& node, const MatrixXd& V, const Calibration& c) {
+  constexpr double kRounding = 1e-6;  // of the correlations
+  if (c.order.empty()) node["order"].wrong("a list of at least one parameter");
+  if (c.trust.verdict == Verdict::kNo && !V.allFinite()) return;
+  if (!V.allFinite()) node["matrix"].wrong("a matrix of finite numbers");
+  const VectorXd scale = V.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const MatrixXd R = scale.asDiagonal() * V * scale.asDiagonal();
+  const bool symmetric = (R - R.transpose()).cwiseAbs().maxCoeff() < kRounding;
+  if (!symmetric || V.diagonal().minCoeff() < 0.0 ||
+      Eigen::SelfAdjointEigenSolver<MatrixXd>(R, Eigen::EigenvaluesOnly).eigenvalues().minCoeff() <
+          -kRounding * double(R.rows())) {
+    node["matrix"].wrong("a covariance: symmetric, without negative variances");
+  }
+}
+
 }  // namespace
 
 Calibration calibration_from_json(const Json& json, const std::string& file) {
@@ -145,7 +181,8 @@ Calibration calibration_from_json(const Json& json, const std::string& file) {
   c.parameters.gyr_bias = root["gyroscope"]["bias"].vector3();
   read_magnetometers(root["magnetometers"], c);
   const Node field = root["field"];
-  c.strength_uT = field["strength_uT"].number();
+  c.strength_uT = field["strength_uT"].finite();
+  check_strength(field, c);
   c.strength_sigma_uT = field["strength_uT_sigma"].number();
   c.strength_sigma_model_uT = field["strength_uT_sigma_model"].number();
   if (root.has("fields")) {
@@ -155,21 +192,27 @@ Calibration calibration_from_json(const Json& json, const std::string& file) {
   } else {
     c.fields.push_back(read_field(field));
   }
+  if (c.fields.empty()) root["fields"].wrong("a list of at least one field");
   c.parameters.dip_rad = c.fields.front().dip_rad;
   c.order = root["covariance"]["order"].texts();
   const std::size_t n = c.order.size();
   c.covariance = root["covariance"]["matrix"].matrix(n, n);
   c.covariance_model = root["covariance_model"]["matrix"].matrix(n, n);
   const Node noise = root["noise"];
-  c.noise = {noise["acc"].number(), noise["gyro"].number(), noise["mag"].number()};
+  c.noise = {noise["acc"].finite(), noise["gyro"].finite(), noise["mag"].finite()};
+  for (const char* sensor : {"acc", "gyro", "mag"}) {
+    if (!(noise[sensor].finite() > 0.0)) noise[sensor].wrong("a positive number");
+  }
   c.noise_given = noise["source"].text() == "given";
   c.motion = read_motion(root["motion"]);
   if (root.has("reach_m")) c.reach_m = root["reach_m"].number();
   if (root.has("acc_jitter")) c.acc_jitter = root["acc_jitter"].number();
-  c.gravity = root["gravity"].number();
+  c.gravity = root["gravity"].finite();
   read_effects(root["effects"], c);
   c.undetermined = root["undetermined"].texts();
   read_trust(root["trust"], c);
+  check_covariance(root["covariance"], c.covariance, c);
+  check_covariance(root["covariance_model"], c.covariance_model, c);
   return c;
 }
 

@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "calibration/field_check.h"
+#include "graph/decompositions.h"
+#include "graph/rot3.h"
 #include "recording/axes.h"
 
 namespace magimu {
@@ -57,9 +59,34 @@ std::string about_the_dip(double dip_rad, int dip_sign) {
       dip_rad / kDegree, here);
 }
 
+// Packages are misaligned by some 5 deg about each axis, and soft iron skewed by 10 deg turns the
+// polar factor of D by up to 5 more (Huang et al. 2025, Table I): beyond is a mounting.
+constexpr double kMounted_deg = 12.0;
+
+// The rotation in D, where D turns vectors of the IMU frame into the magnetometer's: nearest
+// rotation, by the polar decomposition.
+std::string mounted_text(const Matrix3& distortion, const std::string& sensor) {
+  const Eigen::JacobiSVD<MatrixXd> svd(MatrixXd(distortion),
+                                       Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Matrix3 Q = svd.matrixU() * svd.matrixV().transpose();
+  if (!Q.allFinite() || Q.determinant() < 0.0) return "";
+  const Vector3 turn = Rot3::from_matrix(Q).Log();
+  const double angle = turn.norm() / kDegree;
+  if (angle < kMounted_deg) return "";
+  const Vector3 axis = -turn / turn.norm();  // how the sensor is turned, not the readings
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(axis[i]) < 0.95) continue;
+    return fmt::format("{} is turned by {:.1f} deg about {} against the IMU.", sensor,
+                       axis[i] > 0.0 ? angle : -angle, "xyz"[i]);
+  }
+  return fmt::format("{} is turned by {:.1f} deg about ({:.2f}, {:.2f}, {:.2f}) against the IMU.",
+                     sensor, angle, axis[0], axis[1], axis[2]);
+}
+
 }  // namespace
 
-Check check_axes(const Mounting& mounting, double dip_rad, int dip_sign) {
+Check check_axes(const Mounting& mounting, const Matrix3& distortion, double dip_rad,
+                 int dip_sign) {
   if (std::abs(dip_rad) < kFlatDip_deg * kDegree) dip_sign = 0;  // it says nothing
   Check out{"axes", CheckStatus::kOk, 0.0, ""};
   for (const AxesFit& fit : mounting.fits) {
@@ -70,8 +97,15 @@ Check check_axes(const Mounting& mounting, double dip_rad, int dip_sign) {
     out.sentence = mounting.sentence;
   } else if (mounting.status == MountingStatus::kConsistent) {
     const std::string more = about_the_dip(dip_rad, dip_sign);
-    out.sentence = fmt::format("The sensors' axes agree (to {:.1f} deg).{}{}", out.value,
-                               more.empty() ? "" : " ", more);
+    const std::string mounted = mounted_text(distortion, "The magnetometer");
+    out.sentence =
+        mounted.empty()
+            ? fmt::format("The sensors' axes agree (to {:.1f} deg).", out.value)
+            : mounted +
+                  " The distortion matrix holds that turn: corrected readings are in the "
+                  "axes of the IMU.";
+    if (!mounted.empty()) out.status = CheckStatus::kCaution;
+    if (!more.empty()) out.sentence += " " + more;
     if (dip_sign != 0 && !more.empty()) out.status = CheckStatus::kBad;
   } else if (std::ranges::any_of(mounting.findings, concerns_imu)) {
     out.status = CheckStatus::kBad;
@@ -99,7 +133,8 @@ void judge_axes(Calibration& c, const Mounting& mounting, const CalibrationOptio
   if (const auto& start = options.initialization.dip_rad; dip_sign == 0 && start) {
     dip_sign = *start > 0.0 ? 1 : -1;
   }
-  c.checks.push_back(check_axes(mounting, c.parameters.dip_rad, dip_sign));
+  c.checks.push_back(
+      check_axes(mounting, c.parameters.mag.front().distortion, c.parameters.dip_rad, dip_sign));
   if (c.checks.back().status != CheckStatus::kBad) return;
   const bool imu = std::ranges::any_of(mounting.findings, concerns_imu);
   c.trust.verdict = std::max(c.trust.verdict, imu ? Verdict::kNo : Verdict::kLimited);

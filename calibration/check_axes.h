@@ -8,10 +8,11 @@
 
 namespace magimu {
 
-// The check "axes". dip_rad: as calibrated. dip_sign: that of the true dip where the user knows it
-// (1 on the northern hemisphere, -1 on the southern, 0: unknown), which tells a magnetometer that
-// is turned from one that is inverted.
-Check check_axes(const Mounting& mounting, double dip_rad, int dip_sign);
+// The check "axes". distortion: of the first magnetometer, whose rotation is told where it is more
+// than a package's misalignment. dip_rad: as calibrated. dip_sign: that of the true dip where the
+// user knows it (1 on the northern hemisphere, -1 on the southern, 0: unknown), which tells a
+// magnetometer that is turned from one that is inverted.
+Check check_axes(const Mounting& mounting, const Matrix3& distortion, double dip_rad, int dip_sign);
 
 // Of the first recording whose motion tells.
 Mounting check_mounting(const std::vector<const Recording*>& recordings);

@@ -182,6 +182,7 @@ CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given)
     for (const Issue& issue : issues) {
       if (issue.severity == Severity::kCaution)
         warnings_.push_back(given[r]->name + ": " + issue.text());
+      if (damages(issue)) faults_.push_back(warnings_.back());
     }
     copies_[r] = without_repeats(*given[r], warnings_);
     if (copies_[r]) recordings_[r] = &*copies_[r];
@@ -189,7 +190,7 @@ CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given)
 }
 
 Pipeline::Pipeline(const std::vector<const Recording*>& recordings,
-                   const CalibrationOptions& options)
+                   const CalibrationOptions& options, int coarse_every)
     : recordings_(recordings),
       options_(options),
       coarse_optimizer_(options.optimizer),
@@ -202,7 +203,8 @@ Pipeline::Pipeline(const std::vector<const Recording*>& recordings,
   coarse_optimizer_.step_tolerance = std::max(coarse_optimizer_.step_tolerance, kCoarseStep);
   const double mag_rate = recordings.front()->mag.front().rate_hz();
   every_ = options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
-  coarse_every_ = std::max(every_, int(std::ceil(mag_rate / kCoarseRate)));
+  coarse_every_ = coarse_every > 0 ? coarse_every
+                                   : std::max(every_, int(std::ceil(mag_rate / kCoarseRate)));
 }
 
 Stage Pipeline::with_fixed_symmetries(const Stage& stage) const {
@@ -246,7 +248,7 @@ Stage Pipeline::coarse(std::string& motion_reason) const {
 Stage Pipeline::fine(const Stage& coarse) const {
   Stage out(recordings_, coarse.spec(), every_, options_.optimizer);
   out.fit(carry_over(recordings_, coarse, out), true);
-  return out;
+  return with_fixed_symmetries(out);
 }
 
 std::vector<Check> Pipeline::check_prediction(const Stage& coarse) const {

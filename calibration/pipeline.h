@@ -17,11 +17,13 @@ class CheckedRecordings {
   explicit CheckedRecordings(const std::vector<const Recording*>& given);
   const std::vector<const Recording*>& get() const { return recordings_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
+  // Faults of the samples that a calibration suffers from (recording/quality.h), the gravest first.
+  const std::vector<std::string>& faults() const { return faults_; }
 
  private:
   std::vector<std::optional<Recording>> copies_;
   std::vector<const Recording*> recordings_;
-  std::vector<std::string> warnings_;
+  std::vector<std::string> warnings_, faults_;
 };
 
 // A model before any fit: what its graph holds, at the first guess.
@@ -34,8 +36,10 @@ struct ModelStart {
 
 class Pipeline {
  public:
-  // The recordings must outlive this.
-  Pipeline(const std::vector<const Recording*>& recordings, const CalibrationOptions& options);
+  // The recordings must outlive this. coarse_every: magnetometer samples a node of all steps before
+  // the last; 0: as many as make some twelve nodes a second.
+  Pipeline(const std::vector<const Recording*>& recordings, const CalibrationOptions& options,
+           int coarse_every = 0);
 
   // Magnetometer samples a node of the last stage.
   int node_every() const { return every_; }

@@ -64,7 +64,7 @@ bool StreamingCalibration::State::fit_all_windows() {
 bool StreamingCalibration::State::fit_from_blind_start(const Recording& recording,
                                                        std::optional<Stage>& stage) const {
   const std::vector<const Recording*> recordings{&recording};
-  const Pipeline pipeline(recordings, batch_);
+  const Pipeline pipeline(recordings, batch_, samples_.every());  // the windows' own nodes
   stage = pipeline.coarse_fit(batch_.motion);
   if (!stage->result().converged()) return false;
   ModelSpec spec = stage->spec();

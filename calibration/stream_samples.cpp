@@ -52,14 +52,23 @@ void StreamSamples::add(const StreamSample& s) {
     if (!s.mag[m]) continue;
     VectorSeries& series = all_.mag[m];
     if (drop_repeats_ && !series.empty() && series.v.back() == *s.mag[m]) continue;
-    if (m == 0 && every_ > 0 && int(series.size() % std::size_t(every_)) == 0) add_node(s.t);
     series.push_back(s.t, *s.mag[m]);
+  }
+  if (every_ > 0) add_nodes();
+}
+
+// As plan_nodes() has them: where the gyroscope has not come to yet, there is no node.
+void StreamSamples::add_nodes() {
+  const VectorSeries& mag = all_.mag.front();
+  for (; next_mag_ < mag.size(); next_mag_ += std::size_t(every_)) {
+    if (all_.gyr.empty() || mag.t[next_mag_] > all_.gyr.t.back() + kSameTime) return;
+    add_node(mag.t[next_mag_]);
   }
 }
 
 // A node tells where its predecessor's samples end, which may complete a window.
 void StreamSamples::add_node(double t) {
-  if (all_.gyr.empty() || t < all_.gyr.t.front() - kSameTime) return;
+  if (t < all_.gyr.t.front() - kSameTime) return;
   const int last = int(node_t_.size()) - 1;
   const int first = windows_.empty() ? 0 : windows_.back().last;
   if (last > first && node_t_[std::size_t(last)] >= node_t_[std::size_t(first)] + window_s_) {
@@ -82,8 +91,8 @@ void StreamSamples::set_nodes(int every, bool drop_repeats) {
   }
   node_t_.clear();
   windows_.clear();
-  const VectorSeries& mag = all_.mag.front();
-  for (std::size_t k = 0; k < mag.size(); k += std::size_t(every)) add_node(mag.t[k]);
+  next_mag_ = 0;
+  add_nodes();
 }
 
 Recording StreamSamples::until(int node) const {

@@ -43,6 +43,7 @@ class StreamSamples {
   NodePlan plan(const StreamWindow& window) const;
 
  private:
+  void add_nodes();
   void add_node(double t);
 
   Recording all_;
@@ -53,6 +54,7 @@ class StreamSamples {
   int every_ = 0;  // 0: not known yet
   bool drop_repeats_ = false;
   std::vector<double> node_t_;
+  std::size_t next_mag_ = 0;  // sample of the first magnetometer that may be the next node
   std::vector<StreamWindow> windows_;
 };
 

@@ -50,8 +50,10 @@ void look_at_motion(Survey& s, const Recording& r, const InitialGuess& guess) {
   for (double at = r.gyr.t.front(); at <= end; at += 1.0 / kAttitudesPerSecond) t.push_back(at);
   s.dip_rad = guess.parameters.dip_rad;
   s.ellipsoid_rms_uT = guess.ellipsoid_rms_uT;
-  s.coverage = coverage_of(r, estimate_attitudes(r, guess.parameters, gyr, t), s.dip_rad,
-                           guess.parameters.gyr_bias);
+  const std::vector<Rot3> nRb = estimate_attitudes(r, guess.parameters, gyr, t);
+  s.coverage = coverage_of(r, nRb, s.dip_rad, guess.parameters.gyr_bias);
+  s.turned = turned_axes(nRb);
+  s.distortion = guess.parameters.mag.front().distortion;
 }
 
 // The information that all readings have on the parameters, the trajectory integrated out.
@@ -89,10 +91,16 @@ bool Survey::hardly_turned() const {
 bool Survey::disturbed() const { return ellipsoid_rms_uT > kDisturbed * strength_uT; }
 
 bool Survey::usable() const {
-  const bool turned = std::ranges::any_of(mounting.findings, [](const AxesFinding& f) {
+  const bool axes_wrong = std::ranges::any_of(mounting.findings, [](const AxesFinding& f) {
     return f.sensor == "acc" || f.sensor == "gyr";
   });
-  return not_looked_further.empty() && undetermined.empty() && !turned && !hardly_turned();
+  return not_looked_further.empty() && undetermined.empty() && !axes_wrong && !hardly_turned() &&
+         turned.enough;
+}
+
+const Issue* Survey::worst_fault() const {
+  const auto found = std::ranges::find_if(issues, damages);
+  return found == issues.end() ? nullptr : &*found;
 }
 
 double Survey::sigma(const std::string& name) const {

@@ -14,6 +14,7 @@
 #include "calibration/coverage.h"
 #include "calibration/mounting.h"
 #include "calibration/rests.h"
+#include "calibration/turned_axes.h"
 #include "recording/quality.h"
 
 namespace magimu {
@@ -43,6 +44,9 @@ struct Survey {
   std::string not_looked_further;  // else why; empty: all of it is there
   Mounting mounting;
   Coverage coverage;
+  TurnedAxes turned;
+  Matrix3 distortion = Matrix3::Identity();  // of the first magnetometer, roughly
+
   double dip_rad = 0.0, strength_uT = 0.0;  // roughly
   int dip_sign = 0;                         // of the true dip, where it is known (calibrate.h)
   double ellipsoid_rms_uT = 0.0;  // how far the magnetometer's readings are from one ellipsoid
@@ -60,6 +64,8 @@ struct Survey {
   bool disturbed() const;
   // Nothing stands against calibrating this recording.
   bool usable() const;
+  // The gravest fault of its samples that a calibration would suffer from; null: none.
+  const Issue* worst_fault() const;
   double sigma(const std::string& name) const;
 };
 

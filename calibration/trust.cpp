@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "graph/decompositions.h"
+#include "calibration/turned_axes.h"
 
 namespace magimu {
 namespace {
@@ -20,29 +20,20 @@ constexpr double kFieldResidualNo = 0.1;
 constexpr double kDisturbedTimes = 4.0;   // times the usual residual
 constexpr double kDisturbedShare = 0.03;  // of the strength, too
 constexpr double kDisturbedBlock = 1.0;   // s
-constexpr double kMinSpread = 0.01;       // of directions; 0: turned about one axis only
 constexpr double kManyBlows = 3.0;        // a minute; careful hands: 1 at the most
 constexpr double kMaxDipSigma_deg = 2.0;
+// deg, of the corrected direction and of the dip: a board with a hard iron of 10 uT in a field of
+// 50 uT is wrong by as much as it comes, so that such a calibration is worth nothing.
+constexpr double kUselessDirection_deg = 10.0;
 constexpr double kMaxDistortionSigma = 0.05;  // of the strength
 
-// A direction of n that keeps still in the IMU frame is the only axis the sensor turned about. The
-// mean of R^T leaves it its length and shortens all others.
 void judge_turns(Calibration& c) {
-  Matrix3 mean = Matrix3::Zero();
+  std::vector<Rot3> all;
   for (const TrajectoryEstimate& trajectory : c.trajectories) {
-    for (const Rot3& nRb : trajectory.nRb) mean += nRb.matrix().transpose() / double(c.nodes);
+    all.insert(all.end(), trajectory.nRb.begin(), trajectory.nRb.end());
   }
-  const Eigen::JacobiSVD<MatrixXd> svd(MatrixXd(mean), Eigen::ComputeFullU);
-  const Vector3 length = svd.singularValues(), axis = svd.matrixU().col(0);
-  if (!(1.0 - length[0] * length[0] < kMinSpread)) return;
-  std::string reason = "The sensor hardly turned";
-  if (1.0 - length[2] * length[2] > kMinSpread) {
-    reason = fmt::format("The sensor turned about one axis at the most, ({:.2f}, {:.2f}, {:.2f})",
-                         axis[0], axis[1], axis[2]);
-  }
-  c.trust.lower(Verdict::kNo, reason +
-                                  ", which leaves parameters undetermined. Turn it about all three "
-                                  "of its axes, by half a turn and more.");
+  const std::string reason = turned_too_little(turned_axes(all));
+  if (!reason.empty()) c.trust.lower(Verdict::kNo, reason);
 }
 
 void judge_fit(Calibration& c) {
@@ -138,8 +129,19 @@ void judge_field(Calibration& c) {
 }
 
 void judge_uncertainty(Calibration& c) {
+  for (const Check& check : c.checks) {
+    if (check.name != "accuracy" || check.value <= kUselessDirection_deg) continue;
+    c.trust.lower(Verdict::kNo, check.sentence);
+  }
   for (const FieldEstimate& f : c.fields) {
-    if (f.dip_sigma_rad > kMaxDipSigma_deg * kDegree) {
+    if (!(f.dip_sigma_rad <= kUselessDirection_deg * kDegree)) {
+      c.trust.lower(
+          Verdict::kNo,
+          fmt::format("The dip is known to {:.0f} deg only: the motion hardly tells where "
+                      "the field points. Turn the sensor about all three of its axes, by "
+                      "half a turn and more.",
+                      f.dip_sigma_rad / kDegree));
+    } else if (f.dip_sigma_rad > kMaxDipSigma_deg * kDegree) {
       c.trust.lower(Verdict::kLimited,
                     fmt::format("The dip is known to {:.1f} deg only.", f.dip_sigma_rad / kDegree));
     }
@@ -168,9 +170,9 @@ void judge_blows(Calibration& c) {
 
 void judge_checks(Calibration& c) {
   for (const Check& check : c.checks) {
-    if (check.status == CheckStatus::kBad && check.name != "optimum") {
-      c.trust.lower(Verdict::kLimited, check.sentence);
-    }
+    if (check.status != CheckStatus::kBad || check.name == "optimum") continue;
+    if (std::ranges::find(c.trust.reasons, check.sentence) != c.trust.reasons.end()) continue;
+    c.trust.lower(Verdict::kLimited, check.sentence);
   }
 }
 
@@ -219,6 +221,15 @@ std::vector<Disturbance> find_disturbances(const Calibration& c,
     }
   }
   return out;
+}
+
+void name_faults_first(Trust& trust, const std::vector<std::string>& faults) {
+  if (trust.verdict == Verdict::kYes) return;
+  auto at = trust.reasons.begin();
+  for (const std::string& fault : faults) {
+    if (std::ranges::find(trust.reasons, fault) != trust.reasons.end()) continue;
+    at = trust.reasons.insert(at, fault) + 1;
+  }
 }
 
 void judge(Calibration& c) {

@@ -15,4 +15,8 @@ std::vector<Disturbance> find_disturbances(const Calibration& c,
 
 void judge(Calibration& c);
 
+// Where the verdict is not `yes`, what the checks of the samples know is the first reason:
+// everything else may follow from it. faults: sentences, the gravest first.
+void name_faults_first(Trust& trust, const std::vector<std::string>& faults);
+
 }  // namespace magimu

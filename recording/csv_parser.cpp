@@ -87,6 +87,14 @@ void CsvParser::header(std::string_view text) {
   values_.assign(columns_.slots(), 0.0);
   present_.assign(columns_.slots(), 0);
   recording_.notes = columns_.notes;
+  for (const CsvColumns::Field& field : columns_.fields) {
+    if (field.slot == CsvColumns::kIgnored || field.unit == 1.0) continue;
+    const auto slot = static_cast<std::size_t>(field.slot);
+    const std::string of = slot == 0                             ? "t"
+                           : slot <= 3 * columns_.vectors.size() ? columns_.vectors[(slot - 1) / 3]
+                                                                 : "";
+    if (!of.empty()) recording_.file_units[of.starts_with("mag") ? "mag" : of] = field.unit;
+  }
   recording_.mag.resize(columns_.mags);
   for (VectorSeries* series : {&recording_.acc, &recording_.gyr}) {
     series->t.reserve(expected_rows_);
@@ -229,6 +237,7 @@ Recording CsvParser::take() {
   Recording taken = std::exchange(recording_, Recording{});
   recording_.mag.resize(taken.mag.size());
   recording_.mag_names = taken.mag_names;
+  recording_.file_units = taken.file_units;
   return taken;
 }
 

@@ -34,6 +34,13 @@ std::string to_string(Severity severity) {
 
 std::string axis_name(int axis) { return {"xyz"[axis]}; }
 
+bool damages(const Issue& issue) {
+  // Interpolated and repeated samples are handled, and told where it matters.
+  return issue.severity == Severity::kFatal ||
+         (issue.severity == Severity::kCaution && issue.kind != "interpolation" &&
+          issue.kind != "repeats" && issue.kind != "jitter");
+}
+
 std::vector<Issue> check_recording(const Recording& recording) {
   const std::vector<NamedSeries> sensors = sensors_of(recording);
   std::vector<Issue> issues;
@@ -46,7 +53,10 @@ std::vector<Issue> check_recording(const Recording& recording) {
       append(issues, check_stuck(sensors[i], recording.gyr));
     }
     append(issues, check_spans(sensors));
-    append(issues, check_units(recording));
+    // Rates in another unit of time would look like a gyroscope in another unit.
+    const bool seconds =
+        std::ranges::none_of(issues, [](const Issue& issue) { return issue.kind == "time_unit"; });
+    if (seconds) append(issues, check_units(recording));
     for (const NamedSeries& sensor : sensors) {
       append(issues, check_intervals(sensor));
       if (still) continue;

@@ -23,7 +23,8 @@ std::string to_string(Severity severity);  // "note", "caution", "fatal"
 
 struct Issue {
   // "time_order", "not_finite", "gap", "jitter", "span", "constant", "stuck", "zeros",
-  // "saturation", "repeats", "interpolation", "unit", "gravity", "time_unit"
+  // "saturation", "repeats", "interpolation", "unit", "normalised", "field_size", "gravity",
+  // "acc_scale", "time_unit"
   std::string kind;
   std::string sensor;  // "acc", "gyr", "mag", "mag2", ...
   int axis = -1;       // 0, 1, 2; -1: all, or none in particular
@@ -34,8 +35,15 @@ struct Issue {
   std::string text() const { return problem + "; " + remedy + "."; }
 };
 
+// Whether a calibration suffers from it in ways that look like other causes: samples that clip,
+// hang or are missing. A verdict names such faults first.
+bool damages(const Issue& issue);
+
 // Everything found, the gravest first, else in the order of sensors.
 std::vector<Issue> check_recording(const Recording& recording);
+
+// Of these, only what is wrong with units, whatever the motion.
+std::vector<Issue> check_units(const Recording& recording);
 
 // Throws the first fatal issue, if any, as an InputError that names the recording.
 void refuse_fatal(const Recording& recording, const std::vector<Issue>& issues);

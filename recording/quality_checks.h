@@ -29,8 +29,6 @@ std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gy
 std::vector<Issue> check_saturation(const NamedSeries& sensor);
 // Samples that repeat the one before, or lie on a line between neighbours: a slower clock.
 std::vector<Issue> check_clock(const NamedSeries& sensor);
-// Other units than ours, acceleration without gravity.
-std::vector<Issue> check_units(const Recording& recording);
 
 // "x", "y", "z"
 std::string axis_name(int axis);

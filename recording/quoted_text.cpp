@@ -26,17 +26,27 @@ bool is_utf8(std::string_view text) {
 
 }  // namespace
 
+std::string printable(std::string_view text) {
+  std::string shown(text);
+  const bool utf8 = is_utf8(shown);
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(shown[i]);
+    if (byte == '\n' || byte == '\r' || byte == '\t') {
+      shown[i] = ' ';
+    } else if (byte < 0x20 || byte == 0x7f || (byte > 0x7f && !utf8)) {
+      shown[i] = '?';
+    } else if (byte == 0xC2 && static_cast<unsigned char>(shown[i + 1]) < 0xA0) {
+      shown.replace(i, 2, "?");  // U+0080 to U+009F: control characters of eight bits
+    }
+  }
+  return shown;
+}
+
 std::string quoted_text(std::string_view text) {
   constexpr std::size_t kLongest = 40;
   std::size_t length = std::min(text.size(), kLongest);
   while (length > 0 && length < text.size() && is_continuation(text[length])) --length;
-  std::string shown(text.substr(0, length));
-  const bool utf8 = is_utf8(shown);
-  for (char& c : shown) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f || (byte > 0x7f && !utf8)) c = '?';
-  }
-  return '"' + shown + (length < text.size() ? "...\"" : "\"");
+  return '"' + printable(text.substr(0, length)) + (length < text.size() ? "...\"" : "\"");
 }
 
 }  // namespace magimu

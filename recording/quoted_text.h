@@ -11,4 +11,8 @@ namespace magimu {
 // In quotation marks, cut to 40 bytes, without control characters, in valid UTF-8.
 std::string quoted_text(std::string_view text);
 
+// The whole text without control characters (those of a terminal's own, such as ESC, among them),
+// in valid UTF-8; each of them becomes "?", a line end a space.
+std::string printable(std::string_view text);
+
 }  // namespace magimu

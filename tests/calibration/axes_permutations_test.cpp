@@ -50,7 +50,7 @@ void expect_found(const Recording& original, const std::string& sensor) {
     const Matrix3 rotation = sensor == "gyr" || Q.determinant() > 0.0 ? Q : Matrix3(-Q);
     if (rotation.isIdentity()) {
       EXPECT_EQ(m.status, MountingStatus::kConsistent) << m.sentence;
-      const Check check = check_axes(m, 1.0, 0);
+      const Check check = check_axes(m, Matrix3::Identity(), 1.0, 0);
       EXPECT_THAT(check.sentence, HasSubstr("which no motion can tell"));
       continue;
     }
@@ -60,7 +60,7 @@ void expect_found(const Recording& original, const std::string& sensor) {
     EXPECT_EQ(m.findings[0].remedy, rotation.transpose()) << m.sentence;
     EXPECT_EQ(m.findings[0].or_inverted, sensor != "gyr");
     EXPECT_THAT(m.sentence, HasSubstr("--axes " + sensor + "=" + axes_text(rotation.transpose())));
-    EXPECT_NE(check_axes(m, 1.0, 0).status, CheckStatus::kOk);
+    EXPECT_NE(check_axes(m, Matrix3::Identity(), 1.0, 0).status, CheckStatus::kOk);
   }
 }
 
@@ -83,7 +83,8 @@ TEST(AxesOfSensors, of_a_magnetometer_are_all_decided_where_the_hemisphere_is_kn
   for (const Matrix3& Q : signed_permutations()) {
     SCOPED_TRACE(axes_text(Q));
     const double dip = Q.determinant();
-    const Check check = check_axes(check_mounting(turned(simulated(), "mag", Q)), dip, 1);
+    const Check check =
+        check_axes(check_mounting(turned(simulated(), "mag", Q)), Matrix3::Identity(), dip, 1);
     const bool inverted = Q.determinant() < 0.0;
     EXPECT_THAT(check.sentence, Not(HasSubstr("no motion can tell")));
     EXPECT_EQ(check.status == CheckStatus::kBad, inverted) << check.sentence;
@@ -97,8 +98,8 @@ TEST(AxesOfSensors, of_a_magnetometer_are_all_decided_where_the_hemisphere_is_kn
 
 TEST(AxesOfSensors, are_not_judged_by_the_sign_of_a_flat_dip) {
   const Mounting m = check_mounting(simulated());
-  EXPECT_EQ(check_axes(m, -0.1, 1).status, CheckStatus::kOk);
-  EXPECT_EQ(check_axes(m, -0.3, 1).status, CheckStatus::kBad);
+  EXPECT_EQ(check_axes(m, Matrix3::Identity(), -0.1, 1).status, CheckStatus::kOk);
+  EXPECT_EQ(check_axes(m, Matrix3::Identity(), -0.3, 1).status, CheckStatus::kBad);
 }
 
 TEST(AxesOfSensors, all_three_in_different_directions_are_found_together) {

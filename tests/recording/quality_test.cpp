@@ -184,6 +184,33 @@ const std::vector<Spoilt> kSpoilt{
      [](Recording& r) { scale(r.gyr, 180 / M_PI); }},
     {"gyr_in_millidegrees", "unit", "gyr", kFatal, "seems to be in mdeg/s", "--unit gyr=mdeg/s",
      [](Recording& r) { scale(r.gyr, 180e3 / M_PI); }},
+    {"gyr_range_taken_for_twice", "unit", "gyr", kFatal, "its range was set to 1/2 of",
+     "--unit gyr=0.5", [](Recording& r) { scale(r.gyr, 2.0); }},
+    {"gyr_range_taken_for_half", "unit", "gyr", kFatal, "its range was set to 2 times",
+     "--unit gyr=2", [](Recording& r) { scale(r.gyr, 0.5); }},
+    {"gyr_in_tenths_of_degrees", "unit", "gyr", kFatal, "10 a deg/s", "--unit gyr=0.001745",
+     [](Recording& r) { scale(r.gyr, 1800 / M_PI); }},
+    {"gyr_in_counts", "unit", "gyr", kFatal, "16.4 a deg/s", "--unit gyr=0.001064",
+     [](Recording& r) { scale(r.gyr, 16.4 * 180 / M_PI); }},
+    {"slow_gyr_in_degrees", "unit", "gyr", kFatal, "it seems to be in deg/s", "--unit gyr=deg/s",
+     [](Recording& r) {  // ten times slower, so that the readings themselves are not large
+       for (auto* s : {&r.acc, &r.gyr, &r.mag[0]}) scale_time(*s, 10.0);
+       scale(r.gyr, 18 / M_PI);
+     }},
+    {"acc_two_per_cent", "acc_scale", "acc", kCaution, "2.0 % too much", "--unit acc=0.98",
+     [](Recording& r) { scale(r.acc, 1.02 * 9.80665 / 9.81); }},
+    {"mag_in_counts", "unit", "mag", kFatal, "no usual unit fits", "--unit mag=0.01",
+     [](Recording& r) {
+       for (Vector3& v : r.mag[0].v) v = (v * 68.42).array().round();
+     }},
+    {"mag_normalised", "normalised", "mag", kFatal, "the same length", "raw readings",
+     [](Recording& r) {
+       for (Vector3& v : r.mag[0].v) v *= 50.0 / v.norm();
+     }},
+    {"mag_normalised_and_rounded", "normalised", "mag", kFatal, "the same length", "raw readings",
+     [](Recording& r) {
+       for (Vector3& v : r.mag[0].v) v = (v.normalized() * 1e4).array().round() / 1e4;
+     }},
     {"mag_in_gauss", "unit", "mag", kFatal, "gauss", "--unit mag=gauss",
      [](Recording& r) { scale(r.mag[0], 0.01); }},
     {"mag_in_milligauss", "unit", "mag", kFatal, "milligauss", "--unit mag=mG",
@@ -196,6 +223,21 @@ const std::vector<Spoilt> kSpoilt{
 
 INSTANTIATE_TEST_SUITE_P(OfARecording, Quality, testing::ValuesIn(kSpoilt),
                          [](const auto& spoilt) { return spoilt.param.name; });
+
+TEST(Quality, advice_does_not_ask_for_the_unit_that_was_given) {
+  Recording r = good();
+  scale(r.gyr, 2.0);
+  r.file_units["gyr"] = M_PI / 180.0;
+  std::vector<Issue> issues = check_recording(r);
+  ASSERT_EQ(issues.size(), 1u);
+  EXPECT_THAT(issues[0].remedy, HasSubstr("--unit gyr=0.008727"));
+  r = good();
+  for (Vector3& v : r.mag[0].v) v = (v * 68.42).array().round() * 0.1;
+  r.file_units["mag"] = 0.1;
+  issues = check_recording(r);
+  ASSERT_EQ(issues.size(), 1u);
+  EXPECT_THAT(issues[0].remedy, AllOf(HasSubstr("--unit mag=0.01"), testing::Not(HasSubstr("mG"))));
+}
 
 TEST(GoodRecordings, raise_no_alarm) {
   for (const double rate : {25.0, 100.0, 400.0}) {

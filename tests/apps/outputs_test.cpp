@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where results go: no output replaces an input, outputs are looked at before any work, and what
+// cannot be written is an error.
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "tests/apps/program.h"
+
+namespace magimu {
+namespace {
+
+using test::Outcome;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class Outputs : public testing::Test {
+ protected:
+  Outputs() { magimu("simulate -q -o rec.csv --motion hand --rate 25 --duration 30 --seed 1"); }
+  void expect_refused(const std::string& arguments, const std::string& reason) {
+    const std::string before = magimu.text("rec.csv");
+    const Outcome run = magimu(arguments);
+    EXPECT_EQ(run.exit_code, kUnusable) << arguments;
+    EXPECT_THAT(run.err, HasSubstr(reason)) << arguments;
+    EXPECT_EQ(magimu.text("rec.csv"), before) << arguments;
+  }
+  test::Program magimu;
+};
+
+TEST_F(Outputs, never_replace_an_input) {
+  for (const char* arguments :
+       {"calibrate rec.csv -o rec.csv", "calibrate rec.csv -o ./rec.csv",
+        "calibrate rec.csv --trajectory rec.csv", "diagnose rec.csv -o d.json --report rec.csv",
+        "allan rec.csv -o rec.csv", "stream rec.csv -o rec.csv",
+        "stream rec.csv --state rec.csv"}) {
+    expect_refused(arguments, "is one of the inputs");
+  }
+  std::filesystem::create_symlink("rec.csv", magimu.folder().path("link.csv"));
+  expect_refused("calibrate rec.csv -o link.csv", "is one of the inputs");
+}
+
+TEST_F(Outputs, have_names_of_their_own) {
+  expect_refused("calibrate rec.csv -o x.json --report x.json", "two outputs have the same name");
+  expect_refused("stream rec.csv --state st -o st", "two outputs have the same name");
+  expect_refused("stream rec.csv --state st -o st.samples", "two outputs have the same name");
+  expect_refused("simulate -o y.csv --truth ./y.csv", "two outputs have the same name");
+  expect_refused("calibrate rec.csv -o ''", "the name of the file is empty");
+  expect_refused("calibrate rec.csv -o x.json --report nowhere/r.html", "create its folder first");
+  EXPECT_FALSE(magimu.has("x.json"));
+}
+
+TEST_F(Outputs, that_are_devices_take_what_comes) {
+  EXPECT_EQ(magimu("calibrate rec.csv -q -o /dev/null --report /dev/null").exit_code, kDone);
+}
+
+TEST_F(Outputs, that_cannot_be_written_are_an_error) {
+  const Outcome run = magimu("info rec.csv > /dev/full");
+  EXPECT_EQ(run.exit_code, kUnusable);
+  EXPECT_THAT(run.err, HasSubstr("standard output"));
+}
+
+TEST_F(Outputs, of_a_terminal_show_no_control_codes_of_files) {
+  magimu("calibrate rec.csv -q -o cal.json");
+  auto json = magimu.json("cal.json");
+  json["trust"]["verdict"] = "no";
+  json["trust"]["reasons"] = {"\x1b]0;title\x07red\xc2\x9b"};
+  std::ofstream(magimu.folder().path("cal.json")) << json.dump();
+  const Outcome run = magimu("export cal.json --to c");
+  EXPECT_EQ(run.exit_code, kNoAnswer);
+  EXPECT_THAT(run.err, AllOf(HasSubstr("?]0;title?red?"), Not(HasSubstr("\x1b"))));
+}
+
+TEST(Commands, that_are_unknown_are_said_to_be) {
+  const test::Program magimu;
+  const Outcome run = magimu("calibrat rec.csv");
+  EXPECT_EQ(run.exit_code, kUnusable);
+  EXPECT_THAT(run.err, AllOf(HasSubstr("\"calibrat\""), HasSubstr("calibrate")));
+}
+
+}  // namespace
+}  // namespace magimu

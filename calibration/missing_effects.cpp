@@ -108,7 +108,7 @@ class Search {
     found_.push_back(std::move(found));
   }
   Eigen::Index first_dip() const { return 6 + 12 * Eigen::Index(recordings_.front()->mag.size()); }
-  Eigen::Index dips() const { return Eigen::Index(recordings_.size()); }
+  Eigen::Index dips() const { return Eigen::Index(field_count(recordings_)); }
 
   const std::vector<const Recording*>& recordings_;
   const Stage& stage_;

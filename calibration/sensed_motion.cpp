@@ -44,7 +44,7 @@ Series centred(const Series& series, const std::vector<double>& times, V mean) {
 
 }  // namespace
 
-SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, int index,
+SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan,
                            const ModelSpec& spec, const Values& values)
     : recording_(recording),
       plan_(plan),
@@ -53,7 +53,7 @@ SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, int
       gyr_(recording.gyr, values.at<Vector3>(key::gyr_bias), spec.gyr_matrix_value),
       gyr_bias_(values.at<Vector3>(key::gyr_bias)),
       acc_bias_(values.at<Vector3>(key::acc_bias)),
-      field_(unit_field(values.at<double>(dip_of(index)))),
+      field_(unit_field(values.at<double>(dip_of(plan.field)))),
       D_(values.at<Matrix3>(key::distortion)),
       strength_(std::cbrt(std::abs(D_.determinant()))),
       begin_(recording.gyr.t.front()),

@@ -11,9 +11,9 @@ namespace magimu {
 
 class SensedMotion {
  public:
-  // recording: with its readings corrected for the effects known so far. index: of the recording.
+  // recording: with its readings corrected for the effects known so far.
   // All must outlive this.
-  SensedMotion(const Recording& recording, const NodePlan& plan, int index, const ModelSpec& spec,
+  SensedMotion(const Recording& recording, const NodePlan& plan, const ModelSpec& spec,
                const Values& values);
 
   // At a sample of a sensor (the first magnetometer).

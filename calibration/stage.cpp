@@ -94,7 +94,7 @@ bool update_effects(const std::vector<const Recording*>& recordings,
   spec.extended.clear();
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     spec.extended.push_back(std::make_shared<ExtendedRecording>(
-        extend(*recordings[r], plans[r], int(r), spec, values)));
+        extend(*recordings[r], plans[r], spec, values)));
   }
   return true;
 }

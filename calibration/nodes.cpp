@@ -28,6 +28,10 @@ std::vector<NodePlan> plan_nodes(const std::vector<const Recording*>& recordings
       if (t < r->gyr.t.front() - kSameTime || t > r->gyr.t.back() + kSameTime) continue;
       if (plan.t.empty() || t - plan.t.back() > nearest) plan.t.push_back(t);
     }
+    // One at least, where a sample is there.
+    for (std::size_t k = 0; k < mag.size() && plan.t.empty(); ++k) {
+      if (mag.t[k] >= r->gyr.t.front() && mag.t[k] <= r->gyr.t.back()) plan.t.push_back(mag.t[k]);
+    }
     first += int(plan.t.size());
     plans.push_back(std::move(plan));
   }

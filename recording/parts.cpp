@@ -12,30 +12,30 @@ namespace {
 
 // What gravity alone tells of an attitude while a hand accelerates the sensor by 1 m/s^2, rad.
 constexpr double kFreshStart = 0.1;
-constexpr double kStep = 0.05;          // s, of the lengths tried
-constexpr double kFewIntervals = 4.0;   // usual intervals that are no gap in any case (check_times)
-constexpr std::size_t kStarts = 2000;   // instants looked at
-constexpr double kLeastLength = 1.0;    // s: of a part; its first velocity alone takes half of that
+constexpr double kBridgeStep = 0.05;          // s, of the lengths tried
+constexpr double kBridgeIntervals = 4.0;   // usual intervals that are no gap in any case (check_times)
+constexpr std::size_t kBridgeStarts = 2000;   // instants looked at
+constexpr double kLeastPart = 1.0;    // s: of a part; its first velocity alone takes half of that
 constexpr std::size_t kLeastSamples = 10;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-struct Gap {
+struct Break {
   double begin, end;  // the last sample before it, and the first one after it
 };
 
-void add_gaps(const std::vector<double>& t, double limit, std::vector<Gap>& gaps) {
+void add_breaks(const std::vector<double>& t, double limit, std::vector<Break>& gaps) {
   if (t.empty()) return;
   for (std::size_t k = 1; k < t.size(); ++k) {
     if (t[k] - t[k - 1] > limit) gaps.push_back({t[k - 1], t[k]});
   }
 }
 
-std::vector<Gap> gaps_of(const Recording& r) {
-  std::vector<Gap> gaps;
+std::vector<Break> breaks_of(const Recording& r) {
+  std::vector<Break> gaps;
   if (r.gyr.size() < 2 || r.acc.size() < 2) return gaps;
   const double limit = longest_bridge(r);
-  add_gaps(r.gyr.t, limit, gaps);
-  add_gaps(r.acc.t, limit, gaps);
+  add_breaks(r.gyr.t, limit, gaps);
+  add_breaks(r.acc.t, limit, gaps);
   // Where one of the two begins later or ends earlier the other is alone.
   if (std::abs(r.gyr.t.front() - r.acc.t.front()) > limit) {
     gaps.push_back({-kInfinity, std::max(r.gyr.t.front(), r.acc.t.front())});
@@ -43,9 +43,9 @@ std::vector<Gap> gaps_of(const Recording& r) {
   if (std::abs(r.gyr.t.back() - r.acc.t.back()) > limit) {
     gaps.push_back({std::min(r.gyr.t.back(), r.acc.t.back()), kInfinity});
   }
-  std::ranges::sort(gaps, {}, &Gap::begin);
-  std::vector<Gap> apart;
-  for (const Gap& gap : gaps) {
+  std::ranges::sort(gaps, {}, &Break::begin);
+  std::vector<Break> apart;
+  for (const Break& gap : gaps) {
     if (!apart.empty() && gap.begin <= apart.back().end) {
       apart.back().end = std::max(apart.back().end, gap.end);
     } else {
@@ -75,21 +75,21 @@ double longest_bridge(const Recording& recording) {
   const VectorSeries& gyr = recording.gyr;
   const std::size_t n = gyr.size();
   const double rate = std::min(gyr.rate_hz(), recording.acc.rate_hz());
-  const double least = rate > 0.0 ? kFewIntervals / rate : 0.0;
+  const double least = rate > 0.0 ? kBridgeIntervals / rate : 0.0;
   if (n < 2) return std::max(kLongestBridge, least);
   std::vector<Vector3> turned{Vector3::Zero()};
   for (std::size_t k = 0; k + 1 < n; ++k) {
     turned.push_back(turned.back() + gyr.v[k] * (gyr.t[k + 1] - gyr.t[k]));
   }
   const double usual = 1.0 / gyr.rate_hz();
-  const std::size_t stride = n / kStarts + 1;
-  for (double length = kStep; length < kLongestBridge; length += kStep) {
+  const std::size_t stride = n / kBridgeStarts + 1;
+  for (double length = kBridgeStep; length < kLongestBridge; length += kBridgeStep) {
     // By how much a turn departs from what the rate at its beginning makes it.
     std::vector<double> errors;
     for (std::size_t k = 0; k < n; k += stride) {
       const auto j =
           std::size_t(std::ranges::lower_bound(gyr.t, gyr.t[k] + length) - gyr.t.begin());
-      if (j >= n || gyr.t[j] - gyr.t[k] > length + kFewIntervals * usual) continue;
+      if (j >= n || gyr.t[j] - gyr.t[k] > length + kBridgeIntervals * usual) continue;
       const double dt = gyr.t[j] - gyr.t[k];
       errors.push_back((turned[j] - turned[k] - gyr.v[k] * dt).norm());
     }
@@ -105,7 +105,7 @@ double longest_bridge(const Recording& recording) {
 bool tells_something(const Recording& part) {
   const auto few = [](const VectorSeries& s) { return s.size() < kLeastSamples; };
   if (few(part.acc) || few(part.gyr) || part.mag.empty() || few(part.mag.front())) return false;
-  if (part.gyr.t.back() - part.gyr.t.front() < kLeastLength) return false;
+  if (part.gyr.t.back() - part.gyr.t.front() < kLeastPart) return false;
   const std::vector<double>& mag = part.mag.front().t;
   const auto first = std::ranges::lower_bound(mag, part.gyr.t.front());
   const auto last = std::ranges::upper_bound(mag, part.gyr.t.back());
@@ -114,7 +114,7 @@ bool tells_something(const Recording& part) {
 
 std::optional<std::vector<Recording>> parts_of(const Recording& recording,
                                                std::vector<std::string>& warnings) {
-  const std::vector<Gap> gaps = gaps_of(recording);
+  const std::vector<Break> gaps = breaks_of(recording);
   if (gaps.empty()) return std::nullopt;
   std::vector<Recording> parts, dropped;
   double begin = -kInfinity;

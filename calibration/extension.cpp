@@ -118,8 +118,8 @@ VectorXd effect_parameters(const Values& values, const std::vector<Key>& keys) {
   return theta;
 }
 
-ExtendedRecording extend(const Recording& recording, const NodePlan& plan,
-                         const ModelSpec& spec, const Values& values) {
+ExtendedRecording extend(const Recording& recording, const NodePlan& plan, const ModelSpec& spec,
+                         const Values& values) {
   ExtendedRecording out;
   out.corrected = recording;
   std::array<std::vector<ActiveTerm>, 3> active;

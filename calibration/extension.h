@@ -28,7 +28,7 @@ std::vector<std::vector<Key>> effect_keys(
 VectorXd effect_parameters(const Values& values, const std::vector<Key>& keys);
 
 // values: an estimate of the model's variables.
-ExtendedRecording extend(const Recording& recording, const NodePlan& plan,
-                         const ModelSpec& spec, const Values& values);
+ExtendedRecording extend(const Recording& recording, const NodePlan& plan, const ModelSpec& spec,
+                         const Values& values);
 
 }  // namespace magimu

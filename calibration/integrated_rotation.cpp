@@ -100,7 +100,8 @@ PreintegratedImu IntegratedRotation::preintegrate(double a, double b, const Vect
   // position alike: their covariance would be singular. Two halves with noise of their own, as
   // between most nodes.
   const double next_gyr = g + 1 < gyr_.size() ? gyr_.t[g + 1] : b;
-  const bool one_piece = b - a > 4.0 * kSliver && next_gyr >= b - kSliver && end_of(k) >= b - kSliver;
+  const bool one_piece =
+      b - a > 4.0 * kSliver && next_gyr >= b - kSliver && end_of(k) >= b - kSliver;
   const double middle = one_piece ? 0.5 * (a + b) : b;
   double t = a;
   while (t < b - kSliver) {

@@ -142,9 +142,10 @@ std::vector<MissingEffect> find_missing_effects(const std::vector<const Recordin
     // Of the accelerometer the hand's motion takes up much, and shapes what is left.
     if (!moving || unnamed->channel() != Channel::kAcc) all.push_back(unnamed);
   }
-  if (recordings.size() == 1) {
-    const int windows =
-        std::clamp(int(recordings.front()->duration_s() / kBiasWindow), 2, kMaxWindows);
+  if (field_count(recordings) == 1) {
+    double length = 0.0;
+    for (const Recording* part : recordings) length += part->duration_s();
+    const int windows = std::clamp(int(length / kBiasWindow), 2, kMaxWindows);
     all.push_back(bias_in_windows(windows));
     all.push_back(bias_in_windows(windows, Channel::kGyr));
   }

@@ -14,6 +14,7 @@ constexpr double kNearest = 0.5;
 std::vector<NodePlan> plan_nodes(const std::vector<const Recording*>& recordings, int every) {
   std::vector<NodePlan> plans;
   const std::vector<int> fields = fields_of(recordings);
+  std::vector<double> length;  // of each field, so far
   int first = 0;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const Recording* r = recordings[i];
@@ -21,8 +22,10 @@ std::vector<NodePlan> plan_nodes(const std::vector<const Recording*>& recordings
     plan.first = first;
     plan.field = fields[i];
     const VectorSeries& mag = r->mag.front();
-    const double rate = mag.rate_hz();
-    const double nearest = rate > 0.0 ? kNearest * double(every) / rate : 0.0;
+    const double nearest = nearest_nodes(mag, every);
+    length.resize(std::size_t(plan.field) + 1, 0.0);
+    plan.before_s = length.back();
+    length.back() += r->gyr.t.back() - r->gyr.t.front();
     for (std::size_t k = 0; k < mag.size(); k += std::size_t(every)) {
       const double t = mag.t[k];
       if (t < r->gyr.t.front() - kSameTime || t > r->gyr.t.back() + kSameTime) continue;
@@ -35,7 +38,13 @@ std::vector<NodePlan> plan_nodes(const std::vector<const Recording*>& recordings
     first += int(plan.t.size());
     plans.push_back(std::move(plan));
   }
+  for (NodePlan& plan : plans) plan.whole_s = length[std::size_t(plan.field)];
   return plans;
+}
+
+double nearest_nodes(const VectorSeries& mag, int every) {
+  const double rate = mag.rate_hz();
+  return rate > 0.0 ? kNearest * double(every) / rate : 0.0;
 }
 
 std::vector<int> fields_of(const std::vector<const Recording*>& recordings) {

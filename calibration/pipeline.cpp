@@ -110,8 +110,7 @@ std::optional<Recording> without_repeats(const Recording& recording,
 }
 
 // The two exact symmetries of the contract: cos(alpha) > 0, and det D > 0 of magnetometer 0.
-void fix_symmetries(Values& values, int magnetometers,
-                    const std::vector<NodePlan>& plans) {
+void fix_symmetries(Values& values, int magnetometers, const std::vector<NodePlan>& plans) {
   const int fields = plans.back().field + 1;
   const Rot3 half_turn = Rot3::from_unit_quaternion(Vector4(0.0, 0.0, 0.0, 1.0));
   const auto turn = [&](const NodePlan& plan) {

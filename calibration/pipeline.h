@@ -11,9 +11,9 @@
 
 namespace magimu {
 
-// Recordings that are fit to calibrate, each as its parts where long gaps part it (parts.h), without
-// the samples that repeat the one before where a magnetometer has many. Throws InputError where one
-// has too little in it to begin with.
+// Recordings that are fit to calibrate, each as its parts where long gaps part it (parts.h),
+// without the samples that repeat the one before where a magnetometer has many. Throws InputError
+// where one has too little in it to begin with.
 class CheckedRecordings {
  public:
   explicit CheckedRecordings(const std::vector<const Recording*>& given);

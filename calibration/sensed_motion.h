@@ -33,7 +33,7 @@ class SensedMotion {
   IntegratedRotation gyr_;
   Vector3 gyr_bias_, acc_bias_, field_;
   Matrix3 D_;
-  double strength_, begin_, duration_;
+  double strength_, begin_, duration_, whole_;  // whole_: of all parts of the recording
   // Attitude of each node, relative to the gyroscope's at that time, and what it is to the next's.
   std::vector<Rot3> nodes_;
   std::vector<Vector3> steps_;

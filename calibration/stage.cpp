@@ -93,8 +93,8 @@ bool update_effects(const std::vector<const Recording*>& recordings,
   if (!far) return false;
   spec.extended.clear();
   for (std::size_t r = 0; r < recordings.size(); ++r) {
-    spec.extended.push_back(std::make_shared<ExtendedRecording>(
-        extend(*recordings[r], plans[r], spec, values)));
+    spec.extended.push_back(
+        std::make_shared<ExtendedRecording>(extend(*recordings[r], plans[r], spec, values)));
   }
   return true;
 }

@@ -60,6 +60,7 @@ void StreamSamples::add(const StreamSample& s) {
 // A node tells where its predecessor's samples end, which may complete a window.
 void StreamSamples::add_node(double t) {
   if (all_.gyr.empty() || t < all_.gyr.t.front() - kSameTime) return;
+  if (!node_t_.empty() && t - node_t_.back() <= nearest_) return;
   const int last = int(node_t_.size()) - 1;
   const int first = windows_.empty() ? 0 : windows_.back().last;
   if (last > first && node_t_[std::size_t(last)] >= node_t_[std::size_t(first)] + window_s_) {
@@ -83,6 +84,7 @@ void StreamSamples::set_nodes(int every, bool drop_repeats) {
   node_t_.clear();
   windows_.clear();
   const VectorSeries& mag = all_.mag.front();
+  nearest_ = nearest_nodes(mag, every);
   for (std::size_t k = 0; k < mag.size(); k += std::size_t(every)) add_node(mag.t[k]);
 }
 

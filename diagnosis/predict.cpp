@@ -25,8 +25,7 @@ class Predictor {
  public:
   // recordings: one, or its parts, thinned; full: the same with all samples.
   Predictor(const std::vector<const Recording*>& recordings,
-            const std::vector<const Recording*>& full, const ExtendedModel& model,
-            bool mag_only)
+            const std::vector<const Recording*>& full, const ExtendedModel& model, bool mag_only)
       : recordings_(recordings),
         full_(full),
         model_(model),

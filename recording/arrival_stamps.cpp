@@ -14,8 +14,8 @@ constexpr double kWithin = 0.25;
 // Share of intervals that are so short: half with two at a time, more with more. Of samples that
 // come independently of each other, a process without any pace, exp(-1/4) = 78 % are longer.
 constexpr double kShort = 0.4;
-constexpr double kLongestBurst = 2.0;    // s from burst to burst: longer ones are gaps
-constexpr double kLost = 2.5;            // usual distances of bursts: one is lost in between
+constexpr double kLongestBurst = 2.0;  // s from burst to burst: longer ones are gaps
+constexpr double kLost = 2.5;          // usual distances of bursts: one is lost in between
 constexpr std::size_t kEnoughBursts = 10;
 // Distances of bursts by which they may come early or late, root mean square: else their samples
 // were not measured at a steady pace.

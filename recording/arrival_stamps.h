@@ -11,7 +11,7 @@
 namespace magimu {
 
 struct EvenTimes {
-  std::vector<double> t;   // one a sample, increasing
+  std::vector<double> t;  // one a sample, increasing
   double rate_hz = 0.0;
   double in_a_burst = 0.0;  // samples, on average
   double burst_s = 0.0;     // from burst to burst

@@ -339,11 +339,11 @@ void CsvParser::set_times(Recording& recording) {
         repeated_, first_repeated_));
   }
   if (no_numbers_ > 0) {
-    recording.notes.push_back(
-        fmt::format("fields that say that there is no number (nan, ...): {}, the first in line {}{}; "
-                    "the sensor has no sample there",
-                    no_numbers_, first_no_number_,
-                    infinite_ > 0 ? fmt::format(", {} of them infinite", infinite_) : ""));
+    recording.notes.push_back(fmt::format(
+        "fields that say that there is no number (nan, ...): {}, the first in line {}{}; "
+        "the sensor has no sample there",
+        no_numbers_, first_no_number_,
+        infinite_ > 0 ? fmt::format(", {} of them infinite", infinite_) : ""));
   }
 }
 

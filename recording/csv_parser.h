@@ -71,8 +71,8 @@ class CsvParser {
 
   // What a field holds.
   enum Field : char { kEmpty, kNumber, kNoNumber };  // kNoNumber: nan, null, ...
-  std::vector<double> values_;   // the current row, by slot
-  std::vector<Field> present_;   // by slot
+  std::vector<double> values_;                       // the current row, by slot
+  std::vector<Field> present_;                       // by slot
   bool has_time_ = false;
   double last_time_ = 0.0;
   std::size_t row_ = 0;  // of the stream, for times k / rate

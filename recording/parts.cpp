@@ -12,10 +12,11 @@ namespace {
 
 // What gravity alone tells of an attitude while a hand accelerates the sensor by 1 m/s^2, rad.
 constexpr double kFreshStart = 0.1;
-constexpr double kBridgeStep = 0.05;          // s, of the lengths tried
-constexpr double kBridgeIntervals = 4.0;   // usual intervals that are no gap in any case (check_times)
-constexpr std::size_t kBridgeStarts = 2000;   // instants looked at
-constexpr double kLeastPart = 1.0;    // s: of a part; its first velocity alone takes half of that
+constexpr double kBridgeStep = 0.05;  // s, of the lengths tried
+constexpr double kBridgeIntervals =
+    4.0;  // usual intervals that are no gap in any case (check_times)
+constexpr std::size_t kBridgeStarts = 2000;  // instants looked at
+constexpr double kLeastPart = 1.0;  // s: of a part; its first velocity alone takes half of that
 constexpr std::size_t kLeastSamples = 10;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -63,10 +64,9 @@ std::string sentence_of(const std::vector<Recording>& dropped) {
     where += fmt::format("{}{:.2f}-{:.2f} s", where.empty() ? "" : ", ", t.front(), t.back());
   }
   if (dropped.size() > 3) where += fmt::format(" and {} more", dropped.size() - 3);
-  return fmt::format(
-      "{}: {} between long gaps {} too short to tell anything and left out: {}.",
-      dropped.front().name, dropped.size() == 1 ? "one part" : "parts",
-      dropped.size() == 1 ? "is" : "are", where);
+  return fmt::format("{}: {} between long gaps {} too short to tell anything and left out: {}.",
+                     dropped.front().name, dropped.size() == 1 ? "one part" : "parts",
+                     dropped.size() == 1 ? "is" : "are", where);
 }
 
 }  // namespace

@@ -22,15 +22,15 @@ constexpr double kLeastInterval = 1e-4, kMostInterval = 1.0;  // s
 // clock since boot shows at the same intervals.
 constexpr double kEpochBegin = 1e9, kEpochEnd = 2.5e9;
 // From here on a double holds a time less exactly than two times are told apart (1e-10 s).
-constexpr double kHugeTime = 1e6;                // s
-constexpr double kPause = 500.0;             // median intervals: no interval of the sensor's pace
-constexpr std::size_t kEnoughToCount = 20;   // intervals, before a column is taken for a counter
-constexpr double kMostlyOne = 0.95;          // of a counter's steps; the others are lost samples
-constexpr std::size_t kSwapped = 8;          // rows that two writers may put out of order
-constexpr double kFarOff = 50.0;             // usual intervals: a row's time is damaged
+constexpr double kHugeTime = 1e6;           // s
+constexpr double kPause = 500.0;            // median intervals: no interval of the sensor's pace
+constexpr std::size_t kEnoughToCount = 20;  // intervals, before a column is taken for a counter
+constexpr double kMostlyOne = 0.95;         // of a counter's steps; the others are lost samples
+constexpr std::size_t kSwapped = 8;         // rows that two writers may put out of order
+constexpr double kFarOff = 50.0;            // usual intervals: a row's time is damaged
 constexpr double kFewSetBacks = 3.0, kManySetBacks = 0.02;  // and of the rows: no clock does that
-constexpr double kRollsOver = 10.0;          // usual intervals that a counter may lose as it does
-constexpr double kManyOfOneTime = 0.05;      // of the rows: too many to be a slip
+constexpr double kRollsOver = 10.0;      // usual intervals that a counter may lose as it does
+constexpr double kManyOfOneTime = 0.05;  // of the rows: too many to be a slip
 
 struct TimeUnit {
   const char* name;
@@ -42,9 +42,7 @@ constexpr TimeUnit kTimeUnits[] = {{"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}};
 constexpr std::array<double, 5> kRollovers = {65536.0, 16777216.0, 2147483648.0, 4294967296.0,
                                               86400.0};
 
-bool is_epoch(double t, double unit) {
-  return t * unit > kEpochBegin && t * unit < kEpochEnd;
-}
+bool is_epoch(double t, double unit) { return t * unit > kEpochBegin && t * unit < kEpochEnd; }
 
 // Means of what is an interval and no pause, of rows with an IMU sample where there are any.
 double usual_interval(const RawRows& rows) {
@@ -144,7 +142,8 @@ class RowTimeReader {
       }
       possible.push_back(unit);
     }
-    const std::string pace = fmt::format("there is a row every {:.6g} of column {}", usual_, column());
+    const std::string pace =
+        fmt::format("there is a row every {:.6g} of column {}", usual_, column());
     if (possible.empty()) {
       fail_(0, pace + ", which is no time of an IMU's samples in s, ms, us or ns",
             "give the unit of time, --unit t=NUMBER (one of it in s), or the rate, --rate HZ");
@@ -235,7 +234,8 @@ class RowTimeReader {
         if ((rows_.sensors[k] >> s & 1U) != 0) last[s] = std::max(last[s], t);
       }
     }
-    if (late > 0) note(fmt::format("rows that came late and were put in the order of time: {}", late));
+    if (late > 0)
+      note(fmt::format("rows that came late and were put in the order of time: {}", late));
     if (damaged > 0) {
       caution(fmt::format("rows with a damaged time: {}, the first in line {}; they are left out",
                           damaged, first_damaged));
@@ -369,9 +369,10 @@ class RowTimeReader {
                         twice),
             "give every sample a time of its own, or the rate, --rate HZ");
     }
-    caution(fmt::format("rows with the time of another row and other readings: {}, the first in "
-                        "line {}; those readings are left out",
-                        twice, rows_.line[first]));
+    caution(
+        fmt::format("rows with the time of another row and other readings: {}, the first in "
+                    "line {}; those readings are left out",
+                    twice, rows_.line[first]));
   }
 
   static constexpr std::uint32_t kSingle = ~RawRows::kMoreMags;

@@ -175,7 +175,8 @@ const std::vector<Bad> kNoRecording{
     {"time_missing", [] { return with_field(30, 1, ""); }, "rec:30:1", "give every row a time"},
     {"time_backwards", [] { return each([](Row& r) { r[0] = -r[0]; }); },
      "the time (column t) does not increase", "where its clock was set back"},
-    {"time_twice", [] {
+    {"time_twice",
+     [] {
        return each([](Row& r) {
          const double k = std::round(50.0 * r[0]);
          r[0] = 0.02 * (std::fmod(k, 7.0) == 3.0 ? k - 1.0 : k);

@@ -92,7 +92,8 @@ INSTANTIATE_TEST_SUITE_P(Motions, OneRecordingInParts,
                          testing::Values(SimulatedMotion::kHand, SimulatedMotion::kHandHeld));
 
 TEST(OneRecordingInParts, shares_one_dip_with_its_parts_and_none_with_another_recording) {
-  const Simulation a = simulated(SimulatedMotion::kHand, 1), b = simulated(SimulatedMotion::kHand, 2);
+  const Simulation a = simulated(SimulatedMotion::kHand, 1),
+                   b = simulated(SimulatedMotion::kHand, 2);
   const Recording parted = with_gap(a.recording, 50.0, 55.0);
   const CheckedRecordings checked({&parted, &b.recording});
   EXPECT_EQ(checked.get().size(), 3U);

@@ -22,7 +22,9 @@ using testing::IsEmpty;
 const std::string kTimedHeader = "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z\n";
 
 // A row with all sensors, whose numbers tell which one it is.
-std::string timed_row(const std::string& time, int k) { return fmt::format("{0},{1},2,3,{1},5,6,{1},8,9\n", time, k); }
+std::string timed_row(const std::string& time, int k) {
+  return fmt::format("{0},{1},2,3,{1},5,6,{1},8,9\n", time, k);
+}
 
 // Rows k = 0, 1, ... with these times.
 std::string timed_rows(int count, const std::function<double(int)>& time) {
@@ -72,19 +74,24 @@ TEST(TimeUnits, seconds_since_1970_count_from_the_first_row_too) {
 }
 
 TEST(TimeUnits, since_boot_are_recognised_by_the_pace_of_the_rows) {
-  EXPECT_NEAR(read_log(counted_rows(50, [](int k) { return 12345 + 20 * k; })).gyr.rate_hz(), 50.0, 1e-9);
-  EXPECT_NEAR(read_log(counted_rows(50, [](int k) { return 12345678 + 5000 * k; })).gyr.rate_hz(), 200.0, 1e-9);
-  EXPECT_NEAR(read_log(counted_rows(50, [](int k) { return 123456789LL + 5000000LL * k; })).gyr.rate_hz(),
+  EXPECT_NEAR(read_log(counted_rows(50, [](int k) { return 12345 + 20 * k; })).gyr.rate_hz(), 50.0,
+              1e-9);
+  EXPECT_NEAR(read_log(counted_rows(50, [](int k) { return 12345678 + 5000 * k; })).gyr.rate_hz(),
               200.0, 1e-9);
+  EXPECT_NEAR(
+      read_log(counted_rows(50, [](int k) { return 123456789LL + 5000000LL * k; })).gyr.rate_hz(),
+      200.0, 1e-9);
 }
 
 TEST(TimeUnits, that_are_ambiguous_are_refused_with_both_options) {
-  const InputError error = refusal(counted_rows(50, [](int k) { return 250 * k; }));  // 4 Hz or 4 kHz
+  const InputError error =
+      refusal(counted_rows(50, [](int k) { return 250 * k; }));  // 4 Hz or 4 kHz
   EXPECT_THAT(error.problem, HasSubstr("4 Hz if it is in ms, 4000 Hz if it is in us"));
   EXPECT_THAT(error.remedy, HasSubstr("--unit t=us"));
   CsvOptions options;
   options.time_unit = 1e-6;
-  EXPECT_NEAR(read_log(counted_rows(50, [](int k) { return 250 * k; }), options).gyr.rate_hz(), 4000.0, 1e-6);
+  EXPECT_NEAR(read_log(counted_rows(50, [](int k) { return 250 * k; }), options).gyr.rate_hz(),
+              4000.0, 1e-6);
 }
 
 TEST(TimeUnits, seconds_stay_seconds) {
@@ -110,7 +117,8 @@ TEST(Counter, of_samples_is_no_time_and_the_rate_makes_it_one) {
 TEST(Counter, is_not_seen_where_the_unit_is_given_or_named) {
   CsvOptions options;
   options.time_unit = 1e-3;
-  EXPECT_NEAR(read_log(counted_rows(45, [](int k) { return k; }), options).gyr.rate_hz(), 1000.0, 1e-6);
+  EXPECT_NEAR(read_log(counted_rows(45, [](int k) { return k; }), options).gyr.rate_hz(), 1000.0,
+              1e-6);
   std::string content = counted_rows(45, [](int k) { return k; });
   content.replace(0, 1, "time (ms)");
   EXPECT_NEAR(read_log(content).gyr.rate_hz(), 1000.0, 1e-6);
@@ -174,7 +182,8 @@ TEST(RowsOfOneTime, with_other_readings_are_refused_where_they_are_many) {
 }
 
 TEST(ClockSetBack, begins_a_part_ten_seconds_later) {
-  const Recording r = read_log(timed_rows(200, [](int k) { return k < 120 ? 5.0 + 0.01 * k : 0.01 * (k - 120); }));
+  const Recording r =
+      read_log(timed_rows(200, [](int k) { return k < 120 ? 5.0 + 0.01 * k : 0.01 * (k - 120); }));
   EXPECT_TRUE(increases(r.gyr.t));
   EXPECT_EQ(r.gyr.size(), 200U);
   EXPECT_NEAR(r.gyr.t[120] - r.gyr.t[119], kPartGap, 1e-9);
@@ -201,28 +210,34 @@ TEST(ClockSetBack, is_not_seen_in_a_header_that_is_only_repeated) {
 }
 
 TEST(ClockSetForward, by_years_begins_a_part_and_keeps_times_small) {
-  const Recording r = read_log(timed_rows(200, [](int k) { return 0.01 * k + (k < 100 ? 0.0 : 1.7e9); }));
+  const Recording r =
+      read_log(timed_rows(200, [](int k) { return 0.01 * k + (k < 100 ? 0.0 : 1.7e9); }));
   EXPECT_LT(r.gyr.t.back(), 20.0);
   EXPECT_THAT(r.cautions, ElementsAre(HasSubstr("set forward at line 102")));
 }
 
 TEST(Gap, of_a_day_stays_as_it_is) {
-  const Recording r = read_log(timed_rows(200, [](int k) { return 0.01 * k + (k < 100 ? 0.0 : 86400.0); }));
+  const Recording r =
+      read_log(timed_rows(200, [](int k) { return 0.01 * k + (k < 100 ? 0.0 : 86400.0); }));
   EXPECT_NEAR(longest_step(r.gyr.t), 86400.01, 1e-6);
   EXPECT_THAT(r.cautions, IsEmpty());
 }
 
 TEST(Rollover, of_a_counter_goes_on_without_a_gap) {
   const long long wrap = 1LL << 32;
-  const Recording us = read_log(counted_rows(400, [=](int k) { return (wrap - 1000000 + 10000LL * k) % wrap; }));
+  const Recording us =
+      read_log(counted_rows(400, [=](int k) { return (wrap - 1000000 + 10000LL * k) % wrap; }));
   EXPECT_NEAR(longest_step(us.gyr.t), 0.01, 1e-6);
   EXPECT_THAT(us.notes, Contains(HasSubstr("rolled over at line 102")));
   EXPECT_THAT(us.cautions, IsEmpty());
-  const Recording ms = read_log(counted_rows(400, [=](int k) { return (wrap - 1000 + 10LL * k) % wrap; }));
+  const Recording ms =
+      read_log(counted_rows(400, [=](int k) { return (wrap - 1000 + 10LL * k) % wrap; }));
   EXPECT_NEAR(longest_step(ms.gyr.t), 0.01, 1e-6);
-  const Recording s = read_log(timed_rows(400, [](int k) { return std::fmod(4290.0 + 0.02 * k, 4294.967296); }));
+  const Recording s =
+      read_log(timed_rows(400, [](int k) { return std::fmod(4290.0 + 0.02 * k, 4294.967296); }));
   EXPECT_NEAR(longest_step(s.gyr.t), 0.02, 1e-6);
-  const Recording day = read_log(timed_rows(400, [](int k) { return std::fmod(86399.0 + 0.01 * k, 86400.0); }));
+  const Recording day =
+      read_log(timed_rows(400, [](int k) { return std::fmod(86399.0 + 0.01 * k, 86400.0); }));
   EXPECT_NEAR(longest_step(day.gyr.t), 0.01, 1e-6);
 }
 
@@ -251,7 +266,8 @@ TEST(OutOfOrder, sensors_may_come_one_after_another) {
 TEST(OutOfOrder, a_damaged_time_costs_its_row) {
   for (const double wrong : {0.0, 99999.0, 7.3e9, -1.0}) {
     SCOPED_TRACE(wrong);
-    const Recording r = read_log(timed_rows(300, [=](int k) { return k == 200 ? wrong : 5.0 + 0.01 * k; }));
+    const Recording r =
+        read_log(timed_rows(300, [=](int k) { return k == 200 ? wrong : 5.0 + 0.01 * k; }));
     EXPECT_EQ(r.gyr.size(), 299U);
     EXPECT_NEAR(longest_step(r.gyr.t), 0.02, 1e-9);
     EXPECT_THAT(r.cautions, ElementsAre(HasSubstr("damaged time: 1, the first in line 202")));
@@ -310,7 +326,9 @@ TEST(ArrivalStamps, that_are_equal_within_a_burst_are_spread_as_well) {
 
 TEST(ArrivalStamps, are_not_seen_in_jitter) {
   // Every interval differs: from a third to twice the usual.
-  const auto time = [](int k) { return 0.01 * k + 0.003 * std::sin(1.7 * k) + 0.001 * std::cos(0.31 * k); };
+  const auto time = [](int k) {
+    return 0.01 * k + 0.003 * std::sin(1.7 * k) + 0.001 * std::cos(0.31 * k);
+  };
   const Recording r = read_log(timed_rows(500, time));
   EXPECT_THAT(r.cautions, IsEmpty());
   EXPECT_NEAR(r.gyr.t[321], time(321), 1e-9);

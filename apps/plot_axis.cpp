@@ -15,7 +15,10 @@ std::vector<double> ticks(const Range& range, int at_most) {
     const double last = std::floor(range.high / step + 1e-9);
     if (last - first + 1.0 > at_most) continue;
     std::vector<double> out;
-    for (double i = first; i <= last; i += 1.0) out.push_back(i == 0.0 ? 0.0 : i * step);
+    // Counted from the first: beyond 2^53 a double does not change by 1.
+    for (double k = 0.0; k <= last - first; k += 1.0) {
+      out.push_back(first + k == 0.0 ? 0.0 : (first + k) * step);
+    }
     return out;
   }
   return {};

@@ -60,6 +60,7 @@ CsvOptions ReadingOptions::csv() const {
     const auto [quantity, name] = halves("--unit", text, "gyr=deg/s");
     set_unit(out, quantity, name);
   }
+  if (rate_hz > 0.0) out.rate_hz = rate_hz;
   return out;
 }
 
@@ -85,6 +86,10 @@ void add_reading_options(CLI::App& cmd, ReadingOptions& options) {
       ->type_name("SENSOR=A,B,C")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  cmd.add_option("--rate", options.rate_hz,
+                 "CSV without times, or with a counter of samples in their place: times are k / HZ")
+      ->type_name("HZ")
+      ->check(CLI::Range(1e-3, 1e6));
   cmd.add_option("--gyro-interval", options.gyro_interval,
                  "a gyroscope sample is the mean rate over the interval that begins at its time\n"
                  "(forward), has it in the middle (centred) or ends there (backward)")

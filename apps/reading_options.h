@@ -16,12 +16,13 @@ struct ReadingOptions {
   std::vector<std::string> unit;  // SENSOR=UNIT
   std::vector<std::string> axes;  // SENSOR=A,B,C
   std::string gyro_interval = "forward";
+  double rate_hz = 0.0;  // 0: the file has times
 
   // InputError if one of `map` or `unit` cannot be understood.
   CsvOptions csv() const;
 };
 
-// --map and --unit; with --axes and --gyro-interval. options must live as long as cmd.
+// --map and --unit; with --axes, --gyro-interval and --rate. options must live as long as cmd.
 void add_column_options(CLI::App& cmd, ReadingOptions& options);
 void add_reading_options(CLI::App& cmd, ReadingOptions& options);
 

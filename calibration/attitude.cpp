@@ -79,8 +79,10 @@ double estimate_dip(const Recording& recording, const SensorParameters& paramete
   const TurnedMeans up = up_means(recording, parameters, gyr);
   const TurnedMeans field = field_means(recording, parameters, gyr);
   std::vector<double> sines;
-  const double begin = recording.acc.t.front(), end = recording.acc.t.back();
-  for (double t = begin; t <= end; t += options.half_span_s) {
+  double next = recording.acc.t.front();  // at samples: a long gap has none
+  for (const double t : recording.acc.t) {
+    if (t < next) continue;
+    next = t + options.half_span_s;
     const Vector3 z = up.mean(t - options.half_span_s, t + options.half_span_s);
     const Vector3 b = field.mean(t - options.half_span_s, t + options.half_span_s);
     sines.push_back(-z.normalized().dot(b.normalized()));

@@ -74,8 +74,8 @@ std::vector<std::string> missing_of(const Coverage& c) {
 
 }  // namespace
 
-Coverage coverage_of(const Recording& recording, const std::vector<Rot3>& nRb, double dip_rad,
-                     const Vector3& gyr_bias) {
+Coverage coverage_of(const std::vector<const Recording*>& parts, const std::vector<Rot3>& nRb,
+                     double dip_rad, const Vector3& gyr_bias) {
   Coverage out;
   std::vector<Vector3> up, field;
   const Vector3 b = unit_field(dip_rad);
@@ -90,11 +90,13 @@ Coverage coverage_of(const Recording& recording, const std::vector<Rot3>& nRb, d
     for (const Vector3& v : up) cosine = std::max(cosine, v.dot(axis(i)));
     out.nearest_up_rad[std::size_t(i)] = std::acos(std::clamp(cosine, -1.0, 1.0));
   }
-  const VectorSeries& gyr = recording.gyr;
-  for (std::size_t k = 0; k + 1 < gyr.size(); ++k) {
-    const Vector3 rate = gyr.v[k] - gyr_bias;
-    out.turned_rad += rate.cwiseAbs() * (gyr.t[k + 1] - gyr.t[k]);
-    out.fastest_rad_s = std::max(out.fastest_rad_s, rate.norm());
+  for (const Recording* part : parts) {
+    const VectorSeries& gyr = part->gyr;
+    for (std::size_t k = 0; k + 1 < gyr.size(); ++k) {
+      const Vector3 rate = gyr.v[k] - gyr_bias;
+      out.turned_rad += rate.cwiseAbs() * (gyr.t[k + 1] - gyr.t[k]);
+      out.fastest_rad_s = std::max(out.fastest_rad_s, rate.norm());
+    }
   }
   out.missing = missing_of(out);
   return out;

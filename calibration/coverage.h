@@ -23,8 +23,9 @@ struct Coverage {
   std::vector<std::string> missing;  // sentences: what to add; empty: nothing
 };
 
-// nRb: attitudes, some a second. dip_rad and gyr_bias: roughly.
-Coverage coverage_of(const Recording& recording, const std::vector<Rot3>& nRb, double dip_rad,
-                     const Vector3& gyr_bias);
+// parts: of one recording (recording/parts.h). nRb: attitudes, some a second. dip_rad and gyr_bias:
+// roughly.
+Coverage coverage_of(const std::vector<const Recording*>& parts, const std::vector<Rot3>& nRb,
+                     double dip_rad, const Vector3& gyr_bias);
 
 }  // namespace magimu

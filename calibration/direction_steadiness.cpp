@@ -47,7 +47,11 @@ DirectionSteadiness::DirectionSteadiness(const VectorSeries& gyr, const Vector3&
   };
   const double begin = std::max(t.front(), gyr.t.front()) + half;
   const double end = std::min(t.back(), gyr.t.back()) - half - interval;
-  for (double time = begin; time <= end; time += 0.5 * interval) {
+  double next = begin;  // at samples: a long gap has none
+  for (const double time : t) {
+    if (time < next) continue;
+    if (time > end) break;
+    next = time + 0.5 * interval;
     const double later = time + interval;
     const std::size_t i = std::min(at(time), t.size() - 1), j = std::min(at(later), t.size() - 1);
     const double cosine = 0.5 * ((turn_[i].transpose() * turn_[j]).trace() - 1.0);

@@ -71,9 +71,9 @@ void correct(const SensedMotion& motion, Channel channel, bool moving,
 
 // A motion and what it refers to.
 struct KeptMotion {
-  KeptMotion(const Recording& of, const NodePlan& nodes, int index, const ModelSpec& spec,
+  KeptMotion(const Recording& of, const NodePlan& nodes, const ModelSpec& spec,
              const Values& values)
-      : recording(of), plan(nodes), sensed(recording, plan, index, spec, values) {}
+      : recording(of), plan(nodes), sensed(recording, plan, spec, values) {}
   const Recording recording;
   const NodePlan plan;
   const SensedMotion sensed;
@@ -118,8 +118,8 @@ VectorXd effect_parameters(const Values& values, const std::vector<Key>& keys) {
   return theta;
 }
 
-ExtendedRecording extend(const Recording& recording, const NodePlan& plan, int index,
-                         const ModelSpec& spec, const Values& values) {
+ExtendedRecording extend(const Recording& recording, const NodePlan& plan, const ModelSpec& spec,
+                         const Values& values) {
   ExtendedRecording out;
   out.corrected = recording;
   std::array<std::vector<ActiveTerm>, 3> active;
@@ -147,7 +147,7 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, int i
     const auto c = std::size_t(channel);
     if (active[c].empty() || (at_zero && !last)) continue;
     if (!motion || !at_zero) {
-      motion = std::make_shared<const KeptMotion>(out.corrected, plan, index, spec, values);
+      motion = std::make_shared<const KeptMotion>(out.corrected, plan, spec, values);
     }
     std::vector<Vector3> moved;
     if (!at_zero) {

@@ -27,8 +27,8 @@ std::vector<std::vector<Key>> effect_keys(
 // Their values, 0 for those that are absent.
 VectorXd effect_parameters(const Values& values, const std::vector<Key>& keys);
 
-// values: an estimate of the model's variables. index: of the recording.
-ExtendedRecording extend(const Recording& recording, const NodePlan& plan, int index,
-                         const ModelSpec& spec, const Values& values);
+// values: an estimate of the model's variables.
+ExtendedRecording extend(const Recording& recording, const NodePlan& plan, const ModelSpec& spec,
+                         const Values& values);
 
 }  // namespace magimu

@@ -65,7 +65,14 @@ InitialGuess initialize(const std::vector<const Recording*>& recordings,
   }
   guess.parameters.gyr_bias = align.gyr_bias;
   if (options.perturbation) perturb(guess, *options.perturbation);
-  for (const Recording* r : recordings) {
+  // The longest part of each recording tells its field's dip best.
+  std::vector<const Recording*> longest(std::size_t(field_count(recordings)));
+  const std::vector<int> fields = fields_of(recordings);
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const Recording*& best = longest[std::size_t(fields[i])];
+    if (best == nullptr || recordings[i]->duration_s() > best->duration_s()) best = recordings[i];
+  }
+  for (const Recording* r : longest) {
     const IntegratedRotation gyr(r->gyr, guess.parameters.gyr_bias);
     guess.dip_rad.push_back(options.dip_rad.value_or(estimate_dip(*r, guess.parameters, gyr)));
   }
@@ -95,7 +102,7 @@ Values initial_values(const std::vector<const Recording*>& recordings,
     values.insert(key::distortion_of(m), guess.parameters.mag[std::size_t(m)].distortion);
     values.insert(key::mag_bias_of(m), guess.parameters.mag[std::size_t(m)].bias);
   }
-  for (int i = 0; i < int(recordings.size()); ++i) {
+  for (int i = 0; i < field_count(recordings); ++i) {
     values.insert(dip_of(i), guess.dip_rad[std::size_t(i)]);
   }
   return values;

@@ -29,7 +29,7 @@ struct InitializationOptions {
 
 struct InitialGuess {
   SensorParameters parameters;  // dip_rad: of the first recording
-  std::vector<double> dip_rad;  // one a recording
+  std::vector<double> dip_rad;  // one a field (fields_of())
   double alignment_rms_rad = 0.0;
   double ellipsoid_rms_uT = 0.0;
   Rot3 attitude_error;  // turns every attitude that these parameters give; the identity, but in

@@ -96,10 +96,17 @@ PreintegratedImu IntegratedRotation::preintegrate(double a, double b, const Vect
   };
   std::size_t k = sample_until(acc.t, a);
   if (k + 1 < acc.size() && end_of(k) <= a + kSliver) ++k;
+  // Where no sample ends in between one piece would be all, whose noise, held, moves velocity and
+  // position alike: their covariance would be singular. Two halves with noise of their own, as
+  // between most nodes.
+  const double next_gyr = g + 1 < gyr_.size() ? gyr_.t[g + 1] : b;
+  const bool one_piece =
+      b - a > 4.0 * kSliver && next_gyr >= b - kSliver && end_of(k) >= b - kSliver;
+  const double middle = one_piece ? 0.5 * (a + b) : b;
   double t = a;
   while (t < b - kSliver) {
     const double gyr_end = g + 1 < gyr_.size() ? gyr_.t[g + 1] : b;
-    const double end = std::min({b, gyr_end, std::max(end_of(k), t)});
+    const double end = std::min({t < middle ? middle : b, gyr_end, std::max(end_of(k), t)});
     if (end > t + kSliver) {
       out.integrate(gyr_.v[g], held_mean(acc, k), end - t, gyr_columns.of(g), acc_columns.of(k));
       t = end;

@@ -108,7 +108,7 @@ class Search {
     found_.push_back(std::move(found));
   }
   Eigen::Index first_dip() const { return 6 + 12 * Eigen::Index(recordings_.front()->mag.size()); }
-  Eigen::Index dips() const { return Eigen::Index(recordings_.size()); }
+  Eigen::Index dips() const { return Eigen::Index(field_count(recordings_)); }
 
   const std::vector<const Recording*>& recordings_;
   const Stage& stage_;
@@ -142,9 +142,10 @@ std::vector<MissingEffect> find_missing_effects(const std::vector<const Recordin
     // Of the accelerometer the hand's motion takes up much, and shapes what is left.
     if (!moving || unnamed->channel() != Channel::kAcc) all.push_back(unnamed);
   }
-  if (recordings.size() == 1) {
-    const int windows =
-        std::clamp(int(recordings.front()->duration_s() / kBiasWindow), 2, kMaxWindows);
+  if (field_count(recordings) == 1) {
+    double length = 0.0;
+    for (const Recording* part : recordings) length += part->duration_s();
+    const int windows = std::clamp(int(length / kBiasWindow), 2, kMaxWindows);
     all.push_back(bias_in_windows(windows));
     all.push_back(bias_in_windows(windows, Channel::kGyr));
   }

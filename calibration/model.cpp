@@ -128,7 +128,7 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
   const std::vector<Block>& blocks = part.gathered.mag(part.index, sensor);
   const double rate = part.spec.mag_rate_hz > 0.0 ? part.spec.mag_rate_hz : series.rate_hz();
   const Key D = key::distortion_of(sensor);
-  const Key dip = dip_of(part.index);
+  const Key dip = dip_of(part.plan.field);
   // Effects are those of the first magnetometer.
   const std::initializer_list<Channel> mag = {Channel::kMag}, none = {};
   Collector<DelayedMagnetometerFactor> lagging(graph, part, sensor == 0 && delayed ? mag : none);

@@ -16,6 +16,7 @@
 #include "calibration/rests.h"
 #include "calibration/summary.h"
 #include "recording/error.h"
+#include "recording/parts.h"
 #include "recording/quality.h"
 #include "recording/repeats.h"
 #include "solvers/marginals.h"
@@ -43,6 +44,15 @@ constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is belie
 constexpr double kManyRepeats = 0.3;  // of a magnetometer's samples: it is read too fast
 // Standard deviations of a lag that is believed; of one that may be, with noise estimated anew.
 constexpr double kOffsetShown = 4.0, kOffsetPossible = 2.0;
+
+[[noreturn]] void refuse_short(const Recording& recording, double length) {
+  throw InputError(
+      recording.name, 0, 0,
+      fmt::format("{:.1f} s of the recording have all sensors in them without a long gap, which is "
+                  "too short to calibrate",
+                  length),
+      "turn the sensor about all three axes for a minute or more, and look at the logger");
+}
 
 void check(const std::vector<const Recording*>& recordings) {
   if (recordings.empty()) throw InputError("", 0, 0, "no recording was given", "name at least one");
@@ -100,8 +110,8 @@ std::optional<Recording> without_repeats(const Recording& recording,
 }
 
 // The two exact symmetries of the contract: cos(alpha) > 0, and det D > 0 of magnetometer 0.
-void fix_symmetries(Values& values, int magnetometers, int recordings,
-                    const std::vector<NodePlan>& plans) {
+void fix_symmetries(Values& values, int magnetometers, const std::vector<NodePlan>& plans) {
+  const int fields = plans.back().field + 1;
   const Rot3 half_turn = Rot3::from_unit_quaternion(Vector4(0.0, 0.0, 0.0, 1.0));
   const auto turn = [&](const NodePlan& plan) {
     for (int k = 0; k < int(plan.t.size()); ++k) {
@@ -116,18 +126,20 @@ void fix_symmetries(Values& values, int magnetometers, int recordings,
     for (int m = 0; m < magnetometers; ++m) {
       values.update(key::distortion_of(m), Matrix3(-values.at<Matrix3>(key::distortion_of(m))));
     }
-    for (int r = 0; r < recordings; ++r) {
-      values.update(dip_of(r), -values.at<double>(dip_of(r)));
-      turn(plans[std::size_t(r)]);
+    for (int f = 0; f < fields; ++f) {
+      values.update(dip_of(f), -values.at<double>(dip_of(f)));
     }
+    for (const NodePlan& plan : plans) turn(plan);
   }
-  for (int r = 0; r < recordings; ++r) {
-    double dip = std::remainder(values.at<double>(dip_of(r)), 2.0 * M_PI);
+  for (int f = 0; f < fields; ++f) {
+    double dip = std::remainder(values.at<double>(dip_of(f)), 2.0 * M_PI);
     if (std::cos(dip) < 0.0) {
       dip = std::remainder(M_PI - dip, 2.0 * M_PI);
-      turn(plans[std::size_t(r)]);
+      for (const NodePlan& plan : plans) {
+        if (plan.field == f) turn(plan);
+      }
     }
-    values.update(dip_of(r), dip);
+    values.update(dip_of(f), dip);
   }
 }
 
@@ -173,19 +185,39 @@ int automatic_node_every(const Recording& recording) {
 
 }  // namespace
 
-CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given)
-    : copies_(given.size()), recordings_(given) {
+CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given) {
   check(given);
-  for (std::size_t r = 0; r < given.size(); ++r) {
-    const std::vector<Issue> issues = check_recording(*given[r]);
-    refuse_fatal(*given[r], issues);
+  for (const Recording* recording : given) {
+    const std::vector<Issue> issues = check_recording(*recording);
+    refuse_fatal(*recording, issues);
+    for (const std::string& text : recording->cautions) {
+      warnings_.push_back(recording->name + ": " + text + ".");
+    }
     for (const Issue& issue : issues) {
       if (issue.severity == Severity::kCaution)
-        warnings_.push_back(given[r]->name + ": " + issue.text());
-      if (damages(issue)) faults_.push_back(warnings_.back());
+        warnings_.push_back(recording->name + ": " + issue.text());
+      if (damages(issue)) faults_.push_back(recording->name + ": " + issue.text());
     }
-    copies_[r] = without_repeats(*given[r], warnings_);
-    if (copies_[r]) recordings_[r] = &*copies_[r];
+    std::optional<Recording> copy = without_repeats(*recording, warnings_);
+    if (copy) copies_.push_back(std::move(*copy));
+    add(copy ? copies_.back() : *recording);
+  }
+}
+
+// The recording, or its parts.
+void CheckedRecordings::add(const Recording& recording) {
+  std::optional<std::vector<Recording>> parts = parts_of(recording, warnings_);
+  if (!parts) {
+    if (!tells_something(recording)) refuse_short(recording, recording.duration_s());
+    recordings_.push_back(&recording);
+    return;
+  }
+  double length = 0.0;
+  for (const Recording& part : *parts) length += part.duration_s();
+  if (length < kMinDuration) refuse_short(recording, length);
+  for (Recording& part : *parts) {
+    copies_.push_back(std::move(part));
+    recordings_.push_back(&copies_.back());
   }
 }
 
@@ -209,8 +241,7 @@ Pipeline::Pipeline(const std::vector<const Recording*>& recordings,
 
 Stage Pipeline::with_fixed_symmetries(const Stage& stage) const {
   Values values = stage.result().values;
-  fix_symmetries(values, int(recordings_.front()->mag.size()), int(recordings_.size()),
-                 stage.plans());
+  fix_symmetries(values, int(recordings_.front()->mag.size()), stage.plans());
   if (std::ranges::equal(values.data(), stage.result().values.data())) return stage;
   Stage fixed = stage;
   fixed.fit(values, true);
@@ -263,18 +294,37 @@ std::vector<Check> Pipeline::check_prediction(const Stage& coarse) const {
   return out;
 }
 
-// Of each recording one half, calibrated as all of it was.
+// Of each recording one half, calibrated as all of it was. Of a recording in parts, half of the
+// time that they last together.
 Calibration Pipeline::half(const Stage& coarse, bool second) const {
+  const std::vector<int> fields = fields_of(recordings_);
+  std::vector<double> length(std::size_t(fields.back()) + 1, 0.0), before(length.size(), 0.0);
+  const auto length_of = [](const Recording& r) { return r.gyr.t.back() - r.gyr.t.front(); };
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    length[std::size_t(fields[i])] += length_of(*recordings_[i]);
+  }
   std::vector<Recording> parts;
-  for (const Recording* r : recordings_) {
-    const double begin = r->gyr.t.front(), end = r->gyr.t.back(), mid = 0.5 * (begin + end);
-    parts.push_back(second ? slice(*r, mid, end) : slice(*r, begin, mid));
+  std::vector<std::size_t> of;  // the recording of each
+  int last_field = -1;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const auto f = std::size_t(fields[i]);
+    const Recording& r = *recordings_[i];
+    const double begin = r.gyr.t.front(), end = r.gyr.t.back();
+    const double mid = begin + std::clamp(0.5 * length[f] - before[f], 0.0, end - begin);
+    before[f] += end - begin;
+    Recording part = second ? slice(r, mid, end) : slice(r, begin, mid);
+    if (!tells_something(part)) continue;
+    part.continues_previous = fields[i] == last_field;
+    last_field = fields[i];
+    parts.push_back(std::move(part));
+    of.push_back(i);
   }
   std::vector<const Recording*> half;
   for (const Recording& part : parts) half.push_back(&part);
-  Stage stage(half, coarse.spec(), coarse_every_, coarse_optimizer_);
-  stage.fit(carry_over(half, coarse, stage), true);
   Calibration out;
+  if (field_count(half) != field_count(recordings_)) return out;
+  Stage stage(half, coarse.spec(), coarse_every_, coarse_optimizer_);
+  stage.fit(carry_over(half, coarse, stage, of), true);
   out.fit = stage.result();
   return stage.result().converged() ? summarize_parameters(half, stage, options_) : out;
 }

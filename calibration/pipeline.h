@@ -3,6 +3,7 @@
 // where most iterations, the search for the noise and the choices are cheap.
 #pragma once
 
+#include <deque>
 #include <optional>
 
 #include "calibration/calibrate.h"
@@ -10,18 +11,23 @@
 
 namespace magimu {
 
-// Recordings that are fit to calibrate, without the samples that repeat the one before where a
-// magnetometer has many. Throws InputError where one has too little in it to begin with.
+// Recordings that are fit to calibrate, each as its parts where long gaps part it (parts.h),
+// without the samples that repeat the one before where a magnetometer has many. Throws InputError
+// where one has too little in it to begin with.
 class CheckedRecordings {
  public:
   explicit CheckedRecordings(const std::vector<const Recording*>& given);
+  CheckedRecordings(const CheckedRecordings&) = delete;
+  CheckedRecordings& operator=(const CheckedRecordings&) = delete;
   const std::vector<const Recording*>& get() const { return recordings_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
   // Faults of the samples that a calibration suffers from (recording/quality.h), the gravest first.
   const std::vector<std::string>& faults() const { return faults_; }
 
  private:
-  std::vector<std::optional<Recording>> copies_;
+  void add(const Recording& recording);
+
+  std::deque<Recording> copies_;
   std::vector<const Recording*> recordings_;
   std::vector<std::string> warnings_, faults_;
 };

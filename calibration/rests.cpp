@@ -45,6 +45,7 @@ std::vector<TimeSpan> find_rests(const Recording& recording, const RestOptions& 
   std::vector<TimeSpan> rests;
   const double rate = gyr.rate_hz();
   const auto window = std::size_t(std::max(4.0, options.window_s * rate));
+  const double longest = 2.0 * double(window) / std::max(rate, 1e-9);  // s: no gap in the window
   if (gyr.size() < window) return rests;
 
   Vector3 sum = Vector3::Zero();
@@ -60,7 +61,7 @@ std::vector<TimeSpan> find_rests(const Recording& recording, const RestOptions& 
     const Vector3 mean = sum / double(window);
     const double energy = sum2 / double(window) - mean.squaredNorm();
     if (energy > options.max_rate_rad_s * options.max_rate_rad_s ||
-        mean.norm() > options.max_bias_rad_s) {
+        mean.norm() > options.max_bias_rad_s || gyr.t[k] - gyr.t[k + 1 - window] > longest) {
       continue;
     }
     const double begin = gyr.t[k + 1 - window], end = gyr.t[k];

@@ -64,7 +64,7 @@ MatrixXd influence_on_parameters(const MatrixXd& projection, const CondensedChai
                                  const std::vector<const Recording*>& recordings,
                                  const ModelSpec& spec) {
   const std::vector<Key> keys =
-      parameter_keys(int(recordings.front()->mag.size()), int(recordings.size()), spec);
+      parameter_keys(int(recordings.front()->mag.size()), field_count(recordings), spec);
   MatrixXd out(0, projection.rows());
   for (const Key key : keys) {
     const Eigen::Index size = values.slot(key).type.tangent(), first = out.rows();
@@ -244,7 +244,7 @@ Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
   spec.extended.clear();
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     spec.extended.push_back(std::make_shared<ExtendedRecording>(
-        extend(*recordings[r], stage.plans()[r], int(r), spec, values)));
+        extend(*recordings[r], stage.plans()[r], spec, values)));
   }
   // The accepted effects keep their priors; the candidates have none to speak of.
   const GatheredSamples gathered(recordings, stage.plans(), spec, &stage.gathered());

@@ -44,8 +44,8 @@ Series centred(const Series& series, const std::vector<double>& times, V mean) {
 
 }  // namespace
 
-SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, int index,
-                           const ModelSpec& spec, const Values& values)
+SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, const ModelSpec& spec,
+                           const Values& values)
     : recording_(recording),
       plan_(plan),
       moving_(spec.motion == MotionModel::kHandHeld),
@@ -53,11 +53,12 @@ SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, int
       gyr_(recording.gyr, values.at<Vector3>(key::gyr_bias), spec.gyr_matrix_value),
       gyr_bias_(values.at<Vector3>(key::gyr_bias)),
       acc_bias_(values.at<Vector3>(key::acc_bias)),
-      field_(unit_field(values.at<double>(dip_of(index)))),
+      field_(unit_field(values.at<double>(dip_of(plan.field)))),
       D_(values.at<Matrix3>(key::distortion)),
       strength_(std::cbrt(std::abs(D_.determinant()))),
-      begin_(recording.gyr.t.front()),
-      duration_(recording.gyr.t.back() - recording.gyr.t.front()) {
+      begin_(recording.gyr.t.front() - plan.before_s),
+      duration_(recording.gyr.t.back() - recording.gyr.t.front()),
+      whole_(plan.whole_s > 0.0 ? plan.whole_s : duration_) {
   for (std::size_t i = 0; i < plan.t.size(); ++i) {
     nodes_.push_back(values.at<Rot3>(R(plan.first + int(i))) * gyr_.at(plan.t[i]).inverse());
     if (i > 0) steps_.push_back((nodes_[i] * nodes_[i - 1].inverse()).Log());
@@ -138,8 +139,8 @@ SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
   if (channel == Channel::kGyr && sample + 1 < own.size()) {
     instant = 0.5 * (s.t + own.t[sample + 1]);
   }
-  s.u = 2.0 * (instant - begin_) / duration_ - 1.0;
-  s.duration_s = duration_;
+  s.u = 2.0 * (instant - begin_) / whole_ - 1.0;
+  s.duration_s = whole_;
   s.nRb = (before_gyr(instant) * gyr_.at(instant)).normalized();
   s.omega = rate_about(instant, &s.omega_rate);
   if (channel == Channel::kGyr) s.omega = own.v[sample] - gyr_bias_;

@@ -11,9 +11,9 @@ namespace magimu {
 
 class SensedMotion {
  public:
-  // recording: with its readings corrected for the effects known so far. index: of the recording.
+  // recording: with its readings corrected for the effects known so far.
   // All must outlive this.
-  SensedMotion(const Recording& recording, const NodePlan& plan, int index, const ModelSpec& spec,
+  SensedMotion(const Recording& recording, const NodePlan& plan, const ModelSpec& spec,
                const Values& values);
 
   // At a sample of a sensor (the first magnetometer).
@@ -33,7 +33,7 @@ class SensedMotion {
   IntegratedRotation gyr_;
   Vector3 gyr_bias_, acc_bias_, field_;
   Matrix3 D_;
-  double strength_, begin_, duration_;
+  double strength_, begin_, duration_, whole_;  // whole_: of all parts of the recording
   // Attitude of each node, relative to the gyroscope's at that time, and what it is to the next's.
   std::vector<Rot3> nodes_;
   std::vector<Vector3> steps_;

@@ -93,8 +93,8 @@ bool update_effects(const std::vector<const Recording*>& recordings,
   if (!far) return false;
   spec.extended.clear();
   for (std::size_t r = 0; r < recordings.size(); ++r) {
-    spec.extended.push_back(std::make_shared<ExtendedRecording>(
-        extend(*recordings[r], plans[r], int(r), spec, values)));
+    spec.extended.push_back(
+        std::make_shared<ExtendedRecording>(extend(*recordings[r], plans[r], spec, values)));
   }
   return true;
 }
@@ -251,7 +251,7 @@ std::vector<double> Stage::mag_squares(const SensorRows& rows, const VectorXd& r
 }
 
 Values carry_over(const std::vector<const Recording*>& recordings, const Stage& from,
-                  const Stage& to) {
+                  const Stage& to, const std::vector<std::size_t>& of) {
   const Values& old = from.result().values;
   const bool moving = to.spec().motion == MotionModel::kHandHeld;
   const bool moved = from.spec().motion == MotionModel::kHandHeld;
@@ -259,7 +259,7 @@ Values carry_over(const std::vector<const Recording*>& recordings, const Stage& 
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const IntegratedRotation gyr(recordings[r]->gyr, old.at<Vector3>(key::gyr_bias),
                                  from.spec().gyr_matrix_value);
-    const NodePlan &coarse = from.plans()[r], &fine = to.plans()[r];
+    const NodePlan &coarse = from.plans()[of.empty() ? r : of[r]], &fine = to.plans()[r];
     std::size_t k = 0;
     for (std::size_t i = 0; i < fine.t.size(); ++i) {
       const double t = fine.t[i];

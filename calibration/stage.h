@@ -69,8 +69,9 @@ class Stage {
 };
 
 // A stage's optimum carried to another stage's nodes and variables: parameters as they are, each
-// node from the nearest one by the gyroscope.
+// node from the nearest one by the gyroscope. of: which recording of `from` each of these is a part
+// of; empty: they are the same.
 Values carry_over(const std::vector<const Recording*>& recordings, const Stage& from,
-                  const Stage& to);
+                  const Stage& to, const std::vector<std::size_t>& of = {});
 
 }  // namespace magimu

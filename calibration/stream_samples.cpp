@@ -69,6 +69,7 @@ void StreamSamples::add_nodes() {
 // A node tells where its predecessor's samples end, which may complete a window.
 void StreamSamples::add_node(double t) {
   if (t < all_.gyr.t.front() - kSameTime) return;
+  if (!node_t_.empty() && t - node_t_.back() <= nearest_) return;
   const int last = int(node_t_.size()) - 1;
   const int first = windows_.empty() ? 0 : windows_.back().last;
   if (last > first && node_t_[std::size_t(last)] >= node_t_[std::size_t(first)] + window_s_) {
@@ -91,6 +92,7 @@ void StreamSamples::set_nodes(int every, bool drop_repeats) {
   }
   node_t_.clear();
   windows_.clear();
+  nearest_ = nearest_nodes(all_.mag.front(), every);
   next_mag_ = 0;
   add_nodes();
 }

@@ -51,7 +51,8 @@ class StreamSamples {
   std::vector<Vector3> last_mag_;
   long count_ = 0;
   double first_t_, last_t_;
-  int every_ = 0;  // 0: not known yet
+  int every_ = 0;         // 0: not known yet
+  double nearest_ = 0.0;  // s between nodes, at the least
   bool drop_repeats_ = false;
   std::vector<double> node_t_;
   std::size_t next_mag_ = 0;  // sample of the first magnetometer that may be the next node

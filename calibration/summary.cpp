@@ -51,27 +51,30 @@ void fill_parameters(Calibration& c, const std::vector<const Recording*>& record
   c.strength_uT = std::cbrt(c.parameters.mag.front().distortion.determinant());
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const NodePlan& plan = stage.plans()[r];
-    TrajectoryEstimate trajectory;
-    trajectory.recording = recordings[r]->name;
-    trajectory.t = plan.t;
+    // One a recording, whatever parts it is calibrated in.
+    if (c.trajectories.size() == std::size_t(plan.field)) {
+      c.trajectories.emplace_back().recording = recordings[r]->name;
+      FieldEstimate& field = c.fields.emplace_back();
+      field.recording = recordings[r]->name;
+      field.dip_rad = values.at<double>(dip_of(plan.field));
+    }
+    TrajectoryEstimate& trajectory = c.trajectories.back();
+    trajectory.t.insert(trajectory.t.end(), plan.t.begin(), plan.t.end());
     for (int k = 0; k < int(plan.t.size()); ++k) {
       trajectory.nRb.push_back(values.at<Rot3>(R(plan.first + k)));
       if (!moving) continue;
       trajectory.v.push_back(values.at<Vector3>(V(plan.first + k)));
       trajectory.p.push_back(values.at<Vector3>(P(plan.first + k)));
     }
-    c.trajectories.push_back(std::move(trajectory));
     c.samples += int(recordings[r]->gyr.size());
     c.nodes += int(plan.t.size());
-    FieldEstimate field;
-    field.recording = recordings[r]->name;
-    field.dip_rad = values.at<double>(dip_of(int(r)));
-    c.fields.push_back(field);
   }
 }
 
-void fill_residuals(Calibration& c, const SensorSums& sums) {
-  const std::vector<double>& t = c.trajectories.front().t;
+void fill_residuals(Calibration& c, const std::vector<NodePlan>& plans, const SensorSums& sums) {
+  const NodePlan& longest =
+      *std::ranges::max_element(plans, {}, [](const NodePlan& plan) { return plan.t.size(); });
+  const std::vector<double>& t = longest.t;
   const double nodes_per_s = double(t.size()) / std::max(1e-9, t.back() - t.front());
   const double densities[3] = {c.noise.acc, c.noise.gyr, c.noise.mag};
   for (std::size_t s = 0; s < 3; ++s) {
@@ -110,7 +113,8 @@ Calibration summarize(const std::vector<const Recording*>& recordings, const Opt
                       const CalibrationOptions& options) {
   const Marginals marginals(at.system, at.stage.result().values, options.optimizer.backend);
   Calibration c = with_uncertainty(recordings, at, marginals, options);
-  fill_residuals(c, residual_sums(at.system, at.rows, marginals.solver(), marginals.scale()));
+  fill_residuals(c, at.stage.plans(),
+                 residual_sums(at.system, at.rows, marginals.solver(), marginals.scale()));
   return c;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "calibration/attitude.h"
+#include "calibration/check_axes.h"
 #include "calibration/parameter_names.h"
 #include "calibration/pipeline.h"
 #include "calibration/spoken_names.h"
@@ -43,16 +44,22 @@ void look_at_sensors(Survey& s, const Recording& r) {
   }
 }
 
-void look_at_motion(Survey& s, const Recording& r, const InitialGuess& guess) {
-  const IntegratedRotation gyr(r.gyr, guess.parameters.gyr_bias);
-  std::vector<double> t;
-  const double end = r.gyr.t.back();
-  for (double at = r.gyr.t.front(); at <= end; at += 1.0 / kAttitudesPerSecond) t.push_back(at);
+void look_at_motion(Survey& s, const std::vector<const Recording*>& parts,
+                    const InitialGuess& guess) {
+  std::vector<Rot3> attitudes;
+  for (const Recording* r : parts) {
+    const IntegratedRotation gyr(r->gyr, guess.parameters.gyr_bias);
+    std::vector<double> t;  // of samples: times without any would be without end in a long gap
+    for (const double at : r->gyr.t) {
+      if (t.empty() || at >= t.back() + 1.0 / kAttitudesPerSecond) t.push_back(at);
+    }
+    const std::vector<Rot3> own = estimate_attitudes(*r, guess.parameters, gyr, t);
+    attitudes.insert(attitudes.end(), own.begin(), own.end());
+  }
   s.dip_rad = guess.parameters.dip_rad;
   s.ellipsoid_rms_uT = guess.ellipsoid_rms_uT;
-  const std::vector<Rot3> nRb = estimate_attitudes(r, guess.parameters, gyr, t);
-  s.coverage = coverage_of(r, nRb, s.dip_rad, guess.parameters.gyr_bias);
-  s.turned = turned_axes(nRb);
+  s.coverage = coverage_of(parts, attitudes, s.dip_rad, guess.parameters.gyr_bias);
+  s.turned = turned_axes(attitudes);
   s.distortion = guess.parameters.mag.front().distortion;
 }
 
@@ -130,15 +137,15 @@ Survey survey(const Recording& recording, const SurveyOptions& options) {
     calibration.noise = options.noise;
     calibration.gravity = options.gravity;
     const CheckedRecordings checked({&recording});
-    const Recording& r = *checked.get().front();
+    const std::vector<const Recording*>& parts = checked.get();
     progress("looking at the axes", 0.1);
-    out.mounting = check_mounting(r);
+    out.mounting = check_mounting(parts);
     progress("looking for the start of a calibration", 0.3);
     const Pipeline pipeline(checked.get(), calibration);
     progress("looking at the motion", 0.6);
-    look_at_motion(out, r, pipeline.guess());
+    look_at_motion(out, parts, pipeline.guess());
     progress("looking at what it can determine", 0.7);
-    look_at_information(out, pipeline, int(r.mag.size()));
+    look_at_information(out, pipeline, int(parts.front()->mag.size()));
   } catch (const InputError& error) {
     out.not_looked_further = error.problem + "; " + error.remedy + ".";
   }

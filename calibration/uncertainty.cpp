@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 
 #include "calibration/parameter_names.h"
 #include "calibration/spoken_names.h"
@@ -11,18 +12,22 @@
 namespace magimu {
 namespace {
 
-// Blocks of nodes that last block_s, numbered through all recordings.
+// Blocks of nodes that last block_s, numbered through all recordings; times without nodes are no
+// blocks.
 std::vector<int> blocks_of_nodes(const Calibration& c, double block_s, int& blocks) {
   std::vector<int> block;
   blocks = 0;
   for (const TrajectoryEstimate& trajectory : c.trajectories) {
     const double length = trajectory.t.back() - trajectory.t.front();
-    const int n = std::max(1, int(length / block_s));
+    const double n = std::max(1.0, std::floor(length / block_s));
+    double last = -1.0;
     for (const double t : trajectory.t) {
-      const int b = int((t - trajectory.t.front()) / std::max(length, 1e-9) * n);
-      block.push_back(blocks + std::min(b, n - 1));
+      const double share = (t - trajectory.t.front()) / std::max(length, 1e-9);
+      const double b = std::min(std::floor(share * n), n - 1.0);
+      if (b > last) ++blocks;
+      last = std::max(last, b);
+      block.push_back(blocks - 1);
     }
-    blocks += n;
   }
   return block;
 }

@@ -63,7 +63,7 @@ VectorSeries residual_without_last(const Stage& stage, VectorXd& theta) {
   const ModelSpec& spec = stage.spec();
   const Values& values = stage.result().values;
   const Recording& corrected = spec.extended.front()->corrected;
-  const SensedMotion motion(corrected, stage.plans().front(), 0, spec, values);
+  const SensedMotion motion(corrected, stage.plans().front(), spec, values);
   theta = effect_parameters(values, effect_keys(spec.effects).back());
   const Vector3 bias = values.at<Vector3>(key::mag_bias);
   VectorSeries out;

@@ -23,9 +23,9 @@ bool is_change(const KnownEffect& k) { return k.effect->name() == "hard_iron_cha
 // One model meeting one recording.
 class Predictor {
  public:
-  // recordings: one, thinned; full: the same with all samples.
-  Predictor(const std::vector<const Recording*>& recordings, const Recording& full,
-            const ExtendedModel& model, bool mag_only)
+  // recordings: one, or its parts, thinned; full: the same with all samples.
+  Predictor(const std::vector<const Recording*>& recordings,
+            const std::vector<const Recording*>& full, const ExtendedModel& model, bool mag_only)
       : recordings_(recordings),
         full_(full),
         model_(model),
@@ -43,7 +43,10 @@ class Predictor {
     const Fit plain = fit(device);
     if (all.size() == device.size() && changes.empty()) return plain.nll + noise_gain(plain.stage);
     Fit with = all.size() == device.size() ? plain : fit(all);
-    for (const KnownEffect& change : changes) with = with_change(change, all, with);
+    // Times of a change are looked for in one piece.
+    for (const KnownEffect& change : changes) {
+      if (recordings_.size() == 1) with = with_change(change, all, with);
+    }
     // The surroundings are as they were, or are not: even odds.
     const double least = std::min(plain.nll, with.nll);
     const double mixed =
@@ -113,18 +116,20 @@ class Predictor {
     const bool scale = std::any_of(model_.noise.begin(), model_.noise.end(),
                                    [](const auto& n) { return n.effect == "noise_scale"; });
     double gain = 0.0;
-    for (const NoiseTest& test :
-         test_noise(sample_residuals(full_, stage, 0, model_.spec.noise, scale))) {
-      for (const ExtendedModel::NoiseCause& cause : model_.noise) {
-        if (cause.effect != test.effect || cause.channel != to_string(test.channel)) continue;
-        if (test.untested.empty()) gain += test.nll_after - test.nll_before;
+    for (std::size_t i = 0; i < full_.size(); ++i) {
+      for (const NoiseTest& test :
+           test_noise(sample_residuals(*full_[i], stage, int(i), model_.spec.noise, scale))) {
+        for (const ExtendedModel::NoiseCause& cause : model_.noise) {
+          if (cause.effect != test.effect || cause.channel != to_string(test.channel)) continue;
+          if (test.untested.empty()) gain += test.nll_after - test.nll_before;
+        }
       }
     }
     return gain;
   }
 
   const std::vector<const Recording*>& recordings_;
-  const Recording& full_;
+  const std::vector<const Recording*>& full_;
   const ExtendedModel& model_;
   bool mag_only_;
   CalibrationOptions options_;
@@ -157,8 +162,11 @@ ExtendedModel extended_model(const Stage& stage, const std::vector<Finding>& fin
 PredictionGain compare_predictions(const Recording& recording, const ExtendedModel& before,
                                    const ExtendedModel& after) {
   const CheckedRecordings checked({&recording});
-  const Recording &full = *checked.get().front(), thin = thinned(full);
-  const std::vector<const Recording*> recordings = {&thin};
+  const std::vector<const Recording*>& full = checked.get();
+  std::vector<Recording> thin;
+  for (const Recording* part : full) thin.push_back(thinned(*part));
+  std::vector<const Recording*> recordings;
+  for (const Recording& part : thin) recordings.push_back(&part);
   PredictionGain out;
   out.mag_only = before.spec.motion != after.spec.motion;
   out.before = Predictor(recordings, full, before, out.mag_only).nll();

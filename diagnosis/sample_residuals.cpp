@@ -15,8 +15,8 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
   const ModelSpec& spec = stage.spec();
   const Values& values = stage.result().values;
   const Recording corrected =
-      extend(recording, stage.plans()[std::size_t(index)], index, spec, values).corrected;
-  const SensedMotion motion(corrected, stage.plans()[std::size_t(index)], index, spec, values);
+      extend(recording, stage.plans()[std::size_t(index)], spec, values).corrected;
+  const SensedMotion motion(corrected, stage.plans()[std::size_t(index)], spec, values);
   const Vector3 acc_bias = values.at<Vector3>(key::acc_bias);
   const Vector3 mag_bias = values.at<Vector3>(key::mag_bias);
   const auto sigma = [&](double density, const VectorSeries& s) {

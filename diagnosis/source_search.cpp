@@ -34,7 +34,7 @@ class Leftover {
     const Values& values = stage.result().values;
     const Recording& corrected =
         spec.extended.empty() ? recording : spec.extended.front()->corrected;
-    const SensedMotion motion(corrected, stage.plans().front(), 0, spec, values);
+    const SensedMotion motion(corrected, stage.plans().front(), spec, values);
     const VectorSeries& mag = corrected.mag.front();
     const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
     const auto known = std::find_if(spec.effects.begin(), spec.effects.end(),

@@ -60,9 +60,9 @@ Issue gap_issue(const NamedSeries& sensor, std::vector<Gap> gaps, double usual) 
       "slow the logger down or write to a faster medium"};
   if (sensor.name == "gyr" && longest > kLongGap) {
     issue.remedy = fmt::format(
-        "how the sensor turned meanwhile is lost: cut the file there ({:.2f} s) and give the parts "
-        "as recordings of one device",
-        gaps.front().begin);
+        "how the sensor turned in the longest ({:.2f} s) is lost; after a gap that the motion does "
+        "not let bridge a new part of the recording begins, with an attitude of its own",
+        longest);
   } else if (sensor.is_mag()) {
     issue.severity = Severity::kNote;
     issue.remedy = "no harm beyond the samples that are missing";

@@ -91,7 +91,7 @@ Recording read_csv(const std::string& path, const CsvOptions& options) {
 Recording csv_recording(std::string_view content, const std::string& path,
                         const CsvOptions& options) {
   CsvParser parser(path, options);
-  parser.expect_rows(static_cast<std::size_t>(std::ranges::count(content, '\n')));
+  parser.whole_file(static_cast<std::size_t>(std::ranges::count(content, '\n')));
   for (std::string_view rest = content; !rest.empty();) {
     const std::size_t end = std::min(rest.find('\n'), rest.size());
     parser.line(rest.substr(0, end));

@@ -9,7 +9,11 @@
 // pos_x..z are optional. Well-known other names (time, ax, Gyro_X, csv_names.h) are understood,
 // columns that mean nothing here are ignored, and recording.notes tells of both. Lines that start
 // with '#' and blank lines are skipped; ';' or a tab may stand for the comma if the header has
-// them.
+// them. nan, null or NA stand for an empty field.
+//
+// Times in ms, us or ns are recognised, since 1970 or since boot; rows of one time that carry
+// different sensors are one; a clock that was set back, or a counter that rolled over, goes on
+// (row_times.h). recording.notes tells of all of it.
 #pragma once
 
 #include <map>
@@ -33,6 +37,12 @@ struct CsvOptions {
   // gauss (units.h). Default: what the header says ("Gyroscope x (deg/s)"), else s, m/s^2, rad/s,
   // uT.
   std::optional<double> time_unit, acc_unit, gyr_unit, mag_unit;
+  // Samples a second, for a file without times, or with a counter of samples in their place: the
+  // times are k / rate_hz. Default: the file has times.
+  std::optional<double> rate_hz;
+  // Times stay as large as they are, and a clock that was set back is an error: for files of one
+  // sensor each that share a clock. Default false.
+  bool keep_origin = false;
 };
 
 // Reads a file (or a pipe, until its end). InputError with line, field and remedy for what cannot

@@ -135,9 +135,11 @@ class HeaderReader {
   }
 
   void group() {
-    if (!where_.contains("t")) {
+    columns_.has_time = where_.contains("t");
+    if (!columns_.has_time && !options_.rate_hz) {
       fail(0, "there is no column t, the time; the columns there are: " + headers(),
-           "name the time column t (in seconds), or map it to t (--map t=NAME)");
+           "name the time column t (in seconds), or map it to t (--map t=NAME); without times give "
+           "the rate, --rate HZ");
     }
     for (const char* name : {"temp", "current"}) {
       if (where_.contains(name)) columns_.scalars.emplace_back(name);
@@ -190,6 +192,9 @@ class HeaderReader {
   void give_slots() {
     const std::optional<double> none;
     give("t", 0, options_.time_unit);
+    columns_.time_unit_known =
+        options_.time_unit ||
+        (columns_.has_time && !named_[where_.at("t")].header.unit_text.empty());
     for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {
       const std::string& sensor = columns_.vectors[i];
       const std::optional<double>& unit = sensor == "acc"   ? options_.acc_unit

@@ -24,6 +24,8 @@ struct CsvColumns {
   char separator = ',';
   std::vector<Field> fields;         // in the file's order
   std::vector<std::string> vectors;  // "acc", "gyr", then the magnetometers by number, then "pos"
+  bool has_time = false;             // else CsvOptions::rate_hz makes the times
+  bool time_unit_known = false;      // by option, or named in its header
   std::size_t mags = 0;              // vectors[2], ..., vectors[1 + mags] are the magnetometers
   std::vector<std::string> scalars;  // "temp", "current"
   std::vector<std::string> notes;    // mappings and ignored columns, in words

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -58,6 +59,42 @@ const char* plain_number(const char* at, const char* end, double& value) {
   return error == std::errc() && std::isfinite(value) ? after : nullptr;
 }
 
+// What programs write where there is no number: numpy, pandas, R, JavaScript.
+bool says_none(std::string_view text) {
+  std::string lower;
+  for (const char c : text.substr(0, 8)) {
+    lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return lower == "na" || lower == "n/a" || lower == "null" || lower == "none" || lower == "<na>";
+}
+
+// The rows of a series by their times, those without a time left out, and all but the first of one
+// time.
+template <class Series>
+void give_times(Series& series, const std::vector<double>& times) {
+  const auto time = [&](std::size_t i) { return times[static_cast<std::size_t>(series.t[i])]; };
+  bool increases = true;
+  for (std::size_t i = 0; i < series.t.size() && increases; ++i) {
+    increases = i == 0 ? !std::isnan(time(i)) : time(i) > time(i - 1);
+  }
+  if (increases) {
+    for (double& t : series.t) t = times[static_cast<std::size_t>(t)];
+    return;
+  }
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < series.t.size(); ++i) {
+    if (!std::isnan(time(i))) order.push_back(i);
+  }
+  std::ranges::stable_sort(order, {}, time);
+  Series sorted;
+  for (const std::size_t i : order) {
+    if (!sorted.t.empty() && !(time(i) > sorted.t.back())) continue;
+    sorted.t.push_back(time(i));
+    sorted.v.push_back(series.v[i]);
+  }
+  series = std::move(sorted);
+}
+
 }  // namespace
 
 CsvParser::CsvParser(std::string file, CsvOptions options)
@@ -78,14 +115,19 @@ void CsvParser::line(std::string_view text) {
   }
   const auto first = std::ranges::find_if_not(text, is_blank);
   if (first == text.end() || *first == '#') return;
+  if (whole_file_ && has_header_ && csv_trimmed(text) == header_) {
+    rows_.headers.push_back(rows_.time.size());
+    return;
+  }
   has_header_ ? row(text) : header(text);
 }
 
 void CsvParser::header(std::string_view text) {
   columns_ = read_csv_header(text, file_, line_, options_);
   has_header_ = true;
+  header_ = csv_trimmed(text);
   values_.assign(columns_.slots(), 0.0);
-  present_.assign(columns_.slots(), 0);
+  present_.assign(columns_.slots(), kEmpty);
   recording_.notes = columns_.notes;
   for (const CsvColumns::Field& field : columns_.fields) {
     if (field.slot == CsvColumns::kIgnored || field.unit == 1.0) continue;
@@ -106,7 +148,7 @@ void CsvParser::header(std::string_view text) {
 }
 
 void CsvParser::row(std::string_view text) {
-  std::fill(present_.begin(), present_.end(), 0);
+  std::fill(present_.begin(), present_.end(), kEmpty);
   const char* at = text.data();
   const char* const end = at + text.size();
   const char separator = columns_.separator;
@@ -135,6 +177,7 @@ void CsvParser::row(std::string_view text) {
   }
   if (field + 1 != columns_.fields.size()) check_field_count(text);
   check_time();
+  if (whole_file_ && repeats_last_row()) return;
   keep_row();
 }
 
@@ -150,7 +193,7 @@ void CsvParser::check_field_count(std::string_view text) const {
 
 void CsvParser::put(const CsvColumns::Field& column, double value) {
   values_[static_cast<std::size_t>(column.slot)] = value * column.unit;
-  present_[static_cast<std::size_t>(column.slot)] = 1;
+  present_[static_cast<std::size_t>(column.slot)] = kNumber;
 }
 
 void CsvParser::number(std::size_t field, std::string_view text) {
@@ -162,6 +205,13 @@ void CsvParser::number(std::size_t field, std::string_view text) {
   double value = 0.0;
   const char* const last = digits.data() + digits.size();
   const auto [end, error] = std::from_chars(digits.data(), last, value);
+  const bool no_number = error == std::errc() && end == last && !std::isfinite(value);
+  if (no_number || says_none(digits)) {
+    present_[static_cast<std::size_t>(column.slot)] = kNoNumber;
+    if (no_numbers_++ == 0) first_no_number_ = line_;
+    if (no_number && std::isinf(value)) ++infinite_;
+    return;
+  }
   if (error == std::errc::invalid_argument || end != last) {
     fail(field + 1,
          fmt::format("{} in column {} is not a number", quoted_text(text), column.header),
@@ -176,11 +226,12 @@ void CsvParser::number(std::size_t field, std::string_view text) {
 }
 
 void CsvParser::check_time() const {
-  if (!present_[0]) {
+  if (options_.rate_hz) return;
+  if (present_[0] != kNumber) {
     fail(field_of(0) + 1, fmt::format("the time (column {}) is empty", header_of(0)),
          "give every row a time, or delete the row");
   }
-  if (has_time_ && !(values_[0] > last_time_)) {
+  if (!whole_file_ && has_time_ && !(values_[0] > last_time_)) {
     fail(field_of(0) + 1,
          fmt::format("the time (column {}) does not increase: {} s comes after {} s", header_of(0),
                      values_[0], last_time_),
@@ -189,37 +240,118 @@ void CsvParser::check_time() const {
   }
 }
 
+// Whether a row of a file is the one before once more, time and all.
+bool CsvParser::repeats_last_row() {
+  const bool has_time = present_[0] == kNumber;  // without, equal readings are nothing odd
+  const auto same_numbers = [this] {
+    for (std::size_t slot = 0; slot < values_.size(); ++slot) {
+      if (present_[slot] == kNumber && values_[slot] != last_values_[slot]) return false;
+    }
+    return true;
+  };
+  if (has_time && has_time_ && values_[0] == last_values_[0] && present_ == last_present_ &&
+      same_numbers()) {
+    if (repeated_++ == 0) first_repeated_ = line_;
+    return true;
+  }
+  last_values_ = values_;
+  last_present_ = present_;
+  return false;
+}
+
+// All axes of a sensor have a number, or none has; false where none has.
+bool CsvParser::whole_sample(std::size_t slot) const {
+  int axes = 0;
+  bool no_number = false;
+  for (std::size_t i = slot; i < slot + 3; ++i) {
+    axes += present_[i] == kNumber ? 1 : 0;
+    no_number = no_number || present_[i] == kNoNumber;
+  }
+  if (axes == 3) return true;
+  if (axes == 0 || no_number) return false;
+  std::size_t empty = slot, full = slot;
+  while (present_[empty] == kNumber) ++empty;
+  while (present_[full] != kNumber) ++full;
+  fail(field_of(empty) + 1,
+       fmt::format("column {} is empty, but {} is not", header_of(empty), header_of(full)),
+       "give all three axes of a sensor, or none where it has no sample");
+}
+
 // Whole samples go to their series; a sensor with an empty field has none at this time.
 void CsvParser::keep_row() {
+  std::uint32_t sensors = 0;
   for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {
-    const std::size_t slot = columns_.vector_slot(i);
-    const int axes = present_[slot] + present_[slot + 1] + present_[slot + 2];
-    if (axes == 0 || axes == 3) continue;
-    std::size_t empty = slot, full = slot;
-    while (present_[empty]) ++empty;
-    while (!present_[full]) ++full;
-    fail(field_of(empty) + 1,
-         fmt::format("column {} is empty, but {} is not", header_of(empty), header_of(full)),
-         "give all three axes of a sensor, or none where it has no sample");
+    if (!whole_sample(columns_.vector_slot(i))) {
+      present_[columns_.vector_slot(i)] = kEmpty;  // the first axis stands for all below
+      continue;
+    }
+    sensors |= i == 0                  ? RawRows::kAcc
+               : i == 1                ? RawRows::kGyr
+               : i < 2 + columns_.mags ? RawRows::mag(i - 2)
+                                       : RawRows::kPosition;
   }
   has_time_ = true;
+  if (options_.rate_hz && !whole_file_) values_[0] = double(row_++) / *options_.rate_hz;
   last_time_ = values_[0];
+  const double t = whole_file_ ? double(rows_.time.size()) : values_[0];
   for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {
     const std::size_t slot = columns_.vector_slot(i);
-    if (!present_[slot]) continue;
+    if (present_[slot] != kNumber) continue;
     if (i >= 2 + columns_.mags && !recording_.pos) recording_.pos.emplace();
     VectorSeries& series = i == 0                  ? recording_.acc
                            : i == 1                ? recording_.gyr
                            : i < 2 + columns_.mags ? recording_.mag[i - 2]
                                                    : *recording_.pos;
-    series.push_back(values_[0], Vector3(values_[slot], values_[slot + 1], values_[slot + 2]));
+    series.push_back(t, Vector3(values_[slot], values_[slot + 1], values_[slot + 2]));
   }
   for (std::size_t i = 0; i < columns_.scalars.size(); ++i) {
     const std::size_t slot = columns_.scalar_slot(i);
-    if (!present_[slot]) continue;
+    if (present_[slot] != kNumber) continue;
     ScalarSeries& series = recording_.aux[columns_.scalars[i]];
-    series.t.push_back(values_[0]);
+    series.t.push_back(t);
     series.v.push_back(values_[slot]);
+    sensors |= columns_.scalars[i] == "temp" ? RawRows::kTemperature : RawRows::kCurrent;
+  }
+  if (!whole_file_) return;
+  rows_.time.push_back(values_[0]);
+  rows_.sensors.push_back(sensors);
+  rows_.line.push_back(static_cast<std::uint32_t>(line_));
+}
+
+// From numbers of rows to seconds.
+void CsvParser::set_times(Recording& recording) {
+  RowTimesOptions options;
+  options.unit_known = columns_.time_unit_known;
+  options.rate_hz = options_.rate_hz;
+  options.has_time = columns_.has_time;
+  options.keep_origin = options_.keep_origin;
+  if (options.has_time) options.column = header_of(0);
+  const RowTimes times = row_times(
+      rows_, options, [this](long line, const std::string& problem, const std::string& remedy) {
+        line_ = line;
+        fail(line > 0 && columns_.has_time ? field_of(0) + 1 : 0, problem, remedy);
+      });
+  for (VectorSeries* series : {&recording.acc, &recording.gyr}) give_times(*series, times.t);
+  for (VectorSeries& series : recording.mag) give_times(series, times.t);
+  for (auto& [name, series] : recording.aux) give_times(series, times.t);
+  if (recording.pos) give_times(*recording.pos, times.t);
+  const auto append = [](std::vector<std::string>& to, const std::vector<std::string>& more) {
+    to.insert(to.end(), more.begin(), more.end());
+  };
+  append(recording.notes, times.notes);
+  append(recording.cautions, times.cautions);
+  if (repeated_ > 0) {
+    recording.notes.push_back(fmt::format(
+        "rows that repeat the one before, time and readings: {}, the first in line {}; they are "
+        "left out",
+        repeated_, first_repeated_));
+  }
+  if (no_numbers_ > 0) {
+    recording.notes.push_back(fmt::format(
+        "fields that say that there is no number (nan, ...): {}, the first in line {}{}; "
+        "the sensor has no sample there",
+        no_numbers_, first_no_number_,
+        infinite_ > 0 ? fmt::format(", {} of them infinite", infinite_) : ""));
   }
 }
 
@@ -250,6 +382,7 @@ Recording CsvParser::finish() {
     fail(0, "there are no data rows below the header", "record again, or give another file");
   }
   Recording recording = take();
+  if (whole_file_) set_times(recording);
   for (const auto& [name, series] : {std::pair("acc", &recording.acc), {"gyr", &recording.gyr}}) {
     if (!series->empty() || !options_.require_imu) continue;
     fail(0, fmt::format("the columns {0}_x, {0}_y and {0}_z are all empty", name),

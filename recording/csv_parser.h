@@ -2,6 +2,9 @@
 // Lines of CSV to samples, one line at a time: read_csv feeds it a file, a stream feeds it what
 // arrives. The first line that is neither blank nor a comment is the header.
 //
+// The times of a stream must increase, in seconds or the unit given. Those of a whole file are made
+// of its time column when all of it is there (row_times.h).
+//
 //   CsvParser parser("serial port");
 //   while (next_line(line)) {
 //     parser.line(line);
@@ -14,6 +17,7 @@
 #include <vector>
 
 #include "recording/csv_columns.h"
+#include "recording/row_times.h"
 
 namespace magimu {
 
@@ -23,8 +27,11 @@ class CsvParser {
   // `file` names the source in messages.
   explicit CsvParser(std::string file, CsvOptions options = {});
 
-  // So many more rows are to come: saves moving their samples about.
-  void expect_rows(std::size_t rows) { expected_rows_ = rows; }
+  // A whole file follows, of at most so many rows, and then finish().
+  void whole_file(std::size_t rows) {
+    whole_file_ = true;
+    expected_rows_ = rows;
+  }
 
   // One line, with or without its line end. InputError names the line, the field and the column.
   void line(std::string_view text);
@@ -46,22 +53,38 @@ class CsvParser {
   void put(const CsvColumns::Field& column, double value);
   void number(std::size_t field, std::string_view text);
   void check_time() const;
+  bool whole_sample(std::size_t slot) const;
   void keep_row();
+  bool repeats_last_row();
+  void set_times(Recording& recording);
   std::size_t field_of(std::size_t slot) const;
   std::string header_of(std::size_t slot) const;
 
   std::string file_;
   CsvOptions options_;
   long line_ = 0;  // counts from 1
-  bool has_header_ = false;
+  bool has_header_ = false, whole_file_ = false;
+  std::string header_;
   std::size_t expected_rows_ = 0;
   CsvColumns columns_;
   Recording recording_;
 
-  std::vector<double> values_;  // the current row, by slot
-  std::vector<char> present_;   // by slot: the field was not empty
+  // What a field holds.
+  enum Field : char { kEmpty, kNumber, kNoNumber };  // kNoNumber: nan, null, ...
+  std::vector<double> values_;                       // the current row, by slot
+  std::vector<Field> present_;                       // by slot
   bool has_time_ = false;
   double last_time_ = 0.0;
+  std::size_t row_ = 0;  // of the stream, for times k / rate
+  std::size_t no_numbers_ = 0, infinite_ = 0;
+  long first_no_number_ = 0;
+
+  // Of a whole file. Series hold the number of the row in place of a time until the end.
+  RawRows rows_;
+  std::vector<double> last_values_;
+  std::vector<Field> last_present_;
+  std::size_t repeated_ = 0;
+  long first_repeated_ = 0;
 };
 
 }  // namespace magimu

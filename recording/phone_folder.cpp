@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recording/phone_folder.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <initializer_list>
 #include <optional>
@@ -50,11 +54,26 @@ void map_bare_axes(std::string_view header, const std::string& sensor, CsvOption
 Recording read_one(const std::filesystem::path& path, const std::string& sensor,
                    CsvOptions options) {
   options.require_mag = options.require_imu = false;
+  options.keep_origin = true;
   const std::string content = read_file(path.string());
   const std::string_view header =
       std::string_view(content).substr(0, content.find_first_of("\r\n"));
   map_bare_axes(header, sensor, options);
   return csv_recording(content, path.string(), options);
+}
+
+// Seconds since 1970 are so large that a double holds them less exactly than times are told apart.
+void count_from_first(Recording& r) {
+  constexpr double kTooLarge = 1e6;  // s
+  std::vector<std::vector<double>*> all = {&r.acc.t, &r.gyr.t};
+  for (VectorSeries& mag : r.mag) all.push_back(&mag.t);
+  double first = r.acc.t.front();
+  for (const std::vector<double>* t : all) first = std::min(first, t->front());
+  if (std::abs(first) < kTooLarge) return;
+  for (std::vector<double>* t : all) {
+    for (double& time : *t) time -= first;
+  }
+  r.notes.push_back(fmt::format("the times count from the first sample, at {:.3f} s", first));
 }
 
 }  // namespace
@@ -72,6 +91,10 @@ Recording read_phone_folder(const std::string& path, const CsvOptions& options) 
   if (!options.columns.empty()) {
     throw InputError(path, 0, 0, "a phone's folder has names of its own",
                      "give no mapping of columns (--map) with it");
+  }
+  if (options.rate_hz) {
+    throw InputError(path, 0, 0, "a phone's sensors have times and rates of their own",
+                     "give no --rate with it");
   }
   Recording out;
   const std::filesystem::path folder(path);
@@ -97,7 +120,11 @@ Recording read_phone_folder(const std::string& path, const CsvOptions& options) 
     for (const std::string& note : part.notes) {
       out.notes.push_back(file.filename().string() + ": " + note);
     }
+    for (const std::string& caution : part.cautions) {
+      out.cautions.push_back(file.filename().string() + ": " + caution);
+    }
   }
+  count_from_first(out);
   return out;
 }
 

@@ -13,13 +13,13 @@ namespace {
 // Options for CSV would go unheard with other files.
 void refuse_csv_options(const std::string& path, const CsvOptions& options) {
   if (options.columns.empty() && !options.time_unit && !options.acc_unit && !options.gyr_unit &&
-      !options.mag_unit) {
+      !options.mag_unit && !options.rate_hz) {
     return;
   }
   throw InputError(path, 0, 0,
                    "this is an HDF5 or MAT file of the BROAD data set, whose names and units are "
                    "fixed (m/s^2, rad/s, uT)",
-                   "give no mapping of columns (--map) and no units (--unit) with it");
+                   "give no mapping of columns (--map), no units (--unit) and no --rate with it");
 }
 
 }  // namespace

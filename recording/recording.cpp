@@ -72,6 +72,7 @@ Recording slice(const Recording& recording, double t0, double t1) {
   if (recording.pos) part.pos = slice(*recording.pos, t0, t1);
   if (recording.truth) part.truth = slice(*recording.truth, t0, t1);
   part.notes = recording.notes;
+  part.cautions = recording.cautions;
   part.file_units = recording.file_units;
   part.set_aside = recording.set_aside;
   part.continues_previous = recording.continues_previous;

@@ -69,6 +69,8 @@ struct Recording {
   std::optional<VectorSeries> pos;          // m, where a file has pos_x..z
   std::optional<MotionTruth> truth;
   std::vector<std::string> notes;  // what the reader did, in words: column mapping, ...
+  // Those of them that every result repeats as a warning: times that were mended, samples dropped.
+  std::vector<std::string> cautions;
   // One unit of the file in ours, by quantity ("t", "acc", "gyr", "mag"), as the header or the user
   // gave it; 1 where absent. For advice: the unit that was given is not asked for again.
   std::map<std::string, double> file_units;

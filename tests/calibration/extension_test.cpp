@@ -88,7 +88,7 @@ TEST_P(ExtensionAtTheTruth, takes_away_what_the_effect_adds) {
   for (std::size_t i = 0; i < keys[0].size(); ++i) {
     values.insert(keys[0][i], theta[Eigen::Index(i)]);
   }
-  const ExtendedRecording extended = extend(with.recording, plans[0], 0, spec, values);
+  const ExtendedRecording extended = extend(with.recording, plans[0], spec, values);
 
   const Channel channel = spec.effects[0]->channel();
   const auto& before = series(plain.recording, channel).v;
@@ -104,7 +104,7 @@ TEST_P(ExtensionAtTheTruth, takes_away_what_the_effect_adds) {
   // Every column is the derivative of the term that was taken away, at the same state.
   EXPECT_EQ(extended.keys[std::size_t(channel)], keys[0]);
   EXPECT_EQ(extended.theta[std::size_t(channel)], theta);
-  const SensedMotion motion(extended.corrected, plans[0], 0, spec, values);
+  const SensedMotion motion(extended.corrected, plans[0], spec, values);
   for (const std::size_t k : {100u, 2500u, 4000u}) {
     const SampleState state = motion.state(channel, k);
     Eigen::Matrix<double, 3, Eigen::Dynamic> J(3, theta.size());
@@ -145,7 +145,7 @@ TEST(SensedMotion, a_delay_does_not_jump_between_nodes) {
     const Vector3 error(noise(random), noise(random), noise(random));
     values.update(R(int(i)), Rot3::Exp(error) * values.at<Rot3>(R(int(i))));
   }
-  const SensedMotion motion(s.recording, plans[0], 0, {}, values);
+  const SensedMotion motion(s.recording, plans[0], {}, values);
   constexpr double kDelay = 2.2e-3;
   for (std::size_t k = 20; k + 20 < motion.samples(Channel::kMag); ++k) {
     const SampleState state = motion.state(Channel::kMag, k);

@@ -15,6 +15,7 @@
 namespace magimu {
 namespace {
 
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -174,9 +175,17 @@ TEST(ReadCsv, options_give_the_units_of_the_file) {
   EXPECT_EQ(recording.mag[0].v[0], Vector3(25, 0, -50));
 }
 
-TEST(ReadCsv, a_time_that_looks_like_milliseconds_is_noted) {
+TEST(ReadCsv, a_time_that_looks_like_milliseconds_is_read_as_such_and_noted) {
   const Recording recording = read(kHeader + kRow + "10,1,2,3,4,5,6,7,8,9\n");
-  EXPECT_THAT(recording.notes, ElementsAre(HasSubstr("every 10 s: is the file's time in s?")));
+  EXPECT_THAT(recording.acc.t, ElementsAre(0.0, 0.01));
+  EXPECT_THAT(recording.notes, ElementsAre(HasSubstr("column \"t\" is read as ms")));
+}
+
+TEST(ReadCsv, a_rate_that_no_imu_has_is_noted_where_the_unit_is_given) {
+  CsvOptions options;
+  options.time_unit = 1.0;
+  const Recording recording = read(kHeader + kRow + "10,1,2,3,4,5,6,7,8,9\n", options);
+  EXPECT_THAT(recording.notes, Contains(HasSubstr("every 10 s: is the file's time in s?")));
 }
 
 TEST(ReadCsv, a_file_without_magnetometer_is_read_if_none_is_required) {
@@ -217,7 +226,7 @@ TEST(ReadCsv, every_number_is_the_double_that_the_c_library_reads) {
   }
   std::string content = kHeader;
   for (std::size_t k = 0; k < texts.size(); ++k) {
-    content += fmt::format("{},{},2,3,4,5,6,7,8,9\n", k, texts[k]);
+    content += fmt::format("{}.5,{},2,3,4,5,6,7,8,9\n", k, texts[k]);
   }
   const Recording recording = read(content);
   for (std::size_t k = 0; k < texts.size(); ++k) {

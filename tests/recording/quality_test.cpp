@@ -112,7 +112,7 @@ const std::vector<Spoilt> kSpoilt{
     {"duplicate", "time_order", "gyr", kFatal, "is repeated at 3.000", "delete repeated ones",
      [](Recording& r) { r.gyr.t[301] = r.gyr.t[300]; }},
     {"gap", "gap", "gyr", kCaution, "a gap at 9.99-10.50 s: about 50 samples are missing",
-     "cut the file there (9.99 s)", [](Recording& r) { erase(r.gyr, 1000, 1050); }},
+     "a new part of the recording begins", [](Recording& r) { erase(r.gyr, 1000, 1050); }},
     {"gaps", "gap", "acc", kCaution, "2 gaps, at 19.99-20.20 s, 4.99-5.10 s",
      "slow the logger down",
      [](Recording& r) {

@@ -2,8 +2,6 @@
 #include "calibration/pipeline.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_invoke.h>
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -15,6 +13,8 @@
 #include "calibration/marginal_likelihood.h"
 #include "calibration/rests.h"
 #include "calibration/summary.h"
+#include "graph/numerical_error.h"
+#include "graph/parallel.h"
 #include "recording/error.h"
 #include "recording/quality.h"
 #include "recording/repeats.h"
@@ -237,12 +237,6 @@ Stage Pipeline::refit_with_same_noise(const Stage& from, const ModelSpec& spec,
   return stage;
 }
 
-// Few nodes first: most iterations, the search for the noise and the choices are cheap there.
-Stage Pipeline::coarse(std::string& motion_reason) const {
-  return with_fixed_symmetries(
-      with_gyr_matrix(with_acc_jitter(with_offset(choose(motion_reason)))));
-}
-
 Stage Pipeline::fine(const Stage& coarse) const {
   Stage out(recordings_, coarse.spec(), every_, options_.optimizer);
   out.fit(carry_over(recordings_, coarse, out), true);
@@ -252,12 +246,24 @@ Stage Pipeline::fine(const Stage& coarse) const {
 std::vector<Check> Pipeline::check_prediction(const Stage& coarse) const {
   if (!coarse.result().converged()) return {};
   const Matrix3 D = coarse.result().values.at<Matrix3>(key::distortion);
-  BlockErrors errors;
-  Calibration first, second;
-  tbb::parallel_invoke([&] { errors = block_errors(coarse); }, [&] { first = half(coarse, false); },
-                       [&] { second = half(coarse, true); });
-  std::vector<Check> out = {check_held_out(errors, std::cbrt(std::abs(D.determinant())))};
-  if (first.fit.converged() && second.fit.converged()) out.push_back(check_halves(first, second));
+  std::optional<BlockErrors> errors;
+  std::optional<Calibration> first, second;
+  std::string why;
+  parallel::invoke([&] { errors = attempt([&] { return block_errors(coarse); }, &why); },
+                   [&] { first = attempt([&] { return half(coarse, false); }); },
+                   [&] { second = attempt([&] { return half(coarse, true); }); });
+  std::vector<Check> out;
+  if (errors) {
+    out.push_back(check_held_out(*errors, std::cbrt(std::abs(D.determinant()))));
+  } else {
+    out.push_back({"cross_validation", CheckStatus::kBad, 0.0,
+                   fmt::format("The fit without some of the magnetometer's samples, which were to "
+                               "be predicted, failed: {}.",
+                               why)});
+  }
+  if (first && second && first->fit.converged() && second->fit.converged()) {
+    out.push_back(check_halves(*first, *second));
+  }
   return out;
 }
 
@@ -330,11 +336,37 @@ void Pipeline::fit_with_noise(Stage& stage, const Values& start, bool warm) cons
 Stage Pipeline::choose(std::string& reason) const {
   if (options_.motion != MotionModel::kAuto) return coarse_fit(options_.motion);
   std::optional<Stage> rotation, hand_held;
-  tbb::parallel_invoke([&] { hand_held = coarse_fit(MotionModel::kHandHeld); },
-                       [&] { rotation = coarse_fit(MotionModel::kRotation); });
+  std::string why_no_rotation, why_not_held;
+  parallel::invoke(
+      [&] {
+        hand_held = attempt([&] { return coarse_fit(MotionModel::kHandHeld); }, &why_not_held);
+      },
+      [&] {
+        rotation = attempt([&] { return coarse_fit(MotionModel::kRotation); }, &why_no_rotation);
+      });
+  if (!rotation && !hand_held) throw NumericalError(why_not_held);
+  if (!rotation) {
+    reason = fmt::format("The model of a sensor that only turns has no fit: {}.", why_no_rotation);
+    return *hand_held;
+  }
+  if (!hand_held) {
+    reason = fmt::format("The model of a sensor in a hand has no fit: {}.", why_not_held);
+    return *rotation;
+  }
   const MotionChoice choice = choose_motion(*rotation, *hand_held, rest_.acc);
   reason = choice.reason;
   return choice.motion == MotionModel::kRotation ? *rotation : *hand_held;
+}
+
+// Few nodes first: most iterations, the search for the noise and the choices are cheap there. A
+// step whose trial fails leaves the stage as it was.
+Stage Pipeline::coarse(std::string& motion_reason) const {
+  Stage stage = choose(motion_reason);
+  for (const auto step :
+       {&Pipeline::with_offset, &Pipeline::with_acc_jitter, &Pipeline::with_gyr_matrix}) {
+    if (auto next = attempt([&] { return (this->*step)(stage); })) stage = *std::move(next);
+  }
+  return with_fixed_symmetries(stage);
 }
 
 // The stage with a lag of the magnetometers, if the data show one.

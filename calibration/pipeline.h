@@ -47,9 +47,9 @@ class Pipeline {
   // motion: not kAuto.
   ModelStart model_start(MotionModel motion) const;
 
-  // The whole way: motion and why, lag, jolts, gyroscope matrix, with few nodes; then the fit with
-  // all of them. What needs more fits than one, for the checks: left-out data, and halves of each
-  // recording.
+  // All fits throw NumericalError where they cannot be made. The whole way: motion and why, lag,
+  // jolts, gyroscope matrix, with few nodes; then the fit with all of them. What needs more fits
+  // than one, for the checks: left-out data, and halves of each recording.
   Stage coarse(std::string& motion_reason) const;
   Stage fine(const Stage& coarse) const;
   std::vector<Check> check_prediction(const Stage& coarse) const;

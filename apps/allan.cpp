@@ -47,7 +47,7 @@ void add_allan(CLI::App& app, int& exit_code) {
       "         magimu calibrate rec.csv --noise noise.json\n"
       "A minute at rest gives the white noise, an hour the bias instability, several hours the\n"
       "random walk. Exit code 1: the device moves, or the rest is too short; 2: wrong usage or\n"
-      "unreadable input.");
+      "unreadable input; 70: a defect of magimu: please report it.");
   cmd->add_option("recording", args->recordings, "of a device that lies still")
       ->required()
       ->expected(1)

@@ -64,7 +64,8 @@ void add_apply(CLI::App& app, int& exit_code) {
       "Example: magimu apply cal.json rec.csv -o corrected.csv\n"
       "The formula is printed with its numbers. Readings stay in m/s^2, rad/s and uT.\n"
       "Exit code 1: the calibration says of itself that it must not be used (--force: do it\n"
-      "all the same); 2: wrong usage or unreadable input.");
+      "all the same); 2: wrong usage or unreadable input; 70: a defect of magimu: please report "
+      "it.");
   cmd->add_option("calibration", args->calibration, "written by `magimu calibrate -o`")
       ->required()
       ->type_name("CAL.json");

@@ -105,7 +105,8 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       "Example: magimu calibrate hand_rotation.csv -o cal.json\n"
       "Turn the sensor on the spot, slowly, about all three of its axes, for a minute or more.\n"
       "Exit code 1: the data do not permit a calibration (the file is written all the same,\n"
-      "marked \"no\"); 2: wrong usage or unreadable input.");
+      "marked \"no\"); 2: wrong usage or unreadable input; 70: a defect of magimu: please report "
+      "it.");
   add_recording_options(*cmd, *args);
   add_output(*cmd, "-o,--output", args->output, "write the calibration here", "CAL.json");
   add_output(*cmd, "--trajectory", args->trajectory, "write the estimated orientations here",

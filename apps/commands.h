@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The subcommands of `magimu`: each adds itself to the command line, and its callback sets the exit
-// code: 0 done, 1 the data do not permit an answer, 2 wrong usage or unreadable input.
+// code: 0 done, 1 the data do not permit an answer, 2 wrong usage or unreadable input, 70 a defect.
 #pragma once
 
 #include <CLI/CLI.hpp>
 
 namespace magimu::apps {
 
-enum ExitCode { kDone = 0, kNoAnswer = 1, kUnusable = 2 };
+enum ExitCode { kDone = 0, kNoAnswer = 1, kUnusable = 2, kDefect = 70 };
 
 void add_allan(CLI::App& app, int& exit_code);
 void add_apply(CLI::App& app, int& exit_code);

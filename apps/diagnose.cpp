@@ -77,7 +77,9 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       "looked for and did not find, and what it could not have seen.\n"
       "Is a calibration of last year still good: magimu diagnose new.csv --against old_cal.json\n"
       "Exit code 0: there is an answer, also \"nothing is wrong\"; 1: the data do not permit one\n"
-      "(files are written all the same); 2: wrong usage or unreadable input.");
+      "(files are written all the same); 2: wrong usage or unreadable input; 70: a defect of "
+      "magimu:\n"
+      "please report it.");
   add_recording_options(*cmd, *args);
   add_output(*cmd, "-o,--output", args->output, "write the diagnosis here", "DIAG.json");
   add_output(*cmd, "--report", args->report,

@@ -60,7 +60,8 @@ void add_export(CLI::App& app, int& exit_code) {
       "Example: magimu export cal.json --to px4 -o cal.params\n"
       "What the other system has no parameter for is said, here and in the file.\n"
       "Exit code 1: the calibration says of itself that it must not be used (--force: do it\n"
-      "all the same); 2: wrong usage or unreadable input.");
+      "all the same); 2: wrong usage or unreadable input; 70: a defect of magimu: please report "
+      "it.");
   cmd->add_option("calibration", args->calibration, "written by `magimu calibrate -o`")
       ->required()
       ->type_name("CAL.json");

@@ -65,7 +65,7 @@ void add_info(CLI::App& app, int& exit_code) {
       "         magimu info phone.csv --unit gyr=deg/s --map mag_x=Bx --map mag_y=By --map "
       "mag_z=Bz\n"
       "Exit code 1: the recording cannot be calibrated as it is (it says why, and what to do);\n"
-      "2: wrong usage or unreadable input.");
+      "2: wrong usage or unreadable input; 70: a defect of magimu: please report it.");
   add_recording_options(*cmd, *args);
   add_place_options(*cmd, args->place);
   add_output_options(*cmd, *args, "print the same as JSON (docs/formats.md)");

@@ -55,7 +55,9 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", version_text());
   app.require_subcommand(1);
   app.footer(
-      "Example: magimu simulate -o rec.csv --motion hand && magimu calibrate rec.csv -o cal.json");
+      "Example: magimu simulate -o rec.csv --motion hand && magimu calibrate rec.csv -o cal.json\n"
+      "Exit codes of every command: 0 done; 1 the data do not permit an answer (the message says\n"
+      "why); 2 wrong usage or unreadable input; 70 a defect of the program (please report it).");
   int exit_code = kDone;
   add_allan(app, exit_code);
   add_apply(app, exit_code);
@@ -79,12 +81,16 @@ int main(int argc, char** argv) {
     return kUnusable;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr,
-               "magimu: out of memory; use fewer nodes (--node-every) or a part of the data\n");
+               "magimu: there is not enough memory for these data; give a part of them, or fewer "
+               "nodes (calibrate --node-every)\n");
     return kUnusable;
   } catch (const std::exception& error) {
     if (std::ferror(stdout) != 0) return delivered(kUnusable);
-    fmt::print(stderr, "magimu: internal error: {}\n", error.what());
-    return kUnusable;
+    fmt::print(stderr,
+               "magimu: internal error: {}\nThis is a defect of magimu: please report it with the "
+               "command and, if you can, the file.\n",
+               error.what());
+    return kDefect;
   }
   return delivered(exit_code);
 }

@@ -37,7 +37,7 @@ live view to the terminal), the calibration to CAL.json at the end: of the sourc
 A file ends at its end, with --follow when it is deleted; a pipe or FIFO when its last writer
 closes it, with --follow a FIFO waits for the next one; TCP and serial ports are opened again.
 Exit code 1: the data do not permit a calibration (the file is written all the same, marked "no");
-2: wrong usage or unreadable input.)";
+2: wrong usage or unreadable input; 70: a defect of magimu: please report it.)";
 
 void prepare(StreamArguments& args) {
   if (args.source.empty()) {

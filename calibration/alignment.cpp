@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/alignment.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -13,6 +11,8 @@
 #include "factors/keys.h"
 #include "factors/prior_factor.h"
 #include "graph/numerical_derivative.h"
+#include "graph/numerical_error.h"
+#include "graph/parallel.h"
 #include "solvers/levenberg_marquardt.h"
 
 namespace magimu {
@@ -161,7 +161,7 @@ Alignment align_magnetometer(const std::vector<const Recording*>& recordings, st
   Result best;
   best.cost_final = std::numeric_limits<double>::infinity();
   std::array<Result, kStarts> results;
-  tbb::parallel_for(std::size_t(0), kStarts, [&](std::size_t i) {
+  parallel::for_each(kStarts, [&](std::size_t i) {
     Values values;
     values.insert(kAlign, starts[i].second);
     values.insert(key::gyr_bias, options.gyr_bias);
@@ -169,6 +169,9 @@ Alignment align_magnetometer(const std::vector<const Recording*>& recordings, st
   });
   for (Result& result : results) {
     if (result.cost_final < best.cost_final) best = std::move(result);
+  }
+  if (!std::isfinite(best.cost_final)) {
+    throw NumericalError("magnetometer and gyroscope agree in no attitude to each other");
   }
   // The pairs span seconds: integrate again where the bias has moved.
   Vector3 integrated_at = options.gyr_bias;

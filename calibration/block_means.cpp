@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/block_means.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <cmath>
+
+#include "graph/parallel.h"
 
 namespace magimu {
 namespace {
@@ -65,10 +64,8 @@ std::vector<Block> block_means(const VectorSeries& series, const IntegratedRotat
                                const NodePlan& plan, double offset_s) {
   const std::vector<std::size_t> first = samples_of_nodes(series, plan);
   std::vector<Block> out(plan.t.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, out.size(), 128), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      out[i] = block_of(series, gyr, plan.t[i], first[i], first[i + 1], offset_s);
-    }
+  parallel::for_each(out.size(), 128, [&](std::size_t i) {
+    out[i] = block_of(series, gyr, plan.t[i], first[i], first[i + 1], offset_s);
   });
   return out;
 }

@@ -2,7 +2,6 @@
 #include "calibration/calibrate.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,12 +10,16 @@
 #include "calibration/blows.h"
 #include "calibration/check_axes.h"
 #include "calibration/diagnostics.h"
+#include "calibration/given_noise.h"
 #include "calibration/missing_effects.h"
+#include "calibration/no_fit.h"
 #include "calibration/pipeline.h"
 #include "calibration/residual_series.h"
 #include "calibration/summary.h"
 #include "calibration/trust.h"
 #include "calibration/uncertainty.h"
+#include "graph/numerical_error.h"
+#include "graph/parallel.h"
 
 namespace magimu {
 namespace {
@@ -37,23 +40,28 @@ Calibration calibrate(const Recording& recording, const CalibrationOptions& opti
   return calibrate(std::vector<const Recording*>{&recording}, options);
 }
 
-Calibration calibrate(const std::vector<const Recording*>& given,
-                      const CalibrationOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
-  const CheckedRecordings checked(given);
+namespace {
+
+// Throws NumericalError where no fit can be made.
+Calibration calibrate_checked(const CheckedRecordings& checked, const CalibrationOptions& options,
+                              Mounting& mounting) {
   const std::vector<const Recording*>& recordings = checked.get();
-  const Pipeline pipeline(recordings, options);
-  std::string motion_reason;
-  Mounting mounting;
+  std::optional<Pipeline> begun;
   std::optional<Stage> found;
-  tbb::parallel_invoke([&] { found = pipeline.coarse(motion_reason); },
-                       [&] { mounting = check_mounting(recordings); });
+  std::string motion_reason;
+  parallel::invoke(
+      [&] {
+        begun.emplace(recordings, options);
+        found = begun->coarse(motion_reason);
+      },
+      [&] { mounting = check_mounting(recordings); });
+  const Pipeline& pipeline = *begun;
   const Stage& coarse = *found;
   Calibration c;
   std::vector<double> mag_squares;
   std::vector<Check> checks;
   std::vector<MissingEffect> missing;
-  tbb::parallel_invoke(
+  parallel::invoke(
       [&] {
         const Stage fine = pipeline.fine(coarse);
         const Optimum optimum(fine);
@@ -63,7 +71,10 @@ Calibration calibrate(const std::vector<const Recording*>& given,
       },
       [&] { checks = pipeline.check_prediction(coarse); },
       [&] {
-        if (coarse.result().converged()) missing = find_missing_effects(recordings, coarse);
+        if (!coarse.result().converged()) return;
+        if (auto seen = attempt([&] { return find_missing_effects(recordings, coarse); })) {
+          missing = *std::move(seen);
+        }
       });
   c.motion_reason = motion_reason;
   c.checks = checks;
@@ -79,6 +90,22 @@ Calibration calibrate(const std::vector<const Recording*>& given,
                          check_windows(c, mag_squares)};
   c.checks.insert(c.checks.begin(), std::begin(first), std::end(first));
   judge(c);
+  return c;
+}
+
+}  // namespace
+
+Calibration calibrate(const std::vector<const Recording*>& given,
+                      const CalibrationOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  const CheckedRecordings checked(given);
+  Mounting mounting;
+  std::string why;
+  std::optional<Calibration> made =
+      attempt([&] { return calibrate_checked(checked, options, mounting); }, &why);
+  Calibration c = made ? *std::move(made)
+                       : calibration_without_fit(checked.get(), options, why, checked.warnings());
+  judge_given_noise(c, checked.get(), options);
   judge_axes(c, mounting, options);
   name_faults_first(c.trust, checked.faults());
   c.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

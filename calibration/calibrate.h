@@ -49,7 +49,7 @@ struct CalibrationOptions {
 };
 
 // Throws InputError if a recording has too little in it to begin with (no magnetometer, less than
-// a few seconds); everything else is told by the result's trust.
+// a few seconds); everything else is told by the result's trust, also that no fit could be made.
 Calibration calibrate(const Recording& recording, const CalibrationOptions& options = {});
 Calibration calibrate(const std::vector<const Recording*>& recordings,
                       const CalibrationOptions& options = {});

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/extension.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <memory>
 
 #include "calibration/sensed_motion.h"
+#include "graph/parallel.h"
 
 namespace magimu {
 namespace {
@@ -59,13 +57,11 @@ Vector3 sum_of_terms(const std::vector<ActiveTerm>& active, const Vector3& raw,
 void correct(const SensedMotion& motion, Channel channel, bool moving,
              const std::vector<ActiveTerm>& active, const VectorSeries& raw,
              VectorSeries& corrected) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, raw.size(), 512), [&](const auto& range) {
-    for (std::size_t k = range.begin(); k != range.end(); ++k) {
-      SampleState state = motion.state(channel, k);
-      const Vector3 sum =
-          sum_of_terms(active, raw.v[k], corrected.v[k], state, own_part(state, channel, moving));
-      corrected.v[k] = raw.v[k] - sum;
-    }
+  parallel::for_each(raw.size(), 512, [&](std::size_t k) {
+    SampleState state = motion.state(channel, k);
+    const Vector3 sum =
+        sum_of_terms(active, raw.v[k], corrected.v[k], state, own_part(state, channel, moving));
+    corrected.v[k] = raw.v[k] - sum;
   });
 }
 

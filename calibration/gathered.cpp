@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/gathered.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "calibration/extension.h"
 #include "calibration/sample_times.h"
+#include "graph/parallel.h"
 
 namespace magimu {
 namespace {
@@ -69,9 +67,7 @@ long single_sample(const VectorSeries& gyr, double a, double b) {
 template <class Body>
 void for_each_interval(const NodePlan& plan, const Body& body) {
   const std::size_t n = plan.t.empty() ? 0 : plan.t.size() - 1;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n, 64), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
-  });
+  parallel::for_each(n, 64, body);
 }
 
 void gather_turns(const Source& s, GatheredMotion& out) {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/held_out.h"
 
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
-
 #include <algorithm>
 #include <cmath>
+
+#include "graph/parallel.h"
 
 namespace magimu {
 namespace {
@@ -49,7 +48,8 @@ BlockErrors block_errors(const Stage& stage) {
   out.values = 3.0 * double(block.size() * stage.spec().mag_offset_s.size());
   add(stage, out.fitted, -1);
   // The two leave out different blocks, so that none is written to by both.
-  tbb::parallel_for(0, 2, [&](int parity) {
+  parallel::for_each(2, [&](std::size_t odd) {
+    const int parity = int(odd);
     Stage without = stage;
     without.fit_without(stage.result().values,
                         [&](int node) { return block[std::size_t(node)] % 2 == parity; });
@@ -62,8 +62,8 @@ double HeldOutGain::ratio() const { return std::exp(0.5 * mean); }
 
 HeldOutGain held_out_gain(const Stage& first, const Stage& second) {
   std::vector<double> a, b;
-  tbb::parallel_invoke([&] { a = block_errors(first).held_out; },
-                       [&] { b = block_errors(second).held_out; });
+  parallel::invoke([&] { a = block_errors(first).held_out; },
+                   [&] { b = block_errors(second).held_out; });
   double sum = 0.0, sum2 = 0.0;
   const auto n = double(a.size());
   for (std::size_t i = 0; i < a.size(); ++i) {

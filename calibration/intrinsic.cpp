@@ -2,10 +2,12 @@
 #include "calibration/intrinsic.h"
 
 #include <Eigen/LU>
+#include <cmath>
 
 #include "factors/field_direction_factor.h"
 #include "factors/prior_factor.h"
 #include "graph/decompositions.h"
+#include "graph/numerical_error.h"
 #include "solvers/levenberg_marquardt.h"
 
 namespace magimu {
@@ -111,6 +113,9 @@ IntrinsicCalibration calibrate_intrinsic(const std::vector<Vector3>& mag, int ma
   const double size = std::cbrt(out.distortion.determinant());
   const Matrix3 inverse = out.distortion.inverse();
   const double sigma = std::max(out.residual_rms_uT, 1e-6 * size);
+  if (!(size > 0.0) || !std::isfinite(sigma)) {
+    throw NumericalError("the magnetometer's readings fit no ellipsoid");
+  }
 
   FactorGraph graph;
   Values values;

@@ -2,7 +2,6 @@
 #include "calibration/missing_effects.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -16,6 +15,7 @@
 #include "calibration/uncertainty.h"
 #include "calibration/windows.h"
 #include "graph/decompositions.h"
+#include "graph/parallel.h"
 
 namespace magimu {
 namespace {
@@ -153,7 +153,7 @@ std::vector<MissingEffect> find_missing_effects(const std::vector<const Recordin
   // their square.
   const double log10_level = std::log10(kFalseAlarms / double(all.size()));
   std::array<std::vector<MissingEffect>, 3> found;
-  tbb::parallel_for(std::size_t(0), found.size(), [&](std::size_t channel) {
+  parallel::for_each(found.size(), [&](std::size_t channel) {
     std::vector<std::shared_ptr<const Effect>> own;
     std::ranges::copy_if(all, std::back_inserter(own),
                          [&](const auto& e) { return std::size_t(e->channel()) == channel; });

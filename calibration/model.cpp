@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/model.h"
 
-#include <tbb/parallel_for.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +18,8 @@
 #include "factors/preintegrated_imu_factor.h"
 #include "factors/prior_factor.h"
 #include "graph/extended_batch.h"
+#include "graph/numerical_error.h"
+#include "graph/parallel.h"
 
 namespace magimu {
 namespace {
@@ -48,6 +50,20 @@ struct Part {
   int id(int i) const { return plan.first + i; }
 };
 
+// What make() returns: a factor or its noise, of a sensor about a node. Where the samples there
+// permit none (no time passes between two nodes, or numbers are not finite), sensor and time are
+// named.
+template <class Make>
+auto made_of_samples(const Part& part, const std::string& sensor, int node, const Make& make) {
+  try {
+    return make();
+  } catch (const std::invalid_argument& error) {
+    throw NumericalError(fmt::format("the samples of {} at {:.3f} s of {} make no factor: {}",
+                                     sensor, part.plan.t[std::size_t(node)], part.recording.name,
+                                     error.what()));
+  }
+}
+
 // Takes factors of one type for the graph, with the columns of the effects on their channels.
 template <class F>
 class Collector {
@@ -73,14 +89,15 @@ class Collector {
     batch_ = std::make_unique<ExtendedBatch<F>>(keys, theta);
     batch_->reserve(part.nodes());
   }
-  ~Collector() {
-    if (!batch_ || batch_->size() == 0) return;
-    tbb::parallel_for(0, batch_->size(),
-                      [this](int i) { batch_->gain(i) = gains_[std::size_t(i)](); });
-    graph_.add_batch(std::move(batch_));
-  }
   Collector(const Collector&) = delete;
   Collector& operator=(const Collector&) = delete;
+  // After the last factor.
+  void finish() {
+    if (!batch_ || batch_->size() == 0) return;
+    parallel::for_each(std::size_t(batch_->size()),
+                       [this](std::size_t i) { batch_->gain(int(i)) = gains_[i](); });
+    graph_.add_batch(std::move(batch_));
+  }
 
   bool extended() const { return batch_ != nullptr; }
   // gain: returns it; called at the end, those of many factors side by side, and not without
@@ -111,7 +128,9 @@ void add_accelerometer(FactorGraph& graph, const Part& part) {
     const Block& b = blocks[std::size_t(i)];
     if (b.count == 0 || !part.measures(i)) continue;
     const Key pose = R(part.id(i));
-    const Noise<3> noise = block_noise(part.spec.noise.acc, rate, b.count);
+    const Noise<3> noise = made_of_samples(part, "the accelerometer", i, [&] {
+      return block_noise(part.spec.noise.acc, rate, b.count);
+    });
     if (b.at_node && !means.extended()) {
       graph.add(AccelerometerFactor(pose, key::acc_bias, b.mean, g_n, noise));
     } else {
@@ -119,6 +138,7 @@ void add_accelerometer(FactorGraph& graph, const Part& part) {
                 [&part, &b] { return part.columns(Channel::kAcc)->mean(b.first, b.count); });
     }
   }
+  means.finish();
 }
 
 void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
@@ -140,7 +160,9 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
     const Key pose = R(part.id(i));
     const Key bias =
         key::mag_bias_of(sensor, part.spec.earlier_bias ? part.spec.earlier_bias(part.id(i)) : 0);
-    const Noise<3> noise = block_noise(part.spec.noise.mag, rate, b.count);
+    const Noise<3> noise =
+        made_of_samples(part, part.recording.mag_names[std::size_t(sensor)], i,
+                        [&] { return block_noise(part.spec.noise.mag, rate, b.count); });
     const auto gain = [&part, &b] { return part.columns(Channel::kMag)->mean(b.first, b.count); };
     if (delayed) {
       lagging.add(DelayedMagnetometerFactor(pose, D, bias, dip, key::mag_time_offset_of(sensor),
@@ -152,6 +174,8 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
       means.add(MeanMagnetometerFactor(pose, D, bias, dip, b.mean, b.C, noise), gain);
     }
   }
+  lagging.finish();
+  means.finish();
 }
 
 void add_gyroscope(FactorGraph& graph, const Part& part) {
@@ -164,14 +188,19 @@ void add_gyroscope(FactorGraph& graph, const Part& part) {
     const long k = motion.single[std::size_t(i)];
     if (k >= 0) {
       const double h = part.plan.t[std::size_t(i) + 1] - part.plan.t[std::size_t(i)];
-      graph.add(GyroscopeFactor(pose, next, key::gyr_bias, samples.v[std::size_t(k)], h,
-                                Noise<3>::isotropic(density / std::sqrt(h))));
+      graph.add(made_of_samples(part, "the gyroscope", i, [&] {
+        return GyroscopeFactor(pose, next, key::gyr_bias, samples.v[std::size_t(k)], h,
+                               Noise<3>::isotropic(density / std::sqrt(h)));
+      }));
     } else {
       const PreintegratedGyroscope& gyr = motion.turns[std::size_t(i)];
-      integrated.add(PreintegratedGyroscopeFactor(pose, next, key::gyr_bias, gyr, density),
-                     [&gyr] { return gyr.effect_jacobian(); });
+      const auto factor = made_of_samples(part, "the gyroscope", i, [&] {
+        return PreintegratedGyroscopeFactor(pose, next, key::gyr_bias, gyr, density);
+      });
+      integrated.add(factor, [&gyr] { return gyr.effect_jacobian(); });
     }
   }
+  integrated.finish();
 }
 
 void add_imu(FactorGraph& graph, const Part& part) {
@@ -186,16 +215,23 @@ void add_imu(FactorGraph& graph, const Part& part) {
     const PreintegratedImu& integrated = part.gathered.motion(part.index).imu[std::size_t(i) - 1];
     const double acc = acc_density[std::size_t(i)];
     const auto gain = [&integrated] { return integrated.effect_jacobian(); };
+    const std::string imu = "gyroscope and accelerometer";
     if (spec.gyr_matrix) {
-      scaled.add(ScaledImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias, key::acc_bias,
-                                 key::gyr_matrix, integrated, spec.noise.gyr, acc, g_n),
-                 gain);
+      const auto factor = made_of_samples(part, imu, i, [&] {
+        return ScaledImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias, key::acc_bias,
+                               key::gyr_matrix, integrated, spec.noise.gyr, acc, g_n);
+      });
+      scaled.add(factor, gain);
     } else {
-      plain.add(PreintegratedImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias,
-                                       key::acc_bias, integrated, spec.noise.gyr, acc, g_n),
-                gain);
+      const auto factor = made_of_samples(part, imu, i, [&] {
+        return PreintegratedImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias,
+                                      key::acc_bias, integrated, spec.noise.gyr, acc, g_n);
+      });
+      plain.add(factor, gain);
     }
   }
+  plain.finish();
+  scaled.finish();
 }
 
 void add_reach(FactorGraph& graph, const Part& part) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/noise_estimation.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <random>
+
+#include "graph/parallel.h"
 
 namespace magimu {
 namespace {
@@ -76,7 +76,7 @@ SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, Lin
   }
   std::array<MatrixXd, kSensors> B;
   std::array<double, kSensors> says{};  // how much a sensor says of the variables
-  tbb::parallel_for(std::size_t(0), kSensors, [&](std::size_t s) {
+  parallel::for_each(kSensors, [&](std::size_t s) {
     if (sums.rows[s] == 0.0) return;
     B[s].setZero(system.cols(), kProbes);
     add_signed_rows(system, rows.sensor, Sensor(s), bits, scale, B[s]);

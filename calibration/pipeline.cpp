@@ -2,8 +2,6 @@
 #include "calibration/pipeline.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_invoke.h>
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -15,6 +13,8 @@
 #include "calibration/marginal_likelihood.h"
 #include "calibration/rests.h"
 #include "calibration/summary.h"
+#include "graph/numerical_error.h"
+#include "graph/parallel.h"
 #include "recording/error.h"
 #include "recording/parts.h"
 #include "recording/quality.h"
@@ -222,7 +222,7 @@ void CheckedRecordings::add(const Recording& recording) {
 }
 
 Pipeline::Pipeline(const std::vector<const Recording*>& recordings,
-                   const CalibrationOptions& options, int coarse_every)
+                   const CalibrationOptions& options, std::vector<NodePlan> coarse_plans)
     : recordings_(recordings),
       options_(options),
       coarse_optimizer_(options.optimizer),
@@ -235,8 +235,9 @@ Pipeline::Pipeline(const std::vector<const Recording*>& recordings,
   coarse_optimizer_.step_tolerance = std::max(coarse_optimizer_.step_tolerance, kCoarseStep);
   const double mag_rate = recordings.front()->mag.front().rate_hz();
   every_ = options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
-  coarse_every_ = coarse_every > 0 ? coarse_every
-                                   : std::max(every_, int(std::ceil(mag_rate / kCoarseRate)));
+  coarse_every_ = std::max(every_, int(std::ceil(mag_rate / kCoarseRate)));
+  coarse_plans_ =
+      coarse_plans.empty() ? plan_nodes(recordings, coarse_every_) : std::move(coarse_plans);
 }
 
 Stage Pipeline::with_fixed_symmetries(const Stage& stage) const {
@@ -258,22 +259,16 @@ Values Pipeline::start_of(const Stage& stage, const Stage& from, const VectorXd&
 }
 
 Stage Pipeline::refit(const Stage& from, const ModelSpec& spec, const VectorXd& start) const {
-  Stage stage(recordings_, spec, coarse_every_, coarse_optimizer_);
+  Stage stage(recordings_, spec, coarse_plans_, coarse_optimizer_);
   fit_with_noise(stage, start_of(stage, from, start), true);
   return stage;
 }
 
 Stage Pipeline::refit_with_same_noise(const Stage& from, const ModelSpec& spec,
                                       const VectorXd& start) const {
-  Stage stage(recordings_, spec, coarse_every_, coarse_optimizer_);
+  Stage stage(recordings_, spec, coarse_plans_, coarse_optimizer_);
   stage.fit(start_of(stage, from, start), true);
   return stage;
-}
-
-// Few nodes first: most iterations, the search for the noise and the choices are cheap there.
-Stage Pipeline::coarse(std::string& motion_reason) const {
-  return with_fixed_symmetries(
-      with_gyr_matrix(with_acc_jitter(with_offset(choose(motion_reason)))));
 }
 
 Stage Pipeline::fine(const Stage& coarse) const {
@@ -285,12 +280,24 @@ Stage Pipeline::fine(const Stage& coarse) const {
 std::vector<Check> Pipeline::check_prediction(const Stage& coarse) const {
   if (!coarse.result().converged()) return {};
   const Matrix3 D = coarse.result().values.at<Matrix3>(key::distortion);
-  BlockErrors errors;
-  Calibration first, second;
-  tbb::parallel_invoke([&] { errors = block_errors(coarse); }, [&] { first = half(coarse, false); },
-                       [&] { second = half(coarse, true); });
-  std::vector<Check> out = {check_held_out(errors, std::cbrt(std::abs(D.determinant())))};
-  if (first.fit.converged() && second.fit.converged()) out.push_back(check_halves(first, second));
+  std::optional<BlockErrors> errors;
+  std::optional<Calibration> first, second;
+  std::string why;
+  parallel::invoke([&] { errors = attempt([&] { return block_errors(coarse); }, &why); },
+                   [&] { first = attempt([&] { return half(coarse, false); }); },
+                   [&] { second = attempt([&] { return half(coarse, true); }); });
+  std::vector<Check> out;
+  if (errors) {
+    out.push_back(check_held_out(*errors, std::cbrt(std::abs(D.determinant()))));
+  } else {
+    out.push_back({"cross_validation", CheckStatus::kBad, 0.0,
+                   fmt::format("The fit without some of the magnetometer's samples, which were to "
+                               "be predicted, failed: {}.",
+                               why)});
+  }
+  if (first && second && first->fit.converged() && second->fit.converged()) {
+    out.push_back(check_halves(*first, *second));
+  }
   return out;
 }
 
@@ -348,7 +355,7 @@ ModelStart Pipeline::model_start(MotionModel motion) const {
   ModelStart out;
   out.spec = first_spec(motion);
   out.spec.gyr_bias = guess_.parameters.gyr_bias;
-  out.plans = plan_nodes(recordings_, coarse_every_);
+  out.plans = coarse_plans_;
   out.graph = build_model(recordings_, out.plans, out.spec);
   out.values = initial_values(recordings_, out.plans, guess_, motion);
   return out;
@@ -356,7 +363,7 @@ ModelStart Pipeline::model_start(MotionModel motion) const {
 
 Stage Pipeline::coarse_fit(MotionModel motion) const {
   const ModelSpec spec = first_spec(motion);
-  Stage stage(recordings_, spec, coarse_every_, coarse_optimizer_);
+  Stage stage(recordings_, spec, coarse_plans_, coarse_optimizer_);
   const Values start = initial_values(recordings_, stage.plans(), guess_, motion);
   fit_with_noise(stage, start, false);
   return stage;
@@ -382,11 +389,37 @@ void Pipeline::fit_with_noise(Stage& stage, const Values& start, bool warm) cons
 Stage Pipeline::choose(std::string& reason) const {
   if (options_.motion != MotionModel::kAuto) return coarse_fit(options_.motion);
   std::optional<Stage> rotation, hand_held;
-  tbb::parallel_invoke([&] { hand_held = coarse_fit(MotionModel::kHandHeld); },
-                       [&] { rotation = coarse_fit(MotionModel::kRotation); });
+  std::string why_no_rotation, why_not_held;
+  parallel::invoke(
+      [&] {
+        hand_held = attempt([&] { return coarse_fit(MotionModel::kHandHeld); }, &why_not_held);
+      },
+      [&] {
+        rotation = attempt([&] { return coarse_fit(MotionModel::kRotation); }, &why_no_rotation);
+      });
+  if (!rotation && !hand_held) throw NumericalError(why_not_held);
+  if (!rotation) {
+    reason = fmt::format("The model of a sensor that only turns has no fit: {}.", why_no_rotation);
+    return *hand_held;
+  }
+  if (!hand_held) {
+    reason = fmt::format("The model of a sensor in a hand has no fit: {}.", why_not_held);
+    return *rotation;
+  }
   const MotionChoice choice = choose_motion(*rotation, *hand_held, rest_.acc);
   reason = choice.reason;
   return choice.motion == MotionModel::kRotation ? *rotation : *hand_held;
+}
+
+// Few nodes first: most iterations, the search for the noise and the choices are cheap there. A
+// step whose trial fails leaves the stage as it was.
+Stage Pipeline::coarse(std::string& motion_reason) const {
+  Stage stage = choose(motion_reason);
+  for (const auto step :
+       {&Pipeline::with_offset, &Pipeline::with_acc_jitter, &Pipeline::with_gyr_matrix}) {
+    if (auto next = attempt([&] { return (this->*step)(stage); })) stage = *std::move(next);
+  }
+  return with_fixed_symmetries(stage);
 }
 
 // The stage with a lag of the magnetometers, if the data show one.

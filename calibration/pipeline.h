@@ -42,10 +42,10 @@ struct ModelStart {
 
 class Pipeline {
  public:
-  // The recordings must outlive this. coarse_every: magnetometer samples a node of all steps before
-  // the last; 0: as many as make some twelve nodes a second.
+  // The recordings must outlive this. coarse_plans: the nodes of all steps before the last; empty:
+  // some twelve a second.
   Pipeline(const std::vector<const Recording*>& recordings, const CalibrationOptions& options,
-           int coarse_every = 0);
+           std::vector<NodePlan> coarse_plans = {});
 
   // Magnetometer samples a node of the last stage.
   int node_every() const { return every_; }
@@ -57,9 +57,9 @@ class Pipeline {
   // motion: not kAuto.
   ModelStart model_start(MotionModel motion) const;
 
-  // The whole way: motion and why, lag, jolts, gyroscope matrix, with few nodes; then the fit with
-  // all of them. What needs more fits than one, for the checks: left-out data, and halves of each
-  // recording.
+  // All fits throw NumericalError where they cannot be made. The whole way: motion and why, lag,
+  // jolts, gyroscope matrix, with few nodes; then the fit with all of them. What needs more fits
+  // than one, for the checks: left-out data, and halves of each recording.
   Stage coarse(std::string& motion_reason) const;
   Stage fine(const Stage& coarse) const;
   std::vector<Check> check_prediction(const Stage& coarse) const;
@@ -95,6 +95,7 @@ class Pipeline {
   NoiseDensities rest_;   // given, or from rests (0 where there are none)
   NoiseDensities least_;  // least_noise(), where there are none
   int every_ = 1, coarse_every_ = 1;
+  std::vector<NodePlan> coarse_plans_;
 };
 
 }  // namespace magimu

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/stage.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -8,6 +10,9 @@
 #include "calibration/extension.h"
 #include "calibration/gathered.h"
 #include "calibration/integrated_rotation.h"
+#include "graph/not_finite.h"
+#include "graph/numerical_error.h"
+#include "solvers/damped_factor.h"
 
 namespace magimu {
 namespace {
@@ -104,8 +109,7 @@ SensorSums sums_at(const FactorGraph& graph, const Values& values, LinearSolver&
   LinearSystem system(graph, values);
   system.linearize(values);
   const VectorXd scale = column_scale(system);
-  double damping = 0.0;
-  while (!solver.factorize(system, scale, damping)) damping = std::max(1e-12, 10.0 * damping);
+  factorize_damped(solver, system, scale, graph, values);
   return residual_sums(system, SensorRows(graph, system), solver, scale);
 }
 
@@ -140,10 +144,11 @@ std::optional<LogNoise> still_to_come(const LogNoise& before, const LogNoise& st
 
 Stage::Stage(const std::vector<const Recording*>& recordings, const ModelSpec& spec, int every,
              const OptimizerOptions& optimizer)
-    : recordings_(recordings),
-      spec_(spec),
-      plans_(plan_nodes(recordings, every)),
-      optimizer_(optimizer) {
+    : Stage(recordings, spec, plan_nodes(recordings, every), optimizer) {}
+
+Stage::Stage(const std::vector<const Recording*>& recordings, const ModelSpec& spec,
+             std::vector<NodePlan> plans, const OptimizerOptions& optimizer)
+    : recordings_(recordings), spec_(spec), plans_(std::move(plans)), optimizer_(optimizer) {
   spec_.mag_offset_s.resize(recordings.front()->mag.size(), 0.0);
 }
 
@@ -172,6 +177,7 @@ void Stage::fit(const Values& start, bool warm, double step_tolerance) {
     optimizer.step_tolerance = std::max(step_tolerance, optimizer_.step_tolerance);
     if (warm || round > 0) optimizer.initial_damping = kWarmDamping;
     Result result = LevenbergMarquardt(graph_, optimizer).optimize(values);
+    if (result.reason == StopReason::kNotFinite) refuse(result);
     if (round == 0) {
       result_ = std::move(result);
     } else {
@@ -182,6 +188,21 @@ void Stage::fit(const Values& start, bool warm, double step_tolerance) {
     moved |= update_effects(recordings_, plans_, spec_, values);
     if (!result_.converged() || !moved) break;
   }
+}
+
+// Numbers that are not finite have no optimum: whoever asks for the fit must do without.
+void Stage::refuse(const Result& result) const {
+  std::string when;
+  if (const std::optional<NotFinite> found = find_not_finite(graph_, result.values)) {
+    const auto node = std::ranges::find(found->keys, R(0).symbol, &Key::symbol);
+    for (std::size_t r = 0; r < plans_.size() && node != found->keys.end(); ++r) {
+      const int k = int(node->index) - plans_[r].first;
+      if (k < 0 || k >= int(plans_[r].t.size())) continue;
+      when = fmt::format(" It belongs to the samples at {:.3f} s of {}.",
+                         plans_[r].t[std::size_t(k)], recordings_[r]->name);
+    }
+  }
+  throw NumericalError(result.message + when);
 }
 
 void Stage::fit_noise(const Values& start, bool warm, const NoiseKnowledge& known) {

@@ -26,11 +26,16 @@ struct NoiseKnowledge {
   NoiseDensities least{};  // of accelerometer and gyroscope, from samples in motion (rests.h)
 };
 
+// Its fits throw NumericalError where numbers are not finite: there is nothing to go on with. A fit
+// that ends elsewhere than in an optimum says so in result().
 class Stage {
  public:
   // recordings must outlive the stage. every: magnetometer samples a node.
   Stage(const std::vector<const Recording*>& recordings, const ModelSpec& spec, int every,
         const OptimizerOptions& optimizer);
+  // With these nodes.
+  Stage(const std::vector<const Recording*>& recordings, const ModelSpec& spec,
+        std::vector<NodePlan> plans, const OptimizerOptions& optimizer);
   // Another model of the same recordings and nodes.
   Stage(const Stage& like, const ModelSpec& spec);
 
@@ -58,6 +63,7 @@ class Stage {
  private:
   void fit(const Values& start, bool warm, double step_tolerance);
   void build();
+  [[noreturn]] void refuse(const Result& result) const;
 
   std::vector<const Recording*> recordings_;
   ModelSpec spec_;

@@ -10,6 +10,7 @@
 #include "calibration/stream_state.h"
 #include "calibration/summary.h"
 #include "factors/prior_factor.h"
+#include "graph/numerical_error.h"
 
 namespace magimu {
 namespace {
@@ -52,9 +53,12 @@ bool StreamingCalibration::State::fit_all_windows() {
   std::optional<Stage> stage;
   // A blind start sees all samples; where some are left out the present estimate must do.
   const bool blind = flagged_.empty() && changes_.empty();
-  const bool fitted =
-      blind ? fit_from_blind_start(recording, stage) : fit_from_estimate(recording, stage);
-  if (!fitted || !take_over_fit(recording, *stage)) return false;
+  const bool fitted = attempt([&] {
+                        return (blind ? fit_from_blind_start(recording, stage)
+                                      : fit_from_estimate(recording, stage)) &&
+                               take_over_fit(recording, *stage);
+                      }).value_or(false);
+  if (!fitted) return false;
   judge_all_windows();
   return true;
 }
@@ -64,7 +68,8 @@ bool StreamingCalibration::State::fit_all_windows() {
 bool StreamingCalibration::State::fit_from_blind_start(const Recording& recording,
                                                        std::optional<Stage>& stage) const {
   const std::vector<const Recording*> recordings{&recording};
-  const Pipeline pipeline(recordings, batch_, samples_.every());  // the windows' own nodes
+  const Pipeline pipeline(recordings, batch_,
+                          {samples_.plan_until(samples_.windows().back().last)});
   stage = pipeline.coarse_fit(batch_.motion);
   if (!stage->result().converged()) return false;
   ModelSpec spec = stage->spec();
@@ -82,7 +87,8 @@ bool StreamingCalibration::State::fit_from_estimate(const Recording& recording,
                                                     std::optional<Stage>& stage) const {
   ModelSpec spec = spec_;
   spec.without_mag = left_out();
-  stage.emplace(std::vector<const Recording*>{&recording}, spec, samples_.every(),
+  stage.emplace(std::vector<const Recording*>{&recording}, spec,
+                std::vector<NodePlan>{samples_.plan_until(samples_.windows().back().last)},
                 batch_.optimizer);
   const bool given = batch_.noise.has_value();
   stage->fit_noise(estimator_->estimate(), false,
@@ -109,12 +115,12 @@ bool StreamingCalibration::State::take_over_fit(const Recording& recording, cons
           PriorFactor<Vector3>(key::acc_bias, Vector3::Zero(), Noise<3>::isotropic(kAccBiasSigma)));
     };
   }
-  IncrementalQr estimator = rebuilt(c.fit.values);
-  if (!estimator.null_space().empty()) {
+  std::optional<IncrementalQr> estimator = attempt([&] { return rebuilt(c.fit.values); });
+  if (!estimator || !estimator->null_space().empty()) {
     spec_ = before;
     return false;
   }
-  estimator_.emplace(std::move(estimator));
+  estimator_ = std::move(estimator);
   on_the_way_.forget();  // other noise, other standard deviations
   c.fit.values = {};
   c.trajectories.clear();

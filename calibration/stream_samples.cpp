@@ -121,6 +121,13 @@ Recording StreamSamples::part(const StreamWindow& w) const {
   return out;
 }
 
+NodePlan StreamSamples::plan_until(int node) const {
+  NodePlan plan;
+  plan.t.assign(node_t_.begin(), node_t_.begin() + node + 1);
+  plan.whole_s = all_.gyr.t.back() - all_.gyr.t.front();
+  return plan;
+}
+
 NodePlan StreamSamples::plan(const StreamWindow& w) const {
   NodePlan plan;
   plan.t.assign(node_t_.begin() + w.first, node_t_.begin() + w.last + 1);

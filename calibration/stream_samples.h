@@ -41,6 +41,8 @@ class StreamSamples {
   // What a window's factors are made of: its samples and some before and after.
   Recording part(const StreamWindow& window) const;
   NodePlan plan(const StreamWindow& window) const;
+  // All nodes up to this one, as of a whole recording.
+  NodePlan plan_until(int node) const;
 
  private:
   void add_nodes();

@@ -11,9 +11,11 @@
 #include "calibration/diagnostics.h"
 #include "calibration/held_out.h"
 #include "calibration/missing_effects.h"
+#include "calibration/no_fit.h"
 #include "calibration/summary.h"
 #include "calibration/trust.h"
 #include "graph/decompositions.h"
+#include "graph/numerical_error.h"
 #include "recording/error.h"
 
 namespace magimu {
@@ -186,13 +188,21 @@ void StreamingCalibration::State::settle() {
 
 Calibration StreamingCalibration::State::finish() {
   if (!estimator_) return calibrate(samples_.all(), batch_);
-  settle();
-  const int last = samples_.windows().back().last;
+  // A window that the estimator has refused is the last one.
+  const int last = samples_.windows()[std::size_t(estimator_->windows() - 1)].last;
   const Recording recording = samples_.until(last);
   const std::vector<const Recording*> recordings{&recording};
+  std::string why;
+  std::optional<Calibration> made = attempt([&] { return finish(recordings); }, &why);
+  return made ? *std::move(made) : calibration_without_fit(recordings, batch_, why, warnings_);
+}
+
+Calibration StreamingCalibration::State::finish(const std::vector<const Recording*>& recordings) {
+  const Recording& recording = *recordings.front();
+  settle();
   ModelSpec spec = spec_;
   spec.without_mag = left_out();
-  Stage stage(recordings, spec, samples_.every(), batch_.optimizer);
+  Stage stage(recordings, spec, std::vector<NodePlan>{samples_.plan_until(last)}, batch_.optimizer);
   stage.fit(estimator_->estimate(), true);
   Calibration c = summarize(recordings, stage, batch_);
   c.node_every = samples_.every();

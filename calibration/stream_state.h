@@ -31,6 +31,7 @@ class StreamingCalibration::State {
 
  private:
   // stream_state.cpp
+  Calibration finish(const std::vector<const Recording*>& recordings);
   void look_at_turning(const StreamSample& sample);
   bool time_to_try() const;
   Vector3 upward() const;

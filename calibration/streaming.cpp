@@ -5,6 +5,7 @@
 
 #include "calibration/diagnostics.h"
 #include "calibration/stream_state.h"
+#include "graph/numerical_error.h"
 
 namespace magimu {
 namespace {
@@ -39,8 +40,18 @@ StreamingCalibration::StreamingCalibration(StreamingCalibration&&) noexcept = de
 StreamingCalibration& StreamingCalibration::operator=(StreamingCalibration&&) noexcept = default;
 
 std::optional<StreamUpdate> StreamingCalibration::add(const StreamSample& sample) {
-  if (sample.t - state_->last_t() > kLongestGap) begin_anew(sample.t);
-  std::optional<StreamUpdate> update = state_->add(sample);
+  if (sample.t - state_->last_t() > kLongestGap) {
+    begin_anew(fmt::format(
+        "No samples from {:.1f} to {:.1f} s: how the sensor turned meanwhile is unknown",
+        state_->last_t(), sample.t));
+  }
+  std::optional<StreamUpdate> update;
+  try {
+    update = state_->add(sample);
+  } catch (const NumericalError& error) {
+    begin_anew(
+        fmt::format("The samples before {:.1f} s cannot be used: {}", sample.t, error.what()));
+  }
   if (!update) return update;
   update->samples += samples_before_;
   update->events.insert(update->events.begin(), events_.begin(), events_.end());
@@ -48,11 +59,9 @@ std::optional<StreamUpdate> StreamingCalibration::add(const StreamSample& sample
   return update;
 }
 
-void StreamingCalibration::begin_anew(double gap_end_s) {
-  events_.push_back(
-      fmt::format("No samples from {:.1f} to {:.1f} s: how the sensor turned meanwhile is unknown, "
-                  "and the estimate begins anew; in the end the better of the two counts.",
-                  state_->last_t(), gap_end_s));
+void StreamingCalibration::begin_anew(const std::string& why) {
+  events_.push_back(why +
+                    ", and the estimate begins anew; in the end the better of the two counts.");
   if (state_->estimator() != nullptr) {
     Calibration done = state_->finish();
     if (!before_ || &better(done, *before_) == &done) before_ = std::move(done);

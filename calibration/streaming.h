@@ -94,7 +94,7 @@ class StreamingCalibration {
 
  private:
   class State;
-  void begin_anew(double gap_end_s);
+  void begin_anew(const std::string& why);
 
   int magnetometers_;
   StreamingOptions options_;

@@ -9,6 +9,7 @@
 #include "calibration/parameter_names.h"
 #include "calibration/pipeline.h"
 #include "calibration/spoken_names.h"
+#include "graph/numerical_error.h"
 #include "recording/error.h"
 #include "solvers/marginals.h"
 
@@ -148,6 +149,8 @@ Survey survey(const Recording& recording, const SurveyOptions& options) {
     look_at_information(out, pipeline, int(parts.front()->mag.size()));
   } catch (const InputError& error) {
     out.not_looked_further = error.problem + "; " + error.remedy + ".";
+  } catch (const NumericalError& error) {
+    out.not_looked_further = std::string("no fit can be made: ") + error.what() + ".";
   }
   return out;
 }

@@ -120,7 +120,7 @@ double best_sigma(double low, double high, const std::function<double(double)>& 
   double a = std::log(low), b = std::log(high);
   double x1 = b - kGolden * (b - a), x2 = a + kGolden * (b - a);
   double f1 = nll(std::exp(x1)), f2 = nll(std::exp(x2));
-  while (b - a > 1e-2) {
+  while (std::isfinite(b - a) && b - a > 1e-2) {
     if (f1 < f2) {
       b = x2, x2 = x1, f2 = f1;
       f1 = nll(std::exp(x1 = b - kGolden * (b - a)));

@@ -8,7 +8,7 @@
 #include "calibration/integrated_rotation.h"
 #include "calibration/residual_series.h"
 #include "calibration/sensor_rows.h"
-#include "solvers/linear_solver.h"
+#include "solvers/damped_factor.h"
 
 namespace magimu {
 namespace {
@@ -100,8 +100,7 @@ void fill_departures(const std::vector<const Recording*>& recordings, const Exte
   // takes what the variables can follow: r = e - J (J'J)^-1 J'e.
   const VectorXd scale = column_scale(system);
   const auto solver = make_linear_solver(Backend::kAuto);
-  double damping = 0.0;
-  while (!solver->factorize(system, scale, damping)) damping = std::max(1e-12, 10.0 * damping);
+  factorize_damped(*solver, system, scale, stage.graph(), values);
   std::mt19937_64 random(20250918);
   std::normal_distribution<double> normal;
   std::array<std::vector<Statistics>, 3> simulated;

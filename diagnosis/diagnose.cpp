@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "calibration/no_fit.h"
 #include "diagnosis/against.h"
 #include "diagnosis/departures.h"
 #include "diagnosis/diagnosis.h"
@@ -17,6 +18,7 @@
 #include "diagnosis/thinned.h"
 #include "diagnosis/unexplained.h"
 #include "graph/decompositions.h"
+#include "graph/numerical_error.h"
 
 namespace magimu {
 namespace {
@@ -43,14 +45,24 @@ int samples_of(const std::vector<const Recording*>& recordings) {
   return n;
 }
 
-}  // namespace
-
-Diagnosis diagnose(const Recording& recording, const DiagnosisOptions& options) {
-  return diagnose(std::vector<const Recording*>{&recording}, options);
+// What is said where the basic model has no fit.
+Diagnosis diagnosis_without_fit(const std::vector<const Recording*>& given,
+                                const DiagnosisOptions& options, const std::string& why) {
+  const CheckedRecordings checked(given);
+  CalibrationOptions calibration;
+  calibration.noise = options.noise;
+  calibration.gravity = options.gravity;
+  Diagnosis d;
+  d.false_alarm_rate = options.false_alarm_rate;
+  for (const Recording* r : given) d.recordings.push_back(r->name);
+  d.notes = checked.warnings();
+  d.before = d.after = calibration_without_fit(checked.get(), calibration, why, checked.warnings());
+  return d;
 }
 
-Diagnosis diagnose(const std::vector<const Recording*>& given,
-                   const DiagnosisOptions& given_options) {
+// Throws NumericalError where the basic model has no fit.
+Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
+                          const DiagnosisOptions& given_options) {
   DiagnosisOptions options = given_options;
   if (options.base && options.base->noise_given && !options.noise) {
     options.noise = options.base->noise;
@@ -136,6 +148,18 @@ Diagnosis diagnose(const std::vector<const Recording*>& given,
   d.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   progress("done", 1.0);
   return d;
+}
+
+}  // namespace
+
+Diagnosis diagnose(const Recording& recording, const DiagnosisOptions& options) {
+  return diagnose(std::vector<const Recording*>{&recording}, options);
+}
+
+Diagnosis diagnose(const std::vector<const Recording*>& given, const DiagnosisOptions& options) {
+  std::string why;
+  std::optional<Diagnosis> made = attempt([&] { return diagnose_fitted(given, options); }, &why);
+  return made ? *std::move(made) : diagnosis_without_fit(given, options, why);
 }
 
 }  // namespace magimu

@@ -13,6 +13,7 @@
 #include "diagnosis/option.h"
 #include "diagnosis/scan_options.h"
 #include "factors/effects/catalogue.h"
+#include "graph/numerical_error.h"
 
 namespace magimu {
 namespace {
@@ -146,12 +147,17 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
   const std::vector<Trial> found = trials(worth);
   const Trial* best = best_of(found);
   if (best != nullptr && enough_beyond(best->option, best->left_out - best->option.searched)) {
-    Stage stage = pipeline_.refit(best->stage, best->stage.spec());
-    double nll = sum_of(held_out_nll(stage));
-    if (!stage.result().converged() || nll > best->nll + kMinGain) {  // lost its way
-      stage = best->stage;
-      nll = best->nll;
-    }
+    Stage stage = best->stage;
+    double nll = best->nll;
+    attempt([&] {
+      const Stage anew = pipeline_.refit(best->stage, best->stage.spec());
+      const double its = sum_of(held_out_nll(anew));
+      const bool lost_its_way = !anew.result().converged() || !(its <= best->nll + kMinGain);
+      if (lost_its_way) return false;
+      stage = anew;
+      nll = its;
+      return true;
+    });
     if (std::max(nll_ - nll, best->left_out) > kMinGain) {
       // The same effect may be about as likely with other parameters.
       VectorXd apart = VectorXd::Zero(best->option.effect->size());
@@ -202,12 +208,18 @@ void Extender::extend(const Stage& from) {
   if (given_.noise) {
     in_samples_ = excess_of_samples(*recordings_.front(), from, *given_.noise);
   }
+  // What cannot be scanned has nothing to offer.
+  const auto scanned = [&] {
+    return attempt([&] { return scan_options(recordings_, *stage_, candidates(*stage_)); })
+        .value_or(std::vector<Option>{});
+  };
   std::vector<Option> options = scan_options(recordings_, *stage_, candidates(*stage_));
   // Of a model that has been extended before, the scan tells no more of what was found in it.
   if (d_.scan.empty()) d_.scan = scan_entries(options, recordings_, *stage_, log10_level());
   while (int(d_.findings.size()) < given_.max_findings) {
     const std::size_t rejected = rejected_.size();
-    if (std::optional<Finding> finding = try_options(options)) {
+    if (std::optional<Finding> finding =
+            attempt([&] { return try_options(options); }).value_or(std::nullopt)) {
       d_.findings.push_back(*std::move(finding));
     } else if (rejected_.size() > rejected) {
       continue;  // with the next best
@@ -216,7 +228,7 @@ void Extender::extend(const Stage& from) {
     }
     rejected_.clear();  // beside it another may hold
     prune();
-    options = scan_options(recordings_, *stage_, candidates(*stage_));
+    options = scanned();
   }
   reconsider();
   estimate_walk_anew();

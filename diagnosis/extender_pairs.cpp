@@ -11,6 +11,7 @@
 #include "diagnosis/extender.h"
 #include "diagnosis/held_out_nll.h"
 #include "diagnosis/scan_options.h"
+#include "graph/numerical_error.h"
 
 namespace magimu {
 namespace {
@@ -58,8 +59,9 @@ bool Extender::try_pairs(const std::vector<Option>& options) {
   const Stage alone = *stage_;
   const double nll = nll_;
   const std::vector<std::string> rejected = std::exchange(rejected_, {});
-  for (const Option& first : firsts_of_pairs(worth_trying(options))) {
-    if (try_beside(first, alone)) return true;
+  const auto firsts = attempt([&] { return firsts_of_pairs(worth_trying(options)); });
+  for (const Option& first : firsts.value_or(std::vector<Option>{})) {
+    if (attempt([&] { return try_beside(first, alone); }).value_or(false)) return true;
     take(alone, nll);
     rejected_.clear();
   }

@@ -8,6 +8,7 @@
 #include "diagnosis/held_out_nll.h"
 #include "diagnosis/scan_options.h"
 #include "factors/effects/catalogue.h"
+#include "graph/numerical_error.h"
 
 namespace magimu {
 
@@ -21,14 +22,18 @@ void Extender::prune() {
     ModelSpec spec = stage_->spec();
     spec.effects.erase(spec.effects.begin() + std::ptrdiff_t(e));
     if (finding != d_.findings.end()) {
-      const Stage without = pipeline_.refit_with_same_noise(*stage_, spec);
-      const double nll = sum_of(held_out_nll(without));
       const double paid = entered_[name].searched;
       const auto in_quarters = [&](const Stage& s) { return sum_of(held_out_nll(s, quarter_s())); };
-      if (without.result().converged() && nll - nll_ - paid < kMinGain &&
-          !(lasts(*stage_->spec().effects[e]) &&
-            in_quarters(without) - in_quarters(*stage_) > kMinGain)) {
-        take(without, nll);
+      const auto leaves = [&] {
+        const Stage without = pipeline_.refit_with_same_noise(*stage_, spec);
+        const double nll = sum_of(held_out_nll(without));
+        const bool as_good = without.result().converged() && nll - nll_ - paid < kMinGain &&
+                             !(lasts(*stage_->spec().effects[e]) &&
+                               in_quarters(without) - in_quarters(*stage_) > kMinGain);
+        if (as_good) take(without, nll);
+        return as_good;
+      };
+      if (attempt(leaves).value_or(false)) {
         d_.findings.erase(finding);
         continue;
       }
@@ -77,7 +82,7 @@ void Extender::reconsider() {
     if (std::ranges::none_of(candidates(*stage_), simpler)) continue;
     const Stage stage = *stage_;
     const double nll = nll_;
-    if (!name_simpler(i, *named)) take(stage, nll);
+    if (!attempt([&] { return name_simpler(i, *named); }).value_or(false)) take(stage, nll);
   }
 }
 
@@ -99,9 +104,12 @@ void Extender::keep_named() {
       ++e;
       continue;
     }
-    const Stage less = without(e);
-    if (!less.result().converged()) return;
-    replace(less);
+    const auto left = [&] {
+      const Stage less = without(e);
+      if (less.result().converged()) replace(less);
+      return less.result().converged();
+    };
+    if (!attempt(left).value_or(false)) return;
   }
 }
 
@@ -148,9 +156,12 @@ void Extender::estimate_walk_anew() {
   const RandomWalk now = walk_in(*stage_, std::size_t(walk - spec.effects.begin()));
   if (!(now.density > 0.0)) return;
   *walk = make_gyro_bias_walk((*walk)->size() / 3, now.density);
-  const Stage stage = pipeline_.refit_with_same_noise(*stage_, spec);
-  if (!stage.result().converged()) return;
-  replace(stage);
+  const auto replaced = [&] {
+    const Stage stage = pipeline_.refit_with_same_noise(*stage_, spec);
+    if (stage.result().converged()) replace(stage);
+    return stage.result().converged();
+  };
+  if (!attempt(replaced).value_or(false)) return;
   finding->parameters.front().value = now.density;
   finding->parameters.front().sigma = now.sigma;
   finding->sentence = walk_sentence(finding->parameters.front());

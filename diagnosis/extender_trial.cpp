@@ -13,6 +13,7 @@
 #include "diagnosis/held_out_nll.h"
 #include "diagnosis/source_search.h"
 #include "factors/effects/catalogue.h"
+#include "graph/numerical_error.h"
 
 namespace magimu {
 namespace {
@@ -81,11 +82,13 @@ double Extender::gain(LeftOut& left_out, std::optional<double> window_s) const {
   };
   const double out = (window_s ? nll(*stage_) : nll_) - nll(left_out.stage);
   if (out > kMinGain || left_out.stage.spec().motion != MotionModel::kHandHeld) return out;
-  if (!refitted_) refitted_ = pipeline_.refit(*stage_, stage_->spec());
-  if (!left_out.refitted) {
-    left_out.refitted = pipeline_.refit(left_out.stage, left_out.stage.spec());
-  }
-  if (!left_out.refitted->result().converged()) return out;
+  // Without a fit with the reach estimated anew, the one that there is counts.
+  const auto refit = [&](const Stage& s) {
+    return attempt([&] { return pipeline_.refit(s, s.spec()); });
+  };
+  if (!refitted_) refitted_ = refit(*stage_);
+  if (!left_out.refitted) left_out.refitted = refit(left_out.stage);
+  if (!refitted_ || !left_out.refitted || !left_out.refitted->result().converged()) return out;
   return std::max(out, nll(*refitted_) - nll(*left_out.refitted));
 }
 
@@ -158,11 +161,13 @@ void Extender::find_source(Option& option, Stage& stage) const {
   for (const LikelySource& source : sources_by_residual(*recordings_.front(), stage)) {
     VectorXd start(6);
     start << source.place, source.moment;
-    Stage again = pipeline_.refit_with_same_noise(*stage_, stage.spec(), start);
-    if (!again.result().converged() || again.result().cost_final > stage.result().cost_final) {
+    std::optional<Stage> again =
+        attempt([&] { return pipeline_.refit_with_same_noise(*stage_, stage.spec(), start); });
+    if (!again || !again->result().converged() ||
+        again->result().cost_final > stage.result().cost_final) {
       continue;
     }
-    stage = std::move(again);
+    stage = *std::move(again);
     option.start = start;
   }
 }
@@ -217,14 +222,18 @@ double Extender::likelier(const Trial& t) const {
 std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options) const {
   std::vector<Trial> out;
   for (const Option& o : options) {
-    std::optional<Trial> t = trial(o);
-    if (!t) continue;
+    // One whose numbers fail has lost.
+    std::optional<Trial> t = attempt([&] { return trial(o); }).value_or(std::nullopt);
+    if (!t || !std::isfinite(t->left_out)) continue;
     t->gain = t->left_out - t->option.searched;
     if (t->gain > kMinGain) out.push_back(*std::move(t));
   }
   if (out.empty()) return out;
   std::vector<double> gains;
-  for (const Trial& t : out) gains.push_back(likelier(t));
+  for (const Trial& t : out) {
+    const double gain = attempt([&] { return likelier(t); }).value_or(-INFINITY);
+    gains.push_back(std::isfinite(gain) ? gain : -INFINITY);
+  }
   const auto best = std::ranges::max_element(gains) - gains.begin();
   if (out[std::size_t(best)].coloured) return out;
   for (std::size_t i = 0; i < out.size(); ++i) out[i].gain = gains[i];

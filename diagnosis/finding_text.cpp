@@ -32,8 +32,9 @@ std::string detectable(const Option& option, double log10_level) {
 }  // namespace
 
 double detectable_size(int dof, double log10_level) {
+  constexpr double kFarthest = 1e6;  // beyond any level that a test asks for
   double x = 1.0;
-  while (log10_chi_square_tail(x, std::max(1, dof)) > log10_level) x *= 1.05;
+  while (x < kFarthest && log10_chi_square_tail(x, std::max(1, dof)) > log10_level) x *= 1.05;
   return std::sqrt(x) + 1.28;
 }
 

@@ -159,7 +159,8 @@ Mains refine(const NoiseSeries& s, const std::vector<Vector3>& x, const Vector3&
   double low = f_hz - 0.5 * width, high = f_hz + 0.5 * width;
   double f1 = high - kGolden * (high - low), f2 = low + kGolden * (high - low);
   double v1 = value(f1), v2 = value(f2);
-  while (high - low > 1e-4 * width) {
+  constexpr int kMostSteps = 60;  // of a third each: far below what doubles resolve
+  for (int step = 0; step < kMostSteps && high - low > 1e-4 * width; ++step) {
     if (v1 > v2) {
       high = f2, f2 = f1, v2 = v1;
       v1 = value(f1 = high - kGolden * (high - low));

@@ -13,6 +13,7 @@
 #include "diagnosis/stored_model.h"
 #include "diagnosis/tails.h"
 #include "factors/effects/catalogue.h"
+#include "graph/numerical_error.h"
 #include "recording/median.h"
 
 namespace magimu {
@@ -158,10 +159,18 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
     return stage;
   }
   const double rest_acc = pipeline.rest_noise().acc;
-  const Stage rotation =
-      pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kRotation));
-  extender.set_base(rotation);
-  const Stage moving = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));
+  std::string why;
+  const auto fitted = [&](MotionModel motion) {
+    return attempt([&] { return pipeline.with_fixed_symmetries(pipeline.coarse_fit(motion)); },
+                   &why);
+  };
+  const std::optional<Stage> turning = fitted(MotionModel::kRotation);
+  const std::optional<Stage> held = fitted(MotionModel::kHandHeld);
+  if (!turning && !held) throw NumericalError(why);
+  extender.set_base(turning ? *turning : *held);
+  // A model of the motion that has no fit has lost.
+  if (!turning || !held) return turning ? *turning : *held;
+  const Stage &rotation = *turning, &moving = *held;
   // Coloured noise and heavy tails look like a motion, but they are there in rests, too.
   if (!more_in_motion(node_residuals(rotation, recordings, Sensor::kAcc)) ||
       choose_motion(rotation, moving, rest_acc).motion == MotionModel::kRotation) {
@@ -211,14 +220,16 @@ std::optional<Stage> find_small_motion(const std::vector<const Recording*>& reco
     }
   }
   if (follows_the_attitude(recordings, stage, acc.squares)) return std::nullopt;
-  const Stage plain = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));
-  Stage moving = plain;
-  if (!stage.spec().effects.empty()) {
-    ModelSpec spec = moving.spec();
+  std::optional<Stage> fitted;  // without effects
+  const auto with_effects = attempt([&] {
+    fitted = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));
+    if (stage.spec().effects.empty()) return *fitted;
+    ModelSpec spec = fitted->spec();
     spec.effects = stage.spec().effects;
-    moving = pipeline.refit(moving, spec);
-  }
-  if (!moving.result().converged()) return std::nullopt;
+    return pipeline.refit(*fitted, spec);
+  });
+  if (!with_effects || !with_effects->result().converged()) return std::nullopt;
+  const Stage &plain = *fitted, &moving = *with_effects;
   d.findings.push_back(small_motion_finding(stage, moving, acc, residuals));
   extender.replace(moving);
   return plain;

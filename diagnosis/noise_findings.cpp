@@ -14,6 +14,7 @@
 #include "diagnosis/sample_residuals.h"
 #include "diagnosis/unexplained.h"
 #include "factors/effects/catalogue.h"
+#include "graph/numerical_error.h"
 #include "recording/quality.h"
 
 namespace magimu {
@@ -85,8 +86,12 @@ void extend_by_mains(const Pipeline& pipeline, Extender& extender, Finding& find
   if (finding.effect != "mains_interference" || finding.parameters.size() < 7) return;
   ModelSpec spec = extender.stage().spec();
   spec.effects.push_back(make_mains_at(finding.parameters[6].value));
-  const Stage stage = pipeline.refit(extender.stage(), spec);
-  if (stage.result().converged()) extender.replace(stage);
+  // Without a fit of it the line stays a finding in the samples.
+  attempt([&] {
+    const Stage stage = pipeline.refit(extender.stage(), spec);
+    if (stage.result().converged()) extender.replace(stage);
+    return true;
+  });
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ std::vector<double> window(int length) {
 
 int piece_length(double rate_hz, std::size_t samples) {
   int length = 32;
-  while (1.5 * length < kPieceSeconds * rate_hz) length *= 2;
+  while (1.5 * length < kPieceSeconds * rate_hz && std::size_t(length) < samples) length *= 2;
   while (length > 32 && std::size_t(length) * 6 > samples) length /= 2;
   return length;
 }
@@ -159,7 +159,10 @@ PieceSpectra piece_spectra(const NoiseSeries& s, const Cleaned& cleaned) {
   spectra.unit = cleaned.scale / std::sqrt(kHighPassVariance);
   const double bin = 2.0 * std::numbers::pi / spectra.length;
   int lowest = std::max(2, int(std::ceil(lowest_hz(s.rate_hz) / s.rate_hz * spectra.length)));
-  while (s.high_passed && high_pass_gain(lowest * bin) < kLeastGain) ++lowest;
+  while (s.high_passed && lowest < spectra.length / 2 &&
+         high_pass_gain(lowest * bin) < kLeastGain) {
+    ++lowest;
+  }
   for (int j = lowest; j < spectra.length / 2; ++j) {
     spectra.omega.push_back(j * bin);
     spectra.gain.push_back((s.high_passed ? high_pass_gain(j * bin) : 1.0) *
@@ -267,8 +270,8 @@ SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean
       return std::abs(z + side * distance) < kMost + 0.2 &&
              at(z + side * distance).log_likelihood > fit.log_likelihood - 2.0;
     };
-    while (likely(far)) far *= 2.0;
-    while (far - near > 1e-2 * far) {
+    while (far < 4.0 * kMost && likely(far)) far *= 2.0;
+    while (far > 1e-6 && far - near > 1e-2 * far) {
       const double middle = 0.5 * (near + far);
       (likely(middle) ? near : far) = middle;
     }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/source_search.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
 #include "calibration/extension.h"
@@ -10,6 +8,7 @@
 #include "calibration/sensed_motion.h"
 #include "factors/effects/catalogue.h"
 #include "graph/decompositions.h"
+#include "graph/parallel.h"
 
 namespace magimu {
 namespace {
@@ -218,8 +217,8 @@ std::vector<LikelySource> sources_by_residual(const Recording& recording, const 
       all.push_back({0.0, from + spacing.cwiseProduct(steps), spacing});
     }
   }
-  tbb::parallel_for(std::size_t(0), all.size(),
-                    [&](std::size_t i) { all[i].explained = leftover.explained_from(all[i].at); });
+  parallel::for_each(all.size(),
+                     [&](std::size_t i) { all[i].explained = leftover.explained_from(all[i].at); });
   std::sort(all.begin(), all.end(),
             [](const Spot& a, const Spot& b) { return a.explained > b.explained; });
   std::vector<Spot> kept;

@@ -7,6 +7,7 @@
 #include "diagnosis/held_model.h"
 #include "diagnosis/option.h"
 #include "factors/effects/effect.h"
+#include "graph/numerical_error.h"
 
 namespace magimu {
 namespace {
@@ -53,9 +54,10 @@ Stage stored_model(const Calibration& stored, const std::vector<const Recording*
     } else {
       ModelSpec spec = stage.spec();
       spec.effects.push_back(effect);
-      const Stage extended = pipeline.refit(stage, spec, start_of(*effect, active));
-      if (extended.result().converged()) {
-        stage = extended;
+      const std::optional<Stage> extended =
+          attempt([&] { return pipeline.refit(stage, spec, start_of(*effect, active)); });
+      if (extended && extended->result().converged()) {
+        stage = *extended;
       } else {
         leave_out(active.name, "the fit with it does not converge");
       }

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "graph/linear_system.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
+#include "graph/parallel.h"
 #include "graph/slot_finder.h"
 
 namespace magimu {
@@ -103,7 +101,7 @@ double LinearSystem::sum_over_chunks(const Body& body) const {
     }
   }
   std::vector<double> costs(chunks.size(), 0.0);
-  tbb::parallel_for(std::size_t(0), chunks.size(), [&](std::size_t i) {
+  parallel::for_each(chunks.size(), [&](std::size_t i) {
     costs[i] = body(*chunks[i].part, chunks[i].begin, chunks[i].end);
   });
   double sum = 0.0;

@@ -157,6 +157,7 @@ class EffectReadings {
         throw InputError("--effect", 0, 0, "the sensor touches the stationary_source",
                          "move its place away from the path, by 0.1 m or more");
       }
+      if (place.norm() < kTouching) place = Vector3(kTouching, 0.0, 0.0);  // a way to go
       while (nearest(place) < kLeastDistance) place *= 1.1;
       for (int i = 0; i < 3; ++i) source.parameters[std::size_t(i)].value = place[i];
     }

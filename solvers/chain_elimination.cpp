@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/chain_elimination.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cstring>
 #include <type_traits>
 #include <utility>
+
+#include "graph/parallel.h"
 
 namespace magimu::chain {
 namespace {
@@ -133,7 +133,7 @@ Elimination::Elimination(Structure structure) : s_(std::move(structure)) {
 bool Elimination::factorize(const LinearSystem& system, const VectorXd& scale, double lambda) {
   // The branches, and the products of the globals, are independent of each other.
   const std::size_t branches = s_.branches.size();
-  tbb::parallel_for(std::size_t(0), branches + s_.runs.size(), [&](std::size_t i) {
+  parallel::for_each(branches + s_.runs.size(), [&](std::size_t i) {
     if (i >= branches) return square_globals(system, i - branches);
     clear(s_.levels[std::size_t(s_.branches[i].begin)]);
     process(s_.branches[i], system, scale, lambda, work_[i]);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/chain_solver.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <utility>
 
+#include "graph/parallel.h"
 #include "solvers/chain_elimination.h"
 
 namespace magimu {
@@ -31,8 +30,9 @@ class ChainSolver final : public LinearSolver {
       solve_columns<1>(B, X, 0);
       return X;
     }
-    tbb::parallel_for(Eigen::Index(0), (B.cols() + kColumns - 1) / kColumns,
-                      [&](Eigen::Index i) { solve_columns<kColumns>(B, X, i * kColumns); });
+    parallel::for_each(std::size_t((B.cols() + kColumns - 1) / kColumns), [&](std::size_t i) {
+      solve_columns<kColumns>(B, X, Eigen::Index(i) * kColumns);
+    });
     return X;
   }
 

@@ -48,23 +48,26 @@ VectorXd IncrementalQr::moves(const Window& w, const WindowCoordinates& to) cons
   return out;
 }
 
+// at: the coordinates of the window's last node.
+void IncrementalQr::insert_last_node(int window, const VectorXd& at, Values& into) const {
+  const Window& w = windows_[std::size_t(window)];
+  VectorXd delta = VectorXd::Zero(w.values.dim());
+  std::vector<Key> last;
+  const auto& variables = w.elimination.variables();
+  for (std::size_t s = 0; s < variables.size(); ++s) {
+    const WindowElimination::Variable& v = variables[s];
+    if (v.place != WindowElimination::Place::kLast) continue;
+    const Values::Slot& slot = w.values.slots()[s];
+    set_move(v, slot, w.point.last, at, delta);
+    last.push_back(slot.key);
+  }
+  const Values now = w.values.retract({delta.data(), std::size_t(delta.size())});
+  for (const Key key : last) into.insert_from(now, key);
+}
+
 Values IncrementalQr::front() const {
   Values out = globals_;
-  for (const Chain& chain : chains_) {
-    const Window& w = windows_[std::size_t(chain.windows.back())];
-    VectorXd delta = VectorXd::Zero(w.values.dim());
-    std::vector<Key> last;
-    const auto& variables = w.elimination.variables();
-    for (std::size_t s = 0; s < variables.size(); ++s) {
-      const WindowElimination::Variable& v = variables[s];
-      if (v.place != WindowElimination::Place::kLast) continue;
-      const Values::Slot& slot = w.values.slots()[s];
-      set_move(v, slot, w.point.last, chain.last, delta);
-      last.push_back(slot.key);
-    }
-    const Values now = w.values.retract({delta.data(), std::size_t(delta.size())});
-    for (const Key key : last) out.insert_from(now, key);
-  }
+  for (const Chain& chain : chains_) insert_last_node(chain.windows.back(), chain.last, out);
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "graph/decompositions.h"
+#include "graph/numerical_error.h"
 #include "solvers/incremental_qr.h"
 
 namespace magimu {
@@ -90,8 +91,8 @@ MatrixXd IncrementalQr::covariance(const std::vector<Key>& keys) const {
       const Values now = front();
       Values wanted;
       for (const Key key : keys) wanted.insert_from(now, key);
-      throw std::domain_error("the data leave a direction undetermined: " +
-                              describe(undetermined.front(), wanted));
+      throw NumericalError("the data leave a direction undetermined: " +
+                           describe(undetermined.front(), wanted));
     }
   }
   return inverse * inverse.transpose();

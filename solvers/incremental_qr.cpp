@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "graph/numerical_error.h"
+
 namespace magimu {
 namespace {
 
@@ -165,10 +167,18 @@ bool IncrementalQr::relinearize(int limit, double from_drift, UpdateResult& resu
     Window& w = windows_[std::size_t(i)];
     const WindowCoordinates to = coordinates(w);
     const VectorXd delta = moves(w, to);
-    w.values = w.values.retract({delta.data(), std::size_t(delta.size())});
-    w.point = to;
-    put(i);
     drift_[std::size_t(i)] = 0.0;
+    const Values values =
+        std::exchange(w.values, w.values.retract({delta.data(), std::size_t(delta.size())}));
+    const WindowCoordinates point = std::exchange(w.point, to);
+    Condensed condensed = condense(w, !w.removed);
+    if (!is_finite(condensed)) {  // the linearization that it has is the better one
+      w.values = values;
+      w.point = point;
+      continue;
+    }
+    w.otherwise.reset();
+    put(i, std::move(condensed));
     result.variables += w.values.size();
     if (i != result.window) result.relinearized.push_back(i);
   }
@@ -200,20 +210,9 @@ void IncrementalQr::attend_to_old_windows(UpdateResult& result, bool stepped) {
 
 int IncrementalQr::add(FactorGraph factors, const Values& new_values, FactorGraph removable,
                        bool hold_back) {
-  put_held(false);
-  const int window = windows();
-  windows_.push_back(make_window(std::move(factors), new_values, std::move(removable)));
-  drift_.push_back(0.0);
-  Window& w = windows_.back();
-  w.removed = hold_back;
-  if (w.chain < 0) loose_.push_back(window);
-  if (hold_back && w.chain >= 0 && chains_[std::size_t(w.chain)].tree.size() > 0) {
-    hold(window);
-    return window;
-  }
-  put(window);
-  if (w.chain >= 0) chains_[std::size_t(w.chain)].last = w.point.last;
-  return window;
+  Joining joining = make_window(std::move(factors), new_values, std::move(removable));
+  condense(joining, hold_back);
+  return join(std::move(joining), hold_back);
 }
 
 void IncrementalQr::append(FactorGraph factors, const Values& new_values, FactorGraph removable,
@@ -284,6 +283,9 @@ bool IncrementalQr::put_otherwise(int window, bool removed) {
   if (w.removed == removed) return false;
   Condensed now = w.otherwise ? std::move(*w.otherwise) : condense(w, !removed);
   w.otherwise.reset();
+  if (!is_finite(now)) {
+    throw NumericalError("the removable factors of a window are not finite where it is linearized");
+  }
   w.removed = removed;
   put(window, std::move(now));
   return true;

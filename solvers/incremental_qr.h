@@ -77,9 +77,10 @@ class IncrementalQr {
   // A window: factors among the new variables, the globals (new ones among the new variables), and
   // the last node of one chain, which the window continues; without that it starts a chain. Factors
   // of `removable` can be taken out later. Throws std::invalid_argument, naming the factor, where
-  // one reaches further back, and leaves everything as it was. hold_back: as if remove() had been
-  // called for the window, for a look at innovation() first; conclude() then ends the update, and
-  // the estimate may wait for it.
+  // one reaches further back, and NumericalError, naming it, where one is not finite (or a window
+  // too large for double arithmetic), and leaves everything as it was. hold_back: as if remove()
+  // had been called for the window, for a look at innovation() first; conclude() then ends the
+  // update, and the estimate may wait for it.
   UpdateResult update(FactorGraph factors, const Values& new_values, FactorGraph removable = {},
                       bool hold_back = false);
   // The same, but the estimate waits for the next update() or idle(): for a start with many windows
@@ -138,6 +139,16 @@ class IncrementalQr {
     // empty: nobody has asked since it was linearized.
     std::optional<Condensed> otherwise;
   };
+  // A window on its way in: all that it will change, so that what is refused changes nothing.
+  struct Joining {
+    Window window;
+    Values anchors, globals;  // with the new ones
+    VectorXd x_globals;
+    bool begins_chain = false;
+    std::uint32_t low = 0, high = 0;  // indices of its nodes
+    Condensed condensed;
+    std::optional<Condensed> otherwise;  // with its removable factors, where it is without
+  };
   // The newest window, where it continues a chain and is held back: not in the tree yet.
   struct Held {
     int window = -1;
@@ -152,11 +163,15 @@ class IncrementalQr {
   };
 
   int find_chain(const FactorGraph& graph, const Values& new_values) const;
-  Window make_window(FactorGraph factors, const Values& new_values, FactorGraph removable);
+  int newest_window(int chain) const;
+  Joining make_window(FactorGraph factors, const Values& new_values, FactorGraph removable) const;
+  void condense(Joining& joining, bool hold_back) const;
+  static bool is_finite(const Condensed& condensed);
+  int join(Joining joining, bool hold_back);
+  void insert_last_node(int window, const VectorXd& at, Values& into) const;
   Condensed condense(const Window& w, bool with_removable) const;
   void put(int window);
   void put(int window, Condensed condensed);
-  void hold(int window);
   void put_held(bool take_in);
   void turn(int window, bool removed);
   bool put_otherwise(int window, bool removed);

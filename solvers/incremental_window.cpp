@@ -5,16 +5,17 @@
 #include <limits>
 #include <stdexcept>
 
+#include "graph/not_finite.h"
+#include "graph/numerical_error.h"
 #include "solvers/incremental_qr.h"
 
 namespace magimu {
 namespace {
 
-std::string name_of(std::span<const Key> keys) {
-  std::string text = "the factor on (";
-  for (std::size_t i = 0; i < keys.size(); ++i) text += (i > 0 ? ", " : "") + to_string(keys[i]);
-  return text + ")";
-}
+// Beyond this, sums of squares of several windows might no longer be finite.
+constexpr double kLargest = 1e100;
+
+bool is_moderate(const RowBlock& R) { return (R.array().abs() < kLargest).all(); }
 
 template <class Body>
 void for_each_factor(const FactorGraph& graph, const Body& body) {
@@ -25,6 +26,18 @@ void for_each_factor(const FactorGraph& graph, const Body& body) {
 
 }  // namespace
 
+// Of a chain; one that is held back counts.
+int IncrementalQr::newest_window(int chain) const {
+  const bool held = held_.window >= 0 && windows_[std::size_t(held_.window)].chain == chain;
+  return held ? held_.window : chains_[std::size_t(chain)].windows.back();
+}
+
+bool IncrementalQr::is_finite(const Condensed& condensed) {
+  return is_moderate(condensed.triangle.R) && condensed.triangle.squares < kLargest * kLargest &&
+         std::ranges::all_of(condensed.nodes,
+                             [](const EliminatedNode& n) { return is_moderate(n.R); });
+}
+
 int IncrementalQr::find_chain(const FactorGraph& graph, const Values& new_values) const {
   int chain = -1;
   for_each_factor(graph, [&](std::span<const Key> keys, std::span<const VariableType> types) {
@@ -33,24 +46,24 @@ int IncrementalQr::find_chain(const FactorGraph& graph, const Values& new_values
       const Values& known = new_values.contains(key) ? new_values : globals_;
       if (known.contains(key)) {
         if (known.slot(key).type == types[k]) continue;
-        throw std::invalid_argument(name_of(keys) + " takes " + to_string(key) + " for a " +
+        throw std::invalid_argument(name_of_factor(keys) + " takes " + to_string(key) + " for a " +
                                     to_string(types[k]) + ", but it is a " +
                                     to_string(known.slot(key).type));
       }
       int found = -1;
       for (std::size_t c = 0; c < chains_.size() && !options_.is_global(key); ++c) {
-        const Values& last = windows_[std::size_t(chains_[c].windows.back())].values;
+        const Values& last = windows_[std::size_t(newest_window(int(c)))].values;
         if (key.index == chains_[c].last_index && last.contains(key)) found = int(c);
       }
       if (found < 0) {
         throw std::invalid_argument(
-            name_of(keys) + " needs " + to_string(key) +
+            name_of_factor(keys) + " needs " + to_string(key) +
             ", which is neither new nor a global nor of the last node of a chain: a window can "
             "only join nodes of its own and the node before it; give a graph with such a loop to "
             "LevenbergMarquardt, or all windows of the loop in one update");
       }
       if (chain >= 0 && chain != found) {
-        throw std::invalid_argument(name_of(keys) +
+        throw std::invalid_argument(name_of_factor(keys) +
                                     " is of another chain than the window's other factors: a "
                                     "window continues one chain");
       }
@@ -60,10 +73,11 @@ int IncrementalQr::find_chain(const FactorGraph& graph, const Values& new_values
   return chain;
 }
 
-IncrementalQr::Window IncrementalQr::make_window(FactorGraph factors, const Values& new_values,
-                                                 FactorGraph removable) {
+IncrementalQr::Joining IncrementalQr::make_window(FactorGraph factors, const Values& new_values,
+                                                  FactorGraph removable) const {
   const int chain = std::max(find_chain(factors, new_values), find_chain(removable, new_values));
-  Window w;
+  Joining out;
+  Window& w = out.window;
   w.factors = std::move(factors);
   w.removable = std::move(removable);
   std::uint32_t low = std::numeric_limits<std::uint32_t>::max(), high = 0;
@@ -89,44 +103,80 @@ IncrementalQr::Window IncrementalQr::make_window(FactorGraph factors, const Valu
                                 " of the chain that is there already: number nodes along each "
                                 "chain, and chains apart");
   }
-  // All is well: from here on this object changes.
+  out.anchors = anchors_;
+  out.globals = globals_;
   for (const Values::Slot& s : new_values.slots()) {
     if (!options_.is_global(s.key)) continue;
-    anchors_.insert_from(new_values, s.key);
-    globals_.insert_from(new_values, s.key);
-    const VectorXd old = x_globals_;
-    x_globals_ = VectorXd::Zero(anchors_.dim());
-    x_globals_.head(old.size()) = old;
+    out.anchors.insert_from(new_values, s.key);
+    out.globals.insert_from(new_values, s.key);
   }
+  out.x_globals = VectorXd::Zero(out.anchors.dim());
+  out.x_globals.head(x_globals_.size()) = x_globals_;
   std::optional<std::uint32_t> first;
-  w.values = globals_;
-  w.point.globals = x_globals_;
+  w.values = out.globals;
+  w.point.globals = out.x_globals;
   if (chain >= 0) {
-    const Chain& c = chains_[std::size_t(chain)];
-    const Values now = front();
-    first = c.last_index;
-    w.point.first = c.last;
-    const Window& before = windows_[std::size_t(c.windows.back())];
-    const auto& variables = before.elimination.variables();
-    for (std::size_t s = 0; s < variables.size(); ++s) {
-      if (variables[s].place != WindowElimination::Place::kLast) continue;
-      w.values.insert_from(now, before.values.slots()[s].key);
-    }
+    const int before = newest_window(chain);
+    first = chains_[std::size_t(chain)].last_index;
+    w.point.first = before == held_.window ? windows_[std::size_t(before)].point.last
+                                           : chains_[std::size_t(chain)].last;
+    insert_last_node(before, w.point.first, w.values);
   }
   for (const Key key : w.own) w.values.insert_from(new_values, key);
   w.elimination =
       WindowElimination({&w.factors, &w.removable}, w.values, options_.is_global, first);
   w.point.last = VectorXd::Zero(w.elimination.last_width());
-  w.chain = chain;
-  if (!w.own.empty()) {
-    if (chain < 0) {
-      w.chain = int(chains_.size());
-      chains_.emplace_back();
-      chains_.back().first_index = low;
-    }
-    chains_[std::size_t(w.chain)].last_index = high;
+  out.begins_chain = chain < 0 && !w.own.empty();
+  w.chain = out.begins_chain ? int(chains_.size()) : chain;
+  out.low = low;
+  out.high = high;
+  return out;
+}
+
+// With and without its removable factors where it may turn, linearized once. Throws NumericalError
+// where the result is not finite.
+void IncrementalQr::condense(Joining& joining, bool hold_back) const {
+  Window& w = joining.window;
+  const auto linearized =
+      w.elimination.linearize({&w.factors, &w.removable}, {true, true}, w.values);
+  const auto condensed = [&](bool with_removable) {
+    Condensed out;
+    out.triangle = w.elimination.condense(linearized, {true, with_removable}, w.point, &out.nodes);
+    if (is_finite(out)) return out;
+    std::optional<NotFinite> found = find_not_finite(w.factors, w.values);
+    if (!found) found = find_not_finite(w.removable, w.values);
+    throw NumericalError(found ? found->what + " is not a finite number"
+                               : "the numbers of a window are too large");
+  };
+  joining.condensed = condensed(!hold_back);
+  if (hold_back) joining.otherwise = condensed(true);
+}
+
+// Nothing can fail from here on.
+int IncrementalQr::join(Joining joining, bool hold_back) {
+  put_held(false);
+  const int window = windows();
+  anchors_ = std::move(joining.anchors);
+  globals_ = std::move(joining.globals);
+  x_globals_ = std::move(joining.x_globals);
+  windows_.push_back(std::move(joining.window));
+  drift_.push_back(0.0);
+  Window& w = windows_.back();
+  w.removed = hold_back;
+  if (w.chain < 0) loose_.push_back(window);
+  if (joining.begins_chain) {
+    chains_.emplace_back();
+    chains_.back().first_index = joining.low;
   }
-  return w;
+  if (w.chain >= 0) chains_[std::size_t(w.chain)].last_index = joining.high;
+  if (hold_back && w.chain >= 0 && !joining.begins_chain) {
+    held_ = {window, std::move(joining.condensed.triangle)};
+  } else {
+    put(window, std::move(joining.condensed));
+    if (w.chain >= 0) chains_[std::size_t(w.chain)].last = w.point.last;
+  }
+  w.otherwise = std::move(joining.otherwise);
+  return window;
 }
 
 IncrementalQr::Condensed IncrementalQr::condense(const Window& w, bool with_removable) const {
@@ -136,17 +186,6 @@ IncrementalQr::Condensed IncrementalQr::condense(const Window& w, bool with_remo
       w.elimination.condense(w.elimination.linearize({&w.factors, &w.removable}, used, w.values),
                              used, w.point, &out.nodes);
   return out;
-}
-
-// With and without its removable factors, linearized once.
-void IncrementalQr::hold(int window) {
-  Window& w = windows_[std::size_t(window)];
-  const auto linearized =
-      w.elimination.linearize({&w.factors, &w.removable}, {true, true}, w.values);
-  held_ = {window, w.elimination.condense(linearized, {true, false}, w.point, nullptr)};
-  Condensed with;
-  with.triangle = w.elimination.condense(linearized, {true, true}, w.point, &with.nodes);
-  w.otherwise = std::move(with);
 }
 
 }  // namespace magimu

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/information_windows.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
+#include "graph/parallel.h"
 #include "solvers/bordered_rows.h"
 
 namespace magimu {
@@ -139,7 +138,8 @@ double condense_information(const WindowedSystem& s, double enough, CondensedCha
   // Where the digits do not suffice in one, they hardly do in any.
   if (!s.windows.empty()) condense_one(0);
   if (s.windows.empty() || pivot.front() >= enough) {
-    tbb::parallel_for(std::size_t(1), std::max<std::size_t>(1, s.windows.size()), condense_one);
+    parallel::for_each(std::max<std::size_t>(1, s.windows.size()) - 1,
+                       [&](std::size_t w) { condense_one(w + 1); });
   }
   const double least = pivot.empty() ? 1.0 : *std::min_element(pivot.begin(), pivot.end());
   return least < enough ? least : std::min(least, link(s, ends, out));

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "graph/not_finite.h"
+#include "graph/numerical_error.h"
 #include "solvers/null_space.h"
 #include "solvers/optimizer_problem.h"
 
@@ -17,7 +19,7 @@ constexpr double kCostPrecision = 1e-12;
 // Variables are held to about this relative precision, and so is what the residuals make of them.
 constexpr double kVariablePrecision = 4.0 * std::numeric_limits<double>::epsilon();
 
-constexpr const char* kNotFiniteMessage = "A residual or a Jacobian is not a finite number.";
+constexpr const char* kNotFiniteMessage = "A residual or a Jacobian is not a finite number";
 
 using Step = ProposedStep;
 
@@ -37,7 +39,7 @@ class Run {
   bool linearization_is_finite() const { return problem_->is_finite(); }
   bool start_is_finite() {
     if (std::isfinite(cost())) return true;
-    stop(StopReason::kNotFinite, "The residuals at the initial values are not finite numbers.");
+    stop_not_finite("The residuals at the initial values are not finite numbers");
     return false;
   }
 
@@ -88,12 +90,20 @@ class Run {
              ? "No step reduces the cost: the residuals are rough, or a Jacobian is wrong."
              : "No step reduces the cost." + faded);
   }
+  // Names the first factor that is at fault.
+  void stop_not_finite(const std::string& sentence) {
+    const std::optional<NotFinite> found = find_not_finite(graph_, problem_->values());
+    stop(StopReason::kNotFinite, sentence + (found ? ": " + found->what : "") + ".");
+  }
   void stop_singular() {
     std::string message = "The data leave a combination of variables undetermined";
     const Values at = problem_->values();
     LinearSystem system(graph_, at);
     system.linearize(at);
-    const auto null = find_null_space(system, *make_linear_solver(options_.backend));
+    const auto found =
+        attempt([&] { return find_null_space(system, *make_linear_solver(options_.backend)); });
+    if (!found) return stop_not_finite(kNotFiniteMessage);
+    const std::vector<NullDirection>& null = *found;
     if (null.empty() && options_.form == EliminationForm::kInformation) {
       return stop(StopReason::kSingular,
                   "The data determine all variables, but some too weakly for the information form; "
@@ -194,7 +204,7 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
       accepted = std::isfinite(cost) && gain_ratio > options_.min_gain_ratio;
       if (accepted) run.accept();
     } else if (!run.linearization_is_finite()) {
-      run.stop(StopReason::kNotFinite, kNotFiniteMessage);
+      run.stop_not_finite(kNotFiniteMessage);
       break;
     }
     if (!solved) step.damping = used;
@@ -238,7 +248,7 @@ Result GaussNewton::optimize(const Values& initial) const {
       if (run.linearization_is_finite()) {
         run.stop_singular();
       } else {
-        run.stop(StopReason::kNotFinite, kNotFiniteMessage);
+        run.stop_not_finite(kNotFiniteMessage);
       }
       break;
     }
@@ -246,9 +256,9 @@ Result GaussNewton::optimize(const Values& initial) const {
     run.try_step(step, 0.0);
     run.accept();
     if (!std::isfinite(run.cost())) {
-      run.stop(StopReason::kNotFinite,
-               "A full step led to residuals that are not finite numbers; "
-               "Levenberg-Marquardt would have shortened it.");
+      run.stop_not_finite(
+          "A full step led to residuals that are not finite numbers (Levenberg-Marquardt would "
+          "have shortened it)");
       break;
     }
     run.record(step, (before - run.cost()) / step.predicted_decrease, true, gradient_norm);

@@ -2,7 +2,8 @@
 #include "solvers/marginals.h"
 
 #include <algorithm>
-#include <stdexcept>
+
+#include "graph/numerical_error.h"
 
 namespace magimu {
 namespace {
@@ -38,7 +39,7 @@ Marginals::Marginals(const LinearSystem& system, const Values& values, Backend b
   for (double damping = 0.0; damping < 1e-9; damping = std::max(1e-16, 10.0 * damping)) {
     if (solver_->factorize(system, scale_, damping)) return;
   }
-  throw std::domain_error("the graph is too close to singular for its covariance");
+  throw NumericalError("the graph is too close to singular for its covariance");
 }
 
 void Marginals::find_null_space_of(const LinearSystem& system) {
@@ -58,8 +59,8 @@ MatrixXd Marginals::covariance(const std::vector<Key>& keys) const {
   for (Eigen::Index i = 0; i < null_basis_.cols(); ++i) {
     for (const int c : columns) {
       if (std::abs(null_basis_(c, i)) > 1e-6) {
-        throw std::domain_error("the data leave a combination undetermined: " +
-                                describe(null_space_[std::size_t(i)], values_));
+        throw NumericalError("the data leave a combination undetermined: " +
+                             describe(null_space_[std::size_t(i)], values_));
       }
     }
   }

@@ -6,12 +6,14 @@
 #include <map>
 
 #include "graph/decompositions.h"
+#include "graph/numerical_error.h"
 
 namespace magimu {
 namespace {
 
 constexpr double kDamping =
     1e-12;  // keeps the normal matrix regular, far below any real eigenvalue
+constexpr double kMostDamping = 3e-6;  // a matrix that is singular with that is not finite
 constexpr int kIterations = 5;
 // A matrix whose inverse is smaller than this in the norm is regular. The inverse of a singular one
 // that rounding lets pass has pivots of 1e-14 or so to divide by.
@@ -29,6 +31,16 @@ MatrixXd start_block(int rows, int cols) {
   return block;
 }
 
+// Damped: a matrix that is barely regular would let rounding through.
+void factorize_beyond_doubt(LinearSolver& solver, const LinearSystem& system,
+                            const VectorXd& scale) {
+  bool regular = false;
+  for (double damping = kDamping; !regular && damping <= kMostDamping; damping *= 10.0) {
+    regular = scale.allFinite() && solver.factorize(system, scale, damping);
+  }
+  if (!regular) throw NumericalError("the linear system has numbers that are not finite");
+}
+
 MatrixXd orthonormal(const MatrixXd& m) {
   const Eigen::HouseholderQR<MatrixXd> qr(m);
   return qr.householderQ() * MatrixXd::Identity(m.rows(), m.cols());
@@ -40,12 +52,7 @@ std::vector<NullDirection> find_null_space(const LinearSystem& system, LinearSol
                                            double tolerance, int max_directions) {
   const VectorXd scale = column_scale(system);
   std::vector<NullDirection> found;
-  double damping = kDamping;
-  while (!solver.factorize(system, scale, damping)) {
-    damping *= 10.0;
-    if (damping > 1e-6)
-      throw std::runtime_error("the linear system has entries that are not finite");
-  }
+  factorize_beyond_doubt(solver, system, scale);
   const int p = std::min(max_directions, system.cols());
   MatrixXd V = orthonormal(start_block(system.cols(), p));
   for (int i = 0; i < kIterations; ++i) V = orthonormal(solver.solve_normal(V));

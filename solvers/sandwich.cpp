@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/sandwich.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "graph/decompositions.h"
+#include "graph/parallel.h"
 #include "solvers/square_sum.h"
 
 namespace magimu {
@@ -57,7 +56,7 @@ BlockSums sums_of(const LinearSystem& system, const RowMajor& H,
   const int p = int(H.cols());
   const std::vector<std::vector<int>> rows = rows_of_blocks(block_of_row, blocks);
   BlockSums out{MatrixXd::Zero(p, blocks), std::vector<MatrixXd>(std::size_t(blocks))};
-  tbb::parallel_for(std::size_t(0), rows.size(), [&](std::size_t b) {
+  parallel::for_each(rows.size(), [&](std::size_t b) {
     SquareSum sum(p + 1);  // of rows [influence | residual]
     for (const int i : rows[b]) {
       double* const influence = sum.rows(1);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/square_root_windows.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "graph/parallel.h"
 #include "solvers/householder.h"
 
 namespace magimu {
@@ -291,7 +290,7 @@ CondensedWindow link(const WindowedSystem& s, const std::vector<EndRows>& ends,
 void condense_square_root(const WindowedSystem& s, CondensedChain& out) {
   std::vector<EndRows> ends(s.windows.size());
   out.windows.assign(s.windows.size(), nothing_about(s.layout.globals.size()));
-  tbb::parallel_for(std::size_t(0), s.windows.size(), [&](std::size_t w) {
+  parallel::for_each(s.windows.size(), [&](std::size_t w) {
     if (s.windows[w].first < 0) return;
     out.windows[w] = condense_window(s, s.windows[w], ends[w]);
   });

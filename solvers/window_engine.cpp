@@ -2,11 +2,12 @@
 #include "solvers/window_engine.h"
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "graph/parallel.h"
 
 namespace magimu {
 
@@ -121,7 +122,7 @@ double WindowEngine::pass_over(Pass pass, int set, double damping, const Before&
                 AlignedBuffer(std::size_t(program_.jacobian_doubles()) * lanes_),
                 AlignedBuffer(std::size_t(sizes_.panel) * lanes_)};
   });
-  tbb::parallel_for(std::size_t(0), groups_.size(), [&](std::size_t g) {
+  parallel::for_each(groups_.size(), [&](std::size_t g) {
     Work& work = works.local();
     before(g, work);
     Sweep s = sweep(g, set);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/window_layout.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <numeric>
 #include <utility>
 
+#include "graph/parallel.h"
 #include "graph/slot_finder.h"
 #include "solvers/lists.h"
 
@@ -38,7 +37,7 @@ class Search {
     out.factor.resize(graph_.batches().size());
     out.noise.resize(out.factor.size());
     std::vector<char> fits(out.factor.size(), 0);
-    tbb::parallel_for(std::size_t(0), fits.size(), [&](std::size_t b) {
+    parallel::for_each(fits.size(), [&](std::size_t b) {
       fits[b] = resolve(*graph_.batches()[b], out.factor[b], out.noise[b]) ? 1 : 0;
     });
     return std::count(fits.begin(), fits.end(), 0) == 0;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/window_program.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <utility>
+
+#include "graph/parallel.h"
 
 namespace magimu::lanes {
 
@@ -15,7 +15,7 @@ Program::Program(const FactorGraph& graph, const Layout& layout, Isa isa)
       lanes_(std::size_t(lanes_of(isa))),
       groups_(layout.groups.size()) {
   std::vector<Part> parts(graph.batches().size());
-  tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t b) { parts[b] = assign(b); });
+  parallel::for_each(parts.size(), [&](std::size_t b) { parts[b] = assign(b); });
   for (Part& part : parts) {
     for (auto& pattern : part.patterns) {
       const Pattern& p = pattern->pattern;
@@ -25,7 +25,7 @@ Program::Program(const FactorGraph& graph, const Layout& layout, Isa isa)
     global_factors_.insert(global_factors_.end(), part.global_factors.begin(),
                            part.global_factors.end());
   }
-  tbb::parallel_for(std::size_t(0), groups_.size(), [&](std::size_t g) {
+  parallel::for_each(groups_.size(), [&](std::size_t g) {
     std::vector<const Layer*> layers;
     for (const Part& part : parts) {
       for (const Layer& layer : part.layers[g]) layers.push_back(&layer);

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Where the window engine keeps its values: node by node, lanes side by side.
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 
 #include "solvers/window_engine.h"
+
+#include "graph/parallel.h"
 
 namespace magimu {
 
@@ -23,7 +24,7 @@ void WindowEngine::load(const Values& values) {
     }
   };
   current_ = condensed_ = 0;
-  tbb::parallel_for(std::size_t(0), groups_.size(), [&](std::size_t g) {
+  parallel::for_each(groups_.size(), [&](std::size_t g) {
     const Layout::Group& group = layout_.groups[g];
     for (std::size_t lane = 0; lane < lanes_; ++lane) {
       const int own = group.windows[lane];

@@ -5,6 +5,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
+#include "graph/numerical_error.h"
 #include "solvers/levenberg_marquardt.h"
 #include "solvers/marginals.h"
 #include "tests/solvers/windowed.h"
@@ -233,6 +237,42 @@ TEST(IncrementalQr, what_is_undetermined_is_named_and_does_not_move) {
     FAIL() << "a covariance of what is undetermined";
   } catch (const std::domain_error& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("i0"));
+  }
+}
+
+// A factor of a reading that is not finite, or far too large for double arithmetic, removable or
+// not, while another window is held back or not.
+TEST(IncrementalQr, a_window_that_is_not_finite_is_refused_by_name_and_changes_nothing) {
+  const Stream s = test::rotations_in_windows(16, 100, 10);
+  for (const double size :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e170}) {
+    IncrementalQr undisturbed({.is_global = is_global}), disturbed({.is_global = is_global});
+    const PriorFactor<Vector3> bad(key::acc_bias, Vector3::Constant(size),
+                                   Noise<3>::isotropic(1.0));
+    for (std::size_t i = 0; i < s.windows.size(); ++i) {
+      const Stream::Window& w = s.windows[i];
+      for (const bool removable : {false, true}) {
+        if (removable && i % 2 == 0) continue;
+        Stream::Window damaged = w;
+        (removable ? damaged.removable : damaged.factors).add(bad);
+        try {
+          disturbed.update(damaged.factors, damaged.values, damaged.removable, removable);
+          FAIL() << "a window that is not finite at " << size;
+        } catch (const NumericalError& error) {
+          EXPECT_THAT(error.what(), std::isfinite(size) ? testing::HasSubstr("large")
+                                                        : testing::HasSubstr("factor on (a0)"));
+        }
+        ASSERT_EQ(disturbed.windows(), undisturbed.windows());
+      }
+      const bool held = i % 3 == 1;  // until the next one comes, or taken in
+      for (IncrementalQr* e : {&undisturbed, &disturbed}) {
+        const int window = e->update(w.factors, w.values, w.removable, held).window;
+        if (held && i % 2 == 0) e->conclude(window, true);
+      }
+    }
+    EXPECT_EQ(disturbed.estimate().local_coordinates(undisturbed.estimate()).norm(), 0.0);
+    EXPECT_EQ(disturbed.cost(), undisturbed.cost());
+    EXPECT_EQ(disturbed.covariance(kCalibration), undisturbed.covariance(kCalibration));
   }
 }
 

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A factorization that is wanted even where the system leaves directions free: with as little
+// damping as it takes, and an end where no damping helps.
+#pragma once
+
+#include "solvers/linear_solver.h"
+
+namespace magimu {
+
+// Factorizes undamped, or with the first damping of 1e-12, 1e-11, ..., 1 that makes the matrix
+// regular, and returns it. Columns have unit norm, so that a damping of 1 doubles the diagonal: a
+// matrix that is still singular has numbers that are not finite. Throws NumericalError then; with
+// graph and values, it names the factor.
+double factorize_damped(LinearSolver& solver, const LinearSystem& system, const VectorXd& scale);
+double factorize_damped(LinearSolver& solver, const LinearSystem& system, const VectorXd& scale,
+                        const FactorGraph& graph, const Values& values);
+
+}  // namespace magimu

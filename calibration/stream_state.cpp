@@ -202,6 +202,7 @@ Calibration StreamingCalibration::State::finish(const std::vector<const Recordin
   settle();
   ModelSpec spec = spec_;
   spec.without_mag = left_out();
+  const int last = samples_.windows()[std::size_t(estimator_->windows() - 1)].last;
   Stage stage(recordings, spec, std::vector<NodePlan>{samples_.plan_until(last)}, batch_.optimizer);
   stage.fit(estimator_->estimate(), true);
   Calibration c = summarize(recordings, stage, batch_);

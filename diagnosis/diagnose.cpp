@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "calibration/check_axes.h"
 #include "calibration/no_fit.h"
 #include "diagnosis/against.h"
 #include "diagnosis/departures.h"
@@ -19,6 +20,7 @@
 #include "diagnosis/unexplained.h"
 #include "graph/decompositions.h"
 #include "graph/numerical_error.h"
+#include "recording/error.h"
 
 namespace magimu {
 namespace {
@@ -79,6 +81,13 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   d.false_alarm_rate = options.false_alarm_rate;
   for (const Recording* r : given) d.recordings.push_back(r->name);
   d.notes = checked.warnings();
+
+  // Where the axes of accelerometer and gyroscope disagree no model fits, and every effect is seen.
+  const Mounting mounting = check_mounting(checked.get());
+  for (const AxesFinding& f : mounting.findings) {
+    if (f.sensor != "acc" && f.sensor != "gyr") continue;
+    throw InputError(given.front()->name, 0, 0, f.problem, f.text_of_remedy);
+  }
 
   progress("fitting the basic model", 0.0);
   std::vector<Recording> used, thin;

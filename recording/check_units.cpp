@@ -272,15 +272,43 @@ std::vector<Issue> check_mag(const Recording& r, const std::string& name, const 
                   45.0 / size))};
 }
 
+// Without the samples at an extreme that many share: a clipped rate is no measurement of its size.
+VectorSeries without_clipped(const VectorSeries& s) {
+  constexpr std::size_t kShared = 10;  // samples; no noise has so many equal extremes
+  Vector3 low = s.v.front(), high = low;
+  for (const Vector3& v : s.v) {
+    low = low.cwiseMin(v);
+    high = high.cwiseMax(v);
+  }
+  std::array<std::size_t, 3> at_low{}, at_high{};
+  for (const Vector3& v : s.v) {
+    for (int i = 0; i < 3; ++i) {
+      at_low[std::size_t(i)] += v[i] == low[i] ? 1 : 0;
+      at_high[std::size_t(i)] += v[i] == high[i] ? 1 : 0;
+    }
+  }
+  VectorSeries out;
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    bool clipped = false;
+    for (int i = 0; i < 3; ++i) {
+      clipped = clipped || (at_low[std::size_t(i)] > kShared && s.v[k][i] == low[i]) ||
+                (at_high[std::size_t(i)] > kShared && s.v[k][i] == high[i]);
+    }
+    if (!clipped) out.push_back(s.t[k], s.v[k]);
+  }
+  return out;
+}
+
 // What the gyroscope reads over the true rate, by the other sensors' directions; 0: not known.
 double gyroscope_gain(const Recording& r) {
   struct Seen {
     double gain, sigma;
   };
   std::vector<Seen> seen;
+  const VectorSeries gyr = without_clipped(r.gyr);
   const auto look = [&](const VectorSeries& directions, bool offset_unknown) {
     if (directions.size() < kEnough) return;
-    const auto found = regress_turns(r.gyr, directions, offset_unknown);
+    const auto found = regress_turns(gyr, directions, offset_unknown);
     if (!found || found->explained < kExplained || found->scale <= 0.0) return;
     const double relative = found->sigma / found->scale;
     seen.push_back({1.0 / found->scale, relative / found->scale});

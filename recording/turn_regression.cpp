@@ -21,7 +21,7 @@ constexpr double kLargeTurn = 0.3;
 constexpr double kLongestBlock = 1.0;      // s
 constexpr double kLeastTurnShare = 0.02;   // of the squared turns, about the least turned axis
 constexpr double kHuber = 3.0;             // robust standard deviations
-constexpr double kMedianToSigma = 1.4826;  // of a normal distribution's absolute values
+constexpr double kRobustToSigma = 1.4826;  // of a normal distribution's absolute values
 
 // Integral of the gyroscope's readings, axis by axis; times without samples count nothing.
 class IntegratedReadings {
@@ -237,7 +237,7 @@ std::optional<TurnRegression> regress_turns(const VectorSeries& gyr, const Vecto
       residual += weight[i] * r.squaredNorm();
     }
     out.explained = 1.0 - residual / std::max(squares, 1e-300);
-    const double limit = kHuber * kMedianToSigma * median(std::vector<double>(left));
+    const double limit = kHuber * kRobustToSigma * median(std::vector<double>(left));
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       weight[i] = left[i] > limit ? limit / left[i] : 1.0;
     }

@@ -25,7 +25,8 @@ bool is_file_to_be(const std::string& path) {
 bool same_file(const std::string& a, const std::string& b) {
   std::error_code error;
   if (fs::equivalent(a, b, error) && !error) return true;  // hard links and symbolic ones, too
-  const fs::path at = fs::weakly_canonical(a, error), bt = fs::weakly_canonical(b, error);
+  const fs::path at = fs::weakly_canonical(fs::absolute(a), error),
+                 bt = fs::weakly_canonical(fs::absolute(b), error);
   return !at.empty() && at == bt;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/bridged_gaps.h"
 #include "calibration/extension.h"
 #include "calibration/sample_times.h"
 #include "graph/parallel.h"
@@ -105,8 +106,10 @@ void gather_imu(const Source& s, GatheredMotion& out) {
 
 GatheredMotion gather_motion(const Source& s) {
   GatheredMotion out;
+  out.gyr_gap = gap_variances(s.recording.gyr, s.plan.t);
   if (s.spec.motion == MotionModel::kHandHeld) {
     gather_imu(s, out);
+    out.acc_gap = gap_variances(s.recording.acc, s.plan.t);
   } else {
     out.acc = block_means(s.recording.acc, s.gyr, s.plan);
     gather_turns(s, out);

@@ -21,6 +21,8 @@ struct GatheredMotion {
   std::vector<PreintegratedGyroscope> turns;  // empty where all are single
   // The hand moves it.
   std::vector<PreintegratedImu> imu;
+  // What gaps in between add to each interval (bridged_gaps.h); empty: nothing.
+  std::vector<double> gyr_gap, acc_gap;
 };
 
 class GatheredSamples {

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "calibration/acc_jitter.h"
+#include "calibration/bridged_gaps.h"
 #include "calibration/extension.h"
 #include "calibration/gathered.h"
 #include "factors/accelerometer_factor.h"
@@ -179,15 +180,15 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
 }
 
 void add_gyroscope(FactorGraph& graph, const Part& part) {
-  const double density = part.spec.noise.gyr;
   const VectorSeries& samples = part.recording.gyr;
   Collector<PreintegratedGyroscopeFactor> integrated(graph, part, {Channel::kGyr});
   const GatheredMotion& motion = part.gathered.motion(part.index);
   for (int i = 0; i + 1 < part.nodes(); ++i) {
     const Key pose = R(part.id(i)), next = R(part.id(i + 1));
     const long k = motion.single[std::size_t(i)];
+    const double h = part.plan.t[std::size_t(i) + 1] - part.plan.t[std::size_t(i)];
+    const double density = with_gap(part.spec.noise.gyr, motion.gyr_gap, std::size_t(i), h);
     if (k >= 0) {
-      const double h = part.plan.t[std::size_t(i) + 1] - part.plan.t[std::size_t(i)];
       graph.add(made_of_samples(part, "the gyroscope", i, [&] {
         return GyroscopeFactor(pose, next, key::gyr_bias, samples.v[std::size_t(k)], h,
                                Noise<3>::isotropic(density / std::sqrt(h)));
@@ -212,20 +213,24 @@ void add_imu(FactorGraph& graph, const Part& part) {
   Collector<ScaledImuFactor> scaled(graph, part, {Channel::kGyr, Channel::kAcc});
   for (int i = 1; i < part.nodes(); ++i) {
     const int a = part.id(i - 1), b = part.id(i);
-    const PreintegratedImu& integrated = part.gathered.motion(part.index).imu[std::size_t(i) - 1];
-    const double acc = acc_density[std::size_t(i)];
+    const GatheredMotion& motion = part.gathered.motion(part.index);
+    const std::size_t interval = std::size_t(i) - 1;
+    const PreintegratedImu& integrated = motion.imu[interval];
+    const double h = integrated.duration_s();
+    const double acc = with_gap(acc_density[std::size_t(i)], motion.acc_gap, interval, h);
+    const double gyr = with_gap(spec.noise.gyr, motion.gyr_gap, interval, h);
     const auto gain = [&integrated] { return integrated.effect_jacobian(); };
     const std::string imu = "gyroscope and accelerometer";
     if (spec.gyr_matrix) {
       const auto factor = made_of_samples(part, imu, i, [&] {
         return ScaledImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias, key::acc_bias,
-                               key::gyr_matrix, integrated, spec.noise.gyr, acc, g_n);
+                               key::gyr_matrix, integrated, gyr, acc, g_n);
       });
       scaled.add(factor, gain);
     } else {
       const auto factor = made_of_samples(part, imu, i, [&] {
         return PreintegratedImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias,
-                                      key::acc_bias, integrated, spec.noise.gyr, acc, g_n);
+                                      key::acc_bias, integrated, gyr, acc, g_n);
       });
       plain.add(factor, gain);
     }

@@ -5,7 +5,6 @@
 
 #include "calibration/nodes.h"
 #include "calibration/pipeline.h"
-#include "calibration/survey.h"
 #include "recording/csv.h"
 #include "recording/parts.h"
 #include "tests/calibration/cases.h"
@@ -105,18 +104,6 @@ TEST(OneRecordingInParts, shares_one_dip_with_its_parts_and_none_with_another_re
   EXPECT_EQ(c.trajectories.size(), 2U);
 }
 
-TEST(OneRecordingInParts, is_surveyed_as_a_whole) {
-  const Simulation s = simulated(SimulatedMotion::kHandHeld, 3);
-  const Survey whole = survey(s.recording),
-               parted = survey(with_gap(s.recording, 50.0, 55.0, 86400.0));
-  EXPECT_TRUE(parted.usable()) << parted.not_looked_further;
-  EXPECT_NEAR(parted.coverage.up, whole.coverage.up, 0.1);
-  for (int axis = 0; axis < 3; ++axis) {
-    EXPECT_LT(parted.coverage.turned_rad[axis], 1.01 * whole.coverage.turned_rad[axis]);
-  }
-  EXPECT_LT(parted.sigma("field.dip_deg"), 1.5 * whole.sigma("field.dip_deg"));
-}
-
 TEST(OneRecordingInParts, that_is_all_gaps_is_refused) {
   Recording r = simulated(SimulatedMotion::kHand, 3).recording;
   for (double begin = 0.6; begin < 120.0; begin += 2.0) r = with_gap(r, begin, begin + 1.4);
@@ -129,6 +116,32 @@ TEST(OneRecordingInParts, tells_what_the_reader_mended) {
   const Recording reset = with_reset(s.recording, 70.0);
   const CheckedRecordings checked({&reset});
   EXPECT_THAT(checked.warnings(), Contains(HasSubstr("the clock was set back at line")));
+}
+
+// Every second or so some samples are lost, too few to part the recording.
+TEST(BridgedGaps, cost_no_more_than_what_is_lost_in_them) {
+  for (const SimulatedMotion motion : {SimulatedMotion::kHand, SimulatedMotion::kHandHeld}) {
+    const Simulation s = simulated(motion, 4);
+    const Calibration whole = calibrate(s.recording);
+    Recording r = s.recording;
+    for (double begin = 5.0; begin < 115.0; begin += 1.1) {
+      each_series(r, [begin](VectorSeries& series) {
+        VectorSeries kept;
+        for (std::size_t k = 0; k < series.size(); ++k) {
+          if (series.t[k] < begin || series.t[k] >= begin + 0.15) {
+            kept.push_back(series.t[k], series.v[k]);
+          }
+        }
+        series = kept;
+      });
+    }
+    const CheckedRecordings checked({&r});
+    EXPECT_EQ(checked.get().size(), 1U);
+    const Calibration c = calibrate(r);
+    EXPECT_NE(c.trust.verdict, Verdict::kNo) << c.trust.reasons.front();
+    EXPECT_LT(farthest(c, whole), 4.0);
+    EXPECT_LT(c.sigma("magnetometers[0].bias[0]"), 3.0 * whole.sigma("magnetometers[0].bias[0]"));
+  }
 }
 
 // Magnetometer samples nearer to each other than the samples of the IMU.

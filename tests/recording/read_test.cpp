@@ -51,7 +51,7 @@ TEST(ReadRecording, a_pipe_is_read_as_csv_until_its_end) {
   const std::string path = folder.path("pipe");
   ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
   std::string content = kCsv;
-  for (int k = 1; k < 50000; ++k) content += std::to_string(k) + ",1,2,3,4,5,6,7,8,9\n";
+  for (int k = 1; k < 50000; ++k) content += std::to_string(0.01 * k) + ",1,2,3,4,5,6,7,8,9\n";
   std::thread writer([&] { std::ofstream(path) << content; });
   const Recording recording = read_recording(path);
   writer.join();

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <optional>
 
@@ -198,11 +199,13 @@ void Stage::refuse(const Result& result) const {
     for (std::size_t r = 0; r < plans_.size() && node != found->keys.end(); ++r) {
       const int k = int(node->index) - plans_[r].first;
       if (k < 0 || k >= int(plans_[r].t.size())) continue;
-      when = fmt::format(" It belongs to the samples at {:.3f} s of {}.",
+      when = fmt::format("; it belongs to the samples at {:.3f} s of {}",
                          plans_[r].t[std::size_t(k)], recordings_[r]->name);
     }
   }
-  throw NumericalError(result.message + when);
+  std::string what = result.message.substr(0, result.message.find_last_not_of('.') + 1);
+  what.front() = char(std::tolower(what.front()));  // goes on after a colon
+  throw NumericalError(what + when);
 }
 
 void Stage::fit_noise(const Values& start, bool warm, const NoiseKnowledge& known) {

@@ -47,11 +47,13 @@ std::optional<NotFinite> find_not_finite(const FactorGraph& graph, const Values&
     for (int i = 0; i < batch->size(); ++i) {
       const double cost =
           batch->linearize(values.data(), resolved, i, i + 1, residual.data(), jacobian.data());
-      const bool known = std::isfinite(cost) && all_finite(residual);
-      if (known && all_finite(jacobian)) continue;
+      const char* which = !all_finite(residual)   ? "the residual of "
+                          : !std::isfinite(cost)  ? "the square of the residual of "
+                          : !all_finite(jacobian) ? "a Jacobian of "
+                                                  : nullptr;
+      if (which == nullptr) continue;
       const auto keys = batch->keys(i);
-      return NotFinite{{keys.begin(), keys.end()},
-                       (known ? "a Jacobian of " : "the residual of ") + name_of_factor(keys)};
+      return NotFinite{{keys.begin(), keys.end()}, which + name_of_factor(keys)};
     }
   }
   return std::nullopt;

@@ -13,7 +13,8 @@ namespace magimu {
 
 struct NotFinite {
   std::vector<Key> keys;  // of the factor; the variable alone where that is at fault
-  // "variable x3", "the residual of the factor on (x3, x4)", "a Jacobian of the factor on ..."
+  // "variable x3", "the residual of the factor on (x3, x4)", "a Jacobian of the factor on ...",
+  // "the square of the residual of the factor on ..."
   std::string what;
 };
 

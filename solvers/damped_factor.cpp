@@ -11,8 +11,7 @@ constexpr double kLeastDamping = 1e-12, kLargestDamping = 1.0;
 
 // Negative where none helps.
 double least_damping(LinearSolver& solver, const LinearSystem& system, const VectorXd& scale) {
-  // Some back ends take numbers that are not finite without a word.
-  if (!scale.allFinite()) return -1.0;
+  if (!is_finite(system)) return -1.0;
   if (solver.factorize(system, scale, 0.0)) return 0.0;
   for (double damping = kLeastDamping; damping < 3.0 * kLargestDamping; damping *= 10.0) {
     if (solver.factorize(system, scale, damping)) return damping;
@@ -21,6 +20,10 @@ double least_damping(LinearSolver& solver, const LinearSystem& system, const Vec
 }
 
 }  // namespace
+
+bool is_finite(const LinearSystem& system) {
+  return system.residual().allFinite() && system.squared_column_norms().allFinite();
+}
 
 double factorize_damped(LinearSolver& solver, const LinearSystem& system, const VectorXd& scale) {
   const double damping = least_damping(solver, system, scale);

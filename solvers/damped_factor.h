@@ -7,6 +7,10 @@
 
 namespace magimu {
 
+// Are residuals, Jacobian and the squares of its columns finite? Some back ends take what is not
+// without a word.
+bool is_finite(const LinearSystem& system);
+
 // Factorizes undamped, or with the first damping of 1e-12, 1e-11, ..., 1 that makes the matrix
 // regular, and returns it. Columns have unit norm, so that a damping of 1 doubles the diagonal: a
 // matrix that is still singular has numbers that are not finite. Throws NumericalError then; with

@@ -4,9 +4,14 @@
 #include <algorithm>
 
 #include "graph/numerical_error.h"
+#include "solvers/damped_factor.h"
 
 namespace magimu {
 namespace {
+
+// Directions left free. A gauge or a motion that lacks something leaves a few a chain; noise that
+// is out of all proportion leaves thousands, and each costs as much as a solution.
+constexpr int kMostFree = 128;
 
 std::vector<int> columns_of(const Values& values, const std::vector<Key>& keys) {
   std::vector<int> columns;
@@ -30,6 +35,9 @@ Marginals::Marginals(const FactorGraph& graph, const Values& values, Backend bac
 
 Marginals::Marginals(const LinearSystem& system, const Values& values, Backend backend)
     : values_(values), scale_(column_scale(system)), solver_(make_linear_solver(backend)) {
+  if (!is_finite(system)) {
+    throw NumericalError("the linear system has numbers that are not finite");
+  }
   if (solver_->factorize(system, scale_, 0.0) && is_regular(*solver_, system.cols())) return;
   find_null_space_of(system);
   // With directions left free, find_null_space's damped factor serves: they are projected out.
@@ -47,6 +55,10 @@ void Marginals::find_null_space_of(const LinearSystem& system) {
   for (int limit = 8;; limit *= 2) {
     null_space_ = find_null_space(system, *solver_, kNullTolerance, limit);
     if (int(null_space_.size()) < limit) break;
+    if (limit >= kMostFree) {
+      throw NumericalError("more than " + std::to_string(kMostFree) +
+                           " combinations of variables are undetermined beside the others");
+    }
   }
   null_basis_.resize(system.cols(), Eigen::Index(null_space_.size()));
   for (std::size_t i = 0; i < null_space_.size(); ++i) {

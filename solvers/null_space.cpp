@@ -7,6 +7,7 @@
 
 #include "graph/decompositions.h"
 #include "graph/numerical_error.h"
+#include "solvers/damped_factor.h"
 
 namespace magimu {
 namespace {
@@ -14,6 +15,7 @@ namespace {
 constexpr double kDamping =
     1e-12;  // keeps the normal matrix regular, far below any real eigenvalue
 constexpr double kMostDamping = 3e-6;  // a matrix that is singular with that is not finite
+constexpr const char* kNotFinite = "the linear system has numbers that are not finite";
 constexpr int kIterations = 5;
 // A matrix whose inverse is smaller than this in the norm is regular. The inverse of a singular one
 // that rounding lets pass has pivots of 1e-14 or so to divide by.
@@ -35,10 +37,11 @@ MatrixXd start_block(int rows, int cols) {
 void factorize_beyond_doubt(LinearSolver& solver, const LinearSystem& system,
                             const VectorXd& scale) {
   bool regular = false;
+  if (!is_finite(system)) throw NumericalError(kNotFinite);
   for (double damping = kDamping; !regular && damping <= kMostDamping; damping *= 10.0) {
-    regular = scale.allFinite() && solver.factorize(system, scale, damping);
+    regular = solver.factorize(system, scale, damping);
   }
-  if (!regular) throw NumericalError("the linear system has numbers that are not finite");
+  if (!regular) throw NumericalError(kNotFinite);
 }
 
 MatrixXd orthonormal(const MatrixXd& m) {

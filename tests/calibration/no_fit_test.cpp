@@ -4,8 +4,10 @@
 #include <gmock/gmock.h>
 
 #include "calibration/calibration_json.h"
+#include "calibration/no_fit.h"
+#include "calibration/pipeline.h"
 #include "calibration/streaming.h"
-#include "calibration/survey.h"
+#include "graph/numerical_error.h"
 #include "recording/error.h"
 #include "tests/calibration/cases.h"
 
@@ -75,20 +77,37 @@ TEST(NoFit, a_density_a_hundred_times_off_is_told) {
   }
 }
 
-// Two nodes at times that doubles hardly tell apart: no time passes in which noise could gather.
-TEST(NoFit, samples_between_which_no_time_passes_are_named) {
-  Recording recording = short_case().recording;
-  VectorSeries& mag = recording.mag.front();
-  VectorSeries crowded;
-  for (std::size_t k = 0; k < mag.size(); ++k) {
-    crowded.push_back(mag.t[k], mag.v[k]);
-    if (k == 500) crowded.push_back(mag.t[k] + 1e-13, 1.0001 * mag.v[k]);
+// Fits with noise that no factor can have, and with a reading whose square is not finite.
+TEST(NoFit, a_stage_names_sensor_and_time) {
+  const Simulation s = short_case();
+  Recording damaged = s.recording;
+  damaged.acc.v[500][2] = 1e160;
+  for (const MotionModel motion : {MotionModel::kRotation, MotionModel::kHandHeld}) {
+    CalibrationOptions options;
+    options.motion = motion;
+    const std::vector<const Recording*> good = {&s.recording}, bad = {&damaged};
+    const Pipeline pipeline(good, options);
+    const Stage fitted = pipeline.coarse_fit(motion);
+    ModelSpec spec = fitted.spec();
+    spec.noise.gyr = 0.0;
+    EXPECT_THAT([&] { (void)pipeline.refit_with_same_noise(fitted, spec); },
+                testing::ThrowsMessage<NumericalError>(
+                    testing::AllOf(HasSubstr("gyroscope"), HasSubstr(" s of "))));
+    EXPECT_THAT([&] { (void)Pipeline(bad, options).coarse_fit(motion); },
+                testing::ThrowsMessage<NumericalError>(HasSubstr(" s of simulation")));
   }
-  mag = crowded;
-  const Calibration c = calibrate(recording);
-  if (c.fit.values.size() > 0) GTEST_SKIP() << "such samples are taken care of before";
+}
+
+TEST(NoFit, claims_nothing) {
+  const Simulation s = short_case();
+  const Calibration c = calibration_without_fit({&s.recording}, {}, "x3 is not a finite number",
+                                                {"rec.csv: a gap of 3 s."});
   expect_an_honest_no(c);
-  EXPECT_THAT(c.trust.reasons.front(), HasSubstr("10.0"));
+  EXPECT_THAT(c.trust.reasons,
+              testing::ElementsAre("No fit could be made: x3 is not a finite number.",
+                                   "rec.csv: a gap of 3 s."));
+  EXPECT_GT(c.sigma("field.dip_deg"), 45.0);
+  EXPECT_GT(c.sigma("magnetometers[0].bias[0]"), 20.0);
 }
 
 // Finite, but its square is not.
@@ -103,7 +122,6 @@ TEST(NoFit, readings_that_are_far_too_large_end_with_a_reason) {
       try {
         const Calibration c = calibrate(recording);
         EXPECT_NO_THROW(read_back(c)) << size << ", sensor " << sensor;
-        (void)survey(recording);
       } catch (const InputError&) {  // refused before
       }
     }

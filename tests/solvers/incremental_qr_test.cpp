@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <algorithm>
 #include <limits>
 
 #include "graph/numerical_error.h"
@@ -259,8 +259,7 @@ TEST(IncrementalQr, a_window_that_is_not_finite_is_refused_by_name_and_changes_n
           disturbed.update(damaged.factors, damaged.values, damaged.removable, removable);
           FAIL() << "a window that is not finite at " << size;
         } catch (const NumericalError& error) {
-          EXPECT_THAT(error.what(), std::isfinite(size) ? testing::HasSubstr("large")
-                                                        : testing::HasSubstr("factor on (a0)"));
+          EXPECT_THAT(error.what(), testing::HasSubstr("factor on (a0)"));
         }
         ASSERT_EQ(disturbed.windows(), undisturbed.windows());
       }
@@ -270,7 +269,7 @@ TEST(IncrementalQr, a_window_that_is_not_finite_is_refused_by_name_and_changes_n
         if (held && i % 2 == 0) e->conclude(window, true);
       }
     }
-    EXPECT_EQ(disturbed.estimate().local_coordinates(undisturbed.estimate()).norm(), 0.0);
+    EXPECT_TRUE(std::ranges::equal(disturbed.estimate().data(), undisturbed.estimate().data()));
     EXPECT_EQ(disturbed.cost(), undisturbed.cost());
     EXPECT_EQ(disturbed.covariance(kCalibration), undisturbed.covariance(kCalibration));
   }

@@ -110,8 +110,7 @@ std::optional<Recording> without_repeats(const Recording& recording,
 }
 
 // The two exact symmetries of the contract: cos(alpha) > 0, and det D > 0 of magnetometer 0.
-void fix_symmetries(Values& values, int magnetometers,
-                    const std::vector<NodePlan>& plans) {
+void fix_symmetries(Values& values, int magnetometers, const std::vector<NodePlan>& plans) {
   const int fields = plans.back().field + 1;
   const Rot3 half_turn = Rot3::from_unit_quaternion(Vector4(0.0, 0.0, 0.0, 1.0));
   const auto turn = [&](const NodePlan& plan) {
@@ -186,9 +185,14 @@ int automatic_node_every(const Recording& recording) {
 
 }  // namespace
 
-CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given) {
+CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given,
+                                     const GateOptions& gate) {
   check(given);
   for (const Recording* recording : given) {
+    if (std::optional<Recording> kept = gated(*recording, gate)) {
+      copies_.push_back(std::move(*kept));
+      recording = &copies_.back();
+    }
     const std::vector<Issue> issues = check_recording(*recording);
     refuse_fatal(*recording, issues);
     for (const std::string& text : recording->cautions) {

@@ -82,6 +82,12 @@ struct FieldEstimate {
   double dip_rad = 0.0, dip_sigma_rad = 0.0, dip_sigma_model_rad = 0.0;
 };
 
+// Samples of one recording that no measurement can have given, and that the fit did not see.
+struct SetAsideOf {
+  std::string recording;
+  SetAside what;
+};
+
 struct Calibration {
   SensorParameters parameters;  // dip_rad: of the first recording
   std::vector<std::string> mag_names;
@@ -118,6 +124,7 @@ struct Calibration {
   std::vector<Disturbance> disturbances;        // of the magnetic field, in the order of time
   std::vector<Check> checks;
   double blows_per_minute = 0.0;  // to the sensor, of the worst recording: blows.h
+  std::vector<SetAsideOf> set_aside;
   Trust trust;
   std::vector<std::string> warnings;
   std::vector<TrajectoryEstimate> trajectories;  // one a recording

@@ -118,6 +118,21 @@ Json parameters_json(const Calibration& c) {
   return out;
 }
 
+Json set_aside_json(const std::vector<SetAsideOf>& set_aside) {
+  Json out = Json::array();
+  for (const SetAsideOf& s : set_aside) {
+    out.push_back({{"recording", s.recording},
+                   {"sensor", s.what.sensor},
+                   {"kind", s.what.kind},
+                   {"count", s.what.count},
+                   {"of", s.what.of},
+                   {"begin_s", s.what.begin_s},
+                   {"end_s", s.what.end_s},
+                   {"example", s.what.example}});
+  }
+  return out;
+}
+
 Json checks_json(const std::vector<Check>& checks) {
   Json out = Json::array();
   for (const Check& check : checks) {
@@ -170,6 +185,7 @@ Json to_json(const Calibration& c) {
                                    {"rms_uT", d.rms_uT}});
   }
   out["undetermined"] = c.undetermined;
+  out["set_aside"] = set_aside_json(c.set_aside);
   out["warnings"] = c.warnings;
   return out;
 }

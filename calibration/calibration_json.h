@@ -14,6 +14,7 @@ nlohmann::ordered_json to_json(const Calibration& calibration);
 // Parts of it that streams write, too: the parameters with their standard deviations, and checks.
 nlohmann::ordered_json parameters_json(const Calibration& calibration);
 nlohmann::ordered_json checks_json(const std::vector<Check>& checks);
+nlohmann::ordered_json set_aside_json(const std::vector<SetAsideOf>& set_aside);
 
 // What is needed to use a calibration or to compare with it: parameters, covariances, noise,
 // motion, effects, verdict; not how its fit went. InputError, naming the file and the field, where

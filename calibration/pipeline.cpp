@@ -185,9 +185,14 @@ int automatic_node_every(const Recording& recording) {
 
 }  // namespace
 
-CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given) {
+CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given,
+                                     const GateOptions& gate) {
   check(given);
   for (const Recording* recording : given) {
+    if (std::optional<Recording> kept = gated(*recording, gate)) {
+      copies_.push_back(std::move(*kept));
+      recording = &copies_.back();
+    }
     const std::vector<Issue> issues = check_recording(*recording);
     refuse_fatal(*recording, issues);
     for (const std::string& text : recording->cautions) {

@@ -8,15 +8,18 @@
 
 #include "calibration/calibrate.h"
 #include "calibration/stage.h"
+#include "recording/gate.h"
 
 namespace magimu {
 
 // Recordings that are fit to calibrate, each as its parts where long gaps part it (parts.h),
-// without the samples that repeat the one before where a magnetometer has many. Throws InputError
-// where one has too little in it to begin with.
+// without samples that no measurement can have given (gate.h) and without those that repeat the one
+// before where a magnetometer has many. Throws InputError where one has too little in it to begin
+// with.
 class CheckedRecordings {
  public:
-  explicit CheckedRecordings(const std::vector<const Recording*>& given);
+  explicit CheckedRecordings(const std::vector<const Recording*>& given,
+                             const GateOptions& gate = {});
   CheckedRecordings(const CheckedRecordings&) = delete;
   CheckedRecordings& operator=(const CheckedRecordings&) = delete;
   const std::vector<const Recording*>& get() const { return recordings_; }

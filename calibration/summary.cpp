@@ -67,6 +67,11 @@ void fill_parameters(Calibration& c, const std::vector<const Recording*>& record
       trajectory.p.push_back(values.at<Vector3>(P(plan.first + k)));
     }
     c.samples += int(recordings[r]->gyr.size());
+    if (!recordings[r]->continues_previous) {  // parts have it of the whole
+      for (const SetAside& s : recordings[r]->set_aside) {
+        c.set_aside.push_back({recordings[r]->name, s});
+      }
+    }
     c.nodes += int(plan.t.size());
   }
 }

@@ -116,7 +116,7 @@ double Survey::sigma(const std::string& name) const {
   return found == expected.end() ? 0.0 : found->sigma;
 }
 
-Survey survey(const Recording& recording, const SurveyOptions& options) {
+Survey survey(const Recording& given, const SurveyOptions& options) {
   const auto progress = [&](const char* what, double share) {
     if (options.progress) options.progress(what, share);
   };
@@ -124,6 +124,8 @@ Survey survey(const Recording& recording, const SurveyOptions& options) {
   out.dip_sign = options.dip_sign;
   out.motion = options.motion == MotionModel::kAuto ? MotionModel::kHandHeld : options.motion;
   progress("looking at the samples", 0.0);
+  const std::optional<Recording> kept = gated(given);
+  const Recording& recording = kept ? *kept : given;
   out.issues = check_recording(recording);
   if (!out.issues.empty() &&
       (out.issues.front().kind == "not_finite" || out.issues.front().kind == "time_order")) {

@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "calibration/turned_axes.h"
+#include "recording/set_aside.h"
 
 namespace magimu {
 namespace {
@@ -168,6 +171,28 @@ void judge_blows(Calibration& c) {
                             c.blows_per_minute));
 }
 
+// A few samples fewer do not count; many show a sensor or a logger that is not in order.
+void judge_set_aside(Calibration& c) {
+  std::map<std::pair<std::string, std::string>, double> lost;
+  for (const SetAsideOf& s : c.set_aside) lost[{s.recording, s.what.sensor}] += lost_share(s.what);
+  for (const auto& [of, share] : lost) {
+    if (share <= kSetAsideFew) continue;
+    std::string worst, advice;
+    double most = 0.0;
+    for (const SetAsideOf& s : c.set_aside) {
+      if (s.recording != of.first || s.what.sensor != of.second || lost_share(s.what) < most)
+        continue;
+      most = lost_share(s.what);
+      worst = sentence(s.what);
+      advice = remedy(s.what);
+    }
+    c.trust.lower(Verdict::kLimited,
+                  fmt::format("{:.1f} % of the samples of {} are no measurements and are not used "
+                              "({}); {}.",
+                              100.0 * share, of.second, worst, advice));
+  }
+}
+
 void judge_checks(Calibration& c) {
   for (const Check& check : c.checks) {
     if (check.status != CheckStatus::kBad || check.name == "optimum") continue;
@@ -239,6 +264,7 @@ void judge(Calibration& c) {
   judge_field(c);
   judge_uncertainty(c);
   judge_blows(c);
+  judge_set_aside(c);
   judge_checks(c);
 }
 

@@ -73,7 +73,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   const auto progress = [&](const std::string& what, double share) {
     if (options.progress) options.progress(what, share);
   };
-  const CheckedRecordings checked(given);
+  const CheckedRecordings checked(given, {.keep_clipped_mag = true});
   CalibrationOptions calibration;
   calibration.noise = options.noise;
   calibration.gravity = options.gravity;

@@ -80,6 +80,7 @@ Json to_json(const Diagnosis& d) {
   for (const ScanEntry& e : d.scan) out["scan"].push_back(scan_entry(e));
   out["findings"] = Json::array();
   for (const Finding& f : d.findings) out["findings"].push_back(finding(f));
+  out["set_aside"] = set_aside_json(d.after.set_aside);
   out["unexplained"] = {{"detected", d.unexplained.detected},
                         {"channels", d.unexplained.channels},
                         {"evidence", d.unexplained.evidence}};

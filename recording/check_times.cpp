@@ -40,6 +40,13 @@ std::string places(const std::vector<Gap>& gaps) {
   return out;
 }
 
+// Whether samples were there, and were set aside: that is said already.
+bool left_by(const std::vector<SetAside>& set_aside, const std::string& sensor, const Gap& gap) {
+  return std::ranges::any_of(set_aside, [&](const SetAside& s) {
+    return s.sensor == sensor && s.begin_s < gap.end && s.end_s > gap.begin;
+  });
+}
+
 Issue gap_issue(const NamedSeries& sensor, std::vector<Gap> gaps, double usual) {
   std::ranges::stable_sort(
       gaps, [](const Gap& a, const Gap& b) { return a.end - a.begin > b.end - b.begin; });
@@ -101,7 +108,8 @@ std::vector<Issue> check_order_and_finiteness(const NamedSeries& sensor) {
   return {};
 }
 
-std::vector<Issue> check_intervals(const NamedSeries& sensor) {
+std::vector<Issue> check_intervals(const NamedSeries& sensor,
+                                   const std::vector<SetAside>& set_aside) {
   std::vector<double> dt = intervals(*sensor.series);
   if (dt.size() < 20) return {};
   const double usual = median(dt);
@@ -109,7 +117,8 @@ std::vector<Issue> check_intervals(const NamedSeries& sensor) {
   std::vector<Gap> gaps;
   for (std::size_t k = 0; k < dt.size(); ++k) {
     if (dt[k] <= std::max(kGapIntervals * usual, kGapSeconds)) continue;
-    gaps.push_back({sensor.series->t[k], sensor.series->t[k + 1]});
+    const Gap gap{sensor.series->t[k], sensor.series->t[k + 1]};
+    if (!left_by(set_aside, sensor.name, gap)) gaps.push_back(gap);
   }
   if (!gaps.empty()) issues.push_back(gap_issue(sensor, gaps, usual));
   for (double& d : dt) d = std::abs(d - usual) / usual;

@@ -4,52 +4,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <utility>
 
 #include "recording/quality_checks.h"
+#include "recording/sensor_habits.h"
+#include "recording/set_aside.h"
 
 namespace magimu {
 namespace {
 
-constexpr double kStuckSeconds = 0.5;      // without any change
-constexpr double kTurning = 0.2;           // rad/s: while the gyroscope says that it turns
-constexpr std::size_t kClippedRun = 3;     // equal extreme values in a row
-constexpr std::size_t kClippedTotal = 10;  // and in all
-constexpr double kClippedSpike = 3.0;  // times as often as the next values, which a peak also has
-constexpr int kNextValues = 3;         // so many
-
-// Values of one axis that equal its largest (sign +1) or smallest (-1).
-struct Extreme {
-  double value = 0.0;
-  std::size_t count = 0, longest_run = 0, next_count = 0;
-  double first_s = 0.0, last_s = 0.0;
-};
-
-Extreme extreme_of(const VectorSeries& s, int axis, double sign) {
-  double top = -1e300;
-  for (const Vector3& v : s.v) top = std::max(top, sign * v[axis]);
-  double next = top;
-  for (int i = 0; i < kNextValues; ++i) {
-    double below = -1e300;
-    for (const Vector3& v : s.v) {
-      if (sign * v[axis] < next) below = std::max(below, sign * v[axis]);
-    }
-    next = below;
-  }
-  Extreme out;
-  out.value = sign * top;
-  std::size_t run = 0;
-  for (std::size_t k = 0; k < s.size(); ++k) {
-    const double value = sign * s.v[k][axis];
-    out.next_count += value >= next && value < top ? 1 : 0;
-    run = value == top ? run + 1 : 0;
-    if (run == 0) continue;
-    if (out.count++ == 0) out.first_s = s.t[k];
-    out.last_s = s.t[k];
-    out.longest_run = std::max(out.longest_run, run);
-  }
-  return out;
-}
+constexpr double kStuckSeconds = 0.5;  // without any change
+constexpr double kTurning = 0.2;       // rad/s: while the gyroscope says that it turns
 
 const char* unit_of(const NamedSeries& sensor) {
   return sensor.name == "acc" ? "m/s^2" : sensor.name == "gyr" ? "rad/s" : "uT";
@@ -136,25 +103,41 @@ std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gy
 
 std::vector<Issue> check_saturation(const NamedSeries& sensor) {
   const VectorSeries& s = *sensor.series;
+  SensorHabits habits;
+  for (std::size_t k = 0; k < s.size(); ++k) habits.add(s.t[k], s.v[k]);
   std::vector<Issue> issues;
   for (int axis = 0; axis < 3; ++axis) {
     if (constant_axis(s, axis)) continue;
-    for (const double sign : {1.0, -1.0}) {
-      const Extreme e = extreme_of(s, axis, sign);
-      if (e.count < kClippedTotal || e.longest_run < kClippedRun ||
-          double(e.count) < kClippedSpike * double(e.next_count)) {
-        continue;
-      }
+    for (const int sign : {1, -1}) {
+      if (!habits.clipped(axis, sign)) continue;
+      const ExtremeValues::Value& e = habits.end(axis, sign).top();
       issues.push_back(
           {"saturation", sensor.name, axis, Severity::kCaution, e.first_s, e.last_s,
            fmt::format("{}_{} reads {:.5g} {}, its {}, in {} samples between {:.2f} and {:.2f} s, "
                        "up to {} in a row: it is clipped",
-                       sensor.name, axis_name(axis), e.value, unit_of(sensor),
-                       sign > 0.0 ? "largest" : "smallest", e.count, e.first_s, e.last_s,
+                       sensor.name, axis_name(axis), habits.limit(axis, sign), unit_of(sensor),
+                       sign > 0 ? "largest" : "smallest", e.count, e.first_s, e.last_s,
                        e.longest_run),
            sensor.is_mag() ? "choose a larger range, or go away from the magnet"
                            : "choose a larger range, or move more gently"});
     }
+  }
+  return issues;
+}
+
+std::vector<Issue> check_set_aside(const Recording& recording) {
+  std::vector<Issue> issues;
+  std::map<std::string, double> lost;
+  for (const SetAside& s : recording.set_aside) lost[s.sensor] += lost_share(s);
+  for (const SetAside& s : recording.set_aside) {
+    issues.push_back({"set_aside", s.sensor, -1, Severity::kCaution, s.begin_s, s.end_s,
+                      sentence(s), remedy(s)});
+    const double share = std::exchange(lost[s.sensor], 0.0);
+    if (share <= kSetAsideMost) continue;
+    issues.push_back({"set_aside", s.sensor, -1, Severity::kFatal, s.begin_s, s.end_s,
+                      fmt::format("{:.0f} % of the samples of {} are no measurements ({})",
+                                  100.0 * share, s.sensor, sentence(s)),
+                      remedy(s)});
   }
   return issues;
 }

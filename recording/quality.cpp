@@ -46,6 +46,7 @@ std::vector<Issue> check_recording(const Recording& recording) {
   std::vector<Issue> issues;
   for (const NamedSeries& sensor : sensors) append(issues, check_order_and_finiteness(sensor));
   if (issues.empty()) {
+    append(issues, check_set_aside(recording));
     // Where nothing at all changes (a simulated rest without noise) no single sensor is to blame.
     const bool still = std::ranges::all_of(
         sensors, [](const NamedSeries& sensor) { return all_constant(*sensor.series); });
@@ -58,7 +59,7 @@ std::vector<Issue> check_recording(const Recording& recording) {
         std::ranges::none_of(issues, [](const Issue& issue) { return issue.kind == "time_unit"; });
     if (seconds) append(issues, check_units(recording));
     for (const NamedSeries& sensor : sensors) {
-      append(issues, check_intervals(sensor));
+      append(issues, check_intervals(sensor, recording.set_aside));
       if (still) continue;
       append(issues, check_saturation(sensor));
       append(issues, check_clock(sensor));

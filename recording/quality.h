@@ -24,7 +24,7 @@ std::string to_string(Severity severity);  // "note", "caution", "fatal"
 struct Issue {
   // "time_order", "not_finite", "gap", "jitter", "span", "constant", "stuck", "zeros",
   // "saturation", "repeats", "interpolation", "unit", "normalised", "field_size", "gravity",
-  // "acc_scale", "time_unit"
+  // "acc_scale", "time_unit", "set_aside"
   std::string kind;
   std::string sensor;  // "acc", "gyr", "mag", "mag2", ...
   int axis = -1;       // 0, 1, 2; -1: all, or none in particular

@@ -18,10 +18,13 @@ struct NamedSeries {
 // Times that are not finite or do not increase, values that are not finite: nothing else can be
 // judged then.
 std::vector<Issue> check_order_and_finiteness(const NamedSeries& sensor);
-// Gaps, jitter.
-std::vector<Issue> check_intervals(const NamedSeries& sensor);
+// Gaps, jitter. set_aside: what was, of this recording, and left gaps.
+std::vector<Issue> check_intervals(const NamedSeries& sensor,
+                                   const std::vector<SetAside>& set_aside);
 // Sensors that do not cover the same time; times that are no seconds.
 std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors);
+// Samples that were set aside before (gate.h).
+std::vector<Issue> check_set_aside(const Recording& recording);
 // Whether no axis ever changes.
 bool all_constant(const VectorSeries& series);
 // Axes that never change, stretches in which nothing changes, readings of zero.

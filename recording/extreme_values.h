@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The largest values of one axis, sample by sample in bounded memory, and whether they show a
+// converter at the end of its range: readings that should lie beyond the limit read exactly the
+// limit, so that it comes many times as often as the values below it, several times in a row, and
+// that more than once. Once in a row may be a device that lies still, read in coarse steps.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace magimu {
+
+class ExtremeValues {
+ public:
+  struct Value {
+    double x = 0.0;
+    std::size_t count = 0, longest_run = 0;
+    int visits = 0;  // runs of which each began after the axis had read much less
+    double first_s = 0.0, last_s = 0.0;
+  };
+
+  void add(double t, double x);
+
+  // The largest one; count 0 before the first.
+  const Value& top() const { return values_[0]; }
+  // lively: the axis has more noise than steps, so it does not lie still by itself.
+  bool looks_clipped(bool lively = true) const;
+
+ private:
+  std::array<Value, 4> values_;  // falling: the largest, and the next ones, which a peak also has
+  double last_ = 0.0, least_ = 0.0, least_since_ = 0.0;
+  std::size_t run_ = 0;
+};
+
+}  // namespace magimu

@@ -200,7 +200,7 @@ void Extender::extend(const Stage& from) {
   take(from, sum_of(held_out_nll(from)));
   rejected_.clear();
   if (given_.noise) {
-    in_samples_ = excess_of_samples(*recordings_.front(), from, *given_.noise);
+    in_samples_ = excess_of_samples(recordings_, from, *given_.noise);
   }
   std::vector<Option> options = scan_options(recordings_, *stage_, candidates(*stage_));
   // Of a model that has been extended before, the scan tells no more of what was found in it.

@@ -57,9 +57,9 @@ int run(const DiagnoseArguments& args) {
   } else if (!args.quiet) {
     fmt::print("{}", diagnosis_table(d));
   }
-  if (answer_of(d) != Answer::kNone) return kDone;
+  if (d.answer != Answer::kNone) return kDone;
   fmt::print(stderr, "magimu: {}\n", headline(d));
-  for (const std::string& reason : explanation(d)) fmt::print(stderr, "  {}\n", reason);
+  for (const std::string& reason : d.evidence) fmt::print(stderr, "  {}\n", reason);
   return kNoAnswer;
 }
 

@@ -18,11 +18,6 @@ std::string counted(std::size_t n) {
   return n < std::size(kWords) ? kWords[n] : fmt::format("{}", n);
 }
 
-bool anything_tested(const Diagnosis& d) {
-  return std::any_of(d.scan.begin(), d.scan.end(),
-                     [](const ScanEntry& e) { return e.needs.empty(); });
-}
-
 std::string with_stop(const std::string& text) {
   return text.empty() || text.back() == '.' ? text : text + ".";
 }
@@ -65,19 +60,16 @@ std::map<std::string, Named> values_of(const Calibration& c) {
 
 }  // namespace
 
-Answer answer_of(const Diagnosis& d) {
-  if (!d.findings.empty()) return Answer::kFindings;
-  if (d.unexplained.detected) return Answer::kUnexplained;
-  if (!anything_tested(d) || d.after.trust.verdict == Verdict::kNo) return Answer::kNone;
-  return Answer::kPredicts;
-}
-
 std::string headline(const Diagnosis& d) {
-  switch (answer_of(d)) {
-    case Answer::kFindings:
+  switch (d.answer) {
+    case Answer::kExplained:
+    case Answer::kPartly:
+      if (d.findings.empty()) {
+        return "The simulation predicts these data, but for the samples that were set aside.";
+      }
       return fmt::format("The simulation gets {} thing{} wrong in these data{}.",
                          counted(d.findings.size()), d.findings.size() == 1 ? "" : "s",
-                         d.unexplained.detected
+                         d.answer == Answer::kPartly
                              ? ", and something is left that none of the known causes explains"
                              : "");
     case Answer::kUnexplained:
@@ -89,25 +81,6 @@ std::string headline(const Diagnosis& d) {
       break;
   }
   return "These data do not permit an answer.";
-}
-
-std::vector<std::string> explanation(const Diagnosis& d) {
-  std::vector<std::string> out;
-  const std::size_t tested = d.scan.size() - entries_with(Outcome::kUntested, d).size();
-  if (d.unexplained.detected) {
-    out = d.unexplained.evidence;
-  } else if (answer_of(d) == Answer::kPredicts) {
-    out.push_back(
-        fmt::format("{} possible cause{} tested; none is there as far as these data can "
-                    "show{}.",
-                    tested, tested == 1 ? " was" : "s were",
-                    d.departures.empty() ? ", and what is left looks like noise" : ""));
-  } else if (answer_of(d) == Answer::kNone) {
-    if (tested == 0) out.push_back("None of the possible causes could be tested.");
-    const auto& reasons = d.after.trust.reasons;
-    out.insert(out.end(), reasons.begin(), reasons.end());
-  }
-  return out;
 }
 
 std::string sensor_name(const std::string& channel) {

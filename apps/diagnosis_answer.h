@@ -10,17 +10,8 @@
 
 namespace magimu::apps {
 
-enum class Answer {
-  kFindings,     // causes are named; something may be left
-  kUnexplained,  // something is wrong, and no known cause explains it
-  kPredicts,     // the simulation predicts these data
-  kNone,         // the data do not permit an answer
-};
-Answer answer_of(const Diagnosis& diagnosis);
-
-// The answer in a sentence; the same with its reasons, without the findings' own sentences.
+// The answer in a sentence; its reasons, and the findings' sentences, are in the diagnosis.
 std::string headline(const Diagnosis& diagnosis);
-std::vector<std::string> explanation(const Diagnosis& diagnosis);
 
 // Does the stored calibration still hold: a sentence.
 std::string against_headline(const Against& against);

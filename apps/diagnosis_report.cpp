@@ -29,17 +29,17 @@ std::string code(Channel channel) {
 }
 
 void answer(Page& page, const Diagnosis& d) {
-  constexpr const char* kClass[] = {"answer findings", "answer unexplained", "answer predicts",
-                                    "answer"};
+  constexpr const char* kClass[] = {"answer predicts", "answer findings", "answer findings",
+                                    "answer unexplained", "answer"};
   std::string html = element("p", "magimu diagnose: " + joined(d.recordings, ", "), "kicker");
   html += element("h1", headline(d));
   std::string sentences;
   for (const Finding& f : d.findings) sentences += element("li", f.sentence);
   if (!sentences.empty()) html += wrap("ol", sentences);
-  for (const std::string& sentence : explanation(d)) {
-    html += element("p", (d.findings.empty() ? "" : "Not explained: ") + sentence);
+  for (const std::string& sentence : d.evidence) {
+    html += element("p", (d.answer == Answer::kPartly ? "Not explained: " : "") + sentence);
   }
-  page.html(wrap("div", html, kClass[int(answer_of(d))]));
+  page.html(wrap("div", html, kClass[int(d.answer)]));
   const std::string before = to_string(d.before.trust.verdict),
                     after = to_string(d.after.trust.verdict);
   page.html(
@@ -100,20 +100,46 @@ void found(Page& page, const Diagnosis& d) {
            "card unexplained"));
 }
 
-void departures(Page& page, const Diagnosis& d) {
-  page.section("Where measurement and simulation part");
-  if (d.departures.empty()) {
-    page.paragraph("Nowhere: every statistic of the residuals lies where simulations have it.");
-    return;
-  }
+void departure_table(Page& page, const std::vector<Departure>& departures) {
+  constexpr std::size_t kShown = 30;
   std::vector<std::vector<std::string>> rows;
-  for (const Departure& e : d.departures) {
-    rows.push_back({sensor_name(e.channel), e.statistic, plain(e.observed), plain(e.predicted),
+  for (const Departure& e : departures) {
+    if (rows.size() == kShown) break;
+    rows.push_back({sensor_name(e.channel), e.statistic,
+                    e.end_s > e.begin_s ? fmt::format("{:.0f} to {:.0f} s", e.begin_s, e.end_s)
+                                        : "throughout",
+                    plain(e.observed), plain(e.predicted),
                     plain(e.predicted_band[0]) + " to " + plain(e.predicted_band[1]),
                     std::isfinite(e.z) ? fmt::format("{:.1f}", e.z) : "-"});
   }
-  page.table({"sensor", "statistic", "observed", "predicted", "99 % of simulations", "sigmas away"},
-             rows, 2);
+  page.table({"sensor", "statistic", "when", "observed", "predicted", "band", "sigmas away"}, rows,
+             3);
+  if (departures.size() > kShown) {
+    page.paragraph(fmt::format("And {} more.", departures.size() - kShown));
+  }
+}
+
+void departures(Page& page, const Diagnosis& d) {
+  page.section("Where measurement and simulation part");
+  if (d.departures.empty() && d.departures_after.empty()) {
+    page.paragraph("Nowhere: every statistic of the residuals lies where simulations have it.");
+    return;
+  }
+  page.paragraph(
+      "Statistics of the residuals that leave the band of simulations of the fitted model. All of "
+      "them together leave their bands in 0.3 % of recordings where nothing is wrong.");
+  if (d.departures.empty()) {
+    page.paragraph("Of the basic model: none.");
+  } else {
+    departure_table(page, d.departures);
+  }
+  if (d.findings.empty()) return;
+  if (d.departures_after.empty()) {
+    page.paragraph("With what was found in the model: none.");
+    return;
+  }
+  page.paragraph("With what was found in the model:");
+  departure_table(page, d.departures_after);
 }
 
 void scan(Page& page, const Diagnosis& d) {

@@ -111,9 +111,9 @@ std::string against_text(const Against& a) {
 std::string diagnosis_table(const Diagnosis& d) {
   std::string out = wrapped(headline(d), "") + "\n";
   for (std::size_t i = 0; i < d.findings.size(); ++i) out += finding_text(d.findings[i], i + 1);
-  const std::vector<std::string> reasons = explanation(d);
+  const std::vector<std::string>& reasons = d.evidence;
   if (!reasons.empty()) {
-    if (!d.findings.empty()) out += "Not explained:\n";
+    if (d.answer == Answer::kPartly) out += "Not explained:\n";
     const char* bullet = reasons.size() > 1 || !d.findings.empty() ? "  - " : "";
     for (const std::string& reason : reasons) out += wrapped(reason, bullet);
     out += "\n";

@@ -87,7 +87,9 @@ std::optional<Recording> without_repeats(const Recording& recording,
     const VectorSeries& all = recording.mag[m];
     VectorSeries own = without_repeats(all);
     const double repeats = 1.0 - double(own.size()) / double(all.size());
-    if (repeats < kFewRepeats || own.size() < 10) continue;
+    // A coarse converter's samples are samples; those kept would be the ones that just changed, so
+    // that the sensor would seem to be ahead.
+    if (repeats < kFewRepeats || own.size() < 10 || made_by_rounding(all)) continue;
     if (repeats >= kManyRepeats) {
       warnings.push_back(
           fmt::format("{}: {:.0f} % of the samples of {} repeat the one before, so its own rate is "
@@ -152,6 +154,19 @@ NoiseDensities noise_of_rests(const std::vector<const Recording*>& recordings) {
     noise.mag = std::max(noise.mag, rest.mag);
   }
   return noise;
+}
+
+// Where it rests, a coarse converter says the same all the time; in motion rounding is noise. Its
+// density, uT.
+double rounding_noise(const std::vector<const Recording*>& recordings) {
+  double most = 0.0;
+  for (const Recording* r : recordings) {
+    const VectorSeries& mag = r->mag.front();
+    const Vector3 step = least_steps(mag);
+    if (!step.allFinite() || !(mag.rate_hz() > 0.0)) continue;
+    most = std::max(most, std::sqrt(step.squaredNorm() / (3.0 * 12.0) / mag.rate_hz()));
+  }
+  return most;
 }
 
 // Where the rests do not tell: values of ordinary parts, and what the magnetometer's ellipsoid
@@ -232,7 +247,8 @@ Pipeline::Pipeline(const std::vector<const Recording*>& recordings,
       options_(options),
       coarse_optimizer_(options.optimizer),
       guess_(initialize(recordings, options.initialization)),
-      rest_(options.noise.value_or(noise_of_rests(recordings))) {
+      rest_(options.noise.value_or(noise_of_rests(recordings))),
+      rounding_(rounding_noise(recordings)) {
   for (const Recording* r : recordings) {
     if (rest_.acc <= 0.0) least_.acc = std::max({kLeastAcc, least_.acc, least_noise(r->acc)});
     if (rest_.gyr <= 0.0) least_.gyr = std::max({kLeastGyr, least_.gyr, least_noise(r->gyr)});
@@ -286,11 +302,10 @@ std::vector<Check> Pipeline::check_prediction(const Stage& coarse) const {
   if (!coarse.result().converged()) return {};
   const Matrix3 D = coarse.result().values.at<Matrix3>(key::distortion);
   std::optional<BlockErrors> errors;
-  std::optional<Calibration> first, second;
+  std::optional<Check> agreement;
   std::string why;
   parallel::invoke([&] { errors = attempt([&] { return block_errors(coarse); }, &why); },
-                   [&] { first = attempt([&] { return half(coarse, false); }); },
-                   [&] { second = attempt([&] { return half(coarse, true); }); });
+                   [&] { agreement = halves(coarse); });
   std::vector<Check> out;
   if (errors) {
     out.push_back(check_held_out(*errors, std::cbrt(std::abs(D.determinant()))));
@@ -300,10 +315,17 @@ std::vector<Check> Pipeline::check_prediction(const Stage& coarse) const {
                                "be predicted, failed: {}.",
                                why)});
   }
-  if (first && second && first->fit.converged() && second->fit.converged()) {
-    out.push_back(check_halves(*first, *second));
-  }
+  if (agreement) out.push_back(*agreement);
   return out;
+}
+
+std::optional<Check> Pipeline::halves(const Stage& coarse) const {
+  if (!coarse.result().converged()) return std::nullopt;
+  std::optional<Calibration> first, second;
+  parallel::invoke([&] { first = attempt([&] { return half(coarse, false); }); },
+                   [&] { second = attempt([&] { return half(coarse, true); }); });
+  if (!first || !second || !first->fit.converged() || !second->fit.converged()) return std::nullopt;
+  return check_halves(*first, *second);
 }
 
 // Of each recording one half, calibrated as all of it was. Of a recording in parts, half of the
@@ -381,13 +403,14 @@ void Pipeline::fit_with_noise(Stage& stage, const Values& start, bool warm) cons
   } else {
     // Where the motion is modelled, the accelerometer's noise is that at rest.
     const bool acc_known = moving && rest_.acc > 0.0;
-    stage.fit_noise(start, warm,
-                    {.gyr_known = rest_.gyr > 0.0 && !moving,
-                     .acc_known = acc_known,
-                     .min_gyr = rest_.gyr,
-                     .max_gyr = rest_.gyr > 0.0 ? kGyrInMotion * rest_.gyr : kUnlimited,
-                     .max_mag = rest_.mag > 0.0 ? kMagInMotion * rest_.mag : kUnlimited,
-                     .least = least_});
+    stage.fit_noise(
+        start, warm,
+        {.gyr_known = rest_.gyr > 0.0 && !moving,
+         .acc_known = acc_known,
+         .min_gyr = rest_.gyr,
+         .max_gyr = rest_.gyr > 0.0 ? kGyrInMotion * rest_.gyr : kUnlimited,
+         .max_mag = rest_.mag > 0.0 ? kMagInMotion * std::hypot(rest_.mag, rounding_) : kUnlimited,
+         .least = least_});
   }
 }
 

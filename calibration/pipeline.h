@@ -66,6 +66,8 @@ class Pipeline {
   Stage coarse(std::string& motion_reason) const;
   Stage fine(const Stage& coarse) const;
   std::vector<Check> check_prediction(const Stage& coarse) const;
+  // Halves alone; nothing where one of them cannot be fitted.
+  std::optional<Check> halves(const Stage& coarse) const;
 
   // Its steps, with few nodes.
   Stage coarse_fit(MotionModel motion) const;
@@ -97,6 +99,7 @@ class Pipeline {
   InitialGuess guess_;
   NoiseDensities rest_;   // given, or from rests (0 where there are none)
   NoiseDensities least_;  // least_noise(), where there are none
+  double rounding_ = 0.0;  // of the magnetometer's converter, as a density
   int every_ = 1, coarse_every_ = 1;
   std::vector<NodePlan> coarse_plans_;
 };

@@ -2,149 +2,280 @@
 #include "diagnosis/departures.h"
 
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <optional>
 #include <random>
 
-#include "calibration/integrated_rotation.h"
+#include "calibration/block_means.h"
 #include "calibration/residual_series.h"
-#include "calibration/sensor_rows.h"
-#include "solvers/damped_factor.h"
+#include "calibration/rests.h"
+#include "diagnosis/channel_statistics.h"
+#include "diagnosis/noise_causes.h"
+#include "diagnosis/sample_residuals.h"
+#include "diagnosis/simulated_noise.h"
+#include "solvers/linear_solver.h"
 
 namespace magimu {
 namespace {
 
-constexpr int kReplicates = 40;
-constexpr double kBand = 2.576;    // 99 %
-constexpr double kDeparted = 4.0;  // standard deviations
+// Their standard deviation is known to 6 %; Student's distribution takes that into account.
+constexpr int kReplicates = 128;
+constexpr double kLeastDamping = 1e-12, kMostDamping = 1e-2;
 
-constexpr const char* kStatistics[] = {"size",
-                                       "correlation",
-                                       "tails",
-                                       "dependence on rate",
-                                       "dependence on orientation",
-                                       "first half against second"};
-constexpr std::size_t kCount = 6;
-using Statistics = std::array<double, kCount>;
+// Of one fitted model: what is left of its rows, and of noise that was fitted by it.
+class Replicates {
+ public:
+  explicit Replicates(const Optimum& at)
+      : system_(at.system),
+        scale_(column_scale(system_)),
+        solver_(make_linear_solver(Backend::kAuto)) {
+    double damping = 0.0;
+    while (!solver_->factorize(system_, scale_, damping)) {
+      if (damping > kMostDamping) return;
+      damping = std::max(kLeastDamping, 10.0 * damping);
+    }
+    possible_ = true;
+  }
 
-// Rows of one sensor, in the order of time, and what they were measured under.
-struct ChannelRows {
-  std::vector<int> row, next;
-  std::vector<double> rate, tilt, time;  // of each row's node
+  // Nothing where the fit is singular.
+  bool possible() const { return possible_; }
+  // Data simulated from the fitted model differ from its predictions by noise; fitting them again
+  // takes what the variables can follow: r = e - J (J'J)^-1 J'e.
+  VectorXd fitted(const VectorXd& e) const {
+    VectorXd g = VectorXd::Zero(system_.cols());
+    for (int i = 0; i < system_.rows(); ++i) {
+      for (int j = system_.row_start()[std::size_t(i)]; j < system_.row_start()[std::size_t(i) + 1];
+           ++j) {
+        g[system_.column()[std::size_t(j)]] += system_.value()[std::size_t(j)] * e[i];
+      }
+    }
+    const VectorXd y = solver_->solve_normal(scale_.cwiseProduct(g));
+    return e - system_.multiply(scale_.cwiseProduct(y));
+  }
+
+ private:
+  const LinearSystem& system_;
+  VectorXd scale_;
+  std::unique_ptr<LinearSolver> solver_;
+  bool possible_ = false;
 };
 
-Statistics statistics_of(const ChannelRows& c, const VectorXd& r) {
-  double n = 0, s2 = 0, s4 = 0, lag = 0, rate = 0, tilt = 0, early = 0, late = 0, sum_rate = 0,
-         sum_tilt = 0;
-  for (std::size_t i = 0; i < c.row.size(); ++i) {
-    const double x2 = r[c.row[i]] * r[c.row[i]];
-    n += 1.0;
-    s2 += x2;
-    s4 += x2 * x2;
-    if (c.next[i] >= 0) lag += r[c.row[i]] * r[c.next[i]];
-    rate += x2 * c.rate[i];
-    sum_rate += c.rate[i];
-    tilt += r[c.row[i]] * c.tilt[i];
-    sum_tilt += c.tilt[i] * c.tilt[i];
-    (c.time[i] < 0.5 ? early : late) += x2;
+// Relative standard deviation of a sensor's density that was not found in these residuals.
+double density_known_to(Sensor sensor, const std::vector<const Recording*>& recordings,
+                        const NoiseDensities& rest_noise, bool noise_given) {
+  if (noise_given) return kDensityKnownTo;
+  const double density = sensor == Sensor::kAcc   ? rest_noise.acc
+                         : sensor == Sensor::kGyr ? rest_noise.gyr
+                                                  : rest_noise.mag;
+  if (!(density > 0.0)) return 0.0;
+  double samples = 0.0;
+  for (const Recording* r : recordings) {
+    const VectorSeries& series = sensor == Sensor::kAcc   ? r->acc
+                                 : sensor == Sensor::kGyr ? r->gyr
+                                                          : r->mag.front();
+    for (const TimeSpan& rest : find_rests(*r)) samples += rest.length_s() * series.rate_hz();
   }
-  n = std::max(1.0, n);
-  s2 = std::max(s2, 1e-300);
-  return {std::sqrt(s2 / n),
-          lag / s2,
-          n * s4 / (s2 * s2),
-          rate / s2 / std::max(sum_rate / n, 1e-12),
-          tilt / std::sqrt(s2 / n * std::max(sum_tilt, 1e-12)),
-          std::sqrt(early / std::max(late, 1e-300))};
+  return 1.0 / std::sqrt(6.0 * std::max(samples, 1.0));
 }
 
-std::array<ChannelRows, 3> rows_of(const Stage& stage, const LinearSystem& system,
-                                   const std::vector<const Recording*>& recordings) {
-  const SensorRows rows(stage.graph(), system);
-  const Values& values = stage.result().values;
-  std::vector<double> rate, tilt, time;
-  for (std::size_t p = 0; p < stage.plans().size(); ++p) {
-    const NodePlan& plan = stage.plans()[p];
-    const IntegratedRotation gyr(recordings[p]->gyr, values.at<Vector3>(key::gyr_bias));
-    for (std::size_t k = 0; k < plan.t.size(); ++k) {
-      rate.push_back(gyr.rate(plan.t[k]).norm());
-      tilt.push_back(values.at<Rot3>(R(plan.first + int(k))).unrotate(Vector3(0, 0, 1))[2]);
-      time.push_back((plan.t[k] - plan.t.front()) / std::max(1e-9, plan.t.back() - plan.t.front()));
+// What is known of a sensor's samples beyond the size of their noise.
+SimulatedNoise::OfSensor noise_of(const ChannelStatistics& sensor,
+                                  const std::vector<const Recording*>& recordings,
+                                  const std::vector<Finding>& findings) {
+  SimulatedNoise::OfSensor out{.sensor = &sensor};
+  double samples = 0.0;
+  for (const Recording* r : recordings) {
+    samples += double(sensor.channel() == Channel::kAcc   ? r->acc.size()
+                      : sensor.channel() == Channel::kGyr ? r->gyr.size()
+                                                          : r->mag.front().size());
+  }
+  out.samples = std::max(1, int(std::lround(samples / double(sensor.rows().size()))));
+  for (const Finding& f : findings) {
+    if (f.channel != to_string(sensor.channel()) || f.parameters.empty()) continue;
+    if (f.effect == "correlated_noise") out.rho = std::clamp(f.parameters[0].value, 0.0, 0.999);
+    if (f.effect == "outliers" && f.parameters.size() > 1) {
+      out.eps = std::clamp(f.parameters[0].value, 0.0, 1.0);
+      out.K = f.parameters[1].value;
     }
   }
-  std::array<ChannelRows, 3> out;
-  for (int i = 0; i < system.rows(); ++i) {
-    const auto s = std::size_t(rows.sensor[std::size_t(i)]);
-    const int node = rows.node[std::size_t(i)];
-    if (s >= 3 || node < 0) continue;
-    out[s].row.push_back(i);
-    out[s].next.push_back(rows.next[std::size_t(i)]);
-    out[s].rate.push_back(rate[std::size_t(node)]);
-    out[s].tilt.push_back(tilt[std::size_t(node)]);
-    out[s].time.push_back(time[std::size_t(node)]);
+  return out;
+}
+
+// The samples of the first magnetometer about each of its rows' nodes, as the model predicts them
+// before they are rounded.
+void add_rounding(double step, const std::vector<const Recording*>& full, const Stage& stage,
+                  SimulatedNoise::OfSensor& to) {
+  double squares = 0.0, n = 0.0;
+  for (std::size_t r = 0; r < full.size(); ++r) {
+    const NodePlan& plan = stage.plans()[r];
+    const std::vector<std::size_t> first = samples_of_nodes(full[r]->mag.front(), plan);
+    for (const SampleResiduals& s : sample_residuals(*full[r], stage, int(r), {}, false)) {
+      if (s.channel != Channel::kMag) continue;
+      for (const Vector3& x : s.residual) {
+        if (!x.allFinite()) continue;
+        squares += x.squaredNorm();
+        n += 3.0;
+      }
+      for (std::size_t k = 0; k < to.sensor->rows().size(); ++k) {
+        if (to.sensor->recording_of_rows()[k] != int(r)) continue;
+        const auto node = std::size_t(to.sensor->nodes()[k] - plan.first);
+        std::vector<Vector3> predicted;
+        for (std::size_t i = first[node]; i < first[node + 1]; ++i) {
+          const Vector3 p = s.reading[i] - s.residual[i];
+          if (p.allFinite()) predicted.push_back(p);
+        }
+        to.predicted.push_back(std::move(predicted));
+      }
+    }
   }
+  if (to.predicted.size() != to.sensor->rows().size()) {
+    to.predicted.clear();
+    return;
+  }
+  to.step = step;
+  to.before = std::sqrt(std::max(squares / std::max(1.0, n) - step * step / 12.0,
+                                 std::pow(0.02 * step, 2)));
+  to.sigma = stage.spec().noise.mag * std::sqrt(full.front()->mag.front().rate_hz());
+}
+
+struct Comparison {
+  std::vector<Departure> departures;  // strongest first
+  int statistics = 0;                 // that were compared
+};
+
+struct Known {
+  const std::vector<const Recording*>& recordings;
+  const std::vector<const Recording*>& full;
+  NoiseDensities rest_noise;
+  bool noise_given;
+  int others;
+};
+
+// What the fit leaves of some sensor may be less than it assumed: its density has a floor. Noise of
+// the size that is seen is the one to compare with.
+void scale_to_what_is_seen(const Optimum& at, const Replicates& replicates,
+                           std::vector<SimulatedNoise::OfSensor>& sensors) {
+  constexpr int kRounds = 3, kEach = 8;
+  std::mt19937_64 random(1);
+  for (int round = 0; round < kRounds; ++round) {
+    const SimulatedNoise noise(at.system.rows(), sensors);
+    std::vector<double> seen(sensors.size(), 0.0), simulated(sensors.size(), 0.0);
+    for (int k = 0; k < kEach; ++k) {
+      const VectorXd r = replicates.fitted(noise.draw(random));
+      for (std::size_t s = 0; s < sensors.size(); ++s) {
+        for (const int row : sensors[s].sensor->rows()) {
+          simulated[s] += r.segment<3>(row).squaredNorm() / kEach;
+          seen[s] += at.system.residual().segment<3>(row).squaredNorm() / kEach;
+        }
+      }
+    }
+    for (std::size_t s = 0; s < sensors.size(); ++s) {
+      if (!(simulated[s] > 0.0)) continue;
+      sensors[s].scale = std::min(1.0, sensors[s].scale * std::sqrt(seen[s] / simulated[s]));
+    }
+  }
+}
+
+Comparison compare(const Stage& stage, const std::vector<Finding>& noise, const Known& known) {
+  const std::vector<const Recording*>& recordings = known.recordings;
+  const Optimum at(stage);
+  std::vector<ChannelStatistics> sensors;
+  for (const Sensor s : {Sensor::kAcc, Sensor::kGyr, Sensor::kMag}) {
+    const int count = s == Sensor::kMag ? int(recordings.front()->mag.size()) : 1;
+    for (int m = 0; m < count; ++m) {
+      ChannelStatistics sensor(at, recordings, s, m);
+      if (!sensor.list().empty()) sensors.push_back(std::move(sensor));
+    }
+  }
+  Comparison out;
+  const Replicates replicates(at);
+  if (!replicates.possible()) return out;
+  std::vector<SimulatedNoise::OfSensor> of_sensors;
+  for (const ChannelStatistics& s : sensors) {
+    of_sensors.push_back(noise_of(s, recordings, noise));
+    const auto rounded = std::ranges::find(noise, "mag_quantization", &Finding::effect);
+    if (s.name() != recordings.front()->mag_names.front() || rounded == noise.end()) continue;
+    add_rounding(rounded->parameters.front().value, known.full, stage, of_sensors.back());
+  }
+  if (!known.noise_given) scale_to_what_is_seen(at, replicates, of_sensors);
+  const SimulatedNoise simulated(at.system.rows(), of_sensors);
+
+  std::mt19937_64 random(20250918);
+  std::vector<VectorXd> mean, square;
+  for (const ChannelStatistics& s : sensors) {
+    mean.push_back(VectorXd::Zero(Eigen::Index(s.list().size())));
+    square.push_back(mean.back());
+  }
+  for (int k = 1; k <= kReplicates; ++k) {
+    const VectorXd r = replicates.fitted(simulated.draw(random));
+    for (std::size_t s = 0; s < sensors.size(); ++s) {
+      const VectorXd x = sensors[s].values(r), from = x - mean[s];
+      mean[s] += from / double(k);
+      square[s] += from.cwiseProduct(x - mean[s]);
+    }
+  }
+  // A statistic that noise hardly moves is none: a rate where the sensor rests.
+  constexpr double kMoves = 1e-6;
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    const double known_to = density_known_to(Sensor(int(sensors[s].channel())), recordings,
+                                             known.rest_noise, known.noise_given);
+    square[s] /= double(kReplicates - 1);
+    square[s][0] += std::pow(2.0 / 3.0 * known_to * mean[s][0], 2);  // of the size's cube root
+    out.statistics += int((square[s].array() > kMoves * kMoves).count());
+  }
+  const boost::math::students_t student(kReplicates - 1);
+  const double limit =
+      boost::math::quantile(student, 1.0 - 0.5 * level_of_one(out.statistics + known.others));
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    const VectorXd seen = sensors[s].values(at.system.residual());
+    for (Eigen::Index i = 0; i < seen.size(); ++i) {
+      if (!(square[s][i] > kMoves * kMoves)) continue;
+      const double sd = std::sqrt(square[s][i] * (1.0 + 1.0 / kReplicates));
+      double z = (seen[i] - mean[s][i]) / sd;
+      if (std::isnan(z)) z = INFINITY;  // a fit that left no numbers predicts nothing
+      if (std::abs(z) < limit) continue;
+      const auto shown = [&](double x) { return sensors[s].shown(std::size_t(i), x); };
+      const ChannelStatistic& what = sensors[s].list()[std::size_t(i)];
+      out.departures.push_back({.channel = sensors[s].name(),
+                                .statistic = what.name,
+                                .observed = shown(seen[i]),
+                                .predicted = shown(mean[s][i]),
+                                .predicted_band = {shown(mean[s][i] - limit * sd),
+                                                   shown(mean[s][i] + limit * sd)},
+                                .z = z,
+                                .begin_s = what.begin_s,
+                                .end_s = what.end_s,
+                                .recording = what.recording});
+    }
+  }
+  std::ranges::stable_sort(out.departures, std::greater<>{},
+                           [](const Departure& e) { return std::abs(e.z); });
   return out;
 }
 
 }  // namespace
 
-void fill_departures(const std::vector<const Recording*>& recordings, const Extender& extender,
-                     Diagnosis& d) {
-  const Stage& stage = extender.base();
-  const Values& values = stage.result().values;
-  LinearSystem system(stage.graph(), values);
-  system.linearize(values);
-  const std::array<ChannelRows, 3> rows = rows_of(stage, system, recordings);
-  const VectorXd observed = system.residual();
+double level_of_one(int statistics) {
+  return -std::expm1(std::log1p(-kSimultaneous) / std::max(1, statistics));  // Sidak
+}
 
-  // Data simulated from the fitted model differ from its predictions by noise; fitting them again
-  // takes what the variables can follow: r = e - J (J'J)^-1 J'e.
-  const VectorXd scale = column_scale(system);
-  const auto solver = make_linear_solver(Backend::kAuto);
-  factorize_damped(*solver, system, scale, stage.graph(), values);
-  std::mt19937_64 random(20250918);
-  std::normal_distribution<double> normal;
-  std::array<std::vector<Statistics>, 3> simulated;
-  for (int k = 0; k < kReplicates; ++k) {
-    VectorXd e(system.rows());
-    for (Eigen::Index i = 0; i < e.size(); ++i) e[i] = normal(random);
-    VectorXd g = VectorXd::Zero(system.cols());
-    for (int i = 0; i < system.rows(); ++i) {
-      for (int j = system.row_start()[std::size_t(i)]; j < system.row_start()[std::size_t(i) + 1];
-           ++j) {
-        g[system.column()[std::size_t(j)]] += system.value()[std::size_t(j)] * e[i];
-      }
-    }
-    const VectorXd y = solver->solve_normal(scale.cwiseProduct(g));
-    const VectorXd r = e - system.multiply(scale.cwiseProduct(y));
-    for (std::size_t c = 0; c < 3; ++c) simulated[c].push_back(statistics_of(rows[c], r));
-  }
+void fill_departures(const std::vector<const Recording*>& recordings,
+                     const std::vector<const Recording*>& full, const Extender& extender,
+                     const NoiseDensities& rest_noise, bool noise_given, int others, Diagnosis& d) {
+  const Known known{recordings, full, rest_noise, noise_given, others};
+  d.departures = compare(extender.base(), {}, known).departures;
+  Comparison after = compare(extender.stage(), d.findings, known);
+  d.departures_after = std::move(after.departures);
+  d.statistics = after.statistics;
+
   const std::vector<std::string> first_magnetometer = {recordings.front()->mag_names.front()};
-  const auto before = residual_series(stage, first_magnetometer);
-  const auto after = residual_series(extender.stage(), first_magnetometer);
+  const auto was = residual_series(extender.base(), first_magnetometer);
+  const auto is = residual_series(extender.stage(), first_magnetometer);
   for (std::size_t c = 0; c < 3; ++c) {
-    if (rows[c].row.empty()) continue;
-    const Statistics seen = statistics_of(rows[c], observed);
-    for (std::size_t s = 0; s < kCount; ++s) {
-      double mean = 0.0, square = 0.0;
-      for (const Statistics& x : simulated[c]) {
-        mean += x[s] / kReplicates;
-        square += x[s] * x[s] / kReplicates;
-      }
-      const double sd = std::sqrt(std::max(square - mean * mean, 1e-20));
-      const double z = (seen[s] - mean) / sd;
-      if (std::abs(z) < kDeparted) continue;
-      d.departures.push_back({to_string(Channel(int(c))),
-                              kStatistics[s],
-                              seen[s],
-                              mean,
-                              {mean - kBand * sd, mean + kBand * sd},
-                              z});
-    }
-    if (before[c].t.empty() || before[c].t.size() != after[c].t.size()) continue;
-    d.traces.push_back({Channel(int(c)), before[c].t, before[c].whitened, after[c].whitened});
+    if (was[c].t.empty() || was[c].t.size() != is[c].t.size()) continue;
+    d.traces.push_back({Channel(int(c)), was[c].t, was[c].whitened, is[c].whitened});
   }
-  std::sort(d.departures.begin(), d.departures.end(),
-            [](const Departure& a, const Departure& b) { return std::abs(a.z) > std::abs(b.z); });
 }
 
 }  // namespace magimu

@@ -8,6 +8,9 @@
 #include "calibration/check_axes.h"
 #include "calibration/no_fit.h"
 #include "diagnosis/against.h"
+#include "diagnosis/conclude.h"
+#include "diagnosis/contradictions.h"
+#include "diagnosis/cut_rests.h"
 #include "diagnosis/departures.h"
 #include "diagnosis/diagnosis.h"
 #include "diagnosis/extender.h"
@@ -92,9 +95,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   progress("fitting the basic model", 0.0);
   std::vector<Recording> used, thin;
   for (const Recording* r : checked.get()) used.push_back(without_long_rests(*r, d.notes));
-  for (Recording& r : used) {
-    if (const std::optional<Finding> f = take_out_saturated(r, options)) d.findings.push_back(*f);
-  }
+  take_out_saturated(used, options, d);
   for (const Recording& r : used) thin.push_back(thinned(r));
   std::vector<const Recording*> recordings, full;
   for (const Recording& r : used) full.push_back(&r);
@@ -129,13 +130,17 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   find_noise(full, pipeline, options, extender, d);
   progress("what is left?", 0.85);
   if (turned) find_unexplained(recordings, full, options, extender, d);
-  withdraw_lines_of_interpolation(*checked.get().front(), d);
+  withdraw_lines_of_interpolation(checked.get(), d);
+  withdraw_contradicted(given, d);
   extender.keep_named();
   find_repeats(given, d);
-  fill_departures(recordings, extender, d);
+  const int at_rest = find_changes_in_cut_rests(checked.get(), full, extender.stage(), d);
+  fill_departures(recordings, full, extender, pipeline.rest_noise(), options.noise.has_value(),
+                  at_rest, d);
   d.before = extender.summary(extender.base());
   d.after = extender.summary(extender.stage());
   extender.restate(d.after);
+  reword_by_what_is_known(given, d);
   // The samples themselves, not the means of them that the fits were made of.
   d.before.samples = d.after.samples = samples_of(full);
   d.model_before = extended_model(extender.base(), {});
@@ -143,6 +148,16 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
                        ? d.model_before
                        : extended_model(first, {});
   d.model_after = extended_model(extender.stage(), d.findings);
+  for (const Recording* r : checked.get()) {
+    d.set_aside.insert(d.set_aside.end(), r->set_aside.begin(), r->set_aside.end());
+  }
+  if (may_predict(d) && extender.stage().spec().effects.empty()) {
+    progress("do halves agree?", 0.93);
+    if (const auto halves = pipeline.halves(extender.stage())) d.after.checks.push_back(*halves);
+  }
+  Conclusion conclusion = conclude(d);
+  d.answer = conclusion.answer;
+  d.evidence = std::move(conclusion.evidence);
   if (options.against) {
     progress("comparing with the stored calibration", 0.95);
     d.against =

@@ -24,9 +24,22 @@ struct Departure {
   std::string channel = {};    // "acc", "gyr", "mag"
   std::string statistic = {};  // "size", "correlation", "tails", "dependence on rate", ...
   double observed = 0.0, predicted = 0.0;
-  std::array<double, 2> predicted_band{};  // 99 % of simulations
-  double z = 0.0;                          // distance in standard deviations
+  // Simultaneous: all statistics together leave theirs in 0.3 % of recordings with nothing wrong.
+  std::array<double, 2> predicted_band{};
+  double z = 0.0;                      // distance in standard deviations
+  double begin_s = 0.0, end_s = 0.0;   // of a piece of a recording; both 0: of everything
+  std::string recording = {};          // of a piece
 };
+
+// Does the simulation predict the data? Made from all the evidence, by conclude.h alone.
+enum class Answer {
+  kPredicts,     // nothing is wrong as far as these data can show
+  kExplained,    // something is, and named causes take nearly all of it
+  kPartly,       // causes are named, and something is left
+  kUnexplained,  // something is wrong, and no known cause explains it
+  kNone,         // the data permit no answer
+};
+std::string to_string(Answer answer);  // "predicts", "explained", ..., "none"
 
 // One candidate of the scan, tested against the model without any extension but the motion.
 struct ScanEntry {
@@ -116,7 +129,13 @@ struct ExtendedModel {
 
 struct Diagnosis {
   std::vector<std::string> recordings = {};  // names
-  std::vector<Departure> departures = {};    // strongest first
+  Answer answer = Answer::kNone;
+  std::vector<std::string> evidence = {};  // sentences from which the answer follows
+  // Statistics beyond their bands, strongest first: of the model that the diagnosis started from,
+  // and of that at its end.
+  std::vector<Departure> departures = {}, departures_after = {};
+  int statistics = 0;                      // that were compared for departures_after
+  std::vector<SetAside> set_aside = {};    // samples that were in no fit, of all recordings
   std::vector<ScanEntry> scan = {};          // largest statistic for its degrees of freedom first
   std::vector<Finding> findings = {};        // in the order in which they entered the model
   Unexplained unexplained = {};

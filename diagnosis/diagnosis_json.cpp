@@ -8,10 +8,21 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json departure(const Departure& d) {
-  return {
-      {"channel", d.channel},     {"statistic", d.statistic},           {"observed", d.observed},
-      {"predicted", d.predicted}, {"predicted_band", d.predicted_band}, {"z", d.z}};
+Json departures(const std::vector<Departure>& all) {
+  Json out = Json::array();
+  for (const Departure& d : all) {
+    out.push_back({{"channel", d.channel},
+                   {"statistic", d.statistic},
+                   {"observed", d.observed},
+                   {"predicted", d.predicted},
+                   {"predicted_band", d.predicted_band},
+                   {"z", d.z}});
+    if (!(d.end_s > d.begin_s)) continue;
+    out.back()["begin_s"] = d.begin_s;
+    out.back()["end_s"] = d.end_s;
+    out.back()["recording"] = d.recording;
+  }
+  return out;
 }
 
 Json scan_entry(const ScanEntry& e) {
@@ -74,8 +85,11 @@ Json to_json(const Diagnosis& d) {
   Json out;
   out["format"] = "magimu-diagnosis/1";
   out["recordings"] = d.recordings;
-  out["departures"] = Json::array();
-  for (const Departure& e : d.departures) out["departures"].push_back(departure(e));
+  out["answer"] = to_string(d.answer);
+  out["answer_evidence"] = d.evidence;
+  out["departures"] = departures(d.departures);
+  out["departures_after"] = departures(d.departures_after);
+  out["statistics"] = d.statistics;
   out["scan"] = Json::array();
   for (const ScanEntry& e : d.scan) out["scan"].push_back(scan_entry(e));
   out["findings"] = Json::array();

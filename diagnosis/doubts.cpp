@@ -160,24 +160,29 @@ SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings) {
   return out;
 }
 
-std::array<double, 3> excess_of_samples(const Recording& recording, const Stage& stage,
-                                        const NoiseDensities& given) {
+std::array<double, 3> excess_of_samples(const std::vector<const Recording*>& recordings,
+                                        const Stage& stage, const NoiseDensities& given) {
   constexpr double kMuch = 1.1;
-  std::array<double, 3> out = {1.0, 1.0, 1.0};
-  for (const SampleResiduals& samples : sample_residuals(recording, stage, 0, given, true)) {
-    VectorSeries series;
-    for (std::size_t k = 0; k < samples.t.size(); ++k) {
-      if (samples.residual[k].allFinite()) series.push_back(samples.t[k], samples.residual[k]);
+  std::array<double, 3> squares{}, expected{}, out = {1.0, 1.0, 1.0};
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    for (const SampleResiduals& samples :
+         sample_residuals(*recordings[r], stage, int(r), given, true)) {
+      VectorSeries series;
+      for (std::size_t k = 0; k < samples.t.size(); ++k) {
+        if (samples.residual[k].allFinite()) series.push_back(samples.t[k], samples.residual[k]);
+      }
+      if (series.size() == 0 || !(samples.sigma > 0.0)) continue;
+      const auto channel = std::size_t(samples.channel);
+      // Slow errors, of whatever cause, are none of the noise's.
+      for (const Vector3& x : samples.high_passed ? series.v : high_passed(series)) {
+        squares[channel] += x.squaredNorm();
+      }
+      expected[channel] +=
+          3.0 * double(series.size()) * kHighPassVariance * std::pow(samples.sigma, 2);
     }
-    if (series.size() == 0 || !(samples.sigma > 0.0)) continue;
-    // Slow errors, of whatever cause, are none of the noise's.
-    double squares = 0.0;
-    for (const Vector3& x : samples.high_passed ? series.v : high_passed(series)) {
-      squares += x.squaredNorm();
-    }
-    const double ratio =
-        squares / (3.0 * double(series.size()) * kHighPassVariance * std::pow(samples.sigma, 2));
-    if (ratio > kMuch) out[std::size_t(samples.channel)] = ratio;
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (squares[c] > kMuch * expected[c] && expected[c] > 0.0) out[c] = squares[c] / expected[c];
   }
   return out;
 }

@@ -36,8 +36,8 @@ SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings);
 // By how much the variance of single samples exceeds that of the given noise; 1 where it is less
 // than a tenth. Outliers, or noise that is larger than a data sheet says, make whatever is tested
 // look larger. One a channel: acc, gyr, mag.
-std::array<double, 3> excess_of_samples(const Recording& recording, const Stage& stage,
-                                        const NoiseDensities& given);
+std::array<double, 3> excess_of_samples(const std::vector<const Recording*>& recordings,
+                                        const Stage& stage, const NoiseDensities& given);
 
 // A bias that wanders does so where the sensor rests, too, and from one rest to the next: the
 // changes of its means, over pieces of 1 to 16 s, have the variance q^2 (D - T / 3), T the length

@@ -206,7 +206,7 @@ void Extender::extend(const Stage& from) {
   take(from, sum_of(held_out_nll(from)));
   rejected_.clear();
   if (given_.noise) {
-    in_samples_ = excess_of_samples(*recordings_.front(), from, *given_.noise);
+    in_samples_ = excess_of_samples(recordings_, from, *given_.noise);
   }
   // What cannot be scanned has nothing to offer.
   const auto scanned = [&] {

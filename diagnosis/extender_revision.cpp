@@ -116,7 +116,7 @@ void Extender::keep_named() {
 // From its states in a fit, without what their prior says.
 RandomWalk Extender::walk_in(const Stage& stage, std::size_t effect) const {
   const Effect& walk = *stage.spec().effects[effect];
-  const double duration = recordings_.front()->duration_s();
+  const double duration = longest_s(recordings_);
   const Score s = wald_test(stage, effect);
   MatrixXd of_data = s.information;
   of_data.diagonal() -= walk.prior_sigma(duration).cwiseAbs2().cwiseInverse();

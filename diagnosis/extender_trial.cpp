@@ -50,7 +50,7 @@ bool Extender::survives(Option& option, const Stage& stage, const Score& w) cons
     option.score.log10_p =
         estimate_random_walk(
             s.information, s.information * s.theta,
-            option.effect->prior_sigma(recordings_.front()->duration_s()),
+            option.effect->prior_sigma(longest_s(recordings_)),
             in_samples_[std::size_t(option.effect->channel())] * (w.coloured ? w.scatter : 1.0))
             .log10_p;
     return option.score.log10_p < level - (w.coloured ? kCare : 0.0);
@@ -92,7 +92,12 @@ double Extender::gain(LeftOut& left_out, std::optional<double> window_s) const {
   return std::max(out, nll(*refitted_) - nll(*left_out.refitted));
 }
 
-double Extender::quarter_s() const { return 0.25 * recordings_.front()->duration_s(); }
+// Of a recording of mean length.
+double Extender::quarter_s() const {
+  double sum = 0.0;
+  for (const Recording* r : recordings_) sum += r->duration_s();
+  return 0.25 * sum / double(recordings_.size());
+}
 
 // With a step in the model, does the bias stay the same within the pieces? What changes in many
 // ways is no step. (Coloured noise looks so.)

@@ -69,10 +69,14 @@ Restlessness restlessness(const Stage& rotation, double rest_acc) {
 }
 
 // What the accelerometer measured beside gravity and bias, RMS of single samples, m/s^2.
-double acceleration_rms(const Stage& rotation, const Recording& recording) {
+double acceleration_rms(const Stage& rotation) {
   const double noise = rotation.spec().noise.acc * rotation.sums().rms(Sensor::kAcc);
-  const std::vector<double>& t = rotation.plans().front().t;
-  const double nodes_per_s = double(t.size()) / std::max(1e-9, recording.duration_s());
+  double nodes = 0.0, seconds = 0.0;
+  for (const NodePlan& plan : rotation.plans()) {
+    nodes += double(plan.t.size());
+    seconds += plan.t.back() - plan.t.front();
+  }
+  const double nodes_per_s = nodes / std::max(1e-9, seconds);
   return noise * std::sqrt(nodes_per_s) * std::sqrt(3.0);
 }
 
@@ -99,10 +103,9 @@ Finding finding_of_motion(const Stage& moving, double rms, double unknowns, doub
   return f;
 }
 
-Finding motion_finding(const Stage& rotation, const Stage& moving, const Restlessness& restless,
-                       const Recording& recording) {
+Finding motion_finding(const Stage& rotation, const Stage& moving, const Restlessness& restless) {
   const double times = restless.excess * restless.excess;
-  const double rms = acceleration_rms(rotation, recording);
+  const double rms = acceleration_rms(rotation);
   Finding f = finding_of_motion(moving, rms, restless.rows, times, restless.excess);
   f.sentence = fmt::format(
       "The hand moved the sensor: it accelerated by {:.2g} m/s^2 (RMS), {:.1f} times what the "
@@ -191,7 +194,7 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
     d = before;
   }
   if (follows_the_attitude(recordings, rotation, restless.squares)) return rotation;
-  d.findings.push_back(motion_finding(rotation, moving, restless, *recordings.front()));
+  d.findings.push_back(motion_finding(rotation, moving, restless));
   return moving;
 }
 

@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/departures.h"
 #include "diagnosis/finding_text.h"
 #include "diagnosis/high_pass.h"
 #include "diagnosis/noise_causes.h"
 #include "diagnosis/noise_series.h"
 #include "diagnosis/noise_tests.h"
 #include "diagnosis/sample_residuals.h"
+#include "diagnosis/tails.h"
 #include "diagnosis/unexplained.h"
 #include "factors/effects/catalogue.h"
 #include "graph/numerical_error.h"
@@ -25,6 +27,8 @@ constexpr double kTests = 12.0;
 constexpr double kMinTails = 2.5;      // K of outliers
 constexpr double kStrongLine = 1e-12;  // p
 constexpr double kBelowLimit = 4.0;    // standard deviations of a sample
+// What has no name must be as far beyond chance as one of about so many statistics (departures.h).
+constexpr int kStatisticsOfOne = 500;
 
 Finding to_finding(const NoiseTest& t) {
   Finding f;
@@ -96,6 +100,8 @@ void extend_by_mains(const Pipeline& pipeline, Extender& extender, Finding& find
 
 }  // namespace
 
+namespace {
+
 std::optional<Finding> take_out_saturated(Recording& recording, const DiagnosisOptions& options) {
   VectorSeries& mag = recording.mag.front();
   if (mag.size() < 300) return std::nullopt;
@@ -131,21 +137,153 @@ std::optional<Finding> take_out_saturated(Recording& recording, const DiagnosisO
   return std::nullopt;
 }
 
+struct NoiseOf {
+  std::vector<SampleResiduals> residuals;
+  std::vector<NoiseTest> tests, causes;
+};
+
+// Is what the gyroscope's samples have beyond a smooth motion no noise, but motion? As noise it would
+// be so many times the fit's own that its residuals would show it (a hand that trembles, a table
+// that turns in steps): errors of v times the variance leave at least v (1 - h) times the squares,
+// h the share that the fit absorbs; motion leaves what noise does.
+bool is_motion(const SampleResiduals& gyr, const Stage& stage) {
+  constexpr double kBeyondChance = 5.0;  // standard deviations
+  const SensorSums sums = stage.sums();
+  const auto s = std::size_t(Sensor::kGyr);
+  double squares = 0.0, n = 0.0;
+  for (std::size_t k = 0; k < gyr.residual.size(); ++k) {
+    if (!gyr.residual[k].allFinite()) continue;
+    squares += gyr.residual[k].squaredNorm();
+    n += 3.0;
+  }
+  if (n == 0.0 || gyr.t.size() < 2 || !(sums.rows[s] > 0.0)) return false;
+  const double interval = (gyr.t.back() - gyr.t.front()) / double(gyr.t.size() - 1);
+  const double density = stage.spec().noise.gyr;
+  const double times = squares / (n * kHighPassVariance) * interval / (density * density);
+  const double as_noise = times * (1.0 - sums.absorbed[s] / sums.rows[s]);
+  const double seen = std::pow(sums.rms(Sensor::kGyr), 2);
+  return as_noise > 1.0 + kBeyondChance * std::sqrt(2.0 / sums.rows[s]) &&
+         seen < std::sqrt(as_noise);
+}
+
+void take_as_motion(NoiseOf& of) {
+  std::erase_if(of.causes, [](const NoiseTest& t) { return t.channel == Channel::kGyr; });
+  for (NoiseTest& t : of.tests) {
+    if (t.channel != Channel::kGyr) continue;
+    t = untested(t.effect, t.channel,
+                 "the sensor itself turned as irregularly as noise, as the others confirm");
+  }
+}
+
+// The one to report of the same test in several recordings: that which shows most.
+bool shows_more(const NoiseTest& a, const NoiseTest& b) {
+  if (a.untested.empty() != b.untested.empty()) return a.untested.empty();
+  return a.p_value != b.p_value ? a.p_value < b.p_value : a.statistic > b.statistic;
+}
+
+// Of each test the strongest, as one of so many.
+std::vector<NoiseTest> strongest(const std::vector<NoiseOf>& all) {
+  std::vector<NoiseTest> out = all.front().tests;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    for (const NoiseOf& other : all) {
+      if (shows_more(other.tests[i], out[i])) out[i] = other.tests[i];
+    }
+    out[i].p_value = std::min(1.0, out[i].p_value * double(all.size()));
+  }
+  return out;
+}
+
+// The device is the same: a cause found in several recordings is one, and what each gains adds up.
+std::vector<NoiseTest> united_causes(const std::vector<NoiseOf>& all) {
+  std::vector<NoiseTest> out;
+  for (const NoiseTest& t : all.front().tests) {
+    std::optional<NoiseTest> best;
+    double before = 0.0, after = 0.0;
+    for (const NoiseOf& of : all) {
+      const auto cause = std::ranges::find_if(of.causes, [&](const NoiseTest& c) {
+        return c.effect == t.effect && c.channel == t.channel;
+      });
+      if (cause == of.causes.end()) continue;
+      before += cause->nll_before;
+      after += cause->nll_after;
+      if (!best || shows_more(*cause, *best)) best = *cause;
+    }
+    if (!best) continue;
+    best->p_value = std::min(1.0, best->p_value * double(all.size()));
+    best->nll_before = before;
+    best->nll_after = after;
+    out.push_back(*std::move(best));
+  }
+  return out;
+}
+
+// In the order in which they are explained: what the later ones are is said beside the earlier.
+void in_order_of_explanation(std::vector<NoiseTest>& causes) {
+  static const std::vector<std::string> order = {"mag_saturation",     "mag_quantization",
+                                                 "mains_interference", "outliers",
+                                                 "correlated_noise",   "noise_scale"};
+  std::ranges::stable_sort(causes, {}, [&](const NoiseTest& t) {
+    return std::pair(int(t.channel), std::ranges::find(order, t.effect) - order.begin());
+  });
+}
+
+// Neighbouring samples depend on each other beyond doubt, but not as noise with a memory does.
+void tell_what_has_no_name(const std::vector<NoiseTest>& tests,
+                           const std::vector<NoiseTest>& causes, bool acc_high_passed,
+                           Diagnosis& d) {
+  for (const NoiseTest& t : tests) {
+    if (t.effect != "correlated_noise" || t.untested.empty()) continue;
+    // Of a channel that the trajectory follows only what is faster is seen, and that may be motion.
+    if (t.channel == Channel::kGyr || (t.channel == Channel::kAcc && acc_high_passed)) continue;
+    // Coloured or heavy-tailed noise that has a name makes one of the other tests doubtful.
+    if (std::ranges::any_of(causes, [&](const auto& c) { return c.channel == t.channel; })) continue;
+    if (chi_square_tail(t.statistic, std::max(1, t.dof)) > level_of_one(kStatisticsOfOne)) continue;
+    add_evidence(d, t.channel,
+                 fmt::format("What is left of the {}'s samples is not white (chi-square {:.0f}), and "
+                             "no noise with a memory: {}.",
+                             sensor_name(t.channel), t.statistic, t.untested));
+  }
+}
+
+}  // namespace
+
+void take_out_saturated(std::vector<Recording>& recordings, const DiagnosisOptions& options,
+                        Diagnosis& d) {
+  std::optional<Finding> strongest;
+  for (Recording& r : recordings) {
+    std::optional<Finding> f = take_out_saturated(r, options);
+    if (f && (!strongest || f->p_value < strongest->p_value)) strongest = std::move(f);
+  }
+  if (strongest) d.findings.push_back(*std::move(strongest));
+}
+
 void find_noise(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                 const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
   const double level = options.false_alarm_rate / kTests;
-  const std::vector<SampleResiduals> residuals = sample_residuals(
-      *recordings.front(), extender.stage(), 0, pipeline.rest_noise(), options.noise.has_value());
-  const std::vector<NoiseTest> tests = test_noise(residuals);
+  std::vector<NoiseOf> all(recordings.size());
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    all[r].residuals = sample_residuals(*recordings[r], extender.stage(), int(r),
+                                        pipeline.rest_noise(), options.noise.has_value());
+    all[r].tests = test_noise(all[r].residuals);
+    all[r].causes = explain_noise(all[r].residuals, level / double(recordings.size()));
+    for (const SampleResiduals& s : all[r].residuals) {
+      if (s.channel == Channel::kGyr && is_motion(s, extender.stage())) take_as_motion(all[r]);
+    }
+  }
+  const std::vector<NoiseTest> tests = strongest(all);
   for (const NoiseTest& t : tests) d.scan.push_back(to_entry(t, level));
-  std::vector<NoiseTest> causes = explain_noise(residuals, level);
-  if (shows_blows(residuals.front(), tests)) {
+  std::vector<NoiseTest> causes = united_causes(all);
+  in_order_of_explanation(causes);
+  const bool blows = std::ranges::any_of(
+      all, [](const NoiseOf& of) { return shows_blows(of.residuals.front(), of.tests); });
+  if (blows) {
     add_evidence(
         d, Channel::kAcc,
         "What sticks out of the accelerometer comes several samples at a time, as blows to "
         "the sensor make it: tapped, knocked, or put down?");
     std::erase_if(causes, [](const NoiseTest& t) { return t.channel == Channel::kAcc; });
   }
+  tell_what_has_no_name(tests, causes, all.front().residuals.front().high_passed, d);
   for (const NoiseTest& t : causes) {
     if (imitated_by_colour(t, causes)) continue;
     if (int(d.findings.size()) >= options.max_findings) break;
@@ -155,15 +293,19 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
   }
 }
 
-void withdraw_lines_of_interpolation(const Recording& recording, Diagnosis& d) {
+void withdraw_lines_of_interpolation(const std::vector<const Recording*>& recordings,
+                                     Diagnosis& d) {
   const auto line = std::ranges::find(d.findings, "mains_interference", &Finding::effect);
   if (line == d.findings.end()) return;
   const double f_hz = line->parameters.back().value;
-  if (is_mains(f_hz, recording.mag.front().rate_hz())) return;
-  const bool interpolated = std::ranges::any_of(check_recording(recording), [](const Issue& i) {
-    return i.kind == "interpolation" && i.sensor.starts_with("mag");
-  });
-  if (!interpolated) return;
+  const auto of_mains = [&](const Recording* r) { return is_mains(f_hz, r->mag.front().rate_hz()); };
+  if (std::ranges::any_of(recordings, of_mains)) return;
+  const auto interpolated = [](const Recording* r) {
+    return std::ranges::any_of(check_recording(*r), [](const Issue& i) {
+      return i.kind == "interpolation" && i.sensor.starts_with("mag");
+    });
+  };
+  if (std::ranges::none_of(recordings, interpolated)) return;
   add_evidence(d, Channel::kMag,
                fmt::format("A line stands at {:.4g} Hz in the magnetometer's samples, which is "
                            "neither 50 nor 60 Hz. They are interpolated between measurements, "

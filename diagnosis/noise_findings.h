@@ -2,21 +2,21 @@
 // Findings about the noise (noise_tests.h), on what the extended model leaves of single samples.
 #pragma once
 
-#include <optional>
-
 #include "diagnosis/extender.h"
 
 namespace magimu {
 
+// In each recording, of which the strongest counts.
 void find_noise(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                 const DiagnosisOptions& options, Extender& extender, Diagnosis& d);
 
 // Samples that are interpolated between measurements have lines of their own: of such a
 // magnetometer's only those of 50 and 60 Hz keep their name.
-void withdraw_lines_of_interpolation(const Recording& recording, Diagnosis& d);
+void withdraw_lines_of_interpolation(const std::vector<const Recording*>& recordings, Diagnosis& d);
 
 // Readings that pile up at the magnetometer's limit, found before anything is fitted: the samples
-// at the limit are taken out of the recording. The finding, if there are such.
-std::optional<Finding> take_out_saturated(Recording& recording, const DiagnosisOptions& options);
+// at the limit are taken out of the recordings. A finding, if there are such.
+void take_out_saturated(std::vector<Recording>& recordings, const DiagnosisOptions& options,
+                        Diagnosis& d);
 
 }  // namespace magimu

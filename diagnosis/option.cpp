@@ -16,6 +16,12 @@ int count(const Effect& effect) { return effect.description().random_process ? 1
 
 }  // namespace
 
+double longest_s(const std::vector<const Recording*>& recordings) {
+  double longest = 0.0;
+  for (const Recording* r : recordings) longest = std::max(longest, r->duration_s());
+  return longest;
+}
+
 bool among(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }

@@ -22,6 +22,8 @@ struct Option {
   double searched = 0.0;  // nats: what it costs that these times were chosen among all others
 };
 
+// Of the longest recording, s.
+double longest_s(const std::vector<const Recording*>& recordings);
 bool among(const std::vector<std::string>& names, const std::string& name);
 // Is the named cause a simpler one within it?
 bool contains(const Effect& effect, const std::string& name);

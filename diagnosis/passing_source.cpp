@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/rests.h"
 #include "calibration/sensor_rows.h"
 #include "recording/median.h"
 
@@ -27,25 +28,35 @@ struct Block {
   int rows = 0;
 };
 
-std::vector<Block> blocks_of(const Stage& stage) {
+// Of one recording, while the sensor moves: nothing passes a resting one.
+std::vector<Block> blocks_of(const Stage& stage, std::size_t recording,
+                             const std::vector<TimeSpan>& rests) {
   const Values& values = stage.result().values;
   const LinearSystem system(stage.graph(), values);
   const SensorRows rows(stage.graph(), system);
   const VectorXd r = system.whitened_residuals(values);
-  const std::vector<double>& t = stage.plans().front().t;
+  const NodePlan& plan = stage.plans()[recording];
+  const std::vector<double>& t = plan.t;
   const double nodes_per_s = double(t.size()) / std::max(1e-9, t.back() - t.front());
   const double sigma = stage.spec().noise.mag * std::sqrt(nodes_per_s);
   const auto count = std::size_t((t.back() - t.front()) / kBlock) + 1;
   std::vector<std::vector<double>> all(count);
   for (int i = 0; i < system.rows(); ++i) {
     if (rows.sensor[std::size_t(i)] != Sensor::kMag) continue;
-    const double at = t[std::size_t(rows.node[std::size_t(i)])] - t.front();
+    const int node = rows.node[std::size_t(i)] - plan.first;
+    if (node < 0 || node >= int(t.size())) continue;
+    const double at = t[std::size_t(node)] - t.front();
     all[std::min(count - 1, std::size_t(at / kBlock))].push_back(std::abs(r[i]));
   }
   std::vector<Block> out;
   for (std::size_t b = 0; b < count; ++b) {
     if (all[b].size() < 6) continue;
     Block block{.t = t.front() + (double(b) + 0.5) * kBlock, .rows = int(all[b].size())};
+    if (std::ranges::any_of(rests, [&](const TimeSpan& rest) {
+          return rest.begin_s <= block.t && block.t <= rest.end_s;
+        })) {
+      continue;
+    }
     for (const double x : all[b]) block.squares += x * x;
     block.field = sigma * std::sqrt(3.0 * block.squares / block.rows);
     block.size = median(all[b]);
@@ -56,13 +67,12 @@ std::vector<Block> blocks_of(const Stage& stage) {
 
 }  // namespace
 
-std::optional<Finding> find_passing_source(const std::vector<const Recording*>& recordings,
-                                           const Stage& stage) {
-  if (recordings.size() != 1 || recordings.front()->pos ||
-      stage.spec().motion != MotionModel::kHandHeld) {
-    return std::nullopt;
-  }
-  const std::vector<Block> blocks = blocks_of(stage);
+namespace {
+
+std::optional<Finding> source_passed_in(const Recording& recording, const Stage& stage,
+                                        std::size_t index) {
+  if (recording.pos) return std::nullopt;
+  const std::vector<Block> blocks = blocks_of(stage, index, find_rests(recording));
   if (blocks.size() < 40) return std::nullopt;
   std::vector<double> sizes;
   for (const Block& b : blocks) sizes.push_back(b.size);
@@ -119,6 +129,20 @@ std::optional<Finding> find_passing_source(const std::vector<const Recording*>& 
                         "a magnet that was attached for seconds and removed again",
                         "record positions, or pass the place in several orientations"}};
   return f;
+}
+
+}  // namespace
+
+std::optional<Finding> find_passing_source(const std::vector<const Recording*>& recordings,
+                                           const Stage& stage) {
+  std::optional<Finding> best;
+  if (stage.spec().motion != MotionModel::kHandHeld) return best;
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    std::optional<Finding> found = source_passed_in(*recordings[r], stage, r);
+    const auto bic = [](const Finding& f) { return f.gain.bic_delta; };
+    if (found && (!best || bic(*found) < bic(*best))) best = std::move(found);
+  }
+  return best;
 }
 
 }  // namespace magimu

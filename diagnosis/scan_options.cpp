@@ -122,7 +122,7 @@ std::vector<Option> scan_options(const std::vector<const Recording*>& recordings
   for (std::size_t i = 0; i < effects.size(); ++i) {
     Option option{.effect = effects[i], .score = scores[i]};
     if (effects[i]->name() == "gyro_bias_drift") {
-      take_walk(option, scan, i, recording.duration_s());
+      take_walk(option, scan, i, longest_s(recordings));
     } else if (effects[i]->with_terms(1)) {
       take_terms(option, scan, i);
     } else {

@@ -99,17 +99,44 @@ void withdraw_doubtful(const std::string& channel, double left, Diagnosis& d) {
   });
 }
 
+// Of all recordings one after the other, node by node: each by itself.
+std::vector<ResidualSeries> by_recording(const ResidualSeries& all,
+                                         const std::vector<NodePlan>& plans) {
+  std::vector<ResidualSeries> out(plans.size());
+  std::size_t p = 0, node = 0;
+  for (std::size_t i = 0; i < all.t.size(); ++i) {
+    while (p < plans.size()) {
+      const auto& t = plans[p].t;
+      const auto at = std::find(t.begin() + std::ptrdiff_t(node), t.end(), all.t[i]);
+      if (at != t.end()) {
+        node = std::size_t(at - t.begin()) + 1;
+        break;
+      }
+      ++p;
+      node = 0;
+    }
+    if (p == plans.size()) break;
+    out[p].t.push_back(all.t[i]);
+    out[p].whitened.push_back(all.whitened[i]);
+  }
+  return out;
+}
+
 // Errors that change from sample to sample, more so in motion.
 void grow_with_rate(const std::vector<const Recording*>& recordings,
                     const DiagnosisOptions& options, const Stage& stage, Diagnosis& d) {
-  if (recordings.size() > 1) return;
   const auto series = residual_series(stage, recordings.front()->mag_names);
-  const double level = std::log10(options.false_alarm_rate / 3.0);
+  const double level = std::log10(options.false_alarm_rate / 3.0 / double(recordings.size()));
   for (const std::size_t s : {0, 2}) {
     const auto channel = Channel(int(s));
     // The trajectory follows a hand-held accelerometer.
     if (channel == Channel::kAcc && stage.spec().motion == MotionModel::kHandHeld) continue;
-    const NoiseByRate seen = noise_by_rate(series[s], *recordings.front());
+    NoiseByRate seen;
+    const std::vector<ResidualSeries> parts = by_recording(series[s], stage.plans());
+    for (std::size_t r = 0; r < recordings.size(); ++r) {
+      const NoiseByRate here = noise_by_rate(parts[r], *recordings[r]);
+      if (here.log10_p < seen.log10_p) seen = here;
+    }
     if (seen.log10_p > level - kRateCare || seen.fast_over_slow < kGrown) continue;
     if (seen.statistic < kCrumbs * explained_of(d, channel)) continue;
     add_evidence(

@@ -26,6 +26,28 @@ double chance_of_none(double step, double size) {
 
 }  // namespace
 
+Vector3 least_steps(const VectorSeries& series) {
+  Vector3 step = Vector3::Constant(std::numeric_limits<double>::infinity());
+  for (std::size_t k = 1; k < series.size(); ++k) {
+    const Vector3 d = (series.v[k] - series.v[k - 1]).cwiseAbs();
+    for (int axis = 0; axis < 3; ++axis) {
+      if (d[axis] > 0.0) step[axis] = std::min(step[axis], d[axis]);
+    }
+  }
+  return step;
+}
+
+bool made_by_rounding(const VectorSeries& series) {
+  constexpr double kOneOrTwo = 2.5;  // steps: another axis may change at the same time
+  const Vector3 step = least_steps(series);
+  std::vector<double> steps;
+  for (std::size_t k = 1; k < series.size(); ++k) {
+    const Vector3 d = (series.v[k] - series.v[k - 1]).cwiseAbs();
+    if (!d.isZero(0.0)) steps.push_back(d.cwiseQuotient(step).sum());
+  }
+  return !steps.empty() && median(std::move(steps)) < kOneOrTwo;
+}
+
 bool Repeats::beyond_chance() const {
   return double(seen) > kTimes * expected + kSigmas * std::sqrt(expected) + kFewest;
 }
@@ -34,13 +56,7 @@ Repeats repeats_in(const VectorSeries& series) {
   Repeats out;
   const std::size_t n = series.size();
   if (n < 2) return out;
-  Vector3 step = Vector3::Constant(std::numeric_limits<double>::infinity());
-  for (std::size_t k = 1; k < n; ++k) {
-    const Vector3 d = (series.v[k] - series.v[k - 1]).cwiseAbs();
-    for (int axis = 0; axis < 3; ++axis) {
-      if (d[axis] > 0.0) step[axis] = std::min(step[axis], d[axis]);
-    }
-  }
+  const Vector3 step = least_steps(series);
   std::size_t counted = 0;
   for (std::size_t begin = 1; begin < n; begin += kRepeatWindow) {
     const std::size_t end = std::min(n, begin + kRepeatWindow);

@@ -129,16 +129,6 @@ TEST(DiagnosisTable, has_no_long_lines_and_no_blanks_at_their_end) {
   }
 }
 
-TEST(Answer, follows_from_findings_unexplained_structure_and_trust) {
-  EXPECT_EQ(answer_of(test::example_diagnosis()), Answer::kFindings);
-  EXPECT_EQ(answer_of(test::unexplained_diagnosis()), Answer::kUnexplained);
-  EXPECT_EQ(answer_of(test::clean_diagnosis()), Answer::kPredicts);
-  EXPECT_EQ(answer_of(test::empty_diagnosis()), Answer::kNone);
-  Diagnosis untrusted = test::clean_diagnosis();
-  untrusted.after.trust.lower(Verdict::kNo, "The sensor hardly turned.");
-  EXPECT_EQ(answer_of(untrusted), Answer::kNone) << "its silence means nothing";
-}
-
 TEST(Answer, knows_what_became_of_every_candidate) {
   const Diagnosis d = test::example_diagnosis();
   EXPECT_EQ(entries_with(Outcome::kFound, d).size(), 2u);

@@ -6,9 +6,16 @@
 #include <cmath>
 #include <random>
 
-#include "diagnosis/diagnosis.h"
+#include "diagnosis/conclude.h"
 
 namespace magimu::test {
+
+inline Diagnosis concluded(Diagnosis d) {
+  Conclusion conclusion = conclude(d);
+  d.answer = conclusion.answer;
+  d.evidence = std::move(conclusion.evidence);
+  return d;
+}
 
 inline Calibration example_calibration(double shift) {
   Calibration c;
@@ -137,7 +144,8 @@ inline Diagnosis example_diagnosis() {
   d.traces = {example_trace(Channel::kMag, 4000, 1), example_trace(Channel::kGyr, 3000, 2)};
   d.notes = {"No column temp: temperatures could not be tested."};
   d.seconds = 12.34;
-  return d;
+  d.statistics = 477;
+  return concluded(d);
 }
 
 // Something is wrong, and has no name.
@@ -146,7 +154,7 @@ inline Diagnosis unexplained_diagnosis() {
   d.findings.clear();
   d.scan = example_scan(false);
   d.after = d.before;
-  return d;
+  return concluded(d);
 }
 
 // The simulation predicts the data.
@@ -156,7 +164,7 @@ inline Diagnosis clean_diagnosis() {
   d.departures.clear();
   d.before = d.after = example_calibration(0.0);
   for (ResidualTrace& trace : d.traces) trace.before = trace.after;
-  return d;
+  return concluded(d);
 }
 
 // Nothing could be tested.
@@ -164,7 +172,7 @@ inline Diagnosis empty_diagnosis() {
   Diagnosis d;
   d.before = d.after = example_calibration(0.0);
   d.after.trust.lower(Verdict::kNo, "The sensor hardly turned.");
-  return d;
+  return concluded(d);
 }
 
 }  // namespace magimu::test

@@ -123,7 +123,7 @@ TEST(ExcessOfSamples, is_what_outliers_add_to_the_variance_of_their_sensor) {
   o.effects.push_back(oracle::make_effect("outliers", {0.02, 8.0}, oracle::Channel::kMag));
   const Fitted f(o);
   const std::array<double, 3> excess =
-      excess_of_samples(f.recording, f.stage, {o.noise.acc, o.noise.gyr, o.noise.mag});
+      excess_of_samples({&f.recording}, f.stage, {o.noise.acc, o.noise.gyr, o.noise.mag});
   EXPECT_EQ(excess[0], 1.0);
   EXPECT_EQ(excess[1], 1.0);
   // 240 of 12,000 samples, by chance 15 more or less: 0.1.

@@ -241,14 +241,16 @@ void add_imu(FactorGraph& graph, const Part& part) {
 
 void add_reach(FactorGraph& graph, const Part& part) {
   const Noise<3> noise = Noise<3>::isotropic(part.spec.reach_m);
-  double due = part.plan.t.front();
+  const std::vector<double>& t = part.plan.t;
+  // Three at the least: with two, velocity and tilt of a short part are not told apart.
+  const double every = std::min(kReachEvery, 0.5 * (t.back() - t.front()));
+  double due = t.front();
   for (int i = 0; i < part.nodes(); ++i) {
-    const bool is_due = part.spec.reach_at
-                            ? part.measures(i) && part.spec.reach_at(part.id(i))
-                            : part.plan.t[std::size_t(i)] >= due || i + 1 == part.nodes();
+    const bool is_due = part.spec.reach_at ? part.measures(i) && part.spec.reach_at(part.id(i))
+                                           : t[std::size_t(i)] >= due || i + 1 == part.nodes();
     if (!is_due) continue;
     graph.add(PriorFactor<Vector3>(P(part.id(i)), Vector3::Zero(), noise));
-    due = part.plan.t[std::size_t(i)] + kReachEvery;
+    due = t[std::size_t(i)] + every;
   }
 }
 

@@ -118,6 +118,15 @@ TEST(OneRecordingInParts, tells_what_the_reader_mended) {
   EXPECT_THAT(checked.warnings(), Contains(HasSubstr("the clock was set back at line")));
 }
 
+// Two seconds at rest tell two positions and a heading: no velocity and tilt besides, unless more
+// is assumed of where the hand is.
+TEST(OneRecordingInParts, a_short_one_at_rest_leaves_nothing_undetermined) {
+  const Simulation s = simulated(SimulatedMotion::kHandHeld, 9);
+  const Calibration c = calibrate(with_gap(s.recording, 2.3, 8.6));
+  EXPECT_THAT(c.undetermined, testing::IsEmpty());
+  EXPECT_EQ(c.trust.verdict, Verdict::kYes) << c.trust.reasons.front();
+}
+
 // Every second or so some samples are lost, too few to part the recording.
 TEST(BridgedGaps, cost_no_more_than_what_is_lost_in_them) {
   for (const SimulatedMotion motion : {SimulatedMotion::kHand, SimulatedMotion::kHandHeld}) {

@@ -21,7 +21,7 @@ Recording mounted(const Simulation& s, const Matrix3& Q) {
   return out;
 }
 
-class Mounting : public testing::Test {
+class AnyMounting : public testing::Test {
  protected:
   const Simulation s_ = test::simulated_hand(50.0, 21, 60.0);
   const CalibrationOptions options_ = test::same_model_and_noise(s_, 4);
@@ -38,7 +38,7 @@ class Mounting : public testing::Test {
   double dip() const { return straight_.parameters.dip_rad; }
 };
 
-TEST_F(Mounting, permuted_axes_are_found) {
+TEST_F(AnyMounting, permuted_axes_are_found) {
   const Vector3 x = Vector3::UnitX(), y = Vector3::UnitY(), z = Vector3::UnitZ();
   for (const Matrix3& Q : {axes(y, z, x), axes(-x, -y, z), axes(y, x, -z), axes(-z, y, x)}) {
     ASSERT_NEAR(Q.determinant(), 1.0, 1e-15);
@@ -48,7 +48,7 @@ TEST_F(Mounting, permuted_axes_are_found) {
   }
 }
 
-TEST_F(Mounting, any_rotation_is_found) {
+TEST_F(AnyMounting, any_rotation_is_found) {
   for (const Vector3& v :
        {Vector3(0.7, -0.2, 0.4), Vector3(-1.5, 2.0, 0.3), Vector3(0, 0, 0.785)}) {
     const Matrix3 Q = Rot3::Exp(v).matrix();
@@ -57,7 +57,7 @@ TEST_F(Mounting, any_rotation_is_found) {
   }
 }
 
-TEST_F(Mounting, an_odd_inversion_gives_the_opposite_dip_and_a_positive_determinant) {
+TEST_F(AnyMounting, an_odd_inversion_gives_the_opposite_dip_and_a_positive_determinant) {
   const Vector3 x = Vector3::UnitX(), y = Vector3::UnitY(), z = Vector3::UnitZ();
   for (const Matrix3& Q : {axes(x, y, -z), axes(-x, y, z), axes(y, x, z), axes(-x, -y, -z)}) {
     ASSERT_NEAR(Q.determinant(), -1.0, 1e-15);
@@ -82,7 +82,7 @@ TEST(Array, magnetometers_may_be_inverted_against_each_other) {
                           s.truth.parameters);
 }
 
-TEST_F(Mounting, a_start_on_the_other_side_of_the_vertical_ends_with_a_positive_cosine) {
+TEST_F(AnyMounting, a_start_on_the_other_side_of_the_vertical_ends_with_a_positive_cosine) {
   CalibrationOptions options = options_;
   options.initialization.dip_rad = M_PI - dip();
   const Calibration c = calibrate(s_.recording, options);

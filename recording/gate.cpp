@@ -19,13 +19,13 @@ using Judged = SensorGate::Judged;
 // The first finds what spoils the habits; the second what recurs and which readings have turned
 // over; the third has all of that.
 constexpr int kPasses = 3;
-constexpr double kMostlyWrapped = 0.4;     // of the samples: then it is not known which of them are
-constexpr double kTurningRate = 0.2;       // rad/s: the device turns
-constexpr double kTurned = 0.15;           // rad: and has turned so far, which changes any reading
-constexpr double kSlowly = 5.0;            // times slower than the fastest tenth
-constexpr double kTurningShare = 0.3;      // of gravity or the field, by which they turn meanwhile
-constexpr std::size_t kFewestLeft = 10;    // samples
-constexpr std::size_t kLongestBridge = 3;  // samples
+constexpr double kMostlyWrapped = 0.4;   // of the samples: then it is not known which of them are
+constexpr double kTurningRate = 0.2;     // rad/s: the device turns
+constexpr double kTurned = 0.15;         // rad: and has turned so far, which changes any reading
+constexpr double kSlowly = 5.0;          // times slower than the fastest tenth
+constexpr double kTurningShare = 0.3;    // of gravity or the field, by which they turn meanwhile
+constexpr std::size_t kFewestLeft = 10;  // samples
+constexpr std::size_t kMostFilled = 3;   // samples
 
 // Whether the device turned meanwhile, as the other sensors of the recording say: rates, or gravity
 // and the field together, for each alone may be shaken or disturbed. Medians and quantiles, so that
@@ -189,9 +189,9 @@ class Passage {
   }
   bool bridged(std::size_t k) const {
     std::size_t first = k, last = k;
-    while (first > 0 && k - first < kLongestBridge && !usable(first - 1)) --first;
-    while (last + 1 < series_.size() && last - k < kLongestBridge && !usable(last + 1)) ++last;
-    return last - first < kLongestBridge && first >= 2 && usable(first - 1) && usable(first - 2) &&
+    while (first > 0 && k - first < kMostFilled && !usable(first - 1)) --first;
+    while (last + 1 < series_.size() && last - k < kMostFilled && !usable(last + 1)) ++last;
+    return last - first < kMostFilled && first >= 2 && usable(first - 1) && usable(first - 2) &&
            usable(last + 1) && usable(last + 2);
   }
   // The cubic through two samples on either side.

@@ -44,7 +44,7 @@ constexpr double kSomeSteps = 5.0;  // of the converter: what shows that it shou
 
 // Wrapped readings: usual steps from one reading to the next that either side of the jump is from
 // the end of the range, and that the jump is longer than.
-constexpr double kSteps = 3.0, kWrapToStep = 10.0;
+constexpr double kSteps = 6.0, kWrapToStep = 10.0;
 
 constexpr double kAbsurd = 1000.0;     // times the largest reading, isolated or not
 constexpr double kLookUpAfter = 1.05;  // of the samples of which the habits were looked up

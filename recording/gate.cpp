@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "recording/bridge.h"
 #include "recording/sensor_gate.h"
 
 namespace magimu {
@@ -25,7 +26,6 @@ constexpr double kTurned = 0.15;         // rad: and has turned so far, which ch
 constexpr double kSlowly = 5.0;          // times slower than the fastest tenth
 constexpr double kTurningShare = 0.3;    // of gravity or the field, by which they turn meanwhile
 constexpr std::size_t kFewestLeft = 10;  // samples
-constexpr std::size_t kMostFilled = 3;   // samples
 
 // Whether the device turned meanwhile, as the other sensors of the recording say: rates, or gravity
 // and the field together, for each alone may be shaken or disturbed. Medians and quantiles, so that
@@ -91,15 +91,12 @@ class Passage {
  public:
   Passage(const VectorSeries& series, std::string name, Sensor sensor, bool keep_clipped,
           const Witnesses& witnesses)
-      : series_(series), name_(std::move(name)), sensor_(sensor), kinds_(series.size()) {
+      : series_(series), name_(std::move(name)), sensor_(sensor), judged_(series.size()) {
     SensorGate::Sentinels sentinels;
     std::array<int, 3> turns = {0, 0, 0};
     for (int pass = 0; pass < kPasses; ++pass) {
       const bool last = pass + 1 == kPasses;
-      SensorHabits habits;
-      for (std::size_t k = 0; k < series.size(); ++k) {
-        if (kinds_[k].empty() && series.v[k].allFinite()) habits.add(series.t[k], series.v[k]);
-      }
+      const SensorHabits habits = habits_of_the_rest();
       SensorGate gate({.sensor = sensor,
                        .habits = &habits,
                        .keep_clipped = keep_clipped || !last,
@@ -107,62 +104,75 @@ class Passage {
                          return witnesses.turned(sensor, begin, end);
                        }});
       gate.know(sentinels, turns);
-      std::vector<std::size_t> sent;
-      for (std::size_t k = 0; k < series.size(); ++k) {
-        if (!kinds_[k].empty()) continue;
-        gate.push(series.t[k], series.v[k]);
-        sent.push_back(k);
-      }
-      gate.finish();
-      const std::vector<Judged> judged = gate.take();
-      const auto wraps = std::ranges::count(judged, "wrap", &Judged::kind);
-      const bool sure = last && double(wraps) < kMostlyWrapped * double(series.size());
-      for (std::size_t i = 0; i < judged.size(); ++i) {
-        if (judged[i].kind != "wrap" || sure) note(sent[i], judged[i]);
-      }
+      send_the_rest(gate, last);
       sentinels = gate.sentinels();
       if (pass + 2 == kPasses) {
         turns = gate.usual_turns();
         for (int& t : turns) t = -t;
       }
     }
+    // The first ones were taken for jumps.
+    for (Judged& j : judged_) {
+      const std::vector<double>& values = sentinels[std::size_t(j.axis)];
+      if (j.kind == "spike" && std::ranges::find(values, j.v[j.axis]) != values.end()) {
+        j.kind = "sentinel";
+      }
+    }
   }
 
   // Empty: all samples may stay.
-  const std::vector<SetAside>& set_aside() const { return records_; }
-
-  // All of them where next to none would be left.
-  VectorSeries kept() const {
-    if (left() < kFewestLeft) return series_;
-    VectorSeries out;
-    for (std::size_t k = 0; k < series_.size(); ++k) {
-      if (kinds_[k].empty()) {
-        out.push_back(series_.t[k], series_.v[k]);
-      } else if (sensor_ == Sensor::kGyr && bridged(k)) {
-        out.push_back(series_.t[k], bridge(k));
+  std::vector<SetAside> set_aside() const {
+    std::vector<SetAside> out;
+    for (const Judged& j : judged_) {
+      if (j.kind.empty()) continue;
+      auto record = std::ranges::find(out, j.kind, &SetAside::kind);
+      if (record == out.end()) {
+        out.push_back({name_, j.kind, 0, series_.size(), j.t, j.t, example(j)});
+        record = out.end() - 1;
       }
+      ++record->count;
+      record->end_s = j.t;
     }
     return out;
   }
 
- private:
-  std::size_t left() const {
-    return std::size_t(std::ranges::count_if(kinds_, [](const auto& k) { return k.empty(); }));
+  // All of them where next to none would be left.
+  VectorSeries kept() const {
+    VectorSeries out;
+    std::vector<double> gone;
+    for (std::size_t k = 0; k < series_.size(); ++k) {
+      if (judged_[k].kind.empty()) {
+        out.push_back(series_.t[k], series_.v[k]);
+      } else if (std::isfinite(series_.t[k])) {
+        gone.push_back(series_.t[k]);
+      }
+    }
+    if (out.size() < kFewestLeft) return series_;
+    return sensor_ == Sensor::kGyr ? bridged(out, gone) : out;
   }
 
-  void note(std::size_t k, const Judged& judged) {
-    if (judged.kind.empty()) return;
-    kinds_[k] = judged.kind;
-    auto record = std::ranges::find(records_, judged.kind, &SetAside::kind);
-    if (record == records_.end()) {
-      records_.push_back({name_, judged.kind, 0, series_.size(), judged.t, judged.t, ""});
-      record = records_.end() - 1;
+ private:
+  SensorHabits habits_of_the_rest() const {
+    SensorHabits out;
+    for (std::size_t k = 0; k < series_.size(); ++k) {
+      if (judged_[k].kind.empty() && series_.v[k].allFinite()) out.add(series_.t[k], series_.v[k]);
     }
-    ++record->count;
-    record->end_s = std::max(record->end_s, judged.t);
-    if (judged.t <= record->begin_s || record->example.empty()) {
-      record->begin_s = judged.t;
-      record->example = example(judged);
+    return out;
+  }
+
+  void send_the_rest(SensorGate& gate, bool last) {
+    std::vector<std::size_t> sent;
+    for (std::size_t k = 0; k < series_.size(); ++k) {
+      if (!judged_[k].kind.empty()) continue;
+      gate.push(series_.t[k], series_.v[k]);
+      sent.push_back(k);
+    }
+    gate.finish();
+    const std::vector<Judged> judged = gate.take();
+    const auto wraps = std::ranges::count(judged, "wrap", &Judged::kind);
+    const bool sure = last && double(wraps) < kMostlyWrapped * double(series_.size());
+    for (std::size_t i = 0; i < judged.size(); ++i) {
+      if (judged[i].kind != "wrap" || sure) judged_[sent[i]] = judged[i];
     }
   }
 
@@ -179,42 +189,10 @@ class Passage {
     return out;
   }
 
-  bool usable(std::size_t k) const { return k < series_.size() && kinds_[k].empty(); }
-  // The first and the last of those set aside around k.
-  std::pair<std::size_t, std::size_t> hole(std::size_t k) const {
-    std::size_t first = k, last = k;
-    while (first > 0 && !usable(first - 1)) --first;
-    while (last + 1 < series_.size() && !usable(last + 1)) ++last;
-    return {first, last};
-  }
-  bool bridged(std::size_t k) const {
-    std::size_t first = k, last = k;
-    while (first > 0 && k - first < kMostFilled && !usable(first - 1)) --first;
-    while (last + 1 < series_.size() && last - k < kMostFilled && !usable(last + 1)) ++last;
-    return last - first < kMostFilled && first >= 2 && usable(first - 1) && usable(first - 2) &&
-           usable(last + 1) && usable(last + 2);
-  }
-  // The cubic through two samples on either side.
-  Vector3 bridge(std::size_t k) const {
-    const auto [first, last] = hole(k);
-    const std::size_t at[] = {first - 2, first - 1, last + 1, last + 2};
-    Vector3 out = Vector3::Zero();
-    for (const std::size_t i : at) {
-      double weight = 1.0;
-      for (const std::size_t j : at) {
-        if (j == i) continue;
-        weight *= (series_.t[k] - series_.t[j]) / (series_.t[i] - series_.t[j]);
-      }
-      out += weight * series_.v[i];
-    }
-    return out;
-  }
-
   const VectorSeries& series_;
   std::string name_;
   Sensor sensor_;
-  std::vector<std::string> kinds_;  // of each sample; empty: it stays
-  std::vector<SetAside> records_;
+  std::vector<Judged> judged_;  // each sample; kind empty: it stays
 };
 
 }  // namespace
@@ -226,10 +204,11 @@ std::optional<Recording> gated(const Recording& recording, const GateOptions& op
   const auto pass = [&](const VectorSeries& series, const std::string& name, Sensor sensor,
                         bool keep_clipped, const auto& place) {
     const Passage passage(series, name, sensor, keep_clipped, witnesses);
-    const std::vector<SetAside>& set_aside = passage.set_aside();
-    if (set_aside.empty()) return;
+    const std::vector<SetAside> set_aside = passage.set_aside();
+    VectorSeries kept = passage.kept();
+    if (set_aside.empty() && kept.size() == series.size()) return;
     if (!out) out = recording;
-    place(*out) = passage.kept();
+    place(*out) = std::move(kept);
     out->set_aside.insert(out->set_aside.end(), set_aside.begin(), set_aside.end());
   };
   pass(recording.acc, "acc", Sensor::kAcc, false,

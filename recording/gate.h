@@ -3,9 +3,7 @@
 // given are set aside, each for its sensor alone, before a check of units, a search for rests or a
 // fit sees them. sensor_gate.h has the rules; streams use it sample by sample.
 //
-// What a sample leaves is a gap of its sensor. A gyroscope is integrated, so up to three of its
-// samples in a row are replaced by the cubic through their neighbours: at 100 Hz that is wrong by
-// less than noise, where the rate before, held on, would turn every later attitude.
+// What a sample leaves is a gap of its sensor; short holes of a gyroscope are bridged (bridge.h).
 #pragma once
 
 #include <optional>

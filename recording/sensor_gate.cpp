@@ -44,7 +44,7 @@ constexpr double kSomeSteps = 5.0;  // of the converter: what shows that it shou
 
 // Wrapped readings: usual steps from one reading to the next that either side of the jump is from
 // the end of the range, and that the jump is longer than.
-constexpr double kSteps = 3.0, kWrapToStep = 10.0;
+constexpr double kSteps = 6.0, kWrapToStep = 10.0;
 
 constexpr double kAbsurd = 1000.0;     // times the largest reading, isolated or not
 constexpr double kLookUpAfter = 1.05;  // of the samples of which the habits were looked up
@@ -226,11 +226,10 @@ bool SensorGate::reads_zero(const Unit& unit) const {
 
 bool SensorGate::is_sentinel(const Unit& unit, Judged& why) const {
   if (kept_.empty()) return false;
-  const Sentinels own = sentinels();
+  const Sentinels values = sentinels();
   for (int axis = 0; axis < 3; ++axis) {
-    const double value = unit.v[axis];
-    if (std::ranges::find(known_[std::size_t(axis)], value) == known_[std::size_t(axis)].end() &&
-        std::ranges::find(own[std::size_t(axis)], value) == own[std::size_t(axis)].end()) {
+    if (std::ranges::find(values[std::size_t(axis)], unit.v[axis]) ==
+        values[std::size_t(axis)].end()) {
       continue;
     }
     why.axis = axis;
@@ -257,7 +256,7 @@ void SensorGate::count_jumps(const Unit& unit, const Sides& sides) {
 }
 
 SensorGate::Sentinels SensorGate::sentinels() const {
-  Sentinels out;
+  Sentinels out = known_;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::size_t all = 0;
     for (const Jump& jump : jumps_[axis]) all += jump.count;

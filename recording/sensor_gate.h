@@ -39,7 +39,7 @@ class SensorGate {
     // Seconds for which a reading that does not change is waited for; a stream must go on.
     double longest_wait_s = std::numeric_limits<double>::infinity();
     // Whether the device certainly turned from one time to another, as other sensors say.
-    std::function<bool(double begin_s, double end_s)> turned;
+    std::function<bool(double begin_s, double end_s)> turned = {};
   };
   struct Judged {
     double t = 0.0;

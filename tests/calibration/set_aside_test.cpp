@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Samples that no measurement can have given cost a calibration nothing but themselves, and are
+// told.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "calibration/calibration_json.h"
+#include "calibration/survey.h"
+#include "recording/error.h"
+#include "tests/calibration/cases.h"
+#include "tests/recording/test_files.h"
+
+namespace magimu {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+Simulation minute(SimulatedMotion motion) {
+  SimulationOptions options;
+  options.motion = motion;
+  options.rate_hz = 50.0;
+  options.duration_s = 60.0;
+  options.seed = 3;
+  return simulate(options);
+}
+
+void spoil(Recording& r) {
+  r.acc.v[1800][0] = 98000.0;
+  r.acc.v[900] = Vector3(1e16, 0.0, 0.0);
+  r.gyr.v[1500][2] = NAN;
+  r.gyr.v[1000] = Vector3(-3276.8, 120.0, 999.0);
+  r.mag[0].v[2000][1] = 4900.0;
+  r.mag[0].v[700].setZero();
+}
+
+TEST(SetAside, impossible_samples_do_not_move_a_calibration) {
+  for (const SimulatedMotion motion : {SimulatedMotion::kHand, SimulatedMotion::kHandHeld}) {
+    const Simulation s = minute(motion);
+    Recording spoilt = s.recording;
+    spoil(spoilt);
+    CalibrationOptions options;
+    options.gravity = s.truth.gravity;
+    const Calibration clean = calibrate(s.recording, options), c = calibrate(spoilt, options);
+    EXPECT_EQ(c.trust.verdict, clean.trust.verdict) << testing::PrintToString(c.trust.reasons);
+    EXPECT_EQ(c.motion, clean.motion);
+    ASSERT_EQ(c.effects.size(), clean.effects.size());
+    EXPECT_LT(test::sigmas_apart(clean, c), 0.5);
+    EXPECT_TRUE(clean.set_aside.empty());
+    ASSERT_EQ(c.set_aside.size(), 6u);
+    EXPECT_EQ(c.set_aside[0].what.sensor, "acc");
+    EXPECT_EQ(c.set_aside[0].recording, spoilt.name);
+    const nlohmann::ordered_json json = to_json(c);
+    ASSERT_EQ(json["set_aside"].size(), 6u);
+    EXPECT_EQ(json["set_aside"][5]["kind"], "spike");
+    EXPECT_EQ(json["set_aside"][5]["count"], 1);
+    EXPECT_THAT(std::string(json["set_aside"][5]["example"]),
+                HasSubstr("mag_y = 4900 uT at 40.00 s"));
+    EXPECT_THAT(c.warnings, testing::Contains(HasSubstr("acc_x = 98000 m/s^2 at 36.00 s")));
+  }
+}
+
+TEST(SetAside, many_of_a_sensor_lower_the_verdict_and_most_of_it_are_refused) {
+  Recording some = minute(SimulatedMotion::kHand).recording, most = some;
+  for (std::size_t k = 0; k < some.mag[0].size(); ++k) {
+    if (k % 40 == 7) some.mag[0].v[k][2] = -375.6;
+    if (k % 3 != 0) most.mag[0].v[k][2] = NAN;
+  }
+  const Calibration c = calibrate(some);
+  EXPECT_EQ(c.trust.verdict, Verdict::kLimited);
+  EXPECT_THAT(c.trust.reasons, ElementsAre(HasSubstr("2.5 % of the samples of mag")));
+  const InputError error = test::error_of([&] { calibrate(most); });
+  EXPECT_THAT(error.what(), HasSubstr("67 % of the samples of mag are no measurements"));
+  EXPECT_THAT(survey(most).not_looked_further, HasSubstr("67 % of the samples of mag"));
+  EXPECT_TRUE(survey(some).usable());
+}
+
+}  // namespace
+}  // namespace magimu

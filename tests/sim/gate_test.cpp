@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The gate and simulated recordings: all motions, rates from 20 Hz to 1 kHz, with what a diagnosis
+// must still be able to find.
+#include "recording/gate.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "recording/set_aside.h"
+#include "sim/simulate.h"
+
+namespace magimu {
+namespace {
+
+Recording simulated(SimulatedMotion motion, double rate, std::uint64_t seed,
+                    const std::string& effect = "") {
+  SimulationOptions options;
+  options.motion = motion;
+  options.rate_hz = rate;
+  options.seed = seed;
+  options.duration_s = 60.0;
+  if (!effect.empty()) options.effects = {parse_effect_request(effect)};
+  return simulate(options).recording;
+}
+
+void expect_untouched(const Recording& r, const std::string& what) {
+  const std::optional<Recording> kept = gated(r);
+  if (!kept) return;
+  for (const SetAside& s : kept->set_aside) ADD_FAILURE() << what << ": " << sentence(s);
+}
+
+constexpr SimulatedMotion kMotions[] = {SimulatedMotion::kPaper, SimulatedMotion::kHand,
+                                        SimulatedMotion::kHandHeld};
+
+TEST(GateOfSimulations, sets_nothing_aside_of_clean_ones_at_any_rate) {
+  for (const SimulatedMotion motion : kMotions) {
+    for (const double rate : {20.0, 50.0, 100.0, 400.0, 1000.0}) {
+      expect_untouched(simulated(motion, rate, 1 + std::uint64_t(rate)), to_string(motion));
+    }
+  }
+}
+
+TEST(GateOfSimulations, leaves_effects_to_the_diagnosis) {
+  for (const char* effect :
+       {"outliers", "outliers=10", "outliers@acc", "outliers@gyr=3", "hard_iron_change=3",
+        "mains_interference=3", "mag_current=3", "mag_quantization=5", "correlated_noise@acc",
+        "noise_scale@gyr=3", "stationary_source"}) {
+    for (const double rate : {20.0, 100.0}) {
+      expect_untouched(simulated(SimulatedMotion::kHandHeld, rate, 5, effect), effect);
+    }
+  }
+}
+
+// One sample of one axis, multiplied as by a lost decimal point: found wherever it is.
+TEST(GateOfSimulations, finds_a_lost_decimal_point_anywhere) {
+  std::mt19937 bits(4);
+  for (const double rate : {20.0, 100.0, 400.0}) {
+    const Recording clean = simulated(SimulatedMotion::kHandHeld, rate, 3);
+    for (int trial = 0; trial < 24; ++trial) {
+      Recording r = clean;
+      VectorSeries& s = trial % 3 == 0 ? r.acc : trial % 3 == 1 ? r.gyr : r.mag[0];
+      const std::size_t k = bits() % s.size();
+      int axis = 0;
+      s.v[k].cwiseAbs().maxCoeff(&axis);
+      s.v[k][axis] *= 1e4;
+      const std::optional<Recording> kept = gated(r);
+      ASSERT_TRUE(kept) << "rate " << rate << ", sample " << k << ": " << s.v[k].transpose();
+      ASSERT_EQ(kept->set_aside.size(), 1u);
+      EXPECT_EQ(kept->set_aside[0].count, 1u);
+      EXPECT_DOUBLE_EQ(kept->set_aside[0].begin_s, s.t[k]);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace magimu

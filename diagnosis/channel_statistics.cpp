@@ -82,7 +82,7 @@ void ChannelStatistics::add_features(const Optimum& at,
   for (std::size_t p = 0; p < at.stage.plans().size(); ++p) {
     const NodePlan& plan = at.stage.plans()[p];
     const IntegratedRotation gyr(recordings[p]->gyr, values.at<Vector3>(key::gyr_bias));
-    const double dip = values.at<double>(dip_of(stage.plans()[p].field));
+    const double dip = values.at<double>(dip_of(plan.field));
     const Vector3 direction = sensor_ == Sensor::kMag
                                   ? Vector3(0.0, std::cos(dip), -std::sin(dip))
                                   : Vector3(0.0, 0.0, 1.0);

@@ -81,6 +81,7 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   c.warnings = checked.warnings();
   c.node_every = pipeline.node_every();
   widen_by_halves(c);
+  refuse_unknown_direction(c);
   if (coarse.result().converged()) add_missing_effects(c, missing);
   for (const Recording* r : recordings) {
     c.blows_per_minute = std::max(c.blows_per_minute, blows_per_minute(*r));

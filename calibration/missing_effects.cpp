@@ -87,6 +87,15 @@ class Search {
     MatrixXd A = P.transpose() * weight * P;
     A.diagonal().array() += 1.0 / excess;
     const MatrixXd posterior = P * A.ldlt().solve(MatrixXd(P.transpose()));
+    // A direction that the calibration and the attitudes all but imitate has next to no information
+    // of its own: what a model of few nodes approximates shows there as a score of many sigmas, and
+    // asks for an effect a thousand times its usual size. So the gain counts that the effect makes
+    // at its prior scale, z' (A + W)^-1 z. That is at most the score statistic z' A^-1 z, whose
+    // distribution under no effect therefore bounds it.
+    if (!effect.description().random_process &&
+        log10_chi_square_tail(z.dot(posterior * z) / excess, s.dof) > log10_level_) {
+      return;
+    }
     MatrixXd influence = scan.influence().middleCols(scan.first(i), effect.size());
     influence.middleRows(first_dip(), dips()) /= kDegree;
     if (stage_.spec().gyr_matrix && effect.name() == "gyro_scale_misalignment") {

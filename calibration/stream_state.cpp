@@ -220,6 +220,7 @@ Calibration StreamingCalibration::State::finish(const std::vector<const Recordin
               check_windows(c, squares)};
   if (c.fit.converged() && c.undetermined.empty()) {
     c.checks.push_back(check_held_out(block_errors(stage), c.strength_uT));
+    refuse_unknown_direction(c);
     if (changes_.empty() && c.nodes < kManyNodes) {
       add_missing_effects(c, find_missing_effects(recordings, stage));
     }

@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "calibration/diagnostics.h"
 #include "calibration/turned_axes.h"
 #include "recording/set_aside.h"
 
@@ -132,19 +133,8 @@ void judge_field(Calibration& c) {
 }
 
 void judge_uncertainty(Calibration& c) {
-  for (const Check& check : c.checks) {
-    if (check.name != "accuracy" || check.value <= kUselessDirection_deg) continue;
-    c.trust.lower(Verdict::kNo, check.sentence);
-  }
   for (const FieldEstimate& f : c.fields) {
-    if (!(f.dip_sigma_rad <= kUselessDirection_deg * kDegree)) {
-      c.trust.lower(
-          Verdict::kNo,
-          fmt::format("The dip is known to {:.0f} deg only: the motion hardly tells where "
-                      "the field points. Turn the sensor about all three of its axes, by "
-                      "half a turn and more.",
-                      f.dip_sigma_rad / kDegree));
-    } else if (f.dip_sigma_rad > kMaxDipSigma_deg * kDegree) {
+    if (f.dip_sigma_rad > kMaxDipSigma_deg * kDegree) {
       c.trust.lower(Verdict::kLimited,
                     fmt::format("The dip is known to {:.1f} deg only.", f.dip_sigma_rad / kDegree));
     }
@@ -246,6 +236,20 @@ std::vector<Disturbance> find_disturbances(const Calibration& c,
     }
   }
   return out;
+}
+
+void refuse_unknown_direction(Calibration& c) {
+  const Check accuracy = check_accuracy(c);
+  if (!(accuracy.value <= kUselessDirection_deg)) c.trust.lower(Verdict::kNo, accuracy.sentence);
+  for (const FieldEstimate& f : c.fields) {
+    if (f.dip_sigma_rad <= kUselessDirection_deg * kDegree) continue;
+    c.trust.lower(
+        Verdict::kNo,
+        fmt::format("The dip is known to {:.0f} deg only: the motion hardly tells where the "
+                    "field points. Turn the sensor about all three of its axes, by half a "
+                    "turn and more.",
+                    f.dip_sigma_rad / kDegree));
+  }
 }
 
 void name_faults_first(Trust& trust, const std::vector<std::string>& faults) {

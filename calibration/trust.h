@@ -15,6 +15,10 @@ std::vector<Disturbance> find_disturbances(const Calibration& c,
 
 void judge(Calibration& c);
 
+// `no` where direction or dip are hardly known by the fit itself: before its sigmas are widened for
+// what may be missing in the model.
+void refuse_unknown_direction(Calibration& c);
+
 // Where the verdict is not `yes`, what the checks of the samples know is the first reason:
 // everything else may follow from it. faults: sentences, the gravest first.
 void name_faults_first(Trust& trust, const std::vector<std::string>& faults);

@@ -214,7 +214,7 @@ CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given,
       warnings_.push_back(recording->name + ": " + text + ".");
     }
     for (const Issue& issue : issues) {
-      if (issue.severity == Severity::kCaution)
+      if (issue.severity == Severity::kCaution || issue.kind == "set_aside")
         warnings_.push_back(recording->name + ": " + issue.text());
       if (damages(issue)) faults_.push_back(recording->name + ": " + issue.text());
     }

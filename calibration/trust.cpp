@@ -161,25 +161,15 @@ void judge_blows(Calibration& c) {
                             c.blows_per_minute));
 }
 
-// A few samples fewer do not count; many show a sensor or a logger that is not in order.
+// A few samples fewer do not count; many show a sensor or a logger that is not in order. In the
+// words of the check (check_recording()), so that it is said once.
 void judge_set_aside(Calibration& c) {
   std::map<std::pair<std::string, std::string>, double> lost;
   for (const SetAsideOf& s : c.set_aside) lost[{s.recording, s.what.sensor}] += lost_share(s.what);
-  for (const auto& [of, share] : lost) {
-    if (share <= kSetAsideFew) continue;
-    std::string worst, advice;
-    double most = 0.0;
-    for (const SetAsideOf& s : c.set_aside) {
-      if (s.recording != of.first || s.what.sensor != of.second || lost_share(s.what) < most)
-        continue;
-      most = lost_share(s.what);
-      worst = sentence(s.what);
-      advice = remedy(s.what);
-    }
+  for (const SetAsideOf& s : c.set_aside) {
+    if (lost_share(s.what) == 0.0 || lost[{s.recording, s.what.sensor}] <= kSetAsideFew) continue;
     c.trust.lower(Verdict::kLimited,
-                  fmt::format("{:.1f} % of the samples of {} are no measurements and are not used "
-                              "({}); {}.",
-                              100.0 * share, of.second, worst, advice));
+                  fmt::format("{}: {}; {}.", s.recording, sentence(s.what), remedy(s.what)));
   }
 }
 
@@ -256,8 +246,13 @@ void name_faults_first(Trust& trust, const std::vector<std::string>& faults) {
   if (trust.verdict == Verdict::kYes) return;
   auto at = trust.reasons.begin();
   for (const std::string& fault : faults) {
-    if (std::ranges::find(trust.reasons, fault) != trust.reasons.end()) continue;
-    at = trust.reasons.insert(at, fault) + 1;
+    const auto said = std::find(at, trust.reasons.end(), fault);
+    if (said != trust.reasons.end()) {
+      std::rotate(at, said, said + 1);
+      ++at;
+    } else if (std::find(trust.reasons.begin(), at, fault) == at) {
+      at = trust.reasons.insert(at, fault) + 1;
+    }
   }
 }
 

@@ -149,6 +149,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
                        : extended_model(first, {});
   d.model_after = extended_model(extender.stage(), d.findings);
   for (const Recording* r : checked.get()) {
+    if (r->continues_previous) continue;  // parts have the set_aside of the whole
     d.set_aside.insert(d.set_aside.end(), r->set_aside.begin(), r->set_aside.end());
   }
   if (may_predict(d) && extender.stage().spec().effects.empty()) {

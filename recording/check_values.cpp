@@ -130,14 +130,17 @@ std::vector<Issue> check_set_aside(const Recording& recording) {
   std::map<std::string, double> lost;
   for (const SetAside& s : recording.set_aside) lost[s.sensor] += lost_share(s);
   for (const SetAside& s : recording.set_aside) {
-    issues.push_back({"set_aside", s.sensor, -1, Severity::kCaution, s.begin_s, s.end_s,
-                      sentence(s), remedy(s)});
-    const double share = std::exchange(lost[s.sensor], 0.0);
+    const double share = lost[s.sensor];
+    Issue issue{"set_aside", s.sensor, -1,          Severity::kNote,
+                s.begin_s,   s.end_s,  sentence(s), remedy(s)};
+    if (lost_share(s) > 0.0 && share > kSetAsideFew) issue.severity = Severity::kCaution;
+    issues.push_back(issue);
     if (share <= kSetAsideMost) continue;
-    issues.push_back({"set_aside", s.sensor, -1, Severity::kFatal, s.begin_s, s.end_s,
-                      fmt::format("{:.0f} % of the samples of {} are no measurements ({})",
-                                  100.0 * share, s.sensor, sentence(s)),
-                      remedy(s)});
+    issue.severity = Severity::kFatal;
+    issue.problem = fmt::format("{:.0f} % of the samples of {} are no measurements ({})",
+                                100.0 * share, s.sensor, sentence(s));
+    issues.push_back(issue);
+    lost[s.sensor] = 0.0;  // once
   }
   return issues;
 }

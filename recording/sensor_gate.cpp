@@ -149,9 +149,12 @@ std::size_t SensorGate::judge_front() {
 
 // How many of the first units, each of them an isolated jump; 0: the first one is none.
 std::size_t SensorGate::jumped(Judged& why) {
+  if (!kept_.empty() && units_.size() > 1) {  // nearly all are near their neighbours
+    const Vector3 mean = 0.5 * (kept_.back().v + units_[1].v);
+    const Vector3 bend = (units_.front().v - mean).cwiseAbs();
+    if ((bend.array() <= 0.5 * kSomeJump * usual_.roughness.array()).all()) return 0;
+  }
   const Sides sides = sides_of(1);
-  const Vector3 jump = (units_.front().v - sides.middle).cwiseAbs();
-  if ((jump.array() <= kSomeJump * usual_.roughness.array()).all()) return 0;
   count_jumps(units_.front(), sides);
   if (away(units_.front(), sides, !sides.both, why)) return 1;
   for (std::size_t run = 2; run <= std::min(kLongestRun, units_.size()); ++run) {

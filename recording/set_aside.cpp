@@ -39,8 +39,10 @@ std::string sentence(const SetAside& s) {
   if (s.count > 1) {
     when = fmt::format("; {} between {:.2f} and {:.2f} s", "they lie", s.begin_s, s.end_s);
   }
-  return fmt::format("{}: {} of {} samples {} set aside, {}: {}{}", s.sensor, s.count, s.of,
-                     s.count == 1 ? "is" : "are", text_of(s).what, s.example, when);
+  const double share = double(s.count) / double(s.of);
+  const std::string percent = share > kSetAsideFew ? fmt::format(" ({:.1f} %)", 100.0 * share) : "";
+  return fmt::format("{}: {} of {} samples{} {} set aside, {}: {}{}", s.sensor, s.count, s.of,
+                     percent, s.count == 1 ? "is" : "are", text_of(s).what, s.example, when);
 }
 
 std::string remedy(const SetAside& s) { return text_of(s).remedy; }

@@ -69,7 +69,8 @@ TEST(SetAside, many_of_a_sensor_lower_the_verdict_and_most_of_it_are_refused) {
   }
   const Calibration c = calibrate(some);
   EXPECT_EQ(c.trust.verdict, Verdict::kLimited);
-  EXPECT_THAT(c.trust.reasons, ElementsAre(HasSubstr("2.5 % of the samples of mag")));
+  EXPECT_THAT(c.trust.reasons,
+              ElementsAre(HasSubstr("mag: 75 of 3000 samples (2.5 %) are set aside")));
   const InputError error = test::error_of([&] { calibrate(most); });
   EXPECT_THAT(error.what(), HasSubstr("67 % of the samples of mag are no measurements"));
   EXPECT_THAT(survey(most).not_looked_further, HasSubstr("67 % of the samples of mag"));

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 
 #include "recording/arrival_stamps.h"
@@ -23,7 +24,7 @@ constexpr double kLeastInterval = 1e-4, kMostInterval = 1.0;  // s
 constexpr double kEpochBegin = 1e9, kEpochEnd = 2.5e9;
 // From here on a double holds a time less exactly than two times are told apart (1e-10 s).
 constexpr double kHugeTime = 1e6;           // s
-constexpr double kPause = 500.0;            // median intervals: no interval of the sensor's pace
+constexpr double kGaps = 0.01;              // of the intervals may be gaps
 constexpr std::size_t kEnoughToCount = 20;  // intervals, before a column is taken for a counter
 constexpr double kMostlyOne = 0.95;         // of a counter's steps; the others are lost samples
 constexpr std::size_t kSwapped = 8;         // rows that two writers may put out of order
@@ -44,7 +45,8 @@ constexpr std::array<double, 5> kRollovers = {65536.0, 16777216.0, 2147483648.0,
 
 bool is_epoch(double t, double unit) { return t * unit > kEpochBegin && t * unit < kEpochEnd; }
 
-// Means of what is an interval and no pause, of rows with an IMU sample where there are any.
+// Mean interval, of rows with an IMU sample where there are any. (The median would be that within a
+// burst.)
 double usual_interval(const RawRows& rows) {
   constexpr std::uint32_t kImu = RawRows::kAcc | RawRows::kGyr;
   const bool imu = std::ranges::any_of(rows.sensors, [](auto s) { return (s & kImu) != 0; });
@@ -56,16 +58,13 @@ double usual_interval(const RawRows& rows) {
     last = rows.time[k];
   }
   if (d.empty()) return 0.0;
-  const auto middle = d.begin() + std::ptrdiff_t(d.size() / 2);
-  std::ranges::nth_element(d, middle);
-  const double limit = kPause * *middle;
-  double sum = 0.0, n = 0.0;
-  for (const double x : d) {
-    if (x > limit) continue;
-    sum += x;
-    n += 1.0;
+  // Without the longest: gaps, of which there are few.
+  if (d.size() > 1) {
+    const std::size_t gaps = std::max<std::size_t>(1, std::size_t(kGaps * double(d.size())));
+    std::ranges::nth_element(d, d.end() - std::ptrdiff_t(gaps));
+    d.resize(d.size() - gaps);
   }
-  return sum / n;
+  return std::accumulate(d.begin(), d.end(), 0.0) / double(d.size());
 }
 
 bool counts_samples(const std::vector<double>& t) {

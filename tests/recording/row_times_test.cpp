@@ -83,6 +83,16 @@ TEST(TimeUnits, since_boot_are_recognised_by_the_pace_of_the_rows) {
       200.0, 1e-9);
 }
 
+TEST(TimeUnits, are_those_of_the_pace_where_rows_come_in_bursts_or_with_gaps) {
+  // 20 at a time, 0.3 ms apart, in ns; and a gap of an hour in us.
+  const Recording bursts = read_log(counted_rows(
+      400, [](int k) { return 1000LL * (20000 * (k - k % 20 + 19) + 300 * (k % 20)); }));
+  EXPECT_NEAR(bursts.gyr.rate_hz(), 50.0, 0.2);
+  const Recording gap =
+      read_log(counted_rows(60, [](int k) { return 5000LL * k + (k < 30 ? 0LL : 3600000000LL); }));
+  EXPECT_NEAR(gap.gyr.rate_hz(), 200.0, 1e-6);
+}
+
 TEST(TimeUnits, that_are_ambiguous_are_refused_with_both_options) {
   const InputError error =
       refusal(counted_rows(50, [](int k) { return 250 * k; }));  // 4 Hz or 4 kHz

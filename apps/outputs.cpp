@@ -23,6 +23,7 @@ bool is_file_to_be(const std::string& path) {
 }
 
 bool same_file(const std::string& a, const std::string& b) {
+  if (a.empty() || b.empty()) return false;  // not given
   std::error_code error;
   if (fs::equivalent(a, b, error) && !error) return true;  // hard links and symbolic ones, too
   const fs::path at = fs::weakly_canonical(fs::absolute(a), error),
@@ -59,8 +60,9 @@ void check_outputs(const std::vector<std::string>& inputs,
     check_folder(outputs[i]);
     for (const std::string& input : inputs) {
       std::error_code error;
+      const std::string folder = fs::path(outputs[i]).parent_path().string();
       const bool inside = fs::is_directory(input, error) && fs::exists(outputs[i], error) &&
-                          same_file(fs::path(outputs[i]).parent_path().string(), input);
+                          same_file(folder.empty() ? "." : folder, input);
       if (!inside && !same_file(outputs[i], input)) continue;
       throw InputError(outputs[i], 0, 0, "this output is one of the inputs, and would replace it",
                        "name another file for the output");

@@ -43,11 +43,13 @@ Calibration calibration_without_fit(const std::vector<const Recording*>& recordi
     if (m == 0) c.strength_uT = c.strength_sigma_uT = c.strength_sigma_model_uT = length;
   }
   for (const Recording* r : recordings) {
+    c.samples += int(r->gyr.size());
+    if (r->continues_previous && !c.fields.empty()) continue;  // a part of the same recording
     c.fields.push_back({r->name, 0.0, 90.0 * kDegree, 90.0 * kDegree});
     sigma.push_back(90.0);
-    c.samples += int(r->gyr.size());
+    for (const SetAside& s : r->set_aside) c.set_aside.push_back({r->name, s});
   }
-  c.order = parameter_names(int(mags), int(recordings.size()), ModelSpec{});
+  c.order = parameter_names(int(mags), int(c.fields.size()), ModelSpec{});
   const VectorXd squares =
       Eigen::Map<const VectorXd>(sigma.data(), Eigen::Index(sigma.size())).cwiseAbs2();
   c.covariance = c.covariance_model = squares.asDiagonal();

@@ -14,14 +14,14 @@
 #include "diagnosis/noise_causes.h"
 #include "diagnosis/sample_residuals.h"
 #include "diagnosis/simulated_noise.h"
-#include "solvers/linear_solver.h"
+#include "graph/numerical_error.h"
+#include "solvers/damped_factor.h"
 
 namespace magimu {
 namespace {
 
 // Their standard deviation is known to 6 %; Student's distribution takes that into account.
 constexpr int kReplicates = 128;
-constexpr double kLeastDamping = 1e-12, kMostDamping = 1e-2;
 
 // Of one fitted model: what is left of its rows, and of noise that was fitted by it.
 class Replicates {
@@ -30,12 +30,7 @@ class Replicates {
       : system_(at.system),
         scale_(column_scale(system_)),
         solver_(make_linear_solver(Backend::kAuto)) {
-    double damping = 0.0;
-    while (!solver_->factorize(system_, scale_, damping)) {
-      if (damping > kMostDamping) return;
-      damping = std::max(kLeastDamping, 10.0 * damping);
-    }
-    possible_ = true;
+    possible_ = attempt([&] { return factorize_damped(*solver_, system_, scale_); }).has_value();
   }
 
   // Nothing where the fit is singular.
@@ -134,8 +129,8 @@ void add_rounding(double step, const std::vector<const Recording*>& full, const 
     return;
   }
   to.step = step;
-  to.before = std::sqrt(std::max(squares / std::max(1.0, n) - step * step / 12.0,
-                                 std::pow(0.02 * step, 2)));
+  to.before = std::sqrt(
+      std::max(squares / std::max(1.0, n) - step * step / 12.0, std::pow(0.02 * step, 2)));
   to.sigma = stage.spec().noise.mag * std::sqrt(full.front()->mag.front().rate_hz());
 }
 
@@ -237,16 +232,16 @@ Comparison compare(const Stage& stage, const std::vector<Finding>& noise, const 
       if (std::abs(z) < limit) continue;
       const auto shown = [&](double x) { return sensors[s].shown(std::size_t(i), x); };
       const ChannelStatistic& what = sensors[s].list()[std::size_t(i)];
-      out.departures.push_back({.channel = sensors[s].name(),
-                                .statistic = what.name,
-                                .observed = shown(seen[i]),
-                                .predicted = shown(mean[s][i]),
-                                .predicted_band = {shown(mean[s][i] - limit * sd),
-                                                   shown(mean[s][i] + limit * sd)},
-                                .z = z,
-                                .begin_s = what.begin_s,
-                                .end_s = what.end_s,
-                                .recording = what.recording});
+      out.departures.push_back(
+          {.channel = sensors[s].name(),
+           .statistic = what.name,
+           .observed = shown(seen[i]),
+           .predicted = shown(mean[s][i]),
+           .predicted_band = {shown(mean[s][i] - limit * sd), shown(mean[s][i] + limit * sd)},
+           .z = z,
+           .begin_s = what.begin_s,
+           .end_s = what.end_s,
+           .recording = what.recording});
     }
   }
   std::ranges::stable_sort(out.departures, std::greater<>{},

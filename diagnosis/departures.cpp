@@ -14,14 +14,14 @@
 #include "diagnosis/noise_causes.h"
 #include "diagnosis/sample_residuals.h"
 #include "diagnosis/simulated_noise.h"
-#include "solvers/linear_solver.h"
+#include "solvers/damped_factor.h"
 
 namespace magimu {
 namespace {
 
 // Their standard deviation is known to 6 %; Student's distribution takes that into account.
 constexpr int kReplicates = 128;
-constexpr double kLeastDamping = 1e-12, kMostDamping = 1e-2;
+constexpr double kMostDamping = 1e-2;  // beyond it the simulated fits are no fits
 
 // Of one fitted model: what is left of its rows, and of noise that was fitted by it.
 class Replicates {
@@ -30,12 +30,9 @@ class Replicates {
       : system_(at.system),
         scale_(column_scale(system_)),
         solver_(make_linear_solver(Backend::kAuto)) {
-    double damping = 0.0;
-    while (!solver_->factorize(system_, scale_, damping)) {
-      if (damping > kMostDamping) return;
-      damping = std::max(kLeastDamping, 10.0 * damping);
-    }
-    possible_ = true;
+    const double damping =
+        factorize_damped(*solver_, system_, scale_, at.stage.graph(), at.stage.result().values);
+    possible_ = damping < kMostDamping;
   }
 
   // Nothing where the fit is singular.

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
+
+#include "recording/set_aside.h"
 
 namespace magimu {
 namespace {
@@ -75,9 +78,14 @@ const Check* halves_that_disagree(const Diagnosis& d) {
   return bad ? &*halves : nullptr;
 }
 
-std::string sentence_of(const SetAside& s) {
-  return fmt::format("{} of {} samples of {} were set aside ({}, {:.2f} to {:.2f} s), the first: {}.",
-                     s.count, s.of, s.sensor, s.kind, s.begin_s, s.end_s, s.example);
+// Samples that a fault took: rows of zeros where a slow sensor had no sample are none.
+std::vector<std::string> sentences_of(const std::vector<SetAsideOf>& set_aside, bool several) {
+  std::vector<std::string> out;
+  for (const SetAsideOf& s : set_aside) {
+    if (!(lost_share(s.what) > 0.0)) continue;
+    out.push_back((several ? s.recording + ": " : "") + sentence(s.what) + ".");
+  }
+  return out;
 }
 
 void append(std::vector<std::string>& to, const std::vector<std::string>& more) {
@@ -115,7 +123,8 @@ Conclusion conclude(const Diagnosis& d) {
   append(out.evidence, sentences_of(left, several));
   if (halves != nullptr) out.evidence.push_back(halves->sentence);
   const bool contrary = d.unexplained.detected || !left.empty() || halves != nullptr;
-  for (const SetAside& s : d.set_aside) out.evidence.push_back(sentence_of(s));
+  const std::vector<std::string> set_aside = sentences_of(d.after.set_aside, several);
+  append(out.evidence, set_aside);
 
   if (named) {
     out.answer = contrary ? Answer::kPartly : Answer::kExplained;
@@ -140,7 +149,7 @@ Conclusion conclude(const Diagnosis& d) {
     out.answer = Answer::kUnexplained;
   } else if (d.after.trust.verdict == Verdict::kNo) {
     append(out.evidence, d.after.trust.reasons);
-  } else if (!d.set_aside.empty()) {
+  } else if (!set_aside.empty()) {
     out.answer = Answer::kExplained;
   } else {
     out.answer = Answer::kPredicts;

@@ -217,6 +217,18 @@ void judge_saturation(const NoiseSeries& s, double most, double sd, NoiseTest& t
 
 }  // namespace
 
+double coarse_step(const VectorSeries& mag) {
+  if (mag.size() < kLeastSamples) return 0.0;
+  const NoiseSeries s = make_noise_series(
+      {.channel = Channel::kMag, .t = mag.t, .reading = mag.v, .residual = high_passed(mag)});
+  const std::vector<double> x = all_readings(s);
+  const Lattice lattice = find_lattice(x);
+  const Vector3 scale = robust_scale(s.residual, s.used);
+  const double sd = std::sqrt(scale.squaredNorm() / 3.0 / kHighPassVariance);
+  const bool exact = lattice.off <= 0.01 && 4.0 * lattice.tolerance <= lattice.step;
+  return exact && lattice.step > kHarmless * sd ? lattice.step : 0.0;
+}
+
 NoiseTest test_quantization(const NoiseSeries& s, const Cleaned& c) {
   NoiseTest test;
   test.effect = "mag_quantization";

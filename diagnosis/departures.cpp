@@ -22,6 +22,7 @@ namespace {
 
 // Their standard deviation is known to 6 %; Student's distribution takes that into account.
 constexpr int kReplicates = 128;
+constexpr double kMostDamping = 1e-2;  // beyond it the simulated fits are no fits
 
 // Of one fitted model: what is left of its rows, and of noise that was fitted by it.
 class Replicates {
@@ -30,7 +31,11 @@ class Replicates {
       : system_(at.system),
         scale_(column_scale(system_)),
         solver_(make_linear_solver(Backend::kAuto)) {
-    possible_ = attempt([&] { return factorize_damped(*solver_, system_, scale_); }).has_value();
+    const auto damping = attempt([&] {
+      return factorize_damped(*solver_, system_, scale_, at.stage.graph(),
+                              at.stage.result().values);
+    });
+    possible_ = damping && *damping < kMostDamping;
   }
 
   // Nothing where the fit is singular.

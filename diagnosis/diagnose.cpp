@@ -50,6 +50,12 @@ int samples_of(const std::vector<const Recording*>& recordings) {
   return n;
 }
 
+void take_conclusion(Diagnosis& d) {
+  Conclusion conclusion = conclude(d);
+  d.answer = conclusion.answer;
+  d.evidence = std::move(conclusion.evidence);
+}
+
 // What is said where the basic model has no fit.
 Diagnosis diagnosis_without_fit(const std::vector<const Recording*>& given,
                                 const DiagnosisOptions& options, const std::string& why) {
@@ -62,6 +68,7 @@ Diagnosis diagnosis_without_fit(const std::vector<const Recording*>& given,
   for (const Recording* r : given) d.recordings.push_back(r->name);
   d.notes = checked.warnings();
   d.before = d.after = calibration_without_fit(checked.get(), calibration, why, checked.warnings());
+  take_conclusion(d);
   return d;
 }
 
@@ -148,17 +155,11 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
                        ? d.model_before
                        : extended_model(first, {});
   d.model_after = extended_model(extender.stage(), d.findings);
-  for (const Recording* r : checked.get()) {
-    if (r->continues_previous) continue;  // parts have the set_aside of the whole
-    d.set_aside.insert(d.set_aside.end(), r->set_aside.begin(), r->set_aside.end());
-  }
   if (may_predict(d) && extender.stage().spec().effects.empty()) {
     progress("do halves agree?", 0.93);
     if (const auto halves = pipeline.halves(extender.stage())) d.after.checks.push_back(*halves);
   }
-  Conclusion conclusion = conclude(d);
-  d.answer = conclusion.answer;
-  d.evidence = std::move(conclusion.evidence);
+  take_conclusion(d);
   if (options.against) {
     progress("comparing with the stored calibration", 0.95);
     d.against =

@@ -134,8 +134,7 @@ struct Diagnosis {
   // Statistics beyond their bands, strongest first: of the model that the diagnosis started from,
   // and of that at its end.
   std::vector<Departure> departures = {}, departures_after = {};
-  int statistics = 0;                      // that were compared for departures_after
-  std::vector<SetAside> set_aside = {};    // samples that were in no fit, of all recordings
+  int statistics = 0;  // that were compared for departures_after
   std::vector<ScanEntry> scan = {};          // largest statistic for its degrees of freedom first
   std::vector<Finding> findings = {};        // in the order in which they entered the model
   Unexplained unexplained = {};

@@ -10,6 +10,7 @@
 #include "calibration/trust.h"
 #include "diagnosis/finding_text.h"
 #include "diagnosis/held_out_nll.h"
+#include "diagnosis/noise_tests.h"
 #include "diagnosis/option.h"
 #include "diagnosis/scan_options.h"
 #include "factors/effects/catalogue.h"
@@ -31,7 +32,9 @@ Extender::Extender(const std::vector<const Recording*>& recordings,
       pipeline_(pipeline),
       given_(options),
       d_(d),
-      at_rest_(slow_noise_at_rest(whole)) {}
+      at_rest_(slow_noise_at_rest(whole)) {
+  for (const Recording* r : whole) step_uT_ = std::max(step_uT_, coarse_step(r->mag.front()));
+}
 
 double Extender::log10_level() const {
   return std::log10(given_.false_alarm_rate / double(effect_catalogue().size()));

@@ -64,6 +64,7 @@ class Extender {
     VectorXd parameters() const;
   };
   KnownScatter excess(Channel channel, const Stage& stage) const;
+  bool is_rounding(const Option& option, const Stage& stage) const;
   bool survives(Option& option, const Stage& stage, const Score& w) const;
   bool is_all(const Stage& stage) const;
   // Of a stage, which is refitted where need be; what that gives is kept for the next time.
@@ -105,6 +106,7 @@ class Extender {
   const DiagnosisOptions& given_;
   Diagnosis& d_;
   SlowNoise at_rest_;
+  double step_uT_ = 0.0;  // of a coarse magnetometer
   std::array<double, 3> in_samples_ = {1.0, 1.0, 1.0};  // excess_of_samples
   std::optional<Stage> base_, stage_;
   double nll_ = 0.0;

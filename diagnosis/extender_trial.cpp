@@ -40,8 +40,19 @@ KnownScatter Extender::excess(Channel channel, const Stage& stage) const {
   return {white, std::max(1.0, at_rest_.excess(channel, stage.spec().noise) / white)};
 }
 
+// A bias that differs by less than half a step of a coarse converter: where the sensor rests or
+// turns slowly, rounding alone makes such.
+bool Extender::is_rounding(const Option& option, const Stage& stage) const {
+  const std::string& name = option.effect->name();
+  if (!(step_uT_ > 0.0) || (name != "hard_iron_change" && name != "hard_iron_drift")) return false;
+  const VectorXd theta =
+      effect_parameters(stage.result().values, effect_keys(stage.spec().effects).back());
+  return theta.cwiseAbs().maxCoeff() < 0.5 * step_uT_;
+}
+
 // Is it there in the refitted model, too, under noise as it is?
 bool Extender::survives(Option& option, const Stage& stage, const Score& w) const {
+  if (is_rounding(option, stage)) return false;
   const double level = log10_level();
   if (option.effect->description().random_process) {
     // A walk that is not in the model scatters windows as coloured noise does: the noise is what it

@@ -51,6 +51,10 @@ struct NoiseTest {
   double nll_before = 0.0, nll_after = 0.0;
 };
 
+// The step of a magnetometer whose converter is coarse beside its noise, uT, from its readings alone;
+// 0: it is not.
+double coarse_step(const VectorSeries& mag);
+
 // All noise-like causes on all channels. They are not told apart here: outliers raise the size,
 // too. `explain_noise` does that.
 std::vector<NoiseTest> test_noise(const std::vector<SampleResiduals>& channels);

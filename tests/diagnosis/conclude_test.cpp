@@ -47,7 +47,8 @@ TEST(Answer, is_never_predicts_above_evidence_to_the_contrary) {
   EXPECT_EQ(halves.answer, Answer::kUnexplained);
   EXPECT_THAT(halves.evidence, Contains("The halves disagree."));
   const Conclusion aside = damaged([](Diagnosis& d) {
-    d.set_aside = {{"acc", "spike", 1, 6000, 12.3, 12.3, "acc_x = 98000 m/s^2 at 12.34 s"}};
+    d.after.set_aside = {
+        {"hand.csv", {"acc", "spike", 1, 6000, 12.3, 12.3, "acc_x = 98000 m/s^2 at 12.34 s"}}};
   });
   EXPECT_EQ(aside.answer, Answer::kExplained);
   EXPECT_THAT(aside.evidence, Contains(HasSubstr("acc_x = 98000 m/s^2 at 12.34 s")));

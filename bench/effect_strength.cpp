@@ -89,7 +89,7 @@ std::optional<double> noise_size_squared(const oracle::Effect& e, const oracle::
 
 bool proportional(EffectKind kind) {
   return kind != EffectKind::kMagSaturation && kind != EffectKind::kAccHysteresis &&
-         kind != EffectKind::kSampleRepetition;
+         kind != EffectKind::kMagHysteresis && kind != EffectKind::kSampleRepetition;
 }
 
 oracle::Effect scaled(const oracle::Effect& effect, double times, double largest) {
@@ -97,6 +97,20 @@ oracle::Effect scaled(const oracle::Effect& effect, double times, double largest
   switch (e.kind) {
     case EffectKind::kHardIronChange:
       e.parameters.head<3>() *= times;  // its times stay
+      break;
+    case EffectKind::kMagGainChange:
+    case EffectKind::kGyroGainChange:
+    case EffectKind::kMagBoardTurn:
+    case EffectKind::kPassingPhone:    // its way stays
+    case EffectKind::kMotorCurrent:    // its speed and times stay
+    case EffectKind::kLastTurnOffset:  // its axis stays
+      e.parameters.head<3>() *= times;
+      break;
+    case EffectKind::kSoftIronChange:
+      e.parameters.head<9>() *= times;
+      break;
+    case EffectKind::kSecondDevice:
+      e.parameters.head<12>() *= times;
       break;
     case EffectKind::kMainsInterference:
       e.parameters.head<6>() *= times;  // its frequency stays

@@ -15,6 +15,7 @@ namespace {
 std::vector<std::string> all_effects() {
   std::vector<std::string> names = catalogue_effects();
   names.insert(names.end(), outside_effects().begin(), outside_effects().end());
+  names.insert(names.end(), history_effects().begin(), history_effects().end());
   return names;
 }
 
@@ -37,6 +38,7 @@ TEST(EffectNames, are_those_of_the_contract) {
           "stationary_source", "mag_nonlinearity", "mag_current", "mains_interference",
           "noise_scale", "correlated_noise", "outliers", "mag_quantization", "mag_saturation"));
   EXPECT_GE(outside_effects().size(), 6u);
+  EXPECT_GE(history_effects().size(), 9u);
   for (const std::string& name : all_effects()) EXPECT_EQ(neutral_effect(name).name(), name);
 }
 

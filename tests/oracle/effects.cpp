@@ -54,11 +54,21 @@ const std::vector<Entry>& entries() {
       {"cable_field", 3},
       {"acc_tapping", 2},
       {"mag_time_jitter", 1},
+      {"mag_gain_change", 5, {0, 0, 0, 0, kNever}},
+      {"soft_iron_change", 11, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, kNever}},
+      {"gyro_gain_change", 5, {0, 0, 0, 0, kNever}},
+      {"mag_board_turn", 5, {0, 0, 0, 0, kNever}},
+      {"second_device", 15, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, kNever}},
+      {"passing_phone", 10, {0, 0, 0, 1, 0, 0, 0, 1, 0, 0}},
+      {"motor_current", 6, {0, 0, 0, 1, 0, kNever}},
+      {"mag_hysteresis", 1},
+      {"last_turn_offset", 6, {0, 0, 0, 0, 0, 1}},
   };
   return list;
 }
 
 constexpr auto kFirstOutside = static_cast<std::size_t>(EffectKind::kAccHysteresis);
+constexpr auto kFirstHistory = static_cast<std::size_t>(EffectKind::kMagGainChange);
 
 std::vector<std::string> names(std::size_t first, std::size_t last) {
   std::vector<std::string> result;
@@ -112,7 +122,12 @@ const std::vector<std::string>& catalogue_effects() {
 }
 
 const std::vector<std::string>& outside_effects() {
-  static const std::vector<std::string> list = names(kFirstOutside, entries().size());
+  static const std::vector<std::string> list = names(kFirstOutside, kFirstHistory);
+  return list;
+}
+
+const std::vector<std::string>& history_effects() {
+  static const std::vector<std::string> list = names(kFirstHistory, entries().size());
   return list;
 }
 

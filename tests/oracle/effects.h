@@ -40,6 +40,23 @@
 //   cable_field             c: mag + c (1 - cos theta), theta from the attitude at the start
 //   acc_tapping             rate 1/s, size m/s^2: acc + damped blows, 40 Hz, 10 ms
 //   mag_time_jitter         sigma, s: every sample is taken that much beside its time
+//
+// Outside of it, too, with a history: they begin or end in mid-recording (t0 <= t < t1, s, t1 may
+// be infinite), or depend on what was before. h = D b + o_m is what the magnetometer would read:
+//   mag_gain_change         k, t0, t1: mag_i + k_i h_i; a random one has a single axis
+//   soft_iron_change        A, 9, t0, t1: mag + A b, iron that comes or goes
+//   gyro_gain_change        k, t0, t1: gyr_i + k_i (omega_i + o_w_i)
+//   mag_board_turn          phi, 3, rad, t0, t1: mag = Exp(phi) h, its board turns
+//   second_device           A, 9; s, 3; n; t0, t1: every n-th sample is h + A b + s, of another
+//                           device; n = 1: switched to it
+//   passing_phone           moment, A m^2; closest place, m; velocity, m/s; t0: a dipole at
+//                           place + velocity (t - t0); all in n
+//   motor_current           c, uT; f, Hz; t0, t1: mag + c I(t), a motor that starts with three
+//                           times its current and turns unevenly: I(t) = 1 + 2 exp(-(t - t0) / 0.3)
+//                           + 0.3 sin(2 pi f (t - t0))
+//   mag_hysteresis          w, uT: the reading stays until h differs by w
+//   last_turn_offset        c, uT; a: mag + c s(t), s the sign of omega.a / |a| when its size was
+//                           last above 0.3 rad/s; 0 before
 #pragma once
 
 #include <Eigen/Core>
@@ -85,6 +102,15 @@ enum class EffectKind {
   kCableField,
   kAccTapping,
   kMagTimeJitter,
+  kMagGainChange,  // from here on: with a history
+  kSoftIronChange,
+  kGyroGainChange,
+  kMagBoardTurn,
+  kSecondDevice,
+  kPassingPhone,
+  kMotorCurrent,
+  kMagHysteresis,
+  kLastTurnOffset,
 };
 
 enum class Channel { kAcc, kGyr, kMag };
@@ -120,5 +146,8 @@ Effect random_effect(const std::string& name, std::uint64_t seed, const EffectSc
 
 const std::vector<std::string>& catalogue_effects();
 const std::vector<std::string>& outside_effects();
+// Outside of the catalogue as well. Apart, so that seeds of studies of the others stay what they
+// are.
+const std::vector<std::string>& history_effects();
 
 }  // namespace magimu::oracle

@@ -17,15 +17,16 @@ Vector3d lower_triangle_times(const Effect& e, const Vector3d& f) {
   return {e[0] * f.x(), e[1] * f.x() + e[2] * f.y(), e[3] * f.x() + e[4] * f.y() + e[5] * f.z()};
 }
 
-// The play operator: what follows, `width` behind, whatever pushes it.
+}  // namespace
+
+bool lasts(const Effect& e, int i, double t) { return t >= e[i] && t < e[i + 1]; }
+
 void stick(std::vector<Vector3d>& readings, double width) {
-  for (std::size_t k = 1; k < readings.size(); ++k) {
+  for (std::size_t k = 1; width > 0.0 && k < readings.size(); ++k) {
     const Vector3d least = readings[k].array() - width, most = readings[k].array() + width;
     readings[k] = readings[k - 1].cwiseMax(least).cwiseMin(most);
   }
 }
-
-}  // namespace
 
 Instant instant(const Motion& motion, double gravity, double t) {
   Instant at;
@@ -100,6 +101,9 @@ Vector3d ImuModel::gyr_at(double t) const {
         break;
       case EffectKind::kGyroRectification:
         gyr.array() += e.vector().array() * f.array().square();
+        break;
+      case EffectKind::kGyroGainChange:
+        if (lasts(e, 3, t)) gyr += e.vector().cwiseProduct(omega + device_.gyr_bias);
         break;
       default:
         break;

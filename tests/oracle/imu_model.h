@@ -17,6 +17,12 @@ struct Instant {
 };
 Instant instant(const Motion& motion, double gravity, double t);
 
+// Whether t lies in [t0, t1), which are the effect's parameters number i and i + 1.
+bool lasts(const Effect& effect, int i, double t);
+
+// The play operator, axis by axis: what follows, `width` behind, whatever pushes it.
+void stick(std::vector<Vector3d>& readings, double width);
+
 class ImuModel {
  public:
   // true_t: the instants of the IMU's samples and one more, where the last interval ends.

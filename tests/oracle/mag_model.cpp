@@ -13,11 +13,17 @@ namespace {
 
 constexpr double kFilterStep = 1e-3;      // s
 constexpr double kReferenceField = 50.0;  // uT
+constexpr double kTurn = 0.3;             // rad/s: slower ones leave things where they are
 
 Matrix3d symmetric_traceless(const Effect& e) {
   Matrix3d g;
   g << e[0], e[2], e[3], e[2], e[1], e[4], e[3], e[4], -e[0] - e[1];
   return g;
+}
+
+// The first nine parameters, row by row.
+Matrix3d first_matrix(const Effect& e) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(e.parameters.data());
 }
 
 // sum_j c_j phi_j
@@ -36,6 +42,10 @@ Vector3d dipole_field_uT(const Vector3d& moment, const Vector3d& from_source) {
   const double r = from_source.norm();
   const Vector3d u = from_source / r;
   return 0.1 / (r * r * r) * (3.0 * u * u.dot(moment) - moment);  // mu0 / (4 pi) = 0.1 uT m / A
+}
+
+double motor_current(double t, double hz) {
+  return 1.0 + 2.0 * std::exp(-t / 0.3) + 0.3 * std::sin(2.0 * std::numbers::pi * hz * t);
 }
 
 double legendre(int j, double x) {
@@ -85,6 +95,11 @@ Vector3d MagModel::field(const Instant& at) const {
       case EffectKind::kStationarySource:
         m += dipole_field_uT(e.vector(3), at.p - e.vector()) / strength;
         break;
+      case EffectKind::kPassingPhone: {
+        const Vector3d phone = e.vector(3) + (at.t - e[9]) * e.vector(6);
+        m += dipole_field_uT(e.vector(0), at.p - phone) / strength;
+        break;
+      }
       default:
         break;
     }
@@ -141,6 +156,21 @@ Vector3d MagModel::reading_terms(const Instant& at) const {
         sum += e.vector(0) * std::cos(angle) + e.vector(3) * std::sin(angle);
         break;
       }
+      case EffectKind::kMagGainChange:
+        if (lasts(e, 3, at.t)) sum += e.vector().cwiseProduct(B + hard_iron(at));
+        break;
+      case EffectKind::kSoftIronChange:
+        if (lasts(e, 9, at.t)) sum += first_matrix(e) * b;
+        break;
+      case EffectKind::kMagBoardTurn:
+        if (lasts(e, 3, at.t)) {
+          const Vector3d h_at = B + hard_iron(at);
+          sum += exp_so3(e.vector()) * h_at - h_at;
+        }
+        break;
+      case EffectKind::kMotorCurrent:
+        if (lasts(e, 4, at.t)) sum += e.vector() * motor_current(at.t - e[4], e[3]);
+        break;
       case EffectKind::kMovingSoftIron:
         sum += at.f.z() / at.f.norm() * (e.matrix() * b);
         break;
@@ -170,6 +200,9 @@ std::vector<Vector3d> MagModel::readings() const {
   }
   for (const Effect& e : options_.effects) {
     if (e.kind == EffectKind::kMagMemory) add_memory(result, e[0], e[1]);
+    if (e.kind == EffectKind::kSecondDevice) mix(result, e);
+    if (e.kind == EffectKind::kLastTurnOffset) add_last_turn(result, e);
+    if (e.kind == EffectKind::kMagHysteresis) stick(result, e[0]);
   }
   return result;
 }
@@ -192,6 +225,28 @@ std::vector<Vector3d> MagModel::lagged(const std::vector<double>& t, double lag)
     result.push_back(s);
   }
   return result;
+}
+
+void MagModel::mix(std::vector<Vector3d>& readings, const Effect& e) const {
+  const auto every = static_cast<std::size_t>(std::max(1.0, e[12]));
+  for (std::size_t k = 0; k < readings.size(); k += every) {
+    if (!lasts(e, 13, t_[k])) continue;
+    const Vector3d b = field(instant(motion_, options_.gravity, t_[k]));
+    readings[k] += first_matrix(e) * b + e.vector(9);
+  }
+}
+
+// The rate is looked at every kFilterStep.
+void MagModel::add_last_turn(std::vector<Vector3d>& readings, const Effect& e) const {
+  const Vector3d axis = e.vector(3).normalized();
+  double now = 0.0, sign = 0.0;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    for (; now <= t_[k]; now += kFilterStep) {
+      const double rate = motion_.omega(now).dot(axis);
+      if (std::abs(rate) > kTurn) sign = rate > 0.0 ? 1.0 : -1.0;
+    }
+    readings[k] += sign * e.vector();
+  }
 }
 
 void MagModel::add_memory(std::vector<Vector3d>& readings, double chi, double relaxation_s) const {

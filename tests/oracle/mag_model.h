@@ -24,6 +24,8 @@ class MagModel {
   Vector3d reading_terms(const Instant& at) const;  // eddy currents, nonlinearity, ...
   std::vector<Vector3d> lagged(const std::vector<double>& t, double lag) const;
   void add_memory(std::vector<Vector3d>& readings, double chi, double relaxation_s) const;
+  void mix(std::vector<Vector3d>& readings, const Effect& second_device) const;
+  void add_last_turn(std::vector<Vector3d>& readings, const Effect& effect) const;
 
   const Options& options_;
   const Device& device_;
@@ -37,6 +39,9 @@ class MagModel {
 
 // The field, uT, of a dipole `moment` (A m^2) at `from_source` (m) from it.
 Vector3d dipole_field_uT(const Vector3d& moment, const Vector3d& from_source);
+
+// The current of a motor that was started t seconds ago, as a share of its mean.
+double motor_current(double t, double hz);
 
 // Legendre polynomial of order j at x.
 double legendre(int j, double x);

@@ -25,6 +25,7 @@ class Sizes {
   Parameters sensor(EffectKind kind);
   Parameters surroundings(EffectKind kind);
   Parameters outside(EffectKind kind);
+  Parameters history(EffectKind kind);
 
   // n numbers of either sign, their sizes between the two, times the strength.
   Parameters each(int n, double least, double most) {
@@ -50,6 +51,20 @@ class Sizes {
   Eigen::Vector3d times_direction(Length&& length) {
     const Eigen::Vector3d direction = random_.direction();
     return length() * direction;
+  }
+  // One axis of three has it.
+  Parameters one_axis(double least, double most) {
+    Parameters p(3, 0.0);
+    const auto axis = static_cast<std::size_t>(random_.index(3));
+    p[axis] = scale_.strength * random_.signed_size(least, most);
+    return p;
+  }
+  // t0 and t1: from somewhere in the middle, for good or for a while.
+  Parameters times() {
+    const double start = scale_.duration_s * random_.uniform(0.3, 0.6);
+    const bool for_good = random_.uniform() < 0.5;
+    const double length = scale_.duration_s * random_.uniform(0.15, 0.3);
+    return {start, for_good ? std::numeric_limits<double>::infinity() : start + length};
   }
   static Parameters joined(std::initializer_list<Parameters> parts) {
     Parameters p;
@@ -160,10 +175,63 @@ Parameters Sizes::outside(EffectKind kind) {
   }
 }
 
+// Parts are drawn one after the other: compilers differ in the order of a list's elements.
+Parameters Sizes::history(EffectKind kind) {
+  switch (kind) {
+    case EffectKind::kMagGainChange: {
+      const Parameters k = one_axis(0.01, 0.05);
+      return joined({k, times()});
+    }
+    case EffectKind::kSoftIronChange: {
+      const Parameters A = normal(9, 0.01 * scale_.field_uT);
+      return joined({A, times()});
+    }
+    case EffectKind::kGyroGainChange: {
+      const Parameters k = each(3, 0.005, 0.02);
+      return joined({k, times()});
+    }
+    case EffectKind::kMagBoardTurn: {
+      const Parameters phi = vector(0.01, 0.05);
+      return joined({phi, times()});
+    }
+    case EffectKind::kSecondDevice: {
+      const Parameters A = normal(9, 0.03 * scale_.field_uT), s = vector(1.0, 10.0);
+      const double every = random_.uniform() < 0.5 ? 1.0 : 2.0 + random_.index(3);
+      Parameters when = times();
+      if (every > 1.0) when = {0.0, std::numeric_limits<double>::infinity()};
+      return joined({A, s, {every}, when});
+    }
+    case EffectKind::kPassingPhone: {
+      const Parameters moment = vector(0.05, 0.3);
+      const Eigen::Vector3d place = times_direction([&] { return random_.uniform(0.2, 0.35); });
+      const Eigen::Vector3d any = random_.direction();
+      const Eigen::Vector3d way =
+          random_.uniform(0.1, 0.5) * place.cross(any).normalized();  // past, not towards
+      const double when = scale_.duration_s * random_.uniform(0.3, 0.7);
+      return joined({moment, {place.x(), place.y(), place.z(), way.x(), way.y(), way.z(), when}});
+    }
+    case EffectKind::kMotorCurrent: {
+      const Parameters c = vector(0.5, 3.0);
+      const double hz = random_.uniform(0.3, 8.0);
+      return joined({c, {hz}, times()});
+    }
+    case EffectKind::kMagHysteresis:
+      return {positive(0.2, 1.0)};
+    case EffectKind::kLastTurnOffset: {
+      const Parameters c = vector(0.3, 1.5);
+      const Eigen::Vector3d axis = random_.direction();
+      return joined({c, {axis.x(), axis.y(), axis.z()}});
+    }
+    default:
+      return {};
+  }
+}
+
 Parameters Sizes::draw(EffectKind kind) {
   Parameters p = sensor(kind);
   if (p.empty()) p = surroundings(kind);
-  return p.empty() ? outside(kind) : p;
+  if (p.empty()) p = outside(kind);
+  return p.empty() ? history(kind) : p;
 }
 
 }  // namespace

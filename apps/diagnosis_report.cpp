@@ -105,12 +105,12 @@ void departure_table(Page& page, const std::vector<Departure>& departures) {
   std::vector<std::vector<std::string>> rows;
   for (const Departure& e : departures) {
     if (rows.size() == kShown) break;
-    rows.push_back({sensor_name(e.channel), e.statistic,
-                    e.end_s > e.begin_s ? fmt::format("{:.0f} to {:.0f} s", e.begin_s, e.end_s)
-                                        : "throughout",
-                    plain(e.observed), plain(e.predicted),
-                    plain(e.predicted_band[0]) + " to " + plain(e.predicted_band[1]),
-                    std::isfinite(e.z) ? fmt::format("{:.1f}", e.z) : "-"});
+    rows.push_back(
+        {sensor_name(e.channel), e.statistic,
+         e.end_s > e.begin_s ? fmt::format("{:.0f} to {:.0f} s", e.begin_s, e.end_s) : "throughout",
+         plain(e.observed), plain(e.predicted),
+         plain(e.predicted_band[0]) + " to " + plain(e.predicted_band[1]),
+         std::isfinite(e.z) ? fmt::format("{:.1f}", e.z) : "-"});
   }
   page.table({"sensor", "statistic", "when", "observed", "predicted", "band", "sigmas away"}, rows,
              3);

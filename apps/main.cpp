@@ -28,7 +28,8 @@ std::string unknown_command(const CLI::App& app, int argc, char** argv) {
     if (command->get_name() == word) return "";
     names += (names.empty() ? "" : ", ") + command->get_name();
   }
-  return fmt::format("there is no command {}; the commands are {} (magimu --help)", quoted_text(word), names);
+  return fmt::format("there is no command {}; the commands are {} (magimu --help)",
+                     quoted_text(word), names);
 }
 
 // What was printed is there, or its loss is an error: a full disk behind a redirection.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How often is `predicts` not the answer where nothing is wrong? Simulated recordings of all motions
-// with white noise and nothing hidden, diagnosed with nothing told.
+// How often is `predicts` not the answer where nothing is wrong? Simulated recordings of all
+// motions with white noise and nothing hidden, diagnosed with nothing told.
 //   bench_clean_answers FILE [--runs 400] [--first-seed 1] [--threads 1]
 // FILE gets a line a recording and is read first: what it has is not done again, so that a run can
 // be stopped and continued. "At most 2 %" holds if of n recordings no more than the 95 % point of

@@ -81,7 +81,7 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   c.warnings = checked.warnings();
   c.node_every = pipeline.node_every();
   widen_by_halves(c);
-  refuse_unknown_direction(c);
+  const std::vector<std::string> unknown = unknown_directions(c);
   if (coarse.result().converged()) add_missing_effects(c, missing);
   for (const Recording* r : recordings) {
     c.blows_per_minute = std::max(c.blows_per_minute, blows_per_minute(*r));
@@ -90,7 +90,7 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   const Check first[] = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
                          check_windows(c, mag_squares)};
   c.checks.insert(c.checks.begin(), std::begin(first), std::end(first));
-  judge(c);
+  judge(c, unknown);
   return c;
 }
 

@@ -218,14 +218,15 @@ Calibration StreamingCalibration::State::finish(const std::vector<const Recordin
   c.disturbances = find_disturbances(c, squares);
   c.checks = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
               check_windows(c, squares)};
+  std::vector<std::string> unknown;
   if (c.fit.converged() && c.undetermined.empty()) {
     c.checks.push_back(check_held_out(block_errors(stage), c.strength_uT));
-    refuse_unknown_direction(c);
+    unknown = unknown_directions(c);
     if (changes_.empty() && c.nodes < kManyNodes) {
       add_missing_effects(c, find_missing_effects(recordings, stage));
     }
   }
-  judge(c);
+  judge(c, unknown);
   judge_axes(c, check_mounting(recordings), batch_);
   return c;
 }

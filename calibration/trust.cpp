@@ -228,18 +228,18 @@ std::vector<Disturbance> find_disturbances(const Calibration& c,
   return out;
 }
 
-void refuse_unknown_direction(Calibration& c) {
+std::vector<std::string> unknown_directions(const Calibration& c) {
+  std::vector<std::string> out;
   const Check accuracy = check_accuracy(c);
-  if (!(accuracy.value <= kUselessDirection_deg)) c.trust.lower(Verdict::kNo, accuracy.sentence);
+  if (!(accuracy.value <= kUselessDirection_deg)) out.push_back(accuracy.sentence);
   for (const FieldEstimate& f : c.fields) {
     if (f.dip_sigma_rad <= kUselessDirection_deg * kDegree) continue;
-    c.trust.lower(
-        Verdict::kNo,
-        fmt::format("The dip is known to {:.0f} deg only: the motion hardly tells where the "
-                    "field points. Turn the sensor about all three of its axes, by half a "
-                    "turn and more.",
+    out.push_back(
+        fmt::format("The dip is known to {:.0f} deg only: the motion hardly tells where the field "
+                    "points. Turn the sensor about all three of its axes, by half a turn and more.",
                     f.dip_sigma_rad / kDegree));
   }
+  return out;
 }
 
 void name_faults_first(Trust& trust, const std::vector<std::string>& faults) {
@@ -256,11 +256,12 @@ void name_faults_first(Trust& trust, const std::vector<std::string>& faults) {
   }
 }
 
-void judge(Calibration& c) {
+void judge(Calibration& c, const std::vector<std::string>& unknown) {
   judge_turns(c);
   judge_fit(c);
   judge_motion(c);
   judge_field(c);
+  for (const std::string& reason : unknown) c.trust.lower(Verdict::kNo, reason);
   judge_uncertainty(c);
   judge_blows(c);
   judge_set_aside(c);

@@ -13,11 +13,12 @@ namespace magimu {
 std::vector<Disturbance> find_disturbances(const Calibration& c,
                                            const std::vector<double>& mag_squares);
 
-void judge(Calibration& c);
+// unknown: unknown_directions() of the fit itself, whose verdict is `no`.
+void judge(Calibration& c, const std::vector<std::string>& unknown = {});
 
-// `no` where direction or dip are hardly known by the fit itself: before its sigmas are widened for
-// what may be missing in the model.
-void refuse_unknown_direction(Calibration& c);
+// Sentences where direction or dip are hardly known: asked before sigmas are widened for what may
+// be missing in the model.
+std::vector<std::string> unknown_directions(const Calibration& c);
 
 // Where the verdict is not `yes`, what the checks of the samples know is the first reason:
 // everything else may follow from it. faults: sentences, the gravest first.

@@ -11,8 +11,8 @@ namespace {
 
 using Shape = ChannelStatistic::Shape;
 
-constexpr int kFewestNodes = 20;    // nodes of a piece
-constexpr double kShort = 1.0;  // s: what is slower than that is told from noise by its means
+constexpr int kFewestNodes = 20;  // nodes of a piece
+constexpr double kShort = 1.0;    // s: what is slower than that is told from noise by its means
 
 // Kurtosis of n normal values is skewed: this transform makes it normal (Anscombe and Glynn 1983).
 double normal_kurtosis(double kurtosis, double n) {
@@ -83,9 +83,8 @@ void ChannelStatistics::add_features(const Optimum& at,
     const NodePlan& plan = at.stage.plans()[p];
     const IntegratedRotation gyr(recordings[p]->gyr, values.at<Vector3>(key::gyr_bias));
     const double dip = values.at<double>(dip_of(plan.field));
-    const Vector3 direction = sensor_ == Sensor::kMag
-                                  ? Vector3(0.0, std::cos(dip), -std::sin(dip))
-                                  : Vector3(0.0, 0.0, 1.0);
+    const Vector3 direction = sensor_ == Sensor::kMag ? Vector3(0.0, std::cos(dip), -std::sin(dip))
+                                                      : Vector3(0.0, 0.0, 1.0);
     const double begin = plan.t.front(), length = std::max(1e-9, plan.t.back() - begin);
     const auto before = int(pieces_.size());
     for (int k = 0; k < kPiecesOfRecording; ++k) {

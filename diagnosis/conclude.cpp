@@ -17,7 +17,6 @@ namespace {
 // nothing from so much of it down.
 constexpr double kCrumb = 0.03;
 
-
 std::string sensor_of(const std::string& channel) {
   if (channel == "acc") return "accelerometer";
   if (channel == "gyr") return "gyroscope";
@@ -65,8 +64,8 @@ std::vector<Departure> of_substance(const Diagnosis& d) {
   add(after, d.departures_after);
   std::vector<Departure> out;
   for (const Departure& e : d.departures_after) {
-    const bool crumbs = excused && !(moved && e.channel == "acc") &&
-                        after[e.channel] < kCrumb * before[e.channel];
+    const bool crumbs =
+        excused && !(moved && e.channel == "acc") && after[e.channel] < kCrumb * before[e.channel];
     if (!crumbs) out.push_back(e);
   }
   return out;
@@ -134,8 +133,8 @@ Conclusion conclude(const Diagnosis& d) {
     out.answer = Answer::kUnexplained;
     return out;
   }
-  const std::size_t tested = std::size_t(std::ranges::count_if(
-      d.scan, [](const ScanEntry& e) { return e.needs.empty(); }));
+  const std::size_t tested = std::size_t(
+      std::ranges::count_if(d.scan, [](const ScanEntry& e) { return e.needs.empty(); }));
   if (tested == 0 || d.statistics == 0) {
     out.evidence.clear();
     if (tested == 0) out.evidence.push_back("None of the possible causes could be tested.");

@@ -60,10 +60,11 @@ void name_interval_convention(const std::vector<const Recording*>& given, Diagno
                               ? kConventions[0]
                               : kConventions[1];
     // Can these data tell the convention from none?
-    const bool plain = std::abs(ahead - c.intervals * interval) <
-                       std::max(0.25 * interval, kSigmas * sigma);
+    const bool plain =
+        std::abs(ahead - c.intervals * interval) < std::max(0.25 * interval, kSigmas * sigma);
     if (!plain) continue;
-    const std::string amount = c.intervals < 1.0 ? "half a gyroscope interval" : "one gyroscope interval";
+    const std::string amount =
+        c.intervals < 1.0 ? "half a gyroscope interval" : "one gyroscope interval";
     const bool possible = 0.5 * interval < kSigmas * sigma;  // either would do, and none
     f.sentence = fmt::format(
         "The gyroscope's rates {} about {} late ({:.2f} +- {:.2f} ms): {} the mean over another "
@@ -89,10 +90,10 @@ void name_change_at_rest(const std::vector<const Recording*>& given, Diagnosis& 
           "While the sensor rested, {:.1f} to {:.1f} s, the field at it was another by [{:.2f}, "
           "{:.2f}, {:.2f}] uT: a magnet or iron was brought near and taken away.",
           t0, t1, f.parameters[0].value, f.parameters[1].value, f.parameters[2].value);
-      f.confusable_with.insert(f.confusable_with.begin(),
-                               {"stationary_source",
-                                "a resting sensor does not tell its own field from the place's",
-                                "turn the sensor while the magnet is there"});
+      f.confusable_with.insert(
+          f.confusable_with.begin(),
+          {"stationary_source", "a resting sensor does not tell its own field from the place's",
+           "turn the sensor while the magnet is there"});
       break;
     }
   }

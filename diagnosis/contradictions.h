@@ -8,8 +8,8 @@
 
 namespace magimu {
 
-// Withdraws findings; says what others are that look like what they are named. given: the recordings
-// as they were given.
+// Withdraws findings; says what others are that look like what they are named. given: the
+// recordings as they were given.
 void withdraw_contradicted(const std::vector<const Recording*>& given, Diagnosis& d);
 void reword_by_what_is_known(const std::vector<const Recording*>& given, Diagnosis& d);
 

@@ -18,7 +18,7 @@ namespace magimu {
 namespace {
 
 constexpr double kPieceSeconds = 1.0;  // s
-constexpr double kFewestOfPiece = 4;  // of a piece
+constexpr double kFewestOfPiece = 4;   // of a piece
 
 // Field in the IMU frame at a time of reference, where the sensor rests: the gyroscope tells how
 // little it turned meanwhile.
@@ -52,7 +52,7 @@ struct Departed {
 
 // How far each second of the cut part is from the mean of the kept one.
 std::vector<Departed> changes(const AtRest& cut, const AtRest& kept, double reference,
-                            double gyr_density, double gyr_sigma) {
+                              double gyr_density, double gyr_sigma) {
   std::vector<Departed> out;
   if (double(kept.t.size()) < 2 * kFewestOfPiece) return out;
   const Vector3 mean = mean_of(kept.field, 0, kept.field.size());
@@ -125,13 +125,13 @@ int find_changes_in_cut_rests(const std::vector<const Recording*>& whole,
   const double level = std::log10(level_of_one(std::max(tests, 1)));
   for (const Found& f : found) {
     if (log10_chi_square_tail(f.change.statistic, 3) > level) continue;
-    add_evidence(d, Channel::kMag,
-                 fmt::format("While the sensor rested, {:.0f} to {:.0f} s{}, the field at it was "
-                             "another, by {:.2g} uT at {:.0f} s: a magnet or iron was moved near "
-                             "it, or the magnetometer drifts. These samples are in no fit.",
-                             f.begin, f.end,
-                             whole.size() > 1 ? " of " + whole[f.recording]->name : "", f.uT,
-                             f.change.t));
+    add_evidence(
+        d, Channel::kMag,
+        fmt::format("While the sensor rested, {:.0f} to {:.0f} s{}, the field at it was "
+                    "another, by {:.2g} uT at {:.0f} s: a magnet or iron was moved near "
+                    "it, or the magnetometer drifts. These samples are in no fit.",
+                    f.begin, f.end, whole.size() > 1 ? " of " + whole[f.recording]->name : "", f.uT,
+                    f.change.t));
   }
   return tests;
 }

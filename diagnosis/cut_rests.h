@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The rests that are cut from the ends of a recording (thinned.h) before anything is fitted: did the
-// field at the sensor stay there what it is in the part that is kept? A magnet that is laid beside
-// a resting sensor, or taken away, shows nowhere else.
+// The rests that are cut from the ends of a recording (thinned.h) before anything is fitted: did
+// the field at the sensor stay there what it is in the part that is kept? A magnet that is laid
+// beside a resting sensor, or taken away, shows nowhere else.
 #pragma once
 
 #include "diagnosis/diagnosis.h"

@@ -26,9 +26,9 @@ struct Departure {
   double observed = 0.0, predicted = 0.0;
   // Simultaneous: all statistics together leave theirs in 0.3 % of recordings with nothing wrong.
   std::array<double, 2> predicted_band{};
-  double z = 0.0;                      // distance in standard deviations
-  double begin_s = 0.0, end_s = 0.0;   // of a piece of a recording; both 0: of everything
-  std::string recording = {};          // of a piece
+  double z = 0.0;                     // distance in standard deviations
+  double begin_s = 0.0, end_s = 0.0;  // of a piece of a recording; both 0: of everything
+  std::string recording = {};         // of a piece
 };
 
 // Does the simulation predict the data? Made from all the evidence, by conclude.h alone.
@@ -134,9 +134,9 @@ struct Diagnosis {
   // Statistics beyond their bands, strongest first: of the model that the diagnosis started from,
   // and of that at its end.
   std::vector<Departure> departures = {}, departures_after = {};
-  int statistics = 0;  // that were compared for departures_after
-  std::vector<ScanEntry> scan = {};          // largest statistic for its degrees of freedom first
-  std::vector<Finding> findings = {};        // in the order in which they entered the model
+  int statistics = 0;                  // that were compared for departures_after
+  std::vector<ScanEntry> scan = {};    // largest statistic for its degrees of freedom first
+  std::vector<Finding> findings = {};  // in the order in which they entered the model
   Unexplained unexplained = {};
   Calibration before = {}, after = {};
   // model_motion: the model of the motion that was settled on, before any effect.

@@ -106,7 +106,7 @@ class Extender {
   const DiagnosisOptions& given_;
   Diagnosis& d_;
   SlowNoise at_rest_;
-  double step_uT_ = 0.0;  // of a coarse magnetometer
+  double step_uT_ = 0.0;                                // of a coarse magnetometer
   std::array<double, 3> in_samples_ = {1.0, 1.0, 1.0};  // excess_of_samples
   std::optional<Stage> base_, stage_;
   double nll_ = 0.0;

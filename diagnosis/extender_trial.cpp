@@ -58,12 +58,11 @@ bool Extender::survives(Option& option, const Stage& stage, const Score& w) cons
     // A walk that is not in the model scatters windows as coloured noise does: the noise is what it
     // is beside the walk.
     const Score& s = option.score;
-    option.score.log10_p =
-        estimate_random_walk(
-            s.information, s.information * s.theta,
-            option.effect->prior_sigma(longest_s(recordings_)),
-            in_samples_[std::size_t(option.effect->channel())] * (w.coloured ? w.scatter : 1.0))
-            .log10_p;
+    option.score.log10_p = estimate_random_walk(s.information, s.information * s.theta,
+                                                option.effect->prior_sigma(longest_s(recordings_)),
+                                                in_samples_[std::size_t(option.effect->channel())] *
+                                                    (w.coloured ? w.scatter : 1.0))
+                               .log10_p;
     return option.score.log10_p < level - (w.coloured ? kCare : 0.0);
   }
   const double penalty =

@@ -142,10 +142,10 @@ struct NoiseOf {
   std::vector<NoiseTest> tests, causes;
 };
 
-// Is what the gyroscope's samples have beyond a smooth motion no noise, but motion? As noise it would
-// be so many times the fit's own that its residuals would show it (a hand that trembles, a table
-// that turns in steps): errors of v times the variance leave at least v (1 - h) times the squares,
-// h the share that the fit absorbs; motion leaves what noise does.
+// Is what the gyroscope's samples have beyond a smooth motion no noise, but motion? As noise it
+// would be so many times the fit's own that its residuals would show it (a hand that trembles, a
+// table that turns in steps): errors of v times the variance leave at least v (1 - h) times the
+// squares, h the share that the fit absorbs; motion leaves what noise does.
 bool is_motion(const SampleResiduals& gyr, const Stage& stage) {
   constexpr double kBeyondChance = 5.0;  // standard deviations
   const SensorSums sums = stage.sums();
@@ -236,12 +236,14 @@ void tell_what_has_no_name(const std::vector<NoiseTest>& tests,
     // Of a channel that the trajectory follows only what is faster is seen, and that may be motion.
     if (t.channel == Channel::kGyr || (t.channel == Channel::kAcc && acc_high_passed)) continue;
     // Coloured or heavy-tailed noise that has a name makes one of the other tests doubtful.
-    if (std::ranges::any_of(causes, [&](const auto& c) { return c.channel == t.channel; })) continue;
+    if (std::ranges::any_of(causes, [&](const auto& c) { return c.channel == t.channel; }))
+      continue;
     if (chi_square_tail(t.statistic, std::max(1, t.dof)) > level_of_one(kStatisticsOfOne)) continue;
-    add_evidence(d, t.channel,
-                 fmt::format("What is left of the {}'s samples is not white (chi-square {:.0f}), and "
-                             "no noise with a memory: {}.",
-                             sensor_name(t.channel), t.statistic, t.untested));
+    add_evidence(
+        d, t.channel,
+        fmt::format("What is left of the {}'s samples is not white (chi-square {:.0f}), and "
+                    "no noise with a memory: {}.",
+                    sensor_name(t.channel), t.statistic, t.untested));
   }
 }
 
@@ -298,7 +300,9 @@ void withdraw_lines_of_interpolation(const std::vector<const Recording*>& record
   const auto line = std::ranges::find(d.findings, "mains_interference", &Finding::effect);
   if (line == d.findings.end()) return;
   const double f_hz = line->parameters.back().value;
-  const auto of_mains = [&](const Recording* r) { return is_mains(f_hz, r->mag.front().rate_hz()); };
+  const auto of_mains = [&](const Recording* r) {
+    return is_mains(f_hz, r->mag.front().rate_hz());
+  };
   if (std::ranges::any_of(recordings, of_mains)) return;
   const auto interpolated = [](const Recording* r) {
     return std::ranges::any_of(check_recording(*r), [](const Issue& i) {

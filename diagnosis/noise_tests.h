@@ -51,8 +51,8 @@ struct NoiseTest {
   double nll_before = 0.0, nll_after = 0.0;
 };
 
-// The step of a magnetometer whose converter is coarse beside its noise, uT, from its readings alone;
-// 0: it is not.
+// The step of a magnetometer whose converter is coarse beside its noise, uT, from its readings
+// alone; 0: it is not.
 double coarse_step(const VectorSeries& mag);
 
 // All noise-like causes on all channels. They are not told apart here: outliers raise the size,

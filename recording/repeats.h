@@ -27,8 +27,8 @@ Repeats repeats_in(const VectorSeries& series);
 // The least change of each axis: the converter's step, or that of the file's decimals.
 Vector3 least_steps(const VectorSeries& series);
 
-// Are they made by a coarse converter? Then one axis changes by one step at a time; a sensor that is
-// read again before it has measured shows all axes changed once it has.
+// Are they made by a coarse converter? Then one axis changes by one step at a time; a sensor that
+// is read again before it has measured shows all axes changed once it has.
 bool made_by_rounding(const VectorSeries& series);
 
 }  // namespace magimu

@@ -38,9 +38,9 @@ TEST(Answer, is_never_predicts_above_evidence_to_the_contrary) {
   const Conclusion departed =
       damaged([](Diagnosis& d) { d.departures_after = {departure("mag", 61.0)}; });
   EXPECT_EQ(departed.answer, Answer::kUnexplained);
-  EXPECT_THAT(departed.evidence, Contains(testing::AllOf(HasSubstr("correlation"),
-                                                         HasSubstr("20 to 40 s"),
-                                                         HasSubstr("61 standard deviations"))));
+  EXPECT_THAT(departed.evidence,
+              Contains(testing::AllOf(HasSubstr("correlation"), HasSubstr("20 to 40 s"),
+                                      HasSubstr("61 standard deviations"))));
   const Conclusion halves = damaged([](Diagnosis& d) {
     d.after.checks.push_back({"halves", CheckStatus::kCaution, 3.0, "The halves disagree."});
   });

@@ -90,7 +90,7 @@ class Sizer {
     Recording recording = oracle::simulate(o).recording;
     // The misfit of all samples is the size, clipped ones among them: a recording that says what was
     // set aside passes the gate as it is.
-    recording.set_aside.push_back({.sensor = "mag", .kind = "clipped", .count = 0, .of = 1});
+    recording.set_aside.emplace_back().sensor = "mag";
     Calibration c = calibrate(recording, options);
     c.trajectories.clear();
     c.fit.values = {};

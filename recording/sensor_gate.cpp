@@ -140,7 +140,10 @@ std::size_t SensorGate::judge_front() {
       keep({front.v, front.begin_s, front.begin_s, 1});
       return judged(1, "stuck");
     }
-    if (at_its_limit(front, why)) return judged(1, "clipped");
+    if (at_its_limit(front, why)) {
+      follow(front);
+      return judged(1, "clipped");
+    }
   }
   follow(front);
   keep(front);
@@ -276,6 +279,14 @@ SensorGate::Sentinels SensorGate::sentinels() const {
 // From one end of the range to the other and on in the same direction: the converter or a 16-bit
 // variable turned over, until it turns back.
 bool SensorGate::wrapped(const Unit& unit, Judged& why) {
+  // Across a gap a reading may go from any end of the range to the other.
+  if (path_.size() == kSide) {
+    const double interval = (path_s_.back() - path_s_.front()) / double(kSide - 1);
+    if (unit.begin_s - path_s_.back() > double(kSide) * interval) {
+      path_.clear();
+      path_s_.clear();
+    }
+  }
   for (int axis = 0; axis < 3 && path_.size() == kSide; ++axis) {
     double step = usual_.roughness[axis];
     for (std::size_t i = 1; i < path_.size(); ++i) {
@@ -317,7 +328,10 @@ void SensorGate::follow(const Unit& unit) {
     whole[axis] += 2.0 * usual_.extreme[axis] * turns_over_[std::size_t(axis)];
   }
   path_.push_back(whole);
-  if (path_.size() > kSide) path_.pop_front();
+  path_s_.push_back(unit.begin_s);
+  if (path_.size() <= kSide) return;
+  path_.pop_front();
+  path_s_.pop_front();
 }
 
 // Readings that each repeat with the chance that this sensor shows.

@@ -147,7 +147,7 @@ std::string verdict_text(const Survey& s) {
            "\n";
   }
   if (s.disturbed()) {
-    return "It can be calibrated, but the field was disturbed: do not expect a good result.\n";
+    return "Do not expect a good calibration from it: the field was disturbed.\n";
   }
   if (!s.coverage.missing.empty()) {
     return "It can be calibrated; with the motion that is missing the result would be better.\n";

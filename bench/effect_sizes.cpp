@@ -88,8 +88,8 @@ class Sizer {
     options.mag_time_offset = false;
     options.gyr_matrix = false;
     Recording recording = oracle::simulate(o).recording;
-    // The misfit of all samples is the size, clipped ones among them: a recording that says what was
-    // set aside passes the gate as it is.
+    // The misfit of all samples is the size, clipped ones among them: a recording that says what
+    // was set aside passes the gate as it is.
     recording.set_aside.emplace_back().sensor = "mag";
     Calibration c = calibrate(recording, options);
     c.trajectories.clear();

@@ -130,7 +130,7 @@ class SensorGate {
   std::vector<Judged> done_;
   std::array<int, 3> turns_over_ = {0, 0, 0};  // wrapped: by how many whole ranges
   std::array<std::map<int, std::size_t>, 3> turns_seen_;
-  std::deque<Vector3> path_;  // the last readings, as if they had not wrapped
+  std::deque<Vector3> path_;   // the last readings, as if they had not wrapped
   std::deque<double> path_s_;  // their times
   Vector3 last_ = Vector3::Zero();
 };

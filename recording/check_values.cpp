@@ -65,6 +65,53 @@ bool all_constant(const VectorSeries& s) {
   return constant_axis(s, 0) && constant_axis(s, 1) && constant_axis(s, 2);
 }
 
+namespace {
+
+// An axis that stands still while the others go on: a run of one value that is no extreme (such
+// runs are clipped) and is longer than repeats come by chance. In n samples with a share r of
+// repeats elsewhere, a run of m repeats is expected n r^m times.
+std::optional<Issue> stuck_axis(const NamedSeries& sensor, int axis) {
+  constexpr double kExpected = 1e-6;  // such runs by chance, in a recording
+  const VectorSeries& s = *sensor.series;
+  std::size_t longest = 0, at = 0, repeats = 0, lively = 0;
+  double low = s.v.front()[axis], high = low;
+  for (std::size_t k = 0, begin = 0, moving = 0; k < s.size(); ++k) {
+    low = std::min(low, s.v[k][axis]);
+    high = std::max(high, s.v[k][axis]);
+    if (k + 1 < s.size() && s.v[k + 1][axis] == s.v[k][axis]) {
+      moving += s.v[k + 1] != s.v[k] ? 1 : 0;
+      ++repeats;
+      continue;
+    }
+    if (k - begin > longest) {
+      longest = k - begin;
+      at = begin;
+      lively = moving;
+    }
+    begin = k + 1;
+    moving = 0;
+  }
+  const double value = s.v[at][axis], length = s.t[at + longest] - s.t[at];
+  const double n = double(s.size());
+  const double share = double(repeats - longest + 1) / (n - double(longest));
+  if (value == low || value == high || length < kStuckSeconds || 2 * lively < longest) {
+    return std::nullopt;
+  }
+  if (std::log(n) + double(longest) * std::log(share) > std::log(kExpected)) return std::nullopt;
+  return Issue{"stuck",
+               sensor.name,
+               axis,
+               Severity::kCaution,
+               s.t[at],
+               s.t[at + longest],
+               fmt::format("{}_{} does not change at all for {:.2f} s from {:.2f} s on, while the "
+                           "other axes do",
+                           sensor.name, axis_name(axis), length, s.t[at]),
+               "the axis or its wire hung: cut that time out, or record again"};
+}
+
+}  // namespace
+
 std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr) {
   const VectorSeries& s = *sensor.series;
   std::vector<Issue> issues;
@@ -96,6 +143,9 @@ std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gy
                                   "({:.1f} s in all), while the sensor turns",
                                   sensor.name, longest, at, total),
                       "the sensor or its bus hung: leave such samples out, or record again"});
+  }
+  for (int axis = 0; axis < 3 && issues.empty(); ++axis) {
+    if (auto stuck = stuck_axis(sensor, axis)) issues.push_back(std::move(*stuck));
   }
   if (auto zeros = zeros_issue(sensor)) issues.push_back(std::move(*zeros));
   return issues;

@@ -184,6 +184,11 @@ const std::vector<Spoilt> kSpoilt{
      [](Recording& r) { scale(r.gyr, 180 / M_PI); }},
     {"gyr_in_millidegrees", "unit", "gyr", kFatal, "seems to be in mdeg/s", "--unit gyr=mdeg/s",
      [](Recording& r) { scale(r.gyr, 180e3 / M_PI); }},
+    {"stuck_axis", "stuck", "gyr", kCaution, "gyr_y does not change at all for 1.99 s from 10.00 s",
+     "hung",
+     [](Recording& r) {
+       for (std::size_t k = 1000; k < 1200; ++k) r.gyr.v[k][1] = r.gyr.v[1000][1];
+     }},
     {"gyr_range_taken_for_twice", "unit", "gyr", kFatal, "its range was set to 1/2 of",
      "--unit gyr=0.5", [](Recording& r) { scale(r.gyr, 2.0); }},
     {"gyr_range_taken_for_half", "unit", "gyr", kFatal, "its range was set to 2 times",

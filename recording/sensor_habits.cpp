@@ -25,8 +25,9 @@ void SizeHistogram::add(double x) {
     ++zeros_;
     return;
   }
-  const int bin = int(std::floor(kBinsPerOctave * (std::log2(x) - kFirstOctave)));
-  ++bins_[std::size_t(std::clamp(bin, 0, int(bins_.size()) - 1))];
+  // Clamped before it becomes an integer: a difference of huge readings may be infinite.
+  const double bin = std::floor(kBinsPerOctave * (std::log2(x) - kFirstOctave));
+  ++bins_[std::size_t(std::clamp(bin, 0.0, double(bins_.size() - 1)))];
 }
 
 double SizeHistogram::quantile(double share) const {

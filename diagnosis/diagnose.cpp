@@ -7,6 +7,7 @@
 
 #include "calibration/check_axes.h"
 #include "calibration/no_fit.h"
+#include "calibration/turned_axes.h"
 #include "diagnosis/against.h"
 #include "diagnosis/conclude.h"
 #include "diagnosis/contradictions.h"
@@ -21,27 +22,21 @@
 #include "diagnosis/predict.h"
 #include "diagnosis/thinned.h"
 #include "diagnosis/unexplained.h"
-#include "graph/decompositions.h"
 #include "graph/numerical_error.h"
 #include "recording/error.h"
 
 namespace magimu {
 namespace {
 
-// By more than a few degrees, about more than the one axis that keeps still in the IMU frame? The
-// mean of R' leaves a direction of n that keeps still its length and shortens all others.
+// About more than one axis, by more than a few degrees?
 bool has_turned(const Stage& stage) {
-  constexpr double kLeast = 0.01;
-  Matrix3 mean = Matrix3::Zero();
-  double nodes = 0.0;
+  std::vector<Rot3> nRb;
   for (const NodePlan& plan : stage.plans()) {
     for (std::size_t k = 0; k < plan.t.size(); ++k) {
-      mean += stage.result().values.at<Rot3>(R(plan.first + int(k))).matrix().transpose();
-      nodes += 1.0;
+      nRb.push_back(stage.result().values.at<Rot3>(R(plan.first + int(k))));
     }
   }
-  const double longest = Eigen::JacobiSVD<MatrixXd>(MatrixXd(mean / nodes)).singularValues()[0];
-  return 1.0 - longest * longest > kLeast;
+  return turned_axes(nRb).enough;
 }
 
 int samples_of(const std::vector<const Recording*>& recordings) {

@@ -74,11 +74,13 @@ class StreamingCalibration {
   StreamingCalibration& operator=(StreamingCalibration&&) noexcept;
 
   // An update where this sample completes a window. Throws InputError where time does not increase
-  // or the number of magnetometers differs. After a gap of more than 5 s, in which the sensor may
-  // have turned anyhow, the estimate begins anew; finish() returns the better of the two.
+  // for a sensor or the number of magnetometers differs. Samples that no measurement can have given
+  // are set aside (recording/live_gate.h); after a gap too long to be bridged (recording/parts.h) a
+  // part begins, with an attitude of its own and the same calibration.
   std::optional<StreamUpdate> add(const StreamSample& sample);
-  // The calibration at the end, with the window that is not full and idle updates until old windows
-  // are linearized well. Samples may be added after it.
+  // The calibration at the end: that of calibrate(), unless samples were left out or there are too
+  // many to keep; then the stream's own, old windows linearized well. Samples may be added after
+  // it.
   Calibration finish();
   // Time of the last sample; not a number before the first.
   double last_t() const;
@@ -87,22 +89,14 @@ class StreamingCalibration {
   std::optional<Calibration> estimate() const;
   // Linearizes again what has drifted, as finish() does first.
   void settle();
-  // Begin and end of each window since the last long gap, s; flagged_windows count through these.
+  // Begin and end of each window, s; flagged_windows count through these.
   std::vector<std::pair<double, double>> windows() const;
   // Behind it all, for those who want the graph or the trajectory; null while collecting.
   const IncrementalQr* estimator() const;
 
  private:
   class State;
-  void begin_anew(const std::string& why);
-
-  int magnetometers_;
-  StreamingOptions options_;
   std::unique_ptr<State> state_;
-  // Of the stream before its last long gap: the best calibration, samples, and what to say of it.
-  std::optional<Calibration> before_;
-  long samples_before_ = 0;
-  std::vector<std::string> events_;
 };
 
 }  // namespace magimu

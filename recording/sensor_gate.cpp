@@ -59,6 +59,11 @@ SensorGate::SensorGate(const Options& options) : options_(options) {
   if (options_.habits != nullptr) look_up(*options_.habits);
 }
 
+void SensorGate::begin_with(const SensorHabits& habits) {
+  look_up(habits);
+  usual_.samples = habits.samples();
+}
+
 void SensorGate::look_up(const SensorHabits& habits) {
   usual_.settled = habits.settled();
   usual_.length = habits.usual_length();
@@ -300,6 +305,15 @@ bool SensorGate::wrapped(const Unit& unit, Judged& why) {
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     turns_seen_[axis][turns_over_[axis]] += unit.count;
+  }
+  // A stream cannot look back: what lasts longer than it may wait is where the sensor is.
+  const bool any = std::ranges::any_of(turns_over_, [](int turns) { return turns != 0; });
+  if (!any) {
+    right_s_ = unit.end_s;
+  } else if (options_.habits == nullptr && unit.end_s - right_s_ > options_.longest_wait_s) {
+    turns_over_ = {0, 0, 0};
+    path_.clear();
+    path_s_.clear();
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (turns_over_[std::size_t(axis)] == 0) continue;

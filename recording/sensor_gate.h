@@ -50,6 +50,9 @@ class SensorGate {
   };
 
   explicit SensorGate(const Options& options);
+  // Habits to begin with, where there are none of the whole recording: they count until those that
+  // are learnt on the way are of as many samples.
+  void begin_with(const SensorHabits& habits);
   // Times increase.
   void push(double t, const Vector3& v);
   // No more will come.
@@ -129,6 +132,7 @@ class SensorGate {
   std::deque<Waiting> waiting_;
   std::vector<Judged> done_;
   std::array<int, 3> turns_over_ = {0, 0, 0};  // wrapped: by how many whole ranges
+  double right_s_ = 0.0;                       // time of the last reading that had not wrapped
   std::array<std::map<int, std::size_t>, 3> turns_seen_;
   std::deque<Vector3> path_;   // the last readings, as if they had not wrapped
   std::deque<double> path_s_;  // their times

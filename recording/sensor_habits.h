@@ -31,6 +31,7 @@ class SensorHabits {
  public:
   // A sample, later than the one before.
   void add(double t, const Vector3& v);
+  std::size_t samples() const { return lengths_.count(); }
   // Enough of them to speak of habits.
   bool settled() const { return lengths_.count() >= kSettled; }
 

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/stream_known.h"
 #include "apps/stream_source.h"
 #include "apps/stream_status.h"
 #include "recording/sample_journal.h"
@@ -58,9 +59,10 @@ class StreamSession {
   void watch_silence();
   void use_lines();
   void use(const StreamSample& sample);
+  void use_new(StreamSample sample);
+  void go_on();
   void set_update(StreamUpdate update, double latency_us);
   void say_what_was_known();
-  void say_all_is_known(double t);
   void event(const std::string& sentence);
   void keep_window();
   void acknowledge();
@@ -71,14 +73,18 @@ class StreamSession {
   SampleLines lines_;
   std::optional<StreamingCalibration> estimator_;
   std::unique_ptr<SampleJournal> journal_;
-  std::optional<double> known_until_;  // s: samples up to there come from the state
-  bool said_what_was_known_ = false, said_all_is_known_ = false;
+  KnownSamples known_;                  // those of the state
+  std::optional<double> known_until_;   // s: the latest of them
+  std::vector<StreamSample> doubtful_;  // not known, though not later than those
+  bool goes_on_ = false;                // the source has sent samples that the state has not
+  double clock_s_ = 0.0;                // what is added to the source's times since then
+  bool said_what_was_known_ = false;
   long samples_ = 0;  // in the estimator
 
   StreamStatus status_;
   std::vector<std::string> events_;  // since the last window
   std::vector<Window> waiting_;      // for the state to be on the disk
-  Clock::time_point begin_ = Clock::now(), heard_ = begin_, new_ = begin_, committed_, ticked_;
+  Clock::time_point begin_ = Clock::now(), heard_ = begin_, committed_, ticked_;
   std::string ended_;
 };
 

@@ -14,8 +14,9 @@
 namespace magimu {
 namespace {
 
-// s: the first window of a later part has three of them, for its tilt and velocity.
-constexpr double kReachAtStart = 0.4;
+// s: three measures in the first second of a part tell its velocity from its tilt, however soon it
+// ends.
+constexpr double kStart = 0.6, kReachAtStart = 0.4;
 constexpr double kHeld = 1e-5;  // of anything, in our units: a variable that does not move
 
 template <class V>
@@ -110,9 +111,9 @@ std::function<bool(int node)> reach_every_few_seconds(const StreamSamples& sampl
   return [&samples, due = -1e300, is_due = std::vector<bool>()](int node) mutable {
     while (is_due.size() <= std::size_t(node)) {
       const double t = samples.node_t()[is_due.size()];
-      const bool begins = samples.begins_near(int(is_due.size()), kReachEvery);
-      is_due.push_back(t >= due || (begins && t >= due - kReachEvery + kReachAtStart));
-      if (is_due.back()) due = t + kReachEvery;
+      const double since = samples.since_begin_of_part(int(is_due.size()));
+      is_due.push_back(since == 0.0 || t >= due);
+      if (is_due.back()) due = t + (since < kStart ? kReachAtStart : kReachEvery);
     }
     return bool(is_due[std::size_t(node)]);
   };

@@ -157,6 +157,7 @@ void StreamSamples::add_node(double t) {
   const int last = int(node_t_.size()) - 1;
   if (last >= open_ && t - node_t_.back() <= nearest_) return;
   if (last > open_ && node_t_[std::size_t(last)] >= node_t_[std::size_t(open_)] + window_s_) {
+    if (begins_) begins_at_.push_back(open_);
     windows_.push_back({open_, last, std::exchange(begins_, false)});
     open_ = last;
   }
@@ -179,6 +180,8 @@ void StreamSamples::drop_window(int window) {
   windows_.erase(windows_.begin() + window);
   if (std::size_t(window) < windows_.size()) {
     windows_[std::size_t(window)].begins = true;
+    begins_at_.insert(std::ranges::upper_bound(begins_at_, windows_[std::size_t(window)].first),
+                      windows_[std::size_t(window)].first);
   } else {
     begins_ = true;
   }
@@ -192,6 +195,7 @@ void StreamSamples::set_nodes(int every, bool drop_repeats) {
   }
   node_t_.clear();
   windows_.clear();
+  begins_at_.clear();
   nearest_ = nearest_nodes(all_.mag.front(), every);
   next_mag_ = 0;
   open_ = 0;
@@ -199,10 +203,10 @@ void StreamSamples::set_nodes(int every, bool drop_repeats) {
   add_nodes();
 }
 
-bool StreamSamples::begins_near(int node, double s) const {
-  const double t = node_t_[std::size_t(node)];
-  const double begin = around(t).begin;
-  return begin > -kEver && t - begin < s;
+double StreamSamples::since_begin_of_part(int node) const {
+  const auto next = std::ranges::upper_bound(begins_at_, node);
+  const int first = next == begins_at_.begin() ? 0 : *(next - 1);
+  return node_t_[std::size_t(node)] - node_t_[std::size_t(first)];
 }
 
 // Samples from begin to end, the end included; short holes of the gyroscope are bridged.

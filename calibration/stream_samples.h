@@ -60,8 +60,8 @@ class StreamSamples {
   const std::vector<StreamWindow>& windows() const { return windows_; }
   // The window cannot be used: the next one begins a part.
   void drop_window(int window);
-  // Whether a later part than the first begins at most so many seconds before this node.
-  bool begins_near(int node, double s) const;
+  // Seconds from the first node of its part to this node of a window.
+  double since_begin_of_part(int node) const;
 
   // All that lies in the first windows, so many of them.
   StreamParts parts(int windows) const;
@@ -94,6 +94,7 @@ class StreamSamples {
   std::vector<double> node_t_;
   std::size_t next_mag_ = 0;  // sample of the first magnetometer that may be the next node
   std::vector<StreamWindow> windows_;
+  std::vector<int> begins_at_;  // first nodes of parts
   int open_ = 0;        // first node of the window that is not full
   bool begins_ = true;  // it begins a part
 };

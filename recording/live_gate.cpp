@@ -17,7 +17,10 @@ constexpr double kLongestWait = 1.0;  // s: for readings to compare one with
 // Until habits are known. A calibration begins after five seconds at the earliest, so that nobody
 // waits for this.
 constexpr double kLongestHold = 3.0;  // s
-constexpr double kRecent = 20.0;      // s: ten times the turns that a hand makes
+// rad/s: a gyroscope that has been at rest may read this next. In other units it is less, which
+// counts for a few samples of a turn only.
+constexpr double kSlowTurn = 1.0;
+constexpr double kRecent = 20.0;  // s: ten times the turns that a hand makes
 
 const std::optional<Vector3>& reading(const StreamSample& sample, std::size_t lane) {
   return lane == 0 ? sample.acc : lane == 1 ? sample.gyr : sample.mag[lane - 2];
@@ -49,6 +52,7 @@ LiveGate::LiveGate(const std::vector<std::string>& mag_names)
     SensorGate::Options options;
     options.sensor = sensor;
     options.longest_wait_s = kLongestWait;
+    if (sensor == Sensor::kGyr) options.largest_at_least = kSlowTurn;
     options.turned = [sensor, recent = recent_.get()](double begin, double end) {
       return GateWitnesses(*recent).turned(sensor, begin, end);
     };

@@ -67,7 +67,7 @@ void SensorGate::begin_with(const SensorHabits& habits) {
 void SensorGate::look_up(const SensorHabits& habits) {
   usual_.settled = habits.settled();
   usual_.length = habits.usual_length();
-  usual_.largest = habits.largest_length();
+  usual_.largest = std::max(habits.largest_length(), options_.largest_at_least);
   usual_.repeated = habits.repeated();
   usual_.lively = habits.lively(0) || habits.lively(1) || habits.lively(2);
   for (int axis = 0; axis < 3; ++axis) {
@@ -84,6 +84,7 @@ void SensorGate::look_up(const SensorHabits& habits) {
 }
 
 void SensorGate::push(double t, const Vector3& v) {
+  if (!units_.empty() && t - units_.front().begin_s > options_.longest_wait_s) drain(true);
   Waiting next{{t, v, "", 0, 0.0}, -1};
   if (!std::isfinite(t) || !v.allFinite()) {
     next.sample.kind = "not_finite";
@@ -108,7 +109,6 @@ void SensorGate::push(double t, const Vector3& v) {
   unit.end_s = t;
   next.unit = first_unit_ + long(units_.size()) - 1;
   waiting_.push_back(next);
-  if (unit.end_s - units_.front().begin_s > options_.longest_wait_s) drain(true);
 }
 
 void SensorGate::finish() {
@@ -298,8 +298,10 @@ bool SensorGate::wrapped(const Unit& unit, Judged& why) {
       step = std::max(step, std::abs(path_[i][axis] - path_[i - 1][axis]));
     }
     const double a = last_[axis], b = unit.v[axis], range = usual_.extreme[axis];
-    if (a * b < 0.0 && std::abs(b - a) > kWrapToStep * step &&
-        std::min(std::abs(a), std::abs(b)) > range - kSteps * step) {
+    const double nearer = std::min(std::abs(a), std::abs(b));
+    const double farther = std::max(std::abs(a), std::abs(b));
+    if (a * b < 0.0 && std::abs(b - a) > kWrapToStep * step && nearer > range - kSteps * step &&
+        farther < range + kSteps * step) {
       turns_over_[std::size_t(axis)] += b < a ? 1 : -1;
     }
   }

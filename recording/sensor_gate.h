@@ -38,6 +38,9 @@ class SensorGate {
     bool keep_clipped = false;
     // Seconds for which a reading that does not change is waited for; a stream must go on.
     double longest_wait_s = std::numeric_limits<double>::infinity();
+    // The largest readings are at least so long, whatever has been seen of them: for a sensor that
+    // may have been at rest so far.
+    double largest_at_least = 0.0;
     // Whether the device certainly turned from one time to another, as other sensors say.
     std::function<bool(double begin_s, double end_s)> turned = {};
   };

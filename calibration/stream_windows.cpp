@@ -52,7 +52,12 @@ bool StreamingCalibration::State::add_window(const StreamWindow& window) {
   const int before = estimator_->windows();
   std::string why;
   const bool taken = attempt([&] { return take_in(window); }, &why).has_value();
-  if (taken || estimator_->windows() > before) return true;
+  if (taken) return true;
+  if (estimator_->windows() > before) {  // its motion holds the chain together
+    attempt([&] { return estimator_->conclude(before, false); });
+    flagged_.push_back(before);
+    return true;
+  }
   say(fmt::format("The samples between {:.1f} and {:.1f} s cannot be used: {}.",
                   samples_.node_t()[std::size_t(window.first)],
                   samples_.node_t()[std::size_t(window.last)], why));

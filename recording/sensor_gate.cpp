@@ -281,6 +281,16 @@ SensorGate::Sentinels SensorGate::sentinels() const {
   return out;
 }
 
+// A stream sees the jump first: what is back at once was a blow.
+bool SensorGate::goes_on_from_there(int axis, double most) const {
+  if (options_.habits != nullptr) return true;
+  if (units_.size() <= kSide) return false;
+  for (std::size_t i = 1; i <= kSide; ++i) {
+    if (std::abs(units_[i].v[axis] - units_[i - 1].v[axis]) > most) return false;
+  }
+  return true;
+}
+
 // From one end of the range to the other and on in the same direction: the converter or a 16-bit
 // variable turned over, until it turns back.
 bool SensorGate::wrapped(const Unit& unit, Judged& why) {
@@ -301,7 +311,7 @@ bool SensorGate::wrapped(const Unit& unit, Judged& why) {
     const double nearer = std::min(std::abs(a), std::abs(b));
     const double farther = std::max(std::abs(a), std::abs(b));
     if (a * b < 0.0 && std::abs(b - a) > kWrapToStep * step && nearer > range - kSteps * step &&
-        farther < range + kSteps * step) {
+        farther < range + kSteps * step && goes_on_from_there(axis, kSteps * step)) {
       turns_over_[std::size_t(axis)] += b < a ? 1 : -1;
     }
   }

@@ -112,6 +112,7 @@ class SensorGate {
   bool reads_zero(const Unit& unit) const;
   bool is_sentinel(const Unit& unit, Judged& why) const;
   bool wrapped(const Unit& unit, Judged& why);
+  bool goes_on_from_there(int axis, double most) const;
   void follow(const Unit& unit);
   bool longer_than_chance(const Unit& unit) const;
   bool hung() const;

@@ -63,11 +63,13 @@ void StreamingCalibration::State::add_window(const StreamWindow& window) {
     return;
   }
   if (flagged_in_a_row_++ == 0) {
+    std::string cause;
+    if (options_.known_fault) cause = options_.known_fault(begin_of(number), end_of(number));
+    cause += cause.empty() ? "magnets, iron or a device nearby?" : ".";
     say(
         fmt::format("From {:.1f} s on the magnetometer does not fit the rest (normalized "
-                    "innovation {:.0f}, expected {}): magnets, iron or a device nearby? These "
-                    "windows are left out.",
-                    begin_of(number), innovation.squares, innovation.dof));
+                    "innovation {:.0f}, expected {}): {} These windows are left out.",
+                    begin_of(number), innovation.squares, innovation.dof, cause));
   }
   flagged_.push_back(number);
   look_for_change();

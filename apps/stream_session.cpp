@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "calibration/trust.h"
+#include "recording/axes.h"
 #include "recording/error.h"
 #include "recording/row_times.h"
 
@@ -19,6 +21,8 @@ using namespace std::chrono_literals;
 constexpr auto kTick = 100ms;          // between looks at the source, and pictures of it
 constexpr std::size_t kNewClock = 10;  // samples in a row that no source sends again
 constexpr auto kCommit = 200ms;        // between commits of a source that leaves no time
+// A turn by hand, about one axis: for so long, so fast, so much of it about that axis.
+constexpr double kMoment_s = 0.3, kTurningRate = 0.35, kMostlyOneAxis = 0.85;
 
 double seconds(std::chrono::steady_clock::duration duration) {
   return std::chrono::duration<double>(duration).count();
@@ -38,11 +42,17 @@ StreamSession::StreamSession(const StreamSessionOptions& options)
     : options_(options), lines_(options.address.text, options.lines) {
   status_.source = options.address.text;
   status_.target = target_progress(options.estimator.target, {});
+  options_.estimator.known_fault = [this](double begin_s, double end_s) {
+    return checks_ ? checks_->explanation(begin_s, end_s) : std::string();
+  };
 }
 
 void StreamSession::run(const std::function<bool()>& stopped) {
   resume();
-  if (lines_.has_header()) begin_estimator(int(lines_.mag_names().size()));
+  if (lines_.has_header()) {
+    begin_checks();
+    begin_estimator(int(lines_.mag_names().size()));
+  }
   StreamSource source(options_.address, options_.source);
   heard_ = Clock::now();
   while (ended_.empty()) {
@@ -62,6 +72,8 @@ void StreamSession::run(const std::function<bool()>& stopped) {
   lines_.finish();
   use_lines();
   if (!doubtful_.empty()) go_on();
+  if (checks_) checks_->look();
+  tell_news();
   say_what_was_known();
   event(ended_);
   if (journal_) journal_->commit();
@@ -92,7 +104,8 @@ void StreamSession::resume() {
 }
 
 void StreamSession::begin_estimator(int magnetometers) {
-  const JournalIdentity identity{magnetometers, options_text(options_.estimator)};
+  const JournalIdentity identity{magnetometers,
+                                 options_text(options_.estimator) + options_.reading};
   if (journal_) journal_->require(identity);
   if (estimator_) return;
   if (!options_.state.empty()) {
@@ -111,6 +124,7 @@ void StreamSession::take_arrival(const Arrival& arrival) {
       lines_.push(arrival.bytes);
       if (!had_header && lines_.has_header()) {
         for (const std::string& note : lines_.notes()) event(note);
+        begin_checks();
         begin_estimator(int(lines_.mag_names().size()));
       }
       return use_lines();
@@ -153,8 +167,95 @@ void StreamSession::watch_silence() {
 
 void StreamSession::use_lines() {
   for (const std::string& sentence : lines_.take_complaints()) event(sentence);
-  for (const StreamSample& sample : lines_.take()) use(sample);
+  for (StreamSample& sample : lines_.take()) {
+    look_at(sample);
+    use(sample);
+  }
+  tell_refused_times();
   status_.lines = lines_.counts();
+}
+
+// As soon as the header tells which sensors there are.
+void StreamSession::begin_checks() {
+  Recording sensors;  // without samples
+  sensors.name = options_.address.text;
+  sensors.mag_names = lines_.mag_names();
+  sensors.mag.resize(sensors.mag_names.size());
+  for (const auto& [sensor, axes] : options_.axes) turn_axes(sensors, sensor, axes);
+  for (const std::string& note : sensors.notes) event(note);
+  checks_.emplace(LiveChecksOptions{.mag_names = lines_.mag_names(),
+                                    .file_units = lines_.file_units(),
+                                    .dip_sign = options_.estimator.dip_sign});
+  if (options_.keep_for_report) thinned_.begin(lines_.mag_names());
+}
+
+// Before the estimator gets it: its axes are made ours, and its faults are looked for.
+void StreamSession::look_at(StreamSample& sample) {
+  for (const auto& [sensor, axes] : options_.axes) {
+    turn_axes(sample, lines_.mag_names(), sensor, axes);
+  }
+  if (options_.keep_for_report) thinned_.add(sample);
+  feel_turning(sample);
+  checks_->add(sample);
+  tell_news();
+}
+
+// About which axis it is being turned, for who looks for the axis that is meant.
+void StreamSession::feel_turning(const StreamSample& sample) {
+  if (!sample.gyr || !sample.gyr->allFinite()) return;
+  const double share = std::clamp((sample.t - rate_t_) / kMoment_s, 0.0, 1.0);
+  rate_ += share * (*sample.gyr - rate_);
+  rate_t_ = sample.t;
+  Eigen::Index axis = 0;
+  const double most = rate_.cwiseAbs().maxCoeff(&axis);
+  const bool clear = rate_.norm() > kTurningRate && most > kMostlyOneAxis * rate_.norm();
+  status_.turning = clear ? int(axis) : -1;
+}
+
+void StreamSession::tell_news() {
+  if (!checks_) return;
+  const std::vector<std::string> news = checks_->take_news();
+  for (const std::string& sentence : news) event(sentence);
+  if (!news.empty()) set_issues();
+}
+
+// Nothing can be estimated from samples without times: that is shown without a window.
+void StreamSession::tell_refused_times() {
+  const std::optional<RefusedTimes>& refused = lines_.refused_times();
+  const std::string text = refused ? refused->problem + "; " + refused->remedy + "." : "";
+  if (text == refused_) return;
+  refused_ = text;
+  event(refused ? text : "The times are understood now.");
+  set_issues();
+  keep_window();
+}
+
+void StreamSession::set_issues() {
+  status_.issues = checks_ ? checks_->issues() : std::vector<Issue>();
+  if (const std::optional<RefusedTimes>& refused = lines_.refused_times()) {
+    status_.issues.insert(status_.issues.begin(), {"time_unit", "t", -1, Severity::kFatal, 0.0, 0.0,
+                                                   refused->problem, refused->remedy});
+  }
+}
+
+// Wrong units and the like: whatever the estimate says, it is not to be believed.
+void StreamSession::judge_update(StreamUpdate& update) {
+  if (!checks_) return;
+  if (update.theta) {
+    checks_->judge(*update.theta);
+    tell_news();
+  }
+  if (const Issue* wrong = checks_->fatal()) {
+    if (update.phase == StreamPhase::kConverged) update.phase = StreamPhase::kCalibrating;
+    update.axis = -1;
+    update.missing.clear();
+    if (!update.theta) return;
+    Trust& trust = update.theta->trust;
+    trust.verdict = Verdict::kNo;
+    trust.reasons.insert(trust.reasons.begin(), wrong->text());
+  } else if (update.theta) {
+    name_faults_first(update.theta->trust, checks_->faults());
+  }
 }
 
 void StreamSession::use(const StreamSample& sample) {
@@ -195,6 +296,7 @@ void StreamSession::set_update(StreamUpdate update, double latency_us) {
         double(update.samples - status_.update->samples) / (update.t - status_.update->t);
   }
   status_.latency_us = latency_us;
+  judge_update(update);
   status_.target = target_progress(options_.estimator.target, update);
   status_.update = std::move(update);
 }
@@ -249,9 +351,28 @@ void StreamSession::tick() {
   for (StreamObserver* o : observers_) o->tick(status_);
 }
 
+void StreamSession::refuse_fatal() const {
+  if (const std::optional<RefusedTimes>& refused = lines_.refused_times()) {
+    throw InputError(options_.address.text, 0, 0, refused->problem, refused->remedy);
+  }
+  const Issue* wrong = checks_ ? checks_->fatal() : nullptr;
+  // Axes are judged with the calibration, as calibrate() does.
+  if (wrong == nullptr || wrong->kind == "axes") return;
+  throw InputError(options_.address.text, 0, 0, wrong->problem, wrong->remedy);
+}
+
 Calibration StreamSession::finish() {
   Calibration c = estimator_->finish();
   if (lines_.has_header()) c.mag_names = lines_.mag_names();
+  if (!checks_) return c;
+  for (const Issue& issue : checks_->issues()) {
+    const std::string text = "stream: " + issue.text();
+    const bool said = std::ranges::find(c.warnings, text) != c.warnings.end();
+    if (issue.severity == Severity::kCaution && issue.kind != "axes" && !said) {
+      c.warnings.push_back(text);
+    }
+  }
+  name_faults_first(c.trust, checks_->faults());
   return c;
 }
 

@@ -14,6 +14,8 @@
 #include "apps/stream_known.h"
 #include "apps/stream_source.h"
 #include "apps/stream_status.h"
+#include "apps/stream_thinned_samples.h"
+#include "calibration/live_checks.h"
 #include "recording/sample_journal.h"
 
 namespace magimu::apps {
@@ -27,6 +29,11 @@ struct StreamSessionOptions {
   double timeout_s = 5.0;  // without a byte, and the source counts as silent
   double give_up_s = std::numeric_limits<double>::infinity();  // ... as ended
   bool until_converged = false;
+  // Sensors whose axes are not ours, and what their readings are multiplied by (recording/axes.h).
+  std::vector<std::pair<std::string, Matrix3>> axes;
+  // How the source is read, in words: with another state its samples do not mix.
+  std::string reading;
+  bool keep_for_report = false;  // samples for the pictures of a report
 };
 
 class StreamSession {
@@ -41,8 +48,12 @@ class StreamSession {
 
   // Is there anything to estimate from?
   bool has_samples() const { return samples_ > 0; }
+  // Throws what calibrate() would of these samples: wrong units, times that cannot be told.
+  void refuse_fatal() const;
   // The calibration of all samples so far.
   Calibration finish();
+  // The magnetometers' samples, thinned: what a report's pictures show.
+  Recording for_report() const { return thinned_.recording(); }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -57,7 +68,14 @@ class StreamSession {
   void source_speaks();
   void source_is_silent(const std::string& sentence);
   void watch_silence();
+  void begin_checks();
   void use_lines();
+  void look_at(StreamSample& sample);
+  void feel_turning(const StreamSample& sample);
+  void tell_news();
+  void tell_refused_times();
+  void set_issues();
+  void judge_update(StreamUpdate& update);
   void use(const StreamSample& sample);
   void use_new(StreamSample sample);
   void go_on();
@@ -73,6 +91,11 @@ class StreamSession {
   SampleLines lines_;
   std::optional<StreamingCalibration> estimator_;
   std::unique_ptr<SampleJournal> journal_;
+  std::optional<LiveChecks> checks_;
+  ThinnedSamples thinned_;
+  Vector3 rate_ = Vector3::Zero();  // of turn, mean of a moment, rad/s
+  double rate_t_ = 0.0;
+  std::string refused_;                 // times that could not be told: what was said of them
   KnownSamples known_;                  // those of the state
   std::optional<double> known_until_;   // s: the latest of them
   std::vector<StreamSample> doubtful_;  // not known, though not later than those

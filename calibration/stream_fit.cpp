@@ -110,7 +110,8 @@ bool StreamingCalibration::State::take_over_fit(const std::vector<const Recordin
   spec_.reach_at = reach_every_few_seconds(samples_);
   if (spec_.motion == MotionModel::kHandHeld) {
     // Holds it until a hand's reach does.
-    spec_.also = [](FactorGraph& graph) {
+    spec_.also = [known = batch_.also](FactorGraph& graph) {
+      if (known) known(graph);
       graph.add(
           PriorFactor<Vector3>(key::acc_bias, Vector3::Zero(), Noise<3>::isotropic(kAccBiasSigma)));
     };

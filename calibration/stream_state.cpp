@@ -33,12 +33,22 @@ constexpr int kMostIdle = 8;             // updates at the end
 constexpr double kSettled = 0.003;       // sigmas
 constexpr int kRefits[] = {16, 32, 64};  // windows at which all are fitted again
 
+void tell(const Guidance& guidance, StreamUpdate& u) {
+  u.guidance = guidance.text();
+  u.headline = guidance.motion.headline;
+  u.axis = guidance.motion.number;
+  u.missing = guidance.missing;
+}
+
 }  // namespace
 
 StreamingCalibration::State::State(int magnetometers, const StreamingOptions& options)
     : options_(options), samples_(magnetometers, options.window_s) {
   batch_.noise = options.noise;
   batch_.gravity = options.gravity;
+  batch_.initialization.dip_rad = options.dip_rad;
+  batch_.dip_sign = options.dip_sign;
+  batch_.also = options.also;
   // A hand that does not move costs next to nothing under the model in which it may.
   batch_.motion = options.motion == MotionModel::kAuto ? MotionModel::kHandHeld : options.motion;
   const StreamTarget& t = options.target;
@@ -150,8 +160,7 @@ StreamUpdate StreamingCalibration::State::collecting_update() {
   const bool rested =
       batch_.noise || batch_.motion == MotionModel::kRotation || longest_still_ > kStillEnough;
   const Guidance guidance = guide(turned_, upward(), rested);
-  u.guidance = guidance.motion.sentence;
-  u.missing = guidance.missing;
+  tell(guidance, u);
   for (const std::string& what : undetermined_) {
     u.guidance += " Still undetermined: " + what + ".";
   }
@@ -174,6 +183,7 @@ StreamUpdate StreamingCalibration::State::update() {
     c = *estimate();
   } catch (const std::domain_error& undetermined) {
     u.guidance = fmt::format("Turn it about all three of its axes: {}.", undetermined.what());
+    u.headline = "Turn it";
     return u;
   }
   c.trust = {};
@@ -186,11 +196,11 @@ StreamUpdate StreamingCalibration::State::update() {
   if (to_go <= 1.0 && c.trust.verdict != Verdict::kNo) {
     u.phase = StreamPhase::kConverged;
     u.guidance = "Good enough; what follows makes it better still.";
+    u.headline = "Good enough";
   } else {
     const Guidance guidance = guide(*estimator_, spec_, R(samples_.windows().back().last), c,
                                     [this](const Calibration& with) { return distance(with); });
-    u.guidance = guidance.motion.sentence;
-    u.missing = guidance.missing;
+    tell(guidance, u);
   }
   u.theta = std::move(c);
   return u;

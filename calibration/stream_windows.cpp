@@ -82,11 +82,13 @@ bool StreamingCalibration::State::take_in(const StreamWindow& window) {
     return true;
   }
   if (flagged_in_a_row_++ == 0) {
+    std::string cause;
+    if (options_.known_fault) cause = options_.known_fault(begin_of(number), end_of(number));
+    cause += cause.empty() ? "magnets, iron or a device nearby?" : ".";
     say(
         fmt::format("From {:.1f} s on the magnetometer does not fit the rest (normalized "
-                    "innovation {:.0f}, expected {}): magnets, iron or a device nearby? These "
-                    "windows are left out.",
-                    begin_of(number), innovation.squares, innovation.dof));
+                    "innovation {:.0f}, expected {}): {} These windows are left out.",
+                    begin_of(number), innovation.squares, innovation.dof, cause));
   }
   flagged_.push_back(number);
   look_for_change();

@@ -12,6 +12,7 @@
 // bits. A checkpoint therefore is the samples themselves (recording/sample_journal.h).
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,6 +23,7 @@
 
 namespace magimu {
 
+class FactorGraph;
 class IncrementalQr;
 
 // When the estimate is good enough: every limit that is given must be met.
@@ -38,6 +40,14 @@ struct StreamingOptions {
   double gravity = kStandardGravity;    // m/s^2
   MotionModel motion = MotionModel::kAuto;
   StreamTarget target;  // empty: heading 0.5 deg
+  // As in CalibrationOptions: the dip to start from, rad; the sign of the true one; what is known
+  // beforehand.
+  std::optional<double> dip_rad;
+  int dip_sign = 0;
+  std::function<void(FactorGraph&)> also = {};
+  // A fault of the samples that explains why the magnetometer does not fit the rest between these
+  // times, s, in a sentence (live_checks.h); empty: none is known.
+  std::function<std::string(double begin_s, double end_s)> known_fault = {};
 };
 
 enum class StreamPhase { kCollecting, kCalibrating, kConverged };
@@ -59,7 +69,9 @@ struct StreamUpdate {
   // covariance_model, strength, fields, trust; empty while collecting.
   std::optional<Calibration> theta;
   WindowFit window;
-  std::string guidance;              // one sentence for the person who holds the sensor
+  std::string guidance;              // for the person who holds the sensor, one or two sentences
+  std::string headline;              // the same in two or three words: "Turn about X"
+  int axis = -1;                     // to be turned about: 0, 1, 2; -1: none of these
   std::vector<std::string> missing;  // motions that are still missing, "turn about x"
   std::vector<std::string> events;   // sentences: a window excluded, a magnet attached at 12.3 s
   std::vector<Check> checks;         // of the stream so far: diagnostics.h

@@ -107,6 +107,7 @@ void SampleLines::interrupt() {
 
 void SampleLines::finish() {
   if (!buffer_.empty()) line(std::exchange(buffer_, {}));
+  in_seconds(times_.finish());
   skip_late();
   if (held_) release(*std::exchange(held_, std::nullopt));
 }
@@ -151,6 +152,10 @@ void SampleLines::first_header(std::string_view text) {
   const Recording empty = parser_.take();
   mag_names_ = empty.mag_names;
   notes_ = empty.notes;
+  file_units_ = empty.file_units;
+  if (options_.recognise_times || options_.csv.rate_hz) {
+    times_ = StreamTimes(parser_.columns(), options_.csv);
+  }
 }
 
 // Whether the line is a header, and dealt with.
@@ -193,7 +198,13 @@ void SampleLines::row(std::string_view text) {
     }
     parser_ = std::move(fresh);
   }
-  if (std::optional<StreamSample> sample = only_sample(parser_.take())) order(std::move(*sample));
+  std::optional<StreamSample> sample = only_sample(parser_.take());
+  if (sample) in_seconds(times_.push(std::move(*sample)));
+}
+
+void SampleLines::in_seconds(std::vector<StreamSample>&& samples) {
+  for (const std::string& note : times_.take_notes()) complain(source_ + ": " + note);
+  for (StreamSample& sample : samples) order(std::move(sample));
 }
 
 void SampleLines::order(StreamSample sample) {

@@ -19,6 +19,7 @@
 
 #include <array>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,6 +27,7 @@
 
 #include "recording/csv_parser.h"
 #include "recording/stream_sample.h"
+#include "recording/stream_times.h"
 
 namespace magimu {
 
@@ -36,6 +38,9 @@ struct SampleLinesOptions {
   // The source was joined while it was sending (a serial port): its first line may be the end of
   // one, and the header may come later. Otherwise a first line that is no header is an InputError.
   bool midway = false;
+  // Where nobody says what the times are in, the first rows tell (stream_times.h). Otherwise they
+  // are in seconds.
+  bool recognise_times = false;
 };
 
 // Not thread safe.
@@ -67,6 +72,10 @@ class SampleLines {
   bool has_header() const { return !header_.empty(); }
   const std::vector<std::string>& mag_names() const { return mag_names_; }
   const std::vector<std::string>& notes() const { return notes_; }  // the column mapping in words
+  // The source's units in ours, as Recording::file_units.
+  const std::map<std::string, double>& file_units() const { return file_units_; }
+  // Where the time column cannot be understood: no samples come out meanwhile.
+  const std::optional<RefusedTimes>& refused_times() const { return times_.refused(); }
   const Counts& counts() const { return counts_; }
 
  private:
@@ -74,6 +83,7 @@ class SampleLines {
   void first_header(std::string_view text);
   bool header_again(std::string_view text);
   void row(std::string_view text);
+  void in_seconds(std::vector<StreamSample>&& samples);
   void order(StreamSample sample);
   bool is_late_row_of_others(const StreamSample& sample) const;
   void late(StreamSample sample);
@@ -88,6 +98,8 @@ class SampleLines {
   CsvParser parser_;
   std::string header_;  // the line as it came; empty: not yet known
   std::vector<std::string> mag_names_, notes_;
+  std::map<std::string, double> file_units_;
+  StreamTimes times_;
   Counts counts_;
 
   std::string buffer_;      // the line that has begun to arrive

@@ -318,6 +318,22 @@ TEST(Streaming, guidance_is_understood_as_it_is_meant) {
   }
 }
 
+TEST(Streaming, guidance_says_which_axis_is_meant) {
+  const auto which = [](int axis, const Vector3& up, const Vector3& north, const Vector3& east) {
+    return which_axis(motions_from(Rot3())[std::size_t(axis)], up, north, east);
+  };
+  const Vector3 x = Vector3::UnitX(), y = Vector3::UnitY(), z = Vector3::UnitZ(),
+                none = Vector3::Zero();
+  EXPECT_THAT(which(2, z, y, x), HasSubstr("Z points up now"));
+  EXPECT_THAT(which(2, -z, y, x), HasSubstr("Z points down now"));
+  EXPECT_THAT(which(0, z, y, x), HasSubstr("X lies level now, pointing east"));
+  EXPECT_THAT(which(1, z, y, x), HasSubstr("Y lies level now, pointing north"));
+  EXPECT_THAT(which(0, z, none, none), HasSubstr("X lies level now: "));
+  EXPECT_THAT(which(0, (x + z).normalized(), none, none), HasSubstr("X slants upward now"));
+  EXPECT_EQ(which(0, none, none, none), "");
+  EXPECT_EQ(which_axis(motions_from(Rot3()).back(), z, y, x), "");  // keep still
+}
+
 TEST(Streaming, samples_out_of_order_and_other_sensors_are_refused) {
   StreamingCalibration stream(1);
   EXPECT_TRUE(std::isnan(stream.last_t()));

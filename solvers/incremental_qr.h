@@ -28,6 +28,12 @@
 // time. The first windows are linearized again at every update: it is cheap then, and the estimate
 // moves most.
 //
+// The memory of a long stream: where the factors of a window can be made again (make_again),
+// windows that are no longer among the newest fall asleep. One that sleeps keeps its triangle,
+// packed, and where it is linearized; its factors, and what follows from them, are made again where
+// it is linearized again, turned or asked for, and dropped afterwards. The estimate is the same to
+// the last bit, if the factors are.
+//
 // Steps are Gauss-Newton's: start near the answer, with priors where the first windows leave
 // something undetermined. Undetermined directions do not move, and null_space() names them. What
 // this does not do: factors between a new node and one before the chain's last are refused with an
@@ -38,10 +44,16 @@
 #include <optional>
 
 #include "solvers/null_space.h"
+#include "solvers/packed_values.h"
 #include "solvers/triangle_tree.h"
 #include "solvers/window_elimination.h"
 
 namespace magimu {
+
+// A window's factors, as they were given to update().
+struct WindowParts {
+  FactorGraph factors, removable;
+};
 
 struct IncrementalQrOptions {
   // Which variables all windows share; all others are nodes of chains, named by their index.
@@ -51,6 +63,12 @@ struct IncrementalQrOptions {
   int looked_at = 6;           // windows whose drift is determined anew in an update
   double tolerance = 0.01;     // sigmas of one residual, root mean square
   double max_rotation = 1e-4;  // rad
+  // The factors of an old window again, by its number; without it all windows stay awake.
+  std::function<WindowParts(int window)> make_again = nullptr;
+  // Windows that stay awake, the newest. By then old ones hardly drift any more: a new window moves
+  // the residuals of one of N before it by sqrt(globals / (N rows)) sigmas or so, rms; with 19
+  // globals and 700 rows that is a tolerance of 0.01 at N = 271.
+  int awake = 256;
 };
 
 // What an update has done.
@@ -125,6 +143,11 @@ class IncrementalQr {
     CondensedTriangle triangle;
     std::vector<EliminatedNode> nodes;
   };
+  // A rotation among a window's boundary nodes and globals.
+  struct Turned {
+    WindowElimination::Place place;
+    int offset;
+  };
   struct Window {
     FactorGraph factors, removable;
     bool removed = false;
@@ -132,9 +155,15 @@ class IncrementalQr {
     WindowCoordinates point;
     int chain = -1, leaf = -1;  // -1: no node, so that its triangle is one of globals alone
     std::vector<Key> own;       // its nodes' variables in the order in which they came
+    std::optional<std::uint32_t> first;  // index of its first node; none where a chain starts
+    int rows[2] = {0, 0};                // of factors, of removable
+    std::vector<Turned> turned;
     WindowElimination elimination;
     std::vector<EliminatedNode> nodes;
     CondensedTriangle triangle;  // of a window without nodes
+    // Not empty: the window sleeps, these are its values, and it has neither factors nor
+    // elimination nor nodes.
+    PackedValues packed;
     // What it would be with its removable factors if it is without, and the other way round;
     // empty: nobody has asked since it was linearized.
     std::optional<Condensed> otherwise;
@@ -184,6 +213,13 @@ class IncrementalQr {
   double solve();
   WindowCoordinates coordinates(const Window& w) const;
   VectorXd moves(const Window& w, const WindowCoordinates& to) const;
+  // incremental_sleep.cpp
+  Window woken(int window) const;
+  void wake(int window);
+  void sleep(int window);
+  void let_sleep();
+  bool is_chains_last(int window) const;
+
   void look(int window);
   void look_around();
   bool relinearize(int limit, double from_drift, UpdateResult& result);
@@ -199,6 +235,7 @@ class IncrementalQr {
   std::vector<int> loose_;  // windows without nodes
   CondensedTriangle root_;  // of the globals
   Held held_;
+  int old_ = 0;  // windows before this one sleep, where they can
 };
 
 }  // namespace magimu

@@ -54,7 +54,10 @@ void prepare(StreamArguments& args) {
   s.lines.midway = s.address.is_live();
   s.lines.csv = args.csv();
   std::vector<std::string> outputs{args.output, s.state};
-  if (!s.state.empty()) outputs.push_back(s.state + ".samples");
+  if (!s.state.empty()) {
+    outputs.push_back(s.state + ".samples");
+    outputs.push_back(s.state + ".estimate");
+  }
   check_outputs({args.source}, outputs);
   s.estimator.noise = args.noise();
   s.estimator.gravity = args.gravity;
@@ -142,8 +145,8 @@ void add_stream(CLI::App& app, int& exit_code) {
   add_output(*cmd, "-o,--output", args->output, "write the calibration here, at the end",
              "CAL.json");
   add_output(*cmd, "--state", s.state,
-             "remember the samples here (and in FILE.samples): killed and started again with\n"
-             "the same file, it goes on where it was",
+             "remember the samples here (and in FILE.samples, FILE.estimate): killed and\n"
+             "started again with the same file, it goes on where it was",
              "FILE");
   cmd->add_option("--target", args->target,
                   "good enough: largest standard deviations of heading (deg), mag_bias (uT),\n"

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <fstream>
 #include <utility>
 
 #include "recording/error.h"
@@ -14,7 +16,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kTick = 100ms;    // between looks at the source, and pictures of it
+constexpr auto kTick = 100ms;                   // between looks at the source, and pictures of it
+constexpr const char* kEstimate = ".estimate";  // behind the name of the state
+constexpr long kKeptEvery = 16;  // the estimate is kept when it has so much more: a 16th
 constexpr auto kCommit = 200ms;  // between commits of a source that leaves no time
 
 double seconds(std::chrono::steady_clock::duration duration) {
@@ -66,6 +70,42 @@ void StreamSession::run(const std::function<bool()>& stopped) {
   tick();
 }
 
+// The estimate as it was kept, a little earlier; false: there is none, and nothing has been read.
+bool StreamSession::take_up() {
+  std::ifstream kept(options_.state + kEstimate, std::ios::binary);
+  if (!kept) return false;
+  const bool taken = estimator_->take_up(kept, [this] {
+    std::optional<StreamSample> sample = journal_->replay();
+    if (sample) ++samples_;
+    return sample;
+  });
+  keep_at_ = std::max(kFirstKept, samples_ + samples_ / kKeptEvery);
+  if (taken) return true;
+  samples_ = 0;
+  const JournalIdentity identity = *journal_identity(options_.state);
+  journal_.reset();
+  estimator_.reset();
+  begin_estimator(identity.magnetometers);
+  return false;
+}
+
+// Beside the samples, from time to time: what comes after it is little, whatever comes before. It
+// may be lost or damaged, so that nobody waits for the disk; the samples are what counts.
+void StreamSession::keep_estimate() {
+  if (!journal_ || samples_ < keep_at_) return;
+  keep_at_ = samples_ + samples_ / kKeptEvery;
+  const std::string path = options_.state + kEstimate, next = path + ".new";
+  std::ofstream out(next, std::ios::binary | std::ios::trunc);
+  const bool kept = out && estimator_->save(out);
+  out.close();
+  std::error_code ignored;
+  if (kept && out) {
+    std::filesystem::rename(next, path, ignored);
+  } else {
+    std::filesystem::remove(next, ignored);
+  }
+}
+
 // What the state file remembers goes through the estimator again, unseen.
 void StreamSession::resume() {
   if (options_.state.empty()) return;
@@ -73,6 +113,7 @@ void StreamSession::resume() {
   if (!identity) return;
   begin_estimator(identity->magnetometers);
   const long known = journal_->samples();
+  take_up();
   std::optional<StreamUpdate> last;
   while (const std::optional<StreamSample> sample = journal_->replay()) {
     if (auto update = estimator_->add(*sample)) last = std::move(update);
@@ -217,6 +258,7 @@ void StreamSession::acknowledge() {
   for (const Window& w : std::exchange(waiting_, {})) {
     for (StreamObserver* o : observers_) o->window(w.status, w.events);
   }
+  keep_estimate();
 }
 
 void StreamSession::tick() {

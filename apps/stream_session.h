@@ -45,12 +45,16 @@ class StreamSession {
 
  private:
   using Clock = std::chrono::steady_clock;
+  // Fewer samples go through the estimator again within half a second.
+  static constexpr long kFirstKept = 50000;
   struct Window {
     StreamStatus status;
     std::vector<std::string> events;
   };
 
   void resume();
+  bool take_up();
+  void keep_estimate();
   void begin_estimator(int magnetometers);
   void take_arrival(const Arrival& arrival);
   void source_speaks();
@@ -73,7 +77,8 @@ class StreamSession {
   std::unique_ptr<SampleJournal> journal_;
   std::optional<double> known_until_;  // s: samples up to there come from the state
   bool said_what_was_known_ = false, said_all_is_known_ = false;
-  long samples_ = 0;  // in the estimator
+  long samples_ = 0;           // in the estimator
+  long keep_at_ = kFirstKept;  // samples from which on the estimate is kept (again)
 
   StreamStatus status_;
   std::vector<std::string> events_;  // since the last window

@@ -70,6 +70,8 @@ std::optional<StreamUpdate> StreamingCalibration::State::add(const StreamSample&
   return estimator_ ? update() : collecting_update();
 }
 
+int StreamingCalibration::State::last_refit() { return std::end(kRefits)[-1]; }
+
 void StreamingCalibration::State::look_at_turning(const StreamSample& sample) {
   if (sample.gyr) {
     const double dt = std::min(sample.t - last_gyr_t_, kLongGap);
@@ -188,6 +190,12 @@ void StreamingCalibration::State::settle() {
 
 Calibration StreamingCalibration::State::finish() {
   if (!estimator_) return calibrate(samples_.all(), batch_);
+  if (samples_.node_t().size() > std::size_t(options_.long_stream)) {
+    std::string why;
+    std::optional<Calibration> made = attempt([&] { return finish_long(); }, &why);
+    return made ? *std::move(made)
+                : calibration_without_fit({&samples_.all()}, batch_, why, warnings_);
+  }
   // A window that the estimator has refused is the last one.
   const int last = samples_.windows()[std::size_t(estimator_->windows() - 1)].last;
   const Recording recording = samples_.until(last);
@@ -195,6 +203,19 @@ Calibration StreamingCalibration::State::finish() {
   std::string why;
   std::optional<Calibration> made = attempt([&] { return finish(recordings); }, &why);
   return made ? *std::move(made) : calibration_without_fit(recordings, batch_, why, warnings_);
+}
+
+// What a calibration says of the stream, whatever the fit.
+void StreamingCalibration::State::describe_stream(Calibration& c,
+                                                  const Recording& recording) const {
+  c.node_every = samples_.every();
+  c.warnings = warnings_;
+  if (options_.motion == MotionModel::kAuto) {
+    c.motion_reason =
+        "A stream takes the sensor to be moved by a hand, within its reach: where it only turns, "
+        "that costs next to nothing.";
+  }
+  c.blows_per_minute = blows_per_minute(recording);
 }
 
 Calibration StreamingCalibration::State::finish(const std::vector<const Recording*>& recordings) {
@@ -206,14 +227,7 @@ Calibration StreamingCalibration::State::finish(const std::vector<const Recordin
   Stage stage(recordings, spec, std::vector<NodePlan>{samples_.plan_until(last)}, batch_.optimizer);
   stage.fit(estimator_->estimate(), true);
   Calibration c = summarize(recordings, stage, batch_);
-  c.node_every = samples_.every();
-  c.warnings = warnings_;
-  if (options_.motion == MotionModel::kAuto) {
-    c.motion_reason =
-        "A stream takes the sensor to be moved by a hand, within its reach: where it only turns, "
-        "that costs next to nothing.";
-  }
-  c.blows_per_minute = blows_per_minute(recording);
+  describe_stream(c, recording);
   const std::vector<double> squares = stage.mag_squares();
   c.disturbances = find_disturbances(c, squares);
   c.checks = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),

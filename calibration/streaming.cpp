@@ -45,6 +45,7 @@ std::optional<StreamUpdate> StreamingCalibration::add(const StreamSample& sample
         "No samples from {:.1f} to {:.1f} s: how the sensor turned meanwhile is unknown",
         state_->last_t(), sample.t));
   }
+  given_of(sample);
   std::optional<StreamUpdate> update;
   try {
     update = state_->add(sample);

@@ -12,12 +12,15 @@
 // bits. A checkpoint therefore is the samples themselves (recording/sample_journal.h).
 #pragma once
 
+#include <functional>
+#include <iosfwd>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "calibration/calibration.h"
+#include "graph/bytes.h"
 #include "recording/stream_sample.h"
 
 namespace magimu {
@@ -38,6 +41,13 @@ struct StreamingOptions {
   double gravity = kStandardGravity;    // m/s^2
   MotionModel motion = MotionModel::kAuto;
   StreamTarget target;  // empty: heading 0.5 deg
+  // From so many nodes on (20 minutes at 12 a second) finish() takes the estimator's own solution
+  // (calibration/stream_long.cpp); below, it fits all samples at once, which needs some 20 kB a
+  // node.
+  int long_stream = 15000;
+  // Windows, the newest, that keep all that they are made of, 300 kB each; old ones keep 12 kB. The
+  // estimate does not depend on it.
+  int awake = 256;
 };
 
 enum class StreamPhase { kCollecting, kCalibrating, kConverged };
@@ -80,6 +90,14 @@ class StreamingCalibration {
   // The calibration at the end, with the window that is not full and idle updates until old windows
   // are linearized well. Samples may be added after it.
   Calibration finish();
+  // The estimate, so that another stream goes on from here with the same bits (take_up()); the
+  // samples are not in it. False, and what was written is of no use: there is nothing that would
+  // save time yet, or it cannot be kept.
+  bool save(std::ostream& to) const;
+  // A new stream that goes on from what save() has written. next: the samples of that stream, from
+  // the first on, and nothing at the end; those that the estimate has are taken, no more. False: it
+  // is damaged or of other samples, and this stream is of no use any more; begin anew without it.
+  bool take_up(std::istream& from, const std::function<std::optional<StreamSample>()>& next);
   // Time of the last sample; not a number before the first.
   double last_t() const;
 
@@ -95,6 +113,7 @@ class StreamingCalibration {
  private:
   class State;
   void begin_anew(const std::string& why);
+  void given_of(const StreamSample& sample);
 
   int magnetometers_;
   StreamingOptions options_;
@@ -102,6 +121,7 @@ class StreamingCalibration {
   // Of the stream before its last long gap: the best calibration, samples, and what to say of it.
   std::optional<Calibration> before_;
   long samples_before_ = 0;
+  Checksum given_;  // of all samples
   std::vector<std::string> events_;
 };
 

@@ -86,14 +86,21 @@ FactorGraph IncrementalQr::graph() const {
   return out;
 }
 
-Values IncrementalQr::estimate() const {
+Values IncrementalQr::estimate() const { return estimate(0, windows()); }
+
+Values IncrementalQr::estimate(int begin, int end) const {
   Values out = globals_;
-  for (int i = 0; i < windows(); ++i) {
+  for (int i = begin; i < end; ++i) {
     std::optional<Window> awake;
     if (!windows_[std::size_t(i)].packed.empty()) awake = woken(i);
     const Window& w = awake ? *awake : windows_[std::size_t(i)];
     const VectorXd delta = moves(w, coordinates(w));
     const Values now = w.values.retract({delta.data(), std::size_t(delta.size())});
+    const auto slots = w.values.slots();
+    for (std::size_t s = 0; s < slots.size() && i == begin && begin > 0; ++s) {
+      const bool first = w.elimination.variables()[s].place == WindowElimination::Place::kFirst;
+      if (first) out.insert_from(now, slots[s].key);
+    }
     for (const Key key : w.own) out.insert_from(now, key);
   }
   return out;

@@ -45,6 +45,7 @@
 
 #include "solvers/null_space.h"
 #include "solvers/packed_values.h"
+#include "solvers/sandwich.h"
 #include "solvers/triangle_tree.h"
 #include "solvers/window_elimination.h"
 
@@ -124,6 +125,8 @@ class IncrementalQr {
   const Values& globals() const { return globals_; }
   Values front() const;
   Values estimate() const;
+  // Of the globals, and of the nodes of the windows begin <= w < end with the first one's first.
+  Values estimate(int begin, int end) const;
   // All factors that count, as one graph: its optimum is where idle() leads.
   FactorGraph graph() const;
   // The least cost, half the sum of squares, of the linearized graph.
@@ -137,6 +140,19 @@ class IncrementalQr {
   MatrixXd information(const std::vector<Key>& keys) const;
   // Directions of the globals that the data leave undetermined; components in their order.
   std::vector<NullDirection> null_space() const;
+  // Scores and information of the globals, all nodes eliminated, in their order: summed over the
+  // windows of each block, 0 <= block_of_window[w] < blocks. Scores sum to zero where nothing has
+  // been put since the last step. What windows without nodes say is left out.
+  std::vector<BlockScore> scores(const std::vector<int>& block_of_window, int blocks) const;
+
+  // All that the estimate depends on, so that one with the same options goes on from there with the
+  // same bits; its windows' factors must be such as make_again() makes. After a window that is held
+  // back has been concluded. False, and of no use what was written: a variable is of a type that
+  // cannot be kept.
+  bool save(ByteWriter& out) const;
+  // Into an estimator without windows. Throws std::runtime_error where it cannot be right; the
+  // estimator is then of no use.
+  void load(ByteReader& in);
 
  private:
   struct Condensed {
@@ -213,6 +229,10 @@ class IncrementalQr {
   double solve();
   WindowCoordinates coordinates(const Window& w) const;
   VectorXd moves(const Window& w, const WindowCoordinates& to) const;
+  // incremental_store.cpp
+  bool save_window(ByteWriter& out, int window) const;
+  void load_window(ByteReader& in);
+
   // incremental_sleep.cpp
   Window woken(int window) const;
   void wake(int window);

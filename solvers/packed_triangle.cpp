@@ -39,6 +39,22 @@ double PackedTriangle::moved_squares(const VectorXd& delta) const {
   return out;
 }
 
+void PackedTriangle::save(ByteWriter& out) const {
+  for (const int width : {last_, first_, globals_}) out.put(width);
+  out.put(squares_);
+  out.put(numbers_);
+}
+
+void PackedTriangle::load(ByteReader& in) {
+  for (int* width : {&last_, &first_, &globals_}) in.get(*width);
+  in.get(squares_);
+  in.get(numbers_);
+  const auto n = std::uint64_t(last_ + first_ + globals_);
+  if (last_ < 0 || first_ < 0 || globals_ < 0 || numbers_.size() != n * (n + 3) / 2) {
+    throw std::runtime_error("a triangle of another size");
+  }
+}
+
 double moved_squares(const CondensedTriangle& t, const VectorXd& delta) {
   const Eigen::Index n = delta.size();
   double out = 0.0;

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "graph/bytes.h"
 #include "solvers/condensed_triangle.h"
 
 namespace magimu {
@@ -18,6 +19,9 @@ class PackedTriangle {
   CondensedTriangle unpacked() const;
   // |R delta|^2; delta: width() components.
   double moved_squares(const VectorXd& delta) const;
+
+  void save(ByteWriter& out) const;
+  void load(ByteReader& in);
 
  private:
   int last_ = 0, first_ = 0, globals_ = 0;

@@ -41,6 +41,22 @@ std::optional<PackedValues> PackedValues::pack(const Values& values) {
   return out;
 }
 
+void PackedValues::save(ByteWriter& out) const {
+  out.put(names_);
+  out.put(numbers_);
+}
+
+void PackedValues::load(ByteReader& in) {
+  in.get(names_);
+  in.get(numbers_);
+  std::size_t numbers = 0;
+  for (const Name& n : names_) {
+    if (!Known::has(n.type)) throw std::runtime_error("a variable of an unknown type");
+    numbers += std::size_t(n.type.stored());
+  }
+  if (numbers != numbers_.size()) throw std::runtime_error("values of another size");
+}
+
 Values PackedValues::unpacked() const {
   Values out;
   for (const Name& n : names_) Known::insert(out, n.key, n.type);

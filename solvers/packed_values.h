@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "graph/bytes.h"
 #include "graph/values.h"
 
 namespace magimu {
@@ -18,6 +19,9 @@ class PackedValues {
 
   bool empty() const { return names_.empty(); }
   Values unpacked() const;
+
+  void save(ByteWriter& out) const;
+  void load(ByteReader& in);
 
  private:
   struct Name {

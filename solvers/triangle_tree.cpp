@@ -142,4 +142,32 @@ const VectorXd& TriangleTree::last_of(int leaf) const {
   return own;
 }
 
+std::vector<MatrixXd> TriangleTree::follow_globals(int globals) const {
+  std::vector<MatrixXd> out(leaves_.size());
+  const auto follow = [globals](const auto& T, MatrixXd B, const auto& of_globals) {
+    B.leftCols(of_globals.cols()) += of_globals;
+    for (int g = 0; g < globals; ++g) B.col(g) = substitute(T, B.col(g));
+    return B;
+  };
+  const CondensedTriangle& t = root();
+  out.back() = follow(t.R.topLeftCorner(t.last, t.last), MatrixXd::Zero(t.last, globals),
+                      t.R.block(0, t.last, t.last, t.globals));
+  // Vertices from the root down: what they eliminated lies between nodes that are known by then.
+  for (int level = int(levels_.size()); level > 0; --level) {
+    for (int i = 0; 2 * i + 1 < count(level - 1); ++i) {
+      const EliminatedNode& node = levels_[std::size_t(level) - 1][std::size_t(i)].shared;
+      const int begin = i << level, last = std::min(size(), (i + 1) << level) - 1;
+      MatrixXd B =
+          node.R.middleCols(node.width, node.last) * out[std::size_t(last)].topRows(node.last);
+      if (node.first > 0) {
+        B += node.R.middleCols(node.width + node.last, node.first) * out[std::size_t(begin) - 1];
+      }
+      out[std::size_t(((2 * i + 1) << (level - 1)) - 1)] =
+          follow(node.R.leftCols(node.width), std::move(B),
+                 node.R.middleCols(node.width + node.last + node.first, node.globals));
+    }
+  }
+  return out;
+}
+
 }  // namespace magimu

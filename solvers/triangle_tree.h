@@ -41,6 +41,8 @@ class TriangleTree {
   void set_solution(const VectorXd& last, const VectorXd& globals);
   // Coordinates of a leaf's last node.
   const VectorXd& last_of(int leaf) const;
+  // How each leaf's last node follows the globals, all nodes at their best: d last / d globals.
+  std::vector<MatrixXd> follow_globals(int globals) const;
 
  private:
   static constexpr int kStretchLevels = 4, kStretch = 1 << kStretchLevels;

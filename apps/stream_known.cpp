@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/stream_known.h"
 
+#include <algorithm>
 #include <bit>
 #include <boost/container_hash/hash.hpp>
+#include <utility>
 
 namespace magimu::apps {
+
+bool KnownSamples::contains(const StreamSample& sample) {
+  if (!std::exchange(sorted_, true)) std::ranges::sort(prints_);
+  return std::ranges::binary_search(prints_, print_of(sample));
+}
 
 std::uint64_t KnownSamples::print_of(const StreamSample& sample) {
   std::size_t seed = 0;

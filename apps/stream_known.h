@@ -5,7 +5,7 @@
 #pragma once
 
 #include <cstdint>
-#include <unordered_set>
+#include <vector>
 
 #include "recording/stream_sample.h"
 
@@ -13,14 +13,17 @@ namespace magimu::apps {
 
 class KnownSamples {
  public:
-  void add(const StreamSample& sample) { prints_.insert(print_of(sample)); }
-  bool contains(const StreamSample& sample) const { return prints_.contains(print_of(sample)); }
-  bool empty() const { return prints_.empty(); }
+  void add(const StreamSample& sample) {
+    prints_.push_back(print_of(sample));
+    sorted_ = false;
+  }
+  bool contains(const StreamSample& sample);
 
  private:
   static std::uint64_t print_of(const StreamSample& sample);
 
-  std::unordered_set<std::uint64_t> prints_;
+  std::vector<std::uint64_t> prints_;
+  bool sorted_ = true;
 };
 
 }  // namespace magimu::apps

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <utility>
 
 #include "calibration/trust.h"
@@ -23,6 +25,8 @@ constexpr std::size_t kNewClock = 10;  // samples in a row that no source sends 
 constexpr auto kCommit = 200ms;        // between commits of a source that leaves no time
 // A turn by hand, about one axis: for so long, so fast, so much of it about that axis.
 constexpr double kMoment_s = 0.3, kTurningRate = 0.35, kMostlyOneAxis = 0.85;
+constexpr const char* kEstimate = ".estimate";  // behind the name of the state
+constexpr long kKeptEvery = 16;  // the estimate is kept when it has so much more: a 16th
 
 double seconds(std::chrono::steady_clock::duration duration) {
   return std::chrono::duration<double>(duration).count();
@@ -82,6 +86,50 @@ void StreamSession::run(const std::function<bool()>& stopped) {
   tick();
 }
 
+// The estimate as it was kept, a little earlier; false: there is none, and nothing has been read.
+bool StreamSession::take_up() {
+  std::ifstream kept(options_.state + kEstimate, std::ios::binary);
+  if (!kept) return false;
+  const bool taken = estimator_->take_up(kept, [this] {
+    std::optional<StreamSample> sample = journal_->replay();
+    if (sample) know(*sample);
+    return sample;
+  });
+  keep_at_ = std::max(kFirstKept, samples_ + samples_ / kKeptEvery);
+  if (taken) return true;
+  samples_ = 0;
+  known_ = {};
+  known_until_.reset();
+  const JournalIdentity identity = *journal_identity(options_.state);
+  journal_.reset();
+  estimator_.reset();
+  begin_estimator(identity.magnetometers);
+  return false;
+}
+
+// Beside the samples, from time to time: what comes after it is little, whatever comes before. It
+// may be lost or damaged, so that nobody waits for the disk; the samples are what counts.
+void StreamSession::keep_estimate() {
+  if (!journal_ || samples_ < keep_at_) return;
+  keep_at_ = samples_ + samples_ / kKeptEvery;
+  const std::string path = options_.state + kEstimate, next = path + ".new";
+  std::ofstream out(next, std::ios::binary | std::ios::trunc);
+  const bool kept = out && estimator_->save(out);
+  out.close();
+  std::error_code ignored;
+  if (kept && out) {
+    std::filesystem::rename(next, path, ignored);
+  } else {
+    std::filesystem::remove(next, ignored);
+  }
+}
+
+void StreamSession::know(const StreamSample& sample) {
+  ++samples_;
+  known_.add(sample);
+  known_until_ = std::max(known_until_.value_or(sample.t), sample.t);
+}
+
 // What the state file remembers goes through the estimator again, unseen.
 void StreamSession::resume() {
   if (options_.state.empty()) return;
@@ -89,12 +137,12 @@ void StreamSession::resume() {
   if (!identity) return;
   begin_estimator(identity->magnetometers);
   const long known = journal_->samples();
+  take_up();
   std::optional<StreamUpdate> last;
   while (const std::optional<StreamSample> sample = journal_->replay()) {
     if (auto update = estimator_->add(*sample)) last = std::move(update);
-    known_.add(*sample);
-    known_until_ = std::max(known_until_.value_or(sample->t), sample->t);
-    if (++samples_ % 1000 != 0) continue;
+    know(*sample);
+    if (samples_ % 1000 != 0) continue;
     for (StreamObserver* o : observers_) o->replaying(double(samples_) / double(known));
   }
   if (last) set_update(std::move(*last), 0.0);
@@ -340,6 +388,7 @@ void StreamSession::acknowledge() {
   for (const Window& w : std::exchange(waiting_, {})) {
     for (StreamObserver* o : observers_) o->window(w.status, w.events);
   }
+  keep_estimate();
 }
 
 void StreamSession::tick() {

@@ -57,12 +57,17 @@ class StreamSession {
 
  private:
   using Clock = std::chrono::steady_clock;
+  // Fewer samples go through the estimator again within half a second.
+  static constexpr long kFirstKept = 50000;
   struct Window {
     StreamStatus status;
     std::vector<std::string> events;
   };
 
   void resume();
+  bool take_up();
+  void know(const StreamSample& sample);
+  void keep_estimate();
   void begin_estimator(int magnetometers);
   void take_arrival(const Arrival& arrival);
   void source_speaks();
@@ -102,7 +107,8 @@ class StreamSession {
   bool goes_on_ = false;                // the source has sent samples that the state has not
   double clock_s_ = 0.0;                // what is added to the source's times since then
   bool said_what_was_known_ = false;
-  long samples_ = 0;  // in the estimator
+  long samples_ = 0;           // in the estimator
+  long keep_at_ = kFirstKept;  // samples from which on the estimate is kept (again)
 
   StreamStatus status_;
   std::vector<std::string> events_;  // since the last window

@@ -13,12 +13,6 @@
 #include "graph/numerical_error.h"
 
 namespace magimu {
-namespace {
-
-constexpr int kManyNodes = 15000;  // beyond, what the model lacks is not looked for
-
-}  // namespace
-
 // As a user of calibrate() would give them.
 CalibrationOptions StreamingCalibration::State::final_options() const {
   CalibrationOptions options = batch_;
@@ -32,7 +26,8 @@ Calibration StreamingCalibration::State::finish() {
   if (estimator_) take_windows();
   const Recording* const raw = samples_.raw();
   const bool whole = flagged_.empty() && changes_.empty();
-  if (!estimator_ || (whole && raw != nullptr)) {
+  const bool is_long = samples_.node_t().size() > std::size_t(options_.long_stream);
+  if (!estimator_ || (whole && raw != nullptr && !is_long)) {
     return calibrate(raw != nullptr ? *raw : samples_.all(), final_options());
   }
   std::optional<CheckedRecordings> checked;
@@ -49,14 +44,9 @@ Calibration StreamingCalibration::State::finish() {
   return c;
 }
 
-Calibration StreamingCalibration::State::finish(const StreamParts& parts) {
-  const std::vector<const Recording*> recordings = parts.pointers();
-  settle();
-  ModelSpec spec = spec_;
-  spec.without_mag = left_out();
-  Stage stage(recordings, spec, parts.plans, batch_.optimizer);
-  stage.fit(estimator_->estimate(), true);
-  Calibration c = summarize(recordings, stage, batch_);
+// What a calibration says of the stream, whatever the fit.
+void StreamingCalibration::State::describe_stream(
+    Calibration& c, const std::vector<const Recording*>& recordings) const {
   c.node_every = samples_.every();
   c.warnings = warnings_;
   if (options_.motion == MotionModel::kAuto) {
@@ -67,6 +57,17 @@ Calibration StreamingCalibration::State::finish(const StreamParts& parts) {
   for (const Recording* recording : recordings) {
     c.blows_per_minute = std::max(c.blows_per_minute, blows_per_minute(*recording));
   }
+}
+
+Calibration StreamingCalibration::State::finish(const StreamParts& parts) {
+  const std::vector<const Recording*> recordings = parts.pointers();
+  settle();
+  ModelSpec spec = spec_;
+  spec.without_mag = left_out();
+  Stage stage(recordings, spec, parts.plans, batch_.optimizer);
+  stage.fit(estimator_->estimate(), true);
+  Calibration c = summarize(recordings, stage, batch_);
+  describe_stream(c, recordings);
   const std::vector<double> squares = stage.mag_squares();
   c.disturbances = find_disturbances(c, squares);
   c.checks = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
@@ -75,9 +76,7 @@ Calibration StreamingCalibration::State::finish(const StreamParts& parts) {
   if (c.fit.converged() && c.undetermined.empty()) {
     c.checks.push_back(check_held_out(block_errors(stage), c.strength_uT));
     unknown = unknown_directions(c);
-    if (changes_.empty() && c.nodes < kManyNodes) {
-      add_missing_effects(c, find_missing_effects(recordings, stage));
-    }
+    if (changes_.empty()) add_missing_effects(c, find_missing_effects(recordings, stage));
   }
   judge(c, unknown);
   judge_axes(c, check_mounting(recordings), batch_);

@@ -116,12 +116,14 @@ bool StreamingCalibration::State::take_over_fit(const std::vector<const Recordin
           PriorFactor<Vector3>(key::acc_bias, Vector3::Zero(), Noise<3>::isotropic(kAccBiasSigma)));
     };
   }
-  std::optional<IncrementalQr> estimator = attempt([&] { return rebuilt(c.fit.values); });
+  std::shared_ptr<StreamMaker> maker;
+  std::optional<IncrementalQr> estimator = attempt([&] { return rebuilt(c.fit.values, maker); });
   if (!estimator || !estimator->null_space().empty()) {
     spec_ = before;
     return false;
   }
   estimator_ = std::move(estimator);
+  maker_ = std::move(maker);
   on_the_way_.forget();  // other noise, other standard deviations
   c.fit.values = {};
   c.trajectories.clear();
@@ -132,13 +134,16 @@ bool StreamingCalibration::State::take_over_fit(const std::vector<const Recordin
 }
 
 // The estimator with all windows anew, linearized at these values.
-IncrementalQr StreamingCalibration::State::rebuilt(const Values& values) const {
-  IncrementalQr out({.is_global = is_calibration_global});
+IncrementalQr StreamingCalibration::State::rebuilt(const Values& values,
+                                                   std::shared_ptr<StreamMaker>& maker) const {
+  maker = std::make_shared<StreamMaker>(samples_, spec_);
+  IncrementalQr out(estimator_options(maker, options_.awake));
   for (int i = 0; i < int(samples_.windows().size()); ++i) {
     const StreamWindow& w = samples_.windows()[std::size_t(i)];
     WindowFactors f = window_factors(samples_, w, spec_, nullptr);
     take_over(w, spec_, values, f);
     const bool flagged = std::find(flagged_.begin(), flagged_.end(), i) != flagged_.end();
+    maker->made(i, spec_);
     out.append(std::move(f.motion), f.values, std::move(f.field), flagged);
   }
   out.idle();

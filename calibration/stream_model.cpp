@@ -17,12 +17,12 @@ namespace {
 // s: three measures in the first second of a part tell its velocity from its tilt, however soon it
 // ends.
 constexpr double kStart = 0.6, kReachAtStart = 0.4;
-constexpr double kHeld = 1e-5;  // of anything, in our units: a variable that does not move
+constexpr double kFixed = 1e-5;  // of anything, in our units: a variable that does not move
 
 template <class V>
 void hold(Key key, const Values& at, FactorGraph& graph) {
   constexpr int kN = VariableTraits<V>::kTangent;
-  graph.add(PriorFactor<V>(key, at.at<V>(key), Noise<kN>::isotropic(kHeld)));
+  graph.add(PriorFactor<V>(key, at.at<V>(key), Noise<kN>::isotropic(kFixed)));
 }
 void hold_global(Key key, const Values& at, FactorGraph& graph) {
   const VariableType type = at.slot(key).type;

@@ -218,45 +218,56 @@ Recording StreamSamples::piece(double begin, double end) const {
   return out;
 }
 
-StreamParts StreamSamples::parts(int windows) const {
-  StreamParts out;
+std::vector<NodePlan> StreamSamples::plans(int windows) const {
+  std::vector<NodePlan> out;
   double before_s = 0.0;
   for (int w = 0; w < windows;) {
-    const StreamWindow& begin = windows_[std::size_t(w)];
-    int last = begin.last;
+    const int first = windows_[std::size_t(w)].first;
+    int last = windows_[std::size_t(w)].last;
     for (++w; w < windows && !windows_[std::size_t(w)].begins; ++w) {
       last = windows_[std::size_t(w)].last;
     }
-    const double t0 = node_t_[std::size_t(begin.first)], t1 = node_t_[std::size_t(last)];
-    Break span = around(t0);
-    // Beside a window that was dropped.
-    if (!out.plans.empty() && out.plans.back().t.back() > span.begin) span.begin = t0;
-    const bool ends_part =
-        std::size_t(last) + 1 >= node_t_.size() || node_t_[std::size_t(last) + 1] > span.end;
-    const double next = ends_part ? span.end : node_t_[std::size_t(last) + 1];
-    if (!ends_part && w < windows) span.end = next;
-    Recording recording = piece(span.begin, span.end);
-    if (next < span.end) {  // means about the last node end where the next one's begin
-      for (VectorSeries& mag : recording.mag) {
-        const auto n = std::ranges::lower_bound(mag.t, next) - mag.t.begin();
-        mag.t.resize(std::size_t(n));
-        mag.v.resize(std::size_t(n));
-      }
-    }
-    recording.continues_previous = !out.recordings.empty();
-    if (out.recordings.empty()) recording.set_aside = set_aside();
     NodePlan plan;
-    plan.t.assign(node_t_.begin() + begin.first, node_t_.begin() + last + 1);
-    plan.first = begin.first;
+    plan.t.assign(node_t_.begin() + first, node_t_.begin() + last + 1);
+    plan.first = first;
     plan.before_s = before_s;
-    before_s += t1 - t0;
-    out.recordings.push_back(std::move(recording));
-    out.plans.push_back(std::move(plan));
+    before_s += plan.t.back() - plan.t.front();
+    out.push_back(std::move(plan));
   }
-  const bool one = out.plans.size() == 1;
-  for (NodePlan& plan : out.plans) {
-    plan.whole_s = one ? all_.gyr.t.back() - all_.gyr.t.front() : before_s;
+  for (NodePlan& plan : out) {
+    plan.whole_s = out.size() == 1 ? all_.gyr.t.back() - all_.gyr.t.front() : before_s;
   }
+  return out;
+}
+
+// The samples of a part with these nodes; first, last: of all parts.
+Recording StreamSamples::recording_of(const NodePlan& plan, bool first, bool last) const {
+  const Break span = around(plan.t.front());
+  const std::size_t next = std::size_t(plan.first) + plan.t.size();
+  const bool more = next < node_t_.size() && node_t_[next] <= span.end;  // nodes, before the break
+  const double end = more ? node_t_[next] : span.end;
+  // Beside a window that was dropped there is no break.
+  const bool begins_within =
+      !first && plan.first > 0 && node_t_[std::size_t(plan.first) - 1] >= span.begin;
+  Recording out =
+      piece(begins_within ? plan.t.front() : span.begin, more && !last ? end : span.end);
+  if (more) {  // means about the last node end where those about the next one begin
+    for (VectorSeries& mag : out.mag) {
+      const auto n = std::ranges::lower_bound(mag.t, end) - mag.t.begin();
+      mag.t.resize(std::size_t(n));
+      mag.v.resize(std::size_t(n));
+    }
+  }
+  out.continues_previous = !first;
+  return out;
+}
+
+StreamParts StreamSamples::parts(int windows) const {
+  StreamParts out{{}, plans(windows)};
+  for (std::size_t i = 0; i < out.plans.size(); ++i) {
+    out.recordings.push_back(recording_of(out.plans[i], i == 0, i + 1 == out.plans.size()));
+  }
+  if (!out.recordings.empty()) out.recordings.front().set_aside = set_aside();
   return out;
 }
 

@@ -63,8 +63,9 @@ class StreamSamples {
   // Seconds from the first node of its part to this node of a window.
   double since_begin_of_part(int node) const;
 
-  // All that lies in the first windows, so many of them.
+  // All that lies in the first windows, so many of them; and the nodes alone.
   StreamParts parts(int windows) const;
+  std::vector<NodePlan> plans(int windows) const;
   // What a window's factors are made of: its samples and some before and after.
   Recording part(const StreamWindow& window) const;
   NodePlan plan(const StreamWindow& window) const;
@@ -78,6 +79,7 @@ class StreamSamples {
   void end_part();
   Break around(double t) const;
   Recording piece(double begin, double end) const;
+  Recording recording_of(const NodePlan& plan, bool first, bool last) const;
 
   Recording all_;
   std::optional<Recording> raw_;
@@ -95,8 +97,8 @@ class StreamSamples {
   std::size_t next_mag_ = 0;  // sample of the first magnetometer that may be the next node
   std::vector<StreamWindow> windows_;
   std::vector<int> begins_at_;  // first nodes of parts
-  int open_ = 0;        // first node of the window that is not full
-  bool begins_ = true;  // it begins a part
+  int open_ = 0;                // first node of the window that is not full
+  bool begins_ = true;          // it begins a part
 };
 
 }  // namespace magimu

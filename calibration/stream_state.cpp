@@ -73,6 +73,8 @@ std::optional<StreamUpdate> StreamingCalibration::State::add(const StreamSample&
   return estimator_ ? update() : collecting_update();
 }
 
+int StreamingCalibration::State::last_refit() { return std::end(kRefits)[-1]; }
+
 // False if there are none.
 bool StreamingCalibration::State::take_windows() {
   bool any = false;

@@ -12,6 +12,7 @@
 #include "calibration/pipeline.h"
 #include "calibration/stream_checks.h"
 #include "calibration/stream_estimate.h"
+#include "calibration/stream_maker.h"
 #include "calibration/stream_model.h"
 #include "calibration/streaming.h"
 #include "calibration/window_consistency.h"
@@ -24,6 +25,12 @@ class StreamingCalibration::State {
   State(int magnetometers, const StreamingOptions& options);
 
   std::optional<StreamUpdate> add(const StreamSample& sample);
+  // A sample whose windows the estimator has, or will have from load().
+  void add_known(const StreamSample& sample) { samples_.add(sample); }
+  // stream_snapshot.cpp
+  bool can_be_taken_up() const;
+  bool save(ByteWriter& out) const;
+  void load(ByteReader& in);
   Calibration finish();
   void settle();
   double last_t() const { return samples_.last_t(); }
@@ -41,9 +48,19 @@ class StreamingCalibration::State {
   StreamUpdate collecting_update();
   StreamUpdate update();
   double distance(const Calibration& c) const;
+  static int last_refit();
   int windows_done() const { return estimator_ ? estimator_->windows() : 0; }
   double begin_of(int window) const;
   double end_of(int window) const;
+
+  void describe_stream(Calibration& c, const std::vector<const Recording*>& recordings) const;
+
+  // stream_long.cpp
+  Calibration finish_long();
+  Result settle_at_end();
+  SensorSums look_at_residuals(const VectorXd& sigma, Calibration& c,
+                               std::vector<double>& mag_squares) const;
+  MatrixXd robust_covariance(const MatrixXd& P) const;
 
   // stream_fit.cpp
   void try_to_start();
@@ -53,7 +70,7 @@ class StreamingCalibration::State {
   bool fit_from_estimate(const std::vector<const Recording*>& recordings,
                          const std::vector<NodePlan>& plans, std::optional<Stage>& stage) const;
   bool take_over_fit(const std::vector<const Recording*>& recordings, const Stage& stage);
-  IncrementalQr rebuilt(const Values& values) const;
+  IncrementalQr rebuilt(const Values& values, std::shared_ptr<StreamMaker>& maker) const;
 
   // stream_windows.cpp
   bool turned(int window) const;
@@ -92,6 +109,7 @@ class StreamingCalibration::State {
 
   ModelSpec spec_;
   std::optional<IncrementalQr> estimator_;
+  std::shared_ptr<StreamMaker> maker_;  // of its old windows' factors
   Calibration last_fit_;     // of all windows there were then; without trajectory and values
   double last_fit_s_ = 0.0;  // how long the stream was
 

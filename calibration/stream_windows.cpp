@@ -72,6 +72,7 @@ bool StreamingCalibration::State::take_in(const StreamWindow& window) {
   WindowFactors f = window_factors(samples_, window, spec_, &front);
   const int number =
       estimator_->update(std::move(f.motion), f.values, std::move(f.field), true).window;
+  maker_->made(number, spec_);
   const Innovation innovation = estimator_->innovation(number);
   window_fit_ = consistency_.judge(innovation);
   if (turned(number)) consistency_.learn(innovation);
@@ -159,7 +160,8 @@ void StreamingCalibration::State::look_for_change() {
   const ModelSpec spec = spec_;
   std::swap(flagged, flagged_);
   spec_.earlier_bias = earlier_bias(changes);
-  IncrementalQr changed = rebuilt(values);
+  std::shared_ptr<StreamMaker> maker;
+  IncrementalQr changed = rebuilt(values, maker);
   for (int i = 0; i < 3; ++i) changed.idle();
   int unfit = 0;
   for (int w = first + 1; w <= last; ++w) {
@@ -173,6 +175,7 @@ void StreamingCalibration::State::look_for_change() {
   changes_ = changes;
   on_the_way_.forget();
   estimator_.emplace(std::move(changed));
+  maker_ = std::move(maker);
   flagged_in_a_row_ = 0;
   const Vector3 step = estimator_->globals().at<Vector3>(key::mag_bias) -
                        estimator_->globals().at<Vector3>(key::mag_bias_of(0, 1));

@@ -23,6 +23,7 @@ StreamingCalibration::StreamingCalibration(StreamingCalibration&&) noexcept = de
 StreamingCalibration& StreamingCalibration::operator=(StreamingCalibration&&) noexcept = default;
 
 std::optional<StreamUpdate> StreamingCalibration::add(const StreamSample& sample) {
+  given_of(sample);
   return state_->add(sample);
 }
 Calibration StreamingCalibration::finish() { return state_->finish(); }

@@ -13,12 +13,14 @@
 #pragma once
 
 #include <functional>
+#include <iosfwd>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "calibration/calibration.h"
+#include "graph/bytes.h"
 #include "recording/stream_sample.h"
 
 namespace magimu {
@@ -48,6 +50,13 @@ struct StreamingOptions {
   // A fault of the samples that explains why the magnetometer does not fit the rest between these
   // times, s, in a sentence (live_checks.h); empty: none is known.
   std::function<std::string(double begin_s, double end_s)> known_fault = {};
+  // From so many nodes on (20 minutes at 12 a second) finish() takes the estimator's own solution
+  // (calibration/stream_long.cpp); below, it fits all samples at once, which needs some 20 kB a
+  // node.
+  int long_stream = 15000;
+  // Windows, the newest, that keep all that they are made of, 300 kB each; old ones keep 12 kB. The
+  // estimate does not depend on it.
+  int awake = 256;
 };
 
 enum class StreamPhase { kCollecting, kCalibrating, kConverged };
@@ -94,6 +103,14 @@ class StreamingCalibration {
   // many to keep; then the stream's own, old windows linearized well. Samples may be added after
   // it.
   Calibration finish();
+  // The estimate, so that another stream goes on from here with the same bits (take_up()); the
+  // samples are not in it. False, and what was written is of no use: there is nothing that would
+  // save time yet, or it cannot be kept.
+  bool save(std::ostream& to) const;
+  // A new stream that goes on from what save() has written. next: the samples of that stream, from
+  // the first on, and nothing at the end; those that the estimate has are taken, no more. False: it
+  // is damaged or of other samples, and this stream is of no use any more; begin anew without it.
+  bool take_up(std::istream& from, const std::function<std::optional<StreamSample>()>& next);
   // Time of the last sample; not a number before the first.
   double last_t() const;
 
@@ -108,7 +125,10 @@ class StreamingCalibration {
 
  private:
   class State;
+  void given_of(const StreamSample& sample);
+
   std::unique_ptr<State> state_;
+  Checksum given_;  // of all samples
 };
 
 }  // namespace magimu

@@ -19,8 +19,9 @@
 namespace magimu {
 namespace {
 
-constexpr double kLooks[] = {2.0, 3.0, 4.0, 5.0, 8.0, 15.0, 30.0};  // s of data; then every
-constexpr double kEvery = 30.0;                                     // s
+// s of data; then every kEvery.
+constexpr double kLooks[] = {2.0, 3.0, 4.0, 5.0, 6.5, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0};
+constexpr double kEvery = 30.0;  // s
 // What is kept: a minute, at least some samples (a time in a wrong unit), at most some (memory).
 constexpr double kKept = 60.0;  // s
 constexpr std::size_t kKeptAtLeast = 400, kKeptAtMost = 60000;
@@ -30,12 +31,19 @@ constexpr long kNewAtLeast = 20, kNewAtMost = 500;
 // s of data before what is said of a whole recording can be said of its beginning: rates and
 // spreads, from some hundred intervals; where sensors begin and end, as a tenth of the whole.
 constexpr double kForRates = 4.0, kForSpans = 15.0, kForAbsence = 4.0;
+// Sum of all turns from which on the magnetometer's range tells a unit that has no name.
+constexpr double kTurnedEnoughToTell = M_PI;
 constexpr double kTurnedRate = 0.2;    // rad/s, mean: the sensor is being turned
 constexpr double kChangedShare = 0.3;  // of the usual reading, by which turning changes one
 constexpr double kDipKnown = 5.0;      // standard deviations of a dip whose sign counts
 constexpr double kNearby = 1.0;        // s around windows, in which a fault explains them
 
 bool has_place(const Issue& issue) { return issue.begin_s != 0.0 || issue.end_s != 0.0; }
+
+bool any_fatal(const std::vector<Issue>& issues) {
+  return std::ranges::any_of(issues,
+                             [](const Issue& issue) { return issue.severity == Severity::kFatal; });
+}
 
 bool is_any_of(const std::string& kind, std::initializer_list<const char*> kinds) {
   return std::ranges::any_of(kinds, [&](const char* k) { return kind == k; });
@@ -76,6 +84,12 @@ bool is_turned(const Recording& r) {
   return rate > kTurnedRate || changes(r.acc) || std::ranges::any_of(r.mag, changes);
 }
 
+double turns_of(const VectorSeries& gyr) {
+  double sum = 0.0;
+  for (std::size_t k = 1; k < gyr.size(); ++k) sum += gyr.v[k].norm() * (gyr.t[k] - gyr.t[k - 1]);
+  return sum;
+}
+
 // Whether what was found in a piece of so many seconds will be found in more of them.
 bool certain(const Issue& issue, const Recording& piece, double length_s) {
   if (issue.severity == Severity::kNote) {
@@ -84,6 +98,9 @@ bool certain(const Issue& issue, const Recording& piece, double length_s) {
     return clipped || (issue.kind == "repeats" && length_s >= kForRates);
   }
   if (issue.kind == "constant") return is_turned(piece);
+  if (issue.kind == "unit" && issue.sensor.starts_with("mag") && named_option(issue).empty()) {
+    return turns_of(piece.gyr) > kTurnedEnoughToTell;
+  }
   if (issue.kind == "span") return length_s >= kForSpans;
   if (is_any_of(issue.kind, {"jitter", "interpolation", "repeats", "acc_scale", "field_size"})) {
     return length_s >= kForRates;
@@ -142,6 +159,23 @@ Mounting mounting_of(Recording r, const std::vector<Issue>& issues) {
   std::vector<const Recording*> all;
   for (const Recording& part : *parts) all.push_back(&part);
   return all.empty() ? Mounting() : check_mounting(all);
+}
+
+// Before the motion tells which axes are meant, it may tell that they are not what they are taken
+// for.
+std::vector<Issue> axes_that_do_not_fit(const Mounting& mounting) {
+  std::vector<Issue> out;
+  if (mounting.status != MountingStatus::kUndecided) return out;
+  for (const AxesFit& fit : mounting.fits) {
+    if (fit.gyr_axes.empty() || fit.may_be_straight()) continue;
+    out.push_back(
+        {"axes", fit.sensor, -1, Severity::kCaution, 0.0, 0.0,
+         fmt::format("the directions of {} do not turn as the gyroscope says: the axes of "
+                     "one of them are others",
+                     fit.sensor),
+         "turn it about all three of its axes, and the option that mends it will be said"});
+  }
+  return out;
 }
 
 std::string capitalised(std::string text) {
@@ -211,9 +245,7 @@ std::vector<Issue> LiveChecks::issues_in(const Recording& given) {
     if (certain(issue, r, length_s)) issues.push_back(std::move(issue));
   }
   mounting_ = {};
-  const bool fatal = std::ranges::any_of(
-      issues, [](const Issue& issue) { return issue.severity == Severity::kFatal; });
-  if (fatal || r.acc.empty() || r.gyr.empty()) return issues;
+  if (any_fatal(issues) || r.acc.empty() || r.gyr.empty()) return issues;
   for (VectorSeries& mag : r.mag) {
     if (mag.empty()) return issues;
   }
@@ -237,7 +269,11 @@ void LiveChecks::look() {
   }
   const std::vector<Issue> seen = issues_in(r);
   take_back(seen);
-  for (const Issue& issue : seen) see(issue);
+  // Where something is fatal, the rest may follow from it.
+  const bool fatal = any_fatal(seen);
+  for (const Issue& issue : seen) {
+    if (!fatal || issue.severity == Severity::kFatal) see(issue);
+  }
   rank();
 }
 
@@ -259,8 +295,7 @@ void LiveChecks::see(const Issue& issue) {
 }
 
 void LiveChecks::take_back(const std::vector<Issue>& seen) {
-  const bool fatal = std::ranges::any_of(
-      seen, [](const Issue& issue) { return issue.severity == Severity::kFatal; });
+  const bool fatal = any_fatal(seen);
   std::erase_if(found_, [&](const Found& f) {
     const Issue& issue = f.issue;
     const bool still = std::ranges::any_of(seen, [&](const Issue& s) { return same(s, issue); });
@@ -291,6 +326,7 @@ void LiveChecks::judge(const Calibration& estimate) {
 // turned from one that is inverted.
 std::vector<Issue> LiveChecks::axes_issues() const {
   std::vector<Issue> out;
+  out = axes_that_do_not_fit(mounting_);
   const bool wrong_sign = dip_rad_ && *dip_rad_ * options_.dip_sign < 0.0;
   for (const AxesFinding& f : mounting_.findings) {
     const bool imu = f.sensor == "acc" || f.sensor == "gyr";
@@ -346,7 +382,7 @@ std::string LiveChecks::explanation(double begin_s, double end_s) {
   };
   for (const bool mag : {true, false}) {
     for (const Issue& issue : issues_) {
-      if (explains(issue, mag)) return capitalised(issue.problem);
+      if (explains(issue, mag)) return issue.problem;
     }
   }
   return "";

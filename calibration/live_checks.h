@@ -27,7 +27,7 @@ namespace magimu {
 struct LiveChecksOptions {
   std::vector<std::string> mag_names = {"mag"};
   // The source's units in ours, as Recording::file_units: what was given is not asked for again.
-  std::map<std::string, double> file_units;
+  std::map<std::string, double> file_units = {};
   // Of the true dip, where it is known (calibrate.h); 0: unknown.
   int dip_sign = 0;
 };

@@ -2,7 +2,8 @@
 // The times of a stream in seconds, from what its time column holds. What that is in, the first
 // rows tell, by the rules that files are read by (row_times.h): ms, us or ns are recognised, since
 // 1970 or since boot; what is ambiguous, or counts samples, is refused with the option that helps,
-// and asked again of the next rows. With a rate given the times are k / rate.
+// and asked again of the next rows. Samples that were stamped on arrival, several at a time, are
+// given even times (arrival_stamps.h). With a rate given the times are k / rate.
 //
 //   StreamTimes times(columns, options);
 //   for (const StreamSample& sample : times.push(as_in_the_column)) use(sample);
@@ -12,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "recording/arrival_stamps.h"
 #include "recording/csv_columns.h"
 #include "recording/row_times.h"
 #include "recording/stream_sample.h"
@@ -41,7 +43,7 @@ class StreamTimes {
   const std::optional<RefusedTimes>& refused() const { return refused_; }
 
  private:
-  std::vector<StreamSample> decide();
+  std::vector<StreamSample> decide(bool last);
   StreamSample timed(StreamSample raw);
 
   RowTimesOptions options_;
@@ -50,6 +52,7 @@ class StreamTimes {
   bool counter_ = false;          // with a rate: the column counts samples
   std::optional<double> origin_;  // of that counter
   double row_ = 0.0;              // k, where no counter tells
+  std::optional<EvenPace> pace_;  // stamped on arrival
   std::vector<StreamSample> held_;
   std::vector<std::string> notes_;
   std::optional<RefusedTimes> refused_;

@@ -12,10 +12,12 @@
 #include "recording/axes.h"
 #include "recording/read.h"
 #include "tests/calibration/cases.h"
+#include "tests/recording/turned_board.h"
 
 namespace magimu {
 namespace {
 
+using test::turned_board;
 using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -109,7 +111,7 @@ std::vector<Fault> wrong_units() {
 TEST(LiveChecks, say_a_wrong_unit_within_five_seconds_with_the_option_that_mends_it) {
   for (const Fault& fault : wrong_units()) {
     for (const std::uint64_t seed : {1u, 2u, 3u}) {
-      Recording r = hand(seed, 9.0);
+      Recording r = turned_board(9.0, unsigned(seed));
       fault.damage(r);
       const std::vector<Said> said = said_of(r);
       ASSERT_THAT(said, Not(IsEmpty())) << fault.name << ", seed " << seed;
@@ -123,7 +125,7 @@ TEST(LiveChecks, say_a_wrong_unit_within_five_seconds_with_the_option_that_mends
 TEST(LiveChecks, say_that_axes_are_turned_within_five_seconds) {
   for (const char* sensor : {"acc", "gyr", "mag"}) {
     for (const char* axes : {"-x,y,z", "x,-y,z", "x,y,-z", "y,x,z", "y,-x,z", "x,-y,-z"}) {
-      Recording r = hand(1, 9.0);
+      Recording r = turned_board(9.0);
       turn_axes(r, sensor, axes_from_text(axes));
       const std::vector<Said> said = said_of(r);
       ASSERT_THAT(said, Not(IsEmpty())) << sensor << " " << axes;
@@ -172,7 +174,25 @@ TEST(LiveChecks, say_that_sensors_hang_clip_or_are_stamped_late) {
   }
 }
 
+// A hand that turns the board about one axis first: not the option yet, but that something is
+// wrong.
+TEST(LiveChecks, say_of_turns_about_one_axis_what_these_tell) {
+  Recording r = hand(1, 20.0);
+  for (Vector3& v : r.gyr.v) v[1] = -v[1];
+  const std::vector<Said> said = said_of(r);
+  ASSERT_THAT(said, Not(IsEmpty()));
+  EXPECT_THAT(said.back().sentence, HasSubstr("--axes gyr=x,-y,z"));
+  Recording deg = hand(1, 9.0);
+  scale(deg.gyr, 180.0 / M_PI);
+  ASSERT_THAT(said_of(deg), Not(IsEmpty()));
+  EXPECT_LE(said_of(deg).front().t, kSoon);
+  EXPECT_THAT(said_of(deg).front().sentence, HasSubstr("--unit gyr=deg/s"));
+}
+
 TEST(LiveChecks, say_nothing_of_good_recordings) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    EXPECT_THAT(sentences(said_of(turned_board(40.0, seed))), IsEmpty()) << seed;
+  }
   for (const SimulatedMotion motion :
        {SimulatedMotion::kPaper, SimulatedMotion::kHand, SimulatedMotion::kHandHeld}) {
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -215,7 +235,7 @@ TEST(LiveChecks, take_back_what_later_samples_do_not_show) {
 }
 
 TEST(LiveChecks, a_board_at_rest_is_no_fault) {
-  Recording r = hand(1, 20.0, 20.0);
+  Recording r = hand(1, 21.0, 20.0);
   for (VectorSeries* s : {&r.acc, &r.gyr, &r.mag[0]}) round_to_whole(*s);  // nothing changes
   EXPECT_THAT(sentences(said_of(r)), IsEmpty());
 }

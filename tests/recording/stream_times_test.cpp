@@ -100,6 +100,29 @@ TEST(StreamTimes, follow_the_rate_that_is_given) {
   EXPECT_NEAR(rows.samples[99].t, 99.0 / 50.0, 1e-12);
 }
 
+// Four at a time, the last of them on time, with a clock that is 0.3 % fast later on; and a gap.
+TEST(StreamTimes, of_bursts_are_made_even) {
+  const auto measured = [](int k) {
+    return (k < 400 ? 0.01 : 0.00997) * k + (k < 1200 ? 0.03 : 3.0);
+  };
+  const Read r = read(lines_with(
+      [&](int k) { return fmt::format("{:.6f}", measured(k / 4 * 4 + 3) + 1e-4 * (k % 4)); },
+      1600));
+  ASSERT_THAT(r.samples, SizeIs(1600));
+  EXPECT_THAT(r.said,
+              Contains(testing::AllOf(HasSubstr("stamped on arrival"), HasSubstr("--rate 100"))));
+  double worst = 0.0, shortest = 1.0;
+  for (int k = 1; k < 1600; ++k) {
+    const double dt = r.samples[std::size_t(k)].t - r.samples[std::size_t(k - 1)].t;
+    if (k != 1200 && k != 400) worst = std::max(worst, std::abs(dt - 0.01));
+    shortest = std::min(shortest, dt);
+  }
+  EXPECT_LT(worst, 0.0015);
+  EXPECT_GT(shortest, 0.0);
+  EXPECT_NEAR(r.samples[1199].t, measured(1199), 0.005);
+  EXPECT_NEAR(r.samples[1599].t, measured(1599), 0.03);
+}
+
 TEST(StreamTimes, need_no_column_where_there_is_a_rate) {
   std::string text = "acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z\n";
   for (int k = 0; k < 30; ++k) text += "1,2,3,4,5,6,7,8,9\n";

@@ -32,11 +32,12 @@ Calibration StreamingCalibration::State::finish() {
   }
   std::optional<CheckedRecordings> checked;
   if (raw != nullptr) checked.emplace(std::vector<const Recording*>{raw});
-  const StreamParts parts = samples_.parts(estimator_->windows());
   std::string why;
-  std::optional<Calibration> made = attempt([&] { return finish(parts); }, &why);
+  std::optional<Calibration> made = attempt(
+      [&] { return is_long ? finish_long() : finish(samples_.parts(estimator_->windows())); },
+      &why);
   Calibration c =
-      made ? *std::move(made) : calibration_without_fit(parts.pointers(), batch_, why, warnings_);
+      made ? *std::move(made) : calibration_without_fit({&samples_.all()}, batch_, why, warnings_);
   if (checked) {
     c.warnings.insert(c.warnings.end(), checked->warnings().begin(), checked->warnings().end());
     name_faults_first(c.trust, checked->faults());

@@ -17,7 +17,6 @@ namespace {
 constexpr double kMargin = 0.3;      // s around a window: lags, and neighbours of its samples
 constexpr double kMotion = 60.0;     // s before a gap that tell how fast the sensor turns
 constexpr double kSomeGap = 0.05;    // s: less is bridged in any case
-constexpr double kRawKept = 1800.0;  // s
 constexpr double kEver = std::numeric_limits<double>::infinity();
 
 Recording named(int magnetometers) {
@@ -38,11 +37,12 @@ std::vector<const Recording*> StreamParts::pointers() const {
   return out;
 }
 
-StreamSamples::StreamSamples(int magnetometers, double window_s)
+StreamSamples::StreamSamples(int magnetometers, double window_s, double kept_s)
     : all_(named(magnetometers)),
       raw_(all_),
       gate_(all_.mag_names),
       window_s_(window_s),
+      kept_s_(kept_s),
       first_t_(std::numeric_limits<double>::quiet_NaN()),
       last_t_(std::numeric_limits<double>::quiet_NaN()),
       sensor_t_(2 + std::size_t(magnetometers), -kEver) {}
@@ -81,7 +81,7 @@ void StreamSamples::add(const StreamSample& s) {
     for (std::size_t m = 0; m < s.mag.size(); ++m) {
       if (s.mag[m]) raw_->mag[m].push_back(s.t, *s.mag[m]);
     }
-    if (last_t_ - first_t_ > kRawKept) raw_.reset();
+    if (last_t_ - first_t_ > kept_s_) raw_.reset();
   }
   gate_.push(s);
   keep(gate_.take());

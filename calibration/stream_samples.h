@@ -28,7 +28,8 @@ struct StreamParts {
 
 class StreamSamples {
  public:
-  StreamSamples(int magnetometers, double window_s);
+  // kept_s: seconds for which they are kept as they came, too.
+  StreamSamples(int magnetometers, double window_s, double kept_s = 0.0);
 
   // Throws InputError where time does not increase for a sensor or the number of magnetometers
   // differs.
@@ -85,7 +86,7 @@ class StreamSamples {
   std::optional<Recording> raw_;
   LiveGate gate_;
   std::vector<double> gyr_gone_;  // s
-  double window_s_;
+  double window_s_, kept_s_;
   long count_ = 0;
   double first_t_, last_t_;
   std::vector<double> sensor_t_;  // of accelerometer, gyroscope, magnetometers: the last ones, s

@@ -43,7 +43,7 @@ void tell(const Guidance& guidance, StreamUpdate& u) {
 }  // namespace
 
 StreamingCalibration::State::State(int magnetometers, const StreamingOptions& options)
-    : options_(options), samples_(magnetometers, options.window_s) {
+    : options_(options), samples_(magnetometers, options.window_s, options.kept_s) {
   batch_.noise = options.noise;
   batch_.gravity = options.gravity;
   batch_.initialization.dip_rad = options.dip_rad;

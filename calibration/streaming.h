@@ -50,6 +50,8 @@ struct StreamingOptions {
   // A fault of the samples that explains why the magnetometer does not fit the rest between these
   // times, s, in a sentence (live_checks.h); empty: none is known.
   std::function<std::string(double begin_s, double end_s)> known_fault = {};
+  // Up to so many seconds the samples are kept as they came, and finish() is calibrate().
+  double kept_s = 1200.0;
   // From so many nodes on (20 minutes at 12 a second) finish() takes the estimator's own solution
   // (calibration/stream_long.cpp); below, it fits all samples at once, which needs some 20 kB a
   // node.

@@ -26,7 +26,7 @@ Simulation simulated(SimulatedMotion motion, std::uint64_t seed) {
   return simulate(out);
 }
 
-StreamingOptions options_for(const Simulation& s, MotionModel motion) {
+StreamingOptions long_options_for(const Simulation& s, MotionModel motion) {
   StreamingOptions options;
   options.gravity = s.truth.gravity;
   options.motion = motion;
@@ -60,7 +60,7 @@ TEST(LongStream, windows_that_sleep_change_no_bit) {
        {std::pair{SimulatedMotion::kHand, MotionModel::kRotation},
         std::pair{SimulatedMotion::kHandHeld, MotionModel::kHandHeld}}) {
     const Simulation s = simulated(moved, 1);
-    StreamingOptions options = options_for(s, model);
+    StreamingOptions options = long_options_for(s, model);
     StreamingCalibration sleeping(1, options);
     options.awake = 1000;
     StreamingCalibration awake(1, options);
@@ -85,7 +85,8 @@ TEST(LongStream, ends_without_a_fit_of_all_samples_where_that_ends) {
        {std::pair{SimulatedMotion::kHand, MotionModel::kRotation},
         std::pair{SimulatedMotion::kHandHeld, MotionModel::kHandHeld}}) {
     const Simulation s = simulated(moved, 2);
-    StreamingOptions options = options_for(s, model);
+    StreamingOptions options = long_options_for(s, model);
+    options.kept_s = 0.0;
     options.long_stream = 500;
     StreamingCalibration stream(1, options);
     options.long_stream = std::numeric_limits<int>::max();
@@ -129,7 +130,7 @@ TEST(LongStream, goes_on_from_what_was_saved_with_the_same_bits) {
     const Simulation s = simulated(SimulatedMotion::kHandHeld, 3);
     const std::vector<StreamSample> samples =
         samples_of(changes ? disturbed(s.recording) : s.recording);
-    StreamingOptions options = options_for(s, MotionModel::kHandHeld);
+    StreamingOptions options = long_options_for(s, MotionModel::kHandHeld);
     options.long_stream = 500;
     StreamingCalibration stream(1, options);
     std::vector<Kept> kept;
@@ -172,7 +173,7 @@ TEST(LongStream, goes_on_from_what_was_saved_with_the_same_bits) {
 TEST(LongStream, refuses_what_is_damaged_or_of_other_samples) {
   const Simulation s = simulated(SimulatedMotion::kHandHeld, 4);
   std::vector<StreamSample> samples = samples_of(s.recording);
-  const StreamingOptions options = options_for(s, MotionModel::kHandHeld);
+  const StreamingOptions options = long_options_for(s, MotionModel::kHandHeld);
   StreamingCalibration stream(1, options);
   for (std::size_t i = 0; i < 4000; ++i) stream.add(samples[i]);
   std::ostringstream out;
@@ -202,7 +203,7 @@ TEST(LongStream, refuses_what_is_damaged_or_of_other_samples) {
 
 TEST(LongStream, a_stream_that_has_hardly_begun_saves_nothing) {
   const Simulation s = simulated(SimulatedMotion::kHandHeld, 5);
-  StreamingCalibration stream(1, options_for(s, MotionModel::kHandHeld));
+  StreamingCalibration stream(1, long_options_for(s, MotionModel::kHandHeld));
   std::ostringstream out;
   EXPECT_FALSE(stream.save(out));
   const std::vector<StreamSample> samples = samples_of(s.recording);

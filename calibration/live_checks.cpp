@@ -95,8 +95,10 @@ bool certain(const Issue& issue, const Recording& piece, double length_s) {
   if (issue.severity == Severity::kNote) {
     const bool clipped =
         issue.kind == "set_aside" && issue.problem.find("clipped") != std::string::npos;
-    return clipped || (issue.kind == "repeats" && length_s >= kForRates);
+    if (issue.kind != "repeats") return clipped;
   }
+  // At rest a coarse converter repeats itself.
+  if (issue.kind == "repeats" && !is_turned(piece)) return false;
   if (issue.kind == "constant") return is_turned(piece);
   if (issue.kind == "unit" && issue.sensor.starts_with("mag") && named_option(issue).empty()) {
     return turns_of(piece.gyr) > kTurnedEnoughToTell;
@@ -122,8 +124,8 @@ std::vector<Issue> with_even_times(Recording& r) {
          fmt::format("samples are stamped on arrival, about {:.3g} at a time every {:.3g} "
                      "ms, not when they were measured",
                      even->in_a_burst, 1e3 * even->burst_s),
-         fmt::format("give their rate, --rate {:.4g}, or send the time of each sample",
-                     even->rate_hz)});
+         fmt::format("give their rate, --rate {}, or send the time of each sample",
+                     rate_text(even->rate_hz))});
   };
   mend(r.gyr, "gyr");
   mend(r.acc, "acc");
@@ -159,6 +161,18 @@ Mounting mounting_of(Recording r, const std::vector<Issue>& issues) {
   std::vector<const Recording*> all;
   for (const Recording& part : *parts) all.push_back(&part);
   return all.empty() ? Mounting() : check_mounting(all);
+}
+
+// Of less than a dozen seconds the pairs of directions that mounting.h compares are few and close:
+// a hand's accelerations may make wrong axes fit better than the right ones. Two root mean squares
+// of twelve pairs differ by a factor of four in a few of a million cases (F distribution); wrong
+// axes differ by the turns themselves, tens of degrees against a few.
+bool sure(const Mounting& mounting, double length_s) {
+  constexpr double kWhole = 16.0;  // s, from which on mounting.h has pairs of its usual distance
+  constexpr double kClearly = 4.0;
+  return length_s >= kWhole || std::ranges::all_of(mounting.fits, [](const AxesFit& fit) {
+           return fit.may_be_straight() || fit.rms_straight_rad > kClearly * fit.rms_rad;
+         });
 }
 
 // Before the motion tells which axes are meant, it may tell that they are not what they are taken
@@ -250,6 +264,7 @@ std::vector<Issue> LiveChecks::issues_in(const Recording& given) {
     if (mag.empty()) return issues;
   }
   mounting_ = mounting_of(std::move(r), issues);
+  if (!sure(mounting_, length_s)) mounting_ = {};
   for (Issue& issue : axes_issues()) issues.push_back(std::move(issue));
   return issues;
 }

@@ -55,6 +55,18 @@ bool same(const Issue& a, const Issue& b) {
          (a.kind != "set_aside" || a.remedy == b.remedy);
 }
 
+// The gravest of each.
+std::vector<Issue> without_doubles(std::vector<Issue> issues) {
+  std::ranges::stable_sort(issues,
+                           [](const Issue& a, const Issue& b) { return a.severity > b.severity; });
+  std::vector<Issue> out;
+  for (Issue& issue : issues) {
+    const bool there = std::ranges::any_of(out, [&](const Issue& o) { return same(o, issue); });
+    if (!there) out.push_back(std::move(issue));
+  }
+  return out;
+}
+
 // The unit or the axes that a remedy names; empty where it is a number, which changes with every
 // look.
 std::string named_option(const Issue& issue) {
@@ -282,7 +294,7 @@ void LiveChecks::look() {
       std::ranges::all_of(r.mag, [](const VectorSeries& s) { return s.empty(); })) {
     return;
   }
-  const std::vector<Issue> seen = issues_in(r);
+  const std::vector<Issue> seen = without_doubles(issues_in(r));
   take_back(seen);
   // Where something is fatal, the rest may follow from it.
   const bool fatal = any_fatal(seen);
@@ -305,8 +317,10 @@ void LiveChecks::see(const Issue& issue) {
       issue.severity > before->issue.severity ||
       (!named_option(issue).empty() && named_option(issue) != named_option(before->issue));
   if (graver) news_.push_back(capitalised(issue.text()));
-  // A fault at a place that has left the piece is a fault still; so is a graver one before.
-  if (issue.severity >= before->issue.severity) *before = {issue, first_s};
+  // A graver fault before stands, unless the same samples with more behind them say otherwise.
+  if (issue.severity >= before->issue.severity || first_s <= before->first_s) {
+    *before = {issue, first_s};
+  }
 }
 
 void LiveChecks::take_back(const std::vector<Issue>& seen) {
@@ -314,6 +328,9 @@ void LiveChecks::take_back(const std::vector<Issue>& seen) {
   std::erase_if(found_, [&](const Found& f) {
     const Issue& issue = f.issue;
     const bool still = std::ranges::any_of(seen, [&](const Issue& s) { return same(s, issue); });
+    // With more samples the gate has found another reason to set these aside.
+    const bool otherwise = issue.kind == "set_aside" && samples_.front().t <= f.first_s;
+    if (!still && otherwise) return true;
     // Only what was looked at again, and more: a motion that tells nothing takes nothing back.
     if (still || has_place(issue) || samples_.front().t > f.first_s) return false;
     if (fatal && issue.severity != Severity::kFatal) return false;
@@ -388,12 +405,12 @@ std::vector<std::string> LiveChecks::faults() const {
 
 std::string LiveChecks::explanation(double begin_s, double end_s) {
   look();
+  // What has been there all the time explains no sudden misfit, unless nothing fits with it.
   const auto explains = [&](const Issue& issue, bool mag) {
-    if (issue.sensor.starts_with("mag") != mag || issue.kind == "axes") return false;
-    if (has_place(issue) && (issue.end_s < begin_s - kNearby || issue.begin_s > end_s + kNearby)) {
-      return false;
-    }
-    return damages(issue) || is_any_of(issue.kind, {"repeats", "set_aside", "gap"});
+    if (issue.sensor.starts_with("mag") != mag) return false;
+    if (!has_place(issue)) return issue.severity == Severity::kFatal;
+    const bool there = issue.end_s > begin_s - kNearby && issue.begin_s < end_s + kNearby;
+    return there && (damages(issue) || issue.kind == "set_aside");
   };
   for (const bool mag : {true, false}) {
     for (const Issue& issue : issues_) {

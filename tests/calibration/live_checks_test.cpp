@@ -166,7 +166,7 @@ TEST(LiveChecks, say_that_sensors_hang_clip_or_are_stamped_late) {
        "--rate 80"},
   };
   for (const Fault& fault : faults) {
-    Recording r = turned_board(12.0);
+    Recording r = turned_board(25.0);
     fault.damage(r);
     LiveChecks checks({.mag_names = r.mag_names});
     const std::vector<std::string> said = sentences(said_of(r, checks));

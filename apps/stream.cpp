@@ -72,7 +72,10 @@ void prepare(StreamArguments& args) {
   s.axes = args.turns();
   s.keep_for_report = !args.report.empty();
   std::vector<std::string> outputs{args.output, args.report, s.state};
-  if (!s.state.empty()) outputs.push_back(s.state + ".samples");
+  if (!s.state.empty()) {
+    outputs.push_back(s.state + ".samples");
+    outputs.push_back(s.state + ".estimate");
+  }
   check_outputs({args.source}, outputs);
   s.estimator.noise = args.noise();
   s.estimator.gravity = args.place.gravity_or(args.gravity);
@@ -174,8 +177,8 @@ void add_stream(CLI::App& app, int& exit_code) {
   add_output(*cmd, "--report", args->report,
              "write a page with pictures here, at the end: one file, no network", "R.html");
   add_output(*cmd, "--state", s.state,
-             "remember the samples here (and in FILE.samples): killed and started again with\n"
-             "the same file, it goes on where it was",
+             "remember the samples here (and in FILE.samples, FILE.estimate): killed and\n"
+             "started again with the same file, it goes on where it was",
              "FILE");
   cmd->add_option("--target", args->target,
                   "good enough: largest standard deviations of heading (deg), mag_bias (uT),\n"

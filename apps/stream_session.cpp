@@ -6,21 +6,27 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <utility>
 
 #include "calibration/trust.h"
 #include "recording/axes.h"
 #include "recording/error.h"
+#include "recording/row_times.h"
 
 namespace magimu::apps {
 namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kTick = 100ms;    // between looks at the source, and pictures of it
-constexpr auto kCommit = 200ms;  // between commits of a source that leaves no time
+constexpr auto kTick = 100ms;          // between looks at the source, and pictures of it
+constexpr std::size_t kNewClock = 10;  // samples in a row that no source sends again
+constexpr auto kCommit = 200ms;        // between commits of a source that leaves no time
 // A turn by hand, about one axis: for so long, so fast, so much of it about that axis.
 constexpr double kMoment_s = 0.3, kTurningRate = 0.35, kMostlyOneAxis = 0.85;
+constexpr const char* kEstimate = ".estimate";  // behind the name of the state
+constexpr long kKeptEvery = 16;  // the estimate is kept when it has so much more: a 16th
 
 double seconds(std::chrono::steady_clock::duration duration) {
   return std::chrono::duration<double>(duration).count();
@@ -52,7 +58,7 @@ void StreamSession::run(const std::function<bool()>& stopped) {
     begin_estimator(int(lines_.mag_names().size()));
   }
   StreamSource source(options_.address, options_.source);
-  heard_ = new_ = Clock::now();
+  heard_ = Clock::now();
   while (ended_.empty()) {
     Arrival arrival = source.next(0ms);
     if (arrival.kind == Arrival::Kind::kNothing) {
@@ -69,6 +75,7 @@ void StreamSession::run(const std::function<bool()>& stopped) {
   }
   lines_.finish();
   use_lines();
+  if (!doubtful_.empty()) go_on();
   if (checks_) checks_->look();
   tell_news();
   say_what_was_known();
@@ -79,6 +86,50 @@ void StreamSession::run(const std::function<bool()>& stopped) {
   tick();
 }
 
+// The estimate as it was kept, a little earlier; false: there is none, and nothing has been read.
+bool StreamSession::take_up() {
+  std::ifstream kept(options_.state + kEstimate, std::ios::binary);
+  if (!kept) return false;
+  const bool taken = estimator_->take_up(kept, [this] {
+    std::optional<StreamSample> sample = journal_->replay();
+    if (sample) know(*sample);
+    return sample;
+  });
+  keep_at_ = std::max(kFirstKept, samples_ + samples_ / kKeptEvery);
+  if (taken) return true;
+  samples_ = 0;
+  known_ = {};
+  known_until_.reset();
+  const JournalIdentity identity = *journal_identity(options_.state);
+  journal_.reset();
+  estimator_.reset();
+  begin_estimator(identity.magnetometers);
+  return false;
+}
+
+// Beside the samples, from time to time: what comes after it is little, whatever comes before. It
+// may be lost or damaged, so that nobody waits for the disk; the samples are what counts.
+void StreamSession::keep_estimate() {
+  if (!journal_ || samples_ < keep_at_) return;
+  keep_at_ = samples_ + samples_ / kKeptEvery;
+  const std::string path = options_.state + kEstimate, next = path + ".new";
+  std::ofstream out(next, std::ios::binary | std::ios::trunc);
+  const bool kept = out && estimator_->save(out);
+  out.close();
+  std::error_code ignored;
+  if (kept && out) {
+    std::filesystem::rename(next, path, ignored);
+  } else {
+    std::filesystem::remove(next, ignored);
+  }
+}
+
+void StreamSession::know(const StreamSample& sample) {
+  ++samples_;
+  known_.add(sample);
+  known_until_ = std::max(known_until_.value_or(sample.t), sample.t);
+}
+
 // What the state file remembers goes through the estimator again, unseen.
 void StreamSession::resume() {
   if (options_.state.empty()) return;
@@ -86,13 +137,14 @@ void StreamSession::resume() {
   if (!identity) return;
   begin_estimator(identity->magnetometers);
   const long known = journal_->samples();
+  take_up();
   std::optional<StreamUpdate> last;
   while (const std::optional<StreamSample> sample = journal_->replay()) {
     if (auto update = estimator_->add(*sample)) last = std::move(update);
-    if (++samples_ % 1000 != 0) continue;
+    know(*sample);
+    if (samples_ % 1000 != 0) continue;
     for (StreamObserver* o : observers_) o->replaying(double(samples_) / double(known));
   }
-  known_until_ = journal_->last_t();
   if (last) set_update(std::move(*last), 0.0);
   if (!known_until_) return;
   event(fmt::format("{} goes on after {} samples, up to {:.6g} s", options_.state, known,
@@ -255,12 +307,22 @@ void StreamSession::judge_update(StreamUpdate& update) {
 }
 
 void StreamSession::use(const StreamSample& sample) {
-  if (known_until_ && sample.t <= *known_until_) {
-    ++status_.known_samples;
-    return say_all_is_known(sample.t);
+  if (goes_on_ || !known_until_) return use_new(sample);
+  // The state has it; or it had the moment, but not this line of a source that sends again.
+  const bool is_known = known_.contains(sample);
+  if (is_known || (status_.known_samples > 0 && sample.t <= *known_until_)) {
+    status_.known_samples += 1 + long(doubtful_.size());
+    doubtful_.clear();
+    return;
   }
+  doubtful_.push_back(sample);
+  if (sample.t > *known_until_ || doubtful_.size() >= kNewClock) go_on();
+}
+
+void StreamSession::use_new(StreamSample sample) {
   if (!ended_.empty() && options_.until_converged) return;
   say_what_was_known();
+  sample.t += clock_s_;
   const auto begin = Clock::now();
   std::optional<StreamUpdate> update = estimator_->add(sample);
   const double latency_us = 1e6 * seconds(Clock::now() - begin);
@@ -293,14 +355,20 @@ void StreamSession::say_what_was_known() {
                     status_.known_samples, *known_until_, options_.state));
 }
 
-// A device that was switched on again counts its time from zero.
-void StreamSession::say_all_is_known(double t) {
-  if (said_all_is_known_ || seconds(Clock::now() - new_) < options_.timeout_s) return;
-  said_all_is_known_ = true;
-  event(fmt::format(
-      "all samples so far (up to {:.6g} s) are older than what {} has (up to {:.6g} s): if the "
-      "clock of the device was set back, start again with another --state",
-      t, options_.state, *known_until_));
+// With samples that the state has not. A device that was switched on again counts its time from
+// zero: a new part of the same calibration.
+void StreamSession::go_on() {
+  goes_on_ = true;
+  known_ = {};
+  const std::vector<StreamSample> first = std::exchange(doubtful_, {});
+  if (!first.empty() && first.front().t <= *known_until_) {
+    clock_s_ = *known_until_ + kPartGap - first.front().t;
+    event(fmt::format(
+        "the clock of {} goes on at {:.6g} s where {} has samples up to {:.6g} s (the board was "
+        "reset?): a new part begins, its times go on at {:.6g} s",
+        status_.source, first.front().t, options_.state, *known_until_, *known_until_ + kPartGap));
+  }
+  for (const StreamSample& sample : first) use_new(sample);
 }
 
 void StreamSession::event(const std::string& sentence) {
@@ -320,6 +388,7 @@ void StreamSession::acknowledge() {
   for (const Window& w : std::exchange(waiting_, {})) {
     for (StreamObserver* o : observers_) o->window(w.status, w.events);
   }
+  keep_estimate();
 }
 
 void StreamSession::tick() {

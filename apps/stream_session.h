@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/stream_known.h"
 #include "apps/stream_source.h"
 #include "apps/stream_status.h"
 #include "apps/stream_thinned_samples.h"
@@ -56,12 +57,17 @@ class StreamSession {
 
  private:
   using Clock = std::chrono::steady_clock;
+  // Fewer samples go through the estimator again within half a second.
+  static constexpr long kFirstKept = 50000;
   struct Window {
     StreamStatus status;
     std::vector<std::string> events;
   };
 
   void resume();
+  bool take_up();
+  void know(const StreamSample& sample);
+  void keep_estimate();
   void begin_estimator(int magnetometers);
   void take_arrival(const Arrival& arrival);
   void source_speaks();
@@ -76,9 +82,10 @@ class StreamSession {
   void set_issues();
   void judge_update(StreamUpdate& update);
   void use(const StreamSample& sample);
+  void use_new(StreamSample sample);
+  void go_on();
   void set_update(StreamUpdate update, double latency_us);
   void say_what_was_known();
-  void say_all_is_known(double t);
   void event(const std::string& sentence);
   void keep_window();
   void acknowledge();
@@ -93,15 +100,20 @@ class StreamSession {
   ThinnedSamples thinned_;
   Vector3 rate_ = Vector3::Zero();  // of turn, mean of a moment, rad/s
   double rate_t_ = 0.0;
-  std::string refused_;                // times that could not be told: what was said of them
-  std::optional<double> known_until_;  // s: samples up to there come from the state
-  bool said_what_was_known_ = false, said_all_is_known_ = false;
-  long samples_ = 0;  // in the estimator
+  std::string refused_;                 // times that could not be told: what was said of them
+  KnownSamples known_;                  // those of the state
+  std::optional<double> known_until_;   // s: the latest of them
+  std::vector<StreamSample> doubtful_;  // not known, though not later than those
+  bool goes_on_ = false;                // the source has sent samples that the state has not
+  double clock_s_ = 0.0;                // what is added to the source's times since then
+  bool said_what_was_known_ = false;
+  long samples_ = 0;           // in the estimator
+  long keep_at_ = kFirstKept;  // samples from which on the estimate is kept (again)
 
   StreamStatus status_;
   std::vector<std::string> events_;  // since the last window
   std::vector<Window> waiting_;      // for the state to be on the disk
-  Clock::time_point begin_ = Clock::now(), heard_ = begin_, new_ = begin_, committed_, ticked_;
+  Clock::time_point begin_ = Clock::now(), heard_ = begin_, committed_, ticked_;
   std::string ended_;
 };
 

@@ -11,7 +11,10 @@
 //   }
 //
 // A damaged time must not make all that follows look late. So every sample waits for the next line,
-// and where the two contradict each other the one that is further from the usual pace goes.
+// and where the two contradict each other the one that is further from the usual pace goes. Lines
+// of other sensors that come a little late are none of that: time increases for each sensor. A
+// clock that was set back (the board was reset) shows by lines that all go on from there: their
+// times continue kPartGap (row_times.h) after the last one, as a file's do.
 #pragma once
 
 #include <array>
@@ -49,6 +52,7 @@ class SampleLines {
     long headers = 0;       // sent again after the first one
     long malformed = 0;     // lines that cannot be read
     long out_of_order = 0;  // lines whose time does not increase, or jumped ahead for one line
+    long set_back = 0;      // times that the clock was set back
   };
 
   // `source` names it in messages.
@@ -81,6 +85,9 @@ class SampleLines {
   void row(std::string_view text);
   void in_seconds(std::vector<StreamSample>&& samples);
   void order(StreamSample sample);
+  bool is_late_row_of_others(const StreamSample& sample) const;
+  void late(StreamSample sample);
+  void skip_late();
   void release(const StreamSample& sample);
   void skip(const StreamSample& sample, const std::string& why);
   double usual_interval() const;
@@ -100,9 +107,12 @@ class SampleLines {
   bool too_long_ = false;   // ... is dropped up to its end
   long line_number_ = 0;    // of the source, from 1
   long lines_in_vain_ = 0;  // before the header
-  long in_a_row_late_ = 0;  // lines whose time does not increase, without one that does
+  // Lines whose time does not increase, without one that does: of a clock that was set back?
+  std::vector<StreamSample> late_;
+  double clock_s_ = 0.0;  // what is added to the source's times
   std::optional<StreamSample> held_;
-  std::optional<double> last_t_;       // of the sample released last
+  std::optional<double> last_t_;       // of the latest sample released
+  std::vector<double> sensor_t_;       // of accelerometer, gyroscope, magnetometers
   std::array<double, 9> intervals_{};  // the latest ones, in a ring
   std::size_t intervals_known_ = 0;
   std::vector<StreamSample> ready_;

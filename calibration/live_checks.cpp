@@ -15,6 +15,7 @@
 #include "recording/gate.h"
 #include "recording/parts.h"
 #include "recording/repeats.h"
+#include "recording/row_times.h"
 
 namespace magimu {
 namespace {
@@ -35,8 +36,10 @@ constexpr double kForRates = 4.0, kForSpans = 15.0, kForAbsence = 4.0;
 constexpr double kTurnedEnoughToTell = M_PI;
 constexpr double kTurnedRate = 0.2;    // rad/s, mean: the sensor is being turned
 constexpr double kChangedShare = 0.3;  // of the usual reading, by which turning changes one
-constexpr double kDipKnown = 5.0;      // standard deviations of a dip whose sign counts
-constexpr double kNearby = 1.0;        // s around windows, in which a fault explains them
+// Rows of slower sensors come late by less; after a longer gap, or a reset, a new part begins.
+constexpr double kLate = 1.0, kOtherPart = kPartGap - 1.0;  // s
+constexpr double kDipKnown = 5.0;  // standard deviations of a dip whose sign counts
+constexpr double kNearby = 1.0;    // s around windows, in which a fault explains them
 
 bool has_place(const Issue& issue) { return issue.begin_s != 0.0 || issue.end_s != 0.0; }
 
@@ -218,13 +221,16 @@ LiveChecks::LiveChecks(LiveChecksOptions options) : options_(std::move(options))
 
 void LiveChecks::add(const StreamSample& sample) {
   if (!std::isfinite(sample.t)) return;
-  if (samples_.empty() || sample.t <= samples_.back().t) {
+  // (Times in a wrong unit are further apart than that: they shall be looked at.)
+  const bool gap = sample.t > latest_s_ + kOtherPart && in_part_ >= kNewAtLeast;
+  if (samples_.empty() || sample.t < latest_s_ - kLate || gap) {
     samples_.clear();
-    begin_s_ = sample.t;
+    begin_s_ = latest_s_ = sample.t;
     in_part_ = since_look_ = 0;
     next_look_ = 0;
   }
   samples_.push_back(sample);
+  latest_s_ = std::max(latest_s_, sample.t);
   ++in_part_;
   ++since_look_;
   while (samples_.size() > kKeptAtMost ||
@@ -240,7 +246,7 @@ bool LiveChecks::due() const {
   const double at = next_look_ < first
                         ? kLooks[next_look_]
                         : kLooks[first - 1] + kEvery * double(next_look_ - first + 1);
-  return samples_.back().t - begin_s_ >= at;
+  return latest_s_ - begin_s_ >= at;
 }
 
 Recording LiveChecks::piece() const {
@@ -249,11 +255,14 @@ Recording LiveChecks::piece() const {
   r.mag_names = options_.mag_names;
   r.mag.resize(r.mag_names.size());
   r.file_units = options_.file_units;
+  const auto put = [](VectorSeries& series, double t, const std::optional<Vector3>& v) {
+    if (v && (series.empty() || t > series.t.back())) series.push_back(t, *v);
+  };
   for (const StreamSample& s : samples_) {
-    if (s.acc) r.acc.push_back(s.t, *s.acc);
-    if (s.gyr) r.gyr.push_back(s.t, *s.gyr);
+    put(r.acc, s.t, s.acc);
+    put(r.gyr, s.t, s.gyr);
     for (std::size_t m = 0; m < std::min(s.mag.size(), r.mag.size()); ++m) {
-      if (s.mag[m]) r.mag[m].push_back(s.t, *s.mag[m]);
+      put(r.mag[m], s.t, s.mag[m]);
     }
   }
   return r;
@@ -263,7 +272,7 @@ std::vector<Issue> LiveChecks::issues_in(const Recording& given) {
   Recording r = given;
   std::vector<Issue> issues = with_even_times(r);
   if (std::optional<Recording> kept = gated(r)) r = *std::move(kept);
-  const double length_s = samples_.back().t - samples_.front().t;
+  const double length_s = latest_s_ - samples_.front().t;
   if (length_s >= kForAbsence) {
     for (Issue& issue : absent_sensors(r)) issues.push_back(std::move(issue));
   }
@@ -284,7 +293,7 @@ std::vector<Issue> LiveChecks::issues_in(const Recording& given) {
 void LiveChecks::look() {
   if (samples_.size() < std::size_t(kNewAtLeast) || since_look_ == 0) return;
   since_look_ = 0;
-  const double elapsed = samples_.back().t - begin_s_;
+  const double elapsed = latest_s_ - begin_s_;
   next_look_ = std::size_t(std::ranges::upper_bound(kLooks, elapsed) - std::begin(kLooks));
   if (next_look_ == std::size(kLooks)) {
     next_look_ += std::size_t((elapsed - kLooks[next_look_ - 1]) / kEvery);
@@ -308,15 +317,17 @@ void LiveChecks::see(const Issue& issue) {
   const double first_s = samples_.front().t;
   const auto before =
       std::ranges::find_if(found_, [&](const Found& f) { return same(f.issue, issue); });
+  const bool said_elsewhere =
+      issue.kind == "set_aside" && options_.set_aside_is_said && issue.severity != Severity::kFatal;
   if (before == found_.end()) {
     found_.push_back({issue, first_s});
-    news_.push_back(capitalised(issue.text()));
+    if (!said_elsewhere) news_.push_back(capitalised(issue.text()));
     return;
   }
   const bool graver =
       issue.severity > before->issue.severity ||
       (!named_option(issue).empty() && named_option(issue) != named_option(before->issue));
-  if (graver) news_.push_back(capitalised(issue.text()));
+  if (graver && !said_elsewhere) news_.push_back(capitalised(issue.text()));
   // A graver fault before stands, unless the same samples with more behind them say otherwise.
   if (issue.severity >= before->issue.severity || first_s <= before->first_s) {
     *before = {issue, first_s};
@@ -335,8 +346,8 @@ void LiveChecks::take_back(const std::vector<Issue>& seen) {
     if (still || has_place(issue) || samples_.front().t > f.first_s) return false;
     if (fatal && issue.severity != Severity::kFatal) return false;
     if (issue.kind == "axes" && mounting_.status == MountingStatus::kUndecided) return false;
-    news_.push_back(fmt::format("Taken back, after {:.0f} s of data: {}.",
-                                samples_.back().t - begin_s_, issue.problem));
+    news_.push_back(fmt::format("Taken back, after {:.0f} s of data: {}.", latest_s_ - begin_s_,
+                                issue.problem));
     return true;
   });
 }

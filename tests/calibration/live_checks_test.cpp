@@ -279,5 +279,22 @@ TEST(LiveChecks, a_clock_that_is_set_back_begins_anew) {
   EXPECT_THAT(said_of(r, checks), IsEmpty());
 }
 
+// A magnetometer's rows that come after those of the IMU, of earlier times.
+TEST(LiveChecks, rows_of_slower_sensors_may_be_late) {
+  Recording r = turned_board(9.0);
+  scale(r.acc, 1.0 / 9.80665);
+  LiveChecks checks;
+  std::vector<StreamSample> mags;
+  for (const StreamSample& s : samples_of(r)) {
+    checks.add({.t = s.t, .acc = s.acc, .gyr = s.gyr, .mag = {std::nullopt}});
+    mags.push_back({.t = s.t, .acc = {}, .gyr = {}, .mag = s.mag});
+    if (mags.size() < 4) continue;
+    checks.add(mags.front());
+    mags.erase(mags.begin());
+  }
+  ASSERT_THAT(checks.issues(), SizeIs(1));
+  EXPECT_EQ(checks.issues().front().kind, "unit");
+}
+
 }  // namespace
 }  // namespace magimu

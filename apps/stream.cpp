@@ -100,8 +100,7 @@ int deliver(const StreamArguments& args, StreamSession& session, bool table) {
   check_field(c, args.place.known_field());
   if (!args.output.empty()) write_atomically(args.output, to_json(c).dump(2) + "\n");
   if (!args.report.empty()) {
-    const Recording shown = session.for_report();
-    write_atomically(args.report, calibration_report(c, {&shown}));
+    write_atomically(args.report, calibration_report(c, {&session.for_report()}));
   }
   if (table) fmt::print("\n{}", calibration_table(c));
   if (!args.quiet) {

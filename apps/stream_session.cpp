@@ -126,6 +126,7 @@ void StreamSession::keep_estimate() {
 
 void StreamSession::know(const StreamSample& sample) {
   ++samples_;
+  thinned_.add(sample);
   known_.add(sample);
   known_until_ = std::max(known_until_.value_or(sample.t), sample.t);
 }
@@ -156,6 +157,7 @@ void StreamSession::begin_estimator(int magnetometers) {
                                  options_text(options_.estimator) + options_.reading};
   if (journal_) journal_->require(identity);
   if (estimator_) return;
+  if (options_.keep_for_report) thinned_.begin(magnetometers);
   if (!options_.state.empty()) {
     journal_ = std::make_unique<SampleJournal>(options_.state, identity);
   }
@@ -233,8 +235,8 @@ void StreamSession::begin_checks() {
   for (const std::string& note : sensors.notes) event(note);
   checks_.emplace(LiveChecksOptions{.mag_names = lines_.mag_names(),
                                     .file_units = lines_.file_units(),
-                                    .dip_sign = options_.estimator.dip_sign});
-  if (options_.keep_for_report) thinned_.begin(lines_.mag_names());
+                                    .dip_sign = options_.estimator.dip_sign,
+                                    .set_aside_is_said = true});
 }
 
 // Before the estimator gets it: its axes are made ours, and its faults are looked for.
@@ -242,7 +244,6 @@ void StreamSession::look_at(StreamSample& sample) {
   for (const auto& [sensor, axes] : options_.axes) {
     turn_axes(sample, lines_.mag_names(), sensor, axes);
   }
-  if (options_.keep_for_report) thinned_.add(sample);
   feel_turning(sample);
   checks_->add(sample);
   tell_news();
@@ -264,7 +265,7 @@ void StreamSession::tell_news() {
   if (!checks_) return;
   const std::vector<std::string> news = checks_->take_news();
   for (const std::string& sentence : news) event(sentence);
-  if (!news.empty()) set_issues();
+  if (!news.empty() || checks_->issues().size() != status_.issues.size()) set_issues();
 }
 
 // Nothing can be estimated from samples without times: that is shown without a window.
@@ -327,6 +328,7 @@ void StreamSession::use_new(StreamSample sample) {
   std::optional<StreamUpdate> update = estimator_->add(sample);
   const double latency_us = 1e6 * seconds(Clock::now() - begin);
   if (journal_) journal_->append(sample);
+  thinned_.add(sample);
   ++samples_;
   if (!update) return;
   set_update(std::move(*update), latency_us);

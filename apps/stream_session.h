@@ -53,7 +53,7 @@ class StreamSession {
   // The calibration of all samples so far.
   Calibration finish();
   // The magnetometers' samples, thinned: what a report's pictures show.
-  Recording for_report() const { return thinned_.recording(); }
+  const Recording& for_report() const { return thinned_.recording(); }
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -13,11 +13,13 @@ namespace magimu::apps {
 
 class ThinnedSamples {
  public:
-  // The magnetometers' names; without them nothing is kept.
-  void begin(std::vector<std::string> mag_names) {
+  // Without this nothing is kept.
+  void begin(int magnetometers) {
     recording_.name = "stream";
-    recording_.mag.resize(mag_names.size());
-    recording_.mag_names = std::move(mag_names);
+    recording_.mag.assign(std::size_t(magnetometers), {});
+    for (int m = 1; m <= magnetometers; ++m) {
+      recording_.mag_names.push_back(magnetometers == 1 ? "mag" : "mag" + std::to_string(m));
+    }
     seen_.assign(recording_.mag.size(), 0);
     stride_.assign(recording_.mag.size(), 1);
   }

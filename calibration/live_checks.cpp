@@ -15,6 +15,7 @@
 #include "recording/gate.h"
 #include "recording/parts.h"
 #include "recording/repeats.h"
+#include "recording/row_times.h"
 
 namespace magimu {
 namespace {
@@ -35,8 +36,10 @@ constexpr double kForRates = 4.0, kForSpans = 15.0, kForAbsence = 4.0;
 constexpr double kTurnedEnoughToTell = M_PI;
 constexpr double kTurnedRate = 0.2;    // rad/s, mean: the sensor is being turned
 constexpr double kChangedShare = 0.3;  // of the usual reading, by which turning changes one
-constexpr double kDipKnown = 5.0;      // standard deviations of a dip whose sign counts
-constexpr double kNearby = 1.0;        // s around windows, in which a fault explains them
+// Rows of slower sensors come late by less; after a longer gap, or a reset, a new part begins.
+constexpr double kLate = 1.0, kOtherPart = kPartGap - 1.0;  // s
+constexpr double kDipKnown = 5.0;  // standard deviations of a dip whose sign counts
+constexpr double kNearby = 1.0;    // s around windows, in which a fault explains them
 
 bool has_place(const Issue& issue) { return issue.begin_s != 0.0 || issue.end_s != 0.0; }
 
@@ -53,6 +56,18 @@ bool same(const Issue& a, const Issue& b) {
   // What is set aside for different reasons has different remedies.
   return a.kind == b.kind && a.sensor == b.sensor && a.axis == b.axis &&
          (a.kind != "set_aside" || a.remedy == b.remedy);
+}
+
+// The gravest of each.
+std::vector<Issue> without_doubles(std::vector<Issue> issues) {
+  std::ranges::stable_sort(issues,
+                           [](const Issue& a, const Issue& b) { return a.severity > b.severity; });
+  std::vector<Issue> out;
+  for (Issue& issue : issues) {
+    const bool there = std::ranges::any_of(out, [&](const Issue& o) { return same(o, issue); });
+    if (!there) out.push_back(std::move(issue));
+  }
+  return out;
 }
 
 // The unit or the axes that a remedy names; empty where it is a number, which changes with every
@@ -95,8 +110,10 @@ bool certain(const Issue& issue, const Recording& piece, double length_s) {
   if (issue.severity == Severity::kNote) {
     const bool clipped =
         issue.kind == "set_aside" && issue.problem.find("clipped") != std::string::npos;
-    return clipped || (issue.kind == "repeats" && length_s >= kForRates);
+    if (issue.kind != "repeats") return clipped;
   }
+  // At rest a coarse converter repeats itself.
+  if (issue.kind == "repeats" && !is_turned(piece)) return false;
   if (issue.kind == "constant") return is_turned(piece);
   if (issue.kind == "unit" && issue.sensor.starts_with("mag") && named_option(issue).empty()) {
     return turns_of(piece.gyr) > kTurnedEnoughToTell;
@@ -122,8 +139,8 @@ std::vector<Issue> with_even_times(Recording& r) {
          fmt::format("samples are stamped on arrival, about {:.3g} at a time every {:.3g} "
                      "ms, not when they were measured",
                      even->in_a_burst, 1e3 * even->burst_s),
-         fmt::format("give their rate, --rate {:.4g}, or send the time of each sample",
-                     even->rate_hz)});
+         fmt::format("give their rate, --rate {}, or send the time of each sample",
+                     rate_text(even->rate_hz))});
   };
   mend(r.gyr, "gyr");
   mend(r.acc, "acc");
@@ -161,6 +178,18 @@ Mounting mounting_of(Recording r, const std::vector<Issue>& issues) {
   return all.empty() ? Mounting() : check_mounting(all);
 }
 
+// Of less than a dozen seconds the pairs of directions that mounting.h compares are few and close:
+// a hand's accelerations may make wrong axes fit better than the right ones. Two root mean squares
+// of twelve pairs differ by a factor of four in a few of a million cases (F distribution); wrong
+// axes differ by the turns themselves, tens of degrees against a few.
+bool sure(const Mounting& mounting, double length_s) {
+  constexpr double kWhole = 16.0;  // s, from which on mounting.h has pairs of its usual distance
+  constexpr double kClearly = 4.0;
+  return length_s >= kWhole || std::ranges::all_of(mounting.fits, [](const AxesFit& fit) {
+           return fit.may_be_straight() || fit.rms_straight_rad > kClearly * fit.rms_rad;
+         });
+}
+
 // Before the motion tells which axes are meant, it may tell that they are not what they are taken
 // for.
 std::vector<Issue> axes_that_do_not_fit(const Mounting& mounting) {
@@ -192,13 +221,16 @@ LiveChecks::LiveChecks(LiveChecksOptions options) : options_(std::move(options))
 
 void LiveChecks::add(const StreamSample& sample) {
   if (!std::isfinite(sample.t)) return;
-  if (samples_.empty() || sample.t <= samples_.back().t) {
+  // (Times in a wrong unit are further apart than that: they shall be looked at.)
+  const bool gap = sample.t > latest_s_ + kOtherPart && in_part_ >= kNewAtLeast;
+  if (samples_.empty() || sample.t < latest_s_ - kLate || gap) {
     samples_.clear();
-    begin_s_ = sample.t;
+    begin_s_ = latest_s_ = sample.t;
     in_part_ = since_look_ = 0;
     next_look_ = 0;
   }
   samples_.push_back(sample);
+  latest_s_ = std::max(latest_s_, sample.t);
   ++in_part_;
   ++since_look_;
   while (samples_.size() > kKeptAtMost ||
@@ -214,7 +246,7 @@ bool LiveChecks::due() const {
   const double at = next_look_ < first
                         ? kLooks[next_look_]
                         : kLooks[first - 1] + kEvery * double(next_look_ - first + 1);
-  return samples_.back().t - begin_s_ >= at;
+  return latest_s_ - begin_s_ >= at;
 }
 
 Recording LiveChecks::piece() const {
@@ -223,11 +255,14 @@ Recording LiveChecks::piece() const {
   r.mag_names = options_.mag_names;
   r.mag.resize(r.mag_names.size());
   r.file_units = options_.file_units;
+  const auto put = [](VectorSeries& series, double t, const std::optional<Vector3>& v) {
+    if (v && (series.empty() || t > series.t.back())) series.push_back(t, *v);
+  };
   for (const StreamSample& s : samples_) {
-    if (s.acc) r.acc.push_back(s.t, *s.acc);
-    if (s.gyr) r.gyr.push_back(s.t, *s.gyr);
+    put(r.acc, s.t, s.acc);
+    put(r.gyr, s.t, s.gyr);
     for (std::size_t m = 0; m < std::min(s.mag.size(), r.mag.size()); ++m) {
-      if (s.mag[m]) r.mag[m].push_back(s.t, *s.mag[m]);
+      put(r.mag[m], s.t, s.mag[m]);
     }
   }
   return r;
@@ -237,7 +272,7 @@ std::vector<Issue> LiveChecks::issues_in(const Recording& given) {
   Recording r = given;
   std::vector<Issue> issues = with_even_times(r);
   if (std::optional<Recording> kept = gated(r)) r = *std::move(kept);
-  const double length_s = samples_.back().t - samples_.front().t;
+  const double length_s = latest_s_ - samples_.front().t;
   if (length_s >= kForAbsence) {
     for (Issue& issue : absent_sensors(r)) issues.push_back(std::move(issue));
   }
@@ -250,6 +285,7 @@ std::vector<Issue> LiveChecks::issues_in(const Recording& given) {
     if (mag.empty()) return issues;
   }
   mounting_ = mounting_of(std::move(r), issues);
+  if (!sure(mounting_, length_s)) mounting_ = {};
   for (Issue& issue : axes_issues()) issues.push_back(std::move(issue));
   return issues;
 }
@@ -257,7 +293,7 @@ std::vector<Issue> LiveChecks::issues_in(const Recording& given) {
 void LiveChecks::look() {
   if (samples_.size() < std::size_t(kNewAtLeast) || since_look_ == 0) return;
   since_look_ = 0;
-  const double elapsed = samples_.back().t - begin_s_;
+  const double elapsed = latest_s_ - begin_s_;
   next_look_ = std::size_t(std::ranges::upper_bound(kLooks, elapsed) - std::begin(kLooks));
   if (next_look_ == std::size(kLooks)) {
     next_look_ += std::size_t((elapsed - kLooks[next_look_ - 1]) / kEvery);
@@ -267,7 +303,7 @@ void LiveChecks::look() {
       std::ranges::all_of(r.mag, [](const VectorSeries& s) { return s.empty(); })) {
     return;
   }
-  const std::vector<Issue> seen = issues_in(r);
+  const std::vector<Issue> seen = without_doubles(issues_in(r));
   take_back(seen);
   // Where something is fatal, the rest may follow from it.
   const bool fatal = any_fatal(seen);
@@ -281,17 +317,21 @@ void LiveChecks::see(const Issue& issue) {
   const double first_s = samples_.front().t;
   const auto before =
       std::ranges::find_if(found_, [&](const Found& f) { return same(f.issue, issue); });
+  const bool said_elsewhere =
+      issue.kind == "set_aside" && options_.set_aside_is_said && issue.severity != Severity::kFatal;
   if (before == found_.end()) {
     found_.push_back({issue, first_s});
-    news_.push_back(capitalised(issue.text()));
+    if (!said_elsewhere) news_.push_back(capitalised(issue.text()));
     return;
   }
   const bool graver =
       issue.severity > before->issue.severity ||
       (!named_option(issue).empty() && named_option(issue) != named_option(before->issue));
-  if (graver) news_.push_back(capitalised(issue.text()));
-  // A fault at a place that has left the piece is a fault still; so is a graver one before.
-  if (issue.severity >= before->issue.severity) *before = {issue, first_s};
+  if (graver && !said_elsewhere) news_.push_back(capitalised(issue.text()));
+  // A graver fault before stands, unless the same samples with more behind them say otherwise.
+  if (issue.severity >= before->issue.severity || first_s <= before->first_s) {
+    *before = {issue, first_s};
+  }
 }
 
 void LiveChecks::take_back(const std::vector<Issue>& seen) {
@@ -299,12 +339,15 @@ void LiveChecks::take_back(const std::vector<Issue>& seen) {
   std::erase_if(found_, [&](const Found& f) {
     const Issue& issue = f.issue;
     const bool still = std::ranges::any_of(seen, [&](const Issue& s) { return same(s, issue); });
+    // With more samples the gate has found another reason to set these aside.
+    const bool otherwise = issue.kind == "set_aside" && samples_.front().t <= f.first_s;
+    if (!still && otherwise) return true;
     // Only what was looked at again, and more: a motion that tells nothing takes nothing back.
     if (still || has_place(issue) || samples_.front().t > f.first_s) return false;
     if (fatal && issue.severity != Severity::kFatal) return false;
     if (issue.kind == "axes" && mounting_.status == MountingStatus::kUndecided) return false;
-    news_.push_back(fmt::format("Taken back, after {:.0f} s of data: {}.",
-                                samples_.back().t - begin_s_, issue.problem));
+    news_.push_back(fmt::format("Taken back, after {:.0f} s of data: {}.", latest_s_ - begin_s_,
+                                issue.problem));
     return true;
   });
 }
@@ -373,12 +416,12 @@ std::vector<std::string> LiveChecks::faults() const {
 
 std::string LiveChecks::explanation(double begin_s, double end_s) {
   look();
+  // What has been there all the time explains no sudden misfit, unless nothing fits with it.
   const auto explains = [&](const Issue& issue, bool mag) {
-    if (issue.sensor.starts_with("mag") != mag || issue.kind == "axes") return false;
-    if (has_place(issue) && (issue.end_s < begin_s - kNearby || issue.begin_s > end_s + kNearby)) {
-      return false;
-    }
-    return damages(issue) || is_any_of(issue.kind, {"repeats", "set_aside", "gap"});
+    if (issue.sensor.starts_with("mag") != mag) return false;
+    if (!has_place(issue)) return issue.severity == Severity::kFatal;
+    const bool there = issue.end_s > begin_s - kNearby && issue.begin_s < end_s + kNearby;
+    return there && (damages(issue) || issue.kind == "set_aside");
   };
   for (const bool mag : {true, false}) {
     for (const Issue& issue : issues_) {

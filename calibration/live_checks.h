@@ -30,6 +30,8 @@ struct LiveChecksOptions {
   std::map<std::string, double> file_units = {};
   // Of the true dip, where it is known (calibrate.h); 0: unknown.
   int dip_sign = 0;
+  // Somebody else says what is set aside (streaming.h does), unless next to nothing is left.
+  bool set_aside_is_said = false;
 };
 
 // Not thread safe.
@@ -37,8 +39,8 @@ class LiveChecks {
  public:
   explicit LiveChecks(LiveChecksOptions options = {});
 
-  // A sample as it came, its unit and axes as the user gave them. A time that goes back begins a
-  // new part.
+  // A sample as it came, its unit and axes as the user gave them. Rows of some sensors may be late
+  // by less than a second; a time that goes back further, or on by many seconds, begins a new part.
   void add(const StreamSample& sample);
   // Looks now, at the end of a stream or where something does not fit; add() does when it is time.
   void look();
@@ -76,7 +78,7 @@ class LiveChecks {
 
   LiveChecksOptions options_;
   std::deque<StreamSample> samples_;
-  double begin_s_ = 0.0;  // of this part
+  double begin_s_ = 0.0, latest_s_ = 0.0;  // of this part
   long in_part_ = 0, since_look_ = 0;
   std::size_t next_look_ = 0;
   Mounting mounting_;              // as last looked at

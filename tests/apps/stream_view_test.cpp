@@ -143,7 +143,7 @@ TEST(StreamView, shows_a_fatal_fault_instead_of_a_motion) {
   s.issues = {{"unit", "mag", -1, Severity::kFatal, 0.0, 0.0, "mag usually reads 48000: nanotesla",
                "give the file's unit: --unit mag=nT"},
               {"gap", "gyr", -1, Severity::kCaution, 1.0, 2.0, "gyr has a gap", "slow it down"}};
-  const auto lines = stream_view(s, {}, "", {.utf8 = false});
+  const auto lines = stream_view(s, {}, "", {.columns = 120, .utf8 = false});
   EXPECT_EQ(lines[2].text, "  WRONG UNIT");
   EXPECT_EQ(lines[2].style, LineStyle::kBad);
   const std::string text = text_of(lines);

@@ -154,11 +154,12 @@ void print_latency(const std::vector<std::pair<double, double>>& updates) {
 }
 
 void finish(StreamingCalibration& stream, const std::string& result) {
-  const double begin = now_s();
+  const double begin = now_s(), before = megabytes("VmHWM:");
   const Calibration c = stream.finish();
-  fmt::print("finish() {:.1f} s, {} nodes, at most {:.0f} MB by then; trust {}; {}\n",
-             now_s() - begin, c.nodes, megabytes("VmHWM:"), to_string(c.trust.verdict),
-             c.fit.message);
+  fmt::print(
+      "finish() {:.1f} s, {} nodes, at most {:.0f} MB before, {:.0f} MB after; trust {}; {}\n",
+      now_s() - begin, c.nodes, before, megabytes("VmHWM:"), to_string(c.trust.verdict),
+      c.fit.message);
   write_result(c, result);
 }
 
@@ -192,7 +193,7 @@ void stream_all(const std::string& samples, const StreamingOptions& options,
   fmt::print("{} samples in {:.1f} s: {:.0f} a second\n", next.read(), took,
              double(next.read()) / took);
   if (!updates.empty()) print_latency(updates);
-  if (!estimate.empty()) {
+  if (std::filesystem::exists(estimate)) {
     fmt::print("keeping the estimate: {:.2f} s at most, {:.0f} MB in the end\n", longest,
                1e-6 * double(std::filesystem::file_size(estimate)));
   }

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "calibration/blows.h"
 #include "calibration/check_axes.h"
@@ -24,8 +25,11 @@
 namespace magimu {
 namespace {
 
-constexpr int kAtATime = 128;           // windows of a fit that looks at residuals
-constexpr double kHeld = 1e-3;          // of a standard deviation: parameters do not move there
+constexpr int kAtATime = 128;   // windows of a fit that looks at residuals
+constexpr double kHeld = 1e-3;  // of a standard deviation: parameters do not move there
+// A tenth of what a fit leaves (stage.cpp).
+constexpr double kGyrBiasNear = 1e-5;   // rad/s
+constexpr double kAccBiasNear = 5e-3;   // m/s^2
 constexpr int kMostIdleAtEnd = 12;      // updates
 constexpr double kSettledAtEnd = 1e-3;  // standard deviations
 
@@ -73,11 +77,24 @@ void add_sums(SensorSums& all, const SensorSums& more) {
 
 }  // namespace
 
+// As a fit of all samples does, only closer: windows whose samples were integrated at other biases
+// than these are integrated again.
+void StreamingCalibration::State::integrate_again() {
+  ModelSpec spec = spec_;
+  spec.gyr_bias = estimator_->globals().at<Vector3>(key::gyr_bias);
+  spec.acc_bias = estimator_->globals().at<Vector3>(key::acc_bias);
+  for (int w = 0; w < estimator_->windows(); ++w) {
+    if (!maker_->integrate_at(w, spec, kGyrBiasNear, kAccBiasNear)) continue;
+    estimator_->replace_factors(w);
+  }
+}
+
 // The estimator's own solution as the fit.
 Result StreamingCalibration::State::settle_at_end() {
   const auto begin = std::chrono::steady_clock::now();
   Result fit;
   fit.cost_initial = estimator_->cost();
+  integrate_again();
   for (int i = 0; i < kMostIdleAtEnd && !fit.converged(); ++i) {
     const UpdateResult update = estimator_->idle();
     IterationRecord record;
@@ -122,13 +139,14 @@ SensorSums StreamingCalibration::State::look_at_residuals(const VectorXd& sigma,
     while (end < estimator_->windows() && end < begin + kAtATime && goes_on(end)) ++end;
     const StreamWindow span{windows[std::size_t(begin)].first, windows[std::size_t(end) - 1].last};
     const Recording part = samples_.part(span);
-    const NodePlan plan = samples_.plan(span);
+    NodePlan plan = samples_.plan(span);
+    const bool continues = std::exchange(plan.continues, false);  // it stands alone here
     const Values values = estimator_->estimate(begin, end);
     Stage stage({&part}, spec, std::vector<NodePlan>{plan}, batch_.optimizer);
     stage.fit(values, true);
     add_sums(sums, stage.sums());
     const std::vector<double> squares = stage.mag_squares();
-    for (int k = span.first + (plan.continues ? 1 : 0); k <= span.last; ++k) {
+    for (int k = span.first + (continues ? 1 : 0); k <= span.last; ++k) {
       mag_squares.push_back(squares[std::size_t(k)]);
       trajectory.t.push_back(samples_.node_t()[std::size_t(k)]);
       trajectory.nRb.push_back(values.at<Rot3>(R(k)));

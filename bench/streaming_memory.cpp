@@ -180,6 +180,7 @@ void stream_all(const std::string& samples, const StreamingOptions& options,
     if (update->t >= report) {
       fmt::print("at {:5.0f} s: {:.0f} MB now, {:.0f} MB at most\n", update->t, megabytes("VmRSS:"),
                  megabytes("VmHWM:"));
+      std::fflush(stdout);
       report += 900.0;
     }
     if (estimate.empty() || next.read() < keep_at) continue;

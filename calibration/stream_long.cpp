@@ -4,7 +4,7 @@
 // covariance are its own after idle updates, the robust covariance comes from the scores of its
 // condensed windows, and residuals from fits of a few minutes at a time in which the parameters are
 // held. What only a fit of all samples gives is left out: the prediction of what was left out
-// ("held_out") and the search for effects that the model lacks.
+// ("cross_validation") and the search for effects that the model lacks.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,6 +30,7 @@ constexpr double kHeld = 1e-3;  // of a standard deviation: parameters do not mo
 // A tenth of what a fit leaves (stage.cpp).
 constexpr double kGyrBiasNear = 1e-5;   // rad/s
 constexpr double kAccBiasNear = 5e-3;   // m/s^2
+constexpr int kAxesWindows = 600;
 constexpr int kMostIdleAtEnd = 12;      // updates
 constexpr double kSettledAtEnd = 1e-3;  // standard deviations
 
@@ -170,7 +171,6 @@ MatrixXd StreamingCalibration::State::robust_covariance(const MatrixXd& P) const
 
 Calibration StreamingCalibration::State::finish_long() {
   const Recording& recording = samples_.all();
-  const std::vector<const Recording*> recordings{&recording};
   Result fit = settle_at_end();
   Calibration c = *estimate();
   c.fit = std::move(fit);
@@ -197,7 +197,10 @@ Calibration StreamingCalibration::State::finish_long() {
               check_windows(c, mag_squares)};
   c.trust = {};
   judge(c, unknown_directions(c));
-  judge_axes(c, check_mounting(recordings), batch_);
+  // Axes stay as they are mounted: some minutes tell them.
+  const int enough = std::min(estimator_->windows(), kAxesWindows);
+  const Recording some = samples_.part({0, samples_.windows()[std::size_t(enough - 1)].last});
+  judge_axes(c, check_mounting({&some}), batch_);
   return c;
 }
 

@@ -21,7 +21,7 @@
 namespace magimu {
 namespace {
 
-constexpr long kFirst = 50000, kEvery = 16;  // as StreamSession keeps the estimate
+constexpr long kFirst = 10000, kEvery = 16;  // as StreamSession keeps the estimate
 
 // Of this process, MB: "VmRSS" now, "VmHWM" at most.
 double megabytes(const std::string& what) {
@@ -56,7 +56,9 @@ void in_a_process(const Body& body) {
     std::fflush(stdout);
     ::_exit(0);
   }
-  ::waitpid(child, nullptr, 0);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  if (status != 0) fmt::print("failed: it was ended by signal {}\n", WTERMSIG(status));
 }
 
 using Row = std::array<double, 10>;  // t, acc, gyr, mag; not a number: none

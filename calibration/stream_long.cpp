@@ -28,8 +28,8 @@ namespace {
 constexpr int kAtATime = 128;   // windows of a fit that looks at residuals
 constexpr double kHeld = 1e-3;  // of a standard deviation: parameters do not move there
 // A tenth of what a fit leaves (stage.cpp).
-constexpr double kGyrBiasNear = 1e-5;   // rad/s
-constexpr double kAccBiasNear = 5e-3;   // m/s^2
+constexpr double kGyrBiasNear = 1e-5;  // rad/s
+constexpr double kAccBiasNear = 5e-3;  // m/s^2
 constexpr int kAxesWindows = 600;
 constexpr int kMostIdleAtEnd = 12;      // updates
 constexpr double kSettledAtEnd = 1e-3;  // standard deviations
@@ -199,7 +199,9 @@ Calibration StreamingCalibration::State::finish_long() {
   judge(c, unknown_directions(c));
   // Axes stay as they are mounted: some minutes tell them.
   const int enough = std::min(estimator_->windows(), kAxesWindows);
-  const Recording some = samples_.part({0, samples_.windows()[std::size_t(enough - 1)].last});
+  Recording some = samples_.part({0, samples_.windows()[std::size_t(enough - 1)].last});
+  some.name = recording.name;
+  some.mag_names = recording.mag_names;
   judge_axes(c, check_mounting({&some}), batch_);
   return c;
 }

@@ -104,7 +104,8 @@ BoardRow run_held(int index, const BoardOptions& options) {
   plan.hand_held = row.kind.starts_with("hand_held");
   plan.rate_hz = options.brief ? 50.0 : dice.pick<double>({50, 100, 200});
   plan.duration_s = options.brief ? 30.0 : 60.0;
-  const double ratio = dice.uniform(2.0, 10.0);
+  // As many rows for each reading, or a clock of its own.
+  const double ratio = dice.chance(0.5) ? double(2 + dice.index(9)) : dice.uniform(2.0, 10.0);
   BoardLog board = simulated_board(plan);
   hold_magnetometer(board.log, ratio, dice);
   const bool killed = row.kind.ends_with("killed");

@@ -7,6 +7,7 @@
 //   guided    a person who does what the sentences say against others who turn at random
 //   enough    true errors at the moment of "good enough" against the claimed ones
 //   plans     the soonest that any plan of turns could reach the target, of so many at random
+//   memory    a long stream: memory over time, a restart, the end against all samples at once
 //   print     one stream, update by update
 #include <fmt/format.h>
 #include <time.h>
@@ -20,6 +21,7 @@
 #include "bench/streamed.h"
 #include "bench/streamed_person.h"
 #include "bench/streaming_guided.h"
+#include "bench/streaming_memory.h"
 #include "calibration/parameter_names.h"
 #include "solvers/incremental_qr.h"
 #include "solvers/marginals.h"
@@ -28,11 +30,11 @@ namespace magimu {
 namespace {
 
 struct Options {
-  std::string mode = "print", motion = "hand", file, model, csv, picture;
+  std::string mode = "print", motion = "hand", file, model, csv, picture, folder;
   std::uint64_t first = 1;
   int seeds = 1, plans = 10000;
   double rate = 80.0, duration = 0.0, target_deg = 0.5;
-  bool noise = false;
+  bool noise = false, batch = false;
 
   StreamingOptions streaming() const {
     StreamingOptions out;
@@ -54,7 +56,7 @@ double cpu_s() {
   return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
-Simulation simulated(const Options& o, std::uint64_t seed) {
+SimulationOptions simulation_options(const Options& o, std::uint64_t seed) {
   SimulationOptions out;
   out.motion = o.motion == "paper"       ? SimulatedMotion::kPaper
                : o.motion == "hand_held" ? SimulatedMotion::kHandHeld
@@ -62,7 +64,10 @@ Simulation simulated(const Options& o, std::uint64_t seed) {
   out.rate_hz = o.rate;
   out.seed = seed;
   out.duration_s = o.duration;
-  return simulate(out);
+  return out;
+}
+Simulation simulated(const Options& o, std::uint64_t seed) {
+  return simulate(simulation_options(o, seed));
 }
 
 // One recording and its options; body(recording, options, truth or null).
@@ -305,6 +310,14 @@ void good_enough(const Options& o) {
   if (!check_good_enough(o.first, o.seeds, of_people(o))) fmt::print("OUTSIDE\n");
 }
 
+void memory(const Options& o) {
+  if (o.folder.empty()) throw std::invalid_argument("memory needs --folder");
+  const SimulationOptions simulation = simulation_options(o, o.first);
+  StreamingOptions options = o.streaming();
+  options.gravity = simulation.gravity;
+  measure_memory(simulation, options, o.folder, o.batch);
+}
+
 void plans(const Options& o) { search_plans(o.plans, o.target_deg); }
 
 }  // namespace
@@ -314,7 +327,8 @@ int main(int argc, char** argv) {
   using namespace magimu;
   CLI::App app("Streaming calibration, measured");
   Options o;
-  app.add_option("mode", o.mode, "latency, end, nees, magnet, guided, enough, plans or print");
+  app.add_option("mode", o.mode,
+                 "latency, end, nees, magnet, guided, enough, plans, memory or print");
   app.add_option("--motion", o.motion, "simulated: hand, hand_held or paper");
   app.add_option("--file", o.file, "a recording instead");
   app.add_option("--model", o.model, "rotation, hand_held or auto; else as simulated");
@@ -326,12 +340,14 @@ int main(int argc, char** argv) {
   app.add_option("--target", o.target_deg, "guided: heading, deg");
   app.add_option("--csv", o.csv, "latency: every update's, here");
   app.add_option("--picture", o.picture, "latency: an SVG of it, here");
+  app.add_option("--folder", o.folder, "memory: for its files, 1 GB for three hours at 200 Hz");
+  app.add_flag("--batch", o.batch, "memory: the fit of all samples at once, too");
   app.add_flag("--noise-given", o.noise, "the true noise densities are known");
   CLI11_PARSE(app, argc, argv);
   const std::map<std::string, void (*)(const Options&)> modes = {
       {"latency", latency}, {"end", end},       {"nees", nees_on_the_way},
       {"magnet", magnet},   {"guided", guided}, {"enough", good_enough},
-      {"plans", plans},     {"print", print}};
+      {"plans", plans},     {"memory", memory}, {"print", print}};
   const auto mode = modes.find(o.mode);
   if (mode == modes.end()) {
     fmt::print(stderr, "there is no mode {}\n", o.mode);

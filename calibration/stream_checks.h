@@ -9,6 +9,9 @@
 
 namespace magimu {
 
+class ByteWriter;
+class ByteReader;
+
 class StreamChecks {
  public:
   // The estimate after a window; distance: the target's largest standard deviation over what is
@@ -16,6 +19,8 @@ class StreamChecks {
   void add(double t, const Calibration& c, double distance, const WindowFit& window);
   // Parameters or noise are others from now on (a magnet was attached, all windows fitted anew).
   void forget() { moments_.clear(); }
+  void save(ByteWriter& out) const;  // stream_snapshot.cpp
+  void load(ByteReader& in);
 
   // "trend", "windows" and "stability", of the last ten seconds; those for which there are
   // estimates enough.

@@ -76,19 +76,6 @@ void fill_parameters(Calibration& c, const std::vector<const Recording*>& record
   }
 }
 
-void fill_residuals(Calibration& c, const std::vector<NodePlan>& plans, const SensorSums& sums) {
-  const NodePlan& longest =
-      *std::ranges::max_element(plans, {}, [](const NodePlan& plan) { return plan.t.size(); });
-  const std::vector<double>& t = longest.t;
-  const double nodes_per_s = double(t.size()) / std::max(1e-9, t.back() - t.front());
-  const double densities[3] = {c.noise.acc, c.noise.gyr, c.noise.mag};
-  for (std::size_t s = 0; s < 3; ++s) {
-    c.residuals[s].rms = sums.rms(Sensor(s));
-    c.residuals[s].lag1 = sums.lag1[s];
-    c.residuals[s].rms_unit = c.residuals[s].rms * densities[s] * std::sqrt(nodes_per_s);
-  }
-}
-
 Calibration with_uncertainty(const std::vector<const Recording*>& recordings, const Optimum& at,
                              const Marginals& marginals, const CalibrationOptions& options) {
   const Stage& stage = at.stage;
@@ -108,6 +95,19 @@ Calibration with_uncertainty(const std::vector<const Recording*>& recordings, co
 }
 
 }  // namespace
+
+void fill_residuals(Calibration& c, const std::vector<NodePlan>& plans, const SensorSums& sums) {
+  const NodePlan& longest =
+      *std::ranges::max_element(plans, {}, [](const NodePlan& plan) { return plan.t.size(); });
+  const std::vector<double>& t = longest.t;
+  const double nodes_per_s = double(t.size()) / std::max(1e-9, t.back() - t.front());
+  const double densities[3] = {c.noise.acc, c.noise.gyr, c.noise.mag};
+  for (std::size_t s = 0; s < 3; ++s) {
+    c.residuals[s].rms = sums.rms(Sensor(s));
+    c.residuals[s].lag1 = sums.lag1[s];
+    c.residuals[s].rms_unit = c.residuals[s].rms * densities[s] * std::sqrt(nodes_per_s);
+  }
+}
 
 Calibration summarize(const std::vector<const Recording*>& recordings, const Stage& stage,
                       const CalibrationOptions& options) {

@@ -15,5 +15,7 @@ Calibration summarize(const std::vector<const Recording*>& recordings, const Opt
 // The parameters and their uncertainty only: nothing of the residuals.
 Calibration summarize_parameters(const std::vector<const Recording*>& recordings, const Optimum& at,
                                  const CalibrationOptions& options);
+// Residuals by sensor, of a calibration whose noise is known.
+void fill_residuals(Calibration& c, const std::vector<NodePlan>& plans, const SensorSums& sums);
 
 }  // namespace magimu

@@ -5,6 +5,8 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 
+#include "graph/bytes.h"
+
 namespace magimu {
 namespace {
 
@@ -53,6 +55,16 @@ void WindowConsistency::learn(const Innovation& innovation) {
   } else {
     ratios_[next_++ % kRemembered] = ratio;
   }
+}
+
+void WindowConsistency::save(ByteWriter& out) const {
+  out.put(ratios_);
+  out.put(std::uint64_t(next_));
+}
+
+void WindowConsistency::load(ByteReader& in) {
+  in.get(ratios_);
+  next_ = std::size_t(in.get<std::uint64_t>());
 }
 
 }  // namespace magimu

@@ -15,6 +15,9 @@
 
 namespace magimu {
 
+class ByteWriter;
+class ByteReader;
+
 class WindowConsistency {
  public:
   // Not used: less probable than one in ten thousand.
@@ -28,6 +31,8 @@ class WindowConsistency {
   double overdispersion() const;
   // Has it seen enough windows to judge by? Until then only what is far off is found.
   bool knows() const { return ratios_.size() >= kEnough; }
+  void save(ByteWriter& out) const;
+  void load(ByteReader& in);
 
  private:
   static constexpr double kLeftOut = 1e-4, kTakenBack = 1e-2;

@@ -73,20 +73,34 @@ Values IncrementalQr::front() const {
 
 FactorGraph IncrementalQr::graph() const {
   FactorGraph out;
-  for (const Window& w : windows_) {
-    for (const auto& batch : w.factors.batches()) out.add_batch(batch->clone());
-    for (const auto& batch : w.removable.batches()) {
-      if (!w.removed) out.add_batch(batch->clone());
-    }
+  for (int i = 0; i < windows(); ++i) {
+    const Window& w = windows_[std::size_t(i)];
+    WindowParts again;
+    if (!w.packed.empty()) again = options_.make_again(i);
+    const auto add = [&out](const FactorGraph& part) {
+      for (const auto& batch : part.batches()) out.add_batch(batch->clone());
+    };
+    add(w.packed.empty() ? w.factors : again.factors);
+    if (!w.removed) add(w.packed.empty() ? w.removable : again.removable);
   }
   return out;
 }
 
-Values IncrementalQr::estimate() const {
+Values IncrementalQr::estimate() const { return estimate(0, windows()); }
+
+Values IncrementalQr::estimate(int begin, int end) const {
   Values out = globals_;
-  for (const Window& w : windows_) {
+  for (int i = begin; i < end; ++i) {
+    std::optional<Window> awake;
+    if (!windows_[std::size_t(i)].packed.empty()) awake = woken(i);
+    const Window& w = awake ? *awake : windows_[std::size_t(i)];
     const VectorXd delta = moves(w, coordinates(w));
     const Values now = w.values.retract({delta.data(), std::size_t(delta.size())});
+    const auto slots = w.values.slots();
+    for (std::size_t s = 0; s < slots.size() && i == begin && begin > 0; ++s) {
+      const bool first = w.elimination.variables()[s].place == WindowElimination::Place::kFirst;
+      if (first) out.insert_from(now, slots[s].key);
+    }
     for (const Key key : w.own) out.insert_from(now, key);
   }
   return out;

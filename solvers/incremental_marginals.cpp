@@ -98,6 +98,39 @@ MatrixXd IncrementalQr::covariance(const std::vector<Key>& keys) const {
   return inverse * inverse.transpose();
 }
 
+// A window's residuals r = R x + d follow the globals as R dx/dg, the nodes with them: its score is
+// (R dx/dg)' r. Rows of eliminated nodes stay zero.
+std::vector<BlockScore> IncrementalQr::scores(const std::vector<int>& block_of_window,
+                                              int blocks) const {
+  const int globals = anchors_.dim();
+  std::vector<BlockScore> out(std::size_t(blocks),
+                              {VectorXd::Zero(globals), MatrixXd::Zero(globals, globals)});
+  for (const Chain& chain : chains_) {
+    const std::vector<MatrixXd> nodes = chain.tree.follow_globals(globals);
+    for (int leaf = 0; leaf < chain.tree.size(); ++leaf) {
+      const CondensedTriangle t = chain.tree.leaf(leaf);
+      MatrixXd X = MatrixXd::Zero(t.width(), globals);
+      VectorXd x(t.width());
+      X.topRows(t.last) = nodes[std::size_t(leaf)];
+      x.head(t.last) = chain.tree.last_of(leaf);
+      if (t.first > 0) {
+        X.middleRows(t.last, t.first) = nodes[std::size_t(leaf) - 1];
+        x.segment(t.last, t.first) = chain.tree.last_of(leaf - 1);
+      }
+      X.bottomRows(t.globals).leftCols(t.globals).setIdentity();
+      x.tail(t.globals) = x_globals_.head(t.globals);
+      const auto R = t.R.leftCols(t.width()).triangularView<Eigen::Upper>();
+      const MatrixXd J = R * X;
+      const VectorXd r = R * x + t.R.col(t.width());
+      const int window = chain.windows[std::size_t(leaf)];
+      BlockScore& block = out[std::size_t(block_of_window[std::size_t(window)])];
+      block.score += J.transpose() * r;
+      block.information += J.transpose() * J;
+    }
+  }
+  return out;
+}
+
 std::vector<NullDirection> IncrementalQr::null_space() const {
   return null_directions(root_.R.leftCols(root_.globals));
 }

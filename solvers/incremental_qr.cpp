@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kRounds = 4;          // of linearization in one update, while that is cheap
 constexpr int kNewest = 2;          // windows whose drift is always looked at
+constexpr int kAtOnce = 64;         // windows that fall asleep together where nothing is solved
 constexpr double kIdleDrift = 0.1;  // from here on where there is time
 
 }  // namespace
@@ -99,21 +100,18 @@ double IncrementalQr::solve() {
 void IncrementalQr::look(int window) {
   const Window& w = windows_[std::size_t(window)];
   const WindowCoordinates to = coordinates(w);
-  const CondensedTriangle& t =
-      w.chain < 0 ? w.triangle : chains_[std::size_t(w.chain)].tree.leaf(w.leaf);
-  VectorXd delta(t.width());
+  const auto last = to.last.size(), first = to.first.size();
+  VectorXd delta(last + first + to.globals.size());
   delta << to.last - w.point.last, to.first - w.point.first, to.globals - w.point.globals;
-  const int rows = w.elimination.rows(0) + (w.removed ? 0 : w.elimination.rows(1));
-  double squares = 0.0;
-  for (int i = 0, n = t.width(); i < n; ++i) {
-    squares += std::pow(t.R.row(i).segment(i, n - i).dot(delta.tail(n - i)), 2);
-  }
+  const double squares = w.leaf < 0
+                             ? moved_squares(w.triangle, delta)
+                             : chains_[std::size_t(w.chain)].tree.moved_squares(w.leaf, delta);
+  const int rows = w.rows[0] + (w.removed ? 0 : w.rows[1]);
   double drift = std::sqrt(squares / std::max(rows, 1)) / options_.tolerance;
-  for (const WindowElimination::Variable& v : w.elimination.variables()) {
-    if (!v.rotation || v.place == WindowElimination::Place::kInner) continue;
-    const int at = v.offset + (v.place == WindowElimination::Place::kLast    ? 0
-                               : v.place == WindowElimination::Place::kFirst ? t.last
-                                                                             : t.last + t.first);
+  for (const Turned& t : w.turned) {
+    const auto at = t.offset + (t.place == WindowElimination::Place::kLast    ? 0
+                                : t.place == WindowElimination::Place::kFirst ? last
+                                                                              : last + first);
     drift = std::max(drift, delta.segment<3>(at).norm() / options_.max_rotation);
   }
   drift_[std::size_t(window)] = drift;
@@ -164,6 +162,7 @@ bool IncrementalQr::relinearize(int limit, double from_drift, UpdateResult& resu
     }
   }
   for (const int i : drifted) {
+    wake(i);
     Window& w = windows_[std::size_t(i)];
     const WindowCoordinates to = coordinates(w);
     const VectorXd delta = moves(w, to);
@@ -175,11 +174,13 @@ bool IncrementalQr::relinearize(int limit, double from_drift, UpdateResult& resu
     if (!is_finite(condensed)) {  // the linearization that it has is the better one
       w.values = values;
       w.point = point;
+      sleep(i);
       continue;
     }
     w.otherwise.reset();
     put(i, std::move(condensed));
     result.variables += w.values.size();
+    sleep(i);
     if (i != result.window) result.relinearized.push_back(i);
   }
   return !drifted.empty();
@@ -202,10 +203,12 @@ void IncrementalQr::attend_to_old_windows(UpdateResult& result, bool stepped) {
       step(result);
     }
   } else {
+    if (!stepped) step(result);  // where windows are looked at, the solution is that of their tree
     look_around();
-    if (relinearize(options_.relinearized, 1.0, result) || !stepped) step(result);
+    if (relinearize(options_.relinearized, 1.0, result)) step(result);
   }
   result.largest_drift = *std::max_element(drift_.begin(), drift_.end());
+  let_sleep();
 }
 
 int IncrementalQr::add(FactorGraph factors, const Values& new_values, FactorGraph removable,
@@ -218,6 +221,10 @@ int IncrementalQr::add(FactorGraph factors, const Values& new_values, FactorGrap
 void IncrementalQr::append(FactorGraph factors, const Values& new_values, FactorGraph removable,
                            bool hold_back) {
   add(std::move(factors), new_values, std::move(removable), hold_back);
+  if (options_.make_again && windows() - options_.awake - old_ >= kAtOnce) {
+    refresh();
+    let_sleep();
+  }
 }
 
 UpdateResult IncrementalQr::update(FactorGraph factors, const Values& new_values,
@@ -243,6 +250,7 @@ UpdateResult IncrementalQr::conclude(int window, bool take_in) {
     step(result);
     if (windows() <= options_.eager_windows) attend_to_old_windows(result, true);
     result.largest_drift = *std::max_element(drift_.begin(), drift_.end());
+    let_sleep();
     return result;
   }
   if (held_.window >= 0) {  // another one
@@ -262,6 +270,7 @@ UpdateResult IncrementalQr::idle() {
   if (relinearize(windows(), kIdleDrift, result)) step(result);
   for (int w = 0; w < windows(); ++w) look(w);
   if (windows() > 0) result.largest_drift = *std::max_element(drift_.begin(), drift_.end());
+  let_sleep();
   return result;
 }
 
@@ -281,6 +290,7 @@ void IncrementalQr::turn(int window, bool removed) {
 bool IncrementalQr::put_otherwise(int window, bool removed) {
   Window& w = windows_[std::size_t(window)];
   if (w.removed == removed) return false;
+  wake(window);
   Condensed now = w.otherwise ? std::move(*w.otherwise) : condense(w, !removed);
   w.otherwise.reset();
   if (!is_finite(now)) {
@@ -288,13 +298,14 @@ bool IncrementalQr::put_otherwise(int window, bool removed) {
   }
   w.removed = removed;
   put(window, std::move(now));
+  sleep(window);
   return true;
 }
 
 Innovation IncrementalQr::innovation(int window) {
   Window& w = windows_[std::size_t(window)];
   if (w.chain < 0) throw std::invalid_argument("a window without nodes has no innovation");
-  const int dof = w.elimination.rows(1), globals = anchors_.dim();
+  const int dof = w.rows[1], globals = anchors_.dim();
   // Squares of all, with this for the root of the window's chain.
   const auto squares = [&](const CondensedTriangle& root) {
     return total([&](int c) -> const CondensedTriangle& {
@@ -310,9 +321,11 @@ Innovation IncrementalQr::innovation(int window) {
     const double with = continued(w.otherwise->triangle);
     return {std::max(0.0, with - continued(held_.without)), dof};
   }
+  wake(window);
   if (!w.otherwise) w.otherwise = condense(w, w.removed);
   const double change =
       root_.squares - squares(tree.root_with(w.leaf, w.otherwise->triangle, globals));
+  sleep(window);
   return {std::max(0.0, w.removed ? -change : change), dof};
 }
 

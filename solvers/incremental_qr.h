@@ -28,6 +28,12 @@
 // time. The first windows are linearized again at every update: it is cheap then, and the estimate
 // moves most.
 //
+// The memory of a long stream: where the factors of a window can be made again (make_again),
+// windows that are no longer among the newest fall asleep. One that sleeps keeps its triangle,
+// packed, and where it is linearized; its factors, and what follows from them, are made again where
+// it is linearized again, turned or asked for, and dropped afterwards. The estimate is the same to
+// the last bit, if the factors are.
+//
 // Steps are Gauss-Newton's: start near the answer, with priors where the first windows leave
 // something undetermined. Undetermined directions do not move, and null_space() names them. What
 // this does not do: factors between a new node and one before the chain's last are refused with an
@@ -38,10 +44,17 @@
 #include <optional>
 
 #include "solvers/null_space.h"
+#include "solvers/packed_values.h"
+#include "solvers/sandwich.h"
 #include "solvers/triangle_tree.h"
 #include "solvers/window_elimination.h"
 
 namespace magimu {
+
+// A window's factors, as they were given to update().
+struct WindowParts {
+  FactorGraph factors, removable;
+};
 
 struct IncrementalQrOptions {
   // Which variables all windows share; all others are nodes of chains, named by their index.
@@ -51,6 +64,12 @@ struct IncrementalQrOptions {
   int looked_at = 6;           // windows whose drift is determined anew in an update
   double tolerance = 0.01;     // sigmas of one residual, root mean square
   double max_rotation = 1e-4;  // rad
+  // The factors of an old window again, by its number; without it all windows stay awake.
+  std::function<WindowParts(int window)> make_again = nullptr;
+  // Windows that stay awake, the newest. By then old ones hardly drift any more: a new window moves
+  // the residuals of one of N before it by sqrt(globals / (N rows)) sigmas or so, rms; with 19
+  // globals and 700 rows that is a tolerance of 0.01 at N = 271.
+  int awake = 256;
 };
 
 // What an update has done.
@@ -106,6 +125,8 @@ class IncrementalQr {
   const Values& globals() const { return globals_; }
   Values front() const;
   Values estimate() const;
+  // Of the globals, and of the nodes of the windows begin <= w < end with the first one's first.
+  Values estimate(int begin, int end) const;
   // All factors that count, as one graph: its optimum is where idle() leads.
   FactorGraph graph() const;
   // The least cost, half the sum of squares, of the linearized graph.
@@ -119,11 +140,29 @@ class IncrementalQr {
   MatrixXd information(const std::vector<Key>& keys) const;
   // Directions of the globals that the data leave undetermined; components in their order.
   std::vector<NullDirection> null_space() const;
+  // Scores and information of the globals, all nodes eliminated, in their order: summed over the
+  // windows of each block, 0 <= block_of_window[w] < blocks. Scores sum to zero where nothing has
+  // been put since the last step. What windows without nodes say is left out.
+  std::vector<BlockScore> scores(const std::vector<int>& block_of_window, int blocks) const;
+
+  // All that the estimate depends on, so that one with the same options goes on from there with the
+  // same bits; its windows' factors must be such as make_again() makes. After a window that is held
+  // back has been concluded. False, and of no use what was written: a variable is of a type that
+  // cannot be kept.
+  bool save(ByteWriter& out) const;
+  // Into an estimator without windows. Throws std::runtime_error where it cannot be right; the
+  // estimator is then of no use.
+  void load(ByteReader& in);
 
  private:
   struct Condensed {
     CondensedTriangle triangle;
     std::vector<EliminatedNode> nodes;
+  };
+  // A rotation among a window's boundary nodes and globals.
+  struct Turned {
+    WindowElimination::Place place;
+    int offset;
   };
   struct Window {
     FactorGraph factors, removable;
@@ -132,9 +171,15 @@ class IncrementalQr {
     WindowCoordinates point;
     int chain = -1, leaf = -1;  // -1: no node, so that its triangle is one of globals alone
     std::vector<Key> own;       // its nodes' variables in the order in which they came
+    std::optional<std::uint32_t> first;  // index of its first node; none where a chain starts
+    int rows[2] = {0, 0};                // of factors, of removable
+    std::vector<Turned> turned;
     WindowElimination elimination;
     std::vector<EliminatedNode> nodes;
     CondensedTriangle triangle;  // of a window without nodes
+    // Not empty: the window sleeps, these are its values, and it has neither factors nor
+    // elimination nor nodes.
+    PackedValues packed;
     // What it would be with its removable factors if it is without, and the other way round;
     // empty: nobody has asked since it was linearized.
     std::optional<Condensed> otherwise;
@@ -184,6 +229,17 @@ class IncrementalQr {
   double solve();
   WindowCoordinates coordinates(const Window& w) const;
   VectorXd moves(const Window& w, const WindowCoordinates& to) const;
+  // incremental_store.cpp
+  bool save_window(ByteWriter& out, int window) const;
+  void load_window(ByteReader& in);
+
+  // incremental_sleep.cpp
+  Window woken(int window) const;
+  void wake(int window);
+  void sleep(int window);
+  void let_sleep();
+  bool is_chains_last(int window) const;
+
   void look(int window);
   void look_around();
   bool relinearize(int limit, double from_drift, UpdateResult& result);
@@ -199,6 +255,7 @@ class IncrementalQr {
   std::vector<int> loose_;  // windows without nodes
   CondensedTriangle root_;  // of the globals
   Held held_;
+  int old_ = 0;  // windows before this one sleep, where they can
 };
 
 }  // namespace magimu

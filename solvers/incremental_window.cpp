@@ -112,19 +112,24 @@ IncrementalQr::Joining IncrementalQr::make_window(FactorGraph factors, const Val
   }
   out.x_globals = VectorXd::Zero(out.anchors.dim());
   out.x_globals.head(x_globals_.size()) = x_globals_;
-  std::optional<std::uint32_t> first;
   w.values = out.globals;
   w.point.globals = out.x_globals;
   if (chain >= 0) {
     const int before = newest_window(chain);
-    first = chains_[std::size_t(chain)].last_index;
+    w.first = chains_[std::size_t(chain)].last_index;
     w.point.first = before == held_.window ? windows_[std::size_t(before)].point.last
                                            : chains_[std::size_t(chain)].last;
     insert_last_node(before, w.point.first, w.values);
   }
   for (const Key key : w.own) w.values.insert_from(new_values, key);
   w.elimination =
-      WindowElimination({&w.factors, &w.removable}, w.values, options_.is_global, first);
+      WindowElimination({&w.factors, &w.removable}, w.values, options_.is_global, w.first);
+  for (int part = 0; part < 2; ++part) w.rows[part] = w.elimination.rows(std::size_t(part));
+  for (const WindowElimination::Variable& v : w.elimination.variables()) {
+    if (v.rotation && v.place != WindowElimination::Place::kInner) {
+      w.turned.push_back({v.place, v.offset});
+    }
+  }
   w.point.last = VectorXd::Zero(w.elimination.last_width());
   out.begins_chain = chain < 0 && !w.own.empty();
   w.chain = out.begins_chain ? int(chains_.size()) : chain;
@@ -156,6 +161,8 @@ void IncrementalQr::condense(Joining& joining, bool hold_back) const {
 int IncrementalQr::join(Joining joining, bool hold_back) {
   put_held(false);
   const int window = windows();
+  const int before =
+      joining.window.chain >= 0 && !joining.begins_chain ? newest_window(joining.window.chain) : -1;
   anchors_ = std::move(joining.anchors);
   globals_ = std::move(joining.globals);
   x_globals_ = std::move(joining.x_globals);
@@ -176,6 +183,7 @@ int IncrementalQr::join(Joining joining, bool hold_back) {
     if (w.chain >= 0) chains_[std::size_t(w.chain)].last = w.point.last;
   }
   w.otherwise = std::move(joining.otherwise);
+  if (before >= 0 && held_.window < 0) sleep(before);  // of a chain that has waited
   return window;
 }
 

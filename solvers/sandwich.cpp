@@ -109,6 +109,18 @@ MatrixXd at_least_identity(const MatrixXd& S) {
          eigen.eigenvectors().transpose();
 }
 
+// Changes sums.
+MatrixXd sandwich(const Root& root, BlockSums& sums) {
+  const auto blocks = int(sums.leverage.size());
+  for (int b = 0; b < blocks; ++b) {
+    sums.score.col(b) = adjustment(sums.leverage[std::size_t(b)]) * sums.score.col(b);
+  }
+  // What so few blocks say of the scatter is itself uncertain: errors over it follow Student's
+  // distribution.
+  const double few = student_variance(blocks);
+  return root.L * at_least_identity(few * shrunk(sums.score)) * root.L.transpose();
+}
+
 }  // namespace
 
 MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_columns,
@@ -117,13 +129,18 @@ MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_colum
   if (blocks < 2) return covariance;  // no scatter to go by
   const Root root = root_of(covariance);
   BlockSums sums = sums_of(system, H_columns * root.inverse.transpose(), block_of_row, blocks);
-  for (int b = 0; b < blocks; ++b) {
-    sums.score.col(b) = adjustment(sums.leverage[std::size_t(b)]) * sums.score.col(b);
+  return sandwich(root, sums);
+}
+
+MatrixXd sandwich_covariance(const MatrixXd& covariance, const std::vector<BlockScore>& blocks) {
+  if (blocks.size() < 2) return covariance;
+  const Root root = root_of(covariance);
+  BlockSums sums{MatrixXd(root.L.cols(), Eigen::Index(blocks.size())), {}};
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    sums.score.col(Eigen::Index(b)) = root.L.transpose() * blocks[b].score;
+    sums.leverage.emplace_back(root.L.transpose() * blocks[b].information * root.L);
   }
-  // What so few blocks say of the scatter is itself uncertain: errors over it follow Student's
-  // distribution.
-  const double few = student_variance(blocks);
-  return root.L * at_least_identity(few * shrunk(sums.score)) * root.L.transpose();
+  return sandwich(root, sums);
 }
 
 double student_variance(int blocks) { return blocks > 4 ? (blocks - 1.0) / (blocks - 3.0) : 3.0; }

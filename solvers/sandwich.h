@@ -32,6 +32,14 @@ MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_colum
                              const MatrixXd& covariance, const std::vector<int>& block_of_row,
                              int blocks);
 
+// What one block says of some variables: its efficient score and its share of their information.
+struct BlockScore {
+  VectorXd score;
+  MatrixXd information;
+};
+// The same of blocks whose scores are known. covariance: of the same variables.
+MatrixXd sandwich_covariance(const MatrixXd& covariance, const std::vector<BlockScore>& blocks);
+
 // (n - 1) / (n - 3) of so many blocks; 3 of four and fewer.
 double student_variance(int blocks);
 

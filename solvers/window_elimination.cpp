@@ -10,7 +10,7 @@
 namespace magimu {
 namespace {
 
-constexpr int kGatheredRows = 96;  // of first node and globals alone, before they are condensed
+constexpr int kGatheredOfWindow = 96;  // of first node and globals alone, before they are condensed
 
 int slot_index(const Values& values, Key key) {
   return int(&values.slot(key) - values.slots().data());
@@ -19,7 +19,7 @@ int slot_index(const Values& values, Key key) {
 // Rows of [first | globals | d] that inner nodes have left behind.
 class Gathered {
  public:
-  explicit Gathered(int columns) : rows_(2 * kGatheredRows, columns) {}
+  explicit Gathered(int columns) : rows_(2 * kGatheredOfWindow, columns) {}
 
   void push(const RowStack::View& A, int begin, int end) {
     if (filled_ + end - begin > rows_.rows()) condense();

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The end of a long stream. A fit of all samples at once would need more memory than a small
+// computer has (bench/README.md), and the estimator has the solution already: parameters and their
+// covariance are its own after idle updates, the robust covariance comes from the scores of its
+// condensed windows, and residuals from fits of a few minutes at a time in which the parameters are
+// held. What only a fit of all samples gives is left out: the prediction of what was left out
+// ("held_out") and the search for effects that the model lacks.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "calibration/blows.h"
+#include "calibration/check_axes.h"
+#include "calibration/diagnostics.h"
+#include "calibration/parameter_names.h"
+#include "calibration/stream_state.h"
+#include "calibration/summary.h"
+#include "calibration/trust.h"
+#include "calibration/uncertainty.h"
+#include "factors/prior_factor.h"
+
+namespace magimu {
+namespace {
+
+constexpr int kAtATime = 128;           // windows of a fit that looks at residuals
+constexpr double kHeld = 1e-3;          // of a standard deviation: parameters do not move there
+constexpr int kMostIdleAtEnd = 12;      // updates
+constexpr double kSettledAtEnd = 1e-3;  // standard deviations
+
+// Holds all globals where they are.
+void hold(FactorGraph& graph, const Values& globals, const VectorXd& sigma) {
+  for (const Values::Slot& s : globals.slots()) {
+    const double held = kHeld * sigma.segment(s.tangent, s.type.tangent()).minCoeff();
+    const auto prior = [&](const auto& mean) {
+      using V = std::decay_t<decltype(mean)>;
+      graph.add(PriorFactor<V>(s.key, mean, Noise<VariableTraits<V>::kTangent>::isotropic(held)));
+    };
+    if (s.type == VariableTraits<double>::type()) prior(globals.at<double>(s.key));
+    if (s.type == VariableTraits<Vector3>::type()) prior(globals.at<Vector3>(s.key));
+    if (s.type == VariableTraits<Matrix3>::type()) prior(globals.at<Matrix3>(s.key));
+  }
+}
+
+std::vector<Key> keys_of(const Values& values) {
+  std::vector<Key> out;
+  for (const Values::Slot& s : values.slots()) out.push_back(s.key);
+  return out;
+}
+
+// Rows and columns of these variables.
+MatrixXd part_of(const MatrixXd& P, const Values& values, const std::vector<Key>& keys) {
+  std::vector<Eigen::Index> at;
+  for (const Key key : keys) {
+    const Values::Slot& s = values.slot(key);
+    for (int i = 0; i < s.type.tangent(); ++i) at.push_back(s.tangent + i);
+  }
+  return P(at, at);
+}
+
+void add_sums(SensorSums& all, const SensorSums& more) {
+  for (std::size_t s = 0; s < kSensors; ++s) {
+    const double rows = all.rows[s] + more.rows[s];
+    if (rows > 0.0) {
+      all.lag1[s] = (all.rows[s] * all.lag1[s] + more.rows[s] * more.lag1[s]) / rows;
+    }
+    all.squares[s] += more.squares[s];
+    all.absorbed[s] += more.absorbed[s];
+    all.rows[s] = rows;
+  }
+}
+
+}  // namespace
+
+// The estimator's own solution as the fit.
+Result StreamingCalibration::State::settle_at_end() {
+  const auto begin = std::chrono::steady_clock::now();
+  Result fit;
+  fit.cost_initial = estimator_->cost();
+  for (int i = 0; i < kMostIdleAtEnd && !fit.converged(); ++i) {
+    const UpdateResult update = estimator_->idle();
+    IterationRecord record;
+    record.iteration = i;
+    record.cost = estimator_->cost();
+    record.step_sigma = update.step_sigma;
+    record.accepted = true;
+    fit.trace.push_back(record);
+    if (update.step_sigma < kSettledAtEnd && update.largest_drift < 1.0) {
+      fit.reason = StopReason::kConverged;
+    }
+  }
+  fit.iterations = int(fit.trace.size());
+  fit.cost_final = estimator_->cost();
+  fit.values = estimator_->globals();
+  fit.solver = "incremental QR";
+  fit.message = fmt::format(
+      "The stream's own solution, as it is for {} nodes and more; its last update moved the "
+      "parameters by {:.1g} standard deviations.",
+      options_.long_stream, fit.trace.back().step_sigma);
+  fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return fit;
+}
+
+// What the residuals say, a few minutes at a time: sums by sensor; squares at each node go to
+// mag_squares, nodes to the trajectory.
+SensorSums StreamingCalibration::State::look_at_residuals(const VectorXd& sigma, Calibration& c,
+                                                          std::vector<double>& mag_squares) const {
+  ModelSpec spec = spec_;
+  spec.without_mag = left_out();
+  const Values globals = estimator_->globals();
+  spec.also = [&](FactorGraph& graph) { hold(graph, globals, sigma); };
+  SensorSums sums;
+  TrajectoryEstimate& trajectory = c.trajectories.emplace_back();
+  trajectory.recording = samples_.all().name;
+  const std::vector<StreamWindow>& windows = samples_.windows();
+  for (int begin = 0, end = 0; begin < estimator_->windows(); begin = end) {
+    end = begin + 1;
+    const auto goes_on = [&](int w) { return !windows[std::size_t(w)].begins; };
+    while (end < estimator_->windows() && end < begin + kAtATime && goes_on(end)) ++end;
+    const StreamWindow span{windows[std::size_t(begin)].first, windows[std::size_t(end) - 1].last,
+                            windows[std::size_t(begin)].begins};
+    const Recording part = samples_.part(span);
+    const NodePlan plan = samples_.plan(span);
+    const Values values = estimator_->estimate(begin, end);
+    Stage stage({&part}, spec, std::vector<NodePlan>{plan}, batch_.optimizer);
+    stage.fit(values, true);
+    add_sums(sums, stage.sums());
+    const std::vector<double> squares = stage.mag_squares();
+    for (int k = span.first + (plan.continues ? 1 : 0); k <= span.last; ++k) {
+      mag_squares.push_back(squares[std::size_t(k)]);
+      trajectory.t.push_back(samples_.node_t()[std::size_t(k)]);
+      trajectory.nRb.push_back(values.at<Rot3>(R(k)));
+      if (spec.motion != MotionModel::kHandHeld) continue;
+      trajectory.v.push_back(values.at<Vector3>(V(k)));
+      trajectory.p.push_back(values.at<Vector3>(P(k)));
+    }
+  }
+  return sums;
+}
+
+// The covariance of the parameters that stays honest where residuals are not white.
+MatrixXd StreamingCalibration::State::robust_covariance(const MatrixXd& P) const {
+  const int windows = estimator_->windows();
+  const double window_s = (end_of(windows - 1) - begin_of(0)) / windows;
+  const int together = std::max(1, int(std::lround(batch_.block_s / window_s)));
+  std::vector<int> block;
+  for (int w = 0; w < windows; ++w) block.push_back(w / together);
+  return sandwich_covariance(P, estimator_->scores(block, block.back() + 1));
+}
+
+Calibration StreamingCalibration::State::finish_long() {
+  const Recording& recording = samples_.all();
+  const std::vector<const Recording*> recordings{&recording};
+  Result fit = settle_at_end();
+  Calibration c = *estimate();
+  c.fit = std::move(fit);
+  const Values& globals = estimator_->globals();
+  const MatrixXd P = estimator_->covariance(keys_of(globals));
+  const int mags = int(c.parameters.mag.size());
+  VectorXd unit = VectorXd::Ones(Eigen::Index(c.order.size()));
+  unit[6 + 12 * mags] = 1.0 / kDegree;
+  const MatrixXd robust = unit.asDiagonal() *
+                          part_of(robust_covariance(P), globals, parameter_keys(mags, 1, spec_)) *
+                          unit.asDiagonal();
+  add_to_covariance(c, robust - c.covariance);
+
+  std::vector<double> mag_squares;
+  c.trajectories.clear();
+  const SensorSums sums = look_at_residuals(P.diagonal().cwiseMax(0.0).cwiseSqrt(), c, mag_squares);
+  fill_residuals(c, samples_.plans(estimator_->windows()), sums);
+  c.nodes = int(mag_squares.size());
+  c.samples = int(recording.gyr.size());
+  describe_stream(c, recordings);
+  c.disturbances = find_disturbances(c, mag_squares);
+  c.checks = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
+              check_windows(c, mag_squares)};
+  c.trust = {};
+  judge(c, unknown_directions(c));
+  judge_axes(c, check_mounting(recordings), batch_);
+  return c;
+}
+
+}  // namespace magimu

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/stream_maker.h"
+
+#include <utility>
+
+namespace magimu {
+
+void StreamMaker::made(int window, const ModelSpec& spec) {
+  biases.resize(std::size_t(window));
+  const Vector3 &g = spec.gyr_bias, &a = spec.acc_bias;
+  biases.push_back({g[0], g[1], g[2], a[0], a[1], a[2]});
+}
+
+WindowParts StreamMaker::again(int window) const {
+  ModelSpec spec = spec_;
+  const Biases& b = biases[std::size_t(window)];
+  spec.gyr_bias = Vector3(b[0], b[1], b[2]);
+  spec.acc_bias = Vector3(b[3], b[4], b[5]);
+  WindowFactors f =
+      window_factors(samples_, samples_.windows()[std::size_t(window)], spec, nullptr);
+  return {std::move(f.motion), std::move(f.field)};
+}
+
+IncrementalQrOptions estimator_options(std::shared_ptr<const StreamMaker> maker, int awake) {
+  IncrementalQrOptions out;
+  out.is_global = is_calibration_global;
+  out.awake = awake;
+  out.make_again = [maker = std::move(maker)](int window) { return maker->again(window); };
+  return out;
+}
+
+}  // namespace magimu

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The factors of a stream's old windows, made again from its samples where an IncrementalQr has put
+// them to sleep: the same bits as the first time, because what they were integrated with is kept,
+// six numbers a window.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "calibration/stream_model.h"
+#include "solvers/incremental_qr.h"
+
+namespace magimu {
+
+class StreamMaker {
+ public:
+  // samples must outlive it. spec: of all windows, but for the biases.
+  StreamMaker(const StreamSamples& samples, const ModelSpec& spec)
+      : samples_(samples), spec_(spec) {}
+
+  // This window's factors were made with the biases in spec.
+  void made(int window, const ModelSpec& spec);
+  WindowParts again(int window) const;
+
+  using Biases = std::array<double, 6>;  // gyroscope's, accelerometer's
+  std::vector<Biases> biases;            // one a window
+
+ private:
+  const StreamSamples& samples_;
+  ModelSpec spec_;
+};
+
+// For the windows of a stream, of which all but the newest fall asleep.
+IncrementalQrOptions estimator_options(std::shared_ptr<const StreamMaker> maker, int awake);
+
+}  // namespace magimu

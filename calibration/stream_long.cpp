@@ -189,7 +189,8 @@ Calibration StreamingCalibration::State::finish_long() {
   fill_residuals(c, samples_.plans(estimator_->windows()), sums);
   c.nodes = int(mag_squares.size());
   c.samples = int(recording.gyr.size());
-  describe_stream(c, recordings);
+  describe_stream(c, {&recording});
+  add_set_aside(c);
   c.disturbances = find_disturbances(c, mag_squares);
   c.checks = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
               check_windows(c, mag_squares)};

@@ -77,6 +77,8 @@ class StreamingCalibration::State {
   bool turned(int window) const;
   bool take_windows();
   bool add_window(const StreamWindow& window);
+  bool is_sane() const;
+  void begin_anew();
   bool take_in(const StreamWindow& window);
   void judge_all_windows();
   void judge_again();

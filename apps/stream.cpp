@@ -96,13 +96,7 @@ int deliver(const StreamArguments& args, StreamSession& session, bool table) {
     throw InputError(args.session.address.text, 0, 0, "no samples came",
                      "send a header line, then rows, as for calibrate (or give --columns)");
   }
-  Calibration c;
-  try {
-    c = session.finish();
-  } catch (const InputError& too_little) {  // to begin with
-    fmt::print(stderr, "magimu: {}\n", too_little.what());
-    return kNoAnswer;
-  }
+  Calibration c = session.finish();
   check_field(c, args.place.known_field());
   if (!args.output.empty()) write_atomically(args.output, to_json(c).dump(2) + "\n");
   if (!args.report.empty()) {

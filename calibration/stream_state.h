@@ -57,6 +57,7 @@ class StreamingCalibration::State {
 
   // stream_long.cpp
   Calibration finish_long();
+  void integrate_again();
   Result settle_at_end();
   SensorSums look_at_residuals(const VectorXd& sigma, Calibration& c,
                                std::vector<double>& mag_squares) const;

@@ -64,6 +64,19 @@ CsvOptions ReadingOptions::csv() const {
   return out;
 }
 
+std::vector<std::pair<std::string, Matrix3>> ReadingOptions::turns() const {
+  std::vector<std::pair<std::string, Matrix3>> out;
+  for (const std::string& text : axes) {
+    const auto [sensor, its] = halves("--axes", text, "mag=y,-x,z");
+    try {
+      out.emplace_back(sensor, axes_from_text(its));
+    } catch (const InputError& error) {
+      throw InputError("", 0, 0, "--axes " + text + ": " + error.problem, error.remedy);
+    }
+  }
+  return out;
+}
+
 void add_column_options(CLI::App& cmd, ReadingOptions& options) {
   cmd.add_option("--map", options.map,
                  "CSV: our column is the file's, such as acc_x=ax (several: repeat)")
@@ -76,10 +89,6 @@ void add_column_options(CLI::App& cmd, ReadingOptions& options) {
       ->type_name("SENSOR=UNIT")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-}
-
-void add_reading_options(CLI::App& cmd, ReadingOptions& options) {
-  add_column_options(cmd, options);
   cmd.add_option("--axes", options.axes,
                  "where the device's x, y, z are among a sensor's axes, such as mag=y,-x,z\n"
                  "(magimu info finds it out)")
@@ -90,6 +99,10 @@ void add_reading_options(CLI::App& cmd, ReadingOptions& options) {
                  "CSV without times, or with a counter of samples in their place: times are k / HZ")
       ->type_name("HZ")
       ->check(CLI::Range(1e-3, 1e6));
+}
+
+void add_reading_options(CLI::App& cmd, ReadingOptions& options) {
+  add_column_options(cmd, options);
   cmd.add_option("--gyro-interval", options.gyro_interval,
                  "a gyroscope sample is the mean rate over the interval that begins at its time\n"
                  "(forward), has it in the middle (centred) or ends there (backward)")
@@ -99,12 +112,11 @@ void add_reading_options(CLI::App& cmd, ReadingOptions& options) {
 
 Recording read_with(const std::string& path, const ReadingOptions& options, bool quiet) {
   Recording out = read_recording(path, options.csv());
-  for (const std::string& text : options.axes) {
-    const auto [sensor, axes] = halves("--axes", text, "mag=y,-x,z");
+  for (const auto& [sensor, axes] : options.turns()) {
     try {
-      turn_axes(out, sensor, axes_from_text(axes));
+      turn_axes(out, sensor, axes);
     } catch (const InputError& error) {
-      throw InputError(path, 0, 0, "--axes " + text + ": " + error.problem, error.remedy);
+      throw InputError(path, 0, 0, "--axes: " + error.problem, error.remedy);
     }
   }
   if (options.gyro_interval == "centred") {

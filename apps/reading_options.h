@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "recording/csv.h"
@@ -20,9 +21,11 @@ struct ReadingOptions {
 
   // InputError if one of `map` or `unit` cannot be understood.
   CsvOptions csv() const;
+  // Of `axes`: sensors, and what their readings are to be multiplied by (recording/axes.h).
+  std::vector<std::pair<std::string, Matrix3>> turns() const;
 };
 
-// --map and --unit; with --axes, --gyro-interval and --rate. options must live as long as cmd.
+// --map, --unit, --axes and --rate; with --gyro-interval. options must live as long as cmd.
 void add_column_options(CLI::App& cmd, ReadingOptions& options);
 void add_reading_options(CLI::App& cmd, ReadingOptions& options);
 

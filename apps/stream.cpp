@@ -8,6 +8,8 @@
 #include "apps/commands.h"
 #include "apps/common_options.h"
 #include "apps/outputs.h"
+#include "apps/place_options.h"
+#include "apps/report_calibration.h"
 #include "apps/stop_signals.h"
 #include "apps/stream_json.h"
 #include "apps/stream_log.h"
@@ -21,8 +23,9 @@ namespace magimu::apps {
 namespace {
 
 struct StreamArguments : RecordingOptions {
-  std::string source, target, output;
+  std::string source, target, output, report;
   bool live = false;
+  PlaceOptions place;
   StreamSessionOptions session;
 };
 
@@ -36,8 +39,20 @@ CSV with one header line, as for calibrate. One JSON line a window goes to stand
 live view to the terminal), the calibration to CAL.json at the end: of the source, or by Ctrl-C.
 A file ends at its end, with --follow when it is deleted; a pipe or FIFO when its last writer
 closes it, with --follow a FIFO waits for the next one; TCP and serial ports are opened again.
+What is wrong with the samples (units, times, axes, clipped or hung sensors) is said within seconds,
+with the option that mends it.
 Exit code 1: the data do not permit a calibration (the file is written all the same, marked "no");
 2: wrong usage or unreadable input; 70: a defect of magimu: please report it.)";
+
+// What the samples are read by; with others they are other samples.
+std::string reading_text(const StreamArguments& args) {
+  std::string out;
+  for (const std::string& unit : args.unit) out += ", unit " + unit;
+  for (const std::string& axes : args.axes) out += ", axes " + axes;
+  if (args.rate_hz > 0.0) out += fmt::format(", rate {}", args.rate_hz);
+  if (args.place.prior) out += ", field prior";
+  return out;
+}
 
 void prepare(StreamArguments& args) {
   if (args.source.empty()) {
@@ -53,32 +68,40 @@ void prepare(StreamArguments& args) {
   s.address = parse_stream_address(args.source);
   s.lines.midway = s.address.is_live();
   s.lines.csv = args.csv();
-  std::vector<std::string> outputs{args.output, s.state};
+  s.lines.recognise_times = true;
+  s.axes = args.turns();
+  s.keep_for_report = !args.report.empty();
+  std::vector<std::string> outputs{args.output, args.report, s.state};
   if (!s.state.empty()) {
     outputs.push_back(s.state + ".samples");
     outputs.push_back(s.state + ".estimate");
   }
   check_outputs({args.source}, outputs);
   s.estimator.noise = args.noise();
-  s.estimator.gravity = args.gravity;
+  s.estimator.gravity = args.place.gravity_or(args.gravity);
+  s.estimator.dip_sign = args.place.dip_sign();
+  if (const auto field = args.place.known_field().field) {
+    s.estimator.dip_rad = field->dip_rad;
+    if (args.place.prior) s.estimator.also = field_prior(*field, 1);
+  }
+  s.reading = reading_text(args);
   s.estimator.motion = args.motion_model();
   if (!args.target.empty()) s.estimator.target = parse_stream_target(args.target);
 }
 
 // The calibration at the end: file, table, exit code.
 int deliver(const StreamArguments& args, StreamSession& session, bool table) {
+  session.refuse_fatal();
   if (!session.has_samples()) {
     throw InputError(args.session.address.text, 0, 0, "no samples came",
                      "send a header line, then rows, as for calibrate (or give --columns)");
   }
-  Calibration c;
-  try {
-    c = session.finish();
-  } catch (const InputError& too_little) {  // to begin with
-    fmt::print(stderr, "magimu: {}\n", too_little.what());
-    return kNoAnswer;
-  }
+  Calibration c = session.finish();
+  check_field(c, args.place.known_field());
   if (!args.output.empty()) write_atomically(args.output, to_json(c).dump(2) + "\n");
+  if (!args.report.empty()) {
+    write_atomically(args.report, calibration_report(c, {&session.for_report()}));
+  }
   if (table) fmt::print("\n{}", calibration_table(c));
   if (!args.quiet) {
     fmt::print(stderr, "magimu: {} samples, trust: {}{}\n", c.samples, to_string(c.trust.verdict),
@@ -144,6 +167,8 @@ void add_stream(CLI::App& app, int& exit_code) {
       ->type_name("SOURCE");
   add_output(*cmd, "-o,--output", args->output, "write the calibration here, at the end",
              "CAL.json");
+  add_output(*cmd, "--report", args->report,
+             "write a page with pictures here, at the end: one file, no network", "R.html");
   add_output(*cmd, "--state", s.state,
              "remember the samples here (and in FILE.samples, FILE.estimate): killed and\n"
              "started again with the same file, it goes on where it was",
@@ -171,6 +196,7 @@ void add_stream(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0.1, 60.0))
       ->type_name("S");
   add_model_options(*cmd, *args);
+  add_place_options(*cmd, args->place);
   add_column_options(*cmd, *args);
   cmd->add_flag("--live", args->live,
                 "draw the live view even where standard error is no terminal");

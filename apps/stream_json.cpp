@@ -26,6 +26,19 @@ Json target_json(const std::vector<TargetProgress>& target) {
   return out;
 }
 
+Json issues_json(const std::vector<Issue>& issues) {
+  Json out = Json::array();
+  for (const Issue& issue : issues) {
+    out.push_back({{"kind", issue.kind},
+                   {"sensor", issue.sensor},
+                   {"axis", issue.axis < 0 ? Json(nullptr) : Json(axis_name(issue.axis))},
+                   {"severity", to_string(issue.severity)},
+                   {"problem", issue.problem},
+                   {"remedy", issue.remedy}});
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string stream_line(const StreamStatus& status, const std::vector<std::string>& events) {
@@ -40,11 +53,13 @@ std::string stream_line(const StreamStatus& status, const std::vector<std::strin
                     {"dof", u.window.dof},
                     {"p_value", u.window.p_value},
                     {"used", u.window.used}};
-  line["guidance"] = u.guidance;
+  line["guidance"] = status.guidance();
   line["missing"] = u.missing;
   line["latency_us"] = status.latency_us;
   line["target"] = target_json(status.target);
   line["events"] = events;
+  line["headline"] = status.headline();
+  line["issues"] = issues_json(status.issues);
   line["checks"] = checks_json(u.checks);
   line["flagged_windows"] = u.flagged_windows;
   line["source"] = status.silent ? "silent" : "flowing";

@@ -11,8 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "apps/stream_known.h"
 #include "apps/stream_source.h"
 #include "apps/stream_status.h"
+#include "apps/stream_thinned_samples.h"
+#include "calibration/live_checks.h"
 #include "recording/sample_journal.h"
 
 namespace magimu::apps {
@@ -26,6 +29,11 @@ struct StreamSessionOptions {
   double timeout_s = 5.0;  // without a byte, and the source counts as silent
   double give_up_s = std::numeric_limits<double>::infinity();  // ... as ended
   bool until_converged = false;
+  // Sensors whose axes are not ours, and what their readings are multiplied by (recording/axes.h).
+  std::vector<std::pair<std::string, Matrix3>> axes;
+  // How the source is read, in words: with another state its samples do not mix.
+  std::string reading;
+  bool keep_for_report = false;  // samples for the pictures of a report
 };
 
 class StreamSession {
@@ -40,8 +48,12 @@ class StreamSession {
 
   // Is there anything to estimate from?
   bool has_samples() const { return samples_ > 0; }
+  // Throws what calibrate() would of these samples: wrong units, times that cannot be told.
+  void refuse_fatal() const;
   // The calibration of all samples so far.
   Calibration finish();
+  // The magnetometers' samples, thinned: what a report's pictures show.
+  const Recording& for_report() const { return thinned_.recording(); }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -54,17 +66,26 @@ class StreamSession {
 
   void resume();
   bool take_up();
+  void know(const StreamSample& sample);
   void keep_estimate();
   void begin_estimator(int magnetometers);
   void take_arrival(const Arrival& arrival);
   void source_speaks();
   void source_is_silent(const std::string& sentence);
   void watch_silence();
+  void begin_checks();
   void use_lines();
+  void look_at(StreamSample& sample);
+  void feel_turning(const StreamSample& sample);
+  void tell_news();
+  void tell_refused_times();
+  void set_issues();
+  void judge_update(StreamUpdate& update);
   void use(const StreamSample& sample);
+  void use_new(StreamSample sample);
+  void go_on();
   void set_update(StreamUpdate update, double latency_us);
   void say_what_was_known();
-  void say_all_is_known(double t);
   void event(const std::string& sentence);
   void keep_window();
   void acknowledge();
@@ -75,15 +96,24 @@ class StreamSession {
   SampleLines lines_;
   std::optional<StreamingCalibration> estimator_;
   std::unique_ptr<SampleJournal> journal_;
-  std::optional<double> known_until_;  // s: samples up to there come from the state
-  bool said_what_was_known_ = false, said_all_is_known_ = false;
+  std::optional<LiveChecks> checks_;
+  ThinnedSamples thinned_;
+  Vector3 rate_ = Vector3::Zero();  // of turn, mean of a moment, rad/s
+  double rate_t_ = 0.0;
+  std::string refused_;                 // times that could not be told: what was said of them
+  KnownSamples known_;                  // those of the state
+  std::optional<double> known_until_;   // s: the latest of them
+  std::vector<StreamSample> doubtful_;  // not known, though not later than those
+  bool goes_on_ = false;                // the source has sent samples that the state has not
+  double clock_s_ = 0.0;                // what is added to the source's times since then
+  bool said_what_was_known_ = false;
   long samples_ = 0;           // in the estimator
   long keep_at_ = kFirstKept;  // samples from which on the estimate is kept (again)
 
   StreamStatus status_;
   std::vector<std::string> events_;  // since the last window
   std::vector<Window> waiting_;      // for the state to be on the disk
-  Clock::time_point begin_ = Clock::now(), heard_ = begin_, new_ = begin_, committed_, ticked_;
+  Clock::time_point begin_ = Clock::now(), heard_ = begin_, committed_, ticked_;
   std::string ended_;
 };
 

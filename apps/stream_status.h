@@ -8,6 +8,7 @@
 
 #include "apps/stream_target.h"
 #include "calibration/streaming.h"
+#include "recording/quality.h"
 #include "recording/sample_lines.h"
 
 namespace magimu::apps {
@@ -22,8 +23,19 @@ struct StreamStatus {
   double latency_us = 0.0;  // from that window's last sample to its update
   double rate_hz = 0.0;     // samples a second of the source's clock
   SampleLines::Counts lines;
-  long lost_bytes = 0;     // which the source could not keep
-  long known_samples = 0;  // skipped: the state had them already
+  long lost_bytes = 0;        // which the source could not keep
+  long known_samples = 0;     // skipped: the state had them already
+  std::vector<Issue> issues;  // faults of the samples that stand, the gravest first
+  int turning = -1;           // the axis about which it is being turned now: 0, 1, 2; -1: none
+
+  // The fault with which no calibration can be believed; null: none is known.
+  const Issue* fatal() const {
+    const bool any = !issues.empty() && issues.front().severity == Severity::kFatal;
+    return any ? &issues.front() : nullptr;
+  }
+  // What to do: about that fault first, else as the estimate has it.
+  std::string guidance() const;
+  std::string headline() const;
 };
 
 class StreamObserver {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <sstream>
 
@@ -22,15 +23,6 @@ constexpr std::size_t kRowsBelow = 13;  // of a usual picture, below the large w
 std::size_t columns_of(std::string_view utf8) {
   return std::size_t(std::ranges::count_if(
       utf8, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
-}
-
-// The beginning of a sentence that says it all: up to a colon or the like.
-std::string_view first_part(std::string_view sentence) {
-  for (std::size_t i = 8; i + 1 < sentence.size(); ++i) {
-    if (std::string_view(".:;(").find(sentence[i]) == std::string_view::npos) continue;
-    if (sentence[i] == '(' || sentence[i + 1] == ' ') return sentence.substr(0, i);
-  }
-  return sentence;
 }
 
 // Folded between words, at most three lines.
@@ -55,19 +47,42 @@ void add_sentence(Lines& out, const std::string& sentence, const std::string& in
   out.push_back({line, style});
 }
 
-void add_guidance(Lines& out, const std::string& sentence, LineStyle style, const Screen& screen) {
+// The headline in large letters where they find room, and the sentence below.
+void add_guidance(Lines& out, const std::string& headline, const std::string& sentence,
+                  LineStyle style, const Screen& screen) {
   const std::size_t room = screen.rows > kRowsBelow + 3 ? screen.rows - kRowsBelow - 3 : 0;
   std::vector<std::string> large;
-  bool whole = true;
-  if (screen.utf8) {
-    large = large_text(sentence, screen.columns - 2, room);
-    whole = !large.empty();
-    if (!whole) large = large_text(first_part(sentence), screen.columns - 2, room);
-  }
+  if (screen.utf8) large = large_text(headline, screen.columns - 2, room);
   for (const std::string& row : large) out.push_back({" " + row, style});
-  if (large.empty() || !whole) {
-    add_sentence(out, sentence, "  ", LineStyle::kStrong, screen);
-    out.emplace_back();
+  if (large.empty() && !headline.empty()) {
+    std::string capitals;
+    for (const char c : headline) capitals += char(std::toupper(static_cast<unsigned char>(c)));
+    out.push_back({"  " + capitals, style});
+  }
+  if (!sentence.empty()) add_sentence(out, sentence, "  ", LineStyle::kStrong, screen);
+}
+
+// For who does not know which axis is x: about which one the board is turning.
+void add_turning(Lines& out, const StreamStatus& s) {
+  if (s.turning < 0 || !s.update || s.fatal() != nullptr) return;
+  const char now = "XYZ"[s.turning];
+  const int wanted = s.update->axis;
+  if (wanted < 0) {
+    out.push_back({fmt::format("  You are turning it about {}.", now), LineStyle::kPlain});
+  } else if (wanted == s.turning) {
+    out.push_back({fmt::format("  You are turning it about {}: go on.", now), LineStyle::kGood});
+  } else {
+    out.push_back({fmt::format("  You are turning it about {}, not {}.", now, "XYZ"[wanted]),
+                   LineStyle::kCaution});
+  }
+}
+
+void add_issues(Lines& out, const StreamStatus& s, const Screen& screen) {
+  for (const Issue& issue : s.issues) {
+    if (&issue == s.fatal()) continue;  // said above
+    add_sentence(out, issue.text(), "  ! ",
+                 issue.severity == Severity::kFatal ? LineStyle::kBad : LineStyle::kCaution,
+                 screen);
   }
 }
 
@@ -157,19 +172,24 @@ std::vector<ViewLine> stream_view(const StreamStatus& s, const std::deque<std::s
        LineStyle::kStrong});
   out.emplace_back();
   if (s.silent) {
-    add_guidance(out, "No data", LineStyle::kBad, screen);
-    out.push_back(
-        {fmt::format("  Nothing has come for {:.0f} s: check cable, power and sender.", s.silent_s),
-         LineStyle::kBad});
+    add_guidance(
+        out, "No data",
+        fmt::format("Nothing has come for {:.0f} s: check cable, power and sender.", s.silent_s),
+        LineStyle::kBad, screen);
+  } else if (s.fatal() != nullptr) {
+    add_guidance(out, s.headline(), s.guidance(), LineStyle::kBad, screen);
   } else if (s.update) {
     const bool done = s.update->phase == StreamPhase::kConverged;
-    add_guidance(out, s.update->guidance, done ? LineStyle::kGood : LineStyle::kStrong, screen);
+    add_guidance(out, s.headline(), s.guidance(), done ? LineStyle::kGood : LineStyle::kStrong,
+                 screen);
+    add_turning(out, s);
   }
+  add_issues(out, s, screen);
   if (s.update && !s.update->missing.empty()) {
     add_sentence(out, fmt::format("still missing: {}", fmt::join(s.update->missing, ", ")), "  ",
                  LineStyle::kPlain, screen);
-    out.emplace_back();
   }
+  out.emplace_back();
   add_target(out, s.target);
   out.emplace_back();
   if (s.update) add_window(out, *s.update);

@@ -20,6 +20,7 @@
 #include "calibration/uncertainty.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
+#include "recording/error.h"
 
 namespace magimu {
 namespace {
@@ -96,8 +97,10 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
 
 }  // namespace
 
-Calibration calibrate(const std::vector<const Recording*>& given,
-                      const CalibrationOptions& options) {
+namespace {
+
+Calibration calibrate_judged(const std::vector<const Recording*>& given,
+                             const CalibrationOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   const CheckedRecordings checked(given);
   Mounting mounting;
@@ -111,6 +114,17 @@ Calibration calibrate(const std::vector<const Recording*>& given,
   name_faults_first(c.trust, checked.faults());
   c.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return c;
+}
+
+}  // namespace
+
+Calibration calibrate(const std::vector<const Recording*>& given,
+                      const CalibrationOptions& options) {
+  try {
+    return calibrate_judged(given, options);
+  } catch (const TooLittle& too_little) {
+    return calibration_without_fit(given, options, too_little);
+  }
 }
 
 }  // namespace magimu

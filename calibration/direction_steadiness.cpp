@@ -10,8 +10,11 @@ namespace {
 
 constexpr double kTurn = 0.8;                      // rad between the times of a pair, about
 constexpr double kShortest = 2.0, kLongest = 4.0;  // s
-constexpr double kLeastTurn = 0.3;                 // rad; pairs that turned less tell little
-constexpr double kMeanShare = 0.75;                // of the interval, to average over
+// Of a few seconds the pairs are closer, so that there are some: a recording has some dozen at
+// least, half an interval apart. A hand's accelerations then average out less.
+constexpr double kShortestShare = 1.0 / 8.0, kShortestEver = 0.5;  // of the recording; s
+constexpr double kLeastTurn = 0.3;   // rad; pairs that turned less tell little
+constexpr double kMeanShare = 0.75;  // of the interval, to average over
 
 // The time in which a turning sensor turns by kTurn: from the upper quartile of the rates, because
 // most recordings have rests.
@@ -20,7 +23,9 @@ double pair_interval(const VectorSeries& gyr, const Vector3& bias) {
   for (std::size_t k = 0; k < gyr.size(); k += 10) rates.push_back((gyr.v[k] - bias).norm());
   const auto upper = rates.begin() + std::ptrdiff_t(rates.size() * 3 / 4);
   std::nth_element(rates.begin(), upper, rates.end());
-  return std::clamp(kTurn / std::max(*upper, 1e-3), kShortest, kLongest);
+  const double length = gyr.t.back() - gyr.t.front();
+  const double shortest = std::clamp(kShortestShare * length, kShortestEver, kShortest);
+  return std::clamp(kTurn / std::max(*upper, 1e-3), shortest, kLongest);
 }
 
 std::vector<Matrix3> turns(const VectorSeries& gyr, const Vector3& bias,

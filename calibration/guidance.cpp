@@ -26,31 +26,61 @@ constexpr double kBegun =
     0.5;  // sine: how much steeper an axis may be if it was turned about so far
 
 const char* const kAxis[3] = {"x", "y", "z"};
+const char* const kCapital[3] = {"X", "Y", "Z"};
+
+// Sines: an axis that points up or down, one that lies level.
+constexpr double kUpright = 0.8, kLevel = 0.5;
 
 Motion keep_still() {
-  return {"Keep it still for three seconds.", "", Vector3::Zero(), 0.0, kStill};
+  return {"Keep it still for three seconds.", "", Vector3::Zero(), 0.0, kStill, "Keep still"};
 }
+
+std::string headline_of(const std::string& axis) { return "Turn about " + axis; }
 
 Motion half_turn(int axis, bool over) {
   return {fmt::format("Turn it {} about its {} axis.", over ? "upside down" : "by half a turn",
                       kAxis[axis]),
-          fmt::format("turn about {}", kAxis[axis]), Vector3::Unit(axis), M_PI, M_PI / kTurnRate};
+          fmt::format("turn about {}", kAxis[axis]),
+          Vector3::Unit(axis),
+          M_PI,
+          M_PI / kTurnRate,
+          headline_of(kCapital[axis]),
+          axis};
 }
 
 // Half turns about two axes leave sides of the sensor that the field has never passed; three
 // quarters leave none, in the least time.
 Motion three_quarters(int axis) {
-  return {fmt::format("Turn it by three quarters of a turn about its {} axis.", kAxis[axis]), "",
-          Vector3::Unit(axis), kThreeQuarters, kThreeQuarters / kTurnRate};
+  return {fmt::format("Turn it by three quarters of a turn about its {} axis.", kAxis[axis]),
+          "",
+          Vector3::Unit(axis),
+          kThreeQuarters,
+          kThreeQuarters / kTurnRate,
+          headline_of(kCapital[axis]),
+          axis};
 }
 
 // About an axis alone the field passes through few attitudes: half turns about x, y and z see three
 // circles of them.
 Motion half_turn_about_diagonal(int axis, int other, double sign) {
   const Vector3 diagonal = (Vector3::Unit(axis) + sign * Vector3::Unit(other)).normalized();
-  return {fmt::format("Turn it by half a turn about the diagonal between its {} and {}{} axes.",
-                      kAxis[axis], sign < 0.0 ? "-" : "", kAxis[other]),
-          "", diagonal, M_PI, M_PI / kTurnRate};
+  return {
+      fmt::format("Turn it by half a turn about the diagonal between its {} and {}{} axes.",
+                  kAxis[axis], sign < 0.0 ? "-" : "", kAxis[other]),
+      "",
+      diagonal,
+      M_PI,
+      M_PI / kTurnRate,
+      headline_of(fmt::format("{}{}{}", kCapital[axis], sign < 0.0 ? "-" : "+", kCapital[other]))};
+}
+
+// "north", "south-east", ... of the compass; empty where neither is known.
+std::string heading_of(const Vector3& axis, const Vector3& north, const Vector3& east) {
+  if (north.isZero() || east.isZero()) return "";
+  const char* const names[] = {"north", "north-east", "east", "south-east",
+                               "south", "south-west", "west", "north-west"};
+  const double turn = std::atan2(axis.dot(east), axis.dot(north)) / (2.0 * M_PI);
+  return names[(int(std::lround(8.0 * turn)) + 8) % 8];
 }
 
 // What is known of parameters before any measurement, so that undetermined ones do no harm.
@@ -127,6 +157,27 @@ class PlayedThrough {
 
 }  // namespace
 
+std::string which_axis(const Motion& motion, const Vector3& up, const Vector3& north,
+                       const Vector3& east) {
+  if (motion.axis.isZero() || up.isZero()) return "";
+  const double sine = motion.axis.dot(up);
+  const std::string name =
+      motion.number >= 0 ? kCapital[motion.number] : std::string("The diagonal");
+  if (std::abs(sine) > kUpright) {
+    return fmt::format(
+        "{} points {} now: spin the board flat, like a plate on a table, either way round.", name,
+        sine > 0.0 ? "up" : "down");
+  }
+  const std::string heading = heading_of(motion.axis, north, east);
+  const std::string where = heading.empty() ? "" : fmt::format(", pointing {}", heading);
+  if (std::abs(sine) < kLevel) {
+    return fmt::format("{} lies level now{}: roll the board over about it, either way round.", name,
+                       where);
+  }
+  return fmt::format("{} slants {} now{}: turn the board about it, either way round.", name,
+                     sine > 0.0 ? "upward" : "downward", where);
+}
+
 std::vector<Motion> motions_from(const Rot3& nRb) {
   std::vector<Motion> out;
   for (int axis = 0; axis < 3; ++axis) {
@@ -184,6 +235,9 @@ Guidance guide(const IncrementalQr& estimator, const ModelSpec& spec, Key last_a
     soonest = reached;
     best.motion = motion;
   }
+  const Matrix3 n = nRb.matrix();
+  best.which =
+      which_axis(best.motion, n.row(2).transpose(), n.row(1).transpose(), n.row(0).transpose());
   return best;
 }
 
@@ -208,6 +262,7 @@ Guidance guide(const Vector3& turned_rad, const Vector3& up, bool rested) {
     out.motion = half_turn(int(axis), false);
   }
   if (!rested) out.motion = keep_still();
+  out.which = which_axis(out.motion, up);
   return out;
 }
 

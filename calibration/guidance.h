@@ -24,6 +24,8 @@ struct Motion {
   std::string missing;             // "turn about x"; empty for diagonals and keeping still
   Vector3 axis = Vector3::Zero();  // in the IMU frame, unit length; zero: keep still
   double angle_rad = 0.0, time_s = 0.0;
+  std::string headline;  // two or three words, to be read from two metres: "Turn about X"
+  int number = -1;       // of the axis x, y or z: 0, 1, 2; -1: none of these alone
 };
 
 // Half turns about the axes and the diagonals between two of them, three quarters about the axes,
@@ -33,7 +35,18 @@ std::vector<Motion> motions_from(const Rot3& nRb);
 struct Guidance {
   Motion motion;                     // the best
   std::vector<std::string> missing;  // of all motions that would help
+  std::string which;                 // which axis that is, for who holds the board; may be empty
+
+  // The motion's sentence, and which axis that is.
+  std::string text() const { return motion.sentence + (which.empty() ? "" : " " + which); }
 };
+
+// Which axis that is: "X points up now: spin it flat, like a plate on a table, either way round."
+// up: the direction upward in the sensor's frame; zero: not known. north, east: likewise, where
+// they are known; they tell level axes from each other.
+std::string which_axis(const Motion& motion, const Vector3& up,
+                       const Vector3& north = Vector3::Zero(),
+                       const Vector3& east = Vector3::Zero());
 
 // distance: from a calibration's covariance to how far the target is (1: reached); it is given the
 // covariance in the order and units of `now`, which is the estimate so far.

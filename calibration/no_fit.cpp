@@ -64,4 +64,12 @@ Calibration calibration_without_fit(const std::vector<const Recording*>& recordi
   return c;
 }
 
+Calibration calibration_without_fit(const std::vector<const Recording*>& recordings,
+                                    const CalibrationOptions& options,
+                                    const TooLittle& too_little) {
+  const std::string name = too_little.file.empty() ? "" : too_little.file + ": ";
+  return calibration_without_fit(recordings, options,
+                                 name + too_little.problem + "; " + too_little.remedy, {});
+}
+
 }  // namespace magimu

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "calibration/calibrate.h"
+#include "recording/error.h"
 
 namespace magimu {
 
@@ -13,5 +14,7 @@ namespace magimu {
 Calibration calibration_without_fit(const std::vector<const Recording*>& recordings,
                                     const CalibrationOptions& options, const std::string& why,
                                     const std::vector<std::string>& warnings);
+Calibration calibration_without_fit(const std::vector<const Recording*>& recordings,
+                                    const CalibrationOptions& options, const TooLittle& too_little);
 
 }  // namespace magimu

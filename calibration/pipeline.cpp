@@ -46,7 +46,7 @@ constexpr double kManyRepeats = 0.3;  // of a magnetometer's samples: it is read
 constexpr double kOffsetShown = 4.0, kOffsetPossible = 2.0;
 
 [[noreturn]] void refuse_short(const Recording& recording, double length) {
-  throw InputError(
+  throw TooLittle(
       recording.name, 0, 0,
       fmt::format("{:.1f} s of the recording have all sensors in them without a long gap, which is "
                   "too short to calibrate",
@@ -63,7 +63,7 @@ void check(const std::vector<const Recording*>& recordings) {
     }
     if (r->acc.size() < 10 || r->gyr.size() < 10 || r->mag.front().size() < 10 ||
         r->duration_s() < kMinDuration) {
-      throw InputError(r->name, 0, 0,
+      throw TooLittle(r->name, 0, 0,
                        fmt::format("the recording lasts {:.1f} s, which is too short to calibrate",
                                    r->duration_s()),
                        "turn the sensor about all three axes for a minute or more");

@@ -49,14 +49,15 @@ void StreamingCalibration::State::try_to_start() {
 
 // False where the data do not permit it; everything is then as before.
 bool StreamingCalibration::State::fit_all_windows() {
-  const Recording recording = samples_.until(samples_.windows().back().last);
+  const StreamParts parts = samples_.parts(int(samples_.windows().size()));
+  const std::vector<const Recording*> recordings = parts.pointers();
   std::optional<Stage> stage;
   // A blind start sees all samples; where some are left out the present estimate must do.
   const bool blind = flagged_.empty() && changes_.empty();
   const bool fitted = attempt([&] {
-                        return (blind ? fit_from_blind_start(recording, stage)
-                                      : fit_from_estimate(recording, stage)) &&
-                               take_over_fit(recording, *stage);
+                        return (blind ? fit_from_blind_start(recordings, parts.plans, stage)
+                                      : fit_from_estimate(recordings, parts.plans, stage)) &&
+                               take_over_fit(recordings, *stage);
                       }).value_or(false);
   if (!fitted) return false;
   judge_all_windows();
@@ -65,11 +66,10 @@ bool StreamingCalibration::State::fit_all_windows() {
 
 // From a blind start: what was taken for the minimum when there was less to go by is given up if
 // another is found.
-bool StreamingCalibration::State::fit_from_blind_start(const Recording& recording,
-                                                       std::optional<Stage>& stage) const {
-  const std::vector<const Recording*> recordings{&recording};
-  const Pipeline pipeline(recordings, batch_,
-                          {samples_.plan_until(samples_.windows().back().last)});
+bool StreamingCalibration::State::fit_from_blind_start(
+    const std::vector<const Recording*>& recordings, const std::vector<NodePlan>& plans,
+    std::optional<Stage>& stage) const {
+  const Pipeline pipeline(recordings, batch_, plans);
   stage = pipeline.coarse_fit(batch_.motion);
   if (!stage->result().converged()) return false;
   ModelSpec spec = stage->spec();
@@ -83,21 +83,21 @@ bool StreamingCalibration::State::fit_from_blind_start(const Recording& recordin
   return true;
 }
 
-bool StreamingCalibration::State::fit_from_estimate(const Recording& recording,
+bool StreamingCalibration::State::fit_from_estimate(const std::vector<const Recording*>& recordings,
+                                                    const std::vector<NodePlan>& plans,
                                                     std::optional<Stage>& stage) const {
   ModelSpec spec = spec_;
   spec.without_mag = left_out();
-  stage.emplace(std::vector<const Recording*>{&recording}, spec,
-                std::vector<NodePlan>{samples_.plan_until(samples_.windows().back().last)},
-                batch_.optimizer);
+  stage.emplace(recordings, spec, plans, batch_.optimizer);
   const bool given = batch_.noise.has_value();
   stage->fit_noise(estimator_->estimate(), false,
                    {.gyr_known = true, .acc_known = true, .mag_known = given});
   return true;
 }
 
-bool StreamingCalibration::State::take_over_fit(const Recording& recording, const Stage& stage) {
-  Calibration c = summarize({&recording}, stage, batch_);
+bool StreamingCalibration::State::take_over_fit(const std::vector<const Recording*>& recordings,
+                                                const Stage& stage) {
+  Calibration c = summarize(recordings, stage, batch_);
   undetermined_ = c.undetermined;
   if (!c.fit.converged() || !c.undetermined.empty() || check_accuracy(c).value > kUsable ||
       c.residuals[2].rms_unit > kResidualUsable * c.strength_uT) {
@@ -105,12 +105,13 @@ bool StreamingCalibration::State::take_over_fit(const Recording& recording, cons
   }
   const ModelSpec before = std::exchange(spec_, stage.spec());
   spec_.without_mag = nullptr;
-  spec_.acc_rate_hz = recording.acc.rate_hz();
-  spec_.mag_rate_hz = recording.mag.front().rate_hz();
+  spec_.acc_rate_hz = recordings.front()->acc.rate_hz();
+  spec_.mag_rate_hz = recordings.front()->mag.front().rate_hz();
   spec_.reach_at = reach_every_few_seconds(samples_);
   if (spec_.motion == MotionModel::kHandHeld) {
     // Holds it until a hand's reach does.
-    spec_.also = [](FactorGraph& graph) {
+    spec_.also = [known = batch_.also](FactorGraph& graph) {
+      if (known) known(graph);
       graph.add(
           PriorFactor<Vector3>(key::acc_bias, Vector3::Zero(), Noise<3>::isotropic(kAccBiasSigma)));
     };
@@ -127,7 +128,8 @@ bool StreamingCalibration::State::take_over_fit(const Recording& recording, cons
   c.fit.values = {};
   c.trajectories.clear();
   last_fit_ = std::move(c);
-  last_fit_s_ = recording.duration_s();
+  last_fit_s_ = 0.0;
+  for (const Recording* recording : recordings) last_fit_s_ += recording->duration_s();
   return true;
 }
 

@@ -1,19 +1,104 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/stream_model.h"
 
+#include "calibration/attitude.h"
 #include "calibration/integrated_rotation.h"
 #include "factors/delayed_magnetometer_factor.h"
 #include "factors/keys.h"
 #include "factors/magnetometer_factor.h"
 #include "factors/preintegrated_imu_factor.h"
+#include "factors/prior_factor.h"
+#include "graph/numerical_error.h"
+#include "solvers/levenberg_marquardt.h"
 
 namespace magimu {
 namespace {
+
+// s: three measures in the first second of a part tell its velocity from its tilt, however soon it
+// ends.
+constexpr double kStart = 0.6, kReachAtStart = 0.4;
+constexpr double kFixed = 1e-5;  // of anything, in our units: a variable that does not move
+
+template <class V>
+void hold(Key key, const Values& at, FactorGraph& graph) {
+  constexpr int kN = VariableTraits<V>::kTangent;
+  graph.add(PriorFactor<V>(key, at.at<V>(key), Noise<kN>::isotropic(kFixed)));
+}
+void hold_global(Key key, const Values& at, FactorGraph& graph) {
+  const VariableType type = at.slot(key).type;
+  if (type == VariableTraits<double>::type()) return hold<double>(key, at, graph);
+  if (type == VariableTraits<Vector3>::type()) return hold<Vector3>(key, at, graph);
+  hold<Matrix3>(key, at, graph);  // no stream has others
+}
+
+SensorParameters parameters_of(const Values& values, int magnetometers) {
+  SensorParameters out;
+  out.acc_bias = values.at<Vector3>(key::acc_bias);
+  out.gyr_bias = values.at<Vector3>(key::gyr_bias);
+  out.dip_rad = values.at<double>(key::dip);
+  out.mag.clear();
+  for (int m = 0; m < magnetometers; ++m) {
+    out.mag.push_back(
+        {values.at<Matrix3>(key::distortion_of(m)), values.at<Vector3>(key::mag_bias_of(m))});
+  }
+  return out;
+}
 
 bool is_field(const FactorBatch& batch) {
   return dynamic_cast<const FactorBatchOf<MagnetometerFactor>*>(&batch) != nullptr ||
          dynamic_cast<const FactorBatchOf<MeanMagnetometerFactor>*>(&batch) != nullptr ||
          dynamic_cast<const FactorBatchOf<DelayedMagnetometerFactor>*>(&batch) != nullptr;
+}
+
+// Where accelerometer and gyroscope lead from a window's first node.
+void lead_on(const FactorGraph& motion, int first, Rot3 nRb, Vector3 v, Vector3 p, Values& to) {
+  int k = first;
+  for (const PreintegratedImuFactor& factor : motion.factors<PreintegratedImuFactor>()) {
+    factor.advance(nRb, v, p);
+    to.insert(R(++k), nRb);
+    to.insert(V(k), v);
+    to.insert(P(k), p);
+  }
+}
+void lead_on(const IntegratedRotation& gyr, const NodePlan& plan, Rot3 nRb, Values& to) {
+  for (std::size_t i = 1; i < plan.t.size(); ++i) {
+    nRb = (nRb * gyr.between(plan.t[i - 1], plan.t[i])).normalized();
+    to.insert(R(plan.first + int(i)), nRb);
+  }
+}
+
+// Nodes of the first window of a part: from gravity and the field of all of it, then at the optimum
+// of its own factors with the globals as they are, for the estimator's steps are Gauss-Newton's.
+Values start_of_part(const Recording& part, const NodePlan& plan, const FactorGraph& factors,
+                     const ModelSpec& spec, const Values& front) {
+  const IntegratedRotation gyr(part.gyr, spec.gyr_bias);
+  const double middle = 0.5 * (plan.t.front() + plan.t.back());
+  const Rot3 in_the_middle =
+      estimate_attitudes(part, parameters_of(front, int(part.mag.size())), gyr, {middle}).front();
+  const Rot3 nRb = (in_the_middle * gyr.between(middle, plan.t.front())).normalized();
+  Values nodes;
+  nodes.insert(R(plan.first), nRb);
+  if (spec.motion == MotionModel::kHandHeld) {
+    nodes.insert(V(plan.first), Vector3::Zero().eval());
+    nodes.insert(P(plan.first), Vector3::Zero().eval());
+    lead_on(factors, plan.first, nRb, Vector3::Zero(), Vector3::Zero(), nodes);
+  } else {
+    lead_on(gyr, plan, nRb, nodes);
+  }
+  FactorGraph graph;
+  for (const auto& batch : factors.batches()) graph.add_batch(batch->clone());
+  Values all = nodes;
+  for (const Values::Slot& s : front.slots()) {
+    if (!is_calibration_global(s.key)) continue;
+    all.insert_from(front, s.key);
+    hold_global(s.key, front, graph);
+  }
+  const std::optional<Result> fitted =
+      attempt([&] { return LevenbergMarquardt(graph).optimize(all); });
+  if (!fitted || !fitted->converged()) return nodes;
+  Values out;
+  for (const Values::Slot& s : nodes.slots()) out.insert_from(fitted->values, s.key);
+  return out;
 }
 
 }  // namespace
@@ -26,16 +111,18 @@ std::function<bool(int node)> reach_every_few_seconds(const StreamSamples& sampl
   return [&samples, due = -1e300, is_due = std::vector<bool>()](int node) mutable {
     while (is_due.size() <= std::size_t(node)) {
       const double t = samples.node_t()[is_due.size()];
-      is_due.push_back(t >= due);
-      if (is_due.back()) due = t + kReachEvery;
+      const double since = samples.since_begin_of_part(int(is_due.size()));
+      is_due.push_back(since == 0.0 || t >= due);
+      if (is_due.back()) due = t + (since < kStart ? kReachAtStart : kReachEvery);
     }
     return bool(is_due[std::size_t(node)]);
   };
 }
 
 WindowFactors window_factors(const StreamSamples& samples, const StreamWindow& window,
-                             const ModelSpec& spec, const Values* front) {
-  const Recording part = samples.part(window);
+                             const ModelSpec& spec, const Values* front,
+                             std::span<const double> ends) {
+  const Recording part = samples.part(window, ends);
   const NodePlan plan = samples.plan(window);
   const FactorGraph all = build_model({&part}, {plan}, spec);
   WindowFactors out;
@@ -43,35 +130,28 @@ WindowFactors window_factors(const StreamSamples& samples, const StreamWindow& w
     (is_field(*batch) ? out.field : out.motion).add_batch(batch->clone());
   }
   if (front == nullptr) return out;
-  Rot3 nRb = front->at<Rot3>(R(window.first));
-  if (spec.motion == MotionModel::kHandHeld) {
-    Vector3 v = front->at<Vector3>(V(window.first)), p = front->at<Vector3>(P(window.first));
-    int k = window.first;
-    for (const PreintegratedImuFactor& factor : all.factors<PreintegratedImuFactor>()) {
-      factor.advance(nRb, v, p);
-      out.values.insert(R(++k), nRb);
-      out.values.insert(V(k), v);
-      out.values.insert(P(k), p);
-    }
+  if (window.begins) {
+    out.values = start_of_part(part, plan, all, spec, *front);
     return out;
   }
-  const IntegratedRotation gyr(part.gyr, spec.gyr_bias);
-  for (std::size_t i = 1; i < plan.t.size(); ++i) {
-    nRb = (nRb * gyr.between(plan.t[i - 1], plan.t[i])).normalized();
-    out.values.insert(R(plan.first + int(i)), nRb);
+  const Rot3 nRb = front->at<Rot3>(R(window.first));
+  if (spec.motion == MotionModel::kHandHeld) {
+    lead_on(all, window.first, nRb, front->at<Vector3>(V(window.first)),
+            front->at<Vector3>(P(window.first)), out.values);
+  } else {
+    lead_on(IntegratedRotation(part.gyr, spec.gyr_bias), plan, nRb, out.values);
   }
   return out;
 }
 
 void take_over(const StreamWindow& window, const ModelSpec& spec, const Values& known,
                WindowFactors& w) {
-  const bool starts = window.first == 0;
-  if (starts) {
+  if (window.first == 0) {
     for (const Values::Slot& s : known.slots()) {
       if (is_calibration_global(s.key)) w.values.insert_from(known, s.key);
     }
   }
-  for (int k = starts ? 0 : window.first + 1; k <= window.last; ++k) {
+  for (int k = window.begins ? window.first : window.first + 1; k <= window.last; ++k) {
     w.values.insert_from(known, R(k));
     if (spec.motion != MotionModel::kHandHeld) continue;
     w.values.insert_from(known, V(k));

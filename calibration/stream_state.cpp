@@ -24,21 +24,31 @@ namespace {
 constexpr double kFirstWord = 0.2;  // s until the first sentence
 constexpr double kFirstTry = 5.0;   // s
 constexpr double kTurned = 2.5;  // uT, scatter of the magnetometer along every direction of space
-constexpr double kStillRate = 0.2;    // rad/s; biases are smaller
-constexpr double kStillEnough = 2.5;  // s
-constexpr double kLongGap = 0.1;      // s
-constexpr double kLately = 0.3;       // s
-constexpr int kManyNodes = 15000;     // beyond, what the model lacks is not looked for at the end
-constexpr int kMostIdle = 8;          // updates at the end
-constexpr double kSettled = 0.003;    // sigmas
+constexpr double kStillRate = 0.2;       // rad/s; biases are smaller
+constexpr double kStillEnough = 2.5;     // s
+constexpr double kLongGap = 0.1;         // s
+constexpr double kLately = 0.3;          // s
+constexpr double kFeasible = 1e3;        // m/s^2, rad/s: no motion of a hand
+constexpr int kMostIdle = 8;             // updates at the end
+constexpr double kSettled = 0.003;       // sigmas
 constexpr int kRefits[] = {16, 32, 64};  // windows at which all are fitted again
+
+void tell(const Guidance& guidance, StreamUpdate& u) {
+  u.guidance = guidance.text();
+  u.headline = guidance.motion.headline;
+  u.axis = guidance.motion.number;
+  u.missing = guidance.missing;
+}
 
 }  // namespace
 
 StreamingCalibration::State::State(int magnetometers, const StreamingOptions& options)
-    : options_(options), samples_(magnetometers, options.window_s) {
+    : options_(options), samples_(magnetometers, options.window_s, options.kept_s) {
   batch_.noise = options.noise;
   batch_.gravity = options.gravity;
+  batch_.initialization.dip_rad = options.dip_rad;
+  batch_.dip_sign = options.dip_sign;
+  batch_.also = options.also;
   // A hand that does not move costs next to nothing under the model in which it may.
   batch_.motion = options.motion == MotionModel::kAuto ? MotionModel::kHandHeld : options.motion;
   const StreamTarget& t = options.target;
@@ -48,22 +58,15 @@ StreamingCalibration::State::State(int magnetometers, const StreamingOptions& op
 }
 
 std::optional<StreamUpdate> StreamingCalibration::State::add(const StreamSample& sample) {
-  const std::size_t windows = samples_.windows().size();
   samples_.add(sample);
-  if (estimator_) {
-    if (samples_.windows().size() == windows) return std::nullopt;
-    add_window(samples_.windows().back());
-    for (const int n : kRefits) {
-      if (windows_done() == n) fit_all_windows();
-    }
-    return update();
-  }
+  if (estimator_) return take_windows() ? std::optional(update()) : std::nullopt;
   if (samples_.count() == 1) {
     still_since_ = last_gyr_t_ = sample.t;
     next_update_ = sample.t + std::min(kFirstWord, options_.window_s);
     next_try_ = kFirstTry;
   }
   look_at_turning(sample);
+  look_at_field();
   if (sample.t < next_update_) return std::nullopt;
   next_update_ += options_.window_s * std::floor((sample.t - next_update_) / options_.window_s + 1);
   if (time_to_try()) try_to_start();
@@ -72,21 +75,45 @@ std::optional<StreamUpdate> StreamingCalibration::State::add(const StreamSample&
 
 int StreamingCalibration::State::last_refit() { return std::end(kRefits)[-1]; }
 
-void StreamingCalibration::State::look_at_turning(const StreamSample& sample) {
-  if (sample.gyr) {
-    const double dt = std::min(sample.t - last_gyr_t_, kLongGap);
-    last_gyr_t_ = sample.t;
-    if (sample.gyr->norm() > kStillRate) {
-      still_since_ = sample.t;
-      if (dt > 0.0) turned_ += sample.gyr->cwiseAbs() * dt;
+// False if there are none.
+bool StreamingCalibration::State::take_windows() {
+  bool any = false;
+  while (windows_done() < int(samples_.windows().size())) {
+    const int window = windows_done();
+    any = true;
+    if (!add_window(samples_.windows()[std::size_t(window)])) {
+      samples_.drop_window(window);
+      continue;
     }
-    longest_still_ = std::max(longest_still_, sample.t - still_since_);
+    for (const int n : kRefits) {
+      if (windows_done() == n) fit_all_windows();
+    }
   }
-  if (!sample.mag.front()) return;
-  if (mags_++ == 0) mag_origin_ = *sample.mag.front();
-  const Vector3 m = *sample.mag.front() - mag_origin_;
-  mag_sum_ += m;
-  mag_squares_ += m * m.transpose();
+  return any;
+}
+
+// As the samples come, for they pass the gate later.
+void StreamingCalibration::State::look_at_turning(const StreamSample& sample) {
+  if (sample.acc && sample.acc->norm() < kFeasible) felt_.emplace_back(sample.t, *sample.acc);
+  while (!felt_.empty() && felt_.front().first < sample.t - kLately) felt_.pop_front();
+  if (!sample.gyr || !(sample.gyr->norm() < kFeasible)) return;
+  const double dt = std::min(sample.t - last_gyr_t_, kLongGap);
+  last_gyr_t_ = sample.t;
+  if (sample.gyr->norm() > kStillRate) {
+    still_since_ = sample.t;
+    if (dt > 0.0) turned_ += sample.gyr->cwiseAbs() * dt;
+  }
+  longest_still_ = std::max(longest_still_, sample.t - still_since_);
+}
+
+void StreamingCalibration::State::look_at_field() {
+  const VectorSeries& mag = samples_.all().mag.front();
+  for (; mags_ < mag.size(); ++mags_) {
+    if (mags_ == 0) mag_origin_ = mag.v.front();
+    const Vector3 m = mag.v[mags_] - mag_origin_;
+    mag_sum_ += m;
+    mag_squares_ += m * m.transpose();
+  }
 }
 
 bool StreamingCalibration::State::time_to_try() const {
@@ -121,11 +148,8 @@ double StreamingCalibration::State::distance(const Calibration& c) const {
 
 // In the sensor's frame, by what the accelerometer read lately; zero without one.
 Vector3 StreamingCalibration::State::upward() const {
-  const VectorSeries& acc = samples_.all().acc;
   Vector3 sum = Vector3::Zero();
-  for (std::size_t k = acc.size(); k > 0 && acc.t[k - 1] > samples_.last_t() - kLately; --k) {
-    sum += acc.v[k - 1];
-  }
+  for (const auto& [t, acc] : felt_) sum += acc;
   return sum.normalized();
 }
 
@@ -138,11 +162,11 @@ StreamUpdate StreamingCalibration::State::collecting_update() {
   const bool rested =
       batch_.noise || batch_.motion == MotionModel::kRotation || longest_still_ > kStillEnough;
   const Guidance guidance = guide(turned_, upward(), rested);
-  u.guidance = guidance.motion.sentence;
-  u.missing = guidance.missing;
+  tell(guidance, u);
   for (const std::string& what : undetermined_) {
     u.guidance += " Still undetermined: " + what + ".";
   }
+  tell_news();
   std::swap(u.events, events_);
   return u;
 }
@@ -154,15 +178,18 @@ StreamUpdate StreamingCalibration::State::update() {
   u.phase = StreamPhase::kCalibrating;
   u.window = window_fit_;
   u.flagged_windows = flagged_;
+  tell_news();
   std::swap(u.events, events_);
   Calibration c;
   try {
     c = *estimate();
   } catch (const std::domain_error& undetermined) {
     u.guidance = fmt::format("Turn it about all three of its axes: {}.", undetermined.what());
+    u.headline = "Turn it";
     return u;
   }
   c.trust = {};
+  add_set_aside(c);
   judge(c);
   const double to_go = distance(c);
   on_the_way_.add(u.t, c, to_go, window_fit_);
@@ -171,11 +198,11 @@ StreamUpdate StreamingCalibration::State::update() {
   if (to_go <= 1.0 && c.trust.verdict != Verdict::kNo) {
     u.phase = StreamPhase::kConverged;
     u.guidance = "Good enough; what follows makes it better still.";
+    u.headline = "Good enough";
   } else {
     const Guidance guidance = guide(*estimator_, spec_, R(samples_.windows().back().last), c,
                                     [this](const Calibration& with) { return distance(with); });
-    u.guidance = guidance.motion.sentence;
-    u.missing = guidance.missing;
+    tell(guidance, u);
   }
   u.theta = std::move(c);
   return u;
@@ -186,63 +213,6 @@ void StreamingCalibration::State::settle() {
     const UpdateResult result = estimator_->idle();
     if (result.largest_drift < 1.0 && result.step_sigma < kSettled) break;
   }
-}
-
-Calibration StreamingCalibration::State::finish() {
-  if (!estimator_) return calibrate(samples_.all(), batch_);
-  if (samples_.node_t().size() > std::size_t(options_.long_stream)) {
-    std::string why;
-    std::optional<Calibration> made = attempt([&] { return finish_long(); }, &why);
-    return made ? *std::move(made)
-                : calibration_without_fit({&samples_.all()}, batch_, why, warnings_);
-  }
-  // A window that the estimator has refused is the last one.
-  const int last = samples_.windows()[std::size_t(estimator_->windows() - 1)].last;
-  const Recording recording = samples_.until(last);
-  const std::vector<const Recording*> recordings{&recording};
-  std::string why;
-  std::optional<Calibration> made = attempt([&] { return finish(recordings); }, &why);
-  return made ? *std::move(made) : calibration_without_fit(recordings, batch_, why, warnings_);
-}
-
-// What a calibration says of the stream, whatever the fit.
-void StreamingCalibration::State::describe_stream(Calibration& c,
-                                                  const Recording& recording) const {
-  c.node_every = samples_.every();
-  c.warnings = warnings_;
-  if (options_.motion == MotionModel::kAuto) {
-    c.motion_reason =
-        "A stream takes the sensor to be moved by a hand, within its reach: where it only turns, "
-        "that costs next to nothing.";
-  }
-  c.blows_per_minute = blows_per_minute(recording);
-}
-
-Calibration StreamingCalibration::State::finish(const std::vector<const Recording*>& recordings) {
-  const Recording& recording = *recordings.front();
-  settle();
-  ModelSpec spec = spec_;
-  spec.without_mag = left_out();
-  const int last = samples_.windows()[std::size_t(estimator_->windows() - 1)].last;
-  Stage stage(recordings, spec, std::vector<NodePlan>{samples_.plan_until(last)}, batch_.optimizer);
-  stage.fit(estimator_->estimate(), true);
-  Calibration c = summarize(recordings, stage, batch_);
-  describe_stream(c, recording);
-  const std::vector<double> squares = stage.mag_squares();
-  c.disturbances = find_disturbances(c, squares);
-  c.checks = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
-              check_windows(c, squares)};
-  std::vector<std::string> unknown;
-  if (c.fit.converged() && c.undetermined.empty()) {
-    c.checks.push_back(check_held_out(block_errors(stage), c.strength_uT));
-    unknown = unknown_directions(c);
-    if (changes_.empty() && c.nodes < kManyNodes) {
-      add_missing_effects(c, find_missing_effects(recordings, stage));
-    }
-  }
-  judge(c, unknown);
-  judge_axes(c, check_mounting(recordings), batch_);
-  return c;
 }
 
 }  // namespace magimu

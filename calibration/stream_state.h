@@ -4,6 +4,9 @@
 // it.
 #pragma once
 
+#include <deque>
+#include <map>
+
 #include "calibration/calibrate.h"
 #include "calibration/guidance.h"
 #include "calibration/pipeline.h"
@@ -38,8 +41,8 @@ class StreamingCalibration::State {
 
  private:
   // stream_state.cpp
-  Calibration finish(const std::vector<const Recording*>& recordings);
   void look_at_turning(const StreamSample& sample);
+  void look_at_field();
   bool time_to_try() const;
   Vector3 upward() const;
   StreamUpdate collecting_update();
@@ -50,12 +53,13 @@ class StreamingCalibration::State {
   double begin_of(int window) const;
   double end_of(int window) const;
 
-  void describe_stream(Calibration& c, const Recording& recording) const;
+  void describe_stream(Calibration& c, const std::vector<const Recording*>& recordings) const;
 
   // stream_long.cpp
   Calibration finish_long();
   void integrate_again();
   Result settle_at_end();
+  std::vector<StreamWindow> spans(int windows, int at_a_time) const;
   SensorSums look_at_residuals(const VectorXd& sigma, Calibration& c,
                                std::vector<double>& mag_squares) const;
   MatrixXd robust_covariance(const MatrixXd& P) const;
@@ -63,14 +67,18 @@ class StreamingCalibration::State {
   // stream_fit.cpp
   void try_to_start();
   bool fit_all_windows();
-  bool fit_from_blind_start(const Recording& recording, std::optional<Stage>& stage) const;
-  bool fit_from_estimate(const Recording& recording, std::optional<Stage>& stage) const;
-  bool take_over_fit(const Recording& recording, const Stage& stage);
+  bool fit_from_blind_start(const std::vector<const Recording*>& recordings,
+                            const std::vector<NodePlan>& plans, std::optional<Stage>& stage) const;
+  bool fit_from_estimate(const std::vector<const Recording*>& recordings,
+                         const std::vector<NodePlan>& plans, std::optional<Stage>& stage) const;
+  bool take_over_fit(const std::vector<const Recording*>& recordings, const Stage& stage);
   IncrementalQr rebuilt(const Values& values, std::shared_ptr<StreamMaker>& maker) const;
 
   // stream_windows.cpp
   bool turned(int window) const;
-  void add_window(const StreamWindow& window);
+  bool take_windows();
+  bool add_window(const StreamWindow& window);
+  bool take_in(const StreamWindow& window);
   void judge_all_windows();
   void judge_again();
   void look_for_change();
@@ -78,14 +86,25 @@ class StreamingCalibration::State {
   std::function<int(int node)> earlier_bias(const std::vector<int>& changes) const;
   void say(const std::string& event) { events_.push_back(event); }
 
+  // stream_finish.cpp
+  CalibrationOptions final_options() const;
+  Calibration finish(const StreamParts& parts);
+
+  // stream_news.cpp
+  void tell_news();
+  void tell_set_aside();
+  void tell_breaks();
+  void add_set_aside(Calibration& c) const;
+
   StreamingOptions options_;
   CalibrationOptions batch_;
   StreamSamples samples_;
   // Scatter of the first magnetometer's readings, which tells how far it has been turned.
   Vector3 mag_origin_ = Vector3::Zero(), mag_sum_ = Vector3::Zero();
   Matrix3 mag_squares_ = Matrix3::Zero();
-  long mags_ = 0;
-  Vector3 turned_ = Vector3::Zero();  // rad, about each axis, either way
+  std::size_t mags_ = 0;
+  std::deque<std::pair<double, Vector3>> felt_;  // by the accelerometer, lately
+  Vector3 turned_ = Vector3::Zero();             // rad, about each axis, either way
   double last_gyr_t_ = 0.0, still_since_ = 0.0, longest_still_ = 0.0;  // s
   std::vector<std::string> undetermined_;      // by the last fit that was tried
   double next_update_ = 0.0, next_try_ = 0.0;  // s of stream time, while collecting
@@ -104,6 +123,8 @@ class StreamingCalibration::State {
   int flagged_in_a_row_ = 0;
   std::vector<int> changes_;  // windows in which the bias changed for good
   std::vector<std::string> events_, warnings_;
+  std::map<std::pair<std::string, std::string>, std::size_t> told_set_aside_;  // sensor and kind
+  std::size_t told_breaks_ = 0;
 };
 
 }  // namespace magimu

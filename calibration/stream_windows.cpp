@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "calibration/stream_state.h"
+#include "graph/numerical_error.h"
 
 namespace magimu {
 namespace {
@@ -46,7 +47,25 @@ bool StreamingCalibration::State::turned(int window) const {
   return squares > kTurning * kTurning * n;
 }
 
-void StreamingCalibration::State::add_window(const StreamWindow& window) {
+// False where its numbers cannot be used: all is then as it was.
+bool StreamingCalibration::State::add_window(const StreamWindow& window) {
+  const int before = estimator_->windows();
+  std::string why;
+  const bool taken = attempt([&] { return take_in(window); }, &why).has_value();
+  if (taken) return true;
+  if (estimator_->windows() > before) {  // its motion holds the chain together
+    attempt([&] { return estimator_->conclude(before, false); });
+    flagged_.push_back(before);
+    return true;
+  }
+  say(fmt::format("The samples between {:.1f} and {:.1f} s cannot be used: {}.",
+                  samples_.node_t()[std::size_t(window.first)],
+                  samples_.node_t()[std::size_t(window.last)], why));
+  return false;
+}
+
+// True, or a NumericalError.
+bool StreamingCalibration::State::take_in(const StreamWindow& window) {
   const Values front = estimator_->front();
   spec_.gyr_bias = front.at<Vector3>(key::gyr_bias);
   spec_.acc_bias = front.at<Vector3>(key::acc_bias);
@@ -61,17 +80,20 @@ void StreamingCalibration::State::add_window(const StreamWindow& window) {
   if (window_fit_.used) {
     flagged_in_a_row_ = 0;
     judge_again();
-    return;
+    return true;
   }
   if (flagged_in_a_row_++ == 0) {
+    std::string cause;
+    if (options_.known_fault) cause = options_.known_fault(begin_of(number), end_of(number));
+    cause += cause.empty() ? "magnets, iron or a device nearby?" : ".";
     say(
         fmt::format("From {:.1f} s on the magnetometer does not fit the rest (normalized "
-                    "innovation {:.0f}, expected {}): magnets, iron or a device nearby? These "
-                    "windows are left out.",
-                    begin_of(number), innovation.squares, innovation.dof));
+                    "innovation {:.0f}, expected {}): {} These windows are left out.",
+                    begin_of(number), innovation.squares, innovation.dof, cause));
   }
   flagged_.push_back(number);
   look_for_change();
+  return true;
 }
 
 // All windows of a fit, by each other: the usual first, then who does not belong.
@@ -170,10 +192,10 @@ void StreamingCalibration::State::look_for_change() {
 std::function<bool(int)> StreamingCalibration::State::left_out() const {
   std::vector<StreamWindow> spans;
   for (const int w : flagged_) spans.push_back(samples_.windows()[std::size_t(w)]);
-  // Of a window's nodes, the first is the window before's.
+  // Of a window's nodes, the first is the window before's, unless it begins a part.
   return [spans](int node) {
     return std::any_of(spans.begin(), spans.end(), [&](const StreamWindow& w) {
-      return node <= w.last && (node > w.first || w.first == 0);
+      return node <= w.last && (node > w.first || (w.begins && node == w.first));
     });
   };
 }
@@ -181,7 +203,10 @@ std::function<bool(int)> StreamingCalibration::State::left_out() const {
 std::function<int(int)> StreamingCalibration::State::earlier_bias(
     const std::vector<int>& changes) const {
   std::vector<int> nodes;  // the last with the earlier bias
-  for (const int w : changes) nodes.push_back(samples_.windows()[std::size_t(w)].first);
+  for (const int i : changes) {
+    const StreamWindow& w = samples_.windows()[std::size_t(i)];
+    nodes.push_back(w.begins ? w.first - 1 : w.first);
+  }
   return [nodes](int node) {
     return int(nodes.end() - std::lower_bound(nodes.begin(), nodes.end(), node));
   };

@@ -25,6 +25,7 @@
 
 namespace magimu {
 
+class FactorGraph;
 class IncrementalQr;
 
 // When the estimate is good enough: every limit that is given must be met.
@@ -41,6 +42,16 @@ struct StreamingOptions {
   double gravity = kStandardGravity;    // m/s^2
   MotionModel motion = MotionModel::kAuto;
   StreamTarget target;  // empty: heading 0.5 deg
+  // As in CalibrationOptions: the dip to start from, rad; the sign of the true one; what is known
+  // beforehand.
+  std::optional<double> dip_rad;
+  int dip_sign = 0;
+  std::function<void(FactorGraph&)> also = {};
+  // A fault of the samples that explains why the magnetometer does not fit the rest between these
+  // times, s, in a sentence (live_checks.h); empty: none is known.
+  std::function<std::string(double begin_s, double end_s)> known_fault = {};
+  // Up to so many seconds the samples are kept as they came, and finish() is calibrate().
+  double kept_s = 1200.0;
   // From so many nodes on (20 minutes at 12 a second) finish() takes the estimator's own solution
   // (calibration/stream_long.cpp); below, it fits all samples at once, which needs some 20 kB a
   // node.
@@ -69,7 +80,9 @@ struct StreamUpdate {
   // covariance_model, strength, fields, trust; empty while collecting.
   std::optional<Calibration> theta;
   WindowFit window;
-  std::string guidance;              // one sentence for the person who holds the sensor
+  std::string guidance;              // for the person who holds the sensor, one or two sentences
+  std::string headline;              // the same in two or three words: "Turn about X"
+  int axis = -1;                     // to be turned about: 0, 1, 2; -1: none of these
   std::vector<std::string> missing;  // motions that are still missing, "turn about x"
   std::vector<std::string> events;   // sentences: a window excluded, a magnet attached at 12.3 s
   std::vector<Check> checks;         // of the stream so far: diagnostics.h
@@ -84,11 +97,13 @@ class StreamingCalibration {
   StreamingCalibration& operator=(StreamingCalibration&&) noexcept;
 
   // An update where this sample completes a window. Throws InputError where time does not increase
-  // or the number of magnetometers differs. After a gap of more than 5 s, in which the sensor may
-  // have turned anyhow, the estimate begins anew; finish() returns the better of the two.
+  // for a sensor or the number of magnetometers differs. Samples that no measurement can have given
+  // are set aside (recording/live_gate.h); after a gap too long to be bridged (recording/parts.h) a
+  // part begins, with an attitude of its own and the same calibration.
   std::optional<StreamUpdate> add(const StreamSample& sample);
-  // The calibration at the end, with the window that is not full and idle updates until old windows
-  // are linearized well. Samples may be added after it.
+  // The calibration at the end: that of calibrate(), unless samples were left out or there are too
+  // many to keep; then the stream's own, old windows linearized well. Samples may be added after
+  // it.
   Calibration finish();
   // The estimate, so that another stream goes on from here with the same bits (take_up()); the
   // samples are not in it. False, and what was written is of no use: there is nothing that would
@@ -105,24 +120,17 @@ class StreamingCalibration {
   std::optional<Calibration> estimate() const;
   // Linearizes again what has drifted, as finish() does first.
   void settle();
-  // Begin and end of each window since the last long gap, s; flagged_windows count through these.
+  // Begin and end of each window, s; flagged_windows count through these.
   std::vector<std::pair<double, double>> windows() const;
   // Behind it all, for those who want the graph or the trajectory; null while collecting.
   const IncrementalQr* estimator() const;
 
  private:
   class State;
-  void begin_anew(const std::string& why);
   void given_of(const StreamSample& sample);
 
-  int magnetometers_;
-  StreamingOptions options_;
   std::unique_ptr<State> state_;
-  // Of the stream before its last long gap: the best calibration, samples, and what to say of it.
-  std::optional<Calibration> before_;
-  long samples_before_ = 0;
   Checksum given_;  // of all samples
-  std::vector<std::string> events_;
 };
 
 }  // namespace magimu

@@ -51,20 +51,31 @@ void take_conclusion(Diagnosis& d) {
   d.evidence = std::move(conclusion.evidence);
 }
 
-// What is said where the basic model has no fit.
-Diagnosis diagnosis_without_fit(const std::vector<const Recording*>& given,
-                                const DiagnosisOptions& options, const std::string& why) {
-  const CheckedRecordings checked(given);
-  CalibrationOptions calibration;
-  calibration.noise = options.noise;
-  calibration.gravity = options.gravity;
+CalibrationOptions calibration_options(const DiagnosisOptions& options) {
+  CalibrationOptions out;
+  out.noise = options.noise;
+  out.gravity = options.gravity;
+  return out;
+}
+
+// What is said where there is no fit of the basic model.
+Diagnosis diagnosis_of(const Calibration& no_fit, const std::vector<const Recording*>& given,
+                       const DiagnosisOptions& options) {
   Diagnosis d;
   d.false_alarm_rate = options.false_alarm_rate;
   for (const Recording* r : given) d.recordings.push_back(r->name);
-  d.notes = checked.warnings();
-  d.before = d.after = calibration_without_fit(checked.get(), calibration, why, checked.warnings());
+  d.notes = no_fit.warnings;
+  d.before = d.after = no_fit;
   take_conclusion(d);
   return d;
+}
+
+Diagnosis diagnosis_without_fit(const std::vector<const Recording*>& given,
+                                const DiagnosisOptions& options, const std::string& why) {
+  const CheckedRecordings checked(given);
+  return diagnosis_of(calibration_without_fit(checked.get(), calibration_options(options), why,
+                                              checked.warnings()),
+                      given, options);
 }
 
 // Throws NumericalError where the basic model has no fit.
@@ -79,9 +90,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
     if (options.progress) options.progress(what, share);
   };
   const CheckedRecordings checked(given, {.keep_clipped_mag = true});
-  CalibrationOptions calibration;
-  calibration.noise = options.noise;
-  calibration.gravity = options.gravity;
+  const CalibrationOptions calibration = calibration_options(options);
   Diagnosis d;
   d.false_alarm_rate = options.false_alarm_rate;
   for (const Recording* r : given) d.recordings.push_back(r->name);
@@ -178,9 +187,14 @@ Diagnosis diagnose(const Recording& recording, const DiagnosisOptions& options) 
 }
 
 Diagnosis diagnose(const std::vector<const Recording*>& given, const DiagnosisOptions& options) {
-  std::string why;
-  std::optional<Diagnosis> made = attempt([&] { return diagnose_fitted(given, options); }, &why);
-  return made ? *std::move(made) : diagnosis_without_fit(given, options, why);
+  try {
+    std::string why;
+    std::optional<Diagnosis> made = attempt([&] { return diagnose_fitted(given, options); }, &why);
+    return made ? *std::move(made) : diagnosis_without_fit(given, options, why);
+  } catch (const TooLittle& too_little) {
+    return diagnosis_of(calibration_without_fit(given, calibration_options(options), too_little),
+                        given, options);
+  }
 }
 
 }  // namespace magimu

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recording/arrival_stamps.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -21,6 +23,24 @@ constexpr std::size_t kEnoughBursts = 10;
 // were not measured at a steady pace.
 constexpr double kUnsteady = 0.5;
 
+// Loop gains of EvenPace, of the departure at a burst's end: phase, and period for critical
+// damping. Ten bursts' memory: the scatter of their stamps averages out, and a clock's drift does
+// not matter.
+constexpr double kPhaseGain = 0.1, kPeriodGain = kPhaseGain * kPhaseGain / 4.0;
+
+// Interval up to which a sample belongs to the burst of the one before, s; 0: unknown.
+double brief_interval(const std::vector<double>& t) {
+  double sum = 0.0;
+  std::size_t counted = 0;
+  for (std::size_t i = 1; i < t.size(); ++i) {
+    const double d = t[i] - t[i - 1];
+    if (d > kLongestBurst) continue;
+    sum += d;
+    ++counted;
+  }
+  return counted == 0 || !(sum > 0.0) ? 0.0 : kWithin * sum / double(counted);
+}
+
 // Samples first <= i < end between two gaps, and their bursts' last samples.
 struct Stretch {
   std::size_t first, end;
@@ -31,16 +51,8 @@ struct Stretch {
 
 std::optional<EvenTimes> even_times(const std::vector<double>& t) {
   if (t.size() < 4 * kEnoughBursts) return std::nullopt;
-  double sum = 0.0;
-  std::size_t counted = 0;
-  for (std::size_t i = 1; i < t.size(); ++i) {
-    const double d = t[i] - t[i - 1];
-    if (d > kLongestBurst) continue;
-    sum += d;
-    ++counted;
-  }
-  if (counted == 0 || !(sum > 0.0)) return std::nullopt;
-  const double brief = kWithin * sum / double(counted);
+  const double brief = brief_interval(t);
+  if (brief == 0.0) return std::nullopt;
   std::size_t together = 0;
   std::vector<double> begins;
   for (std::size_t i = 1; i < t.size(); ++i) {
@@ -101,6 +113,48 @@ std::optional<EvenTimes> even_times(const std::vector<double>& t) {
   out.rate_hz = 1.0 / h;
   out.in_a_burst = double(t.size()) / bursts;
   return out;
+}
+
+std::string rate_text(double rate_hz) {
+  constexpr double kKnown = 0.005;
+  const double whole = std::round(rate_hz);
+  return fmt::format("{:.4g}", std::abs(whole - rate_hz) < kKnown * rate_hz ? whole : rate_hz);
+}
+
+bool may_be_bursts(const std::vector<double>& t) {
+  const double brief = brief_interval(t);
+  std::size_t together = 0;
+  for (std::size_t i = 1; i < t.size(); ++i) together += t[i] - t[i - 1] < brief ? 1 : 0;
+  return brief > 0.0 && double(together) >= kShort * double(t.size() - 1);
+}
+
+std::size_t in_whole_bursts(const std::vector<double>& t) {
+  const double brief = brief_interval(t);
+  std::size_t n = t.size();
+  while (n > 1 && t[n - 1] - t[n - 2] < brief) --n;
+  return n > 0 ? n - 1 : 0;
+}
+
+EvenPace::EvenPace(const EvenTimes& found, const std::vector<double>& stamps)
+    : period_(1.0 / found.rate_hz),
+      burst_s_(found.burst_s),
+      brief_(brief_interval(stamps)),
+      tolerance_(kLost * found.burst_s),
+      time_(found.t.back()),
+      stamp_(stamps.back()) {}
+
+double EvenPace::next(double t) {
+  const double interval = t - stamp_;
+  if (interval >= brief_ && interval <= tolerance_) {
+    // The one before was the last of its burst.
+    const double off = std::clamp(stamp_ - time_, -burst_s_, burst_s_);
+    time_ += kPhaseGain * std::clamp(off, -period_, period_);
+    period_ += kPeriodGain * off * period_ / burst_s_;
+  }
+  const bool jumped = interval > tolerance_ || interval < 0.0;  // a gap, or a clock that was set
+  time_ = jumped ? t : time_ + period_;
+  stamp_ = t;
+  return time_;
 }
 
 }  // namespace magimu

@@ -21,4 +21,27 @@ struct EvenTimes {
 // bursts, or come at no steady pace.
 std::optional<EvenTimes> even_times(const std::vector<double>& t);
 
+// Such a rate for an option: a whole number of samples a second where it is that to 0.5 %.
+std::string rate_text(double rate_hz);
+
+// Of the first of them: may they come in bursts? Then more of them tell (even_times()).
+bool may_be_bursts(const std::vector<double>& t);
+// How many of them are in bursts that are whole: without the last one, which may still go on.
+std::size_t in_whole_bursts(const std::vector<double>& t);
+
+// Even times for samples of a stream that are stamped on arrival, from what even_times() found in
+// its first ones: each a period after the one before, and the bursts' last stamps pull period and
+// phase to the clock's, slowly, as a phase-locked loop does.
+class EvenPace {
+ public:
+  // stamps: those that `found` was made of.
+  EvenPace(const EvenTimes& found, const std::vector<double>& stamps);
+  // The time of the sample that is stamped t.
+  double next(double t);
+
+ private:
+  double period_, burst_s_, brief_, tolerance_;
+  double time_, stamp_;  // of the sample before
+};
+
 }  // namespace magimu

@@ -1,15 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // write_atomically on POSIX: open with O_EXCL, write, fsync, rename, fsync of the folder.
+//
+// Who writes a temporary file holds a lock on it (flock), which ends with the process whatever
+// ended that: a temporary file without a lock is what a killed run has left. Numbers of processes
+// could not tell: they are used again, and in containers the same for all.
 #include "recording/atomic_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
+#include <mutex>
+#include <set>
 #include <system_error>
 
 #include "recording/error.h"
@@ -65,6 +74,7 @@ class OutputFile {
       if (n < 0 && errno != EINTR) fail(path_, errno);
     }
   }
+  int descriptor() const { return fd_; }
   void sync() const {  // some file systems have no fsync, which is no reason to give up
     if (::fsync(fd_) != 0 && errno != EINVAL && errno != ENOTSUP) fail(path_, errno);
   }
@@ -79,6 +89,20 @@ class OutputFile {
 
  private:
   const std::string& path_;  // the path to name in messages
+  int fd_;
+};
+
+// Keeps a file's lock while its descriptor is closed, which tells of the last errors.
+class Lock {
+ public:
+  explicit Lock(int fd) : fd_(::fcntl(fd, F_DUPFD_CLOEXEC, 0)) {}
+  ~Lock() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Lock(const Lock&) = delete;
+  Lock& operator=(const Lock&) = delete;
+
+ private:
   int fd_;
 };
 
@@ -100,12 +124,59 @@ fs::path behind_symlinks(const std::string& path) {
   return target;
 }
 
+constexpr std::string_view kTemporary = ".magimu-";
+
+bool is_name_of_temporary(std::string_view name) {
+  if (!name.starts_with(kTemporary)) return false;
+  name.remove_prefix(kTemporary.size());
+  return std::ranges::all_of(name, [](unsigned char c) { return std::isdigit(c) || c == '-'; });
+}
+
+// Whether the name still leads to the open file.
+bool is_there(const fs::path& name, int fd) {
+  struct stat by_name {
+  }, by_descriptor{};
+  return ::lstat(name.c_str(), &by_name) == 0 && ::fstat(fd, &by_descriptor) == 0 &&
+         by_name.st_dev == by_descriptor.st_dev && by_name.st_ino == by_descriptor.st_ino;
+}
+
+// With a lock on it, where the file system has locks.
 int open_new_file(const fs::path& folder, fs::path& name) {
   static std::atomic<unsigned> counter{0};
   for (int attempt = 0;; ++attempt) {
-    name = folder / (".magimu-" + std::to_string(::getpid()) + "-" + std::to_string(counter++));
+    name = folder /
+           (std::string(kTemporary) + std::to_string(::getpid()) + "-" + std::to_string(counter++));
     const int fd = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (fd >= 0 || errno != EEXIST || attempt == 100) return fd;
+    if (fd < 0 && (errno != EEXIST || attempt == 100)) return fd;
+    if (fd < 0) continue;
+    ::flock(fd, LOCK_EX);
+    // Somebody who tidied up may have taken it for abandoned before the lock was there.
+    if (attempt == 100 || is_there(name, fd)) return fd;
+    ::close(fd);
+  }
+}
+
+// Removes the temporary files that killed runs have left in a folder; once in a process.
+void tidy_up(const fs::path& folder) {
+  static std::mutex mutex;
+  static std::set<fs::path> done;
+  {
+    const std::lock_guard lock(mutex);
+    if (!done.insert(folder).second) return;
+  }
+  std::error_code error;  // whatever cannot be listed, opened or removed stays
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const fs::path& file = entry->path();
+    if (!is_name_of_temporary(file.filename().native())) continue;
+    const int fd = ::open(file.c_str(), O_WRONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    if (fd < 0) continue;
+    struct stat status {};
+    const bool regular = ::fstat(fd, &status) == 0 && S_ISREG(status.st_mode);
+    if (regular && ::flock(fd, LOCK_EX | LOCK_NB) == 0 && is_there(file, fd)) {
+      ::unlink(file.c_str());
+    }
+    ::close(fd);
   }
 }
 
@@ -139,9 +210,11 @@ void write_atomically(const std::string& path, std::string_view content) {
 
   const fs::path target = behind_symlinks(path);
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  tidy_up(folder);
   fs::path temporary;
   OutputFile file(path, open_new_file(folder, temporary));
   Remover remover{temporary};
+  const Lock lock(file.descriptor());
   if (exists) file.set_mode(old.st_mode & 07777);
   file.write(content);
   file.sync();

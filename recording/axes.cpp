@@ -92,4 +92,14 @@ void turn_axes(Recording& recording, const std::string& sensor, const Matrix3& a
       fmt::format("axes of {}: x,y,z are the file's {}", sensor, axes_text(axes)));
 }
 
+void turn_axes(StreamSample& sample, const std::vector<std::string>& mag_names,
+               const std::string& sensor, const Matrix3& axes) {
+  if (sensor == "acc" && sample.acc) sample.acc = Vector3(axes * *sample.acc);
+  if (sensor == "gyr" && sample.gyr) sample.gyr = Vector3(axes * *sample.gyr);
+  for (std::size_t i = 0; i < sample.mag.size(); ++i) {
+    const bool meant = sensor == "mag" || sensor == mag_names[i];
+    if (meant && sample.mag[i]) sample.mag[i] = Vector3(axes * *sample.mag[i]);
+  }
+}
+
 }  // namespace magimu

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "recording/recording.h"
+#include "recording/stream_sample.h"
 
 namespace magimu {
 
@@ -22,5 +23,8 @@ Matrix3 axes_from_text(std::string_view text);
 // Replaces every reading v of a sensor by axes * v. sensor: "acc", "gyr", "mag" (all of them) or
 // the name of one magnetometer; InputError if the recording has no such sensor.
 void turn_axes(Recording& recording, const std::string& sensor, const Matrix3& axes);
+// The same for a sample of a stream, of which turn_axes() has said that it has that sensor.
+void turn_axes(StreamSample& sample, const std::vector<std::string>& mag_names,
+               const std::string& sensor, const Matrix3& axes);
 
 }  // namespace magimu

@@ -162,26 +162,34 @@ Recording recording_from_broad(const BroadFile& file) {
   return recording;
 }
 
-BroadField broad_field_of_shape(const std::string& path, const std::string& name,
-                                const std::vector<std::size_t>& dimensions) {
-  // Recordings compress to about half; what claims far more is damaged, and would take all memory.
-  std::error_code ignored;
-  const std::size_t most = 1'000'000 + 8 * std::filesystem::file_size(path, ignored);
+BroadRoom::BroadRoom(const std::string& path) : path_(path) {
+  // Numbers with two bits of noise each pack to no less. The constant (8 MB) is for small files of
+  // repeated numbers.
+  std::error_code no_file;
+  const auto size = std::filesystem::file_size(path, no_file);
+  left_ = 1'000'000 + (no_file ? 0 : 4 * static_cast<std::size_t>(size));
+}
+
+void BroadRoom::refuse(const std::string& name, const std::string& claim) const {
+  throw InputError(path_, 0, 0,
+                   fmt::format("{} claims {}, more than the file can hold", name, claim),
+                   fmt::format("the file is damaged: {}", kOtherFile));
+}
+
+BroadField BroadRoom::field(const std::string& name, const std::vector<std::size_t>& dimensions) {
   BroadField field{1, 1, {}};
   if (!dimensions.empty()) field.rows = dimensions[0];
   if (dimensions.size() > 1) field.columns = dimensions[1];
   if (dimensions.size() > 2) {
     throw InputError(
-        path, 0, 0,
+        path_, 0, 0,
         fmt::format("{} has {} dimensions, it should have one or two", name, dimensions.size()),
         kOtherFile);
   }
-  if (field.columns > 0 && field.rows > most / field.columns) {
-    throw InputError(path, 0, 0,
-                     fmt::format("{} claims {} x {} numbers, more than the file can hold", name,
-                                 field.rows, field.columns),
-                     fmt::format("the file is damaged: {}", kOtherFile));
+  if (field.columns > 0 && field.rows > left_ / field.columns) {
+    refuse(name, fmt::format("{} x {} numbers", field.rows, field.columns));
   }
+  left_ -= field.rows * field.columns;
   field.values.resize(field.rows * field.columns);
   return field;
 }

@@ -27,9 +27,23 @@ struct BroadFile {
 // InputError if a needed field is missing or has the wrong shape.
 Recording recording_from_broad(const BroadFile& file);
 
-// Rows and columns of an array with these dimensions, most slowly varying first; InputError if they
-// are no vector or matrix, or too large for a file of its size (which is then damaged).
-BroadField broad_field_of_shape(const std::string& path, const std::string& name,
-                                const std::vector<std::size_t>& dimensions);
+// How many numbers a file of its size may hold, all its fields together. Arrays of measured numbers
+// pack to about half; a file that claims far more than that is damaged, or made to fill all memory.
+class BroadRoom {
+ public:
+  explicit BroadRoom(const std::string& path);
+
+  // A field of an array with these dimensions, most slowly varying first, its values all zero.
+  // InputError if they are no vector or matrix, or too large.
+  BroadField field(const std::string& name, const std::vector<std::size_t>& dimensions);
+
+  // Numbers for which there is room.
+  std::size_t left() const { return left_; }
+  [[noreturn]] void refuse(const std::string& name, const std::string& claim) const;
+
+ private:
+  std::string path_;
+  std::size_t left_;
+};
 
 }  // namespace magimu

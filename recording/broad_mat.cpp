@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Fields of MATLAB files of version 5 (-v6, -v7). Version 7.3 is HDF5, and goes there.
 #include <algorithm>
+#include <utility>
 
 #include "recording/broad.h"
 #include "recording/broad_fields.h"
@@ -14,15 +15,18 @@ namespace {
 constexpr const char* kDamagedMat =
     "the file is damaged or was not copied completely: give another copy of it";
 
-BroadField field_of(const std::string& path, const MatVariable& variable) {
-  if (!variable.numeric) {
+BroadField field_of(const std::string& path, const MatVariable& variable, BroadRoom& room) {
+  const auto fail = [&] {
     throw InputError(path, 0, 0, variable.name + " cannot be read as numbers", kDamagedMat);
-  }
+  };
+  if (!variable.numeric) fail();
   // MATLAB's first dimension varies fastest.
   std::vector<std::size_t> dimensions = variable.dimensions;
   std::reverse(dimensions.begin(), dimensions.end());
-  BroadField field = broad_field_of_shape(path, variable.name, dimensions);
-  field.values = variable.numbers();
+  BroadField field = room.field(variable.name, dimensions);
+  auto numbers = variable.numbers();
+  if (!numbers) fail();
+  field.values = std::move(*numbers);
   return field;
 }
 
@@ -37,8 +41,10 @@ Recording read_mat(const std::string& path) {
   }
   const auto variables = mat_variables(content);
   if (!variables) throw InputError(path, 0, 0, "the MAT file is cut off or damaged", kDamagedMat);
+  BroadRoom room(path);
   BroadFile file{path, {}, [&](const std::string& name) {
-                   return field_of(path, *std::ranges::find(*variables, name, &MatVariable::name));
+                   const auto at = std::ranges::find(*variables, name, &MatVariable::name);
+                   return field_of(path, *at, room);
                  }};
   for (const MatVariable& variable : *variables) file.names.push_back(variable.name);
   return recording_from_broad(file);

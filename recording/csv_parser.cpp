@@ -291,7 +291,7 @@ void CsvParser::keep_row() {
                                        : RawRows::kPosition;
   }
   has_time_ = true;
-  if (options_.rate_hz && !whole_file_) values_[0] = double(row_++) / *options_.rate_hz;
+  if (options_.rate_hz && !whole_file_ && present_[0] != kNumber) values_[0] = double(row_++);
   last_time_ = values_[0];
   const double t = whole_file_ ? double(rows_.time.size()) : values_[0];
   for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {

@@ -2,8 +2,9 @@
 // Lines of CSV to samples, one line at a time: read_csv feeds it a file, a stream feeds it what
 // arrives. The first line that is neither blank nor a comment is the header.
 //
-// The times of a stream must increase, in seconds or the unit given. Those of a whole file are made
-// of its time column when all of it is there (row_times.h).
+// The times of a stream must increase; they are the column's numbers times the unit given, where a
+// rate is given as they stand (or numbers of rows): stream_times.h makes seconds of them. Those of
+// a whole file are made of its time column when all of it is there (row_times.h).
 //
 //   CsvParser parser("serial port");
 //   while (next_line(line)) {
@@ -40,6 +41,9 @@ class CsvParser {
   // for the sensors that had none, no magnetometers before the header has come.
   Recording take();
 
+  // What the header says.
+  const CsvColumns& columns() const { return columns_; }
+
   // take() for readers of whole files: InputError if there was no header, no data, or a needed
   // sensor has no sample. Magnetometers without any are left out, with a note.
   Recording finish();
@@ -75,7 +79,7 @@ class CsvParser {
   std::vector<Field> present_;                       // by slot
   bool has_time_ = false;
   double last_time_ = 0.0;
-  std::size_t row_ = 0;  // of the stream, for times k / rate
+  std::size_t row_ = 0;  // of the stream, where it has no times
   std::size_t no_numbers_ = 0, infinite_ = 0;
   long first_no_number_ = 0;
 

@@ -19,4 +19,10 @@ class InputError : public std::runtime_error {
   std::string problem, remedy;
 };
 
+// The recording can be read, but there is too little in it for what is asked.
+class TooLittle : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 }  // namespace magimu

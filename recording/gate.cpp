@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recording/gate.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
 #include "recording/bridge.h"
-#include "recording/sensor_gate.h"
+#include "recording/gate_records.h"
+#include "recording/gate_witnesses.h"
 
 namespace magimu {
 namespace {
@@ -21,76 +20,13 @@ using Judged = SensorGate::Judged;
 // over; the third has all of that.
 constexpr int kPasses = 3;
 constexpr double kMostlyWrapped = 0.4;   // of the samples: then it is not known which of them are
-constexpr double kTurningRate = 0.2;     // rad/s: the device turns
-constexpr double kTurned = 0.15;         // rad: and has turned so far, which changes any reading
-constexpr double kSlowly = 5.0;          // times slower than the fastest tenth
-constexpr double kTurningShare = 0.3;    // of gravity or the field, by which they turn meanwhile
 constexpr std::size_t kFewestLeft = 10;  // samples
-
-// Whether the device turned meanwhile, as the other sensors of the recording say: rates, or gravity
-// and the field together, for each alone may be shaken or disturbed. Medians and quantiles, so that
-// no single reading counts.
-class Witnesses {
- public:
-  explicit Witnesses(const Recording& recording)
-      : recording_(recording), usual_rate_(quantile(lengths(recording.gyr, -1e300, 1e300), 0.9)) {}
-
-  bool turned(Sensor hung, double begin, double end) const {
-    const double rate = quantile(lengths(recording_.gyr, begin, end), 0.5);
-    const double usual = usual_rate_ / kSlowly;  // its unit is not known for certain
-    if (rate > std::max({kTurningRate, kTurned / (end - begin), usual})) return true;
-    return hung == Sensor::kGyr && !recording_.mag.empty() && moved(recording_.acc, begin, end) &&
-           moved(recording_.mag.front(), begin, end);
-  }
-
- private:
-  static std::pair<std::size_t, std::size_t> span(const VectorSeries& s, double begin, double end) {
-    const auto first = std::ranges::lower_bound(s.t, begin),
-               last = std::ranges::upper_bound(s.t, end);
-    return {std::size_t(first - s.t.begin()), std::size_t(std::max(first, last) - s.t.begin())};
-  }
-  static std::vector<double> lengths(const VectorSeries& s, double begin, double end) {
-    std::vector<double> out;
-    const auto [first, last] = span(s, begin, end);
-    for (std::size_t k = first; k < last; ++k) {
-      if (s.v[k].allFinite()) out.push_back(s.v[k].norm());
-    }
-    return out;
-  }
-  static double quantile(std::vector<double> x, double share) {
-    if (x.empty()) return 0.0;
-    const auto at = x.begin() + std::ptrdiff_t(share * double(x.size() - 1));
-    std::ranges::nth_element(x, at);
-    return *at;
-  }
-  static bool moved(const VectorSeries& s, double begin, double end) {
-    const auto [first, last] = span(s, begin, end);
-    if (last <= first) return false;
-    double squares = 0.0;
-    for (int axis = 0; axis < 3; ++axis) {
-      std::vector<double> x;
-      for (std::size_t k = first; k < last; ++k) {
-        if (s.v[k].allFinite()) x.push_back(s.v[k][axis]);
-      }
-      const double range = quantile(x, 0.9) - quantile(x, 0.1);
-      squares += range * range;
-    }
-    return std::sqrt(squares) > kTurningShare * quantile(lengths(s, begin, end), 0.5);
-  }
-
-  const Recording& recording_;
-  double usual_rate_;  // of the fastest tenth, at least
-};
-
-const char* gate_unit(Sensor sensor) {
-  return sensor == Sensor::kAcc ? "m/s^2" : sensor == Sensor::kGyr ? "rad/s" : "uT";
-}
 
 // One sensor on its way through the gate.
 class Passage {
  public:
   Passage(const VectorSeries& series, std::string name, Sensor sensor, bool keep_clipped,
-          const Witnesses& witnesses)
+          const GateWitnesses& witnesses)
       : series_(series), name_(std::move(name)), sensor_(sensor), judged_(series.size()) {
     SensorGate::Sentinels sentinels;
     std::array<int, 3> turns = {0, 0, 0};
@@ -122,18 +58,11 @@ class Passage {
 
   // Empty: all samples may stay.
   std::vector<SetAside> set_aside() const {
-    std::vector<SetAside> out;
+    GateRecords out(name_, sensor_);
     for (const Judged& j : judged_) {
-      if (j.kind.empty()) continue;
-      auto record = std::ranges::find(out, j.kind, &SetAside::kind);
-      if (record == out.end()) {
-        out.push_back({name_, j.kind, 0, series_.size(), j.t, j.t, example(j)});
-        record = out.end() - 1;
-      }
-      ++record->count;
-      record->end_s = j.t;
+      if (!j.kind.empty()) out.add(j);
     }
-    return out;
+    return out.all(series_.size());
   }
 
   // All of them where next to none would be left.
@@ -176,19 +105,6 @@ class Passage {
     }
   }
 
-  std::string example(const Judged& judged) const {
-    const std::string& kind = judged.kind;
-    const Vector3& v = judged.v;
-    if (kind == "zeros" || kind == "stuck") {
-      return fmt::format("{} = ({:.6g}, {:.6g}, {:.6g}) {} at {:.2f} s", name_, v[0], v[1], v[2],
-                         gate_unit(sensor_), judged.t);
-    }
-    std::string out = fmt::format("{}_{} = {:.6g} {} at {:.2f} s", name_, "xyz"[judged.axis],
-                                  v[judged.axis], gate_unit(sensor_), judged.t);
-    if (kind != "clipped") out += fmt::format(" (neighbours read {:.4g})", judged.neighbours);
-    return out;
-  }
-
   const VectorSeries& series_;
   std::string name_;
   Sensor sensor_;
@@ -199,7 +115,7 @@ class Passage {
 
 std::optional<Recording> gated(const Recording& recording, const GateOptions& options) {
   if (!recording.set_aside.empty()) return std::nullopt;
-  const Witnesses witnesses(recording);
+  const GateWitnesses witnesses(recording);
   std::optional<Recording> out;
   const auto pass = [&](const VectorSeries& series, const std::string& name, Sensor sensor,
                         bool keep_clipped, const auto& place) {

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <memory>
+#include <utility>
 
 namespace magimu {
 namespace {
@@ -18,6 +18,7 @@ constexpr std::uint32_t kMatrix = 14, kPacked = 15;            // types of eleme
 constexpr std::uint32_t kFirstNumeric = 6, kLastNumeric = 15;  // classes of variables
 constexpr std::uint32_t kComplex = 0x800;
 constexpr std::size_t kMostDimensions = 32;
+constexpr std::size_t kUnpacked = 1 << 16;  // bytes at a time
 
 template <class T>
 T swapped_bytes(T value) {
@@ -69,79 +70,114 @@ std::size_t size_of_type(std::uint32_t type) {
   return size;
 }
 
-// Takes elements from the front of some bytes.
+struct Element {
+  std::uint32_t type = 0;
+  std::size_t first = 0, size = 0;  // its data, in bytes from where the elements begin
+};
+
+// Goes from element to element. The bytes may be the beginning of `size` bytes: an element's data
+// lie within these, not necessarily within those that are there.
 class Elements {
  public:
-  Elements(std::string_view bytes, bool swapped) : bytes_(bytes), swapped_(swapped) {}
+  Elements(std::string_view bytes, std::size_t size, bool swapped)
+      : bytes_(bytes), size_(size), swapped_(swapped) {}
 
-  struct Element {
-    std::uint32_t type = 0;
-    std::string_view data;
-  };
-
-  bool empty() const { return bytes_.empty(); }
+  bool empty() const { return at_ >= size_; }
 
   // The next one; nothing if it does not fit. Plain ones are padded to eight bytes, except the
   // last.
   std::optional<Element> next() {
-    if (bytes_.size() < kTag) return std::nullopt;
-    const auto type = number_at<std::uint32_t>(bytes_, 0, swapped_);
+    if (size_ - at_ < kTag || bytes_.size() < at_ + kTag) return std::nullopt;
+    const auto type = number_at<std::uint32_t>(bytes_, at_, swapped_);
     if (type > 0xFFFF) {  // a short one, all in eight bytes: its length is in the upper half
       const std::size_t length = type >> 16;
       if (length > kTag - 4) return std::nullopt;
-      const Element element{type & 0xFFFF, bytes_.substr(4, length)};
-      bytes_.remove_prefix(kTag);
+      const Element element{type & 0xFFFF, at_ + 4, length};
+      at_ += kTag;
       return element;
     }
-    const std::size_t length = number_at<std::uint32_t>(bytes_, 4, swapped_);
-    if (length > bytes_.size() - kTag) return std::nullopt;
-    const Element element{type, bytes_.substr(kTag, length)};
+    const std::size_t length = number_at<std::uint32_t>(bytes_, at_ + 4, swapped_);
+    if (length > size_ - at_ - kTag) return std::nullopt;
+    const Element element{type, at_ + kTag, length};
     const std::size_t padded = type == kPacked ? length : (length + 7) / 8 * 8;
-    bytes_.remove_prefix(std::min(kTag + padded, bytes_.size()));
+    at_ += std::min(kTag + padded, size_ - at_);
     return element;
+  }
+
+  // Its data, if they are there.
+  std::optional<std::string_view> data(const std::optional<Element>& element) const {
+    if (!element || element->first + element->size > bytes_.size()) return std::nullopt;
+    return bytes_.substr(element->first, element->size);
   }
 
  private:
   std::string_view bytes_;
+  std::size_t size_, at_ = 0;
   bool swapped_;
 };
 
-// Nothing if the stream is damaged or ends early.
-std::optional<std::string> unpacked(std::string_view packed) {
-  z_stream stream{};
-  if (inflateInit(&stream) != Z_OK) return std::nullopt;
-  const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, inflateEnd);
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
-  stream.avail_in = static_cast<uInt>(packed.size());
-  std::string out;
-  std::vector<char> chunk(1 << 16);
-  for (int status = Z_OK; status != Z_STREAM_END;) {
-    stream.next_out = reinterpret_cast<Bytef*>(chunk.data());
-    stream.avail_out = static_cast<uInt>(chunk.size());
-    status = inflate(&stream, Z_NO_FLUSH);
-    if (status != Z_OK && status != Z_STREAM_END) return std::nullopt;
-    out.append(chunk.data(), chunk.size() - stream.avail_out);
+// Unpacks a zlib stream piece by piece.
+class Unpacker {
+ public:
+  explicit Unpacker(std::string_view packed) {
+    ok_ = inflateInit(&stream_) == Z_OK;
+    stream_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
+    stream_.avail_in = static_cast<uInt>(packed.size());
   }
-  return out;
-}
+  ~Unpacker() { inflateEnd(&stream_); }
+  Unpacker(const Unpacker&) = delete;
+  Unpacker& operator=(const Unpacker&) = delete;
 
-// The parts of a matrix. A variable without a name and flags is nothing of MATLAB's.
-std::optional<MatVariable> variable_of(std::string_view matrix, bool swapped) {
-  Elements parts(matrix, swapped);
-  const auto flags = parts.next();
-  if (!flags || flags->data.size() != 8) return std::nullopt;
-  const auto dimensions = parts.next();
-  if (!dimensions || dimensions->data.size() % 4 != 0) return std::nullopt;
-  if (dimensions->data.size() / 4 > kMostDimensions) return std::nullopt;
-  const auto name = parts.next();
+  // The next bytes, at most `most`; fewer where it ends, or is damaged.
+  std::string next(std::size_t most) {
+    std::string out(most, '\0');
+    stream_.next_out = reinterpret_cast<Bytef*>(out.data());
+    stream_.avail_out = static_cast<uInt>(most);
+    while (ok_ && !ended_ && stream_.avail_out > 0) {
+      const int status = inflate(&stream_, Z_NO_FLUSH);
+      ended_ = status == Z_STREAM_END;
+      ok_ = ended_ || status == Z_OK;
+    }
+    out.resize(most - stream_.avail_out);
+    return out;
+  }
+  bool skip(std::size_t count) {
+    while (count > 0) {
+      const std::size_t got = next(std::min(count, kUnpacked)).size();
+      if (got == 0) return false;
+      count -= got;
+    }
+    return true;
+  }
+  // Whether it ends, undamaged, after no more than a little padding.
+  bool ends() {
+    next(kUnpacked);
+    return ended_;
+  }
+
+ private:
+  z_stream stream_{};
+  bool ok_ = false, ended_ = false;
+};
+
+// The parts of a matrix of `size` bytes, from its beginning: all before the numbers must be there.
+// A variable without a name and flags is nothing of MATLAB's.
+std::optional<MatVariable> variable_of(std::string_view matrix, std::size_t size, bool swapped) {
+  Elements parts(matrix, size, swapped);
+  const auto flags = parts.data(parts.next());
+  if (!flags || flags->size() != 8) return std::nullopt;
+  const auto dimensions = parts.data(parts.next());
+  if (!dimensions || dimensions->size() % 4 != 0) return std::nullopt;
+  if (dimensions->size() / 4 > kMostDimensions) return std::nullopt;
+  const auto name = parts.data(parts.next());
   if (!name) return std::nullopt;
 
   MatVariable variable;
-  variable.name = name->data;
-  for (std::size_t at = 0; at < dimensions->data.size(); at += 4) {
-    variable.dimensions.push_back(number_at<std::uint32_t>(dimensions->data, at, swapped));
+  variable.name = *name;
+  for (std::size_t at = 0; at < dimensions->size(); at += 4) {
+    variable.dimensions.push_back(number_at<std::uint32_t>(*dimensions, at, swapped));
   }
-  const auto word = number_at<std::uint32_t>(flags->data, 0, swapped);
+  const auto word = number_at<std::uint32_t>(*flags, 0, swapped);
   const std::uint32_t kind = word & 0xFF;
   variable.numeric = kind >= kFirstNumeric && kind <= kLastNumeric && (word & kComplex) == 0;
   if (!variable.numeric) return variable;
@@ -150,20 +186,47 @@ std::optional<MatVariable> variable_of(std::string_view matrix, bool swapped) {
   if (!values || size_of_type(values->type) == 0) return std::nullopt;
   double count = static_cast<double>(size_of_type(values->type));
   for (const std::size_t dimension : variable.dimensions) count *= static_cast<double>(dimension);
-  if (count != static_cast<double>(values->data.size())) return std::nullopt;
+  if (count != static_cast<double>(values->size)) return std::nullopt;
   variable.type = values->type;
   variable.swapped = swapped;
-  variable.bytes = values->data;
+  variable.first = values->first;
+  variable.size = values->size;
+  return variable;
+}
+
+std::optional<MatVariable> packed_variable(std::string_view packed, bool swapped) {
+  // Flags, 32 dimensions and a name, which MATLAB ends after 63 letters.
+  constexpr std::size_t kHead = 4096;
+  const std::string head = Unpacker(packed).next(kHead);
+  if (head.size() < kTag) return std::nullopt;
+  const std::size_t size = number_at<std::uint32_t>(head, 4, swapped);
+  if (number_at<std::uint32_t>(head, 0, swapped) != kMatrix) return MatVariable{};
+  auto variable = variable_of(std::string_view(head).substr(kTag), size, swapped);
+  if (!variable) return std::nullopt;
+  variable->first += kTag;
+  variable->packed = true;
+  variable->stored = packed;
   return variable;
 }
 
 }  // namespace
 
-std::vector<double> MatVariable::numbers() const {
+std::optional<std::vector<double>> MatVariable::numbers() const {
+  std::string unpacked;
+  std::string_view bytes;
+  if (packed) {
+    Unpacker unpacker(stored);
+    if (!unpacker.skip(first)) return std::nullopt;
+    unpacked = unpacker.next(size);
+    if (unpacked.size() != size || !unpacker.ends()) return std::nullopt;
+    bytes = unpacked;
+  } else {
+    bytes = stored.substr(first, size);
+  }
   std::vector<double> out;
-  out.reserve(bytes.size() / size_of_type(type));
+  out.reserve(size / size_of_type(type));
   with_number_type(type, [&]<class T>(T) {
-    for (std::size_t at = 0; at < bytes.size(); at += sizeof(T)) {
+    for (std::size_t at = 0; at < size; at += sizeof(T)) {
       out.push_back(static_cast<double>(number_at<T>(bytes, at, swapped)));
     }
   });
@@ -175,22 +238,22 @@ std::optional<std::vector<MatVariable>> mat_variables(std::string_view content) 
   // The header ends in the letters MI as a number of two bytes.
   constexpr bool kLittle = std::endian::native == std::endian::little;
   const bool swapped = content.substr(kHeader - 2, 2) == (kLittle ? "MI" : "IM");
+  content.remove_prefix(kHeader);
   std::vector<MatVariable> variables;
-  Elements elements(content.substr(kHeader), swapped);
+  Elements elements(content, content.size(), swapped);
   while (!elements.empty()) {
-    auto element = elements.next();
-    if (!element) return std::nullopt;
-    std::optional<std::string> plain;
+    const auto element = elements.next();
+    const auto data = elements.data(element);
+    if (!data) return std::nullopt;
+    std::optional<MatVariable> variable = MatVariable{};
     if (element->type == kPacked) {
-      plain = unpacked(element->data);
-      if (!plain) return std::nullopt;
-      element = Elements(*plain, swapped).next();
-      if (!element) return std::nullopt;
+      variable = packed_variable(*data, swapped);
+    } else if (element->type == kMatrix) {
+      variable = variable_of(*data, data->size(), swapped);
+      if (variable) variable->stored = *data;
     }
-    if (element->type != kMatrix) continue;
-    auto variable = variable_of(element->data, swapped);
     if (!variable) return std::nullopt;
-    variables.push_back(std::move(*variable));
+    if (!variable->stored.empty()) variables.push_back(std::move(*variable));
   }
   return variables;
 }

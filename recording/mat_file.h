@@ -4,7 +4,9 @@
 // Layout: MathWorks, MAT-File Format, chapter 1 (level 5). Internal to recording/.
 //
 // Our own because libmatio reserves whatever a damaged file claims (2 GB for 1 kB of file, found by
-// fuzzing), takes what is missing at the end for zeros, and tells of damage in its log alone.
+// fuzzing), takes what is missing at the end for zeros, and tells of damage in its log alone. A
+// packed variable may unpack to a thousand times its size: only those that are asked for are, each
+// into as many bytes as its dimensions say.
 #pragma once
 
 #include <cstdint>
@@ -15,20 +17,25 @@
 
 namespace magimu {
 
+// Refers to the content that it was found in.
 struct MatVariable {
   std::string name;
-  std::vector<std::size_t> dimensions;  // the first varies fastest
+  std::vector<std::size_t> dimensions;  // the first varies fastest; as many as the file claims
   bool numeric = false;  // real numbers; not text, cells, structures, complex, sparse
 
-  // The numbers, whatever type the file holds them in; of a numeric variable.
-  std::vector<double> numbers() const;
+  // The numbers, whatever type the file holds them in; of a numeric variable. Nothing if they are
+  // damaged. Reserves what `dimensions` claim: whoever calls has found that to be possible.
+  std::optional<std::vector<double>> numbers() const;
 
-  std::uint32_t type = 0;  // of the stored numbers
-  bool swapped = false;    // they have the other byte order
-  std::string bytes;
+  std::uint32_t type = 0;           // of the stored numbers
+  bool swapped = false;             // they have the other byte order
+  bool packed = false;              // by zlib
+  std::string_view stored;          // the whole variable
+  std::size_t first = 0, size = 0;  // where the numbers lie in it once it is unpacked
 };
 
 // content: the whole file, its header of 128 bytes included. Nothing if it is cut off or damaged.
+// Of packed variables no more is unpacked than their name and size take.
 std::optional<std::vector<MatVariable>> mat_variables(std::string_view content);
 
 }  // namespace magimu

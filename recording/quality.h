@@ -20,6 +20,7 @@ enum class Severity {
   kFatal,    // any result would be wrong
 };
 std::string to_string(Severity severity);  // "note", "caution", "fatal"
+std::string axis_name(int axis);           // "x", "y", "z"
 
 struct Issue {
   // "time_order", "not_finite", "gap", "jitter", "span", "constant", "stuck", "zeros",

@@ -33,7 +33,4 @@ std::vector<Issue> check_saturation(const NamedSeries& sensor);
 // Samples that repeat the one before, or lie on a line between neighbours: a slower clock.
 std::vector<Issue> check_clock(const NamedSeries& sensor);
 
-// "x", "y", "z"
-std::string axis_name(int axis);
-
 }  // namespace magimu

@@ -10,11 +10,16 @@
 #include <cerrno>
 #include <limits>
 #include <system_error>
+#include <vector>
 
 #include "recording/error.h"
 
 namespace magimu {
 namespace {
+
+constexpr std::size_t kFilePiece = 1 << 20;
+// Of a pipe, whose end nobody knows: a thousand times the largest calibration of an array.
+constexpr std::size_t kMostOfPipe = 1 << 28;
 
 [[noreturn]] void cannot_read(const std::string& path, int error) {
   const auto text = "cannot be read: " + std::generic_category().message(error);
@@ -43,23 +48,34 @@ class InputFile {
   InputFile& operator=(const InputFile&) = delete;
 
   bool is_regular() const { return S_ISREG(stat_.st_mode); }
+  std::size_t size() const { return static_cast<std::size_t>(stat_.st_size); }
 
-  std::string read(std::size_t limit) {
-    constexpr std::size_t kChunk = 1 << 20;
-    std::string content;
-    // One byte beyond the size, so that a regular file takes two calls: its content, and its end.
-    std::size_t room = is_regular() ? static_cast<std::size_t>(stat_.st_size) + 1 : kChunk;
-    while (content.size() < limit) {
-      const std::size_t had = content.size();
-      content.resize(had + std::min(room, limit - had));
-      const ssize_t got = ::read(fd_, content.data() + had, content.size() - had);
-      const int error = errno;
-      content.resize(had + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
-      if (got == 0) break;
-      if (got < 0 && error != EINTR) cannot_read(path_, error);
-      room -= content.size() - had;
-      if (room == 0) room = std::max(kChunk, content.size() / 2);
+  // Up to `room` bytes; 0 at the end.
+  std::size_t read_some(char* into, std::size_t room) {
+    while (true) {
+      const ssize_t got = ::read(fd_, into, room);
+      if (got >= 0) return static_cast<std::size_t>(got);
+      if (errno != EINTR) cannot_read(path_, errno);
     }
+  }
+
+  // All, or the first `limit` bytes. The buffer grows by half, and a pipe's small pieces go into
+  // what is there of it: to make room anew for each takes quadratic time.
+  std::string read(std::size_t limit) {
+    std::string content;
+    std::size_t used = 0;
+    while (used < limit) {
+      if (used == content.size()) {
+        // One byte beyond the size, so that a regular file takes two calls: its content, its end.
+        const std::size_t first = is_regular() ? size() + 1 : kFilePiece;
+        content.resize(
+            std::min(limit, used == 0 ? first : std::max(used + kFilePiece, used / 2 * 3)));
+      }
+      const std::size_t got = read_some(content.data() + used, content.size() - used);
+      if (got == 0) break;
+      used += got;
+    }
+    content.resize(used);
     return content;
   }
 
@@ -72,15 +88,33 @@ class InputFile {
 }  // namespace
 
 std::string read_file(const std::string& path) {
-  return InputFile(path).read(std::numeric_limits<std::size_t>::max());
+  InputFile file(path);
+  if (file.is_regular()) return file.read(std::numeric_limits<std::size_t>::max());
+  std::string content = file.read(kMostOfPipe);
+  if (content.size() < kMostOfPipe) return content;
+  throw InputError(path, 0, 0,
+                   "this is a pipe or a device that has not ended after " +
+                       std::to_string(kMostOfPipe >> 20) + " MB",
+                   "give a file");
+}
+
+void read_file_in_pieces(const std::string& path,
+                         const std::function<void(std::string_view, std::size_t)>& use) {
+  InputFile file(path);
+  std::vector<char> piece(kFilePiece);
+  while (const std::size_t got = file.read_some(piece.data(), piece.size())) {
+    use({piece.data(), got}, file.is_regular() ? file.size() : 0);
+  }
+}
+
+bool is_pipe_or_device(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
 }
 
 std::string read_file_head(const std::string& path, std::size_t bytes) {
-  struct stat status {};
   // Merely opening a pipe and closing it again would end its writer.
-  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) {
-    return {};
-  }
+  if (is_pipe_or_device(path)) return {};
   return InputFile(path).read(bytes);
 }
 

@@ -67,17 +67,6 @@ double usual_interval(const RawRows& rows) {
   return std::accumulate(d.begin(), d.end(), 0.0) / double(d.size());
 }
 
-bool counts_samples(const std::vector<double>& t) {
-  std::size_t ones = 0, steps = 0;
-  for (std::size_t k = 0; k < t.size(); ++k) {
-    if (t[k] != std::floor(t[k])) return false;
-    if (k == 0 || !(t[k] > t[k - 1])) continue;
-    ++steps;
-    ones += t[k] - t[k - 1] == 1.0 ? 1 : 0;
-  }
-  return steps >= kEnoughToCount && double(ones) >= kMostlyOne * double(steps);
-}
-
 class RowTimeReader {
  public:
   RowTimeReader(const RawRows& rows, const RowTimesOptions& options, const RowFailure& fail)
@@ -96,6 +85,13 @@ class RowTimeReader {
     spread();
     one_time();
     return std::move(out_);
+  }
+
+  double unit(std::vector<std::string>& notes) {
+    usual_ = usual_interval(rows_);
+    const double unit = recognised_unit();
+    notes = std::move(out_.notes);
+    return unit;
   }
 
  private:
@@ -388,8 +384,24 @@ class RowTimeReader {
 
 }  // namespace
 
+bool counts_samples(const std::vector<double>& t) {
+  std::size_t ones = 0, steps = 0;
+  for (std::size_t k = 0; k < t.size(); ++k) {
+    if (t[k] != std::floor(t[k])) return false;
+    if (k == 0 || !(t[k] > t[k - 1])) continue;
+    ++steps;
+    ones += t[k] - t[k - 1] == 1.0 ? 1 : 0;
+  }
+  return steps >= kEnoughToCount && double(ones) >= kMostlyOne * double(steps);
+}
+
 RowTimes row_times(const RawRows& rows, const RowTimesOptions& options, const RowFailure& fail) {
   return RowTimeReader(rows, options, fail).read();
+}
+
+double recognised_time_unit(const RawRows& rows, const RowTimesOptions& options,
+                            const RowFailure& fail, std::vector<std::string>& notes) {
+  return RowTimeReader(rows, options, fail).unit(notes);
 }
 
 }  // namespace magimu

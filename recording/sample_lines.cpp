@@ -6,18 +6,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "recording/error.h"
 #include "recording/quoted_text.h"
+#include "recording/row_times.h"
 
 namespace magimu {
 namespace {
 
 constexpr std::size_t kLongestLine = 65536;  // a thousand magnetometers still fit
 constexpr std::size_t kComplaints = 3;       // in full; the others are counted
-constexpr long kClockWasSetBack =
-    100;  // late lines in a row that one damaged time does not explain
+// Late lines in a row, each after the one before: no damaged times and no lines in disorder.
+constexpr std::size_t kClockWasSetBack = 10;
+constexpr double kLateSensor = 1.0;  // s
 
 bool is_blank_or_comment(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
@@ -45,6 +48,28 @@ std::optional<StreamSample> only_sample(const Recording& row) {
   for (std::size_t i = 0; i < row.mag.size(); ++i) put(row.mag[i], sample.mag[i]);
   if (!any) return std::nullopt;
   return sample;
+}
+
+template <class Body>
+void for_each_sensor(const StreamSample& sample, const Body& body) {
+  if (sample.acc) body(std::size_t(0), *sample.acc);
+  if (sample.gyr) body(std::size_t(1), *sample.gyr);
+  for (std::size_t m = 0; m < sample.mag.size(); ++m) {
+    if (sample.mag[m]) body(2 + m, *sample.mag[m]);
+  }
+}
+
+// Whether `after` may come after `before` though its time is not later: nearly the same time, and
+// no sensor in both.
+bool keeps_order(const StreamSample& before, const StreamSample& after) {
+  if (after.t < before.t - kLateSensor) return false;
+  bool apart = after.t > before.t;
+  if (apart) return true;
+  apart = !(before.acc && after.acc) && !(before.gyr && after.gyr);
+  for (std::size_t m = 0; m < std::min(before.mag.size(), after.mag.size()); ++m) {
+    apart = apart && !(before.mag[m] && after.mag[m]);
+  }
+  return apart;
 }
 
 }  // namespace
@@ -82,6 +107,8 @@ void SampleLines::interrupt() {
 
 void SampleLines::finish() {
   if (!buffer_.empty()) line(std::exchange(buffer_, {}));
+  in_seconds(times_.finish());
+  skip_late();
   if (held_) release(*std::exchange(held_, std::nullopt));
 }
 
@@ -125,6 +152,10 @@ void SampleLines::first_header(std::string_view text) {
   const Recording empty = parser_.take();
   mag_names_ = empty.mag_names;
   notes_ = empty.notes;
+  file_units_ = empty.file_units;
+  if (options_.recognise_times || options_.csv.rate_hz) {
+    times_ = StreamTimes(parser_.columns(), options_.csv);
+  }
 }
 
 // Whether the line is a header, and dealt with.
@@ -167,21 +198,21 @@ void SampleLines::row(std::string_view text) {
     }
     parser_ = std::move(fresh);
   }
-  if (std::optional<StreamSample> sample = only_sample(parser_.take())) order(std::move(*sample));
+  std::optional<StreamSample> sample = only_sample(parser_.take());
+  if (sample) in_seconds(times_.push(std::move(*sample)));
+}
+
+void SampleLines::in_seconds(std::vector<StreamSample>&& samples) {
+  for (const std::string& note : times_.take_notes()) complain(source_ + ": " + note);
+  for (StreamSample& sample : samples) order(std::move(sample));
 }
 
 void SampleLines::order(StreamSample sample) {
-  if (last_t_ && sample.t <= *last_t_) {
-    skip(sample, fmt::format("does not come after {:.6g} s", *last_t_));
-    if (++in_a_row_late_ != kClockWasSetBack) return;
-    complain(fmt::format(
-        "{}: the clock of the source was set back, from {:.6g} s to {:.6g} s: its samples are "
-        "skipped until then; start again to use them",
-        source_, *last_t_, sample.t));
-    return;
-  }
-  in_a_row_late_ = 0;
-  if (!held_ || sample.t > held_->t) {
+  sample.t += clock_s_;
+  if (is_late_row_of_others(sample)) return release(sample);
+  if (last_t_ && sample.t <= *last_t_) return late(std::move(sample));
+  skip_late();
+  if (!held_ || sample.t > held_->t || keeps_order(*held_, sample)) {
     if (held_) release(*held_);
     held_ = std::move(sample);
     return;
@@ -193,9 +224,48 @@ void SampleLines::order(StreamSample sample) {
                          : fmt::format("is followed by {:.6g} s", held_->t));
 }
 
+// Time increases for its own sensors.
+bool SampleLines::is_late_row_of_others(const StreamSample& sample) const {
+  if (!last_t_ || sample.t > *last_t_ || sample.t < *last_t_ - kLateSensor) return false;
+  bool other = true;
+  for_each_sensor(sample,
+                  [&](std::size_t i, const Vector3&) { other = other && sample.t > sensor_t_[i]; });
+  return other;
+}
+
+void SampleLines::late(StreamSample sample) {
+  const bool goes_on = !late_.empty() && sample.t > late_.back().t;
+  if (!goes_on) skip_late();
+  late_.push_back(std::move(sample));
+  if (late_.size() < kClockWasSetBack) return;
+  if (held_) release(*std::exchange(held_, std::nullopt));
+  const double step = *last_t_ + kPartGap - late_.front().t;
+  complain(fmt::format(
+      "{}: the clock was set back, from {:.6g} s to {:.6g} s (the board was reset?): a new part "
+      "begins, its times go on at {:.6g} s",
+      source_, *last_t_ - clock_s_, late_.front().t - clock_s_, *last_t_ + kPartGap));
+  clock_s_ += step;
+  ++counts_.set_back;
+  for (StreamSample& s : std::exchange(late_, {})) {
+    s.t += step;
+    if (held_) release(*held_);
+    held_ = std::move(s);
+  }
+}
+
+void SampleLines::skip_late() {
+  for (const StreamSample& s : std::exchange(late_, {})) {
+    skip(s, fmt::format("does not come after {:.6g} s", *last_t_));
+  }
+}
+
 void SampleLines::release(const StreamSample& sample) {
-  if (last_t_) intervals_[intervals_known_++ % intervals_.size()] = sample.t - *last_t_;
-  last_t_ = sample.t;
+  if (last_t_ && sample.t > *last_t_) {
+    intervals_[intervals_known_++ % intervals_.size()] = sample.t - *last_t_;
+  }
+  last_t_ = std::max(last_t_.value_or(sample.t), sample.t);
+  sensor_t_.resize(2 + sample.mag.size(), -std::numeric_limits<double>::infinity());
+  for_each_sensor(sample, [&](std::size_t i, const Vector3&) { sensor_t_[i] = sample.t; });
   ++counts_.samples;
   ready_.push_back(sample);
 }

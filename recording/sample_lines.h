@@ -11,11 +11,15 @@
 //   }
 //
 // A damaged time must not make all that follows look late. So every sample waits for the next line,
-// and where the two contradict each other the one that is further from the usual pace goes.
+// and where the two contradict each other the one that is further from the usual pace goes. Lines
+// of other sensors that come a little late are none of that: time increases for each sensor. A
+// clock that was set back (the board was reset) shows by lines that all go on from there: their
+// times continue kPartGap (row_times.h) after the last one, as a file's do.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -23,6 +27,7 @@
 
 #include "recording/csv_parser.h"
 #include "recording/stream_sample.h"
+#include "recording/stream_times.h"
 
 namespace magimu {
 
@@ -33,6 +38,9 @@ struct SampleLinesOptions {
   // The source was joined while it was sending (a serial port): its first line may be the end of
   // one, and the header may come later. Otherwise a first line that is no header is an InputError.
   bool midway = false;
+  // Where nobody says what the times are in, the first rows tell (stream_times.h). Otherwise they
+  // are in seconds.
+  bool recognise_times = false;
 };
 
 // Not thread safe.
@@ -44,6 +52,7 @@ class SampleLines {
     long headers = 0;       // sent again after the first one
     long malformed = 0;     // lines that cannot be read
     long out_of_order = 0;  // lines whose time does not increase, or jumped ahead for one line
+    long set_back = 0;      // times that the clock was set back
   };
 
   // `source` names it in messages.
@@ -63,6 +72,10 @@ class SampleLines {
   bool has_header() const { return !header_.empty(); }
   const std::vector<std::string>& mag_names() const { return mag_names_; }
   const std::vector<std::string>& notes() const { return notes_; }  // the column mapping in words
+  // The source's units in ours, as Recording::file_units.
+  const std::map<std::string, double>& file_units() const { return file_units_; }
+  // Where the time column cannot be understood: no samples come out meanwhile.
+  const std::optional<RefusedTimes>& refused_times() const { return times_.refused(); }
   const Counts& counts() const { return counts_; }
 
  private:
@@ -70,7 +83,11 @@ class SampleLines {
   void first_header(std::string_view text);
   bool header_again(std::string_view text);
   void row(std::string_view text);
+  void in_seconds(std::vector<StreamSample>&& samples);
   void order(StreamSample sample);
+  bool is_late_row_of_others(const StreamSample& sample) const;
+  void late(StreamSample sample);
+  void skip_late();
   void release(const StreamSample& sample);
   void skip(const StreamSample& sample, const std::string& why);
   double usual_interval() const;
@@ -81,6 +98,8 @@ class SampleLines {
   CsvParser parser_;
   std::string header_;  // the line as it came; empty: not yet known
   std::vector<std::string> mag_names_, notes_;
+  std::map<std::string, double> file_units_;
+  StreamTimes times_;
   Counts counts_;
 
   std::string buffer_;      // the line that has begun to arrive
@@ -88,9 +107,12 @@ class SampleLines {
   bool too_long_ = false;   // ... is dropped up to its end
   long line_number_ = 0;    // of the source, from 1
   long lines_in_vain_ = 0;  // before the header
-  long in_a_row_late_ = 0;  // lines whose time does not increase, without one that does
+  // Lines whose time does not increase, without one that does: of a clock that was set back?
+  std::vector<StreamSample> late_;
+  double clock_s_ = 0.0;  // what is added to the source's times
   std::optional<StreamSample> held_;
-  std::optional<double> last_t_;       // of the sample released last
+  std::optional<double> last_t_;       // of the latest sample released
+  std::vector<double> sensor_t_;       // of accelerometer, gyroscope, magnetometers
   std::array<double, 9> intervals_{};  // the latest ones, in a ring
   std::size_t intervals_known_ = 0;
   std::vector<StreamSample> ready_;

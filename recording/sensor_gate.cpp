@@ -59,10 +59,15 @@ SensorGate::SensorGate(const Options& options) : options_(options) {
   if (options_.habits != nullptr) look_up(*options_.habits);
 }
 
+void SensorGate::begin_with(const SensorHabits& habits) {
+  look_up(habits);
+  usual_.samples = habits.samples();
+}
+
 void SensorGate::look_up(const SensorHabits& habits) {
   usual_.settled = habits.settled();
   usual_.length = habits.usual_length();
-  usual_.largest = habits.largest_length();
+  usual_.largest = std::max(habits.largest_length(), options_.largest_at_least);
   usual_.repeated = habits.repeated();
   usual_.lively = habits.lively(0) || habits.lively(1) || habits.lively(2);
   for (int axis = 0; axis < 3; ++axis) {
@@ -79,6 +84,7 @@ void SensorGate::look_up(const SensorHabits& habits) {
 }
 
 void SensorGate::push(double t, const Vector3& v) {
+  if (!units_.empty() && t - units_.front().begin_s > options_.longest_wait_s) drain(true);
   Waiting next{{t, v, "", 0, 0.0}, -1};
   if (!std::isfinite(t) || !v.allFinite()) {
     next.sample.kind = "not_finite";
@@ -103,7 +109,6 @@ void SensorGate::push(double t, const Vector3& v) {
   unit.end_s = t;
   next.unit = first_unit_ + long(units_.size()) - 1;
   waiting_.push_back(next);
-  if (unit.end_s - units_.front().begin_s > options_.longest_wait_s) drain(true);
 }
 
 void SensorGate::finish() {
@@ -276,6 +281,16 @@ SensorGate::Sentinels SensorGate::sentinels() const {
   return out;
 }
 
+// A stream sees the jump first: what is back at once was a blow.
+bool SensorGate::goes_on_from_there(int axis, double most) const {
+  if (options_.habits != nullptr) return true;
+  if (units_.size() <= kSide) return false;
+  for (std::size_t i = 1; i <= kSide; ++i) {
+    if (std::abs(units_[i].v[axis] - units_[i - 1].v[axis]) > most) return false;
+  }
+  return true;
+}
+
 // From one end of the range to the other and on in the same direction: the converter or a 16-bit
 // variable turned over, until it turns back.
 bool SensorGate::wrapped(const Unit& unit, Judged& why) {
@@ -293,13 +308,24 @@ bool SensorGate::wrapped(const Unit& unit, Judged& why) {
       step = std::max(step, std::abs(path_[i][axis] - path_[i - 1][axis]));
     }
     const double a = last_[axis], b = unit.v[axis], range = usual_.extreme[axis];
-    if (a * b < 0.0 && std::abs(b - a) > kWrapToStep * step &&
-        std::min(std::abs(a), std::abs(b)) > range - kSteps * step) {
+    const double nearer = std::min(std::abs(a), std::abs(b));
+    const double farther = std::max(std::abs(a), std::abs(b));
+    if (a * b < 0.0 && std::abs(b - a) > kWrapToStep * step && nearer > range - kSteps * step &&
+        farther < range + kSteps * step && goes_on_from_there(axis, kSteps * step)) {
       turns_over_[std::size_t(axis)] += b < a ? 1 : -1;
     }
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     turns_seen_[axis][turns_over_[axis]] += unit.count;
+  }
+  // A stream cannot look back: what lasts longer than it may wait is where the sensor is.
+  const bool any = std::ranges::any_of(turns_over_, [](int turns) { return turns != 0; });
+  if (!any) {
+    right_s_ = unit.end_s;
+  } else if (options_.habits == nullptr && unit.end_s - right_s_ > options_.longest_wait_s) {
+    turns_over_ = {0, 0, 0};
+    path_.clear();
+    path_s_.clear();
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (turns_over_[std::size_t(axis)] == 0) continue;

@@ -38,6 +38,9 @@ class SensorGate {
     bool keep_clipped = false;
     // Seconds for which a reading that does not change is waited for; a stream must go on.
     double longest_wait_s = std::numeric_limits<double>::infinity();
+    // The largest readings are at least so long, whatever has been seen of them: for a sensor that
+    // may have been at rest so far.
+    double largest_at_least = 0.0;
     // Whether the device certainly turned from one time to another, as other sensors say.
     std::function<bool(double begin_s, double end_s)> turned = {};
   };
@@ -50,6 +53,9 @@ class SensorGate {
   };
 
   explicit SensorGate(const Options& options);
+  // Habits to begin with, where there are none of the whole recording: they count until those that
+  // are learnt on the way are of as many samples.
+  void begin_with(const SensorHabits& habits);
   // Times increase.
   void push(double t, const Vector3& v);
   // No more will come.
@@ -106,6 +112,7 @@ class SensorGate {
   bool reads_zero(const Unit& unit) const;
   bool is_sentinel(const Unit& unit, Judged& why) const;
   bool wrapped(const Unit& unit, Judged& why);
+  bool goes_on_from_there(int axis, double most) const;
   void follow(const Unit& unit);
   bool longer_than_chance(const Unit& unit) const;
   bool hung() const;
@@ -129,6 +136,7 @@ class SensorGate {
   std::deque<Waiting> waiting_;
   std::vector<Judged> done_;
   std::array<int, 3> turns_over_ = {0, 0, 0};  // wrapped: by how many whole ranges
+  double right_s_ = 0.0;                       // time of the last reading that had not wrapped
   std::array<std::map<int, std::size_t>, 3> turns_seen_;
   std::deque<Vector3> path_;   // the last readings, as if they had not wrapped
   std::deque<double> path_s_;  // their times

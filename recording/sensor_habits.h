@@ -4,6 +4,7 @@
 // and from quantiles, so that a few impossible readings among many do not count.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -31,6 +32,7 @@ class SensorHabits {
  public:
   // A sample, later than the one before.
   void add(double t, const Vector3& v);
+  std::size_t samples() const { return lengths_.count(); }
   // Enough of them to speak of habits.
   bool settled() const { return lengths_.count() >= kSettled; }
 
@@ -44,7 +46,9 @@ class SensorHabits {
   bool lively(int axis) const;
   // Length of a reading: of half of all, and of nearly all.
   double usual_length() const { return lengths_.quantile(0.5); }
-  double largest_length() const { return lengths_.quantile(0.999); }
+  double largest_length() const {
+    return lengths_.quantile(std::min(0.999, 1.0 - kFewOdd / double(lengths_.count() + 1)));
+  }
   // Largest absolute value of an axis.
   double extreme(int axis) const { return extreme_[axis]; }
   // Share of readings that equal the one before in all axes.
@@ -59,6 +63,7 @@ class SensorHabits {
 
  private:
   static constexpr std::size_t kSettled = 50;
+  static constexpr double kFewOdd = 2.5;  // impossible readings, among few samples
 
   SizeHistogram lengths_;
   std::array<SizeHistogram, 3> bends_;

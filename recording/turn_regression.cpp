@@ -211,17 +211,23 @@ std::optional<TurnRegression> regress_turns(const VectorSeries& gyr, const Vecto
   Matrix3 turns = Matrix3::Zero();
   for (const Pair& p : pairs) turns += p.phi * p.phi.transpose();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(MatrixXd(turns), Eigen::EigenvaluesOnly);
-  if (!(axes.eigenvalues()[0] > kLeastTurnShare * turns.trace())) return std::nullopt;
+  if (!(turns.trace() > 0.0)) return std::nullopt;
+  // Turns about fewer axes do not tell M; its scale they do, the axes taken as they are.
+  const bool all_axes = axes.eigenvalues()[0] > kLeastTurnShare * turns.trace();
 
   std::vector<double> weight(pairs.size(), 1.0);
   TurnRegression out;
   for (int round = 0; round < 3; ++round) {
-    const MatrixXd x = Equations(pairs, weight, [](const Pair& p) { return p.A; }).solve();
-    const Matrix3 Q = nearest_orthogonal(x.topRows(9).reshaped(3, 3));
-    if (!Q.allFinite()) return std::nullopt;
+    Matrix3 Q = Matrix3::Identity();
+    if (all_axes) {
+      const MatrixXd x = Equations(pairs, weight, [](const Pair& p) { return p.A; }).solve();
+      Q = nearest_orthogonal(x.topRows(9).reshaped(3, 3));
+      if (!Q.allFinite()) return std::nullopt;
+    }
     const auto columns = [&](const Pair& p) { return with_axes(p, Q, offset_unknown); };
     const Equations equations(pairs, weight, columns);
     const MatrixXd theta = equations.solve();
+    if (!all_axes && !(theta(0, 0) > 0.0)) return std::nullopt;
     out.scale = std::abs(theta(0, 0));
     double sum = 0.0;
     for (std::size_t g = 0; g < kGroups; ++g) {

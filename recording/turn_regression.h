@@ -19,8 +19,9 @@ struct TurnRegression {
 };
 
 // directions: readings of a sensor that sees a fixed direction, in any unit. offset_unknown: they
-// are those of a magnetometer, whose bias is not known. Empty where the sensor did not turn about
-// all three axes, or has too few samples.
+// are those of a magnetometer, whose bias is not known. Empty where there are too few samples, or
+// nothing turns. Where the sensor did not turn about all three axes, M is taken for a multiple of
+// the identity: axes that are swapped then leave little explained.
 std::optional<TurnRegression> regress_turns(const VectorSeries& gyr, const VectorSeries& directions,
                                             bool offset_unknown);
 

@@ -210,8 +210,9 @@ void IncrementalQr::attend_to_old_windows(UpdateResult& result, bool stepped) {
       step(result);
     }
   } else {
+    if (!stepped) step(result);  // where windows are looked at, the solution is that of their tree
     look_around();
-    if (relinearize(options_.relinearized, 1.0, result) || !stepped) step(result);
+    if (relinearize(options_.relinearized, 1.0, result)) step(result);
   }
   result.largest_drift = *std::max_element(drift_.begin(), drift_.end());
   let_sleep();

@@ -272,12 +272,16 @@ TEST_F(Apps, a_bad_number_is_reported_with_file_line_and_column) {
   EXPECT_FALSE(magimu_.has("cal.json"));
 }
 
-TEST_F(Apps, a_recording_that_is_too_short_is_unusable_and_says_so) {
+TEST_F(Apps, a_recording_that_is_too_short_permits_no_calibration_and_says_so) {
   ASSERT_EQ(magimu_("simulate -o short.csv --motion hand --duration 4 --rest 1 -q").exit_code,
             kDone);
-  const Outcome run = magimu_("calibrate short.csv");
-  EXPECT_EQ(run.exit_code, kUnusable);
-  EXPECT_THAT(run.err, AllOf(HasSubstr("short.csv"), HasSubstr("too short"), HasSubstr("minute")));
+  for (const std::string command : {"calibrate", "diagnose"}) {
+    const Outcome run = magimu_(command + " short.csv -o out.json");
+    EXPECT_EQ(run.exit_code, kNoAnswer);
+    EXPECT_THAT(run.err,
+                AllOf(HasSubstr("short.csv"), HasSubstr("too short"), HasSubstr("minute")));
+    EXPECT_TRUE(magimu_.has("out.json")) << "marked no";
+  }
 }
 
 TEST_F(Apps, a_missing_file_is_named) {

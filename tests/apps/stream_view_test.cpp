@@ -8,6 +8,7 @@
 
 #include "apps/large_text.h"
 #include "apps/stream_json.h"
+#include "calibration/guidance.h"
 #include "tests/recording/test_files.h"
 
 namespace magimu::apps {
@@ -37,6 +38,8 @@ StreamStatus status_in_the_middle() {
   u.samples = 4100;
   u.phase = StreamPhase::kCalibrating;
   u.guidance = "Turn it about x: half a turn and back, slowly.";
+  u.headline = "Turn about X";
+  u.axis = 0;
   u.missing = {"turn about x", "turn about z"};
   u.flagged_windows = {12, 13};
   u.checks = {{"accuracy", CheckStatus::kOk, 0.3, "fine"},
@@ -94,7 +97,7 @@ TEST(StreamView, says_plainly_that_nothing_comes) {
   s.silent = true;
   s.silent_s = 7.4;
   const auto lines = stream_view(s, {}, "", {.columns = 80, .rows = 24, .utf8 = false});
-  EXPECT_EQ(lines[2].text, "  No data");
+  EXPECT_EQ(lines[2].text, "  NO DATA");
   EXPECT_THAT(text_of(lines), HasSubstr("Nothing has come for 7 s"));
 }
 
@@ -112,6 +115,53 @@ TEST(StreamView, words_are_plain_where_the_terminal_has_no_blocks) {
   const std::string text = text_of(stream_view(status_in_the_middle(), {}, "", {.utf8 = false}));
   EXPECT_THAT(text, HasSubstr("  Turn it about x: half a turn and back, slowly."));
   EXPECT_THAT(text, Not(HasSubstr("█")));
+}
+
+// The three rows of a line of large letters, on the usual screen and on a small one.
+TEST(StreamView, headlines_of_all_motions_are_one_large_line) {
+  for (const Motion& motion : motions_from(Rot3())) {
+    for (const std::size_t columns : {60u, 80u, 120u}) {
+      const bool diagonal = motion.number < 0 && !motion.axis.isZero();
+      if (diagonal && columns == 60) continue;  // small letters there
+      EXPECT_THAT(large_text(motion.headline, columns - 2, 4), SizeIs(4))
+          << motion.headline << ", " << columns;
+    }
+  }
+}
+
+TEST(StreamView, says_about_which_axis_the_board_is_turning) {
+  StreamStatus s = status_in_the_middle();
+  EXPECT_THAT(text_of(stream_view(s, {}, "", {})), Not(HasSubstr("You are turning")));
+  s.turning = 0;
+  EXPECT_THAT(text_of(stream_view(s, {}, "", {})), HasSubstr("turning it about X: go on"));
+  s.turning = 2;
+  EXPECT_THAT(text_of(stream_view(s, {}, "", {})), HasSubstr("turning it about Z, not X"));
+}
+
+TEST(StreamView, shows_a_fatal_fault_instead_of_a_motion) {
+  StreamStatus s = status_in_the_middle();
+  s.issues = {{"unit", "mag", -1, Severity::kFatal, 0.0, 0.0, "mag usually reads 48000: nanotesla",
+               "give the file's unit: --unit mag=nT"},
+              {"gap", "gyr", -1, Severity::kCaution, 1.0, 2.0, "gyr has a gap", "slow it down"}};
+  const auto lines = stream_view(s, {}, "", {.columns = 120, .utf8 = false});
+  EXPECT_EQ(lines[2].text, "  WRONG UNIT");
+  EXPECT_EQ(lines[2].style, LineStyle::kBad);
+  const std::string text = text_of(lines);
+  EXPECT_THAT(text, HasSubstr("Start again: give the file's unit: --unit mag=nT"));
+  EXPECT_THAT(text, HasSubstr("! gyr has a gap; slow it down."));
+  EXPECT_THAT(text, Not(HasSubstr("Turn it")));
+}
+
+TEST(StreamView, shows_a_fault_before_the_first_window) {
+  StreamStatus s;
+  s.issues = {{"time_unit", "t", -1, Severity::kFatal, 0.0, 0.0, "column t counts samples",
+               "give the rate, --rate HZ"}};
+  EXPECT_THAT(text_of(stream_view(s, {}, "", {.utf8 = false})),
+              testing::AllOf(HasSubstr("WRONG TIME"), HasSubstr("--rate HZ")));
+  const nlohmann::json line = nlohmann::json::parse(stream_line(s, {}));
+  EXPECT_EQ(line["headline"], "Wrong time");
+  EXPECT_EQ(line["issues"][0]["kind"], "time_unit");
+  EXPECT_TRUE(line["issues"][0]["axis"].is_null());
 }
 
 TEST(LargeText, keeps_to_its_columns_and_rows) {

@@ -18,8 +18,10 @@
 namespace magimu {
 namespace {
 
+using testing::AllOf;
 using testing::Contains;
 using testing::HasSubstr;
+using testing::Not;
 
 StreamingOptions options_for(const Simulation& s, MotionModel motion, bool noise_given = true) {
   StreamingOptions options;
@@ -164,25 +166,70 @@ TEST(Streaming, a_magnet_that_stays_is_recognised_with_its_time) {
   EXPECT_THAT(c.warnings[0], testing::AnyOf(HasSubstr("At 69."), HasSubstr("At 70.")));
 }
 
-TEST(Streaming, a_long_gap_begins_anew_and_the_better_part_counts) {
-  const Simulation s = test::simulated_hand(50.0, 4, 90.0);
+// Parts before and after gaps, of which one is too short for a start of its own.
+void expect_parts_together(MotionModel motion, const Simulation& s, double first_gap) {
+  StreamingCalibration stream(1, options_for(s, motion));
+  Recording left = s.recording;
+  const auto cut = [&](VectorSeries& series) {
+    VectorSeries out;
+    for (std::size_t k = 0; k < series.size(); ++k) {
+      const double t = series.t[k];
+      const bool gone = (t > first_gap && t < first_gap + 4.0) || (t > 60.0 && t < 66.0);
+      if (!gone) out.push_back(t, series.v[k]);
+    }
+    series = out;
+  };
+  cut(left.acc);
+  cut(left.gyr);
+  cut(left.mag[0]);
+  const std::vector<StreamUpdate> updates = feed(stream, left);
+  EXPECT_THAT(events_of(updates),
+              AllOf(Contains(HasSubstr("No samples from 60")),
+                    Not(Contains(HasSubstr("does not fit"))), testing::SizeIs(2)));
+  EXPECT_TRUE(updates.back().flagged_windows.empty());
+  ASSERT_TRUE(updates.back().theta);
+  const VectorXd truth = in_calibration_order(s.truth.parameters, {s.truth.parameters.dip_rad});
+  EXPECT_LT(test::sigmas_apart(*updates.back().theta, truth), 4.5);
+  stream.settle();
+  expect_batch_solution(*stream.estimator());
+  CalibrationOptions batch;
+  batch.noise = s.truth.noise;
+  batch.gravity = s.truth.gravity;
+  batch.motion = motion;
+  const Calibration whole = calibrate(left, batch), c = stream.finish();
+  EXPECT_EQ(c.trajectories.size(), whole.trajectories.size());
+  EXPECT_EQ(c.covariance, whole.covariance);
+  EXPECT_EQ(c.parameters.mag[0].distortion, whole.parameters.mag[0].distortion);
+  // The estimate on the way was no other.
+  EXPECT_LT((updates.back().theta->parameters.mag[0].bias - c.parameters.mag[0].bias)
+                .cwiseQuotient(c.covariance.diagonal().segment<3>(15).cwiseSqrt())
+                .norm(),
+            1.0);
+}
+
+TEST(Streaming, a_long_gap_begins_a_part_of_the_same_calibration) {
+  expect_parts_together(MotionModel::kRotation, test::simulated_hand(50.0, 4, 90.0), 30.0);
+}
+TEST(Streaming, so_does_one_of_a_hand_held_sensor_before_the_first_estimate) {
+  expect_parts_together(MotionModel::kHandHeld, test::simulated_hand(50.0, 5, 90.0), 3.0);
+}
+
+TEST(Streaming, damaged_numbers_are_set_aside_and_end_nothing) {
+  const Simulation s = test::simulated_hand(50.0, 6, 60.0);
+  Recording damaged = s.recording;
+  damaged.acc.v[1000][0] = 98000.0;
+  damaged.gyr.v[1400][2] = 1e300;
+  damaged.mag[0].v[1800][1] = -4900.0;
+  damaged.acc.v[20][2] = 73813.0;  // before anybody knows what is usual
   StreamingCalibration stream(1, options_for(s, MotionModel::kRotation));
-  std::vector<std::string> events;
-  long samples = 0;
-  for (const StreamSample& sample : samples_of(s.recording)) {
-    if (sample.t > 60.0 && sample.t < 80.0) continue;  // the last 10 s alone are the poorer part
-    const auto update = stream.add(sample);
-    if (!update) continue;
-    events.insert(events.end(), update->events.begin(), update->events.end());
-    EXPECT_GT(update->samples, samples);
-    samples = update->samples;
-  }
-  EXPECT_THAT(events, Contains(HasSubstr("No samples from 60")));
+  const std::vector<StreamUpdate> updates = feed(stream, damaged);
+  EXPECT_THAT(events_of(updates), testing::SizeIs(3)) << "one a sensor and kind";
+  EXPECT_EQ(updates.back().theta->set_aside.size(), 3u);
+  const VectorXd truth = in_calibration_order(s.truth.parameters, {s.truth.parameters.dip_rad});
+  EXPECT_LT(test::sigmas_apart(*updates.back().theta, truth), 4.5);
   const Calibration c = stream.finish();
-  EXPECT_NEAR(c.trajectories.front().t.front(), 0.0, 0.1) << "of the first part";
-  EXPECT_LT(
-      test::sigmas_apart(c, in_calibration_order(s.truth.parameters, {s.truth.parameters.dip_rad})),
-      4.5);
+  EXPECT_LT(test::sigmas_apart(c, truth), 4.5);
+  EXPECT_EQ(c.trust.verdict, Verdict::kYes);
 }
 
 TEST(Streaming, a_sensor_that_is_not_turned_stays_in_collecting) {
@@ -269,6 +316,22 @@ TEST(Streaming, guidance_is_understood_as_it_is_meant) {
     if (motion.axis.isZero()) continue;
     EXPECT_EQ(angle_of(motion.sentence), motion.angle_rad) << motion.sentence;
   }
+}
+
+TEST(Streaming, guidance_says_which_axis_is_meant) {
+  const auto which = [](int axis, const Vector3& up, const Vector3& north, const Vector3& east) {
+    return which_axis(motions_from(Rot3())[std::size_t(axis)], up, north, east);
+  };
+  const Vector3 x = Vector3::UnitX(), y = Vector3::UnitY(), z = Vector3::UnitZ(),
+                none = Vector3::Zero();
+  EXPECT_THAT(which(2, z, y, x), HasSubstr("Z points up now"));
+  EXPECT_THAT(which(2, -z, y, x), HasSubstr("Z points down now"));
+  EXPECT_THAT(which(0, z, y, x), HasSubstr("X lies level now, pointing east"));
+  EXPECT_THAT(which(1, z, y, x), HasSubstr("Y lies level now, pointing north"));
+  EXPECT_THAT(which(0, z, none, none), HasSubstr("X lies level now: "));
+  EXPECT_THAT(which(0, (x + z).normalized(), none, none), HasSubstr("X slants upward now"));
+  EXPECT_EQ(which(0, none, none, none), "");
+  EXPECT_EQ(which_axis(motions_from(Rot3()).back(), z, y, x), "");  // keep still
 }
 
 TEST(Streaming, samples_out_of_order_and_other_sensors_are_refused) {

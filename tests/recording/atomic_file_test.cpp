@@ -4,8 +4,10 @@
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -132,6 +134,47 @@ TEST(WriteAtomically, after_a_failure_half_way_the_old_file_is_as_it_was_and_not
   std::signal(SIGXFSZ, previous);
   EXPECT_THAT(error.problem, HasSubstr("File too large"));
   EXPECT_EQ(test::content_of(path), "old");
+  EXPECT_EQ(folder.entries(), 1u);
+}
+
+TEST(WriteAtomically, what_a_killed_run_left_goes_and_what_another_is_writing_stays) {
+  const test::TempFolder folder;
+  folder.write(".magimu-123-0", "half a calib");
+  folder.write(".magimu-" + std::to_string(::getpid()) + "-99", "of a process with our number");
+  folder.write(".magimu-notes", "of somebody else");
+  const std::string busy = folder.write(".magimu-124-7", "half");
+  const int writer = ::open(busy.c_str(), O_WRONLY);
+  ASSERT_EQ(::flock(writer, LOCK_EX), 0);
+  const std::string path = folder.path("a.json");
+  write_atomically(path, "x");
+  EXPECT_EQ(test::content_of(path), "x");
+  EXPECT_TRUE(fs::exists(busy));
+  EXPECT_TRUE(fs::exists(folder.path(".magimu-notes")));
+  EXPECT_EQ(folder.entries(), 3u);
+  ::close(writer);
+}
+
+TEST(WriteAtomically, a_process_that_is_killed_leaves_what_the_next_one_removes) {
+  const test::TempFolder folder;
+  const std::string path = folder.path("a.json");
+  const std::string content(50'000'000, 'x');
+  const auto temporary = [&] { return folder.entries() > 0; };
+  const pid_t child = ::fork();
+  if (child == 0) {
+    while (true) write_atomically(path, content);
+  }
+  while (!temporary()) std::this_thread::yield();
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+  const pid_t next = ::fork();
+  if (next == 0) {
+    write_atomically(path, "x");
+    ::_exit(0);
+  }
+  int status = -1;
+  ::waitpid(next, &status, 0);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(test::content_of(path), "x");
   EXPECT_EQ(folder.entries(), 1u);
 }
 

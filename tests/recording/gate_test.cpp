@@ -12,6 +12,7 @@
 #include <random>
 #include <set>
 
+#include "recording/live_gate.h"
 #include "recording/quality.h"
 #include "recording/read.h"
 #include "recording/sensor_gate.h"
@@ -204,6 +205,91 @@ TEST_P(Gate, sets_aside_what_was_not_measured_and_says_so) {
   for (const Issue& issue : check_recording(*kept)) {
     EXPECT_TRUE(issue.kind == "set_aside" || issue.kind == "span") << issue.text();
   }
+}
+
+// As a stream of samples; what passes.
+Recording streamed(const Recording& r, std::vector<SetAside>& set_aside) {
+  LiveGate gate(r.mag_names);
+  Recording out;
+  out.mag.resize(1);
+  const auto take = [&] {
+    const LiveGate::Kept kept = gate.take();
+    const auto add = [](VectorSeries& to, const VectorSeries& from) {
+      for (std::size_t k = 0; k < from.size(); ++k) to.push_back(from.t[k], from.v[k]);
+    };
+    add(out.acc, kept.acc);
+    add(out.gyr, kept.gyr);
+    add(out.mag[0], kept.mag[0]);
+  };
+  std::size_t a = 0, g = 0, m = 0;
+  while (a < r.acc.size() || g < r.gyr.size() || m < r.mag[0].size()) {
+    StreamSample sample;
+    const auto next = [](const VectorSeries& s, std::size_t k) {
+      return k < s.size() ? s.t[k] : INFINITY;
+    };
+    sample.t = std::min({next(r.acc, a), next(r.gyr, g), next(r.mag[0], m)});
+    sample.mag.resize(1);
+    if (next(r.acc, a) == sample.t) sample.acc = r.acc.v[a++];
+    if (next(r.gyr, g) == sample.t) sample.gyr = r.gyr.v[g++];
+    if (next(r.mag[0], m) == sample.t) sample.mag[0] = r.mag[0].v[m++];
+    gate.push(sample);
+    take();
+  }
+  gate.finish();
+  take();
+  set_aside = gate.set_aside();
+  return out;
+}
+
+// It cannot look back: of a value that comes again and again it learns what it is, a range that
+// turned over for long, or was clipped before anybody knew its limit, passes.
+TEST_P(Gate, of_a_stream_sets_aside_the_same_but_for_what_only_the_whole_tells) {
+  const Fault& fault = GetParam();
+  Recording r = turning();
+  const std::set<std::size_t> bad = fault.spoil(series_of(r, fault.sensor));
+  std::vector<SetAside> set_aside;
+  Recording kept = streamed(r, set_aside);
+  const VectorSeries &spoilt = series_of(r, fault.sensor), &left = series_of(kept, fault.sensor);
+  std::size_t wrong = 0, lost = 0;
+  for (std::size_t k = 0, i = 0; k < spoilt.size(); ++k) {
+    while (i < left.size() && left.t[i] < spoilt.t[k]) ++i;
+    const bool there = i < left.size() && left.t[i] == spoilt.t[k];
+    wrong += there && bad.contains(k) ? 1 : 0;
+    lost += !there && !bad.contains(k) ? 1 : 0;
+  }
+  EXPECT_LE(double(wrong),
+            (fault.kind == "wrap" || fault.kind == "clipped" ? 0.9 : 0.1) * double(bad.size()));
+  EXPECT_LE(lost, fault.kind == "wrap" ? bad.size() : 0u);
+  ASSERT_FALSE(set_aside.empty());
+  for (const SetAside& s : set_aside) EXPECT_EQ(s.sensor, fault.sensor);
+}
+
+TEST(LiveGate, leaves_a_good_recording_as_it_is_and_is_soon_through_with_it) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    std::vector<SetAside> set_aside;
+    const Recording r = turning(seed);
+    const Recording kept = streamed(r, set_aside);
+    EXPECT_TRUE(set_aside.empty());
+    EXPECT_EQ(kept.acc.size(), r.acc.size());
+    EXPECT_EQ(kept.gyr.v, r.gyr.v);
+    EXPECT_EQ(kept.mag[0].t, r.mag[0].t);
+  }
+}
+
+TEST(LiveGate, does_not_wait_for_a_sensor_that_has_fallen_silent) {
+  LiveGate gate({"mag"});
+  const Recording r = turning();
+  double behind = 0.0;
+  for (std::size_t k = 0; k < r.acc.size(); ++k) {
+    StreamSample sample{r.acc.t[k], r.acc.v[k], r.gyr.v[k], {std::nullopt}};
+    if (k < 1000) sample.mag[0] = r.mag[0].v[k];
+    gate.push(sample);
+    if (sample.t < 5.0) continue;  // the first seconds are held back
+    double judged = sample.t;
+    while (!gate.has_judged(judged)) judged -= 0.01;
+    behind = std::max(behind, sample.t - judged);
+  }
+  EXPECT_LT(behind, 2.2);
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, Gate, testing::ValuesIn(kFaults),

@@ -15,6 +15,7 @@ namespace magimu {
 namespace {
 
 using testing::ElementsAre;
+using testing::Optional;
 using testing::SizeIs;
 
 // Writes elements in the byte order asked for.
@@ -71,7 +72,8 @@ TEST(MatFile, numbers_of_every_type_and_byte_order) {
       EXPECT_EQ((*variables)[0].name, "some_name");
       EXPECT_TRUE((*variables)[0].numeric);
       EXPECT_THAT((*variables)[0].dimensions, ElementsAre(2u, 2u));
-      EXPECT_THAT((*variables)[0].numbers(), ElementsAre(double(first), 2.0, 3.0, 100.0)) << type;
+      EXPECT_THAT((*variables)[0].numbers(), Optional(ElementsAre(double(first), 2.0, 3.0, 100.0)))
+          << type;
     }
   };
   read(std::int8_t(-1), 1);
@@ -110,14 +112,15 @@ TEST(MatFile, what_matio_writes) {
       Mat_VarFree(variable);
     }
     Mat_Close(file);
-    const auto variables = mat_variables(test::content_of(path));
+    const std::string content = test::content_of(path);
+    const auto variables = mat_variables(content);
     ASSERT_TRUE(variables.has_value());
     ASSERT_THAT(*variables, SizeIs(5));
-    EXPECT_THAT((*variables)[0].numbers(), ElementsAre(-5, 7));
+    EXPECT_THAT((*variables)[0].numbers(), Optional(ElementsAre(-5, 7)));
     for (int i = 1; i < 4; ++i) EXPECT_FALSE((*variables)[std::size_t(i)].numeric) << i;
     EXPECT_EQ((*variables)[3].name, "struct");
     EXPECT_EQ((*variables)[4].name, "a_longer_name");
-    EXPECT_THAT((*variables)[4].numbers(), ElementsAre(0.5, -0.25));
+    EXPECT_THAT((*variables)[4].numbers(), Optional(ElementsAre(0.5, -0.25)));
   }
 }
 

@@ -2,11 +2,17 @@
 // The content decides how a recording is read.
 #include "recording/read.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <ctime>
+#include <functional>
 #include <thread>
 
+#include "recording/read_file.h"
 #include "tests/recording/test_files.h"
 
 namespace magimu {
@@ -56,6 +62,76 @@ TEST(ReadRecording, a_pipe_is_read_as_csv_until_its_end) {
   const Recording recording = read_recording(path);
   writer.join();
   EXPECT_EQ(recording.acc.size(), 50000u);
+}
+
+#ifdef O_DIRECT
+// Lines that come one by one, as from a program that flushes each: every read of the pipe, which is
+// in packet mode, gives one. Seconds of processor time that this thread takes for all of them.
+double seconds_for_packets(std::size_t count, const std::function<std::size_t(int)>& read_all) {
+  int ends[2];
+  if (::pipe2(ends, O_DIRECT | O_CLOEXEC) != 0) return -1.0;
+  const std::string line(100, 'x');
+  std::thread writer([&] {
+    for (std::size_t k = 0; k < count; ++k) {
+      if (::write(ends[1], line.data(), line.size()) < 0) break;
+    }
+    ::close(ends[1]);
+  });
+  const auto now = [] {
+    timespec t{};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+  };
+  const double begin = now();
+  EXPECT_EQ(read_all(ends[0]), count * line.size());
+  const double seconds = now() - begin;
+  writer.join();
+  ::close(ends[0]);
+  return seconds;
+}
+
+TEST(ReadFile, a_pipe_costs_little_more_than_its_reads_however_small_they_are) {
+  constexpr std::size_t kLines = 100'000;
+  const double reads_alone = seconds_for_packets(kLines, [](int pipe) {
+    char room[4096];
+    std::size_t total = 0;
+    for (ssize_t n; (n = ::read(pipe, room, sizeof room)) > 0;) total += std::size_t(n);
+    return total;
+  });
+  if (reads_alone < 0.0) GTEST_SKIP() << "this system has no pipes in packet mode";
+  const double seconds = seconds_for_packets(
+      kLines, [](int pipe) { return read_file("/dev/fd/" + std::to_string(pipe)).size(); });
+  // To make room anew for every read took ten times as long, and more for longer files.
+  EXPECT_LT(seconds, 4.0 * reads_alone) << seconds << " s";
+}
+#endif
+
+TEST(ReadRecording, what_never_ends_is_refused_at_its_beginning) {
+  if (!std::filesystem::exists("/dev/zero")) GTEST_SKIP() << "this system has no /dev/zero";
+  EXPECT_THAT(test::error_of([] { read_recording("/dev/zero"); }).problem, HasSubstr("binary"));
+  EXPECT_THAT(test::error_of([] { read_file("/dev/zero"); }).problem, HasSubstr("has not ended"));
+  const InputError error = test::error_of([] { read_recording("/dev/null"); });
+  EXPECT_THAT(error.problem, HasSubstr("is empty"));
+}
+
+TEST(ReadRecording, a_line_without_an_end_is_refused_with_its_number) {
+  const test::TempFolder folder;
+  const InputError error = test::error_of(
+      [&] { read_recording(folder.write("a.csv", kCsv + std::string(5'000'000, '1'))); });
+  EXPECT_EQ(error.line, 3);
+  EXPECT_THAT(error.problem, HasSubstr("longer than"));
+}
+
+TEST(ReadRecording, a_folder_and_a_binary_file_from_a_pipe_are_named_as_such) {
+  const test::TempFolder folder;
+  std::filesystem::create_directory(folder.path("sub"));
+  EXPECT_THAT(test::error_of([&] { read_csv(folder.path("sub")); }).problem, HasSubstr("folder"));
+  const std::string path = folder.path("pipe");
+  ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+  std::thread writer([&] { std::ofstream(path) << "\x89HDF\r\n\x1a\n..."; });
+  const InputError error = test::error_of([&] { read_recording(path); });
+  writer.join();
+  EXPECT_THAT(error.problem, HasSubstr("HDF5 and MAT files cannot be read from a pipe"));
 }
 
 TEST(ReadRecording, a_missing_file_is_an_error_with_a_remedy) {

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "recording/csv.h"
+#include "recording/row_times.h"
 #include "tests/recording/test_files.h"
 
 namespace magimu {
@@ -139,17 +140,45 @@ TEST(SampleLines, skips_times_that_go_back_and_says_so) {
   EXPECT_THAT(lines.take_complaints(), SizeIs(2));
 }
 
-TEST(SampleLines, says_so_when_the_clock_was_set_back) {
+TEST(SampleLines, goes_on_where_the_clock_was_set_back) {
   SampleLines lines("serial");
   std::string text = kNames + "\n";
   for (int k = 0; k < 200; ++k) text += row(100.0 + 0.01 * k) + "\n";
+  text += kNames + "\n";  // the board was reset
   for (int k = 0; k < 200; ++k) text += row(0.01 * k) + "\n";
   lines.push(text);
-  EXPECT_EQ(lines.counts().out_of_order, 200);
-  lines.take_complaints();
-  lines.push(kNames + "\n" + row(101.995) + "\n" + row(102.0) + "\n" + row(102.01) + "\n");
+  EXPECT_THAT(lines.take_complaints(), ElementsAre(HasSubstr("from 101.99 s to 0 s")));
+  const std::vector<double> t = times_of(lines, "");
+  ASSERT_THAT(t, SizeIs(400));
+  EXPECT_NEAR(t[200] - t[199], kPartGap, 1e-9);
+  EXPECT_NEAR(t[399] - t[200], 1.99, 1e-9);
+  EXPECT_EQ(lines.counts().set_back, 1);
+  EXPECT_EQ(lines.counts().out_of_order, 0);
+}
+
+TEST(SampleLines, a_few_late_lines_are_no_clock_that_was_set_back) {
+  SampleLines lines("serial");
+  std::string text = kNames + "\n";
+  for (int k = 0; k < 60; ++k) {
+    text += row(0.01 * k) + "\n";
+    for (int late = 0; k == 30 && late < 9; ++late) text += row(0.001 + 0.01 * late) + "\n";
+  }
+  EXPECT_THAT(times_of(lines, text), SizeIs(60));
+  EXPECT_EQ(lines.counts().out_of_order, 9);
+  EXPECT_EQ(lines.counts().set_back, 0);
+}
+
+TEST(SampleLines, takes_sensors_in_lines_of_their_own_at_one_time_or_a_little_late) {
+  SampleLines lines("serial");
+  std::string text = kNames + "\n";
+  for (int k = 0; k < 100; ++k) {
+    text += fmt::format("{:.3f},1,2,3,4,5,6,,,\n", 0.01 * k);
+    if (k % 5 == 0) text += fmt::format("{:.3f},,,,,,,7,8,9\n", 0.01 * k - 0.004 * (k % 2));
+  }
+  lines.push(text);
   lines.finish();
-  EXPECT_EQ(lines.counts().samples, 203);
+  EXPECT_THAT(lines.take(), SizeIs(120));
+  EXPECT_EQ(lines.counts().out_of_order, 0);
 }
 
 TEST(SampleLines, loses_nothing_to_one_time_that_jumps_ahead) {

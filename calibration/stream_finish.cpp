@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The end of a stream: what calibrate() makes of the same samples, where the stream has not left
+// out anything of them; else its own estimate, judged by the same checks.
+#include "calibration/blows.h"
+#include "calibration/check_axes.h"
+#include "calibration/diagnostics.h"
+#include "calibration/held_out.h"
+#include "calibration/missing_effects.h"
+#include "calibration/no_fit.h"
+#include "calibration/stream_state.h"
+#include "calibration/summary.h"
+#include "calibration/trust.h"
+#include "graph/numerical_error.h"
+
+namespace magimu {
+// As a user of calibrate() would give them.
+CalibrationOptions StreamingCalibration::State::final_options() const {
+  CalibrationOptions options = batch_;
+  options.motion = options_.motion;
+  options.node_every = 0;
+  return options;
+}
+
+Calibration StreamingCalibration::State::finish() {
+  samples_.finish();
+  if (estimator_) take_windows();
+  const Recording* const raw = samples_.raw();
+  const bool whole = flagged_.empty() && changes_.empty();
+  const bool is_long = samples_.node_t().size() > std::size_t(options_.long_stream);
+  if (!estimator_ || (whole && raw != nullptr && !is_long)) {
+    return calibrate(raw != nullptr ? *raw : samples_.all(), final_options());
+  }
+  std::optional<CheckedRecordings> checked;
+  if (raw != nullptr) checked.emplace(std::vector<const Recording*>{raw});
+  std::string why;
+  std::optional<Calibration> made = attempt(
+      [&] { return is_long ? finish_long() : finish(samples_.parts(estimator_->windows())); },
+      &why);
+  Calibration c =
+      made ? *std::move(made) : calibration_without_fit({&samples_.all()}, batch_, why, warnings_);
+  if (checked) {
+    c.warnings.insert(c.warnings.end(), checked->warnings().begin(), checked->warnings().end());
+    name_faults_first(c.trust, checked->faults());
+  }
+  return c;
+}
+
+// What a calibration says of the stream, whatever the fit.
+void StreamingCalibration::State::describe_stream(
+    Calibration& c, const std::vector<const Recording*>& recordings) const {
+  c.node_every = samples_.every();
+  c.warnings = warnings_;
+  if (options_.motion == MotionModel::kAuto) {
+    c.motion_reason =
+        "A stream takes the sensor to be moved by a hand, within its reach: where it only turns, "
+        "that costs next to nothing.";
+  }
+  for (const Recording* recording : recordings) {
+    c.blows_per_minute = std::max(c.blows_per_minute, blows_per_minute(*recording));
+  }
+}
+
+Calibration StreamingCalibration::State::finish(const StreamParts& parts) {
+  const std::vector<const Recording*> recordings = parts.pointers();
+  settle();
+  ModelSpec spec = spec_;
+  spec.without_mag = left_out();
+  Stage stage(recordings, spec, parts.plans, batch_.optimizer);
+  stage.fit(estimator_->estimate(), true);
+  Calibration c = summarize(recordings, stage, batch_);
+  describe_stream(c, recordings);
+  const std::vector<double> squares = stage.mag_squares();
+  c.disturbances = find_disturbances(c, squares);
+  c.checks = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
+              check_windows(c, squares)};
+  std::vector<std::string> unknown;
+  if (c.fit.converged() && c.undetermined.empty()) {
+    c.checks.push_back(check_held_out(block_errors(stage), c.strength_uT));
+    unknown = unknown_directions(c);
+    if (changes_.empty()) add_missing_effects(c, find_missing_effects(recordings, stage));
+  }
+  judge(c, unknown);
+  judge_axes(c, check_mounting(recordings), batch_);
+  return c;
+}
+
+}  // namespace magimu

@@ -59,6 +59,7 @@ class StreamingCalibration::State {
   Calibration finish_long();
   void integrate_again();
   Result settle_at_end();
+  std::vector<StreamWindow> spans(int windows, int at_a_time) const;
   SensorSums look_at_residuals(const VectorXd& sigma, Calibration& c,
                                std::vector<double>& mag_squares) const;
   MatrixXd robust_covariance(const MatrixXd& P) const;

@@ -90,6 +90,7 @@ class StreamingCalibration::State {
 
   // stream_finish.cpp
   CalibrationOptions final_options() const;
+  Recording without_flagged(const Recording& raw) const;
   Calibration finish(const StreamParts& parts);
 
   // stream_news.cpp

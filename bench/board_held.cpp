@@ -116,7 +116,7 @@ BoardRow run_held(int index, const BoardOptions& options) {
   session.folder().write("rec.csv", c.text);
   const bool file = row.kind.find("file") != std::string::npos;
   file ? grow(session, c, row) : pipe(session, c, row);
-  session.compare(row, {"rec.csv"}, "rec.csv", board.truth);
+  session.compare(row, "rec.csv", {}, board.truth);
   session.keep_if_bad(row);
   return row;
 }
@@ -135,7 +135,7 @@ BoardRow run_plain(int index, const BoardOptions& options) {
   BoardSession session(options);
   session.folder().write("rec.csv", c.text);
   pipe(session, c, row);
-  session.compare(row, {"rec.csv"}, "rec.csv", board.truth);
+  session.compare(row, "rec.csv", {}, board.truth);
   session.keep_if_bad(row);
   return row;
 }

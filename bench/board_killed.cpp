@@ -92,6 +92,9 @@ long samples_of_state(const BoardSession& session) {
   return at == std::string::npos ? 0 : std::atol(text.c_str() + at + 9);
 }
 
+// All of these write whole.csv, what the session should end with, and name its parts where it has
+// several.
+
 // kill -9 while a log grows, which goes on growing meanwhile.
 std::vector<std::string> kill_at_a_file(BoardSession& session, const KilledCase& c, BoardRow& row) {
   const std::vector<std::string> command = {"grow.csv", "--follow", "--state",
@@ -110,7 +113,7 @@ std::vector<std::string> kill_at_a_file(BoardSession& session, const KilledCase&
   std::filesystem::remove(session.folder().path("grow.csv"));
   session.finish(row);
   session.folder().write("whole.csv", part_text(c.board.log, 0, c.end()));
-  return {"whole.csv"};
+  return {};
 }
 
 // kill -9 at the end of a FIFO: what was on the way is lost, and what comes until the restart.
@@ -136,7 +139,7 @@ std::vector<std::string> kill_at_a_fifo(BoardSession& session, const KilledCase&
   session.check_restart(acknowledged, row);
   session.folder().write("whole.csv",
                          c.header() + c.rows(0, std::size_t(known)) + c.rows(c.back(), c.end()));
-  return {"whole.csv"};
+  return {};
 }
 
 // From the moment on the board's clock shows something else.
@@ -220,7 +223,7 @@ std::vector<std::string> unplug(BoardSession& session, const KilledCase& c, bool
     session.interrupt_when_silent(row);
   }
   session.folder().write("whole.csv", c.header() + c.rows(0, c.moment) + c.rows(c.back(), c.end()));
-  return {"whole.csv"};
+  return {};
 }
 
 }  // namespace
@@ -243,22 +246,22 @@ BoardRow run_killed(int index, const BoardOptions& options) {
                   double(c.moment) / plan.rate_hz, plan.duration_s, double(c.away) / plan.rate_hz);
   c.caught_up_t = dice.uniform() * double(c.moment) / plan.rate_hz - 2.0;
   BoardSession session(options);
-  std::vector<std::string> files;
-  if (row.kind == "kill file") files = kill_at_a_file(session, c, row);
-  if (row.kind == "kill fifo") files = kill_at_a_fifo(session, c, row);
+  std::vector<std::string> parts;
+  if (row.kind == "kill file") parts = kill_at_a_file(session, c, row);
+  if (row.kind == "kill fifo") parts = kill_at_a_fifo(session, c, row);
   if (row.kind.starts_with("reset")) {
     set_clock(c, c.back(), -c.board.log.rows[c.back()].t);
-    files = two_clocks(session, c, row.kind.ends_with("killed"), dice, row);
+    parts = two_clocks(session, c, row.kind.ends_with("killed"), dice, row);
   }
-  if (row.kind == "unplug fifo") files = unplug(session, c, false, row);
-  if (row.kind == "unplug tcp") files = unplug(session, c, true, row);
+  if (row.kind == "unplug fifo") parts = unplug(session, c, false, row);
+  if (row.kind == "unplug tcp") parts = unplug(session, c, true, row);
   if (row.kind.starts_with("clock")) {
     c.away = 0;  // the clock alone is set, by the network or by hand
     set_clock(c, 0, 5000.0);
     set_clock(c, c.moment, row.kind == "clock ahead" ? kEpoch : -2000.0);
-    files = two_clocks(session, c, index / 8 % 4 >= 2, dice, row);
+    parts = two_clocks(session, c, index / 8 % 4 >= 2, dice, row);
   }
-  session.compare(row, files, "whole.csv", c.board.truth);
+  session.compare(row, "whole.csv", parts, c.board.truth);
   if (row.problem.empty() && row.trust.empty() && !row.trust_wanted.empty()) {
     row.problem = "no calibration";
   }

@@ -169,23 +169,16 @@ json BoardSession::calibration(const std::string& name) const {
   return value.is_discarded() ? json() : value;
 }
 
-void BoardSession::compare(BoardRow& row, const std::vector<std::string>& files,
-                           const std::string& whole, const SensorParameters& truth) const {
-  const json end = calibration("cal.json"), wanted = batch(files);
+void BoardSession::compare(BoardRow& row, const std::string& whole,
+                           const std::vector<std::string>& parts,
+                           const SensorParameters& truth) const {
+  const json end = calibration("cal.json"), wanted = batch({whole});
   row.trust = board_trust(end);
   row.trust_wanted = board_trust(wanted);
   row.from_batch = board_sigmas(wanted, end);
   if (end.is_null()) return;
   row.outside = distance(end, as_calibration(truth)).outside();
-  const json& noise = end["noise"];
-  const auto density = [&](const char* name) {
-    return fmt::format("{}", noise[name].get<double>());
-  };
-  row.from_batch_told =
-      board_sigmas(batch(files, {"--noise", density("acc"), density("gyro"), density("mag"),
-                                 "--motion", end["motion"].get<std::string>(), "--mag-time-offset",
-                                 "off", "--gyro-matrix", "off"}),
-                   end);
+  if (!parts.empty()) row.from_parts = board_sigmas(batch(parts), end);
   run_limited({options_.program, "stream", folder_.path(whole), "-q", "-o",
                folder_.path("undisturbed.json")},
               folder_.path(), {8.0, int(options_.patience_s), int(options_.patience_s)});

@@ -51,9 +51,9 @@ class BoardSession {
   nlohmann::json batch(const std::vector<std::string>& files,
                        const std::vector<std::string>& arguments = {}) const;
   nlohmann::json calibration(const std::string& name) const;
-  // The end of the session (cal.json) against batch of these files, and against an undisturbed
-  // session with the file that has all of them.
-  void compare(BoardRow& row, const std::vector<std::string>& files, const std::string& whole,
+  // The end of the session (cal.json) against batch of the file that has all of its samples,
+  // against batch of its parts, and against an undisturbed session with that file.
+  void compare(BoardRow& row, const std::string& whole, const std::vector<std::string>& parts,
                const SensorParameters& truth) const;
 
   // Copies the folder where failures are kept, if this is one.

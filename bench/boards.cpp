@@ -36,7 +36,7 @@ void append(const std::string& path, const BoardRow& row) {
 void print_row(const BoardRow& row) {
   const std::string bad = board_complaint(row);
   fmt::print("{:>4} {:<8} {:<22} {:<8} {:>8.2g} {:>8.2g} {:>8.2g} {}{}\n", row.index, row.study,
-             row.kind, row.trust, row.from_stream, row.from_batch, row.from_batch_told, row.what,
+             row.kind, row.trust, row.from_stream, row.from_batch, row.from_parts, row.what,
              bad.empty() ? "" : "   BAD: " + bad);
   if (!row.sentence.empty()) fmt::print("     \"{}\"\n", row.sentence);
   std::fflush(stdout);

@@ -43,11 +43,10 @@ struct BoardRow {
   // known. From the undisturbed session with the same samples (`garbled` and `said`: with the
   // samples before they were spoilt); ...
   double from_stream = -1.0;
-  // ... from `magimu calibrate` of the same samples; ...
+  // ... from `magimu calibrate` of the same samples in one file; ...
   double from_batch = -1.0;
-  // ... from that, told what the stream has found (densities, motion), and without what only batch
-  // looks for (a lag, a gyroscope's matrix).
-  double from_batch_told = -1.0;
+  // ... and, where a clock was set, of the parts as a file each (with a dip each).
+  double from_parts = -1.0;
   bool outside = false;                      // the truth, of the calibration's 99.9 % ellipsoid
   long acknowledged = -1, known_after = -1;  // samples before the kill, and after the restart
   std::string sentence, option;              // said within five seconds; what it tells to do

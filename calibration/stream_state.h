@@ -78,6 +78,8 @@ class StreamingCalibration::State {
   bool turned(int window) const;
   bool take_windows();
   bool add_window(const StreamWindow& window);
+  bool is_sane() const;
+  void begin_anew();
   bool take_in(const StreamWindow& window);
   void judge_all_windows();
   void judge_again();
@@ -88,6 +90,7 @@ class StreamingCalibration::State {
 
   // stream_finish.cpp
   CalibrationOptions final_options() const;
+  Recording without_flagged(const Recording& raw) const;
   Calibration finish(const StreamParts& parts);
 
   // stream_news.cpp

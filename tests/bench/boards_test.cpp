@@ -103,7 +103,7 @@ TEST(Boards, what_breaks_a_promise_is_counted) {
   good.study = "killed";
   good.kind = "kill file";
   good.trust = good.trust_wanted = "yes";
-  good.from_stream = good.from_batch = good.from_batch_told = 0.001;
+  good.from_stream = good.from_batch = 0.001;
   good.acknowledged = good.known_after = 100;
   EXPECT_EQ(board_complaint(good), "");
   const auto broken = [&](auto change) {
@@ -119,8 +119,8 @@ TEST(Boards, what_breaks_a_promise_is_counted) {
   EXPECT_TRUE(broken([](BoardRow& r) { r.trust = ""; }));
   EXPECT_TRUE(broken([](BoardRow& r) { r.trust = "no"; }));
   EXPECT_TRUE(broken([](BoardRow& r) { r.from_stream = 0.02; }));
-  EXPECT_TRUE(broken([](BoardRow& r) { r.from_batch_told = -1.0; }));
-  EXPECT_TRUE(broken([](BoardRow& r) { r.from_batch = 1.5; }));
+  EXPECT_TRUE(broken([](BoardRow& r) { r.from_batch = -1.0; }));
+  EXPECT_TRUE(broken([](BoardRow& r) { r.from_batch = 0.02; }));
 }
 
 TEST(Boards, a_process_is_fed_watched_and_killed) {

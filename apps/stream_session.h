@@ -57,8 +57,8 @@ class StreamSession {
 
  private:
   using Clock = std::chrono::steady_clock;
-  // Fewer samples go through the estimator again within half a second.
-  static constexpr long kFirstKept = 50000;
+  // Fewer samples go through the estimator again within a tenth of a second.
+  static constexpr long kFirstKept = 10000;
   struct Window {
     StreamStatus status;
     std::vector<std::string> events;

@@ -21,7 +21,7 @@
 namespace magimu {
 namespace {
 
-constexpr long kFirst = 50000, kEvery = 16;  // as StreamSession keeps the estimate
+constexpr long kFirst = 10000, kEvery = 16;  // as StreamSession keeps the estimate
 
 // Of this process, MB: "VmRSS" now, "VmHWM" at most.
 double megabytes(const std::string& what) {
@@ -56,7 +56,9 @@ void in_a_process(const Body& body) {
     std::fflush(stdout);
     ::_exit(0);
   }
-  ::waitpid(child, nullptr, 0);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  if (status != 0) fmt::print("failed: it was ended by signal {}\n", WTERMSIG(status));
 }
 
 using Row = std::array<double, 10>;  // t, acc, gyr, mag; not a number: none
@@ -154,11 +156,12 @@ void print_latency(const std::vector<std::pair<double, double>>& updates) {
 }
 
 void finish(StreamingCalibration& stream, const std::string& result) {
-  const double begin = now_s();
+  const double begin = now_s(), before = megabytes("VmHWM:");
   const Calibration c = stream.finish();
-  fmt::print("finish() {:.1f} s, {} nodes, at most {:.0f} MB by then; trust {}; {}\n",
-             now_s() - begin, c.nodes, megabytes("VmHWM:"), to_string(c.trust.verdict),
-             c.fit.message);
+  fmt::print(
+      "finish() {:.1f} s, {} nodes, at most {:.0f} MB before, {:.0f} MB after; trust {}; {}\n",
+      now_s() - begin, c.nodes, before, megabytes("VmHWM:"), to_string(c.trust.verdict),
+      c.fit.message);
   write_result(c, result);
 }
 
@@ -179,6 +182,7 @@ void stream_all(const std::string& samples, const StreamingOptions& options,
     if (update->t >= report) {
       fmt::print("at {:5.0f} s: {:.0f} MB now, {:.0f} MB at most\n", update->t, megabytes("VmRSS:"),
                  megabytes("VmHWM:"));
+      std::fflush(stdout);
       report += 900.0;
     }
     if (estimate.empty() || next.read() < keep_at) continue;
@@ -192,7 +196,7 @@ void stream_all(const std::string& samples, const StreamingOptions& options,
   fmt::print("{} samples in {:.1f} s: {:.0f} a second\n", next.read(), took,
              double(next.read()) / took);
   if (!updates.empty()) print_latency(updates);
-  if (!estimate.empty()) {
+  if (std::filesystem::exists(estimate)) {
     fmt::print("keeping the estimate: {:.2f} s at most, {:.0f} MB in the end\n", longest,
                1e-6 * double(std::filesystem::file_size(estimate)));
   }

@@ -4,12 +4,13 @@
 // covariance are its own after idle updates, the robust covariance comes from the scores of its
 // condensed windows, and residuals from fits of a few minutes at a time in which the parameters are
 // held. What only a fit of all samples gives is left out: the prediction of what was left out
-// ("held_out") and the search for effects that the model lacks.
+// ("cross_validation") and the search for effects that the model lacks.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "calibration/blows.h"
 #include "calibration/check_axes.h"
@@ -24,8 +25,12 @@
 namespace magimu {
 namespace {
 
-constexpr int kAtATime = 128;           // windows of a fit that looks at residuals
-constexpr double kHeld = 1e-3;          // of a standard deviation: parameters do not move there
+constexpr int kAtATime = 128;   // windows of a fit that looks at residuals
+constexpr double kHeld = 1e-3;  // of a standard deviation: parameters do not move there
+// A tenth of what a fit leaves (stage.cpp).
+constexpr double kGyrBiasNear = 1e-5;  // rad/s
+constexpr double kAccBiasNear = 5e-3;  // m/s^2
+constexpr int kAxesWindows = 600;
 constexpr int kMostIdleAtEnd = 12;      // updates
 constexpr double kSettledAtEnd = 1e-3;  // standard deviations
 
@@ -73,11 +78,24 @@ void add_sums(SensorSums& all, const SensorSums& more) {
 
 }  // namespace
 
+// As a fit of all samples does, only closer: windows whose samples were integrated at other biases
+// than these are integrated again.
+void StreamingCalibration::State::integrate_again() {
+  ModelSpec spec = spec_;
+  spec.gyr_bias = estimator_->globals().at<Vector3>(key::gyr_bias);
+  spec.acc_bias = estimator_->globals().at<Vector3>(key::acc_bias);
+  for (int w = 0; w < estimator_->windows(); ++w) {
+    if (!maker_->integrate_at(w, spec, kGyrBiasNear, kAccBiasNear)) continue;
+    estimator_->replace_factors(w);
+  }
+}
+
 // The estimator's own solution as the fit.
 Result StreamingCalibration::State::settle_at_end() {
   const auto begin = std::chrono::steady_clock::now();
   Result fit;
   fit.cost_initial = estimator_->cost();
+  integrate_again();
   for (int i = 0; i < kMostIdleAtEnd && !fit.converged(); ++i) {
     const UpdateResult update = estimator_->idle();
     IterationRecord record;
@@ -121,13 +139,14 @@ SensorSums StreamingCalibration::State::look_at_residuals(const VectorXd& sigma,
     const StreamWindow span{windows[std::size_t(begin)].first, windows[std::size_t(end) - 1].last,
                             windows[std::size_t(begin)].begins};
     const Recording part = samples_.part(span);
-    const NodePlan plan = samples_.plan(span);
+    NodePlan plan = samples_.plan(span);
+    const bool continues = std::exchange(plan.continues, false);  // it stands alone here
     const Values values = estimator_->estimate(begin, end);
     Stage stage({&part}, spec, std::vector<NodePlan>{plan}, batch_.optimizer);
     stage.fit(values, true);
     add_sums(sums, stage.sums());
     const std::vector<double> squares = stage.mag_squares();
-    for (int k = span.first + (plan.continues ? 1 : 0); k <= span.last; ++k) {
+    for (int k = span.first + (continues ? 1 : 0); k <= span.last; ++k) {
       mag_squares.push_back(squares[std::size_t(k)]);
       trajectory.t.push_back(samples_.node_t()[std::size_t(k)]);
       trajectory.nRb.push_back(values.at<Rot3>(R(k)));
@@ -151,7 +170,6 @@ MatrixXd StreamingCalibration::State::robust_covariance(const MatrixXd& P) const
 
 Calibration StreamingCalibration::State::finish_long() {
   const Recording& recording = samples_.all();
-  const std::vector<const Recording*> recordings{&recording};
   Result fit = settle_at_end();
   Calibration c = *estimate();
   c.fit = std::move(fit);
@@ -171,13 +189,19 @@ Calibration StreamingCalibration::State::finish_long() {
   fill_residuals(c, samples_.plans(estimator_->windows()), sums);
   c.nodes = int(mag_squares.size());
   c.samples = int(recording.gyr.size());
-  describe_stream(c, recordings);
+  describe_stream(c, {&recording});
+  add_set_aside(c);
   c.disturbances = find_disturbances(c, mag_squares);
   c.checks = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
               check_windows(c, mag_squares)};
   c.trust = {};
   judge(c, unknown_directions(c));
-  judge_axes(c, check_mounting(recordings), batch_);
+  // Axes stay as they are mounted: some minutes tell them.
+  const int enough = std::min(estimator_->windows(), kAxesWindows);
+  Recording some = samples_.part({0, samples_.windows()[std::size_t(enough - 1)].last});
+  some.name = recording.name;
+  some.mag_names = recording.mag_names;
+  judge_axes(c, check_mounting({&some}), batch_);
   return c;
 }
 

@@ -11,6 +11,15 @@ void StreamMaker::made(int window, const ModelSpec& spec) {
   biases.push_back({g[0], g[1], g[2], a[0], a[1], a[2]});
 }
 
+bool StreamMaker::integrate_at(int window, const ModelSpec& spec, double gyr, double acc) {
+  const Vector3 &g = spec.gyr_bias, &a = spec.acc_bias;
+  Biases& b = biases[std::size_t(window)];
+  const bool near = (Vector3(b[0], b[1], b[2]) - g).norm() <= gyr &&
+                    (Vector3(b[3], b[4], b[5]) - a).norm() <= acc;
+  if (!near) b = {g[0], g[1], g[2], a[0], a[1], a[2]};
+  return !near;
+}
+
 WindowParts StreamMaker::again(int window) const {
   ModelSpec spec = spec_;
   const Biases& b = biases[std::size_t(window)];

@@ -22,6 +22,9 @@ class StreamMaker {
   // This window's factors were made with the biases in spec.
   void made(int window, const ModelSpec& spec);
   WindowParts again(int window) const;
+  // again() is to make them with the biases in spec. False, and nothing changes: they are made with
+  // biases as near as that (rad/s, m/s^2).
+  bool integrate_at(int window, const ModelSpec& spec, double gyr, double acc);
 
   using Biases = std::array<double, 6>;  // gyroscope's, accelerometer's
   std::vector<Biases> biases;            // one a window

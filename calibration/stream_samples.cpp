@@ -14,9 +14,9 @@
 namespace magimu {
 namespace {
 
-constexpr double kMargin = 0.3;      // s around a window: lags, and neighbours of its samples
-constexpr double kMotion = 60.0;     // s before a gap that tell how fast the sensor turns
-constexpr double kSomeGap = 0.05;    // s: less is bridged in any case
+constexpr double kMargin = 0.3;    // s around a window: lags, and neighbours of its samples
+constexpr double kMotion = 60.0;   // s before a gap that tell how fast the sensor turns
+constexpr double kSomeGap = 0.05;  // s: less is bridged in any case
 constexpr double kEver = std::numeric_limits<double>::infinity();
 
 Recording named(int magnetometers) {
@@ -176,17 +176,6 @@ void StreamSamples::end_part() {
   begins_ = true;
 }
 
-void StreamSamples::drop_window(int window) {
-  windows_.erase(windows_.begin() + window);
-  if (std::size_t(window) < windows_.size()) {
-    windows_[std::size_t(window)].begins = true;
-    begins_at_.insert(std::ranges::upper_bound(begins_at_, windows_[std::size_t(window)].first),
-                      windows_[std::size_t(window)].first);
-  } else {
-    begins_ = true;
-  }
-}
-
 void StreamSamples::set_nodes(int every, bool drop_repeats) {
   every_ = every;
   drop_repeats_ = drop_repeats;
@@ -240,17 +229,13 @@ std::vector<NodePlan> StreamSamples::plans(int windows) const {
   return out;
 }
 
-// The samples of a part with these nodes; first, last: of all parts.
-Recording StreamSamples::recording_of(const NodePlan& plan, bool first, bool last) const {
+// The samples of a part with these nodes; first: of all parts.
+Recording StreamSamples::recording_of(const NodePlan& plan, bool first) const {
   const Break span = around(plan.t.front());
   const std::size_t next = std::size_t(plan.first) + plan.t.size();
   const bool more = next < node_t_.size() && node_t_[next] <= span.end;  // nodes, before the break
   const double end = more ? node_t_[next] : span.end;
-  // Beside a window that was dropped there is no break.
-  const bool begins_within =
-      !first && plan.first > 0 && node_t_[std::size_t(plan.first) - 1] >= span.begin;
-  Recording out =
-      piece(begins_within ? plan.t.front() : span.begin, more && !last ? end : span.end);
+  Recording out = piece(span.begin, span.end);
   if (more) {  // means about the last node end where those about the next one begin
     for (VectorSeries& mag : out.mag) {
       const auto n = std::ranges::lower_bound(mag.t, end) - mag.t.begin();
@@ -265,7 +250,7 @@ Recording StreamSamples::recording_of(const NodePlan& plan, bool first, bool las
 StreamParts StreamSamples::parts(int windows) const {
   StreamParts out{{}, plans(windows)};
   for (std::size_t i = 0; i < out.plans.size(); ++i) {
-    out.recordings.push_back(recording_of(out.plans[i], i == 0, i + 1 == out.plans.size()));
+    out.recordings.push_back(recording_of(out.plans[i], i == 0));
   }
   if (!out.recordings.empty()) out.recordings.front().set_aside = set_aside();
   return out;

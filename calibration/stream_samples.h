@@ -59,8 +59,6 @@ class StreamSamples {
   // Windows that are full, or the last ones of their parts, and whose last node's samples have all
   // arrived.
   const std::vector<StreamWindow>& windows() const { return windows_; }
-  // The window cannot be used: the next one begins a part.
-  void drop_window(int window);
   // Seconds from the first node of its part to this node of a window.
   double since_begin_of_part(int node) const;
 
@@ -80,7 +78,7 @@ class StreamSamples {
   void end_part();
   Break around(double t) const;
   Recording piece(double begin, double end) const;
-  Recording recording_of(const NodePlan& plan, bool first, bool last) const;
+  Recording recording_of(const NodePlan& plan, bool first) const;
 
   Recording all_;
   std::optional<Recording> raw_;

@@ -21,8 +21,9 @@
 namespace magimu {
 namespace {
 
-constexpr double kFirstWord = 0.2;  // s until the first sentence
-constexpr double kFirstTry = 5.0;   // s
+constexpr double kFirstWord = 0.2;       // s until the first sentence
+constexpr double kFirstTry = 5.0;        // s
+constexpr double kTryAgainAfter = 1.05;  // times the length of the stream
 constexpr double kTurned = 2.5;  // uT, scatter of the magnetometer along every direction of space
 constexpr double kStillRate = 0.2;       // rad/s; biases are smaller
 constexpr double kStillEnough = 2.5;     // s
@@ -59,7 +60,10 @@ StreamingCalibration::State::State(int magnetometers, const StreamingOptions& op
 
 std::optional<StreamUpdate> StreamingCalibration::State::add(const StreamSample& sample) {
   samples_.add(sample);
-  if (estimator_) return take_windows() ? std::optional(update()) : std::nullopt;
+  if (estimator_) {
+    if (!take_windows()) return std::nullopt;
+    return estimator_ ? update() : collecting_update();
+  }
   if (samples_.count() == 1) {
     still_since_ = last_gyr_t_ = sample.t;
     next_update_ = sample.t + std::min(kFirstWord, options_.window_s);
@@ -78,18 +82,35 @@ int StreamingCalibration::State::last_refit() { return std::end(kRefits)[-1]; }
 // False if there are none.
 bool StreamingCalibration::State::take_windows() {
   bool any = false;
-  while (windows_done() < int(samples_.windows().size())) {
+  while (estimator_ && windows_done() < int(samples_.windows().size())) {
     const int window = windows_done();
     any = true;
     if (!add_window(samples_.windows()[std::size_t(window)])) {
-      samples_.drop_window(window);
-      continue;
+      begin_anew();
+      return true;
     }
     for (const int n : kRefits) {
       if (windows_done() == n) fit_all_windows();
     }
   }
   return any;
+}
+
+// A fit of all windows finds a start of its own.
+void StreamingCalibration::State::begin_anew() {
+  estimator_.reset();
+  maker_.reset();
+  spec_ = {};
+  flagged_.clear();
+  changes_.clear();
+  warnings_.clear();
+  judge_next_ = 0;
+  flagged_in_a_row_ = 0;
+  consistency_ = {};
+  window_fit_ = {};
+  on_the_way_.forget();
+  next_update_ = samples_.last_t();
+  next_try_ = kTryAgainAfter * (samples_.last_t() - samples_.first_t());
 }
 
 // As the samples come, for they pass the gate later.

@@ -57,6 +57,7 @@ class StreamingCalibration::State {
 
   // stream_long.cpp
   Calibration finish_long();
+  void integrate_again();
   Result settle_at_end();
   SensorSums look_at_residuals(const VectorXd& sigma, Calibration& c,
                                std::vector<double>& mag_squares) const;
@@ -76,6 +77,8 @@ class StreamingCalibration::State {
   bool turned(int window) const;
   bool take_windows();
   bool add_window(const StreamWindow& window);
+  bool is_sane() const;
+  void begin_anew();
   bool take_in(const StreamWindow& window);
   void judge_all_windows();
   void judge_again();

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "calibration/stream_state.h"
 #include "graph/numerical_error.h"
@@ -16,6 +17,7 @@ namespace {
 constexpr int kChangeAfter = 8;         // windows in a row that do not fit
 constexpr double kMostLeftOut = 0.2;    // of the windows of the first fit
 constexpr double kTurning = 0.2;        // rad/s, root mean square: a window with less is a rest
+constexpr double kBeyondAll = 100.0;    // m/s^2, rad/s
 constexpr double kStillFlagged = 0.25;  // at most so many of them, once they have their own bias
 
 bool contains(const std::vector<int>& all, int i) {
@@ -47,21 +49,20 @@ bool StreamingCalibration::State::turned(int window) const {
   return squares > kTurning * kTurning * n;
 }
 
-// False where its numbers cannot be used: all is then as it was.
+// False where its numbers, or what the estimate has become with it, cannot be used.
 bool StreamingCalibration::State::add_window(const StreamWindow& window) {
-  const int before = estimator_->windows();
-  std::string why;
-  const bool taken = attempt([&] { return take_in(window); }, &why).has_value();
-  if (taken) return true;
-  if (estimator_->windows() > before) {  // its motion holds the chain together
-    attempt([&] { return estimator_->conclude(before, false); });
-    flagged_.push_back(before);
-    return true;
-  }
-  say(fmt::format("The samples between {:.1f} and {:.1f} s cannot be used: {}.",
-                  samples_.node_t()[std::size_t(window.first)],
-                  samples_.node_t()[std::size_t(window.last)], why));
+  std::string why = "the parameters are beyond all that a sensor has";
+  if (attempt([&] { return take_in(window); }, &why) && is_sane()) return true;
+  say(fmt::format("The estimate failed at {:.1f} s ({}) and begins anew, from all samples.",
+                  samples_.node_t()[std::size_t(window.first)], why));
   return false;
+}
+
+bool StreamingCalibration::State::is_sane() const {
+  const Values& globals = estimator_->globals();
+  return std::ranges::all_of(globals.data(), [](double x) { return std::isfinite(x); }) &&
+         globals.at<Vector3>(key::acc_bias).norm() < kBeyondAll &&
+         globals.at<Vector3>(key::gyr_bias).norm() < kBeyondAll;
 }
 
 // True, or a NumericalError.
@@ -139,6 +140,7 @@ void StreamingCalibration::State::look_for_change() {
   const int n = flagged_in_a_row_;
   if (n < kChangeAfter || (n & (n - 1)) != 0) return;
   const int last = estimator_->windows() - 1, first = last - n + 1;
+  if (options_.known_fault && !options_.known_fault(begin_of(first), end_of(last)).empty()) return;
   std::vector<int> changes = changes_;
   changes.push_back(first);
   // The first of them is part before, part after.
@@ -161,20 +163,24 @@ void StreamingCalibration::State::look_for_change() {
   std::swap(flagged, flagged_);
   spec_.earlier_bias = earlier_bias(changes);
   std::shared_ptr<StreamMaker> maker;
-  IncrementalQr changed = rebuilt(values, maker);
-  for (int i = 0; i < 3; ++i) changed.idle();
-  int unfit = 0;
-  for (int w = first + 1; w <= last; ++w) {
-    if (!consistency_.judge(changed.innovation(w)).used) ++unfit;
-  }
-  if (unfit > kStillFlagged * n) {
+  std::optional<IncrementalQr> changed;
+  const bool fits = attempt([&] {
+                      changed.emplace(rebuilt(values, maker));
+                      for (int i = 0; i < 3; ++i) changed->idle();
+                      int unfit = 0;
+                      for (int w = first + 1; w <= last; ++w) {
+                        if (!consistency_.judge(changed->innovation(w)).used) ++unfit;
+                      }
+                      return unfit <= kStillFlagged * n;
+                    }).value_or(false);
+  if (!fits) {
     std::swap(flagged, flagged_);
     spec_ = spec;
     return;
   }
   changes_ = changes;
   on_the_way_.forget();
-  estimator_.emplace(std::move(changed));
+  estimator_ = std::move(changed);
   maker_ = std::move(maker);
   flagged_in_a_row_ = 0;
   const Vector3 step = estimator_->globals().at<Vector3>(key::mag_bias) -

@@ -163,27 +163,34 @@ bool IncrementalQr::relinearize(int limit, double from_drift, UpdateResult& resu
   }
   for (const int i : drifted) {
     wake(i);
-    Window& w = windows_[std::size_t(i)];
-    const WindowCoordinates to = coordinates(w);
-    const VectorXd delta = moves(w, to);
-    drift_[std::size_t(i)] = 0.0;
-    const Values values =
-        std::exchange(w.values, w.values.retract({delta.data(), std::size_t(delta.size())}));
-    const WindowCoordinates point = std::exchange(w.point, to);
-    Condensed condensed = condense(w, !w.removed);
-    if (!is_finite(condensed)) {  // the linearization that it has is the better one
-      w.values = values;
-      w.point = point;
-      sleep(i);
-      continue;
-    }
-    w.otherwise.reset();
-    put(i, std::move(condensed));
-    result.variables += w.values.size();
+    const int variables = windows_[std::size_t(i)].values.size();
+    const bool done = linearize_again(i);
     sleep(i);
+    if (!done) continue;
+    result.variables += variables;
     if (i != result.window) result.relinearized.push_back(i);
   }
   return !drifted.empty();
+}
+
+// Where the estimate is. False: it is not finite there, and the linearization that it has is kept.
+bool IncrementalQr::linearize_again(int window) {
+  Window& w = windows_[std::size_t(window)];
+  const WindowCoordinates to = coordinates(w);
+  const VectorXd delta = moves(w, to);
+  drift_[std::size_t(window)] = 0.0;
+  const Values values =
+      std::exchange(w.values, w.values.retract({delta.data(), std::size_t(delta.size())}));
+  const WindowCoordinates point = std::exchange(w.point, to);
+  Condensed condensed = condense(w, !w.removed);
+  if (!is_finite(condensed)) {
+    w.values = values;
+    w.point = point;
+    return false;
+  }
+  w.otherwise.reset();
+  put(window, std::move(condensed));
+  return true;
 }
 
 // What has been put is taken into account.

@@ -115,6 +115,9 @@ class IncrementalQr {
   // Takes the window's removable factors out, or puts them back; what was solved changes at once.
   void remove(int window);
   void restore(int window);
+  // The window's factors are others from now on: those that make_again() makes now, of the same
+  // variables, linearized where the estimate is. It takes effect with the next update or idle().
+  void replace_factors(int window);
   bool removed(int window) const { return windows_[std::size_t(window)].removed; }
   // The removable factors of a window against all other factors.
   // Not const: what it condenses is kept for remove() and restore().
@@ -243,6 +246,7 @@ class IncrementalQr {
   void look(int window);
   void look_around();
   bool relinearize(int limit, double from_drift, UpdateResult& result);
+  bool linearize_again(int window);
   RowBlock triangle_of(const std::vector<Key>& keys) const;
 
   IncrementalQrOptions options_;

@@ -23,6 +23,23 @@ void IncrementalQr::wake(int window) {
   if (!w.packed.empty()) w = woken(window);
 }
 
+void IncrementalQr::replace_factors(int window) {
+  Window& w = windows_[std::size_t(window)];
+  if (w.packed.empty()) {
+    WindowParts parts = options_.make_again(window);
+    w.factors = std::move(parts.factors);
+    w.removable = std::move(parts.removable);
+    w.elimination =
+        WindowElimination({&w.factors, &w.removable}, w.values, options_.is_global, w.first);
+    w.otherwise.reset();
+    w.nodes = condense(w, !w.removed).nodes;
+  } else {
+    wake(window);
+  }
+  linearize_again(window);
+  sleep(window);
+}
+
 // Where it can, and is old enough.
 void IncrementalQr::sleep(int window) {
   Window& w = windows_[std::size_t(window)];

@@ -311,6 +311,33 @@ TEST_F(Stream, goes_on_where_the_clock_began_anew_with_its_state_and_without) {
   expect_same(streamed["magnetometers"], batch["magnetometers"]);
 }
 
+// Whether the estimate that was kept beside the samples is taken, damaged or missing.
+TEST_F(Stream, goes_on_from_the_estimate_that_was_kept_or_from_the_samples) {
+  simulate(220.0);
+  magimu_("stream rec.csv -o whole.json");
+  const json whole = magimu_.json("whole.json");
+  std::string text = header_;
+  for (std::size_t i = 0; i < 10500; ++i) text += rows_[i] + "\n";
+  magimu_.folder().write("part.csv", text);
+  magimu_("stream part.csv --state state");
+  ASSERT_TRUE(magimu_.has("state.estimate"));
+  const auto copy_to = [&](const std::string& name) {
+    for (const char* end : {"", ".samples", ".estimate"}) {
+      std::filesystem::copy_file(magimu_.folder().path(std::string("state") + end),
+                                 magimu_.folder().path(name + end));
+    }
+  };
+  copy_to("damaged");
+  copy_to("missing");
+  std::filesystem::resize_file(magimu_.folder().path("damaged.estimate"), 5000);
+  std::filesystem::remove(magimu_.folder().path("missing.estimate"));
+  for (const std::string state : {"state", "damaged", "missing"}) {
+    const Outcome run = magimu_("stream rec.csv -o cal.json --state " + state);
+    EXPECT_THAT(run.err, HasSubstr("10500 samples")) << state;
+    expect_same(magimu_.json("cal.json"), whole);
+  }
+}
+
 TEST_F(Stream, refuses_a_state_that_it_cannot_go_on_with) {
   simulate(5.0);
   magimu_("stream rec.csv --state state");

@@ -110,9 +110,10 @@ TEST(LongStream, ends_without_a_fit_of_all_samples_where_that_ends) {
     const VectorXd robust = a.covariance.diagonal().cwiseQuotient(b.covariance.diagonal());
     EXPECT_LT((robust.array().sqrt() - 1.0).abs().maxCoeff(), 0.25);
     for (std::size_t i = 0; i < 3; ++i) {
-      EXPECT_NEAR(a.residuals[i].rms, b.residuals[i].rms, 0.03 * b.residuals[i].rms) << i;
+      // What the fit has absorbed is estimated with random signs, others here and there.
+      EXPECT_NEAR(a.residuals[i].rms, b.residuals[i].rms, 0.04 * b.residuals[i].rms) << i;
       EXPECT_NEAR(a.residuals[i].lag1, b.residuals[i].lag1, 0.03) << i;
-      EXPECT_NEAR(a.residuals[i].rms_unit, b.residuals[i].rms_unit, 0.03 * b.residuals[i].rms_unit);
+      EXPECT_NEAR(a.residuals[i].rms_unit, b.residuals[i].rms_unit, 0.04 * b.residuals[i].rms_unit);
     }
     EXPECT_EQ(a.trajectories[0].t, b.trajectories[0].t);
     EXPECT_EQ(a.trajectories[0].p.size(), b.trajectories[0].p.size());

@@ -313,7 +313,7 @@ TEST(Diagnose, has_no_answer_to_a_recording_that_is_too_short) {
   c.options.motion.duration_s = 3.0;
   c.options.motion.rest_s = c.options.motion.pause_s = 0.0;
   const Diagnosis d = diagnosed(c);
-  EXPECT_EQ(d.answer, "undecided");
+  EXPECT_EQ(d.answer, Answer::kNone);
   EXPECT_EQ(d.before.trust.verdict, Verdict::kNo);
 }
 

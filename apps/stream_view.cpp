@@ -92,7 +92,8 @@ std::string bar(double share) {
   return "[" + std::string(full, '#') + std::string(kCells - full, '.') + "]";
 }
 
-void add_target(Lines& out, const std::vector<TargetProgress>& target) {
+void add_target(Lines& out, const std::vector<TargetProgress>& target, const Screen& screen) {
+  constexpr std::size_t kWithBar = 76;  // columns
   out.push_back({fmt::format("  {:<20} {:>13}  {:>11}", "standard deviation of", "now", "wanted"),
                  LineStyle::kFaint});
   for (const TargetProgress& t : target) {
@@ -102,7 +103,7 @@ void add_target(Lines& out, const std::vector<TargetProgress>& target) {
     const auto with_unit = [&](double value) { return plain(value) + " " + t.unit; };
     out.push_back(
         {fmt::format("  {:<20} {:>13}  {:>11}  {}", t.label, known ? with_unit(t.sigma) : "not yet",
-                     with_unit(t.limit), bar(share)),
+                     with_unit(t.limit), screen.columns < kWithBar ? "" : bar(share)),
          t.met() ? LineStyle::kGood : LineStyle::kPlain});
   }
 }
@@ -190,7 +191,7 @@ std::vector<ViewLine> stream_view(const StreamStatus& s, const std::deque<std::s
                  LineStyle::kPlain, screen);
   }
   out.emplace_back();
-  add_target(out, s.target);
+  add_target(out, s.target, screen);
   out.emplace_back();
   if (s.update) add_window(out, *s.update);
   if (s.update) add_checks(out, s.update->checks, screen);

@@ -188,7 +188,7 @@ void stream_all(const std::string& samples, const StreamingOptions& options,
     if (estimate.empty() || next.read() < keep_at) continue;
     const double saving = now_s();
     std::ofstream out(estimate, std::ios::binary | std::ios::trunc);
-    if (!stream.save(out)) fmt::print("at {:.0f} s nothing could be kept\n", update->t);
+    stream.save(out);
     longest = std::max(longest, now_s() - saving);
     keep_at = next.read() + next.read() / kEvery;
   }

@@ -13,9 +13,11 @@
 #include "recording/arrival_stamps.h"
 #include "recording/axes.h"
 #include "recording/gate.h"
+#include "recording/median.h"
 #include "recording/parts.h"
 #include "recording/repeats.h"
 #include "recording/row_times.h"
+#include "recording/units.h"
 
 namespace magimu {
 namespace {
@@ -31,7 +33,7 @@ constexpr std::size_t kKeptAtLeast = 400, kKeptAtMost = 60000;
 constexpr long kNewAtLeast = 20, kNewAtMost = 500;
 // s of data before what is said of a whole recording can be said of its beginning: rates and
 // spreads, from some hundred intervals; where sensors begin and end, as a tenth of the whole.
-constexpr double kForRates = 4.0, kForSpans = 15.0, kForAbsence = 4.0;
+constexpr double kForRates = 4.0, kForSpans = 15.0, kForAbsence = 4.0, kForUnits = 15.0;
 // Sum of all turns from which on the magnetometer's range tells a unit that has no name.
 constexpr double kTurnedEnoughToTell = M_PI;
 constexpr double kTurnedRate = 0.2;    // rad/s, mean: the sensor is being turned
@@ -105,6 +107,36 @@ double turns_of(const VectorSeries& gyr) {
   return sum;
 }
 
+double usual_length(const VectorSeries& s) {
+  std::vector<double> lengths;
+  for (const Vector3& v : s.v) lengths.push_back(v.norm());
+  return median(std::move(lengths));
+}
+
+// The unit that a remedy gives, in the one that is given now; 0: none.
+double unit_ratio(const Issue& issue, const Recording& piece) {
+  const std::string quantity = issue.sensor.substr(0, 3), option = "--unit " + quantity + "=";
+  const std::size_t at = issue.remedy.find(option);
+  if (at == std::string::npos) return 0.0;
+  const std::string rest = issue.remedy.substr(at + option.size());
+  const auto given = piece.file_units.find(quantity);
+  return unit_in_ours(quantity, rest.substr(0, rest.find(' '))).value_or(0.0) /
+         (given == piece.file_units.end() ? 1.0 : given->second);
+}
+
+// Of a few seconds.
+bool certain_unit(const Issue& issue, const Recording& piece, double length_s) {
+  if (length_s >= kForUnits) return true;
+  const bool named = !named_option(issue).empty();
+  if (issue.sensor.starts_with("mag")) return named || turns_of(piece.gyr) > kTurnedEnoughToTell;
+  const double ratio = unit_ratio(issue, piece);
+  // A hand that shakes the board makes much of gravity, but hardly 16 g.
+  if (issue.sensor == "acc") return named || ratio < 1.0 / 16.0;
+  // Noise, and accelerations, turn directions: a gyroscope may seem to read too little; and the few
+  // turns at the beginning are known to a factor of two.
+  return named || ratio < 0.25;
+}
+
 // Whether what was found in a piece of so many seconds will be found in more of them.
 bool certain(const Issue& issue, const Recording& piece, double length_s) {
   if (issue.severity == Severity::kNote) {
@@ -115,11 +147,13 @@ bool certain(const Issue& issue, const Recording& piece, double length_s) {
   // At rest a coarse converter repeats itself.
   if (issue.kind == "repeats" && !is_turned(piece)) return false;
   if (issue.kind == "constant") return is_turned(piece);
-  if (issue.kind == "unit" && issue.sensor.starts_with("mag") && named_option(issue).empty()) {
-    return turns_of(piece.gyr) > kTurnedEnoughToTell;
-  }
+  if (issue.kind == "unit") return certain_unit(issue, piece, length_s);
+  // A hand that swings the board halves gravity, but not for long.
+  if (issue.kind == "gravity") return length_s >= kForUnits || usual_length(piece.acc) < 2.0;
+  // A sphere through all attitudes: a minute hardly has them.
+  if (issue.kind == "acc_scale") return false;
   if (issue.kind == "span") return length_s >= kForSpans;
-  if (is_any_of(issue.kind, {"jitter", "interpolation", "repeats", "acc_scale", "field_size"})) {
+  if (is_any_of(issue.kind, {"jitter", "interpolation", "repeats", "field_size"})) {
     return length_s >= kForRates;
   }
   return true;
@@ -182,9 +216,9 @@ Mounting mounting_of(Recording r, const std::vector<Issue>& issues) {
 // a hand's accelerations may make wrong axes fit better than the right ones. Two root mean squares
 // of twelve pairs differ by a factor of four in a few of a million cases (F distribution); wrong
 // axes differ by the turns themselves, tens of degrees against a few.
+constexpr double kClearly = 4.0;
 bool sure(const Mounting& mounting, double length_s) {
   constexpr double kWhole = 16.0;  // s, from which on mounting.h has pairs of its usual distance
-  constexpr double kClearly = 4.0;
   return length_s >= kWhole || std::ranges::all_of(mounting.fits, [](const AxesFit& fit) {
            return fit.may_be_straight() || fit.rms_straight_rad > kClearly * fit.rms_rad;
          });
@@ -196,7 +230,9 @@ std::vector<Issue> axes_that_do_not_fit(const Mounting& mounting) {
   std::vector<Issue> out;
   if (mounting.status != MountingStatus::kUndecided) return out;
   for (const AxesFit& fit : mounting.fits) {
-    if (fit.gyr_axes.empty() || fit.may_be_straight()) continue;
+    // The field's directions are known once the sensor was turned to all sides.
+    const bool clearly = fit.rms_straight_rad > kClearly * fit.rms_rad && fit.sensor == "acc";
+    if (fit.gyr_axes.empty() || fit.may_be_straight() || !clearly) continue;
     out.push_back(
         {"axes", fit.sensor, -1, Severity::kCaution, 0.0, 0.0,
          fmt::format("the directions of {} do not turn as the gyroscope says: the axes of "

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The end of a stream: what calibrate() makes of the same samples, where the stream has not left
-// out anything of them; else its own estimate, judged by the same checks.
+// The end of a stream: what calibrate() makes of the same samples, but for those that did not fit
+// the rest. Where the magnetometer's bias changed, or where there are too many samples, it is the
+// stream's own estimate, judged by the same checks.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
 #include "calibration/blows.h"
 #include "calibration/check_axes.h"
 #include "calibration/diagnostics.h"
@@ -11,6 +17,7 @@
 #include "calibration/summary.h"
 #include "calibration/trust.h"
 #include "graph/numerical_error.h"
+#include "recording/gate.h"
 
 namespace magimu {
 // As a user of calibrate() would give them.
@@ -21,14 +28,38 @@ CalibrationOptions StreamingCalibration::State::final_options() const {
   return options;
 }
 
+// Without the magnetometers' samples in windows that were left out.
+Recording StreamingCalibration::State::without_flagged(const Recording& raw) const {
+  Recording out = gated(raw).value_or(raw);
+  for (std::size_t m = 0; m < out.mag.size(); ++m) {
+    const VectorSeries all = std::exchange(out.mag[m], {});
+    SetAside gone{out.mag_names[m], "disturbed", 0, all.size(), 0.0, 0.0, ""};
+    std::vector<int>::const_iterator window = flagged_.begin();
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      while (window != flagged_.end() && all.t[k] >= end_of(*window)) ++window;
+      if (window == flagged_.end() || all.t[k] < begin_of(*window)) {
+        out.mag[m].push_back(all.t[k], all.v[k]);
+        continue;
+      }
+      if (gone.count++ == 0) {
+        gone.begin_s = all.t[k];
+        gone.example = fmt::format("the first at {:.2f} s", all.t[k]);
+      }
+      gone.end_s = all.t[k];
+    }
+    if (gone.count > 0) out.set_aside.push_back(gone);
+  }
+  return out;
+}
+
 Calibration StreamingCalibration::State::finish() {
   samples_.finish();
   if (estimator_) take_windows();
   const Recording* const raw = samples_.raw();
-  const bool whole = flagged_.empty() && changes_.empty();
   const bool is_long = samples_.node_t().size() > std::size_t(options_.long_stream);
-  if (!estimator_ || (whole && raw != nullptr && !is_long)) {
-    return calibrate(raw != nullptr ? *raw : samples_.all(), final_options());
+  if (!estimator_) return calibrate(raw != nullptr ? *raw : samples_.all(), final_options());
+  if (raw != nullptr && changes_.empty() && !is_long) {
+    return calibrate(flagged_.empty() ? *raw : without_flagged(*raw), final_options());
   }
   std::optional<CheckedRecordings> checked;
   if (raw != nullptr) checked.emplace(std::vector<const Recording*>{raw});

@@ -120,6 +120,23 @@ Result StreamingCalibration::State::settle_at_end() {
   return fit;
 }
 
+// The first windows, some together as long as they are of one part.
+std::vector<StreamWindow> StreamingCalibration::State::spans(int count, int at_a_time) const {
+  std::vector<StreamWindow> out;
+  int together = 0;
+  for (int w = 0; w < count; ++w) {
+    const StreamWindow& window = samples_.windows()[std::size_t(w)];
+    if (w == 0 || window.begins || together == at_a_time) {
+      out.push_back(window);
+      together = 1;
+    } else {
+      out.back().last = window.last;
+      ++together;
+    }
+  }
+  return out;
+}
+
 // What the residuals say, a few minutes at a time: sums by sensor; squares at each node go to
 // mag_squares, nodes to the trajectory.
 SensorSums StreamingCalibration::State::look_at_residuals(const VectorXd& sigma, Calibration& c,
@@ -131,22 +148,22 @@ SensorSums StreamingCalibration::State::look_at_residuals(const VectorXd& sigma,
   SensorSums sums;
   TrajectoryEstimate& trajectory = c.trajectories.emplace_back();
   trajectory.recording = samples_.all().name;
-  const std::vector<StreamWindow>& windows = samples_.windows();
-  for (int begin = 0, end = 0; begin < estimator_->windows(); begin = end) {
-    end = begin + 1;
-    const auto goes_on = [&](int w) { return !windows[std::size_t(w)].begins; };
-    while (end < estimator_->windows() && end < begin + kAtATime && goes_on(end)) ++end;
-    const StreamWindow span{windows[std::size_t(begin)].first, windows[std::size_t(end) - 1].last,
-                            windows[std::size_t(begin)].begins};
+  int window = 0;
+  for (const StreamWindow& span : spans(estimator_->windows(), kAtATime)) {
+    const int begin = window;
+    while (window < estimator_->windows() &&
+           samples_.windows()[std::size_t(window)].last <= span.last) {
+      ++window;
+    }
     const Recording part = samples_.part(span);
     NodePlan plan = samples_.plan(span);
-    const bool continues = std::exchange(plan.continues, false);  // it stands alone here
-    const Values values = estimator_->estimate(begin, end);
+    plan.continues = false;  // it stands alone here
+    const Values values = estimator_->estimate(begin, window);
     Stage stage({&part}, spec, std::vector<NodePlan>{plan}, batch_.optimizer);
     stage.fit(values, true);
     add_sums(sums, stage.sums());
     const std::vector<double> squares = stage.mag_squares();
-    for (int k = span.first + (continues ? 1 : 0); k <= span.last; ++k) {
+    for (int k = span.begins ? span.first : span.first + 1; k <= span.last; ++k) {
       mag_squares.push_back(squares[std::size_t(k)]);
       trajectory.t.push_back(samples_.node_t()[std::size_t(k)]);
       trajectory.nRb.push_back(values.at<Rot3>(R(k)));
@@ -161,8 +178,7 @@ SensorSums StreamingCalibration::State::look_at_residuals(const VectorXd& sigma,
 // The covariance of the parameters that stays honest where residuals are not white.
 MatrixXd StreamingCalibration::State::robust_covariance(const MatrixXd& P) const {
   const int windows = estimator_->windows();
-  const double window_s = (end_of(windows - 1) - begin_of(0)) / windows;
-  const int together = std::max(1, int(std::lround(batch_.block_s / window_s)));
+  const int together = std::max(1, int(std::lround(batch_.block_s / options_.window_s)));
   std::vector<int> block;
   for (int w = 0; w < windows; ++w) block.push_back(w / together);
   return sandwich_covariance(P, estimator_->scores(block, block.back() + 1));
@@ -198,10 +214,16 @@ Calibration StreamingCalibration::State::finish_long() {
   judge(c, unknown_directions(c));
   // Axes stay as they are mounted: some minutes tell them.
   const int enough = std::min(estimator_->windows(), kAxesWindows);
-  Recording some = samples_.part({0, samples_.windows()[std::size_t(enough - 1)].last});
-  some.name = recording.name;
-  some.mag_names = recording.mag_names;
-  judge_axes(c, check_mounting({&some}), batch_);
+  std::vector<Recording> some;
+  for (const StreamWindow& span : spans(enough, enough)) {
+    some.push_back(samples_.part(span));
+    some.back().name = recording.name;
+    some.back().mag_names = recording.mag_names;
+    some.back().continues_previous = some.size() > 1;
+  }
+  std::vector<const Recording*> pointers;
+  for (const Recording& part : some) pointers.push_back(&part);
+  judge_axes(c, check_mounting(pointers), batch_);
   return c;
 }
 

@@ -120,8 +120,9 @@ std::function<bool(int node)> reach_every_few_seconds(const StreamSamples& sampl
 }
 
 WindowFactors window_factors(const StreamSamples& samples, const StreamWindow& window,
-                             const ModelSpec& spec, const Values* front) {
-  const Recording part = samples.part(window);
+                             const ModelSpec& spec, const Values* front,
+                             std::span<const double> ends) {
+  const Recording part = samples.part(window, ends);
   const NodePlan plan = samples.plan(window);
   const FactorGraph all = build_model({&part}, {plan}, spec);
   WindowFactors out;

@@ -29,6 +29,12 @@ Recording named(int magnetometers) {
   return out;
 }
 
+void cut_after(VectorSeries& series, double t) {
+  const auto n = std::ranges::upper_bound(series.t, t) - series.t.begin();
+  series.t.resize(std::size_t(n));
+  series.v.resize(std::size_t(n));
+}
+
 }  // namespace
 
 std::vector<const Recording*> StreamParts::pointers() const {
@@ -199,8 +205,13 @@ double StreamSamples::since_begin_of_part(int node) const {
 }
 
 // Samples from begin to end, the end included; short holes of the gyroscope are bridged.
-Recording StreamSamples::piece(double begin, double end) const {
+Recording StreamSamples::piece(double begin, double end, std::span<const double> ends) const {
   Recording out = slice(all_, begin, std::nextafter(end, kEver));
+  if (!ends.empty()) {
+    cut_after(out.acc, ends[0]);
+    cut_after(out.gyr, ends[1]);
+    for (std::size_t m = 0; m < out.mag.size(); ++m) cut_after(out.mag[m], ends[2 + m]);
+  }
   const auto from = std::ranges::lower_bound(gyr_gone_, begin),
              to = std::ranges::upper_bound(gyr_gone_, end);
   out.gyr = bridged(out.gyr, std::vector<double>(from, std::max(from, to)));
@@ -256,10 +267,19 @@ StreamParts StreamSamples::parts(int windows) const {
   return out;
 }
 
-Recording StreamSamples::part(const StreamWindow& w) const {
+std::vector<double> StreamSamples::ends() const {
+  const auto end = [](const VectorSeries& series) {
+    return series.empty() ? -kEver : series.t.back();
+  };
+  std::vector<double> out{end(all_.acc), end(all_.gyr)};
+  for (const VectorSeries& mag : all_.mag) out.push_back(end(mag));
+  return out;
+}
+
+Recording StreamSamples::part(const StreamWindow& w, std::span<const double> ends) const {
   const double t0 = node_t_[std::size_t(w.first)], t1 = node_t_[std::size_t(w.last)];
   const Break span = around(t0);
-  return piece(std::max(span.begin, t0 - kMargin), std::min(span.end, t1 + kMargin));
+  return piece(std::max(span.begin, t0 - kMargin), std::min(span.end, t1 + kMargin), ends);
 }
 
 NodePlan StreamSamples::plan(const StreamWindow& w) const {

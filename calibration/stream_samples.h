@@ -5,6 +5,8 @@
 // comes window_s later. All are functions of the samples alone.
 #pragma once
 
+#include <span>
+
 #include "calibration/nodes.h"
 #include "calibration/streaming.h"
 #include "recording/live_gate.h"
@@ -65,8 +67,11 @@ class StreamSamples {
   // All that lies in the first windows, so many of them; and the nodes alone.
   StreamParts parts(int windows) const;
   std::vector<NodePlan> plans(int windows) const;
-  // What a window's factors are made of: its samples and some before and after.
-  Recording part(const StreamWindow& window) const;
+  // What a window's factors are made of: its samples and some before and after. ends: as it was
+  // when there were no later ones than these, of accelerometer, gyroscope, magnetometers, s.
+  Recording part(const StreamWindow& window, std::span<const double> ends = {}) const;
+  // Times of the last samples that passed the gate, in that order.
+  std::vector<double> ends() const;
   NodePlan plan(const StreamWindow& window) const;
 
  private:
@@ -77,7 +82,7 @@ class StreamSamples {
   void add_node(double t);
   void end_part();
   Break around(double t) const;
-  Recording piece(double begin, double end) const;
+  Recording piece(double begin, double end, std::span<const double> ends = {}) const;
   Recording recording_of(const NodePlan& plan, bool first) const;
 
   Recording all_;

@@ -49,6 +49,7 @@ bool StreamingCalibration::State::can_be_taken_up() const {
 bool StreamingCalibration::State::save(ByteWriter& out) const {
   if (!can_be_taken_up()) return false;
   out.put(maker_->biases);
+  out.put(maker_->ends);
   out.put(changes_);
   out.put(flagged_);
   out.put(std::uint64_t(judge_next_));
@@ -57,12 +58,21 @@ bool StreamingCalibration::State::save(ByteWriter& out) const {
   on_the_way_.save(out);
   out.put(int(warnings_.size()));
   for (const std::string& w : warnings_) out.put(w);
+  out.put(int(told_set_aside_.size()));
+  for (const auto& [what, told] : told_set_aside_) {
+    out.put(what.first);
+    out.put(what.second);
+    out.put(std::uint64_t(told));
+  }
+  out.put(std::uint64_t(told_breaks_));
   return estimator_->save(out);
 }
 
 void StreamingCalibration::State::load(ByteReader& in) {
   std::vector<StreamMaker::Biases> biases;
   in.get(biases);
+  std::vector<double> ends;
+  in.get(ends);
   in.get(changes_);
   in.get(flagged_);
   judge_next_ = std::size_t(in.get<std::uint64_t>());
@@ -74,11 +84,18 @@ void StreamingCalibration::State::load(ByteReader& in) {
     warnings_.emplace_back();
     in.get(warnings_.back());
   }
+  for (int n = in.get<int>(); n > 0; --n) {
+    const auto sensor = in.get<std::string>(), kind = in.get<std::string>();
+    told_set_aside_[{sensor, kind}] = std::size_t(in.get<std::uint64_t>());
+  }
+  told_breaks_ = std::size_t(in.get<std::uint64_t>());
   const auto windows = samples_.windows().size();
-  if (biases.size() != windows) throw std::runtime_error("other windows than the samples'");
+  if (biases.size() != windows || ends.size() != windows * samples_.ends().size())
+    throw std::runtime_error("other windows than the samples'");
   if (!changes_.empty()) spec_.earlier_bias = earlier_bias(changes_);
   maker_ = std::make_shared<StreamMaker>(samples_, spec_);
   maker_->biases = std::move(biases);
+  maker_->ends = std::move(ends);
   // Those of the last window, as they were left.
   const StreamMaker::Biases& b = maker_->biases.back();
   spec_.gyr_bias = Vector3(b[0], b[1], b[2]);

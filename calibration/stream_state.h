@@ -59,6 +59,7 @@ class StreamingCalibration::State {
   Calibration finish_long();
   void integrate_again();
   Result settle_at_end();
+  std::vector<StreamWindow> spans(int windows, int at_a_time) const;
   SensorSums look_at_residuals(const VectorXd& sigma, Calibration& c,
                                std::vector<double>& mag_squares) const;
   MatrixXd robust_covariance(const MatrixXd& P) const;
@@ -89,6 +90,7 @@ class StreamingCalibration::State {
 
   // stream_finish.cpp
   CalibrationOptions final_options() const;
+  Recording without_flagged(const Recording& raw) const;
   Calibration finish(const StreamParts& parts);
 
   // stream_news.cpp

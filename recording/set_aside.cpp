@@ -21,6 +21,8 @@ constexpr KindText kKinds[] = {
     {"sentinel", "one impossible value again and again, by which a driver says that it has none",
      "leave the fields empty where the sensor has no sample"},
     {"wrap", "off by its whole range: the number turned over", "choose a larger range"},
+    {"disturbed", "in seconds that do not fit the rest",
+     "keep magnets, iron and electric devices away"},
     {"clipped", "clipped at the end of the range",
      "choose a larger range, move more gently, or go away from magnets"},
 };
@@ -48,7 +50,8 @@ std::string sentence(const SetAside& s) {
 std::string remedy(const SetAside& s) { return text_of(s).remedy; }
 
 double lost_share(const SetAside& s) {
-  return s.of == 0 || s.kind == "zeros" ? 0.0 : double(s.count) / double(s.of);
+  return s.of == 0 || s.kind == "zeros" || s.kind == "disturbed" ? 0.0
+                                                                 : double(s.count) / double(s.of);
 }
 
 }  // namespace magimu

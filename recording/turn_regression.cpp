@@ -20,6 +20,7 @@ constexpr std::size_t kEnoughPairs = 60;  // three equations each for at most 21
 constexpr double kLargeTurn = 0.3;
 constexpr double kLongestBlock = 1.0;      // s
 constexpr double kLeastTurnShare = 0.02;   // of the squared turns, about the least turned axis
+constexpr double kLeastVariation = 0.1;    // of the squared rates, about their mean
 constexpr double kHuber = 3.0;             // robust standard deviations
 constexpr double kRobustToSigma = 1.4826;  // of a normal distribution's absolute values
 
@@ -87,6 +88,7 @@ struct Pair {
   Vector3 du;
   MatrixXd A;
   Vector3 phi;
+  double dt;
 };
 
 Matrix3 cross_matrix(const Vector3& v) {
@@ -101,7 +103,7 @@ std::vector<Pair> pairs_of(const std::vector<Block>& blocks, const IntegratedRea
   for (std::size_t i = 1; i < blocks.size(); ++i) {
     const Block &a = blocks[i - 1], &b = blocks[i];
     if (b.end - a.begin > 3.0 * length || !gyr.covers(a.begin, b.end)) continue;
-    Pair p{b.u - a.u, MatrixXd::Zero(3, offset_unknown ? 21 : 12), b.turned - a.turned};
+    Pair p{b.u - a.u, MatrixXd::Zero(3, offset_unknown ? 21 : 12), b.turned - a.turned, b.t - a.t};
     const Matrix3 u = cross_matrix(0.5 * (a.u + b.u));
     for (int j = 0; j < 3; ++j) {
       p.A.middleCols<3>(3 * j) = u * p.phi[j];  // M, column by column
@@ -168,6 +170,16 @@ Matrix3 nearest_orthogonal(const Matrix3& M) {
   return svd.matrixU() * svd.matrixV().transpose();
 }
 
+bool rate_varies(const std::vector<Pair>& pairs) {
+  Vector3 mean = Vector3::Zero();
+  double squares = 0.0;
+  for (const Pair& p : pairs) {
+    mean += p.phi / (p.dt * double(pairs.size()));
+    squares += (p.phi / p.dt).squaredNorm() / double(pairs.size());
+  }
+  return squares - mean.squaredNorm() > kLeastVariation * squares;
+}
+
 // Weighted least squares over the pairs, group by group of time.
 struct Equations {
   std::array<MatrixXd, kGroups> H, h;
@@ -212,8 +224,10 @@ std::optional<TurnRegression> regress_turns(const VectorSeries& gyr, const Vecto
   for (const Pair& p : pairs) turns += p.phi * p.phi.transpose();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(MatrixXd(turns), Eigen::EigenvaluesOnly);
   if (!(turns.trace() > 0.0)) return std::nullopt;
-  // Turns about fewer axes do not tell M; its scale they do, the axes taken as they are.
+  // Turns about fewer axes do not tell M. Its scale they do, the axes taken as they are, if the
+  // rate varies (at a steady one the bias may be anything) and the directions' length is known.
   const bool all_axes = axes.eigenvalues()[0] > kLeastTurnShare * turns.trace();
+  if (!all_axes && (offset_unknown || !rate_varies(pairs))) return std::nullopt;
 
   std::vector<double> weight(pairs.size(), 1.0);
   TurnRegression out;

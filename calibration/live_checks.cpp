@@ -228,7 +228,8 @@ bool sure(const Mounting& mounting, double length_s) {
 // for.
 std::vector<Issue> axes_that_do_not_fit(const Mounting& mounting) {
   std::vector<Issue> out;
-  if (mounting.status != MountingStatus::kUndecided) return out;
+  if (mounting.status != MountingStatus::kUndecided || !likely_findings(mounting).empty())
+    return out;
   for (const AxesFit& fit : mounting.fits) {
     // The field's directions are known once the sensor was turned to all sides.
     const bool clearly = fit.rms_straight_rad > kClearly * fit.rms_rad && fit.sensor == "acc";
@@ -407,7 +408,9 @@ std::vector<Issue> LiveChecks::axes_issues() const {
   std::vector<Issue> out;
   out = axes_that_do_not_fit(mounting_);
   const bool wrong_sign = dip_rad_ && *dip_rad_ * options_.dip_sign < 0.0;
-  for (const AxesFinding& f : mounting_.findings) {
+  std::vector<AxesFinding> findings = mounting_.findings;
+  if (mounting_.status == MountingStatus::kUndecided) findings = likely_findings(mounting_);
+  for (const AxesFinding& f : findings) {
     const bool imu = f.sensor == "acc" || f.sensor == "gyr";
     out.push_back({"axes", f.sensor, -1, imu ? Severity::kFatal : Severity::kCaution, 0.0, 0.0,
                    f.problem, f.text_of_remedy});

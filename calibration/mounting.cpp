@@ -150,6 +150,21 @@ bool AxesFit::may_be_straight() const {
   return std::ranges::any_of(gyr_axes, [](const Matrix3& G) { return G.isIdentity(); });
 }
 
+std::vector<AxesFinding> likely_findings(const Mounting& mounting) {
+  std::vector<AxesFit> fits = mounting.fits;
+  const auto decided = std::ranges::find_if(fits, &AxesFit::decided);
+  if (decided == fits.end() || decided->straight()) return {};
+  const Matrix3 other = decided->gyr_axes.front();
+  for (AxesFit& fit : fits) {
+    const bool as_other =
+        std::ranges::any_of(fit.gyr_axes, [&](const Matrix3& G) { return G == other; });
+    if (fit.decided()) continue;
+    if (fit.may_be_straight() == as_other) return {};
+    fit.gyr_axes = {as_other ? other : Matrix3::Identity()};
+  }
+  return findings_of(fits);
+}
+
 Mounting check_mounting(const Recording& recording) {
   Mounting out;
   const Vector3 bias = gyr_bias_at_rest(recording, find_rests(recording)).value_or(Vector3::Zero());

@@ -51,6 +51,10 @@ struct Mounting {
   std::string sentence;  // the whole, for people
 };
 
+// Of an undecided mounting what the decided sensors say, where the others may be as they should be,
+// or as the decided ones are: for the beginning of a stream. Empty where that leaves a choice.
+std::vector<AxesFinding> likely_findings(const Mounting& mounting);
+
 // The recording must have samples of accelerometer and gyroscope; magnetometers are optional.
 Mounting check_mounting(const Recording& recording);
 

@@ -20,6 +20,12 @@
 #include "recording/gate.h"
 
 namespace magimu {
+namespace {
+
+constexpr double kLastMinutes_s = 1200.0;  // of a stream that nothing could be estimated of
+
+}  // namespace
+
 // As a user of calibrate() would give them.
 CalibrationOptions StreamingCalibration::State::final_options() const {
   CalibrationOptions options = batch_;
@@ -57,7 +63,12 @@ Calibration StreamingCalibration::State::finish() {
   if (estimator_) take_windows();
   const Recording* const raw = samples_.raw();
   const bool is_long = samples_.node_t().size() > std::size_t(options_.long_stream);
-  if (!estimator_) return calibrate(raw != nullptr ? *raw : samples_.all(), final_options());
+  if (!estimator_) {
+    // A fit of hours would need gigabytes, and what came last tells as well what is missing.
+    const double from = samples_.last_t() - kLastMinutes_s;
+    return calibrate(raw != nullptr ? *raw : slice(samples_.all(), from, samples_.last_t()),
+                     final_options());
+  }
   if (raw != nullptr && changes_.empty() && !is_long) {
     return calibrate(flagged_.empty() ? *raw : without_flagged(*raw), final_options());
   }

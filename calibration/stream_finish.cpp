@@ -22,7 +22,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kLastMinutes_s = 1200.0;  // of a stream that nothing could be estimated of
+constexpr double kLastMinutes_s = 600.0;  // of a stream that nothing could be estimated of
 
 }  // namespace
 

@@ -86,6 +86,7 @@ void to_json(json& out, const BoardRow& r) {
          {"known_after", r.known_after},
          {"sentence", r.sentence},
          {"option", r.option},
+         {"said_s", r.said_s},
          {"mended", r.mended},
          {"right_without", r.right_without},
          {"seconds", r.seconds},
@@ -109,6 +110,7 @@ BoardRow row_of(const json& in) {
   in.at("known_after").get_to(r.known_after);
   in.at("sentence").get_to(r.sentence);
   in.at("option").get_to(r.option);
+  in.at("said_s").get_to(r.said_s);
   in.at("mended").get_to(r.mended);
   in.at("right_without").get_to(r.right_without);
   in.at("seconds").get_to(r.seconds);
@@ -180,7 +182,9 @@ std::string board_complaint(const BoardRow& r) {
   const auto add = [&](const std::string& more) { text += (text.empty() ? "" : "; ") + more; };
   if (lost(r)) add(fmt::format("{} samples acknowledged, {} known", r.acknowledged, r.known_after));
   if (r.study == "said") {
-    if (r.sentence.empty()) add("nothing is said");
+    if (r.sentence.empty()) {
+      add(r.said_s < 0.0 ? "nothing is said" : fmt::format("said after {:.1f} s", r.said_s));
+    }
     if (!helped(r)) add(r.option.empty() ? "no option" : r.option + " does not mend it");
     if (r.trust == "yes" && !r.right_without) add("a wrong yes");
     return text;

@@ -67,17 +67,34 @@ std::vector<std::string> session_of(BoardSession& session, const std::string& te
   return sentences;
 }
 
-// The first option in a sentence, as one would type it.
-std::vector<std::string> option_in(const std::string& sentence) {
+// The options in a sentence, as one would type them; a rate that it leaves to the reader is known.
+std::vector<std::vector<std::string>> options_in(const std::string& sentence, double rate_hz) {
   static const std::regex option(
       "--(unit|axes|rate|hemisphere|gyro-interval) "
       "(mag=|acc=|gyr=|t=)?[-A-Za-z0-9^/]+(\\.[0-9]+)?"
       "(,[-xyz]+){0,2}");
-  std::smatch match;
-  if (!std::regex_search(sentence, match, option)) return {};
-  const std::string text = match.str();
-  const std::size_t space = text.find(' ');
-  return {text.substr(0, space), text.substr(space + 1)};
+  std::vector<std::vector<std::string>> all;
+  for (std::sregex_iterator at(sentence.begin(), sentence.end(), option), end; at != end; ++at) {
+    const std::string text = at->str();
+    const std::size_t space = text.find(' ');
+    std::string value = text.substr(space + 1);
+    if (value == "HZ") value = fmt::format("{:g}", rate_hz);
+    all.push_back({text.substr(0, space), value});
+  }
+  return all;
+}
+
+// Seconds of data with which a line came that says it; what is said later, and perhaps in other
+// words, counts.
+double seconds_until_said(const BoardSession& session, const WrongKind& kind, double rate_hz) {
+  for (const nlohmann::json& line : session.lines()) {
+    for (const nlohmann::json& event : line.value("events", nlohmann::json::array())) {
+      if (event.is_string() && says(kind, event.get<std::string>())) {
+        return double(line.value("samples", 0L)) / rate_hz;
+      }
+    }
+  }
+  return -1.0;
 }
 
 }  // namespace
@@ -91,7 +108,7 @@ bool says(const WrongKind& kind, const std::string& sentence) {
     case WrongKind::kUnit:
       return has(kind.sensor) && has("unit|times (too|the)|microtesla|\\but\\b|m/s\\^2|rad/s");
     case WrongKind::kTime:
-      return has("time|clock|column t\\b|rows|rate") &&
+      return has("time|clock|column \"?t\\b|rows|rate") &&
              has("unit|\\bms\\b|\\bus\\b|\\bns\\b|millis|micros|nanos|since 1970|counter|--rate");
     default:
       return has(kind.sensor) && has("axis|axes|mirror|inverted|flipped|sign|hemisphere");
@@ -107,8 +124,8 @@ const std::vector<WrongKind>& wrong_kinds() {
     std::vector<WrongKind> all;
     const auto unit = [&](const char* name, const char* words, int sensor, double factor,
                           int digits) {
-      all.push_back(
-          {name, WrongKind::kUnit, words, [=](Log& log) { scale(log, sensor, factor, digits); }});
+      all.push_back({name, WrongKind::kUnit, std::string_view(name).ends_with("counts"), words,
+                     [=](Log& log) { scale(log, sensor, factor, digits); }});
     };
     unit("mag in nT", kMag, 2, 1000.0, 1);
     unit("mag in mG", kMag, 2, 10.0, 2);
@@ -123,7 +140,7 @@ const std::vector<WrongKind>& wrong_kinds() {
     unit("gyr in counts", kGyr, 1, 131.0 * kDegrees, 0);
     unit("mag in counts", kMag, 2, 10.9, 0);
     const auto time = [&](const char* name, double factor, double offset, int digits) {
-      all.push_back({name, WrongKind::kTime, "", [=](Log& log) {
+      all.push_back({name, WrongKind::kTime, false, "", [=](Log& log) {
                        for (LogRow& row : log.rows) row.t = factor * (row.t + offset);
                        log.time_digits = digits;
                      }});
@@ -134,7 +151,7 @@ const std::vector<WrongKind>& wrong_kinds() {
     time("t in ms since 1970", 1e3, 1.79e9, 0);
     time("t in us since 1970", 1e6, 1.79e9, 0);
     time("t in ns since 1970", 1e9, 1.79e9, 0);
-    all.push_back({"t is a counter", WrongKind::kTime, "", [](Log& log) {
+    all.push_back({"t is a counter", WrongKind::kTime, false, "", [](Log& log) {
                      for (std::size_t k = 0; k < log.rows.size(); ++k) log.rows[k].t = double(k);
                      log.time_digits = 0;
                    }});
@@ -143,7 +160,7 @@ const std::vector<WrongKind>& wrong_kinds() {
     for (int sensor = 0; sensor < 3; ++sensor) {
       for (int axis = 0; axis < 3; ++axis) {
         all.push_back({fmt::format("{} {} flipped", names[sensor], "xyz"[axis]), WrongKind::kAxis,
-                       words[sensor], [=](Log& log) {
+                       false, words[sensor], [=](Log& log) {
                          for (LogRow& row : log.rows) row.v[std::size_t(sensor)][axis] *= -1.0;
                        }});
       }
@@ -162,7 +179,7 @@ BoardRow run_said(int index, const BoardOptions& options) {
   plan.hand_held = round % 2 == 1;
   plan.rate_hz = 100.0;
   plan.duration_s = options.brief ? 30.0 : 60.0;
-  plan.rest_s = 1.0;  // and then it is turned: a board at rest shows no axes
+  plan.rest_s = 0.0;  // a board at rest shows no axes
   BoardLog board = simulated_board(plan);
   const auto rows = std::size_t(kSeconds * plan.rate_hz);
   const std::string clean = part_text(board.log, 0, board.log.rows.size());
@@ -171,7 +188,7 @@ BoardRow run_said(int index, const BoardOptions& options) {
   const std::string text = part_text(board.log, 0, board.log.rows.size());
   row.what = plan.hand_held ? "hand_held" : "hand";
 
-  BoardSession undamaged(options), session(options), mended(options);
+  BoardSession undamaged(options), session(options);
   BoardRow ignored;
   const auto usual = without_numbers(session_of(undamaged, clean, clean_bytes, ignored));
   const nlohmann::json wanted = undamaged.calibration("cal.json");
@@ -183,28 +200,34 @@ BoardRow run_said(int index, const BoardOptions& options) {
   row.trust = board_trust(end);
   row.trust_wanted = board_trust(wanted);
   row.from_stream = board_sigmas(wanted, end);
-  row.right_without = row.from_stream >= 0.0 && row.from_stream <= 1.0;
+  row.right_without = row.from_stream >= 0.0 && row.from_stream <= 1.0 && row.trust != "no";
 
-  std::vector<std::string> option;
+  std::vector<std::vector<std::string>> remedies;
   for (const std::string& sentence : sentences) {
     if (usual.contains(*without_numbers({sentence}).begin()) || !says(*kind, sentence)) continue;
-    const std::vector<std::string> its = option_in(sentence);
+    const auto its = options_in(sentence, plan.rate_hz);
     // A sentence with the remedy says more than one without.
-    if (!row.sentence.empty() && (its.empty() || !option.empty())) continue;
+    if (!row.sentence.empty() && (its.empty() || !remedies.empty())) continue;
     row.sentence = sentence;
-    option = its;
+    remedies = its;
   }
-  if (!option.empty()) {
-    row.option = option[0] + ' ' + option[1];
+  row.said_s = row.sentence.empty() ? seconds_until_said(session, *kind, plan.rate_hz) : kSeconds;
+  // Where a sentence gives two (for either sign of the dip), a person finds out which.
+  for (const std::vector<std::string>& option : remedies) {
+    if (option[1].find("UNIT") != std::string::npos) continue;
+    BoardSession mended(options);
     mended.start({"-", "-o", "cal.json", option[0], option[1]}).send(text);
     mended.process().close_input();
     mended.finish(ignored);
     const nlohmann::json again = mended.calibration("cal.json");
     const double sigmas = board_sigmas(wanted, again);
-    row.mended = sigmas >= 0.0 && sigmas <= 1.0;
-    // Accelerometer and gyroscope may be mended into another frame than that of the undamaged.
-    const bool other_frame = kind->of == WrongKind::kAxis && !row.kind.starts_with("mag");
-    if (other_frame && board_trust(again) == "yes") row.mended = true;
+    // Accelerometer and gyroscope may be mended into another frame than that of the undamaged, and
+    // of counts the factor is a measured one.
+    const bool other = (kind->of == WrongKind::kAxis && !row.kind.starts_with("mag"));
+    row.mended = (sigmas >= 0.0 && sigmas <= 1.0) || (other && board_trust(again) == "yes") ||
+                 (kind->in_counts && !again.is_null() && board_trust(again) != "no");
+    if (row.option.empty() || row.mended) row.option = option[0] + ' ' + option[1];
+    if (row.mended) break;
   }
   session.keep_if_bad(row);
   return row;

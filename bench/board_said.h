@@ -15,7 +15,8 @@ struct WrongKind {
   enum Of { kUnit, kTime, kAxis };
   std::string name;
   Of of;
-  const char* sensor;  // regular expression of its names, in lower case
+  bool in_counts = false;  // nobody but the data sheet knows how many: a measured factor will do
+  const char* sensor;      // regular expression of its names, in lower case
   std::function<void(Log&)> apply;
 };
 

@@ -5,57 +5,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <csignal>
 #include <filesystem>
-#include <map>
 
 namespace magimu {
 
 using nlohmann::json;
 
-namespace {
-
-struct KnownValue {
-  double value = 0.0, sigma = 0.0;
-};
-
-// By name, as the covariance has them: "magnetometers[0].bias[2]" is /magnetometers/0/bias/2.
-std::map<std::string, KnownValue> known_values(const json& calibration) {
-  std::map<std::string, KnownValue> all;
-  const json none;
-  const json& covariance = calibration.is_object() ? calibration.value("covariance", none) : none;
-  if (!covariance.is_object()) return all;
-  for (std::size_t i = 0; i < covariance["order"].size(); ++i) {
-    const std::string name = covariance["order"][i].get<std::string>();
-    std::string path = "/";
-    for (const char c : name) {
-      if (c == '.' || c == '[')
-        path += '/';
-      else if (c != ']')
-        path += c;
-    }
-    const json::json_pointer at(path);
-    const json& variance = covariance["matrix"][i][i];
-    if (!calibration.contains(at) || !calibration[at].is_number() || !variance.is_number())
-      continue;
-    all[name] = {calibration[at].get<double>(), std::sqrt(variance.get<double>())};
-  }
-  return all;
-}
-
-}  // namespace
-
-double board_sigmas(const json& a, const json& b) {
-  const auto known = known_values(a), other = known_values(b);
-  double most = -1.0;
-  for (const auto& [name, x] : known) {
-    const auto y = other.find(name);
-    if (y == other.end()) continue;
-    const double d = std::abs(x.value - y->second.value) / std::max(x.sigma, y->second.sigma);
-    most = std::max(most, std::isfinite(d) ? d : 1e9);
-  }
-  return most;
+double board_sigmas(const json& wanted, const json& calibration) {
+  if (wanted.is_null() || calibration.is_null()) return -1.0;
+  const Distance d = distance(wanted, calibration);
+  return d.parameters > 0 ? d.worst_sigma : -1.0;
 }
 
 BoardRow board_row(const std::string& study, int index) {

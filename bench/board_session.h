@@ -66,9 +66,9 @@ class BoardSession {
   std::size_t lines_before_ = 0;
 };
 
-// Largest difference of a parameter, in the larger of its standard deviations; negative: nothing
-// can be compared.
-double board_sigmas(const nlohmann::json& a, const nlohmann::json& b);
+// Largest difference of a parameter, in the standard deviations of what it is compared with;
+// negative: nothing can be compared.
+double board_sigmas(const nlohmann::json& wanted, const nlohmann::json& calibration);
 BoardRow board_row(const std::string& study, int index);
 std::string board_trust(const nlohmann::json& calibration);
 

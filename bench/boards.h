@@ -39,9 +39,9 @@ struct BoardRow {
   std::string problem;       // it died, or broke a promise that every session has; empty: neither
   std::string trust;         // of its calibration; empty: there is none
   std::string trust_wanted;  // of what it is compared with
-  // The largest difference of a parameter, in the larger of both standard deviations; negative: not
-  // known. From the undisturbed session with the same samples (`garbled` and `said`: with the
-  // samples before they were spoilt); ...
+  // The largest difference of a parameter, in standard deviations of what it is compared with;
+  // negative: not known. From the undisturbed session with the same samples (`garbled` and `said`:
+  // with the samples before they were spoilt); ...
   double from_stream = -1.0;
   // ... from `magimu calibrate` of the same samples in one file; ...
   double from_batch = -1.0;
@@ -49,10 +49,13 @@ struct BoardRow {
   double from_parts = -1.0;
   bool outside = false;                      // the truth, of the calibration's 99.9 % ellipsoid
   long acknowledged = -1, known_after = -1;  // samples before the kill, and after the restart
-  std::string sentence, option;              // said within five seconds; what it tells to do
-  bool mended = false;                       // with that option the end is right
-  bool right_without = false;                // it is right without, too
-  double seconds = 0.0, memory_mb = 0.0;     // processor time, resident memory
+  // What names the mishap, the option that it gives, and when that came: with so many seconds of
+  // data (negative: never).
+  std::string sentence, option;
+  double said_s = -1.0;
+  bool mended = false;                    // with that option the end is right
+  bool right_without = false;             // it is right without, too
+  double seconds = 0.0, memory_mb = 0.0;  // processor time, resident memory
 };
 
 const std::vector<std::string>& board_studies();

@@ -14,9 +14,10 @@
 namespace magimu {
 namespace {
 
-constexpr double kMargin = 0.3;    // s around a window: lags, and neighbours of its samples
-constexpr double kMotion = 60.0;   // s before a gap that tell how fast the sensor turns
-constexpr double kSomeGap = 0.05;  // s: less is bridged in any case
+constexpr double kMargin = 0.3;  // s around a window: lags, and neighbours of its samples
+constexpr double kGapWithoutSamples = 1.0;  // s: slower boards are not streamed
+constexpr double kMotion = 60.0;            // s before a gap that tell how fast the sensor turns
+constexpr double kSomeGap = 0.05;           // s: less is bridged in any case
 constexpr double kEver = std::numeric_limits<double>::infinity();
 
 Recording named(int magnetometers) {
@@ -80,6 +81,8 @@ void StreamSamples::check(const StreamSample& s) {
 void StreamSamples::add(const StreamSample& s) {
   check(s);
   if (count_++ == 0) first_t_ = last_t_ = s.t;
+  // By the time in which samples came, not by the clock: a gap, or a clock set forward, holds none.
+  flowing_s_ += std::clamp(s.t - last_t_, 0.0, kGapWithoutSamples);
   last_t_ = std::max(last_t_, s.t);
   if (raw_) {
     if (s.acc) raw_->acc.push_back(s.t, *s.acc);
@@ -87,7 +90,7 @@ void StreamSamples::add(const StreamSample& s) {
     for (std::size_t m = 0; m < s.mag.size(); ++m) {
       if (s.mag[m]) raw_->mag[m].push_back(s.t, *s.mag[m]);
     }
-    if (last_t_ - first_t_ > kept_s_) raw_.reset();
+    if (flowing_s_ > kept_s_) raw_.reset();
   }
   gate_.push(s);
   keep(gate_.take());

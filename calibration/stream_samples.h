@@ -92,6 +92,7 @@ class StreamSamples {
   double window_s_, kept_s_;
   long count_ = 0;
   double first_t_, last_t_;
+  double flowing_s_ = 0.0;        // time in which samples came
   std::vector<double> sensor_t_;  // of accelerometer, gyroscope, magnetometers: the last ones, s
   std::vector<Break> breaks_;     // in order, apart
   int every_ = 0;                 // 0: not known yet

@@ -22,7 +22,8 @@
 namespace magimu {
 namespace {
 
-constexpr double kLastMinutes_s = 600.0;  // of a stream that nothing could be estimated of
+// Of a stream that nothing could be estimated of: ten minutes at 200 Hz.
+constexpr std::size_t kLastSamples = 120000;
 
 }  // namespace
 
@@ -65,9 +66,12 @@ Calibration StreamingCalibration::State::finish() {
   const bool is_long = samples_.node_t().size() > std::size_t(options_.long_stream);
   if (!estimator_) {
     // A fit of hours would need gigabytes, and what came last tells as well what is missing.
-    const double from = samples_.last_t() - kLastMinutes_s;
-    return calibrate(raw != nullptr ? *raw : slice(samples_.all(), from, samples_.last_t()),
-                     final_options());
+    const Recording& all = samples_.all();
+    const std::vector<double>& t = all.gyr.empty() ? all.mag.front().t : all.gyr.t;
+    if (raw != nullptr || t.size() <= kLastSamples) {
+      return calibrate(raw != nullptr ? *raw : all, final_options());
+    }
+    return calibrate(slice(all, t[t.size() - kLastSamples], t.back()), final_options());
   }
   if (raw != nullptr && changes_.empty() && !is_long) {
     return calibrate(flagged_.empty() ? *raw : without_flagged(*raw), final_options());

@@ -20,6 +20,13 @@
 #include "recording/gate.h"
 
 namespace magimu {
+namespace {
+
+// Of a stream that nothing could be estimated of: ten minutes at 200 Hz.
+constexpr std::size_t kLastSamples = 120000;
+
+}  // namespace
+
 // As a user of calibrate() would give them.
 CalibrationOptions StreamingCalibration::State::final_options() const {
   CalibrationOptions options = batch_;
@@ -57,7 +64,15 @@ Calibration StreamingCalibration::State::finish() {
   if (estimator_) take_windows();
   const Recording* const raw = samples_.raw();
   const bool is_long = samples_.node_t().size() > std::size_t(options_.long_stream);
-  if (!estimator_) return calibrate(raw != nullptr ? *raw : samples_.all(), final_options());
+  if (!estimator_) {
+    // A fit of hours would need gigabytes, and what came last tells as well what is missing.
+    const Recording& all = samples_.all();
+    const std::vector<double>& t = all.gyr.empty() ? all.mag.front().t : all.gyr.t;
+    if (raw != nullptr || t.size() <= kLastSamples) {
+      return calibrate(raw != nullptr ? *raw : all, final_options());
+    }
+    return calibrate(slice(all, t[t.size() - kLastSamples], t.back()), final_options());
+  }
   if (raw != nullptr && changes_.empty() && !is_long) {
     return calibrate(flagged_.empty() ? *raw : without_flagged(*raw), final_options());
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // `magimu stream [SOURCE] -o CAL.json`
 #include <fmt/format.h>
+#include <malloc.h>
 #include <tbb/global_control.h>
 #include <unistd.h>
 
@@ -121,7 +122,17 @@ void deliver_what_there_is(const StreamArguments& args, StreamSession& session, 
   }
 }
 
+// A stream's samples grow for hours. glibc comes to take arrays of up to 32 MB from the heap, where
+// each leaves a hole when it has grown out of it; in pages of their own they go back to the system.
+void keep_large_arrays_apart() {
+#ifdef __GLIBC__
+  constexpr int kLarge = 1 << 20;  // bytes
+  ::mallopt(M_MMAP_THRESHOLD, kLarge);
+#endif
+}
+
 int run(StreamArguments& args) {
+  keep_large_arrays_apart();
   std::optional<tbb::global_control> limit;
   if (args.threads > 0) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));

@@ -6,14 +6,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <utility>
 
 #include "calibration/trust.h"
-#include "recording/axes.h"
 #include "recording/error.h"
-#include "recording/row_times.h"
 
 namespace magimu::apps {
 namespace {
@@ -23,10 +19,6 @@ using namespace std::chrono_literals;
 constexpr auto kTick = 100ms;          // between looks at the source, and pictures of it
 constexpr std::size_t kNewClock = 10;  // samples in a row that no source sends again
 constexpr auto kCommit = 200ms;        // between commits of a source that leaves no time
-// A turn by hand, about one axis: for so long, so fast, so much of it about that axis.
-constexpr double kMoment_s = 0.3, kTurningRate = 0.35, kMostlyOneAxis = 0.85;
-constexpr const char* kEstimate = ".estimate";  // behind the name of the state
-constexpr long kKeptEvery = 16;  // the estimate is kept when it has so much more: a 16th
 
 double seconds(std::chrono::steady_clock::duration duration) {
   return std::chrono::duration<double>(duration).count();
@@ -84,72 +76,6 @@ void StreamSession::run(const std::function<bool()>& stopped) {
   acknowledge();
   ticked_ = {};
   tick();
-}
-
-// The estimate as it was kept, a little earlier; false: there is none, and nothing has been read.
-bool StreamSession::take_up() {
-  std::ifstream kept(options_.state + kEstimate, std::ios::binary);
-  if (!kept) return false;
-  const bool taken = estimator_->take_up(kept, [this] {
-    std::optional<StreamSample> sample = journal_->replay();
-    if (sample) know(*sample);
-    return sample;
-  });
-  keep_at_ = std::max(kFirstKept, samples_ + samples_ / kKeptEvery);
-  if (taken) return true;
-  samples_ = 0;
-  known_ = {};
-  known_until_.reset();
-  const JournalIdentity identity = *journal_identity(options_.state);
-  journal_.reset();
-  estimator_.reset();
-  begin_estimator(identity.magnetometers);
-  return false;
-}
-
-// Beside the samples, from time to time: what comes after it is little, whatever comes before. It
-// may be lost or damaged, so that nobody waits for the disk; the samples are what counts.
-void StreamSession::keep_estimate() {
-  if (!journal_ || samples_ < keep_at_) return;
-  keep_at_ = samples_ + samples_ / kKeptEvery;
-  const std::string path = options_.state + kEstimate, next = path + ".new";
-  std::ofstream out(next, std::ios::binary | std::ios::trunc);
-  const bool kept = out && estimator_->save(out);
-  out.close();
-  std::error_code ignored;
-  if (kept && out) {
-    std::filesystem::rename(next, path, ignored);
-  } else {
-    std::filesystem::remove(next, ignored);
-  }
-}
-
-void StreamSession::know(const StreamSample& sample) {
-  ++samples_;
-  thinned_.add(sample);
-  known_.add(sample);
-  known_until_ = std::max(known_until_.value_or(sample.t), sample.t);
-}
-
-// What the state file remembers goes through the estimator again, unseen.
-void StreamSession::resume() {
-  if (options_.state.empty()) return;
-  const std::optional<JournalIdentity> identity = journal_identity(options_.state);
-  if (!identity) return;
-  begin_estimator(identity->magnetometers);
-  const long known = journal_->samples();
-  take_up();
-  std::optional<StreamUpdate> last;
-  while (const std::optional<StreamSample> sample = journal_->replay()) {
-    if (auto update = estimator_->add(*sample)) last = std::move(update);
-    know(*sample);
-    if (samples_ % 1000 != 0) continue;
-    for (StreamObserver* o : observers_) o->replaying(double(samples_) / double(known));
-  }
-  if (last) set_update(std::move(*last), 0.0);
-  if (!known_until_) return;
-  event(fmt::format("{} goes on after {} samples, up to {:.6g} s", options_.state, known,
-                    *known_until_));
 }
 
 void StreamSession::begin_estimator(int magnetometers) {
@@ -225,88 +151,6 @@ void StreamSession::use_lines() {
   status_.lines = lines_.counts();
 }
 
-// As soon as the header tells which sensors there are.
-void StreamSession::begin_checks() {
-  Recording sensors;  // without samples
-  sensors.name = options_.address.text;
-  sensors.mag_names = lines_.mag_names();
-  sensors.mag.resize(sensors.mag_names.size());
-  for (const auto& [sensor, axes] : options_.axes) turn_axes(sensors, sensor, axes);
-  for (const std::string& note : sensors.notes) event(note);
-  checks_.emplace(LiveChecksOptions{.mag_names = lines_.mag_names(),
-                                    .file_units = lines_.file_units(),
-                                    .dip_sign = options_.estimator.dip_sign,
-                                    .set_aside_is_said = true});
-}
-
-// Before the estimator gets it: its axes are made ours, and its faults are looked for.
-void StreamSession::look_at(StreamSample& sample) {
-  for (const auto& [sensor, axes] : options_.axes) {
-    turn_axes(sample, lines_.mag_names(), sensor, axes);
-  }
-  feel_turning(sample);
-  checks_->add(sample);
-  tell_news();
-}
-
-// About which axis it is being turned, for who looks for the axis that is meant.
-void StreamSession::feel_turning(const StreamSample& sample) {
-  if (!sample.gyr || !sample.gyr->allFinite()) return;
-  const double share = std::clamp((sample.t - rate_t_) / kMoment_s, 0.0, 1.0);
-  rate_ += share * (*sample.gyr - rate_);
-  rate_t_ = sample.t;
-  Eigen::Index axis = 0;
-  const double most = rate_.cwiseAbs().maxCoeff(&axis);
-  const bool clear = rate_.norm() > kTurningRate && most > kMostlyOneAxis * rate_.norm();
-  status_.turning = clear ? int(axis) : -1;
-}
-
-void StreamSession::tell_news() {
-  if (!checks_) return;
-  const std::vector<std::string> news = checks_->take_news();
-  for (const std::string& sentence : news) event(sentence);
-  if (!news.empty() || checks_->issues().size() != status_.issues.size()) set_issues();
-}
-
-// Nothing can be estimated from samples without times: that is shown without a window.
-void StreamSession::tell_refused_times() {
-  const std::optional<RefusedTimes>& refused = lines_.refused_times();
-  const std::string text = refused ? refused->problem + "; " + refused->remedy + "." : "";
-  if (text == refused_) return;
-  refused_ = text;
-  event(refused ? text : "The times are understood now.");
-  set_issues();
-  keep_window();
-}
-
-void StreamSession::set_issues() {
-  status_.issues = checks_ ? checks_->issues() : std::vector<Issue>();
-  if (const std::optional<RefusedTimes>& refused = lines_.refused_times()) {
-    status_.issues.insert(status_.issues.begin(), {"time_unit", "t", -1, Severity::kFatal, 0.0, 0.0,
-                                                   refused->problem, refused->remedy});
-  }
-}
-
-// Wrong units and the like: whatever the estimate says, it is not to be believed.
-void StreamSession::judge_update(StreamUpdate& update) {
-  if (!checks_) return;
-  if (update.theta) {
-    checks_->judge(*update.theta);
-    tell_news();
-  }
-  if (const Issue* wrong = checks_->fatal()) {
-    if (update.phase == StreamPhase::kConverged) update.phase = StreamPhase::kCalibrating;
-    update.axis = -1;
-    update.missing.clear();
-    if (!update.theta) return;
-    Trust& trust = update.theta->trust;
-    trust.verdict = Verdict::kNo;
-    trust.reasons.insert(trust.reasons.begin(), wrong->text());
-  } else if (update.theta) {
-    name_faults_first(update.theta->trust, checks_->faults());
-  }
-}
-
 void StreamSession::use(const StreamSample& sample) {
   if (goes_on_ || !known_until_) return use_new(sample);
   // The state has it; or it had the moment, but not this line of a source that sends again.
@@ -355,22 +199,6 @@ void StreamSession::say_what_was_known() {
   if (status_.known_samples == 0 || std::exchange(said_what_was_known_, true)) return;
   event(fmt::format("{} samples up to {:.6g} s are skipped: {} has them already",
                     status_.known_samples, *known_until_, options_.state));
-}
-
-// With samples that the state has not. A device that was switched on again counts its time from
-// zero: a new part of the same calibration.
-void StreamSession::go_on() {
-  goes_on_ = true;
-  known_ = {};
-  const std::vector<StreamSample> first = std::exchange(doubtful_, {});
-  if (!first.empty() && first.front().t <= *known_until_) {
-    clock_s_ = *known_until_ + kPartGap - first.front().t;
-    event(fmt::format(
-        "the clock of {} goes on at {:.6g} s where {} has samples up to {:.6g} s (the board was "
-        "reset?): a new part begins, its times go on at {:.6g} s",
-        status_.source, first.front().t, options_.state, *known_until_, *known_until_ + kPartGap));
-  }
-  for (const StreamSample& sample : first) use_new(sample);
 }
 
 void StreamSession::event(const std::string& sentence) {

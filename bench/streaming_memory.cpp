@@ -2,6 +2,7 @@
 #include "bench/streaming_memory.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
@@ -168,6 +169,7 @@ void finish(StreamingCalibration& stream, const std::string& result) {
 // The whole stream, its estimate kept on the way as `magimu stream --state` does.
 void stream_all(const std::string& samples, const StreamingOptions& options,
                 const std::string& estimate, const std::string& result) {
+  ::mallopt(M_MMAP_THRESHOLD, 1 << 20);  // as `magimu stream`
   StreamingCalibration stream(1, options);
   Samples next(samples);
   std::vector<std::pair<double, double>> updates;
@@ -205,6 +207,7 @@ void stream_all(const std::string& samples, const StreamingOptions& options,
 
 void restart(const std::string& samples, const StreamingOptions& options,
              const std::string& estimate, const std::string& result) {
+  ::mallopt(M_MMAP_THRESHOLD, 1 << 20);
   const double begin = now_s();
   StreamingCalibration stream(1, options);
   Samples next(samples);

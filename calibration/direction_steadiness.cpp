@@ -12,7 +12,7 @@ constexpr double kTurn = 0.8;                      // rad between the times of a
 constexpr double kShortest = 2.0, kLongest = 4.0;  // s
 // Of a few seconds the pairs are closer, so that there are some: a recording has some dozen at
 // least, half an interval apart. A hand's accelerations then average out less.
-constexpr double kShortestShare = 1.0 / 8.0, kShortestEver = 0.5;  // of the recording; s
+constexpr double kShortestShare = 1.0 / 12.0, kShortestEver = 0.4;  // of the recording; s
 constexpr double kLeastTurn = 0.3;   // rad; pairs that turned less tell little
 constexpr double kMeanShare = 0.75;  // of the interval, to average over
 

@@ -23,7 +23,7 @@ namespace magimu {
 namespace {
 
 // s of data; then every kEvery.
-constexpr double kLooks[] = {2.0, 3.0, 4.0, 5.0, 6.5, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0};
+constexpr double kLooks[] = {2.0, 3.0, 4.0, 4.8, 6.5, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0};
 constexpr double kEvery = 30.0;  // s
 // What is kept: a minute, at least some samples (a time in a wrong unit), at most some (memory).
 constexpr double kKept = 60.0;  // s
@@ -218,7 +218,7 @@ Mounting mounting_of(Recording r, const std::vector<Issue>& issues) {
 // axes differ by the turns themselves, tens of degrees against a few.
 constexpr double kClearly = 4.0;
 bool sure(const Mounting& mounting, double length_s) {
-  constexpr double kWhole = 16.0;  // s, from which on mounting.h has pairs of its usual distance
+  constexpr double kWhole = 24.0;  // s, from which on mounting.h has pairs of its usual distance
   return length_s >= kWhole || std::ranges::all_of(mounting.fits, [](const AxesFit& fit) {
            return fit.may_be_straight() || fit.rms_straight_rad > kClearly * fit.rms_rad;
          });

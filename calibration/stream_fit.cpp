@@ -124,6 +124,7 @@ bool StreamingCalibration::State::take_over_fit(const std::vector<const Recordin
   }
   estimator_ = std::move(estimator);
   maker_ = std::move(maker);
+  last_fit_windows_ = estimator_->windows();
   on_the_way_.forget();  // other noise, other standard deviations
   c.fit.values = {};
   c.trajectories.clear();

@@ -15,6 +15,7 @@
 #include "calibration/blows.h"
 #include "calibration/check_axes.h"
 #include "calibration/diagnostics.h"
+#include "calibration/held_globals.h"
 #include "calibration/parameter_names.h"
 #include "calibration/stream_state.h"
 #include "calibration/summary.h"
@@ -25,28 +26,13 @@
 namespace magimu {
 namespace {
 
-constexpr int kAtATime = 128;   // windows of a fit that looks at residuals
-constexpr double kHeld = 1e-3;  // of a standard deviation: parameters do not move there
+constexpr int kAtATime = 128;  // windows of a fit that looks at residuals
 // A tenth of what a fit leaves (stage.cpp).
 constexpr double kGyrBiasNear = 1e-5;  // rad/s
 constexpr double kAccBiasNear = 5e-3;  // m/s^2
 constexpr int kAxesWindows = 600;
 constexpr int kMostIdleAtEnd = 12;      // updates
 constexpr double kSettledAtEnd = 1e-3;  // standard deviations
-
-// Holds all globals where they are.
-void hold(FactorGraph& graph, const Values& globals, const VectorXd& sigma) {
-  for (const Values::Slot& s : globals.slots()) {
-    const double held = kHeld * sigma.segment(s.tangent, s.type.tangent()).minCoeff();
-    const auto prior = [&](const auto& mean) {
-      using V = std::decay_t<decltype(mean)>;
-      graph.add(PriorFactor<V>(s.key, mean, Noise<VariableTraits<V>::kTangent>::isotropic(held)));
-    };
-    if (s.type == VariableTraits<double>::type()) prior(globals.at<double>(s.key));
-    if (s.type == VariableTraits<Vector3>::type()) prior(globals.at<Vector3>(s.key));
-    if (s.type == VariableTraits<Matrix3>::type()) prior(globals.at<Matrix3>(s.key));
-  }
-}
 
 std::vector<Key> keys_of(const Values& values) {
   std::vector<Key> out;
@@ -144,7 +130,7 @@ SensorSums StreamingCalibration::State::look_at_residuals(const VectorXd& sigma,
   ModelSpec spec = spec_;
   spec.without_mag = left_out();
   const Values globals = estimator_->globals();
-  spec.also = [&](FactorGraph& graph) { hold(graph, globals, sigma); };
+  spec.also = [&](FactorGraph& graph) { hold_globals(globals, sigma, graph); };
   SensorSums sums;
   TrajectoryEstimate& trajectory = c.trajectories.emplace_back();
   trajectory.recording = samples_.all().name;

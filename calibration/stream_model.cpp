@@ -2,34 +2,22 @@
 #include "calibration/stream_model.h"
 
 #include "calibration/attitude.h"
+#include "calibration/held_globals.h"
 #include "calibration/integrated_rotation.h"
 #include "factors/delayed_magnetometer_factor.h"
 #include "factors/keys.h"
 #include "factors/magnetometer_factor.h"
 #include "factors/preintegrated_imu_factor.h"
-#include "factors/prior_factor.h"
 #include "graph/numerical_error.h"
 #include "solvers/levenberg_marquardt.h"
 
 namespace magimu {
 namespace {
 
+constexpr double kFarLess = 1e-2;  // in our units: than a window tells of any parameter
 // s: three measures in the first second of a part tell its velocity from its tilt, however soon it
 // ends.
 constexpr double kStart = 0.6, kReachAtStart = 0.4;
-constexpr double kFixed = 1e-5;  // of anything, in our units: a variable that does not move
-
-template <class V>
-void hold(Key key, const Values& at, FactorGraph& graph) {
-  constexpr int kN = VariableTraits<V>::kTangent;
-  graph.add(PriorFactor<V>(key, at.at<V>(key), Noise<kN>::isotropic(kFixed)));
-}
-void hold_global(Key key, const Values& at, FactorGraph& graph) {
-  const VariableType type = at.slot(key).type;
-  if (type == VariableTraits<double>::type()) return hold<double>(key, at, graph);
-  if (type == VariableTraits<Vector3>::type()) return hold<Vector3>(key, at, graph);
-  hold<Matrix3>(key, at, graph);  // no stream has others
-}
 
 SensorParameters parameters_of(const Values& values, int magnetometers) {
   SensorParameters out;
@@ -87,12 +75,13 @@ Values start_of_part(const Recording& part, const NodePlan& plan, const FactorGr
   }
   FactorGraph graph;
   for (const auto& batch : factors.batches()) graph.add_batch(batch->clone());
-  Values all = nodes;
+  Values all = nodes, globals;
   for (const Values::Slot& s : front.slots()) {
     if (!is_calibration_global(s.key)) continue;
     all.insert_from(front, s.key);
-    hold_global(s.key, front, graph);
+    globals.insert_from(front, s.key);
   }
+  hold_globals(globals, VectorXd::Constant(globals.dim(), kFarLess), graph);
   const std::optional<Result> fitted =
       attempt([&] { return LevenbergMarquardt(graph).optimize(all); });
   if (!fitted || !fitted->converged()) return nodes;

@@ -41,9 +41,10 @@ void StreamChecks::load(ByteReader& in) {
   }
 }
 
-// From the last fit of all windows on.
+// From the last fit of all windows on. One that began anew later on has had other fits than the
+// first windows lead to.
 bool StreamingCalibration::State::can_be_taken_up() const {
-  return estimator_ && estimator_->windows() > last_refit();
+  return estimator_ && estimator_->windows() > last_refit() && last_fit_windows_ <= last_refit();
 }
 
 bool StreamingCalibration::State::save(ByteWriter& out) const {

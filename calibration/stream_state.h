@@ -117,6 +117,7 @@ class StreamingCalibration::State {
   std::shared_ptr<StreamMaker> maker_;  // of its old windows' factors
   Calibration last_fit_;     // of all windows there were then; without trajectory and values
   double last_fit_s_ = 0.0;  // how long the stream was
+  int last_fit_windows_ = 0;
 
   StreamChecks on_the_way_;
   WindowConsistency consistency_;

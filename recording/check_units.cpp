@@ -79,10 +79,26 @@ std::string unit_text(const std::string& quantity, double in_ours) {
   return fmt::format("{:.4g}", in_ours);
 }
 
+// The half of the numbers that lies closest together, again and again until few are left, and their
+// median: of gravity's length what the moments say in which a hand does not swing the sensor.
+double most_frequent(std::vector<double> x) {
+  std::ranges::sort(x);
+  for (std::size_t least = std::max<std::size_t>(x.size() / 10, 20); x.size() / 2 >= least;) {
+    const std::size_t half = x.size() / 2;
+    std::size_t best = 0;
+    for (std::size_t k = 0; k + half < x.size(); ++k) {
+      if (x[k + half] - x[k] < x[best + half] - x[best]) best = k;
+    }
+    x = std::vector<double>(x.begin() + std::ptrdiff_t(best),
+                            x.begin() + std::ptrdiff_t(best + half));
+  }
+  return median(std::move(x));
+}
+
 std::vector<Issue> check_acc(const Recording& r) {
   std::vector<double> lengths;
   for (const Vector3& v : r.acc.v) lengths.push_back(v.norm());
-  const double usual = median(std::move(lengths)), given = file_unit(r, "acc");
+  const double usual = median(std::vector<double>(lengths)), given = file_unit(r, "acc");
   const auto reads = [&](const std::string& meaning) {
     return fmt::format("the accelerometer usually reads {:.4g}, not gravity's 9.81 m/s^2{}", usual,
                        meaning);
@@ -101,7 +117,8 @@ std::vector<Issue> check_acc(const Recording& r) {
          "record the accelerometer itself (with gravity; Sensor Logger: total acceleration), or "
          "give its unit by --unit acc=..."}};
   }
-  const double counts = snapped(kAccCounts, kGravity / unit);  // a g
+  const double quiet = most_frequent(std::move(lengths));
+  const double counts = snapped(kAccCounts, quiet / given);  // a g
   return {unit_issue(
       "acc", "acc",
       reads(fmt::format("; perhaps these are counts of the converter, {:.0f} a g", counts)),

@@ -30,6 +30,8 @@ RawRows raw_rows(const std::vector<StreamSample>& samples) {
   return rows;
 }
 
+std::string unit_name(double unit) { return unit == 1e-3 ? "ms" : unit == 1e-6 ? "us" : "ns"; }
+
 // Of rows that all have the same sensors: others have clocks of their own.
 std::optional<EvenTimes> bursts_in(const std::vector<std::uint32_t>& sensors,
                                    const std::vector<double>& t) {
@@ -75,7 +77,8 @@ std::vector<StreamSample> StreamTimes::decide(bool last) {
       notes = row_times(rows, options_, fail).notes;
     } else if (!options_.unit_known) {
       unit_ = recognised_time_unit(rows, options_, fail, notes);
-      for (std::string& note : notes) note += "; if that is wrong, give --unit t=UNIT";
+      for (std::string& note : notes)
+        note += "; if that is the unit of the time, --unit t=" + unit_name(unit_) + " says so";
     }
   } catch (const InputError& error) {
     refused_ = {error.problem, error.remedy};

@@ -56,7 +56,7 @@ TEST(StreamTimes, are_recognised_in_ms_us_and_ns_since_boot_or_1970) {
     ASSERT_THAT(r.samples, SizeIs(100)) << unit;
     EXPECT_NEAR(interval(r), 0.01125, 0.00126) << unit;
     EXPECT_THAT(r.said, Contains(testing::AllOf(HasSubstr(fmt::format("is read as {}", unit)),
-                                                HasSubstr("--unit t="))));
+                                                HasSubstr(fmt::format("--unit t={}", unit)))));
   }
 }
 

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Parameters that stay where they are while something else is fitted.
+#pragma once
+
+#include "graph/factor_graph.h"
+#include "graph/values.h"
+
+namespace magimu {
+
+// A prior on each variable of `globals` (double, Vector3 or Matrix3) that lets it move by a
+// thousandth of its standard deviation. sigma: one entry a degree of freedom.
+void hold_globals(const Values& globals, const VectorXd& sigma, FactorGraph& graph);
+
+}  // namespace magimu

@@ -116,7 +116,7 @@ BroadField read_dataset(const std::string& path, hid_t file, const std::string& 
     case Hdf5Chunks::kGood:
       break;
     case Hdf5Chunks::kTooLarge:
-      room.refuse(name, "chunks of data");
+      room.refuse(name, "chunks of numbers");
     case Hdf5Chunks::kOtherFilter:
       throw InputError(path, 0, 0, name + " is packed in a way that is not read here",
                        "pack it by gzip: h5repack -f GZIP=6 OLD NEW");

@@ -16,8 +16,8 @@ inline constexpr double kSetAsideMost = 0.5;
 std::string sentence(const SetAside& what);
 std::string remedy(const SetAside& what);
 
-// Rows of zeros may be a logger's way to say that a slow sensor had no new sample, and what a stream
-// left out of itself it can do without: these are no loss. All others are.
+// Rows of zeros may be a logger's way to say that a slow sensor had no new sample, and what a
+// stream left out of itself it can do without: these are no loss. All others are.
 double lost_share(const SetAside& what);
 
 }  // namespace magimu

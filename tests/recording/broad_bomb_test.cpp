@@ -230,12 +230,12 @@ void write_chunk_bomb(hid_t file, hsize_t rows) {
 TEST_F(Hdf5Bomb, a_chunk_larger_than_the_file_can_hold_is_refused) {
   const InputError error =
       error_of([](hid_t file) { write_chunk_bomb(file, (hsize_t(kBombMegabytes) << 20) / 24); });
-  EXPECT_THAT(error.problem, HasSubstr("imu_acc claims chunks of data, more than"));
+  EXPECT_THAT(error.problem, HasSubstr("imu_acc claims chunks of numbers, more than"));
 }
 
 TEST_F(Hdf5Bomb, a_chunk_that_unpacks_to_more_than_it_says_is_refused) {
   const InputError error = error_of([](hid_t file) { write_chunk_bomb(file, 40'000); });
-  EXPECT_THAT(error.problem, HasSubstr("imu_acc claims chunks of data, more than"));
+  EXPECT_THAT(error.problem, HasSubstr("imu_acc claims chunks of numbers, more than"));
 }
 
 TEST_F(Hdf5Bomb, other_filters_are_named_with_the_remedy) {

@@ -18,6 +18,8 @@ constexpr std::uint32_t kMatrix = 14, kPacked = 15;            // types of eleme
 constexpr std::uint32_t kFirstNumeric = 6, kLastNumeric = 15;  // classes of variables
 constexpr std::uint32_t kComplex = 0x800;
 constexpr std::size_t kMostDimensions = 32;
+constexpr std::uint32_t kStructure = 2;  // class of variables
+constexpr int kDeepestStructure = 16;    // so that no file's nesting fills the stack
 
 template <class T>
 T swapped_bytes(T value) {
@@ -125,8 +127,31 @@ std::optional<std::string> unpacked(std::string_view packed) {
   return out;
 }
 
+std::optional<MatVariable> variable_of(std::string_view matrix, bool swapped, int depth = 0);
+
+// A structure's fields: the length of a name, the names at that distance, then a matrix each.
+std::optional<std::vector<MatVariable>> fields_of(Elements& parts, bool swapped, int depth) {
+  const auto length = parts.next();
+  const auto names = parts.next();
+  if (!length || length->data.size() != 4 || !names) return std::nullopt;
+  const auto width = number_at<std::uint32_t>(length->data, 0, swapped);
+  if (width == 0 || names->data.size() % width != 0) return std::nullopt;
+  std::vector<MatVariable> fields;
+  for (std::size_t at = 0; at < names->data.size(); at += width) {
+    const auto value = parts.next();
+    if (!value || value->type != kMatrix) return std::nullopt;
+    std::optional<MatVariable> field = MatVariable{};  // [] may be written as nothing at all
+    if (!value->data.empty()) field = variable_of(value->data, swapped, depth + 1);
+    if (!field) return std::nullopt;
+    const std::string_view name = names->data.substr(at, width);
+    field->name = name.substr(0, name.find('\0'));
+    fields.push_back(std::move(*field));
+  }
+  return fields;
+}
+
 // The parts of a matrix. A variable without a name and flags is nothing of MATLAB's.
-std::optional<MatVariable> variable_of(std::string_view matrix, bool swapped) {
+std::optional<MatVariable> variable_of(std::string_view matrix, bool swapped, int depth) {
   Elements parts(matrix, swapped);
   const auto flags = parts.next();
   if (!flags || flags->data.size() != 8) return std::nullopt;
@@ -144,6 +169,12 @@ std::optional<MatVariable> variable_of(std::string_view matrix, bool swapped) {
   const auto word = number_at<std::uint32_t>(flags->data, 0, swapped);
   const std::uint32_t kind = word & 0xFF;
   variable.numeric = kind >= kFirstNumeric && kind <= kLastNumeric && (word & kComplex) == 0;
+  if (kind == kStructure && depth < kDeepestStructure &&
+      std::ranges::all_of(variable.dimensions, [](std::size_t n) { return n == 1; })) {
+    auto fields = fields_of(parts, swapped, depth);
+    if (!fields) return std::nullopt;
+    variable.fields = std::move(*fields);
+  }
   if (!variable.numeric) return variable;
 
   const auto values = parts.next();
@@ -168,6 +199,13 @@ std::vector<double> MatVariable::numbers() const {
     }
   });
   return out;
+}
+
+const MatVariable* MatVariable::find(std::string_view path) const {
+  const std::size_t dot = path.find('.');
+  const auto field = std::ranges::find(fields, path.substr(0, dot), &MatVariable::name);
+  if (field == fields.end()) return nullptr;
+  return dot == std::string_view::npos ? &*field : field->find(path.substr(dot + 1));
 }
 
 std::optional<std::vector<MatVariable>> mat_variables(std::string_view content) {

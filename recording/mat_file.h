@@ -19,9 +19,13 @@ struct MatVariable {
   std::string name;
   std::vector<std::size_t> dimensions;  // the first varies fastest
   bool numeric = false;  // real numbers; not text, cells, structures, complex, sparse
+  // Of a structure, 1 x 1: its fields, by their names. Of an array of structures: none.
+  std::vector<MatVariable> fields;
 
   // The numbers, whatever type the file holds them in; of a numeric variable.
   std::vector<double> numbers() const;
+  // The field at the end of a path of names, "gt.pos"; null where there is none.
+  const MatVariable* find(std::string_view path) const;
 
   std::uint32_t type = 0;  // of the stored numbers
   bool swapped = false;    // they have the other byte order

@@ -56,9 +56,40 @@ void add_truth(const MotionTruth& truth, ArraySamples& out) {
   }
 }
 
-}  // namespace
+// The integral of a rate that each sample holds until the next, from the first sample on.
+class HeldIntegral {
+ public:
+  explicit HeldIntegral(const VectorSeries& series) : series_(series) {
+    interval_ = 1.0 / series.rate_hz();
+  }
+  double begin() const { return series_.t.front(); }
+  double end() const { return series_.t.back() + interval_; }
+  // Over [t0, t1], which lies in [begin, end]; t0 does not fall from call to call.
+  Vector3 over(double t0, double t1) {
+    while (at_ + 1 < series_.size() && series_.t[at_ + 1] <= t0) ++at_;
+    Vector3 sum = Vector3::Zero();
+    double from = t0;
+    for (std::size_t i = at_; from < t1; ++i) {
+      const double to = i + 1 < series_.size() ? std::min(t1, series_.t[i + 1]) : t1;
+      sum += (to - from) * series_.v[i];
+      from = to;
+    }
+    return sum;
+  }
+  // The sample nearest to t.
+  Vector3 nearest(double t) const {
+    const auto after = std::ranges::lower_bound(series_.t, t - 0.5 * interval_);
+    const auto i = static_cast<std::size_t>(after - series_.t.begin());
+    return series_.v[std::min(i, series_.size() - 1)];
+  }
 
-ArraySamples array_samples(const Recording& recording, const std::vector<Vector3>& positions) {
+ private:
+  const VectorSeries& series_;
+  std::size_t at_ = 0;
+  double interval_ = 0.0;
+};
+
+void check(const Recording& recording, const std::vector<Vector3>& positions) {
   const std::size_t count = recording.mag.size();
   if (positions.size() != count) {
     throw InputError(recording.name, 0, 0,
@@ -66,46 +97,73 @@ ArraySamples array_samples(const Recording& recording, const std::vector<Vector3
                                  positions.size(), count),
                      "give a layout with one place for each magnetometer, in their order");
   }
-  if (recording.acc.size() < 2 || recording.gyr.size() < 2 ||
+  if (count == 0 || recording.acc.size() < 2 || recording.gyr.size() < 2 ||
       std::ranges::any_of(recording.mag, [](const VectorSeries& s) { return s.size() < 2; })) {
     throw InputError(recording.name, 0, 0, "a sensor has fewer than two samples",
                      "navigation needs accelerometer, gyroscope and every magnetometer");
   }
-  ArraySamples out;
-  out.name = recording.name;
-  out.positions = positions;
-  Interpolator acc(recording.acc);
+}
+
+// The magnetometers' readings at the times of `out`. A slow magnetometer's sample counts once, at
+// the first time after it.
+void add_readings(const Recording& recording, ArraySamples& out) {
+  const std::size_t count = recording.mag.size();
   std::vector<Interpolator> mags(recording.mag.begin(), recording.mag.end());
-  out.mag = MatrixXd::Zero(static_cast<Eigen::Index>(3 * count),
-                           static_cast<Eigen::Index>(recording.gyr.size()));
-  for (std::size_t k = 0; k < recording.gyr.size(); ++k) {
-    const double t = recording.gyr.t[k];
-    const std::optional<Vector3> force = acc.at(t);
-    if (!force) continue;  // the step to the next sample is then the longer
-    const auto column = static_cast<Eigen::Index>(out.t.size());
-    // A slow magnetometer's sample counts once.
-    const std::size_t passed = mags.front().passed();
+  out.mag =
+      MatrixXd::Zero(static_cast<Eigen::Index>(3 * count), static_cast<Eigen::Index>(out.t.size()));
+  std::size_t used = 0;  // samples of the first magnetometer up to the last reading
+  for (std::size_t k = 0; k < out.t.size(); ++k) {
     bool measured = true;
     for (std::size_t m = 0; m < count; ++m) {
-      const std::optional<Vector3> reading = mags[m].at(t);
+      const std::optional<Vector3> reading = mags[m].at(out.t[k]);
       measured = measured && reading.has_value();
-      out.mag.block<3, 1>(static_cast<Eigen::Index>(3 * m), column) =
+      out.mag.block<3, 1>(static_cast<Eigen::Index>(3 * m), static_cast<Eigen::Index>(k)) =
           reading.value_or(Vector3::Zero());
     }
     const VectorSeries& first = recording.mag.front();
-    const bool is_new =
-        mags.front().passed() != passed || out.t.empty() ||
-        (mags.front().passed() < first.size() && first.t[mags.front().passed()] == t);
-    out.t.push_back(t);
-    out.acc.push_back(*force);
-    out.gyr.push_back(recording.gyr.v[k]);
-    out.measured.push_back(measured && is_new);
+    std::size_t seen = mags.front().passed();
+    if (seen < first.size() && first.t[seen] == out.t[k]) ++seen;
+    out.measured.push_back(measured && seen > used);
+    if (measured) used = seen;
+  }
+}
+
+}  // namespace
+
+ArraySamples array_samples(const Recording& recording, const std::vector<Vector3>& positions,
+                           StepReadings readings) {
+  check(recording, positions);
+  ArraySamples out;
+  out.name = recording.name;
+  out.positions = positions;
+  const VectorSeries& acc = recording.acc;
+  HeldIntegral gyr(recording.gyr);
+  const double slack = 0.5 / recording.gyr.rate_hz();
+  std::vector<Vector3> force;
+  for (std::size_t k = 0; k < acc.size(); ++k) {
+    if (acc.t[k] < gyr.begin() - slack || acc.t[k] > gyr.end()) continue;
+    out.t.push_back(acc.t[k]);
+    force.push_back(acc.v[k]);
   }
   if (out.t.size() < 2) {
     throw InputError(recording.name, 0, 0, "accelerometer and gyroscope have no times in common",
                      "look at the time column");
   }
-  out.mag.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(out.t.size()));
+  for (std::size_t k = 0; k + 1 < out.t.size(); ++k) {
+    const double t0 = out.t[k], t1 = out.t[k + 1];
+    if (readings == StepReadings::kHeld) {
+      out.acc.push_back(force[k]);
+      out.gyr.push_back(gyr.nearest(t0));
+      continue;
+    }
+    // The force at the step's end, turned into the body's frame at its start.
+    const Vector3 turn = gyr.over(t0, t1);
+    out.acc.push_back(0.5 * (force[k] + Rot3::Exp(turn) * force[k + 1]));
+    out.gyr.push_back(turn / (t1 - t0));
+  }
+  out.acc.push_back(out.acc.back());
+  out.gyr.push_back(out.gyr.back());
+  add_readings(recording, out);
   if (recording.truth && !recording.truth->position.empty()) add_truth(*recording.truth, out);
   return out;
 }

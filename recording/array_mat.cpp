@@ -113,6 +113,7 @@ ArrayFile array_of(const std::string& path, const MatVariable& data) {
   for (std::size_t m = 0; m < count; ++m) {
     recording.mag_names.push_back(count == 1 ? "mag" : fmt::format("mag{}", m + 1));
   }
+  convert_gyro_interval(recording, GyroInterval::kCentred);
   if (fields.has("gt.pos") && fields.has("gt.ori")) recording.truth = truth_of(fields, t);
   if (fields.has("gt.init_pose")) file.start = start_of(fields);
   recording.notes.push_back(fmt::format("a recording of {} magnetometers (data.mag_array)", count));

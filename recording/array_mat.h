@@ -9,7 +9,9 @@
 //   gt.init_pose      10          optional: where a filter shall start: position, velocity,
 //                                 quaternion (w, x, y, z)
 //
-// The file does not say where the magnetometers sit; 30 of them are the published board.
+// The samples of u are instants (its own truth shows it), so a rate is the mean over an interval
+// centred on its time; Recording holds the interval's start. The file does not say where the
+// magnetometers sit; 30 of them are the published board.
 #pragma once
 
 #include <optional>

@@ -25,11 +25,13 @@ class PublishedRecordings : public testing::Test {
       GTEST_SKIP() << "the recordings of array_navigation/ are not there";
     }
   }
-  static NavigationSummary run(NavigationOptions options) {
+  static NavigationSummary run(NavigationOptions options,
+                               StepReadings readings = StepReadings::kHeld) {
     std::vector<NavigationMetrics> metrics;
     for (int i = 1; i <= 10; ++i) {
       const auto file = read_array_mat(given_array_file(i));
-      const ArraySamples samples = array_samples(file->recording, published_array_layout());
+      const ArraySamples samples =
+          array_samples(file->recording, published_array_layout(), readings);
       options.start = NavigationStart{file->start->p, file->start->v, file->start->nRb};
       metrics.push_back(navigation_metrics(navigate(samples, options), samples));
     }

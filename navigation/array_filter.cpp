@@ -20,6 +20,9 @@ using namespace error_at;
 // not told apart by readings of 1e-3 relative noise.
 constexpr double kIndependent = 1e-6;
 
+// uT/m^degree: far more than any field has, and than rounding loses beside readings' noise.
+constexpr double kNothingKnown = 1e3;
+
 struct GaussianUpdate {
   MatrixXd gain;
   double nis = 0.0, log_density = 0.0;
@@ -89,6 +92,15 @@ VectorXd ArrayFilter::fit_field(const VectorXd& readings) const {
   return r_.triangularView<Eigen::Upper>().solve(q_.transpose() * readings);
 }
 
+void ArrayFilter::start_field(const VectorXd& readings) {
+  if (options_.field.memory_m > 0.0) {
+    update(readings);
+    predicted_ = state_;
+  } else {
+    state_.theta = predicted_.theta = fit_field(readings);
+  }
+}
+
 void ArrayFilter::start(const NavigationState& state) {
   state_ = predicted_ = state;
   const Eigen::Index kappa = phi_.cols();
@@ -100,7 +112,9 @@ void ArrayFilter::start(const NavigationState& state) {
   sigma.segment<3>(kAccBias).setConstant(options_.acc_bias_sigma);
   sigma.segment<3>(kGyrBias).setConstant(options_.gyr_bias_sigma);
   for (Eigen::Index i = 0; i < kappa; ++i) {
-    sigma[kField + i] = std::max(options_.field_sigma, options_.field.spread[i]);
+    const bool published = options_.field.memory_m == 0.0;
+    const double spread = options_.field.spread[i];
+    sigma[kField + i] = published ? options_.field_sigma : spread > 0.0 ? spread : kNothingKnown;
   }
   sigma.tail(mag_bias_.size()).setConstant(options_.mag_bias_sigma);
   covariance_ = sigma.cwiseAbs2().asDiagonal();

@@ -63,8 +63,10 @@ class ArrayFilter {
   // Coefficients that fit the readings best (3 M, uT).
   VectorXd fit_field(const VectorXd& readings) const;
   void start(const NavigationState& state);
-  // Coefficients that were not known at the start; their uncertainty stays as it is.
-  void set_field(const VectorXd& theta) { state_.theta = predicted_.theta = theta; }
+  // The field at the start, by the first readings, uT. Published: the best fit, with field_sigma.
+  // With a Gauss-Markov process: an update of the process's own spread; nothing is known of the
+  // coefficients without one.
+  void start_field(const VectorXd& readings);
 
   // One step of the IMU: acc m/s^2, gyr rad/s, dt s.
   void propagate(const Vector3& acc, const Vector3& gyr, double dt);

@@ -41,7 +41,7 @@ NavigationRun navigate(const ArraySamples& samples, const NavigationOptions& opt
     if (options.use_magnetometers && samples.measured[k]) {
       const VectorXd readings = samples.mag.col(static_cast<Eigen::Index>(k));
       if (!field_known) {  // the first readings start the field
-        filter.set_field(filter.fit_field(readings));
+        filter.start_field(readings);
         field_known = true;
       } else {
         run.innovations.push_back(filter.update(readings));

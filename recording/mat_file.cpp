@@ -19,6 +19,9 @@ constexpr std::uint32_t kFirstNumeric = 6, kLastNumeric = 15;  // classes of var
 constexpr std::uint32_t kComplex = 0x800;
 constexpr std::size_t kMostDimensions = 32;
 constexpr std::size_t kUnpacked = 1 << 16;  // bytes at a time
+constexpr std::uint32_t kStructure = 2;     // class of variables
+constexpr int kDeepestStructure = 16;       // so that no file's nesting fills the stack
+constexpr std::size_t kLargestStructure = std::size_t(1) << 26;  // bytes, of a packed one
 
 template <class T>
 T swapped_bytes(T value) {
@@ -160,9 +163,49 @@ class Unpacker {
   bool ok_ = false, ended_ = false;
 };
 
+std::optional<MatVariable> variable_of(std::string_view matrix, std::size_t size, bool swapped,
+                                       int depth = 0);
+
+// Where its numbers lie, and those of its fields, seen from further in front.
+void shift(MatVariable& variable, std::size_t by) {
+  variable.first += by;
+  for (MatVariable& field : variable.fields) shift(field, by);
+}
+
+void store(MatVariable& variable, std::string_view stored, bool packed) {
+  variable.stored = stored;
+  variable.packed = packed;
+  for (MatVariable& field : variable.fields) store(field, stored, packed);
+}
+
+// A structure's fields: the length of a name, the names at that distance, then a matrix each.
+std::optional<std::vector<MatVariable>> fields_of(Elements& parts, bool swapped, int depth) {
+  const auto length = parts.data(parts.next());
+  const auto names = parts.data(parts.next());
+  if (!length || length->size() != 4 || !names) return std::nullopt;
+  const auto width = number_at<std::uint32_t>(*length, 0, swapped);
+  if (width == 0 || names->size() % width != 0) return std::nullopt;
+  std::vector<MatVariable> fields;
+  for (std::size_t at = 0; at < names->size(); at += width) {
+    const auto element = parts.next();
+    const auto value = parts.data(element);
+    if (!value || element->type != kMatrix) return std::nullopt;
+    std::optional<MatVariable> field = MatVariable{};  // [] may be written as nothing at all
+    if (!value->empty()) field = variable_of(*value, value->size(), swapped, depth + 1);
+    if (!field) return std::nullopt;
+    shift(*field, element->first);
+    const std::string_view name = names->substr(at, width);
+    field->name = name.substr(0, name.find('\0'));
+    fields.push_back(std::move(*field));
+  }
+  return fields;
+}
+
 // The parts of a matrix of `size` bytes, from its beginning: all before the numbers must be there.
-// A variable without a name and flags is nothing of MATLAB's.
-std::optional<MatVariable> variable_of(std::string_view matrix, std::size_t size, bool swapped) {
+// A variable without a name and flags is nothing of MATLAB's. A structure of which not all is there
+// has no fields.
+std::optional<MatVariable> variable_of(std::string_view matrix, std::size_t size, bool swapped,
+                                       int depth) {
   Elements parts(matrix, size, swapped);
   const auto flags = parts.data(parts.next());
   if (!flags || flags->size() != 8) return std::nullopt;
@@ -180,6 +223,15 @@ std::optional<MatVariable> variable_of(std::string_view matrix, std::size_t size
   const auto word = number_at<std::uint32_t>(*flags, 0, swapped);
   const std::uint32_t kind = word & 0xFF;
   variable.numeric = kind >= kFirstNumeric && kind <= kLastNumeric && (word & kComplex) == 0;
+  const auto is_one = [](std::size_t n) { return n == 1; };
+  if (kind == kStructure && depth < kDeepestStructure &&
+      std::ranges::all_of(variable.dimensions, is_one)) {
+    variable.is_structure = true;
+    if (matrix.size() < size) return variable;
+    auto fields = fields_of(parts, swapped, depth);
+    if (!fields) return std::nullopt;
+    variable.fields = std::move(*fields);
+  }
   if (!variable.numeric) return variable;
 
   const auto values = parts.next();
@@ -202,10 +254,14 @@ std::optional<MatVariable> packed_variable(std::string_view packed, bool swapped
   const std::size_t size = number_at<std::uint32_t>(head, 4, swapped);
   if (number_at<std::uint32_t>(head, 0, swapped) != kMatrix) return MatVariable{};
   auto variable = variable_of(std::string_view(head).substr(kTag), size, swapped);
+  if (variable && variable->is_structure && size <= kLargestStructure) {
+    const std::string whole = Unpacker(packed).next(kTag + size);
+    if (whole.size() != kTag + size) return std::nullopt;
+    variable = variable_of(std::string_view(whole).substr(kTag), size, swapped);
+  }
   if (!variable) return std::nullopt;
-  variable->first += kTag;
-  variable->packed = true;
-  variable->stored = packed;
+  shift(*variable, kTag);
+  store(*variable, packed, true);
   return variable;
 }
 
@@ -233,6 +289,13 @@ std::optional<std::vector<double>> MatVariable::numbers() const {
   return out;
 }
 
+const MatVariable* MatVariable::find(std::string_view path) const {
+  const std::size_t dot = path.find('.');
+  const auto field = std::ranges::find(fields, path.substr(0, dot), &MatVariable::name);
+  if (field == fields.end()) return nullptr;
+  return dot == std::string_view::npos ? &*field : field->find(path.substr(dot + 1));
+}
+
 std::optional<std::vector<MatVariable>> mat_variables(std::string_view content) {
   if (content.size() <= kHeader) return std::nullopt;
   // The header ends in the letters MI as a number of two bytes.
@@ -250,7 +313,7 @@ std::optional<std::vector<MatVariable>> mat_variables(std::string_view content) 
       variable = packed_variable(*data, swapped);
     } else if (element->type == kMatrix) {
       variable = variable_of(*data, data->size(), swapped);
-      if (variable) variable->stored = *data;
+      if (variable) store(*variable, *data, false);
     }
     if (!variable) return std::nullopt;
     if (!variable->stored.empty()) variables.push_back(std::move(*variable));

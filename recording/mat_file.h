@@ -22,11 +22,17 @@ struct MatVariable {
   std::string name;
   std::vector<std::size_t> dimensions;  // the first varies fastest; as many as the file claims
   bool numeric = false;  // real numbers; not text, cells, structures, complex, sparse
+  // Of a structure, 1 x 1: its fields, by their names. Of an array of structures: none.
+  std::vector<MatVariable> fields;
 
   // The numbers, whatever type the file holds them in; of a numeric variable. Nothing if they are
   // damaged. Reserves what `dimensions` claim: whoever calls has found that to be possible.
   std::optional<std::vector<double>> numbers() const;
 
+  // The field at the end of a path of names, "gt.pos"; null where there is none.
+  const MatVariable* find(std::string_view path) const;
+
+  bool is_structure = false;        // 1 x 1
   std::uint32_t type = 0;           // of the stored numbers
   bool swapped = false;             // they have the other byte order
   bool packed = false;              // by zlib
@@ -35,7 +41,8 @@ struct MatVariable {
 };
 
 // content: the whole file, its header of 128 bytes included. Nothing if it is cut off or damaged.
-// Of packed variables no more is unpacked than their name and size take.
+// Of packed variables no more is unpacked than their name and size take; structures of up to 64 MB
+// are, once, to find their fields.
 std::optional<std::vector<MatVariable>> mat_variables(std::string_view content);
 
 }  // namespace magimu

@@ -368,7 +368,7 @@ ModelSpec Pipeline::first_spec(MotionModel motion) const {
   spec.motion = motion;
   spec.gravity = options_.gravity;
   spec.also = options_.also;
-  spec.noise = options_.noise.value_or(completed(rest_, guess_));
+  spec.noise = starting_noise();
   if (motion == MotionModel::kRotation && !options_.noise && rest_.acc > 0.0) {
     // A swung sensor is far from this model: a start with the noise of its rests would have to come
     // a long way.
@@ -376,6 +376,10 @@ ModelSpec Pipeline::first_spec(MotionModel motion) const {
     if (swung > kSwungAtRest * rest_.acc) spec.noise.acc = swung;
   }
   return spec;
+}
+
+NoiseDensities Pipeline::starting_noise() const {
+  return options_.noise.value_or(completed(rest_, guess_));
 }
 
 ModelStart Pipeline::model_start(MotionModel motion) const {

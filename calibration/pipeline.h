@@ -55,6 +55,8 @@ class Pipeline {
   int coarse_every() const { return coarse_every_; }  // of the steps before
   // Noise densities at rest; 0 where the recordings have no rests.
   const NoiseDensities& rest_noise() const { return rest_; }
+  // Those with which a fit begins: given, at rest, or of ordinary parts.
+  NoiseDensities starting_noise() const;
 
   const InitialGuess& guess() const { return guess_; }
   // motion: not kAuto.

@@ -37,12 +37,10 @@ bool shows_offset(const Calibration& c) {
 void StreamingCalibration::State::try_to_start() {
   const double length = samples_.last_t() - samples_.first_t();
   next_try_ = length < kTriedOften ? length : kTryAgain * length;  // at every update, or rarely
-  const VectorSeries& mag = samples_.all().mag.front();
-  const double repeats = 1.0 - double(without_repeats(mag).size()) / double(mag.size());
-  const bool drop = repeats > kRepeatsDropped;
-  const double rate = mag.rate_hz() * (drop ? 1.0 - repeats : 1.0);
+  if (samples_.repeats() > kRepeatsDropped) samples_.drop_repeats();
+  const double rate = samples_.all().mag.front().rate_hz();
   const int every = std::max(1, int(std::ceil(kRateUncertain * rate / kNodeRate)));
-  samples_.set_nodes(every, drop);
+  samples_.set_nodes(every);
   batch_.node_every = every;
   if (!samples_.windows().empty()) fit_all_windows();
 }

@@ -112,12 +112,15 @@ void StreamSamples::keep(LiveGate::Kept kept) {
   take(all_.gyr, kept.gyr);
   gyr_gone_.insert(gyr_gone_.end(), kept.gyr_gone.begin(), kept.gyr_gone.end());
   for (std::size_t m = 0; m < kept.mag.size(); ++m) {
-    VectorSeries& series = all_.mag[m];
-    for (std::size_t k = 0; k < kept.mag[m].size(); ++k) {
-      const Vector3& v = kept.mag[m].v[k];
-      if (!drop_repeats_ || series.empty() || series.v.back() != v) {
-        series.push_back(kept.mag[m].t[k], v);
+    const VectorSeries& mag = kept.mag[m];
+    for (std::size_t k = 0; k < mag.size(); ++k) {
+      if (m == 0) {
+        repeated_ += rows_ > 0 && mag.v[k] == last_row_ ? 1 : 0;
+        ++rows_;
+        last_row_ = mag.v[k];
       }
+      if (!are_new_.empty() && !are_new_[m](mag.t[k], mag.v[k])) continue;
+      all_.mag[m].push_back(mag.t[k], mag.v[k]);
     }
   }
   if (every_ > 0) add_nodes();
@@ -185,12 +188,25 @@ void StreamSamples::end_part() {
   begins_ = true;
 }
 
-void StreamSamples::set_nodes(int every, bool drop_repeats) {
-  every_ = every;
-  drop_repeats_ = drop_repeats;
+double StreamSamples::repeats() const {
+  return rows_ == 0 ? 0.0 : double(repeated_) / double(rows_);
+}
+
+void StreamSamples::drop_repeats() {
+  if (!are_new_.empty()) return;
   for (VectorSeries& series : all_.mag) {
-    if (drop_repeats) series = without_repeats(series);
+    const double rate = series.rate_hz();
+    NewReadings& are_new = are_new_.emplace_back(rate > 0.0 ? 1.0 / rate : 0.0);
+    VectorSeries own;
+    for (std::size_t k = 0; k < series.size(); ++k) {
+      if (are_new(series.t[k], series.v[k])) own.push_back(series.t[k], series.v[k]);
+    }
+    series = std::move(own);
   }
+}
+
+void StreamSamples::set_nodes(int every) {
+  every_ = every;
   node_t_.clear();
   windows_.clear();
   begins_at_.clear();

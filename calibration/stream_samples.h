@@ -38,9 +38,12 @@ class StreamSamples {
   void add(const StreamSample& sample);
   // None waits any more for later ones.
   void finish();
-  // Magnetometer samples a node, from now on and for all before; and whether samples that repeat
-  // the one before are left out.
-  void set_nodes(int every, bool drop_repeats);
+  // Share of the first magnetometer's samples that repeat the one before; and leaves them out, from
+  // now on and of all before.
+  double repeats() const;
+  void drop_repeats();
+  // Magnetometer samples a node, from now on and for all before.
+  void set_nodes(int every);
   int every() const { return every_; }
 
   long count() const { return count_; }
@@ -97,7 +100,9 @@ class StreamSamples {
   std::vector<Break> breaks_;     // in order, apart
   int every_ = 0;                 // 0: not known yet
   double nearest_ = 0.0;          // s between nodes, at the least
-  bool drop_repeats_ = false;
+  std::size_t rows_ = 0, repeated_ = 0;  // of the first magnetometer
+  Vector3 last_row_ = Vector3::Zero();
+  std::vector<NewReadings> are_new_;  // one a magnetometer; empty: repeats are kept
   std::vector<double> node_t_;
   std::size_t next_mag_ = 0;  // sample of the first magnetometer that may be the next node
   std::vector<StreamWindow> windows_;

@@ -9,6 +9,8 @@
 namespace magimu {
 namespace {
 
+constexpr double kGapOfRows = 2.5;  // usual intervals: a lost row makes two of them
+
 // The samples first <= k < last: those with t0 <= t < t1.
 struct Range {
   std::ptrdiff_t first, last;
@@ -54,11 +56,22 @@ double Recording::duration_s() const {
 }
 
 VectorSeries without_repeats(const VectorSeries& series) {
+  const double rate = series.rate_hz();
+  NewReadings are_new(rate > 0.0 ? 1.0 / rate : 0.0);
   VectorSeries out;
   for (std::size_t k = 0; k < series.size(); ++k) {
-    if (k == 0 || series.v[k] != series.v[k - 1]) out.push_back(series.t[k], series.v[k]);
+    if (are_new(series.t[k], series.v[k])) out.push_back(series.t[k], series.v[k]);
   }
   return out;
+}
+
+bool NewReadings::operator()(double t, const Vector3& v) {
+  const bool first = !(last_t_ > -std::numeric_limits<double>::infinity());
+  const bool repeats = !first && v == last_v_;
+  const bool after_gap = !first && t - last_t_ > kGapOfRows * usual_s_;
+  last_t_ = t;
+  last_v_ = v;
+  return first || (!repeats && !after_gap);
 }
 
 Recording slice(const Recording& recording, double t0, double t1) {

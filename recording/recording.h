@@ -4,6 +4,7 @@
 // m/s^2, rad/s, uT; all vectors in the sensor's own axes.
 #pragma once
 
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -30,8 +31,23 @@ struct VectorSeries {
 };
 
 // Without the samples that equal the one before in every bit: a sensor with a slower clock of its
-// own is often read more often than it measures.
+// own is often read more often than it measures. Of what is read first after a gap nobody knows how
+// old it is: it is left out, too.
 VectorSeries without_repeats(const VectorSeries& series);
+
+// The same, sample by sample.
+class NewReadings {
+ public:
+  // s between readings, as a rule.
+  explicit NewReadings(double usual_s) : usual_s_(usual_s) {}
+  // Whether this one, later than the last, was measured since then.
+  bool operator()(double t, const Vector3& v);
+
+ private:
+  double usual_s_;
+  double last_t_ = -std::numeric_limits<double>::infinity();
+  Vector3 last_v_ = Vector3::Zero();
+};
 
 struct ScalarSeries {
   std::vector<double> t;

@@ -196,6 +196,7 @@ std::optional<std::vector<MatVariable>> fields_of(Elements& parts, bool swapped,
     shift(*field, element->first);
     const std::string_view name = names->substr(at, width);
     field->name = name.substr(0, name.find('\0'));
+    field->is_field = true;
     fields.push_back(std::move(*field));
   }
   return fields;
@@ -255,8 +256,9 @@ std::optional<MatVariable> packed_variable(std::string_view packed, bool swapped
   if (number_at<std::uint32_t>(head, 0, swapped) != kMatrix) return MatVariable{};
   auto variable = variable_of(std::string_view(head).substr(kTag), size, swapped);
   if (variable && variable->is_structure && size <= kLargestStructure) {
-    const std::string whole = Unpacker(packed).next(kTag + size);
-    if (whole.size() != kTag + size) return std::nullopt;
+    Unpacker unpacker(packed);
+    const std::string whole = unpacker.next(kTag + size);
+    if (whole.size() != kTag + size || !unpacker.ends()) return std::nullopt;
     variable = variable_of(std::string_view(whole).substr(kTag), size, swapped);
   }
   if (!variable) return std::nullopt;
@@ -274,7 +276,7 @@ std::optional<std::vector<double>> MatVariable::numbers() const {
     Unpacker unpacker(stored);
     if (!unpacker.skip(first)) return std::nullopt;
     unpacked = unpacker.next(size);
-    if (unpacked.size() != size || !unpacker.ends()) return std::nullopt;
+    if (unpacked.size() != size || !(is_field || unpacker.ends())) return std::nullopt;
     bytes = unpacked;
   } else {
     bytes = stored.substr(first, size);

@@ -33,6 +33,7 @@ struct MatVariable {
   const MatVariable* find(std::string_view path) const;
 
   bool is_structure = false;        // 1 x 1
+  bool is_field = false;            // of one, of which all has been unpacked once
   std::uint32_t type = 0;           // of the stored numbers
   bool swapped = false;             // they have the other byte order
   bool packed = false;              // by zlib

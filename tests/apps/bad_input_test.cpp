@@ -327,7 +327,7 @@ const std::vector<Bad> kWrongUsage{
     {"unit_negative", good_text, "\"-1\" is no unit known", "m/s^2", "calibrate rec --unit acc=-1"},
     {"axes_twice_the_same", good_text, "\"x,x,z\" does not say", "such as y,-x,z",
      "calibrate rec --axes mag=x,x,z"},
-    {"axes_of_no_sensor", good_text, "rec: --axes mag7=x,y,z: there is no sensor \"mag7\"",
+    {"axes_of_no_sensor", good_text, "rec: --axes: there is no sensor \"mag7\"",
      "name acc, gyr, mag", "calibrate rec --axes mag7=x,y,z"},
     {"no_folder_for_the_output", good_text, "nowhere/out.json", "",
      "calibrate rec -o nowhere/out.json"},

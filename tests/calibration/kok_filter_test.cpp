@@ -32,7 +32,7 @@ KokModel kok_model(const Simulation& s, double start_sigma) {
 }
 
 // Parameters and start moved by d, in the order of kok_columns().
-void move(SensorParameters& theta, Rot3& start, const VectorXd& d) {
+void move_kok(SensorParameters& theta, Rot3& start, const VectorXd& d) {
   theta.acc_bias += d.head<3>();
   theta.gyr_bias += d.segment<3>(3);
   theta.mag[0].distortion += d.segment<9>(6).reshaped(3, 3);
@@ -43,8 +43,9 @@ void move(SensorParameters& theta, Rot3& start, const VectorXd& d) {
 
 // Whitened innovations with gains and S given, by the joint form of the update:
 // w = L^-1 e, R <- R Exp(K e), rebuilt here from the rows.
-VectorXd replay(const std::vector<FilterStep>& steps, const std::vector<KokFilter::Row>& rows,
-                const std::vector<Vector3>& H, const SensorParameters& theta, Rot3 R, double g0) {
+VectorXd replay_kok(const std::vector<FilterStep>& steps, const std::vector<KokFilter::Row>& rows,
+                    const std::vector<Vector3>& H, const SensorParameters& theta, Rot3 R,
+                    double g0) {
   VectorXd w(Eigen::Index(rows.size()));
   std::size_t k = 0;
   for (const FilterStep& step : steps) {
@@ -68,10 +69,10 @@ VectorXd replay(const std::vector<FilterStep>& steps, const std::vector<KokFilte
   return w;
 }
 
-// The measurement rows that the filter has at theta: with its gains, what replay() holds fixed.
-std::vector<Vector3> measurement_rows(const std::vector<FilterStep>& steps,
-                                      const std::vector<KokFilter::Row>& rows,
-                                      const SensorParameters& theta, Rot3 R, double g0) {
+// The measurement rows that the filter has at theta: with its gains, what replay_kok() holds fixed.
+std::vector<Vector3> kok_measurement_rows(const std::vector<FilterStep>& steps,
+                                          const std::vector<KokFilter::Row>& rows,
+                                          const SensorParameters& theta, Rot3 R, double g0) {
   std::vector<Vector3> H;
   for (const FilterStep& step : steps) {
     Matrix3 parts[2];
@@ -104,13 +105,13 @@ TEST(KokFilter, sensitivities_are_the_numerical_derivatives_at_the_gains_it_has)
   SensorParameters theta = s.truth.parameters;
   Rot3 start = s.truth.nRb.front();
   VectorXd away = 1e-3 * VectorXd::LinSpaced(22, -1.0, 1.0);
-  move(theta, start, away);
+  move_kok(theta, start, away);
   for (const double start_sigma : {0.0, 0.1}) {
     const KokFilter filter(steps, kok_model(s, start_sigma));
     const std::vector<KokFilter::Row> rows = filter.rows(theta, start);
     ASSERT_EQ(rows.size(), 6 * steps.size());
-    const std::vector<Vector3> H = measurement_rows(steps, rows, theta, start, s.truth.gravity);
-    const VectorXd w = replay(steps, rows, H, theta, start, s.truth.gravity);
+    const std::vector<Vector3> H = kok_measurement_rows(steps, rows, theta, start, s.truth.gravity);
+    const VectorXd w = replay_kok(steps, rows, H, theta, start, s.truth.gravity);
     for (std::size_t k = 0; k < rows.size(); ++k) {
       ASSERT_NEAR(w[Eigen::Index(k)], rows[k].w, 1e-8) << "row " << k;
     }
@@ -120,8 +121,8 @@ TEST(KokFilter, sensitivities_are_the_numerical_derivatives_at_the_gains_it_has)
       for (int side = 0; side < 2; ++side) {
         SensorParameters there = theta;
         Rot3 first = start;
-        move(there, first, (side == 0 ? -h : h) * VectorXd::Unit(22, c));
-        moved[side] = replay(steps, rows, H, there, first, s.truth.gravity);
+        move_kok(there, first, (side == 0 ? -h : h) * VectorXd::Unit(22, c));
+        moved[side] = replay_kok(steps, rows, H, there, first, s.truth.gravity);
       }
       const VectorXd numerical = (moved[1] - moved[0]) / (2.0 * h);
       const double scale = std::max(1.0, numerical.cwiseAbs().maxCoeff());

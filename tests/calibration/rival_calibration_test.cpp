@@ -31,7 +31,7 @@ CalibrationOptions rival_given(const Simulation& s) {
 }
 
 // The largest departure of a parameter, in the MAP's standard deviations.
-double from_map(const Calibration& c, const Calibration& map) {
+double rival_from_map(const Calibration& c, const Calibration& map) {
   const VectorXd e = parameter_error(c, map.parameters);
   return e.cwiseQuotient(map.covariance_model.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff();
 }
@@ -50,7 +50,7 @@ TEST(Rivals, sound_forms_end_at_the_map_with_its_covariance) {
       EXPECT_EQ(c.order, map.order);
       EXPECT_LE(c.fit.iterations, 8);
       // A magnetometer slower than the IMU: the MAP's nodes are its samples, with means between.
-      EXPECT_LT(from_map(c, map), ratio == 1 ? 0.1 : 0.5) << r.method;
+      EXPECT_LT(rival_from_map(c, map), ratio == 1 ? 0.1 : 0.5) << r.method;
       const VectorXd sigmas = c.covariance_model.diagonal().cwiseSqrt().cwiseQuotient(
           map.covariance_model.diagonal().cwiseSqrt());
       EXPECT_GT(sigmas.minCoeff(), 0.95) << r.method;
@@ -72,7 +72,7 @@ TEST(Rivals, published_kok_is_stopped_by_its_limit_before_the_optimum) {
   EXPECT_GE(r.filter_runs, 1900);
   EXPECT_EQ(r.calibration.trust.verdict, Verdict::kNo);
   const RivalCalibration sound = calibrate_by({}, {&s.recording}, rival_given(s));
-  EXPECT_GT(from_map(r.calibration, sound.calibration), 1.0);
+  EXPECT_GT(rival_from_map(r.calibration, sound.calibration), 1.0);
 }
 
 TEST(Rivals, published_wu_needs_one_recording_and_says_so) {

@@ -11,14 +11,18 @@
 #include "apps/report_calibration.h"
 #include "calibration/calibrate.h"
 #include "calibration/calibration_json.h"
+#include "calibration/rival_calibration.h"
+#include "graph/numerical_error.h"
 #include "recording/atomic_file.h"
+#include "recording/error.h"
 
 namespace magimu::apps {
 namespace {
 
 struct CalibrateArguments : RecordingOptions {
   std::string output, trajectory, report, backend = "auto", mag_time_offset = "auto",
-                                          gyro_matrix = "auto";
+                                          gyro_matrix = "auto", method = "map";
+  bool as_published = false;
   double dip_deg = 0.0;
   bool has_dip = false;
   PlaceOptions place;
@@ -54,7 +58,43 @@ std::string trajectory_csv(const Calibration& c) {
   return out;
 }
 
+// By a rival of the MAP; what it does not estimate is said with the result.
+RivalCalibration run_rival(const CalibrateArguments& args,
+                           const std::vector<const Recording*>& recordings) {
+  if (args.motion == "hand_held") {
+    throw InputError("--method", 0, 0, args.method + " knows no hand that moves the sensor",
+                     "leave out --motion hand_held, or use --method map");
+  }
+  RivalOptions rival;
+  rival.method = args.method == "wu" ? RivalMethod::kWu : RivalMethod::kKok;
+  rival.as_published = args.as_published;
+  std::string why;
+  std::optional<RivalCalibration> made =
+      attempt([&] { return calibrate_by(rival, recordings, args.options); }, &why);
+  if (!made) {
+    throw InputError(recordings.front()->name, 0, 0, "no calibration by this method: " + why,
+                     "use --method map, which says what is missing");
+  }
+  return *std::move(made);
+}
+
+// Method, and what it leaves out.
+std::string said_of(const RivalCalibration& rival) {
+  std::string out = fmt::format("Method: {}. Not estimated or looked at:\n", rival.method);
+  for (const std::string& text : rival.not_estimated) out += "  - " + text + "\n";
+  return out + "\n";
+}
+
 int run(CalibrateArguments& args) {
+  const bool rivals = args.method != "map";
+  if (args.as_published && !rivals) {
+    throw InputError("--as-published", 0, 0, "it is for --method kok and wu",
+                     "name one of them, or leave it out");
+  }
+  if (rivals && !args.report.empty()) {
+    throw InputError("--report", 0, 0, "the page is made from the MAP's residuals",
+                     "leave out --report, or use --method map");
+  }
   check_outputs(args.recordings, {args.output, args.trajectory, args.report});
   std::optional<tbb::global_control> limit;
   if (args.threads > 0) {
@@ -76,9 +116,14 @@ int run(CalibrateArguments& args) {
 
   const std::vector<Recording> recordings = read_recordings(args);
   if (args.place.prior) args.options.also = field_prior(*known.field, int(recordings.size()));
-  Calibration c = calibrate(pointers(recordings), args.options);
+  std::optional<RivalCalibration> rival;
+  if (rivals) rival = run_rival(args, pointers(recordings));
+  Calibration c = rival ? rival->calibration : calibrate(pointers(recordings), args.options);
   check_field(c, known);
-  const std::string json = to_json(c).dump(2) + "\n";
+  nlohmann::ordered_json file = to_json(c);
+  file["method"] = rival ? rival->method : "map";
+  if (rival) file["not_estimated"] = rival->not_estimated;
+  const std::string json = file.dump(2) + "\n";
   if (!args.output.empty()) write_atomically(args.output, json);
   if (!args.trajectory.empty()) write_atomically(args.trajectory, trajectory_csv(c));
   if (!args.report.empty()) {
@@ -87,7 +132,7 @@ int run(CalibrateArguments& args) {
   if (args.json) {
     fmt::print("{}", json);
   } else if (!args.quiet) {
-    fmt::print("{}", calibration_table(c));
+    fmt::print("{}{}", rival ? said_of(*rival) : "", calibration_table(c));
   }
   if (c.trust.verdict != Verdict::kNo) return kDone;
   fmt::print(stderr, "magimu: {}: do not use this calibration: {}\n",
@@ -133,6 +178,13 @@ void add_calibrate(CLI::App& app, int& exit_code) {
          "are predicted better), on, off")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "on", "off"}));
+  cmd->add_option("--method", args->method,
+                  "map: joint maximum a posteriori; kok: maximum likelihood of Kok and Schoen; wu: "
+                  "the filter of Wu et al. (both for a sensor that only turns)")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"map", "kok", "wu"}));
+  cmd->add_flag("--as-published", args->as_published,
+                "kok and wu as code published with Huang et al. 2025 runs them");
   cmd->add_option("--node-every", args->options.node_every,
                   "magnetometer samples per node; all samples are averaged in (0: automatic)")
       ->capture_default_str()

@@ -150,6 +150,8 @@ KokEstimate kok_published(const KokProblem& problem, const KokPoint& start,
       fit.step_norm = s.norm();
       at = next;
       const double sy = s.dot(y);
+      // The first guess of the inverse Hessian has the first step's curvature.
+      if (fit.iterations == 1 && sy > 0.0) B = (sy / y.squaredNorm()) * MatrixXd::Identity(n, n);
       if (sy > 0.0) {
         const VectorXd By = B * y;
         B += (sy + y.dot(By)) / (sy * sy) * s * s.transpose() -

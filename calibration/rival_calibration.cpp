@@ -212,11 +212,13 @@ RivalCalibration calibrate_by(const RivalOptions& rival, const std::vector<const
   c.gravity = options.gravity;
   c.warnings = checked.warnings();
   fill_rival(c, result, recordings);
-  out.not_estimated = {"the displacement of the hand: the sensor is taken to turn on the spot",
-                       "the noise: it is that given, or that at rest",
-                       "the magnetometer's lag and the gyroscope's scale errors",
-                       "the gyroscope's residuals: the filter takes its readings as they are",
-                       "left-out samples, halves and disturbances: none of these is looked at"};
+  out.not_estimated = {
+      "the displacement of the hand: the sensor is taken to turn on the spot",
+      "the noise: it is that given, or that at rest",
+      "the magnetometer's lag and the gyroscope's scale errors",
+      "the gyroscope's residuals: the filter takes its readings as they are",
+      "robust sigmas: they are the model's, times the innovations' size where that is above 1",
+      "left-out samples, halves and disturbances: none of these is looked at"};
   c.motion_reason = "Method: " + out.method + ". It assumes that the sensor only turns.";
   c.checks = {check_optimum(c.fit), check_accuracy(c)};
   judge(c, unknown_directions(c));

@@ -1,5 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The sound form: error state (e, o_a, o_w, D and o_m of each magnetometer, dips), R <- R Exp(e).
+// A filter that linearizes at its running estimate takes in its first samples where the parameters
+// wander by as much as their wide prior allows, and stays wrong and sure. Here a pass linearizes
+// everything about the parameters that the last pass ended with, and about the orientations that
+// the gyroscope, accelerometer and magnetometer give with them; the state is the departure from
+// there.
 #include "calibration/wu_filter.h"
 
 #include <Eigen/Dense>
@@ -47,31 +52,34 @@ class SoundWu {
       filter.P.topRows<3>().setZero();
       filter.P.leftCols<3>().setZero();
       filter.P.diagonal().head<3>().setConstant(kWuAttitude * kWuAttitude);
-      run(r, at, filter);
+      filter.delta.head<3>().setZero();
+      SensorParameters theta = at.theta;
+      theta.dip_rad = at.dip_rad[std::size_t(field_[r])];
+      at.nRb.push_back(orientations(r, theta));
+      run(r, at, theta, at.nRb.back(), filter);
     }
+    move(at.theta, at.dip_rad, filter.delta);
     const Eigen::Index n = filter.P.rows() - 3;
     at.covariance = filter.P.bottomRightCorner(n, n);
     ++at.passes;
   }
 
  private:
-  void run(std::size_t r, WuEstimate& at, ErrorStateUpdate& filter) const {
+  // theta, dip and R are where everything is linearized; filter.delta is the state's departure.
+  void run(std::size_t r, WuEstimate& at, const SensorParameters& theta,
+           const std::vector<Rot3>& nRb, ErrorStateUpdate& filter) const {
     const Recording& recording = *recordings_[r];
-    SensorParameters& theta = at.theta;
-    double& dip = at.dip_rad[std::size_t(field_[r])];
+    const double dip = theta.dip_rad;
     const Eigen::Index dip_column = dip_column_ + field_[r];
-    theta.dip_rad = dip;
-    const IntegratedRotation gyr(recording.gyr, theta.gyr_bias);
-    Rot3 R = estimate_attitudes(recording, theta, gyr, {steps_[r].front().t}).front();
     const double acc_variance = options_.noise.acc * options_.noise.acc * recording.acc.rate_hz();
     std::vector<double> mag_variance;
     for (const VectorSeries& mag : recording.mag) {
       mag_variance.push_back(options_.noise.mag * options_.noise.mag * mag.rate_hz());
     }
     const Vector3 up = -gravity_n(options_.gravity);
-    std::vector<Rot3>& nRb = at.nRb.emplace_back();
-    for (const FilterStep& step : steps_[r]) {
-      const Matrix3 bRn = R.matrix().transpose();
+    for (std::size_t k = 0; k < steps_[r].size(); ++k) {
+      const FilterStep& step = steps_[r][k];
+      const Matrix3 bRn = nRb[k].matrix().transpose();
       if (step.has_acc) {
         const Vector3 f = bRn * up, v = step.acc - f - theta.acc_bias;
         const Matrix3 H = so3::hat<double>(f);
@@ -100,18 +108,15 @@ class SoundWu {
         }
         at.rows += 3;
       }
-      R = R * Rot3::Exp(filter.delta.head<3>());
-      move(theta, at.dip_rad, filter.delta);
-      filter.delta.setZero();
-      nRb.push_back(R);
-      if (step.dt > 0.0) R = predict(step, theta, R, filter.P);
+      if (step.dt > 0.0) predict(step, theta, nRb[k], nRb[k + 1], filter);
     }
-    theta.dip_rad = at.dip_rad.front();
   }
 
-  // R <- R Exp(phi): e <- Exp(-phi) e - J_r(phi) dt on o_w.
-  Rot3 predict(const FilterStep& step, const SensorParameters& theta, const Rot3& R,
-               MatrixXd& P) const {
+  // R Exp(e) Exp(phi - dt o_w) = R1 Exp(e1): e1 = Log(R1' R Exp(phi)) + Exp(-phi) e - J_r(phi) dt
+  // o_w.
+  void predict(const FilterStep& step, const SensorParameters& theta, const Rot3& R, const Rot3& R1,
+               ErrorStateUpdate& filter) const {
+    MatrixXd& P = filter.P;
     const Vector3 phi = (step.rate - theta.gyr_bias) * step.dt;
     const Rot3 turn = Rot3::Exp(phi);
     const Matrix3 E = turn.matrix().transpose();
@@ -123,7 +128,8 @@ class SoundWu {
         P.leftCols<3>() * E.transpose() + P.middleCols<3>(6) * G.transpose();
     P.leftCols<3>() = columns;
     P.diagonal().head<3>().array() += step.dt * options_.noise.gyr * options_.noise.gyr;
-    return (R * turn).normalized();
+    const Vector3 e = filter.delta.head<3>(), o_w = filter.delta.segment<3>(6);
+    filter.delta.head<3>() = (R1.inverse() * (R * turn)).Log() + E * e + G * o_w;
   }
 
   static void move(SensorParameters& theta, std::vector<double>& dips, const VectorXd& delta) {
@@ -136,6 +142,23 @@ class SoundWu {
       at += 12;
     }
     for (double& dip : dips) dip += delta[at++];
+    theta.dip_rad = dips.front();
+  }
+
+  // The orientations that the samples give with these parameters.
+  std::vector<Rot3> orientations(std::size_t r, const SensorParameters& theta) const {
+    const Recording& recording = *recordings_[r];
+    KokModel model;
+    model.acc_sigma = options_.noise.acc * std::sqrt(recording.acc.rate_hz());
+    for (const VectorSeries& mag : recording.mag) {
+      model.mag_sigma.push_back(options_.noise.mag * std::sqrt(mag.rate_hz()));
+    }
+    model.gyr_density = options_.noise.gyr;
+    model.gravity = options_.gravity;
+    model.start_sigma_rad = kWuAttitude;
+    const IntegratedRotation gyr(recording.gyr, theta.gyr_bias);
+    const Rot3 start = estimate_attitudes(recording, theta, gyr, {steps_[r].front().t}).front();
+    return KokFilter(steps_[r], model).orientations(theta, start);
   }
 
   const std::vector<const Recording*>& recordings_;

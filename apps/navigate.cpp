@@ -61,10 +61,10 @@ std::vector<Vector3> layout_of(const NavigateArguments& args, const Recording& r
   if (!args.layout.empty()) return read_array_layout(args.layout);
   const std::vector<Vector3> board = published_array_layout();
   if (recording.mag.size() == board.size()) return board;
-  throw InputError(args.recording, 0, 0,
-                   fmt::format("nothing says where its {} magnetometer{} sit", recording.mag.size(),
-                               recording.mag.size() == 1 ? "" : "s"),
-                   "give --layout LAYOUT.csv (a line x,y,z, then m for each magnetometer)");
+  throw InputError(
+      args.recording, 0, 0,
+      fmt::format("the places of its magnetometers ({}) are not known", recording.mag.size()),
+      "give --layout LAYOUT.csv (a line x,y,z, then m for each magnetometer)");
 }
 
 NavigationOptions options_of(const NavigateArguments& args, const Input& input,

@@ -64,9 +64,9 @@ void check(const std::vector<const Recording*>& recordings) {
     if (r->acc.size() < 10 || r->gyr.size() < 10 || r->mag.front().size() < 10 ||
         r->duration_s() < kMinDuration) {
       throw TooLittle(r->name, 0, 0,
-                       fmt::format("the recording lasts {:.1f} s, which is too short to calibrate",
-                                   r->duration_s()),
-                       "turn the sensor about all three axes for a minute or more");
+                      fmt::format("the recording lasts {:.1f} s, which is too short to calibrate",
+                                  r->duration_s()),
+                      "turn the sensor about all three axes for a minute or more");
     }
     if (r->mag.size() != recordings.front()->mag.size()) {
       throw InputError(r->name, 0, 0,

@@ -14,8 +14,8 @@ namespace magimu {
 
 // Recordings that are fit to calibrate, each as its parts where long gaps part it (parts.h),
 // without samples that no measurement can have given (gate.h) and without those that repeat the one
-// before where a magnetometer has many. Throws TooLittle where one has too little in it to begin with,
-// another InputError where its samples are not what they seem to be.
+// before where a magnetometer has many. Throws TooLittle where one has too little in it to begin
+// with, another InputError where its samples are not what they seem to be.
 class CheckedRecordings {
  public:
   explicit CheckedRecordings(const std::vector<const Recording*>& given,

@@ -73,9 +73,9 @@ Diagnosis diagnosis_of(const Calibration& no_fit, const std::vector<const Record
 Diagnosis diagnosis_without_fit(const std::vector<const Recording*>& given,
                                 const DiagnosisOptions& options, const std::string& why) {
   const CheckedRecordings checked(given);
-  return diagnosis_of(calibration_without_fit(checked.get(), calibration_options(options), why,
-                                              checked.warnings()),
-                      given, options);
+  return diagnosis_of(
+      calibration_without_fit(checked.get(), calibration_options(options), why, checked.warnings()),
+      given, options);
 }
 
 // Throws NumericalError where the basic model has no fit.

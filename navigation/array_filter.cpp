@@ -72,11 +72,12 @@ ArrayFilter::ArrayFilter(const ArrayFilterOptions& options, const std::vector<Ve
   phi_ = transport_.basis().at(positions);
   const Eigen::Index kappa = phi_.cols();
   const auto refuse = [&] {
-    throw InputError("", 0, 0,
-                     fmt::format("{} magnetometers at these places cannot tell the {} coefficients "
-                                 "of a field of order {} apart",
-                                 positions.size(), kappa, options.order),
-                     "lower the order, or look at the layout");
+    throw InputError(
+        "", 0, 0,
+        fmt::format("the magnetometers at these places ({}) cannot tell the {} coefficients "
+                    "of a field of order {} apart",
+                    positions.size(), kappa, options.order),
+        "lower the order, or look at the layout");
   };
   // One equation more than unknowns: the residuals give the noise.
   if (phi_.rows() <= kappa) refuse();

@@ -31,7 +31,6 @@ class FieldBasis {
   explicit FieldBasis(int order);
 
   int order() const { return order_; }
-  // (size_of(0) = 3: a homogeneous field.)
   int size() const { return size_of(order_); }  // kappa
   static int size_of(int order) { return order * order + 4 * order + 3; }
   // Degree of the polynomials of column i: 0 for the first three, 1 for the next five, ...

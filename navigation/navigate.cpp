@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
+#include <ctime>
 
 #include "recording/error.h"
 
@@ -20,7 +20,7 @@ Rot3 level_attitude(const Vector3& acc) {
 }  // namespace
 
 NavigationRun navigate(const ArraySamples& samples, const NavigationOptions& options) {
-  const auto began = std::chrono::steady_clock::now();
+  const std::clock_t began = std::clock();
   ArrayFilter filter(options.filter, samples.positions);
   NavigationState state;
   state.nRb = level_attitude(samples.acc.front());
@@ -62,7 +62,7 @@ NavigationRun navigate(const ArraySamples& samples, const NavigationOptions& opt
     run.states.push_back(filter.state());
     run.covariances.push_back(covariance);
   }
-  run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  run.seconds = static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC;
   return run;
 }
 

@@ -29,7 +29,7 @@ struct NavigationRun {
   std::vector<NavigationState> states;                     // after the update at that time
   std::vector<Eigen::Matrix<double, 15, 15>> covariances;  // of p, v, attitude (local), biases
   std::vector<ArrayFilter::Innovation> innovations;        // of the updates
-  double seconds = 0.0;                                    // computing
+  double seconds = 0.0;                                    // of the processor
 };
 
 // InputError where the layout does not permit the order, or the filter lost all sense (readings

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "recording/array_mat.h"
 #include "recording/broad.h"
 #include "recording/broad_fields.h"
 #include "recording/error.h"
@@ -39,6 +40,7 @@ Recording read_mat(const std::string& path) {
     throw InputError(path, 0, 0, "this is not a MAT file of version 5 to 7.3",
                      "save it with MATLAB's -v7 or -v7.3, or give a CSV file");
   }
+  if (is_array_mat(content)) return array_from_mat(path, content).recording;
   const auto variables = mat_variables(content);
   if (!variables) throw InputError(path, 0, 0, "the MAT file is cut off or damaged", kDamagedMat);
   BroadRoom room(path);

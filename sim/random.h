@@ -27,6 +27,8 @@ enum class RandomPurpose : std::uint64_t {
   kEffectSize = 9,    // one stream a name
   kEffectNoise = 10,  // one stream a sensor
   kBiasDrift = 11,
+  kRoom = 12,        // dipoles of a room
+  kArrayStart = 13,  // where a filter is told that it starts
 };
 
 class RandomStream {

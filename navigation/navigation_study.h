@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The comparison of navigation filters over many recordings with their truth: which cases, which
+// variants, one row of figures each. bench/navigation.cpp prints it; a study of calibrations
+// (what is each worth in metres?) calibrates the cases' recordings first.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "navigation/navigation_errors.h"
+
+namespace magimu {
+
+struct NavigationCase {
+  Recording recording;  // of a calibrated array, with its truth
+  std::vector<Vector3> positions;
+  NavigationStart start;
+  double gravity = 9.82;  // m/s^2
+};
+
+// The published recordings in a folder (recording/array_mat.h), in the order of their names; those
+// without a truth are left out.
+std::vector<NavigationCase> navigation_cases(const std::string& folder);
+// The array of sim/array_room.h in a room of dipoles, by its seed; the start is off the truth as
+// the filters assume.
+NavigationCase simulated_case(unsigned seed);
+
+struct NavigationVariant {
+  std::string name;
+  NavigationOptions options;
+  StepReadings readings = StepReadings::kMean;
+  bool coloured = false;  // with_truncation() of the case
+};
+// Inertial alone; as published; with the steps' readings mended; with the coloured truncation.
+std::vector<NavigationVariant> navigation_variants();
+
+struct NavigationStudyRow {
+  NavigationSummary summary;
+  std::vector<NavigationMetrics> runs;
+  double times_real_time = 0.0;  // seconds of the recordings a second of one processor
+};
+NavigationStudyRow run_variant(const NavigationVariant& variant,
+                               const std::vector<NavigationCase>& cases);
+
+}  // namespace magimu

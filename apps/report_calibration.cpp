@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <sstream>
 
 #include "apps/numbers.h"
@@ -13,6 +14,7 @@
 #include "apps/report_pictures.h"
 #include "apps/residual_pictures.h"
 #include "calibration/apply.h"
+#include "recording/gate.h"
 
 namespace magimu::apps {
 namespace {
@@ -263,8 +265,14 @@ void use(Page& page, const Calibration& c, const std::vector<const Recording*>& 
 
 }  // namespace
 
-std::string calibration_report(const Calibration& c,
-                               const std::vector<const Recording*>& recordings) {
+std::string calibration_report(const Calibration& c, const std::vector<const Recording*>& given) {
+  // Readings that were set aside would set the scale of every picture.
+  std::deque<Recording> kept;
+  std::vector<const Recording*> recordings;
+  for (const Recording* r : given) {
+    kept.push_back(gated(*r).value_or(*r));
+    recordings.push_back(&kept.back());
+  }
   Page page("Calibration of " + names(c));
   answer(page, c);
   for (std::size_t m = 0; m < c.mag_names.size(); ++m) field(page, c, recordings, m);

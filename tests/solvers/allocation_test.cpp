@@ -12,10 +12,10 @@
 #include "solvers/window_engine.h"
 #include "tests/solvers/example_graphs.h"
 
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define MAGIMU_SANITIZED
 #elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 #define MAGIMU_SANITIZED
 #endif
 #endif

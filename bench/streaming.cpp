@@ -153,19 +153,7 @@ void latency(const Options& o) {
         const double total = cpu_s() - begin;
         fmt::print("{} samples, {:.2f} s of one core's time: {:.0f} samples a second\n",
                    samples.size(), total, double(samples.size()) / total);
-        const double end = samples.back().t;
-        for (const auto& [name, from, to] : {std::tuple{"first ten minutes", 0.0, 600.0},
-                                             std::tuple{"last ten minutes", end - 600.0, end + 1.0},
-                                             std::tuple{"all", 0.0, end + 1.0}}) {
-          std::vector<double> us;
-          for (const auto& [t, x] : updates) {
-            if (t >= from && t < to) us.push_back(x);
-          }
-          std::sort(us.begin(), us.end());
-          const auto at = [&](double q) { return us[std::size_t(q * double(us.size() - 1))]; };
-          fmt::print("{:18} {:5} updates: median {:.0f} us, 99 % {:.0f} us, largest {:.0f} us\n",
-                     name, us.size(), at(0.5), at(0.99), us.back());
-        }
+        print_latency(updates);
         if (!o.picture.empty()) draw_latency(updates, o.picture);
         if (o.csv.empty()) return;
         std::ofstream csv(o.csv);

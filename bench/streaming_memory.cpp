@@ -140,22 +140,6 @@ void compare(const std::string& what, const std::string& a, const std::string& b
   fmt::print(", residual statistics by {:.2g}\n", largest);
 }
 
-void print_latency(const std::vector<std::pair<double, double>>& updates) {
-  const double end = updates.back().first;
-  for (const auto& [name, from, to] : {std::tuple{"first ten minutes", 0.0, 600.0},
-                                       std::tuple{"last ten minutes", end - 600.0, end + 1.0},
-                                       std::tuple{"all", 0.0, end + 1.0}}) {
-    std::vector<double> us;
-    for (const auto& [t, x] : updates) {
-      if (t >= from && t < to) us.push_back(x);
-    }
-    std::sort(us.begin(), us.end());
-    const auto at = [&](double q) { return us[std::size_t(q * double(us.size() - 1))]; };
-    fmt::print("{:18} {:5} updates: median {:.0f} us, 99 % {:.0f} us, largest {:.0f} us\n", name,
-               us.size(), at(0.5), at(0.99), us.back());
-  }
-}
-
 void finish(StreamingCalibration& stream, const std::string& result) {
   const double begin = now_s(), before = megabytes("VmHWM:");
   const Calibration c = stream.finish();
@@ -225,6 +209,22 @@ void restart(const std::string& samples, const StreamingOptions& options,
 }
 
 }  // namespace
+
+void print_latency(const std::vector<std::pair<double, double>>& updates) {
+  const double end = updates.back().first;
+  for (const auto& [name, from, to] : {std::tuple{"first ten minutes", 0.0, 600.0},
+                                       std::tuple{"last ten minutes", end - 600.0, end + 1.0},
+                                       std::tuple{"all", 0.0, end + 1.0}}) {
+    std::vector<double> us;
+    for (const auto& [t, x] : updates) {
+      if (t >= from && t < to) us.push_back(x);
+    }
+    std::sort(us.begin(), us.end());
+    const auto at = [&](double q) { return us[std::size_t(q * double(us.size() - 1))]; };
+    fmt::print("{:18} {:5} updates: median {:.0f} us, 99 % {:.0f} us, largest {:.0f} us\n", name,
+               us.size(), at(0.5), at(0.99), us.back());
+  }
+}
 
 void measure_memory(const SimulationOptions& simulation, const StreamingOptions& options,
                     const std::string& folder, bool batch) {

@@ -3,6 +3,10 @@
 // Each part runs in a process of its own, so that only its own memory counts.
 #pragma once
 
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "calibration/streaming.h"
 #include "sim/simulate.h"
 
@@ -12,5 +16,8 @@ namespace magimu {
 // which is to be there, and stay: samples, estimate, results.
 void measure_memory(const SimulationOptions& simulation, const StreamingOptions& options,
                     const std::string& folder, bool batch);
+
+// How long updates took: (time in the stream, s; processor time, us) of each.
+void print_latency(const std::vector<std::pair<double, double>>& updates);
 
 }  // namespace magimu

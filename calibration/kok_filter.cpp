@@ -88,6 +88,19 @@ class KokSensitivity {
 
 }  // namespace
 
+KokModel kok_model(const Recording& recording, const NoiseDensities& noise, double gravity,
+                   double start_sigma_rad) {
+  KokModel model;
+  model.acc_sigma = noise.acc * std::sqrt(recording.acc.rate_hz());
+  for (const VectorSeries& mag : recording.mag) {
+    model.mag_sigma.push_back(noise.mag * std::sqrt(mag.rate_hz()));
+  }
+  model.gyr_density = noise.gyr;
+  model.gravity = gravity;
+  model.start_sigma_rad = start_sigma_rad;
+  return model;
+}
+
 KokSums& KokSums::operator+=(const KokSums& o) {
   squares += o.squares;
   log_det += o.log_det;

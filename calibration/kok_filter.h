@@ -28,6 +28,10 @@ struct KokModel {
   double start_sigma_rad = 0.0;        // of the orientation at the first step, about each axis
 };
 
+// That of a recording whose noise has these densities. start_sigma_rad: of the first orientation.
+KokModel kok_model(const Recording& recording, const NoiseDensities& noise, double gravity,
+                   double start_sigma_rad);
+
 // Of one recording.
 struct KokSums {
   double squares = 0.0;      // sum of e' S^-1 e

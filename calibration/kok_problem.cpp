@@ -15,16 +15,8 @@ KokProblem::KokProblem(const std::vector<const Recording*>& recordings,
       field_(fields_of(recordings)) {
   for (const Recording* r : recordings) steps_.push_back(filter_steps(*r));
   for (std::size_t i = 0; i < recordings.size(); ++i) {
-    const Recording& r = *recordings[i];
-    KokModel model;
-    model.acc_sigma = options.noise.acc * std::sqrt(r.acc.rate_hz());
-    for (const VectorSeries& mag : r.mag) {
-      model.mag_sigma.push_back(options.noise.mag * std::sqrt(mag.rate_hz()));
-    }
-    model.gyr_density = options.noise.gyr;
-    model.gravity = options.gravity;
-    model.start_sigma_rad = options.start_sigma_rad;
-    filters_.emplace_back(steps_[i], model);
+    filters_.emplace_back(steps_[i], kok_model(*recordings[i], options.noise, options.gravity,
+                                               options.start_sigma_rad));
   }
 }
 

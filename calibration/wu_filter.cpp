@@ -148,16 +148,9 @@ class SoundWu {
   // The orientations that the samples give with these parameters.
   std::vector<Rot3> orientations(std::size_t r, const SensorParameters& theta) const {
     const Recording& recording = *recordings_[r];
-    KokModel model;
-    model.acc_sigma = options_.noise.acc * std::sqrt(recording.acc.rate_hz());
-    for (const VectorSeries& mag : recording.mag) {
-      model.mag_sigma.push_back(options_.noise.mag * std::sqrt(mag.rate_hz()));
-    }
-    model.gyr_density = options_.noise.gyr;
-    model.gravity = options_.gravity;
-    model.start_sigma_rad = kWuAttitude;
     const IntegratedRotation gyr(recording.gyr, theta.gyr_bias);
     const Rot3 start = estimate_attitudes(recording, theta, gyr, {steps_[r].front().t}).front();
+    const KokModel model = kok_model(recording, options_.noise, options_.gravity, kWuAttitude);
     return KokFilter(steps_[r], model).orientations(theta, start);
   }
 

@@ -82,6 +82,9 @@ struct Writer {
     int globals_at = 0;
   };
 
+  double scale(std::size_t row) const {
+    return process.scale.empty() ? 1.0 : process.scale[row];
+  }
   int count(const std::vector<FactorAt>& factors) const {
     int rows = 0;
     for (const FactorAt f : factors) rows += system.row_blocks()[std::size_t(f.block)].rows;
@@ -92,6 +95,7 @@ struct Writer {
             int row) const {
     for (const FactorAt at : factors) {
       const FactorRows f = rows_of(system, at);
+      const auto first = std::size_t(f.residual - system.residual().data());
       for (int e = 0; e < f.columns; ++e) {
         const auto column = std::size_t(f.column[e]);
         const int node = layout.node[column], position = layout.position[column];
@@ -99,13 +103,15 @@ struct Writer {
         for (std::size_t p = 0; p < 3 && node >= 0; ++p) {
           if (places.node[p] == node) to = places.at[p] + position;
         }
-        for (int r = 0; r < f.rows; ++r) A.row(row + r)[to] += f.value[r * f.columns + e];
+        for (int r = 0; r < f.rows; ++r) {
+          A.row(row + r)[to] += scale(first + std::size_t(r)) * f.value[r * f.columns + e];
+        }
       }
-      const auto first = std::size_t(f.residual - system.residual().data());
       for (int r = 0; r < f.rows; ++r, ++row) {
         double* const to = A.row(row);
-        to[A.columns() - 1] = f.residual[r];
-        const Vector3& seen = process.jacobian[first + std::size_t(r)];
+        const double by = scale(first + std::size_t(r));
+        to[A.columns() - 1] = by * f.residual[r];
+        const Vector3 seen = by * process.jacobian[first + std::size_t(r)];
         const double weight = process.weight[first + std::size_t(r)];
         for (int i = 0; i < kProcess; ++i) {
           to[places.process_at[0] + i] += (1.0 - weight) * seen[i];

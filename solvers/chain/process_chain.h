@@ -39,6 +39,7 @@ struct ProcessGrid {
 struct ProcessRows {
   std::vector<Vector3> jacobian;
   std::vector<double> weight;
+  std::vector<double> scale;  // each row is multiplied by this (other noise); empty: 1
 };
 
 // The process given the residuals, at the nodes of the grid, in units of B: s u.

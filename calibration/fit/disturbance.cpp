@@ -2,14 +2,12 @@
 #include "calibration/fit/disturbance.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "calibration/fit/compass_search.h"
 #include "calibration/gathered.h"
 #include "calibration/windows.h"
 #include "graph/decompositions.h"
-#include "graph/parallel.h"
 
 namespace magimu {
 namespace {
@@ -20,7 +18,10 @@ constexpr double kNoticeable = 0.1;      // nats that a size costs at which the 
 constexpr double kSettledNats = 0.01;    // of a maximum
 constexpr double kSettledShare = 1e-5;   // of G: nobody asks a thousand nats to a hundredth
 constexpr double kFirstStep = 1.0;       // of a search, in logarithms
-constexpr double kNoiseFrom = 10.0;      // nats from which the noise is asked for, too
+constexpr double kNoiseFrom = 3.0;       // nats from which the noise is asked for, too
+// A misfit passes for noise in a model without the process, hardly for a hundred times the noise's
+// power.
+constexpr double kNoiseStep = 0.3, kLeastNoise = 0.1;
 constexpr int kMostSweeps = 120;
 
 // Columns of one variable in a factor's rows.
@@ -91,12 +92,7 @@ DisturbanceModel::DisturbanceModel(const Stage& stage, DisturbedPart part,
   double information = 0.0;
   for (const Vector3& J : rows_.jacobian) information += J.squaredNorm();
   least_variance_ = kProcess * double(grid_.node.size()) / std::max(information, 1e-300);
-  // Where the motion is integrated, rotation, velocity and position have their noise in common.
-  const bool apart = stage.spec().motion == MotionModel::kRotation;
-  for (const Sensor s : sensors_.sensor) {
-    if (s == Sensor::kMag) ++mag_rows_;
-    if (s == Sensor::kGyr && apart) ++gyr_rows_;
-  }
+  mag_rows_ = std::size_t(std::ranges::count(sensors_.sensor, Sensor::kMag));
 }
 
 // What adds to the bias adds to the reading; a field b adds D C R' b.
@@ -151,29 +147,28 @@ void DisturbanceModel::add_rates() {
   }
 }
 
-const ProcessChain& DisturbanceModel::chain(const Noise& noise) const {
-  if (chain_ && noise == noise_) return *chain_;
+const ProcessChain& DisturbanceModel::chain(double mag_noise) const {
+  if (chain_ && mag_noise == noise_) return *chain_;
   ProcessRows rows = rows_;
-  if (!(noise == Noise{})) {
+  if (mag_noise != 1.0) {
     rows.scale.assign(rows.jacobian.size(), 1.0);
     for (std::size_t i = 0; i < rows.scale.size(); ++i) {
-      if (sensors_.sensor[i] == Sensor::kMag) rows.scale[i] = 1.0 / noise.mag;
-      if (sensors_.sensor[i] == Sensor::kGyr && gyr_rows_ > 0) rows.scale[i] = 1.0 / noise.gyr;
+      if (sensors_.sensor[i] == Sensor::kMag) rows.scale[i] = 1.0 / mag_noise;
     }
   }
   chain_ = std::make_unique<ProcessChain>(system_, stage_.result().values, node_of, grid_, rows);
-  noise_ = noise;
+  noise_ = mag_noise;
   return *chain_;
 }
 
-double DisturbanceModel::log_density(double size, double memory_s, const Noise& noise) const {
+double DisturbanceModel::log_density(double size, double memory_s, double mag_noise) const {
   ++sweeps_;
-  return chain(noise).evidence(size, memory_s).log_density() -
-         double(mag_rows_) * std::log(noise.mag) - double(gyr_rows_) * std::log(noise.gyr);
+  return chain(mag_noise).evidence(size, memory_s).log_density() -
+         double(mag_rows_) * std::log(mag_noise);
 }
 
 double DisturbanceModel::gain(double size, double memory_s) const {
-  return log_density(size, memory_s, {}) - log_density(0.0, memory_s, {});
+  return log_density(size, memory_s, 1.0) - log_density(0.0, memory_s, 1.0);
 }
 
 // d G / d size^2 at zero, and the standard deviation that it has where the model predicts the data.
@@ -185,7 +180,7 @@ struct DisturbanceModel::Slope {
 // From two sizes so small that G is a parabola of the variance v = size^2: the information's part of
 // it, L(v) = a v - b v^2 / 2 with b = 1/2 tr (K A)^2, is the score's variance.
 DisturbanceModel::Slope DisturbanceModel::slope(double memory_s, double& v) const {
-  const ProcessChain& chain = this->chain({});
+  const ProcessChain& chain = this->chain(1.0);
   const ProcessChain::Evidence none = chain.evidence(0.0, memory_s);
   const auto at = [&](double variance) {
     ++sweeps_;
@@ -213,40 +208,47 @@ DisturbanceModel::Slope DisturbanceModel::slope(double memory_s, double& v) cons
   return {score, std::sqrt(std::max(0.0, information))};
 }
 
+// Beside the process the noise may be less than what the model without it makes of both. The model
+// without the process has its best, too.
 void DisturbanceModel::maximize(DisturbanceFit& d) const {
-  std::vector<double> x = {std::log(d.size), std::log(d.memory_s)};
   const double shortest = std::log(kShortest * node_s_), longest = std::log(2.0 * span_s_);
-  const double none = log_density(0.0, d.memory_s, {});
-  const auto evidence = [&](const std::vector<double>& at) {
-    Noise noise;
-    if (at.size() > 2 && !options_.mag_noise_known) noise.mag = std::exp(at[2]);
-    if (at.size() > 3 && !options_.gyr_noise_known) noise.gyr = std::exp(at[3]);
-    return log_density(std::exp(at[0]), std::exp(std::clamp(at[1], shortest, longest)), noise) -
-           none;
+  // The density of what drives the process, size^2 / memory, shows best; then the memory.
+  const auto with = [&](const std::vector<double>& at) {
+    const double noise = at.size() > 2 ? std::exp(at[2]) : 1.0;
+    return log_density(std::exp(at[0] + 0.5 * at[1]), std::exp(at[1]), noise);
   };
-  const auto settled = [](double gain) {
-    return std::max(kSettledNats, kSettledShare * std::abs(gain));
-  };
+  double none = log_density(0.0, d.memory_s, 1.0);
   CompassSearch search;
   search.first_step = kFirstStep;
   search.most_calls = kMostSweeps;
   search.lower = {-100.0, shortest};
   search.upper = {100.0, longest};
-  search.settled = settled;
-  double best = search.maximize(evidence, x);
-  const bool noise = !options_.mag_noise_known || (!options_.gyr_noise_known && gyr_rows_ > 0);
-  if (noise && best > kNoiseFrom) {
-    x.resize(gyr_rows_ > 0 && !options_.gyr_noise_known ? 4 : 3, 0.0);
-    search.lower.resize(x.size(), std::log(0.1));
-    search.upper.resize(x.size(), std::log(3.0));
-    search.first_step = 0.2;
-    best = search.maximize(evidence, x);
-    if (!options_.mag_noise_known) d.mag_noise = std::exp(x[2]);
-    if (x.size() > 3) d.gyr_noise = std::exp(x[3]);
+  search.settled = [&none](double best) {
+    return std::max(kSettledNats, kSettledShare * std::abs(best - none));
+  };
+  const double memory = std::clamp(std::log(d.memory_s), shortest, longest);
+  std::vector<double> x = {std::log(d.size) - 0.5 * memory, memory};
+  double best = search.maximize(with, x);
+  if (!options_.mag_noise_known && best - none > kNoiseFrom) {
+    search.lower.push_back(std::log(kLeastNoise));
+    search.upper.push_back(-std::log(kLeastNoise));
+    search.first_step = kNoiseStep;
+    x.push_back(0.0);
+    best = search.maximize(with, x);
+    d.mag_noise = std::exp(x[2]);
+    std::vector<double> noise = {0.0};
+    CompassSearch other = search;
+    other.lower = {search.lower[2]};
+    other.upper = {search.upper[2]};
+    none = other.maximize(
+        [&](const std::vector<double>& at) {
+          return log_density(0.0, d.memory_s, std::exp(at[0]));
+        },
+        noise);
   }
-  d.gain_nats = std::max(0.0, best);
-  d.size = best > 0.0 ? std::exp(x[0]) : 0.0;
+  d.gain_nats = std::max(0.0, best - none);
   d.memory_s = std::exp(x[1]);
+  d.size = best > none ? std::exp(x[0] + 0.5 * x[1]) : 0.0;
 }
 
 DisturbanceFit DisturbanceModel::fit() const {
@@ -282,20 +284,11 @@ DisturbanceFit DisturbanceModel::fit() const {
 DisturbanceSeries DisturbanceModel::smooth(const DisturbanceFit& fitted) const {
   DisturbanceSeries out;
   if (!(fitted.size > 0.0)) return out;
-  const Noise noise{fitted.mag_noise, fitted.gyr_noise};
-  SmoothedProcess p = chain(noise).smooth(fitted.size, fitted.memory_s);
+  SmoothedProcess p = chain(fitted.mag_noise).smooth(fitted.size, fitted.memory_s);
   out.t = grid_.time;
   out.recording = recording_;
   out.mean = std::move(p.mean);
   out.sigma = std::move(p.sigma);
-  return out;
-}
-
-std::vector<DisturbanceFit> find_disturbances(const Stage& stage, const DisturbanceOptions& options) {
-  std::vector<DisturbanceFit> out(std::size(kDisturbedParts));
-  parallel::for_each(out.size(), [&](std::size_t i) {
-    out[i] = DisturbanceModel(stage, kDisturbedParts[i], options).fit();
-  });
   return out;
 }
 

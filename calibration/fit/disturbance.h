@@ -11,7 +11,7 @@
 // magnetometer or in the gyroscope, shows in which process gains most.
 //
 // The memory has no meaning at size zero, so neither chi-square nor its half is G's law where the
-// model is right: null_band() says where its figures come from.
+// model is right. It is simulated (bench/evidence.cpp): kNullGain.
 #pragma once
 
 #include <memory>
@@ -23,6 +23,9 @@
 #include "solvers/chain/process_chain.h"
 
 namespace magimu {
+
+// Nats that one process hardly ever gains where the model predicts the data (docs/evidence.md).
+inline constexpr double kNullGain = 6.0;
 
 // Where a disturbance lives.
 enum class DisturbedPart {
@@ -41,8 +44,8 @@ struct DisturbanceFit {
   DisturbedPart part = DisturbedPart::kMag;
   double gain_nats = 0.0;             // G
   double size = 0.0, memory_s = 0.0;  // standard deviation of each number; 0: nothing is gained
-  // By what the noise densities of magnetometer and gyroscope are multiplied beside the process.
-  double mag_noise = 1.0, gyr_noise = 1.0;
+  // By what the magnetometer's noise density is multiplied beside the process.
+  double mag_noise = 1.0;
   // The score of size^2 at zero in its standard deviations, the largest over memories: about N(0, 1)
   // at each memory where the model predicts the data.
   double score = 0.0;
@@ -54,8 +57,8 @@ struct DisturbanceOptions {
   // One step of a maximization from zero gains half of the score's square. Nothing is fitted below
   // this many nats; negative: always.
   double least_gain = 0.5;
-  // Is the noise known from elsewhere? What is not may be another beside the process.
-  bool mag_noise_known = true, gyr_noise_known = true;
+  // Is the magnetometer's noise known from elsewhere? Else it may be another beside the process.
+  bool mag_noise_known = true;
 };
 
 struct DisturbanceSeries {
@@ -78,16 +81,11 @@ class DisturbanceModel {
   double span_s() const { return span_s_; }  // of all recordings
 
  private:
-  struct Noise {
-    double mag = 1.0, gyr = 1.0;
-    bool operator==(const Noise&) const = default;
-  };
   struct Slope;
   void add_magnetometers();
   void add_rates();
-  const ProcessChain& chain(const Noise& noise) const;
-  double rows_of_noise(const Noise& noise) const;
-  double log_density(double size, double memory_s, const Noise& noise) const;
+  const ProcessChain& chain(double mag_noise) const;
+  double log_density(double size, double memory_s, double mag_noise) const;
   Slope slope(double memory_s, double& variance) const;
   void maximize(DisturbanceFit& d) const;
 
@@ -100,14 +98,11 @@ class DisturbanceModel {
   ProcessRows rows_;
   std::vector<int> recording_;  // of a node
   double node_s_ = 0.0, span_s_ = 0.0, least_variance_ = 0.0;
-  std::size_t mag_rows_ = 0, gyr_rows_ = 0;
-  mutable Noise noise_;
+  std::size_t mag_rows_ = 0;
+  mutable double noise_ = 1.0;
   mutable std::unique_ptr<ProcessChain> chain_;
   mutable int sweeps_ = 0;
 };
 
-// All of kDisturbedParts, side by side.
-std::vector<DisturbanceFit> find_disturbances(const Stage& stage,
-                                           const DisturbanceOptions& options = {});
 
 }  // namespace magimu

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/held_globals.h"
 
+#include "factors/preintegrated_imu.h"
 #include "factors/prior_factor.h"
 
 namespace magimu {
@@ -20,6 +21,7 @@ void hold_globals(const Values& globals, const VectorXd& sigma, FactorGraph& gra
     if (s.type == VariableTraits<double>::type()) prior(globals.at<double>(s.key));
     if (s.type == VariableTraits<Vector3>::type()) prior(globals.at<Vector3>(s.key));
     if (s.type == VariableTraits<Matrix3>::type()) prior(globals.at<Matrix3>(s.key));
+    if (s.type == VariableTraits<LowerTriangle>::type()) prior(globals.at<LowerTriangle>(s.key));
   }
 }
 

@@ -69,7 +69,7 @@ struct ActiveEffect {
 enum class CheckStatus { kOk, kCaution, kBad };
 std::string to_string(CheckStatus status);
 struct Check {
-  // "optimum", "accuracy", "whiteness", "windows", "cross_validation", "halves", "axes"
+  // "optimum", "accuracy", "whiteness", "windows", "cross_validation", "gain", "halves", "axes"
   std::string name;
   CheckStatus status = CheckStatus::kOk;
   double value = 0.0;

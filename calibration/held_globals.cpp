@@ -5,15 +5,9 @@
 #include "factors/prior_factor.h"
 
 namespace magimu {
-namespace {
-
-constexpr double kHeld = 1e-3;  // of a standard deviation: a millionth of the information
-
-}  // namespace
-
 void hold_globals(const Values& globals, const VectorXd& sigma, FactorGraph& graph) {
   for (const Values::Slot& s : globals.slots()) {
-    const double held = kHeld * sigma.segment(s.tangent, s.type.tangent()).minCoeff();
+    const double held = kHeldShare * sigma.segment(s.tangent, s.type.tangent()).minCoeff();
     const auto prior = [&](const auto& mean) {
       using V = std::decay_t<decltype(mean)>;
       graph.add(PriorFactor<V>(s.key, mean, Noise<VariableTraits<V>::kTangent>::isotropic(held)));

@@ -41,24 +41,6 @@ constexpr double kLog10Contradiction = -2.5;
 
 constexpr double kNothing = 1e-12;  // of the largest eigenvalue of a correlation matrix: rounding
 
-// One of the 24 rotations that carry axes to axes: the one most like D.
-Matrix3 nearest_mounting(const Matrix3& D) {
-  Matrix3 best = Matrix3::Identity();
-  double most = -std::numeric_limits<double>::infinity();
-  int order[3] = {0, 1, 2};
-  do {
-    for (int signs = 0; signs < 8; ++signs) {
-      Matrix3 P = Matrix3::Zero();
-      for (int i = 0; i < 3; ++i) P(i, order[i]) = (signs >> i & 1) != 0 ? -1.0 : 1.0;
-      const double likeness = P.cwiseProduct(D).sum();
-      if (P.determinant() < 0.0 || likeness <= most) continue;
-      most = likeness;
-      best = P;
-    }
-  } while (std::next_permutation(order, order + 3));
-  return best;
-}
-
 double variance_of(const Drift& drift, double days) {
   return drift.at_once * drift.at_once + drift.per_root_day * drift.per_root_day * days;
 }
@@ -234,6 +216,23 @@ MatrixXd updated(const MatrixXd& V, const MatrixXd& K, const LinearPrior& prior)
 }
 
 }  // namespace
+
+Matrix3 nearest_mounting(const Matrix3& D) {
+  Matrix3 best = Matrix3::Identity();
+  double most = -std::numeric_limits<double>::infinity();
+  int order[3] = {0, 1, 2};
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      Matrix3 P = Matrix3::Zero();
+      for (int i = 0; i < 3; ++i) P(i, order[i]) = (signs >> i & 1) != 0 ? -1.0 : 1.0;
+      const double likeness = P.cwiseProduct(D).sum();
+      if (P.determinant() < 0.0 || likeness <= most) continue;
+      most = likeness;
+      best = P;
+    }
+  } while (std::next_permutation(order, order + 3));
+  return best;
+}
 
 LinearPrior usual_prior(const Calibration& c) {
   Rows rows(c.covariance.rows());

@@ -42,6 +42,9 @@ struct LinearPrior {
   int blocks = 0;  // independent pieces behind an older calibration's robust covariance
 };
 
+// One of the 24 rotations that carry axes to axes: the one most like D.
+Matrix3 nearest_mounting(const Matrix3& D);
+
 // What is usual of parts and boards, without regard to how the magnetometer is mounted or how
 // strong the field is. Standard deviations: bias of the accelerometer 0.2 m/s^2, of the
 // magnetometer 20 uT; scale factors, non-orthogonality and soft iron 5 % (3 deg) about a common

@@ -17,7 +17,7 @@
 #include <fstream>
 
 #include "apps/plot.h"
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 #include "bench/streamed.h"
 #include "bench/streamed_person.h"
 #include "bench/streaming_guided.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 #include "bench/streamed_person.h"
 #include "graph/decompositions.h"
 

@@ -7,7 +7,7 @@
 
 #include <fstream>
 
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 #include "bench/streamed.h"
 #include "bench/streamed_person.h"
 #include "recording/error.h"

@@ -19,7 +19,7 @@
 #include "apps/plot.h"
 #include "study/error_statistics.h"
 #include "bench/streamed.h"
-#include "bench/streamed_person.h"
+#include "study/streamed_person.h"
 #include "bench/streaming_guided.h"
 #include "bench/streaming_memory.h"
 #include "calibration/parameter_names.h"

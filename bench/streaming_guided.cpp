@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "study/error_statistics.h"
-#include "bench/streamed_person.h"
+#include "study/streamed_person.h"
 #include "graph/decompositions.h"
 
 namespace magimu {

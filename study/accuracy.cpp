@@ -86,7 +86,7 @@ void explain(Study& study, const AccuracyRuns& r) {
   const auto d = [](const MethodSummary& s) { return s.groups[3].rmse; };
   study.findings.push_back(fmt::format(
       "MAP: D's RMSE is {:.4g} uT, {:.2f} times the bound; NEES is {:.2f} of 19. Published: 0.0138 "
-      "uT, from ten data sets; ten of ours give {:.4g} to {:.4g} uT (1st to 99th percentile).",
+      "uT, from ten data sets; ten of ours give {:.4g} to {:.4g} uT (99 % of draws).",
       d(r.map), r.map.groups[3].ratio(), r.map.nees, r.map.ten[3].low, r.map.ten[3].high));
   study.findings.push_back(fmt::format(
       "Kok's maximum likelihood by Fisher scoring is the MAP: the estimates are {:.3f} sigma apart "

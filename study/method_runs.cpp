@@ -18,7 +18,7 @@ namespace magimu {
 namespace {
 
 constexpr double kNominalGyrBias = 0.01;  // rad/s: where the published methods start
-constexpr int kGroupDraws = 1000;         // of ten data sets
+constexpr int kGroupDraws = 10000;        // of ten data sets
 
 // The published code hands the gyroscope's standard deviation, of the turn in a step (rad), where
 // its optimizer takes a variance: the density that gives that weight.
@@ -36,7 +36,7 @@ Calibration map_alone(const std::vector<const Recording*>& recordings,
   const Pipeline pipeline(checked.get(), options);
   std::string why;
   const Stage fine = pipeline.fine(pipeline.coarse(why));
-  Calibration c = summarize_parameters(checked.get(), Optimum(fine), options);
+  Calibration c = summarize_model(checked.get(), fine, options);
   seconds = thread_seconds() - start;
   return c;
 }
@@ -116,7 +116,8 @@ RangeOfTen range_of_ten(const std::vector<double>& squares) {
     rmse.push_back(std::sqrt(sum / 10.0));
   }
   std::ranges::sort(rmse);
-  return {rmse[rmse.size() / 100], rmse[rmse.size() - 1 - rmse.size() / 100]};
+  const std::size_t tail = rmse.size() / 200;
+  return {rmse[tail], rmse[rmse.size() - 1 - tail], rmse.front(), rmse.back()};
 }
 
 double group_square(const VectorXd& e, std::size_t group) {

@@ -68,10 +68,10 @@ struct MethodDistance {
 };
 MethodDistance distance(const Calibration& a, const Calibration& b);
 
-// RMSE of groups of ten data sets drawn from all, from the 1st to the 99th percentile: what a study
-// of ten data sets, such as the published one, may print.
+// RMSE of groups of ten data sets drawn from all: what a study of ten data sets, such as the
+// published one, may print. 99 % lie within low and high, 99.98 % within least and most.
 struct RangeOfTen {
-  double low = kNoValue, high = kNoValue;
+  double low = kNoValue, high = kNoValue, least = kNoValue, most = kNoValue;
 };
 
 // Errors of `runs` against the covariance of `bound` (the MAP's on the same data sets), NEES with

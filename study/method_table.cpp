@@ -10,7 +10,7 @@ StudyTable rmse_table(const std::string& name, const std::string& title,
   return {name,
           title,
           {setting_column, "method", "data sets", "parameters", "unit", "RMSE", "bound",
-           "RMSE / bound", "99 % from", "to", "of ten, 1 %", "99 %", "published",
+           "RMSE / bound", "99 % from", "to", "of ten, 0.5 %", "99.5 %", "published",
            "published / RMSE"},
           {}};
 }

@@ -27,6 +27,8 @@ double published_ratio_seconds(Method method, int ratio);
 // Table III: of the MAP at 80 Hz, the magnetometer late by -12.5, 0, 12.5 ms.
 inline constexpr std::array<double, 3> kPublishedDelays{-0.0125, 0.0, 0.0125};  // s
 std::optional<PublishedRmse> published_delay_rmse(double delay_s);
+// Half a unit of the last digit printed there.
+inline constexpr PublishedRmse kPublishedDelayRounding{5e-5, 5e-7, 5e-5, 5e-5};
 
 // Thirty magnetometers, 300 s at 62.5 Hz: seconds of all 30 calibrations.
 double published_array_seconds(Method method);

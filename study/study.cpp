@@ -20,6 +20,9 @@ struct NamedExperiment {
 
 constexpr NamedExperiment kExperiments[] = {
     {"accuracy", study_accuracy},
+    {"rates", study_rates},
+    {"ratios", study_ratios},
+    {"synchronization", study_synchronization},
 };
 
 }  // namespace

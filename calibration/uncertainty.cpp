@@ -66,13 +66,17 @@ void fill_uncertainty(Calibration& c, const Optimum& at, const Marginals& margin
   for (const int node : at.rows.node) {
     block_of_row.push_back(node < 0 ? -1 : block_of_node[std::size_t(node)]);
   }
-  c.covariance = sandwich_covariance(at.system, H, c.covariance_model, block_of_row, blocks);
+  fill_covariance(c, sandwich_covariance(at.system, H, c.covariance_model, block_of_row, blocks),
+                  c.covariance_model);
+}
 
+void fill_covariance(Calibration& c, const MatrixXd& robust, const MatrixXd& model) {
+  const int magnetometers = int(c.parameters.mag.size()), recordings = int(c.fields.size());
   VectorXd unit = VectorXd::Ones(Eigen::Index(c.order.size()));
   const Eigen::Index first_dip = 6 + 12 * magnetometers;
   unit.segment(first_dip, recordings).setConstant(1.0 / kDegree);
-  c.covariance = unit.asDiagonal() * c.covariance * unit.asDiagonal();
-  c.covariance_model = unit.asDiagonal() * c.covariance_model * unit.asDiagonal();
+  c.covariance = unit.asDiagonal() * robust * unit.asDiagonal();
+  c.covariance_model = unit.asDiagonal() * MatrixXd(model) * unit.asDiagonal();
 
   take_over_sigmas(c);
 }

@@ -17,6 +17,10 @@ void fill_uncertainty(Calibration& c, const Optimum& at, const Marginals& margin
 // Independent pieces of block_s behind the robust covariance.
 int covariance_blocks(const Calibration& c, double block_s);
 
+// Of these covariance, covariance_model and the sigmas, from covariances in the parameters' own
+// units (dips in rad). c.order is filled already.
+void fill_covariance(Calibration& c, const MatrixXd& robust, const MatrixXd& model);
+
 // Standard deviation of the strength of the field, uT: that of the cube root of det D, with the
 // covariance in the order and units of Calibration::order.
 double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covariance);

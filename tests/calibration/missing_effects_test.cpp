@@ -6,7 +6,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 #include "calibration/calibrate.h"
 #include "tests/oracle/sensors.h"
 

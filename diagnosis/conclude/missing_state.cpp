@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/conclude/missing_state.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "graph/parallel.h"
+
+namespace magimu {
+namespace {
+
+// Evidence by which one of two answers counts as decided: nats (a factor of 22,000).
+constexpr double kDecided = 10.0;
+// Standard deviations of the smoothed process beyond which it shows at one time.
+constexpr double kShows = 4.0;
+// A process whose memory differs from the noise's by no more than this factor is that noise.
+constexpr double kSameMemory = 3.0;
+
+struct Task {
+  const Stage* stage;
+  DisturbedPart part;
+  DisturbanceFit fit;
+};
+
+// A finding about a sensor's noise names the process that stands for the same: coloured noise has a
+// memory, of which rho is left from one sample to the next; all others have none.
+std::string named_as_noise(const MissingState& m, double shortest_s, const Recording& full,
+                           const Diagnosis& d) {
+  for (const Finding& f : d.findings) {
+    if (f.channel != m.channel || m.frame != "sensor") continue;
+    const bool white = f.effect == "noise_scale" || f.effect == "outliers";
+    if (!white && f.effect != "correlated_noise") continue;
+    double memory = shortest_s;
+    if (!white) {
+      const VectorSeries& series =
+          f.channel == "acc" ? full.acc : (f.channel == "gyr" ? full.gyr : full.mag.front());
+      const double rho = f.parameters.empty() ? 0.0 : f.parameters.front().value;
+      if (rho > 0.0 && rho < 1.0) memory = std::max(memory, -1.0 / (series.rate_hz() * std::log(rho)));
+    }
+    if (m.memory_s <= kSameMemory * memory) return f.effect;
+  }
+  return {};
+}
+
+// Evidence that counts against the last model: what is no noise that has a name, and more than
+// chance gains.
+double counted(const MissingState& m) {
+  return m.noise.empty() && m.left_nats > kNullGain ? m.left_nats : 0.0;
+}
+
+// The process that counts most; null: none counts.
+const MissingState* strongest(const Diagnosis& d) {
+  const auto it = std::ranges::max_element(d.missing, {}, counted);
+  return it == d.missing.end() || !(counted(*it) > 0.0) ? nullptr : &*it;
+}
+
+std::string sensor_name_of(const std::string& channel) {
+  if (channel == "acc") return "accelerometer";
+  return channel == "gyr" ? "gyroscope" : "magnetometer";
+}
+
+// Where it is: the sensors whose processes gain about as much, and of the magnetometer the frame.
+std::string place_of(const Diagnosis& d, const MissingState& most) {
+  std::vector<std::string> places;
+  bool field = false, sensor = false;
+  for (const MissingState& m : d.missing) {
+    if (counted(m) < counted(most) - kDecided || !(counted(m) > 0.0)) continue;
+    if (m.channel == "mag") {
+      (m.frame == "navigation" ? field : sensor) = true;
+    } else {
+      places.push_back("in the " + sensor_name_of(m.channel));
+    }
+  }
+  if (field && sensor) {
+    places.insert(places.begin(),
+                  "in the magnetometer or in the field about it (which of them is not decided)");
+  } else if (field) {
+    places.insert(places.begin(), "in the field about the magnetometer");
+  } else if (sensor) {
+    places.insert(places.begin(), "in the magnetometer");
+  }
+  std::string out;
+  for (std::size_t i = 0; i < places.size(); ++i) out += (i > 0 ? " or " : "") + places[i];
+  return out;
+}
+
+std::string shown_size(double value, const std::string& unit) {
+  if (unit == "rad/s") return fmt::format("{:.2g} deg/s", value * 180.0 / M_PI);
+  return fmt::format("{:.2g} {}", value, unit);
+}
+
+// When it shows, and where it is largest.
+std::string when_of(const Diagnosis& d) {
+  const bool several = d.missing_series.size() > 1;
+  std::string out;
+  double largest = 0.0, at = 0.0, begin = INFINITY, end = -INFINITY;
+  const MissingSeries* in = nullptr;
+  for (const MissingSeries& s : d.missing_series) {
+    for (std::size_t k = 0; k < s.t.size(); ++k) {
+      if (s.mean[k].norm() > largest) {
+        largest = s.mean[k].norm();
+        at = s.t[k];
+        in = &s;
+      }
+    }
+  }
+  if (in == nullptr) return out;
+  for (std::size_t k = 0; k < in->t.size(); ++k) {
+    if (!((in->mean[k].array().abs() > kShows * in->sigma[k].array()).any())) continue;
+    begin = std::min(begin, in->t[k]);
+    end = std::max(end, in->t[k]);
+  }
+  out = fmt::format("; it is largest, {}, at {:.0f} s{}", shown_size(largest, in->unit), at,
+                    several ? " of " + in->recording : "");
+  const double margin = 0.05 * (in->t.back() - in->t.front());
+  const bool early = begin < in->t.front() + margin, late = end > in->t.back() - margin;
+  if (!(begin <= end)) return out + ", and nowhere far out of its band";
+  if (early && late) return out + ", and shows throughout";
+  if (early) return out + fmt::format(", and shows until {:.0f} s", end);
+  if (late) return out + fmt::format(", and shows from {:.0f} s on", begin);
+  return out + fmt::format(", and shows from {:.0f} to {:.0f} s", begin, end);
+}
+
+std::vector<MissingSeries> series_of(const std::vector<const Recording*>& recordings,
+                                     const Stage& stage, const DisturbanceFit& fit,
+                                     const DisturbanceOptions& options) {
+  std::vector<MissingSeries> out(recordings.size());
+  const DisturbanceSeries all = DisturbanceModel(stage, fit.part, options).smooth(fit);
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    out[r].channel = channel_of(fit.part);
+    out[r].frame = frame_of(fit.part);
+    out[r].unit = unit_of(fit.part);
+    out[r].recording = recordings[r]->name;
+  }
+  for (std::size_t k = 0; k < all.t.size(); ++k) {
+    MissingSeries& s = out[std::size_t(all.recording[k])];
+    s.t.push_back(all.t[k]);
+    s.mean.push_back(all.mean[k]);
+    s.sigma.push_back(all.sigma[k]);
+  }
+  return out;
+}
+
+}  // namespace
+
+void find_missing_state(const MissingStateInput& in, Diagnosis& d) {
+  if (!in.first.result().converged() || !in.last.result().converged()) return;
+  const bool same = in.first.spec().effects.size() == in.last.spec().effects.size() &&
+                    in.first.spec().motion == in.last.spec().motion;
+  std::vector<Task> tasks;
+  for (const DisturbedPart part : kDisturbedParts) tasks.push_back({&in.last, part, {}});
+  for (const DisturbedPart part : kDisturbedParts) {
+    if (!same) tasks.push_back({&in.first, part, {}});
+  }
+  std::vector<double> node_s(tasks.size());
+  parallel::for_each(tasks.size(), [&](std::size_t i) {
+    const DisturbanceModel model(*tasks[i].stage, tasks[i].part, in.options);
+    node_s[i] = model.node_s();
+    tasks[i].fit = model.fit();
+  });
+  for (std::size_t i = 0; i < std::size(kDisturbedParts); ++i) {
+    const DisturbanceFit& left = tasks[i].fit;
+    const DisturbanceFit& first = same ? left : tasks[i + std::size(kDisturbedParts)].fit;
+    const DisturbanceFit& shown = left.gain_nats > 0.0 ? left : first;
+    MissingState m;
+    m.channel = channel_of(left.part);
+    m.frame = frame_of(left.part);
+    m.unit = unit_of(left.part);
+    m.gain_nats = first.gain_nats;
+    m.left_nats = left.gain_nats;
+    m.size = shown.size;
+    m.memory_s = shown.size > 0.0 ? shown.memory_s : 0.0;
+    m.noise = named_as_noise(m, 2.0 * node_s[i], *in.full.front(), d);
+    d.missing.push_back(m);
+  }
+  const MissingState* const most = strongest(d);
+  if (most == nullptr) return;
+  const auto i = std::size_t(most - d.missing.data());
+  d.missing_series = series_of(in.recordings, in.last, tasks[i].fit, in.options);
+}
+
+bool state_is_missing(const Diagnosis& d) {
+  const bool excused = std::ranges::any_of(
+      d.findings, [](const Finding& f) { return f.effect != "linear_acceleration"; });
+  return std::ranges::any_of(d.missing, [&](const MissingState& m) {
+    return counted(m) > (excused ? kCrumb * m.gain_nats : 0.0);
+  });
+}
+
+std::string sentence_of_missing_state(const Diagnosis& d) {
+  const MissingState* const most = strongest(d);
+  if (most == nullptr) return {};
+  return fmt::format(
+      "Something is missing {}: with a disturbance there of {} (standard deviation) that lasts "
+      "about {:.2g} s, the readings are more probable by {:.0f} nats{}{}.",
+      place_of(d, *most), shown_size(most->size, most->unit), most->memory_s, counted(*most),
+      d.findings.empty()
+          ? ""
+          : fmt::format(" (before causes were named: {:.0f})", most->gain_nats),
+      when_of(d));
+}
+
+}  // namespace magimu

@@ -19,5 +19,6 @@ void add_info(CLI::App& app, int& exit_code);
 void add_navigate(CLI::App& app, int& exit_code);
 void add_simulate(CLI::App& app, int& exit_code);
 void add_stream(CLI::App& app, int& exit_code);
+void add_study(CLI::App& app, int& exit_code);
 
 }  // namespace magimu::apps

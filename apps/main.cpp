@@ -70,6 +70,7 @@ int main(int argc, char** argv) {
   add_navigate(app, exit_code);
   add_simulate(app, exit_code);
   add_stream(app, exit_code);
+  add_study(app, exit_code);
   if (const std::string problem = unknown_command(app, argc, argv); !problem.empty()) {
     fmt::print(stderr, "magimu: {}\n", problem);
     return kUnusable;

@@ -4,8 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 
+#include "calibration/extension.h"
+#include "graph/numerical_error.h"
 #include "graph/parallel.h"
 
 namespace magimu {
@@ -61,12 +65,32 @@ std::string sensor_name_of(const std::string& channel) {
   return channel == "gyr" ? "gyroscope" : "magnetometer";
 }
 
+// Evidence that decides where it is.
+double deciding(const MissingState& m) {
+  const bool asked = std::isfinite(m.left_beside_acc_offset);
+  return m.noise.empty() ? (asked ? m.left_beside_acc_offset : m.left_nats) : 0.0;
+}
+
+// Does an accelerometer that is early or late take it?
+bool is_acc_offset(const Diagnosis& d, const MissingState& most) {
+  double left = 0.0;
+  for (const MissingState& m : d.missing) left = std::max(left, deciding(m));
+  return left < std::max(kNullGain, kCrumb * counted(most));
+}
+
 // Where it is: the sensors whose processes gain about as much, and of the magnetometer the frame.
 std::string place_of(const Diagnosis& d, const MissingState& most) {
+  if (is_acc_offset(d, most)) {
+    return fmt::format("in the time of the accelerometer's samples, {:.1f} ms {} beside the "
+                       "gyroscope's",
+                       1e3 * std::abs(most.acc_offset_s), most.acc_offset_s > 0.0 ? "late" : "early");
+  }
+  double best = 0.0;
+  for (const MissingState& m : d.missing) best = std::max(best, deciding(m));
   std::vector<std::string> places;
   bool field = false, sensor = false;
   for (const MissingState& m : d.missing) {
-    if (counted(m) < counted(most) - kDecided || !(counted(m) > 0.0)) continue;
+    if (deciding(m) < best - kDecided || !(deciding(m) > kNullGain)) continue;
     if (m.channel == "mag") {
       (m.frame == "navigation" ? field : sensor) = true;
     } else {
@@ -143,6 +167,36 @@ std::vector<MissingSeries> series_of(const std::vector<const Recording*>& record
   return out;
 }
 
+// What is left where the accelerometer's time is a parameter, too.
+void ask_for_acc_offset(const MissingStateInput& in, Diagnosis& d) {
+  const std::string name = "acc_time_offset";
+  const std::shared_ptr<const Effect> effect = find_effect(name);
+  ModelSpec spec = in.last.spec();
+  const bool there = std::ranges::any_of(spec.effects,
+                                         [&](const auto& e) { return e->name() == name; });
+  if (effect == nullptr || there) return;
+  spec.effects.push_back(effect);
+  spec.extended.clear();
+  Stage stage(in.last, spec);
+  Values start = in.last.result().values;
+  const Key key = effect_keys(spec.effects).back().front();
+  if (!start.contains(key)) start.insert(key, 0.0);
+  if (!attempt([&] {
+        stage.fit(start, true);
+        return true;
+      })) {
+    return;
+  }
+  std::array<double, std::size(kDisturbedParts)> left{};
+  parallel::for_each(left.size(), [&](std::size_t i) {
+    left[i] = DisturbanceModel(stage, kDisturbedParts[i], in.options).fit().gain_nats;
+  });
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    d.missing[i].left_beside_acc_offset = left[i];
+    d.missing[i].acc_offset_s = stage.result().values.at<double>(key);
+  }
+}
+
 }  // namespace
 
 void find_missing_state(const MissingStateInput& in, Diagnosis& d) {
@@ -177,6 +231,7 @@ void find_missing_state(const MissingStateInput& in, Diagnosis& d) {
   }
   const MissingState* const most = strongest(d);
   if (most == nullptr) return;
+  ask_for_acc_offset(in, d);
   const auto i = std::size_t(most - d.missing.data());
   d.missing_series = series_of(in.recordings, in.last, tasks[i].fit, in.options);
 }
@@ -187,6 +242,15 @@ bool state_is_missing(const Diagnosis& d) {
   return std::ranges::any_of(d.missing, [&](const MissingState& m) {
     return counted(m) > (excused ? kCrumb * m.gain_nats : 0.0);
   });
+}
+
+std::string what_would_settle_it(const Diagnosis& d) {
+  const MissingState* const most = strongest(d);
+  if (most == nullptr || most->channel != "mag" || is_acc_offset(d, *most)) return {};
+  return "That the field differs from place to place is not shown by this: it would be if the "
+         "departure stayed while the sensor rests and came back where the sensor comes back. To "
+         "settle it, lay the sensor down for ten seconds at two or three places, and return to "
+         "each of them in other attitudes.";
 }
 
 std::string sentence_of_missing_state(const Diagnosis& d) {

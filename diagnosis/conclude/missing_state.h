@@ -29,5 +29,7 @@ void find_missing_state(const MissingStateInput& in, Diagnosis& d);
 bool state_is_missing(const Diagnosis& d);
 // The sensor (or those that cannot be told apart), when, how large.
 std::string sentence_of_missing_state(const Diagnosis& d);
+// Where it may be the field: why that is not said, and what motion would tell; else empty.
+std::string what_would_settle_it(const Diagnosis& d);
 
 }  // namespace magimu

@@ -29,11 +29,20 @@ struct Task {
 };
 
 // A finding about a sensor's noise names the process that stands for the same: coloured noise has a
-// memory, of which rho is left from one sample to the next; all others have none.
+// memory, of which rho is left from one sample to the next; larger noise and outliers have none;
+// rounding and mains are no larger than their step and amplitude.
 std::string named_as_noise(const MissingState& m, double shortest_s, const Recording& full,
                            const Diagnosis& d) {
   for (const Finding& f : d.findings) {
     if (f.channel != m.channel || m.frame != "sensor") continue;
+    const bool bounded = f.effect == "mag_quantization" || f.effect == "mains_interference";
+    if (bounded) {
+      double most = 0.0;
+      for (const FoundParameter& p : f.parameters) {
+        if (p.unit == m.unit) most = std::max(most, std::abs(p.value));
+      }
+      if (m.size <= most) return f.effect;
+    }
     const bool white = f.effect == "noise_scale" || f.effect == "outliers";
     if (!white && f.effect != "correlated_noise") continue;
     double memory = shortest_s;

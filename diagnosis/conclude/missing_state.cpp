@@ -209,7 +209,6 @@ void ask_for_acc_offset(const MissingStateInput& in, Diagnosis& d) {
 }  // namespace
 
 void find_missing_state(const MissingStateInput& in, Diagnosis& d) {
-  if (!in.first.result().converged() || !in.last.result().converged()) return;
   const bool same = in.first.spec().effects.size() == in.last.spec().effects.size() &&
                     in.first.spec().motion == in.last.spec().motion;
   std::vector<Task> tasks;
@@ -255,7 +254,13 @@ bool state_is_missing(const Diagnosis& d) {
 
 std::string what_would_settle_it(const Diagnosis& d) {
   const MissingState* const most = strongest(d);
-  if (most == nullptr || most->channel != "mag" || is_acc_offset(d, *most)) return {};
+  if (most == nullptr || is_acc_offset(d, *most)) return {};
+  double best = 0.0, field = 0.0;
+  for (const MissingState& m : d.missing) {
+    best = std::max(best, deciding(m));
+    if (m.frame == "navigation") field = deciding(m);
+  }
+  if (field < std::max(best - kDecided, kNullGain)) return {};
   return "That the field differs from place to place is not shown by this: it would be if the "
          "departure stayed while the sensor rests and came back where the sensor comes back. To "
          "settle it, lay the sensor down for ten seconds at two or three places, and return to "

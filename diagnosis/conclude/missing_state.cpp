@@ -108,9 +108,9 @@ std::string place_of(const Diagnosis& d, const MissingState& most) {
   }
   if (field && sensor) {
     places.insert(places.begin(),
-                  "in the magnetometer or in the field about it (which of them is not decided)");
+                  "in what the magnetometer reads, in itself or in the field about it");
   } else if (field) {
-    places.insert(places.begin(), "in the field about the magnetometer");
+    places.insert(places.begin(), "in what the magnetometer reads, rather in the field about it than in itself");
   } else if (sensor) {
     places.insert(places.begin(), "in the magnetometer");
   }

@@ -43,7 +43,7 @@ TEST(MissingState, names_every_sensor_that_it_cannot_tell_from_the_best) {
   Diagnosis d = test::clean_diagnosis();
   d.missing = missing({95.0, 100.0, 98.0, 40.0}, {95.0, 100.0, 98.0, 40.0});
   const std::string said = sentence_of_missing_state(d);
-  EXPECT_THAT(said, AllOf(HasSubstr("in the magnetometer or in the field"),
+  EXPECT_THAT(said, AllOf(HasSubstr("in itself or in the field about it"),
                           HasSubstr("or in the gyroscope"), Not(HasSubstr("accelerometer"))));
   d.missing = missing({20.0, 30.0, 700.0, 40.0}, {20.0, 30.0, 700.0, 40.0});
   EXPECT_THAT(sentence_of_missing_state(d),

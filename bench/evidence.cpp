@@ -85,6 +85,14 @@ void null_table(const Case& like, int n) {
       fmt::print(stderr, "seed {}: {}\n", c.seed, error.what());
     }
   });
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (const DisturbanceFit& f : all[i]) {
+      if (f.gain_nats <= kNullGain) continue;
+      fmt::print("seed {}: {} gains {:.2f} nats, size {:.3g} {}, memory {:.3g} s, score {:.1f}\n",
+                 like.seed + i, name_of(f.part), f.gain_nats, f.size, unit_of(f.part), f.memory_s,
+                 f.score);
+    }
+  }
   std::erase_if(all, [](const Fits& f) { return f.empty(); });
   fmt::print("{} recordings at {} Hz, {} s\n", all.size(), like.rate_hz, like.duration_s);
   fmt::print("{:8}{:>9}{:>8}{:>8}{:>8}{:>8}{:>8}{:>10}{:>8}\n", "process", "G = 0", "median",

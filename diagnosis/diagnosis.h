@@ -163,6 +163,8 @@ struct Diagnosis {
   std::vector<ScanEntry> scan = {};    // largest statistic for its degrees of freedom first
   std::vector<Finding> findings = {};  // in the order in which they entered the model
   Unexplained unexplained = {};
+  std::vector<MissingState> missing = {};          // empty: not looked for
+  std::vector<MissingSeries> missing_series = {};  // one a recording, where something is missing
   Calibration before = {}, after = {};
   // model_motion: the model of the motion that was settled on, before any effect.
   ExtendedModel model_before = {}, model_motion = {}, model_after = {};
@@ -172,8 +174,6 @@ struct Diagnosis {
       {};                          // what could not be tested, and why; how the tests were made
   double false_alarm_rate = 0.01;  // family-wise, of naming anything where there is nothing
   double seconds = 0.0;
-  std::vector<MissingState> missing = {};          // empty: not looked for
-  std::vector<MissingSeries> missing_series = {};  // one a recording, where something is missing
 };
 
 struct DiagnosisOptions {

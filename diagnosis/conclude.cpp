@@ -130,7 +130,7 @@ Conclusion conclude(const Diagnosis& d) {
   const std::vector<std::string> set_aside = sentences_of(d.after.set_aside, several);
   append(out.evidence, set_aside);
 
-  if (named) {
+  if (named && !causes_take_nothing(d)) {
     out.answer = contrary ? Answer::kPartly : Answer::kExplained;
     return out;
   }

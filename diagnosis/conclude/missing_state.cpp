@@ -252,6 +252,23 @@ bool state_is_missing(const Diagnosis& d) {
   });
 }
 
+bool causes_take_nothing(const Diagnosis& d) {
+  if (!state_is_missing(d)) return false;
+  double gain = 0.0, taken = 0.0;
+  for (const MissingState& m : d.missing) {
+    if (m.gain_nats <= gain) continue;
+    gain = m.gain_nats;
+    taken = m.taken_by_findings();
+  }
+  // The evidence does not measure the motion, nor noise of single samples.
+  constexpr const char* kElsewhere[] = {"linear_acceleration", "noise_scale",    "correlated_noise",
+                                        "outliers",            "mag_saturation", "mag_quantization",
+                                        "mains_interference",  "stationary_source"};
+  return taken < kCrumb * gain && std::ranges::none_of(d.findings, [&](const Finding& f) {
+           return std::ranges::count(kElsewhere, f.effect) > 0;
+         });
+}
+
 std::string what_would_settle_it(const Diagnosis& d) {
   const MissingState* const most = strongest(d);
   if (most == nullptr || is_acc_offset(d, *most)) return {};

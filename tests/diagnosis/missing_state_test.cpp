@@ -67,6 +67,28 @@ TEST(MissingState, is_explained_where_causes_leave_crumbs) {
   EXPECT_EQ(conclude(d).answer, Answer::kExplained) << "that has a name";
 }
 
+TEST(MissingState, of_which_causes_take_nothing_is_unexplained) {
+  Diagnosis d = test::example_diagnosis();
+  d.missing = missing({900.0, 1000.0, 100.0, 0.0}, {900.0, 999.0, 100.0, 0.0});
+  EXPECT_EQ(conclude(d).answer, Answer::kUnexplained) << "whatever was named";
+  d.missing = missing({900.0, 1000.0, 100.0, 0.0}, {800.0, 900.0, 100.0, 0.0});
+  EXPECT_EQ(conclude(d).answer, Answer::kPartly);
+}
+
+TEST(MissingState, is_not_called_a_field_where_the_accelerometer_is_late) {
+  Diagnosis d = test::clean_diagnosis();
+  d.missing = missing({300.0, 200.0, 10.0, 20.0}, {300.0, 200.0, 10.0, 20.0});
+  EXPECT_THAT(conclude(d).evidence, Contains(HasSubstr("To settle it")));
+  for (MissingState& m : d.missing) {
+    m.left_beside_acc_offset = 1.0;
+    m.acc_offset_s = 0.004;
+  }
+  const Conclusion c = conclude(d);
+  EXPECT_EQ(c.answer, Answer::kUnexplained);
+  EXPECT_THAT(c.evidence, Contains(AllOf(HasSubstr("4.0 ms late"), Not(HasSubstr("field")))));
+  EXPECT_THAT(c.evidence, Not(Contains(HasSubstr("To settle it"))));
+}
+
 // Such changes were said to be predicted, at hundreds of standard deviations.
 TEST(MissingState, of_a_gain_that_changes_is_never_nothing) {
   SimulationOptions o;

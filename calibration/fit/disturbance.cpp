@@ -13,7 +13,8 @@ namespace magimu {
 namespace {
 
 constexpr int kMemories = 6;             // at which the score is taken
-constexpr double kShortest = 2.0;        // memory, intervals between nodes
+constexpr std::size_t kMostNodes = 6000;  // of the process: a sweep takes some 20 ms
+constexpr double kShortest = 2.0;        // memory, intervals between the process's nodes
 constexpr double kNoticeable = 0.1;      // nats that a size costs at which the score is taken
 constexpr double kSettledNats = 0.01;    // of a maximum
 constexpr double kSettledShare = 1e-5;   // of G: nobody asks a thousand nats to a hundredth
@@ -71,17 +72,7 @@ DisturbanceModel::DisturbanceModel(const Stage& stage, DisturbedPart part,
       system_(stage.graph(), stage.result().values),
       sensors_(stage.graph(), system_) {
   system_.linearize(stage.result().values);
-  for (std::size_t r = 0; r < stage.plans().size(); ++r) {
-    const NodePlan& plan = stage.plans()[r];
-    for (std::size_t k = 0; k < plan.t.size(); ++k) {
-      grid_.node.push_back(plan.first + int(k));
-      grid_.time.push_back(plan.t[k]);
-      grid_.begins.push_back(k == 0);
-      recording_.push_back(int(r));
-    }
-    span_s_ += plan.t.back() - plan.t.front();
-  }
-  node_s_ = span_s_ / double(std::max<std::size_t>(1, grid_.node.size() - stage.plans().size()));
+  add_grid();
   rows_.jacobian.assign(std::size_t(system_.rows()), Vector3::Zero());
   rows_.weight.assign(std::size_t(system_.rows()), 0.0);
   if (part == DisturbedPart::kField || part == DisturbedPart::kMag) {
@@ -93,6 +84,37 @@ DisturbanceModel::DisturbanceModel(const Stage& stage, DisturbedPart part,
   for (const Vector3& J : rows_.jacobian) information += J.squaredNorm();
   least_variance_ = kProcess * double(grid_.node.size()) / std::max(information, 1e-300);
   mag_rows_ = std::size_t(std::ranges::count(sensors_.sensor, Sensor::kMag));
+}
+
+// Of a long recording the process has its nodes further apart, so that a sweep stays short.
+void DisturbanceModel::add_grid() {
+  std::size_t nodes = 0;
+  for (const NodePlan& plan : stage_.plans()) nodes += plan.t.size();
+  const std::size_t every = (nodes + kMostNodes - 1) / kMostNodes;
+  for (std::size_t r = 0; r < stage_.plans().size(); ++r) {
+    const NodePlan& plan = stage_.plans()[r];
+    for (std::size_t k = 0; k < plan.t.size(); ++k) {
+      recording_.push_back(int(r));
+      time_.push_back(plan.t[k]);
+      const bool last = k + 1 == plan.t.size();
+      if (k % every == 0 || last) {
+        grid_.node.push_back(plan.first + int(k));
+        grid_.time.push_back(plan.t[k]);
+        grid_.begins.push_back(k == 0);
+      }
+      at_grid_.push_back(grid_.node.size() - 1);
+    }
+    span_s_ += plan.t.back() - plan.t.front();
+  }
+  const std::size_t intervals = grid_.node.size() - stage_.plans().size();
+  node_s_ = span_s_ / double(std::max<std::size_t>(1, intervals));
+}
+
+// Where between two nodes of the grid a time is that belongs to this node or to the way to the next.
+double DisturbanceModel::weight_at(int node, double time) const {
+  const std::size_t j = at_grid_[std::size_t(node)];
+  if (j + 1 == grid_.node.size() || grid_.begins[j + 1]) return 0.0;
+  return (time - grid_.time[j]) / (grid_.time[j + 1] - grid_.time[j]);
 }
 
 // What adds to the bias adds to the reading; a field b adds D C R' b.
@@ -117,8 +139,9 @@ void DisturbanceModel::add_magnetometers() {
              values.at<Rot3>(pose.key).matrix().transpose() / strength;
       }
       for (int row = 0; row < batch.rows(); ++row) {
-        rows_.jacobian[std::size_t(system_.first_row(b) + i * batch.rows() + row)] =
-            J.row(row).transpose();
+        const auto at = std::size_t(system_.first_row(b) + i * batch.rows() + row);
+        rows_.jacobian[at] = J.row(row).transpose();
+        rows_.weight[at] = weight_at(int(pose.key.index), time_[pose.key.index]);
       }
     }
   }
@@ -137,11 +160,14 @@ void DisturbanceModel::add_rates() {
       // Between two nodes: the mean of the process there.
       const bool between =
           std::ranges::count(batch.keys(i), R(0).symbol, &Key::symbol) > 1;
+      const int node = int(pose.key.index);
+      const double time = between ? 0.5 * (time_[std::size_t(node)] + time_[std::size_t(node) + 1])
+                                  : time_[std::size_t(node)];
       const MatrixXd J = columns_of(system_, b, i, bias.column, 3);
       for (int row = 0; row < batch.rows(); ++row) {
         const auto at = std::size_t(system_.first_row(b) + i * batch.rows() + row);
         rows_.jacobian[at] = J.row(row).transpose();
-        rows_.weight[at] = between ? 0.5 : 0.0;
+        rows_.weight[at] = weight_at(node, time);
       }
     }
   }
@@ -286,7 +312,7 @@ DisturbanceSeries DisturbanceModel::smooth(const DisturbanceFit& fitted) const {
   if (!(fitted.size > 0.0)) return out;
   SmoothedProcess p = chain(fitted.mag_noise).smooth(fitted.size, fitted.memory_s);
   out.t = grid_.time;
-  out.recording = recording_;
+  for (const int node : grid_.node) out.recording.push_back(recording_[std::size_t(node)]);
   out.mean = std::move(p.mean);
   out.sigma = std::move(p.sigma);
   return out;

@@ -77,11 +77,13 @@ class DisturbanceModel {
   DisturbanceFit fit() const;
   DisturbanceSeries smooth(const DisturbanceFit& fitted) const;
 
-  double node_s() const { return node_s_; }  // between nodes, in the mean
+  double node_s() const { return node_s_; }  // between the process's nodes, in the mean
   double span_s() const { return span_s_; }  // of all recordings
 
  private:
   struct Slope;
+  void add_grid();
+  double weight_at(int node, double time) const;
   void add_magnetometers();
   void add_rates();
   const ProcessChain& chain(double mag_noise) const;
@@ -96,7 +98,10 @@ class DisturbanceModel {
   SensorRows sensors_;
   ProcessGrid grid_;
   ProcessRows rows_;
-  std::vector<int> recording_;  // of a node
+  // Of each node of the model; at_grid_: the last node of the grid not after it.
+  std::vector<int> recording_;
+  std::vector<double> time_;
+  std::vector<std::size_t> at_grid_;
   double node_s_ = 0.0, span_s_ = 0.0, least_variance_ = 0.0;
   std::size_t mag_rows_ = 0;
   mutable double noise_ = 1.0;

@@ -12,21 +12,22 @@
 namespace magimu {
 namespace {
 
-constexpr int kMemories = 6;             // at which the score is taken
+constexpr int kMemories = 6;              // at which the score is taken
 constexpr std::size_t kMostNodes = 6000;  // of the process: a sweep takes some 20 ms
-constexpr double kShortest = 2.0;        // memory, intervals between the process's nodes
-constexpr double kNoticeable = 0.1;      // nats that a size costs at which the score is taken
-constexpr double kSettledNats = 0.01;    // of a maximum
-constexpr double kSettledShare = 1e-5;   // of G: nobody asks a thousand nats to a hundredth
-constexpr double kFirstStep = 1.0;       // of a search, in logarithms
-constexpr double kNoiseFrom = 3.0;       // nats from which the noise is asked for, too
+constexpr double kShortest = 2.0;         // memory, intervals between the process's nodes
+constexpr double kNoticeable = 0.1;       // nats that a size costs at which the score is taken
+constexpr double kSettledNats = 0.01;     // of a maximum
+constexpr double kSettledShare = 1e-5;    // of G: nobody asks a thousand nats to a hundredth
+constexpr double kFirstStep = 1.0;        // of a search, in logarithms
+constexpr double kNoiseFrom = 3.0;        // nats from which the noise is asked for, too
 // A misfit passes for noise in a model without the process, hardly for a hundred times the noise's
 // power.
 constexpr double kNoiseStep = 0.3, kLeastNoise = 0.1;
 constexpr int kMostSweeps = 120;
 
 // Columns of one variable in a factor's rows.
-MatrixXd columns_of(const LinearSystem& system, std::size_t batch, int factor, int from, int count) {
+MatrixXd columns_of(const LinearSystem& system, std::size_t batch, int factor, int from,
+                    int count) {
   const LinearSystem::RowBlocks& b = system.row_blocks()[batch];
   const double* const value =
       system.value().data() + b.first_entry + std::ptrdiff_t(factor) * b.rows * b.columns;
@@ -110,7 +111,8 @@ void DisturbanceModel::add_grid() {
   node_s_ = span_s_ / double(std::max<std::size_t>(1, intervals));
 }
 
-// Where between two nodes of the grid a time is that belongs to this node or to the way to the next.
+// Where between two nodes of the grid a time is that belongs to this node or to the way to the
+// next.
 double DisturbanceModel::weight_at(int node, double time) const {
   const std::size_t j = at_grid_[std::size_t(node)];
   if (j + 1 == grid_.node.size() || grid_.begins[j + 1]) return 0.0;
@@ -120,8 +122,7 @@ double DisturbanceModel::weight_at(int node, double time) const {
 // What adds to the bias adds to the reading; a field b adds D C R' b.
 void DisturbanceModel::add_magnetometers() {
   const Values& values = stage_.result().values;
-  const double strength =
-      std::cbrt(std::abs(values.at<Matrix3>(key::distortion).determinant()));
+  const double strength = std::cbrt(std::abs(values.at<Matrix3>(key::distortion).determinant()));
   for (std::size_t b = 0; b < stage_.graph().batches().size(); ++b) {
     const FactorBatch& batch = *stage_.graph().batches()[b];
     for (int i = 0; i < batch.size(); ++i) {
@@ -148,8 +149,7 @@ void DisturbanceModel::add_magnetometers() {
 }
 
 void DisturbanceModel::add_rates() {
-  const char symbol =
-      part_ == DisturbedPart::kGyr ? key::gyr_bias.symbol : key::acc_bias.symbol;
+  const char symbol = part_ == DisturbedPart::kGyr ? key::gyr_bias.symbol : key::acc_bias.symbol;
   for (std::size_t b = 0; b < stage_.graph().batches().size(); ++b) {
     const FactorBatch& batch = *stage_.graph().batches()[b];
     for (int i = 0; i < batch.size(); ++i) {
@@ -158,8 +158,7 @@ void DisturbanceModel::add_rates() {
       const Found pose = find(batch, i, R(0).symbol);
       if (pose.column < 0) continue;
       // Between two nodes: the mean of the process there.
-      const bool between =
-          std::ranges::count(batch.keys(i), R(0).symbol, &Key::symbol) > 1;
+      const bool between = std::ranges::count(batch.keys(i), R(0).symbol, &Key::symbol) > 1;
       const int node = int(pose.key.index);
       const double time = between ? 0.5 * (time_[std::size_t(node)] + time_[std::size_t(node) + 1])
                                   : time_[std::size_t(node)];
@@ -203,8 +202,8 @@ struct DisturbanceModel::Slope {
   double z() const { return sigma > 0.0 ? score / sigma : 0.0; }
 };
 
-// From two sizes so small that G is a parabola of the variance v = size^2: the information's part of
-// it, L(v) = a v - b v^2 / 2 with b = 1/2 tr (K A)^2, is the score's variance.
+// From two sizes so small that G is a parabola of the variance v = size^2: the information's part
+// of it, L(v) = a v - b v^2 / 2 with b = 1/2 tr (K A)^2, is the score's variance.
 DisturbanceModel::Slope DisturbanceModel::slope(double memory_s, double& v) const {
   const ProcessChain& chain = this->chain(1.0);
   const ProcessChain::Evidence none = chain.evidence(0.0, memory_s);
@@ -285,8 +284,7 @@ DisturbanceFit DisturbanceModel::fit() const {
   double best_z = -INFINITY, variance = v;
   const double ratio = std::max(1.0, span_s_ / (kShortest * node_s_));
   for (int i = 0; i < kMemories; ++i) {
-    const double memory =
-        kShortest * node_s_ * std::pow(ratio, double(i) / double(kMemories - 1));
+    const double memory = kShortest * node_s_ * std::pow(ratio, double(i) / double(kMemories - 1));
     const Slope slope = this->slope(memory, v);
     if (slope.z() <= best_z) continue;
     best_z = slope.z();

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a fitted model lacks, as a state: an Ornstein-Uhlenbeck process of three numbers that adds to
-// one sensor's readings or to the field, and how much more probable the readings are with it,
+// What a fitted model lacks, as a state: an Ornstein-Uhlenbeck process of three numbers that adds
+// to one sensor's readings or to the field, and how much more probable the readings are with it,
 //
 //   G = max over size >= 0 and memory of log p(readings | model, process) - log p(readings | model)
 //
 // trajectory and parameters integrated out with flat priors in both, in the same coordinates (the
-// model linearized at its optimum). Both are densities of the same numbers: the means of the samples
-// about the nodes, in units of their noise. Nothing but what the process adds can be gained: G = 0
-// where the model predicts the data. Whether it is in the field or in the sensor, in the
-// magnetometer or in the gyroscope, shows in which process gains most.
+// model linearized at its optimum). Both are densities of the same numbers: the means of the
+// samples about the nodes, in units of their noise. Nothing but what the process adds can be
+// gained: G = 0 where the model predicts the data. Whether it is in the field or in the sensor, in
+// the magnetometer or in the gyroscope, shows in which process gains most.
 //
 // The memory has no meaning at size zero, so neither chi-square nor its half is G's law where the
 // model is right. It is simulated (bench/evidence.cpp): kNullGain.
@@ -46,8 +46,8 @@ struct DisturbanceFit {
   double size = 0.0, memory_s = 0.0;  // standard deviation of each number; 0: nothing is gained
   // By what the magnetometer's noise density is multiplied beside the process.
   double mag_noise = 1.0;
-  // The score of size^2 at zero in its standard deviations, the largest over memories: about N(0, 1)
-  // at each memory where the model predicts the data.
+  // The score of size^2 at zero in its standard deviations, the largest over memories: about N(0,
+  // 1) at each memory where the model predicts the data.
   double score = 0.0;
   bool fitted = false;  // false: the score shows that nothing is gained
   int sweeps = 0;       // passes over the recording that were needed
@@ -108,6 +108,5 @@ class DisturbanceModel {
   mutable std::unique_ptr<ProcessChain> chain_;
   mutable int sweeps_ = 0;
 };
-
 
 }  // namespace magimu

@@ -116,7 +116,12 @@ Conclusion conclude(const Diagnosis& d) {
   const Check* const halves = halves_that_disagree(d);
   // Evidence to the contrary.
   const bool missing = state_is_missing(d);
-  if (missing) out.evidence.push_back(sentence_of_missing_state(d));
+  if (missing) {
+    out.evidence.push_back(sentence_of_missing_state(d));
+    if (std::string settle = what_would_settle_it(d); !settle.empty()) {
+      out.evidence.push_back(std::move(settle));
+    }
+  }
   if (d.unexplained.detected) append(out.evidence, d.unexplained.evidence);
   append(out.evidence, sentences_of(left, several));
   if (halves != nullptr) out.evidence.push_back(halves->sentence);
@@ -125,7 +130,7 @@ Conclusion conclude(const Diagnosis& d) {
   const std::vector<std::string> set_aside = sentences_of(d.after.set_aside, several);
   append(out.evidence, set_aside);
 
-  if (named) {
+  if (named && !causes_take_nothing(d)) {
     out.answer = contrary ? Answer::kPartly : Answer::kExplained;
     return out;
   }

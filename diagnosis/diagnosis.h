@@ -10,6 +10,7 @@
 
 #include <array>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -97,6 +98,10 @@ struct MissingState {
   // Standard deviation and memory, beside the last model where something is left, else the first.
   double size = 0.0, memory_s = 0.0;
   std::string noise = {};  // the finding about this sensor's noise that it is, too; empty: none
+  // What is left where the accelerometer may be early or late, too, and by how much it then is:
+  // half a sample of it looks like a field that differs from place to place. NaN: not asked for.
+  double left_beside_acc_offset = std::numeric_limits<double>::quiet_NaN();
+  double acc_offset_s = 0.0;
 };
 
 // The process that gains most, given all readings: what is missing in the last model.

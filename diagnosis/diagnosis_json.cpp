@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/diagnosis_json.h"
 
+#include <cmath>
+
 #include "calibration/calibration_json.h"
 
 namespace magimu {
@@ -71,6 +73,10 @@ Json missing(const std::vector<MissingState>& all) {
                    {"taken_by_findings", m.taken_by_findings()},
                    {"left_nats", m.left_nats}});
     if (!m.noise.empty()) out.back()["noise"] = m.noise;
+    if (std::isfinite(m.left_beside_acc_offset)) {
+      out.back()["left_beside_acc_time_offset"] = m.left_beside_acc_offset;
+      out.back()["acc_time_offset_s"] = m.acc_offset_s;
+    }
   }
   return out;
 }

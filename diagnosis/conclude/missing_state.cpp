@@ -4,8 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 
+#include "calibration/extension.h"
+#include "graph/numerical_error.h"
 #include "graph/parallel.h"
 
 namespace magimu {
@@ -25,11 +29,20 @@ struct Task {
 };
 
 // A finding about a sensor's noise names the process that stands for the same: coloured noise has a
-// memory, of which rho is left from one sample to the next; all others have none.
+// memory, of which rho is left from one sample to the next; larger noise and outliers have none;
+// rounding and mains are no larger than their step and amplitude.
 std::string named_as_noise(const MissingState& m, double shortest_s, const Recording& full,
                            const Diagnosis& d) {
   for (const Finding& f : d.findings) {
     if (f.channel != m.channel || m.frame != "sensor") continue;
+    const bool bounded = f.effect == "mag_quantization" || f.effect == "mains_interference";
+    if (bounded) {
+      double most = 0.0;
+      for (const FoundParameter& p : f.parameters) {
+        if (p.unit == m.unit) most = std::max(most, std::abs(p.value));
+      }
+      if (m.size <= most) return f.effect;
+    }
     const bool white = f.effect == "noise_scale" || f.effect == "outliers";
     if (!white && f.effect != "correlated_noise") continue;
     double memory = shortest_s;
@@ -61,12 +74,32 @@ std::string sensor_name_of(const std::string& channel) {
   return channel == "gyr" ? "gyroscope" : "magnetometer";
 }
 
+// Evidence that decides where it is.
+double deciding(const MissingState& m) {
+  const bool asked = std::isfinite(m.left_beside_acc_offset);
+  return m.noise.empty() ? (asked ? m.left_beside_acc_offset : m.left_nats) : 0.0;
+}
+
+// Does an accelerometer that is early or late take it?
+bool is_acc_offset(const Diagnosis& d, const MissingState& most) {
+  double left = 0.0;
+  for (const MissingState& m : d.missing) left = std::max(left, deciding(m));
+  return left < std::max(kNullGain, kCrumb * counted(most));
+}
+
 // Where it is: the sensors whose processes gain about as much, and of the magnetometer the frame.
 std::string place_of(const Diagnosis& d, const MissingState& most) {
+  if (is_acc_offset(d, most)) {
+    return fmt::format("in the time of the accelerometer's samples, {:.1f} ms {} beside the "
+                       "gyroscope's",
+                       1e3 * std::abs(most.acc_offset_s), most.acc_offset_s > 0.0 ? "late" : "early");
+  }
+  double best = 0.0;
+  for (const MissingState& m : d.missing) best = std::max(best, deciding(m));
   std::vector<std::string> places;
   bool field = false, sensor = false;
   for (const MissingState& m : d.missing) {
-    if (counted(m) < counted(most) - kDecided || !(counted(m) > 0.0)) continue;
+    if (deciding(m) < best - kDecided || !(deciding(m) > kNullGain)) continue;
     if (m.channel == "mag") {
       (m.frame == "navigation" ? field : sensor) = true;
     } else {
@@ -75,9 +108,9 @@ std::string place_of(const Diagnosis& d, const MissingState& most) {
   }
   if (field && sensor) {
     places.insert(places.begin(),
-                  "in the magnetometer or in the field about it (which of them is not decided)");
+                  "in what the magnetometer reads, in itself or in the field about it");
   } else if (field) {
-    places.insert(places.begin(), "in the field about the magnetometer");
+    places.insert(places.begin(), "in what the magnetometer reads, rather in the field about it than in itself");
   } else if (sensor) {
     places.insert(places.begin(), "in the magnetometer");
   }
@@ -143,10 +176,39 @@ std::vector<MissingSeries> series_of(const std::vector<const Recording*>& record
   return out;
 }
 
+// What is left where the accelerometer's time is a parameter, too.
+void ask_for_acc_offset(const MissingStateInput& in, Diagnosis& d) {
+  const std::string name = "acc_time_offset";
+  const std::shared_ptr<const Effect> effect = find_effect(name);
+  ModelSpec spec = in.last.spec();
+  const bool there = std::ranges::any_of(spec.effects,
+                                         [&](const auto& e) { return e->name() == name; });
+  if (effect == nullptr || there) return;
+  spec.effects.push_back(effect);
+  spec.extended.clear();
+  Stage stage(in.last, spec);
+  Values start = in.last.result().values;
+  const Key key = effect_keys(spec.effects).back().front();
+  if (!start.contains(key)) start.insert(key, 0.0);
+  if (!attempt([&] {
+        stage.fit(start, true);
+        return true;
+      })) {
+    return;
+  }
+  std::array<double, std::size(kDisturbedParts)> left{};
+  parallel::for_each(left.size(), [&](std::size_t i) {
+    left[i] = DisturbanceModel(stage, kDisturbedParts[i], in.options).fit().gain_nats;
+  });
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    d.missing[i].left_beside_acc_offset = left[i];
+    d.missing[i].acc_offset_s = stage.result().values.at<double>(key);
+  }
+}
+
 }  // namespace
 
 void find_missing_state(const MissingStateInput& in, Diagnosis& d) {
-  if (!in.first.result().converged() || !in.last.result().converged()) return;
   const bool same = in.first.spec().effects.size() == in.last.spec().effects.size() &&
                     in.first.spec().motion == in.last.spec().motion;
   std::vector<Task> tasks;
@@ -177,6 +239,7 @@ void find_missing_state(const MissingStateInput& in, Diagnosis& d) {
   }
   const MissingState* const most = strongest(d);
   if (most == nullptr) return;
+  ask_for_acc_offset(in, d);
   const auto i = std::size_t(most - d.missing.data());
   d.missing_series = series_of(in.recordings, in.last, tasks[i].fit, in.options);
 }
@@ -187,6 +250,38 @@ bool state_is_missing(const Diagnosis& d) {
   return std::ranges::any_of(d.missing, [&](const MissingState& m) {
     return counted(m) > (excused ? kCrumb * m.gain_nats : 0.0);
   });
+}
+
+bool causes_take_nothing(const Diagnosis& d) {
+  if (!state_is_missing(d)) return false;
+  double gain = 0.0, taken = 0.0;
+  for (const MissingState& m : d.missing) {
+    if (m.gain_nats <= gain) continue;
+    gain = m.gain_nats;
+    taken = m.taken_by_findings();
+  }
+  // The evidence does not measure the motion, nor noise of single samples.
+  constexpr const char* kElsewhere[] = {"linear_acceleration", "noise_scale",    "correlated_noise",
+                                        "outliers",            "mag_saturation", "mag_quantization",
+                                        "mains_interference",  "stationary_source"};
+  return taken < kCrumb * gain && std::ranges::none_of(d.findings, [&](const Finding& f) {
+           return std::ranges::count(kElsewhere, f.effect) > 0;
+         });
+}
+
+std::string what_would_settle_it(const Diagnosis& d) {
+  const MissingState* const most = strongest(d);
+  if (most == nullptr || is_acc_offset(d, *most)) return {};
+  double best = 0.0, field = 0.0;
+  for (const MissingState& m : d.missing) {
+    best = std::max(best, deciding(m));
+    if (m.frame == "navigation") field = deciding(m);
+  }
+  if (field < std::max(best - kDecided, kNullGain)) return {};
+  return "That the field differs from place to place is not shown by this: it would be if the "
+         "departure stayed while the sensor rests and came back where the sensor comes back. To "
+         "settle it, lay the sensor down for ten seconds at two or three places, and return to "
+         "each of them in other attitudes.";
 }
 
 std::string sentence_of_missing_state(const Diagnosis& d) {

@@ -27,7 +27,11 @@ void find_missing_state(const MissingStateInput& in, Diagnosis& d);
 
 // Is more left beside the last model than chance gains, and than crumbs of what causes took?
 bool state_is_missing(const Diagnosis& d);
+// Have the named causes taken no real part of it? Then they explain nothing, whatever they are.
+bool causes_take_nothing(const Diagnosis& d);
 // The sensor (or those that cannot be told apart), when, how large.
 std::string sentence_of_missing_state(const Diagnosis& d);
+// Where it may be the field: why that is not said, and what motion would tell; else empty.
+std::string what_would_settle_it(const Diagnosis& d);
 
 }  // namespace magimu

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
 #include <fmt/format.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <exception>
 #include <system_error>
+#ifdef __GLIBC__  // known from here on
+#include <malloc.h>
+#endif
 
 #include "apps/commands.h"
 #include "apps/common_options.h"

@@ -21,7 +21,8 @@ double days_since(const std::string& path) {
 
 }  // namespace
 
-void PriorArguments::apply_to(CalibrationOptions& options) const {
+CalibrationOptions PriorArguments::read() const {
+  CalibrationOptions options;
   const bool given = prior != "default" && prior != "none";
   if (!given && (has_age || has_drift)) {
     throw InputError(has_age ? "--prior-age" : "--prior-drift", 0, 0,
@@ -29,7 +30,7 @@ void PriorArguments::apply_to(CalibrationOptions& options) const {
                      "name its file: --prior CAL.json");
   }
   options.prior = prior == "none" ? PriorKind::kNone : PriorKind::kUsual;
-  if (!given) return;
+  if (!given) return options;
   GivenPrior old{prior, read_calibration(prior), has_age ? age_days : days_since(prior), drift};
   if (old.calibration.trust.verdict == Verdict::kNo) {
     throw InputError(prior, 0, 0, "its verdict is `no`: it tells nothing of the device",
@@ -37,6 +38,7 @@ void PriorArguments::apply_to(CalibrationOptions& options) const {
   }
   options.prior = PriorKind::kGiven;
   options.given_prior = std::make_shared<const GivenPrior>(std::move(old));
+  return options;
 }
 
 void add_prior_options(CLI::App& cmd, PriorArguments& arguments) {

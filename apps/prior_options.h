@@ -15,8 +15,16 @@ struct PriorArguments {
   double drift = 1.0;
   bool has_age = false, has_drift = false;
 
-  // Reads the calibration that is named. Throws InputError.
-  void apply_to(CalibrationOptions& options) const;
+  // Reads the calibration that is named. Throws InputError. Options: of a calibration or a stream.
+  template <class Options>
+  void apply_to(Options& options) const {
+    const CalibrationOptions known = read();
+    options.prior = known.prior;
+    options.given_prior = known.given_prior;
+  }
+
+ private:
+  CalibrationOptions read() const;
 };
 
 // arguments must live as long as cmd.

@@ -69,11 +69,7 @@ void add_prior(Calibration& c, const std::vector<const Recording*>& recordings, 
                const CalibrationOptions& options, std::vector<double>& mag_squares) {
   // In standard deviations of the model, squared and halved: closer, no residual shows it.
   constexpr double kShows = 0.5;
-  if (options.prior == PriorKind::kNone) return;
-  const bool given = options.prior == PriorKind::kGiven;
-  c.prior.source = given ? options.given_prior->name : "default";
-  const LinearPrior prior = given ? prior_of(*options.given_prior, c) : usual_prior(c);
-  const double cost = take_prior(c, prior, covariance_blocks(c, options.block_s));
+  const double cost = take_known_beforehand(c, options);
   if (cost < kShows || !c.undetermined.empty()) return;
   const Stage held = with_parameters_of(c, fine);
   if (!held.result().converged()) return;

@@ -320,4 +320,12 @@ double take_prior(Calibration& c, const LinearPrior& all, int blocks) {
   return cost;
 }
 
+double take_known_beforehand(Calibration& c, const CalibrationOptions& options) {
+  if (options.prior == PriorKind::kNone) return 0.0;
+  const bool given = options.prior == PriorKind::kGiven;
+  c.prior.source = given ? options.given_prior->name : "default";
+  const LinearPrior prior = given ? prior_of(*options.given_prior, c) : usual_prior(c);
+  return take_prior(c, prior, covariance_blocks(c, options.block_s));
+}
+
 }  // namespace magimu

@@ -68,4 +68,8 @@ MatrixXd weighing_covariance(const MatrixXd& model, const MatrixXd& robust, int 
 // Returns by how much the cost of the fit is higher at the new parameters than at its optimum.
 double take_prior(Calibration& c, const LinearPrior& prior, int blocks);
 
+// The same with what the options say is known, of a calibration whose covariances are final; names
+// it in Calibration::prior. 0 where nothing is.
+double take_known_beforehand(Calibration& c, const CalibrationOptions& options);
+
 }  // namespace magimu

@@ -17,12 +17,12 @@ constexpr std::size_t kMostNodes = 6000;  // of the process: a sweep takes some 
 constexpr double kShortest = 2.0;         // memory, intervals between the process's nodes
 constexpr double kNoticeable = 0.1;       // nats that a size costs at which the score is taken
 constexpr double kSettledNats = 0.01;     // of a maximum
-constexpr double kSettledShare = 1e-5;    // of G: nobody asks a thousand nats to a hundredth
+constexpr double kSettledShare = 1e-4;    // of G: nobody asks a thousand nats to a tenth
 constexpr double kFirstStep = 1.0;        // of a search, in logarithms
 constexpr double kNoiseFrom = 3.0;        // nats from which the noise is asked for, too
 // A misfit passes for noise in a model without the process, hardly for a hundred times the noise's
 // power.
-constexpr double kNoiseStep = 0.3, kLeastNoise = 0.1;
+constexpr double kNearStep = 0.3, kNoiseStep = 0.3, kLeastNoise = 0.1;
 constexpr int kMostSweeps = 120;
 
 // Columns of one variable in a factor's rows.
@@ -235,7 +235,7 @@ DisturbanceModel::Slope DisturbanceModel::slope(double memory_s, double& v) cons
 
 // Beside the process the noise may be less than what the model without it makes of both. The model
 // without the process has its best, too.
-void DisturbanceModel::maximize(DisturbanceFit& d) const {
+void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
   const double shortest = std::log(kShortest * node_s_), longest = std::log(2.0 * span_s_);
   // The density of what drives the process, size^2 / memory, shows best; then the memory.
   const auto with = [&](const std::vector<double>& at) {
@@ -244,7 +244,7 @@ void DisturbanceModel::maximize(DisturbanceFit& d) const {
   };
   double none = log_density(0.0, d.memory_s, 1.0);
   CompassSearch search;
-  search.first_step = kFirstStep;
+  search.first_step = first_step;
   search.most_calls = kMostSweeps;
   search.lower = {-100.0, shortest};
   search.upper = {100.0, longest};
@@ -297,10 +297,19 @@ DisturbanceFit DisturbanceModel::fit() const {
   const double expected = best_z > 0.0 ? 0.5 * best_z * best_z : 0.0;
   d.fitted = expected > options_.least_gain;
   if (d.fitted) {
-    maximize(d);
+    maximize(d, kFirstStep);
   } else {
     d.size = 0.0;
   }
+  d.sweeps = sweeps_;
+  return d;
+}
+
+DisturbanceFit DisturbanceModel::fit_near(const DisturbanceFit& start) const {
+  if (!(start.size > 0.0)) return fit();
+  DisturbanceFit d = start;
+  sweeps_ = 0;
+  maximize(d, kNearStep);
   d.sweeps = sweeps_;
   return d;
 }

@@ -75,6 +75,8 @@ class DisturbanceModel {
   // Evidence with the process less that without; size 0: 0. Nats.
   double gain(double size, double memory_s) const;
   DisturbanceFit fit() const;
+  // The same from the maximum of a model much like this one.
+  DisturbanceFit fit_near(const DisturbanceFit& start) const;
   DisturbanceSeries smooth(const DisturbanceFit& fitted) const;
 
   double node_s() const { return node_s_; }  // between the process's nodes, in the mean
@@ -89,7 +91,7 @@ class DisturbanceModel {
   const ProcessChain& chain(double mag_noise) const;
   double log_density(double size, double memory_s, double mag_noise) const;
   Slope slope(double memory_s, double& variance) const;
-  void maximize(DisturbanceFit& d) const;
+  void maximize(DisturbanceFit& d, double first_step) const;
 
   const Stage& stage_;
   DisturbedPart part_;

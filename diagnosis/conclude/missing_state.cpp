@@ -192,7 +192,7 @@ std::vector<MissingSeries> series_of(const std::vector<const Recording*>& record
 }
 
 // What is left where the accelerometer's time is a parameter, too.
-void ask_for_acc_offset(const MissingStateInput& in, Diagnosis& d) {
+void ask_for_acc_offset(const MissingStateInput& in, const std::vector<Task>& tasks, Diagnosis& d) {
   const std::string name = "acc_time_offset";
   const std::shared_ptr<const Effect> effect = find_effect(name);
   ModelSpec spec = in.last.spec();
@@ -213,7 +213,8 @@ void ask_for_acc_offset(const MissingStateInput& in, Diagnosis& d) {
   }
   std::array<double, std::size(kDisturbedParts)> left{};
   parallel::for_each(left.size(), [&](std::size_t i) {
-    left[i] = DisturbanceModel(stage, kDisturbedParts[i], in.options).fit().gain_nats;
+    const DisturbanceModel model(stage, kDisturbedParts[i], in.options);
+    left[i] = model.fit_near(tasks[i].fit).gain_nats;
   });
   for (std::size_t i = 0; i < left.size(); ++i) {
     d.missing[i].left_beside_acc_offset = left[i];
@@ -255,7 +256,7 @@ void find_missing_state(const MissingStateInput& in, Diagnosis& d) {
   name_echoes(d.missing);
   const MissingState* const most = strongest(d);
   if (most == nullptr) return;
-  ask_for_acc_offset(in, d);
+  ask_for_acc_offset(in, tasks, d);
   const auto i = std::size_t(most - d.missing.data());
   d.missing_series = series_of(in.recordings, in.last, tasks[i].fit, in.options);
 }

@@ -83,7 +83,7 @@ DisturbanceModel::DisturbanceModel(const Stage& stage, DisturbedPart part,
   }
   double information = 0.0;
   for (const Vector3& J : rows_.jacobian) information += J.squaredNorm();
-  least_variance_ = kProcess * double(grid_.node.size()) / std::max(information, 1e-300);
+  least_variance_ = kProcess * double(grid_.node.size()) / information;
   mag_rows_ = std::size_t(std::ranges::count(sensors_.sensor, Sensor::kMag));
 }
 
@@ -279,6 +279,7 @@ void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
 DisturbanceFit DisturbanceModel::fit() const {
   DisturbanceFit d;
   d.part = part_;
+  if (!std::isfinite(least_variance_)) return d;  // nothing sees it
   sweeps_ = 0;
   double v = least_variance_;
   double best_z = -INFINITY, variance = v;

@@ -63,10 +63,10 @@ std::string disturbance_picture(const MissingSeries& s) {
 }
 
 std::string disturbance_caption(const MissingSeries& s) {
-  const std::string where = in_field(s)
-                                ? "the field (east, magnetic north, up) would have to depart by this"
-                                : "this would have to be added to the readings of the " +
-                                      sensor_name(s.channel) + " (its own axes)";
+  const std::string where =
+      in_field(s) ? "the field (east, magnetic north, up) would have to depart by this"
+                  : "this would have to be added to the readings of the " + sensor_name(s.channel) +
+                        " (its own axes)";
   return fmt::format(
       "{}: so that the simulation predicts the data, {}. The shaded band is two standard "
       "deviations to each side; where it holds zero nothing is missing.",

@@ -52,9 +52,8 @@ Fits fits_of(const Case& c) {
   if (c.noise_known) options.noise = o.noise;
   options.gravity = o.gravity;
   const Pipeline pipeline(checked.get(), options);
-  const Stage stage = pipeline.coarse_fit(c.motion == SimulatedMotion::kHandHeld
-                                              ? MotionModel::kHandHeld
-                                              : MotionModel::kRotation);
+  const Stage stage = pipeline.coarse_fit(
+      c.motion == SimulatedMotion::kHandHeld ? MotionModel::kHandHeld : MotionModel::kRotation);
   DisturbanceOptions d;
   d.mag_noise_known = c.noise_known;
   if (c.always) d.least_gain = -1.0;
@@ -135,7 +134,8 @@ std::function<void(Recording&)> later_mag(const F& f) {
 }
 
 void hidden_table(const Case& like) {
-  const std::vector<std::tuple<std::string, std::vector<std::string>, std::function<void(Recording&)>>>
+  const std::vector<
+      std::tuple<std::string, std::vector<std::string>, std::function<void(Recording&)>>>
       cases = {
           {"nothing", {}, {}},
           {"magnetometer x gain 0.2 %", {}, later_mag([](Vector3& v) { v[0] *= 1.002; })},
@@ -145,9 +145,9 @@ void hidden_table(const Case& like) {
              v = Rot3::Exp(Vector3(0.0, 0.0, 0.3 * kDegree)) * v;
            })},
           {"gyroscope gain 1 %", {}, later(&Recording::gyr, [](Vector3& v) { v *= 1.01; })},
-          {"gyroscope z gain 0.2 %", {},
-           later(&Recording::gyr, [](Vector3& v) { v[2] *= 1.002; })},
-          {"accelerometer x gain 1 %", {},
+          {"gyroscope z gain 0.2 %", {}, later(&Recording::gyr, [](Vector3& v) { v[2] *= 1.002; })},
+          {"accelerometer x gain 1 %",
+           {},
            later(&Recording::acc, [](Vector3& v) { v[0] *= 1.01; })},
           {"field drifts", {"field_drift"}, {}},
           {"hard iron drifts", {"hard_iron_drift"}, {}},
@@ -157,7 +157,9 @@ void hidden_table(const Case& like) {
           {"magnetometer lags", {"mag_lag"}, {}},
           {"magnetometer nonlinear", {"mag_nonlinearity"}, {}},
           {"magnetometer noise coloured", {"correlated_noise"}, {}},
-          {"accelerometer 5 ms late", {}, [](Recording& r) {
+          {"accelerometer 5 ms late",
+           {},
+           [](Recording& r) {
              for (double& t : r.acc.t) t += 0.005;
            }},
       };

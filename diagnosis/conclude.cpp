@@ -125,8 +125,7 @@ Conclusion conclude(const Diagnosis& d) {
   if (d.unexplained.detected) append(out.evidence, d.unexplained.evidence);
   append(out.evidence, sentences_of(left, several));
   if (halves != nullptr) out.evidence.push_back(halves->sentence);
-  const bool contrary =
-      missing || d.unexplained.detected || !left.empty() || halves != nullptr;
+  const bool contrary = missing || d.unexplained.detected || !left.empty() || halves != nullptr;
   const std::vector<std::string> set_aside = sentences_of(d.after.set_aside, several);
   append(out.evidence, set_aside);
 

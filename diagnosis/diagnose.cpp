@@ -150,9 +150,9 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   fill_departures(recordings, full, extender, pipeline.rest_noise(), options.noise.has_value(),
                   at_rest, d);
   progress("how wrong, where, when?", 0.9);
-  find_missing_state({recordings, full, first, extender.stage(),
-                      {.mag_noise_known = options.noise.has_value()}},
-                     d);
+  find_missing_state(
+      {recordings, full, first, extender.stage(), {.mag_noise_known = options.noise.has_value()}},
+      d);
   d.before = extender.summary(extender.base());
   d.after = extender.summary(extender.stage());
   extender.restate(d.after);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The maximum of a smooth function of a few numbers, without derivatives: along one coordinate after
-// the other, by the parabola through three points where it has its top between them, by a longer
-// step where it has not.
+// The maximum of a smooth function of a few numbers, without derivatives: along one coordinate
+// after the other, by the parabola through three points where it has its top between them, by a
+// longer step where it has not.
 #pragma once
 
 #include <functional>

@@ -12,20 +12,22 @@
 namespace magimu {
 namespace {
 
-constexpr int kMemories = 6;             // at which the score is taken
-constexpr double kShortest = 2.0;        // memory, intervals between nodes
-constexpr double kNoticeable = 0.1;      // nats that a size costs at which the score is taken
-constexpr double kSettledNats = 0.01;    // of a maximum
-constexpr double kSettledShare = 1e-5;   // of G: nobody asks a thousand nats to a hundredth
-constexpr double kFirstStep = 1.0;       // of a search, in logarithms
-constexpr double kNoiseFrom = 3.0;       // nats from which the noise is asked for, too
+constexpr int kMemories = 6;              // at which the score is taken
+constexpr std::size_t kMostNodes = 6000;  // of the process: a sweep takes some 20 ms
+constexpr double kShortest = 2.0;         // memory, intervals between the process's nodes
+constexpr double kNoticeable = 0.1;       // nats that a size costs at which the score is taken
+constexpr double kSettledNats = 0.01;     // of a maximum
+constexpr double kSettledShare = 1e-4;    // of G: nobody asks a thousand nats to a tenth
+constexpr double kFirstStep = 1.0;        // of a search, in logarithms
+constexpr double kNoiseFrom = 3.0;        // nats from which the noise is asked for, too
 // A misfit passes for noise in a model without the process, hardly for a hundred times the noise's
 // power.
-constexpr double kNoiseStep = 0.3, kLeastNoise = 0.1;
+constexpr double kNearStep = 0.3, kNoiseStep = 0.3, kLeastNoise = 0.1;
 constexpr int kMostSweeps = 120;
 
 // Columns of one variable in a factor's rows.
-MatrixXd columns_of(const LinearSystem& system, std::size_t batch, int factor, int from, int count) {
+MatrixXd columns_of(const LinearSystem& system, std::size_t batch, int factor, int from,
+                    int count) {
   const LinearSystem::RowBlocks& b = system.row_blocks()[batch];
   const double* const value =
       system.value().data() + b.first_entry + std::ptrdiff_t(factor) * b.rows * b.columns;
@@ -71,17 +73,7 @@ DisturbanceModel::DisturbanceModel(const Stage& stage, DisturbedPart part,
       system_(stage.graph(), stage.result().values),
       sensors_(stage.graph(), system_) {
   system_.linearize(stage.result().values);
-  for (std::size_t r = 0; r < stage.plans().size(); ++r) {
-    const NodePlan& plan = stage.plans()[r];
-    for (std::size_t k = 0; k < plan.t.size(); ++k) {
-      grid_.node.push_back(plan.first + int(k));
-      grid_.time.push_back(plan.t[k]);
-      grid_.begins.push_back(k == 0);
-      recording_.push_back(int(r));
-    }
-    span_s_ += plan.t.back() - plan.t.front();
-  }
-  node_s_ = span_s_ / double(std::max<std::size_t>(1, grid_.node.size() - stage.plans().size()));
+  add_grid();
   rows_.jacobian.assign(std::size_t(system_.rows()), Vector3::Zero());
   rows_.weight.assign(std::size_t(system_.rows()), 0.0);
   if (part == DisturbedPart::kField || part == DisturbedPart::kMag) {
@@ -91,15 +83,46 @@ DisturbanceModel::DisturbanceModel(const Stage& stage, DisturbedPart part,
   }
   double information = 0.0;
   for (const Vector3& J : rows_.jacobian) information += J.squaredNorm();
-  least_variance_ = kProcess * double(grid_.node.size()) / std::max(information, 1e-300);
+  least_variance_ = kProcess * double(grid_.node.size()) / information;
   mag_rows_ = std::size_t(std::ranges::count(sensors_.sensor, Sensor::kMag));
+}
+
+// Of a long recording the process has its nodes further apart, so that a sweep stays short.
+void DisturbanceModel::add_grid() {
+  std::size_t nodes = 0;
+  for (const NodePlan& plan : stage_.plans()) nodes += plan.t.size();
+  const std::size_t every = (nodes + kMostNodes - 1) / kMostNodes;
+  for (std::size_t r = 0; r < stage_.plans().size(); ++r) {
+    const NodePlan& plan = stage_.plans()[r];
+    for (std::size_t k = 0; k < plan.t.size(); ++k) {
+      recording_.push_back(int(r));
+      time_.push_back(plan.t[k]);
+      const bool last = k + 1 == plan.t.size();
+      if (k % every == 0 || last) {
+        grid_.node.push_back(plan.first + int(k));
+        grid_.time.push_back(plan.t[k]);
+        grid_.begins.push_back(k == 0);
+      }
+      at_grid_.push_back(grid_.node.size() - 1);
+    }
+    span_s_ += plan.t.back() - plan.t.front();
+  }
+  const std::size_t intervals = grid_.node.size() - stage_.plans().size();
+  node_s_ = span_s_ / double(std::max<std::size_t>(1, intervals));
+}
+
+// Where between two nodes of the grid a time is that belongs to this node or to the way to the
+// next.
+double DisturbanceModel::weight_at(int node, double time) const {
+  const std::size_t j = at_grid_[std::size_t(node)];
+  if (j + 1 == grid_.node.size() || grid_.begins[j + 1]) return 0.0;
+  return (time - grid_.time[j]) / (grid_.time[j + 1] - grid_.time[j]);
 }
 
 // What adds to the bias adds to the reading; a field b adds D C R' b.
 void DisturbanceModel::add_magnetometers() {
   const Values& values = stage_.result().values;
-  const double strength =
-      std::cbrt(std::abs(values.at<Matrix3>(key::distortion).determinant()));
+  const double strength = std::cbrt(std::abs(values.at<Matrix3>(key::distortion).determinant()));
   for (std::size_t b = 0; b < stage_.graph().batches().size(); ++b) {
     const FactorBatch& batch = *stage_.graph().batches()[b];
     for (int i = 0; i < batch.size(); ++i) {
@@ -117,16 +140,16 @@ void DisturbanceModel::add_magnetometers() {
              values.at<Rot3>(pose.key).matrix().transpose() / strength;
       }
       for (int row = 0; row < batch.rows(); ++row) {
-        rows_.jacobian[std::size_t(system_.first_row(b) + i * batch.rows() + row)] =
-            J.row(row).transpose();
+        const auto at = std::size_t(system_.first_row(b) + i * batch.rows() + row);
+        rows_.jacobian[at] = J.row(row).transpose();
+        rows_.weight[at] = weight_at(int(pose.key.index), time_[pose.key.index]);
       }
     }
   }
 }
 
 void DisturbanceModel::add_rates() {
-  const char symbol =
-      part_ == DisturbedPart::kGyr ? key::gyr_bias.symbol : key::acc_bias.symbol;
+  const char symbol = part_ == DisturbedPart::kGyr ? key::gyr_bias.symbol : key::acc_bias.symbol;
   for (std::size_t b = 0; b < stage_.graph().batches().size(); ++b) {
     const FactorBatch& batch = *stage_.graph().batches()[b];
     for (int i = 0; i < batch.size(); ++i) {
@@ -135,13 +158,15 @@ void DisturbanceModel::add_rates() {
       const Found pose = find(batch, i, R(0).symbol);
       if (pose.column < 0) continue;
       // Between two nodes: the mean of the process there.
-      const bool between =
-          std::ranges::count(batch.keys(i), R(0).symbol, &Key::symbol) > 1;
+      const bool between = std::ranges::count(batch.keys(i), R(0).symbol, &Key::symbol) > 1;
+      const int node = int(pose.key.index);
+      const double time = between ? 0.5 * (time_[std::size_t(node)] + time_[std::size_t(node) + 1])
+                                  : time_[std::size_t(node)];
       const MatrixXd J = columns_of(system_, b, i, bias.column, 3);
       for (int row = 0; row < batch.rows(); ++row) {
         const auto at = std::size_t(system_.first_row(b) + i * batch.rows() + row);
         rows_.jacobian[at] = J.row(row).transpose();
-        rows_.weight[at] = between ? 0.5 : 0.0;
+        rows_.weight[at] = weight_at(node, time);
       }
     }
   }
@@ -177,8 +202,8 @@ struct DisturbanceModel::Slope {
   double z() const { return sigma > 0.0 ? score / sigma : 0.0; }
 };
 
-// From two sizes so small that G is a parabola of the variance v = size^2: the information's part of
-// it, L(v) = a v - b v^2 / 2 with b = 1/2 tr (K A)^2, is the score's variance.
+// From two sizes so small that G is a parabola of the variance v = size^2: the information's part
+// of it, L(v) = a v - b v^2 / 2 with b = 1/2 tr (K A)^2, is the score's variance.
 DisturbanceModel::Slope DisturbanceModel::slope(double memory_s, double& v) const {
   const ProcessChain& chain = this->chain(1.0);
   const ProcessChain::Evidence none = chain.evidence(0.0, memory_s);
@@ -210,7 +235,7 @@ DisturbanceModel::Slope DisturbanceModel::slope(double memory_s, double& v) cons
 
 // Beside the process the noise may be less than what the model without it makes of both. The model
 // without the process has its best, too.
-void DisturbanceModel::maximize(DisturbanceFit& d) const {
+void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
   const double shortest = std::log(kShortest * node_s_), longest = std::log(2.0 * span_s_);
   // The density of what drives the process, size^2 / memory, shows best; then the memory.
   const auto with = [&](const std::vector<double>& at) {
@@ -219,7 +244,7 @@ void DisturbanceModel::maximize(DisturbanceFit& d) const {
   };
   double none = log_density(0.0, d.memory_s, 1.0);
   CompassSearch search;
-  search.first_step = kFirstStep;
+  search.first_step = first_step;
   search.most_calls = kMostSweeps;
   search.lower = {-100.0, shortest};
   search.upper = {100.0, longest};
@@ -254,13 +279,13 @@ void DisturbanceModel::maximize(DisturbanceFit& d) const {
 DisturbanceFit DisturbanceModel::fit() const {
   DisturbanceFit d;
   d.part = part_;
+  if (!std::isfinite(least_variance_)) return d;  // nothing sees it
   sweeps_ = 0;
   double v = least_variance_;
   double best_z = -INFINITY, variance = v;
   const double ratio = std::max(1.0, span_s_ / (kShortest * node_s_));
   for (int i = 0; i < kMemories; ++i) {
-    const double memory =
-        kShortest * node_s_ * std::pow(ratio, double(i) / double(kMemories - 1));
+    const double memory = kShortest * node_s_ * std::pow(ratio, double(i) / double(kMemories - 1));
     const Slope slope = this->slope(memory, v);
     if (slope.z() <= best_z) continue;
     best_z = slope.z();
@@ -273,10 +298,19 @@ DisturbanceFit DisturbanceModel::fit() const {
   const double expected = best_z > 0.0 ? 0.5 * best_z * best_z : 0.0;
   d.fitted = expected > options_.least_gain;
   if (d.fitted) {
-    maximize(d);
+    maximize(d, kFirstStep);
   } else {
     d.size = 0.0;
   }
+  d.sweeps = sweeps_;
+  return d;
+}
+
+DisturbanceFit DisturbanceModel::fit_near(const DisturbanceFit& start) const {
+  if (!(start.size > 0.0)) return fit();
+  DisturbanceFit d = start;
+  sweeps_ = 0;
+  maximize(d, kNearStep);
   d.sweeps = sweeps_;
   return d;
 }
@@ -286,7 +320,7 @@ DisturbanceSeries DisturbanceModel::smooth(const DisturbanceFit& fitted) const {
   if (!(fitted.size > 0.0)) return out;
   SmoothedProcess p = chain(fitted.mag_noise).smooth(fitted.size, fitted.memory_s);
   out.t = grid_.time;
-  out.recording = recording_;
+  for (const int node : grid_.node) out.recording.push_back(recording_[std::size_t(node)]);
   out.mean = std::move(p.mean);
   out.sigma = std::move(p.sigma);
   return out;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a fitted model lacks, as a state: an Ornstein-Uhlenbeck process of three numbers that adds to
-// one sensor's readings or to the field, and how much more probable the readings are with it,
+// What a fitted model lacks, as a state: an Ornstein-Uhlenbeck process of three numbers that adds
+// to one sensor's readings or to the field, and how much more probable the readings are with it,
 //
 //   G = max over size >= 0 and memory of log p(readings | model, process) - log p(readings | model)
 //
 // trajectory and parameters integrated out with flat priors in both, in the same coordinates (the
-// model linearized at its optimum). Both are densities of the same numbers: the means of the samples
-// about the nodes, in units of their noise. Nothing but what the process adds can be gained: G = 0
-// where the model predicts the data. Whether it is in the field or in the sensor, in the
-// magnetometer or in the gyroscope, shows in which process gains most.
+// model linearized at its optimum). Both are densities of the same numbers: the means of the
+// samples about the nodes, in units of their noise. Nothing but what the process adds can be
+// gained: G = 0 where the model predicts the data. Whether it is in the field or in the sensor, in
+// the magnetometer or in the gyroscope, shows in which process gains most.
 //
 // The memory has no meaning at size zero, so neither chi-square nor its half is G's law where the
 // model is right. It is simulated (bench/evidence.cpp): kNullGain.
@@ -46,8 +46,8 @@ struct DisturbanceFit {
   double size = 0.0, memory_s = 0.0;  // standard deviation of each number; 0: nothing is gained
   // By what the magnetometer's noise density is multiplied beside the process.
   double mag_noise = 1.0;
-  // The score of size^2 at zero in its standard deviations, the largest over memories: about N(0, 1)
-  // at each memory where the model predicts the data.
+  // The score of size^2 at zero in its standard deviations, the largest over memories: about N(0,
+  // 1) at each memory where the model predicts the data.
   double score = 0.0;
   bool fitted = false;  // false: the score shows that nothing is gained
   int sweeps = 0;       // passes over the recording that were needed
@@ -75,19 +75,23 @@ class DisturbanceModel {
   // Evidence with the process less that without; size 0: 0. Nats.
   double gain(double size, double memory_s) const;
   DisturbanceFit fit() const;
+  // The same from the maximum of a model much like this one.
+  DisturbanceFit fit_near(const DisturbanceFit& start) const;
   DisturbanceSeries smooth(const DisturbanceFit& fitted) const;
 
-  double node_s() const { return node_s_; }  // between nodes, in the mean
+  double node_s() const { return node_s_; }  // between the process's nodes, in the mean
   double span_s() const { return span_s_; }  // of all recordings
 
  private:
   struct Slope;
+  void add_grid();
+  double weight_at(int node, double time) const;
   void add_magnetometers();
   void add_rates();
   const ProcessChain& chain(double mag_noise) const;
   double log_density(double size, double memory_s, double mag_noise) const;
   Slope slope(double memory_s, double& variance) const;
-  void maximize(DisturbanceFit& d) const;
+  void maximize(DisturbanceFit& d, double first_step) const;
 
   const Stage& stage_;
   DisturbedPart part_;
@@ -96,13 +100,15 @@ class DisturbanceModel {
   SensorRows sensors_;
   ProcessGrid grid_;
   ProcessRows rows_;
-  std::vector<int> recording_;  // of a node
+  // Of each node of the model; at_grid_: the last node of the grid not after it.
+  std::vector<int> recording_;
+  std::vector<double> time_;
+  std::vector<std::size_t> at_grid_;
   double node_s_ = 0.0, span_s_ = 0.0, least_variance_ = 0.0;
   std::size_t mag_rows_ = 0;
   mutable double noise_ = 1.0;
   mutable std::unique_ptr<ProcessChain> chain_;
   mutable int sweeps_ = 0;
 };
-
 
 }  // namespace magimu

@@ -50,11 +50,24 @@ std::string named_as_noise(const MissingState& m, double shortest_s, const Recor
       const VectorSeries& series =
           f.channel == "acc" ? full.acc : (f.channel == "gyr" ? full.gyr : full.mag.front());
       const double rho = f.parameters.empty() ? 0.0 : f.parameters.front().value;
-      if (rho > 0.0 && rho < 1.0) memory = std::max(memory, -1.0 / (series.rate_hz() * std::log(rho)));
+      if (rho > 0.0 && rho < 1.0)
+        memory = std::max(memory, -1.0 / (series.rate_hz() * std::log(rho)));
     }
     if (m.memory_s <= kSameMemory * memory) return f.effect;
   }
   return {};
+}
+
+// Noise of one sensor shows in the other processes, too, and most in its own: what gains no more
+// than that is its echo.
+void name_echoes(std::vector<MissingState>& missing) {
+  const auto own = std::ranges::max_element(
+      missing, {}, [](const MissingState& m) { return m.noise.empty() ? -1.0 : m.left_nats; });
+  if (own == missing.end() || own->noise.empty()) return;
+  const MissingState noise = *own;
+  for (MissingState& m : missing) {
+    if (m.noise.empty() && m.left_nats < noise.left_nats + kDecided) m.noise = noise.noise;
+  }
 }
 
 // Evidence that counts against the last model: what is no noise that has a name, and more than
@@ -90,9 +103,10 @@ bool is_acc_offset(const Diagnosis& d, const MissingState& most) {
 // Where it is: the sensors whose processes gain about as much, and of the magnetometer the frame.
 std::string place_of(const Diagnosis& d, const MissingState& most) {
   if (is_acc_offset(d, most)) {
-    return fmt::format("in the time of the accelerometer's samples, {:.1f} ms {} beside the "
-                       "gyroscope's",
-                       1e3 * std::abs(most.acc_offset_s), most.acc_offset_s > 0.0 ? "late" : "early");
+    return fmt::format(
+        "in the time of the accelerometer's samples, {:.1f} ms {} beside the "
+        "gyroscope's",
+        1e3 * std::abs(most.acc_offset_s), most.acc_offset_s > 0.0 ? "late" : "early");
   }
   double best = 0.0;
   for (const MissingState& m : d.missing) best = std::max(best, deciding(m));
@@ -110,7 +124,8 @@ std::string place_of(const Diagnosis& d, const MissingState& most) {
     places.insert(places.begin(),
                   "in what the magnetometer reads, in itself or in the field about it");
   } else if (field) {
-    places.insert(places.begin(), "in what the magnetometer reads, rather in the field about it than in itself");
+    places.insert(places.begin(),
+                  "in what the magnetometer reads, rather in the field about it than in itself");
   } else if (sensor) {
     places.insert(places.begin(), "in the magnetometer");
   }
@@ -148,7 +163,7 @@ std::string when_of(const Diagnosis& d) {
   out = fmt::format("; it is largest, {}, at {:.0f} s{}", shown_size(largest, in->unit), at,
                     several ? " of " + in->recording : "");
   const double margin = 0.05 * (in->t.back() - in->t.front());
-  const bool early = begin < in->t.front() + margin, late = end > in->t.back() - margin;
+  const bool early = begin<in->t.front() + margin, late = end> in->t.back() - margin;
   if (!(begin <= end)) return out + ", and nowhere far out of its band";
   if (early && late) return out + ", and shows throughout";
   if (early) return out + fmt::format(", and shows until {:.0f} s", end);
@@ -177,12 +192,12 @@ std::vector<MissingSeries> series_of(const std::vector<const Recording*>& record
 }
 
 // What is left where the accelerometer's time is a parameter, too.
-void ask_for_acc_offset(const MissingStateInput& in, Diagnosis& d) {
+void ask_for_acc_offset(const MissingStateInput& in, const std::vector<Task>& tasks, Diagnosis& d) {
   const std::string name = "acc_time_offset";
   const std::shared_ptr<const Effect> effect = find_effect(name);
   ModelSpec spec = in.last.spec();
-  const bool there = std::ranges::any_of(spec.effects,
-                                         [&](const auto& e) { return e->name() == name; });
+  const bool there =
+      std::ranges::any_of(spec.effects, [&](const auto& e) { return e->name() == name; });
   if (effect == nullptr || there) return;
   spec.effects.push_back(effect);
   spec.extended.clear();
@@ -198,7 +213,8 @@ void ask_for_acc_offset(const MissingStateInput& in, Diagnosis& d) {
   }
   std::array<double, std::size(kDisturbedParts)> left{};
   parallel::for_each(left.size(), [&](std::size_t i) {
-    left[i] = DisturbanceModel(stage, kDisturbedParts[i], in.options).fit().gain_nats;
+    const DisturbanceModel model(stage, kDisturbedParts[i], in.options);
+    left[i] = model.fit_near(tasks[i].fit).gain_nats;
   });
   for (std::size_t i = 0; i < left.size(); ++i) {
     d.missing[i].left_beside_acc_offset = left[i];
@@ -237,9 +253,10 @@ void find_missing_state(const MissingStateInput& in, Diagnosis& d) {
     m.noise = named_as_noise(m, 2.0 * node_s[i], *in.full.front(), d);
     d.missing.push_back(m);
   }
+  name_echoes(d.missing);
   const MissingState* const most = strongest(d);
   if (most == nullptr) return;
-  ask_for_acc_offset(in, d);
+  ask_for_acc_offset(in, tasks, d);
   const auto i = std::size_t(most - d.missing.data());
   d.missing_series = series_of(in.recordings, in.last, tasks[i].fit, in.options);
 }
@@ -261,9 +278,9 @@ bool causes_take_nothing(const Diagnosis& d) {
     taken = m.taken_by_findings();
   }
   // The evidence does not measure the motion, nor noise of single samples.
-  constexpr const char* kElsewhere[] = {"linear_acceleration", "noise_scale",    "correlated_noise",
-                                        "outliers",            "mag_saturation", "mag_quantization",
-                                        "mains_interference",  "stationary_source"};
+  constexpr const char* kElsewhere[] = {
+      "linear_acceleration", "noise_scale",      "correlated_noise",   "outliers",
+      "mag_saturation",      "mag_quantization", "mains_interference", "stationary_source"};
   return taken < kCrumb * gain && std::ranges::none_of(d.findings, [&](const Finding& f) {
            return std::ranges::count(kElsewhere, f.effect) > 0;
          });
@@ -291,9 +308,7 @@ std::string sentence_of_missing_state(const Diagnosis& d) {
       "Something is missing {}: with a disturbance there of {} (standard deviation) that lasts "
       "about {:.2g} s, the readings are more probable by {:.0f} nats{}{}.",
       place_of(d, *most), shown_size(most->size, most->unit), most->memory_s, counted(*most),
-      d.findings.empty()
-          ? ""
-          : fmt::format(" (before causes were named: {:.0f})", most->gain_nats),
+      d.findings.empty() ? "" : fmt::format(" (before causes were named: {:.0f})", most->gain_nats),
       when_of(d));
 }
 

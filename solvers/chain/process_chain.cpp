@@ -82,9 +82,7 @@ struct Writer {
     int globals_at = 0;
   };
 
-  double scale(std::size_t row) const {
-    return process.scale.empty() ? 1.0 : process.scale[row];
-  }
+  double scale(std::size_t row) const { return process.scale.empty() ? 1.0 : process.scale[row]; }
   int count(const std::vector<FactorAt>& factors) const {
     int rows = 0;
     for (const FactorAt f : factors) rows += system.row_blocks()[std::size_t(f.block)].rows;
@@ -166,7 +164,8 @@ ProcessChain::ProcessChain(const LinearSystem& system, const Values& values,
     RowBlock carried(0, tail);
     std::vector<int> pivots;
     for (int k = a; k < b; ++k) {
-      // Over [x_k | u_a x_a | u_b (x_(k+1) or x_b) | globals | residual], x_k only where k is inside.
+      // Over [x_k | u_a x_a | u_b (x_(k+1) or x_b) | globals | residual], x_k only where k is
+      // inside.
       const bool inner = k > a, last = k + 1 == b;
       const int dk = inner ? layout.dim[std::size_t(k)] : 0;
       const int dn = layout.dim[std::size_t(k) + 1];  // every node of a chain has as many
@@ -256,8 +255,7 @@ void ProcessChain::sweep(double size, double memory_s, Evidence& out, std::vecto
       }
     }
     if (s.node_b >= 0) {
-      const double h =
-          grid_.time[std::size_t(s.node_b)] - grid_.time[std::size_t(s.node_a)];
+      const double h = grid_.time[std::size_t(s.node_b)] - grid_.time[std::size_t(s.node_a)];
       const double f = std::exp(-h / memory_s), q = -std::expm1(-2.0 * h / memory_s);
       const double w = 1.0 / std::sqrt(q);
       for (int i = 0; i < kProcess; ++i) {
@@ -286,8 +284,8 @@ void ProcessChain::sweep(double size, double memory_s, Evidence& out, std::vecto
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
       MatrixXd(unit.asDiagonal() * information * unit.asDiagonal()));
   const VectorXd e = eigen.eigenvalues().cwiseMax(kFlat);
-  const MatrixXd whiten = unit.asDiagonal() * eigen.eigenvectors() *
-                          e.cwiseSqrt().cwiseInverse().asDiagonal();
+  const MatrixXd whiten =
+      unit.asDiagonal() * eigen.eigenvectors() * e.cwiseSqrt().cwiseInverse().asDiagonal();
   const VectorXd z = whiten.transpose() * gradient;
   out.squares = all(g, g) - z.squaredNorm();
   out.log_det = log_det + diagonal.array().log().sum() + e.array().log().sum();

@@ -34,8 +34,8 @@ struct ProcessGrid {
   std::vector<bool> begins;  // a chain begins here
 };
 
-// What a row of the system sees: jacobian' ((1 - weight) u_j + weight u_(j+1)), u_j that of the last
-// node of the grid not after the row's first node.
+// What a row of the system sees: jacobian' ((1 - weight) u_j + weight u_(j+1)), u_j that of the
+// last node of the grid not after the row's first node.
 struct ProcessRows {
   std::vector<Vector3> jacobian;
   std::vector<double> weight;
@@ -82,8 +82,8 @@ class ProcessChain {
   std::vector<int> node_dim_;  // of the grid's nodes, without the process
   int globals_ = 0;
   std::vector<Segment> segments_;
-  MatrixXd border_;        // squares of rows over [globals | residual] that do not change
-  double log_det_ = 0.0;   // of what was eliminated between the grid's nodes
+  MatrixXd border_;       // squares of rows over [globals | residual] that do not change
+  double log_det_ = 0.0;  // of what was eliminated between the grid's nodes
 };
 
 }  // namespace magimu

@@ -25,8 +25,8 @@ SimulationOptions turned_by_hand(std::uint64_t seed, double duration_s, double r
 
 // A fit with the noise known, and what it was made of.
 struct Fitted {
-  explicit Fitted(const SimulationOptions& o,
-                  const std::function<void(Recording&)>& change = [](Recording&) {})
+  explicit Fitted(
+      const SimulationOptions& o, const std::function<void(Recording&)>& change = [](Recording&) {})
       : recording(simulate(o).recording) {
     change(recording);
     recordings = {&recording};
@@ -34,9 +34,8 @@ struct Fitted {
     options.noise = o.noise;
     options.gravity = o.gravity;
     const Pipeline pipeline(recordings, options);
-    stage.emplace(pipeline.coarse_fit(o.motion == SimulatedMotion::kHandHeld
-                                          ? MotionModel::kHandHeld
-                                          : MotionModel::kRotation));
+    stage.emplace(pipeline.coarse_fit(
+        o.motion == SimulatedMotion::kHandHeld ? MotionModel::kHandHeld : MotionModel::kRotation));
   }
   DisturbanceFit fit(DisturbedPart part, const DisturbanceOptions& options = {}) const {
     return DisturbanceModel(*stage, part, options).fit();
@@ -76,8 +75,8 @@ TEST(Disturbance, evidence_over_none_is_one_in_the_mean_where_nothing_is_wrong) 
   for (int i = 0; i < kRecordings; ++i) {
     const Fitted f(turned_by_hand(100 + std::uint64_t(i), 30.0, 25.0));
     for (std::size_t p = 0; p < std::size(all); ++p) {
-      ratio[p].push_back(std::exp(
-          DisturbanceModel(*f.stage, all[p].part).gain(all[p].size, all[p].memory_s)));
+      ratio[p].push_back(
+          std::exp(DisturbanceModel(*f.stage, all[p].part).gain(all[p].size, all[p].memory_s)));
     }
   }
   for (std::size_t p = 0; p < std::size(all); ++p) {

@@ -10,6 +10,7 @@
 #include "calibration/blows.h"
 #include "calibration/check_axes.h"
 #include "calibration/diagnostics.h"
+#include "calibration/fit/lacking_state.h"
 #include "calibration/given_noise.h"
 #include "calibration/held_globals.h"
 #include "calibration/missing_effects.h"
@@ -110,6 +111,7 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   std::vector<Check> checks;
   std::vector<MissingEffect> missing;
   std::optional<Stage> fine;
+  std::optional<MissingEffect> lacking;
   parallel::invoke(
       [&] {
         fine = pipeline.fine(coarse);
@@ -124,6 +126,10 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
         if (auto seen = attempt([&] { return find_missing_effects(recordings, coarse); })) {
           missing = *std::move(seen);
         }
+      },
+      [&] {
+        if (!coarse.result().converged()) return;
+        if (auto state = attempt([&] { return find_lacking_state(coarse); })) lacking = *state;
       });
   c.motion_reason = motion_reason;
   c.checks = checks;
@@ -131,6 +137,7 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   c.node_every = pipeline.node_every();
   widen_by_halves(c);
   std::vector<std::string> unknown = unknown_directions(c);
+  if (lacking) missing.push_back(*lacking);
   if (coarse.result().converged()) add_missing_effects(c, missing);
   add_prior(c, recordings, *fine, options, mag_squares);
   if (c.prior.source != "none") {

@@ -315,6 +315,22 @@ DisturbanceFit DisturbanceModel::fit_near(const DisturbanceFit& start) const {
   return d;
 }
 
+VectorXd DisturbanceModel::shift(const DisturbanceFit& fitted, Key global) const {
+  const Values& values = stage_.result().values;
+  const Values::Slot& wanted = values.slot(global);
+  if (!(fitted.size > 0.0)) return VectorXd::Zero(wanted.type.tangent());
+  int before = 0;  // degrees of freedom of the globals before it
+  for (const Values::Slot& slot : values.slots()) {
+    if (slot.tangent < wanted.tangent && node_of(slot.key) < 0) before += slot.type.tangent();
+  }
+  if (fitted.size != shifted_for_.size || fitted.memory_s != shifted_for_.memory_s ||
+      fitted.mag_noise != shifted_for_.mag_noise) {
+    shift_ = chain(fitted.mag_noise).shift(fitted.size, fitted.memory_s);
+    shifted_for_ = fitted;
+  }
+  return shift_.segment(before, wanted.type.tangent());
+}
+
 DisturbanceSeries DisturbanceModel::smooth(const DisturbanceFit& fitted) const {
   DisturbanceSeries out;
   if (!(fitted.size > 0.0)) return out;

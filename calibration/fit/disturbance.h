@@ -78,6 +78,9 @@ class DisturbanceModel {
   // The same from the maximum of a model much like this one.
   DisturbanceFit fit_near(const DisturbanceFit& start) const;
   DisturbanceSeries smooth(const DisturbanceFit& fitted) const;
+  // By how much one variable that all nodes share moves when the process is part of the model, in
+  // its tangent space, by one step. 0 where nothing is gained.
+  VectorXd shift(const DisturbanceFit& fitted, Key global) const;
 
   double node_s() const { return node_s_; }  // between the process's nodes, in the mean
   double span_s() const { return span_s_; }  // of all recordings
@@ -109,6 +112,8 @@ class DisturbanceModel {
   mutable double noise_ = 1.0;
   mutable std::unique_ptr<ProcessChain> chain_;
   mutable int sweeps_ = 0;
+  mutable DisturbanceFit shifted_for_;  // of which shift_ is
+  mutable VectorXd shift_;
 };
 
 }  // namespace magimu

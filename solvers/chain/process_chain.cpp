@@ -299,6 +299,13 @@ ProcessChain::Evidence ProcessChain::evidence(double size, double memory_s) cons
   return out;
 }
 
+VectorXd ProcessChain::shift(double size, double memory_s) const {
+  Evidence evidence;
+  VectorXd globals;
+  sweep(size, memory_s, evidence, nullptr, &globals, nullptr);
+  return globals;
+}
+
 SmoothedProcess ProcessChain::smooth(double size, double memory_s) const {
   Evidence evidence;
   std::vector<Kept> kept;

@@ -63,6 +63,8 @@ class ProcessChain {
   // size 0: without the process.
   Evidence evidence(double size, double memory_s) const;
   SmoothedProcess smooth(double size, double memory_s) const;
+  // Of the globals alone, as there.
+  VectorXd shift(double size, double memory_s) const;
 
   int globals() const { return globals_; }
 

@@ -111,6 +111,14 @@ struct MissingSeries {
   std::vector<Vector3> mean = {}, sigma = {};
 };
 
+// Does a departure of the field stay while the sensor rests, as that of a place would?
+struct AtRest {
+  int rests = 0;                                // that were long enough to tell
+  double change_uT = 0.0, change_sigmas = 0.0;  // the largest, in any of them
+  double begin_s = 0.0, end_s = 0.0;            // of that rest
+  std::string recording = {};
+};
+
 // Residuals of one channel for pictures, whitened (unit: sigma), at its samples or nodes.
 struct ResidualTrace {
   Channel channel = Channel::kMag;
@@ -174,6 +182,7 @@ struct Diagnosis {
       {};                          // what could not be tested, and why; how the tests were made
   double false_alarm_rate = 0.01;  // family-wise, of naming anything where there is nothing
   double seconds = 0.0;
+  std::optional<AtRest> field_at_rest = {};  // where the field may be what is missing
 };
 
 struct DiagnosisOptions {

@@ -12,12 +12,15 @@
 namespace magimu {
 namespace {
 
-constexpr int kMemories = 6;              // at which the score is taken
+constexpr int kMemories = 6;  // at which the score is taken
+constexpr int kOrder[kMemories] = {2, 3, 4, 1, 0, 5};
+constexpr double kObvious = 30.0;         // standard deviations of a score that needs no other
 constexpr std::size_t kMostNodes = 6000;  // of the process: a sweep takes some 20 ms
 constexpr double kShortest = 2.0;         // memory, intervals between the process's nodes
 constexpr double kNoticeable = 0.1;       // nats that a size costs at which the score is taken
 constexpr double kSettledNats = 0.01;     // of a maximum
-constexpr double kSettledShare = 1e-4;    // of G: nobody asks a thousand nats to a tenth
+constexpr double kSettledShare = 2e-4;    // of G: nobody asks a thousand nats to a tenth
+constexpr double kRoughShare = 2e-2;      // the same of a search that another one follows
 constexpr double kFirstStep = 1.0;        // of a search, in logarithms
 constexpr double kNoiseFrom = 3.0;        // nats from which the noise is asked for, too
 // A misfit passes for noise in a model without the process, hardly for a hundred times the noise's
@@ -218,7 +221,7 @@ DisturbanceModel::Slope DisturbanceModel::slope(double memory_s, double& v) cons
   ProcessChain::Evidence e = at(v);
   for (int round = 0; round < 12; ++round) {
     const double cost = 0.5 * e.log_det;
-    if (cost > 0.3 * kNoticeable && cost < 3.0 * kNoticeable) break;
+    if (cost > 0.2 * kNoticeable && cost < 5.0 * kNoticeable) break;
     v *= std::clamp(kNoticeable / std::max(cost, 1e-12), 1e-3, 1e3);
     e = at(v);
   }
@@ -248,17 +251,23 @@ void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
   search.most_calls = kMostSweeps;
   search.lower = {-100.0, shortest};
   search.upper = {100.0, longest};
-  search.settled = [&none](double best) {
-    return std::max(kSettledNats, kSettledShare * std::abs(best - none));
+  // Where the noise may be another, too, the first search only leads there.
+  const double share = options_.mag_noise_known ? kSettledShare : kRoughShare;
+  search.settled = [&none, share](double best) {
+    return std::max(kSettledNats, share * std::abs(best - none));
   };
   const double memory = std::clamp(std::log(d.memory_s), shortest, longest);
   std::vector<double> x = {std::log(d.size) - 0.5 * memory, memory};
-  double best = search.maximize(with, x);
-  if (!options_.mag_noise_known && best - none > kNoiseFrom) {
+  const bool noise_there = d.mag_noise != 1.0;  // from a model much like this one
+  double best = noise_there ? 0.0 : search.maximize(with, x);
+  if (noise_there || (!options_.mag_noise_known && best - none > kNoiseFrom)) {
     search.lower.push_back(std::log(kLeastNoise));
     search.upper.push_back(-std::log(kLeastNoise));
     search.first_step = kNoiseStep;
-    x.push_back(0.0);
+    search.settled = [&none](double value) {
+      return std::max(kSettledNats, kSettledShare * std::abs(value - none));
+    };
+    x.push_back(std::log(d.mag_noise));
     best = search.maximize(with, x);
     d.mag_noise = std::exp(x[2]);
     std::vector<double> noise = {0.0};
@@ -284,7 +293,7 @@ DisturbanceFit DisturbanceModel::fit() const {
   double v = least_variance_;
   double best_z = -INFINITY, variance = v;
   const double ratio = std::max(1.0, span_s_ / (kShortest * node_s_));
-  for (int i = 0; i < kMemories; ++i) {
+  for (const int i : kOrder) {
     const double memory = kShortest * node_s_ * std::pow(ratio, double(i) / double(kMemories - 1));
     const Slope slope = this->slope(memory, v);
     if (slope.z() <= best_z) continue;
@@ -292,6 +301,7 @@ DisturbanceFit DisturbanceModel::fit() const {
     d.memory_s = memory;
     // One step of a maximization, with care where it would be far.
     variance = std::clamp(slope.score / std::max(slope.sigma * slope.sigma, 1e-300), v, 1e4 * v);
+    if (best_z > kObvious) break;
   }
   d.score = best_z;
   d.size = std::sqrt(variance);

@@ -89,6 +89,18 @@ TEST(MissingState, is_not_called_a_field_where_the_accelerometer_is_late) {
   EXPECT_THAT(c.evidence, Not(Contains(HasSubstr("To settle it"))));
 }
 
+TEST(MissingState, is_no_place_where_it_changes_while_the_sensor_rests) {
+  Diagnosis d = test::clean_diagnosis();
+  d.missing = missing({300.0, 295.0, 10.0, 20.0}, {300.0, 295.0, 10.0, 20.0});
+  d.field_at_rest = AtRest{2, 0.1, 1.5, 10.0, 20.0, "hand.csv"};
+  EXPECT_THAT(what_would_settle_it(d), AllOf(HasSubstr("(2 times)"), HasSubstr("To settle it")));
+  d.field_at_rest->change_sigmas = 9.0;
+  EXPECT_THAT(what_would_settle_it(d), AllOf(HasSubstr("not that the field differs"),
+                                             HasSubstr("10 to 20 s"), HasSubstr("9 standard")));
+  d.missing = missing({300.0, 395.0, 10.0, 20.0}, {300.0, 395.0, 10.0, 20.0});
+  EXPECT_EQ(what_would_settle_it(d), "") << "it is the sensor";
+}
+
 // Such changes were said to be predicted, at hundreds of standard deviations.
 TEST(MissingState, of_a_gain_that_changes_is_never_nothing) {
   SimulationOptions o;

@@ -48,7 +48,7 @@ Calibration by_rival(const ArrayDevice& device, Method method, const Recording& 
   const bool wu = method == Method::kWu || method == Method::kWuPublished;
   rival.method = wu ? RivalMethod::kWu : RivalMethod::kKok;
   rival.as_published = method == Method::kKokPublished || method == Method::kWuPublished;
-  rival.start_at_identity = true;
+  rival.start_at_identity = device.options.motion == SimulatedMotion::kPaper;
   if (rival.as_published) options.initialization.gyr_bias = Vector3::Constant(0.01);
   return calibrate_by(rival, {&recording}, options).calibration;
 }
@@ -86,6 +86,7 @@ ArrayDevice make_device(const ArrayDeviceOptions& options) {
   SimulationOptions simulated;
   simulated.seed = options.seed;
   simulated.magnetometers = options.magnetometers;
+  simulated.motion = options.motion;
   simulated.rate_hz = options.rate_hz;
   simulated.duration_s = options.duration_s;
   simulated.noise = options.noise;

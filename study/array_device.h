@@ -11,7 +11,8 @@ namespace magimu {
 struct ArrayDeviceOptions {
   std::uint64_t seed = 1;
   int magnetometers = 30;
-  double rate_hz = 62.5, duration_s = 0.0;  // of the turning; 0: the paper's 322 s
+  SimulatedMotion motion = SimulatedMotion::kPaper;
+  double rate_hz = 62.5, duration_s = 0.0;  // of the turning; 0: the motion's own
   // Of the real board in the published recording: IMU (mean of 32) and magnetometers.
   NoiseDensities noise{0.002, 1e-4, 0.005};
   int node_every = 3;  // as published

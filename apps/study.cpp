@@ -39,9 +39,9 @@ void print_study(const Study& study) {
     if (check.inside()) continue;
     fmt::print("  {}: {:.4g}, not within {:.4g} and {:.4g} ({})\n", check.what, check.value,
                check.low, check.high,
-               !check.by_chance        ? "a limit"
+               !check.by_chance      ? "a limit"
                : check.inside_wide() ? "outside of the 99 % band"
-                                       : "outside of the 99.99 % band");
+                                     : "outside of the 99.99 % band");
   }
 }
 
@@ -70,14 +70,15 @@ int run(StudyArguments& args) {
 
 void add_study(CLI::App& app, int& exit_code) {
   auto args = std::make_shared<StudyArguments>();
-  CLI::App* cmd = app.add_subcommand(
-      "study", "Repeat the experiments of the paper: tables, figures, one page");
-  cmd->footer(fmt::format(
-      "Experiments: {}, or all of them.\n"
-      "Example: magimu study accuracy rates -o study && xdg-open study/study.html\n"
-      "Into the folder go study.html, study.json, a CSV file a table and an SVG file a figure: all\n"
-      "of them or none. An earlier study there is replaced, nothing else is.",
-      fmt::join(study_names(), ", ")));
+  CLI::App* cmd =
+      app.add_subcommand("study", "Repeat the experiments of the paper: tables, figures, one page");
+  cmd->footer(
+      fmt::format("Experiments: {}, or all of them.\n"
+                  "Example: magimu study accuracy rates -o study && xdg-open study/study.html\n"
+                  "Into the folder go study.html, study.json, a CSV file a table and an SVG file a "
+                  "figure: all\n"
+                  "of them or none. An earlier study there is replaced, nothing else is.",
+                  fmt::join(study_names(), ", ")));
   std::vector<std::string> choices = study_names();
   choices.emplace_back("all");
   cmd->add_option("name", args->names, "which experiments")

@@ -42,8 +42,8 @@ void add_checks(Page& page, const Study& study) {
   std::vector<std::vector<std::string>> rows;
   for (const StudyCheck& check : study.checks) {
     const bool chance = check.by_chance;
-    const char* word = check.inside() ? "inside"
-                       : !chance      ? "DOES NOT HOLD"
+    const char* word = check.inside()        ? "inside"
+                       : !chance             ? "DOES NOT HOLD"
                        : check.inside_wide() ? "outside of 99 %"
                                              : "OUTSIDE of 99.99 %";
     rows.push_back({check.what, number_text(check.value), number_text(check.low),
@@ -56,9 +56,8 @@ void add_checks(Page& page, const Study& study) {
 
 std::string study_svg(const StudyFigure& figure) {
   using plot::Colour;
-  constexpr Colour kColours[] = {Colour::kBlue, Colour::kVermilion, Colour::kGreen,
-                                 Colour::kPurple, Colour::kSky,     Colour::kOrange,
-                                 Colour::kGrey};
+  constexpr Colour kColours[] = {Colour::kBlue, Colour::kVermilion, Colour::kGreen, Colour::kPurple,
+                                 Colour::kSky,  Colour::kOrange,    Colour::kGrey};
   plot::Chart chart;
   chart.title = figure.title;
   chart.x_label = figure.x_label;

@@ -77,8 +77,8 @@ void fill_parameters(Calibration& c, const std::vector<const Recording*>& record
   }
 }
 
-Calibration without_uncertainty(const std::vector<const Recording*>& recordings,
-                                const Stage& stage, const CalibrationOptions& options) {
+Calibration without_uncertainty(const std::vector<const Recording*>& recordings, const Stage& stage,
+                                const CalibrationOptions& options) {
   Calibration c;
   c.fit = stage.result();
   c.motion = stage.spec().motion;
@@ -139,8 +139,7 @@ Calibration summarize_model(const std::vector<const Recording*>& recordings, con
                             const CalibrationOptions& options) {
   const int magnetometers = int(recordings.front()->mag.size()), fields = field_count(recordings);
   const std::vector<Key> keys = parameter_keys(magnetometers, fields, stage.spec());
-  const std::optional<MatrixXd> P =
-      global_covariance(stage.graph(), stage.result().values, keys);
+  const std::optional<MatrixXd> P = global_covariance(stage.graph(), stage.result().values, keys);
   if (!P) return summarize_parameters(recordings, Optimum(stage), options);
   Calibration c = without_uncertainty(recordings, stage, options);
   c.order = parameter_names(magnetometers, fields, stage.spec());

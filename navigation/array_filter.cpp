@@ -93,6 +93,18 @@ VectorXd ArrayFilter::fit_field(const VectorXd& readings) const {
   return r_.triangularView<Eigen::Upper>().solve(q_.transpose() * readings);
 }
 
+ArrayFilter::Fit ArrayFilter::fit(const VectorXd& readings) const {
+  const VectorXd told = q_.transpose() * readings;
+  const double left = (readings - q_ * told).squaredNorm();
+  return {r_.triangularView<Eigen::Upper>().solve(told),
+          left / static_cast<double>(readings.size() - told.size())};
+}
+
+VectorXd ArrayFilter::fit_variance() const {
+  const MatrixXd identity = MatrixXd::Identity(r_.rows(), r_.cols());
+  return r_.triangularView<Eigen::Upper>().solve(identity).rowwise().squaredNorm();
+}
+
 void ArrayFilter::start_field(const VectorXd& readings) {
   if (options_.field.memory_m > 0.0) {
     update(readings);

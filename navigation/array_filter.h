@@ -62,6 +62,14 @@ class ArrayFilter {
 
   // Coefficients that fit the readings best (3 M, uT).
   VectorXd fit_field(const VectorXd& readings) const;
+  // The same with the variance of a reading's noise, uT^2, from what the fit leaves.
+  struct Fit {
+    VectorXd theta;
+    double variance = 0.0;
+  };
+  Fit fit(const VectorXd& readings) const;
+  // Variances of such coefficients, of readings with noise of variance 1.
+  VectorXd fit_variance() const;
   void start(const NavigationState& state);
   // The field at the start, by the first readings, uT. Published: the best fit, with field_sigma.
   // With a Gauss-Markov process: an update of the process's own spread; nothing is known of the

@@ -12,30 +12,37 @@ namespace magimu {
 
 FieldProcess truncation_process(const ArraySamples& samples, int order) {
   ArrayFilterOptions options;
-  options.order = order;
-  options.field = ArrayFilterOptions::published_process(order);
+  options.order = order + 1;
+  options.field = ArrayFilterOptions::published_process(order + 1);
   const ArrayFilter filter(options, samples.positions);
-  const int lower = FieldBasis::size_of(order), from = FieldBasis::size_of(order - 1);
+  const int kappa = FieldBasis::size_of(order + 1), lower = FieldBasis::size_of(order);
+  const int count = kappa - lower;  // of the truncated degree
 
-  double squares = 0.0;
-  std::size_t count = 0;
+  // Of one sample's fit, E |theta|^2 = |truth|^2 + s^2 tr(Phi' Phi)^-1, s^2 from the same fit.
+  const double unit_noise = filter.fit_variance().tail(count).sum();
+  double squares = 0.0, noise = 0.0;
+  std::size_t fits = 0;
   for (std::size_t k = 0; k < samples.t.size(); ++k) {
     if (!samples.measured[k]) continue;
-    const VectorXd theta = filter.fit_field(samples.mag.col(static_cast<Eigen::Index>(k)));
-    squares += theta.tail(lower - from).squaredNorm() / (lower - from);
-    ++count;
+    const ArrayFilter::Fit fit = filter.fit(samples.mag.col(static_cast<Eigen::Index>(k)));
+    squares += fit.theta.tail(count).squaredNorm();
+    noise += fit.variance * unit_noise;
+    ++fits;
   }
+  const auto n = static_cast<double>(std::max<std::size_t>(1, fits));
+  // Less than its own standard error is not told from noise: 2 / (fits * count) is the relative
+  // variance of a mean of squares.
+  const double least = noise * std::sqrt(2.0 / (n * count));
+  const double size = std::sqrt(std::max(squares - noise, least) / (n * count));
+
   Vector3 centre = Vector3::Zero();
   for (const Vector3& r : samples.positions) {
     centre += r / static_cast<double>(samples.positions.size());
   }
   double radius = 0.0;
   for (const Vector3& r : samples.positions) radius = std::max(radius, (r - centre).norm());
-
-  const int kappa = FieldBasis::size_of(order + 1);
   FieldProcess process{VectorXd::Zero(kappa), VectorXd::Zero(kappa), 2.0 * radius};
-  const double size = std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, count)));
-  process.spread.tail(kappa - lower).setConstant(size / radius);
+  process.spread.tail(count).setConstant(size);
   return process;
 }
 

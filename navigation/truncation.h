@@ -5,11 +5,9 @@
 // process over distance (FieldProcess), and lets the lower degrees change by their exact transport
 // alone.
 //
-// How large, and for how long, without any tuning: a series of polynomials describes an array's
-// readings only while its terms fall off within the array. The next degree is given as much as it
-// could have at that limit, (size of the model's highest degree) / (radius of the array); and it
-// forgets within the array's extent, beyond which the model claims nothing. Both err on the side of
-// caution: on the given recordings the coefficients are about a quarter of that.
+// How large, without any tuning: what fits of the next degree to single samples of the recording
+// show, less what their noise explains. And it forgets within the array's extent, beyond which the
+// model claims nothing.
 #pragma once
 
 #include "navigation/array_filter.h"

@@ -11,20 +11,19 @@
 namespace magimu {
 namespace {
 
-constexpr double kTurnPace = 1.0;                      // rad/s, mean
-constexpr double kPause = 0.5;                         // s, after each turn
-constexpr double kTurnTilt = 3.0 * kDegree;            // standard deviations: of an axis,
-constexpr double kTurnAngleError = 0.03;               // of an angle, as a part of it,
-constexpr double kStartTilt = 2.0 * kDegree;           // and of the attitude at the start
-constexpr double kTypicalDip = 60.0 * kDegree;         // of the field whose passes are counted
-constexpr int kPassSteps = 12;                         // places looked at along a half turn
+constexpr double kTurnPace = 1.0;               // rad/s, mean
+constexpr double kPause = 0.5;                  // s, after each turn
+constexpr double kTurnTilt = 3.0 * kDegree;     // standard deviations: of an axis,
+constexpr double kTurnAngleError = 0.03;        // of an angle, as a part of it,
+constexpr double kStartTilt = 2.0 * kDegree;    // and of the attitude at the start
+constexpr double kTypicalDip = 60.0 * kDegree;  // of the field whose passes are counted
+constexpr int kPassSteps = 12;                  // places looked at along a half turn
 
 // Yaw, pitch, roll, and the six diagonals.
 const std::array<Vector3, 9>& turn_axes() {
-  static const std::array<Vector3, 9> axes{
-      Vector3(0, 0, 1),  Vector3(0, 1, 0),  Vector3(1, 0, 0),
-      Vector3(1, 1, 0),  Vector3(1, 0, 1),  Vector3(0, 1, 1),
-      Vector3(1, -1, 0), Vector3(1, 0, -1), Vector3(0, 1, -1)};
+  static const std::array<Vector3, 9> axes{Vector3(0, 0, 1),  Vector3(0, 1, 0),  Vector3(1, 0, 0),
+                                           Vector3(1, 1, 0),  Vector3(1, 0, 1),  Vector3(0, 1, 1),
+                                           Vector3(1, -1, 0), Vector3(1, 0, -1), Vector3(0, 1, -1)};
   return axes;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The sequence of turns that Huang et al. 2025 recommend (section Summary and Practical Issues): half
-// a turn in yaw, pitch and roll, then on and on so as to cover the sphere. Every turn is about an
-// axis of the body (x, y, z, or a diagonal between two of them) at a mean pace of 1 rad/s with a
+// The sequence of turns that Huang et al. 2025 recommend (section Summary and Practical Issues):
+// half a turn in yaw, pitch and roll, then on and on so as to cover the sphere. Every turn is about
+// an axis of the body (x, y, z, or a diagonal between two of them) at a mean pace of 1 rad/s with a
 // soft start and end,
 //
 //   omega(t) = axis * pace * (1 - cos(2 pi x)),  x the part of the turn that has passed,
@@ -33,8 +33,8 @@ class TurnSequence {
 
  private:
   struct Turn {
-    double start = 0.0, length = 0.0;        // s
-    Vector3 mean_rate = Vector3::Zero();     // rad/s
+    double start = 0.0, length = 0.0;     // s
+    Vector3 mean_rate = Vector3::Zero();  // rad/s
   };
   Vector3 at(double t, bool derivative) const;
 

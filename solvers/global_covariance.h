@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Covariance of the variables that all nodes of a chain share, all nodes integrated out: what is
-// left of the information when the windows are eliminated (window_engine.h), inverted. One pass over
-// the factors, a fifth of what Marginals needs, which in turn knows undetermined directions and any
-// variable.
+// left of the information when the windows are eliminated (window_engine.h), inverted. One pass
+// over the factors, a fifth of what Marginals needs, which in turn knows undetermined directions
+// and any variable.
 #pragma once
 
 #include <optional>

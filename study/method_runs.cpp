@@ -90,10 +90,10 @@ MethodRun run_one(Method method, const MethodSetting& setting, int index) {
 
 std::string key_of(Method method, const MethodSetting& s) {
   const SimulationOptions& o = s.simulated;
-  std::string key = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", to_string(method),
-                                to_string(o.motion), o.rate_hz, o.mag_ratio, o.duration_s,
-                                o.rest_s, o.noise.acc, o.noise.gyr, o.noise.mag, s.runs,
-                                s.first_seed, s.estimate_mag_time_offset);
+  std::string key =
+      fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", to_string(method), to_string(o.motion),
+                  o.rate_hz, o.mag_ratio, o.duration_s, o.rest_s, o.noise.acc, o.noise.gyr,
+                  o.noise.mag, s.runs, s.first_seed, s.estimate_mag_time_offset);
   if (s.gyr_bias_error) {
     const Vector3& e = *s.gyr_bias_error;
     key += fmt::format(" {} {} {}", e.x(), e.y(), e.z());
@@ -191,12 +191,6 @@ MethodDistance distance(const Calibration& a, const Calibration& b) {
   const MatrixXd P = b.covariance_model.topLeftCorner(e.size(), e.size());
   const VectorXd sigma = P.diagonal().cwiseSqrt();
   return {std::sqrt(nees(e, P)), e.cwiseQuotient(sigma).cwiseAbs().maxCoeff()};
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return kNoValue;
-  std::ranges::sort(values);
-  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
 }
 
 MethodSummary summarize(const std::vector<MethodRun>& runs, const std::vector<MethodRun>& bound) {

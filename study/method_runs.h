@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calibration/rival_calibration.h"
+#include "recording/median.h"
 #include "sim/simulate.h"
 #include "study/error_statistics.h"
 #include "study/study.h"
@@ -89,7 +90,5 @@ struct MethodSummary {
   double median_single = kNoValue, largest_single = kNoValue;
 };
 MethodSummary summarize(const std::vector<MethodRun>& runs, const std::vector<MethodRun>& bound);
-
-double median(std::vector<double> values);
 
 }  // namespace magimu

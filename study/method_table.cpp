@@ -7,12 +7,12 @@ namespace magimu {
 
 StudyTable rmse_table(const std::string& name, const std::string& title,
                       const std::string& setting_column) {
-  return {name,
-          title,
-          {setting_column, "method", "data sets", "parameters", "unit", "RMSE", "bound",
-           "RMSE / bound", "99 % from", "to", "of ten, 0.5 %", "99.5 %", "published",
-           "published / RMSE"},
-          {}};
+  return {
+      name,
+      title,
+      {setting_column, "method", "data sets", "parameters", "unit", "RMSE", "bound", "RMSE / bound",
+       "99 % from", "to", "of ten, 0.5 %", "99.5 %", "published", "published / RMSE"},
+      {}};
 }
 
 void add_rmse(StudyTable& table, const StudyCell& setting, const std::string& method,
@@ -32,8 +32,8 @@ StudyTable method_table(const std::string& name, const std::string& title,
   return {name,
           title,
           {setting_column, "method", "data sets", "without a result", "stopped early",
-           "most iterations", "NEES", "99 % from", "to", "from the MAP, median sigma",
-           "most sigma", "seconds, median", "published seconds"},
+           "most iterations", "NEES", "99 % from", "to", "from the MAP, median sigma", "most sigma",
+           "seconds, median", "published seconds"},
           {}};
 }
 

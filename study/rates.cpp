@@ -10,8 +10,8 @@
 namespace magimu {
 namespace {
 
-constexpr Method kSweepMethods[] = {Method::kMap, Method::kKok, Method::kWu,
-                                    Method::kKokPublished, Method::kWuPublished};
+constexpr Method kSweepMethods[] = {Method::kMap, Method::kKok, Method::kWu, Method::kKokPublished,
+                                    Method::kWuPublished};
 constexpr int kCappedSets = 10;  // of Kok as published, up to ten seconds each
 constexpr const char* kNames[] = {"o_a", "o_w", "o_m", "D"};
 constexpr const char* kUnits[] = {"m/s^2", "rad/s", "uT", "uT"};
@@ -53,10 +53,10 @@ class SweepCurves {
       }
       for (const auto& [method, curves] : published_) {
         figure.curves.push_back(curves[g]);
-        figure.curves.back().name = "published " + std::string(method == Method::kMap ? "MAP"
-                                                               : method == Method::kKokPublished
-                                                                   ? "Kok"
-                                                                   : "Wu");
+        figure.curves.back().name =
+            "published " + std::string(method == Method::kMap            ? "MAP"
+                                       : method == Method::kKokPublished ? "Kok"
+                                                                         : "Wu");
         figure.curves.back().published = true;
       }
       study.figures.push_back(figure);
@@ -167,9 +167,9 @@ Study study_ratios(const Experiment& x) {
       x.tell(fmt::format("ratio {}", ratio), std::log2(ratio) / 4.0 + (same_sample ? 0.12 : 0.0));
       SweepPoint point;
       point.label = fmt::format("{}{}", ratio,
-                                ratio == 1     ? ""
+                                ratio == 1    ? ""
                                 : same_sample ? ", same noise a sample"
-                                               : ", same density");
+                                              : ", same density");
       point.x = ratio;
       point.setting.simulated.rate_hz = x.options.brief ? 20.0 : 80.0;
       point.setting.simulated.mag_ratio = ratio;

@@ -36,8 +36,8 @@ class StreamedPerson {
     StreamSample s;
     s.t = samples_++ / kRate;
     s.gyr = rate + truth_.gyr_bias + noise(noise_.gyr);
-    s.acc = accelerometer_model(nRb_, truth_.acc_bias, gravity_n(kStandardGravity)) +
-            noise(noise_.acc);
+    s.acc =
+        accelerometer_model(nRb_, truth_.acc_bias, gravity_n(kStandardGravity)) + noise(noise_.acc);
     s.mag = {
         magnetometer_model(nRb_, truth_.mag[0].distortion, truth_.mag[0].bias, truth_.dip_rad) +
         noise(noise_.mag)};

@@ -22,7 +22,12 @@ constexpr NamedExperiment kExperiments[] = {
     {"accuracy", study_accuracy},
     {"rates", study_rates},
     {"ratios", study_ratios},
+    {"gyro-bias", study_gyr_bias},
     {"synchronization", study_synchronization},
+    {"motion", study_motion},
+    {"imu-grade", study_imu_grade},
+    {"array", study_array},
+    {"downstream", study_downstream},
 };
 
 }  // namespace
@@ -53,8 +58,8 @@ std::vector<Study> run_studies(const std::vector<std::string>& names, const Stud
       options.progress(names[i] + ": " + what,
                        (static_cast<double>(i) + share) / static_cast<double>(names.size()));
     };
-    const auto found = std::ranges::find(kExperiments, names[i],
-                                         [](const NamedExperiment& e) { return std::string(e.name); });
+    const auto found = std::ranges::find(
+        kExperiments, names[i], [](const NamedExperiment& e) { return std::string(e.name); });
     studies.push_back(found->run({own, runs}));
     studies.back().seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

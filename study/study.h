@@ -23,7 +23,8 @@ struct StudyOptions {
   // Data sets of each setting. What takes seconds a data set (the published optimizer of Kok's
   // likelihood, arrays) has fewer, and says how many.
   int runs = 100;
-  int threads = 0;  // data sets at a time; each is computed on one. 0: as many as there are processors
+  int threads =
+      0;  // data sets at a time; each is computed on one. 0: as many as there are processors
   // Everything in small, for tests: few data sets and settings. Its figures mean little.
   bool brief = false;
   // A folder of recordings of an array (recording/array_mat.h), for "downstream"; empty: only the

@@ -18,7 +18,7 @@ Study study_synchronization(const Experiment& x) {
   StudyTable rmse = rmse_table("rmse", "Errors of the MAP; bound: without a lag", "lag");
   StudyTable methods = method_table("methods", "How it went", "lag");
   MethodSetting in_step;
-  in_step.simulated.rate_hz = 80.0;
+  in_step.simulated.rate_hz = x.options.brief ? 20.0 : 80.0;
   in_step.runs = x.count(x.options.runs, 3);
   const std::vector<MethodRun>& bound = x.runs.get(Method::kMap, in_step);
   MethodSummary blind[3], knowing[3];

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "sim/hand_motion.h"
+#include "sim/turn_sequence.h"
 
 namespace magimu {
 namespace {
@@ -218,6 +219,55 @@ TEST(HandMotion, has_hardly_any_power_above_1_5_hertz) {
     }
     EXPECT_LT(above, 1e-3 * below) << "seed " << seed;
   }
+}
+
+// Yaw, pitch, roll first; each half a turn about its axis as a hand does it, then a rest.
+TEST(TurnSequence, begins_with_half_turns_in_yaw_pitch_and_roll) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const TurnSequence turns(seed, 63.0, 3.0);
+    double t = 3.0;
+    for (const Vector3& axis : {Vector3(0, 0, 1), Vector3(0, 1, 0), Vector3(1, 0, 0)}) {
+      Vector3 angle = Vector3::Zero();
+      double begin = t;
+      while (turns.omega(t + 1e-3).norm() > 1e-9) {
+        angle += 1e-3 * turns.omega(t += 1e-3);
+        ASSERT_LT(t - begin, 5.0);
+      }
+      EXPECT_NEAR(angle.norm(), 0.5 * kTwoPi, 4.0 * 0.03 * 0.5 * kTwoPi);
+      EXPECT_GT(angle.normalized().dot(axis), std::cos(0.25));
+      for (begin = t; turns.omega(t + 1e-3).norm() < 1e-9; t += 1e-3) ASSERT_LT(t - begin, 1.0);
+      EXPECT_NEAR(t - begin, 0.5, 0.05);
+    }
+    EXPECT_TRUE(turns.omega(1.5).isZero(0.0));
+  }
+}
+
+TEST(TurnSequence, rate_has_the_derivative_that_it_tells) {
+  const TurnSequence turns(3, 63.0, 3.0);
+  constexpr double h = 1e-5;
+  for (double t = 3.1; t < 60.0; t += 0.37) {
+    const Vector3 numerical = (turns.omega(t + h) - turns.omega(t - h)) / (2.0 * h);
+    EXPECT_LT((turns.omega_rate(t) - numerical).norm(), 1e-4) << t;
+  }
+}
+
+// In a minute the sequence leaves no large part of the sphere of directions unseen by gravity.
+TEST(TurnSequence, covers_the_sphere) {
+  const TurnSequence turns(1, 63.0, 3.0);
+  const AngularMotion motion = sample_motion(
+      turns.initial_nRb(), [&](double t) { return turns.omega(t); }, 20.0, 63.0);
+  const std::vector<Rot3> nRb = integrate(motion, 20.0);
+  double farthest = 0.0;
+  for (int i = 0; i < 200; ++i) {  // a spiral of even density
+    const double z = 1.0 - 2.0 * (i + 0.5) / 200.0, around = 2.399963 * i;
+    const Vector3 d(std::sqrt(1 - z * z) * std::cos(around),
+                    std::sqrt(1 - z * z) * std::sin(around), z);
+    double nearest = 2.0;
+    for (const Rot3& R : nRb)
+      nearest = std::min(nearest, (R.unrotate(Vector3::UnitZ()) - d).norm());
+    farthest = std::max(farthest, nearest);
+  }
+  EXPECT_LT(farthest, 1.0);  // 60 deg
 }
 
 TEST(HandMotion, keeps_still_where_there_is_no_time_to_move) {

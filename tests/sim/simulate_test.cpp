@@ -65,7 +65,7 @@ void expect_same_bits(const VectorSeries& a, const VectorSeries& b) {
 class EveryMotion : public testing::TestWithParam<SimulatedMotion> {};
 INSTANTIATE_TEST_SUITE_P(Simulate, EveryMotion,
                          testing::Values(SimulatedMotion::kPaper, SimulatedMotion::kHand,
-                                         SimulatedMotion::kHandHeld),
+                                         SimulatedMotion::kHandHeld, SimulatedMotion::kSequence),
                          [](const auto& motion) { return to_string(motion.param); });
 
 TEST_P(EveryMotion, same_seed_gives_the_same_bits) {

@@ -8,6 +8,7 @@
 #include "apps/common_options.h"
 #include "apps/outputs.h"
 #include "apps/place_options.h"
+#include "apps/prior_options.h"
 #include "apps/report_calibration.h"
 #include "calibration/calibrate.h"
 #include "calibration/calibration_json.h"
@@ -26,6 +27,7 @@ struct CalibrateArguments : RecordingOptions {
   double dip_deg = 0.0;
   bool has_dip = false;
   PlaceOptions place;
+  PriorArguments prior;
   CalibrationOptions options;
 };
 
@@ -114,6 +116,7 @@ int run(CalibrateArguments& args) {
   if (args.mag_time_offset != "auto") args.options.mag_time_offset = args.mag_time_offset == "on";
   args.options.optimizer.backend = backend_named(args.backend);
 
+  args.prior.apply_to(args.options);
   const std::vector<Recording> recordings = read_recordings(args);
   if (args.place.prior) args.options.also = field_prior(*known.field, int(recordings.size()));
   std::optional<RivalCalibration> rival;
@@ -168,6 +171,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(-89.9, 89.9))
       ->type_name("DEG");
   add_place_options(*cmd, args->place);
+  add_prior_options(*cmd, args->prior);
   cmd->add_option("--mag-time-offset", args->mag_time_offset,
                   "estimate the magnetometer's lag: auto (where the data show one), on, off")
       ->capture_default_str()

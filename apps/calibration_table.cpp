@@ -33,6 +33,33 @@ void add_matrix(std::string& out, const Calibration& c, std::size_t m) {
   }
 }
 
+// Where what was known beforehand tells more than the recording, in words.
+std::string said_of_prior(const Calibration& c) {
+  constexpr double kShows = 0.9;  // of a sigma: a tenth of it is worth a line
+  std::string held, nothing;
+  for (const PriorRecord::Parameter& p : c.prior.parameters) {
+    if (p.after > kShows * p.sigma) {
+      nothing += (nothing.empty() ? "" : ", ") + p.name;
+    } else if (p.after < kShows * p.before) {
+      held += fmt::format("{}{} (by itself known to {:.2g})", held.empty() ? "" : ", ", p.name,
+                          p.before);
+    }
+  }
+  std::string out;
+  if (!nothing.empty()) {
+    out += fmt::format("This recording tells nothing of {}: that is what was known before ({}).\n",
+                       nothing, c.prior.source);
+  }
+  if (!held.empty()) {
+    out += fmt::format("What was known before ({}) tells more of {}.\n", c.prior.source, held);
+  }
+  if (c.prior.moved > 1.0) {
+    out += fmt::format("It moved the calibration by {:.1f} of the recording's own sigmas.\n",
+                       c.prior.moved);
+  }
+  return out.empty() ? out : out + "\n";
+}
+
 }  // namespace
 
 std::string calibration_table(const Calibration& c) {
@@ -70,6 +97,7 @@ std::string calibration_table(const Calibration& c) {
         c.earth_field->declination_rad / kDegree);
   }
   out += "  To use it: the unit field in the IMU frame is D^-1 (mag - magnetometer bias).\n\n";
+  out += said_of_prior(c);
 
   out +=
       fmt::format("Noise ({}), per sqrt(Hz): acc {:.3g} m/s^2, gyr {:.3g} rad/s, mag {:.3g} uT\n",

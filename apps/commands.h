@@ -20,5 +20,6 @@ void add_navigate(CLI::App& app, int& exit_code);
 void add_reprocess(CLI::App& app, int& exit_code);
 void add_simulate(CLI::App& app, int& exit_code);
 void add_stream(CLI::App& app, int& exit_code);
+void add_study(CLI::App& app, int& exit_code);
 
 }  // namespace magimu::apps

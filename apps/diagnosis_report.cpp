@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "apps/diagnosis_answer.h"
+#include "apps/diagnosis_disturbance.h"
 #include "apps/diagnosis_scan_chart.h"
 #include "apps/numbers.h"
 #include "apps/plot.h"
@@ -50,6 +51,30 @@ void answer(Page& page, const Diagnosis& d) {
                fact(before == after ? after : before + " → " + after, "trust in the calibration") +
                fact(percent(d.false_alarm_rate), "false alarms where nothing is wrong"),
            "facts"));
+}
+
+// How wrong, where, when.
+void missing(Page& page, const Diagnosis& d) {
+  if (d.missing.empty()) return;
+  page.section(d.missing_series.empty() ? "Is anything missing?" : "What is missing");
+  for (const MissingSeries& s : d.missing_series) {
+    if (!s.t.empty()) page.figure(disturbance_picture(s), disturbance_caption(s));
+  }
+  std::vector<std::vector<std::string>> rows;
+  for (const MissingState& m : d.missing) {
+    const bool there = m.size > 0.0;
+    rows.push_back({m.frame == "navigation" ? "field (fixed axes)" : sensor_name(m.channel),
+                    plain(m.gain_nats), plain(m.taken_by_findings()), plain(m.left_nats),
+                    there ? plain(m.size) + " " + m.unit : "-",
+                    there ? plain(m.memory_s) + " s" : "-", m.noise});
+  }
+  page.paragraph(
+      "A disturbance that may go where it likes was added to one sensor after the other. How much "
+      "more probable the readings are with it says how wrong the simulation is there, whatever the "
+      "cause. Where nothing is wrong it hardly ever gains 6 nats.");
+  page.table({"disturbed", "gains, nats", "taken by what was found", "left", "size", "memory",
+              "the noise named above"},
+             rows, 1);
 }
 
 std::string finding_card(const Finding& f, std::size_t number) {
@@ -238,6 +263,7 @@ void method(Page& page, const Diagnosis& d) {
 std::string diagnosis_report(const Diagnosis& d) {
   Page page("Diagnosis of " + joined(d.recordings, ", "));
   answer(page, d);
+  missing(page, d);
   found(page, d);
   scan(page, d);
   residuals(page, d);

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
 #include <fmt/format.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <exception>
 #include <system_error>
+#ifdef __GLIBC__  // known from here on
+#include <malloc.h>
+#endif
 
 #include "apps/commands.h"
 #include "apps/common_options.h"
@@ -71,6 +70,7 @@ int main(int argc, char** argv) {
   add_reprocess(app, exit_code);
   add_simulate(app, exit_code);
   add_stream(app, exit_code);
+  add_study(app, exit_code);
   if (const std::string problem = unknown_command(app, argc, argv); !problem.empty()) {
     fmt::print(stderr, "magimu: {}\n", problem);
     return kUnusable;

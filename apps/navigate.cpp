@@ -59,7 +59,7 @@ Input read_input(const NavigateArguments& args) {
 
 std::vector<Vector3> layout_of(const NavigateArguments& args, const Recording& recording) {
   if (!args.layout.empty()) return read_array_layout(args.layout);
-  const std::vector<Vector3> board = published_array_layout();
+  std::vector<Vector3> board = published_array_layout();
   if (recording.mag.size() == board.size()) return board;
   throw InputError(
       args.recording, 0, 0,

@@ -23,7 +23,8 @@ struct SimulateArguments {
 
 int run(SimulateArguments& args) {
   check_outputs({}, {args.output, args.truth});
-  for (const SimulatedMotion m : {SimulatedMotion::kHand, SimulatedMotion::kHandHeld}) {
+  for (const SimulatedMotion m :
+       {SimulatedMotion::kHand, SimulatedMotion::kHandHeld, SimulatedMotion::kSequence}) {
     if (args.motion == to_string(m)) args.options.motion = m;
   }
   if (!args.noise.empty()) args.options.noise = {args.noise[0], args.noise[1], args.noise[2]};
@@ -69,9 +70,9 @@ void add_simulate(CLI::App& app, int& exit_code) {
       ->type_name("N");
   cmd->add_option("--motion", args->motion,
                   "paper: six slow turns; hand: turned in the hands, with rests; hand_held: moved "
-                  "about, too")
+                  "about, too; sequence: the half turns that the paper recommends")
       ->capture_default_str()
-      ->check(CLI::IsMember({"paper", "hand", "hand_held"}));
+      ->check(CLI::IsMember({"paper", "hand", "hand_held", "sequence"}));
   cmd->add_option("--displacement", args->options.displacement_m,
                   "how far hand_held moves, RMS (-1: drawn from 0.05 to 0.30)")
       ->capture_default_str()

@@ -10,6 +10,7 @@
 #include "apps/common_options.h"
 #include "apps/outputs.h"
 #include "apps/place_options.h"
+#include "apps/prior_options.h"
 #include "apps/report_calibration.h"
 #include "apps/stop_signals.h"
 #include "apps/stream_json.h"
@@ -27,6 +28,7 @@ struct StreamArguments : RecordingOptions {
   std::string source, target, output, report;
   bool live = false;
   PlaceOptions place;
+  PriorArguments prior;
   StreamSessionOptions session;
 };
 
@@ -85,6 +87,7 @@ void prepare(StreamArguments& args) {
     s.estimator.dip_rad = field->dip_rad;
     if (args.place.prior) s.estimator.also = field_prior(*field, 1);
   }
+  args.prior.apply_to(s.estimator);
   s.reading = reading_text(args);
   s.estimator.motion = args.motion_model();
   if (!args.target.empty()) s.estimator.target = parse_stream_target(args.target);
@@ -208,6 +211,7 @@ void add_stream(CLI::App& app, int& exit_code) {
       ->type_name("S");
   add_model_options(*cmd, *args);
   add_place_options(*cmd, args->place);
+  add_prior_options(*cmd, args->prior);
   add_column_options(*cmd, *args);
   cmd->add_flag("--live", args->live,
                 "draw the live view even where standard error is no terminal");

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <mutex>
 
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 
 namespace magimu {
 namespace {

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "bench/effect_strength.h"
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 #include "calibration/calibrate.h"
 
 namespace magimu {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 
 namespace magimu {
 namespace {

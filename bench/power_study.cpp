@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "bench/effect_sizes.h"
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 #include "recording/error.h"
 
 namespace magimu {

@@ -18,7 +18,7 @@
 #include <string>
 #include <thread>
 
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 #include "calibration/calibrate.h"
 #include "sim/simulate.h"
 

@@ -17,9 +17,9 @@
 #include <fstream>
 
 #include "apps/plot.h"
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 #include "bench/streamed.h"
-#include "bench/streamed_person.h"
+#include "study/streamed_person.h"
 #include "bench/streaming_guided.h"
 #include "bench/streaming_memory.h"
 #include "calibration/parameter_names.h"

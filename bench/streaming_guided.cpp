@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/error_statistics.h"
-#include "bench/streamed_person.h"
+#include "study/error_statistics.h"
+#include "study/streamed_person.h"
 #include "graph/decompositions.h"
 
 namespace magimu {

@@ -15,7 +15,7 @@
 #include <limits>
 #include <tuple>
 
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 #include "bench/streamed.h"
 #include "graph/bytes.h"
 

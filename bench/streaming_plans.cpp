@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/streamed_person.h"
+#include "study/streamed_person.h"
 #include "bench/streaming_guided.h"
 #include "sim/random.h"
 

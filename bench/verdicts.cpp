@@ -15,7 +15,7 @@
 #include <string>
 #include <thread>
 
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 #include "calibration/calibrate.h"
 #include "recording/csv.h"
 #include "recording/error.h"

@@ -12,8 +12,12 @@
 #include "calibration/condensed_recording.h"
 #include "calibration/diagnostics.h"
 #include "calibration/given_noise.h"
+#include "calibration/held_globals.h"
 #include "calibration/missing_effects.h"
 #include "calibration/no_fit.h"
+#include "calibration/parameter_names.h"
+#include "calibration/parameter_prior.h"
+#include "calibration/parameter_vector.h"
 #include "calibration/pipeline.h"
 #include "calibration/residual_series.h"
 #include "calibration/summary.h"
@@ -34,6 +38,49 @@ void widen_by_halves(Calibration& c) {
     widen_uncertainty(c, check.value);
     check.sentence += fmt::format(" All sigmas were multiplied by {:.1f}.", check.value);
   }
+}
+
+// The same stage with its parameters held where the calibration has them: motion and residuals that
+// belong to them.
+Stage with_parameters_of(const Calibration& c, const Stage& stage) {
+  const int magnetometers = int(c.parameters.mag.size()), recordings = int(c.fields.size());
+  const Values globals =
+      as_globals(c, parameter_keys(magnetometers, recordings, stage.spec()), parameter_vector(c));
+  VectorXd sigma = c.covariance_model.diagonal().cwiseSqrt();
+  sigma.segment(6 + 12 * magnetometers, recordings) *= kDegree;
+  ModelSpec spec = stage.spec();
+  spec.also = [also = spec.also, globals, sigma](FactorGraph& graph) {
+    if (also) also(graph);
+    hold_globals(globals, sigma, graph);
+  };
+  Values start = stage.result().values;
+  std::vector<double> numbers(start.data().begin(), start.data().end());
+  for (const Values::Slot& slot : globals.slots()) {
+    std::copy_n(globals.data().begin() + slot.stored, slot.type.stored(),
+                numbers.begin() + start.slot(slot.key).stored);
+  }
+  start.assign(numbers);
+  Stage held(stage, spec);
+  held.fit(start, true);
+  return held;
+}
+
+// What is known beforehand, taken into the estimate.
+void add_prior(Calibration& c, const std::vector<const Recording*>& recordings, const Stage& fine,
+               const CalibrationOptions& options, std::vector<double>& mag_squares) {
+  // In standard deviations of the model, squared and halved: closer, no residual shows it.
+  constexpr double kShows = 0.5;
+  const double cost = take_known_beforehand(c, options);
+  if (cost < kShows || !c.undetermined.empty()) return;
+  const Stage held = with_parameters_of(c, fine);
+  if (!held.result().converged()) return;
+  const Optimum optimum(held);
+  const Calibration there = summarize(recordings, optimum, options);
+  c.fit.values = there.fit.values;
+  c.trajectories = there.trajectories;
+  c.residuals = there.residuals;
+  c.residual_series = residual_series(optimum, c.mag_names);
+  mag_squares = held.mag_squares(optimum.rows, optimum.system.residual());
 }
 
 }  // namespace
@@ -63,16 +110,17 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   std::vector<double> mag_squares;
   std::vector<Check> checks;
   std::vector<MissingEffect> missing;
+  std::optional<Stage> fine;
   parallel::invoke(
       [&] {
-        const Stage fine = pipeline.fine(coarse);
-        const Optimum optimum(fine);
+        fine = pipeline.fine(coarse);
+        const Optimum optimum(*fine);
         c = summarize(recordings, optimum, options);
         if (condensed != nullptr) {
           *condensed = condense_optimum(optimum, int(c.mag_names.size()), c.covariance);
         }
         c.residual_series = residual_series(optimum, c.mag_names);
-        mag_squares = fine.mag_squares(optimum.rows, optimum.system.residual());
+        mag_squares = fine->mag_squares(optimum.rows, optimum.system.residual());
       },
       [&] { checks = pipeline.check_prediction(coarse); },
       [&] {
@@ -86,8 +134,12 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   c.warnings = checked.warnings();
   c.node_every = pipeline.node_every();
   widen_by_halves(c);
-  const std::vector<std::string> unknown = unknown_directions(c);
+  std::vector<std::string> unknown = unknown_directions(c);
   if (coarse.result().converged()) add_missing_effects(c, missing);
+  add_prior(c, recordings, *fine, options, mag_squares);
+  if (c.prior.source != "none") {
+    for (std::string& reason : unknown) reason = "By this recording alone: " + reason;
+  }
   for (const Recording* r : recordings) {
     c.blows_per_minute = std::max(c.blows_per_minute, blows_per_minute(*r));
   }

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -20,7 +21,14 @@
 
 namespace magimu {
 
+struct GivenPrior;  // parameter_prior.h
+
+enum class PriorKind { kUsual, kNone, kGiven };
+
 struct CalibrationOptions {
+  // What is known before the recording: what is usual of parts, nothing, or `given_prior`.
+  PriorKind prior = PriorKind::kUsual;
+  std::shared_ptr<const GivenPrior> given_prior;
   // Noise densities, per sqrt(Hz); where nothing is given they are estimated from rests, then from
   // the residuals, and jolts are looked for that the accelerometer does not sample faithfully
   // (acc_jitter.h).

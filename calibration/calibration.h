@@ -69,7 +69,7 @@ struct ActiveEffect {
 enum class CheckStatus { kOk, kCaution, kBad };
 std::string to_string(CheckStatus status);
 struct Check {
-  // "optimum", "accuracy", "whiteness", "windows", "cross_validation", "halves", "axes"
+  // "optimum", "accuracy", "whiteness", "windows", "cross_validation", "gain", "halves", "axes"
   std::string name;
   CheckStatus status = CheckStatus::kOk;
   double value = 0.0;
@@ -88,6 +88,19 @@ struct SetAsideOf {
   SetAside what;
 };
 
+// What was known before the recording (parameter_prior.h), and what the recording added.
+struct PriorRecord {
+  struct Parameter {
+    std::string name;                  // as in Calibration::order
+    double mean = 0.0, sigma = 0.0;    // known beforehand
+    double before = 0.0, after = 0.0;  // robust sigma without and with what was known
+  };
+  std::string source = "none";  // "default", the file's name, or "none"
+  int blocks = 0;               // independent pieces behind the robust covariance
+  double moved = 0.0;           // robust standard deviations by which it moved the parameters
+  std::vector<Parameter> parameters;
+};
+
 struct Calibration {
   SensorParameters parameters;  // dip_rad: of the first recording
   std::vector<std::string> mag_names;
@@ -103,6 +116,7 @@ struct Calibration {
   MatrixXd covariance, covariance_model;
   std::vector<std::string> undetermined;
 
+  PriorRecord prior;
   NoiseDensities noise;
   bool noise_given = false;
   double gravity = kStandardGravity;

@@ -198,6 +198,12 @@ Calibration calibration_from_json(const Json& json, const std::string& file) {
   const std::size_t n = c.order.size();
   c.covariance = root["covariance"]["matrix"].matrix(n, n);
   c.covariance_model = root["covariance_model"]["matrix"].matrix(n, n);
+  if (root.has("prior")) {
+    const double blocks = root["prior"]["blocks"].finite();
+    if (!(blocks >= 0.0 && blocks < 1e9)) root["prior"]["blocks"].wrong("a count");
+    c.prior.source = root["prior"]["source"].text();
+    c.prior.blocks = int(blocks);
+  }
   const Node noise = root["noise"];
   c.noise = {noise["acc"].finite(), noise["gyro"].finite(), noise["mag"].finite()};
   for (const char* sensor : {"acc", "gyro", "mag"}) {

@@ -70,6 +70,19 @@ Json effect_json(const ActiveEffect& effect) {
   return {{"name", effect.name}, {"parameters", parameters}};
 }
 
+Json prior(const PriorRecord& p) {
+  Json out{{"source", p.source}, {"blocks", p.blocks}, {"moved_sigmas", p.moved}};
+  out["parameters"] = Json::array();
+  for (const PriorRecord::Parameter& parameter : p.parameters) {
+    out["parameters"].push_back({{"name", parameter.name},
+                                 {"mean", parameter.mean},
+                                 {"sigma", parameter.sigma},
+                                 {"sigma_before", parameter.before},
+                                 {"sigma_after", parameter.after}});
+  }
+  return out;
+}
+
 Json fit(const Calibration& c) {
   Json trace = Json::array();
   for (const IterationRecord& r : c.fit.trace) {
@@ -158,6 +171,7 @@ Json to_json(const Calibration& c) {
   out["covariance"] = {{"order", c.order}, {"matrix", array(c.covariance)}};
   out["covariance_model"] = {{"order", c.order}, {"matrix", array(c.covariance_model)}};
   const char* source = c.noise_given ? "given" : "estimated";
+  out["prior"] = prior(c.prior);
   out["noise"] = {
       {"acc", c.noise.acc}, {"gyro", c.noise.gyr}, {"mag", c.noise.mag}, {"source", source}};
   out["motion"] = to_string(c.motion);

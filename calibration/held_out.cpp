@@ -61,13 +61,17 @@ BlockErrors block_errors(const Stage& stage) {
 double HeldOutGain::ratio() const { return std::exp(0.5 * mean); }
 
 HeldOutGain held_out_gain(const Stage& first, const Stage& second) {
-  std::vector<double> a, b;
-  parallel::invoke([&] { a = block_errors(first).held_out; },
-                   [&] { b = block_errors(second).held_out; });
+  BlockErrors a, b;
+  parallel::invoke([&] { a = block_errors(first); }, [&] { b = block_errors(second); });
+  return held_out_gain(a, b);
+}
+
+HeldOutGain held_out_gain(const BlockErrors& first, const BlockErrors& second) {
   double sum = 0.0, sum2 = 0.0;
-  const auto n = double(a.size());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const double d = std::log(std::max(a[i], 1e-30) / std::max(b[i], 1e-30));
+  const auto n = double(first.held_out.size());
+  for (std::size_t i = 0; i < first.held_out.size(); ++i) {
+    const double d =
+        std::log(std::max(first.held_out[i], 1e-30) / std::max(second.held_out[i], 1e-30));
     sum += d;
     sum2 += d * d;
   }

@@ -28,5 +28,6 @@ BlockErrors block_errors(const Stage& stage);
 
 // Both fitted, of the same recordings and nodes.
 HeldOutGain held_out_gain(const Stage& first, const Stage& second);
+HeldOutGain held_out_gain(const BlockErrors& first, const BlockErrors& second);
 
 }  // namespace magimu

@@ -35,7 +35,7 @@ MatrixXd kok_covariance(const KokProblem& problem, const KokNormal& n, bool* sin
   const VectorXd scale = scale_of(n.information);
   const MatrixXd A = scale.asDiagonal() * n.information * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A);
-  const VectorXd values = eigen.eigenvalues();
+  const VectorXd& values = eigen.eigenvalues();
   *singular = !values.allFinite() || values.minCoeff() <= kKokSingular * values.maxCoeff();
   const VectorXd inverse = values.unaryExpr(
       [&](double x) { return x > kKokSingular * values.maxCoeff() ? 1 / x : 0.0; });

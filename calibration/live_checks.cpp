@@ -146,7 +146,7 @@ bool certain(const Issue& issue, const Recording& piece, double length_s) {
   }
   // At rest a coarse converter repeats itself.
   if (issue.kind == "repeats" && !is_turned(piece)) return false;
-  if (issue.kind == "constant") return is_turned(piece);
+  if (issue.kind == "constant" || issue.kind == "copied") return is_turned(piece);
   if (issue.kind == "unit") return certain_unit(issue, piece, length_s);
   // A hand that swings the board halves gravity, but not for long.
   if (issue.kind == "gravity") return length_s >= kForUnits || usual_length(piece.acc) < 2.0;

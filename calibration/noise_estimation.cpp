@@ -41,7 +41,8 @@ void add_signed_rows(const LinearSystem& system, const std::vector<Sensor>& sens
       sums.assign(std::size_t(b.columns), Probes{});
       bool any = false;
       for (int r = 0; r < b.rows; ++r) {
-        const auto row = std::size_t(b.first_row + i * b.rows + r);
+        const int at = b.first_row + i * b.rows + r;
+        const auto row = std::size_t(at);
         if (sensor[row] != own) continue;
         any = true;
         Probes signs;
@@ -54,7 +55,8 @@ void add_signed_rows(const LinearSystem& system, const std::vector<Sensor>& sens
         }
       }
       for (int e = 0; e < b.columns && any; ++e) {
-        const int c = system.column()[std::size_t(entry + e)];
+        const int place = entry + e;
+        const int c = system.column()[std::size_t(place)];
         const Probes& sum = sums[std::size_t(e)];
         for (int p = 0; p < kProbes; ++p) B(c, p) += scale[c] * sum[std::size_t(p)];
       }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/better_than_none.h"
 #include "calibration/choose_motion.h"
 #include "calibration/diagnostics.h"
 #include "calibration/extension.h"
@@ -301,20 +302,31 @@ Stage Pipeline::fine(const Stage& coarse) const {
 std::vector<Check> Pipeline::check_prediction(const Stage& coarse) const {
   if (!coarse.result().converged()) return {};
   const Matrix3 D = coarse.result().values.at<Matrix3>(key::distortion);
-  std::optional<BlockErrors> errors;
+  const double strength = std::cbrt(std::abs(D.determinant()));
+  const double correction = correction_rad(D, coarse.result().values.at<Vector3>(key::mag_bias));
+  const bool obvious = correction > kObviousCorrection;
+  std::optional<BlockErrors> errors, as_they_come;
   std::optional<Check> agreement;
   std::string why;
+  const auto ask_without = [&] {
+    return block_errors(with_readings_as_they_come(recordings_, coarse));
+  };
   parallel::invoke([&] { errors = attempt([&] { return block_errors(coarse); }, &why); },
+                   [&] {
+                     if (!obvious) as_they_come = attempt(ask_without);
+                   },
                    [&] { agreement = halves(coarse); });
   std::vector<Check> out;
   if (errors) {
-    out.push_back(check_held_out(*errors, std::cbrt(std::abs(D.determinant()))));
+    out.push_back(check_held_out(*errors, strength));
   } else {
     out.push_back({"cross_validation", CheckStatus::kBad, 0.0,
                    fmt::format("The fit without some of the magnetometer's samples, which were to "
                                "be predicted, failed: {}.",
                                why)});
   }
+  if (obvious) out.push_back(no_gain_to_ask_for(correction));
+  if (errors && as_they_come) out.push_back(check_gain(*as_they_come, *errors, strength));
   if (agreement) out.push_back(*agreement);
   return out;
 }

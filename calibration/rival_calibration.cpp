@@ -19,6 +19,7 @@
 #include "calibration/uncertainty.h"
 #include "calibration/wu_filter.h"
 #include "graph/numerical_error.h"
+#include "graph/thread_time.h"
 #include "recording/error.h"
 
 namespace magimu {
@@ -192,14 +193,14 @@ RivalCalibration calibrate_by(const RivalOptions& rival, const std::vector<const
   const auto begin = std::chrono::steady_clock::now();
   const CheckedRecordings checked(given);
   const std::vector<const Recording*>& recordings = checked.get();
-  const auto start = std::chrono::steady_clock::now();
+  const double start = thread_seconds();
   const Pipeline pipeline(recordings, options);
   const NoiseDensities noise = pipeline.starting_noise();
   RivalResult result = rival.method == RivalMethod::kKok
                            ? by_kok(rival, recordings, options, pipeline.guess(), noise)
                            : by_wu(rival, recordings, options, pipeline.guess(), noise);
   RivalCalibration out;
-  out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  out.seconds = thread_seconds() - start;
   out.method = to_string(rival.method) + (rival.as_published ? ", as published" : "");
   out.filter_runs = result.filter_runs;
   if (!result.covariance.allFinite() || !result.theta.mag.front().distortion.allFinite()) {

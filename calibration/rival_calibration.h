@@ -26,7 +26,8 @@ struct RivalCalibration {
   Calibration calibration;
   std::string method;                      // "kok", "wu", "kok, as published", "wu, as published"
   std::vector<std::string> not_estimated;  // sentences: what map estimates and this does not
-  double seconds = 0.0;                    // of the method alone, samples in memory to covariance
+  // Of the processor, for the method alone: from samples in memory to parameters with covariance.
+  double seconds = 0.0;
   long filter_runs = 0;
 };
 

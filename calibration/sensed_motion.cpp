@@ -53,6 +53,7 @@ SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, con
       gyr_(recording.gyr, values.at<Vector3>(key::gyr_bias), spec.gyr_matrix_value),
       gyr_bias_(values.at<Vector3>(key::gyr_bias)),
       acc_bias_(values.at<Vector3>(key::acc_bias)),
+      mag_bias_(values.at<Vector3>(key::mag_bias)),
       field_(unit_field(values.at<double>(dip_of(plan.field)))),
       D_(values.at<Matrix3>(key::distortion)),
       strength_(std::cbrt(std::abs(D_.determinant()))),
@@ -131,10 +132,41 @@ Vector3 SensedMotion::specific_force(Channel channel, std::size_t sample, const 
   return interpolated(acc.t, acc.v, middle) - acc_bias_;
 }
 
+// A sensor that only turns shows gravity as the attitude has it, turned back by the gyroscope alone
+// (as field_before). What moves is interpolated: by the slope of the samples within 25 ms about the
+// middle of the delay, whose noise is far below that of differences of single samples.
+Vector3 SensedMotion::force_change(double t, double delay_s) const {
+  if (!moving_) {
+    const Vector3 up = before_gyr(t).unrotate(Vector3(-gravity_n(gravity_)));
+    return gyr_.at(t - delay_s).unrotate(up) - gyr_.at(t).unrotate(up);
+  }
+  constexpr double kAround = 0.025;  // s
+  const VectorSeries& acc = recording_.acc;
+  if (acc.size() < 2) return Vector3::Zero();
+  const double middle = t - 0.5 * delay_s;
+  std::size_t first = count_until(acc.t, middle - kAround),
+              last = count_until(acc.t, middle + kAround);
+  // Two at the least, of slow sensors.
+  if (last < first + 2) {
+    first = std::min(locate(acc.t, middle).before, acc.size() - 2);
+    last = first + 2;
+  }
+  double mean_t = 0.0, squares = 0.0;
+  for (std::size_t k = first; k < last; ++k) mean_t += acc.t[k] / double(last - first);
+  Vector3 slope = Vector3::Zero();
+  for (std::size_t k = first; k < last; ++k) {
+    slope += (acc.t[k] - mean_t) * acc.v[k];
+    squares += (acc.t[k] - mean_t) * (acc.t[k] - mean_t);
+  }
+  return -delay_s / std::max(squares, 1e-18) * slope;
+}
+
 SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
   const VectorSeries& own = series(channel);
   SampleState s;
   s.t = own.t[sample];
+  s.recording = plan_.field;
+  s.bias = channel == Channel::kAcc ? acc_bias_ : channel == Channel::kGyr ? gyr_bias_ : mag_bias_;
   double instant = s.t;
   if (channel == Channel::kGyr && sample + 1 < own.size()) {
     instant = 0.5 * (s.t + own.t[sample + 1]);
@@ -154,6 +186,9 @@ SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
   if (recording_.pos) {
     s.position = interpolated(recording_.pos->t, recording_.pos->v, instant);
     s.position_mean = position_mean_;
+  }
+  if (channel == Channel::kAcc) {
+    s.force_change = [this, t = s.t](double delay_s) { return force_change(t, delay_s); };
   }
   if (channel == Channel::kMag) {
     // Back from the sample by the gyroscope alone: what attitudes step between nodes is its noise.

@@ -25,13 +25,14 @@ class SensedMotion {
   Rot3 before_gyr(double t) const;
   Vector3 rate_about(double t, Vector3* derivative) const;
   Vector3 specific_force(Channel channel, std::size_t sample, const Rot3& nRb) const;
+  Vector3 force_change(double t, double delay_s) const;
 
   const Recording& recording_;
   const NodePlan& plan_;
   bool moving_;
   double gravity_;
   IntegratedRotation gyr_;
-  Vector3 gyr_bias_, acc_bias_, field_;
+  Vector3 gyr_bias_, acc_bias_, mag_bias_, field_;
   Matrix3 D_;
   double strength_, begin_, duration_, whole_;  // whole_: of all parts of the recording
   // Attitude of each node, relative to the gyroscope's at that time, and what it is to the next's.

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "calibration/nodes.h"
+#include "calibration/parameter_vector.h"
 #include "calibration/spoken_names.h"
 #include "factors/keys.h"
 
@@ -20,21 +21,6 @@ constexpr double kRounding = 0.1;  // of a standard deviation: what linearizing 
 constexpr double kMuchMore = 2.0;  // times the innovations that are expected
 constexpr double kManyLeftOut = 0.3;
 
-VectorXd values_of(const Calibration& c) {
-  const std::vector<MagnetometerParameters>& mags = c.parameters.mag;
-  VectorXd out(7 + 12 * Eigen::Index(mags.size()));
-  out.head<3>() = c.parameters.acc_bias;
-  out.segment<3>(3) = c.parameters.gyr_bias;
-  Eigen::Index at = 6;
-  for (const MagnetometerParameters& mag : mags) {
-    out.segment<9>(at) = mag.distortion.reshaped();
-    out.segment<3>(at + 9) = mag.bias;
-    at += 12;
-  }
-  out[at] = c.parameters.dip_rad / kDegree;
-  return out;
-}
-
 std::string name_of(Eigen::Index parameter, Eigen::Index count) {
   if (parameter < 3) return spoken_name(key::acc_bias);
   if (parameter < 6) return spoken_name(key::gyr_bias);
@@ -47,7 +33,7 @@ std::string name_of(Eigen::Index parameter, Eigen::Index count) {
 }  // namespace
 
 void StreamChecks::add(double t, const Calibration& c, double distance, const WindowFit& window) {
-  const VectorXd theta = values_of(c);
+  const VectorXd theta = parameter_vector(c).head(7 + 12 * Eigen::Index(c.parameters.mag.size()));
   moments_.push_back(
       {t, distance, theta, c.covariance.diagonal().head(theta.size()).cwiseMax(0.0), window});
   while (moments_.size() > 2 && moments_[1].t <= t - kSpan) moments_.pop_front();

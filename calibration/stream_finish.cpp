@@ -13,6 +13,7 @@
 #include "calibration/held_out.h"
 #include "calibration/missing_effects.h"
 #include "calibration/no_fit.h"
+#include "calibration/parameter_prior.h"
 #include "calibration/stream_state.h"
 #include "calibration/summary.h"
 #include "calibration/trust.h"
@@ -124,6 +125,7 @@ Calibration StreamingCalibration::State::finish(const StreamParts& parts) {
     c.checks.push_back(check_held_out(block_errors(stage), c.strength_uT));
     unknown = unknown_directions(c);
     if (changes_.empty()) add_missing_effects(c, find_missing_effects(recordings, stage));
+    take_known_beforehand(c, batch_);
   }
   judge(c, unknown);
   judge_axes(c, check_mounting(recordings), batch_);

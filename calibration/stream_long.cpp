@@ -17,6 +17,7 @@
 #include "calibration/diagnostics.h"
 #include "calibration/held_globals.h"
 #include "calibration/parameter_names.h"
+#include "calibration/parameter_prior.h"
 #include "calibration/stream_state.h"
 #include "calibration/summary.h"
 #include "calibration/trust.h"
@@ -197,7 +198,9 @@ Calibration StreamingCalibration::State::finish_long() {
   c.checks = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
               check_windows(c, mag_squares)};
   c.trust = {};
-  judge(c, unknown_directions(c));
+  const std::vector<std::string> unknown = unknown_directions(c);
+  take_known_beforehand(c, batch_);
+  judge(c, unknown);
   // Axes stay as they are mounted: some minutes tell them.
   const int enough = std::min(estimator_->windows(), kAxesWindows);
   std::vector<Recording> some;

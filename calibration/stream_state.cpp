@@ -50,6 +50,8 @@ StreamingCalibration::State::State(int magnetometers, const StreamingOptions& op
   batch_.initialization.dip_rad = options.dip_rad;
   batch_.dip_sign = options.dip_sign;
   batch_.also = options.also;
+  batch_.prior = options.prior;
+  batch_.given_prior = options.given_prior;
   // A hand that does not move costs next to nothing under the model in which it may.
   batch_.motion = options.motion == MotionModel::kAuto ? MotionModel::kHandHeld : options.motion;
   const StreamTarget& t = options.target;

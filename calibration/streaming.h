@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/calibrate.h"
 #include "calibration/calibration.h"
 #include "graph/bytes.h"
 #include "recording/stream_sample.h"
@@ -47,6 +48,9 @@ struct StreamingOptions {
   std::optional<double> dip_rad;
   int dip_sign = 0;
   std::function<void(FactorGraph&)> also = {};
+  // For the calibration at the end, as there.
+  PriorKind prior = PriorKind::kUsual;
+  std::shared_ptr<const GivenPrior> given_prior = {};
   // A fault of the samples that explains why the magnetometer does not fit the rest between these
   // times, s, in a sentence (live_checks.h); empty: none is known.
   std::function<std::string(double begin_s, double end_s)> known_fault = {};

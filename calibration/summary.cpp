@@ -8,6 +8,7 @@
 #include "calibration/extension.h"
 #include "calibration/parameter_names.h"
 #include "calibration/uncertainty.h"
+#include "solvers/global_covariance.h"
 
 namespace magimu {
 namespace {
@@ -76,9 +77,8 @@ void fill_parameters(Calibration& c, const std::vector<const Recording*>& record
   }
 }
 
-Calibration with_uncertainty(const std::vector<const Recording*>& recordings, const Optimum& at,
-                             const Marginals& marginals, const CalibrationOptions& options) {
-  const Stage& stage = at.stage;
+Calibration without_uncertainty(const std::vector<const Recording*>& recordings,
+                                const Stage& stage, const CalibrationOptions& options) {
   Calibration c;
   c.fit = stage.result();
   c.motion = stage.spec().motion;
@@ -90,6 +90,12 @@ Calibration with_uncertainty(const std::vector<const Recording*>& recordings, co
   c.noise_given = options.noise.has_value();
   c.gravity = options.gravity;
   fill_parameters(c, recordings, stage);
+  return c;
+}
+
+Calibration with_uncertainty(const std::vector<const Recording*>& recordings, const Optimum& at,
+                             const Marginals& marginals, const CalibrationOptions& options) {
+  Calibration c = without_uncertainty(recordings, at.stage, options);
   fill_uncertainty(c, at, marginals, options.block_s);
   return c;
 }
@@ -127,6 +133,19 @@ Calibration summarize_parameters(const std::vector<const Recording*>& recordings
                                  const CalibrationOptions& options) {
   const Marginals marginals(at.system, at.stage.result().values, options.optimizer.backend);
   return with_uncertainty(recordings, at, marginals, options);
+}
+
+Calibration summarize_model(const std::vector<const Recording*>& recordings, const Stage& stage,
+                            const CalibrationOptions& options) {
+  const int magnetometers = int(recordings.front()->mag.size()), fields = field_count(recordings);
+  const std::vector<Key> keys = parameter_keys(magnetometers, fields, stage.spec());
+  const std::optional<MatrixXd> P =
+      global_covariance(stage.graph(), stage.result().values, keys);
+  if (!P) return summarize_parameters(recordings, Optimum(stage), options);
+  Calibration c = without_uncertainty(recordings, stage, options);
+  c.order = parameter_names(magnetometers, fields, stage.spec());
+  fill_covariance(c, *P, *P);
+  return c;
 }
 
 }  // namespace magimu

@@ -15,6 +15,10 @@ Calibration summarize(const std::vector<const Recording*>& recordings, const Opt
 // The parameters and their uncertainty only: nothing of the residuals.
 Calibration summarize_parameters(const std::vector<const Recording*>& recordings, const Optimum& at,
                                  const CalibrationOptions& options);
+// The parameters with the model's covariance alone, in both places: what a method that knows only
+// that tells.
+Calibration summarize_model(const std::vector<const Recording*>& recordings, const Stage& stage,
+                            const CalibrationOptions& options);
 // Residuals by sensor, of a calibration whose noise is known.
 void fill_residuals(Calibration& c, const std::vector<NodePlan>& plans, const SensorSums& sums);
 

@@ -42,8 +42,7 @@ std::string reason_untested(const Effect& effect, const std::vector<const Record
   if (d.rotation_only && stage.spec().motion == MotionModel::kHandHeld) {
     return "the hand's motion, which is estimated, takes up whatever it adds";
   }
-  const bool of_time = effect.with_terms(1) != nullptr || effect.name() == "hard_iron_change" ||
-                       effect.name() == "stationary_source";
+  const bool of_time = effect.with_terms(1) != nullptr || effect.name() == "stationary_source";
   if (of_time && recordings.size() > 1) return "is tested in single recordings only";
   return "";
 }
@@ -54,9 +53,9 @@ std::vector<std::shared_ptr<const Effect>> testable_effects(
   std::vector<std::shared_ptr<const Effect>> out;
   for (const auto& effect : effect_catalogue()) {
     const std::string& name = effect->name();
-    if (name == "hard_iron_change" || name == "stationary_source" || name == "mains_interference") {
-      continue;
-    }
+    const bool searched = is_change(name) || name == "stationary_source" ||
+                          name == "mains_interference" || name == "mag_own_clock";
+    if (searched) continue;
     if (!reason_untested(*effect, recordings, stage).empty()) continue;
     out.push_back(name == "gyro_bias_drift" ? make_gyro_bias_walk(kWalkTerms, 1.0) : effect);
   }

@@ -177,7 +177,7 @@ void judge_checks(Calibration& c) {
   for (const Check& check : c.checks) {
     if (check.status != CheckStatus::kBad || check.name == "optimum") continue;
     if (std::ranges::find(c.trust.reasons, check.sentence) != c.trust.reasons.end()) continue;
-    c.trust.lower(Verdict::kLimited, check.sentence);
+    c.trust.lower(check.name == "gain" ? Verdict::kNo : Verdict::kLimited, check.sentence);
   }
 }
 

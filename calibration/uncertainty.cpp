@@ -34,6 +34,12 @@ std::vector<int> blocks_of_nodes(const Calibration& c, double block_s, int& bloc
 
 }  // namespace
 
+int covariance_blocks(const Calibration& c, double block_s) {
+  int blocks = 0;
+  blocks_of_nodes(c, block_s, blocks);
+  return blocks;
+}
+
 double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covariance) {
   // d cbrt(det D) = strength / 3 tr(D^-1 dD); D starts at row 6 of the order.
   const Matrix3 gradient = D.inverse().transpose() * (strength / 3.0);
@@ -60,28 +66,19 @@ void fill_uncertainty(Calibration& c, const Optimum& at, const Marginals& margin
   for (const int node : at.rows.node) {
     block_of_row.push_back(node < 0 ? -1 : block_of_node[std::size_t(node)]);
   }
-  c.covariance = sandwich_covariance(at.system, H, c.covariance_model, block_of_row, blocks);
+  fill_covariance(c, sandwich_covariance(at.system, H, c.covariance_model, block_of_row, blocks),
+                  c.covariance_model);
+}
 
+void fill_covariance(Calibration& c, const MatrixXd& robust, const MatrixXd& model) {
+  const int magnetometers = int(c.parameters.mag.size()), recordings = int(c.fields.size());
   VectorXd unit = VectorXd::Ones(Eigen::Index(c.order.size()));
   const Eigen::Index first_dip = 6 + 12 * magnetometers;
   unit.segment(first_dip, recordings).setConstant(1.0 / kDegree);
-  c.covariance = unit.asDiagonal() * c.covariance * unit.asDiagonal();
-  c.covariance_model = unit.asDiagonal() * c.covariance_model * unit.asDiagonal();
+  c.covariance = unit.asDiagonal() * robust * unit.asDiagonal();
+  c.covariance_model = unit.asDiagonal() * MatrixXd(model) * unit.asDiagonal();
 
-  for (int r = 0; r < recordings; ++r) {
-    const Eigen::Index i = first_dip + r;
-    c.fields[std::size_t(r)].dip_sigma_rad = std::sqrt(c.covariance(i, i)) * kDegree;
-    c.fields[std::size_t(r)].dip_sigma_model_rad = std::sqrt(c.covariance_model(i, i)) * kDegree;
-  }
-  for (ActiveEffect& effect : c.effects) {
-    for (ActiveEffect::Parameter& p : effect.parameters) {
-      p.sigma = c.sigma(p.name);
-      p.sigma_model = c.sigma_model(p.name);
-    }
-  }
-  const Matrix3& D = c.parameters.mag.front().distortion;
-  c.strength_sigma_uT = strength_sigma(D, c.strength_uT, c.covariance);
-  c.strength_sigma_model_uT = strength_sigma(D, c.strength_uT, c.covariance_model);
+  take_over_sigmas(c);
 }
 
 void widen_uncertainty(Calibration& c, double factor) {
@@ -90,16 +87,26 @@ void widen_uncertainty(Calibration& c, double factor) {
 
 void add_to_covariance(Calibration& c, const MatrixXd& more) {
   c.covariance += more;
+  take_over_sigmas(c);
+}
+
+void take_over_sigmas(Calibration& c) {
+  const bool model = c.covariance_model.size() > 0;
   const Eigen::Index first_dip = 6 + 12 * Eigen::Index(c.parameters.mag.size());
   for (std::size_t r = 0; r < c.fields.size(); ++r) {
     const Eigen::Index i = first_dip + Eigen::Index(r);
     c.fields[r].dip_sigma_rad = std::sqrt(c.covariance(i, i)) * kDegree;
+    if (model) c.fields[r].dip_sigma_model_rad = std::sqrt(c.covariance_model(i, i)) * kDegree;
   }
   for (ActiveEffect& effect : c.effects) {
-    for (ActiveEffect::Parameter& p : effect.parameters) p.sigma = c.sigma(p.name);
+    for (ActiveEffect::Parameter& p : effect.parameters) {
+      p.sigma = c.sigma(p.name);
+      if (model) p.sigma_model = c.sigma_model(p.name);
+    }
   }
-  c.strength_sigma_uT =
-      strength_sigma(c.parameters.mag.front().distortion, c.strength_uT, c.covariance);
+  const Matrix3& D = c.parameters.mag.front().distortion;
+  c.strength_sigma_uT = strength_sigma(D, c.strength_uT, c.covariance);
+  if (model) c.strength_sigma_model_uT = strength_sigma(D, c.strength_uT, c.covariance_model);
 }
 
 }  // namespace magimu

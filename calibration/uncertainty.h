@@ -14,6 +14,13 @@ namespace magimu {
 void fill_uncertainty(Calibration& c, const Optimum& at, const Marginals& marginals,
                       double block_s);
 
+// Independent pieces of block_s behind the robust covariance.
+int covariance_blocks(const Calibration& c, double block_s);
+
+// Of these covariance, covariance_model and the sigmas, from covariances in the parameters' own
+// units (dips in rad). c.order is filled already.
+void fill_covariance(Calibration& c, const MatrixXd& robust, const MatrixXd& model);
+
 // Standard deviation of the strength of the field, uT: that of the cube root of det D, with the
 // covariance in the order and units of Calibration::order.
 double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covariance);
@@ -22,5 +29,7 @@ double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covaria
 void widen_uncertainty(Calibration& c, double factor);
 // Adds to the covariance, which is in the order and units of Calibration::order; likewise.
 void add_to_covariance(Calibration& c, const MatrixXd& more);
+// Standard deviations of fields, effects and strength from the two covariances.
+void take_over_sigmas(Calibration& c);
 
 }  // namespace magimu

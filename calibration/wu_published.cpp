@@ -49,6 +49,10 @@ WuEstimate wu_published(const Recording& recording, const Vector3& gyr_bias,
   walk.segment<3>(G).setConstant(kWalkG);
   ErrorStateUpdate filter(MatrixXd(sigma.cwiseAbs2().asDiagonal()));
   const double acc_variance = options.noise.acc * options.noise.acc * recording.acc.rate_hz();
+  std::vector<double> mag_variance;
+  for (const VectorSeries& mag : recording.mag) {
+    mag_variance.push_back(options.noise.mag * options.noise.mag * mag.rate_hz());
+  }
   std::vector<Rot3>& relative = out.nRb.emplace_back();
   for (const FilterStep& step : steps) {
     const Matrix3 bR = R.matrix().transpose();
@@ -67,7 +71,6 @@ WuEstimate wu_published(const Recording& recording, const Vector3& gyr_bias,
     }
     for (const FilterStep::Mag& sample : step.mag) {
       const MagnetometerParameters& mag = out.theta.mag[std::size_t(sample.sensor)];
-      const double rate = recording.mag[std::size_t(sample.sensor)].rate_hz();
       const Vector3 b = bR * m0, v = sample.value - mag.distortion * b - mag.bias;
       const Matrix3 SR = mag.distortion * bR, H = SR * so3::hat<double>(m0);
       const Eigen::Index first = 9 + 12 * sample.sensor;
@@ -78,7 +81,7 @@ WuEstimate wu_published(const Recording& recording, const Vector3& gyr_bias,
           filter.set(M + j, SR(i, j));
         }
         filter.set(first + 9 + i, 1.0);
-        out.squares += filter.take(v[i], options.noise.mag * options.noise.mag * rate);
+        out.squares += filter.take(v[i], mag_variance[std::size_t(sample.sensor)]);
       }
       out.rows += 3;
     }

@@ -8,14 +8,11 @@
 #include <map>
 #include <utility>
 
+#include "diagnosis/conclude/missing_state.h"
 #include "recording/set_aside.h"
 
 namespace magimu {
 namespace {
-
-// Beside a large cause its own approximations show: what is left of a channel's misfit counts as
-// nothing from so much of it down.
-constexpr double kCrumb = 0.03;
 
 std::string sensor_of(const std::string& channel) {
   if (channel == "acc") return "accelerometer";
@@ -118,18 +115,26 @@ Conclusion conclude(const Diagnosis& d) {
   const std::vector<Departure> left = of_substance(d);
   const Check* const halves = halves_that_disagree(d);
   // Evidence to the contrary.
+  const bool missing = state_is_missing(d);
+  if (missing) {
+    out.evidence.push_back(sentence_of_missing_state(d));
+    if (std::string settle = what_would_settle_it(d); !settle.empty()) {
+      out.evidence.push_back(std::move(settle));
+    }
+  }
   if (d.unexplained.detected) append(out.evidence, d.unexplained.evidence);
   append(out.evidence, sentences_of(left, several));
   if (halves != nullptr) out.evidence.push_back(halves->sentence);
-  const bool contrary = d.unexplained.detected || !left.empty() || halves != nullptr;
+  const bool contrary =
+      missing || d.unexplained.detected || !left.empty() || halves != nullptr;
   const std::vector<std::string> set_aside = sentences_of(d.after.set_aside, several);
   append(out.evidence, set_aside);
 
-  if (named) {
+  if (named && !causes_take_nothing(d)) {
     out.answer = contrary ? Answer::kPartly : Answer::kExplained;
     return out;
   }
-  if (d.unexplained.detected) {
+  if (missing || d.unexplained.detected) {
     out.answer = Answer::kUnexplained;
     return out;
   }

@@ -10,6 +10,7 @@
 #include "calibration/turned_axes.h"
 #include "diagnosis/against.h"
 #include "diagnosis/conclude.h"
+#include "diagnosis/conclude/missing_state.h"
 #include "diagnosis/contradictions.h"
 #include "diagnosis/cut_rests.h"
 #include "diagnosis/departures.h"
@@ -148,6 +149,10 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   const int at_rest = find_changes_in_cut_rests(checked.get(), full, extender.stage(), d);
   fill_departures(recordings, full, extender, pipeline.rest_noise(), options.noise.has_value(),
                   at_rest, d);
+  progress("how wrong, where, when?", 0.9);
+  find_missing_state({recordings, full, first, extender.stage(),
+                      {.mag_noise_known = options.noise.has_value()}},
+                     d);
   d.before = extender.summary(extender.base());
   d.after = extender.summary(extender.stage());
   extender.restate(d.after);

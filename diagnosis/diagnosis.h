@@ -10,6 +10,7 @@
 
 #include <array>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -86,6 +87,30 @@ struct Unexplained {
   std::vector<std::string> channels = {}, evidence = {};  // evidence: sentences
 };
 
+// What the model lacks, as a process of one channel in one frame (calibration/fit/disturbance.h): by
+// how many nats it makes the readings more probable, beside the model that the diagnosis started
+// from and beside that at its end.
+struct MissingState {
+  std::string channel = {}, frame = {}, unit = {};  // frame: "navigation", "sensor"
+  double gain_nats = 0.0;                           // G of the first model
+  double left_nats = 0.0;                           // of the last
+  double taken_by_findings() const { return gain_nats - left_nats; }
+  // Standard deviation and memory, beside the last model where something is left, else the first.
+  double size = 0.0, memory_s = 0.0;
+  std::string noise = {};  // the finding about this sensor's noise that it is, too; empty: none
+  // What is left where the accelerometer may be early or late, too, and by how much it then is:
+  // half a sample of it looks like a field that differs from place to place. NaN: not asked for.
+  double left_beside_acc_offset = std::numeric_limits<double>::quiet_NaN();
+  double acc_offset_s = 0.0;
+};
+
+// The process that gains most, given all readings: what is missing in the last model.
+struct MissingSeries {
+  std::string channel = {}, frame = {}, unit = {}, recording = {};
+  std::vector<double> t = {};
+  std::vector<Vector3> mean = {}, sigma = {};
+};
+
 // Residuals of one channel for pictures, whitened (unit: sigma), at its samples or nodes.
 struct ResidualTrace {
   Channel channel = Channel::kMag;
@@ -138,6 +163,8 @@ struct Diagnosis {
   std::vector<ScanEntry> scan = {};    // largest statistic for its degrees of freedom first
   std::vector<Finding> findings = {};  // in the order in which they entered the model
   Unexplained unexplained = {};
+  std::vector<MissingState> missing = {};          // empty: not looked for
+  std::vector<MissingSeries> missing_series = {};  // one a recording, where something is missing
   Calibration before = {}, after = {};
   // model_motion: the model of the motion that was settled on, before any effect.
   ExtendedModel model_before = {}, model_motion = {}, model_after = {};

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/diagnosis_json.h"
 
+#include <cmath>
+
 #include "calibration/calibration_json.h"
 
 namespace magimu {
@@ -59,6 +61,45 @@ Json finding(const Finding& f) {
           {"gain", gain(f.gain)},   {"confusable_with", confusable}};
 }
 
+Json missing(const std::vector<MissingState>& all) {
+  Json out = Json::array();
+  for (const MissingState& m : all) {
+    out.push_back({{"channel", m.channel},
+                   {"frame", m.frame},
+                   {"gain_nats", m.gain_nats},
+                   {"size", m.size},
+                   {"unit", m.unit},
+                   {"memory_s", m.memory_s},
+                   {"taken_by_findings", m.taken_by_findings()},
+                   {"left_nats", m.left_nats}});
+    if (!m.noise.empty()) out.back()["noise"] = m.noise;
+    if (std::isfinite(m.left_beside_acc_offset)) {
+      out.back()["left_beside_acc_time_offset"] = m.left_beside_acc_offset;
+      out.back()["acc_time_offset_s"] = m.acc_offset_s;
+    }
+  }
+  return out;
+}
+
+Json missing_series(const std::vector<MissingSeries>& all) {
+  const auto rows = [](const std::vector<Vector3>& v) {
+    Json out = Json::array();
+    for (const Vector3& x : v) out.push_back({x[0], x[1], x[2]});
+    return out;
+  };
+  Json out = Json::array();
+  for (const MissingSeries& s : all) {
+    out.push_back({{"channel", s.channel},
+                   {"frame", s.frame},
+                   {"unit", s.unit},
+                   {"recording", s.recording},
+                   {"t", s.t},
+                   {"mean", rows(s.mean)},
+                   {"sigma", rows(s.sigma)}});
+  }
+  return out;
+}
+
 Json against(const Against& a) {
   Json groups = Json::array();
   for (const Change& c : a.groups) {
@@ -98,6 +139,8 @@ Json to_json(const Diagnosis& d) {
   out["unexplained"] = {{"detected", d.unexplained.detected},
                         {"channels", d.unexplained.channels},
                         {"evidence", d.unexplained.evidence}};
+  out["evidence"] = missing(d.missing);
+  out["disturbance"] = missing_series(d.missing_series);
   if (d.against) out["against"] = against(*d.against);
   out["calibration_before"] = to_json(d.before);
   out["calibration_after"] = to_json(d.after);

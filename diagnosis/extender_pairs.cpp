@@ -36,7 +36,7 @@ std::vector<Option> Extender::firsts_of_pairs(const std::vector<Option>& options
     firsts.push_back(o);
     effects.push_back(o.effect);
   }
-  if (std::ranges::any_of(options, is_change)) {
+  if (std::ranges::any_of(options, [](const Option& o) { return is_change(o); })) {
     effects.push_back(bias_in_windows(change_windows(*recordings_.front())));
   }
   if (effects.size() < 2) return {};

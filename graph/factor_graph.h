@@ -92,7 +92,7 @@ void copy_texts(const std::vector<F>& all, std::span<const int> factors, double*
     std::array<double, sizeof(Text) / sizeof(double)> numbers;
     for (std::size_t lane = 0; lane < factors.size(); ++lane) {
       const Text& single = all[std::size_t(factors[lane])];
-      std::memcpy(numbers.data(), &single, sizeof single);
+      std::memcpy(numbers.data(), static_cast<const void*>(&single), sizeof single);
       for (std::size_t k = 0; k < numbers.size(); ++k) {
         text[k * factors.size() + lane] = numbers[k];
       }

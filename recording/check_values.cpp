@@ -110,6 +110,37 @@ std::optional<Issue> stuck_axis(const NamedSeries& sensor, int axis) {
                "the axis or its wire hung: cut that time out, or record again"};
 }
 
+// Two axes with the same numbers, or one with the other's sign: a column that was written twice.
+// Noise makes them differ in nearly all samples, so half of those in which they change is proof.
+std::optional<Issue> copied_axis(const NamedSeries& sensor) {
+  constexpr double kProof = 0.5;
+  const VectorSeries& s = *sensor.series;
+  for (int a = 0; a < 3; ++a) {
+    for (int b = a + 1; b < 3; ++b) {
+      std::size_t changes = 0, same = 0;
+      for (std::size_t k = 1; k < s.size(); ++k) {
+        if (s.v[k][a] == s.v[k - 1][a]) continue;
+        ++changes;
+        same += s.v[k][a] != 0.0 && std::abs(s.v[k][a]) == std::abs(s.v[k][b]) ? 1 : 0;
+      }
+      if (changes < 20 || double(same) < kProof * double(changes)) continue;
+      return Issue{
+          "copied",
+          sensor.name,
+          b,
+          Severity::kFatal,
+          0.0,
+          0.0,
+          fmt::format("{0}_{1} and {0}_{2} hold the same numbers in {3:.0f} % of the samples",
+                      sensor.name, axis_name(a), axis_name(b),
+                      100.0 * double(same) / double(changes)),
+          "check the logger: one of the two axes was written twice, and the other is not "
+          "in the file"};
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr) {
@@ -124,6 +155,7 @@ std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gy
                       "check the logger and the sensor: this axis is not measured"});
   }
   if (!issues.empty()) return issues;
+  if (auto copied = copied_axis(sensor)) return {*std::move(copied)};
   double longest = 0.0, at = 0.0, total = 0.0;
   for (std::size_t k = 0, begin = 0; k < s.size(); ++k) {
     if (k + 1 < s.size() && s.v[k + 1] == s.v[begin]) continue;

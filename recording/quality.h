@@ -23,7 +23,7 @@ std::string to_string(Severity severity);  // "note", "caution", "fatal"
 std::string axis_name(int axis);           // "x", "y", "z"
 
 struct Issue {
-  // "time_order", "not_finite", "gap", "jitter", "span", "constant", "stuck", "zeros",
+  // "time_order", "not_finite", "gap", "jitter", "span", "constant", "copied", "stuck", "zeros",
   // "saturation", "repeats", "interpolation", "unit", "normalised", "field_size", "gravity",
   // "acc_scale", "time_unit", "set_aside"
   std::string kind;

@@ -58,7 +58,8 @@ class SensorHabits {
   bool clipped(int axis, int sign) const;
   double limit(int axis, int sign) const { return double(sign) * end(axis, sign).top().x; }
   const ExtremeValues& end(int axis, int sign) const {
-    return ends_[std::size_t(2 * axis + (sign > 0 ? 0 : 1))];
+    const int place = 2 * axis + (sign > 0 ? 0 : 1);
+    return ends_[std::size_t(place)];
   }
 
  private:

@@ -64,7 +64,7 @@ class EffectReadings {
   }
 
   // What the magnetometer of that index, or the IMU, experiences at true time t.
-  SampleState state(double t, std::size_t index) const {
+  SampleState state(Channel channel, double t, std::size_t index) const {
     const MagnetometerParameters& mag = truth_.parameters.mag[index];
     const Vector3 field = unit_field(truth_.parameters.dip_rad);
     SampleState s;
@@ -74,9 +74,12 @@ class EffectReadings {
     s.nRb = motion_.attitude(t);
     s.omega = motion_.omega(t);
     s.omega_rate = motion_.omega_rate(t);
-    s.f = s.nRb.unrotate(Vector3(motion_.acceleration(t) - gravity_n(truth_.gravity)));
+    s.f = force(t);
     s.b = s.nRb.unrotate(field);
     s.D = mag.distortion;
+    s.bias = channel == Channel::kAcc   ? truth_.parameters.acc_bias
+             : channel == Channel::kGyr ? truth_.parameters.gyr_bias
+                                        : mag.bias;
     s.strength_uT = field_strength_uT(mag.distortion);
     s.temperature = warming_device(t) - mean_temperature_;
     s.current = switched_load(t);
@@ -85,7 +88,13 @@ class EffectReadings {
     s.field_before = [this, t, field](double delay_s) {
       return motion_.attitude(t - delay_s).unrotate(field);
     };
+    s.force_change = [this, t](double delay_s) { return Vector3(force(t - delay_s) - force(t)); };
     return s;
+  }
+
+  Vector3 force(double t) const {
+    return motion_.attitude(t).unrotate(
+        Vector3(motion_.acceleration(t) - gravity_n(truth_.gravity)));
   }
 
   static Vector3 sum_of_terms(const std::vector<Active>& active, const SampleState& s) {
@@ -97,7 +106,8 @@ class EffectReadings {
   void add_at_instants(const std::vector<Active>& active, std::size_t ratio, std::size_t index,
                        VectorSeries& series) const {
     for (std::size_t k = 0; k < series.size(); ++k) {
-      series.v[k] += sum_of_terms(active, state(motion_.time(k * ratio), index));
+      series.v[k] += sum_of_terms(active, state(active.front().effect->channel(),
+                                                motion_.time(k * ratio), index));
     }
   }
 
@@ -105,10 +115,12 @@ class EffectReadings {
     const double outer = std::sqrt(0.15), h = 1.0 / motion_.rate_hz();
     for (std::size_t k = 0; k < gyr.size(); ++k) {
       const double middle = motion_.time(k) + 0.5 * h;
-      gyr.v[k] += (5.0 * sum_of_terms(active, state(middle - outer * h, 0)) +
-                   8.0 * sum_of_terms(active, state(middle, 0)) +
-                   5.0 * sum_of_terms(active, state(middle + outer * h, 0))) /
-                  18.0;
+      const auto sum = [&](double t) {
+        return sum_of_terms(active, state(Channel::kGyr, t, 0));
+      };
+      gyr.v[k] +=
+          (5.0 * sum(middle - outer * h) + 8.0 * sum(middle) + 5.0 * sum(middle + outer * h)) /
+          18.0;
     }
   }
 

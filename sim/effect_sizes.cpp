@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "factors/effects/change.h"
 #include "sim/random.h"
 
 namespace magimu {
@@ -49,16 +50,17 @@ std::vector<double> realistic_size(const EffectRequest& request,
     const Vector3 along = direction(random), moment = between(0.5, 2.0) * along;
     return {place[0], place[1], place[2], moment[0], moment[1], moment[2]};
   }
+  if (name == "mag_own_clock") return {between(0.003, 0.008), random.uniform()};
   std::vector<double> out;
   for (const Effect::Parameter& p : parameters) {
     const double sign = name != "mag_lag" && random.uniform() < 0.5 ? -1.0 : 1.0;
     out.push_back(sign * between(kLeast, kMost) * p.prior_sigma);
   }
-  if (name == "hard_iron_change") {
+  if (is_change(name)) {
     const double start = where.duration_s * random.uniform(0.3, 0.6);
     const bool lasts = random.uniform() < 0.5;
-    out[3] = start;
-    out[4] = lasts ? std::numeric_limits<double>::infinity()
+    out[out.size() - 2] = start;
+    out.back() = lasts ? std::numeric_limits<double>::infinity()
                    : start + where.duration_s * random.uniform(0.15, 0.3);
   }
   if (name == "mains_interference") out[6] = 50.0 + 0.05 * random.normal();

@@ -32,6 +32,9 @@ const std::vector<Special>& specials() {
       {"linear_acceleration", {{"rms", "m", 0.0}}, true, false},
       {"gyro_bias_drift", {{"q", "(rad/s)/sqrt(s)", 0.0}}, true, false},
       {"hard_iron_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
+      {"mag_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
+      {"gyro_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
+      {"acc_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
       {"mains_interference", {{"f", "Hz", 0.0}}, false, false},
       {"noise_scale", {{"s", "1", 0.0}}, true, true},
       {"correlated_noise", {{"rho", "1", 0.0}}, true, true},
@@ -88,6 +91,7 @@ void check_range(const HiddenEffect& h) {
   for (const auto& p : h.parameters) {
     if (p.name != "t0" && p.name != "t1") require(std::isfinite(p.value), "give finite numbers");
   }
+  if (h.name == "mag_own_clock") require(h[0] >= 0.0, "give a period of 0 s or above");
   if (h.name == "mag_lag") require(h[0] > 0.0, "give a time constant above 0 s");
   if (h.name == "clock_scale") require(h[0] > -0.5, "give kappa above -0.5");
   if (h.name == "noise_scale") require(h[0] >= 0.0, "give a scale of 0 or above");
@@ -187,7 +191,10 @@ HiddenEffect hide(const EffectRequest& request, const SimulatedSurroundings& whe
 
 std::shared_ptr<const Effect> term_of(const HiddenEffect& hidden) {
   const auto count = hidden.parameters.size();
-  if (hidden.name == "hard_iron_change") return make_hard_iron_change_between(hidden[3], hidden[4]);
+  if (is_change(hidden.name)) {
+    return make_change(hidden.name, forms_of_change(hidden.name).front(),
+                       {.begin = {0, hidden[count - 2]}, .end = {0, hidden[count - 1]}});
+  }
   if (hidden.name == "mains_interference") return make_mains_at(hidden[6]);
   // The clock is changed as a clock, all sensors alike.
   if (hidden.name == "clock_scale") return nullptr;

@@ -11,7 +11,7 @@
 //
 // A realistic size: each parameter of either sign and 0.1 to 0.3 of its prior's standard deviation,
 // where the effect has such a prior. Beyond the parameters that a fit estimates there are those it
-// searches for: the times of hard_iron_change (t0, t1, s; infinite: lasting), the frequency of
+// searches for: the times of a change (t0, t1, s; infinite: lasting), the frequency of
 // mains_interference (Hz). A drift of the gyroscope's bias has its density, linear_acceleration the
 // root mean square of the displacement (it is the motion hand_held), and the noise-like effects
 // have those of factors/effects/noise_effects.h.

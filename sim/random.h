@@ -28,7 +28,8 @@ enum class RandomPurpose : std::uint64_t {
   kEffectNoise = 10,  // one stream a sensor
   kBiasDrift = 11,
   kRoom = 12,        // dipoles of a room
-  kArrayStart = 13,  // where a filter is told that it starts
+  kArrayStart = 13,   // where a filter is told that it starts
+  kGroupsOfTen = 14,  // data sets of a study
 };
 
 class RandomStream {

@@ -44,8 +44,9 @@ std::vector<HiddenEffect> hide_all(SimulationOptions& o) {
   for (const EffectRequest& request : o.effects) {
     if (request.name == "linear_acceleration") o.motion = SimulatedMotion::kHandHeld;
   }
-  const bool paper = o.motion == SimulatedMotion::kPaper;
-  const double own = paper ? paper_motion_duration_s() : HandMotion::kDuration;
+  const double own = o.motion == SimulatedMotion::kPaper      ? paper_motion_duration_s()
+                     : o.motion == SimulatedMotion::kSequence ? TurnSequence::kDuration
+                                                              : HandMotion::kDuration;
   const SimulatedSurroundings where{o.seed, o.duration_s > 0.0 ? o.duration_s : own};
   std::vector<HiddenEffect> hidden;
   for (const EffectRequest& request : o.effects) {
@@ -138,6 +139,8 @@ std::string to_string(SimulatedMotion motion) {
       return "hand";
     case SimulatedMotion::kHandHeld:
       return "hand_held";
+    case SimulatedMotion::kSequence:
+      return "sequence";
   }
   return "unknown";
 }

@@ -30,9 +30,10 @@ enum class SimulatedMotion {
   kPaper,     // six slow turns about fixed axes: motion.h
   kHand,      // a board turned in the hands, with rests: hand_motion.h
   kHandHeld,  // the same at a varied pace, and moved about within reach: hand_displacement.h
+  kSequence,  // the sequence of half turns that the paper recommends: turn_sequence.h
 };
 
-// As on the command line: "paper", "hand", "hand_held".
+// As on the command line: "paper", "hand", "hand_held", "sequence".
 std::string to_string(SimulatedMotion motion);
 
 struct SimulationOptions {
@@ -44,7 +45,7 @@ struct SimulationOptions {
   // density that stays.
   int mag_ratio = 1;
   // Length of the recording, s, rests included. 0: the motion's own length: after the first rest
-  // six nominal turns for kPaper (322 s), 117 s for kHand.
+  // six nominal turns for kPaper (322 s), 117 s for kHand, 60 s for kSequence.
   double duration_s = 0.0;
   // Names the data set: parameters, motion and noise each draw from streams of their own.
   std::uint64_t seed = 1;
@@ -53,7 +54,7 @@ struct SimulationOptions {
   double noise_factor = 1.0;           // multiplies all three densities; 0: exact measurements
   int magnetometers = 1;               // of one device, rigidly joined
   // At rest before the first movement, s. Negative: the motion's own, 0 for kPaper (its data start
-  // moving) and 3 s for kHand.
+  // moving) and 3 s for the others.
   double rest_s = -1.0;
   // kHandHeld: root mean square of the displacement while the hand moves, m. Negative: drawn from
   // 0.05 to 0.30.

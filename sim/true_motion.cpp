@@ -9,24 +9,36 @@ namespace {
 
 constexpr double kAtSample = 1e-6;  // of an interval
 
+double own_rest_s(SimulatedMotion motion) {
+  if (motion == SimulatedMotion::kPaper) return 0.0;
+  return motion == SimulatedMotion::kSequence ? TurnSequence::kRest : HandMotion::kRest;
+}
+
+double own_moving_s(SimulatedMotion motion) {
+  if (motion == SimulatedMotion::kPaper) return paper_motion_duration_s();
+  return motion == SimulatedMotion::kSequence ? TurnSequence::kDuration - TurnSequence::kRest
+                                              : HandMotion::kDuration - HandMotion::kRest;
+}
+
 }  // namespace
 
 TrueMotion::TrueMotion(const SimulationOptions& o, double clock) : rate_hz_(o.rate_hz / clock) {
-  const bool paper = o.motion == SimulatedMotion::kPaper;
-  const double rest = o.rest_s >= 0.0 ? o.rest_s : paper ? 0.0 : HandMotion::kRest;
-  const double moving =
-      paper ? paper_motion_duration_s() : HandMotion::kDuration - HandMotion::kRest;
-  const double duration = o.duration_s > 0.0 ? o.duration_s : rest + moving;
-  // The file's duration: as many samples, whatever its clock.
-  if (paper) {
+  const double rest = o.rest_s >= 0.0 ? o.rest_s : own_rest_s(o.motion);
+  const double duration = o.duration_s > 0.0 ? o.duration_s : rest + own_moving_s(o.motion);
+  if (o.motion == SimulatedMotion::kPaper) {
+    // The file's duration: as many samples, whatever its clock.
     motion_ = paper_motion(o.seed, rate_hz_, duration * clock, rest);
   } else {
     const bool moved = o.motion == SimulatedMotion::kHandHeld;
-    hand_.emplace(o.seed, duration, rest, moved);
+    if (o.motion == SimulatedMotion::kSequence) {
+      sequence_.emplace(o.seed, duration, rest);
+    } else {
+      hand_.emplace(o.seed, duration, rest, moved);
+    }
     if (moved) path_.emplace(o.seed, hand_->stretches(), o.displacement_m);
     motion_ = sample_motion(
-        hand_->initial_nRb(), [this](double t) { return hand_->omega(t); }, rate_hz_,
-        duration * clock);
+        hand_ ? hand_->initial_nRb() : sequence_->initial_nRb(),
+        [this](double t) { return continuous_rate(t); }, rate_hz_, duration * clock);
   }
   nRb_ = integrate(motion_, rate_hz_);
 }
@@ -36,8 +48,8 @@ Rot3 TrueMotion::attitude(double t) const {
   const auto k = std::min(static_cast<std::size_t>(t * rate_hz_ + kAtSample), samples() - 1);
   const double since = t - time(k);
   if (std::abs(since) * rate_hz_ <= kAtSample) return nRb_[k];
-  if (!hand_) return (nRb_[k] * Rot3::Exp(since * mean_rate()[k])).normalized();
-  return (nRb_[k] * turn_between([this](double at) { return hand_->omega(at); }, time(k), t))
+  if (!continuous()) return (nRb_[k] * Rot3::Exp(since * mean_rate()[k])).normalized();
+  return (nRb_[k] * turn_between([this](double at) { return continuous_rate(at); }, time(k), t))
       .normalized();
 }
 
@@ -53,13 +65,14 @@ TrueMotion::Step TrueMotion::step(double t) const {
 }
 
 Vector3 TrueMotion::omega(double t) const {
-  if (hand_) return hand_->omega(t);
+  if (continuous()) return continuous_rate(t);
   const Step s = step(t);
   return 0.5 * (s.before + s.after);
 }
 
 Vector3 TrueMotion::omega_rate(double t) const {
   if (hand_) return hand_->omega_rate(t);
+  if (sequence_) return sequence_->omega_rate(t);
   const Step s = step(t);
   return (s.after - s.before) * rate_hz_;
 }

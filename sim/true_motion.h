@@ -14,6 +14,7 @@
 #include "sim/hand_motion.h"
 #include "sim/motion.h"
 #include "sim/simulate.h"
+#include "sim/turn_sequence.h"
 
 namespace magimu {
 
@@ -49,7 +50,11 @@ class TrueMotion {
   Step step(double t) const;
 
   double rate_hz_;
-  std::optional<HandMotion> hand_;  // none: the paper's motion
+  // In continuous time; the paper's motion is neither.
+  bool continuous() const { return hand_ || sequence_; }
+  Vector3 continuous_rate(double t) const { return hand_ ? hand_->omega(t) : sequence_->omega(t); }
+  std::optional<HandMotion> hand_;
+  std::optional<TurnSequence> sequence_;
   std::optional<HandDisplacement> path_;
   AngularMotion motion_;
   std::vector<Rot3> nRb_;

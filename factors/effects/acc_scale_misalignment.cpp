@@ -17,6 +17,7 @@ class AccScaleMisalignment final : public Effect {
                                {"L[2][1]", "1", 0.02},
                                {"L[2][2]", "1", 0.02}},
                 .cause = "the accelerometer's axes have scale errors or are not square",
+                .contains = {"gravity"},
                 .separating_motion = "hold every face of the sensor up in turn"}) {}
 
   void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {

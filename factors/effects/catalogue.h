@@ -3,6 +3,7 @@
 // search (times, a frequency, a place): instances for given ones.
 #pragma once
 
+#include "factors/effects/change.h"
 #include "factors/effects/effect.h"
 
 namespace magimu {
@@ -10,12 +11,18 @@ namespace magimu {
 // One of each file here; written by the build from their names.
 std::vector<std::shared_ptr<const Effect>> make_catalogue();
 
-// o_m + s for t0 <= t < t1, s.
+// A change of that name (change.h) in this span.
+std::shared_ptr<const Effect> make_change(const std::string& name, ChangeForm form,
+                                          const ChangeSpan& span);
+// o_m + s for t0 <= t < t1, s, of a single recording.
 std::shared_ptr<const Effect> make_hard_iron_change_between(double t0, double t1);
 // A random walk of the gyroscope's bias with that density as its prior, rad/s per sqrt(s).
 std::shared_ptr<const Effect> make_gyro_bias_walk(int terms, double density);
 // The dipole at a known place, m: three parameters, its moment.
 std::shared_ptr<const Effect> make_stationary_source_at(const Vector3& place);
+// A magnetometer's own clock, its parameters counted from this period, s, and share; middle_s: the
+// time about which a change of the period turns the sawtooth.
+std::shared_ptr<const Effect> make_own_clock_at(double period_s, double share, double middle_s);
 // a cos(2 pi f t) + d sin(2 pi f t); f in Hz.
 std::shared_ptr<const Effect> make_mains_at(double frequency_hz);
 

@@ -27,6 +27,7 @@ std::string to_string(Channel channel);  // "acc", "gyr", "mag"
 // otherwise; of the gyroscope's samples: the mean over the sample's interval.
 struct SampleState {
   double t = 0.0;                               // s
+  int recording = 0;                            // which of several this is; its parts share it
   double u = 0.0;                               // -1 at the recording's start, 1 at its end
   double duration_s = 0.0;                      // of the recording
   Rot3 nRb;                                     // IMU frame to n
@@ -36,11 +37,13 @@ struct SampleState {
   Vector3 b = Vector3::Zero();                  // unit field R' m(alpha)
   Matrix3 D = Matrix3::Identity();              // distortion, uT
   double strength_uT = 50.0;                    // cube root of det D
+  Vector3 bias = Vector3::Zero();               // of the sensor itself: o_a, o_w or o_m
   double temperature = 0.0;                     // less its mean, K
   double current = 0.0;                         // A
   Vector3 position = Vector3::Zero();           // in n, m
   Vector3 position_mean = Vector3::Zero();      // over the recording
   std::function<Vector3(double)> field_before;  // b so many seconds earlier
+  std::function<Vector3(double)> force_change;  // f so many seconds earlier, less f
 };
 
 using EffectJacobian = Eigen::Ref<Eigen::Matrix<double, 3, Eigen::Dynamic>>;

@@ -86,6 +86,28 @@ TEST(Location, checks_strength_and_dip_and_gives_the_declination) {
               AllOf(HasSubstr("axes agree"), Not(HasSubstr("dip of"))));
 }
 
+TEST(Prior, is_what_is_usual_nothing_or_an_older_calibration) {
+  const Program magimu;
+  magimu("simulate -o rec.csv --motion hand --rate 50 --duration 60");
+  ASSERT_EQ(magimu("calibrate rec.csv -o old.json -q").exit_code, kDone);
+  EXPECT_EQ(magimu.json("old.json")["prior"]["source"], "default");
+  ASSERT_EQ(magimu("calibrate rec.csv --prior none -o none.json -q").exit_code, kDone);
+  EXPECT_EQ(magimu.json("none.json")["prior"]["source"], "none");
+  ASSERT_EQ(magimu("calibrate rec.csv --prior old.json -o new.json -q").exit_code, kDone);
+  const json prior = magimu.json("new.json")["prior"];
+  EXPECT_EQ(prior["source"], "old.json");
+  EXPECT_EQ(prior["parameters"].size(), 18U);
+  for (const json& p : prior["parameters"]) {
+    EXPECT_LE(p["sigma_after"].get<double>(), 1.01 * p["sigma_before"].get<double>()) << p["name"];
+  }
+  EXPECT_EQ(magimu("stream rec.csv --prior old.json -o stream.json -q").exit_code, kDone);
+  EXPECT_EQ(magimu.json("stream.json")["prior"]["source"], "old.json");
+  EXPECT_EQ(magimu("calibrate rec.csv --prior missing.json").exit_code, kUnusable);
+  const Outcome age = magimu("calibrate rec.csv --prior-age 3");
+  EXPECT_EQ(age.exit_code, kUnusable);
+  EXPECT_THAT(age.err, HasSubstr("--prior CAL.json"));
+}
+
 // A device that lies still but for the last seconds; the noise is simulate's.
 TEST(Allan, finds_the_densities_and_calibrate_takes_them) {
   const Program magimu;

@@ -8,7 +8,7 @@
 
 #include <vector>
 
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 #include "calibration/calibrate.h"
 #include "sim/simulate.h"
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 #include "recording/error.h"
 #include "sim/simulate.h"
 

@@ -7,9 +7,9 @@
 
 #include <fstream>
 
-#include "bench/error_statistics.h"
+#include "study/error_statistics.h"
 #include "bench/streamed.h"
-#include "bench/streamed_person.h"
+#include "study/streamed_person.h"
 #include "recording/error.h"
 #include "solvers/incremental_qr.h"
 #include "solvers/marginals.h"

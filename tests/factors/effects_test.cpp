@@ -45,7 +45,13 @@ const std::map<std::string, Entry>& contract() {
       {"stationary_source", {6, mag, "m", "pos"}},
       {"mag_nonlinearity", {3, mag, "1", ""}},
       {"mag_current", {3, mag, "uT/A", "current"}},
-      {"mains_interference", {6, mag, "uT", ""}}};
+      {"mains_interference", {6, mag, "uT", ""}},
+      {"acc_time_offset", {1, acc, "s", ""}},
+      {"gravity", {1, acc, "m/s^2", ""}},
+      {"mag_own_clock", {2, mag, "s", ""}},
+      {"mag_change", {9, mag, "1", ""}},
+      {"gyro_change", {9, gyr, "1", ""}},
+      {"acc_change", {9, acc, "1", ""}}};
   return table;
 }
 
@@ -64,6 +70,10 @@ SampleState random_state(RandomValue& random) {
   s.temperature = random.number(5.0);
   s.current = random.number();
   s.position = random.vector3(0.2);
+  s.bias = random.vector3();
+  s.force_change = [omega = s.omega, f = s.f](double delay) -> Vector3 {
+    return Rot3::Exp(Vector3(omega * delay)) * f - f;
+  };
   // At a constant rate; R(t - delay) = R(t) Exp(-omega delay).
   s.field_before = [omega = s.omega, b = s.b](double delay) {
     return Rot3::Exp(Vector3(omega * delay)) * b;
@@ -77,6 +87,7 @@ VectorXd random_parameters(const Effect& effect, RandomValue& random) {
   for (int i = 0; i < effect.size(); ++i) {
     theta[i] = random.number(effect.description().parameters[std::size_t(i)].prior_sigma);
   }
+  if (effect.name() == "mag_own_clock") theta = theta.cwiseAbs();
   if (effect.name() == "mag_lag" || effect.name() == "mag_time_offset") theta = theta.cwiseAbs();
   if (effect.name() == "stationary_source" && effect.size() == 6) {
     theta.head<3>() = 1.5 * random.vector3().normalized();
@@ -88,6 +99,11 @@ VectorXd random_parameters(const Effect& effect, RandomValue& random) {
 std::vector<std::shared_ptr<const Effect>> all_effects() {
   std::vector<std::shared_ptr<const Effect>> all = effect_catalogue();
   all.push_back(make_hard_iron_change_between(10.0, 40.0));
+  for (const std::string& name : change_names()) {
+    for (const ChangeForm form : forms_of_change(name)) {
+      all.push_back(make_change(name, form, {.begin = {0, 10.0}, .end = {0, 40.0}}));
+    }
+  }
   all.push_back(make_gyro_bias_walk(7, 1e-4));
   all.push_back(make_stationary_source_at({0.8, -0.7, 0.5}));
   all.push_back(make_mains_at(33.3));
@@ -142,6 +158,7 @@ TEST(Effects, describe_themselves) {
 TEST(Effects, have_the_jacobian_of_their_term) {
   RandomValue random(3);
   for (const auto& effect : all_effects()) {
+    if (effect->name() == "mag_own_clock") continue;  // below
     for (int trial = 0; trial < 20; ++trial) {
       const SampleState s = random_state(random);
       const VectorXd theta = random_parameters(*effect, random);
@@ -162,7 +179,7 @@ TEST(Effects, have_the_jacobian_of_their_term) {
 
 TEST(Effects, are_linear_but_for_those_that_delay_scale_time_or_have_a_place) {
   const std::set<std::string> curved = {"mag_time_offset", "mag_lag", "clock_scale",
-                                        "stationary_source"};
+                                        "stationary_source", "acc_time_offset", "mag_own_clock"};
   RandomValue random(4);
   for (const auto& effect : effect_catalogue()) {
     const SampleState s = random_state(random);
@@ -198,6 +215,36 @@ TEST(Effects, that_drift_come_with_any_number_of_terms) {
     EXPECT_EQ(jacobian(*few, s, VectorXd::Zero(6)), J.leftCols(6));
   }
   EXPECT_EQ(find_effect("lever_arm")->with_terms(2), nullptr);
+}
+
+// Half a minute from the time about which the sawtooth turns a tenth of a microsecond matters.
+TEST(Effects, an_own_clock_has_the_jacobian_of_its_term_between_the_jumps_of_its_sawtooth) {
+  RandomValue random(13);
+  const auto effect = make_own_clock_at(0.01, 0.3, 30.0);
+  for (int trial = 0; trial < 20; ++trial) {
+    SampleState s = random_state(random);
+    s.t = 30.0 + 0.01 * (trial - 10.0 + 0.2);  // turns by half of one about 0.5
+    const Eigen::Vector2d theta(1e-6, 1e-3);
+    const MatrixXd J = jacobian(*effect, s, theta);
+    for (int i = 0; i < 2; ++i) {
+      const Eigen::Vector2d step = 1e-7 * Eigen::Vector2d::Unit(i);
+      const Vector3 numerical =
+          (effect->term(s, theta + step) - effect->term(s, theta - step)) / 2e-7;
+      EXPECT_LT((J.col(i) - numerical).norm(), 1e-5 * std::max(1.0, J.norm())) << i;
+    }
+  }
+}
+
+TEST(Effects, an_own_clock_is_read_up_to_a_period_late) {
+  SampleState s;
+  s.D = Matrix3::Identity();
+  s.field_before = [](double delay) -> Vector3 { return {delay, 0.0, 0.0}; };
+  const auto clock = find_effect("mag_own_clock");
+  for (int k = 0; k < 100; ++k) {
+    s.t = 0.0035 * k;
+    const double age = clock->term(s, Eigen::Vector2d(0.01, 0.25)).x();
+    EXPECT_NEAR(age, std::fmod(s.t + 0.0025, 0.01), 1e-9);
+  }
 }
 
 // A filter of first order turns the field's component across the rate by its phase.

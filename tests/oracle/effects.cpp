@@ -63,12 +63,19 @@ const std::vector<Entry>& entries() {
       {"motor_current", 6, {0, 0, 0, 1, 0, kNever}},
       {"mag_hysteresis", 1},
       {"last_turn_offset", 6, {0, 0, 0, 0, 0, 1}},
+      {"acc_time_offset", 1},
+      {"gravity", 1},
+      {"mag_own_clock", 2},
+      {"mag_change", 11, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, kNever}},
+      {"gyro_change", 11, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, kNever}},
+      {"acc_change", 11, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, kNever}},
   };
   return list;
 }
 
 constexpr auto kFirstOutside = static_cast<std::size_t>(EffectKind::kAccHysteresis);
 constexpr auto kFirstHistory = static_cast<std::size_t>(EffectKind::kMagGainChange);
+constexpr auto kFirstLater = static_cast<std::size_t>(EffectKind::kAccTimeOffset);
 
 std::vector<std::string> names(std::size_t first, std::size_t last) {
   std::vector<std::string> result;
@@ -127,7 +134,12 @@ const std::vector<std::string>& outside_effects() {
 }
 
 const std::vector<std::string>& history_effects() {
-  static const std::vector<std::string> list = names(kFirstHistory, entries().size());
+  static const std::vector<std::string> list = names(kFirstHistory, kFirstLater);
+  return list;
+}
+
+const std::vector<std::string>& later_effects() {
+  static const std::vector<std::string> list = names(kFirstLater, entries().size());
   return list;
 }
 

@@ -29,6 +29,10 @@
 //   outliers                 eps, K; a whole sample at a time, all its axes
 //   mag_quantization         q; 0: none
 //   mag_saturation           M; infinite: none
+//   acc_time_offset          tau
+//   gravity                  d, m/s^2
+//   mag_own_clock            T, s; p: of age T frac(t / T + p); T = 0: none
+//   mag_change, gyro_change, acc_change  C, 9; t0, t1 (true time): of all that the sensor reads
 //
 // Outside of the catalogue:
 //   acc_hysteresis          w: the mass sticks until the force differs by w, m/s^2
@@ -111,6 +115,12 @@ enum class EffectKind {
   kMotorCurrent,
   kMagHysteresis,
   kLastTurnOffset,
+  kAccTimeOffset,  // from here on: of the catalogue, too, but later
+  kGravity,
+  kMagOwnClock,
+  kMagChange,
+  kGyroChange,
+  kAccChange,
 };
 
 enum class Channel { kAcc, kGyr, kMag };
@@ -145,6 +155,8 @@ struct EffectScale {
 Effect random_effect(const std::string& name, std::uint64_t seed, const EffectScale& scale = {});
 
 const std::vector<std::string>& catalogue_effects();
+// Of the catalogue as well. Apart for the reason below.
+const std::vector<std::string>& later_effects();
 const std::vector<std::string>& outside_effects();
 // Outside of the catalogue as well. Apart, so that seeds of studies of the others stay what they
 // are.

@@ -19,6 +19,10 @@ Vector3d lower_triangle_times(const Effect& e, const Vector3d& f) {
 
 }  // namespace
 
+Matrix3d first_matrix(const Effect& e) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(e.parameters.data());
+}
+
 bool lasts(const Effect& e, int i, double t) { return t >= e[i] && t < e[i + 1]; }
 
 void stick(std::vector<Vector3d>& readings, double width) {
@@ -40,10 +44,12 @@ Instant instant(const Motion& motion, double gravity, double t) {
 
 ImuModel::ImuModel(const Options& options, const Device& device, const Motion& motion,
                    const std::vector<double>& true_t)
-    : options_(options), device_(device), motion_(motion), t_(true_t) {
+    : options_(options), device_(device), motion_(motion), t_(true_t), gravity_(options.gravity) {
   for (std::size_t k = 0; k + 1 < t_.size(); ++k) mean_temperature_ += options.temperature(t_[k]);
   mean_temperature_ /= static_cast<double>(t_.size() - 1);
   for (const Effect& e : options.effects) {
+    if (e.kind == EffectKind::kGravity) gravity_ += e[0];
+    if (e.kind == EffectKind::kAccTimeOffset) acc_offset_ += e[0];
     if (e.kind == EffectKind::kGyroBiasDrift) draw_drift(e[0]);
     if (e.kind == EffectKind::kAccTapping) draw_taps(e);
     if (e.kind == EffectKind::kGyroGSensitivity || e.kind == EffectKind::kGyroRectification) {
@@ -53,12 +59,15 @@ ImuModel::ImuModel(const Options& options, const Device& device, const Motion& m
 }
 
 Vector3d ImuModel::acc_at(double t) const {
-  const Instant at = instant(motion_, options_.gravity, t);
+  const Instant at = instant(motion_, gravity_, t);
   Vector3d acc = at.f + device_.acc_bias;
   for (const Effect& e : options_.effects) {
     switch (e.kind) {
       case EffectKind::kAccScaleMisalignment:
         acc += lower_triangle_times(e, at.f);
+        break;
+      case EffectKind::kAccChange:
+        if (lasts(e, 9, t)) acc += first_matrix(e) * (at.f + device_.acc_bias);
         break;
       case EffectKind::kAccTemperature:
         acc += e.vector() * (options_.temperature(t) - mean_temperature_);
@@ -83,7 +92,7 @@ Vector3d ImuModel::acc_at(double t) const {
 Vector3d ImuModel::gyr_at(double t) const {
   const Vector3d omega = motion_.omega(t);
   const Vector3d f =
-      gyr_needs_force_ ? instant(motion_, options_.gravity, t).f : Vector3d(Vector3d::Zero());
+      gyr_needs_force_ ? instant(motion_, gravity_, t).f : Vector3d(Vector3d::Zero());
   Vector3d gyr = omega + device_.gyr_bias;
   for (const Effect& e : options_.effects) {
     switch (e.kind) {
@@ -102,6 +111,9 @@ Vector3d ImuModel::gyr_at(double t) const {
       case EffectKind::kGyroRectification:
         gyr.array() += e.vector().array() * f.array().square();
         break;
+      case EffectKind::kGyroChange:
+        if (lasts(e, 9, t)) gyr += first_matrix(e) * (omega + device_.gyr_bias);
+        break;
       case EffectKind::kGyroGainChange:
         if (lasts(e, 3, t)) gyr += e.vector().cwiseProduct(omega + device_.gyr_bias);
         break;
@@ -115,7 +127,7 @@ Vector3d ImuModel::gyr_at(double t) const {
 std::vector<Vector3d> ImuModel::acc() const {
   std::vector<Vector3d> readings;
   readings.reserve(t_.size());
-  for (std::size_t k = 0; k + 1 < t_.size(); ++k) readings.push_back(acc_at(t_[k]));
+  for (std::size_t k = 0; k + 1 < t_.size(); ++k) readings.push_back(acc_at(t_[k] - acc_offset_));
   for (const Effect& e : options_.effects) {
     if (e.kind == EffectKind::kAccHysteresis) stick(readings, e[0]);
   }

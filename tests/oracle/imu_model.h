@@ -17,6 +17,9 @@ struct Instant {
 };
 Instant instant(const Motion& motion, double gravity, double t);
 
+// An effect's first nine parameters, row by row.
+Matrix3d first_matrix(const Effect& effect);
+
 // Whether t lies in [t0, t1), which are the effect's parameters number i and i + 1.
 bool lasts(const Effect& effect, int i, double t);
 
@@ -49,6 +52,8 @@ class ImuModel {
   const Device& device_;
   const Motion& motion_;
   const std::vector<double>& t_;
+  double gravity_;
+  double acc_offset_ = 0.0;  // acc_time_offset, s
   double mean_temperature_ = 0.0;
   bool gyr_needs_force_ = false;
   std::vector<Vector3d> drift_;         // of the gyroscope, at t_

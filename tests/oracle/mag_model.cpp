@@ -21,11 +21,6 @@ Matrix3d symmetric_traceless(const Effect& e) {
   return g;
 }
 
-// The first nine parameters, row by row.
-Matrix3d first_matrix(const Effect& e) {
-  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(e.parameters.data());
-}
-
 // sum_j c_j phi_j
 Vector3d polynomial(const Effect& e, double x) {
   Vector3d sum = Vector3d::Zero();
@@ -77,6 +72,9 @@ MagModel::MagModel(const Options& options, const Device& device, const Motion& m
     if (e.kind == EffectKind::kMagLag) lag_ += e[0];
     if (e.kind == EffectKind::kMagTimeJitter) {
       for (double& t : t_) t += e[0] * jitter.normal();
+    }
+    if (e.kind == EffectKind::kMagOwnClock && e[0] > 0.0) {
+      for (double& t : t_) t -= e[0] * (t / e[0] + e[1] - std::floor(t / e[0] + e[1]));
     }
   }
 }
@@ -158,6 +156,9 @@ Vector3d MagModel::reading_terms(const Instant& at) const {
       }
       case EffectKind::kMagGainChange:
         if (lasts(e, 3, at.t)) sum += e.vector().cwiseProduct(B + hard_iron(at));
+        break;
+      case EffectKind::kMagChange:
+        if (lasts(e, 9, at.t)) sum += first_matrix(e) * (B + hard_iron(at));
         break;
       case EffectKind::kSoftIronChange:
         if (lasts(e, 9, at.t)) sum += first_matrix(e) * b;

@@ -26,6 +26,7 @@ class Sizes {
   Parameters surroundings(EffectKind kind);
   Parameters outside(EffectKind kind);
   Parameters history(EffectKind kind);
+  Parameters later(EffectKind kind);
 
   // n numbers of either sign, their sizes between the two, times the strength.
   Parameters each(int n, double least, double most) {
@@ -227,11 +228,33 @@ Parameters Sizes::history(EffectKind kind) {
   }
 }
 
+Parameters Sizes::later(EffectKind kind) {
+  switch (kind) {
+    case EffectKind::kAccTimeOffset:
+      return each(1, 0.002, 0.010);
+    case EffectKind::kGravity:
+      return each(1, 0.005, 0.030);
+    case EffectKind::kMagOwnClock: {
+      const double period = positive(0.003, 0.009);
+      return {period, random_.uniform()};
+    }
+    case EffectKind::kMagChange:
+    case EffectKind::kGyroChange:
+    case EffectKind::kAccChange: {
+      const Parameters C = normal(9, 0.01);
+      return joined({C, times()});
+    }
+    default:
+      return {};
+  }
+}
+
 Parameters Sizes::draw(EffectKind kind) {
   Parameters p = sensor(kind);
   if (p.empty()) p = surroundings(kind);
   if (p.empty()) p = outside(kind);
-  return p.empty() ? history(kind) : p;
+  if (p.empty()) p = history(kind);
+  return p.empty() ? later(kind) : p;
 }
 
 }  // namespace

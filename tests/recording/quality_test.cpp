@@ -138,6 +138,11 @@ const std::vector<Spoilt> kSpoilt{
      [](Recording& r) {
        for (Vector3& v : r.gyr.v) v[2] = 0.0;
      }},
+    {"copied_axis", "copied", "mag", kFatal, "mag_x and mag_z hold the same numbers in 100 %",
+     "written twice",
+     [](Recording& r) {
+       for (Vector3& v : r.mag[0].v) v[2] = -v[0];
+     }},
     {"stuck", "stuck", "mag", kCaution, "does not change at all for 1.99 s from 10.00 s", "hung",
      [](Recording& r) {
        for (std::size_t k = 1000; k < 1200; ++k) r.mag[0].v[k] = r.mag[0].v[1000];

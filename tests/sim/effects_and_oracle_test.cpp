@@ -35,7 +35,7 @@ class OracleMotion {
     }
   }
 
-  SampleState state(double t) const {
+  SampleState state(Channel channel, double t) const {
     const oracle::Device& device = plain.truth.device;
     const oracle::Instant at = oracle::instant(motion_, options_.gravity, t);
     SampleState s;
@@ -48,11 +48,18 @@ class OracleMotion {
     s.f = at.f;
     s.b = at.bRn * device.unit_field();
     s.D = device.distortion;
+    s.bias = channel == Channel::kAcc   ? device.acc_bias
+             : channel == Channel::kGyr ? device.gyr_bias
+                                        : device.mag_bias;
     s.strength_uT = device.strength_uT();
     s.temperature = oracle::warming_up(t) - mean_temperature_;
     s.current = oracle::switching_current(t);
     s.position = at.p;
     s.position_mean = mean_position;
+    s.force_change = [this, t](double delay) -> Vector3 {
+      return oracle::instant(motion_, options_.gravity, t - delay).f -
+             oracle::instant(motion_, options_.gravity, t).f;
+    };
     s.field_before = [this, t](double delay) -> Vector3 {
       return motion_.nRb(t - delay).conjugate() * plain.truth.device.unit_field();
     };
@@ -87,7 +94,12 @@ struct Case {
 Case same(const oracle::Effect& e) {
   const VectorXd& p = e.parameters;
   const std::string& name = e.name();
-  if (name == "hard_iron_change") return {make_hard_iron_change_between(p[3], p[4]), p.head(3)};
+  if (is_change(name)) {
+    const Eigen::Index n = p.size() - 2;
+    return {make_change(name, forms_of_change(name).front(),
+                        {.begin = {0, p[n]}, .end = {0, p[n + 1]}}),
+            p.head(n)};
+  }
   if (name == "mains_interference") return {make_mains_at(p[6]), p.head(6)};
   const auto effect = find_effect(name);
   if (const auto family = effect->with_terms(int(p.size()) / 3)) return {family, p};
@@ -116,7 +128,7 @@ TEST_P(EffectAndOracle, agree) {
     const int points = channel == Channel::kGyr ? 20 : 1;
     for (int i = 0; i < points; ++i) {
       const double share = channel == Channel::kGyr ? (i + 0.5) / points : 0.0;
-      term += effect->term(motion.state(before.t[k] + 0.01 * share), theta) / points;
+      term += effect->term(motion.state(channel, before.t[k] + 0.01 * share), theta) / points;
     }
     const Vector3 change = after.v[k] - before.v[k];
     largest = std::max(largest, change.norm());
@@ -135,7 +147,9 @@ INSTANTIATE_TEST_SUITE_P(Catalogue, EffectAndOracle,
                                          "lever_arm", "mag_time_offset", "mag_lag",
                                          "mag_eddy_current", "field_drift", "hard_iron_drift",
                                          "hard_iron_change", "field_gradient", "stationary_source",
-                                         "mag_nonlinearity", "mag_current", "mains_interference"),
+                                         "mag_nonlinearity", "mag_current", "mains_interference",
+                                         "acc_time_offset", "gravity", "mag_own_clock",
+                                         "mag_change", "gyro_change", "acc_change"),
                          [](const auto& instance) { return instance.param; });
 
 }  // namespace

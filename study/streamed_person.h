@@ -21,8 +21,12 @@ class StreamedPerson {
   static constexpr double kRate = 80.0, kPace = 1.0;  // Hz, rad/s
   static constexpr NoiseDensities kOrdinary{2e-3, 2e-4, 0.06};
 
-  explicit StreamedPerson(std::uint64_t seed)
-      : random_(seed), truth_(draw_parameters(seed, 1)), nRb_(Rot3::Exp(0.1 * normal3())) {}
+  // noise: of the readings, per sqrt(Hz).
+  explicit StreamedPerson(std::uint64_t seed, const NoiseDensities& noise = kOrdinary)
+      : random_(seed),
+        noise_(noise),
+        truth_(draw_parameters(seed, 1)),
+        nRb_(Rot3::Exp(0.1 * normal3())) {}
 
   const SensorParameters& truth() const { return truth_; }
 
@@ -31,12 +35,12 @@ class StreamedPerson {
   bool step(const Vector3& rate, const Body& body) {
     StreamSample s;
     s.t = samples_++ / kRate;
-    s.gyr = rate + truth_.gyr_bias + noise(kOrdinary.gyr);
+    s.gyr = rate + truth_.gyr_bias + noise(noise_.gyr);
     s.acc = accelerometer_model(nRb_, truth_.acc_bias, gravity_n(kStandardGravity)) +
-            noise(kOrdinary.acc);
+            noise(noise_.acc);
     s.mag = {
         magnetometer_model(nRb_, truth_.mag[0].distortion, truth_.mag[0].bias, truth_.dip_rad) +
-        noise(kOrdinary.mag)};
+        noise(noise_.mag)};
     nRb_ = (nRb_ * Rot3::Exp(rate / kRate)).normalized();
     return body(s);
   }
@@ -90,6 +94,7 @@ class StreamedPerson {
   Vector3 noise(double density) { return density * std::sqrt(kRate) * normal3(); }
 
   std::mt19937_64 random_;
+  NoiseDensities noise_;
   SensorParameters truth_;
   Rot3 nRb_;
   long samples_ = 0;

@@ -23,6 +23,7 @@ namespace magimu {
 // Two-sided normal quantiles, the widths of a band.
 inline constexpr double kBand99 = 2.5758;
 inline constexpr double kBand999 = 3.2905;
+inline constexpr double kBand9999 = 3.8906;
 
 struct Band {
   double low = 0.0, high = 0.0;

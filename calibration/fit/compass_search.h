@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The maximum of a smooth function of a few numbers, without derivatives: along one coordinate after
+// the other, by the parabola through three points where it has its top between them, by a longer
+// step where it has not.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+namespace magimu {
+
+struct CompassSearch {
+  double first_step = 1.0;
+  int most_calls = 100;
+  std::vector<double> lower, upper;                  // of each coordinate
+  std::function<double(double value)> settled = {};  // a round that gains less is the last
+  int calls = 0;                                     // made by the last maximize()
+
+  // x: where to start, then where the maximum is; returns that.
+  double maximize(const std::function<double(const std::vector<double>&)>& f,
+                  std::vector<double>& x);
+};
+
+}  // namespace magimu

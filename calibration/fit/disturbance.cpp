@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/fit/disturbance.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/fit/compass_search.h"
+#include "calibration/gathered.h"
+#include "calibration/windows.h"
+#include "graph/decompositions.h"
+
+namespace magimu {
+namespace {
+
+constexpr int kMemories = 6;             // at which the score is taken
+constexpr double kShortest = 2.0;        // memory, intervals between nodes
+constexpr double kNoticeable = 0.1;      // nats that a size costs at which the score is taken
+constexpr double kSettledNats = 0.01;    // of a maximum
+constexpr double kSettledShare = 1e-5;   // of G: nobody asks a thousand nats to a hundredth
+constexpr double kFirstStep = 1.0;       // of a search, in logarithms
+constexpr double kNoiseFrom = 3.0;       // nats from which the noise is asked for, too
+// A misfit passes for noise in a model without the process, hardly for a hundred times the noise's
+// power.
+constexpr double kNoiseStep = 0.3, kLeastNoise = 0.1;
+constexpr int kMostSweeps = 120;
+
+// Columns of one variable in a factor's rows.
+MatrixXd columns_of(const LinearSystem& system, std::size_t batch, int factor, int from, int count) {
+  const LinearSystem::RowBlocks& b = system.row_blocks()[batch];
+  const double* const value =
+      system.value().data() + b.first_entry + std::ptrdiff_t(factor) * b.rows * b.columns;
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  return Eigen::Map<const RowMajor>(value, b.rows, b.columns).middleCols(from, count);
+}
+
+// Where a factor's columns of its first variable with this symbol begin, and its key; nothing: -1.
+struct Found {
+  int column = -1;
+  Key key{};
+};
+Found find(const FactorBatch& batch, int factor, char symbol) {
+  Found out;
+  int column = 0;
+  const std::span<const Key> keys = batch.keys(factor);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (keys[i].symbol == symbol) return {column, keys[i]};
+    column += batch.types()[i].tangent();
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string channel_of(DisturbedPart part) {
+  if (part == DisturbedPart::kGyr) return "gyr";
+  return part == DisturbedPart::kAcc ? "acc" : "mag";
+}
+std::string frame_of(DisturbedPart part) {
+  return part == DisturbedPart::kField ? "navigation" : "sensor";
+}
+std::string unit_of(DisturbedPart part) {
+  if (part == DisturbedPart::kGyr) return "rad/s";
+  return part == DisturbedPart::kAcc ? "m/s^2" : "uT";
+}
+
+DisturbanceModel::DisturbanceModel(const Stage& stage, DisturbedPart part,
+                                   const DisturbanceOptions& options)
+    : stage_(stage),
+      part_(part),
+      options_(options),
+      system_(stage.graph(), stage.result().values),
+      sensors_(stage.graph(), system_) {
+  system_.linearize(stage.result().values);
+  for (std::size_t r = 0; r < stage.plans().size(); ++r) {
+    const NodePlan& plan = stage.plans()[r];
+    for (std::size_t k = 0; k < plan.t.size(); ++k) {
+      grid_.node.push_back(plan.first + int(k));
+      grid_.time.push_back(plan.t[k]);
+      grid_.begins.push_back(k == 0);
+      recording_.push_back(int(r));
+    }
+    span_s_ += plan.t.back() - plan.t.front();
+  }
+  node_s_ = span_s_ / double(std::max<std::size_t>(1, grid_.node.size() - stage.plans().size()));
+  rows_.jacobian.assign(std::size_t(system_.rows()), Vector3::Zero());
+  rows_.weight.assign(std::size_t(system_.rows()), 0.0);
+  if (part == DisturbedPart::kField || part == DisturbedPart::kMag) {
+    add_magnetometers();
+  } else {
+    add_rates();
+  }
+  double information = 0.0;
+  for (const Vector3& J : rows_.jacobian) information += J.squaredNorm();
+  least_variance_ = kProcess * double(grid_.node.size()) / std::max(information, 1e-300);
+  mag_rows_ = std::size_t(std::ranges::count(sensors_.sensor, Sensor::kMag));
+}
+
+// What adds to the bias adds to the reading; a field b adds D C R' b.
+void DisturbanceModel::add_magnetometers() {
+  const Values& values = stage_.result().values;
+  const double strength =
+      std::cbrt(std::abs(values.at<Matrix3>(key::distortion).determinant()));
+  for (std::size_t b = 0; b < stage_.graph().batches().size(); ++b) {
+    const FactorBatch& batch = *stage_.graph().batches()[b];
+    for (int i = 0; i < batch.size(); ++i) {
+      const Found bias = find(batch, i, key::mag_bias.symbol);
+      if (bias.column < 0) break;
+      const int sensor = int(bias.key.index) % 1000;
+      const Found pose = find(batch, i, R(0).symbol);
+      if (pose.column < 0 || (part_ == DisturbedPart::kMag && sensor != 0)) continue;
+      MatrixXd J = columns_of(system_, b, i, bias.column, 3);
+      if (part_ == DisturbedPart::kField) {
+        const auto r = std::size_t(recording_[pose.key.index]);
+        const int k = int(pose.key.index) - stage_.plans()[r].first;
+        const Matrix3& C = stage_.gathered().mag(int(r), sensor)[std::size_t(k)].C;
+        J *= values.at<Matrix3>(key::distortion_of(sensor)) * C *
+             values.at<Rot3>(pose.key).matrix().transpose() / strength;
+      }
+      for (int row = 0; row < batch.rows(); ++row) {
+        rows_.jacobian[std::size_t(system_.first_row(b) + i * batch.rows() + row)] =
+            J.row(row).transpose();
+      }
+    }
+  }
+}
+
+void DisturbanceModel::add_rates() {
+  const char symbol =
+      part_ == DisturbedPart::kGyr ? key::gyr_bias.symbol : key::acc_bias.symbol;
+  for (std::size_t b = 0; b < stage_.graph().batches().size(); ++b) {
+    const FactorBatch& batch = *stage_.graph().batches()[b];
+    for (int i = 0; i < batch.size(); ++i) {
+      const Found bias = find(batch, i, symbol);
+      if (bias.column < 0) break;
+      const Found pose = find(batch, i, R(0).symbol);
+      if (pose.column < 0) continue;
+      // Between two nodes: the mean of the process there.
+      const bool between =
+          std::ranges::count(batch.keys(i), R(0).symbol, &Key::symbol) > 1;
+      const MatrixXd J = columns_of(system_, b, i, bias.column, 3);
+      for (int row = 0; row < batch.rows(); ++row) {
+        const auto at = std::size_t(system_.first_row(b) + i * batch.rows() + row);
+        rows_.jacobian[at] = J.row(row).transpose();
+        rows_.weight[at] = between ? 0.5 : 0.0;
+      }
+    }
+  }
+}
+
+const ProcessChain& DisturbanceModel::chain(double mag_noise) const {
+  if (chain_ && mag_noise == noise_) return *chain_;
+  ProcessRows rows = rows_;
+  if (mag_noise != 1.0) {
+    rows.scale.assign(rows.jacobian.size(), 1.0);
+    for (std::size_t i = 0; i < rows.scale.size(); ++i) {
+      if (sensors_.sensor[i] == Sensor::kMag) rows.scale[i] = 1.0 / mag_noise;
+    }
+  }
+  chain_ = std::make_unique<ProcessChain>(system_, stage_.result().values, node_of, grid_, rows);
+  noise_ = mag_noise;
+  return *chain_;
+}
+
+double DisturbanceModel::log_density(double size, double memory_s, double mag_noise) const {
+  ++sweeps_;
+  return chain(mag_noise).evidence(size, memory_s).log_density() -
+         double(mag_rows_) * std::log(mag_noise);
+}
+
+double DisturbanceModel::gain(double size, double memory_s) const {
+  return log_density(size, memory_s, 1.0) - log_density(0.0, memory_s, 1.0);
+}
+
+// d G / d size^2 at zero, and the standard deviation that it has where the model predicts the data.
+struct DisturbanceModel::Slope {
+  double score = 0.0, sigma = 0.0;
+  double z() const { return sigma > 0.0 ? score / sigma : 0.0; }
+};
+
+// From two sizes so small that G is a parabola of the variance v = size^2: the information's part of
+// it, L(v) = a v - b v^2 / 2 with b = 1/2 tr (K A)^2, is the score's variance.
+DisturbanceModel::Slope DisturbanceModel::slope(double memory_s, double& v) const {
+  const ProcessChain& chain = this->chain(1.0);
+  const ProcessChain::Evidence none = chain.evidence(0.0, memory_s);
+  const auto at = [&](double variance) {
+    ++sweeps_;
+    ProcessChain::Evidence e = chain.evidence(std::sqrt(variance), memory_s);
+    e.squares -= none.squares;
+    e.log_det -= none.log_det;
+    return e;
+  };
+  ++sweeps_;
+  ProcessChain::Evidence e = at(v);
+  for (int round = 0; round < 12; ++round) {
+    const double cost = 0.5 * e.log_det;
+    if (cost > 0.3 * kNoticeable && cost < 3.0 * kNoticeable) break;
+    v *= std::clamp(kNoticeable / std::max(cost, 1e-12), 1e-3, 1e3);
+    e = at(v);
+  }
+  const ProcessChain::Evidence half = at(0.5 * v);
+  // f(v) = a v - b v^2 / 2 through both.
+  const auto parabola = [&](double whole, double halved) {
+    const double a = (4.0 * halved - whole) / v;
+    return std::pair(a, 2.0 * (a * v - whole) / (v * v));
+  };
+  const auto [cost_slope, information] = parabola(0.5 * e.log_det, 0.5 * half.log_det);
+  const double score = parabola(-0.5 * e.squares, -0.5 * half.squares).first - cost_slope;
+  return {score, std::sqrt(std::max(0.0, information))};
+}
+
+// Beside the process the noise may be less than what the model without it makes of both. The model
+// without the process has its best, too.
+void DisturbanceModel::maximize(DisturbanceFit& d) const {
+  const double shortest = std::log(kShortest * node_s_), longest = std::log(2.0 * span_s_);
+  // The density of what drives the process, size^2 / memory, shows best; then the memory.
+  const auto with = [&](const std::vector<double>& at) {
+    const double noise = at.size() > 2 ? std::exp(at[2]) : 1.0;
+    return log_density(std::exp(at[0] + 0.5 * at[1]), std::exp(at[1]), noise);
+  };
+  double none = log_density(0.0, d.memory_s, 1.0);
+  CompassSearch search;
+  search.first_step = kFirstStep;
+  search.most_calls = kMostSweeps;
+  search.lower = {-100.0, shortest};
+  search.upper = {100.0, longest};
+  search.settled = [&none](double best) {
+    return std::max(kSettledNats, kSettledShare * std::abs(best - none));
+  };
+  const double memory = std::clamp(std::log(d.memory_s), shortest, longest);
+  std::vector<double> x = {std::log(d.size) - 0.5 * memory, memory};
+  double best = search.maximize(with, x);
+  if (!options_.mag_noise_known && best - none > kNoiseFrom) {
+    search.lower.push_back(std::log(kLeastNoise));
+    search.upper.push_back(-std::log(kLeastNoise));
+    search.first_step = kNoiseStep;
+    x.push_back(0.0);
+    best = search.maximize(with, x);
+    d.mag_noise = std::exp(x[2]);
+    std::vector<double> noise = {0.0};
+    CompassSearch other = search;
+    other.lower = {search.lower[2]};
+    other.upper = {search.upper[2]};
+    none = other.maximize(
+        [&](const std::vector<double>& at) {
+          return log_density(0.0, d.memory_s, std::exp(at[0]));
+        },
+        noise);
+  }
+  d.gain_nats = std::max(0.0, best - none);
+  d.memory_s = std::exp(x[1]);
+  d.size = best > none ? std::exp(x[0] + 0.5 * x[1]) : 0.0;
+}
+
+DisturbanceFit DisturbanceModel::fit() const {
+  DisturbanceFit d;
+  d.part = part_;
+  sweeps_ = 0;
+  double v = least_variance_;
+  double best_z = -INFINITY, variance = v;
+  const double ratio = std::max(1.0, span_s_ / (kShortest * node_s_));
+  for (int i = 0; i < kMemories; ++i) {
+    const double memory =
+        kShortest * node_s_ * std::pow(ratio, double(i) / double(kMemories - 1));
+    const Slope slope = this->slope(memory, v);
+    if (slope.z() <= best_z) continue;
+    best_z = slope.z();
+    d.memory_s = memory;
+    // One step of a maximization, with care where it would be far.
+    variance = std::clamp(slope.score / std::max(slope.sigma * slope.sigma, 1e-300), v, 1e4 * v);
+  }
+  d.score = best_z;
+  d.size = std::sqrt(variance);
+  const double expected = best_z > 0.0 ? 0.5 * best_z * best_z : 0.0;
+  d.fitted = expected > options_.least_gain;
+  if (d.fitted) {
+    maximize(d);
+  } else {
+    d.size = 0.0;
+  }
+  d.sweeps = sweeps_;
+  return d;
+}
+
+DisturbanceSeries DisturbanceModel::smooth(const DisturbanceFit& fitted) const {
+  DisturbanceSeries out;
+  if (!(fitted.size > 0.0)) return out;
+  SmoothedProcess p = chain(fitted.mag_noise).smooth(fitted.size, fitted.memory_s);
+  out.t = grid_.time;
+  out.recording = recording_;
+  out.mean = std::move(p.mean);
+  out.sigma = std::move(p.sigma);
+  return out;
+}
+
+}  // namespace magimu

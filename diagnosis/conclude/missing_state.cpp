@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/conclude/missing_state.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "calibration/extension.h"
+#include "graph/numerical_error.h"
+#include "graph/parallel.h"
+
+namespace magimu {
+namespace {
+
+// Evidence by which one of two answers counts as decided: nats (a factor of 22,000).
+constexpr double kDecided = 10.0;
+// Standard deviations of the smoothed process beyond which it shows at one time.
+constexpr double kShows = 4.0;
+// A process whose memory differs from the noise's by no more than this factor is that noise.
+constexpr double kSameMemory = 3.0;
+
+struct Task {
+  const Stage* stage;
+  DisturbedPart part;
+  DisturbanceFit fit;
+};
+
+// A finding about a sensor's noise names the process that stands for the same: coloured noise has a
+// memory, of which rho is left from one sample to the next; larger noise and outliers have none;
+// rounding and mains are no larger than their step and amplitude.
+std::string named_as_noise(const MissingState& m, double shortest_s, const Recording& full,
+                           const Diagnosis& d) {
+  for (const Finding& f : d.findings) {
+    if (f.channel != m.channel || m.frame != "sensor") continue;
+    const bool bounded = f.effect == "mag_quantization" || f.effect == "mains_interference";
+    if (bounded) {
+      double most = 0.0;
+      for (const FoundParameter& p : f.parameters) {
+        if (p.unit == m.unit) most = std::max(most, std::abs(p.value));
+      }
+      if (m.size <= most) return f.effect;
+    }
+    const bool white = f.effect == "noise_scale" || f.effect == "outliers";
+    if (!white && f.effect != "correlated_noise") continue;
+    double memory = shortest_s;
+    if (!white) {
+      const VectorSeries& series =
+          f.channel == "acc" ? full.acc : (f.channel == "gyr" ? full.gyr : full.mag.front());
+      const double rho = f.parameters.empty() ? 0.0 : f.parameters.front().value;
+      if (rho > 0.0 && rho < 1.0) memory = std::max(memory, -1.0 / (series.rate_hz() * std::log(rho)));
+    }
+    if (m.memory_s <= kSameMemory * memory) return f.effect;
+  }
+  return {};
+}
+
+// Evidence that counts against the last model: what is no noise that has a name, and more than
+// chance gains.
+double counted(const MissingState& m) {
+  return m.noise.empty() && m.left_nats > kNullGain ? m.left_nats : 0.0;
+}
+
+// The process that counts most; null: none counts.
+const MissingState* strongest(const Diagnosis& d) {
+  const auto it = std::ranges::max_element(d.missing, {}, counted);
+  return it == d.missing.end() || !(counted(*it) > 0.0) ? nullptr : &*it;
+}
+
+std::string sensor_name_of(const std::string& channel) {
+  if (channel == "acc") return "accelerometer";
+  return channel == "gyr" ? "gyroscope" : "magnetometer";
+}
+
+// Evidence that decides where it is.
+double deciding(const MissingState& m) {
+  const bool asked = std::isfinite(m.left_beside_acc_offset);
+  return m.noise.empty() ? (asked ? m.left_beside_acc_offset : m.left_nats) : 0.0;
+}
+
+// Does an accelerometer that is early or late take it?
+bool is_acc_offset(const Diagnosis& d, const MissingState& most) {
+  double left = 0.0;
+  for (const MissingState& m : d.missing) left = std::max(left, deciding(m));
+  return left < std::max(kNullGain, kCrumb * counted(most));
+}
+
+// Where it is: the sensors whose processes gain about as much, and of the magnetometer the frame.
+std::string place_of(const Diagnosis& d, const MissingState& most) {
+  if (is_acc_offset(d, most)) {
+    return fmt::format("in the time of the accelerometer's samples, {:.1f} ms {} beside the "
+                       "gyroscope's",
+                       1e3 * std::abs(most.acc_offset_s), most.acc_offset_s > 0.0 ? "late" : "early");
+  }
+  double best = 0.0;
+  for (const MissingState& m : d.missing) best = std::max(best, deciding(m));
+  std::vector<std::string> places;
+  bool field = false, sensor = false;
+  for (const MissingState& m : d.missing) {
+    if (deciding(m) < best - kDecided || !(deciding(m) > kNullGain)) continue;
+    if (m.channel == "mag") {
+      (m.frame == "navigation" ? field : sensor) = true;
+    } else {
+      places.push_back("in the " + sensor_name_of(m.channel));
+    }
+  }
+  if (field && sensor) {
+    places.insert(places.begin(),
+                  "in what the magnetometer reads, in itself or in the field about it");
+  } else if (field) {
+    places.insert(places.begin(), "in what the magnetometer reads, rather in the field about it than in itself");
+  } else if (sensor) {
+    places.insert(places.begin(), "in the magnetometer");
+  }
+  std::string out;
+  for (std::size_t i = 0; i < places.size(); ++i) out += (i > 0 ? " or " : "") + places[i];
+  return out;
+}
+
+std::string shown_size(double value, const std::string& unit) {
+  if (unit == "rad/s") return fmt::format("{:.2g} deg/s", value * 180.0 / M_PI);
+  return fmt::format("{:.2g} {}", value, unit);
+}
+
+// When it shows, and where it is largest.
+std::string when_of(const Diagnosis& d) {
+  const bool several = d.missing_series.size() > 1;
+  std::string out;
+  double largest = 0.0, at = 0.0, begin = INFINITY, end = -INFINITY;
+  const MissingSeries* in = nullptr;
+  for (const MissingSeries& s : d.missing_series) {
+    for (std::size_t k = 0; k < s.t.size(); ++k) {
+      if (s.mean[k].norm() > largest) {
+        largest = s.mean[k].norm();
+        at = s.t[k];
+        in = &s;
+      }
+    }
+  }
+  if (in == nullptr) return out;
+  for (std::size_t k = 0; k < in->t.size(); ++k) {
+    if (!((in->mean[k].array().abs() > kShows * in->sigma[k].array()).any())) continue;
+    begin = std::min(begin, in->t[k]);
+    end = std::max(end, in->t[k]);
+  }
+  out = fmt::format("; it is largest, {}, at {:.0f} s{}", shown_size(largest, in->unit), at,
+                    several ? " of " + in->recording : "");
+  const double margin = 0.05 * (in->t.back() - in->t.front());
+  const bool early = begin < in->t.front() + margin, late = end > in->t.back() - margin;
+  if (!(begin <= end)) return out + ", and nowhere far out of its band";
+  if (early && late) return out + ", and shows throughout";
+  if (early) return out + fmt::format(", and shows until {:.0f} s", end);
+  if (late) return out + fmt::format(", and shows from {:.0f} s on", begin);
+  return out + fmt::format(", and shows from {:.0f} to {:.0f} s", begin, end);
+}
+
+std::vector<MissingSeries> series_of(const std::vector<const Recording*>& recordings,
+                                     const Stage& stage, const DisturbanceFit& fit,
+                                     const DisturbanceOptions& options) {
+  std::vector<MissingSeries> out(recordings.size());
+  const DisturbanceSeries all = DisturbanceModel(stage, fit.part, options).smooth(fit);
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    out[r].channel = channel_of(fit.part);
+    out[r].frame = frame_of(fit.part);
+    out[r].unit = unit_of(fit.part);
+    out[r].recording = recordings[r]->name;
+  }
+  for (std::size_t k = 0; k < all.t.size(); ++k) {
+    MissingSeries& s = out[std::size_t(all.recording[k])];
+    s.t.push_back(all.t[k]);
+    s.mean.push_back(all.mean[k]);
+    s.sigma.push_back(all.sigma[k]);
+  }
+  return out;
+}
+
+// What is left where the accelerometer's time is a parameter, too.
+void ask_for_acc_offset(const MissingStateInput& in, Diagnosis& d) {
+  const std::string name = "acc_time_offset";
+  const std::shared_ptr<const Effect> effect = find_effect(name);
+  ModelSpec spec = in.last.spec();
+  const bool there = std::ranges::any_of(spec.effects,
+                                         [&](const auto& e) { return e->name() == name; });
+  if (effect == nullptr || there) return;
+  spec.effects.push_back(effect);
+  spec.extended.clear();
+  Stage stage(in.last, spec);
+  Values start = in.last.result().values;
+  const Key key = effect_keys(spec.effects).back().front();
+  if (!start.contains(key)) start.insert(key, 0.0);
+  if (!attempt([&] {
+        stage.fit(start, true);
+        return true;
+      })) {
+    return;
+  }
+  std::array<double, std::size(kDisturbedParts)> left{};
+  parallel::for_each(left.size(), [&](std::size_t i) {
+    left[i] = DisturbanceModel(stage, kDisturbedParts[i], in.options).fit().gain_nats;
+  });
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    d.missing[i].left_beside_acc_offset = left[i];
+    d.missing[i].acc_offset_s = stage.result().values.at<double>(key);
+  }
+}
+
+}  // namespace
+
+void find_missing_state(const MissingStateInput& in, Diagnosis& d) {
+  const bool same = in.first.spec().effects.size() == in.last.spec().effects.size() &&
+                    in.first.spec().motion == in.last.spec().motion;
+  std::vector<Task> tasks;
+  for (const DisturbedPart part : kDisturbedParts) tasks.push_back({&in.last, part, {}});
+  for (const DisturbedPart part : kDisturbedParts) {
+    if (!same) tasks.push_back({&in.first, part, {}});
+  }
+  std::vector<double> node_s(tasks.size());
+  parallel::for_each(tasks.size(), [&](std::size_t i) {
+    const DisturbanceModel model(*tasks[i].stage, tasks[i].part, in.options);
+    node_s[i] = model.node_s();
+    tasks[i].fit = model.fit();
+  });
+  for (std::size_t i = 0; i < std::size(kDisturbedParts); ++i) {
+    const DisturbanceFit& left = tasks[i].fit;
+    const DisturbanceFit& first = same ? left : tasks[i + std::size(kDisturbedParts)].fit;
+    const DisturbanceFit& shown = left.gain_nats > 0.0 ? left : first;
+    MissingState m;
+    m.channel = channel_of(left.part);
+    m.frame = frame_of(left.part);
+    m.unit = unit_of(left.part);
+    m.gain_nats = first.gain_nats;
+    m.left_nats = left.gain_nats;
+    m.size = shown.size;
+    m.memory_s = shown.size > 0.0 ? shown.memory_s : 0.0;
+    m.noise = named_as_noise(m, 2.0 * node_s[i], *in.full.front(), d);
+    d.missing.push_back(m);
+  }
+  const MissingState* const most = strongest(d);
+  if (most == nullptr) return;
+  ask_for_acc_offset(in, d);
+  const auto i = std::size_t(most - d.missing.data());
+  d.missing_series = series_of(in.recordings, in.last, tasks[i].fit, in.options);
+}
+
+bool state_is_missing(const Diagnosis& d) {
+  const bool excused = std::ranges::any_of(
+      d.findings, [](const Finding& f) { return f.effect != "linear_acceleration"; });
+  return std::ranges::any_of(d.missing, [&](const MissingState& m) {
+    return counted(m) > (excused ? kCrumb * m.gain_nats : 0.0);
+  });
+}
+
+bool causes_take_nothing(const Diagnosis& d) {
+  if (!state_is_missing(d)) return false;
+  double gain = 0.0, taken = 0.0;
+  for (const MissingState& m : d.missing) {
+    if (m.gain_nats <= gain) continue;
+    gain = m.gain_nats;
+    taken = m.taken_by_findings();
+  }
+  // The evidence does not measure the motion, nor noise of single samples.
+  constexpr const char* kElsewhere[] = {"linear_acceleration", "noise_scale",    "correlated_noise",
+                                        "outliers",            "mag_saturation", "mag_quantization",
+                                        "mains_interference",  "stationary_source"};
+  return taken < kCrumb * gain && std::ranges::none_of(d.findings, [&](const Finding& f) {
+           return std::ranges::count(kElsewhere, f.effect) > 0;
+         });
+}
+
+std::string what_would_settle_it(const Diagnosis& d) {
+  const MissingState* const most = strongest(d);
+  if (most == nullptr || is_acc_offset(d, *most)) return {};
+  double best = 0.0, field = 0.0;
+  for (const MissingState& m : d.missing) {
+    best = std::max(best, deciding(m));
+    if (m.frame == "navigation") field = deciding(m);
+  }
+  if (field < std::max(best - kDecided, kNullGain)) return {};
+  return "That the field differs from place to place is not shown by this: it would be if the "
+         "departure stayed while the sensor rests and came back where the sensor comes back. To "
+         "settle it, lay the sensor down for ten seconds at two or three places, and return to "
+         "each of them in other attitudes.";
+}
+
+std::string sentence_of_missing_state(const Diagnosis& d) {
+  const MissingState* const most = strongest(d);
+  if (most == nullptr) return {};
+  return fmt::format(
+      "Something is missing {}: with a disturbance there of {} (standard deviation) that lasts "
+      "about {:.2g} s, the readings are more probable by {:.0f} nats{}{}.",
+      place_of(d, *most), shown_size(most->size, most->unit), most->memory_s, counted(*most),
+      d.findings.empty()
+          ? ""
+          : fmt::format(" (before causes were named: {:.0f})", most->gain_nats),
+      when_of(d));
+}
+
+}  // namespace magimu

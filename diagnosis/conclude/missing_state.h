@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How wrong, where, when: what the model lacks as a process of the field, the magnetometer, the
+// gyroscope or the accelerometer, whatever its cause; what the named causes have taken of it, and
+// whether so much is left that the simulation cannot be said to predict the data.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calibration/fit/disturbance.h"
+#include "diagnosis/diagnosis.h"
+
+namespace magimu {
+
+// Beside a large cause its own approximations show: what is left of a misfit counts as nothing from
+// so much of it down.
+inline constexpr double kCrumb = 0.03;
+
+struct MissingStateInput {
+  const std::vector<const Recording*>&recordings, &full;  // as fitted; with all samples
+  // The models before any cause but the motion was named, and at the end.
+  const Stage &first, &last;
+  DisturbanceOptions options;
+};
+// Writes d.missing and d.missing_series; d has its findings.
+void find_missing_state(const MissingStateInput& in, Diagnosis& d);
+
+// Is more left beside the last model than chance gains, and than crumbs of what causes took?
+bool state_is_missing(const Diagnosis& d);
+// Have the named causes taken no real part of it? Then they explain nothing, whatever they are.
+bool causes_take_nothing(const Diagnosis& d);
+// The sensor (or those that cannot be told apart), when, how large.
+std::string sentence_of_missing_state(const Diagnosis& d);
+// Where it may be the field: why that is not said, and what motion would tell; else empty.
+std::string what_would_settle_it(const Diagnosis& d);
+
+}  // namespace magimu

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// acc + C (f + o_a) for t0 <= t < t1: the accelerometer's gains, misalignment or mounting change.
+// The equations are in change.cpp; here is the one whose times are not known yet.
+#include "factors/effects/catalogue.h"
+
+namespace magimu {
+
+std::unique_ptr<Effect> make_acc_change() {
+  const auto any = make_change("acc_change", ChangeForm::kMatrix, {});
+  return std::make_unique<ChangeEffect>(*as_change(*any));
+}
+
+}  // namespace magimu

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What begins or ends in mid-recording: for t0 <= t < t1 a sensor is another one than before and
+// after. Its times come from a search (diagnosis/change_search.h); how large it is the graph
+// estimates.
+//
+//   hard_iron_change   mag + s
+//   mag_change         mag + C (B + o_m)
+//   gyro_change        gyr + C (omega + o_w)
+//   acc_change         acc + C (f + o_a)
+//
+// C multiplies all that the sensor reads, its bias too: gains, misalignment and mounting. It has
+// nine entries, or three where the data want no more: gains alone, C = diag(k), or a turn of the
+// sensor on its board, C = Exp(phi) - I.
+#pragma once
+
+#include <cmath>
+#include <compare>
+#include <limits>
+
+#include "factors/effects/effect.h"
+
+namespace magimu {
+
+// A time in one of several recordings; those of the ones before it are earlier.
+struct Moment {
+  int recording = 0;
+  double t = 0.0;  // s
+
+  auto operator<=>(const Moment&) const = default;
+  bool finite() const { return std::abs(t) < std::numeric_limits<double>::infinity(); }
+};
+inline constexpr Moment kFromTheStart = {-1, -std::numeric_limits<double>::infinity()};
+inline constexpr Moment kToTheEnd = {std::numeric_limits<int>::max(),
+                                     std::numeric_limits<double>::infinity()};
+
+struct ChangeSpan {
+  Moment begin = kFromTheStart, end = kToTheEnd;
+
+  bool contains(const Moment& at) const { return at >= begin && at < end; }
+  bool contains(const SampleState& s) const { return contains(Moment{s.recording, s.t}); }
+};
+
+enum class ChangeForm { kOffset, kMatrix, kGains, kTurn };
+int size_of(ChangeForm form);
+
+// An effect of one of the names above.
+class ChangeEffect : public Effect {
+ public:
+  ChangeEffect(Description description, ChangeForm form, const ChangeSpan& span)
+      : Effect(std::move(description)), form_(form), span_(span) {}
+
+  void jacobian(const SampleState& state, const VectorXd& theta, EffectJacobian J) const override;
+  Vector3 term(const SampleState& state, const VectorXd& theta) const override;
+  std::string sentence(const VectorXd& theta, const VectorXd& sigma) const override;
+
+  ChangeForm form() const { return form_; }
+  const ChangeSpan& span() const { return span_; }
+
+ private:
+  ChangeForm form_;
+  ChangeSpan span_;
+};
+
+// Null: it is none.
+const ChangeEffect* as_change(const Effect& effect);
+// The names of all, and the forms that one of them may have.
+const std::vector<std::string>& change_names();
+bool is_change(const std::string& name);
+std::vector<ChangeForm> forms_of_change(const std::string& name);
+
+}  // namespace magimu

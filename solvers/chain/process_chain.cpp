@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "solvers/chain/process_chain.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "graph/decompositions.h"
+#include "graph/parallel.h"
+#include "solvers/node_factors.h"
+#include "solvers/square_sum.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kFlat = 1e-12;  // an eigenvalue of what nothing determines
+
+double log_det_of(const RowStack& A, int begin, const std::vector<int>& pivot_row) {
+  double out = 0.0;
+  for (std::size_t p = 0; p < pivot_row.size(); ++p) {
+    if (pivot_row[p] >= 0) out += 2.0 * std::log(std::abs(A.row(pivot_row[p])[begin + int(p)]));
+  }
+  return out;
+}
+
+void add_squares(const RowStack& A, int begin, int end, int skip, SquareSum& sum) {
+  if (end <= begin) return;
+  double* to = sum.rows(end - begin);
+  for (int i = begin; i < end; ++i, to += sum.width()) {
+    std::copy_n(A.row(i) + skip, sum.columns(), to);
+  }
+}
+
+MatrixXd symmetric(const SquareSum& sum) {
+  MatrixXd out(sum.columns(), sum.columns());
+  for (int i = 0; i < sum.columns(); ++i) {
+    for (int j = i; j < sum.columns(); ++j) out(i, j) = out(j, i) = sum(i, j);
+  }
+  return out;
+}
+
+// Factors by the nodes they touch.
+struct ByNode {
+  std::vector<std::vector<FactorAt>> own, to_next;  // of a node; of it and the next one
+  std::vector<FactorAt> priors;
+};
+
+ByNode sorted(const LinearSystem& system, const ColumnLayout& layout, std::size_t nodes) {
+  ByNode out;
+  out.own.resize(nodes);
+  out.to_next.resize(nodes);
+  for (int b = 0; b < int(system.row_blocks().size()); ++b) {
+    for (int i = 0; i < system.row_blocks()[std::size_t(b)].count; ++i) {
+      const FactorRows f = rows_of(system, {b, i});
+      int first = -1, last = -1;
+      for (int e = 0; e < f.columns; ++e) {
+        const int node = layout.node[std::size_t(f.column[e])];
+        if (node < 0) continue;
+        first = first < 0 ? node : std::min(first, node);
+        last = std::max(last, node);
+      }
+      if (first < 0) {
+        out.priors.push_back({b, i});
+      } else {
+        (first == last ? out.own : out.to_next)[std::size_t(first)].push_back({b, i});
+      }
+    }
+  }
+  return out;
+}
+
+// Writes factors' rows over columns that begin at a place for each of up to three nodes, one for
+// each of two of the process, and one for the globals, the last of the system's columns.
+struct Writer {
+  const LinearSystem& system;
+  const ColumnLayout& layout;
+  const ProcessRows& process;
+
+  struct Places {
+    std::array<int, 3> node{-1, -1, -1}, at{};
+    std::array<int, 2> process_at{-1, -1};
+    int globals_at = 0;
+  };
+
+  double scale(std::size_t row) const {
+    return process.scale.empty() ? 1.0 : process.scale[row];
+  }
+  int count(const std::vector<FactorAt>& factors) const {
+    int rows = 0;
+    for (const FactorAt f : factors) rows += system.row_blocks()[std::size_t(f.block)].rows;
+    return rows;
+  }
+
+  int write(const std::vector<FactorAt>& factors, const Places& places, RowStack& A,
+            int row) const {
+    for (const FactorAt at : factors) {
+      const FactorRows f = rows_of(system, at);
+      const auto first = std::size_t(f.residual - system.residual().data());
+      for (int e = 0; e < f.columns; ++e) {
+        const auto column = std::size_t(f.column[e]);
+        const int node = layout.node[column], position = layout.position[column];
+        int to = places.globals_at + position;
+        for (std::size_t p = 0; p < 3 && node >= 0; ++p) {
+          if (places.node[p] == node) to = places.at[p] + position;
+        }
+        for (int r = 0; r < f.rows; ++r) {
+          A.row(row + r)[to] += scale(first + std::size_t(r)) * f.value[r * f.columns + e];
+        }
+      }
+      for (int r = 0; r < f.rows; ++r, ++row) {
+        double* const to = A.row(row);
+        const double by = scale(first + std::size_t(r));
+        to[A.columns() - 1] = by * f.residual[r];
+        const Vector3 seen = by * process.jacobian[first + std::size_t(r)];
+        const double weight = process.weight[first + std::size_t(r)];
+        for (int i = 0; i < kProcess; ++i) {
+          to[places.process_at[0] + i] += (1.0 - weight) * seen[i];
+          if (places.process_at[1] >= 0) to[places.process_at[1] + i] += weight * seen[i];
+        }
+      }
+    }
+    return row;
+  }
+};
+
+}  // namespace
+
+// What is needed to go back: rows of U over [own | next | globals | residual].
+struct ProcessChain::Kept {
+  int node = 0, next = -1;  // of the grid
+  RowBlock rows;
+};
+
+ProcessChain::ProcessChain(const LinearSystem& system, const Values& values,
+                           const std::function<int(Key)>& node_of, const ProcessGrid& grid,
+                           const ProcessRows& rows)
+    : grid_(grid) {
+  const auto nodes = std::size_t(grid.node.back()) + 1;
+  const ColumnLayout layout(values, node_of, nodes);
+  const ByNode factors = sorted(system, layout, nodes);
+  const Writer writer{system, layout, rows};
+  globals_ = int(layout.globals.size());
+  for (const int n : grid.node) node_dim_.push_back(layout.dim[std::size_t(n)]);
+
+  segments_.resize(grid.node.size());
+  std::vector<double> log_dets(segments_.size(), 0.0);
+  std::vector<MatrixXd> borders(segments_.size());
+  parallel::for_each(segments_.size(), 8, [&](std::size_t j) {
+    Segment& s = segments_[j];
+    s.node_a = int(j);
+    const int a = grid.node[j];
+    const bool ends = j + 1 == grid.node.size() || grid.begins[j + 1];
+    RowStack A;
+    const int da = dim(int(j));
+    if (ends) {
+      const auto& own = factors.own[std::size_t(a)];
+      A.reset(writer.count(own), da + globals_ + 1);
+      writer.write(own, {{a, -1, -1}, {kProcess, 0, 0}, {0, -1}, da}, A, 0);
+      s.rows = A.view();
+      return;
+    }
+    s.node_b = int(j) + 1;
+    const int b = grid.node[j + 1], db = dim(s.node_b);
+    const int tail = da + db + globals_ + 1;  // [u_a x_a | u_b x_b | globals | residual]
+    SquareSum sum(globals_ + 1);
+    RowBlock carried(0, tail);
+    std::vector<int> pivots;
+    for (int k = a; k < b; ++k) {
+      // Over [x_k | u_a x_a | u_b (x_(k+1) or x_b) | globals | residual], x_k only where k is inside.
+      const bool inner = k > a, last = k + 1 == b;
+      const int dk = inner ? layout.dim[std::size_t(k)] : 0;
+      const int dn = layout.dim[std::size_t(k) + 1];  // every node of a chain has as many
+      const auto& own = factors.own[std::size_t(k)];
+      const auto& across = factors.to_next[std::size_t(k)];
+      const int columns = dk + tail;
+      A.reset(int(carried.rows()) + writer.count(own) + writer.count(across), columns);
+      const int u_b = dk + da, next = u_b + kProcess;
+      // What came from the node before has x_k where x_b will be.
+      for (Eigen::Index i = 0; i < carried.rows(); ++i) {
+        double* const to = A.row(int(i));
+        std::copy_n(carried.row(i).data(), tail, to + dk);
+        for (int c = 0; c < dk; ++c) {
+          to[c] = to[next + c];
+          to[next + c] = 0.0;
+        }
+      }
+      Writer::Places places;
+      places.node = {a, k == a ? -1 : k, k + 1};
+      places.at = {dk + kProcess, 0, next};
+      places.process_at = {dk, u_b};
+      places.globals_at = dk + da + db;
+      int filled = writer.write(own, places, A, int(carried.rows()));
+      filled = writer.write(across, places, A, filled);
+      int top = 0;
+      if (dk > 0) {
+        top = triangularize(A, 0, 0, dk, pivots);
+        log_dets[j] += log_det_of(A, 0, pivots);
+      }
+      // Rows that say nothing of the ends are the border's.
+      int rest = filled;
+      if (!(a + 1 == b)) {
+        rest = triangularize(A, top, dk, dk + da + db, pivots);
+        add_squares(A, rest, filled, dk + da + db, sum);
+      }
+      carried = A.view().block(top, dk, rest - top, tail);
+      if (!last && dn != layout.dim[std::size_t(b)]) {
+        throw std::invalid_argument("nodes of a chain differ in size");
+      }
+    }
+    s.rows = carried;
+    sum.finish();
+    if (a + 1 < b) borders[j] = symmetric(sum);
+  });
+  SquareSum priors(globals_ + 1);
+  RowStack A(writer.count(factors.priors), kProcess + globals_ + 1);
+  Writer::Places places;
+  places.process_at = {0, -1};
+  places.globals_at = kProcess;
+  writer.write(factors.priors, places, A, 0);
+  add_squares(A, 0, A.rows(), kProcess, priors);
+  priors.finish();
+  border_ = symmetric(priors);
+  for (const MatrixXd& b : borders) {
+    if (b.size() > 0) border_ += b;
+  }
+  for (const double l : log_dets) log_det_ += l;
+}
+
+void ProcessChain::sweep(double size, double memory_s, Evidence& out, std::vector<Kept>* kept,
+                         VectorXd* globals, MatrixXd* covariance) const {
+  const int tail = globals_ + 1;
+  SquareSum sum(tail);
+  RowStack A;
+  std::vector<int> pivots;
+  RowBlock carried;
+  double log_det = log_det_;
+  for (const Segment& s : segments_) {
+    const int da = dim(s.node_a), db = s.node_b < 0 ? 0 : dim(s.node_b);
+    if (grid_.begins[std::size_t(s.node_a)]) {
+      carried = RowBlock::Zero(kProcess, da + tail);
+      for (int i = 0; i < kProcess; ++i) carried(i, i) = 1.0;
+    }
+    const int there = int(carried.rows()), own = int(s.rows.rows());
+    const int link = s.node_b < 0 ? 0 : kProcess;
+    A.reset(there + own + link, da + db + tail);
+    for (int i = 0; i < there; ++i) {
+      std::copy_n(carried.row(i).data(), da, A.row(i));
+      std::copy_n(carried.row(i).data() + da, tail, A.row(i) + da + db);
+    }
+    for (int i = 0; i < own; ++i) {
+      double* const to = A.row(there + i);
+      std::copy_n(s.rows.row(i).data(), da + db + tail, to);
+      for (int c = 0; c < kProcess; ++c) {
+        to[c] *= size;
+        if (db > 0) to[da + c] *= size;
+      }
+    }
+    if (s.node_b >= 0) {
+      const double h =
+          grid_.time[std::size_t(s.node_b)] - grid_.time[std::size_t(s.node_a)];
+      const double f = std::exp(-h / memory_s), q = -std::expm1(-2.0 * h / memory_s);
+      const double w = 1.0 / std::sqrt(q);
+      for (int i = 0; i < kProcess; ++i) {
+        A.row(there + own + i)[i] = -f * w;
+        A.row(there + own + i)[da + i] = w;
+      }
+      log_det += kProcess * std::log(q);
+    }
+    const int below = triangularize(A, 0, 0, da, pivots);
+    log_det += log_det_of(A, 0, pivots);
+    if (kept != nullptr) kept->push_back({s.node_a, s.node_b, A.view().topRows(below)});
+    int rest = below;
+    if (db > 0) {
+      rest = triangularize(A, below, da, da + db, pivots);
+      carried = A.view().block(below, da, rest - below, db + tail);
+    }
+    add_squares(A, rest, A.rows(), da + db, sum);
+  }
+  sum.finish();
+  const MatrixXd all = symmetric(sum) + border_;
+  const Eigen::Index g = globals_;
+  const MatrixXd information = all.topLeftCorner(g, g);
+  const VectorXd gradient = all.topRightCorner(g, 1);
+  const VectorXd diagonal = information.diagonal().cwiseMax(1e-300);
+  const VectorXd unit = diagonal.cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
+      MatrixXd(unit.asDiagonal() * information * unit.asDiagonal()));
+  const VectorXd e = eigen.eigenvalues().cwiseMax(kFlat);
+  const MatrixXd whiten = unit.asDiagonal() * eigen.eigenvectors() *
+                          e.cwiseSqrt().cwiseInverse().asDiagonal();
+  const VectorXd z = whiten.transpose() * gradient;
+  out.squares = all(g, g) - z.squaredNorm();
+  out.log_det = log_det + diagonal.array().log().sum() + e.array().log().sum();
+  if (globals != nullptr) *globals = -(whiten * z);
+  if (covariance != nullptr) *covariance = whiten * whiten.transpose();
+}
+
+ProcessChain::Evidence ProcessChain::evidence(double size, double memory_s) const {
+  Evidence out;
+  sweep(size, memory_s, out, nullptr, nullptr, nullptr);
+  return out;
+}
+
+SmoothedProcess ProcessChain::smooth(double size, double memory_s) const {
+  Evidence evidence;
+  std::vector<Kept> kept;
+  SmoothedProcess out;
+  MatrixXd of_globals;
+  sweep(size, memory_s, evidence, &kept, &out.globals, &of_globals);
+  out.mean.resize(kept.size());
+  out.sigma.resize(kept.size());
+  // Mean and covariance of [next node | globals], from the last node to the first.
+  const Eigen::Index g = globals_;
+  VectorXd next;
+  MatrixXd joint;
+  for (std::size_t k = kept.size(); k-- > 0;) {
+    const Kept& s = kept[k];
+    const Eigen::Index own = dim(s.node), other = s.next < 0 ? 0 : dim(s.next);
+    VectorXd known(other + g);
+    MatrixXd C = MatrixXd::Zero(other + g, other + g);
+    if (other > 0) {
+      known << next.head(other), out.globals;
+      C = joint;
+    } else {
+      known = out.globals;
+      C = of_globals;
+    }
+    // A free direction of a node has no pivot: it stays where it is, with no band.
+    MatrixXd U = s.rows.leftCols(own);
+    if (U.rows() < own) U.conservativeResizeLike(MatrixXd::Identity(own, own));
+    const auto triangle = U.topLeftCorner(own, own).triangularView<Eigen::Upper>();
+    MatrixXd right = MatrixXd::Zero(own, other + g);
+    right.topRows(std::min(own, s.rows.rows())) =
+        s.rows.middleCols(own, other + g).topRows(std::min(own, s.rows.rows()));
+    VectorXd r = VectorXd::Zero(own);
+    r.head(std::min(own, s.rows.rows())) =
+        s.rows.rightCols(1).topRows(std::min(own, s.rows.rows()));
+    const VectorXd mean = -triangle.solve(VectorXd(r + right * known));
+    const MatrixXd G = -triangle.solve(right);  // of own on [next | globals]
+    const MatrixXd inverse = triangle.solve(MatrixXd(MatrixXd::Identity(own, own)));
+    const MatrixXd GC = G * C;
+    const MatrixXd covariance = inverse * inverse.transpose() + GC * G.transpose();
+    for (int i = 0; i < kProcess; ++i) {
+      out.mean[std::size_t(s.node)][i] = size * mean[i];
+      out.sigma[std::size_t(s.node)][i] = size * std::sqrt(std::max(0.0, covariance(i, i)));
+    }
+    joint.resize(own + g, own + g);
+    joint.topLeftCorner(own, own) = covariance;
+    joint.topRightCorner(own, g) = GC.rightCols(g);
+    joint.bottomLeftCorner(g, own) = GC.rightCols(g).transpose();
+    joint.bottomRightCorner(g, g) = of_globals;
+    next = mean;
+  }
+  return out;
+}
+
+}  // namespace magimu

@@ -22,6 +22,7 @@ CalibrationOptions given_noise() {
   CalibrationOptions options;
   options.noise = kPaperNoise;
   options.gravity = kPaperGravity;
+  options.prior = PriorKind::kNone;
   options.motion = MotionModel::kRotation;
   return options;
 }
@@ -141,7 +142,7 @@ TEST(JointEstimate, second_pass_at_the_joint_estimate_is_the_calibration_of_the_
   std::vector<CondensedRecording> second;
   for (std::size_t r = 0; r < 3; ++r) {
     VectorXd x = three().summaries[r].at;  // with its own dip
-    for (std::size_t i = 0; i < x.size(); ++i) {
+    for (std::size_t i = 0; i < three().summaries[r].order.size(); ++i) {
       const auto at = std::ranges::find(joint.order, three().summaries[r].order[i]);
       if (at != joint.order.end()) x[Eigen::Index(i)] = joint.value[at - joint.order.begin()];
     }

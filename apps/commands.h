@@ -17,6 +17,7 @@ void add_diagnose(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app, int& exit_code);
 void add_info(CLI::App& app, int& exit_code);
 void add_navigate(CLI::App& app, int& exit_code);
+void add_reprocess(CLI::App& app, int& exit_code);
 void add_simulate(CLI::App& app, int& exit_code);
 void add_stream(CLI::App& app, int& exit_code);
 void add_study(CLI::App& app, int& exit_code);

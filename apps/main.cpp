@@ -67,6 +67,7 @@ int main(int argc, char** argv) {
   add_export(app, exit_code);
   add_info(app, exit_code);
   add_navigate(app, exit_code);
+  add_reprocess(app, exit_code);
   add_simulate(app, exit_code);
   add_stream(app, exit_code);
   add_study(app, exit_code);

@@ -15,4 +15,6 @@ std::string version_text() {
       EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION);
 }
 
+std::string version_number() { return MAGIMU_VERSION; }
+
 }  // namespace magimu::apps

@@ -9,6 +9,7 @@
 
 #include "calibration/blows.h"
 #include "calibration/check_axes.h"
+#include "calibration/condensed_recording.h"
 #include "calibration/diagnostics.h"
 #include "calibration/fit/lacking_state.h"
 #include "calibration/given_noise.h"
@@ -91,9 +92,9 @@ Calibration calibrate(const Recording& recording, const CalibrationOptions& opti
 
 namespace {
 
-// Throws NumericalError where no fit can be made.
+// Throws NumericalError where no fit can be made. condensed: wanted where not null.
 Calibration calibrate_checked(const CheckedRecordings& checked, const CalibrationOptions& options,
-                              Mounting& mounting) {
+                              Mounting& mounting, std::optional<CondensedRecording>* condensed) {
   const std::vector<const Recording*>& recordings = checked.get();
   std::optional<Pipeline> begun;
   std::optional<Stage> found;
@@ -117,6 +118,9 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
         fine = pipeline.fine(coarse);
         const Optimum optimum(*fine);
         c = summarize(recordings, optimum, options);
+        if (condensed != nullptr) {
+          *condensed = condense_optimum(optimum, int(c.mag_names.size()), c.covariance);
+        }
         c.residual_series = residual_series(optimum, c.mag_names);
         mag_squares = fine->mag_squares(optimum.rows, optimum.system.residual());
       },
@@ -159,13 +163,14 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
 namespace {
 
 Calibration calibrate_judged(const std::vector<const Recording*>& given,
-                             const CalibrationOptions& options) {
+                             const CalibrationOptions& options,
+                             std::optional<CondensedRecording>* condensed) {
   const auto start = std::chrono::steady_clock::now();
   const CheckedRecordings checked(given);
   Mounting mounting;
   std::string why;
   std::optional<Calibration> made =
-      attempt([&] { return calibrate_checked(checked, options, mounting); }, &why);
+      attempt([&] { return calibrate_checked(checked, options, mounting, condensed); }, &why);
   Calibration c = made ? *std::move(made)
                        : calibration_without_fit(checked.get(), options, why, checked.warnings());
   judge_given_noise(c, checked.get(), options);
@@ -175,15 +180,27 @@ Calibration calibrate_judged(const std::vector<const Recording*>& given,
   return c;
 }
 
+Calibration calibrate_anyhow(const std::vector<const Recording*>& given,
+                             const CalibrationOptions& options,
+                             std::optional<CondensedRecording>* condensed) {
+  try {
+    return calibrate_judged(given, options, condensed);
+  } catch (const TooLittle& too_little) {
+    return calibration_without_fit(given, options, too_little);
+  }
+}
+
 }  // namespace
 
 Calibration calibrate(const std::vector<const Recording*>& given,
                       const CalibrationOptions& options) {
-  try {
-    return calibrate_judged(given, options);
-  } catch (const TooLittle& too_little) {
-    return calibration_without_fit(given, options, too_little);
-  }
+  return calibrate_anyhow(given, options, nullptr);
+}
+
+Calibration calibrate_condensed(const Recording& recording, const CalibrationOptions& options,
+                                std::optional<CondensedRecording>& condensed) {
+  condensed.reset();
+  return calibrate_anyhow({&recording}, options, &condensed);
 }
 
 }  // namespace magimu

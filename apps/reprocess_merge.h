@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// From results to devices, tables and pages. Devices are read one after the other, so that memory
+// holds the summaries of one device only.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "archive/fleet.h"
+
+namespace magimu::apps {
+
+// rows: path, device, place, date and result (or status and reason) are filled in. Writes
+// devices/NAME.json and .html, recordings.csv, devices.csv, changes.csv, archive.sqlite and
+// index.html in the folder.
+std::vector<FleetDevice> merge_archive(std::vector<FleetRecording>& rows, const std::string& folder,
+                                       bool quiet);
+
+}  // namespace magimu::apps

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One recording of an archive in a process of its own: whatever it does, crash, hang or eat all
+// memory, the others go on, and there is a row about it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace magimu::apps {
+
+struct ReprocessTask {
+  std::string path, shown;           // of the recording
+  std::vector<std::string> options;  // of the recording
+  std::string name;                  // of the result
+  std::string result;                // path of the result file
+};
+
+struct ReprocessLimits {
+  int jobs = 1;             // at the same time
+  int threads = 1;          // of each
+  double seconds = 3600.0;  // of each
+  double megabytes = 0.0;   // address space of each; 0: no limit
+  std::string version;
+  bool quiet = false;
+};
+
+struct ReprocessRun {
+  std::size_t done = 0;
+  // Killed from outside, twice: no result, and no verdict about the recording either.
+  std::vector<std::string> unfinished;
+  std::string cannot_write;  // why no result can be written; then the run ended early
+};
+
+// Works through the tasks. Nothing in this process may have started threads before.
+ReprocessRun run_tasks(const std::vector<ReprocessTask>& tasks, const ReprocessLimits& limits);
+
+}  // namespace magimu::apps

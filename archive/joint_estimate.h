@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One device's parameters from the summaries of its recordings, without their samples. Summaries
+// add up: their triangles are stacked and reduced by reflections, in a tree over the sorted names
+// of the results, so that the sum has the same bits in whatever order they were made.
+//
+// The field's strength cannot be told from D's scale. Recordings at one place share it; each
+// further place has a factor of its own, D (1 + c), c known beforehand to half (the Earth's field
+// has 22 to 67 uT).
+//
+// Covariance: with A_r the information of recording r and V_r its robust covariance (from the
+// scatter of blocks of seconds within it),
+//
+//   V = A^-1 (sum_r A_r V_r A_r) A^-1,   A = sum_r A_r
+//
+// which is the sandwich over all blocks of all recordings. It does not see what differs between
+// recordings and not within them; device.h widens it by that.
+#pragma once
+
+#include "archive/recording_summary.h"
+
+namespace magimu {
+
+// The shared parameters of several recordings, and how each recording measures them.
+struct SharedParameters {
+  std::vector<std::string> order;  // then one "places[NAME].strength" for each place but the first
+  VectorXd anchor;                 // what all coordinates are relative to
+  std::size_t parameters = 0;      // without places
+  std::vector<MatrixXd> R;         // one a recording: |R (x - anchor) + d|^2
+  std::vector<VectorXd> d;
+  std::vector<MatrixXd> embed;  // own coordinates = embed (x - anchor) + shift
+  std::vector<VectorXd> shift;
+  VectorXd prior_mean, prior_sigma;  // sigma 0: none
+};
+
+// Recordings in the order of their names (sorted here); they must have the same magnetometers.
+SharedParameters share(const std::vector<RecordingSummary>& sorted);
+
+struct JointEstimate {
+  std::vector<std::string> order;
+  VectorXd value;
+  MatrixXd covariance, covariance_model;  // undetermined directions count as zero
+  bool determined = true;
+};
+
+JointEstimate joint_estimate(const std::vector<RecordingSummary>& sorted,
+                             const SharedParameters& shared);
+
+}  // namespace magimu

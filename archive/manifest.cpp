@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "archive/manifest.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "recording/error.h"
+#include "recording/phone_folder.h"
+#include "recording/quoted_text.h"
+#include "recording/read_file.h"
+
+namespace magimu {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kColumns[] = {"path", "device", "place", "date", "options"};
+
+// Rows of a CSV table (RFC 4180), each with the line on which it begins.
+struct TableRow {
+  long line = 1;
+  std::vector<std::string> fields{""};
+};
+
+std::vector<TableRow> rows_of(const std::string& text, const std::string& file) {
+  std::vector<TableRow> out{{}};
+  long line = 1;
+  bool quoted = false;
+  std::size_t i = text.starts_with("\xEF\xBB\xBF") ? 3 : 0;
+  for (; i < text.size(); ++i) {
+    const char c = text[i];
+    std::string& field = out.back().fields.back();
+    if (quoted && c == '"' && i + 1 < text.size() && text[i + 1] == '"') {
+      field.push_back(text[++i]);
+    } else if (c == '"' && (quoted || field.empty())) {
+      quoted = !quoted;
+    } else if (quoted || (c != ',' && c != '\n' && c != '\r')) {
+      field.push_back(c);
+    } else if (c == ',') {
+      out.back().fields.emplace_back();
+    } else if (c == '\n') {
+      out.push_back({line + 1, {""}});
+    }
+    if (c == '\n') ++line;
+  }
+  if (quoted) {
+    throw InputError(file, out.back().line, 0, "a quote is opened and never closed",
+                     "close it, or double quotes that are meant literally");
+  }
+  std::erase_if(out, [](const TableRow& r) {
+    return r.fields.size() == 1 && (r.fields[0].empty() || r.fields[0].starts_with("#"));
+  });
+  return out;
+}
+
+std::string trimmed(std::string text) {
+  const auto begin = text.find_first_not_of(" \t"), end = text.find_last_not_of(" \t");
+  return begin == std::string::npos ? "" : text.substr(begin, end - begin + 1);
+}
+
+// Which of kColumns each column of the file is.
+std::vector<int> columns_of(const TableRow& head, const std::string& file) {
+  std::vector<int> out;
+  std::set<int> seen;
+  for (std::size_t i = 0; i < head.fields.size(); ++i) {
+    const std::string name = trimmed(head.fields[i]);
+    const auto* found = std::ranges::find(kColumns, name);
+    if (found == std::end(kColumns)) {
+      throw InputError(file, head.line, long(i) + 1,
+                       fmt::format("there is no column {} in a manifest", quoted_text(name)),
+                       "the first line names the columns: path,device,place,date,options");
+    }
+    out.push_back(int(found - kColumns));
+    if (!seen.insert(out.back()).second) {
+      throw InputError(file, head.line, long(i) + 1, "column " + name + " occurs twice",
+                       "leave one of them out");
+    }
+  }
+  if (!seen.contains(0)) {
+    throw InputError(file, head.line, 0, "a manifest needs a column path",
+                     "the first line names the columns: path,device,place,date,options");
+  }
+  return out;
+}
+
+std::string stem_of(const std::string& shown) { return fs::path(shown).stem().string(); }
+
+// "board7-03.csv" -> "board7"; "imu_12.csv" -> "imu".
+std::string name_before_number(const std::string& shown) {
+  const std::string stem = stem_of(shown);
+  const auto dash = stem.find('-');
+  if (dash != std::string::npos && dash > 0) return stem.substr(0, dash);
+  const auto last = stem.find_last_not_of("0123456789");
+  if (last == std::string::npos || last + 1 == stem.size()) return stem;
+  const auto end = stem.find_last_not_of("_. ", last);
+  return end == std::string::npos ? stem : stem.substr(0, end + 1);
+}
+
+void find_devices(std::vector<ManifestEntry>& entries) {
+  std::map<std::string, std::set<std::string>> folders;  // of each file name
+  bool nested = !entries.empty();
+  for (const ManifestEntry& e : entries) {
+    const fs::path path(e.shown);
+    folders[path.filename().string()].insert(path.parent_path().string());
+    nested &= path.has_parent_path();
+  }
+  const bool sessions = !folders.empty() && std::ranges::all_of(folders, [](const auto& f) {
+    return f.second.size() > 1;
+  });
+  for (ManifestEntry& e : entries) {
+    e.device = sessions ? stem_of(e.shown)
+               : nested ? fs::path(e.shown).begin()->string()
+                        : name_before_number(e.shown);
+  }
+}
+
+}  // namespace
+
+std::vector<ManifestEntry> read_manifest(const std::string& path) {
+  const std::vector<TableRow> rows = rows_of(read_file(path), path);
+  if (rows.empty()) {
+    throw InputError(path, 0, 0, "the manifest is empty",
+                     "its first line names the columns: path,device,place,date,options");
+  }
+  const std::vector<int> columns = columns_of(rows.front(), path);
+  const fs::path folder = fs::path(path).parent_path();
+  std::vector<ManifestEntry> out;
+  for (std::size_t r = 1; r < rows.size(); ++r) {
+    ManifestEntry e;
+    if (rows[r].fields.size() != columns.size()) {
+      e.unreadable_row = true;
+      e.problem = fmt::format("line {} of the manifest has {} fields, its first line {}",
+                              rows[r].line, rows[r].fields.size(), columns.size());
+    }
+    for (std::size_t i = 0; i < std::min(columns.size(), rows[r].fields.size()); ++i) {
+      std::string* const to[] = {&e.shown, &e.device, &e.place, &e.date, &e.options};
+      *to[columns[i]] = trimmed(rows[r].fields[i]);
+    }
+    if (e.shown.empty() && !e.unreadable_row) {
+      e.unreadable_row = true;
+      e.problem = fmt::format("line {} of the manifest names no path", rows[r].line);
+    }
+    if (!e.date.empty() && !days_of(e.date) && !e.unreadable_row) {
+      e.unreadable_row = true;
+      e.problem = fmt::format(
+          "line {} of the manifest: {} is no date (write 2024-05-03 or "
+          "2024-05-03T14:07:30)",
+          rows[r].line, quoted_text(e.date));
+    }
+    e.path = (folder / e.shown).string();
+    if (e.device.empty()) e.device = name_before_number(e.shown);
+    out.push_back(std::move(e));
+  }
+  return out;
+}
+
+std::vector<ManifestEntry> manifest_of_folder(const std::string& path) {
+  std::vector<ManifestEntry> out;
+  std::error_code error;
+  const auto add = [&](const fs::path& file) {
+    ManifestEntry e;
+    e.path = file.string();
+    e.shown = file.lexically_relative(path).string();
+    out.push_back(std::move(e));
+  };
+  const auto options = fs::directory_options::skip_permission_denied |
+                       fs::directory_options::follow_directory_symlink;
+  for (fs::recursive_directory_iterator it(path, options, error), end; !error && it != end;
+       it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    const bool folder = it->is_directory(error);
+    if (name.starts_with(".")) {
+      if (folder) it.disable_recursion_pending();
+    } else if (folder && is_phone_folder(it->path().string())) {
+      it.disable_recursion_pending();
+      add(it->path());
+    } else if (!folder) {
+      add(it->path());
+    }
+    if (it.depth() > 64) it.disable_recursion_pending();  // a link to a folder above
+  }
+  if (error) {
+    throw InputError(path, 0, 0, "the folder cannot be read: " + error.message(),
+                     "look at its permissions");
+  }
+  std::ranges::sort(out, {}, &ManifestEntry::shown);
+  find_devices(out);
+  return out;
+}
+
+std::vector<ManifestEntry> manifest_of(const std::string& path) {
+  std::error_code error;
+  return fs::is_directory(path, error) ? manifest_of_folder(path) : read_manifest(path);
+}
+
+std::optional<std::vector<std::string>> split_words(const std::string& text) {
+  std::vector<std::string> out;
+  char quote = 0;
+  bool within = false;
+  for (const char c : text) {
+    if (quote != 0 && c == quote) {
+      quote = 0;
+    } else if (quote == 0 && (c == '"' || c == '\'')) {
+      quote = c;
+      if (!within) out.emplace_back();
+      within = true;
+    } else if (quote == 0 && (c == ' ' || c == '\t')) {
+      within = false;
+    } else {
+      if (!within) out.emplace_back();
+      within = true;
+      out.back().push_back(c);
+    }
+  }
+  if (quote != 0) return std::nullopt;
+  return out;
+}
+
+std::optional<double> days_of(const std::string& date) {
+  int y = 0, m = 0, d = 0, hours = 0, minutes = 0, used = 0;
+  double seconds = 0.0;
+  if (std::sscanf(date.c_str(), "%4d-%2d-%2d%n", &y, &m, &d, &used) != 3) return std::nullopt;
+  const char* rest = date.c_str() + used;
+  if (*rest == 'T' || *rest == ' ') {
+    if (std::sscanf(rest + 1, "%2d:%2d%n", &hours, &minutes, &used) != 2) return std::nullopt;
+    rest += 1 + used;
+    if (*rest == ':') {
+      if (std::sscanf(rest + 1, "%lf%n", &seconds, &used) != 1) return std::nullopt;
+      rest += 1 + used;
+    }
+    if (*rest == 'Z') ++rest;
+  }
+  using namespace std::chrono;
+  const year_month_day day{year(y), month(unsigned(m)), std::chrono::day(unsigned(d))};
+  if (*rest != '\0' || !day.ok() || hours > 23 || minutes > 59 || seconds >= 61.0) {
+    return std::nullopt;
+  }
+  return double(sys_days(day).time_since_epoch().count()) + (hours * 60.0 + minutes) / 1440.0 +
+         seconds / 86400.0;
+}
+
+}  // namespace magimu

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bench/archive_devices.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <chrono>
+#include <numeric>
+
+#include "calibration/condensed_recording.h"
+#include "sim/random.h"
+
+namespace magimu {
+namespace {
+
+CalibrationOptions archive_options() {
+  CalibrationOptions out;
+  out.gravity = kPaperGravity;
+  out.motion = MotionModel::kRotation;
+  return out;
+}
+
+DeviceRecording calibrated_recording(const Recording& recording, const std::string& name) {
+  DeviceRecording out;
+  out.name = out.shown = name;
+  out.calibration = calibrate_condensed(recording, archive_options(), out.condensed);
+  for (const Check& c : out.calibration.checks) {
+    if (c.name == "halves" && c.status != CheckStatus::kOk) out.widened = std::max(1.0, c.value);
+  }
+  return out;
+}
+
+double seconds_of(const std::function<void()>& work) {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+VectorXd truth_vector(const std::vector<std::string>& order, const SensorParameters& p,
+                      double dip_deg) {
+  VectorXd out(Eigen::Index(order.size()));
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::string& name = order[i];
+    const auto index = [&](std::size_t from_end) {
+      return Eigen::Index(name[name.size() - from_end] - '0');
+    };
+    double& x = out[Eigen::Index(i)];
+    if (name.starts_with("accelerometer"))
+      x = p.acc_bias[index(2)];
+    else if (name.starts_with("gyroscope"))
+      x = p.gyr_bias[index(2)];
+    else if (name == "field.dip_deg")
+      x = dip_deg;
+    else if (name.find("distortion") != std::string::npos)
+      x = p.mag[0].distortion(index(5), index(2));
+    else
+      x = p.mag[0].bias[index(2)];
+  }
+  return out;
+}
+
+}  // namespace
+
+Simulation archive_recording(const SensorParameters& device, std::uint64_t seed) {
+  SimulationOptions sim;
+  sim.motion = SimulatedMotion::kHand;
+  sim.seed = seed;
+  sim.rate_hz = 40.0;
+  sim.duration_s = 60.0;
+  return simulate_device(sim, device);
+}
+
+NeesReport device_nees(int devices, int recordings) {
+  NeesReport out;
+  for (int d = 0; d < devices; ++d) {
+    const SensorParameters device = draw_parameters(std::uint64_t(1000 + d), 1);
+    std::vector<DeviceRecording> all;
+    double dip = 0.0;
+    for (int r = 0; r < recordings; ++r) {
+      const Simulation s = archive_recording(device, std::uint64_t(10000 + 100 * d + r));
+      dip = s.truth.parameters.dip_rad / kDegree;
+      out.condensed_s += seconds_of(
+          [&] { all.push_back(calibrated_recording(s.recording, fmt::format("{:03}", r))); });
+      if (d == 0) out.calibrate_s += seconds_of([&] { calibrate(s.recording, archive_options()); });
+    }
+    if (d == 0) out.calibrate_s *= devices;
+    const Device made = make_device("d", std::move(all));
+    out.flagged += !made.history.changes.empty();
+    if (!made.calibration || made.calibration->order.size() != 19) continue;
+    const Calibration& c = *made.calibration;
+    const VectorXd error = truth_vector(c.order, c.parameters, c.parameters.dip_rad / kDegree) -
+                           truth_vector(c.order, device, dip);
+    out.nees.push_back(error.dot(c.covariance.llt().solve(error)) / 19.0);
+  }
+  return out;
+}
+
+std::string NeesReport::text() const {
+  const double mean = std::accumulate(nees.begin(), nees.end(), 0.0) / double(nees.size());
+  return fmt::format(
+      "NEES/19 of {} devices: {:.3f} (0.87 to 1.14 is asked); {} flagged without cause; {:.2f} "
+      "times the cost of calibrate\n",
+      nees.size(), mean, flagged, condensed_s / calibrate_s);
+}
+
+ChangesReport device_changes(int devices, int recordings, double sigmas, bool drift) {
+  // Ten real summaries serve as what recordings know; optima are drawn about each device's truth.
+  static const std::vector<DeviceRecording> known = [] {
+    std::vector<DeviceRecording> all;
+    for (std::uint64_t i = 0; i < 10; ++i) {
+      const Simulation s = archive_recording(draw_parameters(77, 1), 500 + i);
+      all.push_back(calibrated_recording(s.recording, "r"));
+    }
+    return all;
+  }();
+  const SensorParameters truth = draw_parameters(77, 1);
+  ChangesReport out;
+  out.devices = devices;
+  for (int d = 0; d < devices; ++d) {
+    RandomStream random(std::uint64_t(d) + (drift ? 5000 : 0), RandomPurpose::kEffectSize,
+                        std::uint64_t(sigmas * 16));
+    const bool changes = d % 2 == 0;
+    const int at = 1 + random.index(recordings - 1);
+    const Vector3 direction = random.normal3().normalized();
+    std::vector<DeviceRecording> all;
+    for (int r = 0; r < recordings; ++r) {
+      DeviceRecording own = known[std::size_t(random.index(int(known.size())))];
+      CondensedRecording& c = *own.condensed;
+      VectorXd x = truth_vector(c.order, truth, own.calibration.parameters.dip_rad / kDegree);
+      const MatrixXd V = (c.R.transpose() * c.R).inverse();
+      if (changes && !drift && r >= at) {
+        const double sigma = std::sqrt(direction.dot(V.block<3, 3>(15, 15) * direction));
+        x.segment<3>(15) += sigmas * sigma * direction;
+      }
+      if (changes && drift) {
+        const VectorXd D = x.segment<9>(6);
+        const double sigma = 1.0 / std::sqrt(D.dot(V.block<9, 9>(6, 6).llt().solve(D)));
+        x.segment<9>(6) += sigmas * sigma * (double(r) / (recordings - 1) - 0.5) * D;
+      }
+      // |R (u - x) + e|^2 with e white: an optimum drawn about x.
+      VectorXd e(x.size());
+      for (double& v : e) v = random.normal();
+      c.d = c.R * (c.at - x) + e;
+      own.name = own.shown = fmt::format("{:03}", r);
+      own.calibration.undetermined.clear();
+      all.push_back(std::move(own));
+    }
+    const Device device = make_device("d", std::move(all));
+    const auto& found = device.history.changes;
+    if (!changes) {
+      out.false_alarms += !found.empty();
+      continue;
+    }
+    ++out.changed;
+    out.named_step += std::ranges::any_of(found, [&](const FoundChange& f) {
+      const std::string& group = device.groups[f.change.group].name;
+      return drift ? f.change.kind != ChangeKind::kStep && group.find("distortion") != group.npos
+                   : f.change.kind == ChangeKind::kStep && group.ends_with("].bias");
+    });
+    out.dated += std::ranges::any_of(found, [&](const FoundChange& f) {
+      return f.change.kind == ChangeKind::kStep && int(f.change.at) == at;
+    });
+  }
+  return out;
+}
+
+}  // namespace magimu

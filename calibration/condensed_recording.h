@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// All that a recording says of its device's parameters, in a few hundred numbers: the trajectory is
+// eliminated at the optimum, and what is left is a quadratic in the parameters,
+//
+//   squares of all whitened residuals at their best = |R (x - at) + d|^2 + squares
+//
+// Recordings of one device add up in this form without their samples, in other processes and on
+// other machines (archive/joint_estimate.h). Priors are not part of it: they count once a device.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/calibrate.h"
+#include "calibration/optimum.h"
+
+namespace magimu {
+
+struct CondensedRecording {
+  // Names and units as in Calibration::order; the dip of this recording is among them.
+  std::vector<std::string> order;
+  VectorXd at;  // where everything was linearized
+  MatrixXd R;   // upper triangular; rows of what the motion does not tell are zero
+  VectorXd d;
+  double squares = 0.0;
+  int rows = 0;         // residuals
+  MatrixXd covariance;  // robust (uncertainty.h), of the optimum
+  // Of each parameter as the fit had it: mean and standard deviation; 0: none.
+  VectorXd prior_mean, prior_sigma;
+};
+
+// stage: fitted to one recording (or its parts). covariance: robust, in the order of
+// parameter_names().
+CondensedRecording condense_optimum(const Optimum& optimum, int magnetometers,
+                                    const MatrixXd& covariance);
+
+// calibrate() of one recording, with that of its last fit; nothing where there was no fit.
+Calibration calibrate_condensed(const Recording& recording, const CalibrationOptions& options,
+                                std::optional<CondensedRecording>& condensed);
+
+// The same recording condensed elsewhere: its trajectory (and dip) at their best for these
+// parameters. Needed where the quadratic of its own optimum is too far away from the device's joint
+// estimate to hold there. own: the calibration of this recording alone, whose noise, motion model
+// and nodes are kept. x: in the order of `before`, whose covariance is kept, too.
+// NumericalError, InputError as calibrate().
+CondensedRecording condense_at(const Recording& recording, const CalibrationOptions& options,
+                               const Calibration& own, const CondensedRecording& before,
+                               const VectorXd& x);
+
+// Upper triangular R with R'R = information and d with R'd = -score, by eigenvalues of the
+// information in scaled columns: below 1e-13 of the largest they are rounding, and left out.
+void triangle_of(const MatrixXd& information, const VectorXd& score, MatrixXd& R, VectorXd& d);
+
+}  // namespace magimu

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// `magimu reprocess` as a lab meets it: files of all kinds, crashes, full disks, a second run.
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+
+#include "tests/apps/child.h"
+#include "tests/apps/program.h"
+
+namespace magimu {
+namespace {
+
+using test::Outcome;
+using test::Program;
+using testing::HasSubstr;
+
+// Two recordings of one simulated board that differ in noise and motion only by where they are cut.
+void simulate_board(const Program& magimu, const std::string& folder) {
+  std::filesystem::create_directory(magimu.folder().path(folder));
+  const Outcome made = magimu("simulate -o whole.csv --motion hand --rate 20 --seed 4 -q");
+  ASSERT_EQ(made.exit_code, kDone) << made.err;
+  const std::string text = magimu.text("whole.csv");
+  const std::string head = text.substr(0, text.find('\n') + 1);
+  const std::size_t middle = text.find('\n', text.size() / 2) + 1;
+  magimu.folder().write(folder + "/b1-1.csv", text.substr(0, middle));
+  magimu.folder().write(folder + "/b1-2.csv", head + text.substr(middle));
+}
+
+std::size_t results_in(const Program& magimu, const std::string& out) {
+  std::size_t n = 0;
+  for (const auto& file :
+       std::filesystem::directory_iterator(magimu.folder().path(out + "/results"))) {
+    n += file.path().extension() == ".json";
+  }
+  return n;
+}
+
+// Results without what may differ between runs.
+std::map<std::string, std::string> plain_results(const Program& magimu, const std::string& out) {
+  std::map<std::string, std::string> all;
+  for (const auto& file :
+       std::filesystem::directory_iterator(magimu.folder().path(out + "/results"))) {
+    auto json = nlohmann::json::parse(test::content_of(file.path().string()));
+    json.erase("provenance");
+    if (json["calibration"].is_object()) json["calibration"]["fit"].erase("seconds");
+    all[file.path().filename().string()] = json.dump();
+  }
+  return all;
+}
+
+TEST(Reprocess, gives_each_file_a_result_or_a_reason_and_each_device_a_calibration) {
+  const Program magimu;
+  simulate_board(magimu, "in");
+  magimu.folder().write("in/b2-1.csv", "this is no recording\n");
+  magimu.folder().write("in/b2-2.csv", "");
+  const Outcome run = magimu("reprocess in -o out --options '--gravity 9.8'");
+  ASSERT_EQ(run.exit_code, kDone) << run.err;
+  EXPECT_EQ(results_in(magimu, "out"), 4u);
+  const std::string rows = magimu.text("out/recordings.csv");
+  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 5);
+  EXPECT_THAT(rows, HasSubstr("b1-1.csv,b1,,,calibrated,"));
+  EXPECT_THAT(rows, HasSubstr("b2-2.csv,b2,,,refused,"));
+  const auto device = magimu.json("out/devices/b1.json");
+  EXPECT_EQ(device["format"], "magimu-calibration/1");
+  EXPECT_EQ(device["recordings"].size(), 2u);
+  EXPECT_EQ(device["covariance"]["order"].size(), 19u);
+  EXPECT_THAT(magimu.text("out/index.html"), HasSubstr("devices/b1.html"));
+  EXPECT_EQ(magimu.text("out/archive.sqlite").substr(0, 15), "SQLite format 3");
+  // The device's file serves every command.
+  EXPECT_EQ(magimu("apply out/devices/b1.json in/b1-1.csv -o cal.csv").exit_code, kDone);
+
+  // A second run does nothing; another thread count gives the same bytes.
+  const auto before = plain_results(magimu, "out");
+  const Outcome again = magimu("reprocess in -o out --options '--gravity 9.8'");
+  EXPECT_EQ(again.exit_code, kDone);
+  EXPECT_THAT(again.out, HasSubstr("Nothing to do"));
+  ASSERT_EQ(magimu("reprocess in -o out2 --options '--gravity 9.8' -j 1 --threads 2").exit_code,
+            kDone);
+  EXPECT_EQ(plain_results(magimu, "out2"), before);
+  EXPECT_EQ(magimu.text("out2/recordings.csv"), rows);
+  EXPECT_EQ(magimu.text("out2/devices/b1.json"), magimu.text("out/devices/b1.json"));
+
+  // So do shards, in the wrong order, and a merge.
+  for (const char* shard : {"2/2", "1/2"}) {
+    const Outcome part =
+        magimu(std::string("reprocess in -o out3 --options '--gravity 9.8' --shard ") + shard);
+    EXPECT_EQ(part.exit_code, kDone) << part.err;
+  }
+  ASSERT_EQ(magimu("reprocess in -o out3 --options '--gravity 9.8' --merge").exit_code, kDone);
+  EXPECT_EQ(magimu.text("out3/recordings.csv"), rows);
+  EXPECT_EQ(plain_results(magimu, "out3"), before);
+}
+
+TEST(Reprocess, a_recording_that_takes_too_long_or_too_much_memory_is_a_row) {
+  const Program magimu;
+  simulate_board(magimu, "in");
+  ASSERT_EQ(magimu("reprocess in -o late --time-limit 0.01").exit_code, kDone);
+  EXPECT_THAT(magimu.text("late/recordings.csv"), HasSubstr(",too_long,"));
+#ifndef __SANITIZE_ADDRESS__
+  ASSERT_EQ(magimu("reprocess in -o large --memory-limit 60").exit_code, kDone);
+  EXPECT_THAT(magimu.text("large/recordings.csv"), testing::Not(HasSubstr(",calibrated,")));
+#endif
+}
+
+TEST(Reprocess, goes_on_after_kill_9) {
+  const Program magimu;
+  simulate_board(magimu, "in");
+  {
+    test::Child child(magimu.folder(), {"reprocess", "in", "-o", "out", "-j", "1"});
+    for (int i = 0; i < 2000 && !magimu.has("out/results"); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    child.kill(SIGKILL);
+    child.wait();
+  }
+  EXPECT_LT(results_in(magimu, "out"), 2u);
+  ASSERT_EQ(magimu("reprocess in -o out").exit_code, kDone);
+  EXPECT_EQ(results_in(magimu, "out"), 2u);
+}
+
+TEST(Reprocess, ends_where_results_cannot_be_written_and_loses_nothing) {
+  if (::access("/dev/full", W_OK) != 0 || ::geteuid() == 0) {
+    // Root writes anywhere: the limit of a file's size stands for the full disk.
+    const Program magimu;
+    simulate_board(magimu, "in");
+    const Outcome full = [&] {
+      const std::string command = "cd '" + magimu.folder().path("") + "' && (ulimit -f 8; '" +
+                                  std::string(MAGIMU_BINARY) +
+                                  "' reprocess in -o out -j 1 >.o 2>.e </dev/null)";
+      Outcome out;
+      const int status = std::system(command.c_str());
+      if (WIFEXITED(status)) out.exit_code = WEXITSTATUS(status);
+      out.err = magimu.text(".e");
+      return out;
+    }();
+    EXPECT_EQ(full.exit_code, kUnusable) << full.err;
+    EXPECT_EQ(results_in(magimu, "out"), 0u);
+    ASSERT_EQ(magimu("reprocess in -o out").exit_code, kDone);
+    EXPECT_EQ(results_in(magimu, "out"), 2u);
+  }
+}
+
+TEST(Reprocess, wrong_usage_says_what_is_wrong) {
+  const Program magimu;
+  EXPECT_EQ(magimu("reprocess nowhere -o out").exit_code, kUnusable);
+  magimu.folder().write("m.csv", "path,options\na.csv,--unit gyr=furlong\nmissing.csv,\n");
+  magimu.folder().write("a.csv", "x\n");
+  EXPECT_EQ(magimu("reprocess m.csv -o out --shard 3/2").exit_code, kUnusable);
+  EXPECT_EQ(magimu("reprocess m.csv -o out --options '--nonsense'").exit_code, kUnusable);
+  const Outcome run = magimu("reprocess m.csv -o out");
+  EXPECT_EQ(run.exit_code, kDone) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("furlong"));
+  EXPECT_THAT(run.out, HasSubstr("missing.csv (missing)"));
+}
+
+}  // namespace
+}  // namespace magimu

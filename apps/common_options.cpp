@@ -21,7 +21,7 @@ MotionModel RecordingOptions::motion_model() const {
 }
 
 void add_recording_options(CLI::App& cmd, RecordingOptions& options) {
-  cmd.add_option("recordings", options.recordings, "CSV, or HDF5 or MATLAB files of the BROAD set")
+  cmd.add_option("recordings", options.recordings, "CSV, logs of ROS, PX4 or ArduPilot, phone folders, zip, MATLAB, HDF5, numpy")
       ->required()
       ->type_name("REC");
   add_model_options(cmd, options);
@@ -57,11 +57,7 @@ void add_output_options(CLI::App& cmd, RecordingOptions& options, const std::str
 }
 
 std::vector<Recording> read_recordings(const RecordingOptions& options) {
-  std::vector<Recording> out;
-  for (const std::string& path : options.recordings) {
-    out.push_back(read_with(path, options, options.quiet));
-  }
-  return out;
+  return read_all_with(options.recordings, options, options.quiet);
 }
 
 std::vector<std::string> words_of(int argc, char** argv) {

@@ -61,6 +61,8 @@ CsvOptions ReadingOptions::csv() const {
     set_unit(out, quantity, name);
   }
   if (rate_hz > 0.0) out.rate_hz = rate_hz;
+  out.header = columns;
+  out.sensors = sensors;
   return out;
 }
 
@@ -99,10 +101,19 @@ void add_column_options(CLI::App& cmd, ReadingOptions& options) {
                  "CSV without times, or with a counter of samples in their place: times are k / HZ")
       ->type_name("HZ")
       ->check(CLI::Range(1e-3, 1e6));
+  cmd.add_option("--columns", options.columns,
+                 "text without a header: the names of its columns, - for one to be ignored")
+      ->type_name("t,acc_x,...");
 }
 
 void add_reading_options(CLI::App& cmd, ReadingOptions& options) {
   add_column_options(cmd, options);
+  cmd.add_option("--sensor", options.sensors,
+                 "a log with several sensors: which to read, as info names them, such as\n"
+                 "mag=/imu/mag or sensor_mag[1] (several magnetometers: repeat)")
+      ->type_name("[KIND=]NAME")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   cmd.add_option("--gyro-interval", options.gyro_interval,
                  "a gyroscope sample is the mean rate over the interval that begins at its time\n"
                  "(forward), has it in the middle (centred) or ends there (backward)")
@@ -110,8 +121,10 @@ void add_reading_options(CLI::App& cmd, ReadingOptions& options) {
       ->check(CLI::IsMember({"forward", "centred", "backward"}));
 }
 
-Recording read_with(const std::string& path, const ReadingOptions& options, bool quiet) {
-  Recording out = read_recording(path, options.csv());
+namespace {
+
+void finish_reading(Recording& out, const std::string& path, const ReadingOptions& options,
+                    bool quiet) {
   for (const auto& [sensor, axes] : options.turns()) {
     try {
       turn_axes(out, sensor, axes);
@@ -127,6 +140,20 @@ Recording read_with(const std::string& path, const ReadingOptions& options, bool
   for (std::size_t i = 0; i < out.notes.size() && !quiet; ++i) {
     fmt::print(stderr, "{}: {}\n", out.name, out.notes[i]);
   }
+}
+
+}  // namespace
+
+Recording read_with(const std::string& path, const ReadingOptions& options, bool quiet) {
+  Recording out = read_recording(path, options.csv());
+  finish_reading(out, path, options, quiet);
+  return out;
+}
+
+std::vector<Recording> read_all_with(const std::vector<std::string>& paths,
+                                     const ReadingOptions& options, bool quiet) {
+  std::vector<Recording> out = magimu::read_recordings(paths, options.csv());
+  for (Recording& recording : out) finish_reading(recording, recording.name, options, quiet);
   return out;
 }
 

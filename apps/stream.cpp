@@ -71,6 +71,7 @@ void prepare(StreamArguments& args) {
   s.address = parse_stream_address(args.source);
   s.lines.midway = s.address.is_live();
   s.lines.csv = args.csv();
+  s.lines.columns = args.columns;
   s.lines.recognise_times = true;
   s.axes = args.turns();
   s.keep_for_report = !args.report.empty();
@@ -195,9 +196,6 @@ void add_stream(CLI::App& app, int& exit_code) {
   cmd->add_flag("--until-converged", s.until_converged, "end when the target is met");
   cmd->add_flag("--follow", s.source.follow,
                 "a file: wait for more at its end; a FIFO: for the next writer");
-  cmd->add_option("--columns", s.lines.columns,
-                  "the header line of a source that sends none: t,acc_x,acc_y,...")
-      ->type_name("LINE");
   cmd->add_option("--timeout", s.timeout_s, "report a source that is silent for so long")
       ->capture_default_str()
       ->check(CLI::PositiveNumber)

@@ -27,7 +27,8 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/magimuConfig.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/magimu)
 
 # The libraries are static: whoever links them links what they need.
-foreach(library ${HDF5_C_LIBRARIES} ${ZLIB_LIBRARIES})
+foreach(library ${HDF5_C_LIBRARIES} ${ZLIB_LIBRARIES} ${BZ2_LIBRARY} ${SQLITE3_LIBRARY} ${LZ4_LIBRARY}
+                ${ZSTD_LIBRARY})
   string(APPEND magimu_pc_libraries " ${library}")
 endforeach()
 if(MAGIMU_WITH_SUITESPARSE)
@@ -59,6 +60,6 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS
-    "libeigen3-dev, libtbb-dev, libfmt-dev, nlohmann-json3-dev, libhdf5-dev, libsuitesparse-dev")
+    "libeigen3-dev, libtbb-dev, libfmt-dev, nlohmann-json3-dev, libhdf5-dev, libsuitesparse-dev, libbz2-dev, liblz4-dev, libzstd-dev, libsqlite3-dev")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 include(CPack)

@@ -8,6 +8,7 @@
 
 #include "recording/broad_fields.h"
 #include "recording/error.h"
+#include "recording/files/arrays.h"
 #include "recording/quoted_text.h"
 
 namespace magimu {
@@ -55,6 +56,22 @@ class Samples {
 
 bool has(const BroadFile& file, const std::string& name) {
   return std::ranges::find(file.names, name) != file.names.end();
+}
+
+bool is_broad(const BroadFile& file) {
+  return has(file, "imu_acc") || has(file, "imu_gyr") || has(file, "imu_mag");
+}
+
+// Options for CSV would go unheard.
+void refuse_options(const std::string& path, const CsvOptions& options) {
+  if (options.columns.empty() && !options.time_unit && !options.acc_unit && !options.gyr_unit &&
+      !options.mag_unit && !options.rate_hz) {
+    return;
+  }
+  throw InputError(path, 0, 0,
+                   "this is an HDF5 or MAT file of the BROAD data set, whose names and units are "
+                   "fixed (m/s^2, rad/s, uT)",
+                   "give no mapping of columns (--map), no units (--unit) and no --rate with it");
 }
 
 void check_fields(const BroadFile& file) {
@@ -139,7 +156,9 @@ MotionTruth read_truth(const BroadFile& file, const std::vector<double>& t) {
 
 }  // namespace
 
-Recording recording_from_broad(const BroadFile& file) {
+Recording recording_from_broad(const BroadFile& file, const CsvOptions& options) {
+  if (!is_broad(file)) return recording_from_arrays(file, options);
+  refuse_options(file.path, options);
   check_fields(file);
   const double rate_hz = sampling_rate(file);
   const Samples acc(file, "imu_acc", 3);

@@ -16,13 +16,14 @@
 
 #include <string>
 
-#include "recording/recording.h"
+#include "recording/csv.h"
 
 namespace magimu {
 
 // Both throw InputError: no such file, another or a damaged format, missing or misshapen fields.
 // They may be called from several threads; the HDF5 library then serves one after the other.
-Recording read_hdf5(const std::string& path);
-Recording read_mat(const std::string& path);  // versions 5 to 7.3; the latter are HDF5 inside
+// Other files of named arrays are read by files/arrays.h, with these options.
+Recording read_hdf5(const std::string& path, const CsvOptions& options = {});
+Recording read_mat(const std::string& path, const CsvOptions& options = {});  // versions 5 to 7.3; the latter are HDF5 inside
 
 }  // namespace magimu

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "recording/recording.h"
+#include "recording/csv.h"
 
 namespace magimu {
 
@@ -25,7 +25,7 @@ struct BroadFile {
 };
 
 // InputError if a needed field is missing or has the wrong shape.
-Recording recording_from_broad(const BroadFile& file);
+Recording recording_from_broad(const BroadFile& file, const CsvOptions& options);
 
 // How many numbers a file of its size may hold, all its fields together. Arrays of measured numbers
 // pack to about half; a file that claims far more than that is damaged, or made to fill all memory.

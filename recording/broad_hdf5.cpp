@@ -41,7 +41,7 @@ class SilentHdf5 {
 
 // Both are called by the C library, through which no exception may pass.
 herr_t collect_link(hid_t, const char* name, const H5L_info_t*, void* names) noexcept {
-  static_cast<std::vector<std::string>*>(names)->emplace_back(name);
+  if (name[0] != '#') static_cast<std::vector<std::string>*>(names)->emplace_back(name);
   return 0;
 }
 herr_t collect_attribute(hid_t, const char* name, const H5A_info_t*, void* names) noexcept {
@@ -142,7 +142,7 @@ BroadField read_attribute(const std::string& path, hid_t file, const std::string
 
 }  // namespace
 
-Recording read_hdf5(const std::string& path) {
+Recording read_hdf5(const std::string& path, const CsvOptions& options) {
   read_file_head(path, 1);  // names a missing file or a folder as such
   if (is_pipe_or_device(path)) {
     throw InputError(path, 0, 0, "HDF5 files cannot be read from a pipe or a device",
@@ -166,12 +166,12 @@ Recording read_hdf5(const std::string& path) {
                      return link ? read_dataset(path, file, name, room)
                                  : read_attribute(path, file, name, room);
                    }};
-  if (H5Literate(file, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_link, &fields.names) < 0 ||
+  if (H5Lvisit(file, H5_INDEX_NAME, H5_ITER_INC, collect_link, &fields.names) < 0 ||
       H5Aiterate2(file, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_attribute, &fields.names) <
           0) {
     throw InputError(path, 0, 0, "the fields of the HDF5 file cannot be listed", kDamagedHdf5);
   }
-  return recording_from_broad(fields);
+  return recording_from_broad(fields, options);
 }
 
 }  // namespace magimu

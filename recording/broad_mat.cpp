@@ -31,11 +31,21 @@ BroadField field_of(const std::string& path, const MatVariable& variable, BroadR
   return field;
 }
 
+// "acc", or "data.acc" of a structure; it is there.
+const MatVariable* variable_named(const std::vector<MatVariable>& variables,
+                                  const std::string& name) {
+  const auto whole = std::ranges::find(variables, name, &MatVariable::name);
+  if (whole != variables.end()) return &*whole;
+  const std::size_t dot = name.find('.');
+  const auto structure = std::ranges::find(variables, name.substr(0, dot), &MatVariable::name);
+  return structure->find(name.substr(dot + 1));
+}
+
 }  // namespace
 
-Recording read_mat(const std::string& path) {
+Recording read_mat(const std::string& path, const CsvOptions& options) {
   const std::string content = read_file(path);
-  if (content.starts_with("MATLAB 7.3")) return read_hdf5(path);
+  if (content.starts_with("MATLAB 7.3")) return read_hdf5(path, options);
   if (content.size() < 128 || !content.starts_with("MATLAB 5.0")) {
     throw InputError(path, 0, 0, "this is not a MAT file of version 5 to 7.3",
                      "save it with MATLAB's -v7 or -v7.3, or give a CSV file");
@@ -45,11 +55,15 @@ Recording read_mat(const std::string& path) {
   if (!variables) throw InputError(path, 0, 0, "the MAT file is cut off or damaged", kDamagedMat);
   BroadRoom room(path);
   BroadFile file{path, {}, [&](const std::string& name) {
-                   const auto at = std::ranges::find(*variables, name, &MatVariable::name);
-                   return field_of(path, *at, room);
+                   return field_of(path, *variable_named(*variables, name), room);
                  }};
-  for (const MatVariable& variable : *variables) file.names.push_back(variable.name);
-  return recording_from_broad(file);
+  for (const MatVariable& variable : *variables) {
+    file.names.push_back(variable.name);
+    for (const MatVariable& field : variable.fields) {
+      file.names.push_back(variable.name + "." + field.name);
+    }
+  }
+  return recording_from_broad(file, options);
 }
 
 }  // namespace magimu

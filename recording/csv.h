@@ -5,7 +5,9 @@
 //   0,0.1,0.2,9.8,0.01,0,0,20.1,3.4,-41
 //   0.01,0.1,0.2,9.8,0.01,0,0,,,             <- the magnetometer has no sample at this time
 //
-// Columns come in any order. An array of magnetometers has mag1_x .. magN_z; temp, current and
+// What other programs write is recognised by its first lines (csv/csv_dialect.h): other separators,
+// a decimal comma, lines above the header, units in a row of their own, labelled numbers, a sensor
+// a row. Columns come in any order. An array of magnetometers has mag1_x .. magN_z; temp, current and
 // pos_x..z are optional. Well-known other names (time, ax, Gyro_X, csv_names.h) are understood,
 // columns that mean nothing here are ignored, and recording.notes tells of both. Lines that start
 // with '#' and blank lines are skipped; ';' or a tab may stand for the comma if the header has
@@ -20,6 +22,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "recording/recording.h"
 
@@ -43,6 +46,15 @@ struct CsvOptions {
   // Times stay as large as they are, and a clock that was set back is an error: for files of one
   // sensor each that share a clock. Default false.
   bool keep_origin = false;
+  // The header that a file lacks, "t,acc_x,acc_y,...", in our names or the file's; a column named -
+  // or with an empty name is ignored. Default: the file has one.
+  std::string header;
+  // Whose file it is ("acc", "gyr", "mag"): what columns that are called just x, y, z belong to.
+  // Default: nobody's, they are ignored.
+  std::string sensor;
+  // Of logs with several sensors of a kind, or of a folder with several files: what to read, as
+  // `magimu info` lists it ("/imu/data", "mag=sensor_mag[1]"). Default: the best of each kind.
+  std::vector<std::string> sensors;
 };
 
 // Reads a file (or a pipe, until its end). InputError with line, field and remedy for what cannot

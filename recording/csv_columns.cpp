@@ -26,6 +26,19 @@ class HeaderReader {
 
   CsvColumns read(std::string_view text) {
     split(text);
+    return read_fields();
+  }
+
+  CsvColumns read(const std::vector<std::string>& headers, char separator) {
+    columns_.separator = separator;
+    for (const std::string& header : headers) {
+      columns_.fields.push_back({header == "-" ? "" : header, CsvColumns::kIgnored, 1.0});
+    }
+    return read_fields();
+  }
+
+ private:
+  CsvColumns read_fields() {
     name_columns();
     assign();
     check_options();
@@ -35,7 +48,6 @@ class HeaderReader {
     return std::move(columns_);
   }
 
- private:
   // How sure it is that a column is what we take it for; kAlias and the alias's preference.
   enum Claim { kNone = -100, kAlias = 0, kExact = 50, kOption = 100 };
   struct Column {
@@ -71,8 +83,19 @@ class HeaderReader {
     }
   }
 
+  // What the header says, of the file whose sensor is known also where it says no more than "x".
+  CsvName name_of(const std::string& header) const {
+    CsvName name = csv_name(header);
+    if (!name.name.empty() || options_.sensor.empty()) return name;
+    return csv_name(options_.sensor + '_' + header);
+  }
+
   void name_columns() {
-    for (const CsvColumns::Field& field : columns_.fields) {
+    std::vector<std::string> headers;
+    for (const CsvColumns::Field& field : columns_.fields) headers.push_back(field.header);
+    headers = with_axes_for_numbers(std::move(headers));
+    for (std::size_t i = 0; i < columns_.fields.size(); ++i) {
+      const CsvColumns::Field& field = columns_.fields[i];
       Column column;
       const auto given = options_.columns.find(field.header);
       if (given != options_.columns.end()) {
@@ -84,7 +107,7 @@ class HeaderReader {
                            quoted_text(field.header), quoted_text(column.name)),
                "use t, acc_x, gyr_x, mag_x, mag1_x, pos_x, temp, current or the like");
         }
-      } else if (const CsvName name = csv_name(field.header); !name.name.empty()) {
+      } else if (const CsvName name = name_of(headers[i]); !name.name.empty()) {
         column = {name.name, name.name == field.header ? kExact : kAlias + name.preference, name};
       }
       named_.push_back(std::move(column));
@@ -93,7 +116,11 @@ class HeaderReader {
 
   // A column that is mapped by option keeps the unit that its header names for that quantity.
   static void set_option_unit(const std::string& header, Column& column) {
-    const CsvName said = csv_name(header);
+    // "X (m/s^2)" has a unit without naming a sensor.
+    const std::size_t bracket = header.find_last_of("([");
+    const CsvName said = bracket != std::string::npos && csv_name(header).name.empty()
+                             ? csv_name(column.name + ' ' + header.substr(bracket))
+                             : csv_name(header);
     const auto sensor = [](const std::string& name) { return name.substr(0, name.find('_')); };
     if (sensor(said.name) == sensor(column.name)) column.header = said;
   }
@@ -105,12 +132,15 @@ class HeaderReader {
       const auto [entry, is_new] = where_.try_emplace(named_[i].name, i);
       if (is_new) continue;
       const std::size_t other = entry->second;
-      if (named_[i].claim == named_[other].claim) {
+      // Of several times behind other words ("imu.stamp", "mag.stamp") the first.
+      const bool stamps = named_[i].name == "t" && named_[i].claim < kAlias;
+      if (named_[i].claim == named_[other].claim && !stamps) {
         fail(i + 1,
              fmt::format("columns {} ({}) and {} ({}) are both {}", other + 1,
                          quoted_text(columns_.fields[other].header), i + 1,
                          quoted_text(columns_.fields[i].header), named_[i].name),
-             "delete or rename one of them");
+             fmt::format("delete or rename one of them, or say which (--map {}=NAME)",
+                         named_[i].name));
       }
       if (named_[i].claim > named_[other].claim) entry->second = i;
     }
@@ -129,12 +159,14 @@ class HeaderReader {
           columns_.fields.end()) {
         continue;
       }
+      if (!options_.require_imu && !options_.require_mag) continue;  // it is in another file
       fail(0, fmt::format("there is no column {}, to be read as {}", quoted_text(header), name),
            "the columns there are: " + headers());
     }
   }
 
   void group() {
+    drop_doubtful();
     columns_.has_time = where_.contains("t");
     if (!columns_.has_time && !options_.rate_hz) {
       fail(0, "there is no column t, the time; the columns there are: " + headers(),
@@ -151,12 +183,38 @@ class HeaderReader {
       mags.push_back(sensor);
     }
     std::ranges::sort(mags, {}, mag_number);
+    if (!options_.require_imu && !options_.require_mag && mags.empty() && !has("acc") &&
+        !has("gyr")) {
+      throw MissingSensor(file_, line_, 0, "no column is a sensor's", "give another file");
+    }
     add_sensor("acc", options_.require_imu);
     add_sensor("gyr", options_.require_imu);
     if (mags.empty() && options_.require_mag) add_sensor("mag", true);
     for (const std::string& mag : mags) add_sensor(mag, true);
     columns_.mags = mags.size();
     add_sensor("pos", false);
+  }
+
+  bool has(const std::string& sensor) const {
+    const auto first = where_.lower_bound(sensor + '_');
+    return first != where_.end() && first->first.starts_with(sensor + '_');
+  }
+
+  // A column behind other words is no claim where the sensor's other axes are not there.
+  void drop_doubtful() {
+    std::map<std::string, std::pair<int, int>> axes;  // all, and those of doubtful claims
+    const auto sensor_of = [](const std::string& name) { return name.substr(0, name.rfind('_')); };
+    for (const auto& [name, field] : where_) {
+      if (name.size() < 5) continue;
+      auto& [all, doubtful] = axes[sensor_of(name)];
+      ++all;
+      doubtful += named_[field].claim < kAlias ? 1 : 0;
+    }
+    std::erase_if(where_, [&](const auto& entry) {
+      const auto found = axes.find(sensor_of(entry.first));
+      return entry.first.size() >= 5 && found != axes.end() && found->second.first < 3 &&
+             found->second.first == found->second.second;
+    });
   }
 
   void add_sensor(const std::string& sensor, bool required) {
@@ -171,8 +229,8 @@ class HeaderReader {
       return;
     }
     if (there.empty()) {
-      fail(
-          0,
+      throw MissingSensor(
+          file_, line_, 0,
           fmt::format("the columns {0}_x, {0}_y and {0}_z are missing; the columns there are: {1}",
                       sensor, headers()),
           fmt::format("add them, or map the file's own names to these (--map {}_x=NAME); of an app "
@@ -239,7 +297,7 @@ class HeaderReader {
     for (std::size_t i = 0; i < named_.size(); ++i) {
       const CsvColumns::Field& field = columns_.fields[i];
       if (field.slot == CsvColumns::kIgnored) {
-        ignored.push_back(quoted_text(field.header));
+        if (!field.header.empty()) ignored.push_back(quoted_text(field.header));
       } else if (named_[i].claim != kExact) {
         mapped.push_back(fmt::format("{} as {}", quoted_text(field.header), named_[i].name));
       }
@@ -271,6 +329,11 @@ std::string csv_column_name(std::string_view header) { return csv_name(header).n
 CsvColumns read_csv_header(std::string_view text, const std::string& file, long line,
                            const CsvOptions& options) {
   return HeaderReader(file, line, options).read(text);
+}
+
+CsvColumns read_csv_header(const std::vector<std::string>& headers, char separator,
+                           const std::string& file, long line, const CsvOptions& options) {
+  return HeaderReader(file, line, options).read(headers, separator);
 }
 
 std::string_view csv_trimmed(std::string_view text) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "recording/csv.h"
+#include "recording/error.h"
 
 namespace magimu {
 
@@ -43,6 +44,16 @@ std::string csv_column_name(std::string_view header);
 // missing, or two claim the same quantity.
 CsvColumns read_csv_header(std::string_view text, const std::string& file, long line,
                            const CsvOptions& options);
+// The same of a header that is in its fields already.
+CsvColumns read_csv_header(const std::vector<std::string>& headers, char separator,
+                           const std::string& file, long line, const CsvOptions& options);
+
+// A file that is only a part of a recording: InputError's own remedy, and whoever has the other
+// files may join them (files/one_clock.h).
+class MissingSensor : public InputError {
+ public:
+  using InputError::InputError;
+};
 
 // Without the spaces and tabs around it.
 std::string_view csv_trimmed(std::string_view text);

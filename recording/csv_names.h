@@ -8,6 +8,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace magimu {
 
@@ -22,5 +23,12 @@ struct CsvName {
 };
 
 CsvName csv_name(std::string_view header);
+
+// The sensor whose own time a column is: "acc_time" -> "acc"; empty if it is none.
+std::string csv_time_of(std::string_view header);
+
+// Headers of a line, with axes in place of the numbers where three belong together: "gyro_rad[0]",
+// [1], [2] and "acc_1", "acc_2", "acc_3" end in x, y, z; every other header stays.
+std::vector<std::string> with_axes_for_numbers(std::vector<std::string> headers);
 
 }  // namespace magimu

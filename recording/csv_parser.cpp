@@ -6,12 +6,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <utility>
 
+#include "recording/csv/text_fields.h"
 #include "recording/error.h"
 #include "recording/quoted_text.h"
 
@@ -59,15 +59,6 @@ const char* plain_number(const char* at, const char* end, double& value) {
   return error == std::errc() && std::isfinite(value) ? after : nullptr;
 }
 
-// What programs write where there is no number: numpy, pandas, R, JavaScript.
-bool says_none(std::string_view text) {
-  std::string lower;
-  for (const char c : text.substr(0, 8)) {
-    lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  }
-  return lower == "na" || lower == "n/a" || lower == "null" || lower == "none" || lower == "<na>";
-}
-
 // The rows of a series by their times, those without a time left out, and all but the first of one
 // time.
 template <class Series>
@@ -107,6 +98,7 @@ void CsvParser::fail(std::size_t field, const std::string& problem,
 
 void CsvParser::line(std::string_view text) {
   ++line_;
+  if (line_ < dialect_.first_row) return;
   if (line_ == 1 && text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // byte order mark
   while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.remove_suffix(1);
   if (text.find('\0') != std::string_view::npos) {
@@ -119,13 +111,30 @@ void CsvParser::line(std::string_view text) {
     rows_.headers.push_back(rows_.time.size());
     return;
   }
+  if (dialect_.translator) {
+    const std::optional<std::string_view> translated = dialect_.translator->row(text);
+    if (translated) row(*translated);
+    return;
+  }
   has_header_ ? row(text) : header(text);
 }
 
 void CsvParser::header(std::string_view text) {
-  columns_ = read_csv_header(text, file_, line_, options_);
+  set_columns(read_csv_header(text, file_, line_, options_), std::string(csv_trimmed(text)));
+}
+
+void CsvParser::dialect(CsvDialect dialect) {
+  dialect_ = std::move(dialect);
+  set_columns(read_csv_header(dialect_.names, dialect_.separator, file_, dialect_.header_line,
+                              options_),
+              dialect_.header);
+  recording_.notes.insert(recording_.notes.begin(), dialect_.notes.begin(), dialect_.notes.end());
+}
+
+void CsvParser::set_columns(CsvColumns columns, std::string header) {
+  columns_ = std::move(columns);
   has_header_ = true;
-  header_ = csv_trimmed(text);
+  header_ = std::move(header);
   values_.assign(columns_.slots(), 0.0);
   present_.assign(columns_.slots(), kEmpty);
   recording_.notes = columns_.notes;
@@ -176,7 +185,7 @@ void CsvParser::row(std::string_view text) {
     if (at == end) break;
   }
   if (field + 1 != columns_.fields.size()) check_field_count(text);
-  check_time();
+  if (!check_time()) return;
   if (whole_file_ && repeats_last_row()) return;
   keep_row();
 }
@@ -185,6 +194,11 @@ void CsvParser::check_field_count(std::string_view text) const {
   const std::size_t expected = columns_.fields.size();
   const auto count =
       1 + static_cast<std::size_t>(std::count(text.begin(), text.end(), columns_.separator));
+  if (count < expected) {
+    throw ShortRow(file_, line_, 0,
+         fmt::format("this row has {} fields, the header has {}", count, expected),
+         "complete or delete the row (if it is the last one, the recording was cut off there)");
+  }
   if (count != expected) {
     fail(0, fmt::format("this row has {} fields, the header has {}", count, expected),
          "complete or delete the row (if it is the last one, the recording was cut off there)");
@@ -206,13 +220,14 @@ void CsvParser::number(std::size_t field, std::string_view text) {
   const char* const last = digits.data() + digits.size();
   const auto [end, error] = std::from_chars(digits.data(), last, value);
   const bool no_number = error == std::errc() && end == last && !std::isfinite(value);
-  if (no_number || says_none(digits)) {
+  if (no_number || says_no_number(digits)) {
     present_[static_cast<std::size_t>(column.slot)] = kNoNumber;
     if (no_numbers_++ == 0) first_no_number_ = line_;
     if (no_number && std::isinf(value)) ++infinite_;
     return;
   }
   if (error == std::errc::invalid_argument || end != last) {
+    if (clock_time(field, text)) return;
     fail(field + 1,
          fmt::format("{} in column {} is not a number", quoted_text(text), column.header),
          "write it like -1.25e-3, or leave the field empty where the sensor has no sample");
@@ -225,9 +240,11 @@ void CsvParser::number(std::size_t field, std::string_view text) {
   put(column, value);
 }
 
-void CsvParser::check_time() const {
-  if (options_.rate_hz) return;
+// Whether the row has a time, or needs none.
+bool CsvParser::check_time() const {
+  if (options_.rate_hz) return true;
   if (present_[0] != kNumber) {
+    if (!dialect_.times_of.empty()) return false;  // the other sensors have more rows
     fail(field_of(0) + 1, fmt::format("the time (column {}) is empty", header_of(0)),
          "give every row a time, or delete the row");
   }
@@ -238,6 +255,18 @@ void CsvParser::check_time() const {
          "sort the rows by time, delete repeated ones, merge those of one time, and cut the file "
          "where its clock was set back");
   }
+  return true;
+}
+
+// A time of the day or a date with one, in the column of the time.
+bool CsvParser::clock_time(std::size_t field, std::string_view text) {
+  if (columns_.fields[field].slot != 0) return false;
+  const std::optional<double> seconds = clock_seconds(text);
+  if (!seconds) return false;
+  clock_times_ = columns_.time_unit_known = true;
+  values_[0] = *seconds;
+  present_[0] = kNumber;
+  return true;
 }
 
 // Whether a row of a file is the one before once more, time and all.
@@ -326,6 +355,7 @@ void CsvParser::set_times(Recording& recording) {
   options.has_time = columns_.has_time;
   options.keep_origin = options_.keep_origin;
   if (options.has_time) options.column = header_of(0);
+  if (clock_times_) recording.notes.push_back("the times are times of the day, read as seconds");
   const RowTimes times = row_times(
       rows_, options, [this](long line, const std::string& problem, const std::string& remedy) {
         line_ = line;
@@ -365,6 +395,23 @@ std::string CsvParser::header_of(std::size_t slot) const {
   return columns_.fields[field_of(slot)].header;
 }
 
+// What ROS writes: no magnetometer on earth reads less than a nanotesla in every attitude.
+void CsvParser::recognise_tesla(Recording& recording) const {
+  constexpr double kNanotesla = 1e-3, kTesla = 1e6;
+  if (options_.mag_unit || recording.file_units.contains("mag") || recording.mag.empty()) return;
+  double largest = 0.0;
+  for (const VectorSeries& mag : recording.mag) {
+    for (const Vector3& v : mag.v) largest = std::max(largest, v.cwiseAbs().maxCoeff());
+  }
+  if (largest == 0.0 || largest > kNanotesla) return;
+  for (VectorSeries& mag : recording.mag) {
+    for (Vector3& v : mag.v) v *= kTesla;
+  }
+  recording.file_units["mag"] = kTesla;
+  recording.notes.push_back(
+      fmt::format("mag is read as tesla: its largest reading is {:.3g}", largest));
+}
+
 Recording CsvParser::take() {
   Recording taken = std::exchange(recording_, Recording{});
   recording_.mag.resize(taken.mag.size());
@@ -383,6 +430,7 @@ Recording CsvParser::finish() {
   }
   Recording recording = take();
   if (whole_file_) set_times(recording);
+  recognise_tesla(recording);
   for (const auto& [name, series] : {std::pair("acc", &recording.acc), {"gyr", &recording.gyr}}) {
     if (!series->empty() || !options_.require_imu) continue;
     fail(0, fmt::format("the columns {0}_x, {0}_y and {0}_z are all empty", name),

@@ -17,10 +17,18 @@
 #include <string_view>
 #include <vector>
 
+#include "recording/csv/csv_dialect.h"
 #include "recording/csv_columns.h"
+#include "recording/error.h"
 #include "recording/row_times.h"
 
 namespace magimu {
+
+// A row with fewer fields than the header: cut off, if it is the last one.
+class ShortRow : public InputError {
+ public:
+  using InputError::InputError;
+};
 
 // Not thread safe. After an InputError the line is lost and the next one may be tried.
 class CsvParser {
@@ -33,6 +41,9 @@ class CsvParser {
     whole_file_ = true;
     expected_rows_ = rows;
   }
+
+  // What the first lines say (csv/csv_dialect.h), before any of them comes. InputError as of a header.
+  void dialect(CsvDialect dialect);
 
   // One line, with or without its line end. InputError names the line, the field and the column.
   void line(std::string_view text);
@@ -48,24 +59,32 @@ class CsvParser {
   // sensor has no sample. Magnetometers without any are left out, with a note.
   Recording finish();
 
+  // Whether any row has been read.
+  bool has_rows() const { return has_time_; }
+
  private:
   [[noreturn]] void fail(std::size_t field, const std::string& problem,
                          const std::string& remedy) const;
   void header(std::string_view text);
+  void set_columns(CsvColumns columns, std::string header);
   void row(std::string_view text);
   void check_field_count(std::string_view text) const;
   void put(const CsvColumns::Field& column, double value);
   void number(std::size_t field, std::string_view text);
-  void check_time() const;
+  bool check_time() const;
   bool whole_sample(std::size_t slot) const;
   void keep_row();
   bool repeats_last_row();
+  bool clock_time(std::size_t field, std::string_view text);
   void set_times(Recording& recording);
+  void recognise_tesla(Recording& recording) const;
   std::size_t field_of(std::size_t slot) const;
   std::string header_of(std::size_t slot) const;
 
   std::string file_;
   CsvOptions options_;
+  CsvDialect dialect_;
+  bool clock_times_ = false;  // the time column holds times of the day
   long line_ = 0;  // counts from 1
   bool has_header_ = false, whole_file_ = false;
   std::string header_;

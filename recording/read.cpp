@@ -2,36 +2,182 @@
 // Telling the file formats apart by their signatures.
 #include "recording/read.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
 #include "recording/broad.h"
+#include "recording/csv_columns.h"
 #include "recording/error.h"
-#include "recording/phone_folder.h"
+#include "recording/files/arrays.h"
+#include "recording/files/one_clock.h"
+#include "recording/files/other_formats.h"
+#include "recording/files/several_files.h"
+#include "recording/files/zip_archive.h"
+#include "recording/logs/logs.h"
 #include "recording/read_file.h"
 
 namespace magimu {
 namespace {
 
-// Options for CSV would go unheard with other files.
-void refuse_csv_options(const std::string& path, const CsvOptions& options) {
-  if (options.columns.empty() && !options.time_unit && !options.acc_unit && !options.gyr_unit &&
-      !options.mag_unit && !options.rate_hz) {
-    return;
+constexpr int kDeepest = 3;  // archives in archives
+
+std::string base_name(const std::string& path) {
+  const std::filesystem::path whole(path);
+  return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
+}
+
+Recording read_at_depth(const std::string& path, const std::string& shown,
+                        const CsvOptions& options, int depth);
+
+// What was unpacked has a name of no use in messages.
+Recording read_unpacked(const TemporaryFile& file, const std::string& shown,
+                        const CsvOptions& options, int depth) {
+  try {
+    return read_at_depth(file.path(), shown, options, depth);
+  } catch (const MissingSensor& e) {
+    throw MissingSensor(shown, e.line, e.column, e.problem, e.remedy);
+  } catch (const InputError& e) {
+    throw InputError(shown, e.line, e.column, e.problem, e.remedy);
   }
-  throw InputError(path, 0, 0,
-                   "this is an HDF5 or MAT file of the BROAD data set, whose names and units are "
-                   "fixed (m/s^2, rad/s, uT)",
-                   "give no mapping of columns (--map), no units (--unit) and no --rate with it");
+}
+
+Recording read_gzip(const std::string& path, const std::string& shown, const CsvOptions& options,
+                    int depth) {
+  bool truncated = false;
+  const TemporaryFile file = unpacked_gzip(path, truncated);
+  Recording out = read_unpacked(file, shown, options, depth);
+  if (truncated) out.notes.emplace_back("the gzip file is cut off; what is before its end is read");
+  return out;
+}
+
+// Arrays of a numpy.savez.
+Recording read_npz(const std::vector<NamedFile>& files, const std::string& shown,
+                   const CsvOptions& options) {
+  std::vector<std::string> contents;
+  contents.reserve(files.size());  // arrays refer to them
+  BroadFile file{shown, {}, [&shown](const std::string& name) -> BroadField {
+                   throw InputError(shown, 0, 0, "there is no array " + name, "");
+                 }};
+  for (const NamedFile& entry : files) {
+    contents.push_back(read_file(entry.path));
+    const std::string name = entry.name.substr(0, entry.name.size() - 4);
+    try {
+      add_npy(contents.back(), name, file);
+    } catch (const InputError&) {
+      if (options.columns.contains(name)) throw;  // else it may be text, or an object
+    }
+  }
+  return recording_from_arrays(file, options);
+}
+
+Recording read_zip(const std::string& path, const std::string& shown, const CsvOptions& options,
+                   int depth) {
+  std::vector<TemporaryFile> unpacked_files;
+  std::vector<NamedFile> files;
+  const std::vector<ZipEntry> entries = zip_entries(path);
+  if (std::ranges::any_of(entries, [](const ZipEntry& e) { return e.name == "[Content_Types].xml"; })) {
+    refuse_spreadsheet(shown);
+  }
+  constexpr std::size_t kMostUnpacked = 256;  // open files
+  for (const ZipEntry& entry : entries) {
+    const std::filesystem::path name(entry.name);
+    const bool hidden = entry.name.starts_with("__MACOSX/") || entry.name.starts_with("meta/") ||
+                        entry.name.find("/meta/") != std::string::npos;
+    if (entry.name.ends_with('/') || entry.size == 0 || hidden) continue;
+    if (files.size() == kMostUnpacked) break;
+    unpacked_files.push_back(unpacked(path, entry));
+    files.push_back({unpacked_files.back().path(), name.filename().string()});
+  }
+  if (files.empty()) {
+    throw InputError(shown, 0, 0, "there is no file in this archive", "give another one");
+  }
+  const bool numpy = std::ranges::all_of(files, [](const NamedFile& f) {
+    return f.name.ends_with(".npy");
+  });
+  if (numpy) return read_npz(files, shown, options);
+  if (files.size() == 1) return read_unpacked(unpacked_files.front(), shown, options, depth);
+  return read_several(files, shown, options);
+}
+
+Recording read_at_depth(const std::string& path, const std::string& shown,
+                        const CsvOptions& options, int depth) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    const std::vector<NamedFile> files = files_of_folder(path);
+    if (files.empty()) {
+      throw InputError(shown, 0, 0, "this is a folder without files",
+                       "give the recording, or the folder with the files of its sensors");
+    }
+    return read_several(files, shown, options);
+  }
+  const std::string head = read_file_head(path, 512);
+  const bool packed = head.starts_with("\x1f\x8b") || head.starts_with("PK\x03\x04");
+  if (packed && depth >= kDeepest) {
+    throw InputError(shown, 0, 0, "this is an archive in archives", "unpack it");
+  }
+  if (head.starts_with("\x1f\x8b")) return read_gzip(path, shown, options, depth + 1);
+  if (head.starts_with("PK\x03\x04")) return read_zip(path, shown, options, depth + 1);
+  if (head.starts_with("\x89HDF\r\n\x1a\n")) return read_hdf5(path, options);
+  if (head.starts_with("MATLAB 5.0") || head.starts_with("MATLAB 7.3")) {
+    return read_mat(path, options);
+  }
+  if (head.starts_with("\x93NUMPY")) return read_npy(path, options);
+  if (head.starts_with("#ROSBAG V2.0\n")) return read_ros1_bag(path, options);
+  if (head.starts_with("\x89MCAP0\r\n")) return read_mcap(path, options);
+  if (head.starts_with("SQLite format 3")) return read_ros2_db3(path, options);
+  if (head.starts_with("ULog\x01\x12\x35")) return read_ulog(path, options);
+  if (head.starts_with("\xA3\x95")) return read_dataflash(path, options);
+  refuse_other_formats(head, shown);
+  return read_csv(path, options);
+}
+
+bool shares_sensor(const Recording& a, const Recording& b) {
+  return (!a.acc.empty() && !b.acc.empty()) || (!a.gyr.empty() && !b.gyr.empty()) ||
+         (!a.mag.empty() && !b.mag.empty());
 }
 
 }  // namespace
 
 Recording read_recording(const std::string& path, const CsvOptions& options) {
-  if (is_phone_folder(path)) return read_phone_folder(path, options);
-  const std::string head = read_file_head(path, 16);
-  const bool hdf5 = head.starts_with("\x89HDF\r\n\x1a\n");
-  const bool mat = head.starts_with("MATLAB 5.0") || head.starts_with("MATLAB 7.3");
-  if (!hdf5 && !mat) return read_csv(path, options);
-  refuse_csv_options(path, options);
-  return hdf5 ? read_hdf5(path) : read_mat(path);
+  Recording out = read_at_depth(path, path, options, 0);
+  out.name = base_name(path);
+  return out;
+}
+
+std::vector<Recording> read_recordings(const std::vector<std::string>& paths,
+                                       const CsvOptions& options) {
+  std::vector<Recording> out;
+  std::vector<std::vector<Recording>> groups;  // of parts
+  std::optional<MissingSensor> first_missing;
+  for (const std::string& path : paths) {
+    try {
+      out.push_back(read_recording(path, options));
+    } catch (const MissingSensor& missing) {
+      if (paths.size() == 1) throw;
+      if (!first_missing) first_missing = missing;
+      CsvOptions partial = options;
+      partial.require_imu = partial.require_mag = false;
+      partial.keep_origin = true;
+      partial.sensor = sensor_of_name(base_name(path));
+      Recording part = read_recording(path, partial);
+      const bool again = groups.empty() || std::ranges::any_of(groups.back(), [&](const auto& r) {
+                           return shares_sensor(r, part);
+                         });
+      if (again) groups.emplace_back();
+      groups.back().push_back(std::move(part));
+    }
+  }
+  for (std::vector<Recording>& parts : groups) {
+    if (parts.size() == 1) throw *first_missing;
+    std::string name;
+    for (const Recording& part : parts) name += (name.empty() ? "" : " + ") + part.name;
+    Recording whole = joined(std::move(parts), name, options);
+    whole.name = name;
+    out.push_back(std::move(whole));
+  }
+  return out;
 }
 
 }  // namespace magimu

@@ -3,14 +3,20 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "recording/csv.h"
 
 namespace magimu {
 
-// An HDF5 or MAT file of the BROAD data set (broad.h), a MAT file of an array (array_mat.h), a
-// phone's folder (phone_folder.h), else CSV (csv.h). `options` with names or units is for CSV only.
-// recording.name is the file's base name. InputError if it cannot be read.
+// Text (csv.h), a folder or an archive of it (files/several_files.h), a log (logs/), arrays of
+// MATLAB, HDF5 or numpy. recording.name is the file's base name. InputError if it cannot be read;
+// MissingSensor if it is but a part of a recording.
 Recording read_recording(const std::string& path, const CsvOptions& options = {});
+
+// The same of several paths: one recording each, but files that have only some of the sensors are
+// joined with those after them (imu.csv and mag.csv), as long as no sensor comes twice.
+std::vector<Recording> read_recordings(const std::vector<std::string>& paths,
+                                       const CsvOptions& options = {});
 
 }  // namespace magimu

@@ -210,8 +210,8 @@ class RowTimeReader {
         } else if (const double period = rolled_over_by(newest - t); period > 0.0) {
           offset += period;
           t += period;
-          note(fmt::format("the counter of the time rolled over at line {}: {:.6f} s were added",
-                           rows_.line[k], period));
+          note(fmt::format("the counter of the time rolled over at {} {}: {:.6f} s were added",
+                           options_.row, rows_.line[k], period));
         } else if (options_.keep_origin) {
           does_not_increase(k, raw, before);
         } else {
@@ -232,8 +232,8 @@ class RowTimeReader {
     if (late > 0)
       note(fmt::format("rows that came late and were put in the order of time: {}", late));
     if (damaged > 0) {
-      caution(fmt::format("rows with a damaged time: {}, the first in line {}; they are left out",
-                          damaged, first_damaged));
+      caution(fmt::format("rows with a damaged time: {}, the first in {} {}; they are left out",
+                          damaged, options_.row, first_damaged));
     }
   }
 
@@ -285,9 +285,9 @@ class RowTimeReader {
     ++sets_;
     if (sets_ > 5) return;
     caution(fmt::format(
-        "the clock was set {} at line {} (t {:.6g} -> {:.6g} s): a new part begins there, {:.0f} s "
+        "the clock was set {} at {} {} (t {:.6g} -> {:.6g} s): a new part begins there, {:.0f} s "
         "later",
-        where, rows_.line[k], from, to, kPartGap));
+        where, options_.row, rows_.line[k], from, to, kPartGap));
   }
 
   [[noreturn]] void does_not_increase(std::size_t k, double t, double before) {
@@ -366,8 +366,8 @@ class RowTimeReader {
     }
     caution(
         fmt::format("rows with the time of another row and other readings: {}, the first in "
-                    "line {}; those readings are left out",
-                    twice, rows_.line[first]));
+                    "{} {}; those readings are left out",
+                    twice, options_.row, rows_.line[first]));
   }
 
   static constexpr std::uint32_t kSingle = ~RawRows::kMoreMags;

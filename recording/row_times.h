@@ -24,6 +24,7 @@ struct RowTimesOptions {
   bool keep_origin = false;       // huge times stay as they are, and nothing is set back: one
                                   // sensor's file of several with one clock
   std::string column = "t";       // the time column's header, for messages
+  std::string row = "line";       // what RawRows::line counts, for messages
 };
 
 // One entry a row, in the file's order.

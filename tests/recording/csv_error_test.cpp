@@ -54,6 +54,7 @@ TEST(ReadCsvErrors, a_header_without_data_rows_is_not_a_recording) {
 TEST(ReadCsvErrors, numbers_in_the_first_line_mean_that_the_header_is_missing) {
   expect_error(kNumbers + kNumbers, 1, 0, "not the names of the columns",
                "put a header line above");
+  expect_error(kNumbers + kNumbers, 1, 0, "10 of them", "--columns t,acc_x");
 }
 
 TEST(ReadCsvErrors, a_header_needs_the_time) {
@@ -119,7 +120,7 @@ TEST(ReadCsvErrors, numbers_beyond_double_are_not_finite) {
 }
 
 TEST(ReadCsvErrors, a_row_has_as_many_fields_as_the_header) {
-  expect_error(kColumns + kNumbers + "1,1,2,3,4,5,6,7,8\n", 3, 0,
+  expect_error(kColumns + kNumbers + "1,1,2,3,4,5,6,7,8\n" + kNumbers, 3, 0,
                "this row has 9 fields, the header has 10", "cut off");
   expect_error(kColumns + "0,1,2,3,4,5,6,7,8,9,10\n", 2, 0, "has 11 fields, the header has 10",
                "complete or delete the row");

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Folders that phone apps export are read as one recording.
-#include "recording/phone_folder.h"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -60,12 +58,37 @@ TEST(PhoneFolder, of_sensor_logger_is_read_with_gravity_and_without_the_phones_c
   EXPECT_THAT(r.notes, Contains("acc is from TotalAcceleration.csv"));
 }
 
-TEST(PhoneFolder, with_a_sensor_missing_is_just_a_folder) {
+TEST(PhoneFolder, with_a_sensor_missing_says_which) {
   const test::TempFolder folder;
   folder.write("Gyroscope.csv", rows("time,seconds_elapsed,z,y,x", 40, "1,{},3,2,1"));
-  EXPECT_FALSE(is_phone_folder(folder.path("")));
   EXPECT_THAT(test::error_of([&] { read_recording(folder.path("")); }).problem,
-              HasSubstr("a folder"));
+              HasSubstr("no accelerometer; there are: gyr (Gyroscope.csv)"));
+  EXPECT_THAT(test::error_of([] { read_recording(test::TempFolder().path("")); }).problem,
+              HasSubstr("a folder without files"));
+}
+
+TEST(PhoneFolder, of_columns_that_are_just_axes_is_known_by_its_files_names) {
+  const test::TempFolder folder;
+  for (const auto& [name, unit] : {std::pair("Accelerometer", "m/s^2"), {"Gyroscope", "rad/s"},
+                                   {"Magnetometer", "µT"}}) {
+    folder.write(std::string(name) + ".csv",
+                 rows(fmt::format("\"Time (s)\";\"X ({0})\";\"Y ({0})\";\"Z ({0})\"", unit), 30,
+                      "{:.2f};1,0E0;2,5E0;3,0E0"));
+  }
+  const Recording r = read_recording(folder.path(""));
+  EXPECT_EQ(r.acc.v[29], Vector3(1, 2.5, 3));
+  EXPECT_EQ(r.mag.at(0).v[29], Vector3(1, 2.5, 3));
+}
+
+TEST(PhoneFolder, without_gravity_says_what_to_record) {
+  const test::TempFolder folder;
+  for (const char* name : {"Linear Accelerometer", "Gyroscope", "Magnetometer"}) {
+    folder.write(std::string(name) + ".csv",
+                 rows("\"Time (s)\",\"X\",\"Y\",\"Z\"", 30, "{:.2f},1,2,3"));
+  }
+  const InputError error = test::error_of([&] { read_recording(folder.path("")); });
+  EXPECT_THAT(error.problem, HasSubstr("without gravity"));
+  EXPECT_THAT(error.remedy, HasSubstr("Acceleration (with g)"));
 }
 
 TEST(PhoneFolder, names_the_file_and_line_that_cannot_be_read) {
@@ -79,10 +102,6 @@ TEST(PhoneFolder, names_the_file_and_line_that_cannot_be_read) {
   EXPECT_THAT(error.file, HasSubstr("Gyroscope.csv"));
   EXPECT_EQ(error.line, 42);
   EXPECT_EQ(error.column, 3);
-  CsvOptions options;
-  options.columns = {{"x", "acc_x"}};
-  EXPECT_THAT(test::error_of([&] { read_recording(folder.path(""), options); }).remedy,
-              HasSubstr("--map"));
 }
 
 }  // namespace

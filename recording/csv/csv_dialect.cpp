@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recording/csv/csv_dialect.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "recording/csv/head_lines.h"
+#include "recording/csv/labelled_dialect.h"
+#include "recording/csv/text_fields.h"
+#include "recording/csv_columns.h"
+#include "recording/csv_names.h"
+#include "recording/error.h"
+#include "recording/quoted_text.h"
+#include "recording/units.h"
+
+namespace magimu {
+namespace {
+
+// How many quantities of ours these headers name.
+std::size_t named_quantities(const std::vector<std::string>& headers, const CsvOptions& options) {
+  std::set<std::string> names;
+  for (const std::string& header : with_axes_for_numbers(headers)) {
+    const auto given = options.columns.find(header);
+    if (given != options.columns.end()) names.insert(given->second);
+    for (const std::string& text : {header, options.sensor + '_' + header}) {
+      if (const std::string name = csv_name(text).name; !name.empty()) names.insert(name);
+    }
+    if (!csv_time_of(header).empty()) names.insert(header);
+  }
+  return names.size();
+}
+
+bool is_unit(const std::string& text) {
+  std::string bare = text;
+  std::erase_if(bare, [](char c) { return c == '(' || c == ')' || c == '[' || c == ']'; });
+  if (bare.empty() || bare == "-") return true;
+  return std::ranges::any_of(std::initializer_list<const char*>{"t", "acc", "gyr", "mag"},
+                             [&](const char* q) { return unit_in_ours(q, bare).has_value(); });
+}
+
+class Recogniser {
+ public:
+  Recogniser(std::string_view head, const std::string& file, const CsvOptions& options)
+      : lines_(head_lines(head)), file_(file), options_(options) {}
+
+  CsvDialect recognised() {
+    refuse_utf16();
+    if (std::optional<CsvDialect> labelled = labelled_dialect(lines_, options_)) {
+      return *std::move(labelled);
+    }
+    shape_ = table_shape(lines_);
+    if (shape_.fields == 0) return {};
+    dialect_.separator = shape_.separator;
+    dialect_.first_row = lines_[shape_.first_row].number;
+    const bool header = find_header();
+    if (!options_.header.empty()) {
+      given_header();
+    } else if (!header) {
+      if (long_format()) return std::move(dialect_);
+      no_header();
+    } else if (long_format()) {
+      return std::move(dialect_);
+    }
+    own_times();
+    translate();
+    if (is_plain()) return {};
+    say();
+    return std::move(dialect_);
+  }
+
+ private:
+  void refuse_utf16() const {
+    const std::string_view first = lines_.empty() ? std::string_view() : lines_.front().text;
+    if (!first.starts_with("\xFF\xFE") && !first.starts_with("\xFE\xFF")) return;
+    throw InputError(file_, 1, 0, "this text is in UTF-16",
+                     "save it in UTF-8 (iconv -f UTF-16 -t UTF-8 OLD > NEW)");
+  }
+
+  // The fields of a line above the rows, if they are as many as those of the rows.
+  std::optional<std::vector<std::string>> header_fields(std::size_t line) const {
+    const std::string_view text = without_comment_mark(lines_[line].text);
+    std::vector<char> separators = {shape_.separator, ',', ';', '\t', '|', ' '};
+    for (const char separator : separators) {
+      std::vector<std::string> fields = text_fields(text, separator);
+      const bool words = std::ranges::any_of(
+          fields, [](const std::string& f) { return field_kind(f) == FieldKind::kWord; });
+      if (!words || fields.size() < 2) continue;
+      if (fields.size() == shape_.fields) return fields;
+      if (fields.size() == shape_.fields + 1 && fields.back().empty()) {
+        fields.pop_back();  // that column never has a field
+        return fields;
+      }
+      if (fields.size() + 1 == shape_.fields && shape_.empty_last) {
+        fields.emplace_back();
+        return fields;
+      }
+      // R writes no name for the rows' own names.
+      if (fields.size() + 1 == shape_.fields && separator == shape_.separator &&
+          field_kind(text_fields(lines_[shape_.first_row].text, separator).front()) ==
+              FieldKind::kWord) {
+        fields.insert(fields.begin(), "");
+        return fields;
+      }
+    }
+    return std::nullopt;
+  }
+
+  // One row or two, with units in one of them: whatever names most of what we know.
+  bool find_header() {
+    std::size_t best_score = 0, above = shape_.first_row;
+    bool found = false;
+    const auto consider = [&](std::vector<std::string> names, std::size_t line, std::size_t rows) {
+      const std::size_t score = named_quantities(names, options_);
+      if (found && score <= best_score) return;
+      found = true;
+      best_score = score;
+      dialect_.names = std::move(names);
+      dialect_.header_line = lines_[line].number;
+      dialect_.header = std::string(csv_trimmed(lines_[line].text));
+      header_rows_ = rows;
+    };
+    if (above == 0) return false;
+    const auto lower = header_fields(above - 1);
+    const auto upper = above > 1 ? header_fields(above - 2) : std::nullopt;
+    if (lower) consider(*lower, above - 1, 1);
+    if (upper && lower) {
+      if (std::ranges::all_of(*lower, is_unit)) consider(with_units(*upper, *lower), above - 2, 2);
+      consider(with_groups(*upper, *lower), above - 2, 2);
+    }
+    if (upper) consider(*upper, above - 2, 2);
+    // A header that something stands below: another line that names more.
+    constexpr std::size_t kFar = 6;
+    for (std::size_t up = 3; up <= above && up <= kFar && best_score < 4; ++up) {
+      if (const auto other = header_fields(above - up)) consider(*other, above - up, up);
+    }
+    return found;
+  }
+
+  static std::vector<std::string> with_units(std::vector<std::string> names,
+                                             const std::vector<std::string>& units) {
+    for (std::size_t i = 0; i < names.size() && i < units.size(); ++i) {
+      std::string unit = units[i];
+      std::erase_if(unit, [](char c) { return c == '(' || c == ')' || c == '[' || c == ']'; });
+      if (!unit.empty() && unit != "-") names[i] += " (" + unit + ")";
+    }
+    return names;
+  }
+
+  // A sensor's name stands above the first of its axes.
+  static std::vector<std::string> with_groups(const std::vector<std::string>& groups,
+                                              std::vector<std::string> names) {
+    std::string group;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (i < groups.size() && !groups[i].empty()) group = groups[i];
+      // The group's unit goes behind the axis.
+      const std::size_t bracket = std::min(group.find_first_of("(["), group.size());
+      const std::string_view word = csv_trimmed(std::string_view(group).substr(0, bracket));
+      if (names[i].empty()) {
+        names[i] = group;
+      } else if (!group.empty()) {
+        const bool has_unit = names[i].find_first_of("([") != std::string::npos;
+        names[i] = fmt::format("{} {}{}", word, names[i],
+                               has_unit || bracket == group.size() ? "" : " " + group.substr(bracket));
+      }
+    }
+    return names;
+  }
+
+  void given_header() {
+    dialect_.names = text_fields(options_.header, ',');
+    dialect_.header_line = 0;
+    dialect_.header.clear();
+    header_rows_ = 0;
+    if (dialect_.names.size() + 1 == shape_.fields && shape_.empty_last) {
+      dialect_.names.emplace_back();
+    }
+    if (dialect_.names.size() == shape_.fields) return;
+    throw InputError(file_, dialect_.first_row, 0,
+                     fmt::format("--columns names {} columns, this row has {} fields",
+                                 dialect_.names.size(), shape_.fields),
+                     "name every column in its order; - ignores one");
+  }
+
+  [[noreturn]] void no_header() const {
+    throw InputError(
+        file_, dialect_.first_row, 0,
+        fmt::format("there is no header: the first line holds numbers, not the names of the "
+                    "columns ({} of them)",
+                    shape_.fields),
+        "put a header line above it, or name the columns (- ignores one): --columns "
+        "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z");
+  }
+
+  // A column of words that name sensors, and columns of their numbers.
+  bool long_format() {
+    if (!options_.header.empty()) return false;
+    const std::size_t columns = shape_.fields;
+    std::vector<std::vector<std::string>> words(columns);  // of each column, in their order
+    std::vector<std::size_t> numbers(columns, 0), rows_of(columns, 0);
+    for (std::size_t i = shape_.first_row; i < lines_.size(); ++i) {
+      const std::vector<std::string> fields = text_fields(lines_[i].text, shape_.separator);
+      for (std::size_t c = 0; c < columns && c < fields.size(); ++c) {
+        const FieldKind kind = field_kind(fields[c]);
+        ++rows_of[c];
+        if (kind != FieldKind::kWord && kind != FieldKind::kEmpty) ++numbers[c];
+        if (kind == FieldKind::kWord && words[c].size() < 64 &&
+            std::ranges::find(words[c], fields[c]) == words[c].end()) {
+          words[c].push_back(fields[c]);
+        }
+      }
+    }
+    for (std::size_t c = 0; c < columns; ++c) {
+      if (numbers[c] == 0 && long_format_by(c, words[c], numbers, rows_of)) return true;
+    }
+    return false;
+  }
+
+  bool long_format_by(std::size_t word_column, const std::vector<std::string>& words,
+                      const std::vector<std::size_t>& numbers,
+                      const std::vector<std::size_t>& rows) {
+    LongFormat format;
+    format.separator = shape_.separator;
+    format.decimal_comma = shape_.decimal_comma;
+    format.word = word_column;
+    std::size_t whole = 0, single = 0;  // words that name a sensor, or one component
+    for (const std::string& word : words) {
+      whole += csv_name(word + "_x").name.empty() ? 0 : 1;
+      single += csv_name(word).name.empty() ? 0 : 1;
+    }
+    if (std::max(whole, single) < 2) return false;
+    const bool components = single > whole;
+    std::vector<std::size_t> others;
+    std::optional<std::size_t> time;
+    for (std::size_t c = 0; c < numbers.size(); ++c) {
+      if (2 * numbers[c] < rows[c]) continue;
+      const std::string name = c < dialect_.names.size() ? dialect_.names[c] : "";
+      if (!time && (dialect_.names.empty() || csv_name(name).name == "t")) {
+        time = c;
+      } else {
+        others.push_back(c);
+      }
+    }
+    const std::size_t values = components ? 1 : 3;
+    if (!time || others.size() < values) return false;
+    std::vector<std::size_t> axes;
+    for (const std::size_t c : others) {
+      const std::string name = c < dialect_.names.size() ? dialect_.names[c] : "";
+      if (!components && !csv_name("acc_" + name).name.empty()) axes.push_back(c);
+    }
+    format.time = *time;
+    format.values = axes.size() == 3
+                        ? axes
+                        : std::vector<std::size_t>(others.end() - std::ptrdiff_t(values), others.end());
+    const std::string time_name =
+        *time < dialect_.names.size() ? dialect_.names[*time] : std::string("t");
+    std::vector<std::string> names = {time_name}, ignored;
+    for (const std::string& word : words) {
+      if (csv_name(components ? word : word + "_x").name.empty()) {
+        ignored.push_back(quoted_text(word));
+        continue;
+      }
+      format.words.push_back(word);
+      for (std::size_t axis = 0; axis < values; ++axis) {
+        names.push_back(components ? word : word + '_' + "xyz"[axis]);
+      }
+    }
+    dialect_.notes.push_back(
+        "every row is one sensor's: " + fmt::format("{}", fmt::join(format.words, ", ")) +
+        (ignored.empty() ? "" : fmt::format("; ignored: {}", fmt::join(ignored, ", "))));
+    dialect_.names = std::move(names);
+    dialect_.header.clear();
+    dialect_.separator = ',';
+    dialect_.translator = long_format_translator(std::move(format));
+    return true;
+  }
+
+  // Columns "acc_time", "gyr_time": one each for two sensors or more.
+  void own_times() {
+    std::map<std::string, std::string> times;
+    for (const std::string& name : dialect_.names) {
+      if (!csv_name(name).name.empty()) continue;
+      if (const std::string sensor = csv_time_of(name); !sensor.empty()) times.emplace(sensor, name);
+    }
+    if (times.size() >= 2) dialect_.times_of = std::move(times);
+  }
+
+  void translate() {
+    const auto column = [this](std::initializer_list<const char*> ends) {
+      for (std::size_t i = 0; i < dialect_.names.size(); ++i) {
+        std::string name = dialect_.names[i];
+        std::ranges::replace_if(name, [](char c) { return c == '.' || c == '/' || c == ' '; }, '_');
+        for (const std::string end : ends) {
+          if (name == end || name.ends_with("_" + end)) return i;
+        }
+      }
+      return dialect_.names.size();
+    };
+    const std::size_t s = column({"sec", "secs", "stamp_sec", "stamp_secs"});
+    const std::size_t ns = column({"nsec", "nsecs", "nanosec", "nanosecs"});
+    if (ns < dialect_.names.size() && s < dialect_.names.size() && s + 1 == ns &&
+        shape_.separator != ' ') {
+      dialect_.translator = nanoseconds_translator(shape_.separator, s, ns);
+      dialect_.notes.push_back(fmt::format("the time is {} and {} together",
+                                           quoted_text(dialect_.names[s]),
+                                           quoted_text(dialect_.names[ns])));
+      dialect_.names[s] = "header stamp (s)";
+      dialect_.names[ns].clear();
+      return;
+    }
+    const bool blanks = shape_.separator == ' ' && !shape_.single_blanks;
+    if (shape_.decimal_comma || blanks || shape_.quoted) {
+      dialect_.translator = plain_numbers_translator(shape_.separator, shape_.decimal_comma);
+    }
+  }
+
+  // What the fast reader does by itself: the first line that is no comment is the header.
+  bool is_plain() const {
+    if (dialect_.translator || !dialect_.times_of.empty() || header_rows_ != 1) return false;
+    const auto first = std::ranges::find_if(
+        lines_, [](const HeadLine& l) { return !csv_trimmed(l.text).starts_with('#'); });
+    if (first == lines_.end() || first->number != dialect_.header_line) return false;
+    char separator = ',';
+    for (const char c : {'\t', ';', ','}) {
+      if (first->text.find(c) != std::string_view::npos) separator = c;
+    }
+    return separator == shape_.separator &&
+           text_fields(first->text, separator) == dialect_.names && !shape_.empty_last;
+  }
+
+  void say() {
+    std::vector<std::string> said;
+    const char* const name = shape_.separator == ';'    ? "semicolons"
+                             : shape_.separator == '\t' ? "tabs"
+                             : shape_.separator == '|'  ? "bars"
+                             : shape_.separator == ' '  ? "blanks"
+                                                        : "commas";
+    said.push_back(fmt::format("fields are separated by {}", name));
+    if (shape_.decimal_comma) said.emplace_back("decimals by a comma");
+    if (dialect_.header_line > 0) {
+      said.push_back(header_rows_ == 2 && lines_[shape_.first_row - 1].number != dialect_.header_line
+                         ? fmt::format("names are in lines {} and {}", dialect_.header_line,
+                                       lines_[shape_.first_row - 1].number)
+                         : fmt::format("names are in line {}", dialect_.header_line));
+    }
+    said.push_back(fmt::format("rows begin in line {}", dialect_.first_row));
+    dialect_.notes.push_back(fmt::format("{}", fmt::join(said, ", ")));
+  }
+
+  std::vector<HeadLine> lines_;
+  const std::string& file_;
+  const CsvOptions& options_;
+  TableShape shape_;
+  CsvDialect dialect_;
+  std::size_t header_rows_ = 0;
+};
+
+}  // namespace
+
+CsvDialect recognised_dialect(std::string_view head, const std::string& file,
+                              const CsvOptions& options) {
+  return Recogniser(head, file, options).recognised();
+}
+
+}  // namespace magimu

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What kind of text a file is, recognised from its first lines: separator, decimal comma, lines
+// above the header, where the header is (none, behind '#', in two rows, with units below it), or
+// something else than a table (labelled numbers, a sensor a row). One answer for all of it: the
+// names of the columns, the first row, and what makes rows of the lines.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "recording/csv.h"
+#include "recording/csv/line_translator.h"
+
+namespace magimu {
+
+struct CsvDialect {
+  // Names of the columns, one a field. Empty: the file is plain, and its first line its header.
+  std::vector<std::string> names;
+  long header_line = 0;  // 0: it has none
+  std::string header;    // that line, which may come again
+  long first_row = 1;    // lines before it hold no samples
+  char separator = ',';
+  std::shared_ptr<LineTranslator> translator;  // null: lines are rows as they are
+  // Sensors with a column of times of their own, and that column.
+  std::map<std::string, std::string> times_of;
+  std::vector<std::string> notes;
+
+  bool plain() const { return names.empty(); }
+};
+
+// head: the first lines of the file, whole ones (but the last, if the file ends there). InputError
+// where there is no header and none is given.
+CsvDialect recognised_dialect(std::string_view head, const std::string& file,
+                              const CsvOptions& options);
+
+}  // namespace magimu

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recording/csv/csv_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "recording/csv_names.h"
+#include "recording/files/one_clock.h"
+
+namespace magimu {
+namespace {
+
+// Of a text, to tell the dialect: more lines than any header has.
+constexpr std::size_t kHeadBytes = 1 << 16;
+// A thousand magnetometers take 50 kB. What goes on without a line end (/dev/zero) would fill all
+// memory.
+constexpr std::size_t kLongestTextLine = 1 << 20;
+
+// A file's rate tells a forgotten time unit: no IMU samples once in minutes.
+void note_odd_rate(Recording& recording) {
+  const double rate = recording.acc.rate_hz();
+  if (rate == 0.0 || rate >= 1.0) return;
+  recording.notes.push_back(fmt::format(
+      "the accelerometer has a sample every {} s: is the file's time in s? give its unit if not",
+      1.0 / rate));
+}
+
+}  // namespace
+
+void CsvReader::push(std::string_view piece, std::size_t size) {
+  if (has_begun_) return lines(piece);
+  size_ = size;
+  head_ += piece;
+  if (head_.size() >= kHeadBytes) begin(false);
+}
+
+void CsvReader::begin(bool whole) {
+  has_begun_ = true;
+  std::string_view head = std::string_view(head_).substr(0, kHeadBytes);
+  const bool all = whole && head.size() == head_.size();
+  if (!all) head = head.substr(0, head.rfind('\n') + 1);
+  if (head.find('\0') == std::string_view::npos) {
+    dialect_ = recognised_dialect(head, path_, options_);
+  }
+  if (dialect_.times_of.empty()) {
+    parsers_.emplace_back(path_, options_);
+    parsers_.back().whole_file(expected_rows());
+    if (!dialect_.plain()) parsers_.back().dialect(dialect_);
+  } else {
+    for (const auto& [sensor, time] : dialect_.times_of) {
+      CsvDialect own = dialect_;
+      CsvOptions options = options_;
+      for (std::string& name : own.names) {
+        const std::string meaning = csv_name(name).name;
+        const bool its = name == time || meaning.starts_with(sensor);
+        if (!its) name.clear();
+      }
+      options.columns[time] = "t";
+      options.require_imu = options.require_mag = false;
+      options.keep_origin = true;
+      own.notes.clear();
+      parsers_.emplace_back(path_, std::move(options));
+      parsers_.back().whole_file(expected_rows());
+      parsers_.back().dialect(std::move(own));
+    }
+  }
+  const std::string text = std::move(head_);
+  lines(text);
+}
+
+// For reserving; 0: not known (a pipe).
+std::size_t CsvReader::expected_rows() const {
+  const auto rows = static_cast<double>(std::ranges::count(head_, '\n'));
+  if (size_ <= head_.size()) return static_cast<std::size_t>(size_ == 0 ? 0.0 : rows);
+  constexpr double kMost = 1 << 24;  // a size may be no more than a claim (a file with holes)
+  const double share = static_cast<double>(size_) / static_cast<double>(head_.size());
+  return static_cast<std::size_t>(std::min(1.02 * rows * share, kMost));
+}
+
+void CsvReader::lines(std::string_view piece) {
+  while (true) {
+    const std::size_t end = piece.find('\n');
+    if (end == std::string_view::npos) break;
+    if (begun_.empty()) {
+      line(piece.substr(0, end));
+    } else {
+      begun_ += piece.substr(0, end);
+      line(begun_);
+      begun_.clear();
+    }
+    piece.remove_prefix(end + 1);
+  }
+  begun_ += piece;
+  if (begun_.size() > kLongestTextLine) refuse_long_line();
+}
+
+void CsvReader::line(std::string_view text) {
+  ++lines_;
+  if (failed_ && text.find_first_not_of(" \t\r") != std::string_view::npos) throw *failed_;
+  try {
+    for (CsvParser& parser : parsers_) parser.line(text);
+  } catch (const ShortRow& error) {
+    failed_ = error;
+    failed_short_ = true;
+  } catch (const InputError& error) {
+    if (!parsers_.front().has_rows()) throw;
+    failed_ = error;
+  }
+}
+
+// A recording that was cut off ends in the middle of a row.
+void CsvReader::last_line_failed() {
+  const bool cut = failed_short_ || at_end_;
+  if (!cut || !parsers_.front().has_rows()) throw *failed_;
+  cut_off_ = failed_->line;
+}
+
+void CsvReader::refuse_long_line() {
+  if (begun_.find('\0') != std::string::npos) parsers_.front().line(begun_);  // it says so
+  throw InputError(path_, lines_ + 1, 0,
+                   fmt::format("this line is longer than {} bytes", kLongestTextLine),
+                   "check that this is a CSV file, with a line for each sample");
+}
+
+Recording CsvReader::finish() {
+  if (!has_begun_) begin(true);
+  if (!begun_.empty()) {
+    const bool failed_before = failed_.has_value();
+    line(begun_);
+    at_end_ = !failed_before;
+  }
+  if (failed_) last_line_failed();
+  Recording recording;
+  if (dialect_.times_of.empty()) {
+    recording = parsers_.front().finish();
+  } else {
+    std::vector<Recording> parts;
+    for (CsvParser& parser : parsers_) {
+      if (parser.has_rows()) parts.push_back(parser.finish());
+    }
+    recording = joined(std::move(parts), path_, options_);
+    recording.notes.insert(recording.notes.begin(), dialect_.notes.begin(), dialect_.notes.end());
+    recording.notes.emplace_back("every sensor has times of its own in this file");
+  }
+  if (cut_off_ > 0) {
+    const std::string text =
+        fmt::format("the last row (line {}) is cut off; it is left out", cut_off_);
+    recording.notes.push_back(text);
+  }
+  recording.name = std::filesystem::path(path_).filename().string();
+  note_odd_rate(recording);
+  return recording;
+}
+
+}  // namespace magimu

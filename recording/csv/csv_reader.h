@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A text that comes in pieces to a recording: its first pieces tell the dialect, the rest goes line
+// by line through CsvParser.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "recording/csv/csv_dialect.h"
+#include "recording/csv_parser.h"
+#include "recording/error.h"
+
+namespace magimu {
+
+class CsvReader {
+ public:
+  // path: for messages, as long as the reader lives.
+  CsvReader(const std::string& path, const CsvOptions& options) : path_(path), options_(options) {}
+
+  // size: of the whole text, 0 if that is not known.
+  void push(std::string_view piece, std::size_t size);
+  Recording finish();
+
+ private:
+  void begin(bool whole);
+  void lines(std::string_view piece);
+  void line(std::string_view text);
+  void last_line_failed();
+  void refuse_long_line();
+  std::size_t expected_rows() const;
+
+  const std::string& path_;
+  const CsvOptions& options_;
+  std::string head_;  // until the dialect is known
+  bool has_begun_ = false;
+  std::size_t size_ = 0;
+  CsvDialect dialect_;
+  std::vector<CsvParser> parsers_;  // one; or one for each sensor with times of its own
+  std::string begun_;               // a line whose end has not come yet
+  long lines_ = 0;                  // that have ended
+  // An error in a row counts unless it is the last one, which may be cut off.
+  std::optional<InputError> failed_;
+  bool failed_short_ = false, at_end_ = false;
+  long cut_off_ = 0;
+};
+
+}  // namespace magimu

@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recording/csv/line_translator.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+
+#include "recording/csv/text_fields.h"
+#include "recording/csv_columns.h"
+#include "recording/units.h"
+
+namespace magimu {
+namespace {
+
+bool is_blank_char(char c) { return c == ' ' || c == '\t'; }
+bool is_alnum(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; }
+// Also the letters beyond ASCII.
+bool is_letter(char c) {
+  return std::isalpha(static_cast<unsigned char>(c)) != 0 || static_cast<unsigned char>(c) > 127;
+}
+
+class PlainNumbers final : public LineTranslator {
+ public:
+  PlainNumbers(char separator, bool decimal_comma)
+      : separator_(separator), decimal_comma_(decimal_comma) {}
+
+  std::optional<std::string_view> row(std::string_view line) override {
+    out_.clear();
+    if (separator_ == ' ') line = csv_trimmed(line);
+    bool quoted = false;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      const char c = line[i];
+      if (c == '"') {
+        quoted = !quoted;
+      } else if (separator_ == ' ' && !quoted && is_blank_char(c)) {
+        if (!out_.ends_with(' ')) out_ += ' ';
+      } else if (quoted && c == separator_ && !(decimal_comma_ && c == ',')) {
+        out_ += ' ';
+      } else {
+        out_ += decimal_comma_ && c == ',' && (quoted || separator_ != ',') ? '.' : c;
+      }
+    }
+    return out_;
+  }
+
+ private:
+  char separator_;
+  bool decimal_comma_;
+  std::string out_;
+};
+
+class Nanoseconds final : public LineTranslator {
+ public:
+  Nanoseconds(char separator, std::size_t seconds, std::size_t nanoseconds)
+      : separator_(separator), seconds_(seconds), nanoseconds_(nanoseconds) {}
+
+  std::optional<std::string_view> row(std::string_view line) override {
+    const std::vector<std::string> fields = text_fields(line, separator_);
+    out_.clear();
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      if (i > 0) out_ += separator_;
+      if (i == nanoseconds_) continue;
+      out_ += fields[i];
+      if (i != seconds_ || nanoseconds_ >= fields.size()) continue;
+      const std::string& ns = fields[nanoseconds_];
+      const bool digits = !ns.empty() && ns.size() <= 9 &&
+                          ns.find_first_not_of("0123456789") == std::string::npos;
+      if (digits) out_ += '.' + std::string(9 - ns.size(), '0') + ns;
+    }
+    return out_;
+  }
+
+ private:
+  char separator_;
+  std::size_t seconds_, nanoseconds_;
+  std::string out_;
+};
+
+class LongRows final : public LineTranslator {
+ public:
+  explicit LongRows(LongFormat format) : format_(std::move(format)) {}
+
+  std::optional<std::string_view> row(std::string_view line) override {
+    const std::vector<std::string> fields = text_fields(line, format_.separator);
+    if (format_.word >= fields.size() || format_.time >= fields.size()) return std::nullopt;
+    const auto word = std::ranges::find(format_.words, fields[format_.word]);
+    if (word == format_.words.end()) return std::nullopt;
+    out_ = number(fields[format_.time]);
+    for (auto other = format_.words.begin(); other != format_.words.end(); ++other) {
+      for (const std::size_t value : format_.values) {
+        out_ += ',';
+        if (other == word && value < fields.size()) out_ += number(fields[value]);
+      }
+    }
+    return out_;
+  }
+
+ private:
+  std::string number(std::string text) const {
+    if (format_.decimal_comma) std::ranges::replace(text, ',', '.');
+    return text;
+  }
+
+  LongFormat format_;
+  std::string out_;
+};
+
+class LabelledRows final : public LineTranslator {
+ public:
+  LabelledRows(std::vector<LabelledField> fields, bool with_clock)
+      : fields_(std::move(fields)), with_clock_(with_clock) {}
+
+  std::optional<std::string_view> row(std::string_view line) override {
+    out_.clear();
+    const std::optional<std::string_view> clock = leading_clock(line);
+    if (with_clock_) {
+      if (!clock) return std::nullopt;
+      out_ += *clock;
+    }
+    const std::vector<LabelledNumber> numbers = labelled_numbers(line);
+    bool any = false;
+    for (const LabelledField& field : fields_) {
+      if (with_clock_ || &field != &fields_.front()) out_ += ',';
+      for (const LabelledNumber& number : numbers) {
+        if (number.label != field.label || number.component != field.component) continue;
+        out_ += number.text;
+        any = true;
+        break;
+      }
+    }
+    return any ? std::optional<std::string_view>(out_) : std::nullopt;
+  }
+
+ private:
+  std::vector<LabelledField> fields_;
+  bool with_clock_;
+  std::string out_;
+};
+
+bool is_axis_word(std::string_view word) {
+  return word.size() == 1 && std::string_view("xyzXYZ").find(word.front()) != std::string_view::npos;
+}
+
+// The words between two numbers: the unit of the first, the label of the second.
+class Label {
+ public:
+  // Words that are left over from the label before: "Accel" of "Accel X".
+  void read(std::string_view between, LabelledNumber* before) {
+    std::vector<std::string> pieces(1);
+    for (const char c : between) {
+      const bool breaks = std::string_view(":={[(").find(c) != std::string_view::npos;
+      const bool drops = std::string_view("}]),;\"'|>").find(c) != std::string_view::npos;
+      if (breaks) {
+        pieces.emplace_back();
+      } else {
+        pieces.back() += drops ? ' ' : c;
+      }
+    }
+    std::erase_if(pieces, [](std::string& p) {
+      p = std::string(csv_trimmed(p));
+      return std::ranges::none_of(p, is_letter);
+    });
+    if (pieces.empty()) {  // one more number behind the same label
+      if (before != nullptr) ++component_;
+      return;
+    }
+    component_ = 0;
+    take_unit(pieces.front(), before);
+    if (pieces.front().empty()) pieces.erase(pieces.begin());
+    if (pieces.empty()) {
+      ++component_;
+      return;
+    }
+    const std::string last = pieces.back();
+    pieces.pop_back();
+    if (!pieces.empty()) group_ = pieces.back();
+    const std::size_t blank = last.find_last_of(" _");
+    if (is_axis_word(last)) {
+      text_ = group_.empty() ? last : group_ + " " + last;
+    } else {
+      text_ = last;
+      const bool ends_in_axis =
+          blank != std::string::npos && is_axis_word(std::string_view(last).substr(blank + 1));
+      group_ = ends_in_axis ? last.substr(0, blank) : "";
+    }
+  }
+
+  const std::string& text() const { return text_; }
+  std::size_t component() const { return component_; }
+
+ private:
+  // "m/s^2  Gyro X" -> "Gyro X"
+  static void take_unit(std::string& piece, LabelledNumber* before) {
+    if (before == nullptr) return;
+    const std::string word = piece.substr(0, piece.find_first_of(" \t"));
+    for (const char* quantity : {"acc", "gyr", "mag", "t"}) {
+      // A single letter is a name more often than a unit: "g", "m", "t".
+      if (word.size() < 2 || !unit_in_ours(quantity, word)) continue;
+      before->unit = word;
+      piece = std::string(csv_trimmed(std::string_view(piece).substr(word.size())));
+      return;
+    }
+  }
+
+  std::string text_, group_;
+  std::size_t component_ = 0;
+};
+
+}  // namespace
+
+std::vector<LabelledNumber> labelled_numbers(std::string_view line) {
+  std::vector<LabelledNumber> out;
+  Label label;
+  std::size_t from = 0;  // of the words since the last number
+  for (std::size_t i = 0; i < line.size();) {
+    const char c = line[i];
+    const bool sign = (c == '-' || c == '+') && i + 1 < line.size() &&
+                      (std::isdigit(static_cast<unsigned char>(line[i + 1])) != 0 ||
+                       line[i + 1] == '.');
+    const bool begins = std::isdigit(static_cast<unsigned char>(c)) != 0 || sign ||
+                        (c == '.' && i + 1 < line.size() &&
+                         std::isdigit(static_cast<unsigned char>(line[i + 1])) != 0);
+    const char before = i > 0 ? line[i - 1] : ' ';
+    if (!begins || is_alnum(before) || before == '_' || is_letter(before) || before == '^' ||
+        before == '.') {
+      ++i;
+      continue;
+    }
+    const std::size_t first = c == '+' ? i + 1 : i;
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(line.data() + first, line.data() + line.size(), value);
+    const auto after = static_cast<std::size_t>(end - line.data());
+    if (error == std::errc::invalid_argument || after <= i) {
+      ++i;
+      continue;
+    }
+    if (after < line.size() && (line[after] == '_' || line[after] == ':')) {
+      i = after;  // part of a word or of a time
+      continue;
+    }
+    label.read(line.substr(from, i - from), out.empty() ? nullptr : &out.back());
+    if (!label.text().empty()) {
+      out.push_back({label.text(), label.component(), line.substr(first, after - first), {}});
+    }
+    from = i = after;
+  }
+  if (!out.empty()) label.read(line.substr(from), &out.back());  // the last one's unit
+  return out;
+}
+
+std::optional<std::string_view> leading_clock(std::string_view& line) {
+  std::string_view at = csv_trimmed(line);
+  if (at.starts_with('[')) at.remove_prefix(1);
+  const std::size_t end = at.find_first_not_of("0123456789:.-/T");
+  const std::string_view clock = at.substr(0, end);
+  if (!clock_seconds(clock)) return std::nullopt;
+  at.remove_prefix(clock.size());
+  while (!at.empty() && std::string_view("]-> \t").find(at.front()) != std::string_view::npos) {
+    // The minus of "-> -1.5" is the number's.
+    if (at.front() == '-' && at.size() > 1 && at[1] != '>') break;
+    at.remove_prefix(1);
+  }
+  line = at;
+  return clock;
+}
+
+std::shared_ptr<LineTranslator> plain_numbers_translator(char separator, bool decimal_comma) {
+  return std::make_shared<PlainNumbers>(separator, decimal_comma);
+}
+
+std::shared_ptr<LineTranslator> nanoseconds_translator(char separator, std::size_t seconds,
+                                                       std::size_t nanoseconds) {
+  return std::make_shared<Nanoseconds>(separator, seconds, nanoseconds);
+}
+
+std::shared_ptr<LineTranslator> long_format_translator(LongFormat format) {
+  return std::make_shared<LongRows>(std::move(format));
+}
+
+std::shared_ptr<LineTranslator> labelled_translator(std::vector<LabelledField> fields,
+                                                    bool with_clock) {
+  return std::make_shared<LabelledRows>(std::move(fields), with_clock);
+}
+
+}  // namespace magimu

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Lines of other dialects, one by one, to the rows that CsvParser reads fast: numbers with a decimal
+// point, one separator, always as many fields.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace magimu {
+
+class LineTranslator {
+ public:
+  virtual ~LineTranslator() = default;
+  // The row, valid until the next call; nothing for a line that holds no sample.
+  virtual std::optional<std::string_view> row(std::string_view line) = 0;
+};
+
+// Runs of blanks to one, decimal commas to points, quotation marks away.
+std::shared_ptr<LineTranslator> plain_numbers_translator(char separator, bool decimal_comma);
+
+// Seconds and nanoseconds (ROS) in two fields to one.
+std::shared_ptr<LineTranslator> nanoseconds_translator(char separator, std::size_t seconds,
+                                                       std::size_t nanoseconds);
+
+// Long format: a row is one sensor's reading at one time.
+struct LongFormat {
+  char separator = ',';
+  bool decimal_comma = false;
+  std::size_t time = 0, word = 0;    // fields: the time, the sensor's word
+  std::vector<std::size_t> values;   // fields: its numbers
+  std::vector<std::string> words;    // one a sensor: its numbers come in this order in the row
+};
+std::shared_ptr<LineTranslator> long_format_translator(LongFormat format);
+
+// "ax:0.4, ay=1.05", "Accel X: 0.1 Y: 0.2 m/s^2", {"acc":[1,2,3]}: one number of a line, with the
+// words before it.
+struct LabelledNumber {
+  std::string label;           // "ax", "Accel X", "acc"
+  std::size_t component = 0;   // of several numbers behind one label
+  std::string_view text;       // the number
+  std::string unit;            // behind it, where a known one is there
+};
+std::vector<LabelledNumber> labelled_numbers(std::string_view line);
+
+struct LabelledField {
+  std::string label;
+  std::size_t component = 0;
+};
+// Rows with these fields, the time of the day before the line ("12:00:01.5 -> ...") in front of
+// them if with_clock.
+std::shared_ptr<LineTranslator> labelled_translator(std::vector<LabelledField> fields,
+                                                    bool with_clock);
+
+// A time of the day that a terminal has put before a line, and what follows it.
+std::optional<std::string_view> leading_clock(std::string_view& line);
+
+}  // namespace magimu

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recording/csv/text_fields.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+
+#include "recording/csv_columns.h"
+
+namespace magimu {
+namespace {
+
+bool is_decimal_digit(char c) { return c >= '0' && c <= '9'; }
+
+// Digits, to a number of at most `most` of them; their count.
+std::size_t take_digits(std::string_view& text, std::size_t most, double& value) {
+  std::size_t count = 0;
+  value = 0.0;
+  while (count < text.size() && count < most && is_decimal_digit(text[count])) {
+    value = 10.0 * value + double(text[count++] - '0');
+  }
+  text.remove_prefix(count);
+  return count;
+}
+
+bool take_char(std::string_view& text, std::string_view one_of, char* which = nullptr) {
+  if (text.empty() || one_of.find(text.front()) == std::string_view::npos) return false;
+  if (which != nullptr) *which = text.front();
+  text.remove_prefix(1);
+  return true;
+}
+
+// Days from 1970-01-01 of the Gregorian calendar (Fliegel and Van Flandern, 1968).
+double days_since_1970(long y, long m, long d) {
+  const long a = (m - 14) / 12;
+  const long julian = (1461 * (y + 4800 + a)) / 4 + (367 * (m - 2 - 12 * a)) / 12 -
+                      (3 * ((y + 4900 + a) / 100)) / 4 + d - 32075;
+  return double(julian - 2440588);
+}
+
+// "2023-05-01", "2023/05/01", "01.05.2023"; the days, and the rest of the text.
+std::optional<double> take_date(std::string_view& text) {
+  std::string_view at = text;
+  double a = 0.0, b = 0.0, c = 0.0;
+  const std::size_t first = take_digits(at, 4, a);
+  char mark = 0;
+  if (first == 0 || first == 3 || !take_char(at, "-/.", &mark)) return std::nullopt;
+  if (const std::size_t n = take_digits(at, 2, b); n == 0 || !take_char(at, {&mark, 1})) {
+    return std::nullopt;
+  }
+  const std::size_t last = take_digits(at, 4, c);
+  if (first == 4 ? (last == 0 || last > 2) : last != 4) return std::nullopt;
+  const double year = first == 4 ? a : c, day = first == 4 ? c : a;
+  const bool month_first = mark == '/' && first != 4;  // 5/31/2023
+  const double month = month_first ? a : b, of_month = month_first ? b : day;
+  if (month < 1 || month > 12 || of_month < 1 || of_month > 31) return std::nullopt;
+  text = at;
+  return days_since_1970(long(year), long(month), long(of_month));
+}
+
+// "12:00:00.25"
+std::optional<double> take_time_of_day(std::string_view& text) {
+  std::string_view at = text;
+  double hour = 0.0, minute = 0.0, second = 0.0;
+  if (take_digits(at, 2, hour) == 0 || !take_char(at, ":")) return std::nullopt;
+  if (take_digits(at, 2, minute) != 2 || !take_char(at, ":")) return std::nullopt;
+  if (take_digits(at, 2, second) != 2 || hour > 24 || minute > 59 || second > 60) {
+    return std::nullopt;
+  }
+  double fraction = 0.0;
+  if (at.size() > 1 && (at[0] == '.' || at[0] == ',' || at[0] == ':') && is_decimal_digit(at[1])) {
+    at.remove_prefix(1);
+    const std::string_view digits = at;
+    const std::size_t n = take_digits(at, 15, fraction);
+    const std::string text_of = "0." + std::string(digits.substr(0, n));
+    std::from_chars(text_of.data(), text_of.data() + text_of.size(), fraction);
+    double more = 0.0;
+    take_digits(at, at.size(), more);
+  }
+  text = at;
+  return 3600.0 * hour + 60.0 * minute + second + fraction;
+}
+
+// "Z", "+02:00", "-0530", " UTC", " PM", after this time of the day.
+std::optional<double> zone_seconds(std::string_view text, double time_of_day) {
+  constexpr double kNoon = 43200.0;
+  text = csv_trimmed(text);
+  if (text.empty() || text == "Z" || text == "z" || text == "UTC" || text == "GMT") return 0.0;
+  if (text == "AM" || text == "am") return time_of_day < kNoon ? 0.0 : kNoon;
+  if (text == "PM" || text == "pm") return time_of_day < kNoon ? -kNoon : 0.0;
+  char sign = 0;
+  double hour = 0.0, minute = 0.0;
+  if (!take_char(text, "+-", &sign) || take_digits(text, 2, hour) != 2) return std::nullopt;
+  take_char(text, ":");
+  if (!text.empty() && take_digits(text, 2, minute) != 2) return std::nullopt;
+  if (!text.empty()) return std::nullopt;
+  return (sign == '+' ? 1.0 : -1.0) * (3600.0 * hour + 60.0 * minute);
+}
+
+bool is_number(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error != std::errc::invalid_argument && end == text.data() + text.size();
+}
+
+}  // namespace
+
+std::vector<std::string> text_fields(std::string_view line, char separator) {
+  std::vector<std::string> fields;
+  if (separator == ' ') line = csv_trimmed(line);
+  std::string field;
+  bool quoted = false;
+  const auto finish = [&] {
+    std::string_view text = csv_trimmed(field);
+    if (text.size() >= 2 && text.front() == '"' && text.back() == '"') {
+      text = csv_trimmed(text.substr(1, text.size() - 2));
+    }
+    fields.emplace_back(text);
+    field.clear();
+  };
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (c == '"') quoted = !quoted;
+    const bool blank = separator == ' ' && (c == ' ' || c == '\t');
+    if (quoted || (c != separator && !blank)) {
+      field += c;
+      continue;
+    }
+    finish();
+    while (blank && i + 1 < line.size() && (line[i + 1] == ' ' || line[i + 1] == '\t')) ++i;
+  }
+  finish();
+  return fields;
+}
+
+FieldKind field_kind(std::string_view field) {
+  field = csv_trimmed(field);
+  if (field.empty() || says_no_number(field)) return FieldKind::kEmpty;
+  if (is_number(field)) return FieldKind::kNumber;
+  if (std::ranges::count(field, ',') == 1 && field.size() < 64) {
+    std::string point(field);
+    std::ranges::replace(point, ',', '.');
+    if (is_number(point)) return FieldKind::kCommaNumber;
+  }
+  std::string_view rest = field;
+  if (clock_seconds(field) || (take_date(rest) && rest.empty())) return FieldKind::kClock;
+  return FieldKind::kWord;
+}
+
+std::optional<double> clock_seconds(std::string_view text) {
+  text = csv_trimmed(text);
+  if (text.size() < 7 || !is_decimal_digit(text.front())) return std::nullopt;
+  const std::optional<double> days = take_date(text);
+  if (days && !take_char(text, "Tt _-")) return std::nullopt;
+  text = csv_trimmed(text);
+  const std::optional<double> time = take_time_of_day(text);
+  if (!time) return std::nullopt;
+  const std::optional<double> zone = zone_seconds(text, *time);
+  if (!zone) return std::nullopt;
+  return 86400.0 * days.value_or(0.0) + *time - *zone;
+}
+
+bool says_no_number(std::string_view text) {
+  std::string lower;
+  for (const char c : text.substr(0, 8)) {
+    lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return lower == "na" || lower == "n/a" || lower == "null" || lower == "none" || lower == "<na>" ||
+         lower == "nan" || lower == "-nan";
+}
+
+}  // namespace magimu

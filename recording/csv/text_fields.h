@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Fields of a line of text, whatever separates them, and what kind of thing a field holds: for
+// recognising a dialect (csv_dialect.h), where rows need not be fast yet.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace magimu {
+
+// Fields without the blanks and the quotation marks around them; a separator within quotation marks
+// separates nothing. separator ' ': any number of blanks and tabs.
+std::vector<std::string> text_fields(std::string_view line, char separator);
+
+enum class FieldKind {
+  kEmpty,        // nothing, or a word for "no number": nan, null
+  kNumber,       // 1, -0.5, 1e-3
+  kCommaNumber,  // -0,5: with a decimal comma
+  kClock,        // a date, a time of day, or both
+  kWord,
+};
+FieldKind field_kind(std::string_view field);
+
+// Seconds since 1970 (or midnight, if there is no date) of "2023-05-01T12:00:00.25Z", "12:00:00.25",
+// "01.05.2023 12:00:00", "2023/05/01 12:00:00,25" and the like, with or without an offset of its
+// zone; nothing for any other text. A date alone is no time.
+std::optional<double> clock_seconds(std::string_view text);
+
+// What programs write where there is no number: numpy, pandas, R, JavaScript.
+bool says_no_number(std::string_view text);
+
+}  // namespace magimu

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recording/logs/log_recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "recording/csv_columns.h"
+#include "recording/error.h"
+#include "recording/quoted_text.h"
+#include "recording/row_times.h"
+
+namespace magimu {
+namespace {
+
+constexpr std::size_t kMostSensors = 60000;
+constexpr double kFew = 0.02;  // of the samples of the best: not the sensor that is meant
+
+const char* kind_in_words(std::string_view kind) {
+  return kind == "acc" ? "accelerometer" : kind == "gyr" ? "gyroscope" : "magnetometer";
+}
+
+// Row times by their numbers: rows of a sensor by time, later ones of one time left out.
+void give_log_times(VectorSeries& series, const std::vector<std::size_t>& rows,
+                    const std::vector<double>& times) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!std::isnan(times[rows[i]])) order.push_back(i);
+  }
+  const auto time = [&](std::size_t i) { return times[rows[i]]; };
+  if (!std::ranges::is_sorted(order, {}, time)) std::ranges::stable_sort(order, {}, time);
+  VectorSeries sorted;
+  sorted.t.reserve(order.size());
+  sorted.v.reserve(order.size());
+  for (const std::size_t i : order) {
+    if (!sorted.t.empty() && !(time(i) > sorted.t.back())) continue;
+    sorted.push_back(time(i), series.v[i]);
+  }
+  series = std::move(sorted);
+}
+
+}  // namespace
+
+LogRecording::LogRecording(const std::string& path, std::string what, const CsvOptions& options)
+    : path_(path), what_(std::move(what)), options_(options) {
+  if (!options.columns.empty() || options.rate_hz || !options.header.empty()) {
+    throw InputError(path, 0, 0, "this is " + what_ + ", which has names and times of its own",
+                     "give no --map, --columns and --rate with it; --sensor chooses sensors");
+  }
+}
+
+std::size_t LogRecording::sensor(const LogSensor& sensor) {
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    if (sensors_[i].kind == sensor.kind && sensors_[i].name == sensor.name) {
+      if (sensors_[i].said.empty()) sensors_[i].said = sensor.said;
+      return i;
+    }
+  }
+  if (sensors_.size() >= kMostSensors) {
+    throw InputError(path_, 0, 0, "it has more sensors than can be", "the file is damaged");
+  }
+  Entry entry;
+  static_cast<LogSensor&>(entry) = sensor;
+  sensors_.push_back(std::move(entry));
+  return sensors_.size() - 1;
+}
+
+void LogRecording::add(std::size_t sensor, std::int64_t t_ns, const Vector3& reading) {
+  Entry& entry = sensors_[sensor];
+  if (!chosen_) {
+    ++entry.samples;
+    return;
+  }
+  if (!entry.wanted) return;
+  if (!reading.allFinite()) {
+    ++not_finite_;
+    return;
+  }
+  if (!entry.t.empty() && entry.t.back() == t_ns && entry.v.back() == reading) {
+    ++repeated_;
+    return;
+  }
+  entry.t.push_back(t_ns);
+  entry.v.push_back(reading);
+  order_.push_back(static_cast<std::uint16_t>(sensor));
+}
+
+void LogRecording::note(const std::string& text) {
+  if (std::ranges::find(notes_, text) == notes_.end() && notes_.size() < 100) notes_.push_back(text);
+}
+
+// The best first.
+std::vector<std::size_t> LogRecording::of_kind(const std::string& kind) const {
+  std::vector<std::size_t> all;
+  std::size_t most = 0;
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    if (sensors_[i].kind != kind || sensors_[i].samples == 0) continue;
+    all.push_back(i);
+    most = std::max(most, sensors_[i].samples);
+  }
+  std::ranges::stable_sort(all, [&](std::size_t a, std::size_t b) {
+    const auto key = [&](std::size_t i) {
+      const bool few = double(sensors_[i].samples) < kFew * double(most);
+      return std::pair(few ? 0 : 1, sensors_[i].rank);
+    };
+    return key(a) > key(b);
+  });
+  return all;
+}
+
+std::string LogRecording::listed() const {
+  std::vector<std::string> all;
+  for (const char* kind : {"acc", "gyr", "mag", "temp"}) {
+    for (const std::size_t i : of_kind(kind)) {
+      all.push_back(fmt::format("{}={} ({})", kind, printable(sensors_[i].name),
+                                sensors_[i].samples));
+    }
+  }
+  constexpr std::size_t kShown = 40;
+  if (all.size() > kShown) all.resize(kShown);
+  return all.empty() ? "none" : fmt::format("{}", fmt::join(all, ", "));
+}
+
+// --sensor NAME or KIND=NAME.
+void LogRecording::choose_named(const std::string& kind, const std::vector<std::size_t>& all) {
+  for (const std::size_t i : all) {
+    sensors_[i].wanted = std::ranges::any_of(options_.sensors, [&](const std::string& said) {
+      return said == sensors_[i].name || said == kind + "=" + sensors_[i].name;
+    });
+  }
+}
+
+void LogRecording::choose() {
+  for (const std::string& said : options_.sensors) {
+    const bool there = std::ranges::any_of(sensors_, [&](const Entry& e) {
+      return e.samples > 0 && (said == e.name || said == e.kind + "=" + e.name);
+    });
+    if (!there) {
+      throw InputError(path_, 0, 0, fmt::format("there is no sensor {}", quoted_text(said)),
+                       "the sensors there are (samples): " + listed());
+    }
+  }
+  std::string gyr_name;
+  for (const char* kind : {"gyr", "acc", "mag", "temp"}) {
+    const std::vector<std::size_t> all = of_kind(kind);
+    choose_named(kind, all);
+    const bool mag = kind == std::string_view("mag"), temp = kind == std::string_view("temp");
+    std::size_t named = 0;
+    for (const std::size_t i : all) {
+      named += sensors_[i].wanted ? 1 : 0;
+      if (named > 1 && !mag) sensors_[i].wanted = false;
+    }
+    if (all.empty()) {
+      if (temp || !(mag ? options_.require_mag : options_.require_imu)) continue;
+      throw MissingSensor(
+          path_, 0, 0,
+          fmt::format("this is {} without a {}; the sensors there are (samples): {}", what_,
+                      kind_in_words(kind), listed()),
+          "log it, too, or give the file that has it with this one");
+    }
+    if (named == 0) {
+      std::size_t best = all.front();
+      for (const std::size_t i : all) {
+        if (sensors_[i].rank == sensors_[best].rank && sensors_[i].name == gyr_name) best = i;
+      }
+      sensors_[best].wanted = true;
+    }
+    for (const std::size_t i : all) {
+      if (sensors_[i].wanted && kind == std::string_view("gyr")) gyr_name = sensors_[i].name;
+    }
+  }
+  chosen_ = true;
+}
+
+double LogRecording::unit_of(const Entry& entry) const {
+  const std::optional<double>& given = entry.kind == "acc"   ? options_.acc_unit
+                                       : entry.kind == "gyr" ? options_.gyr_unit
+                                       : entry.kind == "mag" ? options_.mag_unit
+                                                             : std::nullopt;
+  return given.value_or(entry.unit);
+}
+
+Recording LogRecording::finish() {
+  Recording out;
+  std::vector<Entry*> read;
+  std::vector<std::string> said;
+  for (Entry& entry : sensors_) {
+    if (!entry.wanted || entry.t.empty()) continue;
+    read.push_back(&entry);
+    said.push_back(fmt::format("{} from {}", entry.kind, printable(entry.name)));
+    const double unit = unit_of(entry);
+    for (Vector3& v : entry.v) v *= unit;
+    if (unit != 1.0 && entry.kind != "temp") out.file_units[entry.kind] = unit;
+  }
+  for (const auto& [kind, required] : {std::pair("acc", options_.require_imu),
+                                       {"gyr", options_.require_imu},
+                                       {"mag", options_.require_mag}}) {
+    if (!required || std::ranges::any_of(read, [&](const Entry* e) { return e->kind == kind; })) {
+      continue;
+    }
+    throw MissingSensor(path_, 0, 0, fmt::format("no {} reading is a number", kind_in_words(kind)),
+                        "check the logger: this sensor is needed");
+  }
+  out.notes.push_back(fmt::format("this is {}; read: {}", what_, fmt::join(said, ", ")));
+  std::size_t others = 0;
+  for (const Entry& entry : sensors_) others += entry.samples > 0 && !entry.wanted ? 1 : 0;
+  if (others > 0) out.notes.push_back("sensors in it (samples; --sensor chooses): " + listed());
+  for (const Entry* entry : read) {
+    if (!entry->said.empty()) {
+      out.notes.push_back(fmt::format("{}: {}", printable(entry->name), entry->said));
+    }
+  }
+  std::vector<std::string> unique;
+  for (const std::string& note : out.notes) {
+    if (std::ranges::find(unique, note) == unique.end()) unique.push_back(note);
+  }
+  out.notes = std::move(unique);
+  out.notes.insert(out.notes.end(), notes_.begin(), notes_.end());
+  if (not_finite_ > 0) {
+    out.notes.push_back(fmt::format("readings that are no finite numbers: {}; they are left out",
+                                    not_finite_));
+  }
+  if (repeated_ > 0) {
+    out.notes.push_back(fmt::format(
+        "messages that repeat the one before, time and reading: {}; they are left out", repeated_));
+  }
+  set_times(out, read);
+  return out;
+}
+
+// By the same rules as those of a file's rows: late ones, damaged ones, clocks that were set.
+void LogRecording::set_times(Recording& out, std::vector<Entry*>& read) {
+  constexpr std::int64_t kHuge = 1'000'000'000'000'000;  // ns: a double holds them less exactly
+  std::vector<std::size_t> next(sensors_.size(), 0);
+  std::vector<std::uint32_t> bit(sensors_.size(), 0);
+  std::size_t mags = 0;
+  std::int64_t first = 0;
+  bool any = false;
+  for (const Entry* entry : read) {
+    const auto i = static_cast<std::size_t>(entry - sensors_.data());
+    bit[i] = entry->kind == "acc"   ? RawRows::kAcc
+             : entry->kind == "gyr" ? RawRows::kGyr
+             : entry->kind == "mag" ? RawRows::mag(mags++)
+                                    : RawRows::kTemperature;
+    first = any ? std::min(first, entry->t.front()) : entry->t.front();
+    any = true;
+  }
+  const std::int64_t origin = first > kHuge || first < -kHuge ? first : 0;
+  const bool keep = options_.keep_origin;
+  // Sensors of one message share a row.
+  RawRows rows;
+  std::vector<std::vector<std::size_t>> rows_of(sensors_.size());
+  std::int64_t row_time = 0;
+  for (const std::uint16_t i : order_) {
+    const std::int64_t t = sensors_[i].t[next[i]++];
+    const bool same = !rows.time.empty() && t == row_time && (rows.sensors.back() & bit[i]) == 0;
+    if (!same) {
+      // Differences of far-off times may not fit.
+      const double s = double(t) * 1e-9 - double(origin) * 1e-9;
+      const bool exact = std::abs(s) < 1e9;
+      rows.time.push_back((exact ? double(t - origin) * 1e-9 : s) +
+                          (keep ? double(origin) * 1e-9 : 0.0));
+      rows.sensors.push_back(0);
+      rows.line.push_back(static_cast<std::uint32_t>(rows.time.size()));
+      row_time = t;
+    }
+    rows.sensors.back() |= bit[i];
+    rows_of[i].push_back(rows.time.size() - 1);
+  }
+  RowTimesOptions options;
+  options.unit_known = true;
+  options.keep_origin = keep;
+  options.column = "time";
+  options.row = "sample";
+  const RowTimes times =
+      row_times(rows, options, [this](long, const std::string& problem, const std::string& remedy) {
+        throw InputError(path_, 0, 0, problem, remedy);
+      });
+  if (origin != 0 && !keep) {
+    out.notes.push_back(
+        fmt::format("the times count from the first sample, at {:.3f} s", double(origin) * 1e-9));
+  }
+  out.notes.insert(out.notes.end(), times.notes.begin(), times.notes.end());
+  out.cautions.insert(out.cautions.end(), times.cautions.begin(), times.cautions.end());
+  for (Entry* entry : read) {
+    VectorSeries series;
+    series.v = std::move(entry->v);
+    entry->t = {};
+    give_log_times(series, rows_of[static_cast<std::size_t>(entry - sensors_.data())], times.t);
+    if (entry->kind == "acc") out.acc = std::move(series);
+    if (entry->kind == "gyr") out.gyr = std::move(series);
+    if (entry->kind == "temp") {
+      ScalarSeries& temp = out.aux["temp"];
+      temp.t = series.t;
+      for (const Vector3& v : series.v) temp.v.push_back(v[0]);
+    }
+    if (entry->kind == "mag") {
+      out.mag.push_back(std::move(series));
+      out.mag_names.push_back(mags == 1 ? "mag" : fmt::format("mag{}", out.mag.size()));
+      if (mags > 1) out.notes.push_back(out.mag_names.back() + " is " + printable(entry->name));
+    }
+  }
+}
+
+}  // namespace magimu

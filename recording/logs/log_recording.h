@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// From a log's messages to a recording, for every format of logs: which sensors there are, which of
+// them are read, their samples. A reader goes through its file twice and does the same both times:
+// the first time samples are only counted, so that memory is that of the sensors chosen.
+//
+//   LogRecording log(path, options);
+//   scan();        // sensor() and add()
+//   log.choose();
+//   scan();
+//   return log.finish();
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "recording/csv.h"
+#include "recording/recording.h"
+
+namespace magimu {
+
+struct LogSensor {
+  std::string kind;   // "acc", "gyr", "mag", "temp"
+  std::string name;   // as --sensor takes it: "/imu/data", "sensor_mag[1]"
+  int rank = 0;       // of several of a kind the one with the highest is read
+  double unit = 1.0;  // one of the log's in ours
+  std::string said;   // what is known of its readings: where and by what they are corrected
+};
+
+class LogRecording {
+ public:
+  // what: of the file, for messages, "a ROS bag". Both strings must live as long as this.
+  LogRecording(const std::string& path, std::string what, const CsvOptions& options);
+
+  // A number for a sensor of this kind and name; the same one every time.
+  std::size_t sensor(const LogSensor& sensor);
+  void add(std::size_t sensor, std::int64_t t_ns, const Vector3& reading);
+  // Something to be told; the same words once.
+  void note(const std::string& text);
+
+  // Between the passes. InputError if there is nothing to choose, or --sensor names what is not
+  // there; MissingSensor if a needed kind is missing.
+  void choose();
+  bool wanted(std::size_t sensor) const { return !chosen_ || sensors_[sensor].wanted; }
+  bool chosen() const { return chosen_; }
+
+  Recording finish();
+
+ private:
+  struct Entry : LogSensor {
+    std::size_t samples = 0;
+    bool wanted = false;
+    std::vector<std::int64_t> t;
+    std::vector<Vector3> v;
+  };
+  std::vector<std::size_t> of_kind(const std::string& kind) const;
+  void choose_named(const std::string& kind, const std::vector<std::size_t>& all);
+  std::string listed() const;
+  double unit_of(const Entry& entry) const;
+  void set_times(Recording& recording, std::vector<Entry*>& entries);
+
+  const std::string& path_;
+  std::string what_;
+  const CsvOptions& options_;
+  std::vector<Entry> sensors_;
+  std::vector<std::uint16_t> order_;  // sensors of the samples, in the file's order
+  std::vector<std::string> notes_;
+  bool chosen_ = false;
+  std::size_t not_finite_ = 0, repeated_ = 0;
+};
+
+}  // namespace magimu

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// PX4's topics that hold readings of accelerometers, gyroscopes and magnetometers, and what PX4 has
+// done to them before it logged them (its messages' own descriptions, msg/*.msg).
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+namespace magimu {
+
+struct Px4Reading {
+  std::string_view topic, kind, field;  // field empty: x, y and z
+  int rank = 0;                         // which is read if several are there
+  double unit = 1.0;
+  std::string_view said;                // whether and by what it is corrected
+  std::string_view parameters = {};     // "MAG": corrected by CAL_MAG0_XOFF, ...
+  bool fifo = false;                    // integers times a scale, several in a message
+  std::string_view per_time = {};       // an increment: the field of its time, us
+  std::string_view relative_time = {};  // field: us after the message's time
+};
+
+const std::vector<Px4Reading>& px4_readings();
+
+}  // namespace magimu

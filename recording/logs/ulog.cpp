@@ -1,0 +1,356 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Messages of "size, type, content": formats (F) say what topics hold, subscriptions (A) give
+// topics and instances numbers, data (D) go by those; parameters (P) tell how PX4 had corrected its
+// sensors.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+
+#include "recording/error.h"
+#include "recording/logs/log_file.h"
+#include "recording/logs/logs.h"
+#include "recording/logs/log_recording.h"
+#include "recording/logs/px4_topics.h"
+#include "recording/quoted_text.h"
+
+namespace magimu {
+namespace {
+
+constexpr std::uint64_t kUlogHeader = 16;
+constexpr std::string_view kSync = "\x2F\x73\x13\x20\x25\x0C\xBB\x12";
+
+struct UlogField {
+  std::string name;
+  char kind = 0;  // of std types, see number_of()
+  std::size_t offset = 0, count = 1;
+};
+
+std::size_t size_of(char kind) {
+  switch (kind) {
+    case 'b': case 'B': case 'c': case '?': return 1;
+    case 'h': case 'H': return 2;
+    case 'i': case 'I': case 'f': return 4;
+    default: return 8;
+  }
+}
+
+char kind_of_type(std::string_view type) {
+  constexpr std::pair<std::string_view, char> kKinds[] = {
+      {"int8_t", 'b'},  {"uint8_t", 'B'},  {"char", 'c'},    {"bool", '?'},     {"int16_t", 'h'},
+      {"uint16_t", 'H'}, {"int32_t", 'i'}, {"uint32_t", 'I'}, {"float", 'f'},   {"int64_t", 'q'},
+      {"uint64_t", 'Q'}, {"double", 'd'}};
+  for (const auto& [name, kind] : kKinds) {
+    if (name == type) return kind;
+  }
+  return 0;
+}
+
+double number_of(std::string_view data, char kind, std::size_t at) {
+  switch (kind) {
+    case 'b': return number_at<std::int8_t>(data, at);
+    case 'h': return number_at<std::int16_t>(data, at);
+    case 'H': return number_at<std::uint16_t>(data, at);
+    case 'i': return number_at<std::int32_t>(data, at);
+    case 'I': return number_at<std::uint32_t>(data, at);
+    case 'f': return double(number_at<float>(data, at));
+    case 'd': return number_at<double>(data, at);
+    case 'q': return double(number_at<std::int64_t>(data, at));
+    case 'Q': return double(number_at<std::uint64_t>(data, at));
+    default: return number_at<std::uint8_t>(data, at);
+  }
+}
+
+using UlogFormat = std::vector<UlogField>;
+
+const UlogField* field_named(const UlogFormat& format, std::string_view name) {
+  const auto found = std::ranges::find(format, name, &UlogField::name);
+  return found == format.end() ? nullptr : &*found;
+}
+
+// A subscription's sensors.
+struct UlogTopic {
+  UlogFormat format;
+  std::size_t size = 0;  // bytes of a message at least
+  struct Reading {
+    std::size_t sensor = 0;
+    const Px4Reading* is = nullptr;
+    std::array<UlogField, 3> axes{};
+  };
+  std::vector<Reading> readings;
+};
+
+class UlogReader {
+ public:
+  UlogReader(const std::string& path, const CsvOptions& options)
+      : path_(path), file_(path), log_(path, "a PX4 log (ULog)", options) {}
+
+  Recording read() {
+    scan();
+    log_.choose();
+    scan();
+    return log_.finish();
+  }
+
+ private:
+  void scan() {
+    topics_.clear();
+    appended_.reset();
+    std::uint64_t at = kUlogHeader;
+    while (at < file_.size()) {
+      const std::string_view head = file_.at(at, 3);
+      if (head.size() < 3) return cut_off();
+      const std::uint64_t size = number_at<std::uint16_t>(head, 0);
+      const char type = head[2];
+      if (std::string_view("BFIMPQADLCSORT").find(type) == std::string_view::npos) {
+        at = resynchronized(at);
+        continue;
+      }
+      const std::string_view data = file_.at(at + 3, size);
+      if (data.size() < size) return cut_off();
+      message(type, data);
+      const std::uint64_t next = at + 3 + size;
+      // What the next boot appended begins in the middle of a message that was never finished.
+      at = appended_ && at < *appended_ && next > *appended_ ? *appended_ : next;
+    }
+  }
+
+  void cut_off() { log_.note("the log is cut off; what is before its end is read"); }
+
+  // The next place where a synchronization message begins; the end if there is none.
+  std::uint64_t resynchronized(std::uint64_t at) {
+    log_.note("the log is damaged in places, which are left out");
+    constexpr std::uint64_t kPiece = 1 << 16;
+    for (++at; at < file_.size(); at += kPiece) {
+      const std::string_view piece = file_.at(at, std::min(kPiece + 16, file_.size() - at));
+      const std::size_t found = piece.find(kSync);
+      if (found != std::string_view::npos && at + found >= 3) return at + found - 3;
+      if (piece.empty()) break;
+    }
+    return file_.size();
+  }
+
+  void message(char type, std::string_view data) {
+    if (type == 'D') {
+      const auto topic = topics_.find(number_at<std::uint16_t>(data, 0));
+      if (data.size() >= 2 && topic != topics_.end()) sample(topic->second, data.substr(2));
+    } else if (type == 'F') {
+      const std::size_t colon = data.find(':');
+      constexpr std::size_t kMostFormats = 5000;
+      if (colon != std::string_view::npos && formats_.size() < kMostFormats) {
+        formats_.try_emplace(std::string(data.substr(0, colon)), data.substr(colon + 1));
+      }
+    } else if (type == 'A' && data.size() > 3) {
+      subscribe(number_at<std::uint16_t>(data, 1), std::string(data.substr(3)),
+                number_at<std::uint8_t>(data, 0));
+    } else if (type == 'P' && !data.empty()) {
+      parameter(data);
+    } else if (type == 'B' && data.size() >= 40 && (data[8] & 1) != 0) {
+      const auto offset = number_at<std::uint64_t>(data, 16);
+      if (offset > kUlogHeader && offset < file_.size()) appended_ = offset;
+    }
+  }
+
+  // "float CAL_MAG0_XOFF" and its value.
+  void parameter(std::string_view data) {
+    const std::size_t length = number_at<std::uint8_t>(data, 0);
+    const std::string_view key = data.substr(1, length);
+    if (data.size() < 1 + length + 4) return;
+    const std::size_t gap = key.find(' ');
+    if (gap == std::string_view::npos || !key.substr(gap + 1).starts_with("CAL_")) return;
+    const bool is_float = key.substr(0, gap) == "float";
+    parameters_[std::string(key.substr(gap + 1))] =
+        is_float ? double(number_at<float>(data, 1 + length))
+                 : double(number_at<std::int32_t>(data, 1 + length));
+  }
+
+  // Fields with their places; those of nested types with the outer name in front.
+  bool lay_out(std::string_view text, const std::string& prefix, int depth, UlogFormat& out,
+               std::size_t& offset) {
+    constexpr int kDeepest = 5;
+    constexpr std::size_t kMostFields = 4000;
+    if (depth > kDeepest) return false;
+    while (!text.empty()) {
+      const std::size_t end = std::min(text.find(';'), text.size());
+      const std::string_view field = text.substr(0, end);
+      text.remove_prefix(std::min(end + 1, text.size()));
+      const std::size_t gap = field.find(' ');
+      if (gap == std::string_view::npos) continue;
+      std::string_view type = field.substr(0, gap);
+      const std::string name = prefix + std::string(field.substr(gap + 1));
+      std::size_t count = 1;
+      if (const std::size_t open = type.find('['); open != std::string_view::npos) {
+        count = 0;
+        for (const char c : type.substr(open + 1)) {
+          if (c >= '0' && c <= '9' && count < 100000) count = 10 * count + std::size_t(c - '0');
+        }
+        type = type.substr(0, open);
+      }
+      if (out.size() > kMostFields) return false;
+      if (const char kind = kind_of_type(type); kind != 0) {
+        out.push_back({name, kind, offset, count});
+        offset += size_of(kind) * count;
+        continue;
+      }
+      const auto nested = formats_.find(std::string(type));
+      if (nested == formats_.end()) return false;
+      for (std::size_t i = 0; i < count; ++i) {
+        const std::string inner = count == 1 ? name + "." : fmt::format("{}[{}].", name, i);
+        if (!lay_out(nested->second, inner, depth + 1, out, offset)) return false;
+      }
+    }
+    return true;
+  }
+
+  void subscribe(std::uint16_t id, const std::string& name, unsigned instance) {
+    const auto format = formats_.find(name);
+    if (format == formats_.end()) return;
+    UlogTopic topic;
+    std::size_t size = 0;
+    if (!lay_out(format->second, "", 0, topic.format, size)) return;
+    const UlogField* const time = field_named(topic.format, "timestamp");
+    if (time == nullptr || time->kind != 'Q') return;
+    const std::string shown = fmt::format("{}[{}]", name, instance);
+    for (const Px4Reading& is : px4_readings()) {
+      if (name != is.topic) continue;
+      UlogTopic::Reading reading;
+      reading.is = &is;
+      if (!find_axes(topic.format, is, reading.axes)) continue;
+      const std::string kind(is.kind);
+      reading.sensor =
+          log_.sensor({kind, shown, is.rank - int(std::min(instance, 9U)), is.unit, said(is, instance)});
+      for (const UlogField& axis : reading.axes) {
+        topic.size = std::max(topic.size, axis.offset + size_of(axis.kind));
+      }
+      topic.readings.push_back(reading);
+    }
+    if (!topic.readings.empty()) topics_[id] = std::move(topic);
+  }
+
+  static bool find_axes(const UlogFormat& format, const Px4Reading& is,
+                        std::array<UlogField, 3>& axes) {
+    const std::string name(is.field);
+    if (const UlogField* array = field_named(format, name); array != nullptr && array->count == 3) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        axes[i] = *array;
+        axes[i].offset += i * size_of(array->kind);
+      }
+      return true;
+    }
+    if (is.kind == std::string_view("temp")) {
+      const UlogField* const scalar = field_named(format, name);
+      if (scalar == nullptr) return false;
+      axes.fill(*scalar);
+      return true;
+    }
+    if (!name.empty()) return false;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const UlogField* const axis = field_named(format, std::string(1, "xyz"[i]));
+      if (axis == nullptr) return false;
+      axes[i] = *axis;
+    }
+    return true;
+  }
+
+  // What has corrected the readings, with the log's own parameters.
+  std::string said(const Px4Reading& is, unsigned instance) const {
+    std::string out(is.said);
+    std::vector<std::string> values;
+    for (const auto& [name, value] : parameters_) {
+      const std::string start = fmt::format("CAL_{}{}_", is.parameters, instance);
+      const bool number = name.ends_with("OFF") || name.ends_with("SCALE");
+      if (!is.parameters.empty() && name.starts_with(start) && number) {
+        values.push_back(fmt::format("{} {:.6g}", name, value));
+      }
+    }
+    if (!values.empty()) out += fmt::format(" (in this log {})", fmt::join(values, ", "));
+    return out;
+  }
+
+  void sample(const UlogTopic& topic, std::string_view data) {
+    if (data.size() < topic.size) return;
+    std::int64_t t_us = std::int64_t(number_at<std::uint64_t>(data, 0));
+    const UlogField* const measured = field_named(topic.format, "timestamp_sample");
+    if (measured != nullptr && measured->kind == 'Q') {
+      const auto sampled = std::int64_t(number_at<std::uint64_t>(data, measured->offset));
+      if (sampled > 0) t_us = sampled;
+    }
+    for (const UlogTopic::Reading& reading : topic.readings) {
+      if (log_.chosen() && !log_.wanted(reading.sensor)) continue;
+      if (reading.is->fifo) {
+        fifo(topic, reading, data, t_us);
+        continue;
+      }
+      Vector3 v;
+      for (int i = 0; i < 3; ++i) {
+        const UlogField& axis = reading.axes[std::size_t(i)];
+        v[i] = number_of(data, axis.kind, axis.offset);
+      }
+      std::int64_t t = t_us;
+      if (!reading.is->per_time.empty()) {  // an increment, and the time that it took, in us
+        const UlogField* const dt = field_named(topic.format, reading.is->per_time);
+        const double us = dt == nullptr ? 0.0 : number_of(data, dt->kind, dt->offset);
+        if (!(us > 0.0)) continue;
+        v *= 1e6 / us;
+      }
+      if (!reading.is->relative_time.empty()) {
+        const UlogField* const late = field_named(topic.format, reading.is->relative_time);
+        constexpr double kInvalid = 2147483647.0;
+        const double us = late == nullptr ? 0.0 : number_of(data, late->kind, late->offset);
+        if (us == kInvalid) continue;
+        t += static_cast<std::int64_t>(us);
+      }
+      log_.add(reading.sensor, micro_to_nano(t), v);
+    }
+  }
+
+  static std::int64_t micro_to_nano(std::int64_t us) {
+    constexpr std::int64_t kMost = 9'000'000'000'000'000;
+    return std::clamp(us, -kMost, kMost) * 1000;
+  }
+
+  // Several samples in one message, the last of them at its time.
+  void fifo(const UlogTopic& topic, const UlogTopic::Reading& reading, std::string_view data,
+            std::int64_t t_us) {
+    const UlogField* const dt = field_named(topic.format, "dt");
+    const UlogField* const scale = field_named(topic.format, "scale");
+    const UlogField* const samples = field_named(topic.format, "samples");
+    if (dt == nullptr || scale == nullptr || samples == nullptr) return;
+    const auto count = std::min<std::size_t>(
+        std::size_t(std::max(0.0, number_of(data, samples->kind, samples->offset))),
+        reading.axes[0].count);
+    const double us = number_of(data, dt->kind, dt->offset),
+                 one = number_of(data, scale->kind, scale->offset);
+    for (std::size_t i = 0; i < count; ++i) {
+      Vector3 v;
+      for (int a = 0; a < 3; ++a) {
+        const UlogField& axis = reading.axes[std::size_t(a)];
+        if (axis.count <= i) return;
+        const std::size_t at = axis.offset + i * size_of(axis.kind);
+        if (at + size_of(axis.kind) > data.size()) return;
+        v[a] = one * number_of(data, axis.kind, at);
+      }
+      const auto before = static_cast<std::int64_t>(
+          std::clamp(1e3 * us * double(count - 1 - i), 0.0, 1e12));
+      log_.add(reading.sensor, micro_to_nano(t_us) - before, v);
+    }
+  }
+
+  const std::string& path_;
+  LogFile file_;
+  LogRecording log_;
+  std::map<std::string, std::string> formats_;
+  std::map<std::string, double> parameters_;
+  std::map<std::uint16_t, UlogTopic> topics_;
+  std::optional<std::uint64_t> appended_;
+};
+
+}  // namespace
+
+Recording read_ulog(const std::string& path, const CsvOptions& options) {
+  return UlogReader(path, options).read();
+}
+
+}  // namespace magimu

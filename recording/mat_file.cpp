@@ -31,7 +31,7 @@ T swapped_bytes(T value) {
 }
 
 template <class T>
-T number_at(std::string_view bytes, std::size_t position, bool swapped) {
+T mat_number_at(std::string_view bytes, std::size_t position, bool swapped) {
   T value;
   std::memcpy(&value, bytes.data() + position, sizeof value);
   return swapped ? swapped_bytes(value) : value;
@@ -91,7 +91,7 @@ class Elements {
   // last.
   std::optional<Element> next() {
     if (size_ - at_ < kTag || bytes_.size() < at_ + kTag) return std::nullopt;
-    const auto type = number_at<std::uint32_t>(bytes_, at_, swapped_);
+    const auto type = mat_number_at<std::uint32_t>(bytes_, at_, swapped_);
     if (type > 0xFFFF) {  // a short one, all in eight bytes: its length is in the upper half
       const std::size_t length = type >> 16;
       if (length > kTag - 4) return std::nullopt;
@@ -99,7 +99,7 @@ class Elements {
       at_ += kTag;
       return element;
     }
-    const std::size_t length = number_at<std::uint32_t>(bytes_, at_ + 4, swapped_);
+    const std::size_t length = mat_number_at<std::uint32_t>(bytes_, at_ + 4, swapped_);
     if (length > size_ - at_ - kTag) return std::nullopt;
     const Element element{type, at_ + kTag, length};
     const std::size_t padded = type == kPacked ? length : (length + 7) / 8 * 8;
@@ -183,7 +183,7 @@ std::optional<std::vector<MatVariable>> fields_of(Elements& parts, bool swapped,
   const auto length = parts.data(parts.next());
   const auto names = parts.data(parts.next());
   if (!length || length->size() != 4 || !names) return std::nullopt;
-  const auto width = number_at<std::uint32_t>(*length, 0, swapped);
+  const auto width = mat_number_at<std::uint32_t>(*length, 0, swapped);
   if (width == 0 || names->size() % width != 0) return std::nullopt;
   std::vector<MatVariable> fields;
   for (std::size_t at = 0; at < names->size(); at += width) {
@@ -219,9 +219,9 @@ std::optional<MatVariable> variable_of(std::string_view matrix, std::size_t size
   MatVariable variable;
   variable.name = *name;
   for (std::size_t at = 0; at < dimensions->size(); at += 4) {
-    variable.dimensions.push_back(number_at<std::uint32_t>(*dimensions, at, swapped));
+    variable.dimensions.push_back(mat_number_at<std::uint32_t>(*dimensions, at, swapped));
   }
-  const auto word = number_at<std::uint32_t>(*flags, 0, swapped);
+  const auto word = mat_number_at<std::uint32_t>(*flags, 0, swapped);
   const std::uint32_t kind = word & 0xFF;
   variable.numeric = kind >= kFirstNumeric && kind <= kLastNumeric && (word & kComplex) == 0;
   const auto is_one = [](std::size_t n) { return n == 1; };
@@ -252,8 +252,8 @@ std::optional<MatVariable> packed_variable(std::string_view packed, bool swapped
   constexpr std::size_t kHead = 4096;
   const std::string head = Unpacker(packed).next(kHead);
   if (head.size() < kTag) return std::nullopt;
-  const std::size_t size = number_at<std::uint32_t>(head, 4, swapped);
-  if (number_at<std::uint32_t>(head, 0, swapped) != kMatrix) return MatVariable{};
+  const std::size_t size = mat_number_at<std::uint32_t>(head, 4, swapped);
+  if (mat_number_at<std::uint32_t>(head, 0, swapped) != kMatrix) return MatVariable{};
   auto variable = variable_of(std::string_view(head).substr(kTag), size, swapped);
   if (variable && variable->is_structure && size <= kLargestStructure) {
     Unpacker unpacker(packed);
@@ -285,7 +285,7 @@ std::optional<std::vector<double>> MatVariable::numbers() const {
   out.reserve(size / size_of_type(type));
   with_number_type(type, [&]<class T>(T) {
     for (std::size_t at = 0; at < size; at += sizeof(T)) {
-      out.push_back(static_cast<double>(number_at<T>(bytes, at, swapped)));
+      out.push_back(static_cast<double>(mat_number_at<T>(bytes, at, swapped)));
     }
   });
   return out;

@@ -13,7 +13,7 @@ namespace magimu::apps {
 namespace {
 
 constexpr std::size_t kMostPoints = 1500;  // of a curve; more show nothing in 760 pixels
-constexpr double kBand = 2.0;              // standard deviations
+constexpr double kShownBand = 2.0;         // standard deviations
 
 bool in_field(const MissingSeries& s) { return s.frame == "navigation"; }
 
@@ -43,8 +43,8 @@ std::string disturbance_picture(const MissingSeries& s) {
     for (std::size_t k = 0; k < s.t.size(); k += step) {
       const double mean = scale * s.mean[k][axis], sigma = scale * s.sigma[k][axis];
       band.x.push_back(s.t[k]);
-      band.low.push_back(mean - kBand * sigma);
-      band.high.push_back(mean + kBand * sigma);
+      band.low.push_back(mean - kShownBand * sigma);
+      band.high.push_back(mean + kShownBand * sigma);
       line.x.push_back(s.t[k]);
       line.y.push_back(mean);
     }

@@ -16,7 +16,7 @@ constexpr int kMemories = 6;  // at which the score is taken
 constexpr int kOrder[kMemories] = {2, 3, 4, 1, 0, 5};
 constexpr double kObvious = 30.0;         // standard deviations of a score that needs no other
 constexpr std::size_t kMostNodes = 6000;  // of the process: a sweep takes some 20 ms
-constexpr double kShortest = 2.0;         // memory, intervals between the process's nodes
+constexpr double kShortestMemory = 2.0;   // memory, intervals between the process's nodes
 constexpr double kNoticeable = 0.1;       // nats that a size costs at which the score is taken
 constexpr double kSettledNats = 0.01;     // of a maximum
 constexpr double kSettledShare = 2e-4;    // of G: nobody asks a thousand nats to a tenth
@@ -25,12 +25,12 @@ constexpr double kFirstStep = 1.0;        // of a search, in logarithms
 constexpr double kNoiseFrom = 3.0;        // nats from which the noise is asked for, too
 // A misfit passes for noise in a model without the process, hardly for a hundred times the noise's
 // power.
-constexpr double kNearStep = 0.3, kNoiseStep = 0.3, kLeastNoise = 0.1;
+constexpr double kNearStep = 0.3, kFirstNoiseStep = 0.3, kLeastNoise = 0.1;
 constexpr int kMostSweeps = 120;
 
 // Columns of one variable in a factor's rows.
-MatrixXd columns_of(const LinearSystem& system, std::size_t batch, int factor, int from,
-                    int count) {
+MatrixXd jacobian_of(const LinearSystem& system, std::size_t batch, int factor, int from,
+                     int count) {
   const LinearSystem::RowBlocks& b = system.row_blocks()[batch];
   const double* const value =
       system.value().data() + b.first_entry + std::ptrdiff_t(factor) * b.rows * b.columns;
@@ -134,7 +134,7 @@ void DisturbanceModel::add_magnetometers() {
       const int sensor = int(bias.key.index) % 1000;
       const Found pose = find(batch, i, R(0).symbol);
       if (pose.column < 0 || (part_ == DisturbedPart::kMag && sensor != 0)) continue;
-      MatrixXd J = columns_of(system_, b, i, bias.column, 3);
+      MatrixXd J = jacobian_of(system_, b, i, bias.column, 3);
       if (part_ == DisturbedPart::kField) {
         const auto r = std::size_t(recording_[pose.key.index]);
         const int k = int(pose.key.index) - stage_.plans()[r].first;
@@ -165,7 +165,7 @@ void DisturbanceModel::add_rates() {
       const int node = int(pose.key.index);
       const double time = between ? 0.5 * (time_[std::size_t(node)] + time_[std::size_t(node) + 1])
                                   : time_[std::size_t(node)];
-      const MatrixXd J = columns_of(system_, b, i, bias.column, 3);
+      const MatrixXd J = jacobian_of(system_, b, i, bias.column, 3);
       for (int row = 0; row < batch.rows(); ++row) {
         const auto at = std::size_t(system_.first_row(b) + i * batch.rows() + row);
         rows_.jacobian[at] = J.row(row).transpose();
@@ -239,7 +239,7 @@ DisturbanceModel::Slope DisturbanceModel::slope(double memory_s, double& v) cons
 // Beside the process the noise may be less than what the model without it makes of both. The model
 // without the process has its best, too.
 void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
-  const double shortest = std::log(kShortest * node_s_), longest = std::log(2.0 * span_s_);
+  const double shortest = std::log(kShortestMemory * node_s_), longest = std::log(2.0 * span_s_);
   // The density of what drives the process, size^2 / memory, shows best; then the memory.
   const auto with = [&](const std::vector<double>& at) {
     const double noise = at.size() > 2 ? std::exp(at[2]) : 1.0;
@@ -263,7 +263,7 @@ void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
   if (noise_there || (!options_.mag_noise_known && best - none > kNoiseFrom)) {
     search.lower.push_back(std::log(kLeastNoise));
     search.upper.push_back(-std::log(kLeastNoise));
-    search.first_step = kNoiseStep;
+    search.first_step = kFirstNoiseStep;
     search.settled = [&none](double value) {
       return std::max(kSettledNats, kSettledShare * std::abs(value - none));
     };
@@ -292,9 +292,10 @@ DisturbanceFit DisturbanceModel::fit() const {
   sweeps_ = 0;
   double v = least_variance_;
   double best_z = -INFINITY, variance = v;
-  const double ratio = std::max(1.0, span_s_ / (kShortest * node_s_));
+  const double ratio = std::max(1.0, span_s_ / (kShortestMemory * node_s_));
   for (const int i : kOrder) {
-    const double memory = kShortest * node_s_ * std::pow(ratio, double(i) / double(kMemories - 1));
+    const double memory =
+        kShortestMemory * node_s_ * std::pow(ratio, double(i) / double(kMemories - 1));
     const Slope slope = this->slope(memory, v);
     if (slope.z() <= best_z) continue;
     best_z = slope.z();

@@ -13,9 +13,9 @@
 namespace magimu {
 namespace {
 
-constexpr double kFlat = 1e-12;  // an eigenvalue of what nothing determines
+constexpr double kFlatDirection = 1e-12;  // an eigenvalue of what nothing determines
 
-double log_det_of(const RowStack& A, int begin, const std::vector<int>& pivot_row) {
+double log_det_of_pivots(const RowStack& A, int begin, const std::vector<int>& pivot_row) {
   double out = 0.0;
   for (std::size_t p = 0; p < pivot_row.size(); ++p) {
     if (pivot_row[p] >= 0) out += 2.0 * std::log(std::abs(A.row(pivot_row[p])[begin + int(p)]));
@@ -193,7 +193,7 @@ ProcessChain::ProcessChain(const LinearSystem& system, const Values& values,
       int top = 0;
       if (dk > 0) {
         top = triangularize(A, 0, 0, dk, pivots);
-        log_dets[j] += log_det_of(A, 0, pivots);
+        log_dets[j] += log_det_of_pivots(A, 0, pivots);
       }
       // Rows that say nothing of the ends are the border's.
       int rest = filled;
@@ -265,7 +265,7 @@ void ProcessChain::sweep(double size, double memory_s, Evidence& out, std::vecto
       log_det += kProcess * std::log(q);
     }
     const int below = triangularize(A, 0, 0, da, pivots);
-    log_det += log_det_of(A, 0, pivots);
+    log_det += log_det_of_pivots(A, 0, pivots);
     if (kept != nullptr) kept->push_back({s.node_a, s.node_b, A.view().topRows(below)});
     int rest = below;
     if (db > 0) {
@@ -283,7 +283,7 @@ void ProcessChain::sweep(double size, double memory_s, Evidence& out, std::vecto
   const VectorXd unit = diagonal.cwiseSqrt().cwiseInverse();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
       MatrixXd(unit.asDiagonal() * information * unit.asDiagonal()));
-  const VectorXd e = eigen.eigenvalues().cwiseMax(kFlat);
+  const VectorXd e = eigen.eigenvalues().cwiseMax(kFlatDirection);
   const MatrixXd whiten =
       unit.asDiagonal() * eigen.eigenvectors() * e.cwiseSqrt().cwiseInverse().asDiagonal();
   const VectorXd z = whiten.transpose() * gradient;

@@ -11,7 +11,7 @@
 #include <set>
 
 #include "recording/error.h"
-#include "recording/phone_folder.h"
+#include "recording/files/several_files.h"
 #include "recording/quoted_text.h"
 #include "recording/read_file.h"
 
@@ -177,7 +177,7 @@ std::vector<ManifestEntry> manifest_of_folder(const std::string& path) {
     const bool folder = it->is_directory(error);
     if (name.starts_with(".")) {
       if (folder) it.disable_recursion_pending();
-    } else if (folder && is_phone_folder(it->path().string())) {
+    } else if (folder && is_folder_of_sensors(it->path().string())) {
       it.disable_recursion_pending();
       add(it->path());
     } else if (!folder) {

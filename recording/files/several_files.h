@@ -25,6 +25,10 @@ Recording read_several(const std::vector<NamedFile>& files, const std::string& p
 // The files right in a folder.
 std::vector<NamedFile> files_of_folder(const std::string& path);
 
+// Whether its files' names say that each has one sensor, of accelerometer, gyroscope and
+// magnetometer: one recording then.
+bool is_folder_of_sensors(const std::string& path);
+
 // The sensor that a file's name says is in it, such as "mag" of "MagnetometerUncalibrated.csv" and
 // "log_5_sensor_mag_0.csv"; empty if none.
 std::string sensor_of_name(const std::string& name);

@@ -29,6 +29,7 @@ enum class RandomPurpose : std::uint64_t {
   kBiasDrift = 11,
   kRoom = 12,        // dipoles of a room
   kArrayStart = 13,  // where a filter is told that it starts
+  kHandRoom = 14,    // a room about a sensor held by hand
 };
 
 class RandomStream {

@@ -94,6 +94,10 @@ void add_simulate(CLI::App& app, int& exit_code) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("NAME[=SIZE]");
+  cmd->add_option("--room", args->options.room,
+                  "with --motion hand_held: a room with iron beyond its walls, a steel table and a "
+                  "tram that passes, named by this seed (none: the same field everywhere)")
+      ->type_name("SEED");
   cmd->add_option("--magnetometers", args->options.magnetometers, "how many, on one board")
       ->capture_default_str()
       ->type_name("N");

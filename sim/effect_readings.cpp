@@ -106,8 +106,8 @@ class EffectReadings {
   void add_at_instants(const std::vector<Active>& active, std::size_t ratio, std::size_t index,
                        VectorSeries& series) const {
     for (std::size_t k = 0; k < series.size(); ++k) {
-      series.v[k] += sum_of_terms(active, state(active.front().effect->channel(),
-                                                motion_.time(k * ratio), index));
+      series.v[k] += sum_of_terms(
+          active, state(active.front().effect->channel(), motion_.time(k * ratio), index));
     }
   }
 
@@ -115,9 +115,7 @@ class EffectReadings {
     const double outer = std::sqrt(0.15), h = 1.0 / motion_.rate_hz();
     for (std::size_t k = 0; k < gyr.size(); ++k) {
       const double middle = motion_.time(k) + 0.5 * h;
-      const auto sum = [&](double t) {
-        return sum_of_terms(active, state(Channel::kGyr, t, 0));
-      };
+      const auto sum = [&](double t) { return sum_of_terms(active, state(Channel::kGyr, t, 0)); };
       gyr.v[k] +=
           (5.0 * sum(middle - outer * h) + 8.0 * sum(middle) + 5.0 * sum(middle + outer * h)) /
           18.0;

@@ -61,7 +61,7 @@ std::vector<double> realistic_size(const EffectRequest& request,
     const bool lasts = random.uniform() < 0.5;
     out[out.size() - 2] = start;
     out.back() = lasts ? std::numeric_limits<double>::infinity()
-                   : start + where.duration_s * random.uniform(0.15, 0.3);
+                       : start + where.duration_s * random.uniform(0.15, 0.3);
   }
   if (name == "mains_interference") out[6] = 50.0 + 0.05 * random.normal();
   return out;

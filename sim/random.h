@@ -27,9 +27,10 @@ enum class RandomPurpose : std::uint64_t {
   kEffectSize = 9,    // one stream a name
   kEffectNoise = 10,  // one stream a sensor
   kBiasDrift = 11,
-  kRoom = 12,        // dipoles of a room
+  kRoom = 12,         // dipoles of a room
   kArrayStart = 13,   // where a filter is told that it starts
   kGroupsOfTen = 14,  // data sets of a study
+  kHandRoom = 15,     // a room about a sensor held by hand
 };
 
 class RandomStream {

@@ -7,6 +7,7 @@
 #include "factors/effects/noise_effects.h"
 #include "recording/error.h"
 #include "sim/effect_readings.h"
+#include "sim/hand_room.h"
 #include "sim/random.h"
 #include "sim/true_motion.h"
 
@@ -114,6 +115,22 @@ VectorSeries measure_field(const SimulationOptions& o, const SimulationTruth& tr
   return series;
 }
 
+// The room's field, of which the magnetometers show what the Earth's field would be beside it.
+void add_room(const SimulationOptions& o, const TrueMotion& motion, const SimulationTruth& truth,
+              Recording& recording) {
+  require(motion.moves(), "a room shows only where the sensor moves about",
+          "add --motion hand_held");
+  const HandRoom room(*o.room, unit_field(truth.parameters.dip_rad), truth.t.back());
+  for (std::size_t i = 0; i < recording.mag.size(); ++i) {
+    const Matrix3 seen = truth.parameters.mag[i].distortion / truth.strength_uT;
+    for (std::size_t k = 0; k < recording.mag[i].size(); ++k) {
+      const double t = motion.time(k * std::size_t(o.mag_ratio));
+      recording.mag[i].v[k] +=
+          seen * motion.attitude(t).unrotate(room.field_uT(motion.position(t), t));
+    }
+  }
+}
+
 void fill_truth(const SimulationOptions& o, const TrueMotion& motion, SimulationTruth& truth) {
   truth.parameters = draw_parameters(o.seed, o.magnetometers);
   truth.noise = {o.noise_factor * o.noise.acc, o.noise_factor * o.noise.gyr,
@@ -161,6 +178,7 @@ Simulation simulate(const SimulationOptions& asked) {
   for (std::size_t i = 0; i < truth.parameters.mag.size(); ++i) {
     recording.mag.push_back(measure_field(options, truth, i));
   }
+  if (options.room) add_room(options, motion, truth, recording);
   add_effects(options, motion, truth, recording);
   add_sensor_noise(options, truth, Channel::kAcc, 0, recording.acc);
   add_sensor_noise(options, truth, Channel::kGyr, 0, recording.gyr);

@@ -15,6 +15,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,9 @@ struct SimulationOptions {
   // What the sensor models leave out; the magnetometers all have the same of it. In this order:
   // terms, noise, quantization, clipping. linear_acceleration makes the motion kHandHeld.
   std::vector<EffectRequest> effects;
+  // A room about a sensor that is moved about (hand_room.h), named by this seed; none: a field that
+  // is the same everywhere.
+  std::optional<std::uint64_t> room;
 };
 
 struct SimulationTruth {

@@ -44,6 +44,7 @@ nlohmann::json to_json(const SimulationTruth& truth, const SimulationOptions& op
   }
   json["field"] = {{"dip_deg", parameters.dip_rad / kDegree}, {"strength_uT", truth.strength_uT}};
   json["noise"] = {{"acc", truth.noise.acc}, {"gyro", truth.noise.gyr}, {"mag", truth.noise.mag}};
+  if (options.room) json["room"] = *options.room;
   json["effects"] = nlohmann::json::array();
   for (const HiddenEffect& effect : truth.effects) json["effects"].push_back(to_json(effect));
   return json;

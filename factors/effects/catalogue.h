@@ -20,9 +20,10 @@ std::shared_ptr<const Effect> make_hard_iron_change_between(double t0, double t1
 std::shared_ptr<const Effect> make_gyro_bias_walk(int terms, double density);
 // The dipole at a known place, m: three parameters, its moment.
 std::shared_ptr<const Effect> make_stationary_source_at(const Vector3& place);
-// A magnetometer's own clock, its parameters counted from this period, s, and share; middle_s: the
-// time about which a change of the period turns the sawtooth.
-std::shared_ptr<const Effect> make_own_clock_at(double period_s, double share, double middle_s);
+// A magnetometer's own clock, its parameters counted from this period, s, and share, with these
+// priors; middle_s: the time about which a change of the period turns the sawtooth.
+std::shared_ptr<const Effect> make_own_clock_at(double period_s, double share, double middle_s,
+                                                double period_sigma_s, double share_sigma);
 // a cos(2 pi f t) + d sin(2 pi f t); f in Hz.
 std::shared_ptr<const Effect> make_mains_at(double frequency_hz);
 

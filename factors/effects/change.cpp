@@ -23,19 +23,18 @@ struct Named {
   const char* cause;
   const char* motion;
 };
-constexpr Named kChanges[] = {
-    {"hard_iron_change", Channel::kMag, "magnetometer",
-     "a magnet was attached to the device or removed from it",
-     "turn through the same orientations before and after"},
-    {"mag_change", Channel::kMag, "magnetometer",
-     "the magnetometer's gains, misalignment or mounting changed",
-     "turn through the same orientations before and after"},
-    {"gyro_change", Channel::kGyr, "gyroscope",
-     "the gyroscope's gains, misalignment or mounting changed",
-     "turn by several full turns about each axis, before and after"},
-    {"acc_change", Channel::kAcc, "accelerometer",
-     "the accelerometer's gains, misalignment or mounting changed",
-     "hold every face of the sensor up, before and after"}};
+constexpr Named kChanges[] = {{"hard_iron_change", Channel::kMag, "magnetometer",
+                               "a magnet was attached to the device or removed from it",
+                               "turn through the same orientations before and after"},
+                              {"mag_change", Channel::kMag, "magnetometer",
+                               "the magnetometer's gains, misalignment or mounting changed",
+                               "turn through the same orientations before and after"},
+                              {"gyro_change", Channel::kGyr, "gyroscope",
+                               "the gyroscope's gains, misalignment or mounting changed",
+                               "turn by several full turns about each axis, before and after"},
+                              {"acc_change", Channel::kAcc, "accelerometer",
+                               "the accelerometer's gains, misalignment or mounting changed",
+                               "hold every face of the sensor up, before and after"}};
 
 const Named& named(const std::string& name) {
   return *std::ranges::find_if(kChanges, [&](const Named& c) { return name == c.name; });
@@ -181,8 +180,7 @@ std::shared_ptr<const Effect> make_change(const std::string& name, ChangeForm fo
 }
 
 std::shared_ptr<const Effect> make_hard_iron_change_between(double t0, double t1) {
-  return make_change("hard_iron_change", ChangeForm::kOffset,
-                     {.begin = {0, t0}, .end = {0, t1}});
+  return make_change("hard_iron_change", ChangeForm::kOffset, {.begin = {0, t0}, .end = {0, t1}});
 }
 
 }  // namespace magimu

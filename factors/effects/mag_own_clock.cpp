@@ -5,8 +5,8 @@
 //   phase(t) = T frac(t / T + p)
 //
 // Where the clock of the readings has nearly the same period, or where measurements of a slower
-// magnetometer are given the time of the nearest reading, the age changes slowly from one reading to
-// the next: a pattern that repeats itself. Period and share p come from a search
+// magnetometer are given the time of the nearest reading, the age changes slowly from one reading
+// to the next: a pattern that repeats itself. Period and share p come from a search
 // (diagnosis/own_clock.h); what a graph estimates is how far both are off.
 #include <fmt/format.h>
 
@@ -20,10 +20,11 @@ namespace {
 class MagOwnClock final : public Effect {
  public:
   // The parameters count from these; middle_s: the time about which the period turns the sawtooth.
-  MagOwnClock(double period_s, double share, double middle_s)
+  MagOwnClock(double period_s, double share, double middle_s,
+              std::vector<Parameter> parameters = {{"T", "s", 0.02}, {"p", "1", 1.0}})
       : Effect({.name = "mag_own_clock",
                 .channel = Channel::kMag,
-                .parameters = {{"T", "s", 0.02}, {"p", "1", 1.0}},
+                .parameters = std::move(parameters),
                 .cause = "the magnetometer measures on a clock of its own and is read on another",
                 .separating_motion = "turn fast"}),
         period_s_(period_s),
@@ -59,10 +60,16 @@ class MagOwnClock final : public Effect {
 
 }  // namespace
 
-std::unique_ptr<Effect> make_mag_own_clock() { return std::make_unique<MagOwnClock>(0.0, 0.0, 0.0); }
+std::unique_ptr<Effect> make_mag_own_clock() {
+  return std::make_unique<MagOwnClock>(0.0, 0.0, 0.0);
+}
 
-std::shared_ptr<const Effect> make_own_clock_at(double period_s, double share, double middle_s) {
-  return std::make_shared<MagOwnClock>(period_s, share, middle_s);
+std::shared_ptr<const Effect> make_own_clock_at(double period_s, double share, double middle_s,
+                                                double period_sigma_s, double share_sigma) {
+  return std::make_shared<MagOwnClock>(
+      period_s, share, middle_s,
+      std::vector<Effect::Parameter>{{"T_beyond", "s", period_sigma_s},
+                                     {"p_beyond", "1", share_sigma}});
 }
 
 }  // namespace magimu

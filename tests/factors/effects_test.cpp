@@ -178,7 +178,7 @@ TEST(Effects, have_the_jacobian_of_their_term) {
 }
 
 TEST(Effects, are_linear_but_for_those_that_delay_scale_time_or_have_a_place) {
-  const std::set<std::string> curved = {"mag_time_offset", "mag_lag", "clock_scale",
+  const std::set<std::string> curved = {"mag_time_offset",   "mag_lag",         "clock_scale",
                                         "stationary_source", "acc_time_offset", "mag_own_clock"};
   RandomValue random(4);
   for (const auto& effect : effect_catalogue()) {
@@ -220,7 +220,7 @@ TEST(Effects, that_drift_come_with_any_number_of_terms) {
 // Half a minute from the time about which the sawtooth turns a tenth of a microsecond matters.
 TEST(Effects, an_own_clock_has_the_jacobian_of_its_term_between_the_jumps_of_its_sawtooth) {
   RandomValue random(13);
-  const auto effect = make_own_clock_at(0.01, 0.3, 30.0);
+  const auto effect = make_own_clock_at(0.01, 0.3, 30.0, 1e-6, 0.01);
   for (int trial = 0; trial < 20; ++trial) {
     SampleState s = random_state(random);
     s.t = 30.0 + 0.01 * (trial - 10.0 + 0.2);  // turns by half of one about 0.5

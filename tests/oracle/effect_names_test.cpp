@@ -38,9 +38,8 @@ TEST(EffectNames, are_those_of_the_contract) {
           "field_drift", "hard_iron_drift", "hard_iron_change", "field_gradient",
           "stationary_source", "mag_nonlinearity", "mag_current", "mains_interference",
           "noise_scale", "correlated_noise", "outliers", "mag_quantization", "mag_saturation"));
-  EXPECT_THAT(later_effects(),
-              testing::ElementsAre("acc_time_offset", "gravity", "mag_own_clock", "mag_change",
-                                   "gyro_change", "acc_change"));
+  EXPECT_THAT(later_effects(), testing::ElementsAre("acc_time_offset", "gravity", "mag_own_clock",
+                                                    "mag_change", "gyro_change", "acc_change"));
   EXPECT_GE(outside_effects().size(), 6u);
   EXPECT_GE(history_effects().size(), 9u);
   for (const std::string& name : all_effects()) EXPECT_EQ(neutral_effect(name).name(), name);
@@ -75,8 +74,7 @@ TEST(Effects, of_random_size_touch_their_own_sensor_and_no_other) {
     const Effect effect = random_effect(name, 5, scale);
     const Recording with = recorded({effect});
     const bool clock = name == "clock_scale";
-    const bool acc =
-        clock || name.starts_with("acc_") || name == "lever_arm" || name == "gravity";
+    const bool acc = clock || name.starts_with("acc_") || name == "lever_arm" || name == "gravity";
     const bool gyr = clock || name.starts_with("gyro_");
     EXPECT_EQ(with.acc.v != plain.acc.v, acc) << name;
     EXPECT_EQ(with.gyr.v != plain.gyr.v, gyr) << name;

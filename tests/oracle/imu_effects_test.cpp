@@ -93,5 +93,28 @@ TEST(Effects, several_effects_add_up) {
   }
 }
 
+TEST(Effects, an_accelerometer_that_is_late_shows_an_earlier_force) {
+  const Comparison c(make_effect("acc_time_offset", {0.007}));
+  c.only_acc([&](double t) -> Vector3d { return c.f(t - 0.007) - c.f(t); });
+}
+
+TEST(Effects, gravity_adds_to_the_vertical) {
+  const Comparison c(make_effect("gravity", {0.03}));
+  c.only_acc([&](double t) -> Vector3d { return c.bRn(t) * Vector3d(0, 0, 0.03); });
+}
+
+TEST(Effects, changes_of_accelerometer_and_gyroscope_multiply_all_that_they_read) {
+  const std::vector<double> p = {0.01, 0.02, 0.03,  -0.04, 0.05, 0.06,
+                                 0.07, 0.08, -0.09, 10.0,  20.0};
+  Matrix3d C;
+  C << 0.01, 0.02, 0.03, -0.04, 0.05, 0.06, 0.07, 0.08, -0.09;
+  const auto on = [](double t) { return t >= 10.0 && t < 20.0 ? 1.0 : 0.0; };
+  const Comparison acc(make_effect("acc_change", p)), gyr(make_effect("gyro_change", p));
+  acc.only_acc([&](double t) -> Vector3d { return on(t) * C * (acc.f(t) + acc.device.acc_bias); });
+  gyr.only_gyr(
+      [&](double t) -> Vector3d { return on(t) * C * (gyr.motion.omega(t) + gyr.device.gyr_bias); },
+      1e-7);
+}
+
 }  // namespace
 }  // namespace magimu::oracle

@@ -107,6 +107,25 @@ TEST(Effects, hard_iron_change_lasts_from_t0_to_t1) {
   all.only_mag([](double) -> Vector3d { return Vector3d(5, -6, 7); });
 }
 
+TEST(Effects, a_change_of_the_magnetometer_multiplies_all_that_it_reads) {
+  const Comparison c(make_effect(
+      "mag_change", {0.01, 0.02, 0.03, -0.04, 0.05, 0.06, 0.07, 0.08, -0.09, 9.995, 15.005}));
+  Matrix3d C;
+  C << 0.01, 0.02, 0.03, -0.04, 0.05, 0.06, 0.07, 0.08, -0.09;
+  c.only_mag([&](double t) -> Vector3d {
+    const double on = t > 9.995 && t < 15.005 ? 1.0 : 0.0;
+    return on * C * (c.device.distortion * c.b(t) + c.device.mag_bias);
+  });
+}
+
+TEST(Effects, a_clock_of_its_own_shows_the_field_up_to_a_period_ago) {
+  const Comparison c(make_effect("mag_own_clock", {0.0066, 0.3}));
+  c.only_mag([&](double t) -> Vector3d {
+    const double age = std::fmod(t + 0.3 * 0.0066, 0.0066);
+    return c.device.distortion * (c.b(t - age) - c.b(t));
+  });
+}
+
 TEST(Effects, field_gradient) {
   const Comparison c(make_effect("field_gradient", {10, 20, 30, 40, 50}));
   Matrix3d G;

@@ -66,6 +66,9 @@ MagModel::MagModel(const Options& options, const Device& device, const Motion& m
     mean_temperature_ += options.temperature(t) / static_cast<double>(t_.size());
     mean_p_ += motion.position(t) / static_cast<double>(t_.size());
   }
+  if (options.room_seed) {
+    room_.emplace(*options.room_seed, device.unit_field(), motion.duration_s());
+  }
   Random jitter(options.seed, Stream::kTimeJitter);
   for (const Effect& e : options.effects) {
     if (e.kind == EffectKind::kMagTimeOffset) offset_ += e[0];
@@ -82,6 +85,7 @@ MagModel::MagModel(const Options& options, const Device& device, const Motion& m
 Vector3d MagModel::field(const Instant& at) const {
   const double strength = device_.strength_uT();
   Vector3d m = device_.unit_field();
+  if (room_) m += room_->field_uT(at.p, at.t) / strength;
   for (const Effect& e : options_.effects) {
     switch (e.kind) {
       case EffectKind::kFieldDrift:

@@ -5,7 +5,10 @@
 // tau s' + s = h, exactly.
 #pragma once
 
+#include <optional>
+
 #include "tests/oracle/imu_model.h"
+#include "tests/oracle/room.h"
 
 namespace magimu::oracle {
 
@@ -31,6 +34,7 @@ class MagModel {
   const Device& device_;
   const Motion& motion_;
   std::vector<double> t_;
+  std::optional<Room> room_;
   double mean_temperature_ = 0.0;
   Vector3d mean_p_ = Vector3d::Zero();
   double offset_ = 0.0;  // mag_time_offset, s

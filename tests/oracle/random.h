@@ -20,6 +20,7 @@ enum class Stream : std::uint64_t {
   kTapping,
   kTimeJitter,
   kEffectSize,
+  kRoom,
 };
 
 // xorshift64* (Vigna 2016) started from a mixed seed.

@@ -49,6 +49,7 @@ struct Options {
   double noise_factor = 1.0;  // of all three; 0: exact readings
   double gravity = 9.80665;   // g0, m/s^2
   std::vector<Effect> effects;
+  std::optional<std::uint64_t> room_seed;  // a room about the sensor (room.h); none: open country
   // Columns of the recording: aux["temp"], aux["current"], pos. Off by default, whatever the
   // effects: a test may want to withhold them.
   bool record_temp = false, record_current = false, record_pos = false;

@@ -140,17 +140,15 @@ TEST_P(EffectAndOracle, agree) {
   EXPECT_LT(worst, share * largest);
 }
 
-INSTANTIATE_TEST_SUITE_P(Catalogue, EffectAndOracle,
-                         testing::Values("acc_scale_misalignment", "gyro_scale_misalignment",
-                                         "gyro_g_sensitivity", "gyro_nonlinearity",
-                                         "gyro_temperature", "acc_temperature", "mag_temperature",
-                                         "lever_arm", "mag_time_offset", "mag_lag",
-                                         "mag_eddy_current", "field_drift", "hard_iron_drift",
-                                         "hard_iron_change", "field_gradient", "stationary_source",
-                                         "mag_nonlinearity", "mag_current", "mains_interference",
-                                         "acc_time_offset", "gravity", "mag_own_clock",
-                                         "mag_change", "gyro_change", "acc_change"),
-                         [](const auto& instance) { return instance.param; });
+INSTANTIATE_TEST_SUITE_P(
+    Catalogue, EffectAndOracle,
+    testing::Values("acc_scale_misalignment", "gyro_scale_misalignment", "gyro_g_sensitivity",
+                    "gyro_nonlinearity", "gyro_temperature", "acc_temperature", "mag_temperature",
+                    "lever_arm", "mag_time_offset", "mag_lag", "mag_eddy_current", "field_drift",
+                    "hard_iron_drift", "hard_iron_change", "field_gradient", "stationary_source",
+                    "mag_nonlinearity", "mag_current", "mains_interference", "acc_time_offset",
+                    "gravity", "mag_own_clock", "mag_change", "gyro_change", "acc_change"),
+    [](const auto& instance) { return instance.param; });
 
 }  // namespace
 }  // namespace magimu

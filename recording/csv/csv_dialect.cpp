@@ -60,6 +60,8 @@ class Recogniser {
       given_header();
     } else if (!header) {
       if (long_format()) return std::move(dialect_);
+      // A first line of words that does not fit the rows: the fast reader says how.
+      if (shape_.first_row > 0 && !is_comment(lines_.front().text)) return {};
       no_header();
     } else if (long_format()) {
       return std::move(dialect_);
@@ -281,7 +283,7 @@ class Recogniser {
   void own_times() {
     std::map<std::string, std::string> times;
     for (const std::string& name : dialect_.names) {
-      if (!csv_name(name).name.empty()) continue;
+      if (const CsvName other = csv_name(name); !other.name.empty() && other.preference >= 0) continue;
       if (const std::string sensor = csv_time_of(name); !sensor.empty()) times.emplace(sensor, name);
     }
     if (times.size() >= 2) dialect_.times_of = std::move(times);

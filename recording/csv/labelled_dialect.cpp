@@ -32,12 +32,25 @@ struct Labels {
     }
   }
 
-  std::string name(std::size_t i) const {
+  std::string bare_name(std::size_t i) const {
     std::string name = fields[i].label;
     const std::size_t count = components.at(name);
     if (count == 3) name += std::string("_") + "xyz"[fields[i].component];
     if (count != 3 && count > 1) name += fmt::format("[{}]", fields[i].component);
-    return units[i].empty() ? name : name + " (" + units[i] + ")";
+    return name;
+  }
+
+  // A unit stands behind the last axis as a rule, and is meant for all.
+  std::string name(std::size_t i) const {
+    const auto sensor = [this](std::size_t k) {
+      const std::string its = csv_name(bare_name(k)).name;
+      return its.substr(0, its.find('_'));
+    };
+    for (std::size_t k = 0; k < fields.size(); ++k) {
+      if (units[k].empty() || (k != i && (sensor(i).empty() || sensor(k) != sensor(i)))) continue;
+      return bare_name(i) + " (" + units[k] + ")";
+    }
+    return bare_name(i);
   }
 };
 

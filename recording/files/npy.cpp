@@ -121,23 +121,23 @@ double npy_number(std::string_view bytes, std::size_t at, const NpyField& field)
   const bool s = field.swapped;
   switch (field.kind) {
     case 'f':
-      return field.size == 8   ? number_at<double>(bytes, at, s)
-             : field.size == 4 ? double(number_at<float>(bytes, at, s))
+      return field.size == 8   ? bytes_as<double>(bytes, at, s)
+             : field.size == 4 ? double(bytes_as<float>(bytes, at, s))
                                : std::numeric_limits<double>::quiet_NaN();
     case 'i':
-      return field.size == 8   ? double(number_at<std::int64_t>(bytes, at, s))
-             : field.size == 4 ? double(number_at<std::int32_t>(bytes, at, s))
-             : field.size == 2 ? double(number_at<std::int16_t>(bytes, at, s))
-                               : double(number_at<std::int8_t>(bytes, at));
+      return field.size == 8   ? double(bytes_as<std::int64_t>(bytes, at, s))
+             : field.size == 4 ? double(bytes_as<std::int32_t>(bytes, at, s))
+             : field.size == 2 ? double(bytes_as<std::int16_t>(bytes, at, s))
+                               : double(bytes_as<std::int8_t>(bytes, at));
     case 'M':  // times: datetime64, in its own unit
-      return double(number_at<std::int64_t>(bytes, at, s));
+      return double(bytes_as<std::int64_t>(bytes, at, s));
     case 'u':
-      return field.size == 8   ? double(number_at<std::uint64_t>(bytes, at, s))
-             : field.size == 4 ? double(number_at<std::uint32_t>(bytes, at, s))
-             : field.size == 2 ? double(number_at<std::uint16_t>(bytes, at, s))
-                               : double(number_at<std::uint8_t>(bytes, at));
+      return field.size == 8   ? double(bytes_as<std::uint64_t>(bytes, at, s))
+             : field.size == 4 ? double(bytes_as<std::uint32_t>(bytes, at, s))
+             : field.size == 2 ? double(bytes_as<std::uint16_t>(bytes, at, s))
+                               : double(bytes_as<std::uint8_t>(bytes, at));
     case 'b':
-      return number_at<std::uint8_t>(bytes, at);
+      return bytes_as<std::uint8_t>(bytes, at);
     default:
       return std::numeric_limits<double>::quiet_NaN();
   }
@@ -149,8 +149,8 @@ void add_npy(const std::string& content, const std::string& name, BroadFile& fil
   const std::string& path = file.path;
   auto header_of = [&] {
     const bool large = content.size() > 6 && content[6] >= 2;
-    const std::size_t length = large ? number_at<std::uint32_t>(content, 8)
-                                     : number_at<std::uint16_t>(content, 8);
+    const std::size_t length = large ? bytes_as<std::uint32_t>(content, 8)
+                                     : bytes_as<std::uint16_t>(content, 8);
     const std::size_t begin = large ? 12 : 10;
     if (content.size() < begin || length > content.size() - begin) {
       throw InputError(path, 0, 0, "the numpy file is cut off", "give another copy of it");

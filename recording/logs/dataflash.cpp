@@ -55,22 +55,22 @@ double half_float(std::uint16_t bits) {
 double flash_number(std::string_view data, const FlashField& field) {
   const std::size_t at = field.offset;
   switch (field.kind) {
-    case 'b': return number_at<std::int8_t>(data, at);
-    case 'B': case 'M': return number_at<std::uint8_t>(data, at);
-    case 'h': return number_at<std::int16_t>(data, at);
-    case 'H': return number_at<std::uint16_t>(data, at);
-    case 'c': return 0.01 * number_at<std::int16_t>(data, at);
-    case 'C': return 0.01 * number_at<std::uint16_t>(data, at);
-    case 'i': return number_at<std::int32_t>(data, at);
-    case 'I': return number_at<std::uint32_t>(data, at);
-    case 'e': return 0.01 * number_at<std::int32_t>(data, at);
-    case 'E': return 0.01 * number_at<std::uint32_t>(data, at);
-    case 'L': return 1e-7 * number_at<std::int32_t>(data, at);
-    case 'f': return double(number_at<float>(data, at));
-    case 'g': return half_float(number_at<std::uint16_t>(data, at));
-    case 'd': return number_at<double>(data, at);
-    case 'q': return double(number_at<std::int64_t>(data, at));
-    case 'Q': return double(number_at<std::uint64_t>(data, at));
+    case 'b': return bytes_as<std::int8_t>(data, at);
+    case 'B': case 'M': return bytes_as<std::uint8_t>(data, at);
+    case 'h': return bytes_as<std::int16_t>(data, at);
+    case 'H': return bytes_as<std::uint16_t>(data, at);
+    case 'c': return 0.01 * bytes_as<std::int16_t>(data, at);
+    case 'C': return 0.01 * bytes_as<std::uint16_t>(data, at);
+    case 'i': return bytes_as<std::int32_t>(data, at);
+    case 'I': return bytes_as<std::uint32_t>(data, at);
+    case 'e': return 0.01 * bytes_as<std::int32_t>(data, at);
+    case 'E': return 0.01 * bytes_as<std::uint32_t>(data, at);
+    case 'L': return 1e-7 * bytes_as<std::int32_t>(data, at);
+    case 'f': return double(bytes_as<float>(data, at));
+    case 'g': return half_float(bytes_as<std::uint16_t>(data, at));
+    case 'd': return bytes_as<double>(data, at);
+    case 'q': return double(bytes_as<std::int64_t>(data, at));
+    case 'Q': return double(bytes_as<std::uint64_t>(data, at));
     default: return std::numeric_limits<double>::quiet_NaN();
   }
 }

@@ -24,7 +24,7 @@ class McapFields {
   explicit McapFields(std::string_view bytes) : bytes_(bytes) {}
   template <class T>
   T number() {
-    const T value = number_at<T>(bytes_, 0);
+    const T value = bytes_as<T>(bytes_, 0);
     bytes_.remove_prefix(std::min(sizeof(T), bytes_.size()));
     return value;
   }
@@ -70,7 +70,7 @@ class McapReader {
       const std::string_view head = file_.at(at, 9);
       if (head.size() < 9) break;
       const auto op = static_cast<unsigned char>(head[0]);
-      const auto length = number_at<std::uint64_t>(head, 1);
+      const auto length = bytes_as<std::uint64_t>(head, 1);
       if (op == kFooter || op == kDataEnd) return;
       if (length > file_.size() - at - 9) break;
       const bool ours = op == kSchema || op == kChannel || op == kMcapMessage || op == kMcapChunk;
@@ -132,7 +132,7 @@ class McapReader {
     }
     std::string_view bytes = unpacked_;
     while (bytes.size() >= 9) {
-      const auto length = number_at<std::uint64_t>(bytes, 1);
+      const auto length = bytes_as<std::uint64_t>(bytes, 1);
       if (length > bytes.size() - 9) break;
       record(static_cast<unsigned char>(bytes[0]), bytes.substr(9, length), false);
       bytes.remove_prefix(9 + length);

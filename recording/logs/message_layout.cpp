@@ -307,7 +307,7 @@ class MessageWalk {
   bool read(T& value) {
     align(sizeof(T));
     if (at_ > bytes_.size() || bytes_.size() - at_ < sizeof(T)) return false;
-    value = number_at<T>(bytes_, at_, swapped_);
+    value = bytes_as<T>(bytes_, at_, swapped_);
     at_ += sizeof(T);
     return true;
   }

@@ -59,9 +59,9 @@ bool is_number_start(char c) { return (c >= '0' && c <= '9') || c == '-' || c ==
 // The nine numbers of MotionCal's lines.
 std::vector<std::string> motioncal_names(bool raw) {
   std::vector<std::string> names;
-  for (const auto& [sensor, unit] :
-       {std::pair("acc", raw ? 9.80665 / 8192 : 1.0), {"gyr", raw ? 0.017453292519943295 / 16 : 1.0},
-        {"mag", raw ? 0.1 : 1.0}}) {
+  for (const auto& [sensor, unit] : {std::pair("acc", raw ? 9.80665 / 8192 : 1.0),
+                                     {"gyr", raw ? 0.017453292519943295 / 16 : 1.0},
+                                     {"mag", raw ? 0.1 : 1.0}}) {
     for (const char axis : {'x', 'y', 'z'}) {
       names.push_back(fmt::format("{}_{} ({})", sensor, axis, unit));
     }

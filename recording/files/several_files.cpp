@@ -35,9 +35,12 @@ struct TopicRank {
   const char* ending;
   int rank;
 };
-constexpr TopicRank kTopicRanks[] = {{"sensor_combined", 30}, {"sensor_mag", 25},
-                                     {"vehicle_magnetometer", 24}, {"sensor_accel", 20},
-                                     {"sensor_gyro", 20}, {"vehicle_acceleration", 10},
+constexpr TopicRank kTopicRanks[] = {{"sensor_combined", 30},
+                                     {"sensor_mag", 25},
+                                     {"vehicle_magnetometer", 24},
+                                     {"sensor_accel", 20},
+                                     {"sensor_gyro", 20},
+                                     {"vehicle_acceleration", 10},
                                      {"vehicle_angular_velocity", 10}};
 
 int rank_of(const std::string& name) {
@@ -57,7 +60,8 @@ bool is_without_gravity(const std::string& name) {
 
 bool is_chosen(const std::string& name, const CsvOptions& options) {
   return std::ranges::any_of(options.sensors, [&](const std::string& s) {
-    return name == s.substr(std::min(s.find('='), s.size() - 1) + (s.find('=') < s.size() ? 1 : 0)) ||
+    return name ==
+               s.substr(std::min(s.find('='), s.size() - 1) + (s.find('=') < s.size() ? 1 : 0)) ||
            name == s || stem_of(name) == s;
   });
 }
@@ -114,9 +118,8 @@ Recording read_several(const std::vector<NamedFile>& files, const std::string& p
       // a file of something else
     } catch (const InputError& error) {
       const bool named = !partial.sensor.empty() || rank_of(file.name) > 0;
-      const std::string where = file.path.starts_with("/proc/self/fd/")
-                                    ? path + "/" + file.name
-                                    : file.path;
+      const std::string where =
+          file.path.starts_with("/proc/self/fd/") ? path + "/" + file.name : file.path;
       if (named && !first_error && error.line > 0) {
         first_error.emplace(where, error.line, error.column, error.problem, error.remedy);
       }
@@ -124,10 +127,10 @@ Recording read_several(const std::vector<NamedFile>& files, const std::string& p
     }
   }
   if (no_gravity && !has_acc && options.require_imu) {
-    throw InputError(path, 0, 0,
-                     "the only acceleration is without gravity (linear acceleration)",
-                     "record the accelerometer itself, too: phyphox calls it Acceleration (with g), "
-                     "Sensor Logger TotalAcceleration");
+    throw InputError(
+        path, 0, 0, "the only acceleration is without gravity (linear acceleration)",
+        "record the accelerometer itself, too: phyphox calls it Acceleration (with g), "
+        "Sensor Logger TotalAcceleration");
   }
   try {
     Recording out = joined(std::move(parts), path, options);

@@ -15,8 +15,14 @@ namespace magimu {
 namespace {
 
 constexpr std::uint64_t kMcapMagicSize = 8;
-enum McapOp : unsigned char { kFooter = 2, kSchema = 3, kChannel = 4, kMcapMessage = 5, kMcapChunk = 6,
-                              kDataEnd = 15 };
+enum McapOp : unsigned char {
+  kFooter = 2,
+  kSchema = 3,
+  kChannel = 4,
+  kMcapMessage = 5,
+  kMcapChunk = 6,
+  kDataEnd = 15
+};
 
 // Numbers and strings one after another; empty or 0 beyond the end.
 class McapFields {
@@ -115,8 +121,8 @@ class McapReader {
     any_ros_ = true;
     if (topics_.contains(id)) return;
     const bool text = schema.encoding == "ros1msg" || schema.encoding == "ros2msg";
-    topics_.emplace(id, RosTopic(log_, topic, schema.name, text ? schema.text : "",
-                                 encoding == "cdr"));
+    topics_.emplace(id,
+                    RosTopic(log_, topic, schema.name, text ? schema.text : "", encoding == "cdr"));
   }
 
   void chunk(McapFields& fields) {

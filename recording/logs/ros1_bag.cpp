@@ -72,8 +72,8 @@ class BagReader {
       const std::uint64_t whole = 8 + header_size + data_size;
       if (whole > file_.size() - at) return cut_off();
       constexpr std::uint64_t kLargestRecord = 1ULL << 28;
-      const std::string header_bytes(
-          header_size < kLargestRecord ? file_.at(at + 4, header_size) : std::string_view());
+      const std::string header_bytes(header_size < kLargestRecord ? file_.at(at + 4, header_size)
+                                                                  : std::string_view());
       const BagHeader header(header_bytes);
       const auto op = header.number<unsigned char>("op");
       if ((op == kMessage || op == kChunk || op == kConnection) && data_size < kLargestRecord) {
@@ -104,8 +104,7 @@ class BagReader {
       const std::uint64_t data_size = bytes_as<std::uint32_t>(bytes, 4 + header_size);
       if (data_size > bytes.size() - 8 - header_size) break;
       const BagHeader inner(bytes.substr(4, header_size));
-      record(inner.number<unsigned char>("op"), inner,
-             bytes.substr(8 + header_size, data_size));
+      record(inner.number<unsigned char>("op"), inner, bytes.substr(8 + header_size, data_size));
       bytes.remove_prefix(8 + header_size + data_size);
     }
   }
@@ -115,10 +114,9 @@ class BagReader {
     if (op == kConnection) {
       if (topics_.contains(connection) || topics_.size() >= kMostTopics) return;
       const BagHeader about(data);
-      topics_.emplace(connection,
-                      RosTopic(log_, std::string(header.text("topic")),
-                               std::string(about.text("type")), about.text("message_definition"),
-                               false));
+      topics_.emplace(connection, RosTopic(log_, std::string(header.text("topic")),
+                                           std::string(about.text("type")),
+                                           about.text("message_definition"), false));
     } else if (op == kMessage) {
       const auto topic = topics_.find(connection);
       if (topic == topics_.end() || !topic->second.wanted(log_)) return;

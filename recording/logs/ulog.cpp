@@ -11,8 +11,8 @@
 
 #include "recording/error.h"
 #include "recording/logs/log_file.h"
-#include "recording/logs/logs.h"
 #include "recording/logs/log_recording.h"
+#include "recording/logs/logs.h"
 #include "recording/logs/px4_topics.h"
 #include "recording/quoted_text.h"
 
@@ -30,18 +30,28 @@ struct UlogField {
 
 std::size_t size_of(char kind) {
   switch (kind) {
-    case 'b': case 'B': case 'c': case '?': return 1;
-    case 'h': case 'H': return 2;
-    case 'i': case 'I': case 'f': return 4;
-    default: return 8;
+    case 'b':
+    case 'B':
+    case 'c':
+    case '?':
+      return 1;
+    case 'h':
+    case 'H':
+      return 2;
+    case 'i':
+    case 'I':
+    case 'f':
+      return 4;
+    default:
+      return 8;
   }
 }
 
 char kind_of_type(std::string_view type) {
   constexpr std::pair<std::string_view, char> kKinds[] = {
-      {"int8_t", 'b'},  {"uint8_t", 'B'},  {"char", 'c'},    {"bool", '?'},     {"int16_t", 'h'},
-      {"uint16_t", 'H'}, {"int32_t", 'i'}, {"uint32_t", 'I'}, {"float", 'f'},   {"int64_t", 'q'},
-      {"uint64_t", 'Q'}, {"double", 'd'}};
+      {"int8_t", 'b'},  {"uint8_t", 'B'},  {"char", 'c'},     {"bool", '?'},
+      {"int16_t", 'h'}, {"uint16_t", 'H'}, {"int32_t", 'i'},  {"uint32_t", 'I'},
+      {"float", 'f'},   {"int64_t", 'q'},  {"uint64_t", 'Q'}, {"double", 'd'}};
   for (const auto& [name, kind] : kKinds) {
     if (name == type) return kind;
   }
@@ -50,16 +60,26 @@ char kind_of_type(std::string_view type) {
 
 double number_of(std::string_view data, char kind, std::size_t at) {
   switch (kind) {
-    case 'b': return bytes_as<std::int8_t>(data, at);
-    case 'h': return bytes_as<std::int16_t>(data, at);
-    case 'H': return bytes_as<std::uint16_t>(data, at);
-    case 'i': return bytes_as<std::int32_t>(data, at);
-    case 'I': return bytes_as<std::uint32_t>(data, at);
-    case 'f': return double(bytes_as<float>(data, at));
-    case 'd': return bytes_as<double>(data, at);
-    case 'q': return double(bytes_as<std::int64_t>(data, at));
-    case 'Q': return double(bytes_as<std::uint64_t>(data, at));
-    default: return bytes_as<std::uint8_t>(data, at);
+    case 'b':
+      return bytes_as<std::int8_t>(data, at);
+    case 'h':
+      return bytes_as<std::int16_t>(data, at);
+    case 'H':
+      return bytes_as<std::uint16_t>(data, at);
+    case 'i':
+      return bytes_as<std::int32_t>(data, at);
+    case 'I':
+      return bytes_as<std::uint32_t>(data, at);
+    case 'f':
+      return double(bytes_as<float>(data, at));
+    case 'd':
+      return bytes_as<double>(data, at);
+    case 'q':
+      return double(bytes_as<std::int64_t>(data, at));
+    case 'Q':
+      return double(bytes_as<std::uint64_t>(data, at));
+    default:
+      return bytes_as<std::uint8_t>(data, at);
   }
 }
 
@@ -219,8 +239,8 @@ class UlogReader {
       reading.is = &is;
       if (!find_axes(topic.format, is, reading.axes)) continue;
       const std::string kind(is.kind);
-      reading.sensor =
-          log_.sensor({kind, shown, is.rank - int(std::min(instance, 9U)), is.unit, said(is, instance)});
+      reading.sensor = log_.sensor(
+          {kind, shown, is.rank - int(std::min(instance, 9U)), is.unit, said(is, instance)});
       for (const UlogField& axis : reading.axes) {
         topic.size = std::max(topic.size, axis.offset + size_of(axis.kind));
       }
@@ -332,8 +352,8 @@ class UlogReader {
         if (at + size_of(axis.kind) > data.size()) return;
         v[a] = one * number_of(data, axis.kind, at);
       }
-      const auto before = static_cast<std::int64_t>(
-          std::clamp(1e3 * us * double(count - 1 - i), 0.0, 1e12));
+      const auto before =
+          static_cast<std::int64_t>(std::clamp(1e3 * us * double(count - 1 - i), 0.0, 1e12));
       log_.add(reading.sensor, micro_to_nano(t_us) - before, v);
     }
   }

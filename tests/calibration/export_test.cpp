@@ -150,8 +150,7 @@ TEST(ExportPx4, does_what_we_do_but_for_the_rotation_it_states) {
     }
   }
   for (const Vector3& raw : samples(10.0)) {
-    const Vector3 acc =
-        raw - xyz(n, "CAL_ACC0_", "OFF");
+    const Vector3 acc = raw - xyz(n, "CAL_ACC0_", "OFF");
     EXPECT_LT((acc - (raw - c.parameters.acc_bias)).norm(), kSame);
     EXPECT_LT((raw - xyz(n, "CAL_GYRO0_", "OFF") - (raw - c.parameters.gyr_bias)).norm(), kSame);
   }

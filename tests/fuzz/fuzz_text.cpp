@@ -11,7 +11,8 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
   if (size == 0) return 0;
   CsvOptions options;
   if ((data[0] & 1) != 0) options.rate_hz = 50.0;
-  if ((data[0] & 2) != 0) options.header = "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z";
+  if ((data[0] & 2) != 0)
+    options.header = "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z";
   if ((data[0] & 4) != 0) options.sensor = "mag";
   if ((data[0] & 8) != 0) options.require_mag = options.require_imu = false;
   const std::string content(reinterpret_cast<const char*>(data + 1), size - 1);

@@ -34,8 +34,8 @@ void write_database(const std::string& path) {
   sqlite3_prepare_v2(db, "INSERT INTO messages(topic_id,timestamp,data) VALUES(?,?,?)", -1, &insert,
                      nullptr);
   for (int k = 0; k < 6; ++k) {
-    const std::string data = k % 2 == 0 ? magimu::test::imu_message(k, true)
-                                        : magimu::test::mag_message(k, true);
+    const std::string data =
+        k % 2 == 0 ? magimu::test::imu_message(k, true) : magimu::test::mag_message(k, true);
     sqlite3_bind_int(insert, 1, k % 2 + 1);
     sqlite3_bind_int64(insert, 2, k);
     sqlite3_bind_blob(insert, 3, data.data(), int(data.size()), SQLITE_TRANSIENT);
@@ -55,13 +55,12 @@ int main(int arguments, char** argument) {
   const std::string bag_text = bag_messages(4), mcap_text = mcap_messages(4);
   write(folder + "/bag/plain", bag(bag_text, "none", bag_text.size()));
   std::string packed(2 * bag_text.size() + 1000, '\0');
-  packed.resize(LZ4F_compressFrame(packed.data(), packed.size(), bag_text.data(), bag_text.size(),
-                                   nullptr));
+  packed.resize(
+      LZ4F_compressFrame(packed.data(), packed.size(), bag_text.data(), bag_text.size(), nullptr));
   write(folder + "/bag/lz4", bag(packed, "lz4", bag_text.size()));
   write(folder + "/mcap/plain", mcap(mcap_text, "", mcap_text.size()));
   packed.resize(2 * mcap_text.size() + 1000);
-  packed.resize(
-      ZSTD_compress(packed.data(), packed.size(), mcap_text.data(), mcap_text.size(), 1));
+  packed.resize(ZSTD_compress(packed.data(), packed.size(), mcap_text.data(), mcap_text.size(), 1));
   write(folder + "/mcap/zstd", mcap(packed, "zstd", mcap_text.size()));
   write(folder + "/ulog/plain", ulog(5));
   write(folder + "/dataflash/plain", dataflash(5));

@@ -23,14 +23,14 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-constexpr int kCount = 60;
+constexpr int kLogCount = 60;
 
-Recording read(const std::string& content, const CsvOptions& options = {}) {
+Recording read_log(const std::string& content, const CsvOptions& options = {}) {
   const test::TempFolder folder;
   return read_recording(folder.write("log", content), options);
 }
 
-void expect_log(const Recording& r, double tolerance, int count = kCount) {
+void expect_log(const Recording& r, double tolerance, int count = kLogCount) {
   ASSERT_EQ(r.acc.size(), std::size_t(count));
   ASSERT_EQ(r.gyr.size(), std::size_t(count));
   ASSERT_EQ(r.mag.size(), 1u);
@@ -65,24 +65,25 @@ std::string packed(const std::string& bytes, const std::string& method) {
 }
 
 TEST(Logs, a_ros1_bag_whatever_its_chunks_are_packed_by) {
-  const std::string messages = test::bag_messages(kCount);
+  const std::string messages = test::bag_messages(kLogCount);
   for (const char* method : {"none", "bz2", "lz4"}) {
     SCOPED_TRACE(method);
-    const Recording r = read(test::bag(packed(messages, method), method, messages.size()));
+    const Recording r = read_log(test::bag(packed(messages, method), method, messages.size()));
     expect_log(r, 1e-12);
     EXPECT_THAT(r.notes.front(), HasSubstr("a ROS bag; read: acc from /imu/data, gyr from"));
   }
-  EXPECT_THAT(test::error_of([&] { read(test::bag(messages, "lzma", messages.size())); }).problem,
-              HasSubstr("packed by \"lzma\""));
+  EXPECT_THAT(
+      test::error_of([&] { read_log(test::bag(messages, "lzma", messages.size())); }).problem,
+      HasSubstr("packed by \"lzma\""));
 }
 
 TEST(Logs, an_mcap_with_chunks_and_with_none) {
-  const std::string messages = test::mcap_messages(kCount);
+  const std::string messages = test::mcap_messages(kLogCount);
   for (const char* method : {"", "lz4", "zstd"}) {
     SCOPED_TRACE(method);
-    expect_log(read(test::mcap(packed(messages, method), method, messages.size())), 1e-12);
+    expect_log(read_log(test::mcap(packed(messages, method), method, messages.size())), 1e-12);
   }
-  expect_log(read("\x89MCAP0\r\n" + messages), 1e-12);  // cut off, too
+  expect_log(read_log("\x89MCAP0\r\n" + messages), 1e-12);  // cut off, too
 }
 
 TEST(Logs, a_ros2_database) {
@@ -102,10 +103,9 @@ TEST(Logs, a_ros2_database) {
   sqlite3_stmt* insert = nullptr;
   sqlite3_prepare_v2(db, "INSERT INTO messages(topic_id,timestamp,data) VALUES(?,?,?)", -1, &insert,
                      nullptr);
-  for (int k = 0; k < kCount; ++k) {
+  for (int k = 0; k < kLogCount; ++k) {
     for (const int topic : {1, 2}) {
-      const std::string data =
-          topic == 1 ? test::imu_message(k, true) : test::mag_message(k, true);
+      const std::string data = topic == 1 ? test::imu_message(k, true) : test::mag_message(k, true);
       sqlite3_bind_int(insert, 1, topic);
       sqlite3_bind_int64(insert, 2, 1);
       sqlite3_bind_blob(insert, 3, data.data(), int(data.size()), SQLITE_TRANSIENT);
@@ -124,17 +124,18 @@ TEST(Logs, a_database_whose_tables_are_endless_views_is_refused) {
   const std::string path = folder.path("bag.db3");
   sqlite3* db = nullptr;
   ASSERT_EQ(sqlite3_open(path.c_str(), &db), SQLITE_OK);
-  sqlite3_exec(db,
-               "CREATE TABLE topics(id INTEGER, name TEXT, type TEXT, serialization_format TEXT);"
-               "CREATE VIEW messages AS WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x+1 FROM n)"
-               " SELECT x AS id, 1 AS topic_id, x AS timestamp, x AS data FROM n;",
-               nullptr, nullptr, nullptr);
+  sqlite3_exec(
+      db,
+      "CREATE TABLE topics(id INTEGER, name TEXT, type TEXT, serialization_format TEXT);"
+      "CREATE VIEW messages AS WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x+1 FROM n)"
+      " SELECT x AS id, 1 AS topic_id, x AS timestamp, x AS data FROM n;",
+      nullptr, nullptr, nullptr);
   sqlite3_close(db);
   EXPECT_THAT(test::error_of([&] { read_recording(path); }).problem, HasSubstr("no ROS 2 bag"));
 }
 
 TEST(Logs, a_px4_log_says_what_its_readings_are_corrected_by) {
-  const Recording r = read(test::ulog(kCount));
+  const Recording r = read_log(test::ulog(kLogCount));
   expect_log(r, 1e-5);
   EXPECT_EQ(r.gyr.t[0], 1.0);
   EXPECT_THAT(r.notes, Contains(HasSubstr("CAL_MAGn_XOFF")));
@@ -142,7 +143,7 @@ TEST(Logs, a_px4_log_says_what_its_readings_are_corrected_by) {
 }
 
 TEST(Logs, an_ardupilot_logs_compass_offsets_are_taken_off) {
-  const Recording r = read(test::dataflash(kCount));
+  const Recording r = read_log(test::dataflash(kLogCount));
   expect_log(r, 1e-5);
   EXPECT_EQ(r.gyr.t[0], 1.0);
   EXPECT_THAT(r.notes, Contains(HasSubstr("COMPASS_OFS is minus the bias")));
@@ -151,24 +152,24 @@ TEST(Logs, an_ardupilot_logs_compass_offsets_are_taken_off) {
 TEST(Logs, sensors_are_chosen_by_name) {
   CsvOptions options;
   options.sensors = {"mag=MAG[7]"};
-  const InputError error = test::error_of([&] { read(test::dataflash(kCount), options); });
+  const InputError error = test::error_of([&] { read_log(test::dataflash(kLogCount), options); });
   EXPECT_THAT(error.problem, HasSubstr("no sensor \"mag=MAG[7]\""));
   EXPECT_THAT(error.remedy, HasSubstr("mag=MAG[0] (60)"));
   options.sensors = {"mag=MAG[0]", "IMU[0]"};
-  expect_log(read(test::dataflash(kCount), options), 1e-5);
+  expect_log(read_log(test::dataflash(kLogCount), options), 1e-5);
   options.columns = {{"a", "acc_x"}};
-  EXPECT_THAT(test::error_of([&] { read(test::dataflash(kCount), options); }).remedy,
+  EXPECT_THAT(test::error_of([&] { read_log(test::dataflash(kLogCount), options); }).remedy,
               HasSubstr("--sensor"));
 }
 
 TEST(Logs, that_are_cut_off_give_what_is_before) {
-  const std::string messages = test::bag_messages(kCount);
+  const std::string messages = test::bag_messages(kLogCount);
   for (const std::string& whole :
-       {test::ulog(kCount), test::dataflash(kCount), "\x89MCAP0\r\n" + test::mcap_messages(kCount),
-        "#ROSBAG V2.0\n" + messages}) {
-    const Recording r = read(whole.substr(0, whole.size() - whole.size() / 3));
-    EXPECT_GT(r.acc.size(), std::size_t(kCount / 3));
-    EXPECT_LT(r.acc.size(), std::size_t(kCount));
+       {test::ulog(kLogCount), test::dataflash(kLogCount),
+        "\x89MCAP0\r\n" + test::mcap_messages(kLogCount), "#ROSBAG V2.0\n" + messages}) {
+    const Recording r = read_log(whole.substr(0, whole.size() - whole.size() / 3));
+    EXPECT_GT(r.acc.size(), std::size_t(kLogCount / 3));
+    EXPECT_LT(r.acc.size(), std::size_t(kLogCount));
   }
 }
 
@@ -196,8 +197,9 @@ TEST(Logs, with_damaged_bytes_end_with_a_reason) {
 
 TEST(Logs, chunks_that_claim_to_be_large_are_not_unpacked) {
   const std::string messages = test::bag_messages(10);
-  EXPECT_THROW(read(test::bag(packed(messages, "lz4"), "lz4", 0xFFFFFFF0U)), InputError);
-  EXPECT_THROW(read(test::mcap(packed(messages, "zstd"), "zstd", std::size_t(1) << 60)), InputError);
+  EXPECT_THROW(read_log(test::bag(packed(messages, "lz4"), "lz4", 0xFFFFFFF0U)), InputError);
+  EXPECT_THROW(read_log(test::mcap(packed(messages, "zstd"), "zstd", std::size_t(1) << 60)),
+               InputError);
 }
 
 TEST(MessageLayout, of_a_custom_type_with_arrays_and_strings) {
@@ -206,8 +208,9 @@ TEST(MessageLayout, of_a_custom_type_with_arrays_and_strings) {
       "string[] words\nuint8 KIND=3\nInner[2] inner\nfloat32[3] accel\nint16[] many\nbool ok\n" +
           std::string(80, '=') + "\nMSG: my_msgs/Inner\nuint8 a\nstring<=5 b\n");
   ASSERT_TRUE(layout);
-  EXPECT_THAT(layout->names(), testing::ElementsAre("accel[0]", "accel[1]", "accel[2]", "accel[3]",
-                                                    "many[0]", "many[1]", "many[2]", "many[3]", "ok"));
+  EXPECT_THAT(layout->names(),
+              testing::ElementsAre("accel[0]", "accel[1]", "accel[2]", "accel[3]", "many[0]",
+                                   "many[1]", "many[2]", "many[3]", "ok"));
   test::Bytes b;
   b.put(std::uint32_t(2)).sized<std::uint32_t>("a").sized<std::uint32_t>("bcd");
   for (int i = 0; i < 2; ++i) b.put('\1').sized<std::uint32_t>("xy");
@@ -227,7 +230,7 @@ TEST(MessageLayout, of_a_custom_type_with_arrays_and_strings) {
 
 std::string numbers(int columns, double (*value)(int, int)) {
   test::Bytes b;
-  for (int k = 0; k < kCount; ++k) {
+  for (int k = 0; k < kLogCount; ++k) {
     for (int a = 0; a < columns; ++a) b.put(value(k, a));
   }
   return b.text;
@@ -238,7 +241,8 @@ std::string zip(const std::vector<std::pair<std::string, std::string>>& files) {
   test::Bytes out, directory;
   for (const auto& [name, data] : files) {
     const auto at = std::uint32_t(out.text.size());
-    const auto crc = std::uint32_t(crc32(0, reinterpret_cast<const Bytef*>(data.data()), uInt(data.size())));
+    const auto crc =
+        std::uint32_t(crc32(0, reinterpret_cast<const Bytef*>(data.data()), uInt(data.size())));
     const auto common = [&](test::Bytes& b) {
       b.put(std::uint16_t(20)).put(std::uint16_t(0)).put(std::uint16_t(0)).put(std::uint32_t(0));
       b.put(crc).put(std::uint32_t(data.size())).put(std::uint32_t(data.size()));
@@ -249,7 +253,10 @@ std::string zip(const std::vector<std::pair<std::string, std::string>>& files) {
     out.add(name).add(data);
     directory.add("PK\x01\x02").put(std::uint16_t(20));
     common(directory);
-    directory.put(std::uint16_t(0)).put(std::uint16_t(0)).put(std::uint16_t(0)).put(std::uint32_t(0));
+    directory.put(std::uint16_t(0))
+        .put(std::uint16_t(0))
+        .put(std::uint16_t(0))
+        .put(std::uint32_t(0));
     directory.put(at).add(name);
   }
   const auto at = std::uint32_t(out.text.size());
@@ -268,21 +275,22 @@ std::string zip(const std::vector<std::pair<std::string, std::string>>& files) {
 TEST(Archives, arrays_of_numpy) {
   test::Bytes rate;
   rate.put(100.0);
-  const std::string shape = fmt::format("({}, 3)", kCount);
-  expect_log(read(zip({{"acc.npy", test::npy("'<f8'", shape, numbers(3, test::log_acc))},
-                       {"gyro.npy", test::npy("'<f8'", shape, numbers(3, test::log_gyr))},
-                       {"mag.npy", test::npy("'<f8'", shape, numbers(3, test::log_mag))},
-                       {"fs.npy", test::npy("'<f8'", "()", rate.text)}})),
+  const std::string shape = fmt::format("({}, 3)", kLogCount);
+  expect_log(read_log(zip({{"acc.npy", test::npy("'<f8'", shape, numbers(3, test::log_acc))},
+                           {"gyro.npy", test::npy("'<f8'", shape, numbers(3, test::log_gyr))},
+                           {"mag.npy", test::npy("'<f8'", shape, numbers(3, test::log_mag))},
+                           {"fs.npy", test::npy("'<f8'", "()", rate.text)}})),
              1e-12);
-  EXPECT_THROW(read(test::npy("'<f8'", "(1000000000, 1000000000)", "1234")), InputError);
-  EXPECT_THAT(test::error_of([&] { read(test::npy("'<f8'", shape, numbers(3, test::log_acc))); })
-                  .remedy,
+  EXPECT_THROW(read_log(test::npy("'<f8'", "(1000000000, 1000000000)", "1234")), InputError);
+  EXPECT_THAT(test::error_of([&] {
+                read_log(test::npy("'<f8'", shape, numbers(3, test::log_acc)));
+              }).remedy,
               HasSubstr("--columns"));
 }
 
 TEST(Archives, a_log_in_a_zip_and_in_gzip) {
-  const std::string log = test::ulog(kCount);
-  expect_log(read(zip({{"folder/log.ulg", log}})), 1e-5);
+  const std::string log = test::ulog(kLogCount);
+  expect_log(read_log(zip({{"folder/log.ulg", log}})), 1e-5);
   const test::TempFolder folder;
   const std::string path = folder.path("log.ulg.gz");
   gzFile gz = gzopen(path.c_str(), "wb");
@@ -297,22 +305,26 @@ TEST(Archives, that_unpack_to_a_thousand_times_their_size_are_refused) {
   gzFile gz = gzopen(path.c_str(), "wb9");
   for (int i = 0; i < 50; ++i) gzwrite(gz, zeros.data(), unsigned(zeros.size()));
   gzclose(gz);
-  EXPECT_THAT(test::error_of([&] { read_recording(path); }).problem, HasSubstr("100 times its size"));
+  EXPECT_THAT(test::error_of([&] { read_recording(path); }).problem,
+              HasSubstr("100 times its size"));
 }
 
 TEST(OtherFormats, are_named_with_the_converter_that_helps) {
-  for (const auto& [head, word] : {std::pair("H Product:Blackbox flight data recorder", "blackbox_decode"),
-                                   {"PAR1", "read_parquet"}, {"#ROSBAG V1.2\n", "rosbag migrate"}}) {
-    EXPECT_THAT(test::error_of([&] { read(head); }).remedy, HasSubstr(word));
+  for (const auto& [head, word] :
+       {std::pair("H Product:Blackbox flight data recorder", "blackbox_decode"),
+        {"PAR1", "read_parquet"},
+        {"#ROSBAG V1.2\n", "rosbag migrate"}}) {
+    EXPECT_THAT(test::error_of([&] { read_log(head); }).remedy, HasSubstr(word));
   }
 }
 
 TEST(SeveralFiles, of_one_clock_are_one_recording) {
   const test::TempFolder folder;
-  std::string imu = "timestamp,gyro_rad[0],gyro_rad[1],gyro_rad[2],accelerometer_m_s2[0],"
-                    "accelerometer_m_s2[1],accelerometer_m_s2[2]\n",
+  std::string imu =
+                  "timestamp,gyro_rad[0],gyro_rad[1],gyro_rad[2],accelerometer_m_s2[0],"
+                  "accelerometer_m_s2[1],accelerometer_m_s2[2]\n",
               mag = "timestamp,magnetometer_ga[0],magnetometer_ga[1],magnetometer_ga[2]\n";
-  for (int k = 0; k < kCount; ++k) {
+  for (int k = 0; k < kLogCount; ++k) {
     const int t = 112'614'307 + 10'000 * k;
     imu += fmt::format("{},{},{},{},{},{},{}\n", t, test::log_gyr(k, 0), test::log_gyr(k, 1),
                        test::log_gyr(k, 2), test::log_acc(k, 0), test::log_acc(k, 1),

@@ -21,7 +21,8 @@ MotionModel RecordingOptions::motion_model() const {
 }
 
 void add_recording_options(CLI::App& cmd, RecordingOptions& options) {
-  cmd.add_option("recordings", options.recordings, "CSV, logs of ROS, PX4 or ArduPilot, phone folders, zip, MATLAB, HDF5, numpy")
+  cmd.add_option("recordings", options.recordings,
+                 "CSV, logs of ROS, PX4 or ArduPilot, phone folders, zip, MATLAB, HDF5, numpy")
       ->required()
       ->type_name("REC");
   add_model_options(cmd, options);

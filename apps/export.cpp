@@ -82,6 +82,14 @@ void add_export(CLI::App& app, int& exit_code) {
   cmd->add_flag("--with-rotation", args->options.with_rotation,
                 "px4, ardupilot: carry the magnetometer's rotation against the IMU as mounting\n"
                 "angles (PX4 1.14, ArduPilot 4.2 and later; external magnetometers)");
+  cmd->add_option(
+         "--only", args->options.only,
+         "px4, ardupilot: write the parameters of this sensor only, such as mag (several:\n"
+         "repeat); those of the others stay as they are on the vehicle")
+      ->type_name("SENSOR")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->check(CLI::IsMember({"mag", "acc", "gyr"}));
   cmd->add_flag("--force", args->force, "use a calibration whose verdict is \"no\"");
   add_output_options(*cmd, *args, "write a JSON object with the text and what is lost");
   cmd->callback([args, &exit_code] { exit_code = run(*args); });

@@ -27,7 +27,8 @@ struct ReadingOptions {
   std::vector<std::pair<std::string, Matrix3>> turns() const;
 };
 
-// --map, --unit, --axes, --rate and --columns; with --gyro-interval and --sensor. options must live as long as cmd.
+// --map, --unit, --axes, --rate and --columns; with --gyro-interval and --sensor. options must live
+// as long as cmd.
 void add_column_options(CLI::App& cmd, ReadingOptions& options);
 void add_reading_options(CLI::App& cmd, ReadingOptions& options);
 

@@ -13,6 +13,7 @@
 // rotation Q is told, or carried by the sensor's mounting angles where that is asked for.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,13 @@ struct ExportOptions {
   // Autopilots: carry Q as mounting angles (PX4 1.14, ArduPilot 4.2 and later; of external
   // magnetometers only).
   bool with_rotation = false;
+  // Autopilots: the parameters of these sensors only, "mag", "acc", "gyr". Default: of all.
+  std::vector<std::string> only = {};
   std::string source = {};  // where the calibration comes from, for a comment
+
+  bool writes(const std::string& sensor) const {
+    return only.empty() || std::find(only.begin(), only.end(), sensor) != only.end();
+  }
 };
 
 struct Exported {

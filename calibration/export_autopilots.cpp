@@ -106,7 +106,8 @@ Exported export_px4(const Calibration& c, const ExportOptions& options) {
                                1e3 * mag_lag_s(c, m)));
   }
   Parameters p(true);
-  for (std::size_t m = 0; m < std::min(kPx4Mags, c.mag_names.size()); ++m) {
+  const std::size_t mags = options.writes("mag") ? std::min(kPx4Mags, c.mag_names.size()) : 0;
+  for (std::size_t m = 0; m < mags; ++m) {
     const std::string name = fmt::format("CAL_MAG{}_", m);
     const PolarParts parts = polar_parts(export_matrix(c, m, options));
     p.vector(name, "OFF", c.parameters.mag[m].bias / kGauss);
@@ -118,9 +119,9 @@ Exported export_px4(const Calibration& c, const ExportOptions& options) {
     p.real(name + "PITCH", rpy[1]);
     p.real(name + "YAW", rpy[2]);
   }
-  p.vector("CAL_ACC0_", "OFF", c.parameters.acc_bias);
-  p.vector("CAL_ACC0_", "SCALE", Vector3::Ones());
-  p.vector("CAL_GYRO0_", "OFF", c.parameters.gyr_bias);
+  // Scales of the accelerometer are not estimated: those on the vehicle stay as they are.
+  if (options.writes("acc")) p.vector("CAL_ACC0_", "OFF", c.parameters.acc_bias);
+  if (options.writes("gyr")) p.vector("CAL_GYRO0_", "OFF", c.parameters.gyr_bias);
   out.text = comment_head(c, options, head, out.lost, "#") + p.text;
   return out;
 }
@@ -142,7 +143,8 @@ Exported export_ardupilot(const Calibration& c, const ExportOptions& options) {
         "matrix hold in the axes after it.");
   }
   Parameters p(false);
-  for (std::size_t m = 0; m < std::min(count, c.mag_names.size()); ++m) {
+  const std::size_t mags = options.writes("mag") ? std::min(count, c.mag_names.size()) : 0;
+  for (std::size_t m = 0; m < mags; ++m) {
     const std::string number = m == 0 ? "" : fmt::format("{}", m + 1);
     const PolarParts parts = polar_parts(export_matrix(c, m, options));
     // The mounting rotation comes first here: offsets and matrix hold in the turned axes.
@@ -160,9 +162,9 @@ Exported export_ardupilot(const Calibration& c, const ExportOptions& options) {
     p.real(fmt::format("CUST_ROT{}_PITCH", m + 1), rpy[1]);
     p.real(fmt::format("CUST_ROT{}_YAW", m + 1), rpy[2]);
   }
-  p.vector("INS_ACCOFFS_", "", c.parameters.acc_bias);
-  p.vector("INS_ACCSCAL_", "", Vector3::Ones());
-  p.vector("INS_GYROFFS_", "", c.parameters.gyr_bias);
+  // Scales of the accelerometer are not estimated: those on the vehicle stay as they are.
+  if (options.writes("acc")) p.vector("INS_ACCOFFS_", "", c.parameters.acc_bias);
+  if (options.writes("gyr")) p.vector("INS_GYROFFS_", "", c.parameters.gyr_bias);
   out.text = comment_head(c, options, head, out.lost, "#") + p.text;
   return out;
 }

@@ -23,7 +23,10 @@ namespace magimu {
 // Both throw InputError: no such file, another or a damaged format, missing or misshapen fields.
 // They may be called from several threads; the HDF5 library then serves one after the other.
 // Other files of named arrays are read by files/arrays.h, with these options.
-Recording read_hdf5(const std::string& path, const CsvOptions& options = {});
-Recording read_mat(const std::string& path, const CsvOptions& options = {});  // versions 5 to 7.3; the latter are HDF5 inside
+Recording read_hdf5(const std::string& path, const CsvOptions& options);
+// Versions 5 to 7.3; the latter are HDF5 inside.
+Recording read_mat(const std::string& path, const CsvOptions& options);
+inline Recording read_hdf5(const std::string& path) { return read_hdf5(path, {}); }
+inline Recording read_mat(const std::string& path) { return read_mat(path, {}); }
 
 }  // namespace magimu

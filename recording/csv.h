@@ -7,8 +7,8 @@
 //
 // What other programs write is recognised by its first lines (csv/csv_dialect.h): other separators,
 // a decimal comma, lines above the header, units in a row of their own, labelled numbers, a sensor
-// a row. Columns come in any order. An array of magnetometers has mag1_x .. magN_z; temp, current and
-// pos_x..z are optional. Well-known other names (time, ax, Gyro_X, csv_names.h) are understood,
+// a row. Columns come in any order. An array of magnetometers has mag1_x .. magN_z; temp, current
+// and pos_x..z are optional. Well-known other names (time, ax, Gyro_X, csv_names.h) are understood,
 // columns that mean nothing here are ignored, and recording.notes tells of both. Lines that start
 // with '#' and blank lines are skipped; ';' or a tab may stand for the comma if the header has
 // them. nan, null or NA stand for an empty field.

@@ -152,9 +152,9 @@ CsvName csv_name(std::string_view header) {
     while (!words.empty() && is_separator(words.back())) words.pop_back();
   }
   std::ranges::replace_if(words, is_separator, '_');
-  words.erase(std::unique(words.begin(), words.end(),
-                          [](char a, char b) { return a == '_' && b == '_'; }),
-              words.end());
+  words.erase(
+      std::unique(words.begin(), words.end(), [](char a, char b) { return a == '_' && b == '_'; }),
+      words.end());
   // "%time", "__time", "/imu/..."
   words.erase(0, std::min(words.find_first_not_of("%$#_"), words.size()));
   CsvName name = bare_name(words);

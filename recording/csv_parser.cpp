@@ -125,9 +125,9 @@ void CsvParser::header(std::string_view text) {
 
 void CsvParser::dialect(CsvDialect dialect) {
   dialect_ = std::move(dialect);
-  set_columns(read_csv_header(dialect_.names, dialect_.separator, file_, dialect_.header_line,
-                              options_),
-              dialect_.header);
+  set_columns(
+      read_csv_header(dialect_.names, dialect_.separator, file_, dialect_.header_line, options_),
+      dialect_.header);
   recording_.notes.insert(recording_.notes.begin(), dialect_.notes.begin(), dialect_.notes.end());
 }
 
@@ -195,9 +195,9 @@ void CsvParser::check_field_count(std::string_view text) const {
   const auto count =
       1 + static_cast<std::size_t>(std::count(text.begin(), text.end(), columns_.separator));
   if (count < expected) {
-    throw ShortRow(file_, line_, 0,
-         fmt::format("this row has {} fields, the header has {}", count, expected),
-         "complete or delete the row (if it is the last one, the recording was cut off there)");
+    throw ShortRow(
+        file_, line_, 0, fmt::format("this row has {} fields, the header has {}", count, expected),
+        "complete or delete the row (if it is the last one, the recording was cut off there)");
   }
   if (count != expected) {
     fail(0, fmt::format("this row has {} fields, the header has {}", count, expected),

@@ -42,7 +42,8 @@ class CsvParser {
     expected_rows_ = rows;
   }
 
-  // What the first lines say (csv/csv_dialect.h), before any of them comes. InputError as of a header.
+  // What the first lines say (csv/csv_dialect.h), before any of them comes. InputError as of a
+  // header.
   void dialect(CsvDialect dialect);
 
   // One line, with or without its line end. InputError names the line, the field and the column.
@@ -85,7 +86,7 @@ class CsvParser {
   CsvOptions options_;
   CsvDialect dialect_;
   bool clock_times_ = false;  // the time column holds times of the day
-  long line_ = 0;  // counts from 1
+  long line_ = 0;             // counts from 1
   bool has_header_ = false, whole_file_ = false;
   std::string header_;
   std::size_t expected_rows_ = 0;

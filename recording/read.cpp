@@ -77,7 +77,8 @@ Recording read_zip(const std::string& path, const std::string& shown, const CsvO
   std::vector<TemporaryFile> unpacked_files;
   std::vector<NamedFile> files;
   const std::vector<ZipEntry> entries = zip_entries(path);
-  if (std::ranges::any_of(entries, [](const ZipEntry& e) { return e.name == "[Content_Types].xml"; })) {
+  if (std::ranges::any_of(entries,
+                          [](const ZipEntry& e) { return e.name == "[Content_Types].xml"; })) {
     refuse_spreadsheet(shown);
   }
   constexpr std::size_t kMostUnpacked = 256;  // open files
@@ -93,9 +94,8 @@ Recording read_zip(const std::string& path, const std::string& shown, const CsvO
   if (files.empty()) {
     throw InputError(shown, 0, 0, "there is no file in this archive", "give another one");
   }
-  const bool numpy = std::ranges::all_of(files, [](const NamedFile& f) {
-    return f.name.ends_with(".npy");
-  });
+  const bool numpy =
+      std::ranges::all_of(files, [](const NamedFile& f) { return f.name.ends_with(".npy"); });
   if (numpy) return read_npz(files, shown, options);
   if (files.size() == 1) return read_unpacked(unpacked_files.front(), shown, options, depth);
   return read_several(files, shown, options);

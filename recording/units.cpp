@@ -25,14 +25,20 @@ const Unit kUnits[] = {
     {"t", 1e-3, {"ms", "msec", "millis", "milliseconds"}},
     {"t", 1e-6, {"us", "usec", "micros", "microseconds"}},
     {"t", 1e-9, {"ns", "nsec", "nanos", "nanoseconds"}},
-    {"acc", 1.0, {"m/s^2", "m/s2", "m/s/s", "ms^-2", "ms-2", "ms2", "mps2", "m/sec^2", "m_s2", "m_s^2", "m s^-2",
-      "m*s^-2", "m s-2", "mps^2", "m/s**2", "m/s\xC2\xB2"}},
+    {"acc",
+     1.0,
+     {"m/s^2", "m/s2", "m/s/s", "ms^-2", "ms-2", "ms2", "mps2", "m/sec^2", "m_s2", "m_s^2",
+      "m s^-2", "m*s^-2", "m s-2", "mps^2", "m/s**2", "m/s\xC2\xB2"}},
     {"acc", kG, {"g", "gs", "gee", "g0", "gn", "g's"}},
     {"acc", 1e-3 * kG, {"mg", "milli-g", "millig"}},
-    {"gyr", 1.0, {"rad/s", "rads", "rad/sec", "rps", "radps", "rad_s", "rad", "rad s^-1", "rad*s^-1",
-      "rad s-1", "rads^-1", "rad/second", "radians/s", "radian/s", "1/s"}},
-    {"gyr", kDeg, {"deg/s", "dps", "degs", "deg/sec", "degps", "deg_s", "deg", "deg s^-1",
-      "deg s-1", "degree/s", "degrees/s", "deg/second", "degrees per second"}},
+    {"gyr",
+     1.0,
+     {"rad/s", "rads", "rad/sec", "rps", "radps", "rad_s", "rad", "rad s^-1", "rad*s^-1", "rad s-1",
+      "rads^-1", "rad/second", "radians/s", "radian/s", "1/s"}},
+    {"gyr",
+     kDeg,
+     {"deg/s", "dps", "degs", "deg/sec", "degps", "deg_s", "deg", "deg s^-1", "deg s-1", "degree/s",
+      "degrees/s", "deg/second", "degrees per second"}},
     {"gyr", 1e-3, {"mrad/s", "mrads"}},
     {"gyr", 1e-3 * kDeg, {"mdeg/s", "mdps"}},
     {"mag", 1.0, {"uT", "microtesla", "micro tesla", "micro-tesla"}},
@@ -76,7 +82,8 @@ std::string plain_letters(std::string_view text) {
     }
     if (found) continue;
     const auto first = static_cast<unsigned char>(text.front());
-    // Another character of several bytes as it is; one of eight bits (Latin-1) as what it stands for.
+    // Another character of several bytes as it is; one of eight bits (Latin-1) as what it stands
+    // for.
     const std::size_t more = first >= 0xF0 ? 3 : first >= 0xE0 ? 2 : first >= 0xC2 ? 1 : 0;
     if (more > 0 && text.size() > more && (static_cast<unsigned char>(text[1]) & 0xC0) == 0x80) {
       out += text.substr(0, more + 1);

@@ -60,6 +60,8 @@ class Recogniser {
       given_header();
     } else if (!header) {
       if (long_format()) return std::move(dialect_);
+      // A first line of words that does not fit the rows: the fast reader says how.
+      if (shape_.first_row > 0 && !is_comment(lines_.front().text)) return {};
       no_header();
     } else if (long_format()) {
       return std::move(dialect_);
@@ -162,8 +164,9 @@ class Recogniser {
         names[i] = group;
       } else if (!group.empty()) {
         const bool has_unit = names[i].find_first_of("([") != std::string::npos;
-        names[i] = fmt::format("{} {}{}", word, names[i],
-                               has_unit || bracket == group.size() ? "" : " " + group.substr(bracket));
+        names[i] =
+            fmt::format("{} {}{}", word, names[i],
+                        has_unit || bracket == group.size() ? "" : " " + group.substr(bracket));
       }
     }
     return names;
@@ -251,9 +254,9 @@ class Recogniser {
       if (!components && !csv_name("acc_" + name).name.empty()) axes.push_back(c);
     }
     format.time = *time;
-    format.values = axes.size() == 3
-                        ? axes
-                        : std::vector<std::size_t>(others.end() - std::ptrdiff_t(values), others.end());
+    format.values = axes.size() == 3 ? axes
+                                     : std::vector<std::size_t>(
+                                           others.end() - std::ptrdiff_t(values), others.end());
     const std::string time_name =
         *time < dialect_.names.size() ? dialect_.names[*time] : std::string("t");
     std::vector<std::string> names = {time_name}, ignored;
@@ -281,8 +284,10 @@ class Recogniser {
   void own_times() {
     std::map<std::string, std::string> times;
     for (const std::string& name : dialect_.names) {
-      if (!csv_name(name).name.empty()) continue;
-      if (const std::string sensor = csv_time_of(name); !sensor.empty()) times.emplace(sensor, name);
+      if (const CsvName other = csv_name(name); !other.name.empty() && other.preference >= 0)
+        continue;
+      if (const std::string sensor = csv_time_of(name); !sensor.empty())
+        times.emplace(sensor, name);
     }
     if (times.size() >= 2) dialect_.times_of = std::move(times);
   }
@@ -291,7 +296,8 @@ class Recogniser {
     const auto column = [this](std::initializer_list<const char*> ends) {
       for (std::size_t i = 0; i < dialect_.names.size(); ++i) {
         std::string name = dialect_.names[i];
-        std::ranges::replace_if(name, [](char c) { return c == '.' || c == '/' || c == ' '; }, '_');
+        std::ranges::replace_if(
+            name, [](char c) { return c == '.' || c == '/' || c == ' '; }, '_');
         for (const std::string end : ends) {
           if (name == end || name.ends_with("_" + end)) return i;
         }
@@ -326,8 +332,8 @@ class Recogniser {
     for (const char c : {'\t', ';', ','}) {
       if (first->text.find(c) != std::string_view::npos) separator = c;
     }
-    return separator == shape_.separator &&
-           text_fields(first->text, separator) == dialect_.names && !shape_.empty_last;
+    return separator == shape_.separator && text_fields(first->text, separator) == dialect_.names &&
+           !shape_.empty_last;
   }
 
   void say() {
@@ -340,7 +346,8 @@ class Recogniser {
     said.push_back(fmt::format("fields are separated by {}", name));
     if (shape_.decimal_comma) said.emplace_back("decimals by a comma");
     if (dialect_.header_line > 0) {
-      said.push_back(header_rows_ == 2 && lines_[shape_.first_row - 1].number != dialect_.header_line
+      said.push_back(header_rows_ == 2 &&
+                             lines_[shape_.first_row - 1].number != dialect_.header_line
                          ? fmt::format("names are in lines {} and {}", dialect_.header_line,
                                        lines_[shape_.first_row - 1].number)
                          : fmt::format("names are in line {}", dialect_.header_line));

@@ -92,7 +92,8 @@ TableShape table_shape(const std::vector<HeadLine>& lines) {
     best = {};
     best.separator = separator;
     best.decimal_comma = commas > 0 && points == 0;
-    best.fields = std::ranges::max_element(counts, {}, [](const auto& c) { return c.second; })->first;
+    best.fields =
+        std::ranges::max_element(counts, {}, [](const auto& c) { return c.second; })->first;
     usual_numbers = numbers / sample.size();
   }
   if (best.fields == 0) return best;
@@ -101,8 +102,9 @@ TableShape table_shape(const std::vector<HeadLine>& lines) {
     const std::vector<std::string> fields = text_fields(line, best.separator);
     if (fields.size() == best.fields && !fields.back().empty()) best.empty_last = false;
     const std::string_view blanks = best.separator == ' ' ? line : std::string_view();
-    if (blanks.find("  ") != std::string_view::npos || blanks.find('\t') != std::string_view::npos ||
-        blanks.starts_with(' ') || blanks.ends_with(' ')) {
+    if (blanks.find("  ") != std::string_view::npos ||
+        blanks.find('\t') != std::string_view::npos || blanks.starts_with(' ') ||
+        blanks.ends_with(' ')) {
       best.single_blanks = false;
     }
     for (const std::size_t quote : {line.find('"')}) {

@@ -32,12 +32,25 @@ struct Labels {
     }
   }
 
-  std::string name(std::size_t i) const {
+  std::string bare_name(std::size_t i) const {
     std::string name = fields[i].label;
     const std::size_t count = components.at(name);
     if (count == 3) name += std::string("_") + "xyz"[fields[i].component];
     if (count != 3 && count > 1) name += fmt::format("[{}]", fields[i].component);
-    return units[i].empty() ? name : name + " (" + units[i] + ")";
+    return name;
+  }
+
+  // A unit stands behind the last axis as a rule, and is meant for all.
+  std::string name(std::size_t i) const {
+    const auto sensor = [this](std::size_t k) {
+      const std::string its = csv_name(bare_name(k)).name;
+      return its.substr(0, its.find('_'));
+    };
+    for (std::size_t k = 0; k < fields.size(); ++k) {
+      if (units[k].empty() || (k != i && (sensor(i).empty() || sensor(k) != sensor(i)))) continue;
+      return bare_name(i) + " (" + units[k] + ")";
+    }
+    return bare_name(i);
   }
 };
 
@@ -46,9 +59,9 @@ bool is_number_start(char c) { return (c >= '0' && c <= '9') || c == '-' || c ==
 // The nine numbers of MotionCal's lines.
 std::vector<std::string> motioncal_names(bool raw) {
   std::vector<std::string> names;
-  for (const auto& [sensor, unit] :
-       {std::pair("acc", raw ? 9.80665 / 8192 : 1.0), {"gyr", raw ? 0.017453292519943295 / 16 : 1.0},
-        {"mag", raw ? 0.1 : 1.0}}) {
+  for (const auto& [sensor, unit] : {std::pair("acc", raw ? 9.80665 / 8192 : 1.0),
+                                     {"gyr", raw ? 0.017453292519943295 / 16 : 1.0},
+                                     {"mag", raw ? 0.1 : 1.0}}) {
     for (const char axis : {'x', 'y', 'z'}) {
       names.push_back(fmt::format("{}_{} ({})", sensor, axis, unit));
     }

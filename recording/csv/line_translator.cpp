@@ -63,8 +63,8 @@ class Nanoseconds final : public LineTranslator {
       out_ += fields[i];
       if (i != seconds_ || nanoseconds_ >= fields.size()) continue;
       const std::string& ns = fields[nanoseconds_];
-      const bool digits = !ns.empty() && ns.size() <= 9 &&
-                          ns.find_first_not_of("0123456789") == std::string::npos;
+      const bool digits =
+          !ns.empty() && ns.size() <= 9 && ns.find_first_not_of("0123456789") == std::string::npos;
       if (digits) out_ += '.' + std::string(9 - ns.size(), '0') + ns;
     }
     return out_;
@@ -138,7 +138,8 @@ class LabelledRows final : public LineTranslator {
 };
 
 bool is_axis_word(std::string_view word) {
-  return word.size() == 1 && std::string_view("xyzXYZ").find(word.front()) != std::string_view::npos;
+  return word.size() == 1 &&
+         std::string_view("xyzXYZ").find(word.front()) != std::string_view::npos;
 }
 
 // The words between two numbers: the unit of the first, the label of the second.
@@ -214,9 +215,9 @@ std::vector<LabelledNumber> labelled_numbers(std::string_view line) {
   std::size_t from = 0;  // of the words since the last number
   for (std::size_t i = 0; i < line.size();) {
     const char c = line[i];
-    const bool sign = (c == '-' || c == '+') && i + 1 < line.size() &&
-                      (std::isdigit(static_cast<unsigned char>(line[i + 1])) != 0 ||
-                       line[i + 1] == '.');
+    const bool sign =
+        (c == '-' || c == '+') && i + 1 < line.size() &&
+        (std::isdigit(static_cast<unsigned char>(line[i + 1])) != 0 || line[i + 1] == '.');
     const bool begins = std::isdigit(static_cast<unsigned char>(c)) != 0 || sign ||
                         (c == '.' && i + 1 < line.size() &&
                          std::isdigit(static_cast<unsigned char>(line[i + 1])) != 0);
@@ -228,7 +229,8 @@ std::vector<LabelledNumber> labelled_numbers(std::string_view line) {
     }
     const std::size_t first = c == '+' ? i + 1 : i;
     double value = 0.0;
-    const auto [end, error] = std::from_chars(line.data() + first, line.data() + line.size(), value);
+    const auto [end, error] =
+        std::from_chars(line.data() + first, line.data() + line.size(), value);
     const auto after = static_cast<std::size_t>(end - line.data());
     if (error == std::errc::invalid_argument || after <= i) {
       ++i;

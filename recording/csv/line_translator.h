@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Lines of other dialects, one by one, to the rows that CsvParser reads fast: numbers with a decimal
-// point, one separator, always as many fields.
+// Lines of other dialects, one by one, to the rows that CsvParser reads fast: numbers with a
+// decimal point, one separator, always as many fields.
 #pragma once
 
 #include <memory>
@@ -29,19 +29,19 @@ std::shared_ptr<LineTranslator> nanoseconds_translator(char separator, std::size
 struct LongFormat {
   char separator = ',';
   bool decimal_comma = false;
-  std::size_t time = 0, word = 0;    // fields: the time, the sensor's word
-  std::vector<std::size_t> values;   // fields: its numbers
-  std::vector<std::string> words;    // one a sensor: its numbers come in this order in the row
+  std::size_t time = 0, word = 0;   // fields: the time, the sensor's word
+  std::vector<std::size_t> values;  // fields: its numbers
+  std::vector<std::string> words;   // one a sensor: its numbers come in this order in the row
 };
 std::shared_ptr<LineTranslator> long_format_translator(LongFormat format);
 
 // "ax:0.4, ay=1.05", "Accel X: 0.1 Y: 0.2 m/s^2", {"acc":[1,2,3]}: one number of a line, with the
 // words before it.
 struct LabelledNumber {
-  std::string label;           // "ax", "Accel X", "acc"
-  std::size_t component = 0;   // of several numbers behind one label
-  std::string_view text;       // the number
-  std::string unit;            // behind it, where a known one is there
+  std::string label;          // "ax", "Accel X", "acc"
+  std::size_t component = 0;  // of several numbers behind one label
+  std::string_view text;      // the number
+  std::string unit;           // behind it, where a known one is there
 };
 std::vector<LabelledNumber> labelled_numbers(std::string_view line);
 

@@ -23,9 +23,9 @@ enum class FieldKind {
 };
 FieldKind field_kind(std::string_view field);
 
-// Seconds since 1970 (or midnight, if there is no date) of "2023-05-01T12:00:00.25Z", "12:00:00.25",
-// "01.05.2023 12:00:00", "2023/05/01 12:00:00,25" and the like, with or without an offset of its
-// zone; nothing for any other text. A date alone is no time.
+// Seconds since 1970 (or midnight, if there is no date) of "2023-05-01T12:00:00.25Z",
+// "12:00:00.25", "01.05.2023 12:00:00", "2023/05/01 12:00:00,25" and the like, with or without an
+// offset of its zone; nothing for any other text. A date alone is no time.
 std::optional<double> clock_seconds(std::string_view text);
 
 // What programs write where there is no number: numpy, pandas, R, JavaScript.

@@ -100,7 +100,7 @@ constexpr CsvWord kVectors[] = {
     {"akcelerometr", "acc"},
     {"zrychleni", "acc", 1},
     {"\xD1\x83\xD1\x81\xD0\xBA\xD0\xBE\xD1\x80\xD0\xB5\xD0\xBD\xD0\xB8\xD0\xB5", "acc", 1},
-    {"\xE5\x8A\xA0\xE9\x80\x9F\xE5\xBA\xA6", "acc", 1},      // Chinese, Japanese
+    {"\xE5\x8A\xA0\xE9\x80\x9F\xE5\xBA\xA6", "acc", 1},  // Chinese, Japanese
     {"\xE5\x8A\xA0\xE9\x80\x9F\xE5\xBA\xA6\xE8\xAE\xA1", "acc"},
     {"gyr", "gyr"},
     {"gyro", "gyr"},
@@ -109,8 +109,8 @@ constexpr CsvWord kVectors[] = {
     {"angular_velocity", "gyr"},
     {"angular_rate", "gyr"},
     {"rotation_rate", "gyr", -1},
-    {"gyrorotation", "gyr", 1},          // SensorLog
-    {"gyroadc", "gyr", 0, "deg/s"},      // Betaflight, whose gyroUnfilt is the same before filters
+    {"gyrorotation", "gyr", 1},      // SensorLog
+    {"gyroadc", "gyr", 0, "deg/s"},  // Betaflight, whose gyroUnfilt is the same before filters
     {"gyrounfilt", "gyr", 1, "deg/s"},
     {"g", "gyr"},
     {"w", "gyr"},
@@ -128,8 +128,8 @@ constexpr CsvWord kVectors[] = {
     {"zyroskop", "gyr"},
     {"predkosc_katowa", "gyr"},
     {"\xD0\xB3\xD0\xB8\xD1\x80\xD0\xBE\xD1\x81\xD0\xBA\xD0\xBE\xD0\xBF", "gyr"},
-    {"\xE8\xA7\x92\xE9\x80\x9F\xE5\xBA\xA6", "gyr"},         // Chinese, Japanese
-    {"\xE9\x99\x80\xE8\x9E\xBA\xE4\xBB\xAA", "gyr"},         // Chinese
+    {"\xE8\xA7\x92\xE9\x80\x9F\xE5\xBA\xA6", "gyr"},              // Chinese, Japanese
+    {"\xE9\x99\x80\xE8\x9E\xBA\xE4\xBB\xAA", "gyr"},              // Chinese
     {"\xE3\x82\xB8\xE3\x83\xA3\xE3\x82\xA4\xE3\x83\xAD", "gyr"},  // Japanese
     {"mag", "mag"},
     {"magn", "mag"},

@@ -35,14 +35,25 @@ std::string last_word(const std::string& name) {
 }
 
 bool is_rate(const std::string& name) {
-  constexpr std::string_view kRates[] = {"sampling_rate", "samplingrate", "sample_rate", "samplerate",
-                                         "fs", "rate", "freq", "frequency", "samplefreq",
-                                         "sample_freq", "sampling_frequency", "rate_hz", "f_s"};
+  constexpr std::string_view kRates[] = {"sampling_rate",
+                                         "samplingrate",
+                                         "sample_rate",
+                                         "samplerate",
+                                         "fs",
+                                         "rate",
+                                         "freq",
+                                         "frequency",
+                                         "samplefreq",
+                                         "sample_freq",
+                                         "sampling_frequency",
+                                         "rate_hz",
+                                         "f_s"};
   return std::ranges::find(kRates, last_word(name)) != std::end(kRates);
 }
 bool is_interval(const std::string& name) {
-  constexpr std::string_view kIntervals[] = {"ts", "dt", "sampling_period", "sample_period",
-                                             "sampleperiod", "samplingtime", "sampling_time"};
+  constexpr std::string_view kIntervals[] = {
+      "ts",           "dt",           "sampling_period", "sample_period",
+      "sampleperiod", "samplingtime", "sampling_time"};
   return std::ranges::find(kIntervals, last_word(name)) != std::end(kIntervals);
 }
 
@@ -66,10 +77,12 @@ class ArrayRecording {
     }
     for (const std::string& name : file_.names) take(name);
     if (sensors_.empty()) {
-      fail("there is no field imu_acc, nor another array of an accelerometer; the fields there are: " +
-               names(),
-           "say which is which (--map acc=NAME --map gyr=NAME --map mag=NAME --map t=NAME), or "
-           "convert the file to CSV");
+      fail(
+          "there is no field imu_acc, nor another array of an accelerometer; the fields there "
+          "are: " +
+              names(),
+          "say which is which (--map acc=NAME --map gyr=NAME --map mag=NAME --map t=NAME), or "
+          "convert the file to CSV");
     }
     std::vector<Recording> parts;
     for (SensorArray& sensor : sensors_) parts.push_back(part_of(sensor));
@@ -104,8 +117,8 @@ class ArrayRecording {
     if ((rate || interval) && count == 1) {
       const double value = field.values[0];
       if (!rate_ && value > 0.0 && std::isfinite(value)) rate_ = rate ? value : 1.0 / value;
-    } else if ((meaning == "t" || !own_time.empty()) &&
-               (field.rows == 1 || field.columns == 1) && count > 1) {
+    } else if ((meaning == "t" || !own_time.empty()) && (field.rows == 1 || field.columns == 1) &&
+               count > 1) {
       times_[meaning == "t" ? "" : own_time] = field.values;
     } else if (meaning != "t" && !meaning.empty()) {
       take_sensor(name, meaning, field);
@@ -116,8 +129,8 @@ class ArrayRecording {
     const bool known = meaning == "acc" || meaning == "gyr" || meaning.starts_with("mag");
     const bool rows = field.columns == 3, columns = field.rows == 3;
     if (!known || (!rows && !columns) || std::max(field.rows, field.columns) < 5) return;
-    const int preference = csv_name(name + "_x").preference +
-                           (options_.columns.contains(name) ? 1000 : 0);
+    const int preference =
+        csv_name(name + "_x").preference + (options_.columns.contains(name) ? 1000 : 0);
     SensorArray sensor{name, meaning, csv_name(name + "_x").unit, {}};
     const std::size_t n = rows ? field.rows : field.columns;
     for (std::size_t k = 0; k < n; ++k) {
@@ -139,8 +152,8 @@ class ArrayRecording {
     options.row = "row";
     const auto own = times_.find(kind), common = times_.find("");
     const bool has_own = own != times_.end() && own->second.size() == sensor.v.size();
-    const bool has_time = has_own ||
-                          (common != times_.end() && common->second.size() == sensor.v.size());
+    const bool has_time =
+        has_own || (common != times_.end() && common->second.size() == sensor.v.size());
     if (has_time && !options_.rate_hz) {
       rows.time = has_own ? own->second : common->second;
       options.column = "t";
@@ -168,10 +181,10 @@ class ArrayRecording {
       rows.line.push_back(static_cast<std::uint32_t>(k + 1));
       if (!std::isfinite(rows.time[k])) rows.time[k] = k > 0 ? rows.time[k - 1] : 0.0;
     }
-    RowTimes times = row_times(rows, options, [&](long, const std::string& problem,
-                                                  const std::string& remedy) {
-      fail(problem, remedy);
-    });
+    RowTimes times =
+        row_times(rows, options, [&](long, const std::string& problem, const std::string& remedy) {
+          fail(problem, remedy);
+        });
     Recording part;
     VectorSeries series;
     std::size_t left_out = 0;
@@ -182,16 +195,17 @@ class ArrayRecording {
       left_out += good ? 0 : 1;
     }
     if (left_out > 0) {
-      part.notes.push_back(fmt::format("rows of {} without a number or a time of their own: {}; they "
-                                       "are left out",
-                                       printable(sensor.name), left_out));
+      part.notes.push_back(
+          fmt::format("rows of {} without a number or a time of their own: {}; they "
+                      "are left out",
+                      printable(sensor.name), left_out));
     }
     if (unit != 1.0) part.file_units[kind] = unit;
     part.notes.insert(part.notes.end(), times.notes.begin(), times.notes.end());
     part.cautions = times.cautions;
     if (sensor.meaning != sensor.name) {
-      part.notes.push_back(fmt::format("array {} is read as {}", quoted_text(sensor.name),
-                                       sensor.meaning));
+      part.notes.push_back(
+          fmt::format("array {} is read as {}", quoted_text(sensor.name), sensor.meaning));
     }
     if (kind == "acc") part.acc = std::move(series);
     if (kind == "gyr") part.gyr = std::move(series);

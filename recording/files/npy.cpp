@@ -17,7 +17,7 @@ namespace {
 
 struct NpyField {
   std::string name;
-  char kind = 0;                 // f, i, u, b
+  char kind = 0;  // f, i, u, b
   std::size_t size = 0, offset = 0, columns = 1;
   bool swapped = false;
 };
@@ -35,7 +35,8 @@ class NpyHeader {
     fortran = text_.find("'fortran_order': True") != std::string_view::npos;
     const std::size_t at = text_.find("'shape':");
     if (at == std::string_view::npos) damaged();
-    for (const std::size_t n : numbers(text_.substr(at, text_.find(')', at) - at))) shape.push_back(n);
+    for (const std::size_t n : numbers(text_.substr(at, text_.find(')', at) - at)))
+      shape.push_back(n);
     const std::size_t descr = text_.find("'descr':");
     if (descr == std::string_view::npos) damaged();
     std::string_view rest = text_.substr(descr + 8);
@@ -121,23 +122,23 @@ double npy_number(std::string_view bytes, std::size_t at, const NpyField& field)
   const bool s = field.swapped;
   switch (field.kind) {
     case 'f':
-      return field.size == 8   ? number_at<double>(bytes, at, s)
-             : field.size == 4 ? double(number_at<float>(bytes, at, s))
+      return field.size == 8   ? bytes_as<double>(bytes, at, s)
+             : field.size == 4 ? double(bytes_as<float>(bytes, at, s))
                                : std::numeric_limits<double>::quiet_NaN();
     case 'i':
-      return field.size == 8   ? double(number_at<std::int64_t>(bytes, at, s))
-             : field.size == 4 ? double(number_at<std::int32_t>(bytes, at, s))
-             : field.size == 2 ? double(number_at<std::int16_t>(bytes, at, s))
-                               : double(number_at<std::int8_t>(bytes, at));
+      return field.size == 8   ? double(bytes_as<std::int64_t>(bytes, at, s))
+             : field.size == 4 ? double(bytes_as<std::int32_t>(bytes, at, s))
+             : field.size == 2 ? double(bytes_as<std::int16_t>(bytes, at, s))
+                               : double(bytes_as<std::int8_t>(bytes, at));
     case 'M':  // times: datetime64, in its own unit
-      return double(number_at<std::int64_t>(bytes, at, s));
+      return double(bytes_as<std::int64_t>(bytes, at, s));
     case 'u':
-      return field.size == 8   ? double(number_at<std::uint64_t>(bytes, at, s))
-             : field.size == 4 ? double(number_at<std::uint32_t>(bytes, at, s))
-             : field.size == 2 ? double(number_at<std::uint16_t>(bytes, at, s))
-                               : double(number_at<std::uint8_t>(bytes, at));
+      return field.size == 8   ? double(bytes_as<std::uint64_t>(bytes, at, s))
+             : field.size == 4 ? double(bytes_as<std::uint32_t>(bytes, at, s))
+             : field.size == 2 ? double(bytes_as<std::uint16_t>(bytes, at, s))
+                               : double(bytes_as<std::uint8_t>(bytes, at));
     case 'b':
-      return number_at<std::uint8_t>(bytes, at);
+      return bytes_as<std::uint8_t>(bytes, at);
     default:
       return std::numeric_limits<double>::quiet_NaN();
   }
@@ -149,8 +150,8 @@ void add_npy(const std::string& content, const std::string& name, BroadFile& fil
   const std::string& path = file.path;
   auto header_of = [&] {
     const bool large = content.size() > 6 && content[6] >= 2;
-    const std::size_t length = large ? number_at<std::uint32_t>(content, 8)
-                                     : number_at<std::uint16_t>(content, 8);
+    const std::size_t length =
+        large ? bytes_as<std::uint32_t>(content, 8) : bytes_as<std::uint16_t>(content, 8);
     const std::size_t begin = large ? 12 : 10;
     if (content.size() < begin || length > content.size() - begin) {
       throw InputError(path, 0, 0, "the numpy file is cut off", "give another copy of it");
@@ -163,7 +164,8 @@ void add_npy(const std::string& content, const std::string& name, BroadFile& fil
   const std::size_t rows = header.shape.empty() ? 1 : header.shape[0];
   const std::size_t columns = header.shape.size() < 2 ? 1 : header.shape[1];
   const std::size_t bytes = content.size() - data_at;
-  if (header.item == 0 || rows > bytes / header.item || (rows > 0 && columns > bytes / header.item / rows)) {
+  if (header.item == 0 || rows > bytes / header.item ||
+      (rows > 0 && columns > bytes / header.item / rows)) {
     header.damaged();
   }
   const auto earlier = file.read;
@@ -209,8 +211,8 @@ Recording read_npy(const std::string& path, const CsvOptions& options) {
     std::string text = options.header + '\n';
     if (options.header.empty()) {
       throw InputError(path, 0, 0,
-                       fmt::format("this is one array of {} x {} numbers, without names", whole.rows,
-                                   whole.columns),
+                       fmt::format("this is one array of {} x {} numbers, without names",
+                                   whole.rows, whole.columns),
                        "name its columns (--columns t,acc_x,...), or save them by their names: "
                        "numpy.savez(FILE, t=..., acc=..., gyr=..., mag=...)");
     }

@@ -64,7 +64,8 @@ class Joiner {
           {"gyr", !out_.gyr.empty(), options_.require_imu},
           {"mag", !out_.mag.empty(), options_.require_mag}}) {
       if (there || !required) continue;
-      throw MissingSensor(path_, 0, 0, fmt::format("there is no {}; there are: {}", name(sensor), sources()),
+      throw MissingSensor(path_, 0, 0,
+                          fmt::format("there is no {}; there are: {}", name(sensor), sources()),
                           "record it, too, or give the file that has it with this one");
     }
     check_overlap();
@@ -111,7 +112,8 @@ class Joiner {
                       "not one clock",
                       first.sensor, first.first, first.last, first.from, other.sensor, other.first,
                       other.last, other.from),
-          "give files of one recording whose times have the same zero (--unit t=UNIT where the unit "
+          "give files of one recording whose times have the same zero (--unit t=UNIT where the "
+          "unit "
           "is taken wrongly)");
     }
   }

@@ -202,8 +202,7 @@ TemporaryFile unpacked_gzip(const std::string& path, bool& truncated) {
       inflater.reset();
     }
     at += piece.size();
-    status = inflater.feed(piece, out,
-                           [&](std::uint64_t size) { check_ratio(path, size, at); });
+    status = inflater.feed(piece, out, [&](std::uint64_t size) { check_ratio(path, size, at); });
     if (status == Z_STREAM_END) {
       at -= inflater.left();
     } else if (status != Z_OK) {

@@ -17,9 +17,8 @@ constexpr std::uint64_t kBestRatio = 1000;
 
 bool unpack_bz2(std::string_view packed, std::string& out) {
   auto size = static_cast<unsigned>(out.size());
-  const int status =
-      BZ2_bzBuffToBuffDecompress(out.data(), &size, const_cast<char*>(packed.data()),
-                                 static_cast<unsigned>(packed.size()), 0, 0);
+  const int status = BZ2_bzBuffToBuffDecompress(out.data(), &size, const_cast<char*>(packed.data()),
+                                                static_cast<unsigned>(packed.size()), 0, 0);
   return status == BZ_OK && size == out.size();
 }
 
@@ -29,7 +28,8 @@ bool unpack_lz4(std::string_view packed, std::string& out) {
   std::size_t read = 0, written = 0, status = 1;
   while (status != 0 && read < packed.size()) {
     std::size_t in = packed.size() - read, to = out.size() - written;
-    status = LZ4F_decompress(context, out.data() + written, &to, packed.data() + read, &in, nullptr);
+    status =
+        LZ4F_decompress(context, out.data() + written, &to, packed.data() + read, &in, nullptr);
     if (LZ4F_isError(status) != 0U || (in == 0 && to == 0)) break;
     read += in;
     written += to;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Messages of "A3 95, type, content"; FMT messages say what types hold, FMTU and MULT in which units
-// and multiples, PARM which corrections ArduPilot had.
+// Messages of "A3 95, type, content"; FMT messages say what types hold, FMTU and MULT in which
+// units and multiples, PARM which corrections ArduPilot had.
 #include <fmt/format.h>
 
 #include <Eigen/LU>
@@ -34,13 +34,35 @@ struct FlashField {
 
 std::size_t flash_size(char kind) {
   switch (kind) {
-    case 'a': case 'Z': return 64;
-    case 'N': return 16;
-    case 'd': case 'q': case 'Q': return 8;
-    case 'i': case 'I': case 'f': case 'e': case 'E': case 'L': case 'n': return 4;
-    case 'h': case 'H': case 'c': case 'C': case 'g': return 2;
-    case 'b': case 'B': case 'M': return 1;
-    default: return 0;
+    case 'a':
+    case 'Z':
+      return 64;
+    case 'N':
+      return 16;
+    case 'd':
+    case 'q':
+    case 'Q':
+      return 8;
+    case 'i':
+    case 'I':
+    case 'f':
+    case 'e':
+    case 'E':
+    case 'L':
+    case 'n':
+      return 4;
+    case 'h':
+    case 'H':
+    case 'c':
+    case 'C':
+    case 'g':
+      return 2;
+    case 'b':
+    case 'B':
+    case 'M':
+      return 1;
+    default:
+      return 0;
   }
 }
 
@@ -55,23 +77,41 @@ double half_float(std::uint16_t bits) {
 double flash_number(std::string_view data, const FlashField& field) {
   const std::size_t at = field.offset;
   switch (field.kind) {
-    case 'b': return number_at<std::int8_t>(data, at);
-    case 'B': case 'M': return number_at<std::uint8_t>(data, at);
-    case 'h': return number_at<std::int16_t>(data, at);
-    case 'H': return number_at<std::uint16_t>(data, at);
-    case 'c': return 0.01 * number_at<std::int16_t>(data, at);
-    case 'C': return 0.01 * number_at<std::uint16_t>(data, at);
-    case 'i': return number_at<std::int32_t>(data, at);
-    case 'I': return number_at<std::uint32_t>(data, at);
-    case 'e': return 0.01 * number_at<std::int32_t>(data, at);
-    case 'E': return 0.01 * number_at<std::uint32_t>(data, at);
-    case 'L': return 1e-7 * number_at<std::int32_t>(data, at);
-    case 'f': return double(number_at<float>(data, at));
-    case 'g': return half_float(number_at<std::uint16_t>(data, at));
-    case 'd': return number_at<double>(data, at);
-    case 'q': return double(number_at<std::int64_t>(data, at));
-    case 'Q': return double(number_at<std::uint64_t>(data, at));
-    default: return std::numeric_limits<double>::quiet_NaN();
+    case 'b':
+      return bytes_as<std::int8_t>(data, at);
+    case 'B':
+    case 'M':
+      return bytes_as<std::uint8_t>(data, at);
+    case 'h':
+      return bytes_as<std::int16_t>(data, at);
+    case 'H':
+      return bytes_as<std::uint16_t>(data, at);
+    case 'c':
+      return 0.01 * bytes_as<std::int16_t>(data, at);
+    case 'C':
+      return 0.01 * bytes_as<std::uint16_t>(data, at);
+    case 'i':
+      return bytes_as<std::int32_t>(data, at);
+    case 'I':
+      return bytes_as<std::uint32_t>(data, at);
+    case 'e':
+      return 0.01 * bytes_as<std::int32_t>(data, at);
+    case 'E':
+      return 0.01 * bytes_as<std::uint32_t>(data, at);
+    case 'L':
+      return 1e-7 * bytes_as<std::int32_t>(data, at);
+    case 'f':
+      return double(bytes_as<float>(data, at));
+    case 'g':
+      return half_float(bytes_as<std::uint16_t>(data, at));
+    case 'd':
+      return bytes_as<double>(data, at);
+    case 'q':
+      return double(bytes_as<std::int64_t>(data, at));
+    case 'Q':
+      return double(bytes_as<std::uint64_t>(data, at));
+    default:
+      return std::numeric_limits<double>::quiet_NaN();
   }
 }
 
@@ -88,21 +128,37 @@ struct FlashType {
 
 // A vector of a message type, as ArduPilot's documentation of its messages describes it.
 struct FlashVector {
-  std::string_view message, kind;       // message: with an instance number behind it in old logs
+  std::string_view message, kind;  // message: with an instance number behind it in old logs
   std::array<std::string_view, 3> axes;
-  std::string_view time;                // if it has another than TimeUS
+  std::string_view time;  // if it has another than TimeUS
   int rank;
-  double unit;                          // where no FMTU says it
+  double unit;  // where no FMTU says it
   std::string_view said;
 };
 constexpr FlashVector kFlashVectors[] = {
-    {"IMU", "gyr", {"GyrX", "GyrY", "GyrZ"}, "", 20, 1.0,
+    {"IMU",
+     "gyr",
+     {"GyrX", "GyrY", "GyrZ"},
+     "",
+     20,
+     1.0,
      "in the vehicle's axes, corrected by INS_GYROFFS_X and the like"},
-    {"IMU", "acc", {"AccX", "AccY", "AccZ"}, "", 20, 1.0,
+    {"IMU",
+     "acc",
+     {"AccX", "AccY", "AccZ"},
+     "",
+     20,
+     1.0,
      "in the vehicle's axes, corrected by INS_ACCOFFS_X, INS_ACCSCAL_X and the like: what is found "
      "here is what these lack"},
-    {"MAG", "mag", {"MagX", "MagY", "MagZ"}, "", 20, 0.1,
-     "ArduPilot had added its offsets (OfsX, MOX and the like); they are taken off here, so that the "
+    {"MAG",
+     "mag",
+     {"MagX", "MagY", "MagZ"},
+     "",
+     20,
+     0.1,
+     "ArduPilot had added its offsets (OfsX, MOX and the like); they are taken off here, so that "
+     "the "
      "bias found is the whole one: the new COMPASS_OFS is minus the bias"},
     {"GYR", "gyr", {"GyrX", "GyrY", "GyrZ"}, "SampleUS", 10, 1.0, "as measured, not corrected"},
     {"ACC", "acc", {"AccX", "AccY", "AccZ"}, "SampleUS", 10, 1.0, "as measured, not corrected"},
@@ -298,12 +354,13 @@ class FlashReader {
   std::size_t sensor_of(FlashReading& reading, int instance) {
     const auto known = reading.sensor_of.find(instance);
     if (known != reading.sensor_of.end()) return known->second;
-    const std::string name = reading.instance       ? fmt::format("{}[{}]", reading.base, instance)
-                             : reading.number > 0   ? fmt::format("{}{}", reading.base, reading.number)
-                                                    : reading.base;
+    const std::string name = reading.instance ? fmt::format("{}[{}]", reading.base, instance)
+                             : reading.number > 0
+                                 ? fmt::format("{}{}", reading.base, reading.number)
+                                 : reading.base;
     const int rank = reading.is->rank - std::min(instance + reading.number, 9);
-    const std::size_t sensor = log_.sensor({std::string(reading.is->kind), name, rank, reading.unit,
-                                            std::string(reading.is->said)});
+    const std::size_t sensor = log_.sensor(
+        {std::string(reading.is->kind), name, rank, reading.unit, std::string(reading.is->said)});
     reading.sensor_of.emplace(instance, sensor);
     return sensor;
   }
@@ -346,9 +403,10 @@ class FlashReader {
       matrix << dx, xy, xz, xy, dy, yz, xz, yz, dz;
       const bool used = dx != 0.0 && dy != 0.0 && dz != 0.0 && matrix.determinant() > 0.1;
       if (used && !matrix.isIdentity()) {
-        log_.note(fmt::format("compass {}: its matrix COMPASS_DIA{} ({:.5g}, {:.5g}, {:.5g}), "
-                              "COMPASS_ODI{} ({:.5g}, {:.5g}, {:.5g}) is taken off, too",
-                              compass + 1, n, dx, dy, dz, n, xy, xz, yz));
+        log_.note(
+            fmt::format("compass {}: its matrix COMPASS_DIA{} ({:.5g}, {:.5g}, {:.5g}), "
+                        "COMPASS_ODI{} ({:.5g}, {:.5g}, {:.5g}) is taken off, too",
+                        compass + 1, n, dx, dy, dz, n, xy, xz, yz));
       }
       const Matrix3 inverse = used ? Matrix3(matrix.inverse()) : Matrix3::Identity();
       known = inverses_.emplace(compass, inverse).first;

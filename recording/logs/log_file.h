@@ -33,7 +33,7 @@ class LogFile {
 
 // A number at the beginning of `bytes`; 0 where there are too few.
 template <class T>
-T number_at(std::string_view bytes, std::size_t offset, bool swapped = false) {
+T bytes_as(std::string_view bytes, std::size_t offset, bool swapped = false) {
   T value{};
   if (bytes.size() < sizeof(T) || offset > bytes.size() - sizeof(T)) return value;
   char raw[sizeof(T)];

@@ -88,7 +88,8 @@ void LogRecording::add(std::size_t sensor, std::int64_t t_ns, const Vector3& rea
 }
 
 void LogRecording::note(const std::string& text) {
-  if (std::ranges::find(notes_, text) == notes_.end() && notes_.size() < 100) notes_.push_back(text);
+  if (std::ranges::find(notes_, text) == notes_.end() && notes_.size() < 100)
+    notes_.push_back(text);
 }
 
 // The best first.
@@ -114,8 +115,8 @@ std::string LogRecording::listed() const {
   std::vector<std::string> all;
   for (const char* kind : {"acc", "gyr", "mag", "temp"}) {
     for (const std::size_t i : of_kind(kind)) {
-      all.push_back(fmt::format("{}={} ({})", kind, printable(sensors_[i].name),
-                                sensors_[i].samples));
+      all.push_back(
+          fmt::format("{}={} ({})", kind, printable(sensors_[i].name), sensors_[i].samples));
     }
   }
   constexpr std::size_t kShown = 40;
@@ -219,8 +220,8 @@ Recording LogRecording::finish() {
   out.notes = std::move(unique);
   out.notes.insert(out.notes.end(), notes_.begin(), notes_.end());
   if (not_finite_ > 0) {
-    out.notes.push_back(fmt::format("readings that are no finite numbers: {}; they are left out",
-                                    not_finite_));
+    out.notes.push_back(
+        fmt::format("readings that are no finite numbers: {}; they are left out", not_finite_));
   }
   if (repeated_ > 0) {
     out.notes.push_back(fmt::format(

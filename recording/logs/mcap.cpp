@@ -15,8 +15,14 @@ namespace magimu {
 namespace {
 
 constexpr std::uint64_t kMcapMagicSize = 8;
-enum McapOp : unsigned char { kFooter = 2, kSchema = 3, kChannel = 4, kMcapMessage = 5, kMcapChunk = 6,
-                              kDataEnd = 15 };
+enum McapOp : unsigned char {
+  kFooter = 2,
+  kSchema = 3,
+  kChannel = 4,
+  kMcapMessage = 5,
+  kMcapChunk = 6,
+  kDataEnd = 15
+};
 
 // Numbers and strings one after another; empty or 0 beyond the end.
 class McapFields {
@@ -24,7 +30,7 @@ class McapFields {
   explicit McapFields(std::string_view bytes) : bytes_(bytes) {}
   template <class T>
   T number() {
-    const T value = number_at<T>(bytes_, 0);
+    const T value = bytes_as<T>(bytes_, 0);
     bytes_.remove_prefix(std::min(sizeof(T), bytes_.size()));
     return value;
   }
@@ -70,7 +76,7 @@ class McapReader {
       const std::string_view head = file_.at(at, 9);
       if (head.size() < 9) break;
       const auto op = static_cast<unsigned char>(head[0]);
-      const auto length = number_at<std::uint64_t>(head, 1);
+      const auto length = bytes_as<std::uint64_t>(head, 1);
       if (op == kFooter || op == kDataEnd) return;
       if (length > file_.size() - at - 9) break;
       const bool ours = op == kSchema || op == kChannel || op == kMcapMessage || op == kMcapChunk;
@@ -115,8 +121,8 @@ class McapReader {
     any_ros_ = true;
     if (topics_.contains(id)) return;
     const bool text = schema.encoding == "ros1msg" || schema.encoding == "ros2msg";
-    topics_.emplace(id, RosTopic(log_, topic, schema.name, text ? schema.text : "",
-                                 encoding == "cdr"));
+    topics_.emplace(id,
+                    RosTopic(log_, topic, schema.name, text ? schema.text : "", encoding == "cdr"));
   }
 
   void chunk(McapFields& fields) {
@@ -132,7 +138,7 @@ class McapReader {
     }
     std::string_view bytes = unpacked_;
     while (bytes.size() >= 9) {
-      const auto length = number_at<std::uint64_t>(bytes, 1);
+      const auto length = bytes_as<std::uint64_t>(bytes, 1);
       if (length > bytes.size() - 9) break;
       record(static_cast<unsigned char>(bytes[0]), bytes.substr(9, length), false);
       bytes.remove_prefix(9 + length);

@@ -109,7 +109,8 @@ class LayoutParser {
       at = end + 1;
       line = csv_trimmed(line.substr(0, line.find('#')));
       if (line.empty()) continue;
-      if (++fields_ > kMostMessageFields || !field(line, package, number, depth)) return std::nullopt;
+      if (++fields_ > kMostMessageFields || !field(line, package, number, depth))
+        return std::nullopt;
     }
     numbers_.emplace(type, number);
     return number;
@@ -131,18 +132,20 @@ class LayoutParser {
       type.resize(open);
       out.count = 0;  // "[]", "[<=3]"
       if (!size.empty() && size.front() != '<') {
-        const auto [end, error] = std::from_chars(size.data(), size.data() + size.size(), out.count);
-        if (error != std::errc() || end != size.data() + size.size() || out.count <= 0) return false;
+        const auto [end, error] =
+            std::from_chars(size.data(), size.data() + size.size(), out.count);
+        if (error != std::errc() || end != size.data() + size.size() || out.count <= 0)
+          return false;
       }
     }
     if (const std::size_t bound = type.find("<="); bound != std::string::npos) type.resize(bound);
     static const std::map<std::string, Kind> kinds = {
-        {"bool", Kind::kBool},     {"int8", Kind::kI8},       {"uint8", Kind::kU8},
-        {"byte", Kind::kU8},       {"char", Kind::kU8},       {"int16", Kind::kI16},
-        {"uint16", Kind::kU16},    {"int32", Kind::kI32},     {"uint32", Kind::kU32},
-        {"int64", Kind::kI64},     {"uint64", Kind::kU64},    {"float32", Kind::kF32},
-        {"float64", Kind::kF64},   {"string", Kind::kString}, {"wstring", Kind::kWideString},
-        {"time", Kind::kTime},     {"duration", Kind::kDuration}};
+        {"bool", Kind::kBool},   {"int8", Kind::kI8},          {"uint8", Kind::kU8},
+        {"byte", Kind::kU8},     {"char", Kind::kU8},          {"int16", Kind::kI16},
+        {"uint16", Kind::kU16},  {"int32", Kind::kI32},        {"uint32", Kind::kU32},
+        {"int64", Kind::kI64},   {"uint64", Kind::kU64},       {"float32", Kind::kF32},
+        {"float64", Kind::kF64}, {"string", Kind::kString},    {"wstring", Kind::kWideString},
+        {"time", Kind::kTime},   {"duration", Kind::kDuration}};
     if (const auto kind = kinds.find(type); kind != kinds.end()) {
       out.kind = kind->second;
     } else {
@@ -187,7 +190,8 @@ void MessageLayout::list(std::size_t type, const std::string& prefix, int depth)
     } else if (field.count < 0) {
       names_.push_back(name);
     } else {
-      for (std::size_t i = 0; i < kArrayNames; ++i) names_.push_back(name + "[" + std::to_string(i) + "]");
+      for (std::size_t i = 0; i < kArrayNames; ++i)
+        names_.push_back(name + "[" + std::to_string(i) + "]");
     }
   }
 }
@@ -307,7 +311,7 @@ class MessageWalk {
   bool read(T& value) {
     align(sizeof(T));
     if (at_ > bytes_.size() || bytes_.size() - at_ < sizeof(T)) return false;
-    value = number_at<T>(bytes_, at_, swapped_);
+    value = bytes_as<T>(bytes_, at_, swapped_);
     at_ += sizeof(T);
     return true;
   }

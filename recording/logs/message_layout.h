@@ -30,8 +30,24 @@ class MessageLayout {
  private:
   friend class LayoutParser;
   friend class MessageWalk;
-  enum class Kind : char { kBool, kI8, kU8, kI16, kU16, kI32, kU32, kI64, kU64, kF32, kF64,
-                           kString, kWideString, kTime, kDuration, kStruct };
+  enum class Kind : char {
+    kBool,
+    kI8,
+    kU8,
+    kI16,
+    kU16,
+    kI32,
+    kU32,
+    kI64,
+    kU64,
+    kF32,
+    kF64,
+    kString,
+    kWideString,
+    kTime,
+    kDuration,
+    kStruct
+  };
   struct Field {
     std::string name;
     Kind kind = Kind::kU8;

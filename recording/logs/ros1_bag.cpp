@@ -23,7 +23,7 @@ class BagHeader {
  public:
   explicit BagHeader(std::string_view bytes) {
     while (bytes.size() >= 4) {
-      const auto length = number_at<std::uint32_t>(bytes, 0);
+      const auto length = bytes_as<std::uint32_t>(bytes, 0);
       bytes.remove_prefix(4);
       if (length > bytes.size()) break;
       const std::string_view field = bytes.substr(0, length);
@@ -39,7 +39,7 @@ class BagHeader {
   }
   template <class T>
   T number(std::string_view name) const {
-    return number_at<T>(text(name), 0);
+    return bytes_as<T>(text(name), 0);
   }
 
  private:
@@ -65,15 +65,15 @@ class BagReader {
       // Lengths are looked at before anything of that length is fetched.
       const std::string_view length = file_.at(at, 4);
       if (length.size() < 4) return cut_off();
-      const std::uint64_t header_size = number_at<std::uint32_t>(length, 0);
+      const std::uint64_t header_size = bytes_as<std::uint32_t>(length, 0);
       const std::string_view data_length = file_.at(at + 4 + header_size, 4);
       if (data_length.size() < 4) return cut_off();
-      const std::uint64_t data_size = number_at<std::uint32_t>(data_length, 0);
+      const std::uint64_t data_size = bytes_as<std::uint32_t>(data_length, 0);
       const std::uint64_t whole = 8 + header_size + data_size;
       if (whole > file_.size() - at) return cut_off();
       constexpr std::uint64_t kLargestRecord = 1ULL << 28;
-      const std::string header_bytes(
-          header_size < kLargestRecord ? file_.at(at + 4, header_size) : std::string_view());
+      const std::string header_bytes(header_size < kLargestRecord ? file_.at(at + 4, header_size)
+                                                                  : std::string_view());
       const BagHeader header(header_bytes);
       const auto op = header.number<unsigned char>("op");
       if ((op == kMessage || op == kChunk || op == kConnection) && data_size < kLargestRecord) {
@@ -99,13 +99,12 @@ class BagReader {
     }
     std::string_view bytes = unpacked_;
     while (bytes.size() >= 8) {
-      const std::uint64_t header_size = number_at<std::uint32_t>(bytes, 0);
+      const std::uint64_t header_size = bytes_as<std::uint32_t>(bytes, 0);
       if (header_size > bytes.size() - 8) break;
-      const std::uint64_t data_size = number_at<std::uint32_t>(bytes, 4 + header_size);
+      const std::uint64_t data_size = bytes_as<std::uint32_t>(bytes, 4 + header_size);
       if (data_size > bytes.size() - 8 - header_size) break;
       const BagHeader inner(bytes.substr(4, header_size));
-      record(inner.number<unsigned char>("op"), inner,
-             bytes.substr(8 + header_size, data_size));
+      record(inner.number<unsigned char>("op"), inner, bytes.substr(8 + header_size, data_size));
       bytes.remove_prefix(8 + header_size + data_size);
     }
   }
@@ -115,17 +114,16 @@ class BagReader {
     if (op == kConnection) {
       if (topics_.contains(connection) || topics_.size() >= kMostTopics) return;
       const BagHeader about(data);
-      topics_.emplace(connection,
-                      RosTopic(log_, std::string(header.text("topic")),
-                               std::string(about.text("type")), about.text("message_definition"),
-                               false));
+      topics_.emplace(connection, RosTopic(log_, std::string(header.text("topic")),
+                                           std::string(about.text("type")),
+                                           about.text("message_definition"), false));
     } else if (op == kMessage) {
       const auto topic = topics_.find(connection);
       if (topic == topics_.end() || !topic->second.wanted(log_)) return;
       const std::string_view time = header.text("time");
       topic->second.message(log_, data,
-                            std::int64_t(number_at<std::uint32_t>(time, 0)) * 1'000'000'000 +
-                                number_at<std::uint32_t>(time, 4));
+                            std::int64_t(bytes_as<std::uint32_t>(time, 0)) * 1'000'000'000 +
+                                bytes_as<std::uint32_t>(time, 4));
     }
   }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Tables topics(id, name, type, serialization_format, ...) and messages(id, topic_id, timestamp,
-// data); newer ones have message_definitions(topic_type, encoding, encoded_message_definition, ...).
-// A file is data from a stranger: views, triggers and functions in it are not run, and a query that
-// works longer than its file is large is ended.
+// data); newer ones have message_definitions(topic_type, encoding, encoded_message_definition,
+// ...). A file is data from a stranger: views, triggers and functions in it are not run, and a
+// query that works longer than its file is large is ended.
 #include <fmt/format.h>
 #include <sqlite3.h>
 

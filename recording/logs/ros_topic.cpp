@@ -78,8 +78,7 @@ RosTopic::RosTopic(LogRecording& log, const std::string& name, const std::string
 }
 
 bool RosTopic::wanted(const LogRecording& log) const {
-  return std::ranges::any_of(readings_,
-                             [&](const Reading& r) { return log.wanted(r.sensor); });
+  return std::ranges::any_of(readings_, [&](const Reading& r) { return log.wanted(r.sensor); });
 }
 
 void RosTopic::message(LogRecording& log, std::string_view bytes, std::int64_t received_ns) {

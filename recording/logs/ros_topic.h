@@ -17,7 +17,8 @@ namespace magimu {
 
 class RosTopic {
  public:
-  // definition: in the file; may be empty. A topic without sensors is one that wanted() is false of.
+  // definition: in the file; may be empty. A topic without sensors is one that wanted() is false
+  // of.
   RosTopic(LogRecording& log, const std::string& name, const std::string& type,
            std::string_view definition, bool ros2);
 
@@ -28,9 +29,9 @@ class RosTopic {
 
  private:
   struct Reading {
-    std::size_t sensor = 0;              // of the log
-    std::array<std::size_t, 3> at{};     // its numbers among the message's; a scalar: three times
-    std::optional<std::size_t> absent;   // -1 there: the device does not have it (covariance)
+    std::size_t sensor = 0;             // of the log
+    std::array<std::size_t, 3> at{};    // its numbers among the message's; a scalar: three times
+    std::optional<std::size_t> absent;  // -1 there: the device does not have it (covariance)
   };
   std::optional<MessageLayout> layout_;
   bool ros2_;

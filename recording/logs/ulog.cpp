@@ -11,8 +11,8 @@
 
 #include "recording/error.h"
 #include "recording/logs/log_file.h"
-#include "recording/logs/logs.h"
 #include "recording/logs/log_recording.h"
+#include "recording/logs/logs.h"
 #include "recording/logs/px4_topics.h"
 #include "recording/quoted_text.h"
 
@@ -30,18 +30,28 @@ struct UlogField {
 
 std::size_t size_of(char kind) {
   switch (kind) {
-    case 'b': case 'B': case 'c': case '?': return 1;
-    case 'h': case 'H': return 2;
-    case 'i': case 'I': case 'f': return 4;
-    default: return 8;
+    case 'b':
+    case 'B':
+    case 'c':
+    case '?':
+      return 1;
+    case 'h':
+    case 'H':
+      return 2;
+    case 'i':
+    case 'I':
+    case 'f':
+      return 4;
+    default:
+      return 8;
   }
 }
 
 char kind_of_type(std::string_view type) {
   constexpr std::pair<std::string_view, char> kKinds[] = {
-      {"int8_t", 'b'},  {"uint8_t", 'B'},  {"char", 'c'},    {"bool", '?'},     {"int16_t", 'h'},
-      {"uint16_t", 'H'}, {"int32_t", 'i'}, {"uint32_t", 'I'}, {"float", 'f'},   {"int64_t", 'q'},
-      {"uint64_t", 'Q'}, {"double", 'd'}};
+      {"int8_t", 'b'},  {"uint8_t", 'B'},  {"char", 'c'},     {"bool", '?'},
+      {"int16_t", 'h'}, {"uint16_t", 'H'}, {"int32_t", 'i'},  {"uint32_t", 'I'},
+      {"float", 'f'},   {"int64_t", 'q'},  {"uint64_t", 'Q'}, {"double", 'd'}};
   for (const auto& [name, kind] : kKinds) {
     if (name == type) return kind;
   }
@@ -50,16 +60,26 @@ char kind_of_type(std::string_view type) {
 
 double number_of(std::string_view data, char kind, std::size_t at) {
   switch (kind) {
-    case 'b': return number_at<std::int8_t>(data, at);
-    case 'h': return number_at<std::int16_t>(data, at);
-    case 'H': return number_at<std::uint16_t>(data, at);
-    case 'i': return number_at<std::int32_t>(data, at);
-    case 'I': return number_at<std::uint32_t>(data, at);
-    case 'f': return double(number_at<float>(data, at));
-    case 'd': return number_at<double>(data, at);
-    case 'q': return double(number_at<std::int64_t>(data, at));
-    case 'Q': return double(number_at<std::uint64_t>(data, at));
-    default: return number_at<std::uint8_t>(data, at);
+    case 'b':
+      return bytes_as<std::int8_t>(data, at);
+    case 'h':
+      return bytes_as<std::int16_t>(data, at);
+    case 'H':
+      return bytes_as<std::uint16_t>(data, at);
+    case 'i':
+      return bytes_as<std::int32_t>(data, at);
+    case 'I':
+      return bytes_as<std::uint32_t>(data, at);
+    case 'f':
+      return double(bytes_as<float>(data, at));
+    case 'd':
+      return bytes_as<double>(data, at);
+    case 'q':
+      return double(bytes_as<std::int64_t>(data, at));
+    case 'Q':
+      return double(bytes_as<std::uint64_t>(data, at));
+    default:
+      return bytes_as<std::uint8_t>(data, at);
   }
 }
 
@@ -102,7 +122,7 @@ class UlogReader {
     while (at < file_.size()) {
       const std::string_view head = file_.at(at, 3);
       if (head.size() < 3) return cut_off();
-      const std::uint64_t size = number_at<std::uint16_t>(head, 0);
+      const std::uint64_t size = bytes_as<std::uint16_t>(head, 0);
       const char type = head[2];
       if (std::string_view("BFIMPQADLCSORT").find(type) == std::string_view::npos) {
         at = resynchronized(at);
@@ -134,7 +154,7 @@ class UlogReader {
 
   void message(char type, std::string_view data) {
     if (type == 'D') {
-      const auto topic = topics_.find(number_at<std::uint16_t>(data, 0));
+      const auto topic = topics_.find(bytes_as<std::uint16_t>(data, 0));
       if (data.size() >= 2 && topic != topics_.end()) sample(topic->second, data.substr(2));
     } else if (type == 'F') {
       const std::size_t colon = data.find(':');
@@ -143,27 +163,27 @@ class UlogReader {
         formats_.try_emplace(std::string(data.substr(0, colon)), data.substr(colon + 1));
       }
     } else if (type == 'A' && data.size() > 3) {
-      subscribe(number_at<std::uint16_t>(data, 1), std::string(data.substr(3)),
-                number_at<std::uint8_t>(data, 0));
+      subscribe(bytes_as<std::uint16_t>(data, 1), std::string(data.substr(3)),
+                bytes_as<std::uint8_t>(data, 0));
     } else if (type == 'P' && !data.empty()) {
       parameter(data);
     } else if (type == 'B' && data.size() >= 40 && (data[8] & 1) != 0) {
-      const auto offset = number_at<std::uint64_t>(data, 16);
+      const auto offset = bytes_as<std::uint64_t>(data, 16);
       if (offset > kUlogHeader && offset < file_.size()) appended_ = offset;
     }
   }
 
   // "float CAL_MAG0_XOFF" and its value.
   void parameter(std::string_view data) {
-    const std::size_t length = number_at<std::uint8_t>(data, 0);
+    const std::size_t length = bytes_as<std::uint8_t>(data, 0);
     const std::string_view key = data.substr(1, length);
     if (data.size() < 1 + length + 4) return;
     const std::size_t gap = key.find(' ');
     if (gap == std::string_view::npos || !key.substr(gap + 1).starts_with("CAL_")) return;
     const bool is_float = key.substr(0, gap) == "float";
     parameters_[std::string(key.substr(gap + 1))] =
-        is_float ? double(number_at<float>(data, 1 + length))
-                 : double(number_at<std::int32_t>(data, 1 + length));
+        is_float ? double(bytes_as<float>(data, 1 + length))
+                 : double(bytes_as<std::int32_t>(data, 1 + length));
   }
 
   // Fields with their places; those of nested types with the outer name in front.
@@ -219,8 +239,8 @@ class UlogReader {
       reading.is = &is;
       if (!find_axes(topic.format, is, reading.axes)) continue;
       const std::string kind(is.kind);
-      reading.sensor =
-          log_.sensor({kind, shown, is.rank - int(std::min(instance, 9U)), is.unit, said(is, instance)});
+      reading.sensor = log_.sensor(
+          {kind, shown, is.rank - int(std::min(instance, 9U)), is.unit, said(is, instance)});
       for (const UlogField& axis : reading.axes) {
         topic.size = std::max(topic.size, axis.offset + size_of(axis.kind));
       }
@@ -271,10 +291,10 @@ class UlogReader {
 
   void sample(const UlogTopic& topic, std::string_view data) {
     if (data.size() < topic.size) return;
-    std::int64_t t_us = std::int64_t(number_at<std::uint64_t>(data, 0));
+    std::int64_t t_us = std::int64_t(bytes_as<std::uint64_t>(data, 0));
     const UlogField* const measured = field_named(topic.format, "timestamp_sample");
     if (measured != nullptr && measured->kind == 'Q') {
-      const auto sampled = std::int64_t(number_at<std::uint64_t>(data, measured->offset));
+      const auto sampled = std::int64_t(bytes_as<std::uint64_t>(data, measured->offset));
       if (sampled > 0) t_us = sampled;
     }
     for (const UlogTopic::Reading& reading : topic.readings) {
@@ -332,8 +352,8 @@ class UlogReader {
         if (at + size_of(axis.kind) > data.size()) return;
         v[a] = one * number_of(data, axis.kind, at);
       }
-      const auto before = static_cast<std::int64_t>(
-          std::clamp(1e3 * us * double(count - 1 - i), 0.0, 1e12));
+      const auto before =
+          static_cast<std::int64_t>(std::clamp(1e3 * us * double(count - 1 - i), 0.0, 1e12));
       log_.add(reading.sensor, micro_to_nano(t_us) - before, v);
     }
   }

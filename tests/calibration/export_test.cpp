@@ -150,12 +150,27 @@ TEST(ExportPx4, does_what_we_do_but_for_the_rotation_it_states) {
     }
   }
   for (const Vector3& raw : samples(10.0)) {
-    const Vector3 acc =
-        (raw - xyz(n, "CAL_ACC0_", "OFF")).cwiseProduct(xyz(n, "CAL_ACC0_", "SCALE"));
+    const Vector3 acc = raw - xyz(n, "CAL_ACC0_", "OFF");
     EXPECT_LT((acc - (raw - c.parameters.acc_bias)).norm(), kSame);
     EXPECT_LT((raw - xyz(n, "CAL_GYRO0_", "OFF") - (raw - c.parameters.gyr_bias)).norm(), kSame);
   }
   EXPECT_THAT(out.lost, testing::Contains(HasSubstr("gyroscope's scale errors")));
+}
+
+TEST(ExportAutopilots, write_one_sensor_only_where_asked_and_no_scale_that_was_not_estimated) {
+  const Calibration c = example();
+  for (const ExportTarget target : {ExportTarget::kPx4, ExportTarget::kArdupilot}) {
+    const std::string all = export_calibration(c, target).text;
+    EXPECT_EQ(all.find("ACC0_XSCALE"), std::string::npos);
+    EXPECT_EQ(all.find("ACCSCAL"), std::string::npos);
+    EXPECT_NE(all.find(target == ExportTarget::kPx4 ? "CAL_ACC0_XOFF" : "INS_ACCOFFS_X"),
+              std::string::npos);
+    const std::string mag = export_calibration(c, target, {.only = {"mag"}}).text;
+    EXPECT_EQ(mag.find(target == ExportTarget::kPx4 ? "CAL_ACC0_XOFF" : "INS_ACCOFFS_X"),
+              std::string::npos);
+    EXPECT_NE(mag.find(target == ExportTarget::kPx4 ? "CAL_MAG0_XOFF" : "COMPASS_OFS_X"),
+              std::string::npos);
+  }
 }
 
 TEST(ExportPx4, carries_the_rotation_as_mounting_angles_where_asked) {
@@ -206,7 +221,7 @@ TEST(ExportArdupilot, does_what_we_do_but_for_the_rotation_it_states) {
     }
   }
   for (const Vector3& raw : samples(10.0)) {
-    const Vector3 acc = (raw - xyz(n, "INS_ACCOFFS_")).cwiseProduct(xyz(n, "INS_ACCSCAL_"));
+    const Vector3 acc = raw - xyz(n, "INS_ACCOFFS_");
     EXPECT_LT((acc - (raw - c.parameters.acc_bias)).norm(), kSame);
     EXPECT_LT((raw - xyz(n, "INS_GYROFFS_") - (raw - c.parameters.gyr_bias)).norm(), kSame);
   }

@@ -18,7 +18,7 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-constexpr int kRows = 30;
+constexpr int kDialectRows = 30;
 
 // Number c (0: time) of row k.
 double number(int k, int c) { return c == 0 ? 0.04 * k : 0.25 * c + 0.5 * k; }
@@ -26,7 +26,7 @@ double number(int k, int c) { return c == 0 ? 0.04 * k : 0.25 * c + 0.5 * k; }
 std::string rows(const std::string& separator, const std::function<std::string(int, int)>& field,
                  const std::string& end = "\n") {
   std::string out;
-  for (int k = 0; k < kRows; ++k) {
+  for (int k = 0; k < kDialectRows; ++k) {
     for (int c = 0; c < 10; ++c) out += (c == 0 ? "" : separator) + field(k, c);
     out += end;
   }
@@ -39,20 +39,20 @@ std::string with_comma(int k, int c) {
   return text;
 }
 
-const std::string kNames = "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z";
+const std::string kDialectNames = "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z";
 
 std::string names(char separator) {
-  std::string out = kNames;
+  std::string out = kDialectNames;
   std::ranges::replace(out, ',', separator);
   return out;
 }
 
-Recording read(const std::string& content, const CsvOptions& options = {}) {
+Recording read_text(const std::string& content, const CsvOptions& options = {}) {
   const test::TempFolder folder;
   return read_csv(folder.write("log.csv", content), options);
 }
 
-void expect_recording(const Recording& r, double tolerance = 1e-12, int count = kRows) {
+void expect_recording(const Recording& r, double tolerance = 1e-12, int count = kDialectRows) {
   ASSERT_EQ(r.acc.size(), std::size_t(count));
   ASSERT_EQ(r.gyr.size(), std::size_t(count));
   ASSERT_EQ(r.mag.at(0).size(), std::size_t(count));
@@ -69,28 +69,29 @@ void expect_recording(const Recording& r, double tolerance = 1e-12, int count = 
 
 TEST(CsvDialect, separators_and_decimal_commas) {
   for (const char separator : {';', '\t', '|'}) {
-    expect_recording(read(names(separator) + "\n" + rows(std::string(1, separator), plain)));
-    expect_recording(read(names(separator) + "\n" + rows(std::string(1, separator), with_comma)));
+    expect_recording(read_text(names(separator) + "\n" + rows(std::string(1, separator), plain)));
+    expect_recording(
+        read_text(names(separator) + "\n" + rows(std::string(1, separator), with_comma)));
   }
-  expect_recording(read(names(' ') + "\n" + rows(" ", plain)));
-  expect_recording(read("  " + names(' ') + "\n" + rows("   ", plain)));
-  expect_recording(read(names(' ') + "\n" + rows(" \t", with_comma)));
-  expect_recording(read(kNames + "\n" + rows(",", [](int k, int c) {
-                          return '"' + with_comma(k, c) + '"';
-                        })));
+  expect_recording(read_text(names(' ') + "\n" + rows(" ", plain)));
+  expect_recording(read_text("  " + names(' ') + "\n" + rows("   ", plain)));
+  expect_recording(read_text(names(' ') + "\n" + rows(" \t", with_comma)));
+  expect_recording(read_text(kDialectNames + "\n" +
+                             rows(",", [](int k, int c) { return '"' + with_comma(k, c) + '"'; })));
 }
 
 TEST(CsvDialect, headers_behind_a_comment_mark_below_a_preamble_and_with_units) {
   const std::string body = rows(",", plain);
-  expect_recording(read("# " + kNames + "\n" + body));
-  expect_recording(read("#" + kNames + "\n" + body));
-  expect_recording(read("// Start Time: Unknown\n// Sample rate: 25.0Hz\n" + kNames + "\n" + body));
-  expect_recording(read("Device: 7\nFirmware, 3.2\n\n" + kNames + "\n" + body));
-  expect_recording(read(kNames + "\ns,m/s^2,m/s^2,m/s^2,rad/s,rad/s,rad/s,uT,uT,uT\n" + body));
+  expect_recording(read_text("# " + kDialectNames + "\n" + body));
+  expect_recording(read_text("#" + kDialectNames + "\n" + body));
   expect_recording(
-      read("t,Acceleration,,,Gyroscope,,,Magnetic field,,\n,X,Y,Z,X,Y,Z,X,Y,Z\n" + body));
-  const Recording r =
-      read(kNames + "\ns,mg,mg,mg,deg/s,deg/s,deg/s,mG,mG,mG\n" + body);
+      read_text("// Start Time: Unknown\n// Sample rate: 25.0Hz\n" + kDialectNames + "\n" + body));
+  expect_recording(read_text("Device: 7\nFirmware, 3.2\n\n" + kDialectNames + "\n" + body));
+  expect_recording(
+      read_text(kDialectNames + "\ns,m/s^2,m/s^2,m/s^2,rad/s,rad/s,rad/s,uT,uT,uT\n" + body));
+  expect_recording(
+      read_text("t,Acceleration,,,Gyroscope,,,Magnetic field,,\n,X,Y,Z,X,Y,Z,X,Y,Z\n" + body));
+  const Recording r = read_text(kDialectNames + "\ns,mg,mg,mg,deg/s,deg/s,deg/s,mG,mG,mG\n" + body);
   EXPECT_NEAR(r.acc.v[0][0], 0.25 * 9.80665e-3, 1e-12);
   EXPECT_NEAR(r.mag[0].v[0][0], 1.75 * 0.1, 1e-12);
   EXPECT_THAT(r.notes.front(), HasSubstr("names are in lines 1 and 2"));
@@ -98,38 +99,42 @@ TEST(CsvDialect, headers_behind_a_comment_mark_below_a_preamble_and_with_units) 
 
 TEST(CsvDialect, a_file_without_a_header_needs_the_names) {
   const std::string body = rows(",", plain);
-  const InputError error = test::error_of([&] { read(body); });
+  const InputError error = test::error_of([&] { read_text(body); });
   EXPECT_EQ(error.line, 1);
   EXPECT_THAT(error.remedy, HasSubstr("--columns t,acc_x"));
   CsvOptions options;
-  options.header = kNames;
-  expect_recording(read(body, options));
+  options.header = kDialectNames;
+  expect_recording(read_text(body, options));
   options.header = "t,acc_x";
-  EXPECT_THAT(test::error_of([&] { read(body, options); }).problem,
+  EXPECT_THAT(test::error_of([&] { read_text(body, options); }).problem,
               HasSubstr("2 columns, this row has 10 fields"));
 }
 
 TEST(CsvDialect, separators_at_the_end_and_a_row_that_is_cut_off) {
-  expect_recording(read(kNames + "\n" + rows(",", plain, ",\n")));
-  expect_recording(read(kNames + ",\n" + rows(",", plain)));
-  const Recording r = read(kNames + "\n" + rows(",", plain) + "1.2,0.25,0.5");
+  expect_recording(read_text(kDialectNames + "\n" + rows(",", plain, ",\n")));
+  expect_recording(read_text(kDialectNames + ",\n" + rows(",", plain)));
+  const Recording r = read_text(kDialectNames + "\n" + rows(",", plain) + "1.2,0.25,0.5");
   expect_recording(r);
   EXPECT_THAT(r.notes, Contains(HasSubstr("last row (line 32) is cut off")));
-  const InputError error =
-      test::error_of([] { read(kNames + "\n" + rows(",", plain) + "1.2,1\n" + rows(",", plain)); });
-  EXPECT_EQ(error.line, kRows + 2);
+  const InputError error = test::error_of(
+      [] { read_text(kDialectNames + "\n" + rows(",", plain) + "1.2,1\n" + rows(",", plain)); });
+  EXPECT_EQ(error.line, kDialectRows + 2);
 }
 
 TEST(CsvDialect, times_of_the_day_and_dates) {
   const auto clock = [](const std::string& date, const std::string& end) {
-    return kNames + "\n" + rows(",", [&](int k, int c) {
-             return c > 0 ? plain(k, c) : fmt::format("{}12:00:{:06.3f}{}", date, 59 * 0 + 0.04 * k, end);
+    return kDialectNames + "\n" + rows(",", [&](int k, int c) {
+             return c > 0 ? plain(k, c)
+                          : fmt::format("{}12:00:{:06.3f}{}", date, 59 * 0 + 0.04 * k, end);
            });
   };
-  for (const auto& [date, end] : {std::pair("", ""), {"2023-05-01T", "Z"}, {"2023-05-01 ", ""},
-                                  {"2023/05/01 ", "+02:00"}, {"01.05.2023 ", ""}}) {
-    const Recording r = read(clock(date, end));
-    ASSERT_EQ(r.acc.size(), std::size_t(kRows)) << date;
+  for (const auto& [date, end] : {std::pair("", ""),
+                                  {"2023-05-01T", "Z"},
+                                  {"2023-05-01 ", ""},
+                                  {"2023/05/01 ", "+02:00"},
+                                  {"01.05.2023 ", ""}}) {
+    const Recording r = read_text(clock(date, end));
+    ASSERT_EQ(r.acc.size(), std::size_t(kDialectRows)) << date;
     EXPECT_NEAR(r.acc.t[20] - r.acc.t[0], 0.8, 1e-5);
   }
   EXPECT_EQ(clock_seconds("1970-01-02T00:00:01.5Z"), 86401.5);
@@ -142,31 +147,33 @@ TEST(CsvDialect, times_of_the_day_and_dates) {
 
 TEST(CsvDialect, one_sensor_a_row) {
   std::string text = "timestamp,sensor,x,y,z\n";
-  for (int k = 0; k < kRows; ++k) {
+  for (int k = 0; k < kDialectRows; ++k) {
     for (const auto& [word, first] : {std::pair("ACC", 1), {"GYR", 4}, {"MAG", 7}, {"BARO", 1}}) {
       text += fmt::format("{},{},{},{},{}\n", 1700000000000000000 + 40000000LL * k, word,
                           number(k, first), number(k, first + 1), number(k, first + 2));
     }
   }
-  const Recording r = read(text);
+  const Recording r = read_text(text);
   expect_recording(r);
   EXPECT_THAT(r.notes.front(), HasSubstr("ignored: \"BARO\""));
 }
 
 TEST(CsvDialect, times_of_its_own_for_each_sensor) {
-  std::string text = "acc_time,acc_x,acc_y,acc_z,gyr_time,gyr_x,gyr_y,gyr_z,mag_time,mag_x,mag_y,mag_z\n";
-  for (int k = 0; k < kRows; ++k) {
+  std::string text =
+      "acc_time,acc_x,acc_y,acc_z,gyr_time,gyr_x,gyr_y,gyr_z,mag_time,mag_x,mag_y,mag_z\n";
+  for (int k = 0; k < kDialectRows; ++k) {
     for (int sensor = 0; sensor < 3; ++sensor) {
       const bool there = sensor != 2 || k < 10;
       text += sensor > 0 ? "," : "";
-      text += there ? fmt::format("{},{},{},{}", 0.04 * k + 0.001 * sensor, number(k, 3 * sensor + 1),
-                                  number(k, 3 * sensor + 2), number(k, 3 * sensor + 3))
-                    : ",,,";
+      text += there
+                  ? fmt::format("{},{},{},{}", 0.04 * k + 0.001 * sensor, number(k, 3 * sensor + 1),
+                                number(k, 3 * sensor + 2), number(k, 3 * sensor + 3))
+                  : ",,,";
     }
     text += '\n';
   }
-  const Recording r = read(text);
-  EXPECT_EQ(r.acc.size(), std::size_t(kRows));
+  const Recording r = read_text(text);
+  EXPECT_EQ(r.acc.size(), std::size_t(kDialectRows));
   EXPECT_EQ(r.mag.at(0).size(), 10u);
   EXPECT_NEAR(r.gyr.t[1], 0.041, 1e-12);
   EXPECT_NEAR(r.mag[0].v[9][2], number(9, 9), 1e-12);
@@ -177,10 +184,11 @@ TEST(CsvDialect, labelled_numbers) {
   options.rate_hz = 25.0;
   const auto lines = [](const std::string& format) {
     std::string out = "Sensor ready\n";
-    for (int k = 0; k < kRows; ++k) {
-      out += fmt::format(fmt::runtime(format), number(k, 1), number(k, 2), number(k, 3), number(k, 4),
-                         number(k, 5), number(k, 6), number(k, 7), number(k, 8), number(k, 9)) +
-             "\r\n";
+    for (int k = 0; k < kDialectRows; ++k) {
+      out +=
+          fmt::format(fmt::runtime(format), number(k, 1), number(k, 2), number(k, 3), number(k, 4),
+                      number(k, 5), number(k, 6), number(k, 7), number(k, 8), number(k, 9)) +
+          "\r\n";
     }
     return out;
   };
@@ -193,10 +201,11 @@ TEST(CsvDialect, labelled_numbers) {
         "\"x\":{},\"y\":{},\"z\":{}}}}}",
         "Uni:{},{},{},{},{},{},{},{},{}"}) {
     SCOPED_TRACE(format);
-    expect_recording(read(lines(format), options));
+    expect_recording(read_text(lines(format), options));
   }
-  EXPECT_THAT(test::error_of([&] { read(lines("ax:{},ay:{},az:{},gx:{},gy:{},gz:{},mx:{},my:{},mz:{}")); })
-                  .remedy,
+  EXPECT_THAT(test::error_of([&] {
+                read_text(lines("ax:{},ay:{},az:{},gx:{},gy:{},gz:{},mx:{},my:{},mz:{}"));
+              }).remedy,
               HasSubstr("--rate"));
 }
 
@@ -204,12 +213,13 @@ TEST(CsvDialect, raw_lines_of_motioncal_have_its_units) {
   CsvOptions options;
   options.rate_hz = 100.0;
   std::string text;
-  for (int k = 0; k < kRows; ++k) text += fmt::format("Raw:8192,0,{},16,0,-32,100,-50,{}\n", k, k);
-  const Recording r = read(text, options);
+  for (int k = 0; k < kDialectRows; ++k)
+    text += fmt::format("Raw:8192,0,{},16,0,-32,100,-50,{}\n", k, k);
+  const Recording r = read_text(text, options);
   EXPECT_NEAR(r.acc.v[0][0], 9.80665, 1e-9);
   EXPECT_NEAR(r.gyr.v[0][2], -2.0 * M_PI / 180.0, 1e-9);
   EXPECT_NEAR(r.mag.at(0).v[3][0], 10.0, 1e-9);
-  EXPECT_EQ(r.acc.size(), std::size_t(kRows));
+  EXPECT_EQ(r.acc.size(), std::size_t(kDialectRows));
 }
 
 TEST(CsvDialect, seconds_and_nanoseconds_are_one_time) {
@@ -217,23 +227,31 @@ TEST(CsvDialect, seconds_and_nanoseconds_are_one_time) {
       "header.stamp.sec,header.stamp.nanosec,linear_acceleration.x,linear_acceleration.y,"
       "linear_acceleration.z,angular_velocity.x,angular_velocity.y,angular_velocity.z,mag.x,mag.y,"
       "mag.z\n";
-  for (int k = 0; k < kRows; ++k) {
+  for (int k = 0; k < kDialectRows; ++k) {
     text += fmt::format("{},{}", 1700000000 + (40 * k) / 1000, (40000000LL * k) % 1000000000);
     for (int c = 1; c < 10; ++c) text += "," + plain(k, c);
     text += '\n';
   }
-  expect_recording(read(text));
+  expect_recording(read_text(text));
 }
 
 TEST(CsvName, knows_other_languages_topics_and_numbers) {
-  for (const auto& [header, name] :
-       {std::pair("Zeit (s)", "t"), {"%time", "t"}, {"__time", "t"}, {"TimeUS", "t"},
-        {"field.header.stamp", "t"}, {"Beschleunigung x (m/s^2)", "acc_x"},
-        {"Acc\xC3\xA9l\xC3\xA9rom\xC3\xA8tre y", "acc_y"}, {"Magnetfeld z (µT)", "mag_z"},
-        {"/imu/data/linear_acceleration/x", "acc_x"}, {"/imu/data/angular_velocity.z", "gyr_z"},
-        {"xacc", "acc_x"}, {"zmag", "mag_z"}, {"IMU.GyrX", "gyr_x"},
-        {"Acceleration X-axis (g)", "acc_x"},
-        {"\xE5\x8A\xA0\xE9\x80\x9F\xE5\xBA\xA6X(g)", "acc_x"}, {"accelerometer_m_s2_x", "acc_x"}}) {
+  for (const auto& [header, name] : {std::pair("Zeit (s)", "t"),
+                                     {"%time", "t"},
+                                     {"__time", "t"},
+                                     {"TimeUS", "t"},
+                                     {"field.header.stamp", "t"},
+                                     {"Beschleunigung x (m/s^2)", "acc_x"},
+                                     {"Acc\xC3\xA9l\xC3\xA9rom\xC3\xA8tre y", "acc_y"},
+                                     {"Magnetfeld z (µT)", "mag_z"},
+                                     {"/imu/data/linear_acceleration/x", "acc_x"},
+                                     {"/imu/data/angular_velocity.z", "gyr_z"},
+                                     {"xacc", "acc_x"},
+                                     {"zmag", "mag_z"},
+                                     {"IMU.GyrX", "gyr_x"},
+                                     {"Acceleration X-axis (g)", "acc_x"},
+                                     {"\xE5\x8A\xA0\xE9\x80\x9F\xE5\xBA\xA6X(g)", "acc_x"},
+                                     {"accelerometer_m_s2_x", "acc_x"}}) {
     EXPECT_EQ(csv_name(header).name, name) << header;
   }
   EXPECT_NEAR(csv_name("magnetometer_ga_y").unit, 100.0, 1e-12);

@@ -106,7 +106,7 @@ TEST(ReadCsvErrors, options_must_name_columns_that_are_there_and_quantities_that
 TEST(ReadCsvErrors, text_in_a_number_is_shown_with_line_field_and_column_name) {
   expect_error(kColumns + kNumbers + "1,1,2,3,4,oops,6,7,8,9\n", 3, 6,
                "\"oops\" in column gyr_y is not a number", "leave the field empty");
-  for (const std::string text : {"1.5x", "1 2", "0x10", "--1", "+-1", "-", "+", "\"1\""}) {
+  for (const std::string text : {"1.5x", "1 2", "0x10", "--1", "+-1", "-", "+"}) {
     expect_error(kColumns + fmt::format("0,{},2,3,4,5,6,7,8,9\n", text), 2, 2, "is not a number",
                  "-1.25");
   }

@@ -115,9 +115,9 @@ inline std::string bag_messages(int count) {
                                   .text;
     return bag_record({bag_field("op", '\7'), bag_field("conn", id), "topic=" + topic}, about);
   };
-  std::string out = connection(0, "/imu/data", "sensor_msgs/Imu", with_types(kImuDefinition, true)) +
-                    connection(1, "/imu/mag", "sensor_msgs/MagneticField",
-                               with_types(kMagDefinition, true));
+  std::string out =
+      connection(0, "/imu/data", "sensor_msgs/Imu", with_types(kImuDefinition, true)) +
+      connection(1, "/imu/mag", "sensor_msgs/MagneticField", with_types(kMagDefinition, true));
   for (int k = 0; k < count; ++k) {
     const std::string time =
         "time=" + Bytes().put(std::uint32_t(kLogStart + 5)).put(std::uint32_t(0)).text;
@@ -185,7 +185,8 @@ inline std::string mcap(const std::string& packed, const std::string& method, st
                                                .sized<std::uint64_t>(packed)
                                                .text);
   return magic + mcap_record(1, Bytes().sized<std::uint32_t>("ros2").put(std::uint32_t(0)).text) +
-         chunk + mcap_record(15, std::string(4, '\0')) + mcap_record(2, std::string(20, '\0')) + magic;
+         chunk + mcap_record(15, std::string(4, '\0')) + mcap_record(2, std::string(20, '\0')) +
+         magic;
 }
 
 inline std::string ulog_message(char type, const std::string& content) {
@@ -193,15 +194,18 @@ inline std::string ulog_message(char type, const std::string& content) {
 }
 inline std::string ulog(int count) {
   std::string out = std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0');
-  out += ulog_message('F', "sensor_combined:uint64_t timestamp;float[3] gyro_rad;uint32_t dt;"
-                           "int32_t accelerometer_timestamp_relative;float[3] accelerometer_m_s2;");
+  out += ulog_message('F',
+                      "sensor_combined:uint64_t timestamp;float[3] gyro_rad;uint32_t dt;"
+                      "int32_t accelerometer_timestamp_relative;float[3] accelerometer_m_s2;");
   out += ulog_message('F', "inner:float x;float y;float z;");
-  out += ulog_message('F', "vehicle_magnetometer:uint64_t timestamp;uint64_t timestamp_sample;uint32_t "
-                           "device_id;float[3] magnetometer_ga;uint8_t[4] _padding0;");
+  out += ulog_message('F',
+                      "vehicle_magnetometer:uint64_t timestamp;uint64_t timestamp_sample;uint32_t "
+                      "device_id;float[3] magnetometer_ga;uint8_t[4] _padding0;");
   const std::string key = "float CAL_MAG0_XOFF";
   out += ulog_message('P', Bytes().sized<std::uint8_t>(key).put(0.25F).text);
   out += ulog_message('A', Bytes().put('\0').put(std::uint16_t(7)).add("sensor_combined").text);
-  out += ulog_message('A', Bytes().put('\0').put(std::uint16_t(8)).add("vehicle_magnetometer").text);
+  out +=
+      ulog_message('A', Bytes().put('\0').put(std::uint16_t(8)).add("vehicle_magnetometer").text);
   for (int k = 0; k < count; ++k) {
     Bytes imu, mag;
     imu.put(std::uint16_t(7)).put(std::uint64_t(1'000'000 + 10'000 * k));
@@ -219,8 +223,14 @@ inline std::string ulog(int count) {
 inline std::string dataflash(int count) {
   const auto fmt = [](unsigned char type, unsigned char size, const std::string& name,
                       const std::string& kinds, const std::string& names) {
-    return Bytes().add("\xA3\x95\x80").put(type).put(size).padded(name, 4).padded(kinds, 16).padded(
-        names, 64).text;
+    return Bytes()
+        .add("\xA3\x95\x80")
+        .put(type)
+        .put(size)
+        .padded(name, 4)
+        .padded(kinds, 16)
+        .padded(names, 64)
+        .text;
   };
   std::string out = fmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns");
   out += fmt(130, 3 + 8 + 1 + 24, "IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ");

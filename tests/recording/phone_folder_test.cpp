@@ -69,8 +69,8 @@ TEST(PhoneFolder, with_a_sensor_missing_says_which) {
 
 TEST(PhoneFolder, of_columns_that_are_just_axes_is_known_by_its_files_names) {
   const test::TempFolder folder;
-  for (const auto& [name, unit] : {std::pair("Accelerometer", "m/s^2"), {"Gyroscope", "rad/s"},
-                                   {"Magnetometer", "µT"}}) {
+  for (const auto& [name, unit] :
+       {std::pair("Accelerometer", "m/s^2"), {"Gyroscope", "rad/s"}, {"Magnetometer", "µT"}}) {
     folder.write(std::string(name) + ".csv",
                  rows(fmt::format("\"Time (s)\";\"X ({0})\";\"Y ({0})\";\"Z ({0})\"", unit), 30,
                       "{:.2f};1,0E0;2,5E0;3,0E0"));

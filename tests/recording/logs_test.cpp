@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Logs of robots and flight controllers, written byte by byte here (log_writers.h), give their
+// samples; what is cut off, damaged or lies about lengths ends with a reason.
+#include "recording/logs/logs.h"
+
+#include <bzlib.h>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <lz4frame.h>
+#include <sqlite3.h>
+#include <zlib.h>
+#include <zstd.h>
+
+#include "recording/files/zip_archive.h"
+#include "recording/logs/message_layout.h"
+#include "recording/read.h"
+#include "tests/recording/log_writers.h"
+#include "tests/recording/test_files.h"
+
+namespace magimu {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+constexpr int kLogCount = 60;
+
+Recording read_log(const std::string& content, const CsvOptions& options = {}) {
+  const test::TempFolder folder;
+  return read_recording(folder.write("log", content), options);
+}
+
+void expect_log(const Recording& r, double tolerance, int count = kLogCount) {
+  ASSERT_EQ(r.acc.size(), std::size_t(count));
+  ASSERT_EQ(r.gyr.size(), std::size_t(count));
+  ASSERT_EQ(r.mag.size(), 1u);
+  ASSERT_EQ(r.mag[0].size(), std::size_t(count));
+  for (int k = 0; k < count; ++k) {
+    const auto i = std::size_t(k);
+    EXPECT_NEAR(r.gyr.t[i] - r.gyr.t[0], 0.01 * k, 1e-9);
+    EXPECT_EQ(r.gyr.t[i], r.mag[0].t[i]);
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_NEAR(r.acc.v[i][a], test::log_acc(k, a), tolerance);
+      EXPECT_NEAR(r.gyr.v[i][a], test::log_gyr(k, a), tolerance);
+      EXPECT_NEAR(r.mag[0].v[i][a], test::log_mag(k, a), 10 * tolerance);
+    }
+  }
+}
+
+std::string packed(const std::string& bytes, const std::string& method) {
+  std::string out(2 * bytes.size() + 1000, '\0');
+  if (method == "bz2") {
+    auto size = unsigned(out.size());
+    BZ2_bzBuffToBuffCompress(out.data(), &size, const_cast<char*>(bytes.data()),
+                             unsigned(bytes.size()), 9, 0, 0);
+    out.resize(size);
+  } else if (method == "lz4") {
+    out.resize(LZ4F_compressFrame(out.data(), out.size(), bytes.data(), bytes.size(), nullptr));
+  } else if (method == "zstd") {
+    out.resize(ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), 1));
+  } else {
+    return bytes;
+  }
+  return out;
+}
+
+TEST(Logs, a_ros1_bag_whatever_its_chunks_are_packed_by) {
+  const std::string messages = test::bag_messages(kLogCount);
+  for (const char* method : {"none", "bz2", "lz4"}) {
+    SCOPED_TRACE(method);
+    const Recording r = read_log(test::bag(packed(messages, method), method, messages.size()));
+    expect_log(r, 1e-12);
+    EXPECT_THAT(r.notes.front(), HasSubstr("a ROS bag; read: acc from /imu/data, gyr from"));
+  }
+  EXPECT_THAT(
+      test::error_of([&] { read_log(test::bag(messages, "lzma", messages.size())); }).problem,
+      HasSubstr("packed by \"lzma\""));
+}
+
+TEST(Logs, an_mcap_with_chunks_and_with_none) {
+  const std::string messages = test::mcap_messages(kLogCount);
+  for (const char* method : {"", "lz4", "zstd"}) {
+    SCOPED_TRACE(method);
+    expect_log(read_log(test::mcap(packed(messages, method), method, messages.size())), 1e-12);
+  }
+  expect_log(read_log("\x89MCAP0\r\n" + messages), 1e-12);  // cut off, too
+}
+
+TEST(Logs, a_ros2_database) {
+  const test::TempFolder folder;
+  const std::string path = folder.path("bag.db3");
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &db), SQLITE_OK);
+  sqlite3_exec(db,
+               "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, "
+               "serialization_format TEXT, offered_qos_profiles TEXT);"
+               "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, "
+               "data BLOB); BEGIN;"
+               "INSERT INTO topics VALUES(1,'/imu','sensor_msgs/msg/Imu','cdr','');"
+               "INSERT INTO topics VALUES(2,'/mag','sensor_msgs/msg/MagneticField','cdr','');"
+               "INSERT INTO topics VALUES(3,'/chat','std_msgs/msg/String','cdr','');",
+               nullptr, nullptr, nullptr);
+  sqlite3_stmt* insert = nullptr;
+  sqlite3_prepare_v2(db, "INSERT INTO messages(topic_id,timestamp,data) VALUES(?,?,?)", -1, &insert,
+                     nullptr);
+  for (int k = 0; k < kLogCount; ++k) {
+    for (const int topic : {1, 2}) {
+      const std::string data = topic == 1 ? test::imu_message(k, true) : test::mag_message(k, true);
+      sqlite3_bind_int(insert, 1, topic);
+      sqlite3_bind_int64(insert, 2, 1);
+      sqlite3_bind_blob(insert, 3, data.data(), int(data.size()), SQLITE_TRANSIENT);
+      sqlite3_step(insert);
+      sqlite3_reset(insert);
+    }
+  }
+  sqlite3_finalize(insert);
+  sqlite3_exec(db, "COMMIT", nullptr, nullptr, nullptr);
+  sqlite3_close(db);
+  expect_log(read_recording(path), 1e-12);
+}
+
+TEST(Logs, a_database_whose_tables_are_endless_views_is_refused) {
+  const test::TempFolder folder;
+  const std::string path = folder.path("bag.db3");
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &db), SQLITE_OK);
+  sqlite3_exec(
+      db,
+      "CREATE TABLE topics(id INTEGER, name TEXT, type TEXT, serialization_format TEXT);"
+      "CREATE VIEW messages AS WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x+1 FROM n)"
+      " SELECT x AS id, 1 AS topic_id, x AS timestamp, x AS data FROM n;",
+      nullptr, nullptr, nullptr);
+  sqlite3_close(db);
+  EXPECT_THAT(test::error_of([&] { read_recording(path); }).problem, HasSubstr("no ROS 2 bag"));
+}
+
+TEST(Logs, a_px4_log_says_what_its_readings_are_corrected_by) {
+  const Recording r = read_log(test::ulog(kLogCount));
+  expect_log(r, 1e-5);
+  EXPECT_EQ(r.gyr.t[0], 1.0);
+  EXPECT_THAT(r.notes, Contains(HasSubstr("CAL_MAGn_XOFF")));
+  EXPECT_THAT(r.notes, Contains(HasSubstr("in this log CAL_MAG0_XOFF 0.25")));
+}
+
+TEST(Logs, an_ardupilot_logs_compass_offsets_are_taken_off) {
+  const Recording r = read_log(test::dataflash(kLogCount));
+  expect_log(r, 1e-5);
+  EXPECT_EQ(r.gyr.t[0], 1.0);
+  EXPECT_THAT(r.notes, Contains(HasSubstr("COMPASS_OFS is minus the bias")));
+}
+
+TEST(Logs, sensors_are_chosen_by_name) {
+  CsvOptions options;
+  options.sensors = {"mag=MAG[7]"};
+  const InputError error = test::error_of([&] { read_log(test::dataflash(kLogCount), options); });
+  EXPECT_THAT(error.problem, HasSubstr("no sensor \"mag=MAG[7]\""));
+  EXPECT_THAT(error.remedy, HasSubstr("mag=MAG[0] (60)"));
+  options.sensors = {"mag=MAG[0]", "IMU[0]"};
+  expect_log(read_log(test::dataflash(kLogCount), options), 1e-5);
+  options.columns = {{"a", "acc_x"}};
+  EXPECT_THAT(test::error_of([&] { read_log(test::dataflash(kLogCount), options); }).remedy,
+              HasSubstr("--sensor"));
+}
+
+TEST(Logs, that_are_cut_off_give_what_is_before) {
+  const std::string messages = test::bag_messages(kLogCount);
+  for (const std::string& whole :
+       {test::ulog(kLogCount), test::dataflash(kLogCount),
+        "\x89MCAP0\r\n" + test::mcap_messages(kLogCount), "#ROSBAG V2.0\n" + messages}) {
+    const Recording r = read_log(whole.substr(0, whole.size() - whole.size() / 3));
+    EXPECT_GT(r.acc.size(), std::size_t(kLogCount / 3));
+    EXPECT_LT(r.acc.size(), std::size_t(kLogCount));
+  }
+}
+
+// A byte changed here and there may cost samples, but never more than an InputError.
+TEST(Logs, with_damaged_bytes_end_with_a_reason) {
+  const std::string messages = test::bag_messages(10), mcap = test::mcap_messages(10);
+  const std::string zstd = packed(mcap, "zstd");
+  for (const std::string& whole :
+       {test::ulog(10), test::dataflash(10), "\x89MCAP0\r\n" + mcap,
+        test::mcap(zstd, "zstd", mcap.size()), "#ROSBAG V2.0\n" + messages,
+        test::bag(packed(messages, "lz4"), "lz4", messages.size())}) {
+    const test::TempFolder folder;
+    for (std::size_t at = 13; at < whole.size(); at += 1 + whole.size() / 150) {
+      for (const char value : {'\xFF', '\0'}) {
+        std::string damaged = whole;
+        damaged[at] = value;
+        try {
+          read_recording(folder.write("log", damaged));
+        } catch (const InputError&) {
+        }
+      }
+    }
+  }
+}
+
+TEST(Logs, chunks_that_claim_to_be_large_are_not_unpacked) {
+  const std::string messages = test::bag_messages(10);
+  EXPECT_THROW(read_log(test::bag(packed(messages, "lz4"), "lz4", 0xFFFFFFF0U)), InputError);
+  EXPECT_THROW(read_log(test::mcap(packed(messages, "zstd"), "zstd", std::size_t(1) << 60)),
+               InputError);
+}
+
+TEST(MessageLayout, of_a_custom_type_with_arrays_and_strings) {
+  const auto layout = MessageLayout::parse(
+      "my_msgs/Nine",
+      "string[] words\nuint8 KIND=3\nInner[2] inner\nfloat32[3] accel\nint16[] many\nbool ok\n" +
+          std::string(80, '=') + "\nMSG: my_msgs/Inner\nuint8 a\nstring<=5 b\n");
+  ASSERT_TRUE(layout);
+  EXPECT_THAT(layout->names(),
+              testing::ElementsAre("accel[0]", "accel[1]", "accel[2]", "accel[3]", "many[0]",
+                                   "many[1]", "many[2]", "many[3]", "ok"));
+  test::Bytes b;
+  b.put(std::uint32_t(2)).sized<std::uint32_t>("a").sized<std::uint32_t>("bcd");
+  for (int i = 0; i < 2; ++i) b.put('\1').sized<std::uint32_t>("xy");
+  b.put(1.0F).put(2.0F).put(3.0F).put(std::uint32_t(2)).put(std::int16_t(-7)).put(std::int16_t(9));
+  b.put('\1');
+  std::vector<double> values;
+  ASSERT_TRUE(layout->read(b.text, false, values));
+  EXPECT_EQ(values[2], 3.0);
+  EXPECT_TRUE(std::isnan(values[3]));
+  EXPECT_EQ(values[4], -7.0);
+  EXPECT_EQ(values[8], 1.0);
+  for (std::size_t n = 0; n < b.text.size(); ++n) {
+    EXPECT_FALSE(layout->read(b.text.substr(0, n), false, values)) << n;
+  }
+  EXPECT_FALSE(MessageLayout::parse("my_msgs/Other", "Unknown x\n"));
+}
+
+std::string numbers(int columns, double (*value)(int, int)) {
+  test::Bytes b;
+  for (int k = 0; k < kLogCount; ++k) {
+    for (int a = 0; a < columns; ++a) b.put(value(k, a));
+  }
+  return b.text;
+}
+
+// A stored entry of a zip archive, and its line in the directory.
+std::string zip(const std::vector<std::pair<std::string, std::string>>& files) {
+  test::Bytes out, directory;
+  for (const auto& [name, data] : files) {
+    const auto at = std::uint32_t(out.text.size());
+    const auto crc =
+        std::uint32_t(crc32(0, reinterpret_cast<const Bytef*>(data.data()), uInt(data.size())));
+    const auto common = [&](test::Bytes& b) {
+      b.put(std::uint16_t(20)).put(std::uint16_t(0)).put(std::uint16_t(0)).put(std::uint32_t(0));
+      b.put(crc).put(std::uint32_t(data.size())).put(std::uint32_t(data.size()));
+      b.put(std::uint16_t(name.size())).put(std::uint16_t(0));
+    };
+    out.add("PK\x03\x04");
+    common(out);
+    out.add(name).add(data);
+    directory.add("PK\x01\x02").put(std::uint16_t(20));
+    common(directory);
+    directory.put(std::uint16_t(0))
+        .put(std::uint16_t(0))
+        .put(std::uint16_t(0))
+        .put(std::uint32_t(0));
+    directory.put(at).add(name);
+  }
+  const auto at = std::uint32_t(out.text.size());
+  return out.add(directory.text)
+      .add("PK\x05\x06")
+      .put(std::uint16_t(0))
+      .put(std::uint16_t(0))
+      .put(std::uint16_t(files.size()))
+      .put(std::uint16_t(files.size()))
+      .put(std::uint32_t(directory.text.size()))
+      .put(at)
+      .put(std::uint16_t(0))
+      .text;
+}
+
+TEST(Archives, arrays_of_numpy) {
+  test::Bytes rate;
+  rate.put(100.0);
+  const std::string shape = fmt::format("({}, 3)", kLogCount);
+  expect_log(read_log(zip({{"acc.npy", test::npy("'<f8'", shape, numbers(3, test::log_acc))},
+                           {"gyro.npy", test::npy("'<f8'", shape, numbers(3, test::log_gyr))},
+                           {"mag.npy", test::npy("'<f8'", shape, numbers(3, test::log_mag))},
+                           {"fs.npy", test::npy("'<f8'", "()", rate.text)}})),
+             1e-12);
+  EXPECT_THROW(read_log(test::npy("'<f8'", "(1000000000, 1000000000)", "1234")), InputError);
+  EXPECT_THAT(test::error_of([&] {
+                read_log(test::npy("'<f8'", shape, numbers(3, test::log_acc)));
+              }).remedy,
+              HasSubstr("--columns"));
+}
+
+TEST(Archives, a_log_in_a_zip_and_in_gzip) {
+  const std::string log = test::ulog(kLogCount);
+  expect_log(read_log(zip({{"folder/log.ulg", log}})), 1e-5);
+  const test::TempFolder folder;
+  const std::string path = folder.path("log.ulg.gz");
+  gzFile gz = gzopen(path.c_str(), "wb");
+  gzwrite(gz, log.data(), unsigned(log.size()));
+  gzclose(gz);
+  expect_log(read_recording(path), 1e-5);
+}
+
+TEST(Archives, that_unpack_to_a_thousand_times_their_size_are_refused) {
+  const test::TempFolder folder;
+  const std::string path = folder.path("bomb.gz"), zeros(1 << 20, '\0');
+  gzFile gz = gzopen(path.c_str(), "wb9");
+  for (int i = 0; i < 50; ++i) gzwrite(gz, zeros.data(), unsigned(zeros.size()));
+  gzclose(gz);
+  EXPECT_THAT(test::error_of([&] { read_recording(path); }).problem,
+              HasSubstr("100 times its size"));
+}
+
+TEST(OtherFormats, are_named_with_the_converter_that_helps) {
+  for (const auto& [head, word] :
+       {std::pair("H Product:Blackbox flight data recorder", "blackbox_decode"),
+        {"PAR1", "read_parquet"},
+        {"#ROSBAG V1.2\n", "rosbag migrate"}}) {
+    EXPECT_THAT(test::error_of([&] { read_log(head); }).remedy, HasSubstr(word));
+  }
+}
+
+TEST(SeveralFiles, of_one_clock_are_one_recording) {
+  const test::TempFolder folder;
+  std::string imu =
+                  "timestamp,gyro_rad[0],gyro_rad[1],gyro_rad[2],accelerometer_m_s2[0],"
+                  "accelerometer_m_s2[1],accelerometer_m_s2[2]\n",
+              mag = "timestamp,magnetometer_ga[0],magnetometer_ga[1],magnetometer_ga[2]\n";
+  for (int k = 0; k < kLogCount; ++k) {
+    const int t = 112'614'307 + 10'000 * k;
+    imu += fmt::format("{},{},{},{},{},{},{}\n", t, test::log_gyr(k, 0), test::log_gyr(k, 1),
+                       test::log_gyr(k, 2), test::log_acc(k, 0), test::log_acc(k, 1),
+                       test::log_acc(k, 2));
+    mag += fmt::format("{},{},{},{}\n", t, 0.01 * test::log_mag(k, 0), 0.01 * test::log_mag(k, 1),
+                       0.01 * test::log_mag(k, 2));
+  }
+  const std::string a = folder.write("x_sensor_combined_0.csv", imu),
+                    b = folder.write("x_vehicle_magnetometer_0.csv", mag);
+  CsvOptions options;
+  options.time_unit = 1e-6;
+  const std::vector<Recording> both = read_recordings({a, b}, options);
+  ASSERT_EQ(both.size(), 1u);
+  expect_log(both[0], 1e-9);
+  expect_log(read_recording(folder.path(""), options), 1e-9);
+  EXPECT_THAT(test::error_of([&] { read_recordings({a}, options); }).problem,
+              HasSubstr("mag_x, mag_y and mag_z are missing"));
+  EXPECT_THROW(read_recordings({a, a}, options), InputError);
+}
+
+}  // namespace
+}  // namespace magimu

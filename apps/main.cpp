@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
 #include <fmt/format.h>
 
 #include <cerrno>
 #include <cstdio>
+#ifdef __GLIBC__  // which the headers above tell
+#include <malloc.h>
+#endif
 #include <exception>
 #include <system_error>
 
 #include "apps/commands.h"
 #include "apps/common_options.h"
+#include "apps/report_provenance.h"
 #include "apps/version.h"
 #include "recording/error.h"
 #include "recording/quoted_text.h"
@@ -52,6 +52,7 @@ int main(int argc, char** argv) {
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif
+  remember_command(argc, argv);
   CLI::App app{"Calibrates magnetometers and IMUs together, and says how sure it is.", "magimu"};
   app.set_version_flag("--version", version_text());
   app.require_subcommand(1);
@@ -67,6 +68,7 @@ int main(int argc, char** argv) {
   add_diagnose(app, exit_code);
   add_export(app, exit_code);
   add_info(app, exit_code);
+  add_man_page(app, exit_code);
   add_navigate(app, exit_code);
   add_simulate(app, exit_code);
   add_stream(app, exit_code);

@@ -10,6 +10,7 @@
 #include "apps/place_options.h"
 #include "apps/prior_options.h"
 #include "apps/report_calibration.h"
+#include "apps/report_provenance.h"
 #include "calibration/calibrate.h"
 #include "calibration/calibration_json.h"
 #include "calibration/rival_calibration.h"
@@ -125,8 +126,11 @@ int run(CalibrateArguments& args) {
   check_field(c, known);
   nlohmann::ordered_json file = to_json(c);
   file["method"] = rival ? rival->method : "map";
+  file["provenance"] = provenance_json(args.recordings);
   if (rival) file["not_estimated"] = rival->not_estimated;
-  const std::string json = file.dump(2) + "\n";
+  // Names of files need not be UTF-8.
+  const std::string json =
+      file.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (!args.output.empty()) write_atomically(args.output, json);
   if (!args.trajectory.empty()) write_atomically(args.trajectory, trajectory_csv(c));
   if (!args.report.empty()) {

@@ -16,6 +16,7 @@ void add_completion(CLI::App& app, int& exit_code);
 void add_diagnose(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app, int& exit_code);
 void add_info(CLI::App& app, int& exit_code);
+void add_man_page(CLI::App& app, int& exit_code);
 void add_navigate(CLI::App& app, int& exit_code);
 void add_reprocess(CLI::App& app, int& exit_code);
 void add_simulate(CLI::App& app, int& exit_code);

@@ -67,12 +67,23 @@ std::vector<std::string> words_of(int argc, char** argv) {
     const char* end = text.data() + text.size();
     return std::from_chars(text.data(), end, value).ptr == end;
   };
+  // A port, or an address and a port; not a source such as tcp://host:5000 or rec.csv.
+  const auto is_page = [&is_number](const std::string& text) {
+    const std::size_t colon = text.rfind(':');
+    const bool has_host = colon != std::string::npos && text.find('/') == std::string::npos;
+    return is_number(has_host ? text.substr(colon + 1) : text);
+  };
   std::vector<std::string> words;
   for (int i = argc - 1; i > 0; --i) {
     const std::string word = argv[i];
-    const bool file = word == "--noise" && !words.empty() && !is_number(words.back()) &&
-                      !words.back().starts_with("-");
-    words.push_back(file ? "--noise-file" : word);
+    const std::string next = words.empty() ? "" : words.back();
+    if (word == "--noise" && !next.empty() && !is_number(next) && !next.starts_with("-")) {
+      words.push_back("--noise-file");
+    } else if (word == "--page" && (next.empty() || !is_page(next))) {
+      words.push_back("--page-here");
+    } else {
+      words.push_back(word);
+    }
   }
   return words;
 }

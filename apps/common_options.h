@@ -38,7 +38,8 @@ void add_output_options(CLI::App& cmd, RecordingOptions& options, const std::str
 // All of them, by read_with.
 std::vector<Recording> read_recordings(const RecordingOptions& options);
 // The words of the command line, the last first, as CLI11 takes them. `--noise NOISE.json` becomes
-// --noise-file, since --noise takes three numbers.
+// --noise-file, since --noise takes three numbers; `--page` without a port --page-here, so that it
+// does not take the source for one.
 std::vector<std::string> words_of(int argc, char** argv);
 
 std::vector<const Recording*> pointers(const std::vector<Recording>& recordings);

@@ -10,6 +10,7 @@
 #include "apps/diagnosis_table.h"
 #include "apps/outputs.h"
 #include "apps/progress.h"
+#include "apps/report_provenance.h"
 #include "calibration/calibration_json.h"
 #include "diagnosis/diagnosis_json.h"
 #include "recording/atomic_file.h"
@@ -48,8 +49,10 @@ int run(const DiagnoseArguments& args) {
     d = diagnose(pointers(recordings), options);
   }
   // Names of files need not be UTF-8.
+  nlohmann::ordered_json file = to_json(d);
+  file["provenance"] = provenance_json(args.recordings);
   const std::string json =
-      to_json(d).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+      file.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (!args.output.empty()) write_atomically(args.output, json);
   if (!args.report.empty()) write_atomically(args.report, diagnosis_report(d));
   if (args.json) {

@@ -10,6 +10,7 @@
 #include "apps/diagnosis_disturbance.h"
 #include "apps/diagnosis_scan_chart.h"
 #include "apps/numbers.h"
+#include "apps/parameter_words.h"
 #include "apps/plot.h"
 #include "apps/report.h"
 #include "apps/residual_pictures.h"
@@ -92,7 +93,7 @@ std::string finding_card(const Finding& f, std::size_t number) {
       "facts");
   std::vector<std::vector<std::string>> rows;
   for (const FoundParameter& p : f.parameters) {
-    rows.push_back({p.name, size_words(p),
+    rows.push_back({parameter_words(f.effect, p.name), size_words(p),
                     std::isfinite(p.value) && p.sigma > 0.0
                         ? fmt::format("{:.1f}", std::abs(p.value) / p.sigma)
                         : "-"});

@@ -5,25 +5,32 @@
 
 #include "apps/commands.h"
 #include "apps/common_options.h"
+#include "apps/outputs.h"
 #include "apps/place_options.h"
 #include "apps/progress.h"
+#include "apps/report_survey.h"
 #include "apps/survey_report.h"
+#include "recording/atomic_file.h"
 
 namespace magimu::apps {
 namespace {
 
 struct InfoArguments : RecordingOptions {
   PlaceOptions place;
+  std::string report;
 };
 
 int run(const InfoArguments& args) {
+  check_outputs(args.recordings, {args.report});
   std::optional<tbb::global_control> limit;
   if (args.threads > 0) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
   }
   bool usable = true, first = true;
   nlohmann::json all = nlohmann::json::array();
-  for (const Recording& recording : read_recordings(args)) {
+  std::vector<SurveyedRecording> looked_at;
+  const std::vector<Recording> recordings = read_recordings(args);
+  for (const Recording& recording : recordings) {
     SurveyOptions options;
     options.noise = args.noise();
     options.gravity = args.place.gravity_or(args.gravity);
@@ -44,11 +51,13 @@ int run(const InfoArguments& args) {
       fmt::print("{}{}", first ? "" : "\n", survey_text(s));
     }
     first = false;
+    looked_at.push_back({&recording, s, survey_verdict(s)});
     if (!s.usable()) {
       fmt::print(stderr, "magimu: {}: do not calibrate this recording as it is{}\n", s.recording,
                  s.not_looked_further.empty() ? "" : ": " + s.not_looked_further);
     }
   }
+  if (!args.report.empty()) write_atomically(args.report, survey_page(looked_at));
   if (args.json) fmt::print("{}\n", (all.size() == 1 ? all.front() : all).dump(2));
   return usable ? kDone : kNoAnswer;
 }
@@ -67,6 +76,8 @@ void add_info(CLI::App& app, int& exit_code) {
       "Exit code 1: the recording cannot be calibrated as it is (it says why, and what to do);\n"
       "2: wrong usage or unreadable input; 70: a defect of magimu: please report it.");
   add_recording_options(*cmd, *args);
+  add_output(*cmd, "--report", args->report,
+             "write a page with pictures here: one file, no network", "R.html");
   add_place_options(*cmd, args->place);
   add_output_options(*cmd, *args, "print the same as JSON (docs/formats.md)");
   cmd->callback([args, &exit_code] { exit_code = run(*args); });

@@ -3,6 +3,9 @@
 
 #include <cerrno>
 #include <cstdio>
+#ifdef __GLIBC__  // which the headers above tell
+#include <malloc.h>
+#endif
 #include <exception>
 #include <system_error>
 #ifdef __GLIBC__  // known from here on
@@ -11,6 +14,7 @@
 
 #include "apps/commands.h"
 #include "apps/common_options.h"
+#include "apps/report_provenance.h"
 #include "apps/version.h"
 #include "recording/error.h"
 #include "recording/quoted_text.h"
@@ -51,6 +55,7 @@ int main(int argc, char** argv) {
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif
+  remember_command(argc, argv);
   CLI::App app{"Calibrates magnetometers and IMUs together, and says how sure it is.", "magimu"};
   app.set_version_flag("--version", version_text());
   app.require_subcommand(1);
@@ -66,6 +71,7 @@ int main(int argc, char** argv) {
   add_diagnose(app, exit_code);
   add_export(app, exit_code);
   add_info(app, exit_code);
+  add_man_page(app, exit_code);
   add_navigate(app, exit_code);
   add_reprocess(app, exit_code);
   add_simulate(app, exit_code);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A page of HTML that stands alone: style and pictures within it, no network, no script,
-// well-formed as XML, fit for printing. Text is escaped here; what is HTML already says so in its
+// well-formed as XML, fit for printing, for phones and for dark screens. It ends with the version,
+// the command and the date. Text is escaped here; what is HTML already says so in its
 // name.
 //
 //   Page page("Diagnosis of rec.csv");
@@ -45,5 +46,7 @@ class Page {
 std::string table_html(const std::vector<std::string>& head,
                        const std::vector<std::vector<std::string>>& rows,
                        std::size_t text_columns = 1);
+// A table of these rows (HTML); where it is wider than the screen it scrolls by itself.
+std::string scrolling_table(std::string_view head, std::string_view body);
 
 }  // namespace magimu::apps

@@ -9,8 +9,10 @@
 #include <sstream>
 
 #include "apps/numbers.h"
+#include "apps/parameter_words.h"
 #include "apps/plot.h"
 #include "apps/report.h"
+#include "apps/report_field_gain.h"
 #include "apps/report_pictures.h"
 #include "apps/residual_pictures.h"
 #include "calibration/apply.h"
@@ -77,12 +79,31 @@ void answer(Page& page, const Calibration& c) {
   if (!c.warnings.empty()) page.html(wrap("ul", items(c.warnings), "soft"));
 }
 
+// Two digits, but no more than tens of them.
+std::string percent_of(double share) { return fmt::format("{:.2g}", 100.0 * share); }
+std::string degrees_of(double deg) {
+  return fmt::format("{:.{}f}", deg, deg < 0.1 ? 3 : deg < 1.0 ? 2 : deg < 10.0 ? 1 : 0);
+}
+
 void field(Page& page, const Calibration& c, const std::vector<const Recording*>& recordings,
            std::size_t m) {
   const std::string which = c.mag_names.size() > 1 ? " of " + c.mag_names[m] : "";
   page.section("The field before and after" + which);
   std::string row;
   for (const std::string& svg : sphere_pictures(c, recordings, m)) row += wrap("figure", svg);
+  const FieldGain gain = field_gain(c, recordings, m);
+  std::string facts;
+  if (std::isfinite(gain.length_before)) {
+    facts += fact(
+        fmt::format("{} → {} %", percent_of(gain.length_before), percent_of(gain.length_after)),
+        "scatter of the field's length (RMS, of the length)");
+  }
+  if (std::isfinite(gain.heading_before_deg)) {
+    facts += fact(fmt::format("{} → {}°", degrees_of(gain.heading_before_deg),
+                              degrees_of(gain.heading_after_deg)),
+                  "heading error, against the estimated motion (RMS)");
+  }
+  if (!facts.empty()) page.html(wrap("ul", facts, "facts"));
   page.html(wrap("div", row, "triple"));
   page.paragraph(
       "Each dot is a reading, seen along the third axis. Turned about in one field, corrected "
@@ -163,7 +184,7 @@ std::string words_of(const Calibration& c, const std::string& name) {
   replace(".time_offset_s", " lag");
   replace("].dip_deg", "] dip");
   replace("field.dip_deg", "dip");
-  return out;
+  return axes_as_letters(out);
 }
 
 double value_of(const Calibration& c, const std::string& name) {
@@ -242,10 +263,9 @@ void checks(Page& page, const Calibration& c) {
                       "t") +
                  element("td", check.sentence, "t"));
   }
-  page.html(wrap(
-      "table", wrap("thead", wrap("tr", element("th", "check", "t") + element("th", "status", "t") +
-                                            element("th", "what it says", "t"))) +
-                   wrap("tbody", body)));
+  page.html(scrolling_table(wrap("tr", element("th", "check", "t") + element("th", "status", "t") +
+                                           element("th", "what it says", "t")),
+                            body));
 }
 
 void use(Page& page, const Calibration& c, const std::vector<const Recording*>& recordings) {

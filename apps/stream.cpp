@@ -8,10 +8,12 @@
 #include "apps/calibration_table.h"
 #include "apps/commands.h"
 #include "apps/common_options.h"
+#include "apps/live/page_view.h"
 #include "apps/outputs.h"
 #include "apps/place_options.h"
 #include "apps/prior_options.h"
 #include "apps/report_calibration.h"
+#include "apps/report_provenance.h"
 #include "apps/stop_signals.h"
 #include "apps/stream_json.h"
 #include "apps/stream_log.h"
@@ -27,6 +29,7 @@ namespace {
 struct StreamArguments : RecordingOptions {
   std::string source, target, output, report;
   bool live = false;
+  std::optional<PageAddress> page;
   PlaceOptions place;
   PriorArguments prior;
   StreamSessionOptions session;
@@ -95,7 +98,7 @@ void prepare(StreamArguments& args) {
 }
 
 // The calibration at the end: file, table, exit code.
-int deliver(const StreamArguments& args, StreamSession& session, bool table) {
+int deliver(const StreamArguments& args, StreamSession& session, bool table, PageView* page) {
   session.refuse_fatal();
   if (!session.has_samples()) {
     throw InputError(args.session.address.text, 0, 0, "no samples came",
@@ -103,10 +106,16 @@ int deliver(const StreamArguments& args, StreamSession& session, bool table) {
   }
   Calibration c = session.finish();
   check_field(c, args.place.known_field());
-  if (!args.output.empty()) write_atomically(args.output, to_json(c).dump(2) + "\n");
+  if (!args.output.empty()) {
+    nlohmann::ordered_json file = to_json(c);
+    file["provenance"] = provenance_json({args.source});
+    const std::string text = file.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+    write_atomically(args.output, text + "\n");
+  }
   if (!args.report.empty()) {
     write_atomically(args.report, calibration_report(c, {&session.for_report()}));
   }
+  if (page != nullptr) page->finish(c, args.output);
   if (table) fmt::print("\n{}", calibration_table(c));
   if (!args.quiet) {
     fmt::print(stderr, "magimu: {} samples, trust: {}{}\n", c.samples, to_string(c.trust.verdict),
@@ -117,10 +126,11 @@ int deliver(const StreamArguments& args, StreamSession& session, bool table) {
   return kNoAnswer;
 }
 
-void deliver_what_there_is(const StreamArguments& args, StreamSession& session, bool table) {
+void deliver_what_there_is(const StreamArguments& args, StreamSession& session, bool table,
+                           PageView* page) {
   if (!session.has_samples()) return;
   try {
-    deliver(args, session, table);
+    deliver(args, session, table, page);
   } catch (const std::exception&) {
     fmt::print(stderr, "magimu: there is no calibration of what has come\n");
   }
@@ -157,16 +167,28 @@ int run(StreamArguments& args) {
   } else if (!args.quiet) {
     session.add_observer(log);
   }
+  std::optional<PageView> page;
+  if (args.page) {
+    page.emplace(*args.page);
+    session.add_observer(*page);
+    if (!args.quiet) fmt::print(stderr, "magimu: the page is at {}\n", page->url());
+  }
+  PageView* const shown = page ? &*page : nullptr;
   const bool table = out_is_terminal && !args.json && !args.quiet;
   try {
     session.run(stop_requested);
   } catch (const std::exception&) {
     // A full disk, or a source that broke: what has come until then is not lost, if it can be
     // helped.
-    deliver_what_there_is(args, session, table);
+    deliver_what_there_is(args, session, table, shown);
     throw;
   }
-  return deliver(args, session, table);
+  try {
+    return deliver(args, session, table, shown);
+  } catch (const std::exception& error) {
+    if (shown != nullptr) shown->finish(error.what());
+    throw;
+  }
 }
 
 }  // namespace
@@ -184,6 +206,12 @@ void add_stream(CLI::App& app, int& exit_code) {
              "CAL.json");
   add_output(*cmd, "--report", args->report,
              "write a page with pictures here, at the end: one file, no network", "R.html");
+  cmd->add_option_function<std::string>(
+         "--page", [args](const std::string& text) { args->page = parse_page_address(text); },
+         "show the stream as a page in a browser, at http://127.0.0.1:8020/ or this port of this\n"
+         "machine; 0.0.0.0:PORT: for other machines, too (whoever reaches it can look)")
+      ->type_name("[ADDRESS:]PORT");
+  cmd->add_flag_callback("--page-here", [args] { args->page = parse_page_address(""); })->group("");
   add_output(*cmd, "--state", s.state,
              "remember the samples here (and in FILE.samples, FILE.estimate): killed and\n"
              "started again with the same file, it goes on where it was",

@@ -5,10 +5,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
 
-#include "calibration/trust.h"
+#include "apps/stream_judge.h"
 #include "recording/error.h"
 
 namespace magimu::apps {
@@ -173,6 +172,7 @@ void StreamSession::use_new(StreamSample sample) {
   const double latency_us = 1e6 * seconds(Clock::now() - begin);
   if (journal_) journal_->append(sample);
   thinned_.add(sample);
+  for (StreamObserver* o : observers_) o->sample(sample);
   ++samples_;
   if (!update) return;
   set_update(std::move(*update), latency_us);
@@ -244,14 +244,7 @@ Calibration StreamSession::finish() {
   Calibration c = estimator_->finish();
   if (lines_.has_header()) c.mag_names = lines_.mag_names();
   if (!checks_) return c;
-  for (const Issue& issue : checks_->issues()) {
-    const std::string text = "stream: " + issue.text();
-    const bool said = std::ranges::find(c.warnings, text) != c.warnings.end();
-    if (issue.severity == Severity::kCaution && issue.kind != "axes" && !said) {
-      c.warnings.push_back(text);
-    }
-  }
-  name_faults_first(c.trust, checks_->faults());
+  judge_end(c, *checks_);
   return c;
 }
 

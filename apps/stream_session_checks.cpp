@@ -3,8 +3,8 @@
 // what that means for its estimate.
 #include <algorithm>
 
+#include "apps/stream_judge.h"
 #include "apps/stream_session.h"
-#include "calibration/trust.h"
 #include "recording/axes.h"
 
 namespace magimu::apps {
@@ -77,24 +77,13 @@ void StreamSession::set_issues() {
   }
 }
 
-// Wrong units and the like: whatever the estimate says, it is not to be believed.
 void StreamSession::judge_update(StreamUpdate& update) {
   if (!checks_) return;
   if (update.theta) {
     checks_->judge(*update.theta);
     tell_news();
   }
-  if (const Issue* wrong = checks_->fatal()) {
-    if (update.phase == StreamPhase::kConverged) update.phase = StreamPhase::kCalibrating;
-    update.axis = -1;
-    update.missing.clear();
-    if (!update.theta) return;
-    Trust& trust = update.theta->trust;
-    trust.verdict = Verdict::kNo;
-    trust.reasons.insert(trust.reasons.begin(), wrong->text());
-  } else if (update.theta) {
-    name_faults_first(update.theta->trust, checks_->faults());
-  }
+  apps::judge_update(update, *checks_);
 }
 
 }  // namespace magimu::apps

@@ -46,6 +46,8 @@ class StreamObserver {
   virtual void window(const StreamStatus&, const std::vector<std::string>& /*events*/) {}
   // A sentence for people, as soon as it happens.
   virtual void event(const std::string&) {}
+  // A sample as the estimator gets it, its axes made ours.
+  virtual void sample(const StreamSample&) {}
   // Several times a second.
   virtual void tick(const StreamStatus&) {}
   // The samples of the state are being gone through again: 0 to 1.

@@ -126,36 +126,6 @@ std::string issues_text(const Survey& s) {
   return out;
 }
 
-std::string verdict_text(const Survey& s) {
-  const bool mag_turned = !s.mounting.findings.empty();
-  if (!s.not_looked_further.empty()) {
-    return "This recording cannot be calibrated as it is: " + s.not_looked_further + "\n";
-  }
-  if (!s.undetermined.empty()) {
-    return "This recording cannot be calibrated: its motion leaves parameters undetermined.\n";
-  }
-  if (s.hardly_turned()) {
-    return "A calibration from this recording cannot be trusted: the sensor hardly turned, so that "
-           "its\nmagnetometer's bias and the field look alike.\n";
-  }
-  if (!s.turned.enough) {
-    return "This recording cannot be calibrated. " + turned_too_little(s.turned) + "\n";
-  }
-  if (!s.usable()) return "This recording cannot be calibrated before its axes are put right.\n";
-  if (const Issue* fault = s.worst_fault()) {
-    return "Do not expect a good calibration from it before this is mended: " + fault->text() +
-           "\n";
-  }
-  if (s.disturbed()) {
-    return "Do not expect a good calibration from it: the field was disturbed.\n";
-  }
-  if (!s.coverage.missing.empty()) {
-    return "It can be calibrated; with the motion that is missing the result would be better.\n";
-  }
-  return mag_turned ? "It can be calibrated; mind the magnetometer's axes.\n"
-                    : "It can be calibrated.\n";
-}
-
 nlohmann::json triple(const Vector3& v) { return {v[0], v[1], v[2]}; }
 
 nlohmann::json issue_json(const Issue& issue) {
@@ -194,6 +164,35 @@ nlohmann::json mounting_json(const Mounting& m) {
 
 }  // namespace
 
+std::string survey_verdict(const Survey& s) {
+  const bool mag_turned = !s.mounting.findings.empty();
+  if (!s.not_looked_further.empty()) {
+    return "This recording cannot be calibrated as it is: " + s.not_looked_further;
+  }
+  if (!s.undetermined.empty()) {
+    return "This recording cannot be calibrated: its motion leaves parameters undetermined.";
+  }
+  if (s.hardly_turned()) {
+    return "A calibration from this recording cannot be trusted: the sensor hardly turned, so that "
+           "its magnetometer's bias and the field look alike.";
+  }
+  if (!s.turned.enough) {
+    return "This recording cannot be calibrated. " + turned_too_little(s.turned);
+  }
+  if (!s.usable()) return "This recording cannot be calibrated before its axes are put right.";
+  if (const Issue* fault = s.worst_fault()) {
+    return "Do not expect a good calibration from it before this is mended: " + fault->text();
+  }
+  if (s.disturbed()) {
+    return "Do not expect a good calibration from it: the field was disturbed.";
+  }
+  if (!s.coverage.missing.empty()) {
+    return "It can be calibrated; with the motion that is missing the result would be better.";
+  }
+  return mag_turned ? "It can be calibrated; mind the magnetometer's axes."
+                    : "It can be calibrated.";
+}
+
 std::string survey_text(const Survey& s) {
   std::string out = fmt::format("{}: {:.1f} s\n\n", s.recording, s.duration_s);
   if (!s.sensors.empty()) out += sensors_text(s) + rests_text(s);
@@ -203,7 +202,7 @@ std::string survey_text(const Survey& s) {
     out += field_text(s) + expected_text(s);
     for (const std::string& m : s.coverage.missing) out += "Missing: " + m + "\n";
   }
-  return out + issues_text(s) + "\n" + verdict_text(s);
+  return out + issues_text(s) + "\n" + survey_verdict(s) + "\n";
 }
 
 nlohmann::json survey_json(const Survey& s, const std::vector<std::string>& notes) {

@@ -221,6 +221,7 @@ TEST_F(Apps, one_and_two_threads_give_the_same_file) {
               kDone);
     files[i] = magimu_.json(n + ".json");
     files[i]["fit"].erase("seconds");
+    files[i].erase("provenance");  // other names, another time
   }
   EXPECT_EQ(files[0].dump(), files[1].dump());
   EXPECT_EQ(magimu_.text("1.csv"), magimu_.text("2.csv"));

@@ -31,6 +31,12 @@ done
 grep -qx -- --mag-time-offset <<<"$(complete_words magimu calibrate --mag)" || fail "no options"
 grep -qx ardupilot <<<"$(complete_words magimu export --to "")" || fail "no values of an option"
 
+# The manual names every command and option, and man can read it.
+manual=$(gzip -dc "$folder/usr/share/man/man1/magimu.1.gz")
+for word in "magimu calibrate" "magimu stream" '\\-\\-mag\\-time\\-offset' '\\-\\-page'; do
+  grep -q -- "$word" <<<"$manual" || fail "the manual lacks $word"
+done
+
 cmake -S "$source/tests/packaging/consumer" -B "$folder/build" -DCMAKE_BUILD_TYPE=Release \
   -DCMAKE_PREFIX_PATH="$folder/usr" >"$folder/log" 2>&1 || fail "find_package: $(cat "$folder/log")"
 cmake --build "$folder/build" >"$folder/log" 2>&1 || fail "find_package: $(cat "$folder/log")"
@@ -46,12 +52,23 @@ fi
 
 if command -v dpkg-deb >/dev/null && command -v dpkg-shlibdeps >/dev/null; then
   (cd "$build" && cpack -G DEB -B "$folder/deb") >"$folder/log" 2>&1 || fail "$(cat "$folder/log")"
-  deb=$(ls "$folder"/deb/*.deb)
-  contents=$(dpkg-deb -c "$deb")
-  for file in usr/bin/magimu magimuConfig.cmake magimu.pc calibration/calibrate.h \
-    bash-completion/completions/magimu; do
-    grep -q "$file" <<<"$contents" || fail "the .deb lacks $file"
+  program=$(dpkg-deb -c "$folder"/deb/magimu_*.deb)
+  for file in usr/bin/magimu bash-completion/completions/magimu man/man1/magimu.1.gz \
+    doc/magimu/copyright; do
+    grep -q "$file" <<<"$program" || fail "the program's .deb lacks $file"
   done
-  dpkg-deb -f "$deb" Depends | grep -q libhdf5 || fail "the .deb does not name what it needs"
+  grep -q '\.h$' <<<"$program" && fail "the program's .deb has headers"
+  dpkg-deb -f "$folder"/deb/magimu_*.deb Depends | grep -q libhdf5 ||
+    fail "the program's .deb does not name what it needs"
+  library=$(dpkg-deb -c "$folder"/deb/libmagimu-dev_*.deb)
+  for file in magimuConfig.cmake magimu.pc calibration/calibrate.h libmagimu_graph.a; do
+    grep -q "$file" <<<"$library" || fail "the library's .deb lacks $file"
+  done
+  grep -q usr/bin <<<"$library" && fail "the library's .deb has the program"
+  dpkg-deb -f "$folder"/deb/libmagimu-dev_*.deb Depends | grep -q libeigen3-dev ||
+    fail "the library's .deb does not name what it needs"
+  file=$folder/deb/magimu_*.deb
+  dpkg-deb -x $file "$folder/unpacked"
+  "$folder/unpacked/usr/bin/magimu" --version >/dev/null || fail "the packed program"
 fi
 echo "installed, used by find_package and pkg-config, packed"

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Parameters as people call them: "change of the bias, x (s[0])" instead of "s[0]".
+#pragma once
+
+#include <string>
+
+namespace magimu::apps {
+
+// Of an effect's parameter, with its symbol behind it: who looks for it in the file finds it.
+std::string parameter_words(const std::string& effect, const std::string& parameter);
+
+// "accelerometer bias o_a[1]" -> "accelerometer bias o_a y"; two indices of a matrix: "D xy".
+std::string axes_as_letters(const std::string& name);
+
+}  // namespace magimu::apps

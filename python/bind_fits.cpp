@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// calibrate, diagnose, info: options in, the JSON of the result out.
+#include <pybind11/stl.h>
+#include <tbb/global_control.h>
+
+#include "apps/diagnosis_report.h"
+#include "apps/place_options.h"
+#include "apps/report_calibration.h"
+#include "apps/survey_report.h"
+#include "calibration/calibration_json.h"
+#include "calibration/rival_calibration.h"
+#include "calibration/world_magnetic_model.h"
+#include "diagnosis/diagnosis_json.h"
+#include "python/arrays.h"
+#include "python/bindings.h"
+#include "python/interruptible.h"
+#include "python/model_options.h"
+#include "recording/atomic_file.h"
+#include "recording/error.h"
+
+namespace magimu::python {
+
+namespace py = pybind11;
+
+std::string file_of(const Fitted& fitted) {
+  nlohmann::ordered_json out = to_json(fitted.calibration);
+  out["method"] = fitted.method;
+  return out.dump(2) + "\n";
+}
+
+MotionModel motion_named(const std::string& name) {
+  for (const MotionModel m : {MotionModel::kAuto, MotionModel::kRotation, MotionModel::kHandHeld}) {
+    if (name == to_string(m)) return m;
+  }
+  throw InputError("motion", 0, 0, "\"" + name + "\" is no model of the motion",
+                   "use \"auto\", \"rotation\" or \"hand_held\"");
+}
+
+apps::PlaceOptions place_of(const std::string& location, const std::string& hemisphere,
+                            bool prior) {
+  apps::PlaceOptions place;
+  if (!location.empty()) place.place = parse_place(location);
+  if (!hemisphere.empty() && hemisphere != "north" && hemisphere != "south") {
+    throw InputError("hemisphere", 0, 0, "\"" + hemisphere + "\" is none",
+                     "use \"north\" or \"south\"");
+  }
+  if (prior && !place.place) {
+    throw InputError("field_prior", 0, 0, "it needs the place's field", "give location, too");
+  }
+  place.hemisphere = hemisphere;
+  place.prior = prior;
+  return place;
+}
+
+namespace {
+
+constexpr auto kReplace = nlohmann::json::error_handler_t::replace;  // names that are not UTF-8
+
+using Recordings = std::vector<const Recording*>;
+
+std::optional<tbb::global_control> limit_of(int threads) {
+  std::optional<tbb::global_control> limit;
+  if (threads > 0) {
+    limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
+  }
+  return limit;
+}
+
+void require_some(const Recordings& recordings) {
+  if (!recordings.empty()) return;
+  throw InputError("recordings", 0, 0, "there are none", "give at least one");
+}
+
+std::shared_ptr<Fitted> calibrated(const Recordings& recordings, const ModelOptions& model,
+                                   const std::optional<bool>& mag_time_offset,
+                                   const std::optional<bool>& gyro_matrix, int node_every,
+                                   const std::optional<double>& dip_deg, const std::string& method,
+                                   bool as_published, int threads) {
+  require_some(recordings);
+  const apps::PlaceOptions place = place_of(model.location, model.hemisphere, model.field_prior);
+  const KnownField known = place.known_field();
+  CalibrationOptions o;
+  o.noise = model.densities();
+  o.gravity = model.gravity ? *model.gravity : place.gravity_or(kStandardGravity);
+  o.motion = motion_named(model.motion);
+  o.dip_sign = place.dip_sign();
+  o.mag_time_offset = mag_time_offset;
+  o.gyr_matrix = gyro_matrix;
+  o.node_every = node_every;
+  if (dip_deg) {
+    o.initialization.dip_rad = *dip_deg * kDegree;
+  } else if (known.field) {
+    o.initialization.dip_rad = known.field->dip_rad;
+  }
+  if (method != "map" && method != "kok" && method != "wu") {
+    throw InputError("method", 0, 0, "\"" + method + "\" is none",
+                     "use \"map\", \"kok\" or \"wu\"");
+  }
+  std::function<void(FactorGraph&)> prior;
+  if (place.prior) prior = field_prior(*known.field, int(recordings.size()));
+  return interruptible([&](const Interruption& interruption) {
+    const auto limit = limit_of(threads);
+    o.also = [&](FactorGraph& graph) {
+      interruption.stop_if_requested();
+      if (prior) prior(graph);
+    };
+    auto out = std::make_shared<Fitted>();
+    if (method == "map") {
+      out->calibration = calibrate(recordings, o);
+    } else {
+      const RivalMethod rival = method == "wu" ? RivalMethod::kWu : RivalMethod::kKok;
+      RivalCalibration made =
+          calibrate_by({.method = rival, .as_published = as_published}, recordings, o);
+      out->calibration = std::move(made.calibration);
+      out->method = made.method;
+    }
+    check_field(out->calibration, known);
+    return out;
+  });
+}
+
+py::tuple diagnosed(const Recordings& recordings, const ModelOptions& model,
+                    double false_alarm_rate, const std::shared_ptr<Fitted>& against,
+                    const std::shared_ptr<Fitted>& base, int threads) {
+  require_some(recordings);
+  DiagnosisOptions o;
+  o.noise = model.densities();
+  o.gravity = model.gravity.value_or(kStandardGravity);
+  o.motion = motion_named(model.motion);
+  o.false_alarm_rate = false_alarm_rate;
+  if (against) {
+    o.against = against->calibration;
+    o.against_name = "against";
+  }
+  if (base) o.base = base->calibration;
+  struct Out {
+    std::string json, page;
+    std::shared_ptr<Fitted> before, after;
+  };
+  const Out out = interruptible([&](const Interruption& interruption) {
+    const auto limit = limit_of(threads);
+    o.progress = [&](const std::string&, double) { interruption.stop_if_requested(); };
+    const Diagnosis d = diagnose(recordings, o);
+    return Out{to_json(d).dump(2, ' ', false, kReplace), apps::diagnosis_report(d),
+               std::make_shared<Fitted>(Fitted{d.before}),
+               std::make_shared<Fitted>(Fitted{d.after})};
+  });
+  return py::make_tuple(out.json, out.page, out.before, out.after);
+}
+
+std::string informed(const Recording& recording, const ModelOptions& model, int threads) {
+  const apps::PlaceOptions place = place_of(model.location, model.hemisphere, false);
+  SurveyOptions o;
+  o.noise = model.densities();
+  o.gravity = model.gravity ? *model.gravity : place.gravity_or(kStandardGravity);
+  o.motion = motion_named(model.motion);
+  o.dip_sign = place.dip_sign();
+  return interruptible([&](const Interruption& interruption) {
+    const auto limit = limit_of(threads);
+    o.progress = [&](const std::string&, double) { interruption.stop_if_requested(); };
+    return apps::survey_json(survey(recording, o), recording.notes).dump(-1, ' ', false, kReplace);
+  });
+}
+
+std::shared_ptr<Fitted> fitted_from(const std::string& json, const std::string& name) {
+  auto out = std::make_shared<Fitted>();
+  const auto parsed = nlohmann::ordered_json::parse(json, nullptr, false);
+  if (parsed.is_discarded()) {
+    throw InputError(name, 0, 0, "it is not JSON", "give what `magimu calibrate -o` writes");
+  }
+  out->calibration = calibration_from_json(parsed, name);
+  out->method = parsed.value("method", "map");
+  return out;
+}
+
+py::list trajectories_of(const Fitted& f) {
+  py::list out;
+  for (const TrajectoryEstimate& t : f.calibration.trajectories) {
+    out.append(py::make_tuple(t.recording, to_array(t.t), quaternions(t.nRb), matrices(t.nRb),
+                              to_array(t.v), to_array(t.p)));
+  }
+  return out;
+}
+
+py::list residuals_of(const Fitted& f) {
+  py::list out;
+  for (const ResidualSeries& r : f.calibration.residual_series) {
+    out.append(py::make_tuple(r.sensor, to_array(r.t), to_array(r.whitened)));
+  }
+  return out;
+}
+
+}  // namespace
+
+void bind_fits(py::module_& m) {
+  py::class_<ModelOptions>(m, "ModelOptions")
+      .def(py::init<>())
+      .def_readwrite("noise", &ModelOptions::noise)
+      .def_readwrite("gravity", &ModelOptions::gravity)
+      .def_readwrite("motion", &ModelOptions::motion)
+      .def_readwrite("location", &ModelOptions::location)
+      .def_readwrite("hemisphere", &ModelOptions::hemisphere)
+      .def_readwrite("field_prior", &ModelOptions::field_prior);
+  py::class_<Fitted, std::shared_ptr<Fitted>>(m, "Fitted")
+      .def("json", &file_of)
+      .def("trajectories", &trajectories_of)
+      .def("residuals", &residuals_of)
+      .def("report", [](const Fitted& f, const Recordings& recordings) {
+        return apps::calibration_report(f.calibration, recordings);
+      });
+  m.def("calibrate", &calibrated, py::arg("recordings"), py::arg("model"),
+        py::arg("mag_time_offset"), py::arg("gyro_matrix"), py::arg("node_every"),
+        py::arg("dip_deg"), py::arg("method"), py::arg("as_published"), py::arg("threads"));
+  m.def("diagnose", &diagnosed, py::arg("recordings"), py::arg("model"),
+        py::arg("false_alarm_rate"), py::arg("against"), py::arg("base"), py::arg("threads"));
+  m.def("info", &informed, py::arg("recording"), py::arg("model"), py::arg("threads"));
+  m.def("fitted_from", &fitted_from, py::arg("json"), py::arg("name"));
+  m.def("write_atomically", [](const std::string& path, const std::string& content) {
+    write_atomically(path, content);
+  });
+}
+
+}  // namespace magimu::python

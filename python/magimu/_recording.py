@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Recordings: NumPy arrays in, one object that every function of magimu takes."""
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any, Iterable, Optional, Sequence, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _core
+from ._errors import InputError
+
+
+@dataclass(frozen=True)
+class Series:
+    """Samples of a sensor: t (n,) in s, v (n, 3) in the sensor's unit and axes."""
+
+    t: np.ndarray
+    v: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples a second, by the median interval."""
+        return float(1.0 / np.median(np.diff(self.t))) if len(self.t) > 1 else 0.0
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The true motion: t (n,), quaternion (n, 4) w x y z of the sensor in the reference frame,
+    velocity and position (n, 3); empty where they are not known."""
+
+    t: np.ndarray
+    quaternion: np.ndarray
+    velocity: np.ndarray
+    position: np.ndarray
+
+
+def _several(mag: Any) -> list[Any]:
+    """The magnetometers' arrays: one (n, 3), or a list of them, or (n, m, 3)."""
+    if isinstance(mag, (list, tuple)) and mag and getattr(mag[0], "ndim", 1) == 2:
+        return list(mag)
+    array = np.asarray(mag, dtype=float)
+    if array.ndim == 3:
+        return [array[:, m, :] for m in range(array.shape[1])]
+    return [array]
+
+
+class Recording:
+    """A recording of one device.
+
+    All sensors at the same times, rows of nan where one has no sample::
+
+        Recording(t, acc=acc, gyr=gyr, mag=mag)
+
+    or each sensor at its own::
+
+        Recording(acc_t=ta, acc=acc, gyr_t=tg, gyr=gyr, mag_t=tm, mag=mag)
+
+    Args:
+        t: (n,) times in seconds, increasing.
+        acc: (n, 3) specific force in m/s^2: +9.81 on z at rest, level.
+        gyr: (n, 3) rate in rad/s: the mean over [t_k, t_k+1).
+        mag: (n, 3) field in uT; several magnetometers: a list of such, or (n, m, 3).
+        acc_t, gyr_t, mag_t: times of one sensor, where they differ; mag_t may be a list.
+        temp: (n,) temperature, K or deg C, at ``t``. current: (n,) A, at ``t``.
+        name: for messages.
+
+    All vectors are in the sensor's own axes. InputError says which array has a wrong shape.
+    """
+
+    def __init__(self, t: Optional[ArrayLike] = None, *, acc: ArrayLike, gyr: ArrayLike,
+                 mag: Union[ArrayLike, Sequence[ArrayLike]], acc_t: Optional[ArrayLike] = None,
+                 gyr_t: Optional[ArrayLike] = None,
+                 mag_t: Union[None, ArrayLike, Sequence[ArrayLike]] = None,
+                 temp: Optional[ArrayLike] = None, current: Optional[ArrayLike] = None,
+                 name: str = "recording") -> None:
+        def times(own: Any, sensor: str) -> Any:
+            if own is not None:
+                return own
+            if t is None:
+                raise InputError(f"there are no times of {sensor}; give t, or {sensor}_t",
+                                 problem=f"there are no times of {sensor}",
+                                 remedy=f"give t, or {sensor}_t")
+            return t
+
+        mags = _several(mag)
+        own = mag_t if isinstance(mag_t, (list, tuple)) and np.ndim(mag_t[0]) == 1 else None
+        mag_times = list(own) if own is not None else [times(mag_t, "mag")] * len(mags)
+        if len(mag_times) != len(mags):
+            raise InputError(f"there are {len(mags)} magnetometers and {len(mag_times)} mag_t; "
+                             "give one a magnetometer")
+        aux = {k: (times(None, k), v) for k, v in (("temp", temp), ("current", current))
+               if v is not None}
+        self._native = _core.Recording(name, times(acc_t, "acc"), acc, times(gyr_t, "gyr"), gyr,
+                                       mag_times, mags, aux)
+
+    @classmethod
+    def _of(cls, native_recording: Any) -> Recording:
+        out = cls.__new__(cls)
+        out._native = native_recording
+        return out
+
+    @property
+    def name(self) -> str:
+        """The file's name, or what it was called."""
+        return str(self._native.name)
+
+    @property
+    def notes(self) -> list[str]:
+        """What the reader did, in words."""
+        return list(self._native.notes)
+
+    @property
+    def duration_s(self) -> float:
+        """Seconds from the first to the last IMU sample."""
+        return float(self._native.duration_s())
+
+    @property
+    def acc(self) -> Series:
+        """Specific force, m/s^2."""
+        return Series(*self._native.acc())
+
+    @property
+    def gyr(self) -> Series:
+        """Angular rate, rad/s."""
+        return Series(*self._native.gyr())
+
+    @property
+    def mags(self) -> list[Series]:
+        """Each magnetometer, uT."""
+        return [Series(t, v) for _, t, v in self._native.mags()]
+
+    @property
+    def mag(self) -> Series:
+        """The first magnetometer, uT."""
+        return self.mags[0]
+
+    @property
+    def mag_names(self) -> list[str]:
+        """The magnetometers' names."""
+        return [name for name, _, _ in self._native.mags()]
+
+    @property
+    def aux(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Other columns ("temp", "current"): times and values."""
+        return dict(self._native.aux())
+
+    @property
+    def truth(self) -> Optional[Motion]:
+        """The motion, where cameras or a simulation know it."""
+        truth = self._native.truth()
+        if truth is None:
+            return None
+        t, quaternion, position = truth
+        return Motion(t, quaternion, np.empty((0, 3)), position)
+
+    def to_csv(self) -> str:
+        """As CSV text; numbers read back as the same."""
+        return str(self._native.csv())
+
+    def save(self, path: Union[str, os.PathLike[str]]) -> None:
+        """Writes it as CSV, whole or not at all."""
+        _core.write_atomically(os.fspath(path), self.to_csv())
+
+    def __repr__(self) -> str:
+        return (f"Recording({self.name!r}, {self.duration_s:.1f} s, {len(self.acc)} acc, "
+                f"{len(self.gyr)} gyr, {' + '.join(str(len(m)) for m in self.mags)} mag)")
+
+
+def native(recordings: Union[Recording, Iterable[Recording]]) -> list[Any]:
+    """The compiled part's recordings, of one or several."""
+    if isinstance(recordings, Recording):
+        return [recordings._native]
+    return [r._native for r in recordings]

@@ -267,9 +267,6 @@ void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
     search.settled = [&none](double value) {
       return std::max(kSettledNats, kSettledShare * std::abs(value - none));
     };
-    x.push_back(std::log(d.mag_noise));
-    best = search.maximize(with, x);
-    d.mag_noise = std::exp(x[2]);
     std::vector<double> noise = {0.0};
     CompassSearch other = search;
     other.lower = {search.lower[2]};
@@ -279,6 +276,19 @@ void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
           return log_density(0.0, d.memory_s, std::exp(at[0]));
         },
         noise);
+    // From the process with the noise as it is, and from the noise that passes for the process:
+    // each may be a maximum of its own.
+    std::vector<double> y = x;
+    x.push_back(std::log(d.mag_noise));
+    y.push_back(noise[0]);
+    best = search.maximize(with, x);
+    if (std::abs(y[2] - x[2]) > kFirstNoiseStep) {
+      if (const double elsewhere = search.maximize(with, y); elsewhere > best) {
+        best = elsewhere;
+        x = y;
+      }
+    }
+    d.mag_noise = std::exp(x[2]);
   }
   d.gain_nats = std::max(0.0, best - none);
   d.memory_s = std::exp(x[1]);

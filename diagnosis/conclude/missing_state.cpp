@@ -301,7 +301,11 @@ void find_missing_state(const MissingStateInput& in, Diagnosis& d) {
   }
   std::vector<double> node_s(tasks.size());
   parallel::for_each(tasks.size(), [&](std::size_t i) {
-    const DisturbanceModel model(*tasks[i].stage, tasks[i].part, in.options);
+    // The noise of the last model is the best that is known: with another one beside the first
+    // model, what was found would pass for noise.
+    DisturbanceOptions options = in.options;
+    options.mag_noise_known |= i >= std::size(kDisturbedParts);
+    const DisturbanceModel model(*tasks[i].stage, tasks[i].part, options);
     node_s[i] = model.node_s();
     tasks[i].fit = model.fit();
   });

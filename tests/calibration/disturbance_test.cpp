@@ -25,13 +25,16 @@ SimulationOptions turned_by_hand(std::uint64_t seed, double duration_s, double r
 
 // A fit with the noise known, and what it was made of.
 struct Fitted {
+  // mag_noise: the magnetometer's density assumed, over the true one.
   explicit Fitted(
-      const SimulationOptions& o, const std::function<void(Recording&)>& change = [](Recording&) {})
+      const SimulationOptions& o, const std::function<void(Recording&)>& change = [](Recording&) {},
+      double mag_noise = 1.0)
       : recording(simulate(o).recording) {
     change(recording);
     recordings = {&recording};
     CalibrationOptions options;
     options.noise = o.noise;
+    options.noise->mag *= mag_noise;
     options.gravity = o.gravity;
     const Pipeline pipeline(recordings, options);
     stage.emplace(pipeline.coarse_fit(
@@ -134,6 +137,21 @@ TEST(Disturbance, is_greatest_in_the_sensor_that_changes) {
     EXPECT_GT(own, 30.0) << c.channel;
     EXPECT_GT(own, others + 10.0) << c.channel;
   }
+}
+
+// A misfit passes for noise where nobody knows the noise.
+TEST(Disturbance, beside_it_the_noise_is_found_to_be_less) {
+  const auto change = [](Recording& r) {
+    for (std::size_t k = r.mag[0].size() / 2; k < r.mag[0].size(); ++k) r.mag[0].v[k][1] += 0.5;
+  };
+  const Fitted f(turned_by_hand(8, 60.0), change, 4.0);
+  const DisturbanceFit d = f.fit(DisturbedPart::kMag, {.mag_noise_known = false});
+  EXPECT_NEAR(d.mag_noise, 0.25, 0.1);
+  EXPECT_GT(d.gain_nats, f.fit(DisturbedPart::kGyr, {.mag_noise_known = false}).gain_nats + 10.0);
+  const Fitted clean(
+      turned_by_hand(9, 60.0), [](Recording&) {}, 2.0);
+  EXPECT_LT(clean.fit(DisturbedPart::kMag, {.mag_noise_known = false}).gain_nats, kNullGain)
+      << "noise that is less than assumed is no disturbance";
 }
 
 TEST(Disturbance, smoothed_shows_what_was_added_and_when) {

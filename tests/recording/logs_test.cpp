@@ -239,7 +239,8 @@ std::string numbers(int columns, double (*value)(int, int)) {
 // A stored entry of a zip archive, and its line in the directory.
 std::string zip(const std::vector<std::pair<std::string, std::string>>& files) {
   test::Bytes out, directory;
-  for (const auto& [name, data] : files) {
+  for (const auto& file : files) {
+    const std::string &name = file.first, &data = file.second;
     const auto at = std::uint32_t(out.text.size());
     const auto crc =
         std::uint32_t(crc32(0, reinterpret_cast<const Bytef*>(data.data()), uInt(data.size())));
@@ -314,7 +315,8 @@ TEST(OtherFormats, are_named_with_the_converter_that_helps) {
        {std::pair("H Product:Blackbox flight data recorder", "blackbox_decode"),
         {"PAR1", "read_parquet"},
         {"#ROSBAG V1.2\n", "rosbag migrate"}}) {
-    EXPECT_THAT(test::error_of([&] { read_log(head); }).remedy, HasSubstr(word));
+    const std::string content = head;
+    EXPECT_THAT(test::error_of([&] { read_log(content); }).remedy, HasSubstr(word));
   }
 }
 

@@ -198,7 +198,8 @@ Recording LogRecording::finish() {
   for (const auto& [kind, required] : {std::pair("acc", options_.require_imu),
                                        {"gyr", options_.require_imu},
                                        {"mag", options_.require_mag}}) {
-    if (!required || std::ranges::any_of(read, [&](const Entry* e) { return e->kind == kind; })) {
+    const std::string_view needed = kind;
+    if (!required || std::ranges::any_of(read, [&](const Entry* e) { return e->kind == needed; })) {
       continue;
     }
     throw MissingSensor(path_, 0, 0, fmt::format("no {} reading is a number", kind_in_words(kind)),

@@ -105,7 +105,7 @@ struct UlogTopic {
 class UlogReader {
  public:
   UlogReader(const std::string& path, const CsvOptions& options)
-      : path_(path), file_(path), log_(path, "a PX4 log (ULog)", options) {}
+      : file_(path), log_(path, "a PX4 log (ULog)", options) {}
 
   Recording read() {
     scan();
@@ -358,7 +358,6 @@ class UlogReader {
     }
   }
 
-  const std::string& path_;
   LogFile file_;
   LogRecording log_;
   std::map<std::string, std::string> formats_;

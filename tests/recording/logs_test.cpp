@@ -182,7 +182,7 @@ TEST(Logs, with_damaged_bytes_end_with_a_reason) {
         test::mcap(zstd, "zstd", mcap.size()), "#ROSBAG V2.0\n" + messages,
         test::bag(packed(messages, "lz4"), "lz4", messages.size())}) {
     const test::TempFolder folder;
-    for (std::size_t at = 13; at < whole.size(); at += 1 + whole.size() / 150) {
+    for (std::size_t at = 13; at < whole.size(); at += 1 + whole.size() / 40) {
       for (const char value : {'\xFF', '\0'}) {
         std::string damaged = whole;
         damaged[at] = value;
@@ -239,7 +239,8 @@ std::string numbers(int columns, double (*value)(int, int)) {
 // A stored entry of a zip archive, and its line in the directory.
 std::string zip(const std::vector<std::pair<std::string, std::string>>& files) {
   test::Bytes out, directory;
-  for (const auto& [name, data] : files) {
+  for (const auto& file : files) {
+    const std::string &name = file.first, &data = file.second;
     const auto at = std::uint32_t(out.text.size());
     const auto crc =
         std::uint32_t(crc32(0, reinterpret_cast<const Bytef*>(data.data()), uInt(data.size())));
@@ -314,7 +315,8 @@ TEST(OtherFormats, are_named_with_the_converter_that_helps) {
        {std::pair("H Product:Blackbox flight data recorder", "blackbox_decode"),
         {"PAR1", "read_parquet"},
         {"#ROSBAG V1.2\n", "rosbag migrate"}}) {
-    EXPECT_THAT(test::error_of([&] { read_log(head); }).remedy, HasSubstr(word));
+    const std::string content = head;
+    EXPECT_THAT(test::error_of([&] { read_log(content); }).remedy, HasSubstr(word));
   }
 }
 

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "recording/read.h"
 #include "tests/recording/test_files.h"
 
@@ -71,9 +73,10 @@ TEST(PhoneFolder, of_columns_that_are_just_axes_is_known_by_its_files_names) {
   const test::TempFolder folder;
   for (const auto& [name, unit] :
        {std::pair("Accelerometer", "m/s^2"), {"Gyroscope", "rad/s"}, {"Magnetometer", "µT"}}) {
-    folder.write(std::string(name) + ".csv",
-                 rows(fmt::format("\"Time (s)\";\"X ({0})\";\"Y ({0})\";\"Z ({0})\"", unit), 30,
-                      "{:.2f};1,0E0;2,5E0;3,0E0"));
+    std::string text = rows(fmt::format("\"Time (s)\";\"X ({0})\";\"Y ({0})\";\"Z ({0})\"", unit),
+                            30, "{:.2E};1.0E0;2.5E0;3.0E0");
+    std::ranges::replace(text, '.', ',');
+    folder.write(std::string(name) + ".csv", text);
   }
   const Recording r = read_recording(folder.path(""));
   EXPECT_EQ(r.acc.v[29], Vector3(1, 2.5, 3));

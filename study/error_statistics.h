@@ -11,6 +11,7 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -34,7 +35,9 @@ struct Band {
 // not be whole.
 inline Band chi_square_band(double dof, double width) {
   const double a = 2.0 / (9.0 * dof);
-  return {std::pow(1.0 - a - width * std::sqrt(a), 3), std::pow(1.0 - a + width * std::sqrt(a), 3)};
+  // Of few degrees of freedom the lower end of a wide band lies below zero, where nothing is.
+  return {std::pow(std::max(0.0, 1.0 - a - width * std::sqrt(a)), 3),
+          std::pow(1.0 - a + width * std::sqrt(a), 3)};
 }
 
 // The parameters as a vector in the order of Calibration::order, with the dips of all recordings.

@@ -30,7 +30,7 @@ for b in $(seq "$broken"); do
     0) head -c 3000 in/b1-1.csv >"in/x-$b.csv" ;;              # cut off
     1) : >"in/x-$b.csv" ;;                                     # empty
     2) head -c 20000 /dev/urandom >"in/x-$b.csv" ;;            # noise
-    3) sed 's/,[^,]*$//' in/b1-4.csv >"in/x-$b.csv" ;;         # a column lost
+    3) sed 's/,[^,]*$//' in/b1-1.csv >"in/x-$b.csv" ;;         # a column lost
     4) echo "not there" >/dev/null ;;                          # missing
   esac
   echo "in/x-$b.csv,x,lab,2024-01-01," >>manifest.csv

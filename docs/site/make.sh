@@ -68,7 +68,8 @@ for page in "$out"/*.html; do
     [ -e "$out/$target" ] && continue
     echo "$(basename "$page"): $target is not there" >&2
     broken=1
-  done < <(grep -oE '(href|src)="[^"#:]+' "$page" | sed -E 's/^[a-z]+="//' | sort -u)
+  done < <(grep -oE '(href|src)="[^"#]+' "$page" | sed -E 's/^[a-z]+="//' |
+    grep -v '^[a-z]*:' | sort -u)
 done
 [ "$broken" -eq 0 ] || exit 1
 echo "$out/index.html"

@@ -5,10 +5,11 @@ Lists of numbers are NumPy arrays. What a file has beyond these fields is in ``t
 """
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import typing
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import Any, Optional, Sequence, Union
 
@@ -267,17 +268,17 @@ class Calibration:
     motion: str
     motion_reason: str = ""
     gravity: float = 9.80665
-    effects: list[Effect] = field(default_factory=list)
+    effects: list[Effect] = dataclasses.field(default_factory=list)
     fit: Optional[Fit] = None
-    residuals: dict[str, ResidualSummary] = field(default_factory=dict)
-    checks: list[Check] = field(default_factory=list)
-    disturbances: list[Disturbance] = field(default_factory=list)
-    undetermined: list[str] = field(default_factory=list)
-    set_aside: list[SetAside] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-    fields: list[Field] = field(default_factory=list)
+    residuals: dict[str, ResidualSummary] = dataclasses.field(default_factory=dict)
+    checks: list[Check] = dataclasses.field(default_factory=list)
+    disturbances: list[Disturbance] = dataclasses.field(default_factory=list)
+    undetermined: list[str] = dataclasses.field(default_factory=list)
+    set_aside: list[SetAside] = dataclasses.field(default_factory=list)
+    warnings: list[str] = dataclasses.field(default_factory=list)
+    fields: list[Field] = dataclasses.field(default_factory=list)
     method: str = "map"
-    _fitted: Any = field(default=None, repr=False, compare=False)
+    _fitted: Any = dataclasses.field(default=None, repr=False, compare=False)
 
     def to_json(self) -> str:
         """The content of the program's file."""
@@ -348,7 +349,7 @@ class Finding:
     p_value: float
     probability: float = float("nan")
     gain: Optional[Gain] = None
-    confusable_with: list[Confusable] = field(default_factory=list)
+    confusable_with: list[Confusable] = dataclasses.field(default_factory=list)
 
 
 @dataclass
@@ -395,7 +396,7 @@ class Change:
     changed: bool
     sentence: str
     p_value: float = float("nan")
-    parameters: list[Parameter] = field(default_factory=list)
+    parameters: list[Parameter] = dataclasses.field(default_factory=list)
 
 
 @dataclass
@@ -403,8 +404,8 @@ class Against:
     """Does a stored calibration still hold?"""
 
     tested: bool
-    groups: list[Change] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    groups: list[Change] = dataclasses.field(default_factory=list)
+    notes: list[str] = dataclasses.field(default_factory=list)
 
 
 @dataclass
@@ -421,14 +422,14 @@ class Diagnosis:
     scan: list[ScanEntry]
     findings: list[Finding]
     unexplained: Unexplained
-    departures_after: list[Departure] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    departures_after: list[Departure] = dataclasses.field(default_factory=list)
+    notes: list[str] = dataclasses.field(default_factory=list)
     against: Optional[Against] = None
     seconds: float = float("nan")
     before: Optional[Calibration] = None
     after: Optional[Calibration] = None
-    _json: str = field(default="", repr=False, compare=False)
-    _page: str = field(default="", repr=False, compare=False)
+    _json: str = dataclasses.field(default="", repr=False, compare=False)
+    _page: str = dataclasses.field(default="", repr=False, compare=False)
 
     def to_json(self) -> str:
         """The content of the program's file."""
@@ -500,12 +501,12 @@ class Info:
     issues: list[Issue]
     rests: np.ndarray
     not_looked_further: str = ""
-    motion: dict[str, Any] = field(default_factory=dict)
-    field: dict[str, Any] = field(default_factory=dict)
-    axes: dict[str, Any] = field(default_factory=dict)
+    motion: dict[str, Any] = dataclasses.field(default_factory=dict)
+    field: dict[str, Any] = dataclasses.field(default_factory=dict)
+    axes: dict[str, Any] = dataclasses.field(default_factory=dict)
     expected: Optional[Expected] = None
-    notes: list[str] = field(default_factory=list)
-    _json: str = field(default="", repr=False, compare=False)
+    notes: list[str] = dataclasses.field(default_factory=list)
+    _json: str = dataclasses.field(default="", repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
         """All of it as dictionaries, lists and numbers."""

@@ -301,6 +301,33 @@ TEST_F(GuidedStream, names_a_fault_before_there_is_a_window) {
   EXPECT_THAT(std::string(told["guidance"]), HasSubstr("--unit mag=nT"));
 }
 
+TEST_F(GuidedStream, is_drawn_by_a_browser) {
+  if (std::system("command -v chromium >/dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "chromium is not installed";
+  }
+  ASSERT_EQ(magimu_("simulate -q -o rec.csv --motion hand --rate 50 --duration 60").exit_code,
+            kDone);
+  magimu_.folder().write(".err", "");
+  test::Child child(magimu_.folder(), {"stream", "-", "--page", "0"});
+  ASSERT_TRUE(test::eventually([&] { return !url().empty(); }));
+  child.send(magimu_.text("rec.csv"));
+  Browser browser(url());
+  for (json told;
+       told["kind"] != "state" || told["line"].is_null() || told["line"]["phase"] != "converged";) {
+    told = browser.next();
+  }
+  const std::string page = magimu_.folder().path("dom.html");
+  const std::string command =
+      "timeout 60 chromium --headless --no-sandbox --disable-gpu --virtual-time-budget=4000 "
+      "--dump-dom " +
+      url() + " >'" + page + "' 2>/dev/null";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  const std::string drawn = magimu_.text("dom.html");
+  EXPECT_THAT(drawn, HasSubstr(">good enough</span>"));
+  EXPECT_THAT(drawn, HasSubstr(" % of all directions seen"));
+  EXPECT_THAT(drawn, HasSubstr("Hard iron"));
+}
+
 TEST_F(GuidedStream, the_source_may_follow_the_option) {
   magimu_.folder().write("rec.csv", "t,acc_x\n");
   const test::Outcome run = magimu_("stream --page rec.csv");

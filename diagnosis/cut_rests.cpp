@@ -22,14 +22,14 @@ constexpr double kFewestOfPiece = 4;   // of a piece
 
 // Field in the IMU frame at a time of reference, where the sensor rests: the gyroscope tells how
 // little it turned meanwhile.
-struct AtRest {
+struct MeanAtRest {
   std::vector<double> t;
   std::vector<Vector3> field;  // unit length, by the calibration
 };
 
-AtRest at_rest(const VectorSeries& mag, const MagnetometerParameters& sensor,
-               const IntegratedRotation& gyr, double begin, double end, double reference) {
-  AtRest out;
+MeanAtRest at_rest(const VectorSeries& mag, const MagnetometerParameters& sensor,
+                   const IntegratedRotation& gyr, double begin, double end, double reference) {
+  MeanAtRest out;
   const Matrix3 D_inverse = sensor.distortion.inverse();
   for (std::size_t k = 0; k < mag.size(); ++k) {
     if (mag.t[k] < begin || mag.t[k] > end) continue;
@@ -51,7 +51,7 @@ struct Departed {
 };
 
 // How far each second of the cut part is from the mean of the kept one.
-std::vector<Departed> changes(const AtRest& cut, const AtRest& kept, double reference,
+std::vector<Departed> changes(const MeanAtRest& cut, const MeanAtRest& kept, double reference,
                               double gyr_density, double gyr_sigma) {
   std::vector<Departed> out;
   if (double(kept.t.size()) < 2 * kFewestOfPiece) return out;
@@ -110,9 +110,9 @@ int find_changes_in_cut_rests(const std::vector<const Recording*>& whole,
         const MagnetometerParameters sensor{values.at<Matrix3>(key::distortion_of(int(m))),
                                             values.at<Vector3>(key::mag_bias_of(int(m)))};
         const double begin = before ? rest.begin_s : to, end = before ? from : rest.end_s;
-        const AtRest cut = at_rest(all.mag[m], sensor, gyr, begin, end, reference);
-        const AtRest near = at_rest(all.mag[m], sensor, gyr, before ? from : rest.begin_s,
-                                    before ? rest.end_s : to, reference);
+        const MeanAtRest cut = at_rest(all.mag[m], sensor, gyr, begin, end, reference);
+        const MeanAtRest near = at_rest(all.mag[m], sensor, gyr, before ? from : rest.begin_s,
+                                        before ? rest.end_s : to, reference);
         const std::vector<Departed> of_it = changes(cut, near, reference, density, bias_sigma);
         tests += int(of_it.size());
         const auto most = std::ranges::max_element(of_it, {}, &Departed::statistic);

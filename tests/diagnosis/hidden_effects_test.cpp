@@ -56,9 +56,9 @@ std::uint64_t seed_of(const std::string& effect) {
   return it == not_1.end() ? 1 : it->second;
 }
 
-class HiddenEffect : public testing::TestWithParam<std::string> {};
+class HiddenByOracle : public testing::TestWithParam<std::string> {};
 
-TEST_P(HiddenEffect, is_named_with_its_parameters) {
+TEST_P(HiddenByOracle, is_named_with_its_parameters) {
   const HiddenCase c = draw_case(GetParam(), seed_of(GetParam()));
   const Diagnosis d = diagnosed(c);
   const Judgement j = judge(d, c);
@@ -67,7 +67,7 @@ TEST_P(HiddenEffect, is_named_with_its_parameters) {
   EXPECT_LT(j.others_share, 0.01) << "named: " << names_of(d);
 }
 
-INSTANTIATE_TEST_SUITE_P(Oracle, HiddenEffect, testing::ValuesIn(hidden_effects()),
+INSTANTIATE_TEST_SUITE_P(Oracle, HiddenByOracle, testing::ValuesIn(hidden_effects()),
                          [](const auto& test) { return test.param; });
 
 // An effect at a size.

@@ -157,7 +157,8 @@ TEST(ReadBroad, another_format_is_named_as_such) {
 
 TEST(ReadBroad, a_missing_file_or_a_folder_is_named_as_such) {
   const test::TempFolder folder;
-  for (const auto read : {read_hdf5, read_mat}) {
+  using Reader = Recording (*)(const std::string&);
+  for (const Reader read : {Reader(read_hdf5), Reader(read_mat)}) {
     EXPECT_THAT(test::error_of([&] { read(folder.path("no")); }).problem,
                 HasSubstr("no such file"));
     EXPECT_THAT(test::error_of([&] { read(folder.path("")); }).problem, HasSubstr("a folder"));

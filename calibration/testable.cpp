@@ -31,6 +31,7 @@ bool present(const Recording& r, const std::string& column) {
 
 std::string reason_untested(const Effect& effect, const std::vector<const Recording*>& recordings,
                             const Stage& stage) {
+  if (!is_looked_for(effect.name())) return "is simulated, and not looked for yet";
   const Effect::Description& d = effect.description();
   if (!d.needs.empty()) {
     const std::string shown = d.needs == "pos" ? "pos_x, pos_y, pos_z" : d.needs;
@@ -42,9 +43,23 @@ std::string reason_untested(const Effect& effect, const std::vector<const Record
   if (d.rotation_only && stage.spec().motion == MotionModel::kHandHeld) {
     return "the hand's motion, which is estimated, takes up whatever it adds";
   }
-  const bool of_time = effect.with_terms(1) != nullptr || effect.name() == "stationary_source";
+  const bool of_time = effect.with_terms(1) != nullptr || is_change(effect.name()) ||
+                       effect.name() == "stationary_source";
   if (of_time && recordings.size() > 1) return "is tested in single recordings only";
   return "";
+}
+
+bool is_looked_for(const std::string& name) {
+  for (const char* later :
+       {"acc_time_offset", "gravity", "mag_own_clock", "mag_change", "gyro_change", "acc_change"}) {
+    if (name == later) return false;
+  }
+  return true;
+}
+
+int count_looked_for() {
+  return int(std::ranges::count_if(
+      effect_catalogue(), [](const auto& effect) { return is_looked_for(effect->name()); }));
 }
 
 std::vector<std::shared_ptr<const Effect>> testable_effects(
@@ -53,9 +68,9 @@ std::vector<std::shared_ptr<const Effect>> testable_effects(
   std::vector<std::shared_ptr<const Effect>> out;
   for (const auto& effect : effect_catalogue()) {
     const std::string& name = effect->name();
-    const bool searched = is_change(name) || name == "stationary_source" ||
-                          name == "mains_interference" || name == "mag_own_clock";
-    if (searched) continue;
+    const bool searched =
+        is_change(name) || name == "stationary_source" || name == "mains_interference";
+    if (searched || !is_looked_for(name)) continue;
     if (!reason_untested(*effect, recordings, stage).empty()) continue;
     out.push_back(name == "gyro_bias_drift" ? make_gyro_bias_walk(kWalkTerms, 1.0) : effect);
   }

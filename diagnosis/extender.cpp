@@ -37,7 +37,7 @@ Extender::Extender(const std::vector<const Recording*>& recordings,
 }
 
 double Extender::log10_level() const {
-  return std::log10(given_.false_alarm_rate / double(effect_catalogue().size()));
+  return std::log10(given_.false_alarm_rate / double(count_looked_for()));
 }
 
 Calibration Extender::summary(const Stage& stage) const {
@@ -87,8 +87,8 @@ Finding Extender::describe(const Option& option, const Stage& stage, double nll,
   }
   f.sentence =
       option.extra.empty() ? effect.sentence(theta, sigma) : walk_sentence(option.extra.front());
-  f.p_value = std::min(1.0, std::pow(10.0, std::max(-300.0, option.score.log10_p)) *
-                                double(effect_catalogue().size()));
+  f.p_value = std::min(
+      1.0, std::pow(10.0, std::max(-300.0, option.score.log10_p)) * double(count_looked_for()));
   const auto s = std::size_t(effect.channel());
   const double density[2][3] = {
       {stage_->spec().noise.acc, stage_->spec().noise.gyr, stage_->spec().noise.mag},

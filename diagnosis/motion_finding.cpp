@@ -8,6 +8,7 @@
 
 #include "calibration/choose_motion.h"
 #include "calibration/general_dependence.h"
+#include "calibration/testable.h"
 #include "diagnosis/held_out_nll.h"
 #include "diagnosis/slow_motion.h"
 #include "diagnosis/stored_model.h"
@@ -131,8 +132,7 @@ Finding small_motion_finding(const Stage& rotation, const Stage& moving, const S
       "1.5 Hz the accelerometer reads {:.2g} times as much beside gravity as its noise explains. "
       "Velocity and position are part of the model from here on.",
       rms, std::sqrt(times));
-  f.p_value =
-      std::min(1.0, normal_tail(slow.z()) * kHandsBands * double(effect_catalogue().size()));
+  f.p_value = std::min(1.0, normal_tail(slow.z()) * kHandsBands * double(count_looked_for()));
   return f;
 }
 

@@ -43,10 +43,10 @@ std::map<std::string, std::string> plain_results(const Program& magimu, const st
   std::map<std::string, std::string> all;
   for (const auto& file :
        std::filesystem::directory_iterator(magimu.folder().path(out + "/results"))) {
-    auto json = nlohmann::json::parse(test::content_of(file.path().string()));
-    json.erase("provenance");
-    if (json["calibration"].is_object()) json["calibration"]["fit"].erase("seconds");
-    all[file.path().filename().string()] = json.dump();
+    auto result = nlohmann::json::parse(test::content_of(file.path().string()));
+    result.erase("provenance");
+    if (result["calibration"].is_object()) result["calibration"]["fit"].erase("seconds");
+    all[file.path().filename().string()] = result.dump();
   }
   return all;
 }

@@ -39,15 +39,6 @@ CondensedRecording condense_optimum(const Optimum& optimum, int magnetometers,
 Calibration calibrate_condensed(const Recording& recording, const CalibrationOptions& options,
                                 std::optional<CondensedRecording>& condensed);
 
-// The same recording condensed elsewhere: its trajectory (and dip) at their best for these
-// parameters. Needed where the quadratic of its own optimum is too far away from the device's joint
-// estimate to hold there. own: the calibration of this recording alone, whose noise, motion model
-// and nodes are kept. x: in the order of `before`, whose covariance is kept, too.
-// NumericalError, InputError as calibrate().
-CondensedRecording condense_at(const Recording& recording, const CalibrationOptions& options,
-                               const Calibration& own, const CondensedRecording& before,
-                               const VectorXd& x);
-
 // Upper triangular R with R'R = information and d with R'd = -score, by eigenvalues of the
 // information in scaled columns: below 1e-13 of the largest they are rounding, and left out.
 void triangle_of(const MatrixXd& information, const VectorXd& score, MatrixXd& R, VectorXd& d);

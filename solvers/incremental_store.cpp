@@ -95,10 +95,10 @@ void IncrementalQr::load(ByteReader& in) {
     in.get(chain.first_index);
     in.get(chain.last_index);
   }
-  constexpr int kAtOnce = 64;  // triangles that are merged and packed together
+  constexpr int kPackedAtOnce = 64;  // triangles that are merged and packed together
   for (int w = 0; w < count; ++w) {
     load_window(in);
-    if ((w + 1) % kAtOnce != 0 || w + 1 + options_.awake >= count) continue;
+    if ((w + 1) % kPackedAtOnce != 0 || w + 1 + options_.awake >= count) continue;
     refresh();
     for (Chain& chain : chains_) chain.tree.sleep(chain.tree.size());
   }

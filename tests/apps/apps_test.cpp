@@ -242,9 +242,9 @@ std::string turning_about_the_vertical() {
   for (int k = 0; k < 1500; ++k) {
     const double t = k / 50.0, a = 0.5 * t, e = 1e-3 * std::sin(37.0 * k) * std::cos(11.0 * k * k);
     std::ostringstream row;
-    row << t << ',' << e << ',' << -e << ',' << 9.80665 + e << ',' << 0.1 * e << ',' << -0.1 * e
-        << ',' << 0.5 + e << ',' << 20.0 * std::sin(a) + e << ',' << 20.0 * std::cos(a) - e << ','
-        << -40.0 + e << '\n';
+    row << t << ',' << e << ',' << -0.7 * e << ',' << 9.80665 + e << ',' << 0.1 * e << ','
+        << -0.07 * e << ',' << 0.5 + e << ',' << 20.0 * std::sin(a) + e << ','
+        << 20.0 * std::cos(a) - e << ',' << -40.0 + e << '\n';
     csv += row.str();
   }
   return csv;

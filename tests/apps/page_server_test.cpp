@@ -16,8 +16,8 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/live/point_net.h"
-#include "study/streamed_person.h"
 #include "recording/error.h"
+#include "study/streamed_person.h"
 #include "tests/apps/child.h"
 #include "tests/apps/program.h"
 

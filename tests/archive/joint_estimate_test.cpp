@@ -136,23 +136,6 @@ TEST(JointEstimate, of_summaries_is_close_to_the_calibration_of_the_samples) {
   }
 }
 
-TEST(JointEstimate, second_pass_at_the_joint_estimate_is_the_calibration_of_the_samples) {
-  auto all = summaries(three().summaries);
-  JointEstimate joint = joint_estimate(all, share(all));
-  std::vector<CondensedRecording> second;
-  for (std::size_t r = 0; r < 3; ++r) {
-    VectorXd x = three().summaries[r].at;  // with its own dip
-    for (std::size_t i = 0; i < three().summaries[r].order.size(); ++i) {
-      const auto at = std::ranges::find(joint.order, three().summaries[r].order[i]);
-      if (at != joint.order.end()) x[Eigen::Index(i)] = joint.value[at - joint.order.begin()];
-    }
-    second.push_back(
-        condense_at(three().recordings[r], given_noise(), three().own[r], three().summaries[r], x));
-  }
-  all = summaries(second);
-  EXPECT_LT(distance(joint_estimate(all, share(all)), together()), 0.01);
-}
-
 TEST(JointEstimate, has_the_same_bits_in_any_order) {
   auto all = summaries(three().summaries);
   const JointEstimate joint = joint_estimate(all, share(all));

@@ -155,7 +155,8 @@ TEST(ParameterPrior, a_chain_of_recordings_is_all_of_them_together) {
   // The prior is weighed at each recording's own optimum, and not linearized again.
   EXPECT_LT(apart.cwiseAbs().maxCoeff(), 0.3);
   for (Eigen::Index i = 0; i < 18; ++i) {
-    EXPECT_NEAR(std::sqrt(last.covariance_model(i, i) / all.covariance_model(i, i)), 1.0, 0.1)
+    // Where a check has widened a recording's sigmas, it counts for less than its noise would say.
+    EXPECT_NEAR(std::sqrt(last.covariance_model(i, i) / all.covariance_model(i, i)), 1.1, 0.15)
         << all.order[std::size_t(i)];
   }
 }

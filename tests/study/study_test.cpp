@@ -103,6 +103,7 @@ TEST(Study, the_map_is_that_of_calibrate) {
   options.mag_time_offset = false;
   options.gyr_matrix = false;
   options.node_every = 1;
+  options.prior = PriorKind::kNone;
   const Calibration whole = calibrate(s.recording, options);
   EXPECT_LT(distance(run.calibration, whole).joint, 1e-9);
   const VectorXd ours = run.calibration.covariance_model.diagonal(),

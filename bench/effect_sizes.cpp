@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "bench/effect_strength.h"
-#include "study/error_statistics.h"
 #include "calibration/calibrate.h"
+#include "study/error_statistics.h"
 
 namespace magimu {
 namespace {

@@ -16,8 +16,8 @@
 #include <thread>
 
 #include "bench/effect_sizes.h"
-#include "study/error_statistics.h"
 #include "recording/error.h"
+#include "study/error_statistics.h"
 
 namespace magimu {
 namespace {

@@ -18,9 +18,9 @@
 #include <string>
 #include <thread>
 
-#include "study/error_statistics.h"
 #include "calibration/calibrate.h"
 #include "sim/simulate.h"
+#include "study/error_statistics.h"
 
 namespace {
 

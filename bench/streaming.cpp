@@ -17,14 +17,14 @@
 #include <fstream>
 
 #include "apps/plot.h"
-#include "study/error_statistics.h"
 #include "bench/streamed.h"
-#include "study/streamed_person.h"
 #include "bench/streaming_guided.h"
 #include "bench/streaming_memory.h"
 #include "calibration/parameter_names.h"
 #include "solvers/incremental_qr.h"
 #include "solvers/marginals.h"
+#include "study/error_statistics.h"
+#include "study/streamed_person.h"
 
 namespace magimu {
 namespace {

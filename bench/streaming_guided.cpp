@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "graph/decompositions.h"
 #include "study/error_statistics.h"
 #include "study/streamed_person.h"
-#include "graph/decompositions.h"
 
 namespace magimu {
 namespace {

@@ -15,9 +15,9 @@
 #include <limits>
 #include <tuple>
 
-#include "study/error_statistics.h"
 #include "bench/streamed.h"
 #include "graph/bytes.h"
+#include "study/error_statistics.h"
 
 namespace magimu {
 namespace {

@@ -11,9 +11,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "study/streamed_person.h"
 #include "bench/streaming_guided.h"
 #include "sim/random.h"
+#include "study/streamed_person.h"
 
 namespace magimu {
 namespace {

@@ -15,10 +15,10 @@
 #include <string>
 #include <thread>
 
-#include "study/error_statistics.h"
 #include "calibration/calibrate.h"
 #include "recording/csv.h"
 #include "recording/error.h"
+#include "study/error_statistics.h"
 #include "tests/oracle/sensors.h"
 
 namespace {

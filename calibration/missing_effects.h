@@ -20,10 +20,10 @@ namespace magimu {
 struct MissingEffect {
   std::string name;  // of the catalogue; empty: a dependence without a known cause
   Channel channel = Channel::kMag;
-  std::string cause;      // "the gyroscope's bias wanders"; "on products of the force"
-  double log10_p = 0.0;   // of the probability that chance does it
-  VectorXd shift;         // what it does to the parameters, in order and units of
-  MatrixXd covariance;    // Calibration::order, most probably; and how sure that is
+  std::string cause;     // "the gyroscope's bias wanders"; "on products of the force"
+  double log10_p = 0.0;  // of the probability that chance does it
+  VectorXd shift;        // what it does to the parameters, in order and units of
+  MatrixXd covariance;   // Calibration::order, most probably; and how sure that is
 };
 
 // stage: fitted, with few nodes (a scan costs as much as several fits).

@@ -8,9 +8,9 @@
 
 #include <vector>
 
-#include "study/error_statistics.h"
 #include "calibration/calibrate.h"
 #include "sim/simulate.h"
+#include "study/error_statistics.h"
 
 namespace magimu::test {
 

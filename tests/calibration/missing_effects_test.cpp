@@ -6,8 +6,8 @@
 
 #include <Eigen/Cholesky>
 
-#include "study/error_statistics.h"
 #include "calibration/calibrate.h"
+#include "study/error_statistics.h"
 #include "tests/oracle/sensors.h"
 
 namespace magimu {

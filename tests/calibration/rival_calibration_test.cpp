@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
-#include "study/error_statistics.h"
 #include "recording/error.h"
 #include "sim/simulate.h"
+#include "study/error_statistics.h"
 
 namespace magimu {
 namespace {

@@ -7,12 +7,12 @@
 
 #include <fstream>
 
-#include "study/error_statistics.h"
 #include "bench/streamed.h"
-#include "study/streamed_person.h"
 #include "recording/error.h"
 #include "solvers/incremental_qr.h"
 #include "solvers/marginals.h"
+#include "study/error_statistics.h"
+#include "study/streamed_person.h"
 #include "tests/calibration/cases.h"
 
 namespace magimu {

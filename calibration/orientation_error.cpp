@@ -13,7 +13,8 @@ OrientationError orientation_error(const TrajectoryEstimate& estimate, const Mot
   for (std::size_t k = 0; k < estimate.t.size(); ++k) {
     const double t = estimate.t[k];
     while (j + 1 < truth.t.size() && std::abs(truth.t[j + 1] - t) <= std::abs(truth.t[j] - t)) ++j;
-    if (j >= truth.t.size() || std::abs(truth.t[j] - t) > kNearestTruth || !truth.valid[j]) continue;
+    if (j >= truth.t.size() || std::abs(truth.t[j] - t) > kNearestTruth || !truth.valid[j])
+      continue;
     const Rot3 error = estimate.nRb[k] * truth.nRb[j].inverse();
     const Vector4& q = error.quaternion();
     total += error.Log().squaredNorm();

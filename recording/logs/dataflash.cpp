@@ -366,7 +366,9 @@ class FlashReader {
   }
 
   void sample(FlashReading& reading, std::string_view data) {
-    const int instance = reading.instance ? int(flash_number(data, *reading.instance)) : 0;
+    const double instance_said = reading.instance ? flash_number(data, *reading.instance) : 0.0;
+    if (!(instance_said >= 0.0 && instance_said < 256.0)) return;
+    const int instance = int(instance_said);
     const std::size_t sensor = sensor_of(reading, instance);
     if (log_.chosen() && !log_.wanted(sensor)) return;
     const double time = flash_number(data, reading.time) * reading.time_unit_ns;

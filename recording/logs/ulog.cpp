@@ -143,10 +143,11 @@ class UlogReader {
   std::uint64_t resynchronized(std::uint64_t at) {
     log_.note("the log is damaged in places, which are left out");
     constexpr std::uint64_t kPiece = 1 << 16;
-    for (++at; at < file_.size(); at += kPiece) {
+    // Behind a head of three bytes, and never where it is already.
+    for (at += 4; at < file_.size(); at += kPiece) {
       const std::string_view piece = file_.at(at, std::min(kPiece + 16, file_.size() - at));
       const std::size_t found = piece.find(kSync);
-      if (found != std::string_view::npos && at + found >= 3) return at + found - 3;
+      if (found != std::string_view::npos) return at + found - 3;
       if (piece.empty()) break;
     }
     return file_.size();

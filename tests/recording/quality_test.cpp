@@ -194,6 +194,11 @@ const std::vector<Spoilt> kSpoilt{
      [](Recording& r) {
        for (std::size_t k = 1000; k < 1200; ++k) r.gyr.v[k][1] = r.gyr.v[1000][1];
      }},
+    {"stuck_axis_at_an_extreme", "stuck", "acc", kCaution,
+     "acc_x does not change at all for 1.99 s from 10.00 s", "hung",
+     [](Recording& r) {
+       for (std::size_t k = 1000; k < 1200; ++k) r.acc.v[k][0] = 30.0;
+     }},
     {"gyr_range_taken_for_twice", "unit", "gyr", kFatal, "its range was set to 1/2 of",
      "--unit gyr=0.5", [](Recording& r) { scale(r.gyr, 2.0); }},
     {"gyr_range_taken_for_half", "unit", "gyr", kFatal, "its range was set to 2 times",

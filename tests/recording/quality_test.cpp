@@ -113,6 +113,10 @@ const std::vector<Spoilt> kSpoilt{
      [](Recording& r) { r.gyr.t[301] = r.gyr.t[300]; }},
     {"gap", "gap", "gyr", kCaution, "a gap at 9.99-10.50 s: about 50 samples are missing",
      "a new part of the recording begins", [](Recording& r) { erase(r.gyr, 1000, 1050); }},
+    {"gap_of_all", "gap", "acc", kNote, "a gap at 9.99-15.00 s", "the logger paused",
+     [](Recording& r) {
+       for (VectorSeries* s : {&r.acc, &r.gyr, &r.mag[0]}) erase(*s, 1000, 1500);
+     }},
     {"gaps", "gap", "acc", kCaution, "2 gaps, at 19.99-20.20 s, 4.99-5.10 s",
      "slow the logger down",
      [](Recording& r) {

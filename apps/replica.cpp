@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "calibration/rests.h"
@@ -47,9 +46,10 @@ std::vector<ReplicaCause> causes_of(const nlohmann::json& diagnosis, double dura
     cause.request.name = finding.at("effect");
     if (cause.request.name == "linear_acceleration") continue;  // the motion shows it
     for (const nlohmann::json& p : finding.at("parameters")) {
-      const nlohmann::json& value = p.at("value");
-      cause.request.numbers.push_back(value.is_number() ? value.get<double>()
-                                                        : std::numeric_limits<double>::infinity());
+      // No time: from the beginning, to the end.
+      const double none = p.at("name") == "t0" ? -INFINITY : INFINITY;
+      cause.request.numbers.push_back(p.at("value").is_number() ? p.at("value").get<double>()
+                                                                : none);
     }
     const SimulatedSurroundings where{1, duration_s};
     try {

@@ -29,7 +29,7 @@ std::map<std::string, std::vector<double>> causes(const nlohmann::json& diagnosi
 TEST(Replica, has_the_causes_that_were_found) {
   const Program magimu;
   ASSERT_EQ(magimu("simulate -q -o rec.csv --motion hand --rate 50 --duration 60 --seed 4 "
-                   "--effect hard_iron_change=0.9:-0.6:0.5:31:inf")
+                   "--effect hard_iron_change=0.9:-0.6:0.5:25:inf")
                 .exit_code,
             kDone);
   ASSERT_EQ(magimu("diagnose -q rec.csv -o diag.json").exit_code, kDone);
@@ -46,15 +46,18 @@ TEST(Replica, has_the_causes_that_were_found) {
     EXPECT_NEAR(again.at("hard_iron_change")[std::size_t(i)],
                 found.at("hard_iron_change")[std::size_t(i)], 0.02);
   }
-  EXPECT_NEAR(again.at("hard_iron_change")[3], 31.0, 0.1);
+  // A lasting change is on where the bias is the larger, before or after it.
+  const auto time = [](const std::vector<double>& p) {
+    return std::isfinite(p[3]) && p[3] > 0.0 ? p[3] : p[4];
+  };
+  EXPECT_NEAR(time(again.at("hard_iron_change")), 25.0, 0.1);
 }
 
 TEST(Replica, of_the_model_without_causes_is_predicted_by_it) {
   const Program magimu;
-  ASSERT_EQ(magimu("simulate -q -o rec.csv --motion hand --rate 50 --duration 60 --seed 5 "
-                   "--effect field_drift=2")
-                .exit_code,
-            kDone);
+  ASSERT_EQ(
+      magimu("simulate -q -o rec.csv --motion hand --rate 50 --duration 60 --seed 5").exit_code,
+      kDone);
   ASSERT_EQ(magimu("simulate -q --like rec.csv -o replica.csv").exit_code, kDone);
   ASSERT_EQ(magimu("diagnose -q replica.csv -o diag.json").exit_code, kDone);
   EXPECT_EQ(magimu.json("diag.json")["answer"], "predicts");

@@ -9,6 +9,7 @@
 
 #include "calibration/rests.h"
 #include "diagnosis/refitted_model.h"
+#include "factors/effects/catalogue.h"
 #include "factors/preintegrated_imu.h"
 #include "recording/error.h"
 #include "recording/read_file.h"
@@ -21,6 +22,10 @@ struct ReplicaCause {
   EffectRequest request;
   HiddenEffect hidden;
   std::shared_ptr<const Effect> term;  // null: it is of the noise
+  bool walks = false;                  // it has a density instead of parameters
+  VectorXd start() const {
+    return walks ? VectorXd::Zero(term->size()).eval() : parameters_of(hidden, *term);
+  }
 };
 
 // Its times count from the recording's clock; those of a simulation from its first sample.
@@ -65,6 +70,11 @@ std::vector<ReplicaCause> causes_of(const nlohmann::json& diagnosis, double dura
     if (!cause.hidden.on_noise) {
       cause.term = term_of(cause.hidden);
       if (!cause.term) cause.term = find_effect(cause.request.name);
+    }
+    if (cause.term && cause.term->description().random_process) {
+      // Its density is known; a replica's walk is another one.
+      cause.term = make_gyro_bias_walk(cause.term->size() / 3, cause.request.numbers.front());
+      cause.walks = true;
     }
     out.push_back(std::move(cause));
   }
@@ -122,7 +132,7 @@ void make_replica(const Recording& recording, const std::string& model, Simulati
   }
   std::vector<ModelTerm> terms;
   for (const ReplicaCause& cause : causes) {
-    if (cause.term) terms.push_back({cause.term, parameters_of(cause.hidden, *cause.term)});
+    if (cause.term) terms.push_back({cause.term, cause.start()});
   }
   const Calibration c = refit_model(recording, terms, fit);
   options.device = c.parameters;
@@ -137,11 +147,15 @@ void make_replica(const Recording& recording, const std::string& model, Simulati
   const double begin = recording.gyr.t.front();
   std::vector<EffectRequest> requests;
   for (const ReplicaCause& cause : causes) {
-    if (cause.term) continue;
+    if (cause.term && !cause.walks) continue;
     requests.push_back(cause.request);
     shift_times(cause.hidden, -begin, requests.back().numbers);
   }
   for (const ActiveEffect& effect : c.effects) {
+    const auto walks = [&](const ReplicaCause& cause) {
+      return cause.walks && cause.request.name == effect.name;
+    };
+    if (std::ranges::any_of(causes, walks)) continue;
     EffectRequest request{
         .name = effect.name, .channel = {}, .factor = 1.0, .numbers = numbers_of(effect)};
     for (const ReplicaCause& cause : causes) {

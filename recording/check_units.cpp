@@ -256,7 +256,8 @@ std::vector<Issue> check_mag(const Recording& r, const std::string& name, const 
   if (!small && !large) {
     if (radius <= kLargestRadius) return {};
     return {{"field_size", name, -1, Severity::kCaution, 0.0, 0.0, reads("that is much"),
-             "check the unit (--unit mag=...) and look for magnets near the sensor"}};
+             "look for magnets near the sensor, or give the unit if these are milligauss: --unit "
+             "mag=mG"}};
   }
   // Which of the units has the earth's field? The size of readings counts where they hardly change.
   const double size = std::max(radius, small ? 0.5 * usual : 0.0) / given;  // as in the file

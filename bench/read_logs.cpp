@@ -3,6 +3,7 @@
 // samples read: `bench_read_logs [MEGABYTES] [FORMAT...]` writes each (500 MB by default, of
 // nothing but messages of an IMU and a magnetometer: the worst case) and reads it in a process of
 // its own, on one core.
+#include <bzlib.h>
 #include <fmt/format.h>
 #include <lz4frame.h>
 #include <sqlite3.h>
@@ -39,8 +40,19 @@ std::string zstd(const std::string& bytes) {
   out.resize(ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), 1));
   return out;
 }
+std::string bz2(const std::string& bytes) {
+  std::string out(bytes.size() + bytes.size() / 100 + 600, '\0');
+  auto size = static_cast<unsigned>(out.size());
+  BZ2_bzBuffToBuffCompress(out.data(), &size, const_cast<char*>(bytes.data()),
+                           static_cast<unsigned>(bytes.size()), 9, 0, 0);
+  out.resize(size);
+  return out;
+}
 std::string packed_by(const std::string& method, const std::string& bytes) {
-  return method == "lz4" ? lz4(bytes) : method == "zstd" ? zstd(bytes) : bytes;
+  return method == "lz4"    ? lz4(bytes)
+         : method == "zstd" ? zstd(bytes)
+         : method == "bz2"  ? bz2(bytes)
+                            : bytes;
 }
 
 // Messages by number, until the bytes before packing are enough. write(bytes) gets a chunk's.
@@ -157,6 +169,7 @@ const std::vector<Format>& formats() {
   static const std::vector<Format> all = {
       {"bag", [](Path p, std::size_t n) { write_bag(p, n, "none"); }},
       {"bag-lz4", [](Path p, std::size_t n) { write_bag(p, n, "lz4"); }},
+      {"bag-bz2", [](Path p, std::size_t n) { write_bag(p, n, "bz2"); }},
       {"mcap", [](Path p, std::size_t n) { write_mcap(p, n, ""); }},
       {"mcap-lz4", [](Path p, std::size_t n) { write_mcap(p, n, "lz4"); }},
       {"mcap-zstd", [](Path p, std::size_t n) { write_mcap(p, n, "zstd"); }},

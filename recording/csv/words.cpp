@@ -83,6 +83,10 @@ constexpr CsvWord kVectors[] = {
     {"linear_acceleration", "acc", -1},       // ROS: with gravity, phyphox: without
     {"linear_accelerometer", "acc", -1},
     {"specific_force", "acc", 1},
+    {"accel_ln", "acc", 1},  // Shimmer: low noise, wide range
+    {"accel_wr", "acc"},
+    {"uncompacc", "acc", 1},  // VectorNav: not compensated
+    {"uncompaccel", "acc", 1},
     {"accsmooth", "acc"},  // Betaflight
     {"a", "acc"},
     {"beschleunigung", "acc", 1},
@@ -115,6 +119,7 @@ constexpr CsvWord kVectors[] = {
     {"g", "gyr"},
     {"w", "gyr"},
     {"omega", "gyr"},
+    {"uncompgyro", "gyr", 1},
     {"gyroskop", "gyr"},
     {"drehrate", "gyr"},
     {"winkelgeschwindigkeit", "gyr"},
@@ -143,6 +148,7 @@ constexpr CsvWord kVectors[] = {
     {"m", "mag"},
     {"b", "mag"},
     {"h", "mag"},  // WitMotion
+    {"uncompmag", "mag", 1, "gauss"},
     {"magnetfeld", "mag"},
     {"flussdichte", "mag"},
     {"champ_magnetique", "mag"},

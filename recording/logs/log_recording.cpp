@@ -23,6 +23,12 @@ const char* kind_in_words(std::string_view kind) {
   return kind == "acc" ? "accelerometer" : kind == "gyr" ? "gyroscope" : "magnetometer";
 }
 
+// `numbers = {}` would keep its memory.
+template <class T>
+void release(std::vector<T>& numbers) {
+  std::vector<T>().swap(numbers);
+}
+
 // Rows of a sensor by time, later ones of one time left out.
 VectorSeries in_order_of_time(std::vector<Vector3> v, const std::vector<std::uint32_t>& rows,
                               const std::vector<double>& times) {
@@ -279,13 +285,13 @@ void LogRecording::set_times(Recording& out) {
   }
   if (const std::optional<std::size_t> late = late_rows_of_orderly(times, order_)) {
     if (*late > 0) out.notes.push_back(late_rows_note(*late));
-    order_ = {};
+    release(order_);
     for (const std::size_t i : read_) {
       Entry& entry = sensors_[i];
       VectorSeries series;
       series.t.reserve(entry.t.size());
       for (const std::int64_t t : entry.t) series.t.push_back(log_seconds(t, origin) + shift);
-      entry.t = {};
+      release(entry.t);
       series.v = std::move(entry.v);
       take_series(out, entry, std::move(series), mags == 1);
     }
@@ -306,7 +312,7 @@ void LogRecording::set_times(Recording& out) {
   out.cautions.insert(out.cautions.end(), mended.cautions.begin(), mended.cautions.end());
   for (std::size_t n = 0; n < read_.size(); ++n) {
     Entry& entry = sensors_[read_[n]];
-    entry.t = {};
+    release(entry.t);
     take_series(out, entry, in_order_of_time(std::move(entry.v), rows_of[n], mended.t), mags == 1);
   }
 }

@@ -139,7 +139,8 @@ CsvName bare_name(std::string_view words) {
   if (!name.name.empty()) return name;
   for_each_tail(words, [&name](std::string_view tail) {
     const CsvWord* const word = scalar_word(tail);
-    const bool stamp = tail == "stamp" || tail == "header_stamp" || tail == "timestamp";
+    const bool stamp = tail == "stamp" || tail == "header_stamp" || tail == "timestamp" ||
+                       tail == "timestamp_unix";
     if (word != nullptr && stamp) name = named(*word, std::string(word->name), kBehindOthers);
     return !name.name.empty();
   });

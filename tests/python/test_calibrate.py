@@ -29,13 +29,14 @@ class EqualToTheProgram(InFolder):
     def test_a_file_read_by_the_module_with_options(self):
         recording().save(self.folder / "rec.csv")
         theirs = run_program("calibrate", "rec.csv", "--json", "--motion", "hand_held",
-                             "--location", "52.51,13.33,2026-07-31", "--unit", "mag=2",
-                             folder=self.folder, expect=1)  # twice the field: not of this place
-        mine = magimu.calibrate(magimu.read(self.folder / "rec.csv", unit={"mag": 2}),
+                             "--location", "52.51,13.33,2026-07-31", "--unit", "mag=4",
+                             folder=self.folder)
+        mine = magimu.calibrate(magimu.read(self.folder / "rec.csv", unit={"mag": 4}),
                                 motion="hand_held", location="52.51,13.33,2026-07-31")
         self.assertEqual(without_times(mine.to_json()), without_times(theirs))
-        self.assertEqual(mine.trust.verdict, "no")
-        self.assertFalse(mine.trust)
+        self.assertEqual(mine.trust.verdict, "limited")  # twice the field of this place
+        self.assertIn("WMM", mine.trust.reasons[0])
+        self.assertTrue(mine.trust)
 
     def test_a_file_without_a_header(self):
         text = recording().to_csv()

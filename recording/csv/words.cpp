@@ -25,7 +25,7 @@ constexpr CsvWord kScalars[] = {
     {"datetime", "t", -1},
     {"date_time", "t", -1},
     {"stamp", "t", 1},
-    {"timestamp_unix", "t", 1},  // Shimmer
+    {"timestamp_unix", "t", 1},    // Shimmer
     {"header_stamp", "t", 2},      // ROS: when it was measured, not when it was received
     {"timestamp_sample", "t", 1},  // PX4: the same
     {"timeus", "t", 0, "us"},      // ArduPilot

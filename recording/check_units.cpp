@@ -210,6 +210,7 @@ std::vector<Vector3> one_of_each_direction(const VectorSeries& mag) {
   std::set<std::array<int, 3>> seen;
   std::vector<Vector3> out;
   for (const Vector3& v : mag.v) {
+    if (!v.allFinite()) continue;
     const Vector3 cell = (v / (kOneDirection * std::max(v.norm(), 1e-300))).array().round();
     if (seen.insert({int(cell[0]), int(cell[1]), int(cell[2])}).second) out.push_back(v);
   }

@@ -67,13 +67,16 @@ py::list mags_of(const Recording& recording) {
 
 Recording read(const std::string& path, const std::vector<std::string>& map,
                const std::vector<std::string>& unit, const std::vector<std::string>& axes,
-               double rate_hz, const std::string& gyro_interval) {
+               double rate_hz, const std::string& gyro_interval, const std::string& columns,
+               const std::vector<std::string>& sensors) {
   apps::ReadingOptions options;
   options.map = map;
   options.unit = unit;
   options.axes = axes;
   options.rate_hz = rate_hz;
   options.gyro_interval = gyro_interval;
+  options.columns = columns;
+  options.sensors = sensors;
   const py::gil_scoped_release release;
   return apps::read_with(path, options, true);
 }
@@ -143,7 +146,7 @@ void bind_recordings(py::module_& m) {
       .def("truth", &truth_of)
       .def("csv", &csv_text, py::call_guard<py::gil_scoped_release>());
   m.def("read", &read, py::arg("path"), py::arg("map"), py::arg("unit"), py::arg("axes"),
-        py::arg("rate_hz"), py::arg("gyro_interval"));
+        py::arg("rate_hz"), py::arg("gyro_interval"), py::arg("columns"), py::arg("sensors"));
   m.def("simulate", &simulated, py::arg("motion"), py::arg("rate_hz"), py::arg("mag_ratio"),
         py::arg("duration_s"), py::arg("rest_s"), py::arg("seed"), py::arg("gravity"),
         py::arg("noise"), py::arg("magnetometers"), py::arg("displacement_m"), py::arg("effects"));

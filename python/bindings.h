@@ -24,6 +24,5 @@ std::string file_of(const Fitted& fitted);
 void bind_recordings(pybind11::module_& m);
 void bind_fits(pybind11::module_& m);
 void bind_stream(pybind11::module_& m);
-void bind_graph(pybind11::module_& m);
 
 }  // namespace magimu::python

@@ -61,7 +61,7 @@ auto interruptible(const F& f) -> std::invoke_result_t<const F&, const Interrupt
     for (;;) {
       {
         std::unique_lock lock(mutex);
-        if (ended.wait_for(lock, 50ms, [&] { return done; })) break;
+        if (ended.wait_for(lock, 100ms, [&] { return done; })) break;
       }
       if (signal) continue;
       const py::gil_scoped_acquire acquire;

@@ -128,6 +128,22 @@ bool may_be_bursts(const std::vector<double>& t) {
   return brief > 0.0 && double(together) >= kShort * double(t.size() - 1);
 }
 
+void BriefIntervals::add(double interval_s) {
+  if (interval_s > kLongestBurst) return;
+  sum_ += interval_s;
+  ++added_;
+}
+
+void BriefIntervals::count(double interval_s) {
+  ++counted_;
+  together_ += interval_s * double(added_) < kWithin * sum_ ? 1 : 0;
+}
+
+bool BriefIntervals::may_be_bursts() const {
+  return counted_ + 1 >= 4 * kEnoughBursts && sum_ > 0.0 &&
+         double(together_) >= kShort * double(counted_);
+}
+
 std::size_t in_whole_bursts(const std::vector<double>& t) {
   const double brief = brief_interval(t);
   std::size_t n = t.size();

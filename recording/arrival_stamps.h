@@ -4,6 +4,7 @@
 // about as old as its stamp says.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,17 @@ std::string rate_text(double rate_hz);
 
 // Of the first of them: may they come in bursts? Then more of them tell (even_times()).
 bool may_be_bursts(const std::vector<double>& t);
+// The same of times that are not in memory at once: every interval is first added, then counted.
+class BriefIntervals {
+ public:
+  void add(double interval_s);
+  void count(double interval_s);
+  bool may_be_bursts() const;
+
+ private:
+  double sum_ = 0.0;
+  std::size_t added_ = 0, counted_ = 0, together_ = 0;
+};
 // How many of them are in bursts that are whole: without the last one, which may still go on.
 std::size_t in_whole_bursts(const std::vector<double>& t);
 

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "graph/decompositions.h"
@@ -39,6 +40,7 @@ constexpr double kImpossibleRadius = 200.0;
 // float.
 constexpr double kRounding = 3.0, kFloatDigits = 1e-6;
 constexpr double kTurnedDirections = 0.3;  // spread of directions from which on a length tells
+constexpr double kOneDirection = 0.1;      // rad: readings as near as this are of one direction
 
 double file_unit(const Recording& r, const std::string& quantity) {
   const auto found = r.file_units.find(quantity);
@@ -203,14 +205,28 @@ double step_of(const VectorSeries& s, int axis) {
   return least;
 }
 
+// One reading of each direction: most readings of a sensor that lies still are of one.
+std::vector<Vector3> one_of_each_direction(const VectorSeries& mag) {
+  std::set<std::array<int, 3>> seen;
+  std::vector<Vector3> out;
+  for (const Vector3& v : mag.v) {
+    if (!v.allFinite()) continue;
+    const Vector3 cell = (v / (kOneDirection * std::max(v.norm(), 1e-300))).array().round();
+    if (seen.insert({int(cell[0]), int(cell[1]), int(cell[2])}).second) out.push_back(v);
+  }
+  return out;
+}
+
 // Every reading of the same length, to the rounding of its digits, in all directions: a driver has
 // divided by it. A magnetometer's noise alone is a hundred times as large.
 std::optional<Issue> check_normalised(const std::string& name, const VectorSeries& mag) {
+  const std::vector<Vector3> readings = one_of_each_direction(mag);
+  if (readings.size() < kEnough) return std::nullopt;
   std::vector<double> lengths, departures;
   Vector3 mean = Vector3::Zero();
-  for (const Vector3& v : mag.v) {
+  for (const Vector3& v : readings) {
     lengths.push_back(v.norm());
-    mean += v / (std::max(v.norm(), 1e-300) * double(mag.size()));
+    mean += v / (std::max(v.norm(), 1e-300) * double(readings.size()));
   }
   if (mean.norm() > 1.0 - kTurnedDirections) return std::nullopt;
   const double usual = median(lengths);

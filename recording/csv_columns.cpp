@@ -132,9 +132,14 @@ class HeaderReader {
       const auto [entry, is_new] = where_.try_emplace(named_[i].name, i);
       if (is_new) continue;
       const std::size_t other = entry->second;
-      // Of several times behind other words ("imu.stamp", "mag.stamp") the first.
-      const bool stamps = named_[i].name == "t" && named_[i].claim < kAlias;
-      if (named_[i].claim == named_[other].claim && !stamps) {
+      if (named_[i].claim == named_[other].claim && named_[i].name == "t") {
+        // Of several times the first one with a unit ("timestamp", "TimeUS"), and of several behind
+        // other words ("imu.stamp", "mag.stamp") the first.
+        const auto has_unit = [this](std::size_t c) { return !named_[c].header.unit_text.empty(); };
+        if (has_unit(i) && !has_unit(other)) entry->second = i;
+        if (has_unit(i) || has_unit(other) || named_[i].claim < kAlias) continue;
+      }
+      if (named_[i].claim == named_[other].claim) {
         fail(i + 1,
              fmt::format("columns {} ({}) and {} ({}) are both {}", other + 1,
                          quoted_text(columns_.fields[other].header), i + 1,

@@ -78,7 +78,16 @@ SensorWord sensor_of(std::string_view words) {
 
 std::string quantity_of(const std::string& name) { return name.substr(0, name.find('_')); }
 
+// "time (+01:00)", "loggingTime(txt)", "Time (HH:mm:ss)": how times are written, no unit.
+bool is_way_to_write_times(std::string_view text) {
+  constexpr std::string_view kWays[] = {"txt", "utc", "gmt", "local", "iso", "iso8601", "iso 8601"};
+  const bool zone = text.size() > 1 && (text[0] == '+' || text[0] == '-') && is_digit(text[1]);
+  return zone || text.find("hh") != std::string_view::npos ||
+         std::ranges::find(kWays, text) != std::end(kWays);
+}
+
 void set_unit(CsvName& name, std::string_view text) {
+  if (name.name == "t" && is_way_to_write_times(text)) return;
   name.unit_text = text;
   if (name.name == "temp" || name.name == "current") return;
   const auto unit = unit_in_ours(quantity_of(name.name), text);
@@ -130,7 +139,8 @@ CsvName bare_name(std::string_view words) {
   if (!name.name.empty()) return name;
   for_each_tail(words, [&name](std::string_view tail) {
     const CsvWord* const word = scalar_word(tail);
-    const bool stamp = tail == "stamp" || tail == "header_stamp" || tail == "timestamp";
+    const bool stamp = tail == "stamp" || tail == "header_stamp" || tail == "timestamp" ||
+                       tail == "timestamp_unix";
     if (word != nullptr && stamp) name = named(*word, std::string(word->name), kBehindOthers);
     return !name.name.empty();
   });
@@ -157,13 +167,17 @@ CsvName csv_name(std::string_view header) {
       words.end());
   // "%time", "__time", "/imu/..."
   words.erase(0, std::min(words.find_first_not_of("%$#_"), words.size()));
+  while (words.ends_with('_')) words.pop_back();
+  if (words.ends_with("_cal")) words.resize(words.size() - 4);  // Shimmer: in units
   CsvName name = bare_name(words);
   if (!in_brackets.empty() && !name.name.empty()) set_unit(name, in_brackets);
   if (!name.name.empty() || !in_brackets.empty()) return name;
   // "name_unit"; a unit may itself have a separator ("deg_s").
   for (std::size_t at = words.rfind('_'); at != std::string::npos && at > 0;
        at = words.rfind('_', at - 1)) {
-    name = bare_name(std::string_view(words).substr(0, at));
+    std::string_view front = std::string_view(words).substr(0, at);
+    if (front.ends_with("_in")) front.remove_suffix(3);  // "time since start in ms"
+    name = bare_name(front);
     if (name.name.empty() || name.name == "temp" || name.name == "current") continue;
     const std::string text = words.substr(at + 1);
     if (!unit_in_ours(quantity_of(name.name), text) || is_digit(text.front())) return {};

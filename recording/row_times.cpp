@@ -229,8 +229,7 @@ class RowTimeReader {
         if ((rows_.sensors[k] >> s & 1U) != 0) last[s] = std::max(last[s], t);
       }
     }
-    if (late > 0)
-      note(fmt::format("rows that came late and were put in the order of time: {}", late));
+    if (late > 0) note(late_rows_note(late));
     if (damaged > 0) {
       caution(fmt::format("rows with a damaged time: {}, the first in {} {}; they are left out",
                           damaged, options_.row, first_damaged));
@@ -393,6 +392,10 @@ bool counts_samples(const std::vector<double>& t) {
     ones += t[k] - t[k - 1] == 1.0 ? 1 : 0;
   }
   return steps >= kEnoughToCount && double(ones) >= kMostlyOne * double(steps);
+}
+
+std::string late_rows_note(std::size_t rows) {
+  return fmt::format("rows that came late and were put in the order of time: {}", rows);
 }
 
 RowTimes row_times(const RawRows& rows, const RowTimesOptions& options, const RowFailure& fail) {

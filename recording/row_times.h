@@ -50,6 +50,8 @@ using RowFailure =
     std::function<void(long line, const std::string& problem, const std::string& remedy)>;
 RowTimes row_times(const RawRows& rows, const RowTimesOptions& options, const RowFailure& fail);
 
+std::string late_rows_note(std::size_t rows);
+
 // Of these alone, for streams, of which only the first rows are there (stream_times.h): seconds
 // that one of the column's numbers is, where nobody said so. notes: what was recognised.
 double recognised_time_unit(const RawRows& rows, const RowTimesOptions& options,

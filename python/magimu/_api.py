@@ -50,7 +50,8 @@ def _pairs(given: Optional[Mapping[str, Any]]) -> list[str]:
 def read(path: PathLike, *, map: Optional[Mapping[str, str]] = None,
          unit: Optional[Mapping[str, Union[str, float]]] = None,
          axes: Optional[Mapping[str, str]] = None, rate: Optional[float] = None,
-         gyro_interval: str = "forward") -> Recording:
+         gyro_interval: str = "forward", columns: Sequence[str] = (),
+         sensors: Sequence[str] = ()) -> Recording:
     """Reads a recording: every file that the program reads.
 
     Args:
@@ -60,9 +61,13 @@ def read(path: PathLike, *, map: Optional[Mapping[str, str]] = None,
         rate: Hz, for a file without times.
         gyro_interval: a gyroscope sample is the mean rate over the interval that begins at its
             time ("forward"), has it in the middle ("centred") or ends there ("backward").
+        columns: the names that a file without a header lacks; "-" ignores a column.
+        sensors: of a log with several of a kind those to read, as `info` lists them:
+            ``["mag=sensor_mag[1]"]``.
     """
     return Recording._of(_core.read(os.fspath(path), _pairs(map), _pairs(unit), _pairs(axes),
-                                    rate or 0.0, gyro_interval))
+                                    rate or 0.0, gyro_interval, ",".join(columns),
+                                    list(sensors)))
 
 
 def calibrate(recordings: Recordings, *, noise: Optional[NoiseLike] = None,

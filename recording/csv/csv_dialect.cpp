@@ -41,13 +41,20 @@ bool is_unit(const std::string& text) {
                              [&](const char* q) { return unit_in_ours(q, bare).has_value(); });
 }
 
+// Most of them: a few may be words of the logger's own ("local_flux").
+bool are_units(const std::vector<std::string>& fields) {
+  const auto known = std::ranges::count_if(fields, is_unit);
+  const bool numbers = std::ranges::any_of(
+      fields, [](const std::string& f) { return field_kind(f) == FieldKind::kNumber; });
+  return !numbers && 3 * static_cast<std::size_t>(known) >= 2 * fields.size();
+}
+
 class Recogniser {
  public:
   Recogniser(std::string_view head, const std::string& file, const CsvOptions& options)
       : lines_(head_lines(head)), file_(file), options_(options) {}
 
   CsvDialect recognised() {
-    refuse_utf16();
     if (std::optional<CsvDialect> labelled = labelled_dialect(lines_, options_)) {
       return *std::move(labelled);
     }
@@ -74,13 +81,6 @@ class Recogniser {
   }
 
  private:
-  void refuse_utf16() const {
-    const std::string_view first = lines_.empty() ? std::string_view() : lines_.front().text;
-    if (!first.starts_with("\xFF\xFE") && !first.starts_with("\xFE\xFF")) return;
-    throw InputError(file_, 1, 0, "this text is in UTF-16",
-                     "save it in UTF-8 (iconv -f UTF-16 -t UTF-8 OLD > NEW)");
-  }
-
   // The fields of a line above the rows, if they are as many as those of the rows.
   std::optional<std::vector<std::string>> header_fields(std::size_t line) const {
     const std::string_view text = without_comment_mark(lines_[line].text);
@@ -129,7 +129,7 @@ class Recogniser {
     const auto upper = above > 1 ? header_fields(above - 2) : std::nullopt;
     if (lower) consider(*lower, above - 1, 1);
     if (upper && lower) {
-      if (std::ranges::all_of(*lower, is_unit)) consider(with_units(*upper, *lower), above - 2, 2);
+      if (are_units(*lower)) consider(with_units(*upper, *lower), above - 2, 2);
       consider(with_groups(*upper, *lower), above - 2, 2);
     }
     if (upper) consider(*upper, above - 2, 2);

@@ -25,6 +25,7 @@ constexpr CsvWord kScalars[] = {
     {"datetime", "t", -1},
     {"date_time", "t", -1},
     {"stamp", "t", 1},
+    {"timestamp_unix", "t", 1},    // Shimmer
     {"header_stamp", "t", 2},      // ROS: when it was measured, not when it was received
     {"timestamp_sample", "t", 1},  // PX4: the same
     {"timeus", "t", 0, "us"},      // ArduPilot
@@ -83,6 +84,10 @@ constexpr CsvWord kVectors[] = {
     {"linear_acceleration", "acc", -1},       // ROS: with gravity, phyphox: without
     {"linear_accelerometer", "acc", -1},
     {"specific_force", "acc", 1},
+    {"accel_ln", "acc", 1},  // Shimmer: low noise, wide range
+    {"accel_wr", "acc"},
+    {"uncompacc", "acc", 1},  // VectorNav: not compensated
+    {"uncompaccel", "acc", 1},
     {"accsmooth", "acc"},  // Betaflight
     {"a", "acc"},
     {"beschleunigung", "acc", 1},
@@ -115,6 +120,7 @@ constexpr CsvWord kVectors[] = {
     {"g", "gyr"},
     {"w", "gyr"},
     {"omega", "gyr"},
+    {"uncompgyro", "gyr", 1},
     {"gyroskop", "gyr"},
     {"drehrate", "gyr"},
     {"winkelgeschwindigkeit", "gyr"},
@@ -143,6 +149,7 @@ constexpr CsvWord kVectors[] = {
     {"m", "mag"},
     {"b", "mag"},
     {"h", "mag"},  // WitMotion
+    {"uncompmag", "mag", 1, "gauss"},
     {"magnetfeld", "mag"},
     {"flussdichte", "mag"},
     {"champ_magnetique", "mag"},

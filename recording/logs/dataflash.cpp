@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "recording/error.h"
+#include "recording/logs/dataflash_types.h"
 #include "recording/logs/log_file.h"
 #include "recording/logs/log_recording.h"
 #include "recording/logs/logs.h"
@@ -18,113 +19,6 @@
 
 namespace magimu {
 namespace {
-
-constexpr unsigned char kFmtType = 128;
-constexpr std::size_t kFmtSize = 89;
-constexpr double kDegree = M_PI / 180.0;
-
-std::string_view until_nul(std::string_view text) { return text.substr(0, text.find('\0')); }
-
-struct FlashField {
-  std::string name;
-  char kind = 0;
-  std::size_t offset = 0;
-  char unit = 0, multiple = 0;  // of FMTU
-};
-
-std::size_t flash_size(char kind) {
-  switch (kind) {
-    case 'a':
-    case 'Z':
-      return 64;
-    case 'N':
-      return 16;
-    case 'd':
-    case 'q':
-    case 'Q':
-      return 8;
-    case 'i':
-    case 'I':
-    case 'f':
-    case 'e':
-    case 'E':
-    case 'L':
-    case 'n':
-      return 4;
-    case 'h':
-    case 'H':
-    case 'c':
-    case 'C':
-    case 'g':
-      return 2;
-    case 'b':
-    case 'B':
-    case 'M':
-      return 1;
-    default:
-      return 0;
-  }
-}
-
-double half_float(std::uint16_t bits) {
-  const int exponent = bits >> 10 & 31, fraction = bits & 1023;
-  const double size = exponent == 0    ? std::ldexp(fraction, -24)
-                      : exponent == 31 ? std::numeric_limits<double>::quiet_NaN()
-                                       : std::ldexp(1024 + fraction, exponent - 25);
-  return (bits & 0x8000U) != 0 ? -size : size;
-}
-
-double flash_number(std::string_view data, const FlashField& field) {
-  const std::size_t at = field.offset;
-  switch (field.kind) {
-    case 'b':
-      return bytes_as<std::int8_t>(data, at);
-    case 'B':
-    case 'M':
-      return bytes_as<std::uint8_t>(data, at);
-    case 'h':
-      return bytes_as<std::int16_t>(data, at);
-    case 'H':
-      return bytes_as<std::uint16_t>(data, at);
-    case 'c':
-      return 0.01 * bytes_as<std::int16_t>(data, at);
-    case 'C':
-      return 0.01 * bytes_as<std::uint16_t>(data, at);
-    case 'i':
-      return bytes_as<std::int32_t>(data, at);
-    case 'I':
-      return bytes_as<std::uint32_t>(data, at);
-    case 'e':
-      return 0.01 * bytes_as<std::int32_t>(data, at);
-    case 'E':
-      return 0.01 * bytes_as<std::uint32_t>(data, at);
-    case 'L':
-      return 1e-7 * bytes_as<std::int32_t>(data, at);
-    case 'f':
-      return double(bytes_as<float>(data, at));
-    case 'g':
-      return half_float(bytes_as<std::uint16_t>(data, at));
-    case 'd':
-      return bytes_as<double>(data, at);
-    case 'q':
-      return double(bytes_as<std::int64_t>(data, at));
-    case 'Q':
-      return double(bytes_as<std::uint64_t>(data, at));
-    default:
-      return std::numeric_limits<double>::quiet_NaN();
-  }
-}
-
-struct FlashType {
-  std::string name;
-  std::size_t size = 0;
-  std::vector<FlashField> fields;
-
-  const FlashField* find(std::string_view field) const {
-    const auto found = std::ranges::find(fields, field, &FlashField::name);
-    return found == fields.end() ? nullptr : &*found;
-  }
-};
 
 // A vector of a message type, as ArduPilot's documentation of its messages describes it.
 struct FlashVector {
@@ -195,7 +89,7 @@ class FlashReader {
 
  private:
   void scan() {
-    readings_.clear();
+    readings_.fill(std::nullopt);
     std::uint64_t at = 0;
     while (true) {
       const std::string_view head = file_.at(at, 3);
@@ -203,10 +97,9 @@ class FlashReader {
       const auto type = static_cast<unsigned char>(head[2]);
       std::size_t size = 0;
       if (head[0] == '\xA3' && head[1] == '\x95') {
-        const auto known = types_.find(type);
-        size = type == kFmtType ? kFmtSize : known == types_.end() ? 0 : known->second.size;
+        size = types_.size_of(type);
       }
-      if (size < 3) {
+      if (size < FlashTypes::kHead) {
         at = next_head(at + 1);
         continue;
       }
@@ -234,83 +127,24 @@ class FlashReader {
   }
 
   void message(unsigned char type, std::string_view data) {
-    if (type == kFmtType) return format(data);
-    const FlashType& its = types_[type];
-    if (its.name == "FMTU") return units(its, data);
-    if (its.name == "MULT") return multiple(its, data);
-    if (its.name == "PARM") return parameter(its, data);
-    auto readings = readings_.find(type);
-    if (readings == readings_.end()) readings = readings_.emplace(type, readings_of(its)).first;
-    for (FlashReading& reading : readings->second) sample(reading, data);
-  }
-
-  void format(std::string_view data) {
-    const auto type = static_cast<unsigned char>(data[0]);
-    if (type == kFmtType || types_.contains(type)) return;
-    FlashType out;
-    out.size = static_cast<unsigned char>(data[1]);
-    out.name = until_nul(data.substr(2, 4));
-    const std::string_view kinds = until_nul(data.substr(6, 16));
-    std::string_view names = until_nul(data.substr(22, 64));
-    std::size_t offset = 0;
-    for (const char kind : kinds) {
-      const std::size_t end = std::min(names.find(','), names.size());
-      const std::size_t size = flash_size(kind);
-      if (size == 0) break;
-      out.fields.push_back({std::string(names.substr(0, end)), kind, offset});
-      offset += size;
-      names.remove_prefix(std::min(end + 1, names.size()));
+    std::optional<std::vector<FlashReading>>& readings = readings_[type];
+    if (!readings) {
+      if (types_.take(type, data)) return;
+      const FlashType& its = *types_.find(type);
+      if (its.name == "PARM") return parameter(its, data);
+      readings = readings_of(its);
     }
-    // A size that its fields do not fill would put every later message at a wrong place.
-    if (offset + 3 > out.size) return;
-    types_.emplace(type, std::move(out));
-  }
-
-  void units(const FlashType& its, std::string_view data) {
-    const FlashField* const type = its.find("FmtType");
-    const FlashField* const unit = its.find("UnitIds");
-    const FlashField* const multiple = its.find("MultIds");
-    if (type == nullptr || unit == nullptr || multiple == nullptr) return;
-    const auto of = types_.find(static_cast<unsigned char>(flash_number(data, *type)));
-    if (of == types_.end() || unit->kind != 'N' || multiple->kind != 'N') return;
-    const std::string_view unit_ids = data.substr(unit->offset, 16),
-                           multiples = data.substr(multiple->offset, 16);
-    for (std::size_t i = 0; i < of->second.fields.size() && i < 16; ++i) {
-      if (unit_ids[i] != '\0') of->second.fields[i].unit = unit_ids[i];
-      if (multiples[i] != '\0') of->second.fields[i].multiple = multiples[i];
-    }
-  }
-
-  void multiple(const FlashType& its, std::string_view data) {
-    const FlashField* const id = its.find("Id");
-    const FlashField* const value = its.find("Mult");
-    if (id == nullptr || value == nullptr) return;
-    multiples_[static_cast<char>(flash_number(data, *id))] = flash_number(data, *value);
+    for (FlashReading& reading : *readings) sample(reading, data);
   }
 
   void parameter(const FlashType& its, std::string_view data) {
     const FlashField* const name = its.find("Name");
     const FlashField* const value = its.find("Value");
     if (name == nullptr || value == nullptr || name->kind != 'N') return;
-    const std::string key(until_nul(data.substr(name->offset, 16)));
+    const std::string key(flash_text(data.substr(name->offset, 16)));
     if (key.starts_with("COMPASS_") && parameters_.size() < 5000) {
       parameters_[key] = flash_number(data, *value);
     }
-  }
-
-  // One of a field in ours; `otherwise` if the log does not say.
-  double unit_of(const FlashField& field, std::string_view kind, double otherwise) const {
-    const std::map<char, double> units = kind == "mag" ? std::map<char, double>{{'G', 100.0}}
-                                         : kind == "gyr"
-                                             ? std::map<char, double>{{'E', 1.0}, {'k', kDegree}}
-                                             : std::map<char, double>{{'o', 1.0}};
-    const auto unit = units.find(field.unit);
-    if (unit == units.end()) return otherwise;
-    // Fields of kinds c, C, e, E, L are multiplied by what their kind says.
-    if (std::string_view("cCeEL").find(field.kind) != std::string_view::npos) return unit->second;
-    const auto multiple = multiples_.find(field.multiple);
-    const bool given = multiple != multiples_.end() && multiple->second > 0.0;
-    return unit->second * (given ? multiple->second : 1.0);
   }
 
   std::vector<FlashReading> readings_of(const FlashType& type) const {
@@ -345,7 +179,7 @@ class FlashReader {
       if (!whole || time == nullptr) continue;
       reading.time = *time;
       if (const FlashField* instance = type.find("I")) reading.instance = *instance;
-      reading.unit = unit_of(reading.axes[0], is.kind, is.unit);
+      reading.unit = types_.unit_of(reading.axes[0], is.kind, is.unit);
       out.push_back(std::move(reading));
     }
     return out;
@@ -419,9 +253,8 @@ class FlashReader {
   const std::string& path_;
   LogFile file_;
   LogRecording log_;
-  std::map<unsigned char, FlashType> types_;
-  std::map<unsigned char, std::vector<FlashReading>> readings_;
-  std::map<char, double> multiples_;
+  FlashTypes types_;
+  std::array<std::optional<std::vector<FlashReading>>, 256> readings_;  // of types
   std::map<std::string, double> parameters_;
   std::map<int, Matrix3> inverses_;
 };

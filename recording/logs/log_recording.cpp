@@ -9,6 +9,7 @@
 
 #include "recording/csv_columns.h"
 #include "recording/error.h"
+#include "recording/logs/log_times.h"
 #include "recording/quoted_text.h"
 #include "recording/row_times.h"
 
@@ -22,9 +23,15 @@ const char* kind_in_words(std::string_view kind) {
   return kind == "acc" ? "accelerometer" : kind == "gyr" ? "gyroscope" : "magnetometer";
 }
 
-// Row times by their numbers: rows of a sensor by time, later ones of one time left out.
-void give_log_times(VectorSeries& series, const std::vector<std::size_t>& rows,
-                    const std::vector<double>& times) {
+// `numbers = {}` would keep its memory.
+template <class T>
+void release(std::vector<T>& numbers) {
+  std::vector<T>().swap(numbers);
+}
+
+// Rows of a sensor by time, later ones of one time left out.
+VectorSeries in_order_of_time(std::vector<Vector3> v, const std::vector<std::uint32_t>& rows,
+                              const std::vector<double>& times) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!std::isnan(times[rows[i]])) order.push_back(i);
@@ -36,9 +43,9 @@ void give_log_times(VectorSeries& series, const std::vector<std::size_t>& rows,
   sorted.v.reserve(order.size());
   for (const std::size_t i : order) {
     if (!sorted.t.empty() && !(time(i) > sorted.t.back())) continue;
-    sorted.push_back(time(i), series.v[i]);
+    sorted.push_back(time(i), v[i]);
   }
-  series = std::move(sorted);
+  return sorted;
 }
 
 }  // namespace
@@ -84,7 +91,7 @@ void LogRecording::add(std::size_t sensor, std::int64_t t_ns, const Vector3& rea
   }
   entry.t.push_back(t_ns);
   entry.v.push_back(reading);
-  order_.push_back(static_cast<std::uint16_t>(sensor));
+  order_.push_back(entry.number);
 }
 
 void LogRecording::note(const std::string& text) {
@@ -172,6 +179,27 @@ void LogRecording::choose() {
       if (sensors_[i].wanted && kind == std::string_view("gyr")) gyr_name = sensors_[i].name;
     }
   }
+  start_reading();
+}
+
+// Memory for the samples that were counted, no more.
+void LogRecording::start_reading() {
+  constexpr std::size_t kMostRead = 250;
+  std::size_t all = 0;
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    Entry& entry = sensors_[i];
+    if (!entry.wanted) continue;
+    if (read_.size() == kMostRead) {
+      throw InputError(path_, 0, 0, fmt::format("more than {} sensors are chosen", kMostRead),
+                       "give fewer --sensor");
+    }
+    entry.number = static_cast<std::uint8_t>(read_.size());
+    read_.push_back(i);
+    entry.t.reserve(entry.samples);
+    entry.v.reserve(entry.samples);
+    all += entry.samples;
+  }
+  order_.reserve(all);
   chosen_ = true;
 }
 
@@ -228,81 +256,81 @@ Recording LogRecording::finish() {
     out.notes.push_back(fmt::format(
         "messages that repeat the one before, time and reading: {}; they are left out", repeated_));
   }
-  set_times(out, read);
+  set_times(out);
   return out;
 }
 
 // By the same rules as those of a file's rows: late ones, damaged ones, clocks that were set.
-void LogRecording::set_times(Recording& out, std::vector<Entry*>& read) {
+void LogRecording::set_times(Recording& out) {
   constexpr std::int64_t kHuge = 1'000'000'000'000'000;  // ns: a double holds them less exactly
-  std::vector<std::size_t> next(sensors_.size(), 0);
-  std::vector<std::uint32_t> bit(sensors_.size(), 0);
+  std::vector<LogTimes> times;
   std::size_t mags = 0;
-  std::int64_t first = 0;
-  bool any = false;
-  for (const Entry* entry : read) {
-    const auto i = static_cast<std::size_t>(entry - sensors_.data());
-    bit[i] = entry->kind == "acc"   ? RawRows::kAcc
-             : entry->kind == "gyr" ? RawRows::kGyr
-             : entry->kind == "mag" ? RawRows::mag(mags++)
-                                    : RawRows::kTemperature;
-    first = any ? std::min(first, entry->t.front()) : entry->t.front();
-    any = true;
+  std::optional<std::int64_t> first;
+  for (const std::size_t i : read_) {
+    const Entry& entry = sensors_[i];
+    const std::uint32_t bit = entry.kind == "acc"   ? RawRows::kAcc
+                              : entry.kind == "gyr" ? RawRows::kGyr
+                              : entry.kind == "mag" ? RawRows::mag(mags)
+                                                    : RawRows::kTemperature;
+    mags += entry.kind == "mag" && !entry.t.empty() ? 1 : 0;
+    times.push_back({bit, &entry.t});
+    if (!entry.t.empty()) first = std::min(first.value_or(entry.t.front()), entry.t.front());
   }
-  const std::int64_t origin = first > kHuge || first < -kHuge ? first : 0;
-  const bool keep = options_.keep_origin;
-  // Sensors of one message share a row.
-  RawRows rows;
-  std::vector<std::vector<std::size_t>> rows_of(sensors_.size());
-  std::int64_t row_time = 0;
-  for (const std::uint16_t i : order_) {
-    const std::int64_t t = sensors_[i].t[next[i]++];
-    const bool same = !rows.time.empty() && t == row_time && (rows.sensors.back() & bit[i]) == 0;
-    if (!same) {
-      // Differences of far-off times may not fit.
-      const double s = double(t) * 1e-9 - double(origin) * 1e-9;
-      const bool exact = std::abs(s) < 1e9;
-      rows.time.push_back((exact ? double(t - origin) * 1e-9 : s) +
-                          (keep ? double(origin) * 1e-9 : 0.0));
-      rows.sensors.push_back(0);
-      rows.line.push_back(static_cast<std::uint32_t>(rows.time.size()));
-      row_time = t;
-    }
-    rows.sensors.back() |= bit[i];
-    rows_of[i].push_back(rows.time.size() - 1);
-  }
-  RowTimesOptions options;
-  options.unit_known = true;
-  options.keep_origin = keep;
-  options.column = "time";
-  options.row = "sample";
-  const RowTimes times =
-      row_times(rows, options, [this](long, const std::string& problem, const std::string& remedy) {
-        throw InputError(path_, 0, 0, problem, remedy);
-      });
-  if (origin != 0 && !keep) {
+  const std::int64_t start = first.value_or(0);
+  const std::int64_t origin = start > kHuge || start < -kHuge ? start : 0;
+  const double shift = options_.keep_origin ? double(origin) * 1e-9 : 0.0;
+  if (origin != 0 && !options_.keep_origin) {
     out.notes.push_back(
         fmt::format("the times count from the first sample, at {:.3f} s", double(origin) * 1e-9));
   }
-  out.notes.insert(out.notes.end(), times.notes.begin(), times.notes.end());
-  out.cautions.insert(out.cautions.end(), times.cautions.begin(), times.cautions.end());
-  for (Entry* entry : read) {
-    VectorSeries series;
-    series.v = std::move(entry->v);
-    entry->t = {};
-    give_log_times(series, rows_of[static_cast<std::size_t>(entry - sensors_.data())], times.t);
-    if (entry->kind == "acc") out.acc = std::move(series);
-    if (entry->kind == "gyr") out.gyr = std::move(series);
-    if (entry->kind == "temp") {
-      ScalarSeries& temp = out.aux["temp"];
-      temp.t = series.t;
-      for (const Vector3& v : series.v) temp.v.push_back(v[0]);
+  if (const std::optional<std::size_t> late = late_rows_of_orderly(times, order_)) {
+    if (*late > 0) out.notes.push_back(late_rows_note(*late));
+    release(order_);
+    for (const std::size_t i : read_) {
+      Entry& entry = sensors_[i];
+      VectorSeries series;
+      series.t.reserve(entry.t.size());
+      for (const std::int64_t t : entry.t) series.t.push_back(log_seconds(t, origin) + shift);
+      release(entry.t);
+      series.v = std::move(entry.v);
+      take_series(out, entry, std::move(series), mags == 1);
     }
-    if (entry->kind == "mag") {
-      out.mag.push_back(std::move(series));
-      out.mag_names.push_back(mags == 1 ? "mag" : fmt::format("mag{}", out.mag.size()));
-      if (mags > 1) out.notes.push_back(out.mag_names.back() + " is " + printable(entry->name));
-    }
+    return;
+  }
+  std::vector<std::vector<std::uint32_t>> rows_of;
+  const RawRows rows = rows_of_log(times, order_, origin, shift, rows_of);
+  RowTimesOptions options;
+  options.unit_known = true;
+  options.keep_origin = options_.keep_origin;
+  options.column = "time";
+  options.row = "sample";
+  const RowTimes mended =
+      row_times(rows, options, [this](long, const std::string& problem, const std::string& remedy) {
+        throw InputError(path_, 0, 0, problem, remedy);
+      });
+  out.notes.insert(out.notes.end(), mended.notes.begin(), mended.notes.end());
+  out.cautions.insert(out.cautions.end(), mended.cautions.begin(), mended.cautions.end());
+  for (std::size_t n = 0; n < read_.size(); ++n) {
+    Entry& entry = sensors_[read_[n]];
+    release(entry.t);
+    take_series(out, entry, in_order_of_time(std::move(entry.v), rows_of[n], mended.t), mags == 1);
+  }
+}
+
+void LogRecording::take_series(Recording& out, Entry& entry, VectorSeries series, bool one_mag) {
+  if (series.empty()) return;
+  if (entry.kind == "acc") {
+    out.acc = std::move(series);
+  } else if (entry.kind == "gyr") {
+    out.gyr = std::move(series);
+  } else if (entry.kind == "temp") {
+    ScalarSeries& temp = out.aux["temp"];
+    for (const Vector3& v : series.v) temp.v.push_back(v[0]);
+    temp.t = std::move(series.t);
+  } else {
+    out.mag.push_back(std::move(series));
+    out.mag_names.push_back(one_mag ? "mag" : fmt::format("mag{}", out.mag.size()));
+    if (!one_mag) out.notes.push_back(out.mag_names.back() + " is " + printable(entry.name));
   }
 }
 

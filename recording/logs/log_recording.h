@@ -50,20 +50,24 @@ class LogRecording {
   struct Entry : LogSensor {
     std::size_t samples = 0;
     bool wanted = false;
+    std::uint8_t number = 0;  // among those that are read
     std::vector<std::int64_t> t;
     std::vector<Vector3> v;
   };
   std::vector<std::size_t> of_kind(const std::string& kind) const;
   void choose_named(const std::string& kind, const std::vector<std::size_t>& all);
   std::string listed() const;
+  void start_reading();
   double unit_of(const Entry& entry) const;
-  void set_times(Recording& recording, std::vector<Entry*>& entries);
+  void set_times(Recording& recording);
+  void take_series(Recording& recording, Entry& entry, VectorSeries series, bool one_mag);
 
   const std::string& path_;
   std::string what_;
   const CsvOptions& options_;
   std::vector<Entry> sensors_;
-  std::vector<std::uint16_t> order_;  // sensors of the samples, in the file's order
+  std::vector<std::size_t> read_;    // sensors by Entry::number
+  std::vector<std::uint8_t> order_;  // numbers of the samples' sensors, in the file's order
   std::vector<std::string> notes_;
   bool chosen_ = false;
   std::size_t not_finite_ = 0, repeated_ = 0;

@@ -29,13 +29,23 @@ class EqualToTheProgram(InFolder):
     def test_a_file_read_by_the_module_with_options(self):
         recording().save(self.folder / "rec.csv")
         theirs = run_program("calibrate", "rec.csv", "--json", "--motion", "hand_held",
-                             "--location", "52.51,13.33,2026-07-31", "--unit", "mag=2",
-                             folder=self.folder, expect=1)  # twice the field: not of this place
-        mine = magimu.calibrate(magimu.read(self.folder / "rec.csv", unit={"mag": 2}),
+                             "--location", "52.51,13.33,2026-07-31", "--unit", "mag=4",
+                             folder=self.folder)
+        mine = magimu.calibrate(magimu.read(self.folder / "rec.csv", unit={"mag": 4}),
                                 motion="hand_held", location="52.51,13.33,2026-07-31")
         self.assertEqual(without_times(mine.to_json()), without_times(theirs))
-        self.assertEqual(mine.trust.verdict, "no")
-        self.assertFalse(mine.trust)
+        self.assertEqual(mine.trust.verdict, "limited")  # twice the field of this place
+        self.assertIn("WMM", mine.trust.reasons[0])
+        self.assertTrue(mine.trust)
+
+    def test_a_file_without_a_header(self):
+        text = recording().to_csv()
+        names, rows = text.split("\n", 1)
+        (self.folder / "rows.csv").write_text(rows)
+        read = magimu.read(self.folder / "rows.csv", columns=names.split(","))
+        np.testing.assert_array_equal(read.mag.v, recording().mag.v)
+        with self.assertRaisesRegex(magimu.InputError, "columns"):
+            magimu.read(self.folder / "rows.csv")
 
     def test_a_simulation(self):
         run_program("simulate", "-q", "-o", "rec.csv", "--truth", "truth.json", "--motion", "hand",
@@ -130,13 +140,14 @@ class Overhead(unittest.TestCase):
         r = magimu.simulate(motion="hand_held", rate=200, seed=2, duration=128.715).recording
         t, acc, gyr, mag = r.acc.t, r.acc.v, r.gyr.v, r.mag.v
         self.assertEqual(len(t), 25743)
-        times = []
+        # The fit works in threads of its own: what the calling thread computes is the overhead.
+        computed = []
         for _ in range(3):
-            begin = time.perf_counter()
-            c = magimu.calibrate(magimu.Recording(t, acc=acc, gyr=gyr, mag=mag))
-            times.append(time.perf_counter() - begin - c.fit.seconds)
-        # 3 ms, where nothing else runs; ten times that where everything does.
-        self.assertLess(min(times), 0.03)
+            begin = time.thread_time()
+            magimu.calibrate(magimu.Recording(t, acc=acc, gyr=gyr, mag=mag))
+            computed.append(time.thread_time() - begin)
+        print(f"overhead of 25743 samples: {1e3 * min(computed):.1f} ms (asked: 10)")
+        self.assertLess(min(computed), 0.010)
 
 
 if __name__ == "__main__":

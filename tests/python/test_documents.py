@@ -54,13 +54,15 @@ class Documents(InFolder):
         stubs = (Path(magimu.__file__).parent / "_core.pyi").read_text(encoding="utf-8")
         said = set(re.findall(r"^(?:def|class) (\w+)|^(\w+):", stubs, re.MULTILINE))
         names = {a or b for a, b in said}
-        there = {n for n in dir(magimu._core) if not n.startswith("_")}
+        there = {n for n in dir(sys.modules["magimu._core"]) if not n.startswith("_")}
         self.assertEqual(names, there)
 
 
 class Wheel(InFolder):
     def test_installed_by_pip_it_is_complete(self):
-        core = next(Path(magimu.__file__).parent.glob("_core*.so"))
+        core = next(Path(magimu.__file__).parent.glob("_core*.so"), None)
+        if core is None:
+            self.skipTest("the compiled part is built into the interpreter (MAGIMU_PYTHON is OFF)")
         source = self.folder / "source"
         source.mkdir()
         for name in ("pyproject.toml", "setup.py", "README.md", "CMakeLists.txt", "LICENSE",

@@ -235,6 +235,47 @@ TEST(CsvDialect, seconds_and_nanoseconds_are_one_time) {
   expect_recording(read_text(text));
 }
 
+TEST(CsvDialect, of_several_times_the_first_with_a_unit) {
+  const std::string sensors = kDialectNames.substr(1);
+  const auto fields = [](const std::string& before) {
+    return [before](int k, int c) {
+      return c == 0 ? fmt::format("{},{:.0f}", before, 1e6 * number(k, 0)) : plain(k, c);
+    };
+  };
+  // mavlogdump: seconds since 1970 of the computer, and the autopilot's own.
+  expect_recording(
+      read_text("timestamp,TimeUS" + sensors + "\n" + rows(",", fields("1700000000"))));
+  // SensorLog and MetaWear: how the date is written is no unit.
+  for (const char* name : {"loggingTime(txt)", "time (+01:00)", "time (hh:mm:ss)"}) {
+    expect_recording(read_text(std::string(name) + ",micros" + sensors + "\n" +
+                               rows(",", fields("2024-05-01T10:00:00.000"))));
+  }
+  expect_recording(
+      read_text("Time since start in ms " + sensors + "\n" + rows(",", [](int k, int c) {
+                  return c == 0 ? fmt::format("{:.0f}", 1e3 * number(k, 0)) : plain(k, c);
+                })));
+}
+
+TEST(CsvDialect, units_below_the_names_among_words_of_the_loggers_own) {
+  // Shimmer: a row for spreadsheets, names, units.
+  const std::string names =
+      "Shimmer_A_Timestamp_Unix_CAL\tShimmer_A_Accel_WR_X_CAL\tShimmer_A_Accel_WR_Y_CAL\t"
+      "Shimmer_A_Accel_WR_Z_CAL\tShimmer_A_Gyro_X_CAL\tShimmer_A_Gyro_Y_CAL\tShimmer_A_Gyro_Z_CAL\t"
+      "Shimmer_A_Mag_X_CAL\tShimmer_A_Mag_Y_CAL\tShimmer_A_Mag_Z_CAL\n";
+  const std::string units =
+      "ms\tm/(s^2)\tm/(s^2)\tm/(s^2)\trad/s\trad/s\trad/s\tflux_x\tflux_y\tflux_z\n";
+  CsvOptions options;
+  options.mag_unit = 1.0;
+  const Recording r =
+      read_text("\"sep=\t\"\n" + names + units +
+                    rows("\t",
+                         [](int k, int c) {
+                           return c == 0 ? fmt::format("{:.0f}", 1e3 * number(k, 0)) : plain(k, c);
+                         }),
+                options);
+  expect_recording(r);
+}
+
 TEST(CsvName, knows_other_languages_topics_and_numbers) {
   for (const auto& [header, name] : {std::pair("Zeit (s)", "t"),
                                      {"%time", "t"},

@@ -3,6 +3,7 @@
 // they share nothing.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -192,7 +193,8 @@ inline std::string mcap(const std::string& packed, const std::string& method, st
 inline std::string ulog_message(char type, const std::string& content) {
   return Bytes().put(static_cast<std::uint16_t>(content.size())).put(type).add(content).text;
 }
-inline std::string ulog(int count) {
+// first: the number of the first sample.
+inline std::string ulog(int count, int first = 0) {
   std::string out = std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0');
   out += ulog_message('F',
                       "sensor_combined:uint64_t timestamp;float[3] gyro_rad;uint32_t dt;"
@@ -206,21 +208,21 @@ inline std::string ulog(int count) {
   out += ulog_message('A', Bytes().put('\0').put(std::uint16_t(7)).add("sensor_combined").text);
   out +=
       ulog_message('A', Bytes().put('\0').put(std::uint16_t(8)).add("vehicle_magnetometer").text);
-  for (int k = 0; k < count; ++k) {
+  for (int k = first; k < first + count; ++k) {
     Bytes imu, mag;
-    imu.put(std::uint16_t(7)).put(std::uint64_t(1'000'000 + 10'000 * k));
+    imu.put(std::uint16_t(7)).put(std::uint64_t(1'000'000 + std::int64_t(10'000) * k));
     for (int i = 0; i < 3; ++i) imu.put(float(log_gyr(k, i)));
     imu.put(std::uint32_t(10000)).put(std::int32_t(0));
     for (int i = 0; i < 3; ++i) imu.put(float(log_acc(k, i)));
-    mag.put(std::uint16_t(8)).put(std::uint64_t(1'000'500 + 10'000 * k));
-    mag.put(std::uint64_t(1'000'000 + 10'000 * k)).put(std::uint32_t(1));
+    mag.put(std::uint16_t(8)).put(std::uint64_t(1'000'500 + std::int64_t(10'000) * k));
+    mag.put(std::uint64_t(1'000'000 + std::int64_t(10'000) * k)).put(std::uint32_t(1));
     for (int i = 0; i < 3; ++i) mag.put(float(0.01 * log_mag(k, i)));
     out += ulog_message('D', imu.text) + ulog_message('D', mag.text);
   }
   return out;
 }
 
-inline std::string dataflash(int count) {
+inline std::string dataflash(int count, int first = 0) {
   const auto fmt = [](unsigned char type, unsigned char size, const std::string& name,
                       const std::string& kinds, const std::string& names) {
     return Bytes()
@@ -235,13 +237,14 @@ inline std::string dataflash(int count) {
   std::string out = fmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns");
   out += fmt(130, 3 + 8 + 1 + 24, "IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ");
   out += fmt(131, 3 + 8 + 1 + 12, "MAG", "QBhhhhhh", "TimeUS,I,MagX,MagY,MagZ,OfsX,OfsY,OfsZ");
-  for (int k = 0; k < count; ++k) {
+  for (int k = first; k < first + count; ++k) {
     Bytes imu, mag;
-    imu.add("\xA3\x95\x82").put(std::uint64_t(1'000'000 + 10'000 * k)).put('\0');
+    imu.add("\xA3\x95\x82").put(std::uint64_t(1'000'000 + std::int64_t(10'000) * k)).put('\0');
     for (int i = 0; i < 3; ++i) imu.put(float(log_gyr(k, i)));
     for (int i = 0; i < 3; ++i) imu.put(float(log_acc(k, i)));
-    mag.add("\xA3\x95\x83").put(std::uint64_t(1'000'000 + 10'000 * k)).put('\0');
-    for (int i = 0; i < 3; ++i) mag.put(std::int16_t(10 * log_mag(k, i) + 100 * (i + 1)));
+    mag.add("\xA3\x95\x83").put(std::uint64_t(1'000'000 + std::int64_t(10'000) * k)).put('\0');
+    for (int i = 0; i < 3; ++i)
+      mag.put(std::int16_t(int(std::lround(10 * log_mag(k % 1000, i))) + 100 * (i + 1)));
     for (int i = 0; i < 3; ++i) mag.put(std::int16_t(100 * (i + 1)));
     out += imu.text + mag.text;
   }

@@ -314,6 +314,7 @@ TEST(OtherFormats, are_named_with_the_converter_that_helps) {
   for (const auto& [head, word] :
        {std::pair("H Product:Blackbox flight data recorder", "blackbox_decode"),
         {"PAR1", "read_parquet"},
+        {"\xFF\xFEt", "iconv"},
         {"#ROSBAG V1.2\n", "rosbag migrate"}}) {
     const std::string content = head;
     EXPECT_THAT(test::error_of([&] { read_log(content); }).remedy, HasSubstr(word));

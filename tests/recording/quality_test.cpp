@@ -243,6 +243,21 @@ const std::vector<Spoilt> kSpoilt{
 INSTANTIATE_TEST_SUITE_P(OfARecording, Quality, testing::ValuesIn(kSpoilt),
                          [](const auto& spoilt) { return spoilt.param.name; });
 
+TEST(Quality, normalised_readings_are_found_where_the_sensor_mostly_lay_still) {
+  Recording r = good();
+  const std::size_t moved = r.mag[0].size() / 5;
+  for (std::size_t k = moved; k < r.mag[0].size(); ++k) {
+    r.mag[0].v[k] = r.mag[0].v[moved] + 0.02 * r.mag[0].v[k];
+  }
+  const auto found = [&] {
+    return std::ranges::any_of(check_recording(r),
+                               [](const Issue& issue) { return issue.kind == "normalised"; });
+  };
+  EXPECT_FALSE(found());
+  for (Vector3& v : r.mag[0].v) v *= 50.0 / v.norm();
+  EXPECT_TRUE(found());
+}
+
 TEST(Quality, advice_does_not_ask_for_the_unit_that_was_given) {
   Recording r = good();
   scale(r.gyr, 2.0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Is a diagnosis right? Its findings against what was hidden: the names, with the contract's
-// classes of causes that cannot be told apart, and the parameters.
+// Is a diagnosis right? Its findings against what was hidden: the names, with the
+// classes of causes that cannot be told apart (docs/effects.md), and the parameters.
 #pragma once
 
 #include <string>

@@ -55,7 +55,7 @@ struct Disturbance {
   double rms_uT = 0.0;  // of the residual there
 };
 
-// A model extension that is part of the calibration (CONTRACT.md lists the effects).
+// A model extension that is part of the calibration (docs/effects.md lists the effects).
 struct ActiveEffect {
   struct Parameter {
     std::string name, unit;

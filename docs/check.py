@@ -5,7 +5,8 @@
 docs/check.py            every constant of calibration/, diagnosis/ and recording/ stands in
                          docs/thresholds.md with its value, or among those that decide nothing; every
                          name "`name` in `file`" is in that file; every file that a document or a
-                         comment names is there
+                         comment names is there; no room includes another one than the table of
+                         docs/design.md says
 docs/check.py --values   writes the code's values into docs/thresholds.md, and prints rows for
                          constants that are not in it
 
@@ -152,6 +153,11 @@ def check_names(files):
                     faults.append(f"{file}:{line}: there is no file {target}")
                 elif not re.search(rf"\b{re.escape(name)}\b", path.read_text()):
                     faults.append(f"{file}:{line}: {target} has no {name}")
+        # Documents without a folder: comments cite them by their path.
+        for match in re.finditer(r"(?<![\w/.\-`*{}$])([A-Z][A-Z_]+\.md)\b", text):
+            if comment and match[1] not in whole:
+                line = text.count("\n", 0, match.start()) + 1
+                faults.append(f"{file}:{line}: there is no {match[1]}")
         # Files of this tree; in code only documents, which are what comments cite.
         for match in re.finditer(r"(?<![\w/.\-])((?:[\w.\-]+/)+[\w\-]+\.(\w+))", text):
             target, ending = match[1], match[2]
@@ -166,12 +172,32 @@ def check_names(files):
     return faults
 
 
+def check_rooms(files):
+    """Includes against the table of docs/design.md."""
+    may = {"graph": set()}
+    for line in (ROOT / "docs/design.md").read_text().split("\n"):
+        row = re.fullmatch(r"\| `(\w+)/` \|.*\| ([\w, ]*) ?\|", line)
+        if row and "all above" not in row[2]:
+            may[row[1]] = set(re.findall(r"\w+", row[2]))
+    faults = []
+    for file in files:
+        room = file.split("/")[0]
+        if room not in may or not file.endswith((".h", ".cpp", ".inc")):
+            continue
+        for number, line in enumerate((ROOT / file).read_text().split("\n")):
+            included = re.match(r'#include "(\w+)/', line)
+            if included and included[1] not in may[room] | {room, "graph"}:
+                faults.append(f"{file}:{number + 1}: {room}/ does not include {included[1]}/ "
+                              "(docs/design.md, \"The rooms\")")
+    return faults
+
+
 def main():
     write = sys.argv[1:] == ["--values"]
     if sys.argv[1:] and not write:
         sys.exit(__doc__)
     files = tracked()
-    faults = check_thresholds(files, write) + check_names(files)
+    faults = check_thresholds(files, write) + check_names(files) + check_rooms(files)
     for fault in faults:
         print(fault, file=sys.stderr)
     sys.exit(1 if faults else 0)

@@ -56,7 +56,7 @@ convert() {  # format, source, target, title
   pandoc --standalone --toc --toc-depth=2 -f "$1" -t html5 --metadata pagetitle="magimu: $4" \
     --css style.css --include-before-body "$out/nav.html" "$2" |
     sed -E 's#href="(docs/|\.\./)?([A-Za-z_0-9]+)\.md(\#[^"]*)?"#href="\2.html\3"#g;
-      s#href="README\.html#href="index.html#g' >"$out/$3"
+      s#href="README\.html#href="index.html#g; s#src="docs/pictures/#src="pictures/#g' >"$out/$3"
 }
 for page in "${pages[@]}"; do
   source=docs/$page.md

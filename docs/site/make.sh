@@ -12,10 +12,12 @@ cp docs/site/style.css "$out/"
 cp -r docs/pictures docs/tutorial "$out/"
 
 pages=(README tutorial howto python formats effects theory design thresholds evidence real_data windows
+  reprocess study questions
   CONTRIBUTING CHANGELOG)
 declare -A titles=([README]=Overview [tutorial]=Tutorial [howto]=How-tos [python]=Python
   [formats]=Files [effects]=Effects [theory]=Theory [design]=Design [thresholds]="Numbers that decide"
   [evidence]="What is missing" [real_data]="Real recordings" [windows]="How it is fast"
+  [questions]=Questions [reprocess]=Archives [study]="The paper repeated"
   [CONTRIBUTING]=Contributing [CHANGELOG]=Changes)
 for file in docs/*.md; do  # pages that are new come last
   name=$(basename "$file" .md)

@@ -17,6 +17,7 @@
 #include <ctime>
 #include <deque>
 #include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "apps/progress.h"
@@ -92,12 +93,20 @@ void write_result(const ReprocessTask& task, const ArchiveResult& result,
                                 now_text()}));
 }
 
+// Of this process, bytes.
+rlim_t address_space() {
+  std::size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  return rlim_t(pages) * rlim_t(::sysconf(_SC_PAGESIZE));
+}
+
 [[noreturn]] void child_process(const ReprocessTask& task, const ReprocessLimits& limits,
                                 int message, pid_t parent) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // with the parent nobody waits for this any more
   if (::getppid() != parent) ::_exit(kNotWritten);
   if (limits.megabytes > 0.0) {
-    const rlim_t bytes = rlim_t(limits.megabytes * 1048576.0);
+    // What the program has mapped so far is not the recording's.
+    const rlim_t bytes = address_space() + rlim_t(limits.megabytes * 1048576.0);
     const rlimit limit{bytes, bytes};
     ::setrlimit(RLIMIT_AS, &limit);
   }

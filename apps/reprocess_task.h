@@ -19,7 +19,7 @@ struct ReprocessLimits {
   int jobs = 1;             // processes at the same time
   int threads = 1;          // of each process
   double seconds = 3600.0;  // of each process
-  double megabytes = 0.0;   // address space of each process; 0: no limit
+  double megabytes = 0.0;   // more address space for each process; 0: no limit
   std::string version;
   bool quiet = false;
 };

@@ -162,6 +162,18 @@ nlohmann::json mounting_json(const Mounting& m) {
   return j;
 }
 
+// What `info` cannot see, and a calibration would need to be good; empty: nothing.
+std::string open_question(const Survey& s) {
+  for (const AxesFit& fit : s.mounting.fits) {
+    if (fit.gyr_axes.empty()) {
+      return "the sensors' directions do not turn as the gyroscope says, whatever the axes";
+    }
+  }
+  return s.mounting.status == MountingStatus::kUndecided
+             ? "this motion does not tell whether the sensors' axes agree"
+             : "";
+}
+
 }  // namespace
 
 std::string survey_verdict(const Survey& s) {
@@ -185,6 +197,9 @@ std::string survey_verdict(const Survey& s) {
   }
   if (s.disturbed()) {
     return "Do not expect a good calibration from it: the field was disturbed.";
+  }
+  if (const std::string question = open_question(s); !question.empty()) {
+    return "Whether a calibration from it will be good is open: " + question + ".";
   }
   if (!s.coverage.missing.empty()) {
     return "It can be calibrated; with the motion that is missing the result would be better.";

@@ -68,9 +68,9 @@ MatrixXd Gaussian::covariance() const {
   return information.llt().solve(MatrixXd::Identity(information.rows(), information.cols()));
 }
 
-ChangeModel::ChangeModel(const ChangeProblem& problem, std::vector<Change> changes)
+ChangeModel::ChangeModel(const ChangeProblem& problem, std::vector<DeviceChange> changes)
     : problem_(problem), changes_(std::move(changes)), n_(problem.prior.vector.size()) {
-  for (const Change& c : changes_) {
+  for (const DeviceChange& c : changes_) {
     if (c.kind == ChangeKind::kTrend) extra_ += problem_.groups[c.group].G.cols();
   }
   Gaussian begin{MatrixXd::Zero(n_ + extra_, n_ + extra_), VectorXd::Zero(n_ + extra_),
@@ -78,7 +78,7 @@ ChangeModel::ChangeModel(const ChangeProblem& problem, std::vector<Change> chang
   begin.information.topLeftCorner(n_, n_) = problem_.prior.information;
   begin.vector.head(n_) = problem_.prior.vector;
   Eigen::Index at = n_;
-  for (const Change& c : changes_) {
+  for (const DeviceChange& c : changes_) {
     if (c.kind != ChangeKind::kTrend) continue;
     const MatrixXd W = c.size * c.size * problem_.groups[c.group].W;
     const Eigen::LLT<MatrixXd> llt(W);
@@ -108,7 +108,7 @@ ChangeModel::ChangeModel(const ChangeProblem& problem, std::vector<Change> chang
 // Recording k as a function of the parameters and of the trends' slopes.
 Gaussian ChangeModel::measurement(std::size_t k) const {
   Gaussian own = problem_.recordings[k];
-  for (const Change& c : changes_) {
+  for (const DeviceChange& c : changes_) {
     if (c.kind != ChangeKind::kScatter) continue;
     const ParameterGroup& group = problem_.groups[c.group];
     own.blur(group.G, c.size * c.size * group.W);
@@ -117,7 +117,7 @@ Gaussian ChangeModel::measurement(std::size_t k) const {
   MatrixXd H(n_, n_ + extra_);
   H.leftCols(n_).setIdentity();
   Eigen::Index at = n_;
-  for (const Change& c : changes_) {
+  for (const DeviceChange& c : changes_) {
     if (c.kind != ChangeKind::kTrend) continue;
     const MatrixXd& G = problem_.groups[c.group].G;
     H.middleCols(at, G.cols()) = share_of_time(problem_.time, k) * G;
@@ -131,7 +131,7 @@ void ChangeModel::transit(Gaussian& state, std::size_t into) const {
   const std::vector<double>& t = problem_.time;
   const double mean_step = (t.back() - t.front()) / double(t.size() - 1);
   const double steps = mean_step > 0.0 ? (t[into] - t[into - 1]) / mean_step : 1.0;
-  for (const Change& c : changes_) {
+  for (const DeviceChange& c : changes_) {
     const bool walk = c.kind == ChangeKind::kWalk && steps > 0.0;
     if (!walk && !(c.kind == ChangeKind::kStep && c.at == into)) continue;
     const ParameterGroup& group = problem_.groups[c.group];
@@ -170,7 +170,7 @@ std::vector<Gaussian> ChangeModel::smoothed() const {
     MatrixXd H = MatrixXd::Zero(n_, n_ + extra_);
     H.leftCols(n_).setIdentity();
     Eigen::Index at = n_;
-    for (const Change& c : changes_) {
+    for (const DeviceChange& c : changes_) {
       if (c.kind != ChangeKind::kTrend) continue;
       const MatrixXd& G = problem_.groups[c.group].G;
       H.middleCols(at, G.cols()) = share_of_time(problem_.time, k) * G;

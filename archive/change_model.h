@@ -45,7 +45,7 @@ enum class ChangeKind { kStep, kWalk, kTrend, kScatter };
 std::string to_string(ChangeKind kind);
 
 // One way in which one group changes.
-struct Change {
+struct DeviceChange {
   ChangeKind kind = ChangeKind::kStep;
   std::size_t group = 0;
   std::size_t at = 0;  // kStep: the first recording after it
@@ -63,7 +63,7 @@ struct ChangeProblem {
 
 class ChangeModel {
  public:
-  ChangeModel(const ChangeProblem& problem, std::vector<Change> changes);
+  ChangeModel(const ChangeProblem& problem, std::vector<DeviceChange> changes);
 
   // Of all recordings.
   double log_evidence() const;
@@ -77,7 +77,7 @@ class ChangeModel {
   void transit(Gaussian& state, std::size_t into) const;
 
   const ChangeProblem& problem_;
-  std::vector<Change> changes_;
+  std::vector<DeviceChange> changes_;
   Eigen::Index n_ = 0, extra_ = 0;            // parameters; those of trends
   std::vector<Gaussian> forward_, backward_;  // with recordings 0..k; with k..n-1
 };

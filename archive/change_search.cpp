@@ -23,7 +23,7 @@ double log_mean_exp(const std::vector<double>& logs) {
 // One class of changes: its evidence over that of the model without, and its most probable member.
 struct ChangeClass {
   double log_bayes_factor = 0.0;
-  Change best;
+  DeviceChange best;
   double date_probability = 1.0;
 };
 
@@ -55,12 +55,12 @@ ChangeClass steps_of(const ChangeModel& model, double before, std::size_t group)
   return out;
 }
 
-ChangeClass process_of(const ChangeProblem& problem, const std::vector<Change>& accepted,
+ChangeClass process_of(const ChangeProblem& problem, const std::vector<DeviceChange>& accepted,
                        double before, std::size_t group, ChangeKind kind) {
   std::vector<double> all;
   ChangeClass out;
   for (const double size : kProcessSizes) {
-    std::vector<Change> changes = accepted;
+    std::vector<DeviceChange> changes = accepted;
     changes.push_back({kind, group, 0, size});
     all.push_back(ChangeModel(problem, changes).log_evidence() - before);
     if (all.back() >= *std::ranges::max_element(all)) out.best = changes.back();
@@ -70,7 +70,7 @@ ChangeClass process_of(const ChangeProblem& problem, const std::vector<Change>& 
 }
 
 std::vector<ChangeClass> classes_beside(const ChangeProblem& problem,
-                                        const std::vector<Change>& accepted) {
+                                        const std::vector<DeviceChange>& accepted) {
   const ChangeModel model(problem, accepted);
   const double before = model.log_evidence();
   std::vector<ChangeClass> out;
@@ -78,15 +78,15 @@ std::vector<ChangeClass> classes_beside(const ChangeProblem& problem,
     out.push_back(steps_of(model, before, g));
     for (const ChangeKind kind : {ChangeKind::kWalk, ChangeKind::kTrend, ChangeKind::kScatter}) {
       const bool has = std::ranges::any_of(
-          accepted, [&](const Change& c) { return c.kind == kind && c.group == g; });
+          accepted, [&](const DeviceChange& c) { return c.kind == kind && c.group == g; });
       if (!has) out.push_back(process_of(problem, accepted, before, g, kind));
     }
   }
   return out;
 }
 
-std::vector<Change> only_changes(const std::vector<FoundChange>& found, std::size_t but) {
-  std::vector<Change> out;
+std::vector<DeviceChange> only_changes(const std::vector<FoundChange>& found, std::size_t but) {
+  std::vector<DeviceChange> out;
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (i != but) out.push_back(found[i].change);
   }
@@ -98,10 +98,10 @@ std::vector<Change> only_changes(const std::vector<FoundChange>& found, std::siz
 void drop_superfluous(const ChangeProblem& problem, std::vector<FoundChange>& found,
                       double required) {
   for (std::size_t i = 0; i + 1 < found.size(); ++i) {
-    const std::vector<Change> others = only_changes(found, i);
+    const std::vector<DeviceChange> others = only_changes(found, i);
     const ChangeModel without(problem, others);
     const double before = without.log_evidence();
-    const Change& c = found[i].change;
+    const DeviceChange& c = found[i].change;
     const ChangeClass again = c.kind == ChangeKind::kStep
                                   ? steps_of(without, before, c.group)
                                   : process_of(problem, others, before, c.group, c.kind);

@@ -15,7 +15,7 @@
 namespace magimu {
 
 struct FoundChange {
-  Change change;
+  DeviceChange change;
   double log_bayes_factor = 0.0;  // of its class against the model without it
   double probability = 1.0;       // of its class among all, no change included
   // kStep: of this date among all dates.

@@ -292,7 +292,7 @@ Device make_device(const std::string& name, std::vector<DeviceRecording> recordi
 }
 
 std::string sentence_of(const Device& device, const FoundChange& found) {
-  const Change& c = found.change;
+  const DeviceChange& c = found.change;
   const std::string& what = device.groups[c.group].words;
   const auto shown = [&](std::size_t k) { return device.recordings[device.used[k]].shown; };
   if (c.kind == ChangeKind::kStep) {

@@ -67,8 +67,23 @@ bool all_constant(const VectorSeries& s) {
 
 namespace {
 
-// An axis that stands still while the others go on: a run of one value that is no extreme (such
-// runs are clipped) and is longer than repeats come by chance. In n samples with a share r of
+// Did the axis jump to the value of samples [begin, end) and away from it, further than it ever
+// steps elsewhere? At the end of its range a sensor arrives and leaves in steps as it takes them.
+bool jumped_there(const VectorSeries& s, int axis, std::size_t begin, std::size_t end) {
+  double in_and_out = INFINITY, elsewhere = 0.0;
+  for (std::size_t k = 1; k < s.size(); ++k) {
+    const double step = std::abs(s.v[k][axis] - s.v[k - 1][axis]);
+    if (k == begin || k == end) {
+      in_and_out = std::min(in_and_out, step);
+    } else {
+      elsewhere = std::max(elsewhere, step);
+    }
+  }
+  return std::isfinite(in_and_out) && in_and_out > elsewhere;
+}
+
+// An axis that stands still while the others go on: a run of one value that is no end of its range
+// (such runs are clipped) and is longer than repeats come by chance. In n samples with a share r of
 // repeats elsewhere, a run of m repeats is expected n r^m times.
 std::optional<Issue> stuck_axis(const NamedSeries& sensor, int axis) {
   constexpr double kExpected = 1e-6;  // such runs by chance, in a recording
@@ -94,7 +109,8 @@ std::optional<Issue> stuck_axis(const NamedSeries& sensor, int axis) {
   const double value = s.v[at][axis], length = s.t[at + longest] - s.t[at];
   const double n = double(s.size());
   const double share = double(repeats - longest + 1) / (n - double(longest));
-  if (value == low || value == high || length < kStuckSeconds || 2 * lively < longest) {
+  if (length < kStuckSeconds || 2 * lively < longest) return std::nullopt;
+  if ((value == low || value == high) && !jumped_there(s, axis, at, at + longest + 1)) {
     return std::nullopt;
   }
   if (std::log(n) + double(longest) * std::log(share) > std::log(kExpected)) return std::nullopt;
@@ -193,6 +209,8 @@ std::vector<Issue> check_saturation(const NamedSeries& sensor) {
     for (const int sign : {1, -1}) {
       if (!habits.clipped(axis, sign)) continue;
       const ExtremeValues::Value& e = habits.end(axis, sign).top();
+      const std::optional<Issue> stuck = stuck_axis(sensor, axis);
+      if (stuck && stuck->begin_s <= e.first_s && e.last_s <= stuck->end_s) continue;
       issues.push_back(
           {"saturation", sensor.name, axis, Severity::kCaution, e.first_s, e.last_s,
            fmt::format("{}_{} reads {:.5g} {}, its {}, in {} samples between {:.2f} and {:.2f} s, "

@@ -2,6 +2,7 @@
 #include "recording/quality.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "recording/error.h"
 #include "recording/quality_checks.h"
@@ -22,6 +23,30 @@ std::vector<NamedSeries> sensors_of(const Recording& recording) {
 
 void append(std::vector<Issue>& all, std::vector<Issue>&& more) {
   all.insert(all.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
+
+// Where all sensors stop at once the logger did, or its clock jumped: what follows is a part of its
+// own, and nothing has to be mended.
+void tell_of_common_gap(std::vector<Issue>& issues, std::size_t sensors) {
+  std::vector<Issue*> gaps;
+  for (Issue& issue : issues) {
+    if (issue.kind == "gap") gaps.push_back(&issue);
+  }
+  if (gaps.size() < sensors) return;
+  double begin = -INFINITY, end = INFINITY, longest = 0.0;
+  for (const Issue* gap : gaps) {
+    begin = std::max(begin, gap->begin_s);
+    end = std::min(end, gap->end_s);
+    longest = std::max(longest, gap->end_s - gap->begin_s);
+  }
+  if (end - begin < 0.5 * longest) return;
+  for (Issue* gap : gaps) {
+    gap->severity = Severity::kNote;
+    gap->remedy =
+        "all sensors stop there: the logger paused, or its clock jumped; after a gap that the "
+        "motion does not let bridge a new part of the recording begins, with an attitude of its "
+        "own";
+  }
 }
 
 }  // namespace
@@ -64,6 +89,7 @@ std::vector<Issue> check_recording(const Recording& recording) {
       append(issues, check_saturation(sensor));
       append(issues, check_clock(sensor));
     }
+    tell_of_common_gap(issues, sensors.size());
   }
   std::ranges::stable_sort(issues,
                            [](const Issue& a, const Issue& b) { return a.severity > b.severity; });

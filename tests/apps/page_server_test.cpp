@@ -318,12 +318,15 @@ TEST_F(GuidedStream, is_drawn_by_a_browser) {
     told = browser.next();
   }
   const std::string page = magimu_.folder().path("dom.html");
-  const std::string command =
-      "timeout 60 chromium --headless --no-sandbox --disable-gpu --virtual-time-budget=4000 "
-      "--dump-dom " +
-      url() + " >'" + page + "' 2>/dev/null";
-  ASSERT_EQ(std::system(command.c_str()), 0);
-  const std::string drawn = magimu_.text("dom.html");
+  // The budget is of the page's own clock, which does not wait for what comes over a socket.
+  std::string drawn;
+  for (int budget = 4000; budget <= 64000 && drawn.find("Hard iron") == drawn.npos; budget *= 2) {
+    const std::string command =
+        "timeout 60 chromium --headless --no-sandbox --disable-gpu --virtual-time-budget=" +
+        std::to_string(budget) + " --dump-dom " + url() + " >'" + page + "' 2>/dev/null";
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    drawn = magimu_.text("dom.html");
+  }
   EXPECT_THAT(drawn, HasSubstr(">good enough</span>"));
   EXPECT_THAT(drawn, HasSubstr(" % of all directions seen"));
   EXPECT_THAT(drawn, HasSubstr("Hard iron"));

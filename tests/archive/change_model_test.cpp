@@ -15,7 +15,7 @@ using test::DrawnDevice;
 
 // log p of all recordings by one large matrix: the measurements y_k = x_k + e_k, with x_k jointly
 // Gaussian. The recordings' own normalization is left out, as in ChangeModel.
-double dense_log_evidence(const ChangeProblem& p, const std::vector<Change>& changes) {
+double dense_log_evidence(const ChangeProblem& p, const std::vector<DeviceChange>& changes) {
   const Eigen::Index n = p.prior.vector.size(), count = Eigen::Index(p.recordings.size());
   MatrixXd C = MatrixXd::Zero(n * count, n * count), A = C;  // covariance of all x; information
   VectorXd h(n * count);
@@ -26,7 +26,7 @@ double dense_log_evidence(const ChangeProblem& p, const std::vector<Change>& cha
     h.segment(n * i, n) = p.recordings[std::size_t(i)].vector;
     for (Eigen::Index j = 0; j < count; ++j) {
       MatrixXd S = P0;
-      for (const Change& c : changes) {
+      for (const DeviceChange& c : changes) {
         const ParameterGroup& g = p.groups[c.group];
         const MatrixXd W = c.size * c.size * g.G * g.W * g.G.transpose();
         const auto at = Eigen::Index(c.at);
@@ -52,7 +52,7 @@ double own_constant(const ChangeProblem& p) {  // of the prior, which ChangeMode
   return 0.5 * p.prior.information.ldlt().vectorD().array().log().sum();
 }
 
-class EvidenceOf : public testing::TestWithParam<std::vector<Change>> {};
+class EvidenceOf : public testing::TestWithParam<std::vector<DeviceChange>> {};
 
 TEST_P(EvidenceOf, changes_agrees_with_the_dense_covariance_of_all_recordings) {
   DrawnDevice device = draw_device(std::vector<VectorXd>(5, VectorXd::Ones(6)), 3);
@@ -63,15 +63,16 @@ TEST_P(EvidenceOf, changes_agrees_with_the_dense_covariance_of_all_recordings) {
               dense_log_evidence(device.problem, GetParam()), 1e-6);
 }
 
-INSTANTIATE_TEST_SUITE_P(ChangeModel, EvidenceOf,
-                         testing::Values(std::vector<Change>{},
-                                         std::vector<Change>{{ChangeKind::kStep, 0, 2, 3.0}},
-                                         std::vector<Change>{{ChangeKind::kWalk, 1, 0, 0.7}},
-                                         std::vector<Change>{{ChangeKind::kTrend, 0, 0, 5.0}},
-                                         std::vector<Change>{{ChangeKind::kScatter, 1, 0, 2.0}},
-                                         std::vector<Change>{{ChangeKind::kStep, 0, 4, 8.0},
-                                                             {ChangeKind::kTrend, 1, 0, 2.0},
-                                                             {ChangeKind::kScatter, 0, 0, 1.0}}));
+INSTANTIATE_TEST_SUITE_P(
+    ChangeModel, EvidenceOf,
+    testing::Values(std::vector<DeviceChange>{},
+                    std::vector<DeviceChange>{{ChangeKind::kStep, 0, 2, 3.0}},
+                    std::vector<DeviceChange>{{ChangeKind::kWalk, 1, 0, 0.7}},
+                    std::vector<DeviceChange>{{ChangeKind::kTrend, 0, 0, 5.0}},
+                    std::vector<DeviceChange>{{ChangeKind::kScatter, 1, 0, 2.0}},
+                    std::vector<DeviceChange>{{ChangeKind::kStep, 0, 4, 8.0},
+                                              {ChangeKind::kTrend, 1, 0, 2.0},
+                                              {ChangeKind::kScatter, 0, 0, 1.0}}));
 
 TEST(ChangeModel, evidence_with_a_step_more_is_that_of_the_model_with_it) {
   const DrawnDevice device = draw_device(std::vector<VectorXd>(6, VectorXd::Ones(6)), 5);

@@ -26,7 +26,7 @@ TEST(ChangeSearch, dates_a_step_of_six_sigmas_to_its_recording) {
     for (std::size_t k = at; k < kRecordings; ++k) truth[k] += step;
     const ChangeHistory history = find_changes(draw_device(truth, seed).problem);
     if (history.changes.empty()) continue;
-    const Change& c = history.changes.front().change;
+    const DeviceChange& c = history.changes.front().change;
     found += c.kind == ChangeKind::kStep && c.group == 0;
     dated += c.kind == ChangeKind::kStep && c.at == at;
   }

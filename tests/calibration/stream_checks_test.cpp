@@ -17,6 +17,7 @@ Calibration estimate_with(double sigma, const Vector3& gyr_bias) {
   Calibration c;
   c.parameters.gyr_bias = gyr_bias;
   c.parameters.mag.resize(1);
+  c.fields.resize(1);
   c.covariance = sigma * sigma * MatrixXd::Identity(19, 19);
   return c;
 }

@@ -113,6 +113,10 @@ const std::vector<Spoilt> kSpoilt{
      [](Recording& r) { r.gyr.t[301] = r.gyr.t[300]; }},
     {"gap", "gap", "gyr", kCaution, "a gap at 9.99-10.50 s: about 50 samples are missing",
      "a new part of the recording begins", [](Recording& r) { erase(r.gyr, 1000, 1050); }},
+    {"gap_of_all", "gap", "acc", kNote, "a gap at 9.99-15.00 s", "the logger paused",
+     [](Recording& r) {
+       for (VectorSeries* s : {&r.acc, &r.gyr, &r.mag[0]}) erase(*s, 1000, 1500);
+     }},
     {"gaps", "gap", "acc", kCaution, "2 gaps, at 19.99-20.20 s, 4.99-5.10 s",
      "slow the logger down",
      [](Recording& r) {
@@ -193,6 +197,11 @@ const std::vector<Spoilt> kSpoilt{
      "hung",
      [](Recording& r) {
        for (std::size_t k = 1000; k < 1200; ++k) r.gyr.v[k][1] = r.gyr.v[1000][1];
+     }},
+    {"stuck_axis_at_an_extreme", "stuck", "acc", kCaution,
+     "acc_x does not change at all for 1.99 s from 10.00 s", "hung",
+     [](Recording& r) {
+       for (std::size_t k = 1000; k < 1200; ++k) r.acc.v[k][0] = 30.0;
      }},
     {"gyr_range_taken_for_twice", "unit", "gyr", kFatal, "its range was set to 1/2 of",
      "--unit gyr=0.5", [](Recording& r) { scale(r.gyr, 2.0); }},

@@ -7,8 +7,9 @@ docs/check.py            every constant of calibration/, diagnosis/ and recordin
                          name "`name` in `file`" is in that file; every file that a document or a
                          comment names is there; no room includes another one than the table of
                          docs/design.md says
-docs/check.py --values   writes the code's values into docs/thresholds.md, and prints rows for
-                         constants that are not in it
+docs/check.py --values   brings docs/thresholds.md up to the code: values anew, rows of constants that
+                         are gone taken out, new ones under "Not described yet" with their comment,
+                         for you to move to their place and to say what they decide
 
 Needs nothing but Python's own library. Exit code 1 with one line for each fault.
 """
@@ -98,35 +99,74 @@ def value_cell(code, file, names):
     return "; ".join(code.get((file, name), "?") for name in names).replace("|", "\\|")
 
 
-def check_thresholds(files, write):
+def check_thresholds(files):
     faults, seen = [], set()
     code = code_constants(files)
-    lines = THRESHOLDS.read_text().split("\n")
-    for number, file, names, cells in table(lines):
+    for number, file, names, cells in table(THRESHOLDS.read_text().split("\n")):
         where = f"docs/thresholds.md:{number + 1}"
         for name in names:
             if (file, name) not in code:
-                faults.append(f"{where}: there is no constant {name} in {file}")
+                faults.append(f"{where}: there is no constant {name} in {file}; docs/check.py --values")
             elif (file, name) in seen:
                 faults.append(f"{where}: {name} of {file} stands here twice")
             seen.add((file, name))
         if not cells:
             continue
         now = value_cell(code, file, names)
-        if write:
-            cells[1] = now
-            lines[number] = "| " + " | ".join(cells) + " |"
-        elif cells[1] != now:
-            faults.append(f"{where}: {cells[0]} is {now} in {file}, not {cells[1]}")
+        if all((file, name) in code for name in names) and cells[1] != now:
+            faults.append(f"{where}: {cells[0]} is {now} in {file}, not {cells[1]}; "
+                          "docs/check.py --values")
         if len(cells) != 5 or not all(cells):
             faults.append(f"{where}: a row has constant, value, unit, what it decides, its source")
     for (file, name), value in sorted(code.items()):
         if (file, name) not in seen:
-            faults.append(f"{file}: {name} is not in docs/thresholds.md: add a row, "
-                          f"| {name} | {value} | unit | what it decides | where it comes from |")
-    if write:
-        THRESHOLDS.write_text("\n".join(lines))
+            faults.append(f"{file}: {name} = {value} is not in docs/thresholds.md; "
+                          "docs/check.py --values")
     return faults
+
+
+def comment_of(file, name):
+    """What stands before a constant's line and behind it."""
+    lines = (ROOT / file).read_text().split("\n")
+    for number, line in enumerate(lines):
+        if "constexpr" in line and re.search(rf"\b{name}\b", line):
+            words = line.split("//", 1)[1:]
+            while number > 0 and lines[number - 1].strip().startswith("//"):
+                number -= 1
+                words.insert(0, lines[number].strip()[2:])
+            return " ".join(" ".join(words).split()).replace("|", "\\|")
+    return ""
+
+
+def bring_up_to_date(files):
+    code, seen = code_constants(files), set()
+    lines = THRESHOLDS.read_text().split("\n")
+    for number, file, names, cells in table(lines):
+        left = [name for name in names if (file, name) in code and (file, name) not in seen]
+        seen |= {(file, name) for name in left}
+        if not left:
+            lines[number] = None
+        elif cells:
+            cells[0], cells[1] = ", ".join(left), value_cell(code, file, left)
+            lines[number] = "| " + " | ".join(cells) + " |"
+        elif left != names:
+            cells = lines[number].strip("|").split("|")
+            cells[1] = " " + ", ".join(left) + " "
+            lines[number] = "|" + "|".join(cells) + "|"
+    text = "\n".join(line for line in lines if line is not None)
+    text = re.sub(r"### `[\w/.]+`\n\n\| constant[^\n]*\n\|[-|]+\n(?=\n|$)\n?", "", text)  # empty
+    new, last = "", ""
+    for (file, name), value in sorted(code.items()):
+        if (file, name) in seen:
+            continue
+        if file != last:
+            new += f"\n### `{file}`\n\n| constant | value | unit | decides | source |\n|---|---|---|---|---|\n"
+        last = file
+        new += f"| {name} | {value_cell(code, file, [name])} | ? | {comment_of(file, name) or '?'} | ? |\n"
+    if new:
+        heading = f"## {DRAWN}"
+        text = text.replace(heading, f"## Not described yet\n{new}\n{heading}")
+    THRESHOLDS.write_text(text)
 
 
 def check_names(files):
@@ -197,7 +237,9 @@ def main():
     if sys.argv[1:] and not write:
         sys.exit(__doc__)
     files = tracked()
-    faults = check_thresholds(files, write) + check_names(files) + check_rooms(files)
+    if write:
+        bring_up_to_date(files)
+    faults = check_thresholds(files) + check_names(files) + check_rooms(files)
     for fault in faults:
         print(fault, file=sys.stderr)
     sys.exit(1 if faults else 0)

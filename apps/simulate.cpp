@@ -4,6 +4,8 @@
 
 #include "apps/commands.h"
 #include "apps/outputs.h"
+#include "apps/reading_options.h"
+#include "apps/replica.h"
 #include "recording/atomic_file.h"
 #include "recording/csv.h"
 #include "sim/simulate.h"
@@ -13,7 +15,7 @@ namespace magimu::apps {
 namespace {
 
 struct SimulateArguments {
-  std::string output, truth, motion = "paper";
+  std::string output, truth, motion = "paper", like, model;
   std::vector<double> noise;
   std::vector<std::string> effects;
   bool quiet = false;
@@ -22,7 +24,7 @@ struct SimulateArguments {
 };
 
 int run(SimulateArguments& args) {
-  check_outputs({}, {args.output, args.truth});
+  check_outputs({args.like, args.model}, {args.output, args.truth});
   for (const SimulatedMotion m :
        {SimulatedMotion::kHand, SimulatedMotion::kHandHeld, SimulatedMotion::kSequence}) {
     if (args.motion == to_string(m)) args.options.motion = m;
@@ -31,6 +33,14 @@ int run(SimulateArguments& args) {
   for (const std::string& text : args.effects) {
     args.options.effects.push_back(parse_effect_request(text));
   }
+  std::vector<std::string> notes;
+  if (!args.like.empty()) {
+    make_replica(read_with(args.like, {}, args.quiet), args.model, args.options, notes);
+    args.motion = "the same";
+  }
+  for (const std::string& note : notes) {
+    if (!args.quiet) fmt::print(stderr, "magimu: {}\n", note);
+  }
   const Simulation s = simulate(args.options);
   write_csv(s.recording, args.output);
   if (!args.truth.empty()) {
@@ -38,7 +48,8 @@ int run(SimulateArguments& args) {
   }
   if (!args.quiet) {
     fmt::print("{}: {:.0f} s of {} motion at {:g} Hz, {} samples, seed {}\n", args.output,
-               s.recording.duration_s(), s.truth.p.empty() ? args.motion : "hand_held",
+               s.recording.duration_s(),
+               s.truth.p.empty() || !args.like.empty() ? args.motion : "hand_held",
                args.options.rate_hz, s.recording.gyr.size(), args.options.seed);
     for (const HiddenEffect& effect : s.truth.effects) {
       std::string values;
@@ -58,7 +69,10 @@ void add_simulate(CLI::App& app, int& exit_code) {
   auto args = std::make_shared<SimulateArguments>();
   args->options.gravity = kStandardGravity;  // as calibrate assumes; the paper's study has 9.8
   CLI::App* cmd = app.add_subcommand("simulate", "Make a recording whose truth is known");
-  cmd->footer("Example: magimu simulate -o rec.csv --truth truth.json --motion hand --rate 100");
+  cmd->footer(
+      "Example: magimu simulate -o rec.csv --truth truth.json --motion hand --rate 100\n"
+      "What would the model have measured: magimu simulate --like rec.csv --model diag.json -o "
+      "replica.csv");
   add_output(*cmd, "-o,--output", args->output, "the recording", "REC.csv")->required();
   add_output(*cmd, "--truth", args->truth, "write the true parameters here", "T.json");
   cmd->add_option("--seed", args->options.seed, "names the data set")->capture_default_str();
@@ -94,6 +108,23 @@ void add_simulate(CLI::App& app, int& exit_code) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("NAME[=SIZE]");
+  CLI::Option* const like =
+      cmd->add_option(
+             "--like", args->like,
+             "a replica of this recording: the motion, device and noise that a model finds "
+             "in it, and new noise by the seed")
+          ->check(CLI::ExistingFile)
+          ->type_name("REC");
+  for (const char* other :
+       {"--rate", "--mag-ratio", "--motion", "--displacement", "--duration", "--rest", "--noise"}) {
+    like->excludes(other);
+  }
+  cmd->add_option("--model", args->model,
+                  "with --like: the model that `magimu diagnose` arrived at (none: the one without "
+                  "causes)")
+      ->needs(like)
+      ->check(CLI::ExistingFile)
+      ->type_name("DIAG.json");
   cmd->add_option("--room", args->options.room,
                   "with --motion hand_held: a room with iron beyond its walls, a steel table and a "
                   "tram that passes, named by this seed (none: the same field everywhere)")

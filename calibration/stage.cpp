@@ -33,7 +33,10 @@ constexpr double kEffectMoved = 1e-3;  // prior standard deviations of any param
 // No damping on warm starts: it would hold back weakly known variables, such as the hand's
 // position, and the optimizer would report convergence there.
 constexpr double kWarmDamping = 0.0;
-constexpr double kMinReach = 0.1, kMaxReach = 3.0;  // m
+// m, standard deviations: within the reach of an arm, 0.7 m to either side, all places alike have
+// 0.4. A wider one lets the sensor wander off for tens of metres where gravity and a field that is
+// not the same everywhere disagree, instead of holding the tilt by gravity.
+constexpr double kMinReach = 0.1, kMaxReach = 0.4;
 // Standard deviations, all variables together: a last step so short leaves errors far smaller, and
 // neither the noise nor a prediction of samples left out is known so well. Between two estimates of
 // the noise a hundred times as much.

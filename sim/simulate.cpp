@@ -43,7 +43,9 @@ void check(const SimulationOptions& o) {
 // The requests resolved; linear_acceleration is the motion that it asks for.
 std::vector<HiddenEffect> hide_all(SimulationOptions& o) {
   for (const EffectRequest& request : o.effects) {
-    if (request.name == "linear_acceleration") o.motion = SimulatedMotion::kHandHeld;
+    if (request.name == "linear_acceleration" && !o.follow) {
+      o.motion = SimulatedMotion::kHandHeld;
+    }
   }
   const double own = o.motion == SimulatedMotion::kPaper      ? paper_motion_duration_s()
                      : o.motion == SimulatedMotion::kSequence ? TurnSequence::kDuration
@@ -132,7 +134,7 @@ void add_room(const SimulationOptions& o, const TrueMotion& motion, const Simula
 }
 
 void fill_truth(const SimulationOptions& o, const TrueMotion& motion, SimulationTruth& truth) {
-  truth.parameters = draw_parameters(o.seed, o.magnetometers);
+  truth.parameters = o.device ? *o.device : draw_parameters(o.seed, o.magnetometers);
   truth.noise = {o.noise_factor * o.noise.acc, o.noise_factor * o.noise.gyr,
                  o.noise_factor * o.noise.mag};
   truth.gravity = o.gravity;

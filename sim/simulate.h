@@ -15,6 +15,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,7 @@
 #include "factors/sensor_model.h"
 #include "graph/rot3.h"
 #include "recording/recording.h"
+#include "sim/followed_motion.h"
 #include "sim/hidden_effects.h"
 #include "sim/parameters.h"
 
@@ -66,6 +68,9 @@ struct SimulationOptions {
   // A room about a sensor that is moved about (hand_room.h), named by this seed; none: a field that
   // is the same everywhere.
   std::optional<std::uint64_t> room;
+  // A replica: this motion instead of one of the above, and this device instead of a drawn one.
+  std::shared_ptr<const EstimatedTrajectory> follow;
+  std::optional<SensorParameters> device;
 };
 
 struct SimulationTruth {

@@ -24,19 +24,27 @@ std::array<double, 4> weights(double u, int derivative) {
 
 }  // namespace
 
-Vector3 Spline::at(double t, int derivative) const {
-  Vector3 sum = Vector3::Zero();
-  if (t <= start || t >= end || coefficient.empty()) return sum;
+Spline::Reach Spline::reach(double t, int derivative) const {
   const int count = static_cast<int>(coefficient.size());
   const double per_s = (count + 3) / (end - start);  // knot intervals
   const double x = (t - start) * per_s;
-  const int knot = std::min(static_cast<int>(x), count + 2);
-  const std::array<double, 4> weight = weights(x - knot, derivative);
-  for (int i = 0; i < 4; ++i) {
-    const int j = knot - 3 + i;
-    if (j >= 0 && j < count) sum += weight[std::size_t(i)] * coefficient[std::size_t(j)];
+  const int knot = std::clamp(static_cast<int>(x), 0, count + 2);
+  Reach out{knot - 3, weights(x - knot, derivative)};
+  for (int i = 0; i < derivative; ++i) {
+    for (double& w : out.weight) w *= per_s;
   }
-  for (int i = 0; i < derivative; ++i) sum *= per_s;
+  return out;
+}
+
+Vector3 Spline::at(double t, int derivative) const {
+  Vector3 sum = Vector3::Zero();
+  if (t <= start || t >= end || coefficient.empty()) return sum;
+  const Reach r = reach(t, derivative);
+  for (int i = 0; i < 4; ++i) {
+    const int j = r.first + i;
+    if (j < 0 || j >= static_cast<int>(coefficient.size())) continue;
+    sum += r.weight[std::size_t(i)] * coefficient[std::size_t(j)];
+  }
   return sum;
 }
 

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "graph/scalar.h"
@@ -24,6 +25,14 @@ struct Spline {
   }
   // The derivative of the given order (0, 1 or 2) at time t.
   Vector3 at(double t, int derivative = 0) const;
+
+  // The same as a sum over coefficients first .. first + 3, of which those that are not there count
+  // as 0; t between start and end.
+  struct Reach {
+    int first;
+    std::array<double, 4> weight;
+  };
+  Reach reach(double t, int derivative = 0) const;
 };
 
 }  // namespace magimu

@@ -25,7 +25,12 @@ double own_moving_s(SimulatedMotion motion) {
 TrueMotion::TrueMotion(const SimulationOptions& o, double clock) : rate_hz_(o.rate_hz / clock) {
   const double rest = o.rest_s >= 0.0 ? o.rest_s : own_rest_s(o.motion);
   const double duration = o.duration_s > 0.0 ? o.duration_s : rest + own_moving_s(o.motion);
-  if (o.motion == SimulatedMotion::kPaper) {
+  if (o.follow) {
+    followed_.emplace(*o.follow, duration * clock);
+    motion_ = sample_motion(
+        followed_->initial_nRb(), [this](double t) { return continuous_rate(t); }, rate_hz_,
+        duration * clock);
+  } else if (o.motion == SimulatedMotion::kPaper) {
     // The file's duration: as many samples, whatever its clock.
     motion_ = paper_motion(o.seed, rate_hz_, duration * clock, rest);
   } else {
@@ -41,6 +46,19 @@ TrueMotion::TrueMotion(const SimulationOptions& o, double clock) : rate_hz_(o.ra
         [this](double t) { return continuous_rate(t); }, rate_hz_, duration * clock);
   }
   nRb_ = integrate(motion_, rate_hz_);
+}
+
+Vector3 TrueMotion::continuous_rate(double t) const {
+  if (followed_) return followed_->omega(t);
+  return hand_ ? hand_->omega(t) : sequence_->omega(t);
+}
+
+Vector3 TrueMotion::place(double t, int derivative) const {
+  if (followed_) return followed_->position(t, derivative);
+  if (!path_) return Vector3::Zero();
+  return derivative == 0   ? path_->position(t)
+         : derivative == 1 ? path_->velocity(t)
+                           : path_->acceleration(t);
 }
 
 Rot3 TrueMotion::attitude(double t) const {
@@ -71,6 +89,7 @@ Vector3 TrueMotion::omega(double t) const {
 }
 
 Vector3 TrueMotion::omega_rate(double t) const {
+  if (followed_) return followed_->omega_rate(t);
   if (hand_) return hand_->omega_rate(t);
   if (sequence_) return sequence_->omega_rate(t);
   const Step s = step(t);

@@ -10,6 +10,7 @@
 
 #include <optional>
 
+#include "sim/followed_motion.h"
 #include "sim/hand_displacement.h"
 #include "sim/hand_motion.h"
 #include "sim/motion.h"
@@ -35,12 +36,10 @@ class TrueMotion {
   Vector3 omega_rate(double t) const;  // its derivative, rad/s^2
 
   // In n; 0 of a sensor that only turns.
-  bool moves() const { return path_.has_value(); }
-  Vector3 position(double t) const { return path_ ? path_->position(t) : Vector3::Zero().eval(); }
-  Vector3 velocity(double t) const { return path_ ? path_->velocity(t) : Vector3::Zero().eval(); }
-  Vector3 acceleration(double t) const {
-    return path_ ? path_->acceleration(t) : Vector3::Zero().eval();
-  }
+  bool moves() const { return path_.has_value() || (followed_ && followed_->moves()); }
+  Vector3 position(double t) const { return place(t, 0); }
+  Vector3 velocity(double t) const { return place(t, 1); }
+  Vector3 acceleration(double t) const { return place(t, 2); }
 
  private:
   // Rates before and after t; the same but at a step of the paper's motion.
@@ -51,11 +50,13 @@ class TrueMotion {
 
   double rate_hz_;
   // In continuous time; the paper's motion is neither.
-  bool continuous() const { return hand_ || sequence_; }
-  Vector3 continuous_rate(double t) const { return hand_ ? hand_->omega(t) : sequence_->omega(t); }
+  bool continuous() const { return hand_ || sequence_ || followed_; }
+  Vector3 continuous_rate(double t) const;
+  Vector3 place(double t, int derivative) const;
   std::optional<HandMotion> hand_;
   std::optional<TurnSequence> sequence_;
   std::optional<HandDisplacement> path_;
+  std::optional<FollowedMotion> followed_;
   AngularMotion motion_;
   std::vector<Rot3> nRb_;
 };

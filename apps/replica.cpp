@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/replica.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "calibration/rests.h"
+#include "diagnosis/refitted_model.h"
+#include "factors/preintegrated_imu.h"
+#include "recording/error.h"
+#include "recording/read_file.h"
+
+namespace magimu::apps {
+namespace {
+
+// A cause as a diagnosis found it: what a simulation hides, and with which term it is fitted.
+struct ReplicaCause {
+  EffectRequest request;
+  HiddenEffect hidden;
+  std::shared_ptr<const Effect> term;  // null: it is of the noise
+};
+
+// Its times count from the recording's clock; those of a simulation from its first sample.
+void shift_times(const HiddenEffect& hidden, double by, std::vector<double>& numbers) {
+  for (std::size_t i = 0; i < numbers.size() && i < hidden.parameters.size(); ++i) {
+    const std::string& name = hidden.parameters[i].name;
+    if (name == "t0" || name == "t1") numbers[i] += by;
+  }
+}
+
+std::optional<Channel> channel_named(const std::string& name) {
+  for (const Channel channel : {Channel::kAcc, Channel::kGyr, Channel::kMag}) {
+    if (to_string(channel) == name) return channel;
+  }
+  return std::nullopt;
+}
+
+std::vector<ReplicaCause> causes_of(const nlohmann::json& diagnosis, double duration_s,
+                                    std::vector<std::string>& notes) {
+  std::vector<ReplicaCause> out;
+  for (const nlohmann::json& finding : diagnosis.at("findings")) {
+    ReplicaCause cause;
+    cause.request.name = finding.at("effect");
+    if (cause.request.name == "linear_acceleration") continue;  // the motion shows it
+    for (const nlohmann::json& p : finding.at("parameters")) {
+      // No time: from the beginning, to the end.
+      const double none = p.at("name") == "t0" ? -INFINITY : INFINITY;
+      cause.request.numbers.push_back(p.at("value").is_number() ? p.at("value").get<double>()
+                                                                : none);
+    }
+    const SimulatedSurroundings where{1, duration_s};
+    try {
+      cause.hidden = hide(cause.request, where);
+      if (cause.hidden.on_noise) {
+        cause.request.channel = channel_named(finding.at("channel"));
+        cause.hidden = hide(cause.request, where);
+      }
+    } catch (const InputError& e) {
+      notes.push_back(fmt::format("{} is left out: {}", cause.request.name, e.what()));
+      continue;
+    }
+    if (!cause.hidden.on_noise) {
+      cause.term = term_of(cause.hidden);
+      if (!cause.term) cause.term = find_effect(cause.request.name);
+    }
+    out.push_back(std::move(cause));
+  }
+  return out;
+}
+
+// The numbers of an effect as it was fitted, in the order of a request.
+std::vector<double> numbers_of(const ActiveEffect& effect) {
+  std::vector<double> out;
+  for (const ActiveEffect::Parameter& p : effect.parameters) out.push_back(p.value);
+  // The basic model's gyroscope is lower triangular.
+  if (effect.name == "gyro_scale_misalignment" && out.size() == 6) {
+    const Matrix3 S = lower_triangular(Eigen::Map<const LowerTriangle>(out.data()));
+    out.clear();
+    for (int i = 0; i < 9; ++i) out.push_back(S(i / 3, i % 3));
+  }
+  if (effect.name == "mag_time_offset") out.resize(1);  // one of all magnetometers
+  return out;
+}
+
+EstimatedTrajectory trajectory_of(const Calibration& c, const Recording& recording) {
+  EstimatedTrajectory out;
+  const TrajectoryEstimate& estimate = c.trajectories.front();
+  const double begin = recording.gyr.t.front();
+  for (const double t : estimate.t) out.t.push_back(std::max(0.0, t - begin));
+  out.nRb = estimate.nRb;
+  out.v = estimate.v;
+  out.p = estimate.p;
+  for (const TimeSpan& rest : find_rests(recording)) {
+    out.rests.emplace_back(rest.begin_s - begin, rest.end_s - begin);
+  }
+  out.rate_density = c.noise.gyr;
+  out.acceleration_density = c.noise.acc;
+  return out;
+}
+
+}  // namespace
+
+void make_replica(const Recording& recording, const std::string& model, SimulationOptions& options,
+                  std::vector<std::string>& notes) {
+  std::vector<ReplicaCause> causes;
+  CalibrationOptions fit;
+  fit.gravity = options.gravity;
+  if (!model.empty()) {
+    const nlohmann::json diagnosis = nlohmann::json::parse(read_file(model), nullptr, false);
+    if (!diagnosis.is_object() || diagnosis.value("format", "") != "magimu-diagnosis/1" ||
+        !diagnosis.contains("findings") || !diagnosis["calibration_after"].is_object()) {
+      throw InputError(model, 0, 0, "it is no diagnosis with a model",
+                       "give the file that `magimu diagnose REC -o DIAG.json` writes");
+    }
+    causes = causes_of(diagnosis, recording.duration_s(), notes);
+    fit.motion = diagnosis["calibration_after"].value("motion", "") == "hand_held"
+                     ? MotionModel::kHandHeld
+                     : MotionModel::kRotation;
+  }
+  std::vector<ModelTerm> terms;
+  for (const ReplicaCause& cause : causes) {
+    if (cause.term) terms.push_back({cause.term, parameters_of(cause.hidden, *cause.term)});
+  }
+  const Calibration c = refit_model(recording, terms, fit);
+  options.device = c.parameters;
+  options.noise = c.noise;
+  options.magnetometers = int(c.parameters.mag.size());
+  options.rate_hz = recording.gyr.rate_hz();
+  const double ratio = options.rate_hz / recording.mag.front().rate_hz();
+  options.mag_ratio = std::max(1, int(std::lround(ratio)));
+  options.duration_s = double(recording.gyr.size()) / options.rate_hz;
+  options.follow = std::make_shared<EstimatedTrajectory>(trajectory_of(c, recording));
+
+  const double begin = recording.gyr.t.front();
+  std::vector<EffectRequest> requests;
+  for (const ReplicaCause& cause : causes) {
+    if (cause.term) continue;
+    requests.push_back(cause.request);
+    shift_times(cause.hidden, -begin, requests.back().numbers);
+  }
+  for (const ActiveEffect& effect : c.effects) {
+    EffectRequest request{
+        .name = effect.name, .channel = {}, .factor = 1.0, .numbers = numbers_of(effect)};
+    for (const ReplicaCause& cause : causes) {
+      if (cause.request.name != effect.name) continue;
+      // What no fit estimates, such as times, is as it was found.
+      const std::vector<double>& found = cause.request.numbers;
+      for (std::size_t i = request.numbers.size(); i < found.size(); ++i) {
+        request.numbers.push_back(found[i]);
+      }
+      shift_times(cause.hidden, -begin, request.numbers);
+    }
+    try {
+      hide(request, {1, options.duration_s});
+      requests.push_back(request);
+    } catch (const InputError& e) {
+      notes.push_back(fmt::format("{} is left out: {}", effect.name, e.what()));
+    }
+  }
+  options.effects.insert(options.effects.begin(), requests.begin(), requests.end());
+}
+
+}  // namespace magimu::apps

@@ -33,9 +33,10 @@ void add_matrix(std::string& out, const Calibration& c, std::size_t m) {
   }
 }
 
-// Where what was known beforehand tells more than the recording, in words.
+// Sentences about parameters that the prior, not the recording, determines; empty if there are
+// none.
 std::string said_of_prior(const Calibration& c) {
-  constexpr double kShows = 0.9;  // of a sigma: a tenth of it is worth a line
+  constexpr double kShows = 0.9;  // ratio of sigmas: a change of a tenth is worth a line
   std::string held, nothing;
   for (const PriorRecord::Parameter& p : c.prior.parameters) {
     if (p.after > kShows * p.sigma) {

@@ -16,10 +16,10 @@ struct ReprocessTask {
 };
 
 struct ReprocessLimits {
-  int jobs = 1;             // at the same time
-  int threads = 1;          // of each
-  double seconds = 3600.0;  // of each
-  double megabytes = 0.0;   // more address space for each; 0: no limit
+  int jobs = 1;             // processes at the same time
+  int threads = 1;          // of each process
+  double seconds = 3600.0;  // of each process
+  double megabytes = 0.0;   // more address space for each process; 0: no limit
   std::string version;
   bool quiet = false;
 };
@@ -31,7 +31,7 @@ struct ReprocessRun {
   std::string cannot_write;  // why no result can be written; then the run ended early
 };
 
-// Works through the tasks. Nothing in this process may have started threads before.
+// Works through the tasks. It forks: call it before this process has started any thread.
 ReprocessRun run_tasks(const std::vector<ReprocessTask>& tasks, const ReprocessLimits& limits);
 
 }  // namespace magimu::apps

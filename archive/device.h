@@ -43,7 +43,7 @@ struct Device {
   std::vector<std::string> order;          // of what follows: shared parameters, then places
   VectorXd joint;                          // constant parameters
   MatrixXd joint_covariance, joint_covariance_model;
-  double birge = 1.0;  // recordings scatter so many times more than their sigmas say; widened by it
+  double birge = 1.0;  // recordings' scatter over their sigmas, which are widened by it
   ChangeHistory history;
   std::vector<DeviceGroup> groups;  // what history's changes refer to
   std::vector<std::size_t> used;    // recordings in history, in its order

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Does a diagnosis find what is hidden, name it rightly, and leave alone what is not there? Every
-// effect of the contract at sizes 6, 12, 100 and at realistic strengths, pairs, recordings with
+// effect of docs/effects.md at sizes 6, 12, 100 and at realistic strengths, pairs, recordings with
 // nothing hidden, and effects from outside of the catalogue, drawn by seed from the tests' oracle.
 //   bench_diagnosis_power [--effects all|none|NAME,...] [--sizes 6,12,100,real] [--seeds 20]
 //                         [--none 200] [--pairs 50] [--outside 60] [--first-seed 1]

@@ -30,8 +30,8 @@ double median(const std::vector<Measured>& runs, const Number& number) {
 double wall_s(const Measured& m) { return m.wall_s; }
 double cpu_s(const Measured& m) { return m.cpu_s; }
 
-// What iterations and ratios are told in: processor time with one thread, as what else the machine
-// does counts in the other; wall time with several.
+// The time that iterations and ratios are given in. With one thread: processor time, since other
+// work of the machine would count in wall time. With several threads: wall time.
 auto counted(int threads) { return threads == 1 ? cpu_s : wall_s; }
 
 double least_cost(const std::vector<EngineRow>& rows) {
@@ -63,7 +63,8 @@ const EngineRow* fastest_ceres(const std::vector<EngineRow>& rows, int threads) 
   return best;
 }
 
-// How many times as long the other takes, turn by turn: what slows one slows its neighbours.
+// The other solver's time over our own, median over the turns. The two of a turn run one after the
+// other, so that whatever slows the machine slows both.
 double ratio(const std::vector<Measured>& other, const std::vector<Measured>& own, int threads) {
   const auto seconds = counted(threads);
   std::vector<double> all;

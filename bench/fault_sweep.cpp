@@ -16,10 +16,10 @@
 namespace magimu {
 namespace {
 
-// So many recordings in turn are damaged versions of one: what is said of it undamaged is asked
-// once.
+// Damaged versions made of one clean recording. The program's answers to the clean one are computed
+// once for all of them.
 constexpr int kDamagedOfOne = 4;
-// One in so many is left undamaged.
+// One recording in twenty is left undamaged.
 constexpr int kUndamagedEvery = 20;
 
 class Folder {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Recordings in which something is hidden, for bench_diagnosis_power and the tests of diagnosis/:
-// an effect of the contract, two, none, or one from outside of the catalogue, each with a random
+// an effect of docs/effects.md, two, none, or one from outside of the catalogue, each with a random
 // device, motion, rate, noise and duration, all from a seed. The recordings come from the tests'
 // oracle, which shares nothing with the models that look for the effect.
 #pragma once

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Is a diagnosis right? Its findings against what was hidden: the names, with the contract's
-// classes of causes that cannot be told apart, and the parameters.
+// Is a diagnosis right? Its findings against what was hidden: the names, with the classes of causes
+// that cannot be told apart (docs/effects.md), and the parameters.
 #pragma once
 
 #include <string>
@@ -26,7 +26,7 @@ struct Judgement {
   // deviations; not a number where nothing can be compared.
   std::vector<double> farthest_sigma;
   std::vector<std::string> others;  // names found that are neither hidden nor part of it
-  // What the others gained on left-out data, of what the right ones gained.
+  // The others' gain on left-out data, as a share of the right ones' gain.
   double others_share = 0.0;
 
   // Every one as itself or as one of its class.

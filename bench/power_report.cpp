@@ -96,7 +96,7 @@ void print_effects(const std::vector<PowerOutcome>& outcomes) {
 }
 
 void print_strengths(const std::vector<PowerOutcome>& outcomes) {
-  fmt::print("Strengths of the sizes, first seed (parameters as in the contract):\n");
+  fmt::print("Strengths of the sizes, first seed (parameters as in docs/effects.md):\n");
   for (const Group group : {Group::kEffect, Group::kOutside}) {
     for (const auto& [key, cases] : grouped(outcomes, group)) {
       const PowerOutcome& o = *cases.front();

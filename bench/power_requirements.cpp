@@ -12,8 +12,8 @@
 namespace magimu {
 namespace {
 
-constexpr double kClear = 12.0;   // sizes from here on have to be found
-constexpr double kLarge = 100.0;  // and nothing besides from here on
+constexpr double kClear = 12.0;   // effects of this size and above have to be found
+constexpr double kLarge = 100.0;  // from this size on, further findings may gain hardly anything
 // A measured size is right to a few hundredths.
 constexpr double kSlack = 0.95;
 

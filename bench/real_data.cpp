@@ -148,7 +148,7 @@ int run(const std::vector<std::string>& paths, int starts, const std::string& fo
 int main(int argc, char** argv) {
   using namespace magimu;
   CLI::App app("Calibrates real recordings and judges the result by the cameras' truth.");
-  app.footer("Exit code 1: a figure falls short of what is asked for (issue 3); 2: wrong usage.");
+  app.footer("Exit code 1: a figure falls short of what is asked for; 2: wrong usage.");
   std::vector<std::string> paths;
   int starts = 0;
   std::string folder;

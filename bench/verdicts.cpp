@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Is a `yes` to be believed? Recordings with and without something hidden in them (every effect of
-// the contract and some outside of it, poor motions, disturbances, from the tests' oracle) are
+// docs/effects.md and some outside of it, poor motions, disturbances, from the tests' oracle) are
 // calibrated with nothing told, noise included; a verdict of yes is wrong where the true parameters
 // lie outside of the 99.9 % ellipsoid of the reported covariance.
 //   bench_verdicts [--runs 500] [--first-seed 1] [--threads 0] [--list] [--save REC.csv]

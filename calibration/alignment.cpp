@@ -20,8 +20,8 @@ namespace {
 
 constexpr Key kAlign{'M', 0};
 constexpr double kBiasMoved = 1e-6;  // rad/s; the Jacobian carries less than that
-constexpr std::size_t kStarts = 6;   // of the mountings, the best ones
-constexpr std::size_t kThinned = 4;  // of so many pairs one tells which mounting it is
+constexpr std::size_t kStarts = 6;   // the best mountings, each of which is refined
+constexpr std::size_t kThinned = 4;  // every fourth pair serves to choose among mountings
 
 struct Pair {
   const Recording* recording;

@@ -19,7 +19,7 @@ struct AllanPoint {
   double tau_s = 0.0, deviation = 0.0, low = 0.0, high = 0.0;
 };
 
-// values: one a sample; about so many points a decade of tau, up to a third of the length.
+// values: one a sample. per_decade: points a decade of tau; tau goes up to a third of the length.
 std::vector<AllanPoint> allan_deviation(const std::vector<double>& values, double interval_s,
                                         int per_decade = 10);
 

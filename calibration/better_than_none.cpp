@@ -17,7 +17,7 @@ namespace magimu {
 
 Stage with_readings_as_they_come(const std::vector<const Recording*>& recordings,
                                  const Stage& stage) {
-  // uT: what the bias is held to; D the same. Far below any residual.
+  // uT: standard deviation with which the bias and D are held. Far below any residual.
   constexpr double kHeldWithin = 1e-2;
   Values start = stage.result().values, held;
   for (int m = 0; m < int(recordings.front()->mag.size()); ++m) {
@@ -45,7 +45,8 @@ Stage with_readings_as_they_come(const std::vector<const Recording*>& recordings
 double correction_rad(const Matrix3& D, const Vector3& bias) {
   const double strength = std::cbrt(std::abs(D.determinant()));
   const Matrix3 mounting = nearest_mounting(D);
-  // What a common scale leaves of D, at the worst direction, and the bias across the field.
+  // D over its common scale, less its mounting, in the worst direction; and the bias as a share of
+  // the field.
   const Matrix3 off = D / (D.cwiseProduct(mounting).sum() / 3.0) - mounting;
   return std::hypot(Eigen::JacobiSVD<Matrix3>(off).singularValues()[0], bias.norm() / strength);
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Blows to the sensor: taps, knocks, being put down hard. No hand accelerates a sensor so that the
-// reading leaves the line through its neighbours by 2 g between samples.
+// Blows to the sensor: taps, knocks, being put down hard. No hand accelerates a sensor so that a
+// reading lies 1 g beside the line through its two neighbours (a second difference of 2 g).
 #pragma once
 
 #include "recording/recording.h"
 
 namespace magimu {
 
-// A minute; samples within a tenth of a second of each other are one blow.
+// Blows a minute. Samples within a tenth of a second of each other are one blow.
 double blows_per_minute(const Recording& recording);
 
 }  // namespace magimu

@@ -42,7 +42,7 @@ struct CalibrationOptions {
   // Scale errors and misalignment of the gyroscope are estimated (hand_held only): always, never,
   // or (nothing given) where left-out samples of the magnetometer are predicted better with them.
   std::optional<bool> gyr_matrix;
-  // Magnetometer samples a node; 0: every sample up to 100 Hz, fewer nodes above (about 36 Hz).
+  // Magnetometer samples a node; 0: every sample up to 100 Hz, above at most 40 nodes a second.
   // All samples are used in any case, as means about the nodes.
   int node_every = 0;
   InitializationOptions initialization;

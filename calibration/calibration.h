@@ -55,7 +55,7 @@ struct Disturbance {
   double rms_uT = 0.0;  // of the residual there
 };
 
-// A model extension that is part of the calibration (CONTRACT.md lists the effects).
+// A model extension that is part of the calibration (docs/effects.md lists the effects).
 struct ActiveEffect {
   struct Parameter {
     std::string name, unit;
@@ -69,7 +69,8 @@ struct ActiveEffect {
 enum class CheckStatus { kOk, kCaution, kBad };
 std::string to_string(CheckStatus status);
 struct Check {
-  // "optimum", "accuracy", "whiteness", "windows", "cross_validation", "gain", "halves", "axes"
+  // "optimum", "accuracy", "whiteness", "windows", "cross_validation", "gain", "halves", "model",
+  // ...
   std::string name;
   CheckStatus status = CheckStatus::kOk;
   double value = 0.0;
@@ -123,8 +124,8 @@ struct Calibration {
   MotionModel motion = MotionModel::kRotation;
   std::string motion_reason;  // why, in a sentence, where it was chosen from the data
   double reach_m = 0.0;       // hand_held: sigma of the position about the middle of its reach
-  // hand_held: the accelerometer's samples are believed as if they were so many sampling intervals
-  // early or late, which counts where the specific force changes fast (acc_jitter.h).
+  // hand_held: standard deviation of the accelerometer's sample times, in sampling intervals. It
+  // counts where the specific force changes fast (acc_jitter.h).
   double acc_jitter = 0.0;
   std::vector<ActiveEffect> effects;
 

@@ -13,8 +13,8 @@ namespace magimu {
 // directions".
 std::vector<std::shared_ptr<const Effect>> general_dependences(bool moving);
 
-// A sensor's bias on its own in each of so many windows of the recording, or of a part of it (u: -1
-// at the start, 1 at the end; nothing outside): 3 parameters each.
+// A sensor's bias that is another one in each of `windows` windows of the recording, or of a part
+// of it (u: -1 at the start, 1 at the end; zero outside): 3 parameters each.
 std::shared_ptr<const Effect> bias_in_windows(int windows, Channel channel = Channel::kMag,
                                               double u_begin = -1.0, double u_end = 1.0);
 

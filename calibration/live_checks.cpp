@@ -137,7 +137,7 @@ bool certain_unit(const Issue& issue, const Recording& piece, double length_s) {
   return named || ratio < 0.25;
 }
 
-// Whether what was found in a piece of so many seconds will be found in more of them.
+// Whether what was found in a piece of length_s seconds will be found in a longer one.
 bool certain(const Issue& issue, const Recording& piece, double length_s) {
   if (issue.severity == Severity::kNote) {
     const bool clipped =

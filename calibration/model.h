@@ -4,7 +4,7 @@
 //   rotation   the sensor only turns (the paper's): nodes R; the accelerometer reads gravity
 //   hand_held  a hand moves it within its reach: nodes R, v, p; accelerometer and gyroscope are
 //              integrated between nodes, and all that is assumed of the motion is that the position
-//              stays within a bound, a weak measurement of p every half second
+//              stays within a bound, a weak measurement of p every three seconds
 //
 // In both, a node stands at a magnetometer sample (every one, or every n-th with all samples
 // averaged in blocks about the nodes). Biases and distortion are shared; each recording has its

@@ -112,7 +112,7 @@ void widen(const GivenPrior& given, const std::vector<std::string>& names, Linea
   prior.covariance += times * variance_of(kStrengthDrift, days) * scale * scale.transpose();
 }
 
-// Each group whose widths are the least, so many times as wide as makes the estimate most probable.
+// Widens each group whose widths are the least, to where the estimate is most probable.
 void fit_widths(LinearPrior& prior, const VectorXd& theta, const MatrixXd& V) {
   const VectorXd off = prior.H * theta - prior.mean;
   const MatrixXd S = prior.H * V * prior.H.transpose();

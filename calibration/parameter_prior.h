@@ -58,9 +58,9 @@ LinearPrior usual_prior(const Calibration& c);
 // Widened for its age (the drifts are in the source).
 LinearPrior prior_of(const GivenPrior& given, const Calibration& c);
 
-// The likelihood's covariance to weigh a prior against: the model's, in each direction of which the
-// residuals of so many blocks scatter more than white noise makes them (the largest eigenvalue of a
-// sample covariance) as large as the robust one.
+// The likelihood's covariance to weigh a prior against: the model's, but the robust one in each
+// direction in which it is larger than white noise in `blocks` blocks makes it (the largest
+// eigenvalue of a sample covariance).
 MatrixXd weighing_covariance(const MatrixXd& model, const MatrixXd& robust, int blocks);
 
 // Takes the prior into the estimate, its covariances and Calibration::prior; what an older

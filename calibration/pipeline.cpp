@@ -112,7 +112,8 @@ std::optional<Recording> without_repeats(const Recording& recording,
   return copy;
 }
 
-// The two exact symmetries of the contract: cos(alpha) > 0, and det D > 0 of magnetometer 0.
+// The two exact symmetries are removed (docs/theory.md): cos(alpha) > 0, and det D > 0 of
+// magnetometer 0.
 void fix_symmetries(Values& values, int magnetometers, const std::vector<NodePlan>& plans) {
   const int fields = plans.back().field + 1;
   const Rot3 half_turn = Rot3::from_unit_quaternion(Vector4(0.0, 0.0, 0.0, 1.0));

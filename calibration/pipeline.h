@@ -100,7 +100,7 @@ class Pipeline {
   OptimizerOptions coarse_optimizer_;
   InitialGuess guess_;
   NoiseDensities rest_;    // given, or from rests (0 where there are none)
-  NoiseDensities least_;   // least_noise(), where there are none
+  NoiseDensities least_;   // least_noise(), where there are no rests
   double rounding_ = 0.0;  // of the magnetometer's converter, as a density
   int every_ = 1, coarse_every_ = 1;
   std::vector<NodePlan> coarse_plans_;

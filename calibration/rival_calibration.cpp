@@ -114,7 +114,7 @@ RivalResult by_wu(const RivalOptions& rival, const std::vector<const Recording*>
   return out;
 }
 
-// det D > 0 and cos(dip) > 0, as the contract has it; and D's sign decides the dip's.
+// det D > 0 and cos(dip) > 0, as everywhere; and D's sign decides the dip's.
 void fix_rival_symmetries(RivalResult& r) {
   if (r.theta.mag.front().distortion.determinant() < 0.0) {
     // (D, alpha, R) -> (-D, -alpha, Rz(180 deg) R)

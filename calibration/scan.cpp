@@ -18,14 +18,15 @@ namespace magimu {
 namespace {
 
 constexpr double kPriorOff = 1e3;    // a prior so wide that it says nothing
-constexpr double kInvisible = 1e-6;  // of the largest eigenvalue of A, parameters scaled alike
-// The same of what windows tell, a difference of large numbers: below, it is mostly rounding.
+constexpr double kInvisible = 1e-6;  // eigenvalue of A over the largest, in scaled parameters
+// Relative eigenvalue below which the windows' information is rounding (it is a small difference).
 constexpr double kUntold = 1e-3;
 constexpr double kEnough = 3.0;     // windows a direction
 constexpr double kChance = 2.0;     // standard deviations
 constexpr double kCertain = -3.0;   // log10 of the probability of a scatter that needs no witness
-constexpr double kNoChance = -6.0;  // the same of one that white noise does not make
-constexpr double kFollowed = 1e-3;  // of a score's variance is left: the fit has followed it all
+constexpr double kNoChance = -6.0;  // log10 of one that white noise cannot make
+// Share of a score's variance. With less left, the fit has followed all of the score.
+constexpr double kFollowed = 1e-3;
 
 // Variables of the stage's model and of the candidates', these at zero.
 Values with_candidates(const Values& values, std::size_t accepted, const ModelSpec& spec) {
@@ -110,7 +111,7 @@ struct Scatter {
 // real noise is rarely the same from window to window.)
 double log10_tail_by_mean(double statistic, double dof, const Scatter& scatter) {
   const double f = scatter.freedom, p = double(scatter.S.rows());
-  const double few = (f + 1.0) / std::max(1.0, f + 1.0 - p);  // windows for so many parameters
+  const double few = (f + 1.0) / std::max(1.0, f + 1.0 - p);  // Hotelling, few windows
   return log10_f_tail(statistic / (dof * scatter.mean() * few), dof, f);
 }
 

@@ -84,23 +84,23 @@ class Scan {
   std::vector<CondensedWindow> windows_;
 };
 
-// What shows elsewhere of how noise scatters.
+// How noise scatters, as other data show: single samples, and means where the sensor rests.
 struct KnownScatter {
   double white = 1.0;  // variance of the noise, sample by sample, over that in the model
-  double least = 1.0;  // of windows over the former, at least: what joins them has noise, too
+  double least = 1.0;  // lower bound of the windows' scatter, over `white`
 };
 
-// The same question of an effect that is part of a fitted model: is its estimate zero? The windows'
-// scores scatter about the optimum as the noise does, without the effect's own misfit in them, so
-// that this test has its power where that of the scan, under coloured noise, has none. log10_p: by
-// the larger of the two covariances; a scatter that white noise might make, and that of the
-// sensor's bias with it, counts as noise of that size rather than as errors of the model, which
-// follow no law. Sigmas, too, are by the noise that is known.
+// Wald's test of an effect that is part of a fitted model: is its estimate zero? The misfit that
+// the effect caused no longer scatters the windows' scores. So this test has power under coloured
+// noise, where the scan's test has little. log10_p is by the larger of two covariances: the
+// model's, and the scatter's. Where white noise might make that scatter, and the sensor's bias
+// shows none either, the scatter counts as the size of white noise (chi-square). Sigmas include the
+// known noise.
 Score wald_test(const Stage& stage, std::size_t effect, const KnownScatter& known = {});
 
-// log10 of the probability of a statistic at least so large, where the windows' scores of a
-// parameter of the fitted model scatter as they do: for what acts for too short a time to show its
-// own scatter.
+// log10 of the probability of a statistic at least so large, by the scatter of the windows' scores
+// of another parameter of the fitted model. For effects that act for too short a time to show a
+// scatter of their own.
 double log10_p_by_scatter_of(const Stage& stage, Key parameter, double statistic, double dof);
 
 // log10 of the probability that a chi-square variable of dof exceeds x.

@@ -30,7 +30,8 @@ constexpr double kAccBiasMoved = 5e-2;  // m/s^2
 constexpr double kGyrMatrixMoved = 1e-4;
 constexpr double kOffsetMoved = 2e-4;  // s
 constexpr double kEffectMoved = 1e-3;  // prior standard deviations of any parameter
-// Any at all would hold back what is known little, such as where the hand is, and seem to be there.
+// No damping on warm starts: it would hold back weakly known variables, such as the hand's
+// position, and the optimizer would report convergence there.
 constexpr double kWarmDamping = 0.0;
 // m, standard deviations: within the reach of an arm, 0.7 m to either side, all places alike have
 // 0.4. A wider one lets the sensor wander off for tens of metres where gravity and a field that is

@@ -18,7 +18,7 @@ struct WindowFactors {
 std::function<bool(int node)> reach_every_few_seconds(const StreamSamples& samples);
 
 // spec: with the biases expected and the stream's rates. front: globals and the window's first
-// node, from where the gyroscope (and the accelerometer) lead on; null: no values. ends: as of
+// node, whose values gyroscope and accelerometer carry forward; null: no values. ends: as of
 // StreamSamples::part().
 WindowFactors window_factors(const StreamSamples& samples, const StreamWindow& window,
                              const ModelSpec& spec, const Values* front,

@@ -67,7 +67,7 @@ class StreamSamples {
   // Seconds from the first node of its part to this node of a window.
   double since_begin_of_part(int node) const;
 
-  // All that lies in the first windows, so many of them; and the nodes alone.
+  // All that lies in the first `windows` windows; and their nodes alone.
   StreamParts parts(int windows) const;
   std::vector<NodePlan> plans(int windows) const;
   // What a window's factors are made of: its samples and some before and after. ends: as it was

@@ -7,7 +7,7 @@
 
 namespace magimu {
 
-// Everything that one fit tells; what needs further fits (checks, verdict) is left open.
+// Everything that one fit tells. Checks and verdict, which need further fits, are left open.
 Calibration summarize(const std::vector<const Recording*>& recordings, const Stage& stage,
                       const CalibrationOptions& options);
 Calibration summarize(const std::vector<const Recording*>& recordings, const Optimum& at,
@@ -15,8 +15,8 @@ Calibration summarize(const std::vector<const Recording*>& recordings, const Opt
 // The parameters and their uncertainty only: nothing of the residuals.
 Calibration summarize_parameters(const std::vector<const Recording*>& recordings, const Optimum& at,
                                  const CalibrationOptions& options);
-// The parameters with the model's covariance alone, in both places: what a method that knows only
-// that tells.
+// The parameters with the model's covariance in both places (covariance, covariance_model): for
+// methods that have no robust one.
 Calibration summarize_model(const std::vector<const Recording*>& recordings, const Stage& stage,
                             const CalibrationOptions& options);
 // Residuals by sensor, of a calibration whose noise is known.

@@ -155,8 +155,8 @@ void judge_uncertainty(Calibration& c) {
 void judge_blows(Calibration& c) {
   if (c.blows_per_minute < kManyBlows) return;
   c.trust.lower(Verdict::kLimited,
-                fmt::format("The sensor was knocked {:.0f} times a minute: the accelerometer jumps "
-                            "by more than 2 g between samples, which no model of a hand carries; "
+                fmt::format("The sensor was knocked {:.0f} times a minute: single readings "
+                            "of the accelerometer jump by more than 1 g, which no hand does; "
                             "its bias suffers most. Do not tap against the sensor, and repeat.",
                             c.blows_per_minute));
 }

@@ -25,9 +25,9 @@ void fill_covariance(Calibration& c, const MatrixXd& robust, const MatrixXd& mod
 // covariance in the order and units of Calibration::order.
 double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covariance);
 
-// Multiplies the reported standard deviations by that factor; those of the model stay.
+// Multiplies the reported standard deviations by that factor; those of the model do not change.
 void widen_uncertainty(Calibration& c, double factor);
-// Adds to the covariance, which is in the order and units of Calibration::order; likewise.
+// Adds to the reported covariance, in the order and units of Calibration::order; not the model's.
 void add_to_covariance(Calibration& c, const MatrixXd& more);
 // Standard deviations of fields, effects and strength from the two covariances.
 void take_over_sigmas(Calibration& c);

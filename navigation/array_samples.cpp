@@ -11,7 +11,7 @@
 namespace magimu {
 namespace {
 
-// Samples further apart than so many of their usual intervals are not interpolated.
+// Between samples that are further apart, in usual intervals, nothing is interpolated.
 constexpr double kLongestInterval = 2.5;
 
 // Walks along a series as the times asked for rise.

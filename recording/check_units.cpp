@@ -36,8 +36,8 @@ constexpr double kLeastField = 5.0;  // uT: less has no magnetometer on earth
 constexpr double kSmallestRadius = 15.0, kLargestRadius = 100.0;
 // A change of readings in uT beyond which the unit must be another one, strong iron or not.
 constexpr double kImpossibleRadius = 200.0;
-// Rounding of normalised readings: so many standard deviations of the written steps, or digits of a
-// float.
+// Rounding of normalised readings: standard deviations of the written steps, and the relative
+// precision of a float.
 constexpr double kRounding = 3.0, kFloatDigits = 1e-6;
 constexpr double kTurnedDirections = 0.3;  // spread of directions from which on a length tells
 constexpr double kOneDirection = 0.1;      // rad: readings as near as this are of one direction

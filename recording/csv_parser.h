@@ -36,7 +36,7 @@ class CsvParser {
   // `file` names the source in messages.
   explicit CsvParser(std::string file, CsvOptions options = {});
 
-  // A whole file follows, of at most so many rows, and then finish().
+  // A whole file of at most `rows` rows follows, and then finish().
   void whole_file(std::size_t rows) {
     whole_file_ = true;
     expected_rows_ = rows;

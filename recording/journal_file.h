@@ -19,7 +19,7 @@ class JournalFile {
 
   const std::string& path() const { return path_; }
   std::uint64_t size() const;
-  // At least one byte, at most a block's and so many.
+  // At least one byte; at most `bytes`, and at most a block.
   std::string read(std::uint64_t at, std::uint64_t bytes) const;
   // At its end, which is known to be there.
   void append(std::uint64_t end, std::string_view bytes) const;

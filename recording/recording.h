@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A recording of one device: every sensor with a time base of its own, because magnetometers are
-// often slower than the IMU and never quite in step with it. Units and frames are CONTRACT's: s,
-// m/s^2, rad/s, uT; all vectors in the sensor's own axes.
+// often slower than the IMU and never quite in step with it. Units and frames are those of
+// docs/theory.md: s, m/s^2, rad/s, uT; all vectors in the sensor's own axes.
 #pragma once
 
 #include <limits>

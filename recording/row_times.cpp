@@ -19,10 +19,10 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Rates of an IMU: below 1 Hz it cannot follow a hand, and above 10 kHz none delivers samples.
 constexpr double kLeastInterval = 1e-4, kMostInterval = 1.0;  // s
-// 1970 and so many seconds: 2001 to 2049. In ms, us and ns these are numbers of a size that no
-// clock since boot shows at the same intervals.
+// Seconds since 1970, of the years 2001 to 2049. In ms, us and ns these numbers are larger than
+// those of any clock that counts since boot with the same intervals.
 constexpr double kEpochBegin = 1e9, kEpochEnd = 2.5e9;
-// From here on a double holds a time less exactly than two times are told apart (1e-10 s).
+// Above, the spacing of doubles exceeds the distance at which two times are told apart (1e-10 s).
 constexpr double kHugeTime = 1e6;           // s
 constexpr double kGaps = 0.01;              // of the intervals may be gaps
 constexpr std::size_t kEnoughToCount = 20;  // intervals, before a column is taken for a counter

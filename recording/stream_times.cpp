@@ -13,7 +13,7 @@ namespace {
 
 // More than row_times.h needs to tell a counter (20 intervals), with some that do not count.
 constexpr std::size_t kRowsToTell = 25;
-// Where they may have been stamped on arrival, ten bursts tell: up to so many rows are waited for.
+// Rows waited for at most where times may be those of arrival, which takes ten bursts to tell.
 constexpr std::size_t kRowsOfBursts = 400;
 
 RawRows raw_rows(const std::vector<StreamSample>& samples) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Adds hidden effects to exact readings: each effect's term (factors/effects/) of what the sensor
 // truly experiences at that instant, attitude, rate and force of the motion in continuous time. The
-// gyroscope's terms are means over its interval, by Gauss's rule with three points, and its bias's
-// random walk is one: independent steps from sample to sample, and within an interval the departure
-// of a walk's mean from that of its ends.
+// gyroscope's terms are means over its interval, by Gauss's rule with three points. The random walk
+// of its bias is a true one: independent steps from sample to sample, and within an interval the
+// mean of a walk differs at random from the mean of its two ends.
 //
-// Terms add up: each is that of the basic models' state, so what two effects do to each other (a
-// drifting field that eddy currents feel) is left out.
+// Terms add up. Each is computed from the basic models' state, so that what two effects do to each
+// other (eddy currents in a drifting field) is left out.
 #pragma once
 
 #include <optional>

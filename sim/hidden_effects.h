@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a simulation is asked to hide in its readings, and what it hid: effects by the names of the
-// contract, with a size. Their equations are those of factors/effects/ (sim/effect_readings.h adds
-// them); here are their parameters:
+// What a simulation is asked to hide in its readings, and what it hid: effects by the names of
+// docs/effects.md, with a size. Their equations are those of factors/effects/
+// (sim/effect_readings.h adds them); here are their parameters:
 //
 //   lever_arm                    of a random realistic size, named by the seed
 //   lever_arm=2                  twice that

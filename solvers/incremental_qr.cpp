@@ -129,8 +129,8 @@ void IncrementalQr::look_around() {
   }
 }
 
-// The worst-drifted windows, so many at most, linearized where the estimate is. False if none has
-// drifted so far.
+// Linearizes the windows that have drifted most, `limit` at most, at the present estimate. False if
+// none has drifted as far as from_drift.
 bool IncrementalQr::relinearize(int limit, double from_drift, UpdateResult& result) {
   if (limit <= 0) return false;
   std::vector<int> drifted;

@@ -59,8 +59,8 @@ struct WindowParts {
 struct IncrementalQrOptions {
   // Which variables all windows share; all others are nodes of chains, named by their index.
   std::function<bool(Key)> is_global;
-  int eager_windows = 60;      // up to so many, all that have drifted are linearized again
-  int relinearized = 2;        // after that so many an update, the worst
+  int eager_windows = 60;      // of a shorter stream, all that have drifted are linearized again
+  int relinearized = 2;        // of a longer one, this number an update: those that drifted most
   int looked_at = 6;           // windows whose drift is determined anew in an update
   double tolerance = 0.01;     // sigmas of one residual, root mean square
   double max_rotation = 1e-4;  // rad

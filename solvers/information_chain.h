@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Boundaries and root in the information form: Cholesky. Nothing is decided about rank here: below
-// a pivot that rounding could have made, the square-root form must serve (square_root_chain.h).
+// Boundaries and root in the information form: Cholesky. Nothing is decided about rank here: where
+// a pivot may be rounding, the square-root form must serve (square_root_chain.h).
 #pragma once
 
 #include "graph/decompositions.h"

@@ -127,8 +127,8 @@ constexpr int state_doubles(int d, int b) { return border_at(d, b) + 2 * block_d
 // eliminated.
 constexpr int raw_at(int d, int b) { return d * d + d * b + 2 * block_doubles(b); }
 
-// Where the border is wide, what elimination takes away is gathered over so many steps and taken in
-// tiles that stay in registers: the border's square then passes through memory seldom.
+// Where the border is wide, the products to subtract are gathered over kPanelSteps steps and
+// subtracted in tiles that stay in registers: the border's square then passes memory seldom.
 constexpr int kWideBorder = 64, kPanelSteps = 16;
 constexpr int panel_doubles(int d, int b) { return b > kWideBorder ? kPanelSteps * d * b : 0; }
 

@@ -13,7 +13,7 @@
 namespace magimu {
 namespace {
 
-constexpr int kMaxRises = 5;  // Gauss-Newton gives up after so many rising costs in a row
+constexpr int kMaxRises = 5;  // rising costs in a row after which Gauss-Newton gives up
 // The cost is known to about this relative precision: its sum has rounding errors.
 constexpr double kCostPrecision = 1e-12;
 // Variables are held to about this relative precision, and so is what the residuals make of them.

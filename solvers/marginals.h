@@ -26,8 +26,8 @@ class Marginals {
   // The same along every determined direction; undetermined ones count as known exactly.
   MatrixXd determined_covariance(const std::vector<Key>& keys) const;
 
-  // The columns of the inverse of J'J that belong to these variables, all rows, likewise; and of
-  // such columns those rows, which are the covariance.
+  // The columns of the inverse of J'J that belong to these variables, with all rows (undetermined
+  // directions as above). covariance_in: the variables' own rows of such columns, the covariance.
   MatrixXd determined_columns(const std::vector<Key>& keys) const;
   MatrixXd covariance_in(const MatrixXd& columns, const std::vector<Key>& keys) const;
 

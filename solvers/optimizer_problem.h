@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an optimizer sees of a graph: a place to stand, a damped step from there, and what the cost
-// would be after it. Two ways of doing the same: a sparse system and a linear back end (any graph),
+// What an optimizer sees of a graph: the present values, a damped step from there, and the cost
+// after the step. Two ways of doing the same: a sparse system and a linear back end (any graph),
 // or windows in SIMD lanes (chains + globals, window_engine.h).
 #pragma once
 
@@ -19,7 +19,7 @@ struct ProposedStep {
   double norm = 0.0;                // |delta|, mixed units
 };
 
-// By what Levenberg-Marquardt multiplies the damping where a step turned out as predicted.
+// Least factor by which Levenberg-Marquardt lowers the damping after a step that went as predicted.
 inline constexpr double kFastestDecrease = 0.01;
 // Damping up to this leaves a step's length about what it would be without.
 inline constexpr double kLightDamping = 1e-4;
@@ -28,7 +28,7 @@ class OptimizerProblem {
  public:
   virtual ~OptimizerProblem() = default;
 
-  virtual double cost() const = 0;  // where we stand
+  virtual double cost() const = 0;  // at the present values
   // Are the residuals and Jacobians there finite numbers?
   virtual bool is_finite() const = 0;
   virtual double gradient_norm() const = 0;  // in columns of unit norm
@@ -43,11 +43,11 @@ class OptimizerProblem {
   virtual double try_step(ProposedStep& step, double last_sigma) = 0;
   virtual void accept() = 0;
   virtual Values values() const = 0;
-  // Norms of the columns where we stand, and the largest that they have had; 0 for columns that are
-  // not watched.
+  // Norms of the columns at the present values, and the largest that they have had; 0 for columns
+  // that are not watched.
   virtual const VectorXd& norms() const = 0;
   virtual const VectorXd& largest_norms() const = 0;
-  // By what the steps are solved for, for people.
+  // The name of what solves for the steps, for people.
   virtual std::string solver() const = 0;
 };
 

@@ -16,8 +16,8 @@ constexpr int kMinNodes = 64;      // below, other solvers are as fast
 constexpr int kWindowNodes = 400;  // about as many are one window in a long recording
 constexpr int kMinWindowNodes = 12;
 constexpr int kTwoGroups = 1500;  // nodes; fewer are one group
-constexpr int kWideNodes = 6000;  // the same of a group where the border is wide
-constexpr int kManyTimes = 4;     // globals have so many times the factors of most variables
+constexpr int kWideNodes = 6000;  // least number of nodes in a group where the border is wide
+constexpr int kManyTimes = 4;     // globals have more than this times the factors of most variables
 constexpr int kMaxGlobals = 512;  // columns
 constexpr int kAtOnce = 256;  // factors of which more than one thing is asked while they are near
 

@@ -37,7 +37,7 @@ struct WindowedSystem {
   std::vector<Window> windows;
 };
 
-// What says nothing of so many globals.
+// An empty condensed window over n globals.
 CondensedWindow nothing_about(std::size_t globals);
 // From a finished border: columns `skip` and on, order are their globals, a residual comes last.
 CondensedWindow condensed(const SquareSum& border, int skip, const std::vector<int>& order,

@@ -38,7 +38,7 @@ using Texts = std::array<Text, PageServer::kKinds>;
 using namespace std::chrono_literals;
 
 constexpr std::size_t kMostBrowsers = 32, kMostHeader = 16384, kMostSaid = 1024;  // bytes
-constexpr auto kPatience = 10s;  // with a request that does not come to its end
+constexpr auto kPatience = 10s;  // until a request must be complete
 constexpr int kPortsTried = 20;
 
 struct Request {
@@ -59,7 +59,7 @@ bool is_loopback_name(const std::string& host) {
   return host == "localhost" || host == "127.0.0.1" || host == "[::1]";
 }
 
-// What all connections share; of the server's thread alone, but for the counters.
+// What all connections share. Used by the server's thread only, except for the atomic counter.
 struct Shared {
   std::string page;
   bool loopback = true;
@@ -152,7 +152,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     }
     stream_.expires_never();  // the WebSocket's own timeouts from here on
     socket_.emplace(std::move(stream_));
-    // Asks a silent browser whether it is still there, and gives it up.
+    // A silent browser is asked whether it is still there, and given up if it does not answer.
     socket_->set_option(websocket::stream_base::timeout{kPatience, 30s, true});
     socket_->read_message_max(kMostSaid);
     socket_->async_accept(parser_->get(), [self = shared_from_this()](Failure failed) {
@@ -165,7 +165,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     });
   }
 
-  // Nothing that a browser says counts; but only who reads learns that it has gone.
+  // What a browser sends is ignored. Reading is how a closed connection is noticed.
   void listen() {
     buffer_.consume(buffer_.size());
     socket_->async_read(buffer_, [self = shared_from_this()](Failure failed, std::size_t) {
@@ -196,7 +196,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void end() {
-    writing_ = true;  // nothing more
+    writing_ = true;  // so that no further write begins
     socket_->async_close(websocket::close_code::going_away,
                          [self = shared_from_this()](Failure) {});
   }
@@ -257,7 +257,7 @@ class PageServer::Implementation {
     thread_.join();
   }
 
-  // Of one kind only the newest is of interest: what the thread has not come to yet is replaced.
+  // Only the newest message of a kind matters: one that the thread has not sent yet is replaced.
   void publish(Kind kind, std::string text) {
     auto shared_text = std::make_shared<const std::string>(std::move(text));
     {
@@ -313,7 +313,7 @@ class PageServer::Implementation {
       if (!failed && shared_.open.size() < 2 * kMostBrowsers) {
         std::make_shared<Connection>(std::move(socket), shared_)->start();
       } else if (failed) {
-        // Out of descriptors, for example: not at once again.
+        // For example, there is no descriptor left: wait before the next try.
         pause_.expires_after(100ms);
         pause_.async_wait([this](Failure) { accept(); });
         return;

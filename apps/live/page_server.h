@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Serves one page over HTTP and tells the browsers that show it, by WebSocket, how things stand. A
-// thread of its own does it: whoever publishes never waits for a browser. A browser that is slow
+// Serves one page over HTTP and sends messages to the browsers that show it, by WebSocket. A thread
+// of its own does it: whoever publishes never waits for a browser. A browser that is slow
 // gets the newest message of each kind and none in between, so that what is kept does not grow.
 //
 //   PageServer server(parse_page_address("8020"), html);
@@ -17,7 +17,7 @@ namespace magimu::apps {
 struct PageAddress {
   std::string host = "127.0.0.1";
   std::uint16_t port = 0;  // 0: any that is free
-  bool strict = true;      // another port will not do
+  bool strict = true;      // only this port; else the next free one is taken
 };
 
 constexpr std::uint16_t kPagePort = 8020;
@@ -40,7 +40,7 @@ class PageServer {
   void publish(Kind kind, std::string text);
   int browsers() const;     // that are connected at present
   std::string url() const;  // "http://127.0.0.1:8020/"
-  // Waits until every browser has what was published, but not longer than that; then closes.
+  // Waits until every browser has what was published, for at most `patience`; then closes.
   void finish(std::chrono::milliseconds patience);
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The maximum of a smooth function of a few numbers, without derivatives: along one coordinate
-// after the other, by the parabola through three points where it has its top between them, by a
-// longer step where it has not.
+// after the other. Where three points show a top between them, the next point is the top of their
+// parabola; else the step becomes longer.
 #pragma once
 
 #include <functional>

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# The documentation as a site of plain pages: README and docs/*.md by pandoc, the manual page from the
+# The documentation as a site of plain pages: README, CONTRIBUTING, CHANGELOG and docs/*.md by
+# pandoc, the manual page from the
 # program where it is built, the library's interface by doxygen where that is installed. Every link
 # between the pages is checked. Usage: make.sh FOLDER
 set -euo pipefail
@@ -10,9 +11,14 @@ out=$(cd "$1" && pwd)
 cp docs/site/style.css "$out/"
 cp -r docs/pictures docs/tutorial "$out/"
 
-pages=(README tutorial howto python formats effects real_data windows)
+pages=(README tutorial howto python formats effects theory design thresholds evidence real_data windows
+  reprocess study questions
+  CONTRIBUTING CHANGELOG)
 declare -A titles=([README]=Overview [tutorial]=Tutorial [howto]=How-tos [python]=Python
-  [formats]=Files [effects]=Effects [real_data]="Real recordings" [windows]="How it is fast")
+  [formats]=Files [effects]=Effects [theory]=Theory [design]=Design [thresholds]="Numbers that decide"
+  [evidence]="What is missing" [real_data]="Real recordings" [windows]="How it is fast"
+  [questions]=Questions [reprocess]=Archives [study]="The paper repeated"
+  [CONTRIBUTING]=Contributing [CHANGELOG]=Changes)
 for file in docs/*.md; do  # pages that are new come last
   name=$(basename "$file" .md)
   [ -n "${titles[$name]:-}" ] && continue
@@ -51,11 +57,12 @@ navigation >"$out/nav.html"
 convert() {  # format, source, target, title
   pandoc --standalone --toc --toc-depth=2 -f "$1" -t html5 --metadata pagetitle="magimu: $4" \
     --css style.css --include-before-body "$out/nav.html" "$2" |
-    sed -E 's#href="(docs/)?([a-z_0-9]+)\.md(\#[^"]*)?"#href="\2.html\3"#g' >"$out/$3"
+    sed -E 's#href="(docs/|\.\./)?([A-Za-z_0-9]+)\.md(\#[^"]*)?"#href="\2.html\3"#g;
+      s#href="README\.html#href="index.html#g; s#src="docs/pictures/#src="pictures/#g' >"$out/$3"
 }
 for page in "${pages[@]}"; do
   source=docs/$page.md
-  [ "$page" = README ] && source=README.md
+  [ -f "$source" ] || source=$page.md
   convert gfm "$source" "$(file_of "$page")" "${titles[$page]}"
 done
 [ -f "$out/magimu.1" ] && convert man "$out/magimu.1" manual.html "manual page"

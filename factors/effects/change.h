@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What begins or ends in mid-recording: for t0 <= t < t1 a sensor is another one than before and
-// after. Its times come from a search (diagnosis/change_search.h); how large it is the graph
-// estimates.
+// A change that begins or ends in mid-recording: for t0 <= t < t1 a sensor has other parameters
+// than before and after. The times come from a search (diagnosis/change_search.h); the size is
+// estimated with the graph.
 //
 //   hard_iron_change   mag + s
 //   mag_change         mag + C (B + o_m)
@@ -21,7 +21,7 @@
 
 namespace magimu {
 
-// A time in one of several recordings; those of the ones before it are earlier.
+// A time in one of several recordings. All times of an earlier recording are earlier.
 struct Moment {
   int recording = 0;
   double t = 0.0;  // s
@@ -61,7 +61,7 @@ class ChangeEffect : public Effect {
   ChangeSpan span_;
 };
 
-// Null: it is none.
+// Null where the effect is no change.
 const ChangeEffect* as_change(const Effect& effect);
 // The names of all, and the forms that one of them may have.
 const std::vector<std::string>& change_names();

@@ -55,7 +55,7 @@ class Effect {
     double prior_sigma;  // of usual parts and surroundings; the prior is N(0, prior_sigma^2)
   };
   struct Description {
-    std::string name = {};  // as in the contract
+    std::string name = {};  // as in docs/effects.md
     Channel channel = Channel::kMag;
     std::vector<Parameter> parameters = {};
     std::string cause = {};  // half a sentence: "the magnetometer lags the gyroscope"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Lines of other dialects, one by one, to the rows that CsvParser reads fast: numbers with a
-// decimal point, one separator, always as many fields.
+// Translates lines of other dialects, one by one, to rows that CsvParser reads fast: numbers with a
+// decimal point, one separator, the same number of fields in each.
 #pragma once
 
 #include <memory>
@@ -18,10 +18,10 @@ class LineTranslator {
   virtual std::optional<std::string_view> row(std::string_view line) = 0;
 };
 
-// Runs of blanks to one, decimal commas to points, quotation marks away.
+// Runs of blanks become one blank, decimal commas become points, quotation marks are taken away.
 std::shared_ptr<LineTranslator> plain_numbers_translator(char separator, bool decimal_comma);
 
-// Seconds and nanoseconds (ROS) in two fields to one.
+// Seconds and nanoseconds in two fields (ROS) become one field.
 std::shared_ptr<LineTranslator> nanoseconds_translator(char separator, std::size_t seconds,
                                                        std::size_t nanoseconds);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What holds of every effect of the catalogue: its name and parameters are the contract's, its
-// Jacobian is the derivative of its term, and without its parameters it is not there.
+// What holds of every effect of the catalogue: its name and parameters are those of the table
+// below, its Jacobian is the derivative of its term, and without its parameters it is not there.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,8 +21,8 @@ struct Entry {
   Channel channel;
   std::string first_unit, needs;
 };
-// CONTRACT's table; of families and searches the parameters that a fit estimates.
-const std::map<std::string, Entry>& contract() {
+// The table of docs/effects.md; of families and searches the parameters that a fit estimates.
+const std::map<std::string, Entry>& documented() {
   constexpr Channel acc = Channel::kAcc, gyr = Channel::kGyr, mag = Channel::kMag;
   static const std::map<std::string, Entry> table = {
       {"acc_scale_misalignment", {6, acc, "1", ""}},
@@ -124,15 +124,15 @@ TEST(Effects, have_the_names_parameters_units_and_needs_of_the_contract) {
   for (const auto& effect : effect_catalogue()) {
     const std::string& name = effect->name();
     EXPECT_TRUE(names.insert(name).second) << name << " is there twice";
-    ASSERT_TRUE(contract().contains(name)) << name;
-    const Entry& entry = contract().at(name);
+    ASSERT_TRUE(documented().contains(name)) << name;
+    const Entry& entry = documented().at(name);
     EXPECT_EQ(effect->size(), entry.parameters) << name;
     EXPECT_EQ(effect->channel(), entry.channel) << name;
     EXPECT_EQ(effect->description().parameters.front().unit, entry.first_unit) << name;
     EXPECT_EQ(effect->description().needs, entry.needs) << name;
     EXPECT_EQ(find_effect(name), effect);
   }
-  EXPECT_EQ(names.size(), contract().size());
+  EXPECT_EQ(names.size(), documented().size());
   EXPECT_EQ(find_effect("gremlins"), nullptr);
 }
 

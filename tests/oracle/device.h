@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The true constants of a device and its surroundings, and their noise. Models, CONTRACT.md:
+// The true constants of a device and its surroundings, and their noise. Models, as in
+// docs/theory.md:
 //   acc = -R^T g^n + o_a + e_a,   gyr = omega + o_w + e_w,   mag = D R^T m(alpha) + o_m + e_m.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Everything that can be hidden in a recording: the effects of CONTRACT.md, "one equation each",
+// Everything that can be hidden in a recording: the effects of docs/effects.md, one equation each,
 // and some outside of that catalogue, to see that nothing is named for them. Most of what those do
 // no combination of the catalogue's terms imitates (imitation_test.cpp); but sample_repetition,
 // acc_tapping and mag_time_jitter are a kind of noise, and correlated_noise, outliers and

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the catalogue's effects add to accelerometer and gyroscope, against CONTRACT.md.
+// What the catalogue's effects add to accelerometer and gyroscope, against docs/effects.md.
 #include <gtest/gtest.h>
 
 #include <cmath>

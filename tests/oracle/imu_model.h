@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What accelerometer and gyroscope would read without noise, as functions of the true time, with
-// every effect of CONTRACT.md that touches them: one `case` each.
+// every effect of docs/effects.md that touches them: one `case` each.
 #pragma once
 
 #include "tests/oracle/sensors.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the catalogue's effects add to the magnetometer, against CONTRACT.md.
+// What the catalogue's effects add to the magnetometer, against docs/effects.md.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>

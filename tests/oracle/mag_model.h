@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the magnetometer would read without noise, with every effect of CONTRACT.md that touches
+// What the magnetometer would read without noise, with every effect of docs/effects.md that touches
 // it, in three groups: what changes the field b (in n), what adds to h = D b + o_m, and what adds
 // to the reading. mag_time_offset and mag_lag act on h as a whole: mag = h(t - tau), or s with
 // tau s' + s = h, exactly.

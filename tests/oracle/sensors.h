@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The oracle: recordings made from CONTRACT.md's equations in continuous time, sharing no code with
-// factors/, sim/, calibration/ or solvers/, so that a mistake there cannot cancel. Tests and
-// studies hide effects in them and require that they be found.
+// The oracle: recordings made from the equations of docs/effects.md in continuous time, sharing no
+// code with factors/, sim/, calibration/ or solvers/, so that a mistake there cannot cancel. Tests
+// and studies hide effects in them and require that they be found.
 //
 //   oracle::Options options;
 //   options.seed = 7;

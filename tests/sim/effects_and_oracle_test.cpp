@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The terms of factors/effects/ against the tests' oracle, which has the same equations from the
-// contract and shares no line with them: what each effect changes in the oracle's exact readings is
-// the term of the oracle's own motion.
+// The terms of factors/effects/ against the tests' oracle, which has the same equations, from
+// docs/effects.md, and shares no line with them: what each effect changes in the oracle's exact
+// readings is the term of the oracle's own motion.
 #include <gtest/gtest.h>
 
 #include <algorithm>

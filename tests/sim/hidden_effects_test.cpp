@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Simulated effects against the contract's equations, written out once more on the truth that the
-// simulation reports: attitudes and places at the samples, rates and derivatives by differences.
+// Simulated effects against the equations of docs/effects.md, written out once more on the truth
+// that the simulation reports: attitudes and places at the samples, rates and derivatives by
+// differences.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Simulated recordings against the equations of the contract, written out here with rotation
+// Simulated recordings against the equations of docs/theory.md, written out here with rotation
 // matrices of the test's own, so that a slip in the models themselves would show.
 #include "sim/simulate.h"
 

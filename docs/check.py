@@ -1,0 +1,249 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Are the documents true to the code, as far as a script can tell?
+
+docs/check.py            every constant of calibration/, diagnosis/ and recording/ stands in
+                         docs/thresholds.md with its value, or among those that decide nothing; every
+                         name "`name` in `file`" is in that file; every file that a document or a
+                         comment names is there; no room includes another one than the table of
+                         docs/design.md says
+docs/check.py --values   brings docs/thresholds.md up to the code: values anew, rows of constants that
+                         are gone taken out, new ones under "Not described yet" with their comment,
+                         for you to move to their place and to say what they decide
+
+Needs nothing but Python's own library. Exit code 1 with one line for each fault.
+"""
+
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOMS = ("calibration/", "diagnosis/", "recording/")
+THRESHOLDS = ROOT / "docs/thresholds.md"
+NUMBER = re.compile(
+    r"(double|float|int|long|bool|unsigned( \w+)?|std::(size_t|ptrdiff_t|u?int\d+_t)"
+    r"|std::array<double, ?\d+>|std::array<int, ?\d+>|Eigen::Index|NoiseDensities|Drift)"
+)
+DECLARATION = re.compile(r"\bconstexpr\s+(?P<type>[\w:<>, *]+?)\s*\b(?P<rest>k[A-Z]\w*\s*[\[={][^;]*);")
+DRAWN = "These decide nothing"  # the heading behind which the exceptions stand
+
+
+def tracked():
+    # Before a commit, too.
+    names = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, check=True,
+                           capture_output=True, text=True).stdout
+    return [name for name in names.splitlines() if (ROOT / name).is_file()]
+
+
+def without_comments(text):
+    return re.sub(r"//[^\n]*|/\*.*?\*/", "", text, flags=re.S)
+
+
+def at_top_level(text):
+    """Splits at commas that stand in no bracket."""
+    out, depth = [""], 0
+    for c in text:
+        depth += (c in "([{") - (c in ")]}")
+        if c == "," and depth == 0:
+            out.append("")
+        else:
+            out[-1] += c
+    return [part.strip() for part in out]
+
+
+def constants_of(text):
+    """(name, initializer) of every number that is a constexpr called k..."""
+    for match in DECLARATION.finditer(without_comments(text)):
+        if not NUMBER.fullmatch(match["type"].strip()):
+            continue
+        for part in at_top_level(match["rest"]):
+            found = re.match(r"(k[A-Z]\w*)\s*(?:\[[^\]]*\]\s*)*=?\s*(.*)", part, re.S)
+            if found:
+                yield found[1], " ".join(found[2].split())
+
+
+def code_constants(files):
+    out = {}
+    for file in files:
+        if file.startswith(ROOMS) and file.endswith((".h", ".cpp", ".inc")):
+            for name, value in constants_of((ROOT / file).read_text()):
+                out.setdefault((file, name), []).append(value)
+    return {key: "; ".join(dict.fromkeys(values)) for key, values in out.items()}
+
+
+def names_in(cell):
+    return re.findall(r"\bk[A-Z]\w*", cell)
+
+
+def table(lines):
+    """(line number, file, names, cells) of every row about constants; cells is empty for those that
+    decide nothing."""
+    file, nothing = "", False
+    for number, line in enumerate(lines):
+        if line.startswith("#"):
+            nothing = nothing or DRAWN in line
+            heading = re.fullmatch(r"#+ `([\w/.]+)`", line)
+            file = heading[1] if heading else ""
+        cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
+        if not line.startswith("|") or len(cells) < 3 or set(line) <= set("|- "):
+            continue
+        if nothing and cells[0].startswith("`"):
+            yield number, cells[0].strip("`"), names_in(cells[1]), []
+        elif not nothing and file and cells[0].startswith("k"):
+            yield number, file, names_in(cells[0]), cells
+
+
+def value_cell(code, file, names):
+    return "; ".join(code.get((file, name), "?") for name in names).replace("|", "\\|")
+
+
+def check_thresholds(files):
+    faults, seen = [], set()
+    code = code_constants(files)
+    for number, file, names, cells in table(THRESHOLDS.read_text().split("\n")):
+        where = f"docs/thresholds.md:{number + 1}"
+        for name in names:
+            if (file, name) not in code:
+                faults.append(f"{where}: there is no constant {name} in {file}; docs/check.py --values")
+            elif (file, name) in seen:
+                faults.append(f"{where}: {name} of {file} stands here twice")
+            seen.add((file, name))
+        if not cells:
+            continue
+        now = value_cell(code, file, names)
+        if all((file, name) in code for name in names) and cells[1] != now:
+            faults.append(f"{where}: {cells[0]} is {now} in {file}, not {cells[1]}; "
+                          "docs/check.py --values")
+        if len(cells) != 5 or not all(cells):
+            faults.append(f"{where}: a row has constant, value, unit, what it decides, its source")
+    for (file, name), value in sorted(code.items()):
+        if (file, name) not in seen:
+            faults.append(f"{file}: {name} = {value} is not in docs/thresholds.md; "
+                          "docs/check.py --values")
+    return faults
+
+
+def comment_of(file, name):
+    """What stands before a constant's line and behind it."""
+    lines = (ROOT / file).read_text().split("\n")
+    for number, line in enumerate(lines):
+        if "constexpr" in line and re.search(rf"\b{name}\b", line):
+            words = line.split("//", 1)[1:]
+            while number > 0 and lines[number - 1].strip().startswith("//"):
+                number -= 1
+                words.insert(0, lines[number].strip()[2:])
+            return " ".join(" ".join(words).split()).replace("|", "\\|")
+    return ""
+
+
+def bring_up_to_date(files):
+    code, seen = code_constants(files), set()
+    lines = THRESHOLDS.read_text().split("\n")
+    for number, file, names, cells in table(lines):
+        left = [name for name in names if (file, name) in code and (file, name) not in seen]
+        seen |= {(file, name) for name in left}
+        if not left:
+            lines[number] = None
+        elif cells:
+            cells[0], cells[1] = ", ".join(left), value_cell(code, file, left)
+            lines[number] = "| " + " | ".join(cells) + " |"
+        elif left != names:
+            cells = lines[number].strip("|").split("|")
+            cells[1] = " " + ", ".join(left) + " "
+            lines[number] = "|" + "|".join(cells) + "|"
+    text = "\n".join(line for line in lines if line is not None)
+    text = re.sub(r"### `[\w/.]+`\n\n\| constant[^\n]*\n\|[-|]+\n(?=\n|$)\n?", "", text)  # empty
+    new, last = "", ""
+    for (file, name), value in sorted(code.items()):
+        if (file, name) in seen:
+            continue
+        if file != last:
+            new += f"\n### `{file}`\n\n| constant | value | unit | decides | source |\n|---|---|---|---|---|\n"
+        last = file
+        new += f"| {name} | {value_cell(code, file, [name])} | ? | {comment_of(file, name) or '?'} | ? |\n"
+    if new:
+        heading = f"## {DRAWN}"
+        text = text.replace(heading, f"## Not described yet\n{new}\n{heading}")
+    THRESHOLDS.write_text(text)
+
+
+def check_names(files):
+    """Names that documents find in files, and files that are named."""
+    faults = []
+    tops = {name.split("/")[0] for name in files}
+    whole = set(files) | {str(pathlib.PurePosixPath(f).parent) for f in files}
+    whole |= {str(parent) for f in files for parent in pathlib.PurePosixPath(f).parents}
+    for file in files:
+        document = file.endswith(".md")
+        comment = file.endswith((".h", ".cpp", ".inc", ".py", ".sh", ".txt", ".in")) or file == "dev"
+        if not (document or comment) or "corpus" in file:
+            continue
+        try:
+            text = (ROOT / file).read_text()
+        except UnicodeDecodeError:
+            continue
+        if document:
+            for match in re.finditer(r"`([\w:~]+)(?:\(\))?`\s+in\s+`([\w/]+\.\w+)`", text):
+                name, target = match[1].split("::")[-1], match[2]
+                path = ROOT / target
+                line = text.count("\n", 0, match.start()) + 1
+                if not path.is_file():
+                    faults.append(f"{file}:{line}: there is no file {target}")
+                elif not re.search(rf"\b{re.escape(name)}\b", path.read_text()):
+                    faults.append(f"{file}:{line}: {target} has no {name}")
+        # Documents without a folder: comments cite them by their path.
+        for match in re.finditer(r"(?<![\w/.\-`*{}$])([A-Z][A-Z_]+\.md)\b", text):
+            if comment and match[1] not in whole:
+                line = text.count("\n", 0, match.start()) + 1
+                faults.append(f"{file}:{line}: there is no {match[1]}")
+        # Files of this tree; in code only documents, which are what comments cite.
+        for match in re.finditer(r"(?<![\w/.\-])((?:[\w.\-]+/)+[\w\-]+\.(\w+))", text):
+            target, ending = match[1], match[2]
+            top = target.split("/")[0]
+            if ending not in ("h", "cpp", "md", "sh", "py", "inc") or top not in tops | {"reference"}:
+                continue
+            if (comment and ending != "md") or re.search("NAME|ROOM", target):
+                continue
+            if target not in whole:
+                line = text.count("\n", 0, match.start()) + 1
+                faults.append(f"{file}:{line}: there is no {target}")
+    return faults
+
+
+def check_rooms(files):
+    """Includes against the table of docs/design.md."""
+    may = {"graph": set()}
+    for line in (ROOT / "docs/design.md").read_text().split("\n"):
+        row = re.fullmatch(r"\| `(\w+)/` \|.*\| ([\w, ]*) ?\|", line)
+        if row and "all above" not in row[2]:
+            may[row[1]] = set(re.findall(r"\w+", row[2]))
+    faults = []
+    for file in files:
+        room = file.split("/")[0]
+        if room not in may or not file.endswith((".h", ".cpp", ".inc")):
+            continue
+        for number, line in enumerate((ROOT / file).read_text().split("\n")):
+            included = re.match(r'#include "(\w+)/', line)
+            if included and included[1] not in may[room] | {room, "graph"}:
+                faults.append(f"{file}:{number + 1}: {room}/ does not include {included[1]}/ "
+                              "(docs/design.md, \"The rooms\")")
+    return faults
+
+
+def main():
+    write = sys.argv[1:] == ["--values"]
+    if sys.argv[1:] and not write:
+        sys.exit(__doc__)
+    files = tracked()
+    if write:
+        bring_up_to_date(files)
+    faults = check_thresholds(files) + check_names(files) + check_rooms(files)
+    for fault in faults:
+        print(fault, file=sys.stderr)
+    sys.exit(1 if faults else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -120,6 +120,8 @@ double draw(std::uint64_t seed, int purpose) {
 
 std::vector<std::string> hidden_effects() {
   std::vector<std::string> names = oracle::catalogue_effects();
+  const std::vector<std::string>& later = oracle::later_effects();
+  names.insert(names.end(), later.begin(), later.end());
   names.push_back("linear_acceleration");
   return names;
 }

@@ -43,15 +43,13 @@ std::string reason_untested(const Effect& effect, const std::vector<const Record
   if (d.rotation_only && stage.spec().motion == MotionModel::kHandHeld) {
     return "the hand's motion, which is estimated, takes up whatever it adds";
   }
-  const bool of_time = effect.with_terms(1) != nullptr || is_change(effect.name()) ||
-                       effect.name() == "stationary_source";
+  const bool of_time = effect.with_terms(1) != nullptr || effect.name() == "stationary_source";
   if (of_time && recordings.size() > 1) return "is tested in single recordings only";
   return "";
 }
 
 bool is_looked_for(const std::string& name) {
-  for (const char* later :
-       {"acc_time_offset", "gravity", "mag_own_clock", "mag_change", "gyro_change", "acc_change"}) {
+  for (const char* later : {"acc_time_offset", "gravity", "mag_own_clock"}) {
     if (name == later) return false;
   }
   return true;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calibration/random_walk.h"
+#include "calibration/testable.h"
 #include "calibration/windows.h"
 #include "diagnosis/change_search.h"
 #include "diagnosis/source_search.h"
@@ -98,6 +99,7 @@ std::vector<LikelyChange> changes_to_scan(const std::vector<const Recording*>& r
                                           const Stage& stage) {
   std::vector<std::string> names = change_names();
   std::erase_if(names, [&](const std::string& name) {
+    if (!is_looked_for(name)) return true;
     return name != "hard_iron_change" &&
            std::ranges::any_of(stage.spec().effects,
                                [&](const auto& e) { return e->name() == name; });

@@ -41,8 +41,6 @@ struct SpokenParameter {
 };
 constexpr SpokenParameter kSpoken[] = {
     {"hard_iron_change", "s", "change of the bias"},
-    {"hard_iron_change", "t0", "from"},
-    {"hard_iron_change", "t1", "until"},
     {"hard_iron_drift", "c", "drift of the bias"},
     {"field_drift", "c", "drift of the field"},
     {"field_gradient", "G", "gradient of the field"},
@@ -59,6 +57,9 @@ constexpr SpokenParameter kSpoken[] = {
     {"mag_nonlinearity", "k", "nonlinearity"},
     {"mag_time_offset", "tau", "lag"},
     {"mag_lag", "tau", "lag"},
+    {"acc_time_offset", "tau", "lag"},
+    {"mag_own_clock", "T", "period"},
+    {"mag_own_clock", "p", "share of a period at time 0"},
     {"gravity", "d", "gravity beyond the standard"},
     {"mains_interference", "a", "amplitude, in phase"},
     {"mains_interference", "d", "amplitude, a quarter later"},
@@ -75,7 +76,21 @@ constexpr SpokenParameter kSpoken[] = {
     {"mag_eddy_current", "E", "eddy current"},
 };
 
+// Of whatever begins or ends.
+constexpr SpokenParameter kOfChange[] = {
+    {"_change", "C", "change"},
+    {"_change", "k", "change of the gain"},
+    {"_change", "phi", "turn on the board"},
+    {"_change", "t0", "from"},
+    {"_change", "t1", "until"},
+    {"_change", "recording_of_t0", "from recording"},
+    {"_change", "recording_of_t1", "until recording"},
+};
+
 std::string words_for(const std::string& effect, const std::string& letters) {
+  for (const SpokenParameter& w : kOfChange) {
+    if (effect.ends_with(w.effect) && w.letters == letters) return std::string(w.words);
+  }
   for (const SpokenParameter& w : kSpoken) {
     if (w.effect == effect && w.letters == letters) return std::string(w.words);
   }

@@ -106,7 +106,13 @@ oracle::Effect scaled(const oracle::Effect& effect, double times, double largest
     case EffectKind::kLastTurnOffset:  // its axis stays
       e.parameters.head<3>() *= times;
       break;
+    case EffectKind::kMagOwnClock:
+      e.parameters[0] *= times;  // its share stays
+      break;
     case EffectKind::kSoftIronChange:
+    case EffectKind::kMagChange:  // their times stay
+    case EffectKind::kGyroChange:
+    case EffectKind::kAccChange:
       e.parameters.head<9>() *= times;
       break;
     case EffectKind::kSecondDevice:

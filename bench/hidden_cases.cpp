@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+
+#include "calibration/testable.h"
 
 namespace magimu {
 namespace {
@@ -120,6 +123,8 @@ double draw(std::uint64_t seed, int purpose) {
 
 std::vector<std::string> hidden_effects() {
   std::vector<std::string> names = oracle::catalogue_effects();
+  const std::vector<std::string>& later = oracle::later_effects();
+  std::ranges::copy_if(later, std::back_inserter(names), is_looked_for);
   names.push_back("linear_acceleration");
   return names;
 }

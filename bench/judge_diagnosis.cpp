@@ -22,6 +22,7 @@ std::string same_class(const std::string& effect) {
 
 std::vector<std::string> nested_in(const std::string& effect) {
   if (effect == "gyro_scale_misalignment") return {"clock_scale"};
+  if (effect == "acc_scale_misalignment") return {"gravity"};
   if (effect == "mag_eddy_current") return {"mag_time_offset", "mag_lag"};
   return {};
 }
@@ -40,6 +41,36 @@ struct Folded {
 Folded folded(double hz, double rate_hz) {
   const double rest = hz - rate_hz * std::floor(hz / rate_hz);
   return rest <= 0.5 * rate_hz ? Folded{rest, 1.0} : Folded{rate_hz - rest, -1.0};
+}
+
+bool has_matrix_and_times(oracle::EffectKind kind) {
+  using enum oracle::EffectKind;
+  return kind == kMagChange || kind == kGyroChange || kind == kAccChange;
+}
+
+// What a finding says of the nine entries of a change's matrix, and of its times: gains alone say
+// nothing of the entries beside the diagonal, a turn nothing of the diagonal (sigma 0).
+void put_into_matrix(const Finding& f, VectorXd& value, VectorXd& sigma) {
+  value = VectorXd::Zero(11);
+  sigma = VectorXd::Zero(11);
+  for (const FoundParameter& p : f.parameters) {
+    const int i = p.name.size() > 2 && p.name.find('[') != std::string::npos
+                      ? p.name[p.name.find('[') + 1] - '0'
+                      : 0;
+    const auto put = [&](int at, double x) {
+      value[at] = x;
+      sigma[at] = p.sigma;
+    };
+    if (p.name.starts_with("C[")) put(3 * i + (p.name[5] - '0'), p.value);
+    if (p.name.starts_with("k[")) put(4 * i, p.value);
+    if (p.name.starts_with("phi[")) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;  // hat(phi)_kj = phi_i
+      put(3 * k + j, p.value);
+      put(3 * j + k, -p.value);
+    }
+    if (p.name == "t0") put(9, p.value);
+    if (p.name == "t1") put(10, p.value);
+  }
 }
 
 const oracle::Effect* truth_of(const HiddenCase& c, const std::string& name) {
@@ -99,6 +130,7 @@ double farthest_sigma(const Finding& f, const oracle::Effect& truth, const oracl
     found[i] = f.parameters[std::size_t(i)].value;
     sigma[i] = f.parameters[std::size_t(i)].sigma;
   }
+  if (has_matrix_and_times(truth.kind)) put_into_matrix(f, found, sigma);
   const bool mains = truth.kind == oracle::EffectKind::kMainsInterference;
   if (mains && found.size() == 7) {
     const double rate = o.mag_rate_hz > 0.0 ? o.mag_rate_hz : o.rate_hz;

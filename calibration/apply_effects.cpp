@@ -39,6 +39,10 @@ std::string why_it_stays(const std::string& name) {
     return "it counts from the mean temperature of the recording it was found in, which is not "
            "stored";
   }
+  if (name == "gravity") return "it is the place's, not the sensor's";
+  if (name == "acc_time_offset") {
+    return "the corrected samples keep their times: take the offset from the accelerometer's";
+  }
   if (name == "mag_lag") {
     return "taking it out needs the derivative of the readings, which is mostly noise; calibrate "
            "with --mag-time-offset on instead, which is the same to first order";

@@ -277,6 +277,7 @@ Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
     window_scores_.col(Eigen::Index(w)) = s.tail(n) - projection * s.head(base);
   }
   windows_ = std::move(chain.windows);
+  priors_ = chain.priors;
   int next = 0;
   for (const auto& candidate : candidates) {
     first_.push_back(next);

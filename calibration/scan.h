@@ -57,6 +57,11 @@ class Scan {
   const MatrixXd& information() const { return information_; }
   const VectorXd& score() const { return score_; }
   int first(std::size_t candidate) const { return first_[candidate]; }
+  // What each window says by itself: of calibration and accepted effects, the first base() columns,
+  // then of the candidates; and the priors.
+  const std::vector<CondensedWindow>& windows() const { return windows_; }
+  const CondensedWindow& priors() const { return priors_; }
+  Eigen::Index base() const { return projection_.cols(); }
   // A test on a linear combination of columns: theta = C phi, one row of C a parameter of all.
   Score combined(const MatrixXd& C) const;
   // By how much the parameters of the fitted model, in the order of parameter_keys(), change with
@@ -82,6 +87,7 @@ class Scan {
   MatrixXd influence_;
   MatrixXd projection_;  // of the candidates on all other globals
   std::vector<CondensedWindow> windows_;
+  CondensedWindow priors_;
 };
 
 // How noise scatters, as other data show: single samples, and means where the sensor rests.

@@ -43,8 +43,7 @@ std::string reason_untested(const Effect& effect, const std::vector<const Record
   if (d.rotation_only && stage.spec().motion == MotionModel::kHandHeld) {
     return "the hand's motion, which is estimated, takes up whatever it adds";
   }
-  const bool of_time = effect.with_terms(1) != nullptr || is_change(effect.name()) ||
-                       effect.name() == "stationary_source";
+  const bool of_time = effect.with_terms(1) != nullptr || effect.name() == "stationary_source";
   if (of_time && recordings.size() > 1) return "is tested in single recordings only";
   return "";
 }

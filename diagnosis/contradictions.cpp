@@ -74,6 +74,23 @@ void name_interval_convention(const std::vector<const Recording*>& given, Diagno
   }
 }
 
+// Which time a sample is given is a convention: half an interval before or after is no fault of the
+// accelerometer's.
+void name_acc_convention(const std::vector<const Recording*>& given, Diagnosis& d) {
+  constexpr double kSigmas = 3.0;
+  for (Finding& f : d.findings) {
+    if (f.effect != "acc_time_offset" || f.parameters.empty()) continue;
+    const double late = std::abs(f.parameters[0].value), sigma = f.parameters[0].sigma;
+    const double half = 0.5 / given.front()->acc.rate_hz();
+    if (std::abs(late - half) > std::max(0.25 * half, kSigmas * sigma)) continue;
+    f.sentence = fmt::format(
+        "The accelerometer {} the gyroscope by half a sampling interval ({:.2f} +- {:.2f} ms): are "
+        "the samples of one of them means over an interval, given the time of its middle or its "
+        "end?",
+        f.parameters[0].value < 0.0 ? "is ahead of" : "lags", 1e3 * late, 1e3 * sigma);
+  }
+}
+
 // Nothing passes a resting sensor, and in rest the device's own field and the place's look alike.
 void name_change_at_rest(const std::vector<const Recording*>& given, Diagnosis& d) {
   for (Finding& f : d.findings) {
@@ -107,6 +124,7 @@ void withdraw_contradicted(const std::vector<const Recording*>& given, Diagnosis
 
 void reword_by_what_is_known(const std::vector<const Recording*>& given, Diagnosis& d) {
   name_interval_convention(given, d);
+  name_acc_convention(given, d);
   name_change_at_rest(given, d);
 }
 

@@ -88,15 +88,18 @@ double contradiction_of_halves(const Stage& stage, std::size_t effect) {
 
 double sharpness(const Option& option, const Stage& stage) {
   VectorXd theta;
-  VectorSeries residual = residual_without_last(stage, theta);
+  const Moment times[] = {option.span.begin, option.span.end};
+  const int recording = times[0].finite() ? times[0].recording : times[1].recording;
+  VectorSeries residual = residual_without_last(stage, recording, theta);
   const Vector3 direction = Vector3(theta).normalized();
   double own = 0.0, variance = 0.0;
-  for (const double t : {option.t0, option.t1}) {
-    const auto j = jump(residual, direction, t);
+  for (const Moment& at : times) {
+    if (!at.finite() || at.recording != recording) continue;
+    const auto j = jump(residual, direction, at.t);
     if (j) own = own == 0.0 ? std::abs(*j) : std::min(own, std::abs(*j));
   }
   for (std::size_t k = 0; k < residual.size(); ++k) {
-    if (residual.t[k] >= option.t0 && residual.t[k] < option.t1) residual.v[k] -= Vector3(theta);
+    if (option.span.contains(Moment{recording, residual.t[k]})) residual.v[k] -= Vector3(theta);
   }
   for (std::size_t k = 1; k < residual.size(); ++k) {
     variance += std::pow(direction.dot(residual.v[k] - residual.v[k - 1]), 2) /
@@ -105,8 +108,10 @@ double sharpness(const Option& option, const Stage& stage) {
   double squares = 0.0;
   int count = 0;
   for (double t = residual.t.front() + kBeside; t < residual.t.back() - kBeside; t += 1.0) {
-    if (std::abs(t - option.t0) < 2.0 * kBeside || std::abs(t - option.t1) < 2.0 * kBeside)
-      continue;
+    const bool near = std::ranges::any_of(times, [&](const Moment& at) {
+      return at.recording == recording && std::abs(t - at.t) < 2.0 * kBeside;
+    });
+    if (near) continue;
     if (const auto j = jump(residual, direction, t)) {
       squares += *j * *j;
       ++count;

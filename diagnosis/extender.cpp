@@ -20,7 +20,10 @@ namespace magimu {
 namespace {
 
 constexpr double kWorthTrying = 0.4;  // of the best candidate's statistic
-constexpr double kAsLikely = 4.0;     // nats within which a second answer counts as one
+// The same of a change of gains: half a window beside its time it has most of its statistic, and
+// each trial takes several fits.
+constexpr double kChangeWorthTrying = 0.7;
+constexpr double kAsLikely = 4.0;  // nats within which a second answer counts as one
 
 }  // namespace
 
@@ -77,13 +80,18 @@ Finding Extender::describe(const Option& option, const Stage& stage, double nll,
     }
   }
   for (const FoundParameter& p : option.extra) f.parameters.push_back(p);
-  if (effect.name() == "hard_iron_change") {
-    const double dt = 1.0 / recordings_.front()->mag.front().rate_hz();
-    const double strength = theta.norm() / std::max(c.noise.mag / std::sqrt(dt), 1e-12);
+  if (is_change(effect.name())) {
     const double sigma_t =
-        std::hypot(option.sigma_t, dt * std::max(0.5, 4.0 / (strength * strength)));
-    f.parameters.push_back({"t0", option.t0, sigma_t, "s"});
-    f.parameters.push_back({"t1", option.t1, sigma_t, "s"});
+        std::hypot(option.sigma_t, 0.5 / recordings_.front()->mag.front().rate_hz());
+    f.parameters.push_back({"t0", option.span.begin.t, sigma_t, "s"});
+    f.parameters.push_back({"t1", option.span.end.t, sigma_t, "s"});
+    // Of several recordings, which: the first is 1.
+    const bool several = field_count(recordings_) > 1;
+    for (const auto& [name, at] : {std::pair("recording_of_t0", option.span.begin),
+                                   std::pair("recording_of_t1", option.span.end)}) {
+      if (several && at.finite())
+        f.parameters.push_back({name, double(at.recording + 1), 0.0, "1"});
+    }
   }
   f.sentence =
       option.extra.empty() ? effect.sentence(theta, sigma) : walk_sentence(option.extra.front());
@@ -118,17 +126,18 @@ std::vector<Option> Extender::worth_trying(const std::vector<Option>& options) c
   for (const Option& o : options) {
     const std::string& name = o.effect->name();
     if (o.rank > log10_level() || among(rejected_, name)) continue;
-    if (!worth.empty() && o.score.statistic < kWorthTrying * worth.front().score.statistic) {
-      continue;
-    }
+    const bool matrix = is_change(name) && name != "hard_iron_change";
+    const double least = matrix ? kChangeWorthTrying : kWorthTrying;
+    if (!worth.empty() && o.score.statistic < least * worth.front().score.statistic) continue;
     // The same from several starts counts as one.
     const bool again = among(names, name);
     const bool known = std::any_of(worth.begin(), worth.end(), [&](const Option& w) {
       return same_class(*w.effect, *o.effect);
     });
-    if (known || (!again && int(names.size()) >= kTried)) continue;
+    // Changes, of which there is one a sensor, take no other's place.
+    if (known || (!again && !matrix && int(names.size()) >= kTried)) continue;
     worth.push_back(o);
-    if (!again) names.push_back(name);
+    if (!again && !matrix) names.push_back(name);
   }
   return worth;
 }

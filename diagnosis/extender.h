@@ -66,7 +66,9 @@ class Extender {
   KnownScatter excess(Channel channel, const Stage& stage) const;
   bool is_rounding(const Option& option, const Stage& stage) const;
   bool survives(Option& option, const Stage& stage, const Score& w) const;
+  bool stands_out(const Option& option, const Stage& stage, double statistic) const;
   bool is_all(const Stage& stage) const;
+  bool is_put_down(const Moment& at) const;
   // Of a stage, which is refitted where need be; what that gives is kept for the next time.
   struct LeftOut {
     const Stage& stage;

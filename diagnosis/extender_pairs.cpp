@@ -20,7 +20,15 @@ namespace {
 constexpr double kWhiteBeside = 1.5;
 constexpr double kWhiteWithin = 1.0;
 
-bool is_change(const Option& option) { return option.effect->name() == "hard_iron_change"; }
+bool is_magnet(const Option& option) { return option.effect->name() == "hard_iron_change"; }
+
+// As many windows as the search for changes has.
+int bias_windows(const Stage& stage) {
+  double all = 0.0;
+  for (const NodePlan& plan : stage.plans()) all += plan.t.back() - plan.t.front();
+  const double seconds = change_window_s(stage.plans(), Channel::kMag, stage.spec().motion);
+  return std::max(2, int(std::lround(all / seconds)));
+}
 
 }  // namespace
 
@@ -32,12 +40,12 @@ std::vector<Option> Extender::firsts_of_pairs(const std::vector<Option>& options
   std::vector<std::shared_ptr<const Effect>> effects;
   for (const Option& o : options) {
     // The times of a change would be searched for again and again; a walk may imitate the other.
-    if (is_change(o) || o.effect->description().random_process) continue;
+    if (is_change(o.effect->name()) || o.effect->description().random_process) continue;
     firsts.push_back(o);
     effects.push_back(o.effect);
   }
-  if (std::ranges::any_of(options, [](const Option& o) { return is_change(o); })) {
-    effects.push_back(bias_in_windows(change_windows(*recordings_.front())));
+  if (std::ranges::any_of(options, is_magnet) && field_count(recordings_) == 1) {
+    effects.push_back(bias_in_windows(bias_windows(*stage_)));
   }
   if (effects.size() < 2) return {};
   const Scan scan(recordings_, *stage_, effects);

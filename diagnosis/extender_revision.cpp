@@ -172,8 +172,11 @@ void Extender::restate(const Calibration& after) {
   const std::size_t chosen = after.effects.size() - effects.size();  // by the pipeline, before them
   for (std::size_t e = 0; e < effects.size(); ++e) {
     const Effect& effect = *effects[e];
-    // A walk has a density, a line of the mains was measured in the samples.
-    if (effect.description().random_process || effect.name() == "mains_interference") continue;
+    // A walk has a density, a line of the mains and a clock were measured in the samples.
+    if (effect.description().random_process || effect.name() == "mains_interference" ||
+        effect.name() == "mag_own_clock") {
+      continue;
+    }
     const auto same = [&](const auto& f) { return f->name() == effect.name(); };
     auto before = std::count_if(effects.begin(), effects.begin() + std::ptrdiff_t(e), same);
     const auto finding = std::ranges::find_if(

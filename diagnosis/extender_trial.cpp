@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "calibration/extension.h"
-#include "calibration/general_dependence.h"
 #include "calibration/parameter_names.h"
 #include "calibration/random_walk.h"
 #include "calibration/rests.h"
@@ -22,11 +21,17 @@ constexpr double kPutDown = 5.0;        // s about the ends of a rest
 constexpr int kOnceMore = 3;            // fits that have not converged
 constexpr double kOfPlaces = 5.0;       // uT: two places in a room hardly differ by more
 constexpr double kCare = 2.0;           // log10 of a probability, where noise is coloured
-constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a step
-constexpr double kSharp = 4.0;          // a change's jump over those at other times
+constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a change
+constexpr double kSharp = 4.0;          // a change over those at other times
 constexpr double kColour = 0.15;        // correlation of neighbouring nodes' residuals
 constexpr double kBends = 400.0;        // statistic of a source that bends the trajectory
 constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
+
+Key bias_key(Channel channel) {
+  return channel == Channel::kAcc   ? key::acc_bias
+         : channel == Channel::kGyr ? key::gyr_bias
+                                    : key::mag_bias;
+}
 
 }  // namespace
 
@@ -70,12 +75,14 @@ bool Extender::survives(Option& option, const Stage& stage, const Score& w) cons
   option.score.log10_p = std::min(0.0, w.log10_p + std::max(0.0, penalty));
   // The F distribution's far tail is not to be trusted as far as that of white noise.
   if (option.score.log10_p > level - (w.coloured ? kCare : 0.0)) return false;
-  if (option.effect->name() == "hard_iron_change") {
+  if (is_change(option.effect->name())) {
     // Few windows have it: their noise is that of the others.
-    const double by_others =
-        log10_p_by_scatter_of(stage, key::mag_bias, option.score.statistic, option.score.dof);
+    const double by_others = log10_p_by_scatter_of(stage, bias_key(option.effect->channel()),
+                                                   option.score.statistic, option.score.dof);
     option.score.log10_p = std::max(option.score.log10_p, by_others + std::max(0.0, penalty));
-    return option.score.log10_p < level && sharpness(option, stage) > kSharp;
+    if (option.score.log10_p > level) return false;
+    return option.effect->name() == "hard_iron_change" ? sharpness(option, stage) > kSharp
+                                                       : stands_out(option, stage, w.statistic);
   }
   const bool of_time = option.effect->with_terms(1) != nullptr;
   return of_time ||
@@ -109,11 +116,35 @@ double Extender::quarter_s() const {
   return 0.25 * sum / double(recordings_.size());
 }
 
+// With a change in the model, is that all that changed? Slow errors of any kind look like a change
+// now and like another one at another time; one that is there leaves no second one nearly as large.
+bool Extender::stands_out(const Option& option, const Stage& stage, double statistic) const {
+  const std::vector<LikelyChange> left =
+      likely_changes(recordings_, stage, {option.effect->name()});
+  return std::ranges::all_of(left, [&](const LikelyChange& other) {
+    return other.log10_p() > kNoStep || kSharp * other.statistic < statistic;
+  });
+}
+
 // With a step in the model, does the bias stay the same within the pieces? What changes in many
 // ways is no step. (Coloured noise looks so.)
 bool Extender::is_all(const Stage& stage) const {
-  const Scan scan(recordings_, stage, {bias_in_windows(change_windows(*recordings_.front()))});
-  return scan.scores().front().log10_p > kNoStep;
+  const std::vector<LikelyChange> left = likely_changes(recordings_, stage, {"hard_iron_change"});
+  return std::ranges::all_of(left,
+                             [](const LikelyChange& other) { return other.log10_p() > kNoStep; });
+}
+
+// Was the sensor put down or taken up then?
+bool Extender::is_put_down(const Moment& at) const {
+  const std::vector<int> fields = fields_of(recordings_);
+  for (std::size_t r = 0; r < recordings_.size(); ++r) {
+    if (fields[r] != at.recording) continue;
+    const bool put_down = std::ranges::any_of(find_rests(*recordings_[r]), [&](const TimeSpan& s) {
+      return std::abs(at.t - s.begin_s) < kPutDown || std::abs(at.t - s.end_s) < kPutDown;
+    });
+    if (put_down) return true;
+  }
+  return false;
 }
 
 // The times of a change, and the fit with them. Under coloured noise a change is believed where
@@ -121,8 +152,10 @@ bool Extender::is_all(const Stage& stage) const {
 // up, and the field of the two places differs. False where no change is left.
 bool Extender::find_times(Option& option, Stage& stage) const {
   ModelSpec spec = stage.spec();
+  const ChangeForm form = as_change(*option.effect)->form();
+  const Channel channel = option.effect->channel();
   const auto refit = [&](const ChangeTimes& times) {
-    spec.effects.back() = make_hard_iron_change_between(times.t0, times.t1);
+    spec.effects.back() = make_change(option.effect->name(), form, times.span);
     Stage fitted = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
     // A strong magnet bends the trajectory far: the way back takes long.
     for (int again = 0; again < kOnceMore && !fitted.result().converged(); ++again) {
@@ -132,41 +165,36 @@ bool Extender::find_times(Option& option, Stage& stage) const {
     }
     return fitted;
   };
-  const ChangeTimes found = refined_times(recordings_, stage, {option.t0, option.t1}, refit);
-  double t0 = found.t0, t1 = found.t1;
+  const ChangeTimes found =
+      refined_times(recordings_, stage, *as_change(*option.effect), {.span = option.span}, refit);
+  ChangeSpan span = found.span;
   stage = refit(found);
   // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
-  const Vector3 size = effect_parameters(stage.result().values, effect_keys(spec.effects).back());
-  const Score w = wald_test(stage, spec.effects.size() - 1, excess(Channel::kMag, stage));
-  if (size.norm() < kOfPlaces &&
-      ((w.coloured && !w.by_chance) || stage.sums().lag1[std::size_t(Sensor::kMag)] > kColour)) {
-    const std::vector<TimeSpan> rests = find_rests(*recordings_.front());
-    const auto put_down = [&](double t) {
-      return std::any_of(rests.begin(), rests.end(), [&](const TimeSpan& r) {
-        return std::abs(t - r.begin_s) < kPutDown || std::abs(t - r.end_s) < kPutDown;
-      });
-    };
-    if (put_down(t0)) t0 = -INFINITY;
-    if (put_down(t1)) t1 = INFINITY;
+  const VectorXd theta = effect_parameters(stage.result().values, effect_keys(spec.effects).back());
+  const Matrix3& D = stage.result().values.at<Matrix3>(key::distortion);
+  const double strength = form == ChangeForm::kOffset ? 1.0 : std::cbrt(std::abs(D.determinant()));
+  const Score w = wald_test(stage, spec.effects.size() - 1, excess(channel, stage));
+  const bool coloured =
+      (w.coloured && !w.by_chance) || stage.sums().lag1[std::size_t(Sensor::kMag)] > kColour;
+  if (channel == Channel::kMag && strength * theta.norm() < kOfPlaces && coloured) {
+    if (is_put_down(span.begin)) span.begin = kFromTheStart;
+    if (is_put_down(span.end)) span.end = kToTheEnd;
     // From the beginning to the end: nothing changed.
-    if (std::isinf(t0) && std::isinf(t1)) return false;
+    if (!span.begin.finite() && !span.end.finite()) return false;
   }
   // A lasting change is on where the bias is the larger: a magnet came or went.
-  const Values& values = stage.result().values;
-  const Vector3 bias = values.at<Vector3>(key::mag_bias);
-  const Vector3 step = effect_parameters(values, effect_keys(spec.effects).back());
-  option.start = step;
-  if (std::isinf(t1) && std::isfinite(t0) && (bias + step).norm() < bias.norm()) {
-    t1 = t0;
-    t0 = -INFINITY;
-    option.start = -step;
+  const Vector3 bias = stage.result().values.at<Vector3>(key::mag_bias);
+  option.start = theta;
+  if (form == ChangeForm::kOffset && !span.end.finite() && span.begin.finite() &&
+      (bias + theta).norm() < bias.norm()) {
+    span = {kFromTheStart, span.begin};
+    option.start = -theta;
   }
-  if (t0 != found.t0 || t1 != found.t1) stage = refit({t0, t1});
+  if (span.begin != found.span.begin || span.end != found.span.end) stage = refit({.span = span});
   option.effect = spec.effects.back();
-  option.t0 = t0;
-  option.t1 = t1;
+  option.span = span;
   option.sigma_t = found.sigma_s;
-  option.searched += cost_of_times(found, *recordings_.front());
+  option.searched += cost_of_times(found, recordings_);
   return true;
 }
 
@@ -193,9 +221,7 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
   std::erase_if(spec.effects, [&](const auto& e) { return replaces(*option.effect, e->name()); });
   spec.effects.push_back(option.effect);
   Stage stage = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
-  if (option.effect->name() == "hard_iron_change" && !find_times(option, stage)) {
-    return std::nullopt;
-  }
+  if (is_change(option.effect->name()) && !find_times(option, stage)) return std::nullopt;
   if (option.effect->name() == "stationary_source" && option.score.statistic > kBends) {
     find_source(option, stage);
   }

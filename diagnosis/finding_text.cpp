@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/finding_text.h"
-#include "calibration/testable.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "calibration/testable.h"
+#include "factors/effects/change.h"
 
 namespace magimu {
 namespace {
@@ -101,9 +103,13 @@ std::vector<ScanEntry> scan_entries(const std::vector<Option>& options,
   });
   for (const auto& effect : effect_catalogue()) {
     const std::string reason = reason_untested(*effect, recordings, stage);
-    if (reason.empty()) continue;
+    const bool listed = std::ranges::find(out, effect->name(), &ScanEntry::effect) != out.end();
+    // A change of which no time says more than chance.
+    const bool nowhere = is_change(effect->name()) && !listed;
+    if (reason.empty() && !nowhere) continue;
     ScanEntry entry{.effect = effect->name(), .channel = to_string(effect->channel())};
     for (const auto& p : effect->description().parameters) entry.parameters.push_back(p.name);
+    if (reason.empty()) entry.dof = effect->size();
     entry.needs = reason;
     out.push_back(std::move(entry));
   }

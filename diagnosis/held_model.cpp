@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calibration/extension.h"
+#include "factors/effects/change.h"
 #include "factors/prior_factor.h"
 
 namespace magimu {
@@ -66,10 +67,11 @@ VectorXd constant(Eigen::Index n, double value) { return VectorXd::Constant(n, v
 }  // namespace
 
 bool belongs_to_recording(const std::string& effect) {
-  static const char* const names[] = {"hard_iron_change",  "hard_iron_drift",   "field_drift",
-                                      "field_gradient",    "stationary_source", "gyro_bias_drift",
-                                      "mains_interference"};
-  return std::find(std::begin(names), std::end(names), effect) != std::end(names);
+  static const char* const names[] = {"hard_iron_drift",   "field_drift",     "field_gradient",
+                                      "stationary_source", "gyro_bias_drift", "mains_interference",
+                                      "mag_own_clock"};
+  return is_change(effect) ||
+         std::find(std::begin(names), std::end(names), effect) != std::end(names);
 }
 
 VectorXd sizes_found(const Effect& effect, const VectorXd& theta) {

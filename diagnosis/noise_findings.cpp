@@ -6,14 +6,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/testable.h"
 #include "diagnosis/departures.h"
 #include "diagnosis/finding_text.h"
 #include "diagnosis/high_pass.h"
 #include "diagnosis/noise_causes.h"
 #include "diagnosis/noise_series.h"
 #include "diagnosis/noise_tests.h"
+#include "diagnosis/own_clock.h"
 #include "diagnosis/sample_residuals.h"
 #include "diagnosis/tails.h"
+#include "diagnosis/thinned.h"
 #include "diagnosis/unexplained.h"
 #include "factors/effects/catalogue.h"
 #include "graph/numerical_error.h"
@@ -21,6 +24,11 @@
 
 namespace magimu {
 namespace {
+
+struct NoiseOf {
+  std::vector<SampleResiduals> residuals;
+  std::vector<NoiseTest> tests, causes;
+};
 
 // Noise-like causes on the channels: each a test of its own.
 constexpr double kTests = 12.0;
@@ -77,11 +85,73 @@ bool imitated_by_colour(const NoiseTest& t, const std::vector<NoiseTest>& all) {
   return t.effect == "mains_interference" && t.p_value > kStrongLine;
 }
 
+std::optional<OwnClock> strongest_clock(const std::vector<NoiseOf>& all, double level) {
+  std::optional<OwnClock> out;
+  double before = 0.0;
+  for (const NoiseOf& of : all) {
+    for (const SampleResiduals& samples : of.residuals) {
+      if (samples.channel != Channel::kMag) continue;
+      const auto clock = find_own_clock(samples, level / double(all.size()));
+      if (!clock) continue;
+      before += clock->nll_before;
+      if (!out || clock->p_value < out->p_value) out = clock;
+    }
+  }
+  if (!out) return out;
+  out->nll_before = before;
+  out->p_value = std::min(1.0, out->p_value * double(all.size()));
+  return out;
+}
+
+ScanEntry entry_of_clock(const std::optional<OwnClock>& clock, double level) {
+  if (clock) return to_entry(own_clock_test(*clock), level);
+  return {.effect = "mag_own_clock",
+          .channel = to_string(Channel::kMag),
+          .parameters = {"T", "p"},
+          .dof = 2};
+}
+
 // Blows to a sensor that only turns: neither outliers, which come alone, nor the colour or the size
 // of its noise. The hand's motion is no part of the model there.
 bool shows_blows(const SampleResiduals& acc, const std::vector<NoiseTest>& all) {
   return !acc.high_passed && std::ranges::any_of(all, [](const NoiseTest& t) {
     return t.in_bursts && t.channel == Channel::kAcc && t.parameters[1].value > kMinTails;
+  });
+}
+
+// The model with the clock in it. A lag that stood for the samples' mean age leaves. Where samples
+// are thinned for the fits their ages are not those of single samples: the clock stays a finding in
+// the samples.
+void extend_by_clock(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+                     Extender& extender, const OwnClock& clock, Diagnosis& d) {
+  // A fit gives effects priors that are so much wider: it has means of samples, and these knew.
+  constexpr double kOfPrior = 1.0 / 30.0;
+  constexpr double kAsGood = 2.0;  // nats
+  if (recordings.size() != 1 || is_thinned(recordings.front()->mag.front())) return;
+  const std::vector<double>& t = recordings.front()->mag.front().t;
+  ModelSpec spec = extender.stage().spec();
+  spec.effects.push_back(
+      make_own_clock_at(clock.period_s, clock.share, 0.5 * (t.front() + t.back()),
+                        kOfPrior * clock.period_sigma_s, kOfPrior * clock.share_sigma));
+  attempt([&] {
+    const Stage with = pipeline.refit_with_same_noise(extender.stage(), spec);
+    if (!with.result().converged()) return false;
+    const auto lag = std::ranges::find_if(spec.effects, [](const auto& e) {
+      return e->name() == "mag_time_offset" || e->name() == "mag_lag";
+    });
+    if (lag != spec.effects.end()) {
+      const std::string name = (*lag)->name();
+      spec.effects.erase(lag);
+      const Stage less = pipeline.refit_with_same_noise(extender.stage(), spec);
+      if (less.result().converged() &&
+          less.result().cost_final < with.result().cost_final + kAsGood) {
+        std::erase_if(d.findings, [&](const Finding& f) { return f.effect == name; });
+        extender.replace(less);
+        return true;
+      }
+    }
+    extender.replace(with);
+    return true;
   });
 }
 
@@ -136,11 +206,6 @@ std::optional<Finding> take_out_saturated(Recording& recording, const DiagnosisO
   }
   return std::nullopt;
 }
-
-struct NoiseOf {
-  std::vector<SampleResiduals> residuals;
-  std::vector<NoiseTest> tests, causes;
-};
 
 // Is what the gyroscope's samples have beyond a smooth motion no noise, but motion? As noise it
 // would be so many times the fit's own that its residuals would show it (a hand that trembles, a
@@ -259,13 +324,43 @@ void take_out_saturated(std::vector<Recording>& recordings, const DiagnosisOptio
   if (strongest) d.findings.push_back(*std::move(strongest));
 }
 
+void take_out_clock(const Diagnosis& d, const Stage& stage, double level,
+                    std::vector<SampleResiduals>& residuals) {
+  const bool found =
+      std::ranges::find(d.findings, "mag_own_clock", &Finding::effect) != d.findings.end();
+  const auto& effects = stage.spec().effects;
+  const bool modelled =
+      std::ranges::any_of(effects, [](const auto& e) { return e->name() == "mag_own_clock"; });
+  if (!found || modelled) return;
+  for (SampleResiduals& samples : residuals) {
+    if (samples.channel != Channel::kMag) continue;
+    if (const auto clock = find_own_clock(samples, level)) {
+      take_out_own_clock(clock->period_s, clock->share, samples);
+    }
+  }
+}
+
 void find_noise(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                 const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
   const double level = options.false_alarm_rate / kTests;
   std::vector<NoiseOf> all(recordings.size());
+  const auto take_residuals = [&] {
+    for (std::size_t r = 0; r < recordings.size(); ++r) {
+      all[r].residuals = sample_residuals(*recordings[r], extender.stage(), int(r),
+                                          pipeline.rest_noise(), options.noise.has_value());
+    }
+  };
+  take_residuals();
+  const bool asked = is_looked_for("mag_own_clock");
+  const std::optional<OwnClock> clock = asked ? strongest_clock(all, level) : std::nullopt;
+  if (clock) {
+    d.findings.push_back(to_finding(own_clock_test(*clock)));
+    extend_by_clock(recordings, pipeline, extender, *clock, d);
+    take_residuals();
+  }
+  if (asked) d.scan.push_back(entry_of_clock(clock, level));
   for (std::size_t r = 0; r < recordings.size(); ++r) {
-    all[r].residuals = sample_residuals(*recordings[r], extender.stage(), int(r),
-                                        pipeline.rest_noise(), options.noise.has_value());
+    take_out_clock(d, extender.stage(), level, all[r].residuals);
     all[r].tests = test_noise(all[r].residuals);
     all[r].causes = explain_noise(all[r].residuals, level / double(recordings.size()));
     for (const SampleResiduals& s : all[r].residuals) {

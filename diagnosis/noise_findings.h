@@ -3,12 +3,18 @@
 #pragma once
 
 #include "diagnosis/extender.h"
+#include "diagnosis/noise_tests.h"
 
 namespace magimu {
 
 // In each recording, of which the strongest counts.
 void find_noise(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                 const DiagnosisOptions& options, Extender& extender, Diagnosis& d);
+
+// Where a clock of its own was found that the model has not: what it leaves of a magnetometer's
+// samples is taken out of them. level: of the test that finds it again.
+void take_out_clock(const Diagnosis& d, const Stage& stage, double level,
+                    std::vector<SampleResiduals>& residuals);
 
 // Samples that are interpolated between measurements have lines of their own: of such a
 // magnetometer's only those of 50 and 60 Hz keep their name.

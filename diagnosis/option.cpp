@@ -58,25 +58,27 @@ bool same_class(const Effect& a, const Effect& b) {
 }
 
 bool of_any_time(const Effect& effect) {
-  return effect.with_terms(1) != nullptr || effect.name() == "hard_iron_change";
+  return effect.with_terms(1) != nullptr || is_change(effect.name());
 }
 
 bool lasts(const Effect& effect) {
   return !of_any_time(effect) && !effect.description().random_process;
 }
 
-VectorSeries residual_without_last(const Stage& stage, VectorXd& theta) {
+VectorSeries residual_without_last(const Stage& stage, int recording, VectorXd& theta) {
   const ModelSpec& spec = stage.spec();
   const Values& values = stage.result().values;
-  const Recording& corrected = spec.extended.front()->corrected;
-  const SensedMotion motion(corrected, stage.plans().front(), spec, values);
   theta = effect_parameters(values, effect_keys(spec.effects).back());
-  const Vector3 bias = values.at<Vector3>(key::mag_bias);
   VectorSeries out;
-  const VectorSeries& mag = corrected.mag.front();
-  for (std::size_t k = 0; k < mag.size(); ++k) {
-    const SampleState s = motion.state(Channel::kMag, k);
-    out.push_back(mag.t[k], mag.v[k] - s.D * s.b - bias + spec.effects.back()->term(s, theta));
+  for (std::size_t r = 0; r < stage.plans().size(); ++r) {
+    if (stage.plans()[r].field != recording) continue;
+    const Recording& corrected = spec.extended[r]->corrected;
+    const SensedMotion motion(corrected, stage.plans()[r], spec, values);
+    const VectorSeries& mag = corrected.mag.front();
+    for (std::size_t k = 0; k < mag.size(); ++k) {
+      const SampleState s = motion.state(Channel::kMag, k);
+      out.push_back(mag.t[k], mag.v[k] - s.D * s.b - s.bias + spec.effects.back()->term(s, theta));
+    }
   }
   return out;
 }

@@ -3,10 +3,9 @@
 // data speak for it.
 #pragma once
 
-#include <limits>
-
 #include "calibration/scan.h"
 #include "diagnosis/diagnosis.h"
+#include "factors/effects/change.h"
 
 namespace magimu {
 
@@ -16,9 +15,8 @@ struct Option {
   VectorXd start = {};  // of its parameters; empty: zero
   double rank = 0.0;    // log10 of the plain chi-square's tail: less is better
   std::vector<FoundParameter> extra = {};  // instead of the effect's own parameters
-  // Of a change in time, s; sigma_t of the times.
-  double t0 = std::numeric_limits<double>::infinity(), t1 = std::numeric_limits<double>::infinity();
-  double sigma_t = 0.0;
+  ChangeSpan span = {};                    // of a change
+  double sigma_t = 0.0;                    // of its times, s
   double searched = 0.0;  // nats: what it costs that these times were chosen among all others
 };
 
@@ -43,8 +41,8 @@ bool same_class(const Effect& a, const Effect& b);
 bool of_any_time(const Effect& effect);
 // The same error as long as the recording; not what happens at some time or by chance.
 bool lasts(const Effect& effect);
-// The magnetometer's residuals without the term of the effect that entered last, whose parameters
-// go to theta.
-VectorSeries residual_without_last(const Stage& stage, VectorXd& theta);
+// The magnetometer's residuals in one of the recordings, all its parts, without the term of the
+// effect that entered last, whose parameters go to theta.
+VectorSeries residual_without_last(const Stage& stage, int recording, VectorXd& theta);
 
 }  // namespace magimu

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "calibration/extension.h"
-#include "calibration/general_dependence.h"
 #include "calibration/pipeline.h"
 #include "diagnosis/change_search.h"
 #include "diagnosis/held_model.h"
@@ -18,7 +17,19 @@
 namespace magimu {
 namespace {
 
-bool is_change(const KnownEffect& k) { return k.effect->name() == "hard_iron_change"; }
+bool begins_or_ends(const KnownEffect& k) { return is_change(k.effect->name()); }
+
+// Of a change that has a prior of its own.
+ChangeForm form_of(const Effect& change) {
+  for (const ChangeForm form : forms_of_change(change.name())) {
+    const auto same = make_change(change.name(), form, {});
+    if (same->description().parameters.front().name ==
+        change.description().parameters.front().name) {
+      return form;
+    }
+  }
+  return forms_of_change(change.name()).front();
+}
 
 // One model meeting one recording.
 class Predictor {
@@ -38,15 +49,12 @@ class Predictor {
     std::vector<KnownEffect> device, all, changes;
     for (const KnownEffect& k : known_effects(model_)) {
       if (k.held) device.push_back(k);
-      (is_change(k) ? changes : all).push_back(k);
+      (begins_or_ends(k) ? changes : all).push_back(k);
     }
     const Fit plain = fit(device);
     if (all.size() == device.size() && changes.empty()) return plain.nll + noise_gain(plain.stage);
     Fit with = all.size() == device.size() ? plain : fit(all);
-    // Times of a change are looked for in one piece.
-    for (const KnownEffect& change : changes) {
-      if (recordings_.size() == 1) with = with_change(change, all, with);
-    }
+    for (const KnownEffect& change : changes) with = with_change(change, all, with);
     // The surroundings are as they were, or are not: even odds.
     const double least = std::min(plain.nll, with.nll);
     const double mixed =
@@ -91,22 +99,26 @@ class Predictor {
   // The change at the times at which this recording shows it, added to `effects`.
   Fit with_change(const KnownEffect& change, std::vector<KnownEffect>& effects,
                   const Fit& without) const {
-    const Recording& recording = *recordings_.front();
-    const double duration = recording.duration_s();
-    const Scan scan(recordings_, without.stage, {bias_in_windows(change_windows(recording))});
-    const BiasChange found = find_bias_change(scan, 0, recording);
-    if (found.score.dof < 3) return without;
-    const VectorXd size = change.effect->prior_sigma(duration);
-    effects.push_back({nullptr, found.score.theta, false});
+    const std::string& name = change.effect->name();
+    const std::vector<LikelyChange> likely = likely_changes(recordings_, without.stage, {name});
+    if (likely.empty()) return without;
+    const LikelyChange& first =
+        *std::ranges::min_element(likely, {}, [](const LikelyChange& c) { return c.log10_p(); });
+    // In the form in which it was found elsewhere, and as large as there.
+    const ChangeForm form = form_of(*change.effect);
+    const VectorXd size = change.effect->prior_sigma(0.0);
+    effects.push_back({nullptr, VectorXd::Zero(size.size()), false});
     const auto between = [&](const ChangeTimes& times) {
-      effects.back().effect = with_prior(make_hard_iron_change_between(times.t0, times.t1), size);
+      effects.back().effect = with_prior(make_change(name, form, times.span), size);
       return fit(effects);
     };
-    const ChangeTimes coarse = {found.t0, found.t1};
-    const ChangeTimes times = refined_times(recordings_, between(coarse).stage, coarse,
-                                            [&](const ChangeTimes& t) { return between(t).stage; });
+    const ChangeTimes coarse = {.span = first.span};
+    const auto any = make_change(name, form, {});
+    const ChangeTimes times =
+        refined_times(recordings_, between(coarse).stage, *as_change(*any), coarse,
+                      [&](const ChangeTimes& t) { return between(t).stage; });
     Fit out = between(times);
-    out.nll += cost_of_times(times, recording);
+    out.nll += cost_of_times(times, recordings_);
     return out;
   }
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/general_dependence.h"
 #include "calibration/random_walk.h"
+#include "calibration/testable.h"
 #include "calibration/windows.h"
 #include "diagnosis/change_search.h"
 #include "diagnosis/source_search.h"
@@ -79,17 +79,32 @@ void take_terms(Option& option, const Scan& scan, std::size_t candidate) {
   option.searched = std::log(kOrders);
 }
 
-Option change_option(const BiasChange& change) {
-  Option option{.effect = make_hard_iron_change_between(change.t0, change.t1),
-                .score = change.score,
-                .start = change.score.theta,
-                .t0 = change.t0,
-                .t1 = change.t1,
-                .searched = std::log(kChangeKinds)};
-  option.rank = log10_chi_square_tail(change.score.statistic, change.score.dof) + change.log10_p -
-                change.score.log10_p;
-  option.score.log10_p = change.log10_p;
+// score: of the change at these times.
+Option change_option(const LikelyChange& change, const Score& score) {
+  const double forms = double(forms_of_change(change.name).size());
+  Option option{.effect = score.effect,
+                .score = score,
+                .start = score.theta,
+                .span = change.span,
+                // Its times are paid for when they are known (cost_of_times).
+                .searched = std::log(2.0 * forms)};
+  option.rank =
+      std::min(0.0, log10_chi_square_tail(score.statistic, score.dof) + std::log10(change.tried));
+  option.score.log10_p = std::min(0.0, score.log10_p + std::log10(change.tried));
   return option;
+}
+
+// Of what begins or ends all kinds; of those that the model has already, another magnet.
+std::vector<LikelyChange> changes_to_scan(const std::vector<const Recording*>& recordings,
+                                          const Stage& stage) {
+  std::vector<std::string> names = change_names();
+  std::erase_if(names, [&](const std::string& name) {
+    if (!is_looked_for(name)) return true;
+    return name != "hard_iron_change" &&
+           std::ranges::any_of(stage.spec().effects,
+                               [&](const auto& e) { return e->name() == name; });
+  });
+  return likely_changes(recordings, stage, names);
 }
 
 Option source_option(const Score& score, const Vector3& place) {
@@ -111,7 +126,8 @@ std::vector<Option> scan_options(const std::vector<const Recording*>& recordings
   const Recording& recording = *recordings.front();
   const bool single = recordings.size() == 1;
   std::vector<std::shared_ptr<const Effect>> all = effects;
-  if (single) all.push_back(bias_in_windows(change_windows(recording)));
+  const std::vector<LikelyChange> changes = changes_to_scan(recordings, stage);
+  for (const LikelyChange& c : changes) all.push_back(make_change(c.name, c.form, c.span));
   std::vector<LikelySource> sources;
   if (single && recording.pos) sources = likely_sources(recordings, stage);
   for (const LikelySource& s : sources) all.push_back(make_stationary_source_at(s.place));
@@ -132,12 +148,13 @@ std::vector<Option> scan_options(const std::vector<const Recording*>& recordings
     if (effects[i]->name() == "mag_lag") option.rank *= 1.0 - 1e-6;
     out.push_back(option);
   }
-  if (single) {
-    const BiasChange change = find_bias_change(scan, effects.size(), recording);
-    if (change.score.dof > 0) out.push_back(change_option(change));
+  for (std::size_t c = 0; c < changes.size(); ++c) {
+    const Score& score = scan.scores()[effects.size() + c];
+    if (score.dof > 0) out.push_back(change_option(changes[c], score));
   }
   for (std::size_t s = 0; s < sources.size(); ++s) {
-    out.push_back(source_option(scan.scores()[effects.size() + 1 + s], sources[s].place));
+    out.push_back(
+        source_option(scan.scores()[effects.size() + changes.size() + s], sources[s].place));
   }
   std::sort(out.begin(), out.end(),
             [](const Option& a, const Option& b) { return a.rank < b.rank; });

@@ -12,9 +12,8 @@ constexpr double kLong = 6.0, kKeptRest = 4.0, kAtEnd = 3.0, kLeast = 20.0;  // 
 constexpr double kFast = 150.0, kEnough = 75.0;                              // Hz
 
 VectorSeries means(const VectorSeries& series, bool time_of_first) {
-  const double rate = series.rate_hz();
-  if (!(rate > kFast)) return series;
-  const auto n = std::size_t(rate / kEnough);
+  if (!is_thinned(series)) return series;
+  const auto n = std::size_t(series.rate_hz() / kEnough);
   VectorSeries out;
   for (std::size_t k = 0; k + n <= series.size(); k += n) {
     double t = 0.0;
@@ -46,6 +45,8 @@ Recording without_long_rests(const Recording& recording, std::vector<std::string
       recording.name, kKeptRest, from, to));
   return slice(recording, from, to);
 }
+
+bool is_thinned(const VectorSeries& series) { return series.rate_hz() > kFast; }
 
 Recording thinned(const Recording& recording) {
   Recording out = recording;

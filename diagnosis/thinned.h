@@ -11,6 +11,7 @@ namespace magimu {
 // Each sensor that is faster than 150 Hz at 75 to 150 Hz. An accelerometer's or magnetometer's mean
 // is at the mean of its samples' times, a gyroscope's at the first, as the interval that it spans.
 Recording thinned(const Recording& recording);
+bool is_thinned(const VectorSeries& series);
 
 // Without all but a few seconds of the rests at its ends: where a sensor lies on a table, the field
 // is another than where it is turned in the hand. What was cut goes to notes.

@@ -12,6 +12,7 @@
 #include "calibration/windows.h"
 #include "diagnosis/noise_by_rate.h"
 #include "diagnosis/noise_causes.h"
+#include "diagnosis/noise_findings.h"
 #include "diagnosis/sample_residuals.h"
 #include "diagnosis/timing_noise.h"
 #include "recording/repeats.h"
@@ -209,7 +210,9 @@ void find_timing_noise(const std::vector<const Recording*>& full, const Diagnosi
                        const Stage& stage, Diagnosis& d) {
   const double level = std::log10(options.false_alarm_rate / 3.0) - kRateCare;
   for (std::size_t r = 0; r < full.size(); ++r) {
-    for (const SampleResiduals& samples : sample_residuals(*full[r], stage, int(r), {}, false)) {
+    std::vector<SampleResiduals> all = sample_residuals(*full[r], stage, int(r), {}, false);
+    take_out_clock(d, stage, options.false_alarm_rate, all);
+    for (const SampleResiduals& samples : all) {
       // Rounding errs only where the reading changes, and so along its change.
       const bool rounded = std::ranges::any_of(d.findings, [&](const Finding& f) {
         return f.effect == "mag_quantization" && f.channel == to_string(samples.channel);

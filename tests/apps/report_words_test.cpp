@@ -21,6 +21,10 @@ using testing::Not;
 
 TEST(ParameterWords, name_axes_and_keep_the_symbol) {
   EXPECT_EQ(parameter_words("hard_iron_change", "s[0]"), "change of the bias, x (s[0])");
+  EXPECT_EQ(parameter_words("hard_iron_change", "t1"), "until (t1)");
+  EXPECT_EQ(parameter_words("mag_change", "C[0][1]"), "change, x by y (C[0][1])");
+  EXPECT_EQ(parameter_words("acc_change", "k[2]"), "change of the gain, z (k[2])");
+  EXPECT_EQ(parameter_words("mag_own_clock", "T"), "period (T)");
   EXPECT_EQ(parameter_words("hard_iron_drift", "c[1][2]"),
             "drift of the bias, linear, z (c[1][2])");
   EXPECT_EQ(parameter_words("gyro_scale_misalignment", "S[1][1]"), "scale of y (S[1][1])");

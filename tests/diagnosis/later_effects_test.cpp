@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Effects that begin or end in mid-recording, times, gravity and clocks: each is hidden by the
+// oracle and must be named, with its size and times, and must not be named where its neighbour is
+// hidden.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "bench/judge_diagnosis.h"
+#include "calibration/testable.h"
+#include "diagnosis/own_clock.h"
+
+namespace magimu {
+namespace {
+
+using oracle::make_effect;
+
+constexpr double kForGood = std::numeric_limits<double>::infinity();
+
+struct Hidden {
+  std::string as;  // of the test
+  oracle::Effect effect;
+  std::string named;                // empty: nothing in particular
+  std::vector<std::string> others;  // not to be named
+  oracle::MotionKind motion = oracle::MotionKind::kRotation;
+};
+
+std::vector<double> gains(double k, double t0, double t1 = kForGood) {
+  return {k, 0, 0, 0, 0, 0, 0, 0, 0, t0, t1};
+}
+
+std::vector<Hidden> all_hidden() {
+  const std::vector<std::string> changes = {"mag_change", "gyro_change", "acc_change",
+                                            "hard_iron_change"};
+  const auto changes_but = [&](const std::string& own) {
+    std::vector<std::string> out = changes;
+    std::erase(out, own);
+    return out;
+  };
+  return {
+      {"mag_gain",
+       make_effect("mag_change", gains(0.01, 41.3)),
+       "mag_change",
+       {"gyro_change", "acc_change", "hard_iron_change", "field_drift", "hard_iron_drift"}},
+      {"mag_gain_for_a_while", make_effect("mag_change", gains(0.02, 25.2, 52.7)), "mag_change",
+       changes_but("mag_change")},
+      {"mag_board_turns", make_effect("mag_board_turn", {0.01, -0.02, 0.01, 40.0, kForGood}),
+       "mag_change", changes_but("mag_change")},
+      {"gyro_gain", make_effect("gyro_change", gains(0.02, 44.0)), "gyro_change",
+       changes_but("gyro_change")},
+      {"acc_gain", make_effect("acc_change", gains(0.02, 38.0)), "acc_change",
+       changes_but("acc_change")},
+      {"hard_iron", make_effect("hard_iron_change", {1.0, -0.5, 0.8, 43.0, kForGood}),
+       "hard_iron_change", changes_but("hard_iron_change")},
+      {"field_drift", make_effect("field_drift", {0.01, 0.02, -0.01}), "field_drift", changes},
+      {"acc_offset",
+       make_effect("acc_time_offset", {0.006}),
+       "acc_time_offset",
+       {"mag_time_offset", "mag_lag", "mag_own_clock"}},
+      {"acc_offset_moved",
+       make_effect("acc_time_offset", {0.006}),
+       "acc_time_offset",
+       {"mag_time_offset", "mag_lag"},
+       oracle::MotionKind::kHandHeld},
+      {"mag_offset",
+       make_effect("mag_time_offset", {0.008}),
+       "mag_time_offset",
+       {"acc_time_offset", "mag_own_clock"}},
+      {"gravity", make_effect("gravity", {0.02}), "gravity", {"acc_scale_misalignment"}},
+      {"gravity_moved",
+       make_effect("gravity", {0.02}),
+       "gravity",
+       {"acc_scale_misalignment"},
+       oracle::MotionKind::kHandHeld},
+      {"acc_scale",
+       make_effect("acc_scale_misalignment", {0.01, 0.004, -0.008, 0.003, 0.005, 0.0}),
+       "acc_scale_misalignment",
+       {"gravity", "acc_change"}},
+      {"own_clock",
+       make_effect("mag_own_clock", {0.0066, 0.3}),
+       "mag_own_clock",
+       {"mag_time_offset", "mag_lag", "mains_interference"}},
+      {"mains",
+       make_effect("mains_interference", {0.3, -0.2, 0.2, 0.1, 0.3, 0.2, 49.7}),
+       "",
+       {"mag_own_clock"}},
+      {"quantization", make_effect("mag_quantization", {0.3}), "", {"mag_own_clock"}},
+  };
+}
+
+class LaterEffect : public testing::TestWithParam<Hidden> {};
+
+TEST_P(LaterEffect, is_named_and_its_neighbours_are_not) {
+  const Hidden& hidden = GetParam();
+  if (!is_looked_for(hidden.named)) GTEST_SKIP() << hidden.named << " is not looked for yet";
+  HiddenCase c;
+  c.options.seed = 11;
+  c.options.motion.kind = hidden.motion;
+  c.options.motion.duration_s = 80.0;
+  c.options.noise = oracle::kRealisticDensities;
+  c.options.effects = {hidden.effect};
+  const Diagnosis d = diagnose(oracle::simulate(c.options).recording, diagnosis_options(c));
+  for (const std::string& other : hidden.others) {
+    EXPECT_EQ(find(d, other), nullptr) << "named: " << names_of(d);
+  }
+  if (hidden.named.empty()) return;
+  EXPECT_NE(d.answer, Answer::kPredicts);
+  const Finding* f = find(d, hidden.named);
+  ASSERT_NE(f, nullptr) << "named: " << names_of(d);
+  EXPECT_GT(f->gain.heldout_nll_before - f->gain.heldout_nll_after, 1.0);
+  if (hidden.effect.name() == hidden.named) {
+    EXPECT_LT(farthest_sigma(*f, hidden.effect, c.options), 4.0);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Oracle, LaterEffect, testing::ValuesIn(all_hidden()),
+                         [](const auto& test) { return test.param.as; });
+
+// Two recordings of one device, between which its magnetometer's gain changed.
+TEST(Changes, between_two_recordings_are_found) {
+  if (!is_looked_for("mag_change")) GTEST_SKIP() << "mag_change is not looked for yet";
+  oracle::Options o;
+  o.seed = 21;
+  o.device_seed = 5;
+  o.motion.duration_s = 50.0;
+  o.noise = oracle::kRealisticDensities;
+  const Recording first = oracle::simulate(o).recording;
+  o.seed = 22;
+  o.effects = {make_effect("mag_change", gains(0.02, -1.0))};
+  const Recording second = oracle::simulate(o).recording;
+  DiagnosisOptions options;
+  options.noise = NoiseDensities{o.noise.acc, o.noise.gyr, o.noise.mag};
+  const Diagnosis d = diagnose(std::vector<const Recording*>{&first, &second}, options);
+  const Finding* f = find(d, "mag_change");
+  ASSERT_NE(f, nullptr) << "named: " << names_of(d);
+  const auto at = std::ranges::find(f->parameters, "recording_of_t0", &FoundParameter::name);
+  ASSERT_NE(at, f->parameters.end());
+  EXPECT_EQ(at->value, 2.0);
+}
+
+// Ages in a pattern, of exact and of white residuals.
+SampleResiduals turning(double period_s, double share, double noise_uT, std::uint64_t seed) {
+  SampleResiduals mag{.channel = Channel::kMag};
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < 12000; ++k) {
+    const double t = 0.01 * k;
+    const Vector3 rate(std::sin(0.7 * t), std::cos(0.5 * t), std::sin(0.3 * t + 1.0));
+    const Vector3 across = rate.cross(Vector3(1.0, 0.5, -0.3));
+    const double turns = period_s > 0.0 ? t / period_s + share : 0.0;
+    const double age = period_s * (turns - std::floor(turns) - 0.5);
+    mag.t.push_back(t);
+    mag.reading.push_back(Vector3::Zero());
+    mag.change.push_back(60.0 * rate);
+    mag.across.push_back(60.0 * across);
+    const Vector3 noise(normal(random), normal(random), normal(random));
+    mag.residual.push_back(noise_uT * noise - age * mag.change.back());
+  }
+  return mag;
+}
+
+TEST(OwnClock, is_found_with_its_period_and_taken_out) {
+  for (const double period : {0.0037, 0.0066, 0.0096}) {
+    SampleResiduals mag = turning(period, 0.3, 0.3, 3);
+    const auto clock = find_own_clock(mag, 1e-3);
+    ASSERT_TRUE(clock) << period;
+    EXPECT_NEAR(clock->period_s, period, 1e-4 * period);
+    EXPECT_LT(std::abs(clock->period_s - period), 4.0 * clock->period_sigma_s);
+    double before = 0.0, after = 0.0;
+    for (const Vector3& r : mag.residual) before += r.squaredNorm() / 36000.0;
+    take_out_own_clock(clock->period_s, clock->share, mag);
+    for (const Vector3& r : mag.residual) after += r.squaredNorm() / 36000.0;
+    EXPECT_NEAR(after, 0.09, 0.004) << period << " of " << before;
+  }
+}
+
+TEST(OwnClock, is_not_found_in_white_noise) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    EXPECT_FALSE(find_own_clock(turning(0.0, 0.0, 0.3, seed), 1e-3)) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace magimu

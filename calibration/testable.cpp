@@ -50,7 +50,7 @@ std::string reason_untested(const Effect& effect, const std::vector<const Record
 
 bool is_looked_for(const std::string& name) {
   for (const char* later :
-       {"acc_time_offset", "gravity", "mag_own_clock", "mag_change", "gyro_change", "acc_change"}) {
+       {"acc_time_offset", "gravity", "mag_own_clock", "acc_change"}) {
     if (name == later) return false;
   }
   return true;

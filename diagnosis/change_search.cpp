@@ -322,6 +322,18 @@ std::vector<LikelyChange> likely_changes(const std::vector<const Recording*>& re
   return out;
 }
 
+namespace {
+
+// By how much two spans that are finite at the same ends differ, s.
+double distance(const ChangeSpan& a, const ChangeSpan& b) {
+  double out = 0.0;
+  if (a.begin.finite() && b.begin.finite()) out = std::abs(a.begin.t - b.begin.t);
+  if (a.end.finite() && b.end.finite()) out = std::max(out, std::abs(a.end.t - b.end.t));
+  return out;
+}
+
+}  // namespace
+
 ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const Stage& stage,
                           const ChangeEffect& change, const ChangeTimes& now,
                           const std::function<Stage(const ChangeTimes&)>& refit) {
@@ -329,7 +341,7 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
   constexpr double kPieces = 15.0;                 // to each side
   constexpr double kFine = 0.05;                   // s
   constexpr double kBeyondGrid = 1.2;              // of the grid before
-  constexpr int kRounds = 3;                       // at the samples themselves
+  constexpr int kRounds = 3;                       // on each grid
   constexpr double kSamples = 10.0, kMost = 20.0;  // of them, to each side
   const Channel channel = change.channel();
   double within = kSearched * change_window_s(stage.plans(), channel, stage.spec().motion);
@@ -337,9 +349,15 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
   Stage fitted = stage;
   for (;;) {
     const double grid = within / kPieces;
-    const ChangeSpan before = times.span;
-    times = likely_times(recordings, fitted, change, times, grid, within);
-    if (times.span.begin != before.begin || times.span.end != before.end) fitted = refit(times);
+    // A large step at a wrong time bends the fit, and what that leaves shows the right time only by
+    // and by: on the same grid, as long as it moves.
+    for (int round = 0; round < kRounds; ++round) {
+      const ChangeSpan before = times.span;
+      times = likely_times(recordings, fitted, change, times, grid, within);
+      if (times.span.begin == before.begin && times.span.end == before.end) break;
+      fitted = refit(times);
+      if (distance(times.span, before) <= grid) break;
+    }
     if (grid <= kFine) break;
     within = kBeyondGrid * grid;
   }
@@ -354,6 +372,46 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
     fitted = refit(times);
   }
   return times;
+}
+
+ChangeTimes times_by_refits(const std::vector<const Recording*>& recordings,
+                            const ChangeEffect& change, const ChangeTimes& now,
+                            const std::function<Stage(const ChangeTimes&)>& refit) {
+  constexpr double kSearched = 7.5, kFirst = 1.5, kFine = 0.05;  // s
+  ChangeTimes best = now;
+  const auto cost = [&](const ChangeTimes& times) {
+    if (times.span.begin.finite() && times.span.end.finite() &&
+        times.span.end.t <= times.span.begin.t) {
+      return double(INFINITY);
+    }
+    const Stage fitted = refit(times);
+    return fitted.result().converged() ? fitted.result().cost_final : double(INFINITY);
+  };
+  double least = cost(best);
+  const double rate = samples_of_channel(*recordings.front(), change.channel()).rate_hz();
+  const double fine = std::max(kFine, rate > 0.0 ? 1.0 / rate : 0.0);
+  for (Moment ChangeSpan::*const end : {&ChangeSpan::begin, &ChangeSpan::end}) {
+    if (!(best.span.*end).finite()) continue;
+    const double middle = (best.span.*end).t;
+    const auto look = [&](double t) {
+      ChangeTimes times = best;
+      (times.span.*end).t = t;
+      if (const double there = cost(times); there < least) {
+        least = there;
+        best = times;
+      }
+    };
+    for (double off = kFirst; off <= kSearched; off += kFirst) {
+      look(middle - off);
+      look(middle + off);
+    }
+    for (double step = 0.5 * kFirst; step > 0.5 * fine; step *= 0.5) {
+      const double at = (best.span.*end).t;
+      look(at - step);
+      look(at + step);
+    }
+  }
+  return best;
 }
 
 double cost_of_times(const ChangeTimes& times, const std::vector<const Recording*>& recordings) {

@@ -57,6 +57,12 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
                           const ChangeEffect& change, const ChangeTimes& now,
                           const std::function<Stage(const ChangeTimes&)>& refit);
 
+// The times by what a fit with each costs, within some windows of those now: where a large change
+// at a wrong time has bent the fit, so that what that leaves does not show the right one.
+ChangeTimes times_by_refits(const std::vector<const Recording*>& recordings,
+                            const ChangeEffect& change, const ChangeTimes& now,
+                            const std::function<Stage(const ChangeTimes&)>& refit);
+
 // In nats: any moment was as likely before, those that are as good as the best are now.
 double cost_of_times(const ChangeTimes& times, const std::vector<const Recording*>& recordings);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One option in the model: what it must pass before it may be compared with the others.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "calibration/extension.h"
@@ -23,9 +24,17 @@ constexpr double kOfPlaces = 5.0;       // uT: two places in a room hardly diffe
 constexpr double kCare = 2.0;           // log10 of a probability, where noise is coloured
 constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a change
 constexpr double kSharp = 4.0;          // a change over those at other times
+constexpr double kBent = 2.0;           // residuals over their noise
 constexpr double kColour = 0.15;        // correlation of neighbouring nodes' residuals
 constexpr double kBends = 400.0;        // statistic of a source that bends the trajectory
 constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
+
+// Does the fit leave far more than noise? Then it has followed what it should not.
+bool is_bent(const Stage& stage) {
+  const SensorSums sums = stage.sums();
+  return std::ranges::any_of(std::array{Sensor::kAcc, Sensor::kGyr, Sensor::kMag},
+                             [&](Sensor s) { return sums.rms(s) > kBent; });
+}
 
 Key bias_key(Channel channel) {
   return channel == Channel::kAcc   ? key::acc_bias
@@ -165,22 +174,35 @@ bool Extender::find_times(Option& option, Stage& stage) const {
     }
     return fitted;
   };
-  const ChangeTimes found =
-      refined_times(recordings_, stage, *as_change(*option.effect), {.span = option.span}, refit);
-  ChangeSpan span = found.span;
+  const ChangeEffect& change = *as_change(*option.effect);
+  ChangeTimes found = refined_times(recordings_, stage, change, {.span = option.span}, refit);
   stage = refit(found);
+  if (is_bent(stage)) {
+    const ChangeTimes nearer = times_by_refits(recordings_, change, {.span = option.span}, refit);
+    stage = refit(nearer);
+    found = refined_times(recordings_, stage, change, nearer, refit);
+    stage = refit(found);
+  }
+  ChangeSpan span = found.span;
   // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
   const VectorXd theta = effect_parameters(stage.result().values, effect_keys(spec.effects).back());
   const Matrix3& D = stage.result().values.at<Matrix3>(key::distortion);
   const double strength = form == ChangeForm::kOffset ? 1.0 : std::cbrt(std::abs(D.determinant()));
-  const Score w = wald_test(stage, spec.effects.size() - 1, excess(channel, stage));
-  const bool coloured =
-      (w.coloured && !w.by_chance) || stage.sums().lag1[std::size_t(Sensor::kMag)] > kColour;
-  if (channel == Channel::kMag && strength * theta.norm() < kOfPlaces && coloured) {
-    if (is_put_down(span.begin)) span.begin = kFromTheStart;
-    if (is_put_down(span.end)) span.end = kToTheEnd;
-    // From the beginning to the end: nothing changed.
-    if (!span.begin.finite() && !span.end.finite()) return false;
+  const auto coloured = [&](const Stage& fitted) {
+    const Score w = wald_test(fitted, spec.effects.size() - 1, excess(channel, fitted));
+    return (w.coloured && !w.by_chance) || fitted.sums().lag1[std::size_t(Sensor::kMag)] > kColour;
+  };
+  if (channel == Channel::kMag && strength * theta.norm() < kOfPlaces &&
+      (is_put_down(span.begin) || is_put_down(span.end)) && coloured(stage)) {
+    // The noise is still that of the model without the change: too large, and what the trajectory
+    // then leaves to the magnetometer is coloured.
+    const std::optional<Stage> anew = attempt([&] { return pipeline_.refit(stage, spec); });
+    if (!anew || coloured(*anew)) {
+      if (is_put_down(span.begin)) span.begin = kFromTheStart;
+      if (is_put_down(span.end)) span.end = kToTheEnd;
+      // From the beginning to the end: nothing changed.
+      if (!span.begin.finite() && !span.end.finite()) return false;
+    }
   }
   // A lasting change is on where the bias is the larger: a magnet came or went.
   const Vector3 bias = stage.result().values.at<Vector3>(key::mag_bias);

@@ -133,8 +133,17 @@ void ArrayFilter::start(const NavigationState& state) {
   covariance_ = sigma.cwiseAbs2().asDiagonal();
 }
 
-void ArrayFilter::propagate(const Vector3& acc, const Vector3& gyr, double dt) {
+void ArrayFilter::propagate(const Vector3& acc, const Vector3& gyr, double dt,
+                            const VectorXd* linearize_field) {
   NavigationStep step = navigation_step(state_, transport_, acc, gyr, dt, options_.gravity);
+  if (linearize_field != nullptr) {
+    NavigationState at = state_;
+    at.theta = *linearize_field;
+    NavigationStep other = navigation_step(at, transport_, acc, gyr, dt, options_.gravity);
+    step.by_error = std::move(other.by_error);
+    step.by_noise = std::move(other.by_noise);
+    step.field_by_d = std::move(other.field_by_d);
+  }
   if (options_.constrain_yaw) {
     constrain_yaw(step, predicted_, state_, (gyr - state_.gyr_bias) * dt, dt, options_.gravity);
   }

@@ -76,8 +76,10 @@ class ArrayFilter {
   // coefficients without one.
   void start_field(const VectorXd& readings);
 
-  // One step of the IMU: acc m/s^2, gyr rad/s, dt s.
-  void propagate(const Vector3& acc, const Vector3& gyr, double dt);
+  // One step of the IMU: acc m/s^2, gyr rad/s, dt s. linearize_field: coefficients at which the
+  // derivatives are taken, instead of the estimated ones (studies know the true field).
+  void propagate(const Vector3& acc, const Vector3& gyr, double dt,
+                 const VectorXd* linearize_field = nullptr);
 
   // The magnetometers' readings, uT. Their noise is taken from the residuals of this sample's fit.
   struct Innovation {

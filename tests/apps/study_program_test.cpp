@@ -24,11 +24,11 @@ TEST(StudyProgram, all_experiments_in_short_make_a_page_with_their_tables) {
   const test::Outcome run = magimu("study all --short --threads 1 -o out");
   ASSERT_EQ(run.exit_code, kDone) << run.err;
   EXPECT_THAT(run.out, HasSubstr("limits do not hold"));
-  const nlohmann::json json = magimu.json("out/study.json");
-  EXPECT_EQ(json["format"], "magimu-study/1");
-  EXPECT_EQ(json["short"], true);
+  const nlohmann::json all = magimu.json("out/study.json");
+  EXPECT_EQ(all["format"], "magimu-study/1");
+  EXPECT_EQ(all["short"], true);
   std::vector<std::string> names;
-  for (const nlohmann::json& study : json["studies"]) {
+  for (const nlohmann::json& study : all["studies"]) {
     names.push_back(study["name"]);
     EXPECT_FALSE(study["findings"].empty()) << study["name"];
     for (const nlohmann::json& table : study["tables"]) {
@@ -105,14 +105,14 @@ TEST(NavigateProgram, follows_an_array_through_a_room) {
   write_csv(recording, magimu.folder().path("room.csv"));
   const test::Outcome run = magimu("navigate room.csv --gravity 9.82 -o path.json --json");
   ASSERT_EQ(run.exit_code, kDone) << run.err;
-  const nlohmann::json json = nlohmann::json::parse(run.out), file = magimu.json("path.json");
-  EXPECT_EQ(json["format"], "magimu-navigation/1");
-  EXPECT_EQ(file["trajectory"].size(), json["samples"].get<std::size_t>());
-  EXPECT_NEAR(double(json["nis_per_number"]), 1.0, 0.2);
-  EXPECT_GT(double(json["sigma_at_end"]["position_m"]), 0.0);
+  const nlohmann::json said = nlohmann::json::parse(run.out), file = magimu.json("path.json");
+  EXPECT_EQ(said["format"], "magimu-navigation/1");
+  EXPECT_EQ(file["trajectory"].size(), said["samples"].get<std::size_t>());
+  EXPECT_NEAR(double(said["nis_per_number"]), 1.0, 0.2);
+  EXPECT_GT(double(said["sigma_at_end"]["position_m"]), 0.0);
   EXPECT_EQ(magimu("navigate room.csv --gravity 9.82 -o path.csv -q").exit_code, kDone);
   const std::string csv = magimu.text("path.csv");
-  EXPECT_EQ(std::ranges::count(csv, '\n'), int(json["samples"]) + 1);
+  EXPECT_EQ(std::ranges::count(csv, '\n'), int(said["samples"]) + 1);
   // Without a layout, places of another number of magnetometers are not known.
   const test::Outcome few =
       magimu("simulate -o few.csv -q && '" MAGIMU_BINARY "' navigate few.csv");

@@ -65,12 +65,15 @@ std::vector<NavigationVariant> navigation_variants() {
   add("MAINS, means of steps", StepReadings::kMean, false, false);
   add("OC-MAINS, means of steps", StepReadings::kMean, true, false);
   add("MAINS, means of steps, coloured", StepReadings::kMean, false, true);
+  add("OC-MAINS, coloured, estimated gradients", StepReadings::kMean, true, true);
+  variants.back().shrink_gradients = false;
   add("OC-MAINS, means of steps, coloured", StepReadings::kMean, true, true);
   return variants;
 }
 
 NavigationVariant at_true_field_variant() {
   NavigationVariant variant = navigation_variants().back();
+  variant.shrink_gradients = false;
   variant.name += ", at the true field";
   variant.at_true_field = true;
   return variant;
@@ -85,7 +88,10 @@ NavigationStudyRow run_variant(const NavigationVariant& variant,
     NavigationOptions options = variant.options;
     options.start = c.start;
     options.filter.gravity = c.gravity;
-    if (variant.coloured) options.filter = with_truncation(options.filter, samples);
+    if (variant.coloured) {
+      options.filter = with_truncation(options.filter, samples);
+      options.filter.shrink_gradients = variant.shrink_gradients;
+    }
     if (variant.at_true_field) {
       const ArrayFilter filter(options.filter, c.positions);
       for (Eigen::Index k = 0; k < c.exact_mag.cols(); ++k) {

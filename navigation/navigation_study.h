@@ -33,7 +33,8 @@ struct NavigationVariant {
   std::string name;
   NavigationOptions options;
   StepReadings readings = StepReadings::kMean;
-  bool coloured = false;  // with_truncation() of the case
+  bool coloured = false;         // with_truncation() of the case
+  bool shrink_gradients = true;  // of the coloured ones (ArrayFilterOptions)
   // The filter's derivatives taken at the true field, where the case knows it: shows what those at
   // the estimated field do to the claims.
   bool at_true_field = false;

@@ -45,7 +45,6 @@ InitialGuess initialize(const std::vector<const Recording*>& recordings,
   InitialGuess guess;
   AlignmentOptions align;
   align.gyr_bias = options.gyr_bias.value_or(bias_from_rests(recordings));
-  align.estimate_gyr_bias = !options.gyr_bias.has_value();
 
   const std::size_t sensors = recordings.front()->mag.size();
   guess.parameters.mag.resize(sensors);
@@ -63,7 +62,7 @@ InitialGuess initialize(const std::vector<const Recording*>& recordings,
       align.gyr_bias = alignment.gyr_bias;  // the others start from the first one's
     }
   }
-  guess.parameters.gyr_bias = align.gyr_bias;
+  guess.parameters.gyr_bias = options.gyr_bias.value_or(align.gyr_bias);
   if (options.perturbation) perturb(guess, *options.perturbation);
   // The longest part of each recording tells its field's dip best.
   std::vector<const Recording*> longest(std::size_t(field_count(recordings)));

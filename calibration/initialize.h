@@ -22,7 +22,7 @@ struct StartPerturbation {
 };
 
 struct InitializationOptions {
-  std::optional<Vector3> gyr_bias;  // start here and do not look for a better start, rad/s
+  std::optional<Vector3> gyr_bias;  // the fit starts here; only the alignment looks on, rad/s
   std::optional<double> dip_rad;    // start here
   std::optional<StartPerturbation> perturbation;  // none, but in tests
 };

@@ -133,8 +133,22 @@ void ArrayFilter::start(const NavigationState& state) {
   covariance_ = sigma.cwiseAbs2().asDiagonal();
 }
 
-void ArrayFilter::propagate(const Vector3& acc, const Vector3& gyr, double dt) {
+void ArrayFilter::propagate(const Vector3& acc, const Vector3& gyr, double dt,
+                            const VectorXd* linearize_field) {
   NavigationStep step = navigation_step(state_, transport_, acc, gyr, dt, options_.gravity);
+  VectorXd shrunk;
+  if (options_.shrink_gradients && linearize_field == nullptr) {
+    shrunk = shrunk_field();
+    linearize_field = &shrunk;
+  }
+  if (linearize_field != nullptr) {
+    NavigationState at = state_;
+    at.theta = *linearize_field;
+    NavigationStep other = navigation_step(at, transport_, acc, gyr, dt, options_.gravity);
+    step.by_error = std::move(other.by_error);
+    step.by_noise = std::move(other.by_noise);
+    step.field_by_d = std::move(other.field_by_d);
+  }
   if (options_.constrain_yaw) {
     constrain_yaw(step, predicted_, state_, (gyr - state_.gyr_bias) * dt, dt, options_.gravity);
   }
@@ -169,6 +183,22 @@ void ArrayFilter::propagate(const Vector3& acc, const Vector3& gyr, double dt) {
   diagonal.segment<3>(kGyrBias).array() += options_.gyr_walk * options_.gyr_walk * dt;
   diagonal.segment(kField, kappa) += variance;
   state_ = predicted_ = step.next;
+}
+
+// The information that a step gives about velocity grows with the square of the gradients. Of an
+// estimate E |theta|^2 = |truth|^2 + tr P: degree by degree, it is scaled to the length of the
+// truth; to nothing where its errors explain all of it.
+VectorXd ArrayFilter::shrunk_field() const {
+  VectorXd theta = state_.theta;
+  Eigen::Index first = 3;  // the uniform field does not change by moving
+  for (Eigen::Index count = 5; first < theta.size(); count += 2) {
+    auto degree = theta.segment(first, count);
+    const double size = degree.squaredNorm();
+    const double error = covariance_.diagonal().segment(kField + first, count).sum();
+    degree *= size > error ? std::sqrt(1.0 - error / size) : 0.0;
+    first += count;
+  }
+  return theta;
 }
 
 void ArrayFilter::correct(const VectorXd& error) {

@@ -44,6 +44,9 @@ struct ArrayFilterOptions {
   double position_sigma = 0.01, velocity_sigma = 1.0, attitude_sigma = 5.0 * kDegreeInRad;
   double acc_bias_sigma = 0.5, gyr_bias_sigma = 0.5 * kDegreeInRad, field_sigma = 0.2;
   FieldProcess field = published_process(2);
+  // Derivatives are taken at gradients without the part that their errors add to their size; else
+  // at the estimated ones, as published: noise in a gradient passes for information about velocity.
+  bool shrink_gradients = false;
   // The bias of every magnetometer but the last (whose bias is the field's) as further states,
   // with this standard deviation, uT; 0: none.
   double mag_bias_sigma = 0.0;
@@ -76,8 +79,10 @@ class ArrayFilter {
   // coefficients without one.
   void start_field(const VectorXd& readings);
 
-  // One step of the IMU: acc m/s^2, gyr rad/s, dt s.
-  void propagate(const Vector3& acc, const Vector3& gyr, double dt);
+  // One step of the IMU: acc m/s^2, gyr rad/s, dt s. linearize_field: coefficients at which the
+  // derivatives are taken, instead of the estimated ones (studies know the true field).
+  void propagate(const Vector3& acc, const Vector3& gyr, double dt,
+                 const VectorXd* linearize_field = nullptr);
 
   // The magnetometers' readings, uT. Their noise is taken from the residuals of this sample's fit.
   struct Innovation {
@@ -98,6 +103,7 @@ class ArrayFilter {
 
  private:
   void correct(const VectorXd& error);
+  VectorXd shrunk_field() const;
 
   ArrayFilterOptions options_;
   FieldTransport transport_;

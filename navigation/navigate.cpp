@@ -36,7 +36,9 @@ NavigationRun navigate(const ArraySamples& samples, const NavigationOptions& opt
   bool field_known = false;
   for (std::size_t k = 0; k < samples.t.size(); ++k) {
     if (k > 0) {
-      filter.propagate(samples.acc[k - 1], samples.gyr[k - 1], samples.t[k] - samples.t[k - 1]);
+      const bool given = k - 1 < options.linearize_field.size();
+      filter.propagate(samples.acc[k - 1], samples.gyr[k - 1], samples.t[k] - samples.t[k - 1],
+                       given ? &options.linearize_field[k - 1] : nullptr);
     }
     if (options.use_magnetometers && samples.measured[k]) {
       const VectorXd readings = samples.mag.col(static_cast<Eigen::Index>(k));

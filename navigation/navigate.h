@@ -22,6 +22,9 @@ struct NavigationOptions {
   bool use_magnetometers = true;  // false: inertial navigation alone
   // The true position aids the filter for so long from the start, s, with this standard deviation.
   double aided_s = 0.0, aid_sigma = 0.01;
+  // For studies: the field's coefficients at each sample at which the filter takes its derivatives;
+  // none: the estimated ones.
+  std::vector<VectorXd> linearize_field;
 };
 
 struct NavigationRun {

@@ -6,7 +6,6 @@
 
 #include "navigation/truncation.h"
 #include "recording/array_mat.h"
-#include "sim/array_room.h"
 #include "sim/random.h"
 
 namespace magimu {
@@ -21,15 +20,19 @@ std::vector<NavigationCase> navigation_cases(const std::string& folder) {
   for (const std::string& path : paths) {
     auto file = read_array_mat(path);
     if (!file || !file->recording.truth || !file->start) continue;
-    cases.push_back({std::move(file->recording), published_array_layout(),
-                     NavigationStart{file->start->p, file->start->v, file->start->nRb}});
+    cases.push_back({std::move(file->recording),
+                     published_array_layout(),
+                     NavigationStart{file->start->p, file->start->v, file->start->nRb},
+                     9.82,
+                     {}});
   }
   return cases;
 }
 
-NavigationCase simulated_case(unsigned seed) {
+NavigationCase simulated_case(unsigned seed, double moment) {
   ArrayRoomOptions options;
   options.seed = seed;
+  options.moment = moment;
   options.positions = published_array_layout();
   Recording recording = simulate_array(options);
   // The start departs from the truth by what the filter is told.
@@ -40,7 +43,11 @@ NavigationCase simulated_case(unsigned seed) {
   NavigationStart start;
   start.p = truth.position.front() + draw(filter.position_sigma);
   start.nRb = truth.nRb.front() * Rot3::Exp(draw(filter.attitude_sigma));
-  return {std::move(recording), options.positions, start, options.gravity};
+  // The same seed without the noise of the magnetometers: the same walk in the same room.
+  options.mag_noise = 0.0;
+  const Recording exact = simulate_array(options);
+  return {std::move(recording), options.positions, start, options.gravity,
+          array_samples(exact, options.positions).mag};
 }
 
 std::vector<NavigationVariant> navigation_variants() {
@@ -58,8 +65,18 @@ std::vector<NavigationVariant> navigation_variants() {
   add("MAINS, means of steps", StepReadings::kMean, false, false);
   add("OC-MAINS, means of steps", StepReadings::kMean, true, false);
   add("MAINS, means of steps, coloured", StepReadings::kMean, false, true);
+  add("OC-MAINS, coloured, estimated gradients", StepReadings::kMean, true, true);
+  variants.back().shrink_gradients = false;
   add("OC-MAINS, means of steps, coloured", StepReadings::kMean, true, true);
   return variants;
+}
+
+NavigationVariant at_true_field_variant() {
+  NavigationVariant variant = navigation_variants().back();
+  variant.shrink_gradients = false;
+  variant.name += ", at the true field";
+  variant.at_true_field = true;
+  return variant;
 }
 
 NavigationStudyRow run_variant(const NavigationVariant& variant,
@@ -71,7 +88,16 @@ NavigationStudyRow run_variant(const NavigationVariant& variant,
     NavigationOptions options = variant.options;
     options.start = c.start;
     options.filter.gravity = c.gravity;
-    if (variant.coloured) options.filter = with_truncation(options.filter, samples);
+    if (variant.coloured) {
+      options.filter = with_truncation(options.filter, samples);
+      options.filter.shrink_gradients = variant.shrink_gradients;
+    }
+    if (variant.at_true_field) {
+      const ArrayFilter filter(options.filter, c.positions);
+      for (Eigen::Index k = 0; k < c.exact_mag.cols(); ++k) {
+        options.linearize_field.push_back(filter.fit_field(c.exact_mag.col(k)));
+      }
+    }
     const NavigationRun run = navigate(samples, options);
     seconds += run.seconds;
     recorded += run.t.back() - run.t.front();

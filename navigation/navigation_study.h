@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "navigation/navigation_errors.h"
+#include "sim/array_room.h"
 
 namespace magimu {
 
@@ -16,6 +17,8 @@ struct NavigationCase {
   std::vector<Vector3> positions;
   NavigationStart start;
   double gravity = 9.82;  // m/s^2
+  // Of a simulated room: what the magnetometers would read without noise, 3 M x N, uT.
+  MatrixXd exact_mag;
 };
 
 // The published recordings in a folder (recording/array_mat.h), in the order of their names; those
@@ -23,14 +26,21 @@ struct NavigationCase {
 std::vector<NavigationCase> navigation_cases(const std::string& folder);
 // The array of sim/array_room.h in a room of dipoles, by its seed; the start is off the truth as
 // the filters assume.
-NavigationCase simulated_case(unsigned seed);
+// moment: standard deviation of a dipole's components, A m^2.
+NavigationCase simulated_case(unsigned seed, double moment = ArrayRoomOptions().moment);
 
 struct NavigationVariant {
   std::string name;
   NavigationOptions options;
   StepReadings readings = StepReadings::kMean;
-  bool coloured = false;  // with_truncation() of the case
+  bool coloured = false;         // with_truncation() of the case
+  bool shrink_gradients = true;  // of the coloured ones (ArrayFilterOptions)
+  // The filter's derivatives taken at the true field, where the case knows it: shows what those at
+  // the estimated field do to the claims.
+  bool at_true_field = false;
 };
+// The last variant with its derivatives at the true field; for simulated rooms.
+NavigationVariant at_true_field_variant();
 // Inertial alone; as published; with the steps' readings mended; with the coloured truncation.
 std::vector<NavigationVariant> navigation_variants();
 

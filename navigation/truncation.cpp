@@ -55,6 +55,7 @@ ArrayFilterOptions with_truncation(const ArrayFilterOptions& options, const Arra
   ArrayFilterOptions out = options;
   out.order = options.order + 1;
   out.field = truncation_process(samples, options.order);
+  out.shrink_gradients = true;
   return out;
 }
 

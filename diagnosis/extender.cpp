@@ -215,6 +215,7 @@ void Extender::take(const Stage& stage, double nll) {
 void Extender::replace(const Stage& stage) { take(stage, sum_of(held_out_nll(stage))); }
 
 void Extender::extend(const Stage& from) {
+  refits_spent_ = false;
   take(from, sum_of(held_out_nll(from)));
   rejected_.clear();
   if (given_.noise) {

@@ -172,12 +172,19 @@ bool Extender::find_times(Option& option, Stage& stage) const {
       fitted = pipeline_.refit_with_same_noise(
           fitted, spec, effect_parameters(values, effect_keys(spec.effects).back()));
     }
+    // Gains of a few per cent bend nothing: where their fit finds no end, few samples tell of them.
+    if (form != ChangeForm::kOffset && !fitted.result().converged()) {
+      throw NumericalError("no fit with a change of gains");
+    }
     return fitted;
   };
   const ChangeEffect& change = *as_change(*option.effect);
   ChangeTimes found = refined_times(recordings_, stage, change, {.span = option.span}, refit);
   stage = refit(found);
-  if (is_bent(stage)) {
+  // Once a model: it takes a dozen fits and more.
+  if (form == ChangeForm::kOffset && stage.result().converged() && !refits_spent_ &&
+      is_bent(stage)) {
+    refits_spent_ = true;
     const ChangeTimes nearer = times_by_refits(recordings_, change, {.span = option.span}, refit);
     stage = refit(nearer);
     found = refined_times(recordings_, stage, change, nearer, refit);

@@ -100,7 +100,7 @@ TEST(Reprocess, a_recording_that_takes_too_long_or_too_much_memory_is_a_row) {
   ASSERT_EQ(magimu("reprocess in -o late --time-limit 0.01").exit_code, kDone);
   EXPECT_THAT(magimu.text("late/recordings.csv"), HasSubstr(",too_long,"));
 #ifndef __SANITIZE_ADDRESS__
-  ASSERT_EQ(magimu("reprocess in -o large --memory-limit 60").exit_code, kDone);
+  ASSERT_EQ(magimu("reprocess in -o large --memory-limit 8").exit_code, kDone);
   EXPECT_THAT(magimu.text("large/recordings.csv"), testing::Not(HasSubstr(",calibrated,")));
 #endif
 }

@@ -45,7 +45,7 @@ TEST_P(NothingWrong, leaves_no_band) {
   for (std::uint64_t seed = 11; seed < 15; ++seed) {
     const Diagnosis d = diagnose(simulate(hand(seed, GetParam())).recording);
     EXPECT_GT(d.statistics, 300);
-    EXPECT_THAT(d.departures_after, IsEmpty()) << seed << ", " << d.departures_after[0].statistic;
+    EXPECT_THAT(d.departures, IsEmpty()) << seed << ", " << d.departures_after[0].statistic;
     EXPECT_FALSE(d.unexplained.detected) << seed << ", " << d.unexplained.evidence.front();
   }
 }
@@ -122,7 +122,7 @@ TEST(Changes, say_in_which_part_of_the_recording_they_show) {
   Recording r = simulate(hand(21)).recording;
   gain_of_an_axis(r);
   const Diagnosis d = diagnose(r);
-  EXPECT_THAT(d.departures_after,
+  EXPECT_THAT(d.departures,
               Contains(testing::AllOf(Field(&Departure::statistic, "x against the field's x"),
                                       Field(&Departure::end_s, testing::Gt(0.0)))));
 }

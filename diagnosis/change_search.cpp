@@ -196,6 +196,7 @@ class ChangeInPieces final : public Effect {
 
 struct LikelyTime {
   double t, sigma, width;  // s
+  double gain;             // nats over the time from which it was looked for
 };
 
 // Of times whose log-likelihoods are known, the best one, how far about it the others lie, and how
@@ -209,7 +210,8 @@ LikelyTime best_of(const std::vector<double>& t, const std::vector<double>& log_
     sum += weight;
     squares += weight * std::pow(t[i] - t[std::size_t(best)], 2);
   }
-  return {t[std::size_t(best)], std::sqrt(squares / sum), grid * sum};
+  return {t[std::size_t(best)], std::sqrt(squares / sum), grid * sum,
+          log_likelihood[std::size_t(best)]};
 }
 
 // rising: the change begins at `now`. The candidate: the change in pieces to both sides of it.
@@ -260,7 +262,8 @@ ChangeTimes likely_times(const std::vector<const Recording*>& recordings, const 
     const LikelyTime likely = likely_time(scan, next++, pieces, grid, time.t, rising);
     time.t = likely.t;
     out.sigma_s = std::max(out.sigma_s, likely.sigma);
-    width = reaches ? likely.width : std::max(width, likely.width);
+    // The likelihood that a coarser grid saw is as much lower beside a higher maximum.
+    width = reaches ? likely.width : std::max(width * std::exp(-likely.gain), likely.width);
   };
   take(out.span.begin, out.width_s[0], true);
   take(out.span.end, out.width_s[1], false);
@@ -311,13 +314,19 @@ std::vector<LikelyChange> likely_changes(const std::vector<const Recording*>& re
   for (const auto& [seconds, own] : by_window) {
     search_channel(recordings, stage, own, seconds, out);
   }
-  // Of one name, an end is a parameter more.
+  // Of one name the better of the two; an end is a parameter more, and one that adds little is
+  // none.
   const std::vector<LikelyChange> all = out;
   std::erase_if(out, [&](const LikelyChange& change) {
-    return change.span.end.finite() && std::ranges::any_of(all, [&](const LikelyChange& other) {
-             return other.name == change.name && !other.span.end.finite() &&
-                    change.statistic < (1.0 + kEndAdds) * other.statistic;
-           });
+    return std::ranges::any_of(all, [&](const LikelyChange& other) {
+      if (other.name != change.name || other.span.end.finite() == change.span.end.finite())
+        return false;
+      const LikelyChange& ended = change.span.end.finite() ? change : other;
+      const LikelyChange& lasting = change.span.end.finite() ? other : change;
+      const bool ends = ended.statistic > (1.0 + kEndAdds) * lasting.statistic &&
+                        ended.log10_p() < lasting.log10_p();
+      return change.span.end.finite() != ends;
+    });
   });
   return out;
 }

@@ -34,7 +34,7 @@ struct LikelyChange {
   double log10_p() const;
 };
 
-// Of each of these names the best that lasts and the best that ends, where there is any.
+// Of each of these names the best, where there is any: one that lasts, or one that ends.
 std::vector<LikelyChange> likely_changes(const std::vector<const Recording*>& recordings,
                                          const Stage& stage, const std::vector<std::string>& names);
 

@@ -16,7 +16,6 @@ namespace {
 
 constexpr double kEndAdds = 0.05;  // of the statistic: an end that adds less is none
 constexpr int kMostWindows = 24;
-constexpr double kHopeless = 0.0;       // log10 of a probability: chance alone does as well
 constexpr double kInvisible = 1e-9;     // of the largest eigenvalue, columns scaled alike
 constexpr double kRounding = 1e-7;      // of a column's information before others are eliminated
 constexpr double kOneOrTheOther = 2.0;  // one that lasts, or one that ends: as likely before
@@ -160,7 +159,7 @@ void search_channel(const std::vector<const Recording*>& recordings, const Stage
       }
     }
     for (const LikelyChange& change : best) {
-      if (change.statistic > 0.0 && change.log10_p() < kHopeless) out.push_back(change);
+      if (change.statistic > 0.0) out.push_back(change);
     }
   }
 }

@@ -199,8 +199,8 @@ const std::vector<Bad> kNoRecording{
            8);
      },
      "rec:1: this is binary content", "CSV file in UTF-8"},
-    {"utf16", [] { return std::string("\xff\xfet\0,\0a\0", 8); }, "rec:1: this is binary content",
-     "CSV file in UTF-8"},
+    {"utf16", [] { return std::string("\xff\xfet\0,\0a\0", 8); }, "rec: this text is in UTF-16",
+     "iconv -f UTF-16"},
     {"picture", [] { return std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16); },
      "rec:", "--map t=NAME"},
     {"huge_line", [] { return kHeader + std::string(50'000'000, '7') + "\n"; },

@@ -45,7 +45,7 @@ TEST_P(NothingWrong, leaves_no_band) {
   for (std::uint64_t seed = 11; seed < 15; ++seed) {
     const Diagnosis d = diagnose(simulate(hand(seed, GetParam())).recording);
     EXPECT_GT(d.statistics, 300);
-    EXPECT_THAT(d.departures, IsEmpty()) << seed << ", " << d.departures_after[0].statistic;
+    EXPECT_THAT(d.departures_after, IsEmpty()) << seed << ", " << d.departures_after[0].statistic;
     EXPECT_FALSE(d.unexplained.detected) << seed << ", " << d.unexplained.evidence.front();
   }
 }

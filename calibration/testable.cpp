@@ -49,8 +49,7 @@ std::string reason_untested(const Effect& effect, const std::vector<const Record
 }
 
 bool is_looked_for(const std::string& name) {
-  for (const char* later :
-       {"acc_time_offset", "gravity", "mag_own_clock", "acc_change"}) {
+  for (const char* later : {"acc_time_offset", "gravity", "mag_own_clock", "acc_change"}) {
     if (name == later) return false;
   }
   return true;

@@ -112,7 +112,7 @@ class Extender {
   std::array<double, 3> in_samples_ = {1.0, 1.0, 1.0};  // excess_of_samples
   std::optional<Stage> base_, stage_;
   double nll_ = 0.0;
-  mutable bool refits_spent_ = false;  // on the times of a change; of this model
+  mutable bool refits_spent_ = false;      // on the times of a change; of this model
   mutable std::optional<Stage> refitted_;  // stage_, its noise estimated once more
   std::vector<std::string> rejected_;      // looked significant, predicts no better
   struct Entered {

@@ -14,8 +14,18 @@ namespace magimu {
 namespace {
 
 constexpr int kMostAskedNodes = 20000;  // half an hour at 12 a second: a few seconds of work
-constexpr std::array kAskedParts = {DisturbedPart::kField, DisturbedPart::kMag,
-                                    DisturbedPart::kGyr};
+constexpr std::array kAskedParts = {DisturbedPart::kField, DisturbedPart::kMag, DisturbedPart::kGyr,
+                                    DisturbedPart::kAcc};
+
+// Where the bias of its sensor begins among the parameters, and which sensor it is.
+Eigen::Index first_of_bias(DisturbedPart part) {
+  return part == DisturbedPart::kAcc ? 0 : part == DisturbedPart::kGyr ? 3 : 15;
+}
+Channel sensor_of(DisturbedPart part) {
+  return part == DisturbedPart::kAcc   ? Channel::kAcc
+         : part == DisturbedPart::kGyr ? Channel::kGyr
+                                       : Channel::kMag;
+}
 
 std::string state_in_words(const DisturbanceFit& d) {
   constexpr const char* kWhere[] = {"the field about the magnetometer", "the magnetometer",
@@ -52,15 +62,16 @@ std::optional<MissingEffect> find_lacking_state(const Stage& stage) {
   }
   MissingEffect out;
   out.name = channel_of(kAskedParts[best]) + "_departure";
-  out.channel = kAskedParts[best] == DisturbedPart::kGyr ? Channel::kGyr : Channel::kMag;
+  out.channel = sensor_of(kAskedParts[best]);
   out.cause = state_in_words(fits[best]);
   out.shift = Eigen::Map<const VectorXd>(shift.data(), Eigen::Index(shift.size()));
   out.covariance = MatrixXd::Zero(out.shift.size(), out.shift.size());
   // Its mean is nothing that the recording tells from a bias: what switches on and off is not about
   // zero. A constant departure of the field is the field.
   if (kAskedParts[best] != DisturbedPart::kField) {
-    const Eigen::Index bias = kAskedParts[best] == DisturbedPart::kGyr ? 3 : 15;
-    out.covariance.diagonal().segment<3>(bias).setConstant(fits[best].size * fits[best].size);
+    out.covariance.diagonal()
+        .segment<3>(first_of_bias(kAskedParts[best]))
+        .setConstant(fits[best].size * fits[best].size);
   }
   return out;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a fitted model lacks, whatever its cause, and where the calibration would be with it: the
-// disturbance that gains most evidence (disturbance.h), in the field, the magnetometer or the
-// gyroscope. A cause that is in no catalogue, or that begins and ends as it likes, moves a
-// calibration as much as one that has a name.
+// disturbance that gains most evidence (disturbance.h), in the field, the magnetometer, the
+// gyroscope or the accelerometer. A cause that is in no catalogue, or that begins and ends as it
+// likes, moves a calibration as much as one that has a name.
 #pragma once
 
 #include <optional>

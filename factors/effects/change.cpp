@@ -63,8 +63,8 @@ Vector3 read_by_basic_model(const SampleState& s, Channel channel) {
 }
 
 std::string moment_in_words(const Moment& m) {
-  return m.recording > 0 ? fmt::format("{:.2f} s of recording {}", m.t, m.recording + 1)
-                         : fmt::format("{:.2f} s", m.t);
+  if (m.recording <= 0 || !m.finite()) return fmt::format("{:.2f} s", m.t);
+  return fmt::format("{:.2f} s of recording {}", m.t, m.recording + 1);
 }
 
 std::string span_of_magnet(const ChangeSpan& span) {

@@ -242,6 +242,12 @@ void add_imu(FactorGraph& graph, const Part& part) {
 void add_reach(FactorGraph& graph, const Part& part) {
   const Noise<3> noise = Noise<3>::isotropic(part.spec.reach_m);
   const std::vector<double>& t = part.plan.t;
+  // Between two gaps a part may have a single node, and nothing tells how fast the hand was there.
+  if (part.nodes() == 1) {
+    constexpr double kHandSpeed = 1.0;  // m/s
+    graph.add(
+        PriorFactor<Vector3>(V(part.id(0)), Vector3::Zero(), Noise<3>::isotropic(kHandSpeed)));
+  }
   // Three at the least: with two, velocity and tilt of a short part are not told apart.
   const double every = std::min(kReachEvery, 0.5 * (t.back() - t.front()));
   double due = t.front();

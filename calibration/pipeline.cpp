@@ -195,8 +195,13 @@ double force_spread(const std::vector<const Recording*>& recordings) {
   return std::sqrt(std::max(0.0, squares / n - sum / n * (sum / n)));
 }
 
+// Where samples come in heaps the usual interval says nothing of their number.
+double samples_a_second(const VectorSeries& s) {
+  return std::min(s.rate_hz(), double(s.size()) / std::max(1e-3, s.t.back() - s.t.front()));
+}
+
 int automatic_node_every(const Recording& recording) {
-  const double rate = recording.mag.front().rate_hz();
+  const double rate = samples_a_second(recording.mag.front());
   return rate <= kFullRate ? 1 : int(std::ceil(rate / kDecimatedRate));
 }
 
@@ -256,7 +261,7 @@ Pipeline::Pipeline(const std::vector<const Recording*>& recordings,
     if (rest_.gyr <= 0.0) least_.gyr = std::max({kLeastGyr, least_.gyr, least_noise(r->gyr)});
   }
   coarse_optimizer_.step_tolerance = std::max(coarse_optimizer_.step_tolerance, kCoarseStep);
-  const double mag_rate = recordings.front()->mag.front().rate_hz();
+  const double mag_rate = samples_a_second(recordings.front()->mag.front());
   every_ = options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
   coarse_every_ = std::max(every_, int(std::ceil(mag_rate / kCoarseRate)));
   coarse_plans_ =

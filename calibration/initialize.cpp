@@ -45,6 +45,7 @@ InitialGuess initialize(const std::vector<const Recording*>& recordings,
   InitialGuess guess;
   AlignmentOptions align;
   align.gyr_bias = options.gyr_bias.value_or(bias_from_rests(recordings));
+  align.estimate_gyr_bias = !(options.gyr_bias && options.trust_gyr_bias);
 
   const std::size_t sensors = recordings.front()->mag.size();
   guess.parameters.mag.resize(sensors);

@@ -23,6 +23,7 @@ struct StartPerturbation {
 
 struct InitializationOptions {
   std::optional<Vector3> gyr_bias;  // the fit starts here; only the alignment looks on, rad/s
+  bool trust_gyr_bias = false;      // the alignment, too, takes it as it is, if it is given
   std::optional<double> dip_rad;    // start here
   std::optional<StartPerturbation> perturbation;  // none, but in tests
 };

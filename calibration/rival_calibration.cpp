@@ -7,12 +7,10 @@
 #include <chrono>
 #include <cmath>
 
-#include "calibration/alignment.h"
 #include "calibration/attitude.h"
 #include "calibration/check_axes.h"
 #include "calibration/diagnostics.h"
 #include "calibration/given_noise.h"
-#include "calibration/intrinsic.h"
 #include "calibration/kok_published.h"
 #include "calibration/mounting.h"
 #include "calibration/parameter_names.h"
@@ -186,44 +184,24 @@ void fill_rival(Calibration& c, const RivalResult& r,
   c.strength_sigma_model_uT = strength_sigma(D, c.strength_uT, c.covariance_model);
 }
 
-// The published methods trust the nominal bias of the gyroscope from the alignment on.
-InitialGuess aligned_at_nominal_bias(const std::vector<const Recording*>& recordings,
-                                     InitialGuess guess) {
-  AlignmentOptions align;
-  align.gyr_bias = guess.parameters.gyr_bias;
-  align.estimate_gyr_bias = false;
-  for (std::size_t m = 0; m < guess.parameters.mag.size(); ++m) {
-    std::vector<Vector3> readings;
-    for (const Recording* r : recordings) {
-      readings.insert(readings.end(), r->mag[m].v.begin(), r->mag[m].v.end());
-    }
-    const IntrinsicCalibration intrinsic = calibrate_intrinsic(readings);
-    const Alignment alignment = align_magnetometer(recordings, m, intrinsic, align);
-    guess.parameters.mag[m] = {intrinsic.distortion * alignment.mRb.matrix(), intrinsic.bias};
-  }
-  const IntegratedRotation gyr(recordings.front()->gyr, guess.parameters.gyr_bias);
-  for (double& dip : guess.dip_rad) dip = estimate_dip(*recordings.front(), guess.parameters, gyr);
-  return guess;
-}
-
 }  // namespace
 
 std::string to_string(RivalMethod method) { return method == RivalMethod::kKok ? "kok" : "wu"; }
 
 RivalCalibration calibrate_by(const RivalOptions& rival, const std::vector<const Recording*>& given,
-                              const CalibrationOptions& options) {
+                              const CalibrationOptions& given_options) {
   const auto begin = std::chrono::steady_clock::now();
   const CheckedRecordings checked(given);
   const std::vector<const Recording*>& recordings = checked.get();
   const double start = thread_seconds();
+  CalibrationOptions options = given_options;
+  // The published methods trust the nominal bias of the gyroscope from the alignment on.
+  options.initialization.trust_gyr_bias = rival.as_published;
   const Pipeline pipeline(recordings, options);
   const NoiseDensities noise = pipeline.starting_noise();
-  const InitialGuess guess = rival.as_published && options.initialization.gyr_bias
-                                 ? aligned_at_nominal_bias(recordings, pipeline.guess())
-                                 : pipeline.guess();
   RivalResult result = rival.method == RivalMethod::kKok
-                           ? by_kok(rival, recordings, options, guess, noise)
-                           : by_wu(rival, recordings, options, guess, noise);
+                           ? by_kok(rival, recordings, options, pipeline.guess(), noise)
+                           : by_wu(rival, recordings, options, pipeline.guess(), noise);
   RivalCalibration out;
   out.seconds = thread_seconds() - start;
   out.method = to_string(rival.method) + (rival.as_published ? ", as published" : "");

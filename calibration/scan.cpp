@@ -13,6 +13,7 @@
 #include "calibration/parameter_names.h"
 #include "calibration/windows.h"
 #include "graph/decompositions.h"
+#include "graph/whitener.h"
 
 namespace magimu {
 namespace {
@@ -36,20 +37,6 @@ Values with_candidates(const Values& values, std::size_t accepted, const ModelSp
     for (const Key key : keys[e]) out.insert(key, 0.0);
   }
   return out;
-}
-
-// P with M = P diag P', its columns scaled so that P' A P = I on what A determines.
-MatrixXd whitener(const MatrixXd& A, double invisible = kInvisible) {
-  const VectorXd scale =
-      A.diagonal().unaryExpr([](double a) { return a > 0.0 ? 1.0 / std::sqrt(a) : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
-      MatrixXd(scale.asDiagonal() * A * scale.asDiagonal()));
-  const VectorXd& values = eigen.eigenvalues();
-  const double largest = values.size() > 0 ? values.maxCoeff() : 0.0;
-  if (largest <= 0.0) return MatrixXd(A.rows(), 0);
-  const auto kept = (values.array() > invisible * largest).count();
-  return scale.asDiagonal() * eigen.eigenvectors().rightCols(kept) *
-         values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
 // Standard deviations of the parameters whose covariance is P P'; zero where P has no columns.
@@ -168,7 +155,7 @@ Reduced reduced_to(const CondensedChain& chain, const MatrixXd& K, const Values&
   MatrixXd others = MatrixXd::Zero(g, g - q);
   others.topLeftCorner(at, at).setIdentity();
   others.bottomRightCorner(after, after).setIdentity();
-  const MatrixXd P = others * whitener(others.transpose() * K * others);
+  const MatrixXd P = others * whitener(others.transpose() * K * others, kInvisible);
   Reduced out;
   out.T = -P * (P.transpose() * K.middleCols(at, q));
   out.T.middleRows(at, q).setIdentity();
@@ -197,7 +184,7 @@ ScatterAtOptimum scatter_at_optimum(const CondensedChain& chain, const MatrixXd&
   out.Q = whitener(own.information, kUntold);
   out.information = own.information;
   const Eigen::Index p = out.Q.cols();
-  const MatrixXd M = own.T * out.Q, P = whitener(G);
+  const MatrixXd M = own.T * out.Q, P = whitener(G, kInvisible);
   out.scatter.S = MatrixXd::Zero(p, p);
   VectorXd of_window(chain.windows.size()), of_white(chain.windows.size());
   double squares = 0.0;
@@ -261,7 +248,7 @@ Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
   const Eigen::Index base = g - n;  // the candidates were inserted last
   // Calibration and accepted effects eliminated.
   const auto reduce = [&](const MatrixXd& K, MatrixXd& projection) {
-    const MatrixXd P = whitener(K.topLeftCorner(base, base));
+    const MatrixXd P = whitener(K.topLeftCorner(base, base), kInvisible);
     projection = K.bottomLeftCorner(n, base) * P * P.transpose();
     return MatrixXd(K.bottomRightCorner(n, n) - projection * K.topRightCorner(base, n));
   };
@@ -318,7 +305,7 @@ double Scan::scatter_with(std::size_t one, std::size_t other) const {
       columns.push_back(first(candidate) + i);
     }
   }
-  const MatrixXd P = whitener(information_(columns, columns));
+  const MatrixXd P = whitener(information_(columns, columns), kInvisible);
   const MatrixXd u = scores_beside(columns, P * (P.transpose() * VectorXd(score_(columns))));
   return u.rows() > 0 && u.cols() > 1 ? scatter_of(u).mean() : 1.0;
 }
@@ -342,7 +329,7 @@ Score Scan::combined(const MatrixXd& C) const {
   Score out;
   const MatrixXd A = C.transpose() * information_ * C;
   const VectorXd z = C.transpose() * score_;
-  const MatrixXd P = whitener(A);
+  const MatrixXd P = whitener(A, kInvisible);
   out.information = A;
   out.visible = P;
   out.dof = int(P.cols());
@@ -392,7 +379,7 @@ Score wald_test(const Stage& stage, std::size_t effect, const KnownScatter& know
   const MatrixXd G = chain.whole().information;
   const MatrixXd A = reduced_to(chain, G, values, keys.front(), q).information;
   out.information = A;
-  const MatrixXd P = whitener(A);
+  const MatrixXd P = whitener(A, kInvisible);
   out.dof = int(P.cols());
   out.sigma = sigma_of(P);
   out.statistic = out.theta.dot(A * out.theta);

@@ -9,7 +9,7 @@
 #include "calibration/extension.h"
 #include "calibration/windows.h"
 #include "factors/effects/catalogue.h"
-#include "graph/decompositions.h"
+#include "graph/whitener.h"
 
 namespace magimu {
 namespace {
@@ -19,19 +19,6 @@ constexpr int kMostWindows = 24;
 constexpr double kInvisible = 1e-9;     // of the largest eigenvalue, columns scaled alike
 constexpr double kRounding = 1e-7;      // of a column's information before others are eliminated
 constexpr double kOneOrTheOther = 2.0;  // one that lasts, or one that ends: as likely before
-
-// P with P P' the inverse of A on what A determines.
-MatrixXd root_of_inverse(const MatrixXd& A) {
-  const VectorXd scale =
-      A.diagonal().unaryExpr([](double a) { return a > 0.0 ? 1.0 / std::sqrt(a) : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
-      MatrixXd(scale.asDiagonal() * A * scale.asDiagonal()));
-  const VectorXd& values = eigen.eigenvalues();
-  const double largest = values.size() > 0 ? values.maxCoeff() : 0.0;
-  const auto kept = (values.array() > kInvisible * largest).count();
-  return scale.asDiagonal() * eigen.eigenvectors().rightCols(kept) *
-         values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
-}
 
 // The first moment of every window, and of what comes after the last.
 std::vector<Moment> window_begins(const std::vector<NodePlan>& plans, double seconds) {
@@ -146,7 +133,7 @@ void search_channel(const std::vector<const Recording*>& recordings, const Stage
     K += w.information.topLeftCorner(base, base);
     others += w.score.head(base);
   }
-  const MatrixXd P = root_of_inverse(K);
+  const MatrixXd P = whitener(K, kInvisible);
   for (std::size_t c = 0; c < names.size(); ++c) {
     const SpanScores scores(scan, c, P, others);
     const std::vector<ChangeForm> forms = forms_of_change(names[c]);

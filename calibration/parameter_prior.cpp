@@ -9,7 +9,6 @@
 #include <limits>
 
 #include "calibration/parameter_vector.h"
-#include "calibration/scan.h"
 #include "calibration/uncertainty.h"
 #include "graph/decompositions.h"
 

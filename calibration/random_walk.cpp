@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "calibration/scan.h"
 #include "graph/decompositions.h"
 
 namespace magimu {

@@ -4,9 +4,9 @@
 
 #include "apps/allan_text.h"
 #include "apps/commands.h"
-#include "apps/common_options.h"
-#include "apps/outputs.h"
-#include "recording/atomic_file.h"
+#include "apps/options/common_options.h"
+#include "apps/options/outputs.h"
+#include "recording/files/atomic_file.h"
 
 namespace magimu::apps {
 namespace {

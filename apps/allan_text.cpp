@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/numbers.h"
-#include "apps/plot.h"
-#include "apps/report.h"
+#include "apps/page/report.h"
+#include "apps/plot/plot.h"
+#include "apps/say/numbers.h"
 
 namespace magimu::apps {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/noise_at_rest.h"
+#include "calibration/rest_noise/noise_at_rest.h"
 
 namespace magimu::apps {
 

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // `magimu apply CAL.json REC -o OUT.csv`
-#include "calibration/apply.h"
+#include "calibration/use/apply.h"
 
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
-#include "apps/common_options.h"
-#include "apps/outputs.h"
-#include "apps/trusted.h"
-#include "calibration/calibration_json.h"
-#include "recording/atomic_file.h"
-#include "recording/csv.h"
-#include "recording/quality.h"
+#include "apps/options/common_options.h"
+#include "apps/options/outputs.h"
+#include "apps/say/trusted.h"
+#include "calibration/result/calibration_json.h"
+#include "recording/checks/quality.h"
+#include "recording/csv/csv.h"
+#include "recording/files/atomic_file.h"
 
 namespace magimu::apps {
 namespace {

@@ -3,20 +3,20 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
-#include "apps/calibration_table.h"
 #include "apps/commands.h"
-#include "apps/common_options.h"
-#include "apps/outputs.h"
-#include "apps/place_options.h"
-#include "apps/prior_options.h"
-#include "apps/report_calibration.h"
-#include "apps/report_provenance.h"
+#include "apps/options/common_options.h"
+#include "apps/options/outputs.h"
+#include "apps/options/place_options.h"
+#include "apps/options/prior_options.h"
+#include "apps/page/report_calibration.h"
+#include "apps/page/report_provenance.h"
+#include "apps/say/calibration_table.h"
 #include "calibration/calibrate.h"
-#include "calibration/calibration_json.h"
-#include "calibration/rival_calibration.h"
+#include "calibration/result/calibration_json.h"
+#include "calibration/rivals/rival_calibration.h"
 #include "graph/numerical_error.h"
-#include "recording/atomic_file.h"
-#include "recording/error.h"
+#include "recording/data/error.h"
+#include "recording/files/atomic_file.h"
 
 namespace magimu::apps {
 namespace {

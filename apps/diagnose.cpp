@@ -4,16 +4,16 @@
 #include <tbb/global_control.h>
 
 #include "apps/commands.h"
-#include "apps/common_options.h"
-#include "apps/diagnosis_answer.h"
-#include "apps/diagnosis_report.h"
-#include "apps/diagnosis_table.h"
-#include "apps/outputs.h"
-#include "apps/progress.h"
-#include "apps/report_provenance.h"
-#include "calibration/calibration_json.h"
-#include "diagnosis/diagnosis_json.h"
-#include "recording/atomic_file.h"
+#include "apps/options/common_options.h"
+#include "apps/options/outputs.h"
+#include "apps/page/diagnosis_report.h"
+#include "apps/page/report_provenance.h"
+#include "apps/say/diagnosis_answer.h"
+#include "apps/say/diagnosis_table.h"
+#include "apps/say/progress.h"
+#include "calibration/result/calibration_json.h"
+#include "diagnosis/result/diagnosis_json.h"
+#include "recording/files/atomic_file.h"
 
 namespace magimu::apps {
 namespace {

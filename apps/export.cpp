@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // `magimu export CAL.json --to px4|ardupilot|ros|matlab|c`
-#include "calibration/export.h"
+#include "calibration/use/export.h"
 
 #include <fmt/format.h>
 
@@ -9,11 +9,11 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
-#include "apps/common_options.h"
-#include "apps/outputs.h"
-#include "apps/trusted.h"
-#include "calibration/calibration_json.h"
-#include "recording/atomic_file.h"
+#include "apps/options/common_options.h"
+#include "apps/options/outputs.h"
+#include "apps/say/trusted.h"
+#include "calibration/result/calibration_json.h"
+#include "recording/files/atomic_file.h"
 
 namespace magimu::apps {
 namespace {

@@ -4,13 +4,13 @@
 #include <tbb/global_control.h>
 
 #include "apps/commands.h"
-#include "apps/common_options.h"
-#include "apps/outputs.h"
-#include "apps/place_options.h"
-#include "apps/progress.h"
-#include "apps/report_survey.h"
-#include "apps/survey_report.h"
-#include "recording/atomic_file.h"
+#include "apps/options/common_options.h"
+#include "apps/options/outputs.h"
+#include "apps/options/place_options.h"
+#include "apps/page/report_survey.h"
+#include "apps/say/progress.h"
+#include "apps/say/survey_report.h"
+#include "recording/files/atomic_file.h"
 
 namespace magimu::apps {
 namespace {

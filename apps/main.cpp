@@ -13,11 +13,11 @@
 #endif
 
 #include "apps/commands.h"
-#include "apps/common_options.h"
-#include "apps/report_provenance.h"
+#include "apps/options/common_options.h"
+#include "apps/page/report_provenance.h"
 #include "apps/version.h"
-#include "recording/error.h"
-#include "recording/quoted_text.h"
+#include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
 
 namespace magimu::apps {
 namespace {

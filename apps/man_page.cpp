@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "apps/commands.h"
-#include "apps/report_provenance.h"
+#include "apps/page/report_provenance.h"
 
 namespace magimu::apps {
 namespace {

@@ -7,19 +7,19 @@
 #include <numbers>
 
 #include "apps/commands.h"
-#include "apps/common_options.h"
-#include "apps/outputs.h"
-#include "apps/trusted.h"
-#include "calibration/apply.h"
-#include "calibration/calibration_json.h"
+#include "apps/options/common_options.h"
+#include "apps/options/outputs.h"
+#include "apps/say/trusted.h"
+#include "calibration/result/calibration_json.h"
+#include "calibration/use/apply.h"
 #include "navigation/array_layout.h"
 #include "navigation/navigation_errors.h"
 #include "navigation/navigation_output.h"
 #include "navigation/truncation.h"
-#include "recording/array_mat.h"
-#include "recording/atomic_file.h"
-#include "recording/error.h"
-#include "recording/quality.h"
+#include "recording/arrays/array_mat.h"
+#include "recording/checks/quality.h"
+#include "recording/data/error.h"
+#include "recording/files/atomic_file.h"
 
 namespace magimu::apps {
 namespace {

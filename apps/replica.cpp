@@ -7,12 +7,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "calibration/rests.h"
-#include "diagnosis/refitted_model.h"
+#include "calibration/motion/rests.h"
+#include "diagnosis/compare/refitted_model.h"
 #include "factors/effects/catalogue.h"
 #include "factors/preintegrated_imu.h"
-#include "recording/error.h"
-#include "recording/read_file.h"
+#include "recording/data/error.h"
+#include "recording/files/read_file.h"
 
 namespace magimu::apps {
 namespace {

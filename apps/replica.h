@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calibration/calibrate.h"
-#include "recording/recording.h"
+#include "recording/data/recording.h"
 #include "sim/simulate.h"
 
 namespace magimu::apps {

@@ -11,20 +11,20 @@
 #include <set>
 #include <thread>
 
+#include "apps/archive/reprocess_merge.h"
+#include "apps/archive/reprocess_options.h"
+#include "apps/archive/reprocess_task.h"
 #include "apps/commands.h"
-#include "apps/common_options.h"
-#include "apps/outputs.h"
-#include "apps/reprocess_merge.h"
-#include "apps/reprocess_options.h"
-#include "apps/reprocess_task.h"
+#include "apps/options/common_options.h"
+#include "apps/options/outputs.h"
 #include "apps/version.h"
 #include "archive/manifest.h"
 #include "archive/result_file.h"
 #include "archive/seen_files.h"
 #include "archive/sha256.h"
-#include "recording/atomic_file.h"
-#include "recording/error.h"
-#include "recording/read_file.h"
+#include "recording/data/error.h"
+#include "recording/files/atomic_file.h"
+#include "recording/files/read_file.h"
 
 namespace magimu::apps {
 namespace {

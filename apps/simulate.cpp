@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include "apps/commands.h"
-#include "apps/outputs.h"
-#include "apps/reading_options.h"
+#include "apps/options/outputs.h"
+#include "apps/options/reading_options.h"
 #include "apps/replica.h"
-#include "recording/atomic_file.h"
-#include "recording/csv.h"
+#include "recording/csv/csv.h"
+#include "recording/files/atomic_file.h"
 #include "sim/simulate.h"
 #include "sim/truth_json.h"
 

@@ -5,23 +5,23 @@
 #include <tbb/global_control.h>
 #include <unistd.h>
 
-#include "apps/calibration_table.h"
 #include "apps/commands.h"
-#include "apps/common_options.h"
 #include "apps/live/page_view.h"
-#include "apps/outputs.h"
-#include "apps/place_options.h"
-#include "apps/prior_options.h"
-#include "apps/report_calibration.h"
-#include "apps/report_provenance.h"
-#include "apps/stop_signals.h"
-#include "apps/stream_json.h"
-#include "apps/stream_log.h"
-#include "apps/stream_session.h"
-#include "apps/stream_view.h"
-#include "calibration/calibration_json.h"
-#include "recording/atomic_file.h"
-#include "recording/error.h"
+#include "apps/options/common_options.h"
+#include "apps/options/outputs.h"
+#include "apps/options/place_options.h"
+#include "apps/options/prior_options.h"
+#include "apps/options/stop_signals.h"
+#include "apps/page/report_calibration.h"
+#include "apps/page/report_provenance.h"
+#include "apps/say/calibration_table.h"
+#include "apps/stream/stream_json.h"
+#include "apps/stream/stream_log.h"
+#include "apps/stream/stream_session.h"
+#include "apps/stream/stream_view.h"
+#include "calibration/result/calibration_json.h"
+#include "recording/data/error.h"
+#include "recording/files/atomic_file.h"
 
 namespace magimu::apps {
 namespace {

@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
-#include "apps/outputs.h"
-#include "apps/progress.h"
+#include "apps/options/outputs.h"
+#include "apps/say/progress.h"
 #include "apps/study_files.h"
-#include "recording/error.h"
+#include "recording/data/error.h"
 
 namespace magimu::apps {
 namespace {

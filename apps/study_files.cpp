@@ -10,8 +10,8 @@
 #include <system_error>
 
 #include "apps/study_page.h"
-#include "recording/atomic_file.h"
-#include "recording/error.h"
+#include "recording/data/error.h"
+#include "recording/files/atomic_file.h"
 
 namespace magimu::apps {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <cmath>
 
-#include "apps/plot.h"
-#include "apps/report.h"
+#include "apps/page/report.h"
+#include "apps/plot/plot.h"
 
 namespace magimu::apps {
 namespace {

@@ -13,7 +13,7 @@
 
 #include "archive/device_groups.h"
 #include "archive/manifest.h"
-#include "calibration/uncertainty.h"
+#include "calibration/fit/uncertainty.h"
 
 namespace magimu {
 namespace {

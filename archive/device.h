@@ -7,7 +7,7 @@
 
 #include "archive/change_search.h"
 #include "archive/joint_estimate.h"
-#include "calibration/calibration.h"
+#include "calibration/result/calibration.h"
 
 namespace magimu {
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "calibration/calibration_json.h"
+#include "calibration/result/calibration_json.h"
 
 namespace magimu {
 namespace {

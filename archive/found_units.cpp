@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "recording/quality.h"
-#include "recording/units.h"
+#include "recording/checks/quality.h"
+#include "recording/data/units.h"
 
 namespace magimu {
 namespace {

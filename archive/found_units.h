@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "recording/recording.h"
+#include "recording/data/recording.h"
 
 namespace magimu {
 

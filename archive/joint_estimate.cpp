@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <map>
 
-#include "calibration/parameter_names.h"
-#include "solvers/condensed_triangle.h"
+#include "calibration/model/parameter_names.h"
+#include "solvers/tree/condensed_triangle.h"
 
 namespace magimu {
 namespace {

@@ -10,10 +10,10 @@
 #include <map>
 #include <set>
 
-#include "recording/error.h"
-#include "recording/files/several_files.h"
-#include "recording/quoted_text.h"
-#include "recording/read_file.h"
+#include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
+#include "recording/files/read_file.h"
+#include "recording/several_files.h"
 
 namespace magimu {
 namespace {

@@ -4,8 +4,8 @@
 #include <Eigen/QR>
 #include <algorithm>
 
-#include "recording/error.h"
-#include "solvers/condensed_triangle.h"
+#include "recording/data/error.h"
+#include "solvers/tree/condensed_triangle.h"
 
 namespace magimu {
 namespace {

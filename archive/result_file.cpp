@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "archive/sha256.h"
-#include "calibration/calibration_json.h"
-#include "recording/error.h"
-#include "recording/read_file.h"
+#include "calibration/result/calibration_json.h"
+#include "recording/data/error.h"
+#include "recording/files/read_file.h"
 
 namespace magimu {
 namespace {

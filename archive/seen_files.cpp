@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "archive/result_file.h"
-#include "recording/atomic_file.h"
+#include "recording/files/atomic_file.h"
 
 namespace magimu {
 namespace {

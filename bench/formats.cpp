@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "calibration/calibrate.h"
-#include "recording/error.h"
-#include "recording/quality.h"
+#include "recording/checks/quality.h"
+#include "recording/data/error.h"
 #include "recording/read.h"
 
 namespace {

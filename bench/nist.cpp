@@ -8,6 +8,7 @@
 
 #include <filesystem>
 
+#include "solvers/back_ends.h"
 #include "tests/solvers/nist_problems.h"
 
 namespace magimu {

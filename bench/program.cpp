@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "recording/csv.h"
+#include "recording/csv/csv.h"
 #include "sim/simulate.h"
 
 namespace {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "recording/atomic_file.h"
-#include "recording/csv.h"
+#include "recording/csv/csv.h"
+#include "recording/files/atomic_file.h"
 #include "sim/simulate.h"
 
 namespace {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "calibration/pipeline.h"
-#include "calibration/scan.h"
-#include "calibration/testable.h"
+#include "calibration/scan/scan.h"
+#include "calibration/scan/testable.h"
 #include "sim/simulate.h"
 
 namespace {

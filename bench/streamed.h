@@ -2,8 +2,8 @@
 // A recording as the stream that it was.
 #pragma once
 
-#include "calibration/stream_estimate.h"
-#include "calibration/streaming.h"
+#include "calibration/live/stream_estimate.h"
+#include "calibration/live/streaming.h"
 #include "recording/read.h"
 #include "sim/simulate.h"
 

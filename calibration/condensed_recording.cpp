@@ -4,10 +4,10 @@
 #include <Eigen/QR>
 #include <algorithm>
 
-#include "calibration/gathered.h"
-#include "calibration/parameter_names.h"
+#include "calibration/model/gathered.h"
+#include "calibration/model/parameter_names.h"
+#include "calibration/model/windows.h"
 #include "calibration/pipeline.h"
-#include "calibration/windows.h"
 #include "graph/decompositions.h"
 
 namespace magimu {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "calibration/calibrate.h"
-#include "calibration/optimum.h"
+#include "calibration/fit/optimum.h"
 
 namespace magimu {
 

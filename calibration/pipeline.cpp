@@ -6,20 +6,20 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/better_than_none.h"
-#include "calibration/choose_motion.h"
-#include "calibration/diagnostics.h"
-#include "calibration/extension.h"
-#include "calibration/held_out.h"
-#include "calibration/marginal_likelihood.h"
-#include "calibration/rests.h"
-#include "calibration/summary.h"
+#include "calibration/fit/choose_motion.h"
+#include "calibration/fit/diagnostics.h"
+#include "calibration/fit/held_out.h"
+#include "calibration/fit/marginal_likelihood.h"
+#include "calibration/fit/summary.h"
+#include "calibration/model/extension.h"
+#include "calibration/motion/rests.h"
+#include "calibration/trust/better_than_none.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
-#include "recording/error.h"
-#include "recording/parts.h"
-#include "recording/quality.h"
-#include "recording/repeats.h"
+#include "recording/checks/quality.h"
+#include "recording/checks/repeats.h"
+#include "recording/data/error.h"
+#include "recording/data/parts.h"
 #include "solvers/marginals.h"
 
 namespace magimu {

@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "calibration/calibrate.h"
-#include "calibration/stage.h"
-#include "recording/gate.h"
+#include "calibration/fit/stage.h"
+#include "recording/checks/gate.h"
 
 namespace magimu {
 
@@ -24,7 +24,8 @@ class CheckedRecordings {
   CheckedRecordings& operator=(const CheckedRecordings&) = delete;
   const std::vector<const Recording*>& get() const { return recordings_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
-  // Faults of the samples that a calibration suffers from (recording/quality.h), the gravest first.
+  // Faults of the samples that a calibration suffers from (recording/checks/quality.h), the gravest
+  // first.
   const std::vector<std::string>& faults() const { return faults_; }
 
  private:

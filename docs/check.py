@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Are the documents true to the code, as far as a script can tell?
 
-docs/check.py            every constant of calibration/, diagnosis/ and recording/ stands in
+docs/check.py            every constant of calibration/, diagnosis/, earth/ and recording/ stands in
                          docs/thresholds.md with its value, or among those that decide nothing; every
                          name "`name` in `file`" is in that file; every file that a document or a
                          comment names is there; no room includes another one than the table of
@@ -20,7 +20,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-ROOMS = ("calibration/", "diagnosis/", "recording/")
+ROOMS = ("calibration/", "diagnosis/", "earth/", "recording/")
 THRESHOLDS = ROOT / "docs/thresholds.md"
 NUMBER = re.compile(
     r"(double|float|int|long|bool|unsigned( \w+)?|std::(size_t|ptrdiff_t|u?int\d+_t)"
@@ -212,22 +212,56 @@ def check_names(files):
     return faults
 
 
+def rooms_of_table():
+    """Room -> what it may include, in the table's order; None: all above."""
+    may = {}
+    for line in (ROOT / "docs/design.md").read_text().split("\n"):
+        row = re.fullmatch(r"\| `([\w/]+)/` \|.*\| ([\w/, ]*) ?\|", line)
+        if row:
+            may[row[1]] = None if row[2].strip() == "all above" else re.findall(r"[\w/]+", row[2])
+    return may
+
+
+def room_of(file, rooms):
+    folder = str(pathlib.PurePosixPath(file).parent)
+    while folder != "." and folder not in rooms:
+        folder = str(pathlib.PurePosixPath(folder).parent)
+    return folder if folder in rooms else None
+
+
+def is_named(room, names, own_folder):
+    """A name stands for all that is within it, but for rooms of the folder where it is used."""
+    for name in names:
+        if room == name or (room.startswith(name + "/") and name != own_folder):
+            return True
+    return False
+
+
 def check_rooms(files):
     """Includes against the table of docs/design.md."""
-    may = {"graph": set()}
-    for line in (ROOT / "docs/design.md").read_text().split("\n"):
-        row = re.fullmatch(r"\| `(\w+)/` \|.*\| ([\w, ]*) ?\|", line)
-        if row and "all above" not in row[2]:
-            may[row[1]] = set(re.findall(r"\w+", row[2]))
+    may = rooms_of_table()
+    order = {room: number for number, room in enumerate(may)}
     faults = []
+    for room, names in may.items():
+        for name in names or []:
+            if name not in may:
+                faults.append(f"docs/design.md: the row of {room}/ names {name}/, which has no row")
+            elif order[name] > order[room]:
+                faults.append(f"docs/design.md: the row of {room}/ names {name}/, which stands below it")
     for file in files:
-        room = file.split("/")[0]
-        if room not in may or not file.endswith((".h", ".cpp", ".inc")):
+        room = room_of(file, may)
+        if room is None or not file.endswith((".h", ".cpp", ".inc")):
             continue
+        own_folder = room.split("/")[0]
         for number, line in enumerate((ROOT / file).read_text().split("\n")):
-            included = re.match(r'#include "(\w+)/', line)
-            if included and included[1] not in may[room] | {room, "graph"}:
-                faults.append(f"{file}:{number + 1}: {room}/ does not include {included[1]}/ "
+            match = re.match(r'#include "([\w/.]+)"', line)
+            included = match and room_of(match[1], may)
+            if not included or included in (room, "graph"):
+                continue
+            allowed = (order[included] < order[room] if may[room] is None
+                       else is_named(included, may[room], own_folder))
+            if not allowed:
+                faults.append(f"{file}:{number + 1}: {room}/ does not include {included}/ "
                               "(docs/design.md, \"The rooms\")")
     return faults
 

@@ -27,7 +27,7 @@ constexpr Key mag_bias_of(int i) { return {'m', std::uint32_t(i)}; }    // o_m, 
 constexpr Key mag_bias_of(int i, int earlier) { return {'m', std::uint32_t(i + 1000 * earlier)}; }
 // Seconds by which magnetometer i lags the gyroscope, double.
 constexpr Key mag_time_offset_of(int i) { return {'l', std::uint32_t(i)}; }
-// The i-th parameter of all effects (calibration/extension.h), double.
+// The i-th parameter of all effects (calibration/model/extension.h), double.
 constexpr Key effect(int i) { return {'e', std::uint32_t(i)}; }
 inline constexpr Key distortion = distortion_of(0);
 inline constexpr Key mag_bias = mag_bias_of(0);

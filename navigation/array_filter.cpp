@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "navigation/observability.h"
-#include "recording/error.h"
+#include "recording/data/error.h"
 
 namespace magimu {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <sstream>
 
-#include "recording/error.h"
-#include "recording/quoted_text.h"
-#include "recording/read_file.h"
+#include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
+#include "recording/files/read_file.h"
 
 namespace magimu {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
 
 namespace magimu {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a filter for an array takes: at every time of the accelerometer the force and the rate of
 // the step to the next, and where the magnetometers have measured, the readings of all of them,
-// interpolated to that time. Readings are those of a calibrated array (calibration/apply.h), in uT
-// and in the axes of the IMU.
+// interpolated to that time. Readings are those of a calibrated array (calibration/use/apply.h), in
+// uT and in the axes of the IMU.
 //
 // What a step's force and rate are decides how well the filter does. The accelerometer's samples
 // are instants: over a step the force is the mean of its two ends, in the frame of its start. The
@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "recording/recording.h"
+#include "recording/data/recording.h"
 
 namespace magimu {
 

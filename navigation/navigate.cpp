@@ -5,7 +5,7 @@
 
 #include <ctime>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
 
 namespace magimu {
 namespace {

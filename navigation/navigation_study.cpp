@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "navigation/truncation.h"
-#include "recording/array_mat.h"
+#include "recording/arrays/array_mat.h"
 #include "sim/random.h"
 
 namespace magimu {

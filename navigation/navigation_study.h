@@ -21,8 +21,8 @@ struct NavigationCase {
   MatrixXd exact_mag;
 };
 
-// The published recordings in a folder (recording/array_mat.h), in the order of their names; those
-// without a truth are left out.
+// The published recordings in a folder (recording/arrays/array_mat.h), in the order of their names;
+// those without a truth are left out.
 std::vector<NavigationCase> navigation_cases(const std::string& folder);
 // The array of sim/array_room.h in a room of dipoles, by its seed; the start is off the truth as
 // the filters assume.

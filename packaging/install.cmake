@@ -5,7 +5,7 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-set(magimu_rooms graph factors solvers recording sim calibration diagnosis)
+set(magimu_rooms graph factors solvers recording earth sim calibration diagnosis)
 add_library(magimu_library INTERFACE)
 set_target_properties(magimu_library PROPERTIES EXPORT_NAME magimu)
 target_compile_features(magimu_library INTERFACE cxx_std_20)

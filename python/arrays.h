@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "recording/recording.h"
+#include "recording/data/recording.h"
 
 namespace magimu::python {
 

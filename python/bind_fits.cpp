@@ -3,20 +3,20 @@
 #include <pybind11/stl.h>
 #include <tbb/global_control.h>
 
-#include "apps/diagnosis_report.h"
-#include "apps/place_options.h"
-#include "apps/report_calibration.h"
-#include "apps/survey_report.h"
-#include "calibration/calibration_json.h"
-#include "calibration/rival_calibration.h"
-#include "calibration/world_magnetic_model.h"
-#include "diagnosis/diagnosis_json.h"
+#include "apps/options/place_options.h"
+#include "apps/page/diagnosis_report.h"
+#include "apps/page/report_calibration.h"
+#include "apps/say/survey_report.h"
+#include "calibration/result/calibration_json.h"
+#include "calibration/rivals/rival_calibration.h"
+#include "diagnosis/result/diagnosis_json.h"
+#include "earth/world_magnetic_model.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/interruptible.h"
 #include "python/model_options.h"
-#include "recording/atomic_file.h"
-#include "recording/error.h"
+#include "recording/data/error.h"
+#include "recording/files/atomic_file.h"
 
 namespace magimu::python {
 

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
-#include "apps/reading_options.h"
-#include "calibration/apply.h"
+#include "apps/options/reading_options.h"
+#include "calibration/use/apply.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
-#include "recording/csv.h"
-#include "recording/error.h"
-#include "recording/quality.h"
+#include "recording/checks/quality.h"
+#include "recording/csv/csv.h"
+#include "recording/data/error.h"
 #include "sim/simulate.h"
 #include "sim/truth_json.h"
 

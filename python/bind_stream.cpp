@@ -6,14 +6,14 @@
 #include <cmath>
 #include <mutex>
 
-#include "apps/stream_json.h"
-#include "apps/stream_judge.h"
-#include "apps/stream_target.h"
+#include "apps/stream/stream_json.h"
+#include "apps/stream/stream_judge.h"
+#include "apps/stream/stream_target.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/interruptible.h"
 #include "python/model_options.h"
-#include "recording/error.h"
+#include "recording/data/error.h"
 
 namespace magimu::python {
 namespace {

@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "calibration/calibration.h"
+#include "calibration/result/calibration.h"
 
 namespace magimu::python {
 

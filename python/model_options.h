@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "apps/place_options.h"
-#include "calibration/model.h"
+#include "apps/options/place_options.h"
+#include "calibration/model/model.h"
 
 namespace magimu::python {
 

@@ -4,7 +4,7 @@
 #include "graph/numerical_error.h"
 #include "python/bindings.h"
 #include "python/interruptible.h"
-#include "recording/error.h"
+#include "recording/data/error.h"
 
 namespace magimu::python {
 namespace {

@@ -7,16 +7,16 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "recording/broad.h"
-#include "recording/csv_columns.h"
-#include "recording/error.h"
-#include "recording/files/arrays.h"
-#include "recording/files/one_clock.h"
-#include "recording/files/other_formats.h"
-#include "recording/files/several_files.h"
+#include "recording/arrays/arrays.h"
+#include "recording/arrays/broad.h"
+#include "recording/csv/csv_columns.h"
+#include "recording/csv/one_clock.h"
+#include "recording/data/error.h"
+#include "recording/files/read_file.h"
 #include "recording/files/zip_archive.h"
 #include "recording/logs/logs.h"
-#include "recording/read_file.h"
+#include "recording/other_formats.h"
+#include "recording/several_files.h"
 
 namespace magimu {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "recording/csv.h"
+#include "recording/csv/csv.h"
 
 namespace magimu {
 

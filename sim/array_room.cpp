@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
 #include "sim/random.h"
 
 namespace magimu {

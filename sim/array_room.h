@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "recording/recording.h"
+#include "recording/data/recording.h"
 
 namespace magimu {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
 #include "sim/random.h"
 
 namespace magimu {

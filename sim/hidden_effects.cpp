@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "factors/effects/catalogue.h"
-#include "recording/error.h"
+#include "recording/data/error.h"
 #include "sim/effect_sizes.h"
 
 namespace magimu {

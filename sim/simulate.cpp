@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "factors/effects/noise_effects.h"
-#include "recording/error.h"
+#include "recording/data/error.h"
 #include "sim/effect_readings.h"
 #include "sim/hand_room.h"
 #include "sim/random.h"

@@ -22,7 +22,7 @@
 
 #include "factors/sensor_model.h"
 #include "graph/rot3.h"
-#include "recording/recording.h"
+#include "recording/data/recording.h"
 #include "sim/followed_motion.h"
 #include "sim/hidden_effects.h"
 #include "sim/parameters.h"

@@ -3,7 +3,7 @@
 // damping as it takes, and an end where no damping helps.
 #pragma once
 
-#include "solvers/linear_solver.h"
+#include "solvers/linear/linear_solver.h"
 
 namespace magimu {
 

@@ -7,8 +7,9 @@
 
 #include "graph/not_finite.h"
 #include "graph/numerical_error.h"
+#include "solvers/back_ends.h"
+#include "solvers/linear/optimizer_problem.h"
 #include "solvers/null_space.h"
-#include "solvers/optimizer_problem.h"
 
 namespace magimu {
 namespace {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "graph/numerical_error.h"
+#include "solvers/back_ends.h"
 #include "solvers/damped_factor.h"
 
 namespace magimu {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "solvers/linear_solver.h"
+#include "solvers/linear/linear_solver.h"
 
 namespace magimu {
 

@@ -6,7 +6,7 @@
 
 #include "graph/decompositions.h"
 #include "graph/parallel.h"
-#include "solvers/square_sum.h"
+#include "solvers/kernels/square_sum.h"
 
 namespace magimu {
 namespace {

@@ -2,7 +2,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "solvers/optimizer_problem.h"
+#include "solvers/back_ends.h"
+#include "solvers/linear/optimizer_problem.h"
 
 namespace magimu {
 namespace {

@@ -4,9 +4,9 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "calibration/apply.h"
+#include "calibration/fit/summary.h"
 #include "calibration/pipeline.h"
-#include "calibration/summary.h"
+#include "calibration/use/apply.h"
 #include "graph/thread_time.h"
 
 namespace magimu {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "navigation/navigation_study.h"
-#include "recording/error.h"
+#include "recording/data/error.h"
 #include "study/array_device.h"
 #include "study/experiments.h"
 #include "study/method_table.h"

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/calibration.h"
+#include "calibration/result/calibration.h"
 
 namespace magimu {
 

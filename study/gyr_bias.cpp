@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "calibration/nodes.h"
+#include "calibration/motion/nodes.h"
 #include "calibration/pipeline.h"
 #include "graph/numerical_error.h"
 #include "study/experiments.h"

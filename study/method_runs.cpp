@@ -9,8 +9,8 @@
 #include <cmath>
 #include <thread>
 
+#include "calibration/fit/summary.h"
 #include "calibration/pipeline.h"
-#include "calibration/summary.h"
 #include "graph/thread_time.h"
 #include "sim/random.h"
 

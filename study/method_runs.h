@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/rival_calibration.h"
-#include "recording/median.h"
+#include "calibration/rivals/rival_calibration.h"
+#include "recording/data/median.h"
 #include "sim/simulate.h"
 #include "study/error_statistics.h"
 #include "study/study.h"

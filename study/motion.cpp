@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/fit/summary.h"
 #include "calibration/pipeline.h"
-#include "calibration/summary.h"
 #include "study/experiments.h"
 #include "study/method_table.h"
 #include "study/streamed_person.h"

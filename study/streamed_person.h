@@ -8,9 +8,9 @@
 #include <optional>
 #include <random>
 
-#include "calibration/guidance.h"
-#include "calibration/stream_estimate.h"
-#include "calibration/streaming.h"
+#include "calibration/live/guidance.h"
+#include "calibration/live/stream_estimate.h"
+#include "calibration/live/streaming.h"
 #include "sim/hand_motion.h"
 #include "sim/parameters.h"
 

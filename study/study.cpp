@@ -7,7 +7,7 @@
 #include <chrono>
 #include <thread>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
 #include "study/experiments.h"
 
 namespace magimu {

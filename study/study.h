@@ -27,8 +27,8 @@ struct StudyOptions {
       0;  // data sets at a time; each is computed on one. 0: as many as there are processors
   // Everything in small, for tests: few data sets and settings. Its figures mean little.
   bool brief = false;
-  // A folder of recordings of an array (recording/array_mat.h), for "downstream"; empty: only the
-  // simulated room.
+  // A folder of recordings of an array (recording/arrays/array_mat.h), for "downstream"; empty:
+  // only the simulated room.
   std::string recordings;
   // What is being done, and how far the experiment is, 0 to 1.
   std::function<void(const std::string& what, double share)> progress;

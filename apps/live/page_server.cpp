@@ -22,7 +22,7 @@
 #include <set>
 #include <thread>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
 
 namespace magimu::apps {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "apps/stream_json.h"
-#include "calibration/calibration_json.h"
+#include "apps/stream/stream_json.h"
+#include "calibration/result/calibration_json.h"
 
 namespace magimu::apps {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "apps/live/page_server.h"
 #include "apps/live/point_net.h"
-#include "apps/stream_status.h"
+#include "apps/stream/stream_status.h"
 
 namespace magimu::apps {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "calibration/fit/compass_search.h"
-#include "calibration/gathered.h"
-#include "calibration/windows.h"
+#include "calibration/model/gathered.h"
+#include "calibration/model/windows.h"
 #include "graph/decompositions.h"
 
 namespace magimu {

@@ -11,15 +11,15 @@
 // the magnetometer or in the gyroscope, shows in which process gains most.
 //
 // The memory has no meaning at size zero, so neither chi-square nor its half is G's law where the
-// model is right. It is simulated (bench/evidence.cpp): kNullGain.
+// model is right. It is simulated (bench/answers/evidence.cpp): kNullGain.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "calibration/sensor_rows.h"
-#include "calibration/stage.h"
+#include "calibration/fit/stage.h"
+#include "calibration/motion/sensor_rows.h"
 #include "solvers/chain/process_chain.h"
 
 namespace magimu {

@@ -9,8 +9,8 @@
 #include <memory>
 #include <optional>
 
-#include "calibration/extension.h"
-#include "calibration/rests.h"
+#include "calibration/model/extension.h"
+#include "calibration/motion/rests.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calibration/fit/disturbance.h"
-#include "diagnosis/diagnosis.h"
+#include "diagnosis/result/diagnosis.h"
 
 namespace magimu {
 

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "calibration/extension.h"
-#include "calibration/initialize.h"
-#include "calibration/stage.h"
+#include "calibration/fit/stage.h"
+#include "calibration/model/extension.h"
+#include "calibration/start/initialize.h"
 #include "sim/simulate.h"
 #include "solvers/marginals.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // An effect is one thing that the basic sensor models leave out: what it adds to a sensor's reading
 // (docs/effects.md has one equation each). It is defined once, here, and serves three ends: the
-// graph estimates its parameters (calibration/extension.h), the scan asks whether the data want it
-// (calibration/scan.h), and the simulation adds it to readings (sim/hidden_effects.h).
+// graph estimates its parameters (calibration/model/extension.h), the scan asks whether the data
+// want it (calibration/scan/scan.h), and the simulation adds it to readings (sim/hidden_effects.h).
 //
 //   reading = basic model + term(state, theta)      acc: m/s^2, gyr: rad/s, mag: uT
 //

@@ -7,7 +7,7 @@
 // Where the clock of the readings has nearly the same period, or where measurements of a slower
 // magnetometer are given the time of the nearest reading, the age changes slowly from one reading
 // to the next: a pattern that repeats itself. Period and share p come from a search
-// (diagnosis/own_clock.h); what a graph estimates is how far both are off.
+// (diagnosis/noise/own_clock.h); what a graph estimates is how far both are off.
 #include <fmt/format.h>
 
 #include <cmath>

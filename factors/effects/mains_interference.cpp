@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // mag + a cos(2 pi f t) + d sin(2 pi f t): the field of the mains, or of a motor, in the sensor's
 // frame; f as the samples show it, folded about their rate. The frequency comes from a search
-// (diagnosis/noise_tests.h).
+// (diagnosis/noise/noise_tests.h).
 #include <fmt/format.h>
 
 #include <cmath>

@@ -7,14 +7,14 @@
 #include <set>
 #include <utility>
 
+#include "recording/csv/csv_columns.h"
+#include "recording/csv/csv_names.h"
 #include "recording/csv/head_lines.h"
 #include "recording/csv/labelled_dialect.h"
 #include "recording/csv/text_fields.h"
-#include "recording/csv_columns.h"
-#include "recording/csv_names.h"
-#include "recording/error.h"
-#include "recording/quoted_text.h"
-#include "recording/units.h"
+#include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
+#include "recording/data/units.h"
 
 namespace magimu {
 namespace {

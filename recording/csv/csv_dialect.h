@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "recording/csv.h"
+#include "recording/csv/csv.h"
 #include "recording/csv/line_translator.h"
 
 namespace magimu {

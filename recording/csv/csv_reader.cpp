@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "recording/csv_names.h"
-#include "recording/files/one_clock.h"
+#include "recording/csv/csv_names.h"
+#include "recording/csv/one_clock.h"
 
 namespace magimu {
 namespace {

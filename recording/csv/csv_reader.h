@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "recording/csv/csv_dialect.h"
-#include "recording/csv_parser.h"
-#include "recording/error.h"
+#include "recording/csv/csv_parser.h"
+#include "recording/data/error.h"
 
 namespace magimu {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <map>
 
+#include "recording/csv/csv_columns.h"
 #include "recording/csv/text_fields.h"
-#include "recording/csv_columns.h"
 
 namespace magimu {
 namespace {

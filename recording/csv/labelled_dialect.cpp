@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <map>
 
+#include "recording/csv/csv_names.h"
 #include "recording/csv/text_fields.h"
-#include "recording/csv_names.h"
 
 namespace magimu {
 namespace {

@@ -5,9 +5,9 @@
 #include <cctype>
 #include <charconv>
 
+#include "recording/csv/csv_columns.h"
 #include "recording/csv/text_fields.h"
-#include "recording/csv_columns.h"
-#include "recording/units.h"
+#include "recording/data/units.h"
 
 namespace magimu {
 namespace {

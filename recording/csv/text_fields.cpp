@@ -5,7 +5,7 @@
 #include <cctype>
 #include <charconv>
 
-#include "recording/csv_columns.h"
+#include "recording/csv/csv_columns.h"
 
 namespace magimu {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "recording/units.h"
+#include "recording/data/units.h"
 
 namespace magimu {
 namespace {

@@ -10,7 +10,7 @@
 #include <system_error>
 #include <utility>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
 
 namespace magimu {
 namespace {

@@ -8,8 +8,8 @@
 #include <cstring>
 #include <fstream>
 
-#include "recording/error.h"
-#include "recording/quoted_text.h"
+#include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
 
 namespace magimu {
 namespace {

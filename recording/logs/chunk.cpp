@@ -5,8 +5,8 @@
 #include <lz4frame.h>
 #include <zstd.h>
 
-#include "recording/error.h"
-#include "recording/quoted_text.h"
+#include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
 
 namespace magimu {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "recording/logs/log_file.h"
+#include "recording/files/log_file.h"
 
 namespace magimu {
 namespace {

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <utility>
 
-#include "recording/csv_columns.h"
-#include "recording/error.h"
+#include "recording/csv/csv_columns.h"
+#include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
+#include "recording/data/row_times.h"
 #include "recording/logs/log_times.h"
-#include "recording/quoted_text.h"
-#include "recording/row_times.h"
 
 namespace magimu {
 namespace {

@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "recording/csv.h"
-#include "recording/recording.h"
+#include "recording/csv/csv.h"
+#include "recording/data/recording.h"
 
 namespace magimu {
 

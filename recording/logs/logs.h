@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "recording/csv.h"
+#include "recording/csv/csv.h"
 
 namespace magimu {
 

@@ -8,8 +8,8 @@
 #include <map>
 #include <utility>
 
-#include "recording/csv_columns.h"
-#include "recording/logs/log_file.h"
+#include "recording/csv/csv_columns.h"
+#include "recording/files/log_file.h"
 
 namespace magimu {
 namespace {

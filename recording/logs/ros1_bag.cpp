@@ -6,9 +6,9 @@
 #include <map>
 #include <optional>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
+#include "recording/files/log_file.h"
 #include "recording/logs/chunk.h"
-#include "recording/logs/log_file.h"
 #include "recording/logs/logs.h"
 #include "recording/logs/ros_topic.h"
 

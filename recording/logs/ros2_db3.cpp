@@ -10,12 +10,12 @@
 #include <map>
 #include <memory>
 
-#include "recording/error.h"
-#include "recording/logs/log_file.h"
+#include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
+#include "recording/files/log_file.h"
+#include "recording/files/read_file.h"
 #include "recording/logs/logs.h"
 #include "recording/logs/ros_topic.h"
-#include "recording/quoted_text.h"
-#include "recording/read_file.h"
 
 namespace magimu {
 namespace {

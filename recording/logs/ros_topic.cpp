@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <map>
 
-#include "recording/csv_names.h"
-#include "recording/quoted_text.h"
+#include "recording/csv/csv_names.h"
+#include "recording/data/quoted_text.h"
 
 namespace magimu {
 namespace {

@@ -9,12 +9,12 @@
 #include <map>
 #include <optional>
 
-#include "recording/error.h"
-#include "recording/logs/log_file.h"
+#include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
+#include "recording/files/log_file.h"
 #include "recording/logs/log_recording.h"
 #include "recording/logs/logs.h"
 #include "recording/logs/px4_topics.h"
-#include "recording/quoted_text.h"
 
 namespace magimu {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "graph/decompositions.h"
 #include "graph/parallel.h"
-#include "solvers/node_factors.h"
-#include "solvers/square_sum.h"
+#include "solvers/kernels/square_sum.h"
+#include "solvers/linear/node_factors.h"
 
 namespace magimu {
 namespace {

@@ -21,7 +21,7 @@
 
 #include "graph/linear_system.h"
 #include "graph/values.h"
-#include "solvers/householder.h"
+#include "solvers/kernels/householder.h"
 
 namespace magimu {
 

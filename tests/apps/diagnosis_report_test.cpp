@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The page and the terminal's text of a diagnosis: what they say, and that the page stands alone.
-#include "apps/diagnosis_report.h"
+#include "apps/page/diagnosis_report.h"
 
 #include <gmock/gmock.h>
 
-#include "apps/diagnosis_answer.h"
-#include "apps/diagnosis_scan_chart.h"
-#include "apps/diagnosis_table.h"
-#include "apps/plot.h"
+#include "apps/page/diagnosis_scan_chart.h"
+#include "apps/plot/plot.h"
+#include "apps/say/diagnosis_answer.h"
+#include "apps/say/diagnosis_table.h"
 #include "tests/apps/well_formed.h"
 #include "tests/diagnosis/example_diagnosis.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/numbers.h"
+#include "apps/say/numbers.h"
 
 #include <gtest/gtest.h>
 

@@ -16,7 +16,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/live/point_net.h"
-#include "recording/error.h"
+#include "recording/data/error.h"
 #include "study/streamed_person.h"
 #include "tests/apps/child.h"
 #include "tests/apps/program.h"

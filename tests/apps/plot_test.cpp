@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/plot.h"
+#include "apps/plot/plot.h"
 
 #include <gmock/gmock.h>
 

@@ -3,10 +3,10 @@
 // from; and the page of `magimu info --report`.
 #include <gmock/gmock.h>
 
-#include "apps/parameter_words.h"
-#include "apps/report.h"
-#include "apps/report_field_gain.h"
-#include "apps/report_provenance.h"
+#include "apps/page/report.h"
+#include "apps/page/report_field_gain.h"
+#include "apps/page/report_provenance.h"
+#include "apps/say/parameter_words.h"
 #include "calibration/calibrate.h"
 #include "sim/simulate.h"
 #include "tests/apps/program.h"

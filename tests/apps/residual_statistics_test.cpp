@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/residual_statistics.h"
+#include "apps/page/residual_statistics.h"
 
 #include <gmock/gmock.h>
 

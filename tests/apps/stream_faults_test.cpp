@@ -10,7 +10,7 @@
 #include <functional>
 #include <sstream>
 
-#include "recording/csv.h"
+#include "recording/csv/csv.h"
 #include "tests/apps/program.h"
 #include "tests/recording/turned_board.h"
 

@@ -2,7 +2,7 @@
 // Where streams come from, each as in life: a file, a growing one, a FIFO, a TCP server, a serial
 // port (a pair of pseudo terminals). What is sent arrives, whole and in order; what breaks off is
 // said; who is too fast waits, or is told what was lost.
-#include "apps/stream_source.h"
+#include "apps/channels/stream_source.h"
 
 #include <gmock/gmock.h>
 #include <pty.h>

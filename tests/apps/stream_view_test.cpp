@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the live view and the JSON lines say, for any screen and any state of the stream.
-#include "apps/stream_view.h"
+#include "apps/stream/stream_view.h"
 
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
 
-#include "apps/large_text.h"
-#include "apps/stream_json.h"
-#include "calibration/guidance.h"
+#include "apps/say/large_text.h"
+#include "apps/stream/stream_json.h"
+#include "calibration/live/guidance.h"
 #include "tests/recording/test_files.h"
 
 namespace magimu::apps {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <fstream>
 
-#include "recording/array_mat.h"
-#include "recording/csv.h"
+#include "recording/arrays/array_mat.h"
+#include "recording/csv/csv.h"
 #include "sim/array_room.h"
 #include "tests/apps/program.h"
 #include "tests/apps/well_formed.h"

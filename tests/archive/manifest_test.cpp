@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "archive/sha256.h"
-#include "recording/error.h"
+#include "recording/data/error.h"
 #include "tests/recording/test_files.h"
 
 namespace magimu {

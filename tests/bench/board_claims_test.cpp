@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bench/boards.h"
+#include "bench/boards/boards.h"
 
 namespace magimu {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Boards as they are, in small: what the studies draw and judge, and that the rows of their table
 // survive. The claims themselves are in board_claims_test.cpp.
-#include "bench/boards.h"
+#include "bench/boards/boards.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 #include <algorithm>
 #include <csignal>
 
-#include "bench/board_logs.h"
-#include "bench/board_process.h"
-#include "bench/board_said.h"
+#include "bench/boards/board_logs.h"
+#include "bench/boards/board_process.h"
+#include "bench/boards/board_said.h"
 #include "tests/recording/test_files.h"
 
 namespace magimu {

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <set>
 
-#include "bench/fault_table.h"
+#include "bench/faults/fault_table.h"
 #include "tests/recording/test_files.h"
 
 namespace magimu {

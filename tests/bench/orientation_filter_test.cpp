@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "bench/orientation_filter.h"
+#include "bench/real/orientation_filter.h"
 
 #include <gtest/gtest.h>
 
-#include "calibration/orientation_error.h"
+#include "calibration/trust/orientation_error.h"
 #include "sim/simulate.h"
 
 namespace magimu {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "bench/real_document.h"
+#include "bench/real/real_document.h"
 
 #include <gmock/gmock.h>
 

@@ -5,8 +5,8 @@
 
 #include <filesystem>
 
-#include "bench/blind_starts.h"
-#include "bench/real_results.h"
+#include "bench/real/blind_starts.h"
+#include "bench/real/real_results.h"
 #include "recording/read.h"
 
 namespace magimu {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "bench/real_results.h"
+#include "bench/real/real_results.h"
 
 #include <gtest/gtest.h>
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the library's speed is measured against must solve the library's problem.
-#include "bench/textbook.h"
+#include "bench/engine/textbook.h"
 
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <thread>
 
-#include "bench/engine_problem.h"
-#include "bench/forked.h"
+#include "bench/engine/engine_problem.h"
+#include "bench/engine/forked.h"
 #include "solvers/levenberg_marquardt.h"
 
 namespace magimu {

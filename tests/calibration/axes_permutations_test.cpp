@@ -6,9 +6,9 @@
 #include <Eigen/LU>
 #include <filesystem>
 
-#include "calibration/check_axes.h"
-#include "calibration/mounting.h"
-#include "recording/axes.h"
+#include "calibration/trust/check_axes.h"
+#include "calibration/trust/mounting.h"
+#include "recording/data/axes.h"
 #include "recording/read.h"
 #include "tests/calibration/cases.h"
 

@@ -2,7 +2,7 @@
 // From how far away the optimum is found.
 #include <Eigen/LU>
 
-#include "calibration/initialize.h"
+#include "calibration/start/initialize.h"
 #include "tests/calibration/cases.h"
 
 namespace magimu {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The hand moves the sensor: errors as large as said, the motion recognised, effects that real
 // parts have found and taken into the model, and none that is not there. bench/statistics.cpp and
-// bench/verdicts.cpp have the same in full.
+// bench/answers/verdicts.cpp have the same in full.
 #include <gmock/gmock.h>
 
 #include <map>

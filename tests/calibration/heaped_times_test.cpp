@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "calibration/calibrate.h"
-#include "calibration/survey.h"
+#include "calibration/survey/survey.h"
 #include "sim/simulate.h"
 
 namespace magimu {

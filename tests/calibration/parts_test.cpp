@@ -3,10 +3,10 @@
 // is: one device in one field, whose attitude after the gap is not known.
 #include <gmock/gmock.h>
 
-#include "calibration/nodes.h"
+#include "calibration/motion/nodes.h"
 #include "calibration/pipeline.h"
-#include "recording/csv.h"
-#include "recording/parts.h"
+#include "recording/csv/csv.h"
+#include "recording/data/parts.h"
 #include "tests/calibration/cases.h"
 #include "tests/recording/test_files.h"
 

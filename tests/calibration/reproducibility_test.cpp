@@ -2,6 +2,7 @@
 // The same numbers, however they are computed.
 #include <tbb/global_control.h>
 
+#include "solvers/back_ends.h"
 #include "tests/calibration/cases.h"
 
 namespace magimu {

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/calibration_json.h"
-#include "calibration/survey.h"
-#include "recording/error.h"
+#include "calibration/result/calibration_json.h"
+#include "calibration/survey/survey.h"
+#include "recording/data/error.h"
 #include "tests/calibration/cases.h"
 #include "tests/recording/test_files.h"
 

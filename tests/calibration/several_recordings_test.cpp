@@ -2,7 +2,7 @@
 // Recordings of one device: shared parameters, a dip each.
 #include <Eigen/LU>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
 #include "tests/calibration/cases.h"
 #include "tests/recording/test_files.h"
 

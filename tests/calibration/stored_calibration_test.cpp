@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 
 #include "calibration/calibrate.h"
-#include "calibration/calibration_json.h"
-#include "recording/error.h"
+#include "calibration/result/calibration_json.h"
+#include "recording/data/error.h"
 #include "tests/oracle/sensors.h"
 #include "tests/recording/test_files.h"
 

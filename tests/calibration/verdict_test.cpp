@@ -2,8 +2,8 @@
 // Recordings that do not permit a calibration: said in words, never in nonsense.
 #include <gmock/gmock.h>
 
-#include "calibration/calibration_json.h"
-#include "recording/error.h"
+#include "calibration/result/calibration_json.h"
+#include "recording/data/error.h"
 #include "sim/random.h"
 #include "tests/calibration/cases.h"
 #include "tests/recording/test_files.h"

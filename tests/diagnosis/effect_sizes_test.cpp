@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The sizes of hidden effects against what they mean: a parameter over the standard deviation with
 // which a fit can know it.
-#include "bench/effect_sizes.h"
+#include "bench/power/effect_sizes.h"
 
 #include <gtest/gtest.h>
 

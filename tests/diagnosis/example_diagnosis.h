@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "diagnosis/conclude.h"
+#include "diagnosis/conclude/conclude.h"
 
 namespace magimu::test {
 

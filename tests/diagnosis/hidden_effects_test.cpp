@@ -5,10 +5,10 @@
 
 #include <map>
 
-#include "bench/effect_sizes.h"
-#include "bench/effect_strength.h"
-#include "bench/judge_diagnosis.h"
-#include "recording/error.h"
+#include "bench/power/effect_sizes.h"
+#include "bench/power/effect_strength.h"
+#include "bench/power/judge_diagnosis.h"
+#include "recording/data/error.h"
 
 namespace magimu {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The judge of diagnoses, on findings made up for it.
-#include "bench/judge_diagnosis.h"
+#include "bench/power/judge_diagnosis.h"
 
 #include <gmock/gmock.h>
 

@@ -8,9 +8,9 @@
 #include <limits>
 #include <random>
 
-#include "bench/judge_diagnosis.h"
-#include "calibration/testable.h"
-#include "diagnosis/own_clock.h"
+#include "bench/power/judge_diagnosis.h"
+#include "calibration/scan/testable.h"
+#include "diagnosis/noise/own_clock.h"
 
 namespace magimu {
 namespace {

@@ -7,8 +7,8 @@
 #include <functional>
 #include <map>
 
-#include "diagnosis/high_pass.h"
-#include "diagnosis/noise_tests.h"
+#include "diagnosis/noise/high_pass.h"
+#include "diagnosis/noise/noise_tests.h"
 #include "factors/effects/noise_effects.h"
 
 namespace magimu {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/diagnosis.h"
-#include "diagnosis/predict.h"
+#include "diagnosis/compare/predict.h"
+#include "diagnosis/result/diagnosis.h"
 #include "recording/read.h"
 
 namespace magimu {

@@ -6,10 +6,10 @@
 
 #include <cmath>
 
+#include "calibration/model/windows.h"
 #include "calibration/pipeline.h"
-#include "calibration/scan.h"
-#include "calibration/windows.h"
-#include "diagnosis/doubts.h"
+#include "calibration/scan/scan.h"
+#include "diagnosis/search/doubts.h"
 #include "factors/effects/catalogue.h"
 #include "tests/oracle/sensors.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Any bytes as a stored calibration.
-#include "calibration/calibration_json.h"
-#include "recording/error.h"
+#include "calibration/result/calibration_json.h"
+#include "recording/data/error.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {

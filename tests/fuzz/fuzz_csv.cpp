@@ -3,11 +3,11 @@
 // read must pass through the checks, and back through the writer.
 #include <sstream>
 
-#include "recording/axes.h"
-#include "recording/csv.h"
-#include "recording/csv_parser.h"
-#include "recording/error.h"
-#include "recording/quality.h"
+#include "recording/checks/quality.h"
+#include "recording/csv/csv.h"
+#include "recording/csv/csv_parser.h"
+#include "recording/data/axes.h"
+#include "recording/data/error.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   using namespace magimu;

@@ -4,8 +4,8 @@
 #include <cstring>
 #include <string>
 
-#include "recording/csv.h"
-#include "recording/error.h"
+#include "recording/csv/csv.h"
+#include "recording/data/error.h"
 #include "recording/read.h"
 #include "tests/fuzz/memory_file.h"
 

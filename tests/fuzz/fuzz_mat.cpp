@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Any bytes as a MAT file: our reader on top of the library's.
-#include "recording/broad.h"
-#include "recording/error.h"
+#include "recording/arrays/broad.h"
+#include "recording/data/error.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Any text as a header, a unit, axes: the small languages of the command line and of other loggers.
-#include "recording/axes.h"
-#include "recording/csv_columns.h"
-#include "recording/csv_names.h"
-#include "recording/error.h"
-#include "recording/quoted_text.h"
-#include "recording/units.h"
+#include "recording/csv/csv_columns.h"
+#include "recording/csv/csv_names.h"
+#include "recording/data/axes.h"
+#include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
+#include "recording/data/units.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   using namespace magimu;

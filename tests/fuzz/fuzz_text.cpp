@@ -3,8 +3,8 @@
 // options.
 #include <string>
 
-#include "recording/csv.h"
-#include "recording/error.h"
+#include "recording/csv/csv.h"
+#include "recording/data/error.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   using namespace magimu;

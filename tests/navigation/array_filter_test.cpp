@@ -10,7 +10,7 @@
 #include "navigation/navigation_output.h"
 #include "navigation/navigation_study.h"
 #include "navigation/truncation.h"
-#include "recording/array_mat.h"
+#include "recording/arrays/array_mat.h"
 #include "sim/array_room.h"
 #include "tests/recording/test_files.h"
 

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "navigation/field_transport.h"
-#include "recording/array_mat.h"
+#include "recording/arrays/array_mat.h"
 
 namespace magimu {
 namespace {

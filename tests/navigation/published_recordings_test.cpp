@@ -8,7 +8,7 @@
 
 #include "navigation/navigation_errors.h"
 #include "navigation/truncation.h"
-#include "recording/array_mat.h"
+#include "recording/arrays/array_mat.h"
 
 namespace magimu {
 namespace {

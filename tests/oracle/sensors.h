@@ -24,7 +24,7 @@
 #include <optional>
 #include <vector>
 
-#include "recording/recording.h"
+#include "recording/data/recording.h"
 #include "tests/oracle/device.h"
 #include "tests/oracle/effects.h"
 #include "tests/oracle/motion.h"

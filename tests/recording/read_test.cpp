@@ -12,7 +12,7 @@
 #include <functional>
 #include <thread>
 
-#include "recording/read_file.h"
+#include "recording/files/read_file.h"
 #include "tests/recording/test_files.h"
 
 namespace magimu {

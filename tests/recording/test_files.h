@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
 
 namespace magimu::test {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "recording/recording.h"
+#include "recording/data/recording.h"
 
 namespace magimu::test {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
 #include "sim/hidden_effects.h"
 
 namespace magimu {

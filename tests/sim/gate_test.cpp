@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The gate and simulated recordings: all motions, rates from 20 Hz to 1 kHz, with what a diagnosis
 // must still be able to find.
-#include "recording/gate.h"
+#include "recording/checks/gate.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "recording/set_aside.h"
+#include "recording/data/set_aside.h"
 #include "sim/simulate.h"
 
 namespace magimu {

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
 #include "sim/simulate.h"
 
 namespace magimu {

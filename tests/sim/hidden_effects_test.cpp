@@ -8,7 +8,7 @@
 #include <cmath>
 #include <functional>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
 #include "sim/effect_readings.h"
 #include "sim/simulate.h"
 #include "sim/truth_json.h"

@@ -12,7 +12,7 @@
 #include <tuple>
 #include <vector>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
 #include "sim/truth_json.h"
 
 namespace magimu {

@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "solvers/window_engine.h"
+#include "solvers/lanes/window_engine.h"
 #include "tests/solvers/example_graphs.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

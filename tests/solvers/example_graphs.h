@@ -9,7 +9,8 @@
 #include "factors/magnetometer_factor.h"
 #include "factors/prior_factor.h"
 #include "factors/relative_rotation_factor.h"
-#include "solvers/linear_solver.h"
+#include "solvers/back_ends.h"
+#include "solvers/linear/linear_solver.h"
 #include "tests/factors/jacobian_check.h"
 #include "tests/graph/dense.h"
 

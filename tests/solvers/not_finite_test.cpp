@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "graph/numerical_error.h"
+#include "solvers/back_ends.h"
 #include "solvers/damped_factor.h"
 #include "solvers/marginals.h"
 #include "tests/solvers/each_backend.h"

@@ -2,6 +2,7 @@
 // Data that leave a direction free: it is found, counted, named, and never divided by.
 #include <Eigen/QR>
 
+#include "solvers/back_ends.h"
 #include "solvers/null_space.h"
 #include "tests/solvers/each_backend.h"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "recording/error.h"
+#include "recording/data/error.h"
 #include "study/method_runs.h"
 #include "study/method_table.h"
 #include "study/published.h"

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/say/calibration_table.h"
+
+#include <fmt/format.h>
+
+#include "apps/say/numbers.h"
+
+namespace magimu::apps {
+namespace {
+
+std::string in_columns(double value, double sigma) {
+  const int n = decimals(sigma);
+  return fmt::format("{:>12.{}f} ± {:<10.{}f}", value, n, sigma, n);
+}
+
+void add_vector(std::string& out, const Calibration& c, const std::string& label,
+                const std::string& name, const Vector3& value, const std::string& unit) {
+  const char* axes = "xyz";
+  for (int i = 0; i < 3; ++i) {
+    out += fmt::format("  {:<22}{}   {} {}\n", i == 0 ? label : "", axes[i],
+                       in_columns(value[i], c.sigma(fmt::format("{}[{}]", name, i))), unit);
+  }
+}
+
+void add_matrix(std::string& out, const Calibration& c, std::size_t m) {
+  for (int i = 0; i < 3; ++i) {
+    out += fmt::format("  {:<22}    ", i == 0 ? "distortion D" : "");
+    for (int j = 0; j < 3; ++j) {
+      const double sigma = c.sigma(fmt::format("magnetometers[{}].distortion[{}][{}]", m, i, j));
+      out += in_columns(c.parameters.mag[m].distortion(i, j), sigma);
+    }
+    out += i == 0 ? " uT\n" : "\n";
+  }
+}
+
+// Sentences about parameters that the prior, not the recording, determines; empty if there are
+// none.
+std::string said_of_prior(const Calibration& c) {
+  constexpr double kShows = 0.9;  // ratio of sigmas: a change of a tenth is worth a line
+  std::string held, nothing;
+  for (const PriorRecord::Parameter& p : c.prior.parameters) {
+    if (p.after > kShows * p.sigma) {
+      nothing += (nothing.empty() ? "" : ", ") + p.name;
+    } else if (p.after < kShows * p.before) {
+      held += fmt::format("{}{} (by itself known to {:.2g})", held.empty() ? "" : ", ", p.name,
+                          p.before);
+    }
+  }
+  std::string out;
+  if (!nothing.empty()) {
+    out += fmt::format("This recording tells nothing of {}: that is what was known before ({}).\n",
+                       nothing, c.prior.source);
+  }
+  if (!held.empty()) {
+    out += fmt::format("What was known before ({}) tells more of {}.\n", c.prior.source, held);
+  }
+  if (c.prior.moved > 1.0) {
+    out += fmt::format("It moved the calibration by {:.1f} of the recording's own sigmas.\n",
+                       c.prior.moved);
+  }
+  return out.empty() ? out : out + "\n";
+}
+
+}  // namespace
+
+std::string calibration_table(const Calibration& c) {
+  std::string out;
+  out += fmt::format("{} samples, {} nodes, {} iterations, {:.2f} s; motion model: {}\n", c.samples,
+                     c.nodes, c.fit.iterations, c.seconds, to_string(c.motion));
+  if (!c.motion_reason.empty()) out += c.motion_reason + "\n\n";
+  out += "Parameter                     value ± sigma (robust; IMU frame unless said)\n";
+  add_vector(out, c, "accelerometer bias", "accelerometer.bias", c.parameters.acc_bias, "m/s^2");
+  add_vector(out, c, "gyroscope bias", "gyroscope.bias", c.parameters.gyr_bias, "rad/s");
+  for (std::size_t m = 0; m < c.parameters.mag.size(); ++m) {
+    if (c.parameters.mag.size() > 1) out += fmt::format("  {}:\n", c.mag_names[m]);
+    add_vector(out, c, "magnetometer bias", fmt::format("magnetometers[{}].bias", m),
+               c.parameters.mag[m].bias, "uT");
+    add_matrix(out, c, m);
+  }
+  for (const FieldEstimate& f : c.fields) {
+    out += fmt::format("  {:<22}    {} deg{}\n", "dip (down positive)",
+                       in_columns(f.dip_rad / kDegree, f.dip_sigma_rad / kDegree),
+                       c.fields.size() > 1 ? "  " + f.recording : "");
+  }
+  for (const ActiveEffect& effect : c.effects) {
+    for (const ActiveEffect::Parameter& p : effect.parameters) {
+      out += fmt::format("  {:<22}    {} {}  {}\n", effect.name, in_columns(p.value, p.sigma),
+                         p.unit, effect.parameters.size() > 1 ? p.name : "");
+    }
+  }
+  out += fmt::format("  {:<22}    {} uT\n", "field strength",
+                     in_columns(c.strength_uT, c.strength_sigma_uT));
+  if (c.earth_field) {
+    out += fmt::format(
+        "  {} at this place: {:.2f} uT, dip {:.2f} deg, declination {:.2f} deg (magnetic north "
+        "lies\n  so far east of true north)\n",
+        c.earth_field->model, c.earth_field->strength_uT, c.earth_field->dip_rad / kDegree,
+        c.earth_field->declination_rad / kDegree);
+  }
+  out += "  To use it: the unit field in the IMU frame is D^-1 (mag - magnetometer bias).\n\n";
+  out += said_of_prior(c);
+
+  out +=
+      fmt::format("Noise ({}), per sqrt(Hz): acc {:.3g} m/s^2, gyr {:.3g} rad/s, mag {:.3g} uT\n",
+                  c.noise_given ? "given" : "estimated from rests and residuals", c.noise.acc,
+                  c.noise.gyr, c.noise.mag);
+  if (c.acc_jitter > 0.0) {
+    out += fmt::format(
+        "  Where the specific force changes fast, the accelerometer is believed less, as if its\n"
+        "  samples were {:.2g} sampling intervals early or late; the readings are more probable "
+        "so.\n",
+        c.acc_jitter);
+  }
+  out += fmt::format(
+      "Residuals (1 = as the noise predicts): acc {:.2f}, gyr {:.2f}, mag {:.2f} ({:.2f} uT)\n\n",
+      c.residuals[0].rms, c.residuals[1].rms, c.residuals[2].rms, c.residuals[2].rms_unit);
+  out += "Checks:\n";
+  for (const Check& check : c.checks) {
+    out += fmt::format("  {:<17} {:<8} {}\n", check.name, to_string(check.status), check.sentence);
+  }
+  out += "\n";
+  for (const std::string& w : c.warnings) out += "Warning: " + w + "\n";
+  out += fmt::format("Trust: {}\n", to_string(c.trust.verdict));
+  for (const std::string& reason : c.trust.reasons) out += "  - " + reason + "\n";
+  return out;
+}
+
+}  // namespace magimu::apps

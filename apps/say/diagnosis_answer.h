@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a diagnosis says, in words and in the order in which people ask: the terminal
+// (diagnosis_table.h) and the page (diagnosis_report.h) have them from here.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/result/diagnosis.h"
+
+namespace magimu::apps {
+
+// The answer in a sentence; its reasons, and the findings' sentences, are in the diagnosis.
+std::string headline(const Diagnosis& diagnosis);
+
+// Does the stored calibration still hold: a sentence.
+std::string against_headline(const Against& against);
+
+// "mag" -> "magnetometer"; ("noise_scale", "mag") -> "noise scale, magnetometer".
+std::string sensor_name(const std::string& channel);
+std::string effect_title(const std::string& effect, const std::string& channel = "");
+
+// What became of a candidate.
+enum class Outcome { kFound, kExplained, kNotFound, kUntested };
+Outcome outcome_of(const ScanEntry& entry, const Diagnosis& diagnosis);
+std::vector<const ScanEntry*> entries_with(Outcome outcome, const Diagnosis& diagnosis);
+
+// Why it could not be tested.
+std::string needs_words(const ScanEntry& entry);
+// The size from which on it would have been found nine times out of ten.
+std::string detectable_words(const ScanEntry& entry);
+
+// "0.0110 ± 0.0001 s"
+std::string size_words(const FoundParameter& parameter);
+
+// "Field drift, clock scale: why. To separate: a motion; another one." A sentence for every reason.
+std::vector<std::string> confusable_words(const std::vector<Confusable>& confusable);
+
+// How much better data that the fit had not seen are predicted: nats.
+double heldout_gain(const Gain& gain);
+std::string heldout_words(const Gain& gain);
+
+// One parameter of the calibration, before and after the extensions.
+struct Moved {
+  std::string name, unit;  // for people: "magnetometer bias x"
+  double before = 0.0, sigma_before = 0.0, after = 0.0, sigma_after = 0.0;
+  double sigmas() const;  // how far it moved, in its own standard deviations as first stated
+};
+std::vector<Moved> moved_parameters(const Diagnosis& diagnosis);
+
+}  // namespace magimu::apps

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/say/diagnosis_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/say/diagnosis_answer.h"
+#include "apps/say/numbers.h"
+
+namespace magimu::apps {
+namespace {
+
+constexpr std::size_t kWidth = 98, kNameWidth = 34;
+
+constexpr char kUnbroken = '\x1f';  // a blank at which no line ends
+
+std::string unbroken(std::string text) {
+  std::replace(text.begin(), text.end(), ' ', kUnbroken);
+  return text;
+}
+
+// Words in lines of at most kWidth; the first one begins with `first`, the others with as many
+// spaces as it is wide.
+std::string wrapped(const std::string& text, const std::string& first) {
+  std::string out, line = first;
+  bool empty = true;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find_first_of(" \n", at), text.size());
+    const std::string word = text.substr(at, end - at);
+    at = end + 1;
+    if (word.empty()) continue;
+    if (!empty && line.size() + 1 + word.size() > kWidth) {
+      out += line + "\n";
+      line.assign(first.size(), ' ');
+      empty = true;
+    }
+    line += (empty ? "" : " ") + word;
+    empty = false;
+  }
+  out += line + "\n";
+  std::replace(out.begin(), out.end(), kUnbroken, ' ');
+  return out;
+}
+
+std::string finding_text(const Finding& f, std::size_t number) {
+  std::string out = wrapped(f.sentence, fmt::format("{}. ", number));
+  const std::string indent = "   ";
+  out += wrapped(fmt::format("Probability {}; {}; residual of the {} {} (1: noise alone).",
+                             percent(f.probability), heldout_words(f.gain), sensor_name(f.channel),
+                             unbroken(plain(f.gain.residual_rms_before) + " -> " +
+                                      plain(f.gain.residual_rms_after))),
+                 indent);
+  std::string values;
+  for (const FoundParameter& p : f.parameters) {
+    values += (values.empty() ? "" : ", ") + unbroken(p.name + " = " + size_words(p));
+  }
+  if (!values.empty()) out += wrapped(f.effect + ": " + values, indent);
+  for (const std::string& words : confusable_words(f.confusable_with)) {
+    out += wrapped("Can be confused with " + words, indent);
+  }
+  return out + "\n";
+}
+
+std::string list(const std::string& heading, const std::vector<const ScanEntry*>& entries,
+                 std::string (*words)(const ScanEntry&)) {
+  if (entries.empty()) return "";
+  std::string out = heading + "\n";
+  for (const ScanEntry* e : entries) {
+    const std::string name = effect_title(e->effect, e->channel);
+    out += wrapped(words(*e), fmt::format("  {:<{}} ", name, kNameWidth));
+  }
+  return out + "\n";
+}
+
+std::string calibration_text(const Diagnosis& d) {
+  const std::string before = to_string(d.before.trust.verdict),
+                    after = to_string(d.after.trust.verdict);
+  if (d.findings.empty()) return fmt::format("Trust in the calibration: {}.\n", after);
+  std::string out =
+      fmt::format("Trust in the calibration: {} before, {} with what was found.", before, after);
+  const Moved* most = nullptr;
+  const std::vector<Moved> all = moved_parameters(d);
+  for (const Moved& m : all) {
+    if (!std::isfinite(m.sigmas())) continue;
+    if (most == nullptr || std::abs(m.sigmas()) > std::abs(most->sigmas())) most = &m;
+  }
+  if (most != nullptr) {
+    out += fmt::format(" Moved most: {}, from {} to {} {} ({:.1f} sigma).", unbroken(most->name),
+                       with_sigma(most->before, most->sigma_before),
+                       with_sigma(most->after, most->sigma_after), most->unit,
+                       std::abs(most->sigmas()));
+  }
+  return wrapped(out, "");
+}
+
+std::string against_text(const Against& a) {
+  std::string out = wrapped(against_headline(a), "");
+  for (const bool changed : {true, false}) {
+    for (const Change& c : a.groups) {
+      if (c.changed == changed) out += wrapped(c.sentence, "  - ");
+    }
+  }
+  for (const std::string& note : a.notes) out += wrapped(note, "  Note: ");
+  return out + "\n";
+}
+
+}  // namespace
+
+std::string diagnosis_table(const Diagnosis& d) {
+  std::string out = wrapped(headline(d), "") + "\n";
+  for (std::size_t i = 0; i < d.findings.size(); ++i) out += finding_text(d.findings[i], i + 1);
+  const std::vector<std::string>& reasons = d.evidence;
+  if (!reasons.empty()) {
+    if (d.answer == Answer::kPartly) out += "Not explained:\n";
+    const char* bullet = reasons.size() > 1 || !d.findings.empty() ? "  - " : "";
+    for (const std::string& reason : reasons) out += wrapped(reason, bullet);
+    out += "\n";
+  }
+  out += list("Not tested, because:", entries_with(Outcome::kUntested, d), needs_words);
+  std::string explained;
+  for (const ScanEntry* e : entries_with(Outcome::kExplained, d)) {
+    explained += (explained.empty() ? "" : ", ") + effect_title(e->effect, e->channel);
+  }
+  if (!explained.empty()) {
+    out += d.findings.empty() ? "Seen, but left-out data are not predicted better with it:\n"
+                              : "Seen, too, as long as the above is not part of the model:\n";
+    out += wrapped(explained, "  ") + "\n";
+  }
+  out += list("Not found; it would have been, nine times out of ten, from this size on:",
+              entries_with(Outcome::kNotFound, d), detectable_words);
+  if (d.against) out += against_text(*d.against);
+  out += calibration_text(d);
+  for (const std::string& note : d.notes) out += wrapped(note, "Note: ");
+  out += wrapped(fmt::format("False alarms: where nothing is wrong, something is named in {} of "
+                             "recordings. Computed in {:.1f} s.",
+                             percent(d.false_alarm_rate), d.seconds),
+                 "");
+  return out;
+}
+
+}  // namespace magimu::apps

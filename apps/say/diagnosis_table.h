@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A diagnosis as the terminal shows it: the answer first, then what could not be tested, what was
+// looked for and not found, and what it does to the calibration.
+#pragma once
+
+#include <string>
+
+#include "diagnosis/result/diagnosis.h"
+
+namespace magimu::apps {
+
+std::string diagnosis_table(const Diagnosis& diagnosis);
+
+}  // namespace magimu::apps

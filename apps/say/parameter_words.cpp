@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/say/parameter_words.h"
+
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace magimu::apps {
+namespace {
+
+// A parameter's symbol: letters in front, then indices: "c[1][0]", "a_x".
+struct Symbol {
+  std::string letters;
+  std::vector<std::string> indices;
+};
+
+Symbol symbol_of(const std::string& name) {
+  Symbol out;
+  const std::size_t bracket = name.find('[');
+  out.letters = name.substr(0, bracket);
+  for (std::size_t at = bracket; at != std::string::npos; at = name.find('[', at + 1)) {
+    out.indices.push_back(name.substr(at + 1, name.find(']', at) - at - 1));
+  }
+  const std::size_t size = out.letters.size();
+  if (out.indices.empty() && size > 2 && out.letters[size - 2] == '_') {
+    out.indices.push_back(out.letters.substr(size - 1));
+    out.letters.resize(size - 2);
+  }
+  return out;
+}
+
+std::string axis_letter(const std::string& index) {
+  if (index == "0") return "x";
+  if (index == "1") return "y";
+  if (index == "2") return "z";
+  return index;
+}
+
+struct SpokenParameter {
+  std::string_view effect, letters, words;
+};
+constexpr SpokenParameter kSpoken[] = {
+    {"hard_iron_change", "s", "change of the bias"},
+    {"hard_iron_drift", "c", "drift of the bias"},
+    {"field_drift", "c", "drift of the field"},
+    {"field_gradient", "G", "gradient of the field"},
+    {"stationary_source", "place", "place of the source"},
+    {"stationary_source", "moment", "magnetic moment"},
+    {"mag_current", "c", "field of the current"},
+    {"acc_temperature", "c", "bias per kelvin"},
+    {"gyro_temperature", "c", "bias per kelvin"},
+    {"mag_temperature", "c", "bias per kelvin"},
+    {"lever_arm", "r", "lever arm"},
+    {"gyro_bias_drift", "q", "density of the drift"},
+    {"clock_scale", "kappa", "error of the clock"},
+    {"gyro_nonlinearity", "k", "nonlinearity"},
+    {"mag_nonlinearity", "k", "nonlinearity"},
+    {"mag_time_offset", "tau", "lag"},
+    {"mag_lag", "tau", "lag"},
+    {"acc_time_offset", "tau", "lag"},
+    {"mag_own_clock", "T", "period"},
+    {"mag_own_clock", "p", "share of a period at time 0"},
+    {"gravity", "d", "gravity beyond the standard"},
+    {"mains_interference", "a", "amplitude, in phase"},
+    {"mains_interference", "d", "amplitude, a quarter later"},
+    {"mains_interference", "f", "frequency"},
+    {"correlated_noise", "rho", "correlation of neighbours"},
+    {"outliers", "eps", "share of outliers"},
+    {"outliers", "K", "their size"},
+    {"mag_quantization", "q", "step"},
+    {"mag_saturation", "M", "limit"},
+    {"noise_scale", "s", "noise, times"},
+    {"acc_scale_misalignment", "L", ""},
+    {"gyro_scale_misalignment", "S", ""},
+    {"gyro_g_sensitivity", "G", "rate"},
+    {"mag_eddy_current", "E", "eddy current"},
+};
+
+// Of whatever begins or ends.
+constexpr SpokenParameter kOfChange[] = {
+    {"_change", "C", "change"},
+    {"_change", "k", "change of the gain"},
+    {"_change", "phi", "turn on the board"},
+    {"_change", "t0", "from"},
+    {"_change", "t1", "until"},
+    {"_change", "recording_of_t0", "from recording"},
+    {"_change", "recording_of_t1", "until recording"},
+};
+
+std::string words_for(const std::string& effect, const std::string& letters) {
+  for (const SpokenParameter& w : kOfChange) {
+    if (effect.ends_with(w.effect) && w.letters == letters) return std::string(w.words);
+  }
+  for (const SpokenParameter& w : kSpoken) {
+    if (w.effect == effect && w.letters == letters) return std::string(w.words);
+  }
+  return "";
+}
+
+// Row and column of a matrix that acts on a vector.
+std::string entry_words(const std::string& effect, const Symbol& symbol) {
+  const std::string row = axis_letter(symbol.indices[0]), column = axis_letter(symbol.indices[1]);
+  const bool scales = effect.ends_with("scale_misalignment");
+  if (scales) return row == column ? "scale of " + row : "misalignment, " + column + " into " + row;
+  if (effect == "gyro_g_sensitivity")
+    return "rate about " + row + " by specific force along " + column;
+  return words_for(effect, symbol.letters) + ", " + row + " by " + column;
+}
+
+}  // namespace
+
+std::string parameter_words(const std::string& effect, const std::string& parameter) {
+  const Symbol symbol = symbol_of(parameter);
+  const bool drifts = effect == "hard_iron_drift" || effect == "field_drift";
+  std::string words;
+  if (symbol.indices.size() == 2 && drifts) {
+    // c[j][axis]: of the j-th polynomial over the recording.
+    constexpr std::string_view kDegrees[] = {"", "linear", "quadratic", "cubic"};
+    const std::size_t j = symbol.indices[0] < "4" && symbol.indices[0].size() == 1
+                              ? std::size_t(symbol.indices[0][0] - '0')
+                              : 0;
+    const std::string degree =
+        j > 0 && j < 4 ? std::string(kDegrees[j]) : "degree " + symbol.indices[0];
+    words =
+        words_for(effect, symbol.letters) + ", " + degree + ", " + axis_letter(symbol.indices[1]);
+  } else if (symbol.indices.size() == 2) {
+    words = entry_words(effect, symbol);
+  } else {
+    words = words_for(effect, symbol.letters);
+    if (!words.empty() && !symbol.indices.empty()) words += ", " + axis_letter(symbol.indices[0]);
+  }
+  return words.empty() || words.starts_with(",") ? parameter : words + " (" + parameter + ")";
+}
+
+std::string axes_as_letters(const std::string& name) {
+  std::string out;
+  bool open = false;  // letters of one name stand together: "D xy"
+  for (std::size_t at = 0; at < name.size(); ++at) {
+    const bool index = name[at] == '[' && at + 2 < name.size() && name[at + 2] == ']' &&
+                       name[at + 1] >= '0' && name[at + 1] <= '2';
+    if (!index) {
+      out += name[at];
+      open = false;
+      continue;
+    }
+    if (!open) out += ' ';
+    out += "xyz"[name[at + 1] - '0'];
+    open = true;
+    at += 2;
+  }
+  return out;
+}
+
+}  // namespace magimu::apps

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/fit/diagnostics.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "graph/decompositions.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kStepDone = 0.01;                        // sigmas
+constexpr double kAccuracyOk = 1.0, kAccuracyPoor = 3.0;  // deg
+constexpr double kWhiteBelow = 0.2;                       // correlation
+constexpr double kWindow = 5.0;                           // s
+constexpr double kWindowOut = 3.0;                        // times the usual
+constexpr double kHeldOutOk = 0.03, kHeldOutPoor = 0.1;   // of the strength
+constexpr double kHalvesOk = 2.0, kHalvesPoor = 4.0;      // sigmas
+
+CheckStatus graded(double value, double ok, double poor) {
+  return value <= ok ? CheckStatus::kOk : value <= poor ? CheckStatus::kCaution : CheckStatus::kBad;
+}
+
+// 14 directions: axes and diagonals.
+std::vector<Vector3> directions() {
+  std::vector<Vector3> out;
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) {
+        const int axes = std::abs(x) + std::abs(y) + std::abs(z);
+        if (axes == 1 || axes == 3) out.push_back(Vector3(x, y, z).normalized());
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+Check check_optimum(const Result& fit) {
+  const double step = fit.trace.empty() ? 0.0 : fit.trace.back().step_sigma;
+  Check check{"optimum", CheckStatus::kOk, step, fit.message};
+  if (!fit.converged()) {
+    check.status = CheckStatus::kBad;
+  } else if (step > kStepDone) {
+    check.status = CheckStatus::kCaution;
+    check.sentence += fmt::format(" The last step was {:.2g} standard deviations long.", step);
+  }
+  return check;
+}
+
+Check check_accuracy(const Calibration& c) {
+  double worst = 0.0;
+  const Matrix3 D_inverse = c.parameters.mag.front().distortion.inverse();
+  const MatrixXd P = c.covariance.block(6, 6, 12, 12);  // of D, column by column, and o_m
+  for (const Vector3& b : directions()) {
+    // d (D^-1 (mag - o_m)) = -D^-1 (dD b + do_m), across b.
+    Mat<double, 3, 12> J;
+    for (int j = 0; j < 3; ++j) J.middleCols<3>(3 * j) = b[j] * D_inverse;
+    J.rightCols<3>() = D_inverse;
+    const Matrix3 across = Matrix3::Identity() - b * b.transpose();
+    const MatrixXd V = across * (J * P * J.transpose()) * across;
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(V, Eigen::EigenvaluesOnly);
+    worst = std::max(worst, eigen.eigenvalues().maxCoeff());
+  }
+  const double deg = std::sqrt(worst) / kDegree;
+  return {"accuracy", graded(deg, kAccuracyOk, kAccuracyPoor), deg,
+          deg <= kAccuracyOk
+              ? fmt::format("The corrected field's direction is known to {:.2g} deg or better (one "
+                            "standard deviation), however the sensor is held.",
+                            deg)
+              : fmt::format("The corrected field's direction is known to {:.2g} deg only (one "
+                            "standard deviation) in some attitudes: turn the sensor through those "
+                            "that were hardly visited.",
+                            deg)};
+}
+
+Check check_whiteness(const Calibration& c) {
+  const double lag1 = c.residuals[2].lag1;
+  if (std::abs(lag1) < kWhiteBelow) {
+    return {"whiteness", CheckStatus::kOk, lag1,
+            fmt::format("The magnetometer's residuals look like noise (correlation of neighbours "
+                        "{:.2f}).",
+                        lag1)};
+  }
+  return {"whiteness", CheckStatus::kCaution, lag1,
+          fmt::format("The magnetometer's residuals are not white (correlation of neighbours "
+                      "{:.2f}): something is not in the model. The sigmas take it into account, "
+                      "those of the model alone do not.",
+                      lag1)};
+}
+
+Check check_windows(const Calibration& c, const std::vector<double>& mag_squares) {
+  std::vector<double> nis;
+  std::size_t node = 0;
+  for (const TrajectoryEstimate& trajectory : c.trajectories) {
+    double sum = 0.0, end = trajectory.t.front() + kWindow;
+    int count = 0;
+    for (const double t : trajectory.t) {
+      if (t >= end && count > 0) {
+        nis.push_back(sum / count);
+        sum = 0.0;
+        count = 0;
+        end = t + kWindow;
+      }
+      sum += mag_squares[node++];
+      ++count;
+    }
+  }
+  if (nis.empty()) nis.push_back(0.0);
+  std::vector<double> sorted = nis;
+  const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double usual = std::max(*middle, 1e-12);
+  const auto out =
+      std::count_if(nis.begin(), nis.end(), [&](double x) { return x > kWindowOut * usual; });
+  const double share = double(out) / double(nis.size());
+  return {"windows", graded(share, 0.0, 0.2), share,
+          out == 0
+              ? fmt::format("All {} windows of {:.0f} s fit alike (largest mean square {:.1f} "
+                            "times the usual).",
+                            nis.size(), kWindow, *std::max_element(nis.begin(), nis.end()) / usual)
+              : fmt::format("{} of {} windows of {:.0f} s fit worse than the others (mean "
+                            "square up to {:.0f} times the usual): the field or the sensor "
+                            "was not the same there.",
+                            out, nis.size(), kWindow,
+                            *std::max_element(nis.begin(), nis.end()) / usual)};
+}
+
+Check check_held_out(const BlockErrors& errors, double strength_uT) {
+  const auto rms = [&](const std::vector<double>& squares) {
+    return std::sqrt(std::accumulate(squares.begin(), squares.end(), 0.0) / errors.values);
+  };
+  const double held_out = rms(errors.held_out), share = held_out / strength_uT;
+  return {"cross_validation", graded(share, kHeldOutOk, kHeldOutPoor), share,
+          fmt::format("Magnetometer samples left out of the fit, 5 s at a time, are predicted to "
+                      "{:.2g} uT ({:.2g} % of the field; in the fit: {:.2g} uT).",
+                      held_out, 100.0 * share, rms(errors.fitted))};
+}
+
+Check check_halves(const Calibration& first, const Calibration& second) {
+  const auto mags = Eigen::Index(first.parameters.mag.size());
+  VectorXd difference(12 * mags);
+  for (Eigen::Index m = 0; m < mags; ++m) {
+    const MagnetometerParameters &a = first.parameters.mag[std::size_t(m)],
+                                 &b = second.parameters.mag[std::size_t(m)];
+    difference.segment<9>(12 * m) = (a.distortion - b.distortion).reshaped();
+    difference.segment<3>(12 * m + 9) = a.bias - b.bias;
+  }
+  const MatrixXd P = first.covariance.block(6, 6, 12 * mags, 12 * mags) +
+                     second.covariance.block(6, 6, 12 * mags, 12 * mags);
+  const VectorXd z = difference.cwiseQuotient(P.diagonal().cwiseMax(1e-300).cwiseSqrt());
+  const double rms = std::sqrt(z.squaredNorm() / double(z.size()));
+  const CheckStatus status = graded(rms, kHalvesOk, kHalvesPoor);
+  return {"halves", status, rms,
+          fmt::format("Calibrated by themselves, the first and the second half {} ({:.1f} of their "
+                      "standard deviations apart, root mean square).",
+                      status == CheckStatus::kOk ? "agree" : "disagree", rms)};
+}
+
+}  // namespace magimu

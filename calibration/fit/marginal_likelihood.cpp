@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/fit/marginal_likelihood.h"
+
+#include "calibration/model/windows.h"
+#include "graph/decompositions.h"
+#include "graph/linear_system.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kFlat = 1e-12;  // an eigenvalue of what nothing determines
+
+double log_det_whitening(const FactorGraph& graph) {
+  double sum = 0.0;
+  for (const auto& batch : graph.batches()) {
+    const int n = batch->rows();
+    for (int i = 0; i < batch->size() && batch->whitening(i) != nullptr; ++i) {
+      const Eigen::Map<const MatrixXd> W(batch->whitening(i), n, n);  // triangular
+      sum += W.diagonal().array().log().sum();
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+double log_marginal_likelihood(const Stage& stage) {
+  const Values& values = stage.result().values;
+  LinearSystem system(stage.graph(), values);
+  system.linearize(values);
+  const CondensedWindow all = condense(system, values, node_of, windows_of(stage.plans())).whole();
+  // Parameters have different units: eigenvalues of the information with a unit diagonal.
+  const VectorXd diagonal = all.information.diagonal();
+  const VectorXd unit = diagonal.cwiseSqrt().cwiseInverse();
+  const VectorXd eigenvalues =
+      Eigen::SelfAdjointEigenSolver<MatrixXd>(
+          MatrixXd(unit.asDiagonal() * all.information * unit.asDiagonal()))
+          .eigenvalues();
+  const double log_det =
+      all.log_det + diagonal.array().log().sum() + eigenvalues.array().max(kFlat).log().sum();
+  return log_det_whitening(stage.graph()) - 0.5 * (2.0 * stage.result().cost_final + log_det);
+}
+
+}  // namespace magimu

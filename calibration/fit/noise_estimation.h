@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Noise densities from the residuals of a fit, by restricted maximum likelihood: a sensor's
+// residuals are smaller than its noise because the trajectory has bent towards them, so their sum
+// of squares is divided by the degrees of freedom that are left, rows - tr(J P J'), P the
+// posterior covariance. The trace is estimated with seeded random signs (Hutchinson), to well below
+// a per cent. Iterated with the fit until it settles.
+#pragma once
+
+#include "calibration/motion/sensor_rows.h"
+#include "factors/sensor_model.h"
+#include "solvers/linear/linear_solver.h"
+
+namespace magimu {
+
+// At a linearized optimum; solver must have been factorized there with this scale and no damping.
+SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, LinearSolver& solver,
+                         const VectorXd& scale);
+
+// The densities under which the residuals would have unit variance.
+NoiseDensities restricted_ml(const NoiseDensities& used, const SensorSums& sums);
+
+}  // namespace magimu

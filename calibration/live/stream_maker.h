@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The factors of a stream's old windows, made again from its samples where an IncrementalQr has put
+// them to sleep: the same bits as the first time, because what they were made with is kept: the
+// biases, and which samples had come by then.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "calibration/live/stream_model.h"
+#include "solvers/tree/incremental_qr.h"
+
+namespace magimu {
+
+class StreamMaker {
+ public:
+  // samples must outlive it. spec: of all windows, but for the biases.
+  StreamMaker(const StreamSamples& samples, const ModelSpec& spec)
+      : samples_(samples), spec_(spec) {}
+
+  // This window's factors were made with the biases in spec.
+  void made(int window, const ModelSpec& spec);
+  WindowParts again(int window);
+  // again() is to make them with the biases in spec. False, and nothing changes: they are made with
+  // biases as near as that (rad/s, m/s^2).
+  bool integrate_at(int window, const ModelSpec& spec, double gyr, double acc);
+
+  using Biases = std::array<double, 6>;  // gyroscope's, accelerometer's
+  std::vector<Biases> biases;            // one a window
+  std::vector<double> ends;              // of StreamSamples::ends(), window by window
+
+ private:
+  const StreamSamples& samples_;
+  ModelSpec spec_;  // what it has found out about nodes is kept, so that no copy is made of it
+};
+
+// For the windows of a stream, of which all but the newest fall asleep.
+IncrementalQrOptions estimator_options(std::shared_ptr<StreamMaker> maker, int awake);
+
+}  // namespace magimu

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/model/extension.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "calibration/model/sensed_motion.h"
+#include "graph/parallel.h"
+
+namespace magimu {
+namespace {
+
+// Of a recording that may be const.
+auto& series_of(auto& recording, Channel channel) {
+  if (channel == Channel::kAcc) return recording.acc;
+  return channel == Channel::kGyr ? recording.gyr : recording.mag.front();
+}
+
+constexpr int kRounds = 12;
+constexpr double kSettled = 1e-10;  // rad/s or m/s^2
+
+struct ActiveTerm {
+  std::shared_ptr<const Effect> effect;
+  VectorXd theta;
+  int first;  // its first column among those of its channel
+};
+
+// What a sensor's own reading tells of the state: the gyroscope's the rate, the accelerometer's of
+// a sensor that is moved the force; null: nothing.
+Vector3* own_part(SampleState& state, Channel channel, bool moving) {
+  if (channel == Channel::kGyr) return &state.omega;
+  return channel == Channel::kAcc && moving ? &state.f : nullptr;
+}
+
+// Of one sample. Terms may depend on what they correct (a scale error on the rate), so what has
+// been corrected takes its place in the state until it no longer changes: each round is closer by a
+// scale error's size.
+Vector3 sum_of_terms(const std::vector<ActiveTerm>& active, const Vector3& raw,
+                     const Vector3& corrected, SampleState& state, Vector3* own) {
+  const Vector3 less_bias = own == nullptr ? Vector3::Zero() : Vector3(*own - corrected);
+  Vector3 sum = Vector3::Zero();
+  for (int round = 0; round < kRounds; ++round) {
+    sum.setZero();
+    for (const ActiveTerm& a : active) {
+      if (!a.theta.isZero(0.0)) sum += a.effect->term(state, a.theta);
+    }
+    if (own == nullptr) break;
+    const Vector3 now = raw - sum + less_bias;
+    const bool settled = (now - *own).squaredNorm() < kSettled * kSettled;
+    *own = now;
+    if (settled) break;
+  }
+  return sum;
+}
+
+// raw less the effects' terms.
+void correct(const SensedMotion& motion, Channel channel, bool moving,
+             const std::vector<ActiveTerm>& active, const VectorSeries& raw,
+             VectorSeries& corrected) {
+  parallel::for_each(raw.size(), 512, [&](std::size_t k) {
+    SampleState state = motion.state(channel, k);
+    const Vector3 sum =
+        sum_of_terms(active, raw.v[k], corrected.v[k], state, own_part(state, channel, moving));
+    corrected.v[k] = raw.v[k] - sum;
+  });
+}
+
+// A motion and what it refers to.
+struct KeptMotion {
+  KeptMotion(const Recording& of, const NodePlan& nodes, const ModelSpec& spec,
+             const Values& values)
+      : recording(of), plan(nodes), sensed(recording, plan, spec, values) {}
+  const Recording recording;
+  const NodePlan plan;
+  const SensedMotion sensed;
+};
+
+// moved: by how much the last correction has moved a sensor's own readings, sample by sample; the
+// state moves with them. Empty: not at all.
+EffectColumns columns_of(const std::shared_ptr<const KeptMotion>& motion, Channel channel,
+                         bool moving, const std::vector<ActiveTerm>& active,
+                         std::vector<Vector3> moved) {
+  EffectColumns out;
+  for (const ActiveTerm& a : active) out.parameters += int(a.theta.size());
+  out.write = [=, moved = std::move(moved)](std::size_t k, EffectColumns::Columns& columns) {
+    SampleState state = motion->sensed.state(channel, k);
+    Vector3* const own = own_part(state, channel, moving);
+    if (own != nullptr && !moved.empty()) *own += moved[k];
+    for (const ActiveTerm& a : active) {
+      a.effect->jacobian(state, a.theta, columns.middleCols(a.first, a.theta.size()));
+    }
+  };
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::vector<Key>> effect_keys(
+    const std::vector<std::shared_ptr<const Effect>>& effects) {
+  std::vector<std::vector<Key>> out;
+  int next = 0;
+  for (const auto& effect : effects) {
+    out.emplace_back();
+    for (int i = 0; i < effect->size(); ++i) out.back().push_back(key::effect(next++));
+  }
+  return out;
+}
+
+VectorXd effect_parameters(const Values& values, const std::vector<Key>& keys) {
+  VectorXd theta = VectorXd::Zero(Eigen::Index(keys.size()));
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (values.contains(keys[i])) theta[Eigen::Index(i)] = values.at<double>(keys[i]);
+  }
+  return theta;
+}
+
+ExtendedRecording extend(const Recording& recording, const NodePlan& plan, const ModelSpec& spec,
+                         const Values& values) {
+  ExtendedRecording out;
+  out.corrected = recording;
+  std::array<std::vector<ActiveTerm>, 3> active;
+  const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
+  for (std::size_t e = 0; e < spec.effects.size(); ++e) {
+    const auto c = std::size_t(spec.effects[e]->channel());
+    active[c].push_back(
+        {spec.effects[e], effect_parameters(values, keys[e]), int(out.keys[c].size())});
+    out.keys[c].insert(out.keys[c].end(), keys[e].begin(), keys[e].end());
+  }
+  // Without a parameter that differs from zero nothing is corrected, and one pass is enough.
+  const bool at_zero = std::ranges::all_of(active, [](const auto& terms) {
+    return std::ranges::all_of(terms, [](const ActiveTerm& a) { return a.theta.isZero(0.0); });
+  });
+  const bool moving = spec.motion == MotionModel::kHandHeld;
+  std::shared_ptr<const KeptMotion> motion;
+  // The gyroscope's terms depend on the force, too, and the accelerometer's on the rate: both a
+  // second time with what the first has corrected. Then the magnetometer's.
+  constexpr std::pair<Channel, bool> kPasses[] = {{Channel::kGyr, false},
+                                                  {Channel::kAcc, false},
+                                                  {Channel::kGyr, true},
+                                                  {Channel::kAcc, true},
+                                                  {Channel::kMag, true}};
+  for (const auto& [channel, last] : kPasses) {
+    const auto c = std::size_t(channel);
+    if (active[c].empty() || (at_zero && !last)) continue;
+    if (!motion || !at_zero) {
+      motion = std::make_shared<const KeptMotion>(out.corrected, plan, spec, values);
+    }
+    std::vector<Vector3> moved;
+    if (!at_zero) {
+      VectorSeries& corrected = series_of(out.corrected, channel);
+      moved = corrected.v;
+      correct(motion->sensed, channel, moving, active[c], series_of(recording, channel), corrected);
+      for (std::size_t k = 0; k < moved.size(); ++k) moved[k] = corrected.v[k] - moved[k];
+    }
+    if (last) out.columns[c] = columns_of(motion, channel, moving, active[c], std::move(moved));
+  }
+  for (std::size_t c = 0; c < 3; ++c) out.theta[c] = effect_parameters(values, out.keys[c]);
+  return out;
+}
+
+}  // namespace magimu

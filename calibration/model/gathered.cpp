@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/model/gathered.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/model/extension.h"
+#include "calibration/motion/bridged_gaps.h"
+#include "calibration/motion/sample_times.h"
+#include "graph/parallel.h"
+
+namespace magimu {
+namespace {
+
+// One recording, as it is gathered.
+struct Source {
+  const Recording& recording;
+  const NodePlan& plan;
+  const IntegratedRotation& gyr;
+  const ModelSpec& spec;
+  const ExtendedRecording* extended;  // null without effects
+
+  const EffectColumns* columns(Channel channel) const {
+    const auto c = std::size_t(channel);
+    return extended == nullptr || extended->keys[c].empty() ? nullptr : &extended->columns[c];
+  }
+};
+
+// Effects whose parameters are zero leave all readings as they are.
+bool corrects(const ModelSpec& spec) {
+  return !std::ranges::all_of(spec.extended, [](const auto& extended) {
+    return std::ranges::all_of(extended->theta, [](const VectorXd& t) { return t.isZero(0.0); });
+  });
+}
+bool integrates_columns(const ModelSpec& spec) {
+  return std::ranges::any_of(spec.extended, [](const auto& extended) {
+    return !extended->keys[std::size_t(Channel::kGyr)].empty() ||
+           !extended->keys[std::size_t(Channel::kAcc)].empty();
+  });
+}
+bool same_attitudes(const ModelSpec& a, const ModelSpec& b) {
+  return a.gyr_bias == b.gyr_bias && a.gyr_matrix_value == b.gyr_matrix_value &&
+         (a.extended == b.extended || (!corrects(a) && !corrects(b)));
+}
+std::vector<double> mag_offsets(const ModelSpec& spec) {
+  const std::vector<double>& own = spec.mag_offset_s;
+  return spec.mag_time_offset ? own : std::vector<double>(own.size(), 0.0);
+}
+bool same_mag(const ModelSpec& a, const ModelSpec& b) {
+  return same_attitudes(a, b) && mag_offsets(a) == mag_offsets(b);
+}
+bool same_motion(const ModelSpec& a, const ModelSpec& b) {
+  if (a.motion != b.motion || !same_attitudes(a, b)) return false;
+  if (a.extended != b.extended && (integrates_columns(a) || integrates_columns(b))) return false;
+  return a.motion != MotionModel::kHandHeld ||
+         (a.acc_bias == b.acc_bias && a.gyr_matrix == b.gyr_matrix);
+}
+
+// One gyroscope sample that spans exactly the two nodes, or -1.
+long single_sample(const VectorSeries& gyr, double a, double b) {
+  const std::size_t k = sample_until(gyr.t, a + kSameTime);
+  if (k + 1 >= gyr.size()) return -1;
+  const bool spans = std::abs(gyr.t[k] - a) < kSameTime && std::abs(gyr.t[k + 1] - b) < kSameTime;
+  return spans ? long(k) : -1;
+}
+
+// body(i) for every interval between node i and the next, in parallel.
+template <class Body>
+void for_each_interval(const NodePlan& plan, const Body& body) {
+  const std::size_t n = plan.t.empty() ? 0 : plan.t.size() - 1;
+  parallel::for_each(n, 64, body);
+}
+
+void gather_turns(const Source& s, GatheredMotion& out) {
+  const std::vector<double>& t = s.plan.t;
+  const EffectColumns* const effects = s.columns(Channel::kGyr);
+  out.single.assign(t.size() - 1, -1);
+  if (effects == nullptr) {
+    for_each_interval(s.plan, [&](std::size_t i) {
+      out.single[i] = single_sample(s.recording.gyr, t[i], t[i + 1]);
+    });
+  }
+  const auto is_single = [](long k) { return k >= 0; };
+  if (std::ranges::all_of(out.single, is_single)) return;
+  out.turns.assign(out.single.size(), PreintegratedGyroscope(s.spec.gyr_bias));
+  for_each_interval(s.plan, [&](std::size_t i) {
+    if (out.single[i] < 0) out.turns[i] = s.gyr.preintegrate(t[i], t[i + 1], effects);
+  });
+}
+
+void gather_imu(const Source& s, GatheredMotion& out) {
+  const std::vector<double>& t = s.plan.t;
+  const ModelSpec& spec = s.spec;
+  // Of both channels or of none.
+  const bool with_effects =
+      s.columns(Channel::kGyr) != nullptr || s.columns(Channel::kAcc) != nullptr;
+  const auto columns = [&](Channel channel) {
+    return with_effects ? &s.extended->columns[std::size_t(channel)] : nullptr;
+  };
+  out.imu.assign(t.size() - 1, PreintegratedImu(spec.gyr_bias, spec.acc_bias));
+  for_each_interval(s.plan, [&](std::size_t i) {
+    out.imu[i] = s.gyr.preintegrate(t[i], t[i + 1], s.recording.acc, spec.acc_bias, spec.gyr_matrix,
+                                    columns(Channel::kGyr), columns(Channel::kAcc));
+  });
+}
+
+GatheredMotion gather_motion(const Source& s) {
+  GatheredMotion out;
+  out.gyr_gap = gap_variances(s.recording.gyr, s.plan.t);
+  if (s.spec.motion == MotionModel::kHandHeld) {
+    gather_imu(s, out);
+    out.acc_gap = gap_variances(s.recording.acc, s.plan.t);
+  } else {
+    out.acc = block_means(s.recording.acc, s.gyr, s.plan);
+    gather_turns(s, out);
+  }
+  return out;
+}
+
+std::vector<std::vector<Block>> gather_mag(const Source& s) {
+  std::vector<std::vector<Block>> out;
+  for (std::size_t m = 0; m < s.recording.mag.size(); ++m) {
+    const double offset = s.spec.mag_time_offset ? s.spec.mag_offset_s[m] : 0.0;
+    out.push_back(block_means(s.recording.mag[m], s.gyr, s.plan, offset));
+  }
+  return out;
+}
+
+}  // namespace
+
+GatheredSamples::GatheredSamples(const std::vector<const Recording*>& recordings,
+                                 const std::vector<NodePlan>& plans, const ModelSpec& spec,
+                                 const GatheredSamples* before)
+    : spec_(spec) {
+  if (before != nullptr && same_motion(before->spec_, spec)) motion_ = before->motion_;
+  if (before != nullptr && same_mag(before->spec_, spec)) mag_ = before->mag_;
+  if (motion_ && mag_) return;
+  std::vector<GatheredMotion> motion;
+  std::vector<std::vector<std::vector<Block>>> mag;
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const ExtendedRecording* extended = spec.extended.empty() ? nullptr : spec.extended[i].get();
+    const Recording& recording = extended != nullptr ? extended->corrected : *recordings[i];
+    const IntegratedRotation gyr(recording.gyr, spec.gyr_bias, spec.gyr_matrix_value);
+    const Source source{recording, plans[i], gyr, spec, extended};
+    if (!motion_) motion.push_back(gather_motion(source));
+    if (!mag_) mag.push_back(gather_mag(source));
+  }
+  if (!motion_) motion_ = std::make_shared<const std::vector<GatheredMotion>>(std::move(motion));
+  if (!mag_) {
+    mag_ = std::make_shared<const std::vector<std::vector<std::vector<Block>>>>(std::move(mag));
+  }
+}
+
+}  // namespace magimu

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a model takes from the samples of recordings: their means about the nodes, and what they
+// integrate to between them. Noise plays no part in that, so that a fit repeated with other
+// densities need not do it again.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "calibration/model/model.h"
+#include "calibration/motion/block_means.h"
+
+namespace magimu {
+
+// Of one recording.
+struct GatheredMotion {
+  // The sensor only turns: the accelerometer about the nodes, and of each interval between them the
+  // one gyroscope sample that spans it, or -1; what those of all others integrate to.
+  std::vector<Block> acc;
+  std::vector<long> single;
+  std::vector<PreintegratedGyroscope> turns;  // empty where all are single
+  // The hand moves it.
+  std::vector<PreintegratedImu> imu;
+  // What gaps in between add to each interval (bridged_gaps.h); empty: nothing.
+  std::vector<double> gyr_gap, acc_gap;
+};
+
+class GatheredSamples {
+ public:
+  // before: of the same recordings and nodes; what the specification leaves as it was is taken
+  // over.
+  GatheredSamples(const std::vector<const Recording*>& recordings,
+                  const std::vector<NodePlan>& plans, const ModelSpec& spec,
+                  const GatheredSamples* before = nullptr);
+
+  const GatheredMotion& motion(int recording) const { return (*motion_)[std::size_t(recording)]; }
+  // A magnetometer's blocks, one a node.
+  const std::vector<Block>& mag(int recording, int sensor) const {
+    return (*mag_)[std::size_t(recording)][std::size_t(sensor)];
+  }
+
+ private:
+  ModelSpec spec_;
+  std::shared_ptr<const std::vector<GatheredMotion>> motion_;
+  std::shared_ptr<const std::vector<std::vector<std::vector<Block>>>> mag_;
+};
+
+// build_model() with samples that were gathered for this specification, or for one that differs in
+// noise, in nodes without a magnetometer, ...
+FactorGraph build_model(const GatheredSamples& gathered,
+                        const std::vector<const Recording*>& recordings,
+                        const std::vector<NodePlan>& plans, const ModelSpec& spec,
+                        int widened_from = 1 << 30, double widening = 1.0);
+
+}  // namespace magimu

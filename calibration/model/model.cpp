@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/model/model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "calibration/model/extension.h"
+#include "calibration/model/gathered.h"
+#include "calibration/motion/acc_jitter.h"
+#include "calibration/motion/bridged_gaps.h"
+#include "factors/accelerometer_factor.h"
+#include "factors/delayed_magnetometer_factor.h"
+#include "factors/gyroscope_factor.h"
+#include "factors/magnetometer_factor.h"
+#include "factors/preintegrated_gyroscope_factor.h"
+#include "factors/preintegrated_imu_factor.h"
+#include "factors/prior_factor.h"
+#include "graph/extended_batch.h"
+#include "graph/numerical_error.h"
+#include "graph/parallel.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kGyrMatrixPriorSigma = 0.01;  // of ordinary parts
+// Priors of effects say what is usual; a fit must not be drawn to it where data speak.
+constexpr double kEffectPriorWidening = 30.0;
+constexpr double kOffsetPriorSigma = 0.1;  // s: longer lags are another kind of fault
+
+Noise<3> block_noise(double density, double rate_hz, int count) {
+  return Noise<3>::isotropic(density * std::sqrt(rate_hz / count));
+}
+
+// One recording being put into the graph.
+struct Part {
+  const Recording& recording;
+  const NodePlan& plan;
+  const GatheredSamples& gathered;
+  int index;  // of the recording
+  const ModelSpec& spec;
+  const ExtendedRecording* extended;  // null without effects
+
+  const EffectColumns* columns(Channel channel) const {
+    return extended == nullptr ? nullptr : &extended->columns[std::size_t(channel)];
+  }
+  int nodes() const { return int(plan.t.size()); }
+  bool measures(int i) const { return i > 0 || !plan.continues; }
+  int id(int i) const { return plan.first + i; }
+};
+
+// What make() returns: a factor or its noise, of a sensor about a node. Where the samples there
+// permit none (no time passes between two nodes, or numbers are not finite), sensor and time are
+// named.
+template <class Make>
+auto made_of_samples(const Part& part, const std::string& sensor, int node, const Make& make) {
+  try {
+    return make();
+  } catch (const std::invalid_argument& error) {
+    throw NumericalError(fmt::format("the samples of {} at {:.3f} s of {} make no factor: {}",
+                                     sensor, part.plan.t[std::size_t(node)], part.recording.name,
+                                     error.what()));
+  }
+}
+
+// Takes factors of one type for the graph, with the columns of the effects on their channels.
+template <class F>
+class Collector {
+ public:
+  using Gain = typename ExtendedBatch<F>::Gain;
+
+  Collector(FactorGraph& graph, const Part& part, std::initializer_list<Channel> channels)
+      : graph_(graph) {
+    std::vector<Key> keys;
+    for (const Channel c : channels) {
+      if (part.extended == nullptr) break;
+      const auto& own = part.extended->keys[std::size_t(c)];
+      keys.insert(keys.end(), own.begin(), own.end());
+    }
+    if (keys.empty()) return;
+    VectorXd theta(Eigen::Index(keys.size()));
+    Eigen::Index next = 0;
+    for (const Channel c : channels) {
+      const VectorXd& own = part.extended->theta[std::size_t(c)];
+      theta.segment(next, own.size()) = own;
+      next += own.size();
+    }
+    batch_ = std::make_unique<ExtendedBatch<F>>(keys, theta);
+    batch_->reserve(part.nodes());
+  }
+  Collector(const Collector&) = delete;
+  Collector& operator=(const Collector&) = delete;
+  // After the last factor.
+  void finish() {
+    if (!batch_ || batch_->size() == 0) return;
+    parallel::for_each(std::size_t(batch_->size()),
+                       [this](std::size_t i) { batch_->gain(int(i)) = gains_[i](); });
+    graph_.add_batch(std::move(batch_));
+  }
+
+  bool extended() const { return batch_ != nullptr; }
+  // gain: returns it; called at the end, those of many factors side by side, and not without
+  // effects.
+  template <class GainOf>
+  void add(const F& factor, const GainOf& gain) {
+    if (batch_) {
+      batch_->add(factor);
+      gains_.push_back(gain);
+    } else {
+      graph_.add(factor);
+    }
+  }
+
+ private:
+  FactorGraph& graph_;
+  std::unique_ptr<ExtendedBatch<F>> batch_;
+  std::vector<std::function<Gain()>> gains_;
+};
+
+void add_accelerometer(FactorGraph& graph, const Part& part) {
+  const std::vector<Block>& blocks = part.gathered.motion(part.index).acc;
+  const double rate =
+      part.spec.acc_rate_hz > 0.0 ? part.spec.acc_rate_hz : part.recording.acc.rate_hz();
+  const Vector3 g_n = gravity_n(part.spec.gravity);
+  Collector<MeanAccelerometerFactor> means(graph, part, {Channel::kAcc});
+  for (int i = 0; i < part.nodes(); ++i) {
+    const Block& b = blocks[std::size_t(i)];
+    if (b.count == 0 || !part.measures(i)) continue;
+    const Key pose = R(part.id(i));
+    const Noise<3> noise = made_of_samples(part, "the accelerometer", i, [&] {
+      return block_noise(part.spec.noise.acc, rate, b.count);
+    });
+    if (b.at_node && !means.extended()) {
+      graph.add(AccelerometerFactor(pose, key::acc_bias, b.mean, g_n, noise));
+    } else {
+      means.add(MeanAccelerometerFactor(pose, key::acc_bias, b.mean, b.C, g_n, noise),
+                [&part, &b] { return part.columns(Channel::kAcc)->mean(b.first, b.count); });
+    }
+  }
+  means.finish();
+}
+
+void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
+  const VectorSeries& series = part.recording.mag[std::size_t(sensor)];
+  const bool delayed = part.spec.mag_time_offset;
+  const double offset = delayed ? part.spec.mag_offset_s[std::size_t(sensor)] : 0.0;
+  const std::vector<Block>& blocks = part.gathered.mag(part.index, sensor);
+  const double rate = part.spec.mag_rate_hz > 0.0 ? part.spec.mag_rate_hz : series.rate_hz();
+  const Key D = key::distortion_of(sensor);
+  const Key dip = dip_of(part.plan.field);
+  // Effects are those of the first magnetometer.
+  const std::initializer_list<Channel> mag = {Channel::kMag}, none = {};
+  Collector<DelayedMagnetometerFactor> lagging(graph, part, sensor == 0 && delayed ? mag : none);
+  Collector<MeanMagnetometerFactor> means(graph, part, sensor == 0 && !delayed ? mag : none);
+  for (int i = 0; i < part.nodes(); ++i) {
+    const Block& b = blocks[std::size_t(i)];
+    if (b.count == 0 || !part.measures(i)) continue;
+    if (part.spec.without_mag && part.spec.without_mag(part.id(i))) continue;
+    const Key pose = R(part.id(i));
+    const Key bias =
+        key::mag_bias_of(sensor, part.spec.earlier_bias ? part.spec.earlier_bias(part.id(i)) : 0);
+    const Noise<3> noise =
+        made_of_samples(part, part.recording.mag_names[std::size_t(sensor)], i,
+                        [&] { return block_noise(part.spec.noise.mag, rate, b.count); });
+    const auto gain = [&part, &b] { return part.columns(Channel::kMag)->mean(b.first, b.count); };
+    if (delayed) {
+      lagging.add(DelayedMagnetometerFactor(pose, D, bias, dip, key::mag_time_offset_of(sensor),
+                                            b.mean, b.C, b.C_rate, offset, noise),
+                  gain);
+    } else if (b.at_node && !means.extended()) {
+      graph.add(MagnetometerFactor(pose, D, bias, dip, b.mean, noise));
+    } else {
+      means.add(MeanMagnetometerFactor(pose, D, bias, dip, b.mean, b.C, noise), gain);
+    }
+  }
+  lagging.finish();
+  means.finish();
+}
+
+void add_gyroscope(FactorGraph& graph, const Part& part) {
+  const VectorSeries& samples = part.recording.gyr;
+  Collector<PreintegratedGyroscopeFactor> integrated(graph, part, {Channel::kGyr});
+  const GatheredMotion& motion = part.gathered.motion(part.index);
+  for (int i = 0; i + 1 < part.nodes(); ++i) {
+    const Key pose = R(part.id(i)), next = R(part.id(i + 1));
+    const long k = motion.single[std::size_t(i)];
+    const double h = part.plan.t[std::size_t(i) + 1] - part.plan.t[std::size_t(i)];
+    const double density = with_gap(part.spec.noise.gyr, motion.gyr_gap, std::size_t(i), h);
+    if (k >= 0) {
+      graph.add(made_of_samples(part, "the gyroscope", i, [&] {
+        return GyroscopeFactor(pose, next, key::gyr_bias, samples.v[std::size_t(k)], h,
+                               Noise<3>::isotropic(density / std::sqrt(h)));
+      }));
+    } else {
+      const PreintegratedGyroscope& gyr = motion.turns[std::size_t(i)];
+      const auto factor = made_of_samples(part, "the gyroscope", i, [&] {
+        return PreintegratedGyroscopeFactor(pose, next, key::gyr_bias, gyr, density);
+      });
+      integrated.add(factor, [&gyr] { return gyr.effect_jacobian(); });
+    }
+  }
+  integrated.finish();
+}
+
+void add_imu(FactorGraph& graph, const Part& part) {
+  const Vector3 g_n = gravity_n(part.spec.gravity);
+  const ModelSpec& spec = part.spec;
+  const std::vector<double> acc_density =
+      acc_densities(part.recording.acc, part.plan.t, spec.noise.acc, spec.acc_jitter);
+  Collector<PreintegratedImuFactor> plain(graph, part, {Channel::kGyr, Channel::kAcc});
+  Collector<ScaledImuFactor> scaled(graph, part, {Channel::kGyr, Channel::kAcc});
+  for (int i = 1; i < part.nodes(); ++i) {
+    const int a = part.id(i - 1), b = part.id(i);
+    const GatheredMotion& motion = part.gathered.motion(part.index);
+    const std::size_t interval = std::size_t(i) - 1;
+    const PreintegratedImu& integrated = motion.imu[interval];
+    const double h = integrated.duration_s();
+    const double acc = with_gap(acc_density[std::size_t(i)], motion.acc_gap, interval, h);
+    const double gyr = with_gap(spec.noise.gyr, motion.gyr_gap, interval, h);
+    const auto gain = [&integrated] { return integrated.effect_jacobian(); };
+    const std::string imu = "gyroscope and accelerometer";
+    if (spec.gyr_matrix) {
+      const auto factor = made_of_samples(part, imu, i, [&] {
+        return ScaledImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias, key::acc_bias,
+                               key::gyr_matrix, integrated, gyr, acc, g_n);
+      });
+      scaled.add(factor, gain);
+    } else {
+      const auto factor = made_of_samples(part, imu, i, [&] {
+        return PreintegratedImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias,
+                                      key::acc_bias, integrated, gyr, acc, g_n);
+      });
+      plain.add(factor, gain);
+    }
+  }
+  plain.finish();
+  scaled.finish();
+}
+
+void add_reach(FactorGraph& graph, const Part& part) {
+  const Noise<3> noise = Noise<3>::isotropic(part.spec.reach_m);
+  const std::vector<double>& t = part.plan.t;
+  // Between two gaps a part may have a single node, and nothing tells how fast the hand was there.
+  if (part.nodes() == 1) {
+    constexpr double kHandSpeed = 1.0;  // m/s
+    graph.add(
+        PriorFactor<Vector3>(V(part.id(0)), Vector3::Zero(), Noise<3>::isotropic(kHandSpeed)));
+  }
+  // Three at the least: with two, velocity and tilt of a short part are not told apart.
+  const double every = std::min(kReachEvery, 0.5 * (t.back() - t.front()));
+  double due = t.front();
+  for (int i = 0; i < part.nodes(); ++i) {
+    const bool is_due = part.spec.reach_at ? part.measures(i) && part.spec.reach_at(part.id(i))
+                                           : t[std::size_t(i)] >= due || i + 1 == part.nodes();
+    if (!is_due) continue;
+    graph.add(PriorFactor<Vector3>(P(part.id(i)), Vector3::Zero(), noise));
+    due = t[std::size_t(i)] + every;
+  }
+}
+
+}  // namespace
+
+std::string to_string(MotionModel motion) {
+  switch (motion) {
+    case MotionModel::kAuto:
+      return "auto";
+    case MotionModel::kRotation:
+      return "rotation";
+    case MotionModel::kHandHeld:
+      return "hand_held";
+  }
+  return "?";
+}
+
+FactorGraph build_model(const std::vector<const Recording*>& recordings,
+                        const std::vector<NodePlan>& plans, const ModelSpec& spec, int widened_from,
+                        double widening) {
+  return build_model(GatheredSamples(recordings, plans, spec), recordings, plans, spec,
+                     widened_from, widening);
+}
+
+FactorGraph build_model(const GatheredSamples& gathered,
+                        const std::vector<const Recording*>& recordings,
+                        const std::vector<NodePlan>& plans, const ModelSpec& spec, int widened_from,
+                        double widening) {
+  FactorGraph graph;
+  const int magnetometers = int(recordings.front()->mag.size());
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const ExtendedRecording* extended = spec.extended.empty() ? nullptr : spec.extended[i].get();
+    const Recording& recording = extended != nullptr ? extended->corrected : *recordings[i];
+    const Part part{recording, plans[i], gathered, int(i), spec, extended};
+    if (spec.motion == MotionModel::kHandHeld) {
+      add_imu(graph, part);
+      add_reach(graph, part);
+    } else {
+      add_accelerometer(graph, part);
+      add_gyroscope(graph, part);
+    }
+    for (int m = 0; m < magnetometers; ++m) add_magnetometer(graph, part, m);
+  }
+  if (plans.front().continues) return graph;
+  const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
+  for (std::size_t e = 0; e < spec.effects.size(); ++e) {
+    double wider = spec.effects[e]->description().random_process ? 1.0 : kEffectPriorWidening;
+    if (int(e) >= widened_from) wider = widening;
+    const VectorXd sigma = wider * spec.effects[e]->prior_sigma(recordings.front()->duration_s());
+    for (std::size_t i = 0; i < keys[e].size(); ++i) {
+      graph.add(PriorFactor<double>(keys[e][i], 0.0, Noise<1>::isotropic(sigma[Eigen::Index(i)])));
+    }
+  }
+  if (spec.gyr_matrix) {
+    graph.add(PriorFactor<LowerTriangle>(key::gyr_matrix, LowerTriangle::Zero(),
+                                         Noise<6>::isotropic(kGyrMatrixPriorSigma)));
+  }
+  if (spec.mag_time_offset) {
+    for (int m = 0; m < magnetometers; ++m) {
+      graph.add(PriorFactor<double>(key::mag_time_offset_of(m), 0.0,
+                                    Noise<1>::isotropic(kOffsetPriorSigma)));
+    }
+  }
+  if (spec.also) spec.also(graph);
+  return graph;
+}
+
+}  // namespace magimu

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Recordings of one device as a factor graph, under one of two models of the motion:
+//
+//   rotation   the sensor only turns (the paper's): nodes R; the accelerometer reads gravity
+//   hand_held  a hand moves it within its reach: nodes R, v, p; accelerometer and gyroscope are
+//              integrated between nodes, and all that is assumed of the motion is that the position
+//              stays within a bound, a weak measurement of p every three seconds
+//
+// In both, a node stands at a magnetometer sample (every one, or every n-th with all samples
+// averaged in blocks about the nodes). Biases and distortion are shared; each recording has its
+// own dip.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "calibration/motion/nodes.h"
+#include "factors/effects/effect.h"
+#include "factors/preintegrated_imu.h"
+#include "factors/sensor_model.h"
+#include "graph/factor_graph.h"
+
+namespace magimu {
+
+struct ExtendedRecording;
+
+enum class MotionModel { kAuto, kRotation, kHandHeld };
+std::string to_string(MotionModel motion);
+
+constexpr double kReachEvery = 3.0;  // s between weak measurements of position
+
+// What a graph is built from, besides the recordings.
+struct ModelSpec {
+  MotionModel motion = MotionModel::kRotation;  // not kAuto
+  NoiseDensities noise;                         // per sqrt(Hz)
+  double reach_m = 0.3;                         // hand_held: sigma of the position
+  double acc_jitter = 0.0;  // hand_held: how far off in time, in sampling intervals (acc_jitter.h)
+  double gravity = kStandardGravity;  // m/s^2
+  bool mag_time_offset = false;       // a lag of each magnetometer is unknown, too
+  bool gyr_matrix = false;  // hand_held: the gyroscope's scale errors and misalignment, too
+  // Where samples are integrated and means taken: the values of these variables expected.
+  Vector3 gyr_bias = Vector3::Zero(), acc_bias = Vector3::Zero();
+  LowerTriangle gyr_matrix_value = LowerTriangle::Zero();
+  std::vector<double> mag_offset_s;  // one a magnetometer
+  // Model extensions, and the recordings corrected for them where the parameters stand now, one a
+  // recording (extension.h); none without effects.
+  std::vector<std::shared_ptr<const Effect>> effects;
+  std::vector<std::shared_ptr<const ExtendedRecording>> extended;
+  // Nodes without their magnetometers, for cross-validation; empty: all have them.
+  std::function<bool(int node)> without_mag;
+  // Which bias a node's magnetometers have, where a change was recognised: key::mag_bias_of(m,
+  // earlier); empty: 0, the same throughout.
+  std::function<int(int node)> earlier_bias;
+  // hand_held: the nodes whose position is weakly measured; empty: one every three seconds.
+  std::function<bool(int node)> reach_at;
+  // Sampling rates, Hz; 0: those of the recording's samples.
+  double acc_rate_hz = 0.0, mag_rate_hz = 0.0;
+  // Adds further factors, such as priors that hold parameters where they are known; empty: none.
+  std::function<void(FactorGraph&)> also;
+};
+
+// From the effect widened_from on, priors are wider by that factor. A plan that continues another
+// part's brings no priors: they came with the first part.
+FactorGraph build_model(const std::vector<const Recording*>& recordings,
+                        const std::vector<NodePlan>& plans, const ModelSpec& spec,
+                        int widened_from = 1 << 30, double widening = 1.0);
+
+}  // namespace magimu

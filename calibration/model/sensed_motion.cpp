@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/model/sensed_motion.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/motion/sample_times.h"
+
+namespace magimu {
+namespace {
+
+// Index of the sample before t, and how far t is on the way to the next, 0 to 1.
+struct Between {
+  std::size_t before;
+  double share;
+};
+Between locate(const std::vector<double>& t, double at) {
+  const std::size_t until = count_until(t, at);
+  if (until == 0) return {0, 0.0};
+  const std::size_t k = until - 1;
+  if (k + 1 >= t.size()) return {t.size() - 1, 0.0};
+  return {k, (at - t[k]) / (t[k + 1] - t[k])};
+}
+
+template <class V>
+V interpolated(const std::vector<double>& t, const std::vector<V>& v, double at) {
+  const Between b = locate(t, at);
+  if (b.share == 0.0) return v[b.before];
+  return V(v[b.before] + b.share * (v[b.before + 1] - v[b.before]));
+}
+
+// Less its mean over the samples at these times.
+template <class Series, class V>
+Series centred(const Series& series, const std::vector<double>& times, V mean) {
+  Series out;
+  if (series.t.empty()) return out;
+  for (const double t : times) mean += interpolated(series.t, series.v, t);
+  mean /= double(times.size());
+  out = series;
+  for (auto& v : out.v) v -= mean;
+  return out;
+}
+
+}  // namespace
+
+SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, const ModelSpec& spec,
+                           const Values& values)
+    : recording_(recording),
+      plan_(plan),
+      moving_(spec.motion == MotionModel::kHandHeld),
+      gravity_(spec.gravity),
+      gyr_(recording.gyr, values.at<Vector3>(key::gyr_bias), spec.gyr_matrix_value),
+      gyr_bias_(values.at<Vector3>(key::gyr_bias)),
+      acc_bias_(values.at<Vector3>(key::acc_bias)),
+      mag_bias_(values.at<Vector3>(key::mag_bias)),
+      field_(unit_field(values.at<double>(dip_of(plan.field)))),
+      D_(values.at<Matrix3>(key::distortion)),
+      strength_(std::cbrt(std::abs(D_.determinant()))),
+      begin_(recording.gyr.t.front() - plan.before_s),
+      duration_(recording.gyr.t.back() - recording.gyr.t.front()),
+      whole_(plan.whole_s > 0.0 ? plan.whole_s : duration_) {
+  for (std::size_t i = 0; i < plan.t.size(); ++i) {
+    nodes_.push_back(values.at<Rot3>(R(plan.first + int(i))) * gyr_.at(plan.t[i]).inverse());
+    if (i > 0) steps_.push_back((nodes_[i] * nodes_[i - 1].inverse()).Log());
+  }
+  for (const double t : recording.mag.front().t) {
+    mag_fields_.push_back(before_gyr(t).unrotate(field_));
+  }
+  const auto aux = [&](const char* name) {
+    const auto it = recording.aux.find(name);
+    return it == recording.aux.end() ? ScalarSeries{} : it->second;
+  };
+  temperature_ = centred(aux("temp"), recording.gyr.t, 0.0);
+  current_ = aux("current");
+  for (std::size_t k = 0; recording.pos && k < recording.gyr.size(); ++k) {
+    position_mean_ += interpolated(recording.pos->t, recording.pos->v, recording.gyr.t[k]) /
+                      double(recording.gyr.size());
+  }
+}
+
+const VectorSeries& SensedMotion::series(Channel channel) const {
+  if (channel == Channel::kAcc) return recording_.acc;
+  return channel == Channel::kGyr ? recording_.gyr : recording_.mag.front();
+}
+
+std::size_t SensedMotion::samples(Channel channel) const { return series(channel).size(); }
+
+// The attitude relative to the gyroscope's, from one node to the next: with the nearest node's
+// alone whatever attitudes follow would show as steps, at the nodes' rate.
+Rot3 SensedMotion::before_gyr(double t) const {
+  const Between b = locate(plan_.t, t);
+  if (b.share == 0.0) return nodes_[b.before];
+  return Rot3::Exp(b.share * steps_[b.before]) * nodes_[b.before];
+}
+
+// The rate at an instant, between the mean rates of the intervals before and after it. Its
+// derivative is the slope of a line through all within 25 ms: that of two neighbours alone is
+// mostly noise at high rates, and a hand's motion hardly bends within 50 ms.
+Vector3 SensedMotion::rate_about(double t, Vector3* derivative) const {
+  constexpr double kAround = 0.025;  // s
+  const VectorSeries& g = recording_.gyr;
+  const double h = 0.5 * (duration_ / double(g.size() - 1));
+  const std::size_t after = locate(g.t, t + h).before;
+  const std::size_t before = after > 0 ? after - 1 : 0;
+  *derivative = Vector3::Zero();
+  if (after == before) return g.v[before] - gyr_bias_;
+  // The means are those of the intervals' middles.
+  const double span = std::max(g.t[after] - g.t[before], 1e-9);
+  const double share = (t - g.t[before] - h) / span;
+  std::size_t first = before, last = after;
+  while (first > 0 && g.t[first - 1] + h >= t - kAround) --first;
+  while (last + 1 < g.size() && g.t[last + 1] + h <= t + kAround) ++last;
+  double middle = 0.0, squares = 0.0;
+  for (std::size_t k = first; k <= last; ++k) middle += g.t[k] / double(last - first + 1);
+  for (std::size_t k = first; k <= last; ++k) {
+    *derivative += (g.t[k] - middle) * g.v[k];
+    squares += (g.t[k] - middle) * (g.t[k] - middle);
+  }
+  *derivative /= std::max(squares, 1e-18);
+  return (1.0 - share) * g.v[before] + share * g.v[after] - gyr_bias_;
+}
+
+Vector3 SensedMotion::specific_force(Channel channel, std::size_t sample, const Rot3& nRb) const {
+  if (!moving_) return -nRb.unrotate(gravity_n(gravity_));
+  const VectorSeries& acc = recording_.acc;
+  if (channel == Channel::kAcc) return acc.v[sample] - acc_bias_;
+  const double t = series(channel).t[sample];
+  const double middle = channel == Channel::kGyr && sample + 1 < recording_.gyr.size()
+                            ? 0.5 * (t + recording_.gyr.t[sample + 1])
+                            : t;
+  return interpolated(acc.t, acc.v, middle) - acc_bias_;
+}
+
+// A sensor that only turns shows gravity as the attitude has it, turned back by the gyroscope alone
+// (as field_before). What moves is interpolated: by the slope of the samples within 25 ms about the
+// middle of the delay, whose noise is far below that of differences of single samples.
+Vector3 SensedMotion::force_change(double t, double delay_s) const {
+  if (!moving_) {
+    const Vector3 up = before_gyr(t).unrotate(Vector3(-gravity_n(gravity_)));
+    return gyr_.at(t - delay_s).unrotate(up) - gyr_.at(t).unrotate(up);
+  }
+  constexpr double kAround = 0.025;  // s
+  const VectorSeries& acc = recording_.acc;
+  if (acc.size() < 2) return Vector3::Zero();
+  const double middle = t - 0.5 * delay_s;
+  std::size_t first = count_until(acc.t, middle - kAround),
+              last = count_until(acc.t, middle + kAround);
+  // Two at the least, of slow sensors.
+  if (last < first + 2) {
+    first = std::min(locate(acc.t, middle).before, acc.size() - 2);
+    last = first + 2;
+  }
+  double mean_t = 0.0, squares = 0.0;
+  for (std::size_t k = first; k < last; ++k) mean_t += acc.t[k] / double(last - first);
+  Vector3 slope = Vector3::Zero();
+  for (std::size_t k = first; k < last; ++k) {
+    slope += (acc.t[k] - mean_t) * acc.v[k];
+    squares += (acc.t[k] - mean_t) * (acc.t[k] - mean_t);
+  }
+  return -delay_s / std::max(squares, 1e-18) * slope;
+}
+
+SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
+  const VectorSeries& own = series(channel);
+  SampleState s;
+  s.t = own.t[sample];
+  s.recording = plan_.field;
+  s.bias = channel == Channel::kAcc ? acc_bias_ : channel == Channel::kGyr ? gyr_bias_ : mag_bias_;
+  double instant = s.t;
+  if (channel == Channel::kGyr && sample + 1 < own.size()) {
+    instant = 0.5 * (s.t + own.t[sample + 1]);
+  }
+  s.u = 2.0 * (instant - begin_) / whole_ - 1.0;
+  s.duration_s = whole_;
+  s.nRb = (before_gyr(instant) * gyr_.at(instant)).normalized();
+  s.omega = rate_about(instant, &s.omega_rate);
+  if (channel == Channel::kGyr) s.omega = own.v[sample] - gyr_bias_;
+  s.f = specific_force(channel, sample, s.nRb);
+  s.b = s.nRb.unrotate(field_);
+  s.D = D_;
+  s.strength_uT = strength_;
+  if (!temperature_.t.empty())
+    s.temperature = interpolated(temperature_.t, temperature_.v, instant);
+  if (!current_.t.empty()) s.current = interpolated(current_.t, current_.v, instant);
+  if (recording_.pos) {
+    s.position = interpolated(recording_.pos->t, recording_.pos->v, instant);
+    s.position_mean = position_mean_;
+  }
+  if (channel == Channel::kAcc) {
+    s.force_change = [this, t = s.t](double delay_s) { return force_change(t, delay_s); };
+  }
+  if (channel == Channel::kMag) {
+    // Back from the sample by the gyroscope alone: what attitudes step between nodes is its noise.
+    s.field_before = [this, sample](double delay_s) {  // as much as a function holds by itself
+      const double then = recording_.mag.front().t[sample] - delay_s;
+      return gyr_.at(then).unrotate(mag_fields_[sample]);
+    };
+  }
+  return s;
+}
+
+}  // namespace magimu

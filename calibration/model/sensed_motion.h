@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the sensors of a recording experienced, sample by sample, as a fit has it: the arguments of
+// the effects (factors/effects/effect.h).
+#pragma once
+
+#include "calibration/model/model.h"
+#include "calibration/motion/integrated_rotation.h"
+#include "graph/values.h"
+
+namespace magimu {
+
+class SensedMotion {
+ public:
+  // recording: with its readings corrected for the effects known so far.
+  // All must outlive this.
+  SensedMotion(const Recording& recording, const NodePlan& plan, const ModelSpec& spec,
+               const Values& values);
+
+  // At a sample of a sensor (the first magnetometer).
+  SampleState state(Channel channel, std::size_t sample) const;
+  std::size_t samples(Channel channel) const;
+
+ private:
+  const VectorSeries& series(Channel channel) const;
+  Rot3 before_gyr(double t) const;
+  Vector3 rate_about(double t, Vector3* derivative) const;
+  Vector3 specific_force(Channel channel, std::size_t sample, const Rot3& nRb) const;
+  Vector3 force_change(double t, double delay_s) const;
+
+  const Recording& recording_;
+  const NodePlan& plan_;
+  bool moving_;
+  double gravity_;
+  IntegratedRotation gyr_;
+  Vector3 gyr_bias_, acc_bias_, mag_bias_, field_;
+  Matrix3 D_;
+  double strength_, begin_, duration_, whole_;  // whole_: of all parts of the recording
+  // Attitude of each node, relative to the gyroscope's at that time, and what it is to the next's.
+  std::vector<Rot3> nodes_;
+  std::vector<Vector3> steps_;
+  std::vector<Vector3> mag_fields_;  // the unit field, so turned at each sample of the magnetometer
+  ScalarSeries temperature_, current_;
+  Vector3 position_mean_ = Vector3::Zero();
+};
+
+}  // namespace magimu

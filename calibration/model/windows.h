@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The windows of a recording's nodes that the diagnosis tests with: longer than residuals stay
+// correlated and than the trajectory carries an error on.
+#pragma once
+
+#include "calibration/model/model.h"
+#include "calibration/motion/nodes.h"
+#include "solvers/condensed/condensed_windows.h"
+
+namespace magimu {
+
+// The node of a variable of a calibration graph; -1 for a parameter.
+int node_of(Key key);
+
+// Seconds in which a window by itself shows what an effect on this sensor does. Where the motion is
+// estimated, too, the accelerometer says little in few seconds.
+double window_s(Channel channel, MotionModel motion);
+
+// The window of each node, numbered through all recordings; each lasts about so long.
+std::vector<int> windows_of(const std::vector<NodePlan>& plans, double seconds = 5.0);
+
+}  // namespace magimu

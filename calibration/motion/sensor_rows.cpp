@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/motion/sensor_rows.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "factors/keys.h"
+
+namespace magimu {
+namespace {
+
+bool has(std::span<const Key> keys, char symbol) {
+  return std::any_of(keys.begin(), keys.end(), [&](Key k) { return k.symbol == symbol; });
+}
+
+// The sensor of one row of a batch's factors.
+Sensor sensor_of(std::span<const Key> keys, int row) {
+  if (has(keys, key::mag_bias.symbol)) return Sensor::kMag;
+  const bool gyr = has(keys, key::gyr_bias.symbol), acc = has(keys, key::acc_bias.symbol);
+  if (gyr && acc) return row < 3 ? Sensor::kGyr : Sensor::kAcc;  // PreintegratedImuFactor
+  if (gyr) return Sensor::kGyr;
+  if (acc) return Sensor::kAcc;
+  return has(keys, P(0).symbol) ? Sensor::kReach : Sensor::kNone;
+}
+
+}  // namespace
+
+SensorRows::SensorRows(const FactorGraph& graph, const LinearSystem& system)
+    : sensor(std::size_t(system.rows()), Sensor::kNone),
+      node(std::size_t(system.rows()), -1),
+      next(std::size_t(system.rows()), -1) {
+  for (std::size_t b = 0; b < graph.batches().size(); ++b) {
+    const FactorBatch& batch = *graph.batches()[b];
+    for (int i = 0; i < batch.size(); ++i) {
+      const Key first = batch.keys(i)[0];
+      if (first.symbol != R(0).symbol && first.symbol != P(0).symbol) continue;
+      for (int r = 0; r < batch.rows(); ++r) {
+        const int row = system.first_row(b) + i * batch.rows() + r;
+        sensor[std::size_t(row)] = sensor_of(batch.keys(i), r);
+        node[std::size_t(row)] = int(first.index);
+        if (i + 1 < batch.size()) next[std::size_t(row)] = row + batch.rows();
+      }
+    }
+  }
+}
+
+double SensorSums::rms(Sensor sensor) const {
+  const auto s = std::size_t(sensor);
+  const double left = std::max(rows[s] - absorbed[s], 0.02 * rows[s]);
+  return left > 0.0 ? std::sqrt(squares[s] / left) : 1.0;
+}
+
+}  // namespace magimu

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/scan/missing_effects.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+
+#include "calibration/fit/uncertainty.h"
+#include "calibration/model/windows.h"
+#include "calibration/motion/random_walk.h"
+#include "calibration/scan/general_dependence.h"
+#include "calibration/scan/scan.h"
+#include "calibration/scan/testable.h"
+#include "graph/decompositions.h"
+#include "graph/parallel.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kFalseAlarms = 0.05;  // of all tests together, where nothing is missing
+constexpr double kBiasWindow = 10.0;   // s, in which a bias may be another one
+constexpr int kMaxWindows = 12;
+constexpr double kBeyondOneStep = 0.02;  // of a shift
+constexpr double kStronglyColoured = 2.0;
+constexpr double kWidened = 3.0;  // priors of effects: what is there may be larger than usual
+constexpr double kMoved = 2.0;    // standard deviations, by a cause without a name
+
+// Is it this effect, one of its class, or one that contains it?
+bool concerns(const Effect& effect, const std::string& name) {
+  const auto has = [&](const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  return effect.name() == name || has(effect.description().contains) ||
+         has(effect.description().same_class);
+}
+
+std::vector<std::shared_ptr<const Effect>> candidates(
+    const std::vector<const Recording*>& recordings, const Stage& stage) {
+  std::vector<std::shared_ptr<const Effect>> out = testable_effects(recordings, stage);
+  // What the model has already, and what contains that: the two would share one parameter. Of the
+  // gyroscope's nine the model's triangular matrix leaves three: how it is turned against the
+  // accelerometer.
+  std::erase_if(out, [&](const auto& effect) {
+    return (stage.spec().mag_time_offset && concerns(*effect, "mag_time_offset")) ||
+           (stage.spec().gyr_matrix && effect->name() == "clock_scale");
+  });
+  return out;
+}
+
+// What one scan says of the calibration, candidate by candidate.
+class Search {
+ public:
+  Search(const std::vector<const Recording*>& recordings, const Stage& stage, double log10_level)
+      : recordings_(recordings), stage_(stage), log10_level_(log10_level) {}
+
+  void look(const std::vector<std::shared_ptr<const Effect>>& effects) {
+    const Scan scan(recordings_, stage_, effects,
+                    window_s(effects.front()->channel(), stage_.spec().motion));
+    for (std::size_t i = 0; i < effects.size(); ++i) look_at(scan, i, *effects[i]);
+  }
+  std::vector<MissingEffect> found() && { return std::move(found_); }
+
+ private:
+  void look_at(const Scan& scan, std::size_t i, const Effect& effect) {
+    const Score s = scan.with_own_scatter(i);
+    const bool named = find_effect(effect.name()) != nullptr, coloured = s.coloured;
+    // Strongly coloured noise has little dependences on everything; the robust covariance knows.
+    if (!named && s.scatter > kStronglyColoured) return;
+    const double excess = coloured ? s.scatter : 1.0, duration = recordings_.front()->duration_s();
+    const VectorXd z = scan.score().segment(scan.first(i), effect.size());
+    VectorXd prior = kWidened * effect.prior_sigma(duration);
+    double log10_p = s.log10_p, wandered = 0.0;
+    if (effect.description().random_process) {
+      const RandomWalk walk = estimate_random_walk(s.information, z, prior / kWidened, excess);
+      log10_p = walk.log10_p;
+      prior *= std::max(walk.density, 1e-12) / kWidened;
+      // A bias that wanders is somewhere else at another time.
+      wandered = walk.density * walk.density * duration / 3.0;
+    }
+    if (log10_p > log10_level_) return;
+    // What the motion does not show is no more uncertain than it was: the model has it already.
+    const MatrixXd& P = s.visible;
+    const MatrixXd weight = prior.cwiseAbs2().cwiseInverse().asDiagonal();
+    MatrixXd A = P.transpose() * weight * P;
+    A.diagonal().array() += 1.0 / excess;
+    const MatrixXd posterior = P * A.ldlt().solve(MatrixXd(P.transpose()));
+    // A direction that the calibration and the attitudes all but imitate has next to no information
+    // of its own: what a model of few nodes approximates shows there as a score of many sigmas, and
+    // asks for an effect a thousand times its usual size. So the gain counts that the effect makes
+    // at its prior scale, z' (A + W)^-1 z. That is at most the score statistic z' A^-1 z, whose
+    // distribution under no effect therefore bounds it.
+    if (!effect.description().random_process &&
+        log10_chi_square_tail(z.dot(posterior * z) / excess, s.dof) > log10_level_) {
+      return;
+    }
+    MatrixXd influence = scan.influence().middleCols(scan.first(i), effect.size());
+    influence.middleRows(first_dip(), dips()) /= kDegree;
+    if (stage_.spec().gyr_matrix && effect.name() == "gyro_scale_misalignment") {
+      // What one of the two matrices takes from the other is no change: the sum counts.
+      const Eigen::Index lags =
+          stage_.spec().mag_time_offset ? Eigen::Index(recordings_.front()->mag.size()) : 0;
+      for (int e = 0; e < 6; ++e) {
+        influence(first_dip() + dips() + lags + e, 3 * kLowerRow[e] + kLowerColumn[e]) += 1.0;
+      }
+    }
+    MissingEffect found;
+    found.name = named ? effect.name() : "";
+    found.channel = effect.channel();
+    found.cause = effect.description().cause;
+    found.log10_p = log10_p;
+    found.shift = influence * (posterior * z) / excess;
+    found.covariance = influence * posterior * influence.transpose();
+    found.covariance.diagonal().segment<3>(3).array() += wandered;
+    found_.push_back(std::move(found));
+  }
+  Eigen::Index first_dip() const { return 6 + 12 * Eigen::Index(recordings_.front()->mag.size()); }
+  Eigen::Index dips() const { return Eigen::Index(field_count(recordings_)); }
+
+  const std::vector<const Recording*>& recordings_;
+  const Stage& stage_;
+  double log10_level_;
+  std::vector<MissingEffect> found_;
+};
+
+// Of the effects on one sensor.
+std::vector<MissingEffect> look(const std::vector<const Recording*>& recordings, const Stage& stage,
+                                const std::vector<std::shared_ptr<const Effect>>& effects,
+                                double log10_level) {
+  if (effects.empty()) return {};
+  Search search(recordings, stage, log10_level);
+  search.look(effects);
+  return std::move(search).found();
+}
+
+std::string in_words(const MissingEffect& f) {
+  constexpr const char* kSensors[] = {"accelerometer", "gyroscope", "magnetometer"};
+  if (!f.name.empty()) return f.cause;
+  return fmt::format("the {} depends {}", kSensors[int(f.channel)], f.cause);
+}
+
+}  // namespace
+
+std::vector<MissingEffect> find_missing_effects(const std::vector<const Recording*>& recordings,
+                                                const Stage& stage) {
+  const bool moving = stage.spec().motion == MotionModel::kHandHeld;
+  std::vector<std::shared_ptr<const Effect>> all = candidates(recordings, stage);
+  for (const auto& unnamed : general_dependences(moving)) {
+    // Of the accelerometer the hand's motion takes up much, and shapes what is left.
+    if (!moving || unnamed->channel() != Channel::kAcc) all.push_back(unnamed);
+  }
+  if (field_count(recordings) == 1) {
+    double length = 0.0;
+    for (const Recording* part : recordings) length += part->duration_s();
+    const int windows = std::clamp(int(length / kBiasWindow), 2, kMaxWindows);
+    all.push_back(bias_in_windows(windows));
+    all.push_back(bias_in_windows(windows, Channel::kGyr));
+  }
+  // Each sensor's by themselves: a candidate's test takes no notice of the others, and columns cost
+  // their square.
+  const double log10_level = std::log10(kFalseAlarms / double(all.size()));
+  std::array<std::vector<MissingEffect>, 3> found;
+  parallel::for_each(found.size(), [&](std::size_t channel) {
+    std::vector<std::shared_ptr<const Effect>> own;
+    std::ranges::copy_if(all, std::back_inserter(own),
+                         [&](const auto& e) { return std::size_t(e->channel()) == channel; });
+    found[channel] = look(recordings, stage, own, log10_level);
+  });
+  std::vector<MissingEffect> out;
+  for (auto& own : found) out.insert(out.end(), own.begin(), own.end());
+  return out;
+}
+
+void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found) {
+  const Eigen::Index p =
+      6 + 12 * Eigen::Index(c.parameters.mag.size()) + Eigen::Index(c.fields.size());
+  const Eigen::LDLT<MatrixXd> V(MatrixXd(c.covariance.topLeftCorner(p, p)));
+  Check check{"model", CheckStatus::kOk, 0.0, "Nothing is seen to be missing in the model."};
+  MatrixXd more = MatrixXd::Zero(c.covariance.rows(), c.covariance.cols());
+  for (const MissingEffect& f : found) {
+    const VectorXd shift = f.shift.head(p);
+    const double distance = std::sqrt(std::max(0.0, shift.dot(V.solve(shift))));
+    more += f.shift * f.shift.transpose() + f.covariance;
+    // One step of a refit is not the refit: of a large shift a part lies elsewhere.
+    more += std::pow(kBeyondOneStep * distance, 2) * c.covariance;
+    const bool doubtful = f.name.empty() && distance > kMoved;
+    check.status = std::max(check.status, doubtful ? CheckStatus::kBad : CheckStatus::kCaution);
+    if (distance <= check.value) continue;
+    check.value = distance;
+    check.sentence = fmt::format(
+        "Something is missing in the model: {}. With it the calibration would be {:.1f} standard "
+        "deviations elsewhere. The sigmas were widened to cover it{}; `magimu diagnose` looks "
+        "closer.",
+        in_words(f), distance, found.size() > 1 ? " and what else was seen" : "");
+  }
+  c.checks.push_back(check);
+  if (!found.empty()) add_to_covariance(c, more);
+}
+
+}  // namespace magimu

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Is something missing in the model that moves the calibration? Every effect of the catalogue that
+// these recordings can show, and general dependences for causes that are not in it, are tested in
+// one scan of a fitted model; for those that are there, one step tells where the calibration would
+// go if the model had them.
+//
+// A fit may look perfect all the same: the trajectory follows the gyroscope, the biases take up the
+// mean of what drifts, and the residuals keep their size. A verdict that looked at residuals alone
+// was wrong in one of five recordings with something hidden in them (bench_verdicts).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calibration/fit/stage.h"
+#include "calibration/result/calibration.h"
+
+namespace magimu {
+
+struct MissingEffect {
+  std::string name;  // of the catalogue; empty: a dependence without a known cause
+  Channel channel = Channel::kMag;
+  std::string cause;     // "the gyroscope's bias wanders"; "on products of the force"
+  double log10_p = 0.0;  // of the probability that chance does it
+  VectorXd shift;        // what it does to the parameters, in order and units of
+  MatrixXd covariance;   // Calibration::order, most probably; and how sure that is
+};
+
+// stage: fitted, with few nodes (a scan costs as much as several fits).
+std::vector<MissingEffect> find_missing_effects(const std::vector<const Recording*>& recordings,
+                                                const Stage& stage);
+
+// Widens the robust covariance of a calibration by what was found, so that it covers where the
+// calibration would be with it, and adds the check "model".
+void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found);
+
+}  // namespace magimu

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/scan/testable.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "factors/effects/catalogue.h"
+
+namespace magimu {
+namespace {
+
+// Does a column vary at all?
+bool varies(const Recording& r, const std::string& column) {
+  if (column == "pos") {
+    return r.pos && std::any_of(r.pos->v.begin(), r.pos->v.end(), [&](const Vector3& p) {
+             return (p - r.pos->v.front()).norm() > 1e-3;
+           });
+  }
+  const auto it = r.aux.find(column);
+  if (it == r.aux.end() || it->second.v.empty()) return false;
+  const auto [least, most] = std::minmax_element(it->second.v.begin(), it->second.v.end());
+  return *most - *least > 1e-3;
+}
+
+bool present(const Recording& r, const std::string& column) {
+  return column == "pos" ? r.pos.has_value() : r.aux.contains(column);
+}
+
+}  // namespace
+
+std::string reason_untested(const Effect& effect, const std::vector<const Recording*>& recordings,
+                            const Stage& stage) {
+  if (!is_looked_for(effect.name())) return "is simulated, and not looked for yet";
+  const Effect::Description& d = effect.description();
+  if (!d.needs.empty()) {
+    const std::string shown = d.needs == "pos" ? "pos_x, pos_y, pos_z" : d.needs;
+    for (const Recording* r : recordings) {
+      if (!present(*r, d.needs)) return fmt::format("needs the column {}", shown);
+      if (!varies(*r, d.needs)) return fmt::format("the column {} does not vary", shown);
+    }
+  }
+  if (d.rotation_only && stage.spec().motion == MotionModel::kHandHeld) {
+    return "the hand's motion, which is estimated, takes up whatever it adds";
+  }
+  const bool of_time = effect.with_terms(1) != nullptr || effect.name() == "stationary_source";
+  if (of_time && recordings.size() > 1) return "is tested in single recordings only";
+  return "";
+}
+
+bool is_looked_for(const std::string& name) {
+  for (const char* later : {"acc_time_offset", "gravity", "mag_own_clock", "acc_change"}) {
+    if (name == later) return false;
+  }
+  return true;
+}
+
+int count_looked_for() {
+  return int(std::ranges::count_if(
+      effect_catalogue(), [](const auto& effect) { return is_looked_for(effect->name()); }));
+}
+
+std::vector<std::shared_ptr<const Effect>> testable_effects(
+    const std::vector<const Recording*>& recordings, const Stage& stage) {
+  constexpr int kWalkTerms = 12;
+  std::vector<std::shared_ptr<const Effect>> out;
+  for (const auto& effect : effect_catalogue()) {
+    const std::string& name = effect->name();
+    const bool searched =
+        is_change(name) || name == "stationary_source" || name == "mains_interference";
+    if (searched || !is_looked_for(name)) continue;
+    if (!reason_untested(*effect, recordings, stage).empty()) continue;
+    out.push_back(name == "gyro_bias_drift" ? make_gyro_bias_walk(kWalkTerms, 1.0) : effect);
+  }
+  return out;
+}
+
+}  // namespace magimu

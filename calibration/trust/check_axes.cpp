@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/trust/check_axes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/trust/field_check.h"
+#include "graph/decompositions.h"
+#include "graph/rot3.h"
+#include "recording/data/axes.h"
+
+namespace magimu {
+namespace {
+
+bool concerns_imu(const AxesFinding& f) { return f.sensor == "acc" || f.sensor == "gyr"; }
+
+bool agree(double dip_rad, int dip_sign) { return dip_rad * dip_sign > 0.0; }
+
+std::string turned_magnetometer(const AxesFinding& f, double dip_rad, int dip_sign) {
+  const std::string inverted = axes_text(-f.remedy);
+  std::string text =
+      fmt::format("The axes of {} are not the IMU's: x, y, z of the IMU are its {} or its {}. ",
+                  f.sensor, axes_text(f.remedy), inverted);
+  if (dip_sign == 0) {
+    return text +
+           fmt::format(
+               "The distortion matrix holds the former, and that is right if a dip of {:+.0f} deg "
+               "has the right sign (positive on the northern hemisphere; give --hemisphere, and "
+               "this is settled); else give --axes {}={}.",
+               dip_rad / kDegree, f.sensor, inverted);
+  }
+  if (agree(dip_rad, dip_sign)) {
+    return text +
+           "The distortion matrix holds the former, as the sign of the dip at your place confirms.";
+  }
+  return text + fmt::format(
+                    "The distortion matrix holds the former, but the dip of {:+.0f} deg has the "
+                    "wrong sign for your place: it is the latter. Give --axes {}={}.",
+                    dip_rad / kDegree, f.sensor, inverted);
+}
+
+// Of sensors whose axes agree; empty where the sign of the dip is as it should be.
+std::string about_the_dip(double dip_rad, int dip_sign) {
+  const char* here = dip_rad > 0.0 ? "northern" : "southern";
+  if (dip_sign == 0) {
+    return fmt::format(
+        "The dip of {:+.0f} deg is that of the {} hemisphere; on the other one an odd number of "
+        "the magnetometer's axes (or all of the accelerometer's) would be inverted, which no "
+        "motion can tell (--hemisphere or --location can).",
+        dip_rad / kDegree, here);
+  }
+  if (agree(dip_rad, dip_sign)) return "";
+  return fmt::format(
+      "But the dip of {:+.0f} deg is that of the {} hemisphere, which yours is not: an odd number "
+      "of the magnetometer's axes (or all of the accelerometer's) are inverted. If it is all "
+      "three of the magnetometer's, give --axes mag=-x,-y,-z.",
+      dip_rad / kDegree, here);
+}
+
+// Packages are misaligned by some 5 deg about each axis, and soft iron skewed by 10 deg turns the
+// polar factor of D by up to 5 more (Huang et al. 2025, Table I): beyond is a mounting.
+constexpr double kMounted_deg = 12.0;
+
+// The rotation in D, where D turns vectors of the IMU frame into the magnetometer's: nearest
+// rotation, by the polar decomposition.
+std::string mounted_text(const Matrix3& distortion, const std::string& sensor) {
+  const Eigen::JacobiSVD<MatrixXd> svd(MatrixXd(distortion),
+                                       Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Matrix3 Q = svd.matrixU() * svd.matrixV().transpose();
+  if (!Q.allFinite() || Q.determinant() < 0.0) return "";
+  const Vector3 turn = Rot3::from_matrix(Q).Log();
+  const double angle = turn.norm() / kDegree;
+  if (angle < kMounted_deg) return "";
+  const Vector3 axis = -turn / turn.norm();  // how the sensor is turned, not the readings
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(axis[i]) < 0.95) continue;
+    return fmt::format("{} is turned by {:.1f} deg about {} against the IMU.", sensor,
+                       axis[i] > 0.0 ? angle : -angle, "xyz"[i]);
+  }
+  return fmt::format("{} is turned by {:.1f} deg about ({:.2f}, {:.2f}, {:.2f}) against the IMU.",
+                     sensor, angle, axis[0], axis[1], axis[2]);
+}
+
+}  // namespace
+
+Check check_axes(const Mounting& mounting, const Matrix3& distortion, double dip_rad,
+                 int dip_sign) {
+  if (std::abs(dip_rad) < kFlatDip_deg * kDegree) dip_sign = 0;  // it says nothing
+  Check out{"axes", CheckStatus::kOk, 0.0, ""};
+  for (const AxesFit& fit : mounting.fits) {
+    out.value = std::max(out.value, fit.rms_straight_rad / kDegree);
+  }
+  if (mounting.status == MountingStatus::kUndecided) {
+    out.status = CheckStatus::kCaution;
+    out.sentence = mounting.sentence;
+  } else if (mounting.status == MountingStatus::kConsistent) {
+    const std::string more = about_the_dip(dip_rad, dip_sign);
+    const std::string mounted = mounted_text(distortion, "The magnetometer");
+    out.sentence =
+        mounted.empty()
+            ? fmt::format("The sensors' axes agree (to {:.1f} deg).", out.value)
+            : mounted +
+                  " The distortion matrix holds that turn: corrected readings are in the "
+                  "axes of the IMU.";
+    if (!mounted.empty()) out.status = CheckStatus::kCaution;
+    if (!more.empty()) out.sentence += " " + more;
+    if (dip_sign != 0 && !more.empty()) out.status = CheckStatus::kBad;
+  } else if (std::ranges::any_of(mounting.findings, concerns_imu)) {
+    out.status = CheckStatus::kBad;
+    out.sentence = mounting.sentence;
+  } else {
+    out.status = agree(dip_rad, dip_sign) ? CheckStatus::kCaution : CheckStatus::kBad;
+    for (const AxesFinding& f : mounting.findings) {
+      out.sentence += (out.sentence.empty() ? "" : " ") + turned_magnetometer(f, dip_rad, dip_sign);
+    }
+  }
+  return out;
+}
+
+Mounting check_mounting(const std::vector<const Recording*>& recordings) {
+  Mounting mounting;
+  for (const Recording* r : recordings) {
+    mounting = check_mounting(*r);
+    if (mounting.status != MountingStatus::kUndecided) break;
+  }
+  return mounting;
+}
+
+void judge_axes(Calibration& c, const Mounting& mounting, const CalibrationOptions& options) {
+  int dip_sign = options.dip_sign;
+  if (const auto& start = options.initialization.dip_rad; dip_sign == 0 && start) {
+    dip_sign = *start > 0.0 ? 1 : -1;
+  }
+  c.checks.push_back(
+      check_axes(mounting, c.parameters.mag.front().distortion, c.parameters.dip_rad, dip_sign));
+  if (c.checks.back().status != CheckStatus::kBad) return;
+  const bool imu = std::ranges::any_of(mounting.findings, concerns_imu);
+  c.trust.verdict = std::max(c.trust.verdict, imu ? Verdict::kNo : Verdict::kLimited);
+  // First: where accelerometer and gyroscope disagree, everything else follows from it.
+  const auto at = imu ? c.trust.reasons.begin() : c.trust.reasons.end();
+  c.trust.reasons.insert(at, c.checks.back().sentence);
+}
+
+}  // namespace magimu

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/trust/trust.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "calibration/fit/diagnostics.h"
+#include "calibration/start/turned_axes.h"
+#include "recording/data/set_aside.h"
+
+namespace magimu {
+namespace {
+
+// The accelerometer must read gravity and its bias: so much else (RMS) is a hand that moves it.
+constexpr double kAccResidualNo = 1.0;           // m/s^2
+constexpr double kAccResidualLimited = 0.35;     // m/s^2
+constexpr double kPlausibleAccBias = 0.7;        // m/s^2; 70 mg, beyond any part that works
+constexpr double kFieldResidualLimited = 0.025;  // of the strength
+constexpr double kFieldResidualNo = 0.1;
+constexpr double kDisturbedTimes = 4.0;   // times the usual residual
+constexpr double kDisturbedShare = 0.03;  // of the strength, too
+constexpr double kDisturbedBlock = 1.0;   // s
+constexpr double kManyBlows = 3.0;        // a minute; careful hands: 1 at the most
+constexpr double kMaxDipSigma_deg = 2.0;
+// deg, of the corrected direction and of the dip: a board with a hard iron of 10 uT in a field of
+// 50 uT is wrong by as much as it comes, so that such a calibration is worth nothing.
+constexpr double kUselessDirection_deg = 10.0;
+constexpr double kMaxDistortionSigma = 0.05;  // of the strength
+
+void judge_turns(Calibration& c) {
+  std::vector<Rot3> all;
+  for (const TrajectoryEstimate& trajectory : c.trajectories) {
+    all.insert(all.end(), trajectory.nRb.begin(), trajectory.nRb.end());
+  }
+  const std::string reason = turned_too_little(turned_axes(all));
+  if (!reason.empty()) c.trust.lower(Verdict::kNo, reason);
+}
+
+void judge_fit(Calibration& c) {
+  if (!c.fit.converged()) {
+    c.trust.lower(Verdict::kNo, "The optimization did not reach the optimum: " + c.fit.message);
+  }
+  for (const std::string& direction : c.undetermined) {
+    c.trust.lower(Verdict::kNo,
+                  "The motion leaves a combination of parameters undetermined: " + direction +
+                      ". Turn the sensor about all three of its axes, by half a turn and more.");
+  }
+}
+
+void judge_motion(Calibration& c) {
+  if (c.motion == MotionModel::kHandHeld) return;  // the model carries it
+  const double acc = c.residuals[0].rms_unit, bias = c.parameters.acc_bias.norm();
+  if (acc <= kAccResidualLimited && bias > kPlausibleAccBias) {
+    c.trust.lower(Verdict::kLimited,
+                  fmt::format("The accelerometer's bias comes out as {:.2f} m/s^2, more than parts "
+                              "in order have; nothing says that the hand moved the sensor. Check "
+                              "the accelerometer's unit and range, and local gravity.",
+                              bias));
+  } else if (acc > kAccResidualNo || bias > kPlausibleAccBias) {
+    c.trust.lower(
+        Verdict::kNo,
+        fmt::format("The hand moved the sensor: beyond gravity and a bias the accelerometer reads "
+                    "{:.2f} m/s^2 RMS (its bias comes out as {:.2f} m/s^2), and this model assumes "
+                    "that the sensor only turns. Turn it on the spot, slowly.",
+                    acc, bias));
+  } else if (acc > kAccResidualLimited) {
+    c.trust.lower(
+        Verdict::kLimited,
+        fmt::format("The hand moved the sensor somewhat: beyond gravity and a bias the "
+                    "accelerometer reads {:.2f} m/s^2 RMS; the accelerometer bias suffers "
+                    "most. Turn it on the spot, slowly.",
+                    acc));
+  }
+}
+
+// "at 12-17 s and 31-34 s (up to 9.1 uT)"
+std::string when(const Calibration& c) {
+  std::string out;
+  double worst = 0.0;
+  for (std::size_t i = 0; i < c.disturbances.size() && i < 6; ++i) {
+    const Disturbance& d = c.disturbances[i];
+    out += fmt::format("{}{:.0f}-{:.0f} s{}", i == 0 ? " at " : ", ", d.begin_s, d.end_s,
+                       c.trajectories.size() > 1 ? " of " + d.recording : "");
+    worst = std::max(worst, d.rms_uT);
+  }
+  if (c.disturbances.size() > 6) out += fmt::format(" and {} more", c.disturbances.size() - 6);
+  return out.empty() ? out : out + fmt::format(" (up to {:.1f} uT)", worst);
+}
+
+// "; it changes for good at about 98 s", where one moment parts what is left of the magnetometer
+// into two levels: a magnet that was put on or taken off. Empty where none does.
+std::string lasting_change(const Calibration& c) {
+  constexpr double kLeast = 5.0, kShare = 0.1;  // s on either side; of the squares explained
+  if (c.trajectories.size() != 1 || c.residual_series.size() < 3) return "";
+  const ResidualSeries& mag = c.residual_series[2];
+  Vector3 all = Vector3::Zero(), before = Vector3::Zero();
+  double squares = 0.0;
+  for (const Vector3& r : mag.whitened) {
+    all += r;
+    squares += r.squaredNorm();
+  }
+  const auto n = double(mag.t.size());
+  double best = kShare * squares, at = NAN;
+  for (std::size_t k = 0; k < mag.t.size(); ++k) {
+    const auto m = double(k);
+    const bool inside = mag.t[k] > mag.t.front() + kLeast && mag.t[k] < mag.t.back() - kLeast;
+    if (inside) {
+      const Vector3 step = before / m - (all - before) / (n - m);
+      const double gain = m * (n - m) / n * step.squaredNorm();
+      if (gain > best) {
+        best = gain;
+        at = mag.t[k];
+      }
+    }
+    before += mag.whitened[k];
+  }
+  return std::isnan(at) ? "" : fmt::format("; it changes for good at about {:.0f} s", at);
+}
+
+void judge_field(Calibration& c) {
+  const double rms = c.residuals[2].rms_unit, share = rms / c.strength_uT;
+  if (share < kFieldResidualLimited && c.disturbances.empty()) return;
+  const std::string text = fmt::format(
+      "Magnetic disturbance{}: the magnetometer departs from one homogeneous field by {:.2f} uT "
+      "RMS, {:.1f} % of it{}. A magnet or iron moved with or near the sensor, or the field differs "
+      "from place to place. Go away from iron, magnets and electric devices, and repeat.",
+      when(c), rms, 100.0 * share, lasting_change(c));
+  c.trust.lower(share > kFieldResidualNo ? Verdict::kNo : Verdict::kLimited, text);
+}
+
+void judge_uncertainty(Calibration& c) {
+  for (const FieldEstimate& f : c.fields) {
+    if (f.dip_sigma_rad > kMaxDipSigma_deg * kDegree) {
+      c.trust.lower(Verdict::kLimited,
+                    fmt::format("The dip is known to {:.1f} deg only.", f.dip_sigma_rad / kDegree));
+    }
+  }
+  for (std::size_t i = 0; i < c.order.size(); ++i) {
+    if (c.order[i].find(".distortion") == std::string::npos) continue;
+    const double sigma = std::sqrt(c.covariance(Eigen::Index(i), Eigen::Index(i)));
+    if (sigma > kMaxDistortionSigma * c.strength_uT) {
+      c.trust.lower(Verdict::kLimited,
+                    fmt::format("{} is known to {:.1f} uT only, {:.0f} % of the field: some "
+                                "directions were hardly visited.",
+                                c.order[i], sigma, 100.0 * sigma / c.strength_uT));
+      break;
+    }
+  }
+}
+
+void judge_blows(Calibration& c) {
+  if (c.blows_per_minute < kManyBlows) return;
+  c.trust.lower(Verdict::kLimited,
+                fmt::format("The sensor was knocked {:.0f} times a minute: single readings "
+                            "of the accelerometer jump by more than 1 g, which no hand does; "
+                            "its bias suffers most. Do not tap against the sensor, and repeat.",
+                            c.blows_per_minute));
+}
+
+// A few samples fewer do not count; many show a sensor or a logger that is not in order. In the
+// words of the check (check_recording()), so that it is said once.
+void judge_set_aside(Calibration& c) {
+  std::map<std::pair<std::string, std::string>, double> lost;
+  for (const SetAsideOf& s : c.set_aside) lost[{s.recording, s.what.sensor}] += lost_share(s.what);
+  for (const SetAsideOf& s : c.set_aside) {
+    if (lost_share(s.what) == 0.0 || lost[{s.recording, s.what.sensor}] <= kSetAsideFew) continue;
+    c.trust.lower(Verdict::kLimited,
+                  fmt::format("{}: {}; {}.", s.recording, sentence(s.what), remedy(s.what)));
+  }
+}
+
+void judge_checks(Calibration& c) {
+  for (const Check& check : c.checks) {
+    if (check.status != CheckStatus::kBad || check.name == "optimum") continue;
+    if (std::ranges::find(c.trust.reasons, check.sentence) != c.trust.reasons.end()) continue;
+    c.trust.lower(check.name == "gain" ? Verdict::kNo : Verdict::kLimited, check.sentence);
+  }
+}
+
+}  // namespace
+
+std::vector<Disturbance> find_disturbances(const Calibration& c,
+                                           const std::vector<double>& mag_squares) {
+  struct Stretch {
+    std::size_t trajectory;
+    double begin, end, sum;
+    int count;
+  };
+  std::vector<Stretch> blocks;
+  std::size_t node = 0;
+  for (std::size_t r = 0; r < c.trajectories.size(); ++r) {
+    for (const double t : c.trajectories[r].t) {
+      const bool same = !blocks.empty() && blocks.back().trajectory == r &&
+                        t < blocks.back().begin + kDisturbedBlock;
+      if (!same) blocks.push_back({r, t, t, 0.0, 0});
+      blocks.back().end = t;
+      blocks.back().sum += mag_squares[node++];
+      ++blocks.back().count;
+    }
+  }
+  // Whitened, three axes of every magnetometer a node: to uT of one axis.
+  const double axes = 3.0 * double(c.parameters.mag.size());
+  const double unit = c.residuals[2].rms > 0.0 ? c.residuals[2].rms_unit / c.residuals[2].rms : 0.0;
+  std::vector<double> rms;
+  for (const Stretch& b : blocks) rms.push_back(unit * std::sqrt(b.sum / (axes * b.count)));
+  std::vector<double> sorted = rms;
+  const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double limit = std::max(kDisturbedTimes * *middle, kDisturbedShare * c.strength_uT);
+
+  std::vector<Disturbance> out;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (rms[i] < limit) continue;
+    const Stretch& b = blocks[i];
+    const std::string& name = c.trajectories[b.trajectory].recording;
+    if (!out.empty() && out.back().recording == name &&
+        b.begin - out.back().end_s < 2.0 * kDisturbedBlock) {
+      out.back().end_s = b.end;
+      out.back().rms_uT = std::max(out.back().rms_uT, rms[i]);
+    } else {
+      out.push_back({name, b.begin, b.end, rms[i]});
+    }
+  }
+  return out;
+}
+
+std::vector<std::string> unknown_directions(const Calibration& c) {
+  std::vector<std::string> out;
+  const Check accuracy = check_accuracy(c);
+  if (!(accuracy.value <= kUselessDirection_deg)) out.push_back(accuracy.sentence);
+  for (const FieldEstimate& f : c.fields) {
+    if (f.dip_sigma_rad <= kUselessDirection_deg * kDegree) continue;
+    out.push_back(
+        fmt::format("The dip is known to {:.0f} deg only: the motion hardly tells where the field "
+                    "points. Turn the sensor about all three of its axes, by half a turn and more.",
+                    f.dip_sigma_rad / kDegree));
+  }
+  return out;
+}
+
+void name_faults_first(Trust& trust, const std::vector<std::string>& faults) {
+  if (trust.verdict == Verdict::kYes) return;
+  auto at = trust.reasons.begin();
+  for (const std::string& fault : faults) {
+    const auto said = std::find(at, trust.reasons.end(), fault);
+    if (said != trust.reasons.end()) {
+      std::rotate(at, said, said + 1);
+      ++at;
+    } else if (std::find(trust.reasons.begin(), at, fault) == at) {
+      at = trust.reasons.insert(at, fault) + 1;
+    }
+  }
+}
+
+void judge(Calibration& c, const std::vector<std::string>& unknown) {
+  judge_turns(c);
+  judge_fit(c);
+  judge_motion(c);
+  judge_field(c);
+  for (const std::string& reason : unknown) c.trust.lower(Verdict::kNo, reason);
+  judge_uncertainty(c);
+  judge_blows(c);
+  judge_set_aside(c);
+  judge_checks(c);
+}
+
+}  // namespace magimu

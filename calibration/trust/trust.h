@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// May this calibration be believed? The verdict, with reasons in words: did the fit converge, is
+// everything determined, is the motion one that the model can carry, do the residuals look like
+// noise, does the field stay the same.
+#pragma once
+
+#include "calibration/result/calibration.h"
+#include "calibration/result/calibration_options.h"
+
+namespace magimu {
+
+// Stretches in which the magnetometer's residual stands out from the rest of the recording.
+// mag_squares: squared whitened residuals of every node (Stage::mag_squares).
+std::vector<Disturbance> find_disturbances(const Calibration& c,
+                                           const std::vector<double>& mag_squares);
+
+// unknown: unknown_directions() of the fit itself, whose verdict is `no`.
+void judge(Calibration& c, const std::vector<std::string>& unknown = {});
+
+// Sentences where direction or dip are hardly known: asked before sigmas are widened for what may
+// be missing in the model.
+std::vector<std::string> unknown_directions(const Calibration& c);
+
+// Where the verdict is not `yes`, what the checks of the samples know is the first reason:
+// everything else may follow from it. faults: sentences, the gravest first.
+void name_faults_first(Trust& trust, const std::vector<std::string>& faults);
+
+}  // namespace magimu

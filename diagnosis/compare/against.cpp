@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/compare/against.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <cmath>
+
+#include "diagnosis/compare/calibration_difference.h"
+#include "diagnosis/compare/change_text.h"
+#include "graph/decompositions.h"
+#include "recording/data/error.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kRobustBlock = 5.0;  // s, of the robust covariance
+
+// d' C^-1 d over the directions that C knows; infinite where it is not a covariance.
+double wald(const VectorXd& d, const MatrixXd& C) {
+  const VectorXd scale = C.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const MatrixXd unit = scale.asDiagonal() * C * scale.asDiagonal();
+  const VectorXd z = d.cwiseProduct(scale);
+  return z.dot(unit.ldlt().solve(z));
+}
+
+double p_white(double statistic, double dof) {
+  return boost::math::cdf(
+      boost::math::complement(boost::math::chi_squared(dof), std::max(0.0, statistic)));
+}
+
+double p_robust(double statistic, double dof, double blocks) {
+  const double left = std::max(2.0, blocks - dof);
+  const double f = std::max(0.0, statistic) * left / (dof * std::max(1.0, blocks - 1.0));
+  return boost::math::cdf(boost::math::complement(boost::math::fisher_f(dof, left), f));
+}
+
+Change judged(const Difference& difference, int blocks, double level, double excess) {
+  const auto dof = double(difference.d.size());
+  Change c{.group = difference.group, .dof = int(difference.d.size()), .unit = difference.unit};
+  const double white = wald(difference.d, difference.model) / excess;
+  const double robust = wald(difference.d, difference.robust) / excess;
+  const double pw = p_white(white, dof), pr = p_robust(robust, dof, blocks);
+  c.p_value = std::max(pw, pr);
+  c.statistic = pr >= pw ? robust : white;
+  c.changed = c.p_value < level;
+  double widest = 0.0;
+  for (Eigen::Index i = 0; i < difference.d.size(); ++i) {
+    const double sigma =
+        std::sqrt(excess * std::max(difference.robust(i, i), difference.model(i, i)));
+    widest = std::max(widest, sigma);
+    c.parameters.push_back(
+        {difference.names[std::size_t(i)], difference.d[i], sigma, difference.unit});
+  }
+  const double critical =
+      boost::math::quantile(boost::math::complement(boost::math::chi_squared(dof), level));
+  c.smallest = widest * (std::sqrt(critical) + 1.28);  // 1.28: nine times out of ten
+  c.sentence = change_sentence(c);
+  return c;
+}
+
+// How far the halves of the new recordings lie apart, as squares over what their covariances say:
+// an error that persists for minutes makes it large, a change since the calibration was stored does
+// not. Empty where halves cannot be calibrated.
+Excess excess_of_halves(const std::vector<const Recording*>& recordings,
+                        const CalibrationOptions& options) {
+  std::vector<Calibration> halves;
+  try {
+    for (const bool second : {false, true}) {
+      std::vector<Recording> parts;
+      for (const Recording* r : recordings) {
+        const double begin = r->gyr.t.front(), end = r->gyr.t.back(), mid = 0.5 * (begin + end);
+        parts.push_back(second ? slice(*r, mid, end) : slice(*r, begin, mid));
+      }
+      std::vector<const Recording*> half;
+      for (const Recording& part : parts) half.push_back(&part);
+      halves.push_back(calibrate(half, options));
+      if (!halves.back().fit.converged() || !halves.back().undetermined.empty()) return {};
+    }
+  } catch (const InputError&) {
+    return {};  // too short
+  }
+  Excess out;
+  for (const Difference& d : differences(halves[0], halves[1])) {
+    out[d.group] = wald(d.d, d.robust) / double(d.d.size());
+  }
+  return out;
+}
+
+}  // namespace
+
+bool Against::changed() const {
+  return std::any_of(groups.begin(), groups.end(), [](const Change& c) { return c.changed; });
+}
+
+Against compare_calibrations(const Calibration& stored, const Calibration& now, int blocks,
+                             double false_alarm_rate, const Excess& excess) {
+  Against out;
+  for (const auto& [c, which] : {std::pair(&stored, "stored"), std::pair(&now, "new")}) {
+    for (const std::string& u : c->undetermined) {
+      out.notes.push_back(
+          fmt::format("Nothing can be compared: the {} calibration leaves open {}", which, u));
+    }
+  }
+  if (!out.notes.empty()) return out;
+  out.tested = true;
+  const std::vector<Difference> all = differences(stored, now);
+  for (const Difference& d : all) {
+    const auto it = excess.find(d.group);
+    out.groups.push_back(judged(d, blocks, false_alarm_rate / double(all.size()),
+                                it == excess.end() ? 1.0 : std::max(1.0, it->second)));
+  }
+  return out;
+}
+
+Against compare_with(const Calibration& stored, const std::string& stored_name,
+                     const std::vector<const Recording*>& recordings, const AgainstOptions& given) {
+  const auto has = [&](const std::string& name) {
+    return std::any_of(stored.effects.begin(), stored.effects.end(),
+                       [&](const ActiveEffect& e) { return e.name == name; });
+  };
+  CalibrationOptions options;
+  options.noise = given.noise;
+  options.gravity = stored.gravity;
+  options.motion = stored.motion;
+  options.mag_time_offset = has("mag_time_offset");
+  options.gyr_matrix = has("gyro_scale_misalignment") && stored.motion == MotionModel::kHandHeld;
+  const Calibration now = calibrate(recordings, options);
+  double duration = 0.0;
+  for (const Recording* r : recordings) duration += r->duration_s();
+  const int blocks = std::max(1, int(duration / kRobustBlock));
+  Against out = compare_calibrations(stored, now, blocks, given.false_alarm_rate);
+  if (out.changed()) {
+    out = compare_calibrations(stored, now, blocks, given.false_alarm_rate,
+                               excess_of_halves(recordings, options));
+  }
+  out.calibration = stored_name;
+  const auto note_trust = [&](const Calibration& c, const std::string& which) {
+    if (c.trust.verdict == Verdict::kNo) {
+      out.notes.push_back(fmt::format("The {} calibration is not to be trusted: {}", which,
+                                      c.trust.reasons.front()));
+    }
+  };
+  note_trust(stored, "stored");
+  note_trust(now, "new");
+  for (const ActiveEffect& e : stored.effects) {
+    if (e.name == "mag_time_offset" || e.name == "gyro_scale_misalignment") continue;
+    out.notes.push_back(fmt::format(
+        "{} is part of the stored calibration and was left out of the comparison.", e.name));
+  }
+  if (stored.fields.size() > 1 || now.fields.size() > 1) {
+    out.notes.push_back("Dips are compared between single recordings only.");
+  }
+  return out;
+}
+
+}  // namespace magimu

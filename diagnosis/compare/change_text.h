@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What has changed since a calibration was stored, in words (against.h).
+#pragma once
+
+#include <string>
+
+#include "diagnosis/result/diagnosis.h"
+
+namespace magimu {
+
+// "hard_iron" -> "hard iron (magnetometer bias)"
+std::string change_title(const std::string& group);
+// What changed by how much and what that means; or what would have been seen.
+std::string change_sentence(const Change& change);
+
+}  // namespace magimu

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/conclude/contradictions.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/motion/rests.h"
+#include "diagnosis/conclude/unexplained.h"
+#include "recording/checks/quality.h"
+
+namespace magimu {
+namespace {
+
+// The check that speaks against the times of a recording's gyroscope or magnetometer; empty: none.
+std::string bad_times(const std::vector<const Recording*>& given) {
+  for (const Recording* r : given) {
+    for (const Issue& issue : check_recording(*r)) {
+      const bool of_times = issue.kind == "jitter" || issue.kind == "repeats";
+      if (of_times && issue.severity != Severity::kNote && issue.sensor != "acc") {
+        return issue.problem;
+      }
+    }
+  }
+  return "";
+}
+
+// One rate that is off by a fraction of a per cent cannot be told from times that are wrong one by
+// one: whatever their errors do to the mean looks like it.
+void withdraw_clock_of_bad_times(const std::vector<const Recording*>& given, Diagnosis& d) {
+  const auto clock = std::ranges::find(d.findings, "clock_scale", &Finding::effect);
+  if (clock == d.findings.end()) return;
+  const std::string bad = bad_times(given);
+  if (bad.empty()) return;
+  add_evidence(d, Channel::kGyr,
+               fmt::format("The times fit a clock that is wrong by {:.2g} %, but {}: whether the "
+                           "clock is right these times do not tell, and it is not named.",
+                           100.0 * std::abs(clock->parameters.front().value), bad));
+  d.findings.erase(clock);
+}
+
+// The mean over which interval a gyroscope's sample is: read wrongly, the attitude comes half an
+// interval or a whole one late, and the magnetometer seems ahead by as much. (A magnetometer that
+// is truly ahead would have to show what is to come.)
+void name_interval_convention(const std::vector<const Recording*>& given, Diagnosis& d) {
+  struct Convention {
+    const char* option;
+    double intervals;
+  };
+  constexpr Convention kConventions[] = {{"centred", 0.5}, {"backward", 1.0}};
+  constexpr double kSigmas = 3.0;
+  for (Finding& f : d.findings) {
+    if (f.effect != "mag_time_offset" || f.parameters.empty()) continue;
+    const double ahead = -f.parameters[0].value, sigma = f.parameters[0].sigma;
+    const double interval = 1.0 / given.front()->gyr.rate_hz();
+    if (!(ahead > 0.0) || ahead > 1.25 * interval + kSigmas * sigma) continue;
+    // The nearest of the two: what lies between is a filter's delay besides.
+    const Convention& c = std::abs(ahead - 0.5 * interval) < std::abs(ahead - interval)
+                              ? kConventions[0]
+                              : kConventions[1];
+    // Can these data tell the convention from none?
+    const bool plain =
+        std::abs(ahead - c.intervals * interval) < std::max(0.25 * interval, kSigmas * sigma);
+    if (!plain) continue;
+    const std::string amount =
+        c.intervals < 1.0 ? "half a gyroscope interval" : "one gyroscope interval";
+    const bool possible = 0.5 * interval < kSigmas * sigma;  // either would do, and none
+    f.sentence = fmt::format(
+        "The gyroscope's rates {} about {} late ({:.2f} +- {:.2f} ms): {} the mean over another "
+        "interval than assumed? Give --gyro-interval {} and look what is left.",
+        possible ? "may come" : "come", amount, 1e3 * ahead, 1e3 * sigma,
+        possible ? "are its samples perhaps" : "are its samples", c.option);
+  }
+}
+
+// Which time a sample is given is a convention: half an interval before or after is no fault of the
+// accelerometer's.
+void name_acc_convention(const std::vector<const Recording*>& given, Diagnosis& d) {
+  constexpr double kSigmas = 3.0;
+  for (Finding& f : d.findings) {
+    if (f.effect != "acc_time_offset" || f.parameters.empty()) continue;
+    const double late = std::abs(f.parameters[0].value), sigma = f.parameters[0].sigma;
+    const double half = 0.5 / given.front()->acc.rate_hz();
+    if (std::abs(late - half) > std::max(0.25 * half, kSigmas * sigma)) continue;
+    f.sentence = fmt::format(
+        "The accelerometer {} the gyroscope by half a sampling interval ({:.2f} +- {:.2f} ms): are "
+        "the samples of one of them means over an interval, given the time of its middle or its "
+        "end?",
+        f.parameters[0].value < 0.0 ? "is ahead of" : "lags", 1e3 * late, 1e3 * sigma);
+  }
+}
+
+// Nothing passes a resting sensor, and in rest the device's own field and the place's look alike.
+void name_change_at_rest(const std::vector<const Recording*>& given, Diagnosis& d) {
+  for (Finding& f : d.findings) {
+    if (f.effect != "hard_iron_change" || f.parameters.size() < 5) continue;
+    const double t0 = f.parameters[3].value, t1 = f.parameters[4].value;
+    if (!std::isfinite(t0) || !std::isfinite(t1)) continue;
+    for (const Recording* r : given) {
+      const bool rests = std::ranges::any_of(find_rests(*r), [&](const TimeSpan& rest) {
+        const double margin = RestOptions{}.window_s;
+        return rest.begin_s - margin < t0 && t1 < rest.end_s + margin;
+      });
+      if (!rests) continue;
+      f.sentence = fmt::format(
+          "While the sensor rested, {:.1f} to {:.1f} s, the field at it was another by [{:.2f}, "
+          "{:.2f}, {:.2f}] uT: a magnet or iron was brought near and taken away.",
+          t0, t1, f.parameters[0].value, f.parameters[1].value, f.parameters[2].value);
+      f.confusable_with.insert(
+          f.confusable_with.begin(),
+          {"stationary_source", "a resting sensor does not tell its own field from the place's",
+           "turn the sensor while the magnet is there"});
+      break;
+    }
+  }
+}
+
+}  // namespace
+
+void withdraw_contradicted(const std::vector<const Recording*>& given, Diagnosis& d) {
+  withdraw_clock_of_bad_times(given, d);
+}
+
+void reword_by_what_is_known(const std::vector<const Recording*>& given, Diagnosis& d) {
+  name_interval_convention(given, d);
+  name_acc_convention(given, d);
+  name_change_at_rest(given, d);
+}
+
+}  // namespace magimu

@@ -1,0 +1,416 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/conclude/noise_findings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/scan/testable.h"
+#include "diagnosis/conclude/departures.h"
+#include "diagnosis/conclude/unexplained.h"
+#include "diagnosis/noise/high_pass.h"
+#include "diagnosis/noise/noise_causes.h"
+#include "diagnosis/noise/noise_series.h"
+#include "diagnosis/noise/noise_tests.h"
+#include "diagnosis/noise/own_clock.h"
+#include "diagnosis/noise/sample_residuals.h"
+#include "diagnosis/noise/tails.h"
+#include "diagnosis/noise/thinned.h"
+#include "diagnosis/search/finding_text.h"
+#include "factors/effects/catalogue.h"
+#include "graph/numerical_error.h"
+#include "recording/checks/quality.h"
+
+namespace magimu {
+namespace {
+
+struct NoiseOf {
+  std::vector<SampleResiduals> residuals;
+  std::vector<NoiseTest> tests, causes;
+};
+
+// Noise-like causes on the channels: each a test of its own.
+constexpr double kTests = 12.0;
+constexpr double kMinTails = 2.5;      // K of outliers
+constexpr double kStrongLine = 1e-12;  // p
+constexpr double kBelowLimit = 4.0;    // standard deviations of a sample
+// What has no name must be as far beyond chance as one of about so many statistics (departures.h).
+constexpr int kStatisticsOfOne = 500;
+
+Finding to_finding(const NoiseTest& t) {
+  Finding f;
+  f.effect = t.effect;
+  f.channel = to_string(t.channel);
+  f.sentence = t.sentence;
+  f.parameters = t.parameters;
+  f.p_value = std::min(1.0, kTests * t.p_value);
+  f.probability = 1.0 - f.p_value;
+  f.gain = {.heldout_nll_before = t.nll_before,
+            .heldout_nll_after = t.nll_after,
+            .bic_delta = 2.0 * (t.nll_after - t.nll_before),
+            .residual_rms_before = 1.0,
+            .residual_rms_after = 1.0};
+  return f;
+}
+
+// The correlation or the scale that would have been found; empty where no such number is known.
+std::string detectable(const NoiseTest& t, double level) {
+  if (t.parameters.empty()) return "";
+  const double least = detectable_size(t.dof, std::log10(level)) * t.parameters.front().sigma;
+  if (t.effect == "correlated_noise") return fmt::format("rho {:.1g}", least);
+  if (t.effect == "noise_scale") return fmt::format("s {:.3g}", 1.0 + kDensityKnownTo + least);
+  return "";
+}
+
+ScanEntry to_entry(const NoiseTest& t, double level) {
+  ScanEntry e{.effect = t.effect, .channel = to_string(t.channel)};
+  for (const FoundParameter& p : t.parameters) e.parameters.push_back(p.name);
+  e.statistic = t.statistic;
+  e.dof = t.dof;
+  e.p_value = t.p_value;
+  e.significant = t.untested.empty() && t.p_value < level;
+  e.needs = t.untested;
+  if (e.needs.empty() && !e.significant) e.detectable = detectable(t, level);
+  return e;
+}
+
+// What coloured noise may imitate: a weak line, tails that are hardly heavier.
+bool imitated_by_colour(const NoiseTest& t, const std::vector<NoiseTest>& all) {
+  const bool coloured = std::any_of(all.begin(), all.end(), [&](const NoiseTest& o) {
+    return o.effect == "correlated_noise" && o.channel == t.channel;
+  });
+  if (!coloured) return false;
+  if (t.effect == "outliers") return t.parameters.size() > 1 && t.parameters[1].value < kMinTails;
+  return t.effect == "mains_interference" && t.p_value > kStrongLine;
+}
+
+std::optional<OwnClock> strongest_clock(const std::vector<NoiseOf>& all, double level) {
+  std::optional<OwnClock> out;
+  double before = 0.0;
+  for (const NoiseOf& of : all) {
+    for (const SampleResiduals& samples : of.residuals) {
+      if (samples.channel != Channel::kMag) continue;
+      const auto clock = find_own_clock(samples, level / double(all.size()));
+      if (!clock) continue;
+      before += clock->nll_before;
+      if (!out || clock->p_value < out->p_value) out = clock;
+    }
+  }
+  if (!out) return out;
+  out->nll_before = before;
+  out->p_value = std::min(1.0, out->p_value * double(all.size()));
+  return out;
+}
+
+ScanEntry entry_of_clock(const std::optional<OwnClock>& clock, double level) {
+  if (clock) return to_entry(own_clock_test(*clock), level);
+  return {.effect = "mag_own_clock",
+          .channel = to_string(Channel::kMag),
+          .parameters = {"T", "p"},
+          .dof = 2};
+}
+
+// Blows to a sensor that only turns: neither outliers, which come alone, nor the colour or the size
+// of its noise. The hand's motion is no part of the model there.
+bool shows_blows(const SampleResiduals& acc, const std::vector<NoiseTest>& all) {
+  return !acc.high_passed && std::ranges::any_of(all, [](const NoiseTest& t) {
+    return t.in_bursts && t.channel == Channel::kAcc && t.parameters[1].value > kMinTails;
+  });
+}
+
+// The model with the clock in it. A lag that stood for the samples' mean age leaves. Where samples
+// are thinned for the fits their ages are not those of single samples: the clock stays a finding in
+// the samples.
+void extend_by_clock(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+                     Extender& extender, const OwnClock& clock, Diagnosis& d) {
+  // A fit gives effects priors that are so much wider: it has means of samples, and these knew.
+  constexpr double kOfPrior = 1.0 / 30.0;
+  constexpr double kAsGood = 2.0;  // nats
+  if (recordings.size() != 1 || is_thinned(recordings.front()->mag.front())) return;
+  const std::vector<double>& t = recordings.front()->mag.front().t;
+  ModelSpec spec = extender.stage().spec();
+  spec.effects.push_back(
+      make_own_clock_at(clock.period_s, clock.share, 0.5 * (t.front() + t.back()),
+                        kOfPrior * clock.period_sigma_s, kOfPrior * clock.share_sigma));
+  attempt([&] {
+    const Stage with = pipeline.refit_with_same_noise(extender.stage(), spec);
+    if (!with.result().converged()) return false;
+    const auto lag = std::ranges::find_if(spec.effects, [](const auto& e) {
+      return e->name() == "mag_time_offset" || e->name() == "mag_lag";
+    });
+    if (lag != spec.effects.end()) {
+      const std::string name = (*lag)->name();
+      spec.effects.erase(lag);
+      const Stage less = pipeline.refit_with_same_noise(extender.stage(), spec);
+      if (less.result().converged() &&
+          less.result().cost_final < with.result().cost_final + kAsGood) {
+        std::erase_if(d.findings, [&](const Finding& f) { return f.effect == name; });
+        extender.replace(less);
+        return true;
+      }
+    }
+    extender.replace(with);
+    return true;
+  });
+}
+
+// The model with the alternating field in it, where that predicts better.
+void extend_by_mains(const Pipeline& pipeline, Extender& extender, Finding& finding) {
+  if (finding.effect != "mains_interference" || finding.parameters.size() < 7) return;
+  ModelSpec spec = extender.stage().spec();
+  spec.effects.push_back(make_mains_at(finding.parameters[6].value));
+  // Without a fit of it the line stays a finding in the samples.
+  attempt([&] {
+    const Stage stage = pipeline.refit(extender.stage(), spec);
+    if (stage.result().converged()) extender.replace(stage);
+    return true;
+  });
+}
+
+}  // namespace
+
+namespace {
+
+std::optional<Finding> take_out_saturated(Recording& recording, const DiagnosisOptions& options) {
+  VectorSeries& mag = recording.mag.front();
+  if (mag.size() < 300) return std::nullopt;
+  const SampleResiduals samples{.channel = Channel::kMag,
+                                .t = mag.t,
+                                .reading = mag.v,
+                                .residual = high_passed(mag),
+                                .high_passed = true};
+  for (const NoiseTest& t : test_noise({samples})) {
+    if (t.effect != "mag_saturation" || !t.untested.empty()) continue;
+    if (t.p_value > options.false_alarm_rate / kTests) continue;
+    const double limit = t.parameters.front().value;
+    // Near the limit the samples that are left are those whose noise pointed away from it, and a
+    // fit would take that for an error of the sensor. So all go whose neighbours are near it,
+    // whatever the sample itself says: what the quadratic through them says at its time is the
+    // reading less its high-passed part over 1 - c_0.
+    const Vector3 margin =
+        kBelowLimit *
+        robust_scale(samples.residual, std::vector<char>(samples.residual.size(), 1)) /
+        std::sqrt(kHighPassVariance);
+    VectorSeries kept;
+    for (std::size_t k = 0; k < mag.size(); ++k) {
+      const Vector3 neighbours = mag.v[k] - samples.residual[k] / (1.0 - smoothing_weight(0));
+      if (mag.v[k].cwiseAbs().maxCoeff() < limit * (1.0 - 1e-9) &&
+          (neighbours.cwiseAbs() + margin).maxCoeff() < limit) {
+        kept.push_back(mag.t[k], mag.v[k]);
+      }
+    }
+    if (kept.size() < mag.size() / 2) return std::nullopt;
+    mag = std::move(kept);
+    return to_finding(t);
+  }
+  return std::nullopt;
+}
+
+// Is what the gyroscope's samples have beyond a smooth motion no noise, but motion? As noise it
+// would be so many times the fit's own that its residuals would show it (a hand that trembles, a
+// table that turns in steps): errors of v times the variance leave at least v (1 - h) times the
+// squares, h the share that the fit absorbs; motion leaves what noise does.
+bool is_motion(const SampleResiduals& gyr, const Stage& stage) {
+  constexpr double kBeyondChance = 5.0;  // standard deviations
+  const SensorSums sums = stage.sums();
+  const auto s = std::size_t(Sensor::kGyr);
+  double squares = 0.0, n = 0.0;
+  for (std::size_t k = 0; k < gyr.residual.size(); ++k) {
+    if (!gyr.residual[k].allFinite()) continue;
+    squares += gyr.residual[k].squaredNorm();
+    n += 3.0;
+  }
+  if (n == 0.0 || gyr.t.size() < 2 || !(sums.rows[s] > 0.0)) return false;
+  const double interval = (gyr.t.back() - gyr.t.front()) / double(gyr.t.size() - 1);
+  const double density = stage.spec().noise.gyr;
+  const double times = squares / (n * kHighPassVariance) * interval / (density * density);
+  const double as_noise = times * (1.0 - sums.absorbed[s] / sums.rows[s]);
+  const double seen = std::pow(sums.rms(Sensor::kGyr), 2);
+  return as_noise > 1.0 + kBeyondChance * std::sqrt(2.0 / sums.rows[s]) &&
+         seen < std::sqrt(as_noise);
+}
+
+void take_as_motion(NoiseOf& of) {
+  std::erase_if(of.causes, [](const NoiseTest& t) { return t.channel == Channel::kGyr; });
+  for (NoiseTest& t : of.tests) {
+    if (t.channel != Channel::kGyr) continue;
+    t = untested(t.effect, t.channel,
+                 "the sensor itself turned as irregularly as noise, as the others confirm");
+  }
+}
+
+// The one to report of the same test in several recordings: that which shows most.
+bool shows_more(const NoiseTest& a, const NoiseTest& b) {
+  if (a.untested.empty() != b.untested.empty()) return a.untested.empty();
+  return a.p_value != b.p_value ? a.p_value < b.p_value : a.statistic > b.statistic;
+}
+
+// Of each test the strongest, as one of so many.
+std::vector<NoiseTest> strongest(const std::vector<NoiseOf>& all) {
+  std::vector<NoiseTest> out = all.front().tests;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    for (const NoiseOf& other : all) {
+      if (shows_more(other.tests[i], out[i])) out[i] = other.tests[i];
+    }
+    out[i].p_value = std::min(1.0, out[i].p_value * double(all.size()));
+  }
+  return out;
+}
+
+// The device is the same: a cause found in several recordings is one, and what each gains adds up.
+std::vector<NoiseTest> united_causes(const std::vector<NoiseOf>& all) {
+  std::vector<NoiseTest> out;
+  for (const NoiseTest& t : all.front().tests) {
+    std::optional<NoiseTest> best;
+    double before = 0.0, after = 0.0;
+    for (const NoiseOf& of : all) {
+      const auto cause = std::ranges::find_if(of.causes, [&](const NoiseTest& c) {
+        return c.effect == t.effect && c.channel == t.channel;
+      });
+      if (cause == of.causes.end()) continue;
+      before += cause->nll_before;
+      after += cause->nll_after;
+      if (!best || shows_more(*cause, *best)) best = *cause;
+    }
+    if (!best) continue;
+    best->p_value = std::min(1.0, best->p_value * double(all.size()));
+    best->nll_before = before;
+    best->nll_after = after;
+    out.push_back(*std::move(best));
+  }
+  return out;
+}
+
+// In the order in which they are explained: what the later ones are is said beside the earlier.
+void in_order_of_explanation(std::vector<NoiseTest>& causes) {
+  static const std::vector<std::string> order = {"mag_saturation",     "mag_quantization",
+                                                 "mains_interference", "outliers",
+                                                 "correlated_noise",   "noise_scale"};
+  std::ranges::stable_sort(causes, {}, [&](const NoiseTest& t) {
+    return std::pair(int(t.channel), std::ranges::find(order, t.effect) - order.begin());
+  });
+}
+
+// Neighbouring samples depend on each other beyond doubt, but not as noise with a memory does.
+void tell_what_has_no_name(const std::vector<NoiseTest>& tests,
+                           const std::vector<NoiseTest>& causes, bool acc_high_passed,
+                           Diagnosis& d) {
+  for (const NoiseTest& t : tests) {
+    if (t.effect != "correlated_noise" || t.untested.empty()) continue;
+    // Of a channel that the trajectory follows only what is faster is seen, and that may be motion.
+    if (t.channel == Channel::kGyr || (t.channel == Channel::kAcc && acc_high_passed)) continue;
+    // Coloured or heavy-tailed noise that has a name makes one of the other tests doubtful.
+    if (std::ranges::any_of(causes, [&](const auto& c) { return c.channel == t.channel; }))
+      continue;
+    if (chi_square_tail(t.statistic, std::max(1, t.dof)) > level_of_one(kStatisticsOfOne)) continue;
+    add_evidence(
+        d, t.channel,
+        fmt::format("What is left of the {}'s samples is not white (chi-square {:.0f}), and "
+                    "no noise with a memory: {}.",
+                    sensor_name(t.channel), t.statistic, t.untested));
+  }
+}
+
+}  // namespace
+
+void take_out_saturated(std::vector<Recording>& recordings, const DiagnosisOptions& options,
+                        Diagnosis& d) {
+  std::optional<Finding> strongest;
+  for (Recording& r : recordings) {
+    std::optional<Finding> f = take_out_saturated(r, options);
+    if (f && (!strongest || f->p_value < strongest->p_value)) strongest = std::move(f);
+  }
+  if (strongest) d.findings.push_back(*std::move(strongest));
+}
+
+void take_out_clock(const Diagnosis& d, const Stage& stage, double level,
+                    std::vector<SampleResiduals>& residuals) {
+  const bool found =
+      std::ranges::find(d.findings, "mag_own_clock", &Finding::effect) != d.findings.end();
+  const auto& effects = stage.spec().effects;
+  const bool modelled =
+      std::ranges::any_of(effects, [](const auto& e) { return e->name() == "mag_own_clock"; });
+  if (!found || modelled) return;
+  for (SampleResiduals& samples : residuals) {
+    if (samples.channel != Channel::kMag) continue;
+    if (const auto clock = find_own_clock(samples, level)) {
+      take_out_own_clock(clock->period_s, clock->share, samples);
+    }
+  }
+}
+
+void find_noise(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+                const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
+  const double level = options.false_alarm_rate / kTests;
+  std::vector<NoiseOf> all(recordings.size());
+  const auto take_residuals = [&] {
+    for (std::size_t r = 0; r < recordings.size(); ++r) {
+      all[r].residuals = sample_residuals(*recordings[r], extender.stage(), int(r),
+                                          pipeline.rest_noise(), options.noise.has_value());
+    }
+  };
+  take_residuals();
+  const bool asked = is_looked_for("mag_own_clock");
+  const std::optional<OwnClock> clock = asked ? strongest_clock(all, level) : std::nullopt;
+  if (clock) {
+    d.findings.push_back(to_finding(own_clock_test(*clock)));
+    extend_by_clock(recordings, pipeline, extender, *clock, d);
+    take_residuals();
+  }
+  if (asked) d.scan.push_back(entry_of_clock(clock, level));
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    take_out_clock(d, extender.stage(), level, all[r].residuals);
+    all[r].tests = test_noise(all[r].residuals);
+    all[r].causes = explain_noise(all[r].residuals, level / double(recordings.size()));
+    for (const SampleResiduals& s : all[r].residuals) {
+      if (s.channel == Channel::kGyr && is_motion(s, extender.stage())) take_as_motion(all[r]);
+    }
+  }
+  const std::vector<NoiseTest> tests = strongest(all);
+  for (const NoiseTest& t : tests) d.scan.push_back(to_entry(t, level));
+  std::vector<NoiseTest> causes = united_causes(all);
+  in_order_of_explanation(causes);
+  const bool blows = std::ranges::any_of(
+      all, [](const NoiseOf& of) { return shows_blows(of.residuals.front(), of.tests); });
+  if (blows) {
+    add_evidence(
+        d, Channel::kAcc,
+        "What sticks out of the accelerometer comes several samples at a time, as blows to "
+        "the sensor make it: tapped, knocked, or put down?");
+    std::erase_if(causes, [](const NoiseTest& t) { return t.channel == Channel::kAcc; });
+  }
+  tell_what_has_no_name(tests, causes, all.front().residuals.front().high_passed, d);
+  for (const NoiseTest& t : causes) {
+    if (imitated_by_colour(t, causes)) continue;
+    if (int(d.findings.size()) >= options.max_findings) break;
+    Finding f = to_finding(t);
+    extend_by_mains(pipeline, extender, f);
+    d.findings.push_back(std::move(f));
+  }
+}
+
+void withdraw_lines_of_interpolation(const std::vector<const Recording*>& recordings,
+                                     Diagnosis& d) {
+  const auto line = std::ranges::find(d.findings, "mains_interference", &Finding::effect);
+  if (line == d.findings.end()) return;
+  const double f_hz = line->parameters.back().value;
+  const auto of_mains = [&](const Recording* r) {
+    return is_mains(f_hz, r->mag.front().rate_hz());
+  };
+  if (std::ranges::any_of(recordings, of_mains)) return;
+  const auto interpolated = [](const Recording* r) {
+    return std::ranges::any_of(check_recording(*r), [](const Issue& i) {
+      return i.kind == "interpolation" && i.sensor.starts_with("mag");
+    });
+  };
+  if (std::ranges::none_of(recordings, interpolated)) return;
+  add_evidence(d, Channel::kMag,
+               fmt::format("A line stands at {:.4g} Hz in the magnetometer's samples, which is "
+                           "neither 50 nor 60 Hz. They are interpolated between measurements, "
+                           "which makes such lines: it is not named mains.",
+                           f_hz));
+  d.findings.erase(line);
+}
+
+}  // namespace magimu

@@ -1,0 +1,377 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/conclude/unexplained.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "calibration/fit/residual_series.h"
+#include "calibration/model/windows.h"
+#include "calibration/scan/general_dependence.h"
+#include "diagnosis/conclude/noise_findings.h"
+#include "diagnosis/noise/noise_by_rate.h"
+#include "diagnosis/noise/noise_causes.h"
+#include "diagnosis/noise/sample_residuals.h"
+#include "diagnosis/noise/timing_noise.h"
+#include "recording/checks/repeats.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kGrown = 1.1;     // RMS in fast motion over that in slow
+constexpr double kVague = 0.03;    // of the clearest direction
+constexpr double kRateCare = 1.0;  // log10 of a probability
+constexpr double kTailCare = 2.0;  // log10 of a probability: far tails under coloured noise
+constexpr double kCrumbs = 0.03;   // of what a finding in that channel explained
+// Repeated samples of an IMU, of all: fewer do no harm.
+constexpr double kRepeats = 0.01;
+constexpr double kOwnToRepeats = 2.0;  // times their share: correlation or outliers that they make
+constexpr double kOwnToJitter = 2.0;   // times the variance that it adds
+constexpr double kSameLine = 0.1;      // of the frequency of its pattern
+constexpr double kOwn = 0.5;  // of what a cause explains, beside a dependence without a name
+// Of a finding's own misfit: more than this left in its channel, or in another one, and its name is
+// doubtful.
+constexpr double kLeftOver = 0.3, kLeftElsewhere = 3.0;
+
+// log10 of the probability by those directions alone that the data show clearly. Columns are made
+// at estimated attitudes: an error eps of these (rad), which goes along with the node's own
+// residual, gives the score of a direction, in its standard deviations, up to sqrt(nodes) eps / a,
+// with a its part of the clearest direction at sizes that are plausible. Some thousand nodes and
+// 5e-4 rad make that one at 0.03.
+double log10_p_of_clear_directions(const Score& s, double duration_s) {
+  const VectorXd prior = s.effect->prior_sigma(duration_s);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
+      MatrixXd(prior.asDiagonal() * s.information * prior.asDiagonal()));
+  const VectorXd z =
+      eigen.eigenvectors().transpose() * (prior.asDiagonal() * (s.information * s.theta)).eval();
+  const VectorXd& clear = eigen.eigenvalues();
+  double statistic = 0.0, dof = 0.0;
+  for (Eigen::Index i = 0; i < clear.size(); ++i) {
+    if (!(clear[i] > kVague * kVague * clear.maxCoeff())) continue;
+    statistic += z[i] * z[i] / clear[i];
+    dof += 1.0;
+  }
+  return dof > 0.0 ? log10_chi_square_tail(statistic / std::max(1.0, s.scatter), dof) : 0.0;
+}
+
+// Dependences without a name, each by the scatter that is left with it in the model.
+std::vector<Score> scores_of(const std::vector<const Recording*>& recordings, const Stage& stage,
+                             MotionModel motion) {
+  auto all = general_dependences(motion == MotionModel::kHandHeld);
+  const auto acc = std::stable_partition(
+      all.begin(), all.end(), [](const auto& e) { return e->channel() != Channel::kAcc; });
+  std::vector<Score> out;
+  const auto look = [&](auto begin, auto end) {
+    if (begin == end) return;
+    const Scan scan(recordings, stage, {begin, end}, window_s((*begin)->channel(), motion));
+    for (std::size_t i = 0; i < scan.scores().size(); ++i) {
+      Score s = scan.with_own_scatter(i);
+      // Where the hand's motion takes up most of what windows show, the rest lies in frequencies
+      // too low to tell colour from a dependence: it must be seen within windows, too.
+      s.log10_p = std::max(
+          s.log10_p, log10_chi_square_tail(s.in_windows / std::max(1.0, s.scatter), double(s.dof)));
+      s.log10_p =
+          std::max(s.log10_p, log10_p_of_clear_directions(s, recordings.front()->duration_s()));
+      out.push_back(s);
+    }
+  };
+  look(all.begin(), acc);
+  look(acc, all.end());
+  return out;
+}
+
+// What a finding explained, from the figures it carries.
+double misfit_of(const Finding& f) {
+  return 2.0 * (f.gain.heldout_nll_before - f.gain.heldout_nll_after);
+}
+
+// Of all findings in a channel but the hand's motion.
+double explained_of(const Diagnosis& d, Channel channel) {
+  double explained = 0.0;
+  for (const Finding& f : d.findings) {
+    if (f.channel == to_string(channel) && f.effect != "linear_acceleration") {
+      explained = std::max(explained, misfit_of(f));
+    }
+  }
+  return explained;
+}
+
+// What is left in a channel has to be so many times what a finding explained for its name to be
+// doubtful.
+double doubtful_from(const Finding& f, const std::string& channel) {
+  const bool of_the_mean = find_effect(f.effect) != nullptr || f.effect == "noise_scale";
+  const bool elsewhere = f.channel != channel;
+  if (f.effect == "linear_acceleration" || (elsewhere && !of_the_mean)) return INFINITY;
+  return of_the_mean && !elsewhere ? kLeftOver : kLeftElsewhere;
+}
+
+// A name that explains less of its channel than what is left there was a stopgap; one that explains
+// a fraction of it, of another channel or of the noise, may be its shadow.
+void withdraw_doubtful(const std::string& channel, double left, Diagnosis& d) {
+  std::erase_if(d.findings, [&](const Finding& f) {
+    const double from = doubtful_from(f, channel);
+    if (!(misfit_of(f) > 0.0) || !(left > from * misfit_of(f))) return false;
+    d.unexplained.evidence.push_back(
+        from < 1.0 ? fmt::format("{} explained a part of it, and is not named because more than "
+                                 "{:.0f} % as much is left.",
+                                 f.effect, 100.0 * from)
+                   : fmt::format("{} ({}) may be its shadow: it explains less than a third of what "
+                                 "is left here, and is not named.",
+                                 f.effect, f.channel));
+    return true;
+  });
+}
+
+// Of all recordings one after the other, node by node: each by itself.
+std::vector<ResidualSeries> by_recording(const ResidualSeries& all,
+                                         const std::vector<NodePlan>& plans) {
+  std::vector<ResidualSeries> out(plans.size());
+  std::size_t p = 0, node = 0;
+  for (std::size_t i = 0; i < all.t.size(); ++i) {
+    while (p < plans.size()) {
+      const auto& t = plans[p].t;
+      const auto at = std::find(t.begin() + std::ptrdiff_t(node), t.end(), all.t[i]);
+      if (at != t.end()) {
+        node = std::size_t(at - t.begin()) + 1;
+        break;
+      }
+      ++p;
+      node = 0;
+    }
+    if (p == plans.size()) break;
+    out[p].t.push_back(all.t[i]);
+    out[p].whitened.push_back(all.whitened[i]);
+  }
+  return out;
+}
+
+// Errors that change from sample to sample, more so in motion.
+void grow_with_rate(const std::vector<const Recording*>& recordings,
+                    const DiagnosisOptions& options, const Stage& stage, Diagnosis& d) {
+  const auto series = residual_series(stage, recordings.front()->mag_names);
+  const double level = std::log10(options.false_alarm_rate / 3.0 / double(recordings.size()));
+  for (const std::size_t s : {0, 2}) {
+    const auto channel = Channel(int(s));
+    // The trajectory follows a hand-held accelerometer.
+    if (channel == Channel::kAcc && stage.spec().motion == MotionModel::kHandHeld) continue;
+    NoiseByRate seen;
+    const std::vector<ResidualSeries> parts = by_recording(series[s], stage.plans());
+    for (std::size_t r = 0; r < recordings.size(); ++r) {
+      const NoiseByRate here = noise_by_rate(parts[r], *recordings[r]);
+      if (here.log10_p < seen.log10_p) seen = here;
+    }
+    if (seen.log10_p > level - kRateCare || seen.fast_over_slow < kGrown) continue;
+    if (seen.statistic < kCrumbs * explained_of(d, channel)) continue;
+    add_evidence(
+        d, channel,
+        fmt::format("What is left of the {} is {:.2f} times as large where the sensor turns fast "
+                    "as where it turns slowly (p = {:.1g}), beside what has a cause here.",
+                    sensor_name(channel), seen.fast_over_slow, std::pow(10.0, seen.log10_p)));
+  }
+}
+
+// Does the jitter add as much variance as the noise is said to be too large, or as outliers have;
+// is the line a multiple of its pattern?
+bool is_made_by(const TimingNoise& jitter, const Finding& f) {
+  const double value = f.parameters.front().value;
+  const double most = kOwnToJitter * jitter.added;
+  if (f.effect == "mains_interference") {
+    const double multiple = f.parameters.back().value * jitter.period_s;
+    return std::round(multiple) > 0.0 && std::abs(multiple - std::round(multiple)) < kSameLine;
+  }
+  if (f.effect == "noise_scale") return value > 1.0 && value * value - 1.0 < most;
+  return f.effect == "outliers" && value * std::pow(f.parameters[1].value, 2) < most;
+}
+
+std::string why_off(const TimingNoise& seen) {
+  if (seen.period_s <= 0.0) {
+    return "each by its own amount, as a clock that jitters or times taken when the bus was read "
+           "make it";
+  }
+  return fmt::format(
+      "in a pattern that repeats every {:.3g} ms, as where a sensor measures on a clock of its own "
+      "and is read on another one",
+      1e3 * seen.period_s);
+}
+
+// Without its line, which may be of the pattern that is looked for; nothing where it has none.
+std::optional<Stage> without_line(const Extender& extender) {
+  const auto& effects = extender.stage().spec().effects;
+  const auto line = std::ranges::find_if(
+      effects, [](const auto& e) { return e->name() == "mains_interference"; });
+  if (line == effects.end()) return std::nullopt;
+  return extender.without(std::size_t(line - effects.begin()));
+}
+
+// Samples of other times than they say.
+void find_timing_noise(const std::vector<const Recording*>& full, const DiagnosisOptions& options,
+                       const Stage& stage, Diagnosis& d) {
+  const double level = std::log10(options.false_alarm_rate / 3.0) - kRateCare;
+  for (std::size_t r = 0; r < full.size(); ++r) {
+    std::vector<SampleResiduals> all = sample_residuals(*full[r], stage, int(r), {}, false);
+    take_out_clock(d, stage, options.false_alarm_rate, all);
+    for (const SampleResiduals& samples : all) {
+      // Rounding errs only where the reading changes, and so along its change.
+      const bool rounded = std::ranges::any_of(d.findings, [&](const Finding& f) {
+        return f.effect == "mag_quantization" && f.channel == to_string(samples.channel);
+      });
+      const TimingNoise seen = timing_noise(samples);
+      if (rounded || seen.log10_p > level) continue;
+      add_evidence(
+          d, samples.channel,
+          fmt::format(
+              "What is left of the {} lies along the change of its reading more than across it (p "
+              "= {:.1g}), as if its samples' times were off by some {:.2g} ms: {}.",
+              sensor_name(samples.channel), std::pow(10.0, std::max(seen.log10_p, -99.0)),
+              1e3 * seen.jitter_s, why_off(seen)));
+      std::erase_if(d.findings, [&](const Finding& f) {
+        if (f.channel != to_string(samples.channel) || !is_made_by(seen, f)) return false;
+        if (f.effect == "mains_interference") {
+          add_evidence(
+              d, samples.channel,
+              fmt::format(
+                  "The {}'s line at {:.1f} Hz is a harmonic of that pattern, not the mains.",
+                  sensor_name(samples.channel), f.parameters.back().value));
+        }
+        return true;
+      });
+    }
+  }
+}
+
+// Nats that the second candidate of a scan explains beside the first, its parameters paid for.
+double explained_beside(const Scan& scan) {
+  const Eigen::Index first = scan.first(1), all = scan.information().rows();
+  const Score both = scan.combined(MatrixXd::Identity(all, all));
+  const Score one = scan.combined(MatrixXd::Identity(all, first));
+  return 0.5 * (both.statistic - one.statistic) - double(both.dof - one.dof);
+}
+
+// What is in the model follows whatever the course of the motion makes of another cause, a function
+// of time the most: where a dependence without a name explains clearly more, its parameters paid
+// for, and leaves little for it, it stood for that. (A line of the mains is of no course of the
+// motion.)
+void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extender& extender,
+                        Diagnosis& d) {
+  const Stage& stage = extender.stage();
+  const auto& effects = stage.spec().effects;
+  for (std::size_t e = 0; e < effects.size(); ++e) {
+    const auto finding = std::ranges::find_if(
+        d.findings, [&](const Finding& f) { return f.effect == effects[e]->name(); });
+    if (finding == d.findings.end() || effects[e]->name() == "mains_interference") continue;
+    auto all = general_dependences(stage.spec().motion == MotionModel::kHandHeld);
+    std::erase_if(all, [&](const auto& a) { return a->channel() != effects[e]->channel(); });
+    const Stage without = extender.without(e);
+    const Scan scan(recordings, without, all);
+    const double worth = extender.worth(e, without);
+    double most = worth + kDraw;
+    Score best;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const Score s = scan.with_own_scatter(i);
+      const double nameless = 0.5 * s.statistic - double(s.dof) * std::max(1.0, s.scatter);
+      if (nameless <= most) continue;
+      most = nameless;
+      best = s;
+    }
+    if (!best.effect) continue;
+    const double beside = explained_beside(Scan(recordings, without, {best.effect, effects[e]}));
+    if (beside > kOwn * worth) continue;
+    add_evidence(d, best.effect->channel(),
+                 fmt::format("The {} depends {} (chi-square {:.0f} with {} degrees of freedom), as "
+                             "no cause does that is known here; {} would explain less of the same, "
+                             "and is not named.",
+                             sensor_name(best.effect->channel()), best.effect->description().cause,
+                             best.statistic, best.dof, finding->effect));
+    d.findings.erase(finding);
+  }
+}
+
+// Blows are over before a sample is: what they do to velocity and place reaches the model through
+// no sample, and errors of the accelerometer can imitate it.
+void withdraw_beside_blows(const Stage& stage, Diagnosis& d) {
+  constexpr double kStruck = 0.01, kBlow = 10.0;  // of the samples; times the noise
+  const auto blows = std::find_if(d.findings.begin(), d.findings.end(), [](const Finding& f) {
+    return f.effect == "outliers" && f.channel == to_string(Channel::kAcc);
+  });
+  if (stage.spec().motion != MotionModel::kHandHeld || blows == d.findings.end()) return;
+  const double share = blows->parameters[0].value, times = blows->parameters[1].value;
+  if (share < kStruck || times < kBlow) return;
+  std::erase_if(d.findings, [&](const Finding& f) {
+    const auto effect = find_effect(f.effect);
+    if (!effect || effect->channel() != Channel::kAcc) return false;
+    add_evidence(d, Channel::kAcc,
+                 fmt::format("{} is not named: {:.2g} % of the accelerometer's samples are blows, "
+                             "which move the sensor in ways that it can imitate.",
+                             f.effect, 100.0 * share));
+    return true;
+  });
+}
+
+}  // namespace
+
+void add_evidence(Diagnosis& d, Channel channel, std::string sentence) {
+  auto& channels = d.unexplained.channels;
+  d.unexplained.detected = true;
+  if (std::ranges::find(channels, to_string(channel)) == channels.end()) {
+    channels.push_back(to_string(channel));
+  }
+  d.unexplained.evidence.push_back(std::move(sentence));
+}
+
+void find_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d) {
+  const auto count = [&](Channel channel, const VectorSeries& series, double least, double most) {
+    const Repeats repeats = repeats_in(series);
+    if (!repeats.beyond_chance() || repeats.share < least || repeats.share > most) return;
+    add_evidence(
+        d, channel,
+        fmt::format("{:.2g} % of the {}'s samples are the one before once more ({} of them): lost "
+                    "on their way and filled in, or read twice? Look at the logger and the bus.",
+                    100.0 * repeats.share, sensor_name(channel), repeats.seen));
+    std::erase_if(d.findings, [&](const Finding& f) {
+      return (f.effect == "correlated_noise" || f.effect == "outliers") &&
+             f.channel == to_string(channel) &&
+             f.parameters.front().value < kOwnToRepeats * repeats.share;
+    });
+  };
+  for (const Recording* recording : recordings) {
+    count(Channel::kAcc, recording->acc, kRepeats, 1.0);
+    count(Channel::kGyr, recording->gyr, kRepeats, 1.0);
+    for (const VectorSeries& mag : recording->mag) {
+      count(Channel::kMag, mag, kFewRepeats, kSomeRepeats);
+    }
+  }
+}
+
+void find_unexplained(const std::vector<const Recording*>& recordings,
+                      const std::vector<const Recording*>& full, const DiagnosisOptions& options,
+                      Extender& extender, Diagnosis& d) {
+  const Stage& stage = extender.stage();
+  withdraw_beside_blows(stage, d);
+  withdraw_stand_ins(recordings, extender, d);
+  const std::vector<Score> scores = scores_of(recordings, stage, stage.spec().motion);
+  const double level = std::log10(options.false_alarm_rate / 3.0 / double(scores.size()));
+  double most = 0.0;
+  Channel channel = Channel::kMag;
+  for (const Score& s : scores) {
+    if (s.log10_p > level - (s.coloured ? kTailCare : 0.0)) continue;
+    // Beside a large effect its own approximations show.
+    if (s.statistic - s.dof < kCrumbs * explained_of(d, s.effect->channel())) continue;
+    add_evidence(d, s.effect->channel(),
+                 fmt::format("What is left of the {} depends {} (chi-square {:.0f} with {} degrees "
+                             "of freedom): no cause that is known here acts so.",
+                             sensor_name(s.effect->channel()), s.effect->description().cause,
+                             s.statistic, s.dof));
+    if (s.statistic - s.dof > most) {
+      most = s.statistic - s.dof;
+      channel = s.effect->channel();
+    }
+  }
+  grow_with_rate(recordings, options, stage, d);
+  const std::optional<Stage> lineless = without_line(extender);
+  find_timing_noise(full, options, lineless ? *lineless : stage, d);
+  withdraw_doubtful(to_string(channel), most, d);
+}
+
+}  // namespace magimu

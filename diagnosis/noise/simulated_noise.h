@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Noise of a fitted model's rows, with the colour and the outliers that were found in its samples.
+#pragma once
+
+#include <random>
+
+#include "diagnosis/noise/channel_statistics.h"
+#include "diagnosis/result/diagnosis.h"
+
+namespace magimu {
+
+class SimulatedNoise {
+ public:
+  // samples: of the sensor, about each node.
+  struct OfSensor {
+    const ChannelStatistics* sensor = nullptr;
+    int samples = 1;
+    double rho = 0.0;         // of neighbouring samples
+    double eps = 0.0, K = 0;  // outliers
+    double scale = 1.0;       // of the residuals against what the fit assumed
+    // A magnetometer that rounds: what the model predicts of each sample of each row's node, uT;
+    // step, and noise before it; and the standard deviation of a sample in the fit.
+    std::vector<std::vector<Vector3>> predicted = {};
+    double step = 0.0, before = 0.0, sigma = 1.0;
+  };
+  SimulatedNoise(Eigen::Index rows, std::vector<OfSensor> sensors);
+
+  // One standard deviation each, whatever its colour, times the scale.
+  VectorXd draw(std::mt19937_64& random) const;
+
+ private:
+  Eigen::Index rows_;
+  std::vector<OfSensor> sensors_;
+};
+
+}  // namespace magimu

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/result/diagnosis_json.h"
+
+#include <cmath>
+
+#include "calibration/result/calibration_json.h"
+
+namespace magimu {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json departures(const std::vector<Departure>& all) {
+  Json out = Json::array();
+  for (const Departure& d : all) {
+    out.push_back({{"channel", d.channel},
+                   {"statistic", d.statistic},
+                   {"observed", d.observed},
+                   {"predicted", d.predicted},
+                   {"predicted_band", d.predicted_band},
+                   {"z", d.z}});
+    if (!(d.end_s > d.begin_s)) continue;
+    out.back()["begin_s"] = d.begin_s;
+    out.back()["end_s"] = d.end_s;
+    out.back()["recording"] = d.recording;
+  }
+  return out;
+}
+
+Json scan_entry(const ScanEntry& e) {
+  return {{"effect", e.effect},           {"channel", e.channel}, {"parameters", e.parameters},
+          {"statistic", e.statistic},     {"dof", e.dof},         {"p_value", e.p_value},
+          {"significant", e.significant}, {"needs", e.needs},     {"detectable", e.detectable}};
+}
+
+Json gain(const Gain& g) {
+  return {{"heldout_nll_before", g.heldout_nll_before},
+          {"heldout_nll_after", g.heldout_nll_after},
+          {"bic_delta", g.bic_delta},
+          {"residual_rms_before", g.residual_rms_before},
+          {"residual_rms_after", g.residual_rms_after}};
+}
+
+Json found(const std::vector<FoundParameter>& parameters) {
+  Json out = Json::array();
+  for (const FoundParameter& p : parameters) {
+    out.push_back({{"name", p.name}, {"value", p.value}, {"sigma", p.sigma}, {"unit", p.unit}});
+  }
+  return out;
+}
+
+Json finding(const Finding& f) {
+  Json confusable = Json::array();
+  for (const Confusable& c : f.confusable_with) {
+    confusable.push_back(
+        {{"effect", c.effect}, {"why", c.why}, {"motion_that_separates", c.motion_that_separates}});
+  }
+  return {{"effect", f.effect},     {"channel", f.channel},
+          {"sentence", f.sentence}, {"parameters", found(f.parameters)},
+          {"p_value", f.p_value},   {"probability", f.probability},
+          {"gain", gain(f.gain)},   {"confusable_with", confusable}};
+}
+
+Json missing(const std::vector<MissingState>& all) {
+  Json out = Json::array();
+  for (const MissingState& m : all) {
+    out.push_back({{"channel", m.channel},
+                   {"frame", m.frame},
+                   {"gain_nats", m.gain_nats},
+                   {"size", m.size},
+                   {"unit", m.unit},
+                   {"memory_s", m.memory_s},
+                   {"taken_by_findings", m.taken_by_findings()},
+                   {"left_nats", m.left_nats}});
+    if (!m.noise.empty()) out.back()["noise"] = m.noise;
+    if (std::isfinite(m.left_beside_acc_offset)) {
+      out.back()["left_beside_acc_time_offset"] = m.left_beside_acc_offset;
+      out.back()["acc_time_offset_s"] = m.acc_offset_s;
+    }
+  }
+  return out;
+}
+
+Json missing_series(const std::vector<MissingSeries>& all) {
+  const auto rows = [](const std::vector<Vector3>& v) {
+    Json out = Json::array();
+    for (const Vector3& x : v) out.push_back({x[0], x[1], x[2]});
+    return out;
+  };
+  Json out = Json::array();
+  for (const MissingSeries& s : all) {
+    out.push_back({{"channel", s.channel},
+                   {"frame", s.frame},
+                   {"unit", s.unit},
+                   {"recording", s.recording},
+                   {"t", s.t},
+                   {"mean", rows(s.mean)},
+                   {"sigma", rows(s.sigma)}});
+  }
+  return out;
+}
+
+Json against(const Against& a) {
+  Json groups = Json::array();
+  for (const Change& c : a.groups) {
+    groups.push_back({{"group", c.group},
+                      {"changed", c.changed},
+                      {"sentence", c.sentence},
+                      {"parameters", found(c.parameters)},
+                      {"statistic", c.statistic},
+                      {"dof", c.dof},
+                      {"p_value", c.p_value},
+                      {"smallest_seen", c.smallest},
+                      {"unit", c.unit}});
+  }
+  return {{"calibration", a.calibration},
+          {"tested", a.tested},
+          {"changed", a.changed()},
+          {"groups", groups},
+          {"notes", a.notes}};
+}
+
+}  // namespace
+
+Json to_json(const Diagnosis& d) {
+  Json out;
+  out["format"] = "magimu-diagnosis/1";
+  out["recordings"] = d.recordings;
+  out["answer"] = to_string(d.answer);
+  out["answer_evidence"] = d.evidence;
+  out["departures"] = departures(d.departures);
+  out["departures_after"] = departures(d.departures_after);
+  out["statistics"] = d.statistics;
+  out["scan"] = Json::array();
+  for (const ScanEntry& e : d.scan) out["scan"].push_back(scan_entry(e));
+  out["findings"] = Json::array();
+  for (const Finding& f : d.findings) out["findings"].push_back(finding(f));
+  out["set_aside"] = set_aside_json(d.after.set_aside);
+  out["unexplained"] = {{"detected", d.unexplained.detected},
+                        {"channels", d.unexplained.channels},
+                        {"evidence", d.unexplained.evidence}};
+  out["evidence"] = missing(d.missing);
+  out["disturbance"] = missing_series(d.missing_series);
+  if (d.against) out["against"] = against(*d.against);
+  out["calibration_before"] = to_json(d.before);
+  out["calibration_after"] = to_json(d.after);
+  out["notes"] = d.notes;
+  out["false_alarm_rate"] = d.false_alarm_rate;
+  out["seconds"] = d.seconds;
+  return out;
+}
+
+}  // namespace magimu

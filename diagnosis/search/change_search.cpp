@@ -1,0 +1,422 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/change_search.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "calibration/model/extension.h"
+#include "calibration/model/windows.h"
+#include "factors/effects/catalogue.h"
+#include "graph/whitener.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kEndAdds = 0.05;  // of the statistic: an end that adds less is none
+constexpr int kMostWindows = 24;
+constexpr double kInvisible = 1e-9;     // of the largest eigenvalue, columns scaled alike
+constexpr double kRounding = 1e-7;      // of a column's information before others are eliminated
+constexpr double kOneOrTheOther = 2.0;  // one that lasts, or one that ends: as likely before
+
+// The first moment of every window, and of what comes after the last.
+std::vector<Moment> window_begins(const std::vector<NodePlan>& plans, double seconds) {
+  const std::vector<int> window_of = windows_of(plans, seconds);
+  std::vector<Moment> out;
+  std::size_t node = 0;
+  int last = -1;
+  for (const NodePlan& plan : plans) {
+    for (std::size_t k = 0; k < plan.t.size(); ++k, ++node) {
+      if (window_of[node] == last) continue;
+      last = window_of[node];
+      // Samples belong to the nearest node.
+      const double half = k > 0               ? 0.5 * (plan.t[k] - plan.t[k - 1])
+                          : plan.t.size() > 1 ? 0.5 * (plan.t[1] - plan.t[0])
+                                              : 0.0;
+      out.push_back({plan.field, plan.t[k] - half});
+    }
+  }
+  return out;
+}
+
+// A change's parameters as combinations of the nine of a matrix.
+MatrixXd columns_of_form(ChangeForm form) {
+  if (form == ChangeForm::kOffset) return MatrixXd::Identity(3, 3);
+  if (form == ChangeForm::kMatrix) return MatrixXd::Identity(9, 9);
+  MatrixXd M = MatrixXd::Zero(9, 3);
+  for (int i = 0; i < 3; ++i) {
+    if (form == ChangeForm::kGains) {
+      M(4 * i, i) = 1.0;
+    } else {
+      const Matrix3 turn = so3::hat(Vector3(Vector3::Unit(i)));
+      for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) M(3 * r + c, i) = turn(r, c);
+      }
+    }
+  }
+  return M;
+}
+
+// What spans of windows say of one candidate, calibration and accepted effects eliminated.
+class SpanScores {
+ public:
+  SpanScores(const Scan& scan, std::size_t candidate, const MatrixXd& P, const VectorXd& others) {
+    const Eigen::Index base = scan.base(), q = scan.scores()[candidate].theta.size();
+    const Eigen::Index at = base + scan.first(candidate);
+    own_ = {MatrixXd::Zero(q, q)};
+    shared_ = {MatrixXd::Zero(P.cols(), q)};
+    score_ = {VectorXd::Zero(q)};
+    others_ = P.transpose() * others;
+    for (const CondensedWindow& w : scan.windows()) {
+      own_.push_back(own_.back() + w.information.block(at, at, q, q));
+      shared_.push_back(shared_.back() + P.transpose() * w.information.block(0, at, base, q));
+      score_.push_back(score_.back() + w.score.segment(at, q));
+    }
+  }
+
+  // Of a change in windows a .. b - 1; M: its parameters' columns.
+  double statistic(std::size_t a, std::size_t b, const MatrixXd& M) const {
+    const MatrixXd shared = (shared_[b] - shared_[a]) * M;
+    const VectorXd z = M.transpose() * (score_[b] - score_[a]) - shared.transpose() * others_;
+    const MatrixXd own = M.transpose() * (own_[b] - own_[a]) * M;
+    MatrixXd A = own - shared.transpose() * shared;
+    A.diagonal() += kRounding * own.diagonal();
+    const Eigen::LDLT<MatrixXd> solver(A);
+    return solver.isPositive() ? z.dot(VectorXd(solver.solve(z))) : 0.0;
+  }
+
+ private:
+  std::vector<MatrixXd> own_, shared_;
+  std::vector<VectorXd> score_;
+  VectorXd others_;
+};
+
+// The best of one name and form: that lasts, and that ends.
+std::array<LikelyChange, 2> best_spans(const SpanScores& scores, const std::vector<Moment>& begins,
+                                       const std::string& name, ChangeForm form, double forms) {
+  const std::size_t n = begins.size();
+  const MatrixXd M = columns_of_form(form);
+  std::array<LikelyChange, 2> best;
+  for (std::size_t kind = 0; kind < 2; ++kind) {
+    best[kind] = {.name = name, .form = form, .dof = size_of(form)};
+    best[kind].tried =
+        kOneOrTheOther * forms * (kind == 0 ? lasting_spans(int(n)) : ended_spans(int(n)));
+  }
+  // From 0 on it is the calibration itself, or the complement of [b, n).
+  for (std::size_t a = 1; a < n; ++a) {
+    for (std::size_t b = a + 1; b <= n; ++b) {
+      LikelyChange& of_kind = best[b == n ? 0 : 1];
+      const double statistic = scores.statistic(a, b, M);
+      if (!(statistic > of_kind.statistic)) continue;
+      of_kind.statistic = statistic;
+      of_kind.span = {begins[a], b == n ? kToTheEnd : begins[b]};
+    }
+  }
+  return best;
+}
+
+// Changes of one channel, whose windows are the same.
+void search_channel(const std::vector<const Recording*>& recordings, const Stage& stage,
+                    const std::vector<std::string>& names, double seconds,
+                    std::vector<LikelyChange>& out) {
+  std::vector<std::shared_ptr<const Effect>> throughout;
+  for (const std::string& name : names) throughout.push_back(find_effect(name));
+  const std::vector<Moment> begins = window_begins(stage.plans(), seconds);
+  if (begins.size() < 2) return;
+  const Scan scan(recordings, stage, throughout, seconds);
+  if (scan.windows().size() != begins.size()) return;  // a window without a node
+  const Eigen::Index base = scan.base();
+  MatrixXd K = scan.priors().information.topLeftCorner(base, base);
+  VectorXd others = scan.priors().score.head(base);
+  for (const CondensedWindow& w : scan.windows()) {
+    K += w.information.topLeftCorner(base, base);
+    others += w.score.head(base);
+  }
+  const MatrixXd P = whitener(K, kInvisible);
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    const SpanScores scores(scan, c, P, others);
+    const std::vector<ChangeForm> forms = forms_of_change(names[c]);
+    std::array<LikelyChange, 2> best;
+    for (const ChangeForm form : forms) {
+      const auto found = best_spans(scores, begins, names[c], form, double(forms.size()));
+      for (std::size_t kind = 0; kind < 2; ++kind) {
+        const bool better = best[kind].dof == 0 || found[kind].log10_p() < best[kind].log10_p();
+        if (better) best[kind] = found[kind];
+      }
+    }
+    for (const LikelyChange& change : best) {
+      if (change.statistic > 0.0) out.push_back(change);
+    }
+  }
+}
+
+// A change as it was found, on in one of the pieces of a stretch of time: one parameter a piece, 1
+// where it is as large as found.
+class ChangeInPieces final : public Effect {
+ public:
+  ChangeInPieces(const ChangeEffect& change, VectorXd theta, const Moment& middle, int pieces,
+                 double piece_s)
+      : Effect({.name = "change_in_pieces",
+                .channel = change.channel(),
+                .parameters = std::vector<Parameter>(std::size_t(pieces), {"on", "1", 1.0})}),
+        throughout_(make_change(change.name(), change.form(), {})),
+        theta_(std::move(theta)),
+        recording_(middle.recording),
+        begin_(middle.t - 0.5 * pieces * piece_s),
+        piece_s_(piece_s) {}
+
+  void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
+    J.setZero();
+    const double piece = std::floor((s.t - begin_) / piece_s_);
+    if (s.recording != recording_ || piece < 0.0 || piece >= double(J.cols())) return;
+    J.col(Eigen::Index(piece)) = throughout_->term(s, theta_);
+  }
+
+ private:
+  std::shared_ptr<const Effect> throughout_;
+  VectorXd theta_;
+  int recording_;
+  double begin_, piece_s_;
+};
+
+struct LikelyTime {
+  double t, sigma, width;  // s
+  double gain;             // nats over the time from which it was looked for
+};
+
+// Of times whose log-likelihoods are known, the best one, how far about it the others lie, and how
+// long a time all of the likelihood would last at its largest.
+LikelyTime best_of(const std::vector<double>& t, const std::vector<double>& log_likelihood,
+                   double grid) {
+  const auto best = std::ranges::max_element(log_likelihood) - log_likelihood.begin();
+  double sum = 0.0, squares = 0.0;
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    const double weight = std::exp(log_likelihood[i] - log_likelihood[std::size_t(best)]);
+    sum += weight;
+    squares += weight * std::pow(t[i] - t[std::size_t(best)], 2);
+  }
+  return {t[std::size_t(best)], std::sqrt(squares / sum), grid * sum,
+          log_likelihood[std::size_t(best)]};
+}
+
+// rising: the change begins at `now`. The candidate: the change in pieces to both sides of it.
+LikelyTime likely_time(const Scan& scan, std::size_t candidate, int pieces, double grid, double now,
+                       bool rising) {
+  const Eigen::Index first = scan.first(candidate);
+  std::vector<double> t = {now}, gains = {0.0};
+  for (const int way : {-1, 1}) {
+    // Earlier, a beginning adds the change to what it passes, and an end takes it away.
+    const double added = (way < 0) == rising ? 1.0 : -1.0;
+    double score = 0.0;
+    std::vector<Eigen::Index> passed;
+    double information = 0.0;
+    for (int k = 1; k <= pieces / 2; ++k) {
+      const Eigen::Index at = first + (way < 0 ? pieces / 2 - k : pieces / 2 + k - 1);
+      score += scan.score()[at];
+      for (const Eigen::Index other : passed) information += 2.0 * scan.information()(at, other);
+      information += scan.information()(at, at);
+      passed.push_back(at);
+      t.push_back(now + way * k * grid);
+      gains.push_back(added * score - 0.5 * information);
+    }
+  }
+  return best_of(t, gains, grid);
+}
+
+// The times nearby that make the readings the most probable, everything else adapting.
+ChangeTimes likely_times(const std::vector<const Recording*>& recordings, const Stage& stage,
+                         const ChangeEffect& change, const ChangeTimes& now, double grid,
+                         double within_s) {
+  const VectorXd theta =
+      effect_parameters(stage.result().values, effect_keys(stage.spec().effects).back());
+  const int pieces = 2 * int(std::ceil(within_s / grid));
+  std::vector<std::shared_ptr<const Effect>> candidates;
+  for (const Moment& at : {now.span.begin, now.span.end}) {
+    if (!at.finite()) continue;
+    candidates.push_back(std::make_shared<ChangeInPieces>(change, theta, at, pieces, grid));
+  }
+  if (candidates.empty()) return now;
+  const Scan scan(recordings, stage, candidates);
+  std::size_t next = 0;
+  ChangeTimes out = now;
+  // A finer grid tells more, unless it does not reach as far as the times are uncertain.
+  const bool reaches = now.sigma_s < within_s;
+  if (reaches) out.sigma_s = 0.0;
+  const auto take = [&](Moment& time, double& width, bool rising) {
+    if (!time.finite()) return;
+    const LikelyTime likely = likely_time(scan, next++, pieces, grid, time.t, rising);
+    time.t = likely.t;
+    out.sigma_s = std::max(out.sigma_s, likely.sigma);
+    // The likelihood that a coarser grid saw is as much lower beside a higher maximum.
+    width = reaches ? likely.width : std::max(width * std::exp(-likely.gain), likely.width);
+  };
+  take(out.span.begin, out.width_s[0], true);
+  take(out.span.end, out.width_s[1], false);
+  if (out.span.begin < out.span.end) return out;
+  return {now.span, out.sigma_s, out.width_s};
+}
+
+const VectorSeries& samples_of_channel(const Recording& r, Channel channel) {
+  return channel == Channel::kAcc ? r.acc : channel == Channel::kGyr ? r.gyr : r.mag.front();
+}
+
+double all_seconds(const std::vector<const Recording*>& recordings) {
+  double sum = 0.0;
+  for (const Recording* r : recordings) sum += r->duration_s();
+  return sum;
+}
+
+}  // namespace
+
+double LikelyChange::log10_p() const {
+  return std::min(0.0, log10_chi_square_tail(statistic, double(dof)) + std::log10(tried));
+}
+
+// Of draws of white noise in 12 and 24 windows, p from 1e-4 to 1e-2, the largest statistic has the
+// tail of 0.71 to 0.94 times, and of 0.48 to 0.86 times as many.
+double lasting_spans(int windows) { return std::max(1.0, 0.8 * (windows - 1)); }
+double ended_spans(int windows) {
+  return std::max(1.0, 0.65 * 0.5 * (windows - 1) * (windows - 2));
+}
+
+double change_window_s(const std::vector<NodePlan>& plans, Channel channel, MotionModel motion) {
+  double all = 0.0;
+  for (const NodePlan& plan : plans) all += plan.t.back() - plan.t.front();
+  // Three at the least where there is so much.
+  const double usual = std::min(window_s(channel, motion), all / 3.0);
+  return std::max({usual, all / kMostWindows, 1e-3});
+}
+
+std::vector<LikelyChange> likely_changes(const std::vector<const Recording*>& recordings,
+                                         const Stage& stage,
+                                         const std::vector<std::string>& names) {
+  std::map<double, std::vector<std::string>> by_window;
+  for (const std::string& name : names) {
+    by_window[change_window_s(stage.plans(), find_effect(name)->channel(), stage.spec().motion)]
+        .push_back(name);
+  }
+  std::vector<LikelyChange> out;
+  for (const auto& [seconds, own] : by_window) {
+    search_channel(recordings, stage, own, seconds, out);
+  }
+  // Of one name the better of the two; an end is a parameter more, and one that adds little is
+  // none.
+  const std::vector<LikelyChange> all = out;
+  std::erase_if(out, [&](const LikelyChange& change) {
+    return std::ranges::any_of(all, [&](const LikelyChange& other) {
+      if (other.name != change.name || other.span.end.finite() == change.span.end.finite())
+        return false;
+      const LikelyChange& ended = change.span.end.finite() ? change : other;
+      const LikelyChange& lasting = change.span.end.finite() ? other : change;
+      const bool ends = ended.statistic > (1.0 + kEndAdds) * lasting.statistic &&
+                        ended.log10_p() < lasting.log10_p();
+      return change.span.end.finite() != ends;
+    });
+  });
+  return out;
+}
+
+namespace {
+
+// By how much two spans that are finite at the same ends differ, s.
+double distance(const ChangeSpan& a, const ChangeSpan& b) {
+  double out = 0.0;
+  if (a.begin.finite() && b.begin.finite()) out = std::abs(a.begin.t - b.begin.t);
+  if (a.end.finite() && b.end.finite()) out = std::max(out, std::abs(a.end.t - b.end.t));
+  return out;
+}
+
+}  // namespace
+
+ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const Stage& stage,
+                          const ChangeEffect& change, const ChangeTimes& now,
+                          const std::function<Stage(const ChangeTimes&)>& refit) {
+  constexpr double kSearched = 1.5;                // windows, to each side
+  constexpr double kPieces = 15.0;                 // to each side
+  constexpr double kFine = 0.05;                   // s
+  constexpr double kBeyondGrid = 1.2;              // of the grid before
+  constexpr int kRounds = 3;                       // on each grid
+  constexpr double kSamples = 10.0, kMost = 20.0;  // of them, to each side
+  const Channel channel = change.channel();
+  double within = kSearched * change_window_s(stage.plans(), channel, stage.spec().motion);
+  ChangeTimes times = now;
+  Stage fitted = stage;
+  for (;;) {
+    const double grid = within / kPieces;
+    // A large step at a wrong time bends the fit, and what that leaves shows the right time only by
+    // and by: on the same grid, as long as it moves.
+    for (int round = 0; round < kRounds; ++round) {
+      const ChangeSpan before = times.span;
+      times = likely_times(recordings, fitted, change, times, grid, within);
+      if (times.span.begin == before.begin && times.span.end == before.end) break;
+      fitted = refit(times);
+      if (distance(times.span, before) <= grid) break;
+    }
+    if (grid <= kFine) break;
+    within = kBeyondGrid * grid;
+  }
+  // A large step whose times are wrong by samples bends the fit, and that hides the right ones.
+  const double rate = samples_of_channel(*recordings.front(), channel).rate_hz();
+  const double sample = rate > 0.0 ? 1.0 / rate : kFine;
+  for (int round = 0; round < kRounds; ++round) {
+    const ChangeSpan before = times.span;
+    times = likely_times(recordings, fitted, change, times, sample,
+                         sample * std::clamp(kFine / sample, kSamples, kMost));
+    if (times.span.begin == before.begin && times.span.end == before.end) break;
+    fitted = refit(times);
+  }
+  return times;
+}
+
+ChangeTimes times_by_refits(const std::vector<const Recording*>& recordings,
+                            const ChangeEffect& change, const ChangeTimes& now,
+                            const std::function<Stage(const ChangeTimes&)>& refit) {
+  constexpr double kSearched = 7.5, kFirst = 1.5, kFine = 0.05;  // s
+  ChangeTimes best = now;
+  const auto cost = [&](const ChangeTimes& times) {
+    if (times.span.begin.finite() && times.span.end.finite() &&
+        times.span.end.t <= times.span.begin.t) {
+      return double(INFINITY);
+    }
+    const Stage fitted = refit(times);
+    return fitted.result().converged() ? fitted.result().cost_final : double(INFINITY);
+  };
+  double least = cost(best);
+  const double rate = samples_of_channel(*recordings.front(), change.channel()).rate_hz();
+  const double fine = std::max(kFine, rate > 0.0 ? 1.0 / rate : 0.0);
+  for (Moment ChangeSpan::*const end : {&ChangeSpan::begin, &ChangeSpan::end}) {
+    if (!(best.span.*end).finite()) continue;
+    const double middle = (best.span.*end).t;
+    const auto look = [&](double t) {
+      ChangeTimes times = best;
+      (times.span.*end).t = t;
+      if (const double there = cost(times); there < least) {
+        least = there;
+        best = times;
+      }
+    };
+    for (double off = kFirst; off <= kSearched; off += kFirst) {
+      look(middle - off);
+      look(middle + off);
+    }
+    for (double step = 0.5 * kFirst; step > 0.5 * fine; step *= 0.5) {
+      const double at = (best.span.*end).t;
+      look(at - step);
+      look(at + step);
+    }
+  }
+  return best;
+}
+
+double cost_of_times(const ChangeTimes& times, const std::vector<const Recording*>& recordings) {
+  const double sampled = 1.0 / recordings.front()->mag.front().rate_hz();
+  double cost = 0.0;
+  for (const double width : times.width_s) {
+    if (width > 0.0)
+      cost += std::max(0.0, std::log(all_seconds(recordings) / std::max(sampled, width)));
+  }
+  return cost;
+}
+
+}  // namespace magimu

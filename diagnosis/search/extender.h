@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The extension of a model by effects, one after another: scan, refit the best candidates; of those
+// that predict left-out data better than the model without them accept the most likely one, scan
+// again; where none passes by itself, look for two that hide each other (extender_pairs.cpp); what
+// has entered is looked at again beside what came later (extender_revision.cpp).
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include "calibration/motion/random_walk.h"
+#include "calibration/pipeline.h"
+#include "diagnosis/result/diagnosis.h"
+#include "diagnosis/search/doubts.h"
+#include "diagnosis/search/option.h"
+
+namespace magimu {
+
+class Extender {
+ public:
+  // whole: the recordings as given, with long rests and all samples. All must outlive this.
+  // Findings and the scan go into d.
+  Extender(const std::vector<const Recording*>& recordings,
+           const std::vector<const Recording*>& whole, const Pipeline& pipeline,
+           const DiagnosisOptions& options, Diagnosis& d);
+
+  // Extends the model of this stage until nothing more passes.
+  void extend(const Stage& from);
+  // A better model found elsewhere is the stage from now on.
+  void replace(const Stage& stage);
+  // What has lost its name leaves the model.
+  void keep_named();
+  // The findings' parameters as they are in the model that it has become. after: stage()'s summary.
+  void restate(const Calibration& after);
+  // Candidates that could be tested under this model, and the scan of them; nothing is accepted.
+  std::vector<std::shared_ptr<const Effect>> candidates(const Stage& stage) const;
+
+  // stage() fitted without one of its effects, and by how many nats the effect explains more than
+  // chance does in as many parameters; with a random process' states integrated out.
+  Stage without(std::size_t effect) const;
+  double worth(std::size_t effect, const Stage& without) const;
+
+  void set_base(const Stage& stage) { base_ = stage; }
+  const Stage& base() const { return *base_; }    // the model that the diagnosis started from
+  const Stage& stage() const { return *stage_; }  // the model as extended so far
+  double heldout_nll() const { return nll_; }     // of stage()
+  // log10 of the level that one test among all must pass.
+  double log10_level() const;
+
+  Calibration summary(const Stage& stage) const;
+
+ private:
+  static constexpr double kMinGain = 1.0;  // nats on left-out data
+  static constexpr int kTried = 4;         // best candidates that are refitted
+
+  struct Trial {
+    Option option;
+    Stage stage;
+    double nll;
+    bool coloured;      // under noise that is not white
+    double left_out;    // nats that left-out data gain, windows or whole quarters
+    double gain = 0.0;  // nats over the model without it, for choosing among trials
+
+    VectorXd parameters() const;
+  };
+  KnownScatter excess(Channel channel, const Stage& stage) const;
+  bool is_rounding(const Option& option, const Stage& stage) const;
+  bool survives(Option& option, const Stage& stage, const Score& w) const;
+  bool stands_out(const Option& option, const Stage& stage, double statistic) const;
+  bool is_all(const Stage& stage) const;
+  bool is_put_down(const Moment& at) const;
+  // Of a stage, which is refitted where need be; what that gives is kept for the next time.
+  struct LeftOut {
+    const Stage& stage;
+    std::optional<Stage> refitted;
+  };
+  double gain(LeftOut& left_out, std::optional<double> window_s = {}) const;
+  double quarter_s() const;
+  bool enough_beyond(const Option& option, double gain) const;
+  std::optional<Trial> trial(Option option) const;
+  // By how many nats an effect of one model explains more of all data than another model does that
+  // lacks it, each parameter at the nat that it gains left-out data by chance; a random process
+  // with its states integrated out. searched: Option::searched.
+  double explains(const Stage& with, std::size_t effect, const Stage& without,
+                  double searched) const;
+  double likelier(const Trial& trial) const;
+  std::vector<Trial> trials(const std::vector<Option>& options) const;
+  static const Trial* best_of(const std::vector<Trial>& trials);
+  std::vector<Option> worth_trying(const std::vector<Option>& options) const;
+  std::optional<Finding> try_options(const std::vector<Option>& options);
+  std::vector<Option> firsts_of_pairs(const std::vector<Option>& options) const;
+  bool try_pairs(const std::vector<Option>& options);
+  bool try_beside(const Option& first, const Stage& alone);
+  Finding describe(const Option& option, const Stage& stage, double nll,
+                   const std::vector<Option>& all, const VectorXd& least_sigma) const;
+  bool find_times(Option& option, Stage& stage) const;
+  void find_source(Option& option, Stage& stage) const;
+  void prune();
+  void reconsider();
+  void estimate_walk_anew();
+  RandomWalk walk_in(const Stage& stage, std::size_t effect) const;
+  bool name_simpler(std::size_t finding, std::shared_ptr<const Effect> named);
+  void take(const Stage& stage, double nll);
+
+  const std::vector<const Recording*>& recordings_;
+  const std::vector<const Recording*>& whole_;
+  const Pipeline& pipeline_;
+  const DiagnosisOptions& given_;
+  Diagnosis& d_;
+  SlowNoise at_rest_;
+  double step_uT_ = 0.0;                                // of a coarse magnetometer
+  std::array<double, 3> in_samples_ = {1.0, 1.0, 1.0};  // excess_of_samples
+  std::optional<Stage> base_, stage_;
+  double nll_ = 0.0;
+  mutable bool refits_spent_ = false;      // on the times of a change; of this model
+  mutable std::optional<Stage> refitted_;  // stage_, its noise estimated once more
+  std::vector<std::string> rejected_;      // looked significant, predicts no better
+  struct Entered {
+    VectorXd apart;         // by how much other parameters differ that are about as likely
+    double searched = 0.0;  // Option::searched
+  };
+  std::map<std::string, Entered> entered_;  // by the effect's name
+};
+
+}  // namespace magimu

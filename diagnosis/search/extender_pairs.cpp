@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Two causes can hide each other: what one leaves scatters as coloured noise does, under which the
+// test of the other has no power. Where none passes by itself, the best are put into the model one
+// by one, on trial, and what holds beside them is looked for.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "calibration/scan/general_dependence.h"
+#include "diagnosis/held/held_out_nll.h"
+#include "diagnosis/search/change_search.h"
+#include "diagnosis/search/extender.h"
+#include "diagnosis/search/scan_options.h"
+#include "graph/numerical_error.h"
+
+namespace magimu {
+namespace {
+
+// Scatter of two causes' scores with both in the model, one step away: of white noise it is 1.
+constexpr double kWhiteBeside = 1.5;
+constexpr double kWhiteWithin = 1.0;
+
+bool is_magnet(const Option& option) { return option.effect->name() == "hard_iron_change"; }
+
+// As many windows as the search for changes has.
+int bias_windows(const Stage& stage) {
+  double all = 0.0;
+  for (const NodePlan& plan : stage.plans()) all += plan.t.back() - plan.t.front();
+  const double seconds = change_window_s(stage.plans(), Channel::kMag, stage.spec().motion);
+  return std::max(2, int(std::lround(all / seconds)));
+}
+
+}  // namespace
+
+// Those that leave white noise beside one of the others. A change's times are wrong as long as the
+// other cause is not in the model: a magnetometer's bias that is another one in every window stands
+// for it, and takes what is slow of coloured noise with it.
+std::vector<Option> Extender::firsts_of_pairs(const std::vector<Option>& options) const {
+  std::vector<Option> firsts;
+  std::vector<std::shared_ptr<const Effect>> effects;
+  for (const Option& o : options) {
+    // The times of a change would be searched for again and again; a walk may imitate the other.
+    if (is_change(o.effect->name()) || o.effect->description().random_process) continue;
+    firsts.push_back(o);
+    effects.push_back(o.effect);
+  }
+  if (std::ranges::any_of(options, is_magnet) && field_count(recordings_) == 1) {
+    effects.push_back(bias_in_windows(bias_windows(*stage_)));
+  }
+  if (effects.size() < 2) return {};
+  const Scan scan(recordings_, *stage_, effects);
+  std::vector<Option> out;
+  for (std::size_t i = 0; i < firsts.size(); ++i) {
+    bool white = false;
+    for (std::size_t j = 0; j < effects.size() && !white; ++j) {
+      const bool stands_in = j == firsts.size();
+      if (i == j) continue;
+      white = scan.scatter_with(i, j) < (stands_in ? kWhiteWithin : kWhiteBeside);
+    }
+    if (white) out.push_back(firsts[i]);
+  }
+  return out;
+}
+
+bool Extender::try_pairs(const std::vector<Option>& options) {
+  if (int(d_.findings.size()) + 2 > given_.max_findings) return false;
+  const Stage alone = *stage_;
+  const double nll = nll_;
+  const std::vector<std::string> rejected = std::exchange(rejected_, {});
+  const auto firsts = attempt([&] { return firsts_of_pairs(worth_trying(options)); });
+  for (const Option& first : firsts.value_or(std::vector<Option>{})) {
+    if (attempt([&] { return try_beside(first, alone); }).value_or(false)) return true;
+    take(alone, nll);
+    rejected_.clear();
+  }
+  rejected_ = rejected;
+  return false;
+}
+
+// alone: the stage without either.
+bool Extender::try_beside(const Option& first, const Stage& alone) {
+  // Takes the stage with this one, if it can be fitted and nothing would have to leave.
+  const auto put_in = [&](const Option& option, const VectorXd& start) {
+    ModelSpec spec = alone.spec();
+    for (const auto& e : spec.effects) {
+      if (replaces(*option.effect, e->name())) return false;
+    }
+    spec.effects.push_back(option.effect);
+    const Stage stage = pipeline_.refit_with_same_noise(alone, spec, start);
+    if (stage.result().converged()) take(stage, sum_of(held_out_nll(stage)));
+    return stage.result().converged();
+  };
+  if (!put_in(first, first.start)) return false;
+  const std::vector<Option> seconds = scan_options(recordings_, *stage_, candidates(*stage_));
+  const std::vector<Trial> found = trials(worth_trying(seconds));
+  const Trial* second = best_of(found);
+  if (second == nullptr || second->coloured) return false;
+  Finding finding = describe(second->option, second->stage, second->nll, seconds,
+                             VectorXd::Zero(second->option.effect->size()));
+  finding.probability = 1.0 / (1.0 + std::exp(std::min(700.0, -second->gain)));
+  entered_[finding.effect].searched = second->option.searched;
+  // Which cause it is that stands beside the second is asked as if that had been found first.
+  if (!put_in(second->option, second->parameters())) return false;
+  std::optional<Finding> other =
+      try_options(scan_options(recordings_, *stage_, candidates(*stage_)));
+  if (!other) return false;
+  d_.findings.push_back(std::move(finding));
+  d_.findings.push_back(*std::move(other));
+  return true;
+}
+
+}  // namespace magimu

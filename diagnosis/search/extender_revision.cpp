@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What entered first was found and measured without what came later.
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/held/held_out_nll.h"
+#include "diagnosis/search/extender.h"
+#include "diagnosis/search/finding_text.h"
+#include "diagnosis/search/scan_options.h"
+#include "factors/effects/catalogue.h"
+#include "graph/numerical_error.h"
+
+namespace magimu {
+
+// Takes out what is no longer needed beside the effect that entered last: what predicts left-out
+// data as well without it.
+void Extender::prune() {
+  for (std::size_t e = 0; e + 1 < stage_->spec().effects.size();) {
+    const std::string name = stage_->spec().effects[e]->name();
+    const auto finding = std::find_if(d_.findings.begin(), d_.findings.end(),
+                                      [&](const Finding& f) { return f.effect == name; });
+    ModelSpec spec = stage_->spec();
+    spec.effects.erase(spec.effects.begin() + std::ptrdiff_t(e));
+    if (finding != d_.findings.end()) {
+      const double paid = entered_[name].searched;
+      const auto in_quarters = [&](const Stage& s) { return sum_of(held_out_nll(s, quarter_s())); };
+      const auto leaves = [&] {
+        const Stage without = pipeline_.refit_with_same_noise(*stage_, spec);
+        const double nll = sum_of(held_out_nll(without));
+        const bool as_good = without.result().converged() && nll - nll_ - paid < kMinGain &&
+                             !(lasts(*stage_->spec().effects[e]) &&
+                               in_quarters(without) - in_quarters(*stage_) > kMinGain);
+        if (as_good) take(without, nll);
+        return as_good;
+      };
+      if (attempt(leaves).value_or(false)) {
+        d_.findings.erase(finding);
+        continue;
+      }
+    }
+    ++e;
+  }
+}
+
+// By value: the model that has it goes. NOLINTNEXTLINE(performance-unnecessary-value-param)
+bool Extender::name_simpler(std::size_t finding, std::shared_ptr<const Effect> named) {
+  const double with_it = nll_;
+  ModelSpec spec = stage_->spec();
+  std::erase(spec.effects, named);
+  const Stage without = pipeline_.refit_with_same_noise(*stage_, spec);
+  if (!without.result().converged()) return false;
+  take(without, sum_of(held_out_nll(without)));
+  std::vector<Option> options;
+  for (const Option& o : scan_options(recordings_, *stage_, candidates(*stage_))) {
+    if (o.rank < log10_level() && is_simpler(*o.effect, *named) && int(options.size()) < kTried) {
+      options.push_back(o);
+    }
+  }
+  const std::vector<Trial> found = trials(options);
+  const auto best = std::ranges::min_element(found, {}, &Trial::nll);
+  if (best == found.end()) return false;
+  const double more = allowance(*best->option.effect, *named, nll_ - best->nll, nll_ - with_it);
+  if (best->nll > with_it + more) return false;
+  Finding f = describe(best->option, best->stage, best->nll, options,
+                       VectorXd::Zero(best->option.effect->size()));
+  f.probability = d_.findings[finding].probability;
+  d_.findings[finding] = std::move(f);
+  take(best->stage, best->nll);
+  return true;
+}
+
+// The first that entered were named while the later ones were not in the model, and may have taken
+// what these explain: a simpler cause, where it now predicts as well, takes the place of a richer.
+void Extender::reconsider() {
+  for (std::size_t i = 0; i + 1 < d_.findings.size(); ++i) {
+    const auto& effects = stage_->spec().effects;
+    const auto named = std::find_if(effects.begin(), effects.end(), [&](const auto& e) {
+      return e->name() == d_.findings[i].effect;
+    });
+    if (named == effects.end()) continue;
+    const auto simpler = [&](const auto& e) { return is_simpler(*e, **named); };
+    if (std::ranges::none_of(candidates(*stage_), simpler)) continue;
+    const Stage stage = *stage_;
+    const double nll = nll_;
+    if (!attempt([&] { return name_simpler(i, *named); }).value_or(false)) take(stage, nll);
+  }
+}
+
+Stage Extender::without(std::size_t effect) const {
+  ModelSpec spec = stage_->spec();
+  spec.effects.erase(spec.effects.begin() + std::ptrdiff_t(effect));
+  return pipeline_.refit_with_same_noise(*stage_, spec);
+}
+
+void Extender::keep_named() {
+  const auto of_base = [&](const std::string& name) {
+    return std::ranges::any_of(base_->spec().effects,
+                               [&](const auto& e) { return e->name() == name; });
+  };
+  for (std::size_t e = 0; e < stage_->spec().effects.size();) {
+    const std::string name = stage_->spec().effects[e]->name();
+    if (std::ranges::find(d_.findings, name, &Finding::effect) != d_.findings.end() ||
+        of_base(name)) {
+      ++e;
+      continue;
+    }
+    const auto left = [&] {
+      const Stage less = without(e);
+      if (less.result().converged()) replace(less);
+      return less.result().converged();
+    };
+    if (!attempt(left).value_or(false)) return;
+  }
+}
+
+// From its states in a fit, without what their prior says.
+RandomWalk Extender::walk_in(const Stage& stage, std::size_t effect) const {
+  const Effect& walk = *stage.spec().effects[effect];
+  const double duration = longest_s(recordings_);
+  const Score s = wald_test(stage, effect);
+  MatrixXd of_data = s.information;
+  of_data.diagonal() -= walk.prior_sigma(duration).cwiseAbs2().cwiseInverse();
+  return estimate_random_walk(of_data, s.information * s.theta,
+                              make_gyro_bias_walk(walk.size() / 3, 1.0)->prior_sigma(duration));
+}
+
+double Extender::explains(const Stage& with, std::size_t effect, const Stage& without,
+                          double searched) const {
+  if (with.spec().effects[effect]->description().random_process) {
+    return 0.5 * walk_in(with, effect).likelihood_ratio;
+  }
+  const auto parameters = [](const Stage& stage) {
+    int n = 0;
+    for (const auto& e : stage.spec().effects) n += e->size();
+    return n;
+  };
+  return without.result().cost_final - with.result().cost_final -
+         (parameters(with) - parameters(without)) - searched;
+}
+
+double Extender::worth(std::size_t effect, const Stage& without) const {
+  const auto entered = entered_.find(stage_->spec().effects[effect]->name());
+  return explains(*stage_, effect, without,
+                  entered == entered_.end() ? 0.0 : entered->second.searched);
+}
+
+// The density of a walk is that of all it had to explain as it entered.
+void Extender::estimate_walk_anew() {
+  ModelSpec spec = stage_->spec();
+  const auto walk = std::ranges::find_if(
+      spec.effects, [](const auto& e) { return e->description().random_process; });
+  if (walk == spec.effects.end() || *walk == spec.effects.back()) return;
+  const auto finding = std::ranges::find_if(
+      d_.findings, [&](const Finding& f) { return f.effect == (*walk)->name(); });
+  if (finding == d_.findings.end()) return;
+  const RandomWalk now = walk_in(*stage_, std::size_t(walk - spec.effects.begin()));
+  if (!(now.density > 0.0)) return;
+  *walk = make_gyro_bias_walk((*walk)->size() / 3, now.density);
+  const auto replaced = [&] {
+    const Stage stage = pipeline_.refit_with_same_noise(*stage_, spec);
+    if (stage.result().converged()) replace(stage);
+    return stage.result().converged();
+  };
+  if (!attempt(replaced).value_or(false)) return;
+  finding->parameters.front().value = now.density;
+  finding->parameters.front().sigma = now.sigma;
+  finding->sentence = walk_sentence(finding->parameters.front());
+}
+
+void Extender::restate(const Calibration& after) {
+  const auto& effects = stage_->spec().effects;
+  const std::size_t chosen = after.effects.size() - effects.size();  // by the pipeline, before them
+  for (std::size_t e = 0; e < effects.size(); ++e) {
+    const Effect& effect = *effects[e];
+    // A walk has a density, a line of the mains and a clock were measured in the samples.
+    if (effect.description().random_process || effect.name() == "mains_interference" ||
+        effect.name() == "mag_own_clock") {
+      continue;
+    }
+    const auto same = [&](const auto& f) { return f->name() == effect.name(); };
+    auto before = std::count_if(effects.begin(), effects.begin() + std::ptrdiff_t(e), same);
+    const auto finding = std::ranges::find_if(
+        d_.findings, [&](const Finding& f) { return f.effect == effect.name() && before-- == 0; });
+    if (finding == d_.findings.end()) continue;
+    const auto entered = entered_.find(effect.name());
+    VectorXd apart = VectorXd::Zero(effect.size());
+    if (entered != entered_.end() && entered->second.apart.size() > 0)
+      apart = entered->second.apart;
+    VectorXd theta(effect.size()), sigma(effect.size());
+    for (int i = 0; i < effect.size(); ++i) {
+      const ActiveEffect::Parameter& p = after.effects[chosen + e].parameters[std::size_t(i)];
+      theta[i] = p.value;
+      sigma[i] = std::max({p.sigma, p.sigma_model, apart[i]});
+      finding->parameters[std::size_t(i)].value = theta[i];
+      finding->parameters[std::size_t(i)].sigma = sigma[i];
+    }
+    finding->sentence = effect.sentence(theta, sigma);
+  }
+}
+
+}  // namespace magimu

@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One option in the model: what it must pass before it may be compared with the others.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "calibration/model/extension.h"
+#include "calibration/model/parameter_names.h"
+#include "calibration/motion/random_walk.h"
+#include "calibration/motion/rests.h"
+#include "diagnosis/held/held_out_nll.h"
+#include "diagnosis/search/change_search.h"
+#include "diagnosis/search/extender.h"
+#include "diagnosis/search/source_search.h"
+#include "factors/effects/catalogue.h"
+#include "graph/numerical_error.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kPutDown = 5.0;        // s about the ends of a rest
+constexpr int kOnceMore = 3;            // fits that have not converged
+constexpr double kOfPlaces = 5.0;       // uT: two places in a room hardly differ by more
+constexpr double kCare = 2.0;           // log10 of a probability, where noise is coloured
+constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a change
+constexpr double kSharp = 4.0;          // a change over those at other times
+constexpr double kBent = 2.0;           // residuals over their noise
+constexpr double kColour = 0.15;        // correlation of neighbouring nodes' residuals
+constexpr double kBends = 400.0;        // statistic of a source that bends the trajectory
+constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
+
+// Does the fit leave far more than noise? Then it has followed what it should not.
+bool is_bent(const Stage& stage) {
+  const SensorSums sums = stage.sums();
+  return std::ranges::any_of(std::array{Sensor::kAcc, Sensor::kGyr, Sensor::kMag},
+                             [&](Sensor s) { return sums.rms(s) > kBent; });
+}
+
+Key bias_key(Channel channel) {
+  return channel == Channel::kAcc   ? key::acc_bias
+         : channel == Channel::kGyr ? key::gyr_bias
+                                    : key::mag_bias;
+}
+
+}  // namespace
+
+VectorXd Extender::Trial::parameters() const {
+  return effect_parameters(stage.result().values, effect_keys(stage.spec().effects).back());
+}
+
+// Of the noise over that in the model, as far as it shows elsewhere than in the windows' scatter.
+KnownScatter Extender::excess(Channel channel, const Stage& stage) const {
+  const double white = in_samples_[std::size_t(channel)];
+  return {white, std::max(1.0, at_rest_.excess(channel, stage.spec().noise) / white)};
+}
+
+// A bias that differs by less than half a step of a coarse converter: where the sensor rests or
+// turns slowly, rounding alone makes such.
+bool Extender::is_rounding(const Option& option, const Stage& stage) const {
+  const std::string& name = option.effect->name();
+  if (!(step_uT_ > 0.0) || (name != "hard_iron_change" && name != "hard_iron_drift")) return false;
+  const VectorXd theta =
+      effect_parameters(stage.result().values, effect_keys(stage.spec().effects).back());
+  return theta.cwiseAbs().maxCoeff() < 0.5 * step_uT_;
+}
+
+// Is it there in the refitted model, too, under noise as it is?
+bool Extender::survives(Option& option, const Stage& stage, const Score& w) const {
+  if (is_rounding(option, stage)) return false;
+  const double level = log10_level();
+  if (option.effect->description().random_process) {
+    // A walk that is not in the model scatters windows as coloured noise does: the noise is what it
+    // is beside the walk.
+    const Score& s = option.score;
+    option.score.log10_p = estimate_random_walk(s.information, s.information * s.theta,
+                                                option.effect->prior_sigma(longest_s(recordings_)),
+                                                in_samples_[std::size_t(option.effect->channel())] *
+                                                    (w.coloured ? w.scatter : 1.0))
+                               .log10_p;
+    return option.score.log10_p < level - (w.coloured ? kCare : 0.0);
+  }
+  const double penalty =
+      option.rank - log10_chi_square_tail(option.score.statistic, option.score.dof);
+  option.score.log10_p = std::min(0.0, w.log10_p + std::max(0.0, penalty));
+  // The F distribution's far tail is not to be trusted as far as that of white noise.
+  if (option.score.log10_p > level - (w.coloured ? kCare : 0.0)) return false;
+  if (is_change(option.effect->name())) {
+    // Few windows have it: their noise is that of the others.
+    const double by_others = log10_p_by_scatter_of(stage, bias_key(option.effect->channel()),
+                                                   option.score.statistic, option.score.dof);
+    option.score.log10_p = std::max(option.score.log10_p, by_others + std::max(0.0, penalty));
+    if (option.score.log10_p > level) return false;
+    return option.effect->name() == "hard_iron_change" ? sharpness(option, stage) > kSharp
+                                                       : stands_out(option, stage, w.statistic);
+  }
+  const bool of_time = option.effect->with_terms(1) != nullptr;
+  return of_time ||
+         contradiction_of_halves(stage, stage.spec().effects.size() - 1) < kContradiction;
+}
+
+// How much better left-out data are predicted than by the model without the effect, in nats. Where
+// the hand's motion is estimated, too, its reach is estimated anew if that is needed: an error of
+// the accelerometer makes the hand seem to reach further than it did. The model without the effect
+// gets as many rounds.
+double Extender::gain(LeftOut& left_out, std::optional<double> window_s) const {
+  const auto nll = [&](const Stage& s) {
+    return sum_of(window_s ? held_out_nll(s, *window_s) : held_out_nll(s));
+  };
+  const double out = (window_s ? nll(*stage_) : nll_) - nll(left_out.stage);
+  if (out > kMinGain || left_out.stage.spec().motion != MotionModel::kHandHeld) return out;
+  // Without a fit with the reach estimated anew, the one that there is counts.
+  const auto refit = [&](const Stage& s) {
+    return attempt([&] { return pipeline_.refit(s, s.spec()); });
+  };
+  if (!refitted_) refitted_ = refit(*stage_);
+  if (!left_out.refitted) left_out.refitted = refit(left_out.stage);
+  if (!refitted_ || !left_out.refitted || !left_out.refitted->result().converged()) return out;
+  return std::max(out, nll(*refitted_) - nll(*left_out.refitted));
+}
+
+// Of a recording of mean length.
+double Extender::quarter_s() const {
+  double sum = 0.0;
+  for (const Recording* r : recordings_) sum += r->duration_s();
+  return 0.25 * sum / double(recordings_.size());
+}
+
+// With a change in the model, is that all that changed? Slow errors of any kind look like a change
+// now and like another one at another time; one that is there leaves no second one nearly as large.
+bool Extender::stands_out(const Option& option, const Stage& stage, double statistic) const {
+  const std::vector<LikelyChange> left =
+      likely_changes(recordings_, stage, {option.effect->name()});
+  return std::ranges::all_of(left, [&](const LikelyChange& other) {
+    return other.log10_p() > kNoStep || kSharp * other.statistic < statistic;
+  });
+}
+
+// With a step in the model, does the bias stay the same within the pieces? What changes in many
+// ways is no step. (Coloured noise looks so.)
+bool Extender::is_all(const Stage& stage) const {
+  const std::vector<LikelyChange> left = likely_changes(recordings_, stage, {"hard_iron_change"});
+  return std::ranges::all_of(left,
+                             [](const LikelyChange& other) { return other.log10_p() > kNoStep; });
+}
+
+// Was the sensor put down or taken up then?
+bool Extender::is_put_down(const Moment& at) const {
+  const std::vector<int> fields = fields_of(recordings_);
+  for (std::size_t r = 0; r < recordings_.size(); ++r) {
+    if (fields[r] != at.recording) continue;
+    const bool put_down = std::ranges::any_of(find_rests(*recordings_[r]), [&](const TimeSpan& s) {
+      return std::abs(at.t - s.begin_s) < kPutDown || std::abs(at.t - s.end_s) < kPutDown;
+    });
+    if (put_down) return true;
+  }
+  return false;
+}
+
+// The times of a change, and the fit with them. Under coloured noise a change is believed where
+// neither begins nor ends a rest, unless it is a large one: there the sensor was put down or taken
+// up, and the field of the two places differs. False where no change is left.
+bool Extender::find_times(Option& option, Stage& stage) const {
+  ModelSpec spec = stage.spec();
+  const ChangeForm form = as_change(*option.effect)->form();
+  const Channel channel = option.effect->channel();
+  const auto refit = [&](const ChangeTimes& times) {
+    spec.effects.back() = make_change(option.effect->name(), form, times.span);
+    Stage fitted = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
+    // A strong magnet bends the trajectory far: the way back takes long.
+    for (int again = 0; again < kOnceMore && !fitted.result().converged(); ++again) {
+      const Values& values = fitted.result().values;
+      fitted = pipeline_.refit_with_same_noise(
+          fitted, spec, effect_parameters(values, effect_keys(spec.effects).back()));
+    }
+    // Gains of a few per cent bend nothing: where their fit finds no end, few samples tell of them.
+    if (form != ChangeForm::kOffset && !fitted.result().converged()) {
+      throw NumericalError("no fit with a change of gains");
+    }
+    return fitted;
+  };
+  const ChangeEffect& change = *as_change(*option.effect);
+  ChangeTimes found = refined_times(recordings_, stage, change, {.span = option.span}, refit);
+  stage = refit(found);
+  // Once a model: it takes a dozen fits and more.
+  if (form == ChangeForm::kOffset && stage.result().converged() && !refits_spent_ &&
+      is_bent(stage)) {
+    refits_spent_ = true;
+    const ChangeTimes nearer = times_by_refits(recordings_, change, {.span = option.span}, refit);
+    stage = refit(nearer);
+    found = refined_times(recordings_, stage, change, nearer, refit);
+    stage = refit(found);
+  }
+  ChangeSpan span = found.span;
+  // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
+  const VectorXd theta = effect_parameters(stage.result().values, effect_keys(spec.effects).back());
+  const Matrix3& D = stage.result().values.at<Matrix3>(key::distortion);
+  const double strength = form == ChangeForm::kOffset ? 1.0 : std::cbrt(std::abs(D.determinant()));
+  const auto coloured = [&](const Stage& fitted) {
+    const Score w = wald_test(fitted, spec.effects.size() - 1, excess(channel, fitted));
+    return (w.coloured && !w.by_chance) || fitted.sums().lag1[std::size_t(Sensor::kMag)] > kColour;
+  };
+  if (channel == Channel::kMag && strength * theta.norm() < kOfPlaces &&
+      (is_put_down(span.begin) || is_put_down(span.end)) && coloured(stage)) {
+    // The noise is still that of the model without the change: too large, and what the trajectory
+    // then leaves to the magnetometer is coloured.
+    const std::optional<Stage> anew = attempt([&] { return pipeline_.refit(stage, spec); });
+    if (!anew || coloured(*anew)) {
+      if (is_put_down(span.begin)) span.begin = kFromTheStart;
+      if (is_put_down(span.end)) span.end = kToTheEnd;
+      // From the beginning to the end: nothing changed.
+      if (!span.begin.finite() && !span.end.finite()) return false;
+    }
+  }
+  // A lasting change is on where the bias is the larger: a magnet came or went.
+  const Vector3 bias = stage.result().values.at<Vector3>(key::mag_bias);
+  option.start = theta;
+  if (form == ChangeForm::kOffset && !span.end.finite() && span.begin.finite() &&
+      (bias + theta).norm() < bias.norm()) {
+    span = {kFromTheStart, span.begin};
+    option.start = -theta;
+  }
+  if (span.begin != found.span.begin || span.end != found.span.end) stage = refit({.span = span});
+  option.effect = spec.effects.back();
+  option.span = span;
+  option.sigma_t = found.sigma_s;
+  option.searched += cost_of_times(found, recordings_);
+  return true;
+}
+
+// A strong source bends the trajectory of a fit without it, and what that leaves points elsewhere:
+// once there is some source in the model, its place is looked for anew.
+void Extender::find_source(Option& option, Stage& stage) const {
+  for (const LikelySource& source : sources_by_residual(*recordings_.front(), stage)) {
+    VectorXd start(6);
+    start << source.place, source.moment;
+    std::optional<Stage> again =
+        attempt([&] { return pipeline_.refit_with_same_noise(*stage_, stage.spec(), start); });
+    if (!again || !again->result().converged() ||
+        again->result().cost_final > stage.result().cost_final) {
+      continue;
+    }
+    stage = *std::move(again);
+    option.start = start;
+  }
+}
+
+// The model with the option in it, fitted; nothing where it does not hold there.
+std::optional<Extender::Trial> Extender::trial(Option option) const {
+  ModelSpec spec = stage_->spec();
+  std::erase_if(spec.effects, [&](const auto& e) { return replaces(*option.effect, e->name()); });
+  spec.effects.push_back(option.effect);
+  Stage stage = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
+  if (is_change(option.effect->name()) && !find_times(option, stage)) return std::nullopt;
+  if (option.effect->name() == "stationary_source" && option.score.statistic > kBends) {
+    find_source(option, stage);
+  }
+  if (!stage.result().converged()) return std::nullopt;
+  const Score w =
+      wald_test(stage, stage.spec().effects.size() - 1, excess(option.effect->channel(), stage));
+  if (!survives(option, stage, w)) return std::nullopt;
+  if (option.effect->description().random_process &&
+      rests_contradict_walk(whole_, option.extra.front().value)) {
+    return std::nullopt;
+  }
+  LeftOut left_out{stage, {}};
+  // An error that lasts must be foretold through whole quarters of the recording: what comes and
+  // goes with the place where the sensor is held is not. Where noise is coloured a slow change,
+  // too.
+  double gained = gain(left_out);
+  const double nll = nll_ - gained;
+  if (lasts(*option.effect) || (option.effect->with_terms(1) != nullptr && w.coloured)) {
+    const double in_quarters = gain(left_out, quarter_s());
+    if (in_quarters < kMinGain) return std::nullopt;
+    if (lasts(*option.effect)) gained = std::max(gained, in_quarters);
+  }
+  if (option.effect->name() == "hard_iron_change" && !w.coloured && !is_all(stage)) {
+    return std::nullopt;
+  }
+  return Trial{std::move(option), std::move(stage), nll, w.coloured && !w.by_chance, gained};
+}
+
+// In nats on all data. The density of a random process is a parameter, too.
+double Extender::likelier(const Trial& t) const {
+  const double density = t.option.effect->description().random_process ? 1.0 : 0.0;
+  return explains(t.stage, t.stage.spec().effects.size() - 1, *stage_, t.option.searched) - density;
+}
+
+// Those of the options that hold and predict left-out data better, with what each gains. Which of
+// them it is, the likelihood of all data tells best where the noise is white beside the likeliest
+// (beside the others what they leave is no noise): windows cut from each other show little of what
+// needs minutes to be seen. Under coloured noise left-out data decide.
+std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options) const {
+  std::vector<Trial> out;
+  for (const Option& o : options) {
+    // One whose numbers fail has lost.
+    std::optional<Trial> t = attempt([&] { return trial(o); }).value_or(std::nullopt);
+    if (!t || !std::isfinite(t->left_out)) continue;
+    t->gain = t->left_out - t->option.searched;
+    if (t->gain > kMinGain) out.push_back(*std::move(t));
+  }
+  if (out.empty()) return out;
+  std::vector<double> gains;
+  for (const Trial& t : out) {
+    const double gain = attempt([&] { return likelier(t); }).value_or(-INFINITY);
+    gains.push_back(std::isfinite(gain) ? gain : -INFINITY);
+  }
+  const auto best = std::ranges::max_element(gains) - gains.begin();
+  if (out[std::size_t(best)].coloured) return out;
+  for (std::size_t i = 0; i < out.size(); ++i) out[i].gain = gains[i];
+  return out;
+}
+
+}  // namespace magimu

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The scan's numbers in the words and figures of a finding.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/search/option.h"
+
+namespace magimu {
+
+// In standard deviations, what is found nine times out of ten: where the tail of the chi-square
+// distribution reaches the level, and 1.28 above it.
+double detectable_size(int dof, double log10_level);
+
+std::string walk_sentence(const FoundParameter& density);
+
+// Candidates that explain much of the same misfit with this motion.
+std::vector<Confusable> confusable(const Option& option, const std::vector<Option>& all);
+
+// The scan as reported: what was tested, and what could not be, with the reason.
+std::vector<ScanEntry> scan_entries(const std::vector<Option>& options,
+                                    const std::vector<const Recording*>& recordings,
+                                    const Stage& stage, double log10_level);
+
+}  // namespace magimu

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/motion_finding.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/fit/choose_motion.h"
+#include "calibration/scan/general_dependence.h"
+#include "calibration/scan/testable.h"
+#include "diagnosis/held/held_out_nll.h"
+#include "diagnosis/noise/tails.h"
+#include "diagnosis/search/slow_motion.h"
+#include "diagnosis/search/stored_model.h"
+#include "factors/effects/catalogue.h"
+#include "graph/numerical_error.h"
+#include "recording/data/median.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kCalm = 1.15;  // accelerometer noise in motion over that at rest
+constexpr double kCalmColour = 0.15;
+constexpr double kMoreInMotion = 1.2;
+constexpr double kMostOfIt = 0.5;     // of the misfit, for an effect to be tried in its stead
+constexpr double kClearlyMore = 4.5;  // standard deviations
+constexpr double kSlowSigmas = 3.6, kLeastSlow = 0.1;  // of the slow power's logarithm
+constexpr double kTheirSigmas = 2.5;                   // of that of another sensor
+constexpr double kOfVertical = 1.0 / 6.0;  // of the whole: half of what a hand moves up and down
+constexpr double kOverColour = 1.4;        // standard deviations
+
+// The accelerometer's residual under pure rotation.
+struct Restlessness {
+  double excess = 1.0, colour = 0.0;
+  double rows = 0.0;
+  double squares = 0.0;  // whitened, beyond those of noise as at rest
+};
+
+// Is there more of it, and more that is slow, in motion than in the rests, each about its mean?
+// What is there, too, no motion has made. By the median: tails do not count. Without rests: yes.
+bool more_in_motion(const NodeResiduals& r) {
+  std::vector<double> moving, still;
+  const auto add = [](std::vector<double>& to, const Vector3& x) {
+    for (const double v : x) to.push_back(std::abs(v));
+  };
+  for (const auto& piece : r.moving) {
+    for (const Vector3& x : piece) add(moving, x);
+  }
+  for (const auto& piece : r.still) {
+    Vector3 mean = Vector3::Zero();
+    for (const Vector3& x : piece) mean += x / double(piece.size());
+    for (const Vector3& x : piece) add(still, x - mean);
+  }
+  if (still.size() < 60 || moving.empty()) return true;
+  const SlowPower slow = slow_power(r);
+  return median(moving) > kMoreInMotion * median(still) &&
+         (slow.unknowns == 0.0 || slow.over_rest > kClearlyMore);
+}
+
+Restlessness restlessness(const Stage& rotation, double rest_acc) {
+  const SensorSums sums = rotation.sums();
+  Restlessness out;
+  out.colour = sums.lag1[std::size_t(Sensor::kAcc)];
+  out.rows = sums.rows[std::size_t(Sensor::kAcc)];
+  const double rms = sums.rms(Sensor::kAcc);
+  if (rest_acc > 0.0) out.excess = rotation.spec().noise.acc * rms / rest_acc;
+  out.squares = out.rows * rms * rms * (1.0 - 1.0 / std::pow(std::max(1.0, out.excess), 2));
+  return out;
+}
+
+// What the accelerometer measured beside gravity and bias, RMS of single samples, m/s^2.
+double acceleration_rms(const Stage& rotation) {
+  const double noise = rotation.spec().noise.acc * rotation.sums().rms(Sensor::kAcc);
+  double nodes = 0.0, seconds = 0.0;
+  for (const NodePlan& plan : rotation.plans()) {
+    nodes += double(plan.t.size());
+    seconds += plan.t.back() - plan.t.front();
+  }
+  const double nodes_per_s = nodes / std::max(1e-9, seconds);
+  return noise * std::sqrt(nodes_per_s) * std::sqrt(3.0);
+}
+
+// Velocity and position make likelihoods under the two models incomparable. What can be compared is
+// what the accelerometer costs if its residual under pure rotation is noise as at rest, and if it
+// is as large as it is: no parameter has been fitted to that. unknowns: of its coefficients, those
+// that are; times: their mean square over that at rest.
+Finding finding_of_motion(const Stage& moving, double rms, double unknowns, double times,
+                          double residual_before) {
+  const double after = sum_of(held_out_nll(moving));
+  Finding f;
+  f.effect = "linear_acceleration";
+  f.channel = "acc";
+  f.parameters = {{"acceleration_rms", rms, rms / std::sqrt(unknowns), "m/s^2"}};
+  f.probability = 1.0;
+  f.gain = {
+      .heldout_nll_before = after + 0.5 * unknowns * std::max(0.0, times - 1.0 - std::log(times)),
+      .heldout_nll_after = after,
+      .bic_delta = -unknowns * (times - 1.0),
+      .residual_rms_before = residual_before,
+      .residual_rms_after = moving.sums().rms(Sensor::kAcc)};
+  f.confusable_with = {{"lever_arm", "a sensor that turns about a point beside it is moved, too",
+                        "turn about a fixed point"}};
+  return f;
+}
+
+Finding motion_finding(const Stage& rotation, const Stage& moving, const Restlessness& restless) {
+  const double times = restless.excess * restless.excess;
+  const double rms = acceleration_rms(rotation);
+  Finding f = finding_of_motion(moving, rms, restless.rows, times, restless.excess);
+  f.sentence = fmt::format(
+      "The hand moved the sensor: it accelerated by {:.2g} m/s^2 (RMS), {:.1f} times what the "
+      "accelerometer's noise explains; velocity and position are part of the model from here on.",
+      rms, restless.excess);
+  f.p_value =
+      std::pow(10.0, std::max(-300.0, log10_chi_square_tail(restless.rows * times, restless.rows)));
+  return f;
+}
+
+Finding small_motion_finding(const Stage& rotation, const Stage& moving, const SlowPower& slow,
+                             const NodeResiduals& residuals) {
+  double nodes = 0.0;
+  for (const auto& piece : residuals.moving) nodes += double(piece.size());
+  const double rms = rotation.spec().noise.acc *
+                     std::sqrt(slow.squares / (std::max(1.0, nodes) * residuals.interval_s));
+  const double times = std::exp(slow.log_ratio);
+  Finding f =
+      finding_of_motion(moving, rms, slow.unknowns, times, rotation.sums().rms(Sensor::kAcc));
+  f.parameters.front().sigma = 0.5 * rms * slow.sigma / (1.0 - 1.0 / times);
+  f.sentence = fmt::format(
+      "The hand moved the sensor a little: it accelerated by {:.2g} m/s^2 (RMS); slower than "
+      "1.5 Hz the accelerometer reads {:.2g} times as much beside gravity as its noise explains. "
+      "Velocity and position are part of the model from here on.",
+      rms, std::sqrt(times));
+  f.p_value = std::min(1.0, normal_tail(slow.z()) * kHandsBands * double(count_looked_for()));
+  return f;
+}
+
+// Does what the accelerometer leaves follow the way the sensor is held and turned? A hand does not.
+// (Products of the rate are left out: a sensor swung about a point beside it is moved so.)
+bool follows_the_attitude(const std::vector<const Recording*>& recordings, const Stage& rotation,
+                          double misfit) {
+  auto dependences = general_dependences(true);
+  std::erase_if(dependences, [](const auto& e) { return e->channel() != Channel::kAcc; });
+  const Scan scan(recordings, rotation, dependences);
+  return std::ranges::any_of(
+      scan.scores(), [&](const Score& s) { return s.statistic - s.dof > kMostOfIt * misfit; });
+}
+
+}  // namespace
+
+Stage choose_motion_model(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+                          const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
+  if (options.base) {
+    const Stage stage = stored_model(*options.base, recordings, pipeline, d.notes);
+    extender.set_base(stage);
+    return stage;
+  }
+  if (options.motion != MotionModel::kAuto) {
+    const Stage stage = pipeline.with_fixed_symmetries(pipeline.coarse_fit(options.motion));
+    extender.set_base(stage);
+    return stage;
+  }
+  const double rest_acc = pipeline.rest_noise().acc;
+  std::string why;
+  const auto fitted = [&](MotionModel motion) {
+    return attempt([&] { return pipeline.with_fixed_symmetries(pipeline.coarse_fit(motion)); },
+                   &why);
+  };
+  const std::optional<Stage> turning = fitted(MotionModel::kRotation);
+  const std::optional<Stage> held = fitted(MotionModel::kHandHeld);
+  if (!turning && !held) throw NumericalError(why);
+  extender.set_base(turning ? *turning : *held);
+  // A model of the motion that has no fit has lost.
+  if (!turning || !held) return turning ? *turning : *held;
+  const Stage &rotation = *turning, &moving = *held;
+  // Coloured noise and heavy tails look like a motion, but they are there in rests, too.
+  if (!more_in_motion(node_residuals(rotation, recordings, Sensor::kAcc)) ||
+      choose_motion(rotation, moving, rest_acc).motion == MotionModel::kRotation) {
+    return rotation;
+  }
+
+  const Restlessness restless = restlessness(rotation, rest_acc);
+  const Scan scan(recordings, rotation, extender.candidates(rotation));
+  const bool other = std::any_of(scan.scores().begin(), scan.scores().end(), [&](const Score& s) {
+    return log10_chi_square_tail(s.statistic, s.dof) < extender.log10_level() &&
+           s.statistic > kMostOfIt * restless.squares;
+  });
+  if (other) {
+    const Diagnosis before = d;
+    extender.extend(rotation);
+    const Restlessness now = restlessness(extender.stage(), rest_acc);
+    if (now.excess < kCalm && now.colour < kCalmColour) return extender.stage();
+    d = before;
+  }
+  if (follows_the_attitude(recordings, rotation, restless.squares)) return rotation;
+  d.findings.push_back(motion_finding(rotation, moving, restless));
+  return moving;
+}
+
+std::optional<Stage> find_small_motion(const std::vector<const Recording*>& recordings,
+                                       const Pipeline& pipeline, Extender& extender, Diagnosis& d) {
+  const Stage& stage = extender.stage();
+  if (stage.spec().motion != MotionModel::kRotation) return std::nullopt;
+  // What swings about a fixed point is no hand's motion.
+  for (const auto& e : stage.spec().effects) {
+    if (e->description().rotation_only) return std::nullopt;
+  }
+  const NodeResiduals residuals = node_residuals(stage, recordings, Sensor::kAcc);
+  const SlowPower acc = slow_power(residuals);
+  if (acc.z() < kSlowSigmas || acc.log_ratio < kLeastSlow || acc.over_coloured() < kOverColour) {
+    return std::nullopt;
+  }
+  // An error of another sensor bends the attitude, and that shows in the accelerometer, too, but
+  // not in what it measures along the vertical. (And a motion bends the attitude, which shows in
+  // the gyroscope.)
+  const double vertical = slow_power(residuals, Axes::kVertical).squares;
+  for (const Sensor other : {Sensor::kMag, Sensor::kGyr}) {
+    const SlowPower theirs = slow_power(node_residuals(stage, recordings, other));
+    if (theirs.squares > kMostOfIt * acc.squares && theirs.z() > kTheirSigmas &&
+        vertical < kOfVertical * (acc.squares + theirs.squares)) {
+      return std::nullopt;
+    }
+  }
+  if (follows_the_attitude(recordings, stage, acc.squares)) return std::nullopt;
+  std::optional<Stage> fitted;  // without effects
+  const auto with_effects = attempt([&] {
+    fitted = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));
+    if (stage.spec().effects.empty()) return *fitted;
+    ModelSpec spec = fitted->spec();
+    spec.effects = stage.spec().effects;
+    return pipeline.refit(*fitted, spec);
+  });
+  if (!with_effects || !with_effects->result().converged()) return std::nullopt;
+  const Stage &plain = *fitted, &moving = *with_effects;
+  d.findings.push_back(small_motion_finding(stage, moving, acc, residuals));
+  extender.replace(moving);
+  return plain;
+}
+
+}  // namespace magimu

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Did a hand move the sensor (`linear_acceleration`), or does an effect on the accelerometer, found
+// under pure rotation, explain what looks like it?
+#pragma once
+
+#include "diagnosis/search/extender.h"
+
+namespace magimu {
+
+// The stage to extend. A finding is added to d where the motion is modelled; the extender's base
+// becomes the rotation model.
+Stage choose_motion_model(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+                          const DiagnosisOptions& options, Extender& extender, Diagnosis& d);
+
+// What the effects that were found leave may still be a motion of millimetres: of accelerations
+// below the noise of single samples, but slow. A finding is added to d then, and the motion is
+// modelled from there on: the stage of that model without effects.
+std::optional<Stage> find_small_motion(const std::vector<const Recording*>& recordings,
+                                       const Pipeline& pipeline, Extender& extender, Diagnosis& d);
+
+}  // namespace magimu

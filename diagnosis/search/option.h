@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A candidate as the scan leaves it: what would enter the model, where it would start, how well the
+// data speak for it.
+#pragma once
+
+#include "calibration/scan/scan.h"
+#include "diagnosis/result/diagnosis.h"
+#include "factors/effects/change.h"
+
+namespace magimu {
+
+struct Option {
+  std::shared_ptr<const Effect> effect;
+  Score score;          // log10_p: corrected for what was searched (times, orders)
+  VectorXd start = {};  // of its parameters; empty: zero
+  double rank = 0.0;    // log10 of the plain chi-square's tail: less is better
+  std::vector<FoundParameter> extra = {};  // instead of the effect's own parameters
+  ChangeSpan span = {};                    // of a change
+  double sigma_t = 0.0;                    // of its times, s
+  double searched = 0.0;  // nats: what it costs that these times were chosen among all others
+};
+
+// Of the longest recording, s.
+double longest_s(const std::vector<const Recording*>& recordings);
+bool among(const std::vector<std::string>& names, const std::string& name);
+// Is the named cause a simpler one within it?
+bool contains(const Effect& effect, const std::string& name);
+// By how many nats one effect may predict worse than another and still be the one to name: the
+// simpler of two that explain as much, or the one whose cause was recorded.
+double allowance(const Effect& one, const Effect& other, double gain, double other_gain);
+inline constexpr double kDraw = 2.0;     // nats within which the simpler of two effects is taken
+inline constexpr double kAsMuch = 0.85;  // of the gain, for a nested cause to be the one named
+// Of the same sensor, and to be named where it predicts as well.
+bool is_simpler(const Effect& one, const Effect& other);
+// What a new effect takes the place of: what it contains, what is the same to first order (beside
+// each other the two are not determined), and a source that seemed to be elsewhere.
+bool replaces(const Effect& effect, const std::string& name);
+// No motion, or none that is usual, tells the two apart.
+bool same_class(const Effect& a, const Effect& b);
+// Any function of time, among which one may always be found that a cause resembles.
+bool of_any_time(const Effect& effect);
+// The same error as long as the recording; not what happens at some time or by chance.
+bool lasts(const Effect& effect);
+// The magnetometer's residuals in one of the recordings, all its parts, without the term of the
+// effect that entered last, whose parameters go to theta.
+VectorSeries residual_without_last(const Stage& stage, int recording, VectorXd& theta);
+
+}  // namespace magimu

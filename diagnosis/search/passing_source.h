@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A magnet that the sensor passes, where no positions were recorded to find its place: the
+// magnetometer departs from the model for some seconds, comes back, and departs again elsewhere,
+// tied to neither orientation nor a lasting change.
+#pragma once
+
+#include <optional>
+
+#include "diagnosis/search/extender.h"
+
+namespace magimu {
+
+// On what the extended model leaves. Nothing where positions are known (the scan looks for the
+// place then) or where the departures are the rule rather than the exception.
+std::optional<Finding> find_passing_source(const std::vector<const Recording*>& recordings,
+                                           const Stage& stage);
+
+}  // namespace magimu

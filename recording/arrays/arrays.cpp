@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recording/arrays/arrays.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "recording/csv/csv_columns.h"
+#include "recording/csv/csv_names.h"
+#include "recording/csv/one_clock.h"
+#include "recording/csv/words.h"
+#include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
+#include "recording/data/row_times.h"
+
+namespace magimu {
+namespace {
+
+// "imu.gyro" -> "gyr", by the file's name or by --map; empty if it is no sensor's.
+std::string array_meaning(const std::string& name, const CsvOptions& options) {
+  const auto given = options.columns.find(name);
+  if (given != options.columns.end()) return given->second;
+  const CsvName scalar = csv_name(name);
+  if (scalar.name == "t") return "t";
+  const std::string component = csv_name(name + "_x").name;
+  return component.substr(0, component.find('_'));
+}
+
+std::string last_word(const std::string& name) {
+  const std::string words = plain_words(name);
+  return words.substr(words.find_last_of("./") + 1);
+}
+
+bool is_rate(const std::string& name) {
+  constexpr std::string_view kRates[] = {"sampling_rate",
+                                         "samplingrate",
+                                         "sample_rate",
+                                         "samplerate",
+                                         "fs",
+                                         "rate",
+                                         "freq",
+                                         "frequency",
+                                         "samplefreq",
+                                         "sample_freq",
+                                         "sampling_frequency",
+                                         "rate_hz",
+                                         "f_s"};
+  return std::ranges::find(kRates, last_word(name)) != std::end(kRates);
+}
+bool is_interval(const std::string& name) {
+  constexpr std::string_view kIntervals[] = {
+      "ts",           "dt",           "sampling_period", "sample_period",
+      "sampleperiod", "samplingtime", "sampling_time"};
+  return std::ranges::find(kIntervals, last_word(name)) != std::end(kIntervals);
+}
+
+struct SensorArray {
+  std::string name, meaning;  // meaning: "acc", "gyr", "mag", "mag2"
+  double unit = 1.0;
+  std::vector<Vector3> v;
+};
+
+class ArrayRecording {
+ public:
+  ArrayRecording(const BroadFile& file, const CsvOptions& options)
+      : file_(file), options_(options), rate_(options.rate_hz) {}
+
+  Recording read() {
+    for (const auto& [theirs, ours] : options_.columns) {
+      if (std::ranges::find(file_.names, theirs) == file_.names.end()) {
+        fail(fmt::format("there is no array {}, to be read as {}", quoted_text(theirs), ours),
+             "the arrays there are: " + names());
+      }
+    }
+    for (const std::string& name : file_.names) take(name);
+    if (sensors_.empty()) {
+      fail(
+          "there is no field imu_acc, nor another array of an accelerometer; the fields there "
+          "are: " +
+              names(),
+          "say which is which (--map acc=NAME --map gyr=NAME --map mag=NAME --map t=NAME), or "
+          "convert the file to CSV");
+    }
+    std::vector<Recording> parts;
+    for (SensorArray& sensor : sensors_) parts.push_back(part_of(sensor));
+    merge_mags(parts);
+    return joined(std::move(parts), file_.path, options_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& problem, const std::string& remedy) const {
+    throw InputError(file_.path, 0, 0, problem, remedy);
+  }
+  std::string names() const {
+    std::vector<std::string> all;
+    for (const std::string& name : file_.names) all.push_back(quoted_text(name));
+    if (all.size() > 40) all.resize(40);
+    return all.empty() ? "none" : fmt::format("{}", fmt::join(all, ", "));
+  }
+
+  void take(const std::string& name) {
+    const std::string meaning = array_meaning(name, options_);
+    const std::string own_time = csv_time_of(name);
+    const bool rate = is_rate(name), interval = is_interval(name);
+    if (meaning.empty() && own_time.empty() && !rate && !interval) return;
+    BroadField field;
+    try {
+      field = file_.read(name);
+    } catch (const InputError&) {
+      if (options_.columns.contains(name)) throw;
+      return;  // text, a structure
+    }
+    const std::size_t count = field.values.size();
+    if ((rate || interval) && count == 1) {
+      const double value = field.values[0];
+      if (!rate_ && value > 0.0 && std::isfinite(value)) rate_ = rate ? value : 1.0 / value;
+    } else if ((meaning == "t" || !own_time.empty()) && (field.rows == 1 || field.columns == 1) &&
+               count > 1) {
+      times_[meaning == "t" ? "" : own_time] = field.values;
+    } else if (meaning != "t" && !meaning.empty()) {
+      take_sensor(name, meaning, field);
+    }
+  }
+
+  void take_sensor(const std::string& name, const std::string& meaning, const BroadField& field) {
+    const bool known = meaning == "acc" || meaning == "gyr" || meaning.starts_with("mag");
+    const bool rows = field.columns == 3, columns = field.rows == 3;
+    if (!known || (!rows && !columns) || std::max(field.rows, field.columns) < 5) return;
+    const int preference =
+        csv_name(name + "_x").preference + (options_.columns.contains(name) ? 1000 : 0);
+    SensorArray sensor{name, meaning, csv_name(name + "_x").unit, {}};
+    const std::size_t n = rows ? field.rows : field.columns;
+    for (std::size_t k = 0; k < n; ++k) {
+      const auto at = [&](std::size_t i) { return field.values[rows ? 3 * k + i : n * i + k]; };
+      sensor.v.emplace_back(at(0), at(1), at(2));
+    }
+    const auto [entry, is_new] = preference_.try_emplace(meaning, preference);
+    if (!is_new && entry->second >= preference) return;
+    entry->second = preference;
+    std::erase_if(sensors_, [&](const SensorArray& s) { return s.meaning == meaning; });
+    sensors_.push_back(std::move(sensor));
+  }
+
+  Recording part_of(SensorArray& sensor) {
+    const std::string kind = sensor.meaning.substr(0, 3);
+    RawRows rows;
+    RowTimesOptions options;
+    options.keep_origin = true;
+    options.row = "row";
+    const auto own = times_.find(kind), common = times_.find("");
+    const bool has_own = own != times_.end() && own->second.size() == sensor.v.size();
+    const bool has_time =
+        has_own || (common != times_.end() && common->second.size() == sensor.v.size());
+    if (has_time && !options_.rate_hz) {
+      rows.time = has_own ? own->second : common->second;
+      options.column = "t";
+      if (options_.time_unit) {
+        options.unit_known = true;
+        for (double& t : rows.time) t *= *options_.time_unit;
+      }
+    } else if (rate_) {
+      rows.time.assign(sensor.v.size(), 0.0);
+      options.has_time = false;
+      options.rate_hz = rate_;
+    } else {
+      fail(fmt::format("there is no array of times of as many numbers as {} has rows ({})",
+                       quoted_text(sensor.name), sensor.v.size()),
+           "map it (--map t=NAME), or give the rate, --rate HZ; the arrays there are: " + names());
+    }
+    const std::optional<double>& given = kind == "acc"   ? options_.acc_unit
+                                         : kind == "gyr" ? options_.gyr_unit
+                                                         : options_.mag_unit;
+    const double unit = given.value_or(sensor.unit);
+    for (std::size_t k = 0; k < sensor.v.size(); ++k) {
+      sensor.v[k] *= unit;
+      const bool finite = sensor.v[k].allFinite() && std::isfinite(rows.time[k]);
+      rows.sensors.push_back(finite ? RawRows::kGyr : 0);
+      rows.line.push_back(static_cast<std::uint32_t>(k + 1));
+      if (!std::isfinite(rows.time[k])) rows.time[k] = k > 0 ? rows.time[k - 1] : 0.0;
+    }
+    RowTimes times =
+        row_times(rows, options, [&](long, const std::string& problem, const std::string& remedy) {
+          fail(problem, remedy);
+        });
+    Recording part;
+    VectorSeries series;
+    std::size_t left_out = 0;
+    for (std::size_t k = 0; k < sensor.v.size(); ++k) {
+      const bool good = rows.sensors[k] != 0 && !std::isnan(times.t[k]) &&
+                        (series.t.empty() || times.t[k] > series.t.back());
+      if (good) series.push_back(times.t[k], sensor.v[k]);
+      left_out += good ? 0 : 1;
+    }
+    if (left_out > 0) {
+      part.notes.push_back(
+          fmt::format("rows of {} without a number or a time of their own: {}; they "
+                      "are left out",
+                      printable(sensor.name), left_out));
+    }
+    if (unit != 1.0) part.file_units[kind] = unit;
+    part.notes.insert(part.notes.end(), times.notes.begin(), times.notes.end());
+    part.cautions = times.cautions;
+    if (sensor.meaning != sensor.name) {
+      part.notes.push_back(
+          fmt::format("array {} is read as {}", quoted_text(sensor.name), sensor.meaning));
+    }
+    if (kind == "acc") part.acc = std::move(series);
+    if (kind == "gyr") part.gyr = std::move(series);
+    if (kind == "mag") {
+      part.mag.push_back(std::move(series));
+      part.mag_names.push_back(sensor.meaning);
+    }
+    return part;
+  }
+
+  // An array of magnetometers is one part.
+  static void merge_mags(std::vector<Recording>& parts) {
+    Recording* first = nullptr;
+    for (Recording& part : parts) {
+      if (part.mag.empty()) continue;
+      if (first == nullptr) {
+        first = &part;
+        continue;
+      }
+      first->mag.push_back(std::move(part.mag.front()));
+      first->mag_names.push_back(part.mag_names.front());
+      part.mag.clear();
+      part.mag_names.clear();
+    }
+  }
+
+  const BroadFile& file_;
+  const CsvOptions& options_;
+  std::optional<double> rate_;
+  std::map<std::string, std::vector<double>> times_;  // of a sensor; "": of all
+  std::map<std::string, int> preference_;
+  std::vector<SensorArray> sensors_;
+};
+
+}  // namespace
+
+Recording recording_from_arrays(const BroadFile& file, const CsvOptions& options) {
+  return ArrayRecording(file, options).read();
+}
+
+}  // namespace magimu

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A sensor that is written more often than it measures: its samples repeat, or a logger has put
+// them onto straight lines between its own. Such samples carry nothing new, and a fit that counts
+// them is too sure of itself.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "recording/checks/quality_checks.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kManyRepeats = 0.3;         // share of samples; a few are chance
+constexpr double kManyOnLines = 0.3;         // likewise
+constexpr double kOnLine = 1e-3;             // second difference against a large one
+constexpr std::size_t kEnoughForClock = 50;  // samples
+constexpr double kQuantum = 2.01;            // second differences of rounded numbers: so many steps
+constexpr double kFineQuantum = 0.02;        // steps against a large bend, to speak of lines
+constexpr double kLargeBend = 0.97;          // quantile
+
+// The step in which the numbers are written: the least change of any axis; a double's own
+// resolution is no step.
+double quantum(const VectorSeries& s) {
+  double least = 1e300, size = 0.0;
+  for (std::size_t k = 1; k < s.size(); ++k) {
+    size = std::max(size, s.v[k].cwiseAbs().maxCoeff());
+    for (int i = 0; i < 3; ++i) {
+      const double d = std::abs(s.v[k][i] - s.v[k - 1][i]);
+      if (d > 1e-12 * size) least = std::min(least, d);
+    }
+  }
+  return least < 1e300 ? least : 0.0;
+}
+
+// Whether the lines meet at samples: one bend where they do. Where they meet between two samples
+// both have a bend.
+bool knots_on_samples(const std::vector<double>& bends, double limit) {
+  int single = 0, all = 0;
+  for (std::size_t k = 1; k + 1 < bends.size(); ++k) {
+    if (bends[k] <= limit || bends[k - 1] > limit) continue;
+    ++all;
+    single += bends[k + 1] <= limit ? 1 : 0;
+  }
+  return 2 * single > all;
+}
+
+}  // namespace
+
+std::vector<Issue> check_clock(const NamedSeries& sensor) {
+  const VectorSeries& s = *sensor.series;
+  if (s.size() < kEnoughForClock) return {};
+  const double rate = s.rate_hz();
+  std::size_t repeats = 0;
+  for (std::size_t k = 1; k < s.size(); ++k) repeats += s.v[k] == s.v[k - 1] ? 1 : 0;
+  const double repeated = double(repeats) / double(s.size() - 1);
+  if (repeated > kManyRepeats) {
+    return {
+        {"repeats", sensor.name, -1, sensor.is_mag() ? Severity::kNote : Severity::kCaution, 0.0,
+         0.0,
+         fmt::format("{:.0f} % of the samples of {} repeat the one before: its own rate is about "
+                     "{:.3g} Hz, not {:.3g}",
+                     100.0 * repeated, sensor.name, rate * (1.0 - repeated), rate),
+         sensor.is_mag() ? "the repeats are left out of a calibration"
+                         : "log each sample once, with the time at which it was measured"}};
+  }
+  std::vector<double> bends;
+  for (std::size_t k = 1; k + 1 < s.size(); ++k) {
+    bends.push_back((s.v[k + 1] - 2.0 * s.v[k] + s.v[k - 1]).norm());
+  }
+  // The usual bend where there is one, however few samples have one; blows do not count.
+  std::vector<double> sorted = bends;
+  const auto large = sorted.begin() + std::ptrdiff_t(double(sorted.size()) * kLargeBend);
+  std::ranges::nth_element(sorted, large);
+  const double step = kQuantum * std::sqrt(3.0) * quantum(s);
+  const double limit = std::max(kOnLine * *large, step < kFineQuantum * *large ? step : 0.0);
+  // Where nothing moves every sample is on a line: that alone shows nothing.
+  std::size_t on_line = 0, moving = 0;
+  for (std::size_t k = 0; k < bends.size(); ++k) {
+    if (bends[k] > limit) continue;
+    ++on_line;
+    moving += s.v[k + 2] != s.v[k + 1] ? 1 : 0;
+  }
+  const double share = double(on_line) / double(bends.size());
+  if (double(moving) < kManyOnLines * double(bends.size())) return {};
+  const double own = rate * (1.0 - share) / (knots_on_samples(bends, limit) ? 1.0 : 2.0);
+  return {{"interpolation", sensor.name, -1, Severity::kCaution, 0.0, 0.0,
+           fmt::format("{:.0f} % of the samples of {} lie on straight lines between their "
+                       "neighbours: they are interpolated from a clock of about {:.3g} Hz, not "
+                       "measured at {:.3g} Hz",
+                       100.0 * share, sensor.name, own, rate),
+           "write the sensor's own samples with their own times, and leave its fields empty "
+           "between them"}};
+}
+
+}  // namespace magimu

@@ -1,0 +1,409 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Units by what is the same for everyone: gravity, the earth's field, and that directions turn as
+// fast as the gyroscope says.
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "graph/decompositions.h"
+#include "recording/checks/quality_checks.h"
+#include "recording/checks/turn_regression.h"
+#include "recording/data/median.h"
+#include "recording/data/units.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kGravity = 9.80665;
+constexpr double kDeg = M_PI / 180.0;
+constexpr std::size_t kEnough = 20;  // samples
+// Halfway, as a factor, between a gyroscope in order and one whose range is wrong by the least
+// factor that ranges differ by, 2; the regression on real hands and real iron is off by up to 15 %.
+constexpr double kWrongScale = M_SQRT2;
+constexpr double kSigmas = 5.0;
+constexpr double kExplained = 0.5;   // share of the turns, to speak of a scale
+constexpr double kNear = 0.05;       // of a named factor
+constexpr double kLeastField = 5.0;  // uT: less has no magnetometer on earth
+// The earth's field has 22 to 67 uT, soft iron changes it by half at the most.
+constexpr double kSmallestRadius = 15.0, kLargestRadius = 100.0;
+// A change of readings in uT beyond which the unit must be another one, strong iron or not.
+constexpr double kImpossibleRadius = 200.0;
+// Rounding of normalised readings: standard deviations of the written steps, and the relative
+// precision of a float.
+constexpr double kRounding = 3.0, kFloatDigits = 1e-6;
+constexpr double kTurnedDirections = 0.3;  // spread of directions from which on a length tells
+constexpr double kOneDirection = 0.1;      // rad: readings as near as this are of one direction
+
+double file_unit(const Recording& r, const std::string& quantity) {
+  const auto found = r.file_units.find(quantity);
+  return found == r.file_units.end() ? 1.0 : found->second;
+}
+
+// quantity: "acc", "gyr", "mag"; unit: as --unit takes it.
+Issue unit_issue(const std::string& sensor, const std::string& quantity, const std::string& problem,
+                 const std::string& unit) {
+  return {
+      "unit", sensor, -1,      Severity::kFatal,
+      0.0,    0.0,    problem, fmt::format("give the file's unit: --unit {}={}", quantity, unit)};
+}
+
+// Sensitivities that data sheets have, counts a deg/s and counts a g (10 a deg/s: tenths of it).
+constexpr double kGyrCounts[] = {10, 131, 65.5, 32.8, 16.4, 114.286, 57.143, 28.571, 14.286};
+constexpr double kAccCounts[] = {16384, 8192, 4096, 2048, 1024, 512, 256};
+constexpr double kSameCounts = 0.03;
+
+// The nearest of them where it is near enough to be meant.
+template <std::size_t N>
+double snapped(const double (&known)[N], double counts) {
+  const double* best =
+      std::ranges::min_element(known, {}, [&](double k) { return std::abs(std::log(counts / k)); });
+  return std::abs(counts / *best - 1.0) < kSameCounts ? *best : counts;
+}
+
+// The name that --unit has for a unit of this size in ours, or the number.
+std::string unit_text(const std::string& quantity, double in_ours) {
+  constexpr std::pair<const char*, const char*> kNames[] = {
+      {"acc", "g"},      {"acc", "mg"},    {"acc", "m/s^2"},  {"gyr", "deg/s"},
+      {"gyr", "mdeg/s"}, {"gyr", "rad/s"}, {"gyr", "mrad/s"}, {"mag", "uT"},
+      {"mag", "gauss"},  {"mag", "mG"},    {"mag", "nT"},     {"mag", "T"}};
+  for (const auto& [of, name] : kNames) {
+    if (quantity != of) continue;
+    if (std::abs(in_ours / *unit_in_ours(of, name) - 1.0) < kNear) return name;
+  }
+  return fmt::format("{:.4g}", in_ours);
+}
+
+// The half of the numbers that lies closest together, again and again until few are left, and their
+// median: of gravity's length what the moments say in which a hand does not swing the sensor.
+double most_frequent(std::vector<double> x) {
+  std::ranges::sort(x);
+  for (std::size_t least = std::max<std::size_t>(x.size() / 10, 20); x.size() / 2 >= least;) {
+    const std::size_t half = x.size() / 2;
+    std::size_t best = 0;
+    for (std::size_t k = 0; k + half < x.size(); ++k) {
+      if (x[k + half] - x[k] < x[best + half] - x[best]) best = k;
+    }
+    x = std::vector<double>(x.begin() + std::ptrdiff_t(best),
+                            x.begin() + std::ptrdiff_t(best + half));
+  }
+  return median(std::move(x));
+}
+
+std::vector<Issue> check_acc(const Recording& r) {
+  std::vector<double> lengths;
+  for (const Vector3& v : r.acc.v) lengths.push_back(v.norm());
+  const double usual = median(std::vector<double>(lengths)), given = file_unit(r, "acc");
+  const auto reads = [&](const std::string& meaning) {
+    return fmt::format("the accelerometer usually reads {:.4g}, not gravity's 9.81 m/s^2{}", usual,
+                       meaning);
+  };
+  if (usual > 5.0 && usual < 20.0) return {};
+  const double unit = given * kGravity / usual;  // that makes it gravity
+  // g and mg leave room for a hand that shakes the sensor.
+  for (const auto& [name, size] : {std::pair("g", kGravity), std::pair("mg", 1e-3 * kGravity)}) {
+    if (std::abs(unit / size - 1.0) > 0.4 || std::abs(given / size - 1.0) < kNear) continue;
+    return {unit_issue("acc", "acc", reads(fmt::format(": it is in {}", name)), name)};
+  }
+  if (usual < 5.0 && given == 1.0) {
+    return {
+        {"gravity", "acc", -1, Severity::kFatal, 0.0, 0.0,
+         reads(": this is acceleration without gravity, which some phones offer"),
+         "record the accelerometer itself (with gravity; Sensor Logger: total acceleration), or "
+         "give its unit by --unit acc=..."}};
+  }
+  const double quiet = most_frequent(std::move(lengths));
+  const double counts = snapped(kAccCounts, quiet / given);  // a g
+  return {unit_issue(
+      "acc", "acc",
+      reads(fmt::format("; perhaps these are counts of the converter, {:.0f} a g", counts)),
+      fmt::format("{:.4g} (one count in m/s^2)", kGravity / counts))};
+}
+
+// In many attitudes gravity has one length, whatever the bias: a sphere, whose radius is the scale.
+// A
+// hand's accelerations, and noise, enlarge it by 3 s^2 / (2 r), s the scatter about the sphere.
+std::vector<Issue> check_acc_scale(const Recording& r) {
+  constexpr std::size_t kGroups = 8;  // stretches of time, for the standard error
+  constexpr double kLeast = 0.005;    // beyond any place's gravity (0.3 %)
+  constexpr double kSpread = 0.05;    // of directions, least axis of three: attitudes to all sides
+  // |f|^2 = 2 c'f + (r^2 - |c|^2): least squares for centre and radius.
+  std::array<Mat<double, 4, 4>, kGroups> H;
+  std::array<Vector4, kGroups> h;
+  H.fill(Mat<double, 4, 4>::Zero());
+  h.fill(Vector4::Zero());
+  Matrix3 spread = Matrix3::Zero();
+  const std::size_t n = r.acc.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector3& f = r.acc.v[i];
+    const Vector4 row(f[0], f[1], f[2], 1.0);
+    H[i * kGroups / n] += row * row.transpose();
+    h[i * kGroups / n] += f.squaredNorm() * row;
+    spread += f * f.transpose() / (f.squaredNorm() * double(n));
+  }
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(MatrixXd(spread), Eigen::EigenvaluesOnly);
+  if (n < 100 * kGroups || !(axes.eigenvalues()[0] > kSpread)) return {};
+  const auto sphere = [&](std::size_t without, Vector3& centre) {
+    MatrixXd A = MatrixXd::Zero(4, 4), b = MatrixXd::Zero(4, 1);
+    for (std::size_t g = 0; g < kGroups; ++g) {
+      if (g == without) continue;
+      A += H[g];
+      b += h[g];
+    }
+    const MatrixXd x = A.ldlt().solve(b);
+    centre = 0.5 * x.topRows(3);
+    return std::sqrt(std::max(0.0, x(3, 0) + centre.squaredNorm()));
+  };
+  Vector3 centre, ignored;
+  const double radius = sphere(kGroups, centre);
+  double sum = 0.0, scatter = 0.0;
+  for (std::size_t g = 0; g < kGroups; ++g) sum += std::pow(sphere(g, ignored) - radius, 2);
+  for (const Vector3& f : r.acc.v) {
+    scatter += std::pow((f - centre).norm() - radius, 2) / double(n);
+  }
+  const double sigma = std::sqrt(double(kGroups - 1) / kGroups * sum);
+  const double swung = 1.5 * scatter / radius, off = std::abs(radius - kGravity) - swung;
+  // A sensor that is swung tells nothing: its accelerations follow its attitude.
+  if (!(off > std::max({kLeast * kGravity, kSigmas * sigma, 3.0 * std::sqrt(scatter)}))) return {};
+  const double given = file_unit(r, "acc");
+  return {{"acc_scale", "acc", -1, Severity::kCaution, 0.0, 0.0,
+           fmt::format("the accelerometer reads {:.1f} % too {}: in all attitudes together gravity "
+                       "has {:.3f} +- {:.3f} m/s^2",
+                       100.0 * std::abs(radius / kGravity - 1.0),
+                       radius > kGravity ? "much" : "little", radius, sigma + swung),
+           fmt::format("scale its readings: --unit acc={:.5g}", given * kGravity / radius)}};
+}
+
+// Half the range between the 3 % and 97 % quantiles, of the axis where it is largest: a few wild
+// values do not matter.
+double radius_of(const VectorSeries& s) {
+  double radius = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Vector3& v : s.v) values.push_back(v[axis]);
+    std::ranges::sort(values);
+    const std::size_t n = values.size() - 1;
+    radius = std::max(radius, 0.5 * (values[n * 97 / 100] - values[n * 3 / 100]));
+  }
+  return radius;
+}
+
+// The step in which an axis is written: its least change.
+double step_of(const VectorSeries& s, int axis) {
+  double least = 1e300;
+  for (std::size_t k = 1; k < s.size(); ++k) {
+    const double d = std::abs(s.v[k][axis] - s.v[k - 1][axis]);
+    if (d > 0.0) least = std::min(least, d);
+  }
+  return least;
+}
+
+// One reading of each direction: most readings of a sensor that lies still are of one.
+std::vector<Vector3> one_of_each_direction(const VectorSeries& mag) {
+  std::set<std::array<int, 3>> seen;
+  std::vector<Vector3> out;
+  for (const Vector3& v : mag.v) {
+    if (!v.allFinite()) continue;
+    const Vector3 cell = (v / (kOneDirection * std::max(v.norm(), 1e-300))).array().round();
+    if (seen.insert({int(cell[0]), int(cell[1]), int(cell[2])}).second) out.push_back(v);
+  }
+  return out;
+}
+
+// Every reading of the same length, to the rounding of its digits, in all directions: a driver has
+// divided by it. A magnetometer's noise alone is a hundred times as large.
+std::optional<Issue> check_normalised(const std::string& name, const VectorSeries& mag) {
+  const std::vector<Vector3> readings = one_of_each_direction(mag);
+  if (readings.size() < kEnough) return std::nullopt;
+  std::vector<double> lengths, departures;
+  Vector3 mean = Vector3::Zero();
+  for (const Vector3& v : readings) {
+    lengths.push_back(v.norm());
+    mean += v / (std::max(v.norm(), 1e-300) * double(readings.size()));
+  }
+  if (mean.norm() > 1.0 - kTurnedDirections) return std::nullopt;
+  const double usual = median(lengths);
+  for (const double length : lengths) departures.push_back(std::abs(length - usual));
+  double rounding = kFloatDigits * usual;
+  for (int axis = 0; axis < 3; ++axis) rounding += kRounding / std::sqrt(12.0) * step_of(mag, axis);
+  // Steps as coarse as the readings tell nothing.
+  if (rounding > 0.01 * usual || 1.4826 * median(std::move(departures)) > rounding) {
+    return std::nullopt;
+  }
+  return Issue{
+      "normalised",
+      name,
+      -1,
+      Severity::kFatal,
+      0.0,
+      0.0,
+      fmt::format("every reading of {} has the same length ({:.6g}): its driver has divided "
+                  "each by its length, and with that the magnetometer's bias and distortion "
+                  "are lost",
+                  name, usual),
+      "record the magnetometer's raw readings"};
+}
+
+std::vector<Issue> check_mag(const Recording& r, const std::string& name, const VectorSeries& mag) {
+  if (auto normalised = check_normalised(name, mag)) return {*normalised};
+  std::vector<double> lengths;
+  for (const Vector3& v : mag.v) lengths.push_back(v.norm());
+  const double usual = median(std::move(lengths)), radius = radius_of(mag);
+  const double given = file_unit(r, "mag");
+  bool whole = true;
+  for (const Vector3& v : mag.v) {
+    whole = whole && (v / given).array().round().matrix().isApprox(v / given, 1e-9);
+  }
+  const auto reads = [&](const std::string& meaning) {
+    return fmt::format(
+        "{} usually reads {:.4g}, and turning changes it by {:.3g}; in uT the "
+        "earth's field has 22 to 67: {}",
+        name, usual, radius, meaning);
+  };
+  const bool small = usual < kLeastField;
+  const bool large = radius > (whole && given == 1.0 ? kLargestRadius : kImpossibleRadius);
+  if (!small && !large) {
+    if (radius <= kLargestRadius) return {};
+    return {{"field_size", name, -1, Severity::kCaution, 0.0, 0.0, reads("that is much"),
+             "look for magnets near the sensor, or give the unit if these are milligauss: --unit "
+             "mag=mG"}};
+  }
+  // Which of the units has the earth's field? The size of readings counts where they hardly change.
+  const double size = std::max(radius, small ? 0.5 * usual : 0.0) / given;  // as in the file
+  std::string fitting;
+  int count = 0;
+  for (const char* unit : {"T", "gauss", "mG", "nT", "uT"}) {
+    const double in_ours = *unit_in_ours("mag", unit);
+    const bool was_given = std::abs(in_ours / given - 1.0) < kNear;
+    if (was_given || size * in_ours < kSmallestRadius || size * in_ours > kLargestRadius) continue;
+    fitting = unit;
+    ++count;
+  }
+  const std::map<std::string, const char*> words = {{"T", "tesla"},
+                                                    {"gauss", "gauss"},
+                                                    {"mG", "milligauss"},
+                                                    {"nT", "nanotesla"},
+                                                    {"uT", "microtesla"}};
+  if (count == 1) {
+    return {unit_issue(name, "mag", reads(fmt::format("it seems to be in {}", words.at(fitting))),
+                       fitting)};
+  }
+  return {unit_issue(
+      name, "mag",
+      reads(
+          fmt::format("no usual unit fits; perhaps these are counts of the converter, some {:.3g} "
+                      "a uT (its data sheet tells)",
+                      size / 45.0)),
+      fmt::format("{:.3g} (one count in uT; the right number gives the strength, any gives "
+                  "directions)",
+                  45.0 / size))};
+}
+
+// Without the samples at an extreme that many share: a clipped rate is no measurement of its size.
+VectorSeries without_clipped(const VectorSeries& s) {
+  constexpr std::size_t kShared = 10;  // samples; no noise has so many equal extremes
+  Vector3 low = s.v.front(), high = low;
+  for (const Vector3& v : s.v) {
+    low = low.cwiseMin(v);
+    high = high.cwiseMax(v);
+  }
+  std::array<std::size_t, 3> at_low{}, at_high{};
+  for (const Vector3& v : s.v) {
+    for (int i = 0; i < 3; ++i) {
+      at_low[std::size_t(i)] += v[i] == low[i] ? 1 : 0;
+      at_high[std::size_t(i)] += v[i] == high[i] ? 1 : 0;
+    }
+  }
+  VectorSeries out;
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    bool clipped = false;
+    for (int i = 0; i < 3; ++i) {
+      clipped = clipped || (at_low[std::size_t(i)] > kShared && s.v[k][i] == low[i]) ||
+                (at_high[std::size_t(i)] > kShared && s.v[k][i] == high[i]);
+    }
+    if (!clipped) out.push_back(s.t[k], s.v[k]);
+  }
+  return out;
+}
+
+// What the gyroscope reads over the true rate, by the other sensors' directions; 0: not known.
+double gyroscope_gain(const Recording& r) {
+  struct Seen {
+    double gain, sigma;
+  };
+  std::vector<Seen> seen;
+  const VectorSeries gyr = without_clipped(r.gyr);
+  const auto look = [&](const VectorSeries& directions, bool offset_unknown) {
+    if (directions.size() < kEnough) return;
+    const auto found = regress_turns(gyr, directions, offset_unknown);
+    if (!found || found->explained < kExplained || found->scale <= 0.0) return;
+    const double relative = found->sigma / found->scale;
+    seen.push_back({1.0 / found->scale, relative / found->scale});
+  };
+  look(r.acc, false);
+  if (!r.mag.empty()) look(r.mag.front(), true);
+  if (seen.empty()) return 0.0;
+  // One sensor that disagrees with the other has a fault of its own: nothing is said then.
+  for (const Seen& s : seen) {
+    const double size = std::abs(std::log(s.gain));
+    if (size < std::log(kWrongScale) || size < kSigmas * s.sigma / s.gain) return 0.0;
+    if (std::abs(std::log(s.gain / seen.front().gain)) > std::log(kWrongScale)) return 0.0;
+  }
+  return std::ranges::min_element(seen, {}, [](const Seen& s) { return s.sigma / s.gain; })->gain;
+}
+
+std::vector<Issue> check_gyr(const Recording& r) {
+  const double gain = gyroscope_gain(r);
+  if (gain == 0.0) return {};
+  const double given = file_unit(r, "gyr"), unit = given / gain;  // that makes it the true rate
+  const std::string turns = fmt::format(
+      "the gyroscope reads {:.4g} times the rate at which the other sensors' directions turn",
+      gain);
+  const std::string name = unit_text("gyr", unit);
+  const bool named = std::isalpha(static_cast<unsigned char>(name.front())) != 0;
+  if (named && std::abs(unit / given - 1.0) > kNear) {
+    return {unit_issue("gyr", "gyr", fmt::format("{}: it seems to be in {}", turns, name), name)};
+  }
+  for (const double range : {2.0, 4.0, 8.0, 0.5, 0.25, 0.125}) {
+    if (std::abs(gain / range - 1.0) > kNear) continue;
+    return {
+        unit_issue("gyr", "gyr",
+                   fmt::format("{}: its range was set to {} of what the driver takes it for", turns,
+                               range > 1.0 ? fmt::format("1/{:.0f}", range)
+                                           : fmt::format("{:.0f} times", 1.0 / range)),
+                   unit_text("gyr", given / range))};
+  }
+  const double counts = snapped(kGyrCounts, kDeg / unit);  // readings of the file a deg/s
+  return {unit_issue(
+      "gyr", "gyr",
+      fmt::format("{}; perhaps these are counts of the converter, {:.4g} a deg/s", turns, counts),
+      fmt::format("{:.4g}", kDeg / counts))};
+}
+
+}  // namespace
+
+std::vector<Issue> check_units(const Recording& r) {
+  std::vector<Issue> issues;
+  const auto add = [&issues](std::vector<Issue>&& more) {
+    issues.insert(issues.end(), more.begin(), more.end());
+  };
+  if (r.acc.size() >= kEnough) {
+    const std::vector<Issue> wrong = check_acc(r);
+    add(wrong.empty() ? check_acc_scale(r) : std::vector<Issue>(wrong));
+  }
+  if (r.gyr.size() >= kEnough) add(check_gyr(r));
+  for (std::size_t i = 0; i < r.mag.size(); ++i) {
+    const std::string name = i < r.mag_names.size() ? r.mag_names[i] : "mag";
+    if (r.mag[i].size() >= kEnough) add(check_mag(r, name, r.mag[i]));
+  }
+  return issues;
+}
+
+}  // namespace magimu

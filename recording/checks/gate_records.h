@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the gate took from one sensor, counted by kind, the first of each quoted. Internal to the
+// gate.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "recording/checks/sensor_gate.h"
+
+namespace magimu {
+
+class GateRecords {
+ public:
+  GateRecords(std::string name, SensorGate::Sensor sensor)
+      : name_(std::move(name)), sensor_(sensor) {}
+
+  // A sample whose kind is not empty.
+  void add(const SensorGate::Judged& judged);
+  // of: samples that the sensor had.
+  std::vector<SetAside> all(std::size_t of) const;
+
+ private:
+  std::string example(const SensorGate::Judged& judged) const;
+
+  std::string name_;
+  SensorGate::Sensor sensor_;
+  std::vector<SetAside> records_;  // in the order of their first samples
+};
+
+}  // namespace magimu

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Whether the device turned while one of its sensors read the same all the time, as the other
+// sensors say: rates, or gravity and the field together, for each alone may be shaken or disturbed.
+// Medians and quantiles, so that no single reading counts. Internal to the gate.
+#pragma once
+
+#include "recording/checks/sensor_gate.h"
+
+namespace magimu {
+
+class GateWitnesses {
+ public:
+  // The recording must outlive this.
+  explicit GateWitnesses(const Recording& recording);
+
+  bool turned(SensorGate::Sensor hung, double begin_s, double end_s) const;
+
+ private:
+  const Recording& recording_;
+  double usual_rate_;  // rad/s, of the fastest tenth, at least
+};
+
+}  // namespace magimu

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recording/checks/quality.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "recording/checks/quality_checks.h"
+#include "recording/data/error.h"
+
+namespace magimu {
+namespace {
+
+std::vector<NamedSeries> sensors_of(const Recording& recording) {
+  std::vector<NamedSeries> out{{"acc", &recording.acc}, {"gyr", &recording.gyr}};
+  for (std::size_t i = 0; i < recording.mag.size(); ++i) {
+    const bool named = i < recording.mag_names.size();
+    out.push_back(
+        {named ? recording.mag_names[i] : "mag" + std::to_string(i + 1), &recording.mag[i]});
+  }
+  std::erase_if(out, [](const NamedSeries& s) { return s.series->empty(); });
+  return out;
+}
+
+void append(std::vector<Issue>& all, std::vector<Issue>&& more) {
+  all.insert(all.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
+
+// Where all sensors stop at once the logger did, or its clock jumped: what follows is a part of its
+// own, and nothing has to be mended.
+void tell_of_common_gap(std::vector<Issue>& issues, std::size_t sensors) {
+  std::vector<Issue*> gaps;
+  for (Issue& issue : issues) {
+    if (issue.kind == "gap") gaps.push_back(&issue);
+  }
+  if (gaps.size() < sensors) return;
+  double begin = -INFINITY, end = INFINITY, longest = 0.0;
+  for (const Issue* gap : gaps) {
+    begin = std::max(begin, gap->begin_s);
+    end = std::min(end, gap->end_s);
+    longest = std::max(longest, gap->end_s - gap->begin_s);
+  }
+  if (end - begin < 0.5 * longest) return;
+  for (Issue* gap : gaps) {
+    gap->severity = Severity::kNote;
+    gap->remedy =
+        "all sensors stop there: the logger paused, or its clock jumped; after a gap that the "
+        "motion does not let bridge a new part of the recording begins, with an attitude of its "
+        "own";
+  }
+}
+
+}  // namespace
+
+std::string to_string(Severity severity) {
+  return severity == Severity::kFatal     ? "fatal"
+         : severity == Severity::kCaution ? "caution"
+                                          : "note";
+}
+
+std::string axis_name(int axis) { return {"xyz"[axis]}; }
+
+bool damages(const Issue& issue) {
+  // Interpolated and repeated samples are handled, and told where it matters.
+  return issue.severity == Severity::kFatal ||
+         (issue.severity == Severity::kCaution && issue.kind != "interpolation" &&
+          issue.kind != "repeats" && issue.kind != "jitter");
+}
+
+std::vector<Issue> check_recording(const Recording& recording) {
+  const std::vector<NamedSeries> sensors = sensors_of(recording);
+  std::vector<Issue> issues;
+  for (const NamedSeries& sensor : sensors) append(issues, check_order_and_finiteness(sensor));
+  if (issues.empty()) {
+    append(issues, check_set_aside(recording));
+    // Where nothing at all changes (a simulated rest without noise) no single sensor is to blame.
+    const bool still = std::ranges::all_of(
+        sensors, [](const NamedSeries& sensor) { return all_constant(*sensor.series); });
+    for (std::size_t i = 0; i < sensors.size() && !still; ++i) {
+      append(issues, check_stuck(sensors[i], recording.gyr));
+    }
+    append(issues, check_spans(sensors));
+    // Rates in another unit of time would look like a gyroscope in another unit.
+    const bool seconds =
+        std::ranges::none_of(issues, [](const Issue& issue) { return issue.kind == "time_unit"; });
+    if (seconds) append(issues, check_units(recording));
+    for (const NamedSeries& sensor : sensors) {
+      append(issues, check_intervals(sensor, recording.set_aside));
+      if (still) continue;
+      append(issues, check_saturation(sensor));
+      append(issues, check_clock(sensor));
+    }
+    tell_of_common_gap(issues, sensors.size());
+  }
+  std::ranges::stable_sort(issues,
+                           [](const Issue& a, const Issue& b) { return a.severity > b.severity; });
+  return issues;
+}
+
+void refuse_fatal(const Recording& recording, const std::vector<Issue>& issues) {
+  for (const Issue& issue : issues) {
+    if (issue.severity != Severity::kFatal) continue;
+    throw InputError(recording.name, 0, 0, issue.problem, issue.remedy);
+  }
+}
+
+}  // namespace magimu

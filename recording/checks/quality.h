@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Is a recording what it seems to be? Checks of its times, values, clocks and units that need no
+// model of the motion, each with a sentence for people and the remedy. What a reader refuses (text
+// in a number, a row too short, ...) never gets here; whether the sensors' axes agree is
+// calibration/trust/mounting.h.
+//
+//   for (const Issue& issue : check_recording(recording)) std::cout << issue.text() << "\n";
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "recording/data/recording.h"
+
+namespace magimu {
+
+enum class Severity {
+  kNote,     // worth knowing, no harm
+  kCaution,  // results suffer, or may
+  kFatal,    // any result would be wrong
+};
+std::string to_string(Severity severity);  // "note", "caution", "fatal"
+std::string axis_name(int axis);           // "x", "y", "z"
+
+struct Issue {
+  // "time_order", "not_finite", "gap", "jitter", "span", "constant", "copied", "stuck", "zeros",
+  // "saturation", "repeats", "interpolation", "unit", "normalised", "field_size", "gravity",
+  // "acc_scale", "time_unit", "set_aside"
+  std::string kind;
+  std::string sensor;  // "acc", "gyr", "mag", "mag2", ...
+  int axis = -1;       // 0, 1, 2; -1: all, or none in particular
+  Severity severity = Severity::kNote;
+  double begin_s = 0.0, end_s = 0.0;  // where; both 0: everywhere
+  std::string problem, remedy;        // sentences without a full stop
+
+  std::string text() const { return problem + "; " + remedy + "."; }
+};
+
+// Whether a calibration suffers from it in ways that look like other causes: samples that clip,
+// hang or are missing. A verdict names such faults first.
+bool damages(const Issue& issue);
+
+// Everything found, the gravest first, else in the order of sensors.
+std::vector<Issue> check_recording(const Recording& recording);
+
+// Of these, only what is wrong with units, whatever the motion.
+std::vector<Issue> check_units(const Recording& recording);
+
+// Throws the first fatal issue, if any, as an InputError that names the recording.
+void refuse_fatal(const Recording& recording, const std::vector<Issue>& issues);
+
+}  // namespace magimu

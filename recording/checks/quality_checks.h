@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The single checks behind quality.h, and what they share. Internal to recording/.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "recording/checks/quality.h"
+
+namespace magimu {
+
+struct NamedSeries {
+  std::string name;  // "acc", "gyr", "mag", "mag1", ...
+  const VectorSeries* series;
+  bool is_mag() const { return name.starts_with("mag"); }
+};
+
+// Times that are not finite or do not increase, values that are not finite: nothing else can be
+// judged then.
+std::vector<Issue> check_order_and_finiteness(const NamedSeries& sensor);
+// Gaps, jitter. set_aside: what was, of this recording, and left gaps.
+std::vector<Issue> check_intervals(const NamedSeries& sensor,
+                                   const std::vector<SetAside>& set_aside);
+// Sensors that do not cover the same time; times that are no seconds.
+std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors);
+// Samples that were set aside before (gate.h).
+std::vector<Issue> check_set_aside(const Recording& recording);
+// Whether no axis ever changes.
+bool all_constant(const VectorSeries& series);
+// Axes that never change, stretches in which nothing changes, readings of zero.
+std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr);
+std::vector<Issue> check_saturation(const NamedSeries& sensor);
+// Samples that repeat the one before, or lie on a line between neighbours: a slower clock.
+std::vector<Issue> check_clock(const NamedSeries& sensor);
+
+}  // namespace magimu

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recording/checks/sensor_habits.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace magimu {
+namespace {
+
+// A reading less its neighbours' mean, where all three have the noise sigma: its variance is 1.5
+// sigma^2. Quantiles of the absolute value of a standard normal number: 1.645 for 0.9, 0.6745 for
+// 0.5.
+constexpr double kBendOfNoise = 1.2247448713915890, kNineTenths = 1.645, kHalf = 0.6745;
+constexpr double kRounding = 1e-12;  // of the value: no step of a converter
+constexpr double kLivelySteps = 2.0;
+constexpr double kStepsToLimit = 20.0;  // from the mean: else it is the usual value of a coarse one
+constexpr double kNoiseToLimit = 10.0;  // likewise, in standard deviations
+
+}  // namespace
+
+void SizeHistogram::add(double x) {
+  ++count_;
+  x = std::abs(x);
+  if (!(x > 0.0)) {
+    ++zeros_;
+    return;
+  }
+  // Clamped before it becomes an integer: a difference of huge readings may be infinite.
+  const double bin = std::floor(kBinsPerOctave * (std::log2(x) - kFirstOctave));
+  ++bins_[std::size_t(std::clamp(bin, 0.0, double(bins_.size() - 1)))];
+}
+
+double SizeHistogram::quantile(double share) const {
+  if (count_ == 0) return 0.0;
+  std::size_t seen = zeros_;
+  const double wanted = share * double(count_);
+  if (double(seen) >= wanted) return 0.0;
+  for (std::size_t bin = 0; bin < bins_.size(); ++bin) {
+    seen += bins_[bin];
+    if (double(seen) >= wanted) {
+      return std::exp2(double(bin + 1) / kBinsPerOctave + kFirstOctave);
+    }
+  }
+  return std::exp2(double(kOctaves + kFirstOctave));
+}
+
+void SensorHabits::add(double t, const Vector3& v) {
+  lengths_.add(v.norm());
+  sum_ += v;
+  extreme_ = extreme_.cwiseMax(v.cwiseAbs());
+  for (int axis = 0; axis < 3; ++axis) {
+    ends_[std::size_t(2 * axis)].add(t, v[axis]);
+    ends_[std::size_t(2 * axis + 1)].add(t, -v[axis]);
+  }
+  if (known_before_ > 0 && v == before_[1]) {
+    ++repeats_;
+    return;
+  }
+  if (known_before_ > 0) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double change = std::abs(v[axis] - before_[1][axis]);
+      const bool real = change > kRounding * extreme_[axis];
+      if (real && (step_[axis] == 0.0 || change < step_[axis])) step_[axis] = change;
+      if (known_before_ > 1) {
+        bends_[std::size_t(axis)].add(before_[1][axis] - 0.5 * (before_[0][axis] + v[axis]));
+      }
+    }
+  }
+  before_[0] = before_[1];
+  before_[1] = v;
+  known_before_ = std::min(known_before_ + 1, 2);
+}
+
+double SensorHabits::roughness(int axis) const {
+  const double bend = bends_[std::size_t(axis)].quantile(0.9);
+  return std::max(bend / (kBendOfNoise * kNineTenths), 0.5 * step_[axis]);
+}
+
+double SensorHabits::noise(int axis) const {
+  const double bend = bends_[std::size_t(axis)].quantile(0.5);
+  return std::max(bend / (kBendOfNoise * kHalf), 0.5 * step_[axis]);
+}
+
+bool SensorHabits::lively(int axis) const { return noise(axis) > kLivelySteps * step_[axis]; }
+
+double SensorHabits::repeated() const {
+  return lengths_.count() < 2 ? 0.0 : double(repeats_) / double(lengths_.count() - 1);
+}
+
+bool SensorHabits::clipped(int axis, int sign) const {
+  if (!settled() || !end(axis, sign).looks_clipped(lively(axis))) return false;
+  const double mean = sum_[axis] / double(lengths_.count());
+  return std::abs(limit(axis, sign) - mean) >
+         std::max(kStepsToLimit * step_[axis], kNoiseToLimit * noise(axis));
+}
+
+}  // namespace magimu

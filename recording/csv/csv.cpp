@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// CSV files: reading whole, and writing rows merged over the sensors' times.
+#include "recording/csv/csv.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <string_view>
+#include <utility>
+
+#include "recording/csv/csv_reader.h"
+#include "recording/data/error.h"
+#include "recording/files/atomic_file.h"
+#include "recording/files/read_file.h"
+
+namespace magimu {
+namespace {
+
+// One sensor's columns in the file to be written.
+struct Column {
+  std::string name;
+  const std::vector<double>* t;
+  const std::vector<Vector3>* vectors;  // exactly one of these two is there
+  const std::vector<double>* scalars;
+  std::size_t next = 0;
+
+  bool done() const { return next == t->size(); }
+  double time() const { return (*t)[next]; }
+};
+
+std::vector<Column> columns_of(const Recording& recording) {
+  std::vector<Column> columns;
+  const auto add = [&](const std::string& name, const VectorSeries& series) {
+    columns.push_back({name, &series.t, &series.v, nullptr});
+  };
+  add("acc", recording.acc);
+  add("gyr", recording.gyr);
+  for (std::size_t i = 0; i < recording.mag.size(); ++i) {
+    const bool named = i < recording.mag_names.size();
+    add(named ? recording.mag_names[i] : "mag" + std::to_string(i + 1), recording.mag[i]);
+  }
+  for (const auto& [name, series] : recording.aux) {
+    columns.push_back({name, &series.t, nullptr, &series.v});
+  }
+  if (recording.pos) add("pos", *recording.pos);
+  return columns;
+}
+
+void append(std::string& text, double value) {
+  char digits[32];
+  text.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
+}
+
+void append_header(std::string& text, const std::vector<Column>& columns) {
+  text += "t";
+  for (const Column& column : columns) {
+    if (column.scalars != nullptr) {
+      text += "," + column.name;
+      continue;
+    }
+    for (const char* axis : {"_x", "_y", "_z"}) text += "," + column.name + axis;
+  }
+  text += "\n";
+}
+
+// The fields of one column in the row of time t; empty ones if it has no sample then.
+void append_fields(std::string& text, Column& column, double t) {
+  const bool has_sample = !column.done() && !(column.time() > t);
+  for (int axis = 0; axis < (column.vectors != nullptr ? 3 : 1); ++axis) {
+    text += ',';
+    if (!has_sample) continue;
+    append(text, column.vectors != nullptr ? (*column.vectors)[column.next][axis]
+                                           : (*column.scalars)[column.next]);
+  }
+  if (has_sample) ++column.next;
+}
+
+void refuse_binary_pipe(const std::string& path, std::string_view head) {
+  if (!head.starts_with("\x89HDF\r\n\x1a\n") && !head.starts_with("MATLAB ")) return;
+  throw InputError(path, 0, 0, "HDF5 and MAT files cannot be read from a pipe",
+                   "give the path of the file itself");
+}
+
+}  // namespace
+
+Recording read_csv(const std::string& path, const CsvOptions& options) {
+  CsvReader reader(path, options);
+  bool begun = false;
+  read_file_in_pieces(path, [&](std::string_view piece, std::size_t size) {
+    if (!std::exchange(begun, true) && size == 0) refuse_binary_pipe(path, piece);
+    reader.push(piece, size);
+  });
+  return reader.finish();
+}
+
+Recording csv_recording(std::string_view content, const std::string& path,
+                        const CsvOptions& options) {
+  CsvReader reader(path, options);
+  reader.push(content, content.size());
+  return reader.finish();
+}
+
+std::string csv_text(const Recording& recording) {
+  std::vector<Column> columns = columns_of(recording);
+  std::string text;
+  append_header(text, columns);
+  while (true) {
+    const Column* first = nullptr;  // the one whose next sample is earliest
+    for (const Column& column : columns) {
+      if (!column.done() && (first == nullptr || column.time() < first->time())) first = &column;
+    }
+    if (first == nullptr) break;
+    const double t = first->time();
+    append(text, t);
+    for (Column& column : columns) append_fields(text, column, t);
+    text += '\n';
+  }
+  return text;
+}
+
+void write_csv(const Recording& recording, const std::string& path) {
+  write_atomically(path, csv_text(recording));
+}
+
+}  // namespace magimu

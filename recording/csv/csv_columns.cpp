@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Names, aliases and completeness of CSV columns.
+#include "recording/csv/csv_columns.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "recording/csv/csv_names.h"
+#include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
+#include "recording/data/units.h"
+
+namespace magimu {
+namespace {
+
+// "mag12" -> 12; "mag" -> -1: the single magnetometer comes before an array's.
+int mag_number(const std::string& name) { return name.size() > 3 ? std::stoi(name.substr(3)) : -1; }
+
+// The work of read_csv_header, step by step.
+class HeaderReader {
+ public:
+  HeaderReader(const std::string& file, long line, const CsvOptions& options)
+      : file_(file), line_(line), options_(options) {}
+
+  CsvColumns read(std::string_view text) {
+    split(text);
+    return read_fields();
+  }
+
+  CsvColumns read(const std::vector<std::string>& headers, char separator) {
+    columns_.separator = separator;
+    for (const std::string& header : headers) {
+      columns_.fields.push_back({header == "-" ? "" : header, CsvColumns::kIgnored, 1.0});
+    }
+    return read_fields();
+  }
+
+ private:
+  CsvColumns read_fields() {
+    name_columns();
+    assign();
+    check_options();
+    group();
+    give_slots();
+    note_mapping();
+    return std::move(columns_);
+  }
+
+  // How sure it is that a column is what we take it for; kAlias and the alias's preference.
+  enum Claim { kNone = -100, kAlias = 0, kExact = 50, kOption = 100 };
+  struct Column {
+    std::string name;  // ours
+    int claim = kNone;
+    CsvName header{};  // what the header says of the unit
+  };
+
+  [[noreturn]] void fail(std::size_t field, const std::string& problem,
+                         const std::string& remedy) const {
+    throw InputError(file_, line_, static_cast<long>(field), problem, remedy);
+  }
+
+  void split(std::string_view text) {
+    for (const char c : {'\t', ';', ','}) {
+      if (text.find(c) != std::string_view::npos) columns_.separator = c;
+    }
+    while (true) {
+      const std::size_t end = text.find(columns_.separator);
+      std::string_view header = csv_trimmed(text.substr(0, end));
+      if (header.size() >= 2 && header.front() == '"' && header.back() == '"') {
+        header = csv_trimmed(header.substr(1, header.size() - 2));
+      }
+      columns_.fields.push_back({std::string(header), CsvColumns::kIgnored, 1.0});
+      if (end == std::string_view::npos) break;
+      text.remove_prefix(end + 1);
+    }
+    const std::string& first = columns_.fields.front().header;
+    if (!first.empty() && first.find_first_not_of("+-.eE0123456789") == std::string::npos) {
+      fail(0, "the first line holds numbers, not the names of the columns",
+           "put a header line above it, such as "
+           "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z (without a leading #)");
+    }
+  }
+
+  // What the header says, of the file whose sensor is known also where it says no more than "x".
+  CsvName name_of(const std::string& header) const {
+    CsvName name = csv_name(header);
+    if (!name.name.empty() || options_.sensor.empty()) return name;
+    return csv_name(options_.sensor + '_' + header);
+  }
+
+  void name_columns() {
+    std::vector<std::string> headers;
+    for (const CsvColumns::Field& field : columns_.fields) headers.push_back(field.header);
+    headers = with_axes_for_numbers(std::move(headers));
+    for (std::size_t i = 0; i < columns_.fields.size(); ++i) {
+      const CsvColumns::Field& field = columns_.fields[i];
+      Column column;
+      const auto given = options_.columns.find(field.header);
+      if (given != options_.columns.end()) {
+        column = {given->second, kOption, {}};
+        set_option_unit(field.header, column);
+        if (csv_column_name(column.name) != column.name) {
+          fail(0,
+               fmt::format("column {} is to be read as {}, which is no name of ours",
+                           quoted_text(field.header), quoted_text(column.name)),
+               "use t, acc_x, gyr_x, mag_x, mag1_x, pos_x, temp, current or the like");
+        }
+      } else if (const CsvName name = name_of(headers[i]); !name.name.empty()) {
+        column = {name.name, name.name == field.header ? kExact : kAlias + name.preference, name};
+      }
+      named_.push_back(std::move(column));
+    }
+  }
+
+  // A column that is mapped by option keeps the unit that its header names for that quantity.
+  static void set_option_unit(const std::string& header, Column& column) {
+    // "X (m/s^2)" has a unit without naming a sensor.
+    const std::size_t bracket = header.find_last_of("([");
+    const CsvName said = bracket != std::string::npos && csv_name(header).name.empty()
+                             ? csv_name(column.name + ' ' + header.substr(bracket))
+                             : csv_name(header);
+    const auto sensor = [](const std::string& name) { return name.substr(0, name.find('_')); };
+    if (sensor(said.name) == sensor(column.name)) column.header = said;
+  }
+
+  // Every name of ours goes to the column with the best claim to it.
+  void assign() {
+    for (std::size_t i = 0; i < named_.size(); ++i) {
+      if (named_[i].claim == kNone) continue;
+      const auto [entry, is_new] = where_.try_emplace(named_[i].name, i);
+      if (is_new) continue;
+      const std::size_t other = entry->second;
+      if (named_[i].claim == named_[other].claim && named_[i].name == "t") {
+        // Of several times the first one with a unit ("timestamp", "TimeUS"), and of several behind
+        // other words ("imu.stamp", "mag.stamp") the first.
+        const auto has_unit = [this](std::size_t c) { return !named_[c].header.unit_text.empty(); };
+        if (has_unit(i) && !has_unit(other)) entry->second = i;
+        if (has_unit(i) || has_unit(other) || named_[i].claim < kAlias) continue;
+      }
+      if (named_[i].claim == named_[other].claim) {
+        fail(i + 1,
+             fmt::format("columns {} ({}) and {} ({}) are both {}", other + 1,
+                         quoted_text(columns_.fields[other].header), i + 1,
+                         quoted_text(columns_.fields[i].header), named_[i].name),
+             fmt::format("delete or rename one of them, or say which (--map {}=NAME)",
+                         named_[i].name));
+      }
+      if (named_[i].claim > named_[other].claim) entry->second = i;
+    }
+  }
+
+  std::string headers() const {
+    std::vector<std::string> shown;
+    for (const auto& field : columns_.fields) shown.push_back(quoted_text(field.header));
+    if (shown.size() > 40) shown.resize(40);
+    return fmt::format("{}", fmt::join(shown, ", "));
+  }
+
+  void check_options() const {
+    for (const auto& [header, name] : options_.columns) {
+      if (std::ranges::find(columns_.fields, header, &CsvColumns::Field::header) !=
+          columns_.fields.end()) {
+        continue;
+      }
+      if (!options_.require_imu && !options_.require_mag) continue;  // it is in another file
+      fail(0, fmt::format("there is no column {}, to be read as {}", quoted_text(header), name),
+           "the columns there are: " + headers());
+    }
+  }
+
+  void group() {
+    drop_doubtful();
+    columns_.has_time = where_.contains("t");
+    if (!columns_.has_time && !options_.rate_hz) {
+      fail(0, "there is no column t, the time; the columns there are: " + headers(),
+           "name the time column t (in seconds), or map it to t (--map t=NAME); without times give "
+           "the rate, --rate HZ");
+    }
+    for (const char* name : {"temp", "current"}) {
+      if (where_.contains(name)) columns_.scalars.emplace_back(name);
+    }
+    std::vector<std::string> mags;
+    for (const auto& [name, field] : where_) {
+      const std::string sensor = name.substr(0, name.find('_'));
+      if (!sensor.starts_with("mag") || std::ranges::find(mags, sensor) != mags.end()) continue;
+      mags.push_back(sensor);
+    }
+    std::ranges::sort(mags, {}, mag_number);
+    if (!options_.require_imu && !options_.require_mag && mags.empty() && !has("acc") &&
+        !has("gyr")) {
+      throw MissingSensor(file_, line_, 0, "no column is a sensor's", "give another file");
+    }
+    add_sensor("acc", options_.require_imu);
+    add_sensor("gyr", options_.require_imu);
+    if (mags.empty() && options_.require_mag) add_sensor("mag", true);
+    for (const std::string& mag : mags) add_sensor(mag, true);
+    columns_.mags = mags.size();
+    add_sensor("pos", false);
+  }
+
+  bool has(const std::string& sensor) const {
+    const auto first = where_.lower_bound(sensor + '_');
+    return first != where_.end() && first->first.starts_with(sensor + '_');
+  }
+
+  // A column behind other words is no claim where the sensor's other axes are not there.
+  void drop_doubtful() {
+    std::map<std::string, std::pair<int, int>> axes;  // all, and those of doubtful claims
+    const auto sensor_of = [](const std::string& name) { return name.substr(0, name.rfind('_')); };
+    for (const auto& [name, field] : where_) {
+      if (name.size() < 5) continue;
+      auto& [all, doubtful] = axes[sensor_of(name)];
+      ++all;
+      doubtful += named_[field].claim < kAlias ? 1 : 0;
+    }
+    std::erase_if(where_, [&](const auto& entry) {
+      const auto found = axes.find(sensor_of(entry.first));
+      return entry.first.size() >= 5 && found != axes.end() && found->second.first < 3 &&
+             found->second.first == found->second.second;
+    });
+  }
+
+  void add_sensor(const std::string& sensor, bool required) {
+    std::vector<std::string> there, missing;
+    for (const char axis : {'x', 'y', 'z'}) {
+      const std::string name = sensor + '_' + axis;
+      (where_.contains(name) ? there : missing).push_back(name);
+    }
+    if (there.empty() && !required) {
+      // The first two vectors are these in any case; without columns they have no samples.
+      if (sensor == "acc" || sensor == "gyr") columns_.vectors.push_back(sensor);
+      return;
+    }
+    if (there.empty()) {
+      throw MissingSensor(
+          file_, line_, 0,
+          fmt::format("the columns {0}_x, {0}_y and {0}_z are missing; the columns there are: {1}",
+                      sensor, headers()),
+          fmt::format("add them, or map the file's own names to these (--map {}_x=NAME); of an app "
+                      "that writes one file a sensor (phyphox, Sensor Logger) give the folder",
+                      sensor));
+    }
+    if (!missing.empty()) {
+      fail(where_.at(there.front()) + 1,
+           fmt::format("has {} but no {}", fmt::join(there, " and "),
+                       fmt::join(missing, " and no ")),
+           fmt::format("add the missing column, or rename {} if it is something else",
+                       fmt::join(there, " and ")));
+    }
+    columns_.vectors.push_back(sensor);
+  }
+
+  void give_slots() {
+    const std::optional<double> none;
+    give("t", 0, options_.time_unit);
+    columns_.time_unit_known =
+        options_.time_unit ||
+        (columns_.has_time && !named_[where_.at("t")].header.unit_text.empty());
+    for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {
+      const std::string& sensor = columns_.vectors[i];
+      const std::optional<double>& unit = sensor == "acc"   ? options_.acc_unit
+                                          : sensor == "gyr" ? options_.gyr_unit
+                                          : sensor == "pos" ? none
+                                                            : options_.mag_unit;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        give(sensor + '_' + "xyz"[axis], columns_.vector_slot(i) + axis, unit);
+      }
+    }
+    for (std::size_t i = 0; i < columns_.scalars.size(); ++i) {
+      give(columns_.scalars[i], columns_.scalar_slot(i), none);
+    }
+  }
+
+  // unit: given by option; else what the header says.
+  void give(const std::string& name, std::size_t slot, const std::optional<double>& unit) {
+    if (!where_.contains(name)) return;
+    const std::size_t i = where_.at(name);
+    CsvColumns::Field& field = columns_.fields[i];
+    const std::string quantity = name.substr(0, name.find('_'));
+    const CsvName& header = named_[i].header;
+    if (!unit && header.unknown_unit) {
+      fail(i + 1,
+           fmt::format("column {} has the unit {}, which is not known", quoted_text(field.header),
+                       quoted_text(header.unit_text)),
+           fmt::format("name it by --unit {}=UNIT, one of {}, or a number: one of it in ours",
+                       quantity, units_known(quantity)));
+    }
+    field.slot = static_cast<int>(slot);
+    field.unit = header.unit;
+    if (unit) field.unit = *unit;
+    if (field.unit != 1.0) {
+      const std::string said = unit ? "by option" : "in " + header.unit_text;
+      const std::string text = fmt::format("{} {} (times {:.7g})", quantity, said, field.unit);
+      if (std::ranges::find(converted_, text) == converted_.end()) converted_.push_back(text);
+    }
+  }
+
+  void note_mapping() {
+    std::vector<std::string> mapped, ignored;
+    for (std::size_t i = 0; i < named_.size(); ++i) {
+      const CsvColumns::Field& field = columns_.fields[i];
+      if (field.slot == CsvColumns::kIgnored) {
+        if (!field.header.empty()) ignored.push_back(quoted_text(field.header));
+      } else if (named_[i].claim != kExact) {
+        mapped.push_back(fmt::format("{} as {}", quoted_text(field.header), named_[i].name));
+      }
+    }
+    if (!mapped.empty()) {
+      columns_.notes.push_back(fmt::format("columns read: {}", fmt::join(mapped, ", ")));
+    }
+    if (!converted_.empty()) {
+      columns_.notes.push_back(fmt::format("units converted: {}", fmt::join(converted_, ", ")));
+    }
+    if (!ignored.empty()) {
+      columns_.notes.push_back(fmt::format("columns ignored: {}", fmt::join(ignored, ", ")));
+    }
+  }
+
+  const std::string& file_;
+  long line_;
+  const CsvOptions& options_;
+  CsvColumns columns_;
+  std::vector<Column> named_;                 // one a field
+  std::vector<std::string> converted_;        // units that are not ours, in words
+  std::map<std::string, std::size_t> where_;  // our name -> field
+};
+
+}  // namespace
+
+std::string csv_column_name(std::string_view header) { return csv_name(header).name; }
+
+CsvColumns read_csv_header(std::string_view text, const std::string& file, long line,
+                           const CsvOptions& options) {
+  return HeaderReader(file, line, options).read(text);
+}
+
+CsvColumns read_csv_header(const std::vector<std::string>& headers, char separator,
+                           const std::string& file, long line, const CsvOptions& options) {
+  return HeaderReader(file, line, options).read(headers, separator);
+}
+
+std::string_view csv_trimmed(std::string_view text) {
+  constexpr std::string_view kBlank = " \t";
+  const std::size_t first = text.find_first_not_of(kBlank);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+}
+
+}  // namespace magimu

@@ -1,0 +1,452 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Parsing rows: every number is the nearest double, in every locale. Short ones take a way of their
+// own, twice as fast as std::from_chars; one pass over a row, so long as nothing is odd in it.
+#include "recording/csv/csv_parser.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "recording/csv/text_fields.h"
+#include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
+
+namespace magimu {
+namespace {
+
+bool is_blank(char c) { return c == ' ' || c == '\t'; }
+
+// Most numbers of a log: a sign, digits and a point, with no more digits than fit a double exactly;
+// one division by a power of ten, which is exact as well, then rounds correctly. Returns the end of
+// the number, or null for any other, which is left to std::from_chars.
+const char* short_decimal(const char* at, const char* end, double& value) {
+  constexpr std::uint64_t kExact = std::uint64_t(1) << 53;
+  constexpr std::ptrdiff_t kDigits = 18;  // these fit 64 bits
+  constexpr double kPowers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8, 1e9,
+                                1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18};
+  const bool negative = *at == '-';
+  at += negative ? 1 : 0;
+  const char* const begin = at;
+  const char* const limit = end - at > kDigits ? at + kDigits : end;
+  std::uint64_t digits = 0;
+  while (at != limit && *at >= '0' && *at <= '9') digits = 10 * digits + std::uint64_t(*at++ - '0');
+  std::ptrdiff_t count = at - begin, decimals = 0;
+  if (at != limit && *at == '.') {
+    const char* const point = at++;
+    while (at != limit && *at >= '0' && *at <= '9') {
+      digits = 10 * digits + std::uint64_t(*at++ - '0');
+    }
+    decimals = at - point - 1;
+    count += decimals;
+  }
+  // A point alone; digits cut by the limit; too many of them; an exponent.
+  const bool whole = at == end || (at != limit && *at != 'e' && *at != 'E');
+  if (count == 0 || !whole || digits > kExact) return nullptr;
+  value = double(digits) / kPowers[decimals];
+  if (negative) value = -value;
+  return at;
+}
+
+// The number that begins here, if it is a finite one in the plainest notation; returns its end, or
+// null.
+const char* plain_number(const char* at, const char* end, double& value) {
+  if (const char* const after = short_decimal(at, end, value)) return after;
+  const auto [after, error] = std::from_chars(at, end, value);
+  return error == std::errc() && std::isfinite(value) ? after : nullptr;
+}
+
+// The rows of a series by their times, those without a time left out, and all but the first of one
+// time.
+template <class Series>
+void give_times(Series& series, const std::vector<double>& times) {
+  const auto time = [&](std::size_t i) { return times[static_cast<std::size_t>(series.t[i])]; };
+  bool increases = true;
+  for (std::size_t i = 0; i < series.t.size() && increases; ++i) {
+    increases = i == 0 ? !std::isnan(time(i)) : time(i) > time(i - 1);
+  }
+  if (increases) {
+    for (double& t : series.t) t = times[static_cast<std::size_t>(t)];
+    return;
+  }
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < series.t.size(); ++i) {
+    if (!std::isnan(time(i))) order.push_back(i);
+  }
+  std::ranges::stable_sort(order, {}, time);
+  Series sorted;
+  for (const std::size_t i : order) {
+    if (!sorted.t.empty() && !(time(i) > sorted.t.back())) continue;
+    sorted.t.push_back(time(i));
+    sorted.v.push_back(series.v[i]);
+  }
+  series = std::move(sorted);
+}
+
+}  // namespace
+
+CsvParser::CsvParser(std::string file, CsvOptions options)
+    : file_(std::move(file)), options_(std::move(options)) {}
+
+void CsvParser::fail(std::size_t field, const std::string& problem,
+                     const std::string& remedy) const {
+  throw InputError(file_, line_, static_cast<long>(field), problem, remedy);
+}
+
+void CsvParser::line(std::string_view text) {
+  ++line_;
+  if (line_ < dialect_.first_row) return;
+  if (line_ == 1 && text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // byte order mark
+  while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.remove_suffix(1);
+  if (text.find('\0') != std::string_view::npos) {
+    fail(0, "this is binary content, not text",
+         "give a CSV file in UTF-8, or an HDF5 or MAT file of the BROAD data set");
+  }
+  const auto first = std::ranges::find_if_not(text, is_blank);
+  if (first == text.end() || *first == '#') return;
+  if (whole_file_ && has_header_ && csv_trimmed(text) == header_) {
+    rows_.headers.push_back(rows_.time.size());
+    return;
+  }
+  if (dialect_.translator) {
+    const std::optional<std::string_view> translated = dialect_.translator->row(text);
+    if (translated) row(*translated);
+    return;
+  }
+  has_header_ ? row(text) : header(text);
+}
+
+void CsvParser::header(std::string_view text) {
+  set_columns(read_csv_header(text, file_, line_, options_), std::string(csv_trimmed(text)));
+}
+
+void CsvParser::dialect(CsvDialect dialect) {
+  dialect_ = std::move(dialect);
+  set_columns(
+      read_csv_header(dialect_.names, dialect_.separator, file_, dialect_.header_line, options_),
+      dialect_.header);
+  recording_.notes.insert(recording_.notes.begin(), dialect_.notes.begin(), dialect_.notes.end());
+}
+
+void CsvParser::set_columns(CsvColumns columns, std::string header) {
+  columns_ = std::move(columns);
+  has_header_ = true;
+  header_ = std::move(header);
+  values_.assign(columns_.slots(), 0.0);
+  present_.assign(columns_.slots(), kEmpty);
+  recording_.notes = columns_.notes;
+  for (const CsvColumns::Field& field : columns_.fields) {
+    if (field.slot == CsvColumns::kIgnored || field.unit == 1.0) continue;
+    const auto slot = static_cast<std::size_t>(field.slot);
+    const std::string of = slot == 0                             ? "t"
+                           : slot <= 3 * columns_.vectors.size() ? columns_.vectors[(slot - 1) / 3]
+                                                                 : "";
+    if (!of.empty()) recording_.file_units[of.starts_with("mag") ? "mag" : of] = field.unit;
+  }
+  recording_.mag.resize(columns_.mags);
+  for (VectorSeries* series : {&recording_.acc, &recording_.gyr}) {
+    series->t.reserve(expected_rows_);
+    series->v.reserve(expected_rows_);
+  }
+  for (std::size_t i = 0; i < columns_.mags; ++i) {
+    recording_.mag_names.push_back(columns_.vectors[2 + i]);
+  }
+}
+
+void CsvParser::row(std::string_view text) {
+  std::fill(present_.begin(), present_.end(), kEmpty);
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  const char separator = columns_.separator;
+  std::size_t field = 0;
+  for (;; ++at, ++field) {
+    if (field == columns_.fields.size()) check_field_count(text);  // too many
+    const CsvColumns::Field& column = columns_.fields[field];
+    if (at != end && *at != separator) {
+      double value = 0.0;
+      const char* const after =
+          column.slot == CsvColumns::kIgnored ? nullptr : plain_number(at, end, value);
+      if (after != nullptr && (after == end || *after == separator) &&
+          std::isfinite(value * column.unit)) {
+        put(column, value);
+        at = after;
+      } else {
+        const char* const next = std::find(at, end, separator);
+        if (column.slot != CsvColumns::kIgnored) {
+          check_field_count(text);
+          number(field, std::string_view(at, next));
+        }
+        at = next;
+      }
+    }
+    if (at == end) break;
+  }
+  if (field + 1 != columns_.fields.size()) check_field_count(text);
+  if (!check_time()) return;
+  if (whole_file_ && repeats_last_row()) return;
+  keep_row();
+}
+
+void CsvParser::check_field_count(std::string_view text) const {
+  const std::size_t expected = columns_.fields.size();
+  const auto count =
+      1 + static_cast<std::size_t>(std::count(text.begin(), text.end(), columns_.separator));
+  if (count < expected) {
+    throw ShortRow(
+        file_, line_, 0, fmt::format("this row has {} fields, the header has {}", count, expected),
+        "complete or delete the row (if it is the last one, the recording was cut off there)");
+  }
+  if (count != expected) {
+    fail(0, fmt::format("this row has {} fields, the header has {}", count, expected),
+         "complete or delete the row (if it is the last one, the recording was cut off there)");
+  }
+}
+
+void CsvParser::put(const CsvColumns::Field& column, double value) {
+  values_[static_cast<std::size_t>(column.slot)] = value * column.unit;
+  present_[static_cast<std::size_t>(column.slot)] = kNumber;
+}
+
+void CsvParser::number(std::size_t field, std::string_view text) {
+  text = csv_trimmed(text);
+  if (text.empty()) return;
+  const CsvColumns::Field& column = columns_.fields[field];
+  std::string_view digits = text;
+  if (digits.starts_with('+') && !digits.starts_with("+-")) digits.remove_prefix(1);
+  double value = 0.0;
+  const char* const last = digits.data() + digits.size();
+  const auto [end, error] = std::from_chars(digits.data(), last, value);
+  const bool no_number = error == std::errc() && end == last && !std::isfinite(value);
+  if (no_number || says_no_number(digits)) {
+    present_[static_cast<std::size_t>(column.slot)] = kNoNumber;
+    if (no_numbers_++ == 0) first_no_number_ = line_;
+    if (no_number && std::isinf(value)) ++infinite_;
+    return;
+  }
+  if (error == std::errc::invalid_argument || end != last) {
+    if (clock_time(field, text)) return;
+    fail(field + 1,
+         fmt::format("{} in column {} is not a number", quoted_text(text), column.header),
+         "write it like -1.25e-3, or leave the field empty where the sensor has no sample");
+  }
+  if (error == std::errc::result_out_of_range || !std::isfinite(value * column.unit)) {
+    fail(field + 1,
+         fmt::format("{} in column {} is not a finite number", quoted_text(text), column.header),
+         "leave the field empty where the sensor has no sample");
+  }
+  put(column, value);
+}
+
+// Whether the row has a time, or needs none.
+bool CsvParser::check_time() const {
+  if (options_.rate_hz) return true;
+  if (present_[0] != kNumber) {
+    if (!dialect_.times_of.empty()) return false;  // the other sensors have more rows
+    fail(field_of(0) + 1, fmt::format("the time (column {}) is empty", header_of(0)),
+         "give every row a time, or delete the row");
+  }
+  if (!whole_file_ && has_time_ && !(values_[0] > last_time_)) {
+    fail(field_of(0) + 1,
+         fmt::format("the time (column {}) does not increase: {} s comes after {} s", header_of(0),
+                     values_[0], last_time_),
+         "sort the rows by time, delete repeated ones, merge those of one time, and cut the file "
+         "where its clock was set back");
+  }
+  return true;
+}
+
+// A time of the day or a date with one, in the column of the time.
+bool CsvParser::clock_time(std::size_t field, std::string_view text) {
+  if (columns_.fields[field].slot != 0) return false;
+  const std::optional<double> seconds = clock_seconds(text);
+  if (!seconds) return false;
+  clock_times_ = columns_.time_unit_known = true;
+  values_[0] = *seconds;
+  present_[0] = kNumber;
+  return true;
+}
+
+// Whether a row of a file is the one before once more, time and all.
+bool CsvParser::repeats_last_row() {
+  const bool has_time = present_[0] == kNumber;  // without, equal readings are nothing odd
+  const auto same_numbers = [this] {
+    for (std::size_t slot = 0; slot < values_.size(); ++slot) {
+      if (present_[slot] == kNumber && values_[slot] != last_values_[slot]) return false;
+    }
+    return true;
+  };
+  if (has_time && has_time_ && values_[0] == last_values_[0] && present_ == last_present_ &&
+      same_numbers()) {
+    if (repeated_++ == 0) first_repeated_ = line_;
+    return true;
+  }
+  last_values_ = values_;
+  last_present_ = present_;
+  return false;
+}
+
+// All axes of a sensor have a number, or none has; false where none has.
+bool CsvParser::whole_sample(std::size_t slot) const {
+  int axes = 0;
+  bool no_number = false;
+  for (std::size_t i = slot; i < slot + 3; ++i) {
+    axes += present_[i] == kNumber ? 1 : 0;
+    no_number = no_number || present_[i] == kNoNumber;
+  }
+  if (axes == 3) return true;
+  if (axes == 0 || no_number) return false;
+  std::size_t empty = slot, full = slot;
+  while (present_[empty] == kNumber) ++empty;
+  while (present_[full] != kNumber) ++full;
+  fail(field_of(empty) + 1,
+       fmt::format("column {} is empty, but {} is not", header_of(empty), header_of(full)),
+       "give all three axes of a sensor, or none where it has no sample");
+}
+
+// Whole samples go to their series; a sensor with an empty field has none at this time.
+void CsvParser::keep_row() {
+  std::uint32_t sensors = 0;
+  for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {
+    if (!whole_sample(columns_.vector_slot(i))) {
+      present_[columns_.vector_slot(i)] = kEmpty;  // the first axis stands for all below
+      continue;
+    }
+    sensors |= i == 0                  ? RawRows::kAcc
+               : i == 1                ? RawRows::kGyr
+               : i < 2 + columns_.mags ? RawRows::mag(i - 2)
+                                       : RawRows::kPosition;
+  }
+  has_time_ = true;
+  if (options_.rate_hz && !whole_file_ && present_[0] != kNumber) values_[0] = double(row_++);
+  last_time_ = values_[0];
+  const double t = whole_file_ ? double(rows_.time.size()) : values_[0];
+  for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {
+    const std::size_t slot = columns_.vector_slot(i);
+    if (present_[slot] != kNumber) continue;
+    if (i >= 2 + columns_.mags && !recording_.pos) recording_.pos.emplace();
+    VectorSeries& series = i == 0                  ? recording_.acc
+                           : i == 1                ? recording_.gyr
+                           : i < 2 + columns_.mags ? recording_.mag[i - 2]
+                                                   : *recording_.pos;
+    series.push_back(t, Vector3(values_[slot], values_[slot + 1], values_[slot + 2]));
+  }
+  for (std::size_t i = 0; i < columns_.scalars.size(); ++i) {
+    const std::size_t slot = columns_.scalar_slot(i);
+    if (present_[slot] != kNumber) continue;
+    ScalarSeries& series = recording_.aux[columns_.scalars[i]];
+    series.t.push_back(t);
+    series.v.push_back(values_[slot]);
+    sensors |= columns_.scalars[i] == "temp" ? RawRows::kTemperature : RawRows::kCurrent;
+  }
+  if (!whole_file_) return;
+  rows_.time.push_back(values_[0]);
+  rows_.sensors.push_back(sensors);
+  rows_.line.push_back(static_cast<std::uint32_t>(line_));
+}
+
+// From numbers of rows to seconds.
+void CsvParser::set_times(Recording& recording) {
+  RowTimesOptions options;
+  options.unit_known = columns_.time_unit_known;
+  options.rate_hz = options_.rate_hz;
+  options.has_time = columns_.has_time;
+  options.keep_origin = options_.keep_origin;
+  if (options.has_time) options.column = header_of(0);
+  if (clock_times_) recording.notes.push_back("the times are times of the day, read as seconds");
+  const RowTimes times = row_times(
+      rows_, options, [this](long line, const std::string& problem, const std::string& remedy) {
+        line_ = line;
+        fail(line > 0 && columns_.has_time ? field_of(0) + 1 : 0, problem, remedy);
+      });
+  for (VectorSeries* series : {&recording.acc, &recording.gyr}) give_times(*series, times.t);
+  for (VectorSeries& series : recording.mag) give_times(series, times.t);
+  for (auto& [name, series] : recording.aux) give_times(series, times.t);
+  if (recording.pos) give_times(*recording.pos, times.t);
+  const auto append = [](std::vector<std::string>& to, const std::vector<std::string>& more) {
+    to.insert(to.end(), more.begin(), more.end());
+  };
+  append(recording.notes, times.notes);
+  append(recording.cautions, times.cautions);
+  if (repeated_ > 0) {
+    recording.notes.push_back(fmt::format(
+        "rows that repeat the one before, time and readings: {}, the first in line {}; they are "
+        "left out",
+        repeated_, first_repeated_));
+  }
+  if (no_numbers_ > 0) {
+    recording.notes.push_back(fmt::format(
+        "fields that say that there is no number (nan, ...): {}, the first in line {}{}; "
+        "the sensor has no sample there",
+        no_numbers_, first_no_number_,
+        infinite_ > 0 ? fmt::format(", {} of them infinite", infinite_) : ""));
+  }
+}
+
+std::size_t CsvParser::field_of(std::size_t slot) const {
+  const auto field =
+      std::ranges::find(columns_.fields, static_cast<int>(slot), &CsvColumns::Field::slot);
+  return static_cast<std::size_t>(field - columns_.fields.begin());
+}
+
+std::string CsvParser::header_of(std::size_t slot) const {
+  return columns_.fields[field_of(slot)].header;
+}
+
+// What ROS writes: no magnetometer on earth reads less than a nanotesla in every attitude.
+void CsvParser::recognise_tesla(Recording& recording) const {
+  constexpr double kNanotesla = 1e-3, kTesla = 1e6;
+  if (options_.mag_unit || recording.file_units.contains("mag") || recording.mag.empty()) return;
+  double largest = 0.0;
+  for (const VectorSeries& mag : recording.mag) {
+    for (const Vector3& v : mag.v) largest = std::max(largest, v.cwiseAbs().maxCoeff());
+  }
+  if (largest == 0.0 || largest > kNanotesla) return;
+  for (VectorSeries& mag : recording.mag) {
+    for (Vector3& v : mag.v) v *= kTesla;
+  }
+  recording.file_units["mag"] = kTesla;
+  recording.notes.push_back(
+      fmt::format("mag is read as tesla: its largest reading is {:.3g}", largest));
+}
+
+Recording CsvParser::take() {
+  Recording taken = std::exchange(recording_, Recording{});
+  recording_.mag.resize(taken.mag.size());
+  recording_.mag_names = taken.mag_names;
+  recording_.file_units = taken.file_units;
+  return taken;
+}
+
+Recording CsvParser::finish() {
+  line_ = 0;  // what follows concerns no single line
+  if (!has_header_) {
+    fail(0, "the file is empty", "record again, or give a file with a header line and samples");
+  }
+  if (!has_time_) {
+    fail(0, "there are no data rows below the header", "record again, or give another file");
+  }
+  Recording recording = take();
+  if (whole_file_) set_times(recording);
+  recognise_tesla(recording);
+  for (const auto& [name, series] : {std::pair("acc", &recording.acc), {"gyr", &recording.gyr}}) {
+    if (!series->empty() || !options_.require_imu) continue;
+    fail(0, fmt::format("the columns {0}_x, {0}_y and {0}_z are all empty", name),
+         "check the logger: this sensor is needed");
+  }
+  for (std::size_t i = recording.mag.size(); i-- > 0;) {
+    if (!recording.mag[i].empty()) continue;
+    const auto at = static_cast<std::ptrdiff_t>(i);
+    recording.notes.push_back(recording.mag_names[i] + " is left out: it has no samples");
+    recording.mag.erase(recording.mag.begin() + at);
+    recording.mag_names.erase(recording.mag_names.begin() + at);
+  }
+  if (options_.require_mag && recording.mag.empty()) {
+    fail(0, "no magnetometer has a sample", "check the logger: this sensor is needed");
+  }
+  return recording;
+}
+
+}  // namespace magimu

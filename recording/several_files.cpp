@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recording/several_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <optional>
+#include <set>
+
+#include "recording/csv/csv_columns.h"
+#include "recording/csv/csv_names.h"
+#include "recording/csv/one_clock.h"
+#include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
+#include "recording/read.h"
+
+namespace magimu {
+namespace {
+
+constexpr std::size_t kMostFiles = 4096;
+
+std::string stem_of(const std::string& name) {
+  std::string stem = std::filesystem::path(name).stem().string();
+  if (stem.ends_with(".csv") || stem.ends_with(".txt")) stem.resize(stem.size() - 4);
+  while (!stem.empty() && std::isdigit(static_cast<unsigned char>(stem.back())) != 0) {
+    stem.pop_back();
+  }
+  while (!stem.empty() && (stem.back() == '_' || stem.back() == '-')) stem.pop_back();
+  return stem;
+}
+
+// Which of PX4's topics is nearest to the sensor.
+struct TopicRank {
+  const char* ending;
+  int rank;
+};
+constexpr TopicRank kTopicRanks[] = {{"sensor_combined", 30},
+                                     {"sensor_mag", 25},
+                                     {"vehicle_magnetometer", 24},
+                                     {"sensor_accel", 20},
+                                     {"sensor_gyro", 20},
+                                     {"vehicle_acceleration", 10},
+                                     {"vehicle_angular_velocity", 10}};
+
+int rank_of(const std::string& name) {
+  const std::string stem = stem_of(name);
+  for (const TopicRank& topic : kTopicRanks) {
+    if (stem.ends_with(topic.ending)) return topic.rank;
+  }
+  const CsvName meaning = csv_name(stem + "_x");
+  return meaning.name.empty() ? -5 : meaning.preference;
+}
+
+bool is_without_gravity(const std::string& name) {
+  std::string lower;
+  for (const char c : name) lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return lower.starts_with("linear") || lower.starts_with("user");
+}
+
+bool is_chosen(const std::string& name, const CsvOptions& options) {
+  return std::ranges::any_of(options.sensors, [&](const std::string& s) {
+    return name ==
+               s.substr(std::min(s.find('='), s.size() - 1) + (s.find('=') < s.size() ? 1 : 0)) ||
+           name == s || stem_of(name) == s;
+  });
+}
+
+}  // namespace
+
+std::string sensor_of_name(const std::string& name) {
+  std::string meaning = csv_name(stem_of(name) + "_x").name;
+  meaning = meaning.substr(0, meaning.find('_'));
+  return meaning == "pos" ? "" : meaning;
+}
+
+std::vector<NamedFile> files_of_folder(const std::string& path) {
+  std::vector<NamedFile> files;
+  std::error_code error;
+  for (std::filesystem::directory_iterator at(path, error), end; !error && at != end;
+       at.increment(error)) {
+    std::error_code ignored;
+    if (!at->is_regular_file(ignored)) continue;
+    files.push_back({at->path().string(), at->path().filename().string()});
+    if (files.size() == kMostFiles) break;
+  }
+  return files;
+}
+
+Recording read_several(const std::vector<NamedFile>& files, const std::string& path,
+                       const CsvOptions& options) {
+  std::vector<NamedFile> order = files;
+  std::ranges::sort(order, [&](const NamedFile& a, const NamedFile& b) {
+    const auto key = [&](const NamedFile& f) {
+      return std::tuple(is_chosen(f.name, options) ? 0 : 1, -rank_of(f.name), f.name);
+    };
+    return key(a) < key(b);
+  });
+  CsvOptions partial = options;
+  partial.require_mag = partial.require_imu = false;
+  partial.keep_origin = true;
+  std::vector<Recording> parts;
+  std::optional<InputError> first_error, whole_error;
+  std::vector<std::string> unread;
+  bool no_gravity = false, has_acc = false;
+  for (const NamedFile& file : order) {
+    partial.sensor = sensor_of_name(file.name);
+    try {
+      Recording part = read_recording(file.path, partial);
+      part.name = file.name;
+      if (is_without_gravity(file.name) && !part.acc.empty()) {
+        part.acc = {};
+        no_gravity = true;
+      }
+      has_acc = has_acc || !part.acc.empty();
+      parts.push_back(std::move(part));
+    } catch (const MissingSensor&) {
+      // a file of something else
+    } catch (const InputError& error) {
+      const bool named = !partial.sensor.empty() || rank_of(file.name) > 0;
+      const std::string where =
+          file.path.starts_with("/proc/self/fd/") ? path + "/" + file.name : file.path;
+      if (named && !first_error && error.line > 0) {
+        first_error.emplace(where, error.line, error.column, error.problem, error.remedy);
+      }
+      unread.push_back(fmt::format("{} is not read: {}", printable(file.name), error.problem));
+    }
+  }
+  if (no_gravity && !has_acc && options.require_imu) {
+    throw InputError(
+        path, 0, 0, "the only acceleration is without gravity (linear acceleration)",
+        "record the accelerometer itself, too: phyphox calls it Acceleration (with g), "
+        "Sensor Logger TotalAcceleration");
+  }
+  try {
+    Recording out = joined(std::move(parts), path, options);
+    if (first_error) throw *first_error;
+    constexpr std::size_t kShown = 3;
+    if (unread.size() > kShown) unread.resize(kShown);
+    out.notes.insert(out.notes.end(), unread.begin(), unread.end());
+    std::filesystem::path folder(path);
+    out.name = (folder.has_filename() ? folder : folder.parent_path()).filename().string();
+    return out;
+  } catch (const MissingSensor&) {
+    if (first_error) throw *first_error;
+    throw;
+  }
+}
+
+bool is_folder_of_sensors(const std::string& path) {
+  std::set<std::string> sensors;
+  for (const NamedFile& file : files_of_folder(path)) sensors.insert(sensor_of_name(file.name));
+  return sensors.contains("acc") && sensors.contains("gyr") && sensors.contains("mag");
+}
+
+}  // namespace magimu

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "solvers/condensed/square_root_windows.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "graph/parallel.h"
+#include "solvers/kernels/householder.h"
+
+namespace magimu {
+namespace {
+
+constexpr int kGatheredRows = 96;
+constexpr double kKnown = 1e-7;  // of a column's norm
+
+using Window = WindowedSystem::Window;
+
+// What a window says of its two ends and the globals it touches, as a triangle.
+struct EndRows {
+  std::vector<int> globals;
+  RowBlock rows;         // [last | first | globals | residual]; last: none where there is but one
+  double log_det = 0.0;  // of the nodes between
+  CondensedWindow rest;  // what it says of the globals wherever the ends are
+};
+
+double log_det_of(const RowStack& A, int begin, const std::vector<int>& pivot_row) {
+  double out = 0.0;
+  for (std::size_t p = 0; p < pivot_row.size(); ++p) {
+    if (pivot_row[p] < 0) continue;
+    out += 2.0 * std::log(std::abs(A.row(pivot_row[p])[begin + int(p)]));
+  }
+  return out;
+}
+
+// Writes factors' rows over [up to three nodes | globals | residual].
+class RowWriter {
+ public:
+  RowWriter(const WindowedSystem& s, const std::vector<int>& globals)
+      : s_(s), place_(s.layout.globals.size(), -1), globals_(int(globals.size())) {
+    for (int i = 0; i < globals_; ++i) place_[std::size_t(globals[std::size_t(i)])] = i;
+  }
+
+  int columns(const std::array<int, 3>& nodes) const {
+    return s_.dim(nodes[0]) + s_.dim(nodes[1]) + s_.dim(nodes[2]) + globals_ + 1;
+  }
+
+  // nodes: -1 for none. Returns the row after the last one written.
+  int write(const std::vector<FactorAt>& factors, const std::array<int, 3>& nodes, RowStack& A,
+            int row) const {
+    const int globals_at = A.columns() - 1 - globals_;
+    for (const FactorAt at : factors) {
+      const FactorRows f = rows_of(s_.system, at);
+      for (int e = 0; e < f.columns; ++e) {
+        const int to = column_of(std::size_t(f.column[e]), nodes, globals_at);
+        if (to < 0) continue;
+        for (int r = 0; r < f.rows; ++r) A.row(row + r)[to] = f.value[r * f.columns + e];
+      }
+      for (int r = 0; r < f.rows; ++r) A.row(row + r)[A.columns() - 1] = f.residual[r];
+      row += f.rows;
+    }
+    return row;
+  }
+
+ private:
+  int column_of(std::size_t column, const std::array<int, 3>& nodes, int globals_at) const {
+    const int node = s_.layout.node[column], position = s_.layout.position[column];
+    if (node < 0) {
+      const int place = place_[std::size_t(position)];
+      return place < 0 ? -1 : globals_at + place;
+    }
+    int at = 0;
+    for (const int n : nodes) {
+      if (n == node) return at + position;
+      at += s_.dim(n);
+    }
+    return -1;
+  }
+
+  const WindowedSystem& s_;
+  std::vector<int> place_;  // of a global among those that are there, -1: none
+  int globals_;
+};
+
+// Rows begin <= i < end, from column `skip` on.
+void sum_rows(const RowStack& A, int begin, int end, int skip, SquareSum& sum) {
+  if (end <= begin) return;
+  double* to = sum.rows(end - begin);
+  for (int i = begin; i < end; ++i, to += sum.width()) {
+    std::copy_n(A.row(i) + skip, sum.columns(), to);
+  }
+}
+
+// Rows over [first | globals | residual] that inner nodes leave behind. Where many have come
+// together, what they say of the first node is condensed, and the rest goes to a sum of squares.
+class LeftRows {
+ public:
+  LeftRows(int first, int globals) : first_(first), sum_(globals + 1) {
+    rows_.reset(kGatheredRows, first + globals + 1);
+  }
+
+  // Rows begin <= i < end, of which those are the last columns.
+  void push(const RowStack& A, int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      if (filled_ == rows_.rows()) condense();
+      std::copy_n(A.row(i) + A.columns() - rows_.columns(), rows_.columns(), rows_.row(filled_++));
+    }
+  }
+  int size() const { return filled_; }
+  const RowStack& rows() const { return rows_; }
+  SquareSum& sum() { return sum_; }
+
+ private:
+  void condense() {
+    std::vector<int> pivots;
+    const int below = triangularize(rows_, 0, 0, first_, pivots);
+    sum_rows(rows_, below, filled_, first_, sum_);
+    std::fill(rows_.row(below), rows_.row(filled_ - 1) + rows_.columns(), 0.0);
+    filled_ = below;
+  }
+
+  int first_, filled_ = 0;
+  RowStack rows_;
+  SquareSum sum_;
+};
+
+// Into A from row `at` and this column on.
+void copy_rows(const RowBlock& from, RowStack& A, int at, int column) {
+  for (Eigen::Index i = 0; i < from.rows(); ++i) {
+    std::copy_n(from.row(i).data(), from.cols(), A.row(at + int(i)) + column);
+  }
+}
+
+// The window by itself. What it does not tell of its first node (where a hand is and how fast it
+// moves that is measured once) it tells by rounding errors, which would pass for information and
+// take with them a part of the residuals that is left to chance: a weak prior about where the node
+// is now leaves it to the globals.
+// of_last: rows of the last node's pivots.
+CondensedWindow by_itself(const WindowedSystem& s, const EndRows& ends, int first, int of_last) {
+  const int columns = int(ends.rows.cols()), there = int(ends.rows.rows());
+  const int ends_columns = columns - 1 - int(ends.globals.size());
+  RowStack A(there + first, columns);
+  copy_rows(ends.rows, A, 0, 0);
+  for (int j = 0; j < first; ++j) {
+    const int column = ends_columns - first + j;
+    A.row(there + j)[column] = kKnown * ends.rows.col(column).tail(there - of_last).norm();
+  }
+  std::vector<int> pivots;
+  const int below = triangularize(A, 0, 0, ends_columns, pivots);
+  SquareSum sum(columns - ends_columns);
+  sum_rows(A, below, A.rows(), ends_columns, sum);
+  sum.finish();
+  CondensedWindow out = condensed(sum, 0, ends.globals, s.layout.globals.size());
+  add_to(out, ends.rest);
+  return out;
+}
+
+// Inner nodes are eliminated one after the other, each from the few rows that touch it: those that
+// came from the node before (carried), its own, and those to the next.
+CondensedWindow condense_window(const WindowedSystem& s, const Window& window, EndRows& ends) {
+  const auto [first, last] = window;
+  ends.globals = s.touched(s.factors(window));
+  const RowWriter writer(s, ends.globals);
+  const int edge = s.dim(first), border = edge + int(ends.globals.size()) + 1;
+  LeftRows left(edge, int(ends.globals.size()));
+  thread_local RowStack A;
+  std::vector<int> pivots;
+  std::vector<FactorAt> own, across;  // of the node, and those that touch the one before, too
+  const auto sort = [&](int node) {
+    own.clear();
+    across.clear();
+    for (const FactorAt f : s.sorted.of(node, node)) {
+      const FactorRows rows = rows_of(s.system, f);
+      const bool touches = std::any_of(rows.column, rows.column + rows.columns, [&](int c) {
+        const int n = s.layout.node[std::size_t(c)];
+        return n >= 0 && n != node;
+      });
+      (touches ? across : own).push_back(f);
+    }
+  };
+  sort(first);
+  A.reset(s.count_rows(own), border);
+  left.push(A, 0, writer.write(own, {first, -1, -1}, A, 0));
+  RowBlock carried(0, border);
+  std::vector<FactorAt> waiting;  // of the node before
+  for (int node = first + 1; node <= last; ++node) {
+    sort(node);
+    const int before = node - 1 > first ? node - 1 : -1;
+    const std::array<int, 3> nodes = {before, node, first};
+    const int there = int(carried.rows());
+    A.reset(there + s.count_rows(waiting) + s.count_rows(across), writer.columns(nodes));
+    copy_rows(carried.leftCols(s.dim(before)), A, 0, 0);
+    copy_rows(carried.rightCols(border), A, 0, A.columns() - border);
+    int rows = writer.write(waiting, nodes, A, there);
+    rows = writer.write(across, nodes, A, rows);
+    const int below = triangularize(A, 0, 0, s.dim(before), pivots);
+    ends.log_det += log_det_of(A, 0, pivots);
+    const int next = s.dim(before),
+              rest = triangularize(A, below, next, next + s.dim(node), pivots);
+    carried = A.view().block(below, next, rest - below, A.columns() - next);
+    left.push(A, rest, rows);
+    waiting = own;
+  }
+  const std::array<int, 3> nodes = {last > first ? last : -1, -1, first};
+  const int there = int(carried.rows()), gathered = left.size();
+  A.reset(there + s.count_rows(waiting) + gathered, writer.columns(nodes));
+  copy_rows(carried, A, 0, 0);
+  const int rows = writer.write(waiting, nodes, A, there);
+  for (int i = 0; i < gathered; ++i) {
+    std::copy_n(left.rows().row(i), border, A.row(rows + i) + A.columns() - border);
+  }
+  const int ends_columns = A.columns() - border + edge;
+  const int below = triangularize(A, 0, 0, ends_columns, pivots);
+  ends.rows = A.view().topRows(below);
+  sum_rows(A, below, A.rows(), ends_columns, left.sum());
+  left.sum().finish();
+  ends.rest = condensed(left.sum(), 0, ends.globals, s.layout.globals.size());
+  const auto of_last =
+      std::count_if(pivots.begin(), pivots.end() - edge, [](int p) { return p >= 0; });
+  CondensedWindow out = by_itself(s, ends, edge, int(of_last));
+  out.log_det = ends.log_det + log_det_of(A, 0, pivots);
+  out.rows = s.count_rows(s.factors(window));
+  return out;
+}
+
+// A window's ends into rows over [before | first | last | all globals | residual].
+void copy_ends(const EndRows& ends, int before, int first, int last, RowStack& A, int at) {
+  const int globals_at = before + first + last;
+  for (Eigen::Index i = 0; i < ends.rows.rows(); ++i) {
+    const double* const from = ends.rows.row(i).data();
+    double* const to = A.row(at + int(i));
+    std::copy_n(from, last, to + before + first);
+    std::copy_n(from + last, first, to + before);
+    const double* const globals = from + last + first;
+    for (std::size_t g = 0; g < ends.globals.size(); ++g) {
+      to[globals_at + ends.globals[g]] = globals[g];
+    }
+    to[A.columns() - 1] = globals[ends.globals.size()];
+  }
+}
+
+// The windows' ends and what links them are eliminated along the chain. What a window says of the
+// globals alone it says with links or without.
+CondensedWindow link(const WindowedSystem& s, const std::vector<EndRows>& ends,
+                     const std::vector<CondensedWindow>& windows) {
+  const std::vector<int> all = s.all_globals();
+  const RowWriter writer(s, all);
+  SquareSum sum(int(all.size()) + 1);
+  RowStack A;
+  RowBlock carried(0, Eigen::Index(all.size()) + 1);
+  std::vector<int> pivots;
+  double log_det = 0.0, log_det_carried = 0.0;
+  int before = -1, links = 0;
+  CondensedWindow out = nothing_about(all.size());
+  for (std::size_t w = 0; w < s.windows.size(); ++w) {
+    if (s.windows[w].first < 0) continue;
+    const int first = s.windows[w].first;
+    const int last = s.windows[w].last > first ? s.windows[w].last : -1;
+    // The window's only node is its last.
+    const std::array<int, 3> nodes = {before, first, last};
+    const std::vector<FactorAt>& factors = s.sorted.links(int(w));
+    const int there = int(carried.rows()), between = s.count_rows(factors);
+    links += between;
+    A.reset(there + between + int(ends[w].rows.rows()), writer.columns(nodes));
+    copy_rows(carried.leftCols(s.dim(before)), A, 0, 0);
+    copy_rows(carried.rightCols(sum.columns()), A, 0, A.columns() - sum.columns());
+    copy_ends(ends[w], s.dim(before), s.dim(first), s.dim(last), A,
+              writer.write(factors, nodes, A, there));
+    const int next = s.dim(before) + (last < 0 ? 0 : s.dim(first));
+    const int kept = last < 0 ? s.dim(first) : s.dim(last);
+    const int below = triangularize(A, 0, 0, next, pivots);
+    log_det += ends[w].log_det + log_det_of(A, 0, pivots);
+    const int rest = triangularize(A, below, next, next + kept, pivots);
+    log_det_carried = log_det_of(A, next, pivots);
+    carried = A.view().block(below, next, rest - below, A.columns() - next);
+    sum_rows(A, rest, A.rows(), next + kept, sum);
+    before = s.windows[w].last;
+    add_to(out, ends[w].rest);
+    out.rows += windows[w].rows;
+  }
+  sum.finish();
+  add_to(out, condensed(sum, 0, all, all.size()));
+  out.log_det = log_det + log_det_carried;
+  out.rows += links;
+  return out;
+}
+
+}  // namespace
+
+void condense_square_root(const WindowedSystem& s, CondensedChain& out) {
+  std::vector<EndRows> ends(s.windows.size());
+  out.windows.assign(s.windows.size(), nothing_about(s.layout.globals.size()));
+  parallel::for_each(s.windows.size(), [&](std::size_t w) {
+    if (s.windows[w].first < 0) return;
+    out.windows[w] = condense_window(s, s.windows[w], ends[w]);
+  });
+  out.linked = link(s, ends, out.windows);
+}
+
+}  // namespace magimu

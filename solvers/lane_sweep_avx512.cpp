@@ -1,6 +1,0 @@
-// SPDX-License-Identifier: BSD-3-Clause
-// A pack knows its own alignment; doubles need none.
-#define EIGEN_MAX_STATIC_ALIGN_BYTES 0
-#define MAGIMU_ISA avx512
-#define MAGIMU_LANES 8
-#include "solvers/lane_sweep.inc"

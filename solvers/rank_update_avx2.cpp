@@ -1,4 +1,0 @@
-// SPDX-License-Identifier: BSD-3-Clause
-#define MAGIMU_ISA avx2
-#define MAGIMU_LANES 4
-#include "solvers/rank_update.inc"

@@ -1,4 +1,0 @@
-// SPDX-License-Identifier: BSD-3-Clause
-#define MAGIMU_ISA baseline
-#define MAGIMU_LANES 2
-#include "solvers/rank_update.inc"

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the model lacks and residuals do not show: the verdict must know of it.
+#include "calibration/scan/missing_effects.h"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Cholesky>
+
+#include "calibration/calibrate.h"
+#include "study/error_statistics.h"
+#include "tests/oracle/sensors.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kOutside = 43.820;  // chi-square of 19 degrees of freedom, 99.9 %
+
+oracle::Simulation hidden(const std::vector<oracle::Effect>& effects,
+                          oracle::MotionKind motion = oracle::MotionKind::kRotation) {
+  oracle::Options o;
+  o.seed = 5;
+  o.rate_hz = 50.0;
+  o.device_kind = oracle::DeviceKind::kBoard;
+  o.noise = oracle::kRealisticDensities;
+  o.motion.kind = motion;
+  o.motion.duration_s = 90.0;
+  o.motion.fastest_rad_s = 2.0;
+  o.effects = effects;
+  return oracle::simulate(o);
+}
+
+VectorXd error_of(const Calibration& c, const oracle::Device& device) {
+  SensorParameters truth;
+  truth.acc_bias = device.acc_bias;
+  truth.gyr_bias = device.gyr_bias;
+  truth.dip_rad = device.dip_rad;
+  truth.mag = {{device.distortion, device.mag_bias}};
+  return in_calibration_order(c).head(19) - in_calibration_order(truth, {device.dip_rad});
+}
+
+double distance(const VectorXd& error, const MatrixXd& covariance) {
+  return error.dot(covariance.topLeftCorner(19, 19).ldlt().solve(error));
+}
+
+const Check& model_check(const Calibration& c) {
+  const auto it = std::find_if(c.checks.begin(), c.checks.end(),
+                               [](const Check& check) { return check.name == "model"; });
+  EXPECT_NE(it, c.checks.end());
+  return *it;
+}
+
+TEST(MissingEffects, nothing_hidden_nothing_seen_and_the_sigmas_stay) {
+  const oracle::Simulation s = hidden({});
+  const Calibration c = calibrate(s.recording);
+  EXPECT_EQ(model_check(c).status, CheckStatus::kOk) << model_check(c).sentence;
+  EXPECT_EQ(c.trust.verdict, Verdict::kYes);
+  for (int i = 0; i < 19; ++i) {
+    EXPECT_LT(std::sqrt(c.covariance(i, i) / c.covariance_model(i, i)), 2.0) << c.order[i];
+  }
+}
+
+TEST(MissingEffects, a_gyroscope_with_scale_errors_is_covered_by_the_reported_sigmas) {
+  const oracle::Simulation s = hidden({oracle::make_effect(
+      "gyro_scale_misalignment", {.006, .002, -.003, .001, -.008, .002, .004, -.002, .005})});
+  CalibrationOptions options;
+  options.motion = MotionModel::kRotation;  // which has no such matrix
+  options.gyr_matrix = false;
+  const Calibration c = calibrate(s.recording, options);
+  const VectorXd e = error_of(c, s.truth.device);
+  EXPECT_GT(distance(e, c.covariance_model), kOutside) << "the effect must do harm";
+  EXPECT_LT(distance(e, c.covariance), kOutside);
+  EXPECT_NE(model_check(c).status, CheckStatus::kOk);
+}
+
+// The model's triangular matrix holds all but how the gyroscope is turned against the
+// accelerometer.
+TEST(MissingEffects, a_gyroscope_that_is_turned_is_seen_beside_its_matrix) {
+  const oracle::Simulation s =
+      hidden({oracle::make_effect("gyro_scale_misalignment",
+                                  {0, .012, -.009, -.012, 0, .01, .009, -.01, 0})},
+             oracle::MotionKind::kHandHeld);
+  CalibrationOptions options;
+  options.gyr_matrix = true;
+  options.prior = PriorKind::kNone;  // weighed against the widened sigmas it mends a part of it
+  const Calibration c = calibrate(s.recording, options);
+  const VectorXd e = error_of(c, s.truth.device);
+  EXPECT_GT(distance(e, c.covariance_model), 10.0 * kOutside) << "the effect must do harm";
+  EXPECT_LT(distance(e, c.covariance), kOutside);
+  EXPECT_THAT(model_check(c).sentence, testing::HasSubstr("missing in the model"));
+  // Scale errors are in the model, and stay as well known as they are.
+  for (const char* scale : {"[0][0]", "[1][1]", "[2][2]"}) {
+    EXPECT_LT(c.sigma(std::string("gyroscope.scale_misalignment") + scale), 5e-3);
+  }
+}
+
+TEST(MissingEffects, a_gyroscope_that_rectifies_vibration_is_told_without_a_name) {
+  const oracle::Simulation s =
+      hidden({oracle::make_effect("gyro_rectification", {2e-4, -1e-4, 3e-4})});
+  const Calibration c = calibrate(s.recording);
+  const VectorXd e = error_of(c, s.truth.device);
+  EXPECT_GT(distance(e, c.covariance_model), kOutside) << "the effect must do harm";
+  EXPECT_TRUE(c.trust.verdict != Verdict::kYes || distance(e, c.covariance) < kOutside)
+      << distance(e, c.covariance);
+  EXPECT_THAT(model_check(c).sentence, testing::HasSubstr("missing in the model"));
+}
+
+TEST(MissingEffects, what_is_added_to_the_covariance_reaches_every_reported_sigma) {
+  const oracle::Simulation s = hidden({});
+  Calibration c = calibrate(s.recording);
+  const Calibration before = c;
+  MissingEffect f;
+  f.name = "gyro_bias_drift";
+  f.cause = "the gyroscope's bias wanders";
+  f.shift = VectorXd::Zero(Eigen::Index(c.order.size()));
+  f.covariance = MatrixXd::Zero(f.shift.size(), f.shift.size());
+  f.shift[4] = 3.0 * before.sigma("gyroscope.bias[1]");
+  f.shift[18] = 4.0 * before.sigma("field.dip_deg");
+  add_missing_effects(c, {f});
+  // And a little everywhere, for what one step leaves.
+  const auto grown = [&](const char* name) { return c.sigma(name) / before.sigma(name); };
+  EXPECT_NEAR(grown("gyroscope.bias[1]"), std::sqrt(10.0), 0.02);
+  EXPECT_NEAR(c.fields[0].dip_sigma_rad / before.fields[0].dip_sigma_rad, std::sqrt(17.0), 0.02);
+  EXPECT_GT(grown("gyroscope.bias[0]"), 1.0);
+  EXPECT_LT(grown("gyroscope.bias[0]"), 1.02);
+  EXPECT_THAT(c.checks.back().sentence, testing::HasSubstr("the gyroscope's bias wanders"));
+}
+
+}  // namespace
+}  // namespace magimu

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The likelihood of left-out data decides between causes by a nat or two: it must be that of the
+// data, not of rounding.
+#include "diagnosis/held/held_out_nll.h"
+
+#include <gtest/gtest.h>
+
+#include "calibration/pipeline.h"
+#include "tests/calibration/cases.h"
+
+namespace magimu {
+namespace {
+
+// A moved sensor with a good gyroscope and accelerometer: in 5 s hardly anything says where it is.
+Simulation moved_sensor() {
+  SimulationOptions options;
+  options.motion = SimulatedMotion::kHandHeld;
+  options.rate_hz = 100.0;
+  options.duration_s = 100.0;
+  options.noise = {.acc = 0.002, .gyr = 0.00015, .mag = 0.05};
+  return simulate(options);
+}
+
+std::vector<double> with_gravity(const Simulation& s, double gravity) {
+  const std::vector<const Recording*> recordings = {&s.recording};
+  CalibrationOptions options = test::same_model_and_noise(s, 4);
+  options.gravity = gravity;
+  const Stage stage = Pipeline(recordings, options).coarse_fit(MotionModel::kHandHeld);
+  EXPECT_TRUE(stage.result().converged());
+  return {sum_of(held_out_nll(stage, 5.0)), sum_of(held_out_nll(stage))};
+}
+
+TEST(HeldOutNll, of_a_moved_sensor_is_that_of_the_data_and_not_of_rounding) {
+  const Simulation s = moved_sensor();
+  const std::vector<double> nll = with_gravity(s, s.truth.gravity);
+  for (const double change : {1e-13, 1e-12, -1e-12, 1e-11}) {
+    const std::vector<double> again = with_gravity(s, s.truth.gravity * (1.0 + change));
+    for (std::size_t i = 0; i < nll.size(); ++i) EXPECT_NEAR(again[i], nll[i], 0.02) << change;
+  }
+}
+
+}  // namespace
+}  // namespace magimu

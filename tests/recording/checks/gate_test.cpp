@@ -1,0 +1,526 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the gate sets aside of recordings that were spoilt in one way each, and that it leaves
+// measurements alone, however odd. tests/sim/gate_test.cpp does the same with simulations.
+#include "recording/checks/gate.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <random>
+#include <set>
+
+#include "recording/checks/quality.h"
+#include "recording/checks/sensor_gate.h"
+#include "recording/data/set_aside.h"
+#include "recording/live/live_gate.h"
+#include "recording/read.h"
+
+namespace magimu {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// A device that turns about slowly changing axes for 60 s at 100 Hz and rests for 5 s before.
+Recording turning(unsigned seed = 1) {
+  constexpr double kRate = 100.0, kRest = 5.0;
+  std::mt19937 bits(seed);
+  std::normal_distribution<double> noise;
+  const auto random = [&] { return Vector3(noise(bits), noise(bits), noise(bits)); };
+  Recording r;
+  r.name = "turning.csv";
+  r.mag.resize(1);
+  r.mag_names = {"mag"};
+  Rot3 nRb;
+  for (int k = 0; k < 6500; ++k) {
+    const double t = k / kRate, s = std::max(0.0, t - kRest), on = std::min(1.0, s);
+    const Vector3 omega =
+        on * Vector3(1.5 * std::sin(0.7 * s), 1.2 * std::cos(0.5 * s), std::sin(0.3 * s + 1.0));
+    r.acc.push_back(t, nRb.unrotate(Vector3(0, 0, 9.81)) + 0.03 * random());
+    r.gyr.push_back(t, omega + 0.005 * random());
+    r.mag[0].push_back(t, nRb.unrotate(Vector3(0, 18, -45)) + Vector3(5, -3, 2) + 0.3 * random());
+    nRb = (nRb * Rot3::Exp(omega / kRate)).normalized();
+  }
+  return r;
+}
+
+VectorSeries& series_of(Recording& r, const std::string& sensor) {
+  return sensor == "acc" ? r.acc : sensor == "gyr" ? r.gyr : r.mag[0];
+}
+
+struct Fault {
+  std::string name, sensor, kind;
+  std::string example;  // words in it
+  // Spoils the sensor and says which of its samples are no measurements any more.
+  std::function<std::set<std::size_t>(VectorSeries&)> spoil;
+};
+void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.name; }
+
+std::set<std::size_t> range(std::size_t begin, std::size_t end) {
+  std::set<std::size_t> out;
+  for (std::size_t k = begin; k < end; ++k) out.insert(k);
+  return out;
+}
+
+std::set<std::size_t> hold(VectorSeries& s, std::size_t begin, std::size_t end) {
+  for (std::size_t k = begin; k < end; ++k) s.v[k] = s.v[begin];
+  return range(begin + 1, end);  // the first was measured
+}
+
+std::set<std::size_t> each(VectorSeries& s, std::size_t every,
+                           const std::function<void(Vector3&)>& change) {
+  std::set<std::size_t> out;
+  for (std::size_t k = 17; k < s.size(); k += every) {
+    change(s.v[k]);
+    out.insert(k);
+  }
+  return out;
+}
+
+std::set<std::size_t> wrap(VectorSeries& s, int axis, double limit) {
+  std::set<std::size_t> out;
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    double& x = s.v[k][axis];
+    if (std::abs(x) <= limit) continue;
+    x -= std::copysign(2.0 * limit, x);
+    out.insert(k);
+  }
+  return out;
+}
+
+const std::vector<Fault> kFaults{
+    {"nan", "gyr", "not_finite", "gyr_y = nan rad/s at 20.00 s",
+     [](VectorSeries& s) {
+       s.v[2000][1] = kNaN;
+       return range(2000, 2001);
+     }},
+    {"infinite_from_the_first_sample_on", "mag", "not_finite", "inf uT at 0.00 s",
+     [](VectorSeries& s) {
+       for (std::size_t k = 0; k < 3; ++k) s.v[k][2] = INFINITY;
+       return range(0, 3);
+     }},
+    {"beyond_any_range", "acc", "range", "acc_x = 1e+20 m/s^2 at 36.00 s",
+     [](VectorSeries& s) {
+       s.v[3600][0] = 1e20;
+       return range(3600, 3601);
+     }},
+    {"a_lost_decimal_point", "acc", "range", "acc_z = 73813",
+     [](VectorSeries& s) {
+       s.v[3600][2] = 73813.0;
+       return range(3600, 3601);
+     }},
+    {"a_jump_of_one_axis", "mag", "spike", "mag_x = 180 uT at 36.00 s (neighbours read",
+     [](VectorSeries& s) {
+       s.v[3600][0] = 180.0;
+       return range(3600, 3601);
+     }},
+    {"a_row_of_garbage", "gyr", "spike", "rad/s at 36.00 s",
+     [](VectorSeries& s) {
+       s.v[3600] = Vector3(-41.0, 173.0, 89.0);
+       return range(3600, 3601);
+     }},
+    {"three_rows_of_garbage", "acc", "spike", "m/s^2 at 36.00 s",
+     [](VectorSeries& s) {
+       s.v[3600] = Vector3(4100.0, 1730.0, -890.0);
+       s.v[3601] = Vector3(-4200.0, 2730.0, -890.0);
+       s.v[3602] = Vector3(4900.0, -1230.0, 7890.0);
+       return range(3600, 3603);
+     }},
+    {"garbage_to_begin_with", "mag", "spike", "mag_y = 4100 uT at 0.00 s",
+     [](VectorSeries& s) {
+       s.v[0][1] = 4100.0;
+       return range(0, 1);
+     }},
+    {"a_bus_that_hangs_for_a_second", "mag", "stuck", "at 20.01 s",
+     [](VectorSeries& s) { return hold(s, 2000, 2100); }},
+    {"a_gyroscope_that_hangs", "gyr", "stuck", "at 20.01 s",
+     [](VectorSeries& s) { return hold(s, 2000, 2150); }},
+    {"a_sensor_that_hangs_to_the_end", "acc", "stuck", "at 50.01 s",
+     [](VectorSeries& s) { return hold(s, 5000, 6500); }},
+    {"rows_of_zeros", "mag", "zeros", "mag = (0, 0, 0) uT at 0.17 s",
+     [](VectorSeries& s) { return each(s, 40, [](Vector3& v) { v.setZero(); }); }},
+    {"a_gyroscope_of_zeros_for_a_second", "gyr", "zeros", "gyr = (0, 0, 0) rad/s at 20.00 s",
+     [](VectorSeries& s) {
+       for (std::size_t k = 2000; k < 2100; ++k) s.v[k].setZero();
+       return range(2000, 2100);
+     }},
+    {"an_overflow_value", "mag", "sentinel", "mag_z = -375.6 uT",
+     [](VectorSeries& s) { return each(s, 67, [](Vector3& v) { v[2] = -375.6; }); }},
+    {"a_range_that_turns_over", "gyr", "wrap", "gyr_x",
+     [](VectorSeries& s) { return wrap(s, 0, 1.3); }},
+    {"a_range_that_turns_over_from_the_first_sample_on", "acc", "wrap", "acc_z",
+     [](VectorSeries& s) { return wrap(s, 2, 8.0); }},
+    {"clipped", "gyr", "clipped", "gyr_x = 1.3 rad/s",
+     [](VectorSeries& s) {
+       std::set<std::size_t> out;
+       for (std::size_t k = 0; k < s.size(); ++k) {
+         if (s.v[k][0] > 1.3) out.insert(k);
+         s.v[k][0] = std::min(s.v[k][0], 1.3);
+       }
+       return out;
+     }},
+};
+
+class Gate : public testing::TestWithParam<Fault> {};
+
+TEST_P(Gate, sets_aside_what_was_not_measured_and_says_so) {
+  const Fault& fault = GetParam();
+  Recording r = turning();
+  const std::set<std::size_t> bad = fault.spoil(series_of(r, fault.sensor));
+  const VectorSeries spoilt = series_of(r, fault.sensor);
+  ASSERT_FALSE(bad.empty());
+  std::optional<Recording> kept = gated(r);
+  ASSERT_TRUE(kept);
+  std::size_t found = 0;
+  std::string all;
+  for (const SetAside& s : kept->set_aside) {
+    EXPECT_EQ(s.sensor, fault.sensor);
+    EXPECT_EQ(s.of, spoilt.size());
+    EXPECT_THAT(sentence(s), HasSubstr(s.example));
+    EXPECT_FALSE(remedy(s).empty());
+    all += sentence(s) + "\n";
+    if (s.kind == fault.kind) {
+      found += s.count;
+      EXPECT_THAT(s.example, HasSubstr(fault.example));
+    }
+  }
+  // A wrapped reading may be told as an isolated jump.
+  EXPECT_GE(double(found), 0.97 * double(bad.size())) << all;
+  const VectorSeries& left = series_of(*kept, fault.sensor);
+  std::size_t wrong = 0, lost = 0;
+  for (std::size_t k = 0, i = 0; k < spoilt.size(); ++k) {
+    while (i < left.size() && left.t[i] < spoilt.t[k]) ++i;
+    const bool there = i < left.size() && left.t[i] == spoilt.t[k] && left.v[i] == spoilt.v[k];
+    wrong += there && bad.contains(k) ? 1 : 0;
+    lost += !there && !bad.contains(k) ? 1 : 0;
+  }
+  EXPECT_LE(double(wrong), 0.02 * double(bad.size())) << all;
+  EXPECT_EQ(lost, 0u) << all;
+  // Said once, and the checks of what is left find nothing but that it may end early.
+  for (const Issue& issue : check_recording(*kept)) {
+    EXPECT_TRUE(issue.kind == "set_aside" || issue.kind == "span") << issue.text();
+  }
+}
+
+// As a stream of samples; what passes.
+Recording streamed(const Recording& r, std::vector<SetAside>& set_aside) {
+  LiveGate gate(r.mag_names);
+  Recording out;
+  out.mag.resize(1);
+  const auto take = [&] {
+    const LiveGate::Kept kept = gate.take();
+    const auto add = [](VectorSeries& to, const VectorSeries& from) {
+      for (std::size_t k = 0; k < from.size(); ++k) to.push_back(from.t[k], from.v[k]);
+    };
+    add(out.acc, kept.acc);
+    add(out.gyr, kept.gyr);
+    add(out.mag[0], kept.mag[0]);
+  };
+  std::size_t a = 0, g = 0, m = 0;
+  while (a < r.acc.size() || g < r.gyr.size() || m < r.mag[0].size()) {
+    StreamSample sample;
+    const auto next = [](const VectorSeries& s, std::size_t k) {
+      return k < s.size() ? s.t[k] : INFINITY;
+    };
+    sample.t = std::min({next(r.acc, a), next(r.gyr, g), next(r.mag[0], m)});
+    sample.mag.resize(1);
+    if (next(r.acc, a) == sample.t) sample.acc = r.acc.v[a++];
+    if (next(r.gyr, g) == sample.t) sample.gyr = r.gyr.v[g++];
+    if (next(r.mag[0], m) == sample.t) sample.mag[0] = r.mag[0].v[m++];
+    gate.push(sample);
+    take();
+  }
+  gate.finish();
+  take();
+  set_aside = gate.set_aside();
+  return out;
+}
+
+// It cannot look back: of a value that comes again and again it learns what it is, a range that
+// turned over for long, or was clipped before anybody knew its limit, passes.
+TEST_P(Gate, of_a_stream_sets_aside_the_same_but_for_what_only_the_whole_tells) {
+  const Fault& fault = GetParam();
+  Recording r = turning();
+  const std::set<std::size_t> bad = fault.spoil(series_of(r, fault.sensor));
+  std::vector<SetAside> set_aside;
+  Recording kept = streamed(r, set_aside);
+  const VectorSeries &spoilt = series_of(r, fault.sensor), &left = series_of(kept, fault.sensor);
+  std::size_t wrong = 0, lost = 0;
+  for (std::size_t k = 0, i = 0; k < spoilt.size(); ++k) {
+    while (i < left.size() && left.t[i] < spoilt.t[k]) ++i;
+    const bool there = i < left.size() && left.t[i] == spoilt.t[k];
+    wrong += there && bad.contains(k) ? 1 : 0;
+    lost += !there && !bad.contains(k) ? 1 : 0;
+  }
+  EXPECT_LE(double(wrong),
+            (fault.kind == "wrap" || fault.kind == "clipped" ? 0.9 : 0.1) * double(bad.size()));
+  EXPECT_LE(lost, fault.kind == "wrap" ? bad.size() : 0u);
+  ASSERT_FALSE(set_aside.empty());
+  for (const SetAside& s : set_aside) EXPECT_EQ(s.sensor, fault.sensor);
+}
+
+TEST(LiveGate, leaves_a_good_recording_as_it_is_and_is_soon_through_with_it) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    std::vector<SetAside> set_aside;
+    const Recording r = turning(seed);
+    const Recording kept = streamed(r, set_aside);
+    EXPECT_TRUE(set_aside.empty());
+    EXPECT_EQ(kept.acc.size(), r.acc.size());
+    EXPECT_EQ(kept.gyr.v, r.gyr.v);
+    EXPECT_EQ(kept.mag[0].t, r.mag[0].t);
+  }
+}
+
+TEST(LiveGate, does_not_wait_for_a_sensor_that_has_fallen_silent) {
+  LiveGate gate({"mag"});
+  const Recording r = turning();
+  double behind = 0.0;
+  for (std::size_t k = 0; k < r.acc.size(); ++k) {
+    StreamSample sample{r.acc.t[k], r.acc.v[k], r.gyr.v[k], {std::nullopt}};
+    if (k < 1000) sample.mag[0] = r.mag[0].v[k];
+    gate.push(sample);
+    if (sample.t < 5.0) continue;  // the first seconds are held back
+    double judged = sample.t;
+    while (!gate.has_judged(judged)) judged -= 0.01;
+    behind = std::max(behind, sample.t - judged);
+  }
+  EXPECT_LT(behind, 2.2);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, Gate, testing::ValuesIn(kFaults),
+                         [](const auto& fault) { return fault.param.name; });
+
+TEST(GateForFiles, leaves_a_good_recording_as_it_is) {
+  for (unsigned seed = 1; seed <= 5; ++seed) EXPECT_FALSE(gated(turning(seed)));
+}
+
+TEST(GateForFiles, replaces_a_lost_gyroscope_sample_by_what_its_neighbours_say) {
+  Recording r = turning();
+  const Vector3 measured = r.gyr.v[3600];
+  r.gyr.v[3600][1] = kNaN;
+  r.gyr.v[3601][1] = kNaN;
+  const std::optional<Recording> kept = gated(r);
+  ASSERT_TRUE(kept);
+  ASSERT_EQ(kept->gyr.size(), r.gyr.size());
+  // Four samples with noise of 0.005 rad/s, weights up to 2/3.
+  EXPECT_LT((kept->gyr.v[3600] - measured).norm(), 0.04);
+  r.gyr.v[3602][1] = r.gyr.v[3603][1] = kNaN;
+  EXPECT_EQ(gated(r)->gyr.size(), r.gyr.size() - 4);  // nobody knows how it turned meanwhile
+}
+
+TEST(GateForFiles, fills_a_hole_that_a_logger_left_in_a_gyroscope_with_a_steady_clock) {
+  const Recording whole = turning();
+  Recording r = whole;
+  for (const std::size_t k : {5000, 3001, 3000}) {
+    r.gyr.t.erase(r.gyr.t.begin() + long(k));
+    r.gyr.v.erase(r.gyr.v.begin() + long(k));
+  }
+  const std::optional<Recording> kept = gated(r);
+  ASSERT_TRUE(kept);
+  EXPECT_TRUE(kept->set_aside.empty());
+  ASSERT_EQ(kept->gyr.size(), whole.gyr.size());
+  for (const std::size_t k : {3000, 3001, 5000}) {
+    EXPECT_NEAR(kept->gyr.t[k], whole.gyr.t[k], 1e-9);
+    EXPECT_LT((kept->gyr.v[k] - whole.gyr.v[k]).norm(), 0.04);
+  }
+}
+
+TEST(GateForFiles, a_sensor_of_garbage_stays_and_is_refused) {
+  Recording r = turning();
+  for (std::size_t k = 0; k < r.mag[0].size(); ++k)
+    r.mag[0].v[k].setConstant(1e20 + 1e15 * double(k));
+  const std::optional<Recording> kept = gated(r);
+  ASSERT_TRUE(kept);
+  EXPECT_EQ(kept->mag[0].size(), r.mag[0].size());
+  const std::vector<Issue> issues = check_recording(*kept);
+  ASSERT_FALSE(issues.empty());
+  EXPECT_EQ(issues[0].severity, Severity::kFatal);
+  EXPECT_THAT(issues[0].problem, HasSubstr("100 % of the samples of mag"));
+}
+
+TEST(GateForFiles, most_of_a_sensor_gone_is_fatal_and_zeros_between_samples_are_not) {
+  Recording r = turning(), slow = turning();
+  for (std::size_t k = 0; k < r.mag[0].size(); ++k) {
+    if (k % 3 != 0) r.mag[0].v[k][0] = kNaN;
+    if (k % 4 != 0) slow.mag[0].v[k].setZero();
+  }
+  EXPECT_EQ(check_recording(*gated(r)).front().severity, Severity::kFatal);
+  const std::optional<Recording> kept = gated(slow);
+  EXPECT_EQ(kept->mag[0].size(), slow.mag[0].size() / 4);
+  EXPECT_EQ(check_recording(*kept).front().severity, Severity::kNote);
+}
+
+TEST(GateForFiles, may_keep_clipped_readings_of_magnetometers_for_a_diagnosis) {
+  Recording r = turning();
+  for (Vector3& v : r.mag[0].v) v[0] = std::min(v[0], 30.0);
+  ASSERT_TRUE(gated(r));
+  EXPECT_EQ(gated(r)->set_aside.front().kind, "clipped");
+  EXPECT_FALSE(gated(r, {.keep_clipped_mag = true}));
+}
+
+// What is odd, but measured.
+struct Oddity {
+  std::string name;
+  std::function<void(Recording&)> change;
+};
+void PrintTo(const Oddity& oddity, std::ostream* out) { *out << oddity.name; }
+
+void round_to(VectorSeries& s, double step) {
+  for (Vector3& v : s.v) v = (v / step).array().round() * step;
+}
+
+const std::vector<Oddity> kOddities{
+    {"a_magnetometer_polled_seven_times_as_often_as_it_measures",
+     [](Recording& r) {
+       for (std::size_t k = 0; k < r.mag[0].size(); ++k) r.mag[0].v[k] = r.mag[0].v[k / 7 * 7];
+     }},
+    {"coarse_steps",
+     [](Recording& r) {
+       round_to(r.acc, 0.15);
+       round_to(r.gyr, 0.02);
+       round_to(r.mag[0], 1.0);
+     }},
+    {"counts",
+     [](Recording& r) {
+       for (Vector3& v : r.acc.v) v *= 2048.0 / 9.81;
+       for (Vector3& v : r.gyr.v) v *= 939.7;
+       for (Vector3& v : r.mag[0].v) v *= 6.67;
+       for (auto* s : {&r.acc, &r.gyr, &r.mag[0]}) round_to(*s, 1.0);
+     }},
+    {"a_current_that_is_switched",
+     [](Recording& r) {
+       for (std::size_t k = 0; k < r.mag[0].size(); ++k) {
+         if (k / 250 % 2 == 1) r.mag[0].v[k] += Vector3(15.0, -8.0, 3.0);
+       }
+     }},
+    {"a_magnet_that_passes",
+     [](Recording& r) {
+       for (std::size_t k = 0; k < r.mag[0].size(); ++k) {
+         const double s = (double(k) - 3000.0) / 12.0;
+         r.mag[0].v[k] += 300.0 * std::exp(-0.5 * s * s) * Vector3(0.8, 0.1, -0.5);
+       }
+     }},
+    {"blows_that_ring_and_clip",
+     [](Recording& r) {
+       for (std::size_t k0 = 700; k0 < 6400; k0 += 331) {
+         const double way = 0.1 * double(k0 % 10) - 0.4;
+         const Vector3 along = Vector3(0.8, way, 0.5).normalized();
+         for (std::size_t k = k0; k < k0 + 20; ++k) {
+           const double s = double(k - k0);
+           const double ring = 170.0 * std::exp(-s / 1.2) * std::cos(2.1 * s);
+           r.acc.v[k] = (r.acc.v[k] + ring * along).cwiseMin(156.9).cwiseMax(-156.9);
+           r.gyr.v[k] += 0.02 * ring * Vector3(along[1], along[2], along[0]);
+         }
+       }
+     }},
+    {"outliers_thirty_times_as_large_as_noise",
+     [](Recording& r) {
+       std::mt19937 bits(7);
+       std::normal_distribution<double> noise;
+       const double sigma[] = {0.03, 0.005, 0.3};
+       int i = 0;
+       for (auto* s : {&r.acc, &r.gyr, &r.mag[0]}) {
+         for (Vector3& v : s->v) {
+           if (bits() % 50 != 0) continue;
+           v += 30.0 * sigma[i] * Vector3(noise(bits), noise(bits), noise(bits));
+         }
+         ++i;
+       }
+     }},
+    {"a_magnetometer_interpolated_from_a_slow_clock",
+     [](Recording& r) {
+       const VectorSeries own = r.mag[0];
+       for (std::size_t k = 0; k + 10 < own.size(); ++k) {
+         const double share = double(k % 10) / 10.0;
+         r.mag[0].v[k] = (1.0 - share) * own.v[k / 10 * 10] + share * own.v[k / 10 * 10 + 10];
+       }
+     }},
+    {"a_rest_without_noise",
+     [](Recording& r) {
+       for (auto* s : {&r.acc, &r.gyr, &r.mag[0]}) {
+         for (std::size_t k = 0; k < 500; ++k) s->v[k] = s->v[0];
+       }
+     }},
+};
+
+class Oddities : public testing::TestWithParam<Oddity> {};
+
+TEST_P(Oddities, are_measurements) {
+  Recording r = turning(3);
+  GetParam().change(r);
+  const std::optional<Recording> kept = gated(r);
+  if (!kept) return;
+  for (const SetAside& s : kept->set_aside) ADD_FAILURE() << sentence(s);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, Oddities, testing::ValuesIn(kOddities),
+                         [](const auto& oddity) { return oddity.param.name; });
+
+// Sample by sample, as they arrive.
+TEST(GateForStreams, judges_each_sample_after_a_few_more_and_in_order) {
+  Recording r = turning();
+  VectorSeries& mag = r.mag[0];
+  mag.v[3000][1] = 900.0;
+  mag.v[3300] = Vector3(1e20, 0, 0);
+  mag.v[3500][0] = kNaN;
+  mag.v[4000].setZero();
+  SensorGate gate({.sensor = SensorGate::Sensor::kMag});
+  std::vector<double> times, bad;
+  std::size_t behind = 0;
+  for (std::size_t k = 0; k < mag.size(); ++k) {
+    gate.push(mag.t[k], mag.v[k]);
+    for (const SensorGate::Judged& s : gate.take()) {
+      times.push_back(s.t);
+      if (!s.kind.empty()) bad.push_back(s.t);
+    }
+    behind = std::max(behind, k + 1 - times.size());
+  }
+  EXPECT_LE(behind, 9u);
+  gate.finish();
+  for (const SensorGate::Judged& s : gate.take()) times.push_back(s.t);
+  EXPECT_EQ(times, mag.t);
+  EXPECT_THAT(bad, ElementsAre(30.0, 33.0, 35.0, 40.0));
+}
+
+TEST(GateForStreams, goes_on_when_a_sensor_hangs) {
+  Recording r = turning();
+  hold(r.mag[0], 2000, 6500);
+  SensorGate gate({.sensor = SensorGate::Sensor::kMag,
+                   .longest_wait_s = 1.0,
+                   .turned = [](double begin, double end) { return end - begin > 0.5; }});
+  std::size_t judged = 0, stuck = 0, behind = 0;
+  for (std::size_t k = 0; k < r.mag[0].size(); ++k) {
+    gate.push(r.mag[0].t[k], r.mag[0].v[k]);
+    for (const SensorGate::Judged& s : gate.take()) {
+      ++judged;
+      stuck += s.kind == "stuck" ? 1 : 0;
+    }
+    behind = std::max(behind, k + 1 - judged);
+  }
+  EXPECT_LE(behind, 110u);
+  EXPECT_GT(stuck, 4200u);
+}
+
+// Its bits repeat three times in a row here and there, which no measurement does.
+TEST(RealRecordings, lose_nothing_in_the_gate_but_samples_that_were_filled_in) {
+  const std::filesystem::path folder = std::filesystem::path(MAGIMU_DATA_DIR) / "broad";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "the BROAD recordings are not there";
+  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+    if (file.path().extension() != ".hdf5" && file.path().extension() != ".mat") continue;
+    SCOPED_TRACE(file.path().filename());
+    const std::optional<Recording> kept = gated(read_recording(file.path().string()));
+    if (!kept) continue;
+    for (const SetAside& s : kept->set_aside) {
+      EXPECT_EQ(s.kind, "stuck") << sentence(s);
+      EXPECT_LE(s.count, 12u) << sentence(s);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace magimu

@@ -130,7 +130,91 @@ concept NamesLinearize = !std::is_final_v<F> && !requires {
   &BothNames<F>::linearize;
 };
 
+// Has F a member of the name residual, whatever its signature?
+struct NamesResidualToo {
+  void residual();
+};
+template <class F>
+struct BothResiduals : F, NamesResidualToo {};
+template <class F>
+concept NamesResidual = std::is_final_v<F> || !requires {
+  &BothResiduals<F>::residual;
+};
+
+template <int Dim, class... V>
+std::true_type derives_from_factor(const Factor<Dim, V...>*);
+std::false_type derives_from_factor(const void*);
+template <class F>
+concept DerivesFromFactor = decltype(derives_from_factor(static_cast<const F*>(nullptr)))::value;
+
+template <class F, class T, std::size_t... I>
+auto residual_over(F& f, std::index_sequence<I...>) -> decltype(f.template residual<T>(
+    std::declval<const typename VariableTraits<VariableOf<F, I>>::template Rebind<T>&>()...));
+// F's residual can be called, with T for the scalar, for one value of each variable.
+template <class F, class T>
+concept ResidualOver = requires(F& f) {
+  residual_over<F, T>(f, kIndices<std::remove_const_t<F>>);
+};
+template <class F>
+using ReturnOfResidual =
+    decltype(residual_over<const F, double>(std::declval<const F&>(), kIndices<F>));
+
 }  // namespace detail
+
+// Says at compile time what a class lacks to be a factor, in the order in which one writes it; true
+// if it lacks nothing.
+template <class F>
+consteval bool check_residual() {
+  constexpr bool callable = detail::ResidualOver<const F, double>;
+  constexpr bool changes = !callable && detail::ResidualOver<F, double>;
+  static_assert(!changes,
+                "magimu: a factor's residual() does not change the factor: declare it const");
+  static_assert(
+      callable || changes,
+      "magimu: a factor's residual() must be public, a template over its scalar alone, and take "
+      "one argument a variable, in the order of Factor<rows, variables...>: const Vec<T, n>& for "
+      "a vector of n numbers, const Mat<T, m, n>&, const Rot3T<T>& for a rotation, const T& for "
+      "a double");
+  if constexpr (callable) {
+    using Return = detail::ReturnOfResidual<F>;
+    constexpr bool differentiable =
+        detail::HasAnalyticJacobians<F> || detail::ResidualOver<const F, Dual<detail::kAtATime>>;
+    constexpr bool number = std::is_void_v<Return> || std::is_arithmetic_v<Return>;
+    constexpr bool right = std::is_same_v<Return, Vec<double, F::kDim>>;
+    static_assert(
+        differentiable,
+        "magimu: a factor's residual() must work for any scalar T, not for double alone: its "
+        "Jacobians come from automatic differentiation, unless the factor has linearize()");
+    static_assert(
+        !number,
+        "magimu: a factor's residual() returns a vector, of one row, too: Vec<T, 1>(value)");
+    static_assert(
+        right || number,
+        "magimu: a factor's residual() returns Vec<T, rows>, with the rows of Factor<rows, "
+        "...>, by value; not auto, which would be an expression of Eigen's that refers to "
+        "numbers that are gone");
+    return differentiable && right;
+  }
+  return false;
+}
+template <class F>
+consteval bool check_factor() {
+  constexpr bool derives = detail::DerivesFromFactor<F>;
+  static_assert(
+      derives,
+      "magimu: a factor derives publicly from Factor<rows of its residual, the types of its "
+      "variables...>");
+  if constexpr (derives) {
+    constexpr bool copied = std::is_copy_constructible_v<F>, named = detail::NamesResidual<F>;
+    static_assert(
+        copied, "magimu: the graph keeps a copy of each factor: a factor needs a copy constructor");
+    static_assert(named,
+                  "magimu: a factor has a residual: template <class T> Vec<T, rows> residual(const "
+                  "Vec<T, n>& variable, ...) const");
+    if constexpr (copied && named) return check_residual<F>();
+  }
+  return false;
+}
 
 // Pointers to the stored values of a factor's variables.
 template <class F>

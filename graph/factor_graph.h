@@ -196,8 +196,10 @@ class FactorGraph {
   // Copies the factor in. Throws std::invalid_argument if it names one variable twice.
   template <class F>
   void add(const F& factor) {
-    check_keys(factor.keys());
-    mutable_batch<F>().factors.push_back(factor);
+    if constexpr (check_factor<F>()) {
+      check_keys(factor.keys());
+      mutable_batch<F>().factors.push_back(factor);
+    }
   }
 
   // A batch made elsewhere (extended_batch.h); factors<F>() does not see it.

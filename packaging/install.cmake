@@ -5,19 +5,30 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-set(magimu_rooms graph factors solvers recording earth sim calibration diagnosis)
+include(packaging/public_headers.cmake)
+
+set(magimu_rooms statistics graph factors solvers recording earth sim calibration diagnosis)
 add_library(magimu_library INTERFACE)
+add_library(magimu::magimu ALIAS magimu_library)
 set_target_properties(magimu_library PROPERTIES EXPORT_NAME magimu)
 target_compile_features(magimu_library INTERFACE cxx_std_20)
+target_include_directories(magimu_library INTERFACE
+                           $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
+                           $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 set(magimu_pc_libraries "")
 foreach(room ${magimu_rooms})
   target_link_libraries(magimu_library INTERFACE magimu_${room})
   set(magimu_pc_libraries "-lmagimu_${room} ${magimu_pc_libraries}")  # the last room first
-  install(DIRECTORY ${room} COMPONENT dev DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/magimu
-          FILES_MATCHING PATTERN "*.h")
+endforeach()
+if(NOT PROJECT_IS_TOP_LEVEL)
+  return()  # what is installed is for the project to say that took the library in
+endif()
+foreach(room ${magimu_rooms})
   install(TARGETS magimu_${room} EXPORT magimuTargets COMPONENT dev
           DESTINATION ${CMAKE_INSTALL_LIBDIR})
 endforeach()
+install(DIRECTORY ${PROJECT_BINARY_DIR}/include/magimu COMPONENT dev
+        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(TARGETS magimu_library EXPORT magimuTargets)
 install(EXPORT magimuTargets NAMESPACE magimu:: COMPONENT dev
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/magimu)
@@ -47,10 +58,10 @@ if(TARGET magimu)
   add_custom_command(TARGET magimu POST_BUILD COMMAND magimu completion > magimu.bash
                      COMMAND magimu man > magimu.1
                      COMMAND $<IF:$<BOOL:${GZIP}>,${GZIP},true> -9nkf magimu.1
-                     WORKING_DIRECTORY ${CMAKE_BINARY_DIR} VERBATIM)
-  install(FILES ${CMAKE_BINARY_DIR}/magimu.1$<$<BOOL:${GZIP}>:.gz> COMPONENT program
+                     WORKING_DIRECTORY ${PROJECT_BINARY_DIR} VERBATIM)
+  install(FILES ${PROJECT_BINARY_DIR}/magimu.1$<$<BOOL:${GZIP}>:.gz> COMPONENT program
           DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
-  install(FILES ${CMAKE_BINARY_DIR}/magimu.bash COMPONENT program
+  install(FILES ${PROJECT_BINARY_DIR}/magimu.bash COMPONENT program
           DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME magimu)
 endif()
 install(FILES README.md COMPONENT program DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "calibration/rivals/rival_calibration.h"
-#include "recording/data/median.h"
 #include "sim/simulate.h"
+#include "statistics/quantiles.h"
 #include "study/error_statistics.h"
 #include "study/study.h"
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/page/residual_statistics.h"
+#include "statistics/quantiles.h"
 
 #include <algorithm>
 #include <bit>
@@ -37,10 +38,7 @@ double median_interval(const std::vector<double>& t) {
   for (std::size_t i = 1; i < t.size(); ++i) {
     if (t[i] > t[i - 1]) steps.push_back(t[i] - t[i - 1]);
   }
-  if (steps.empty()) return 0.0;
-  const auto middle = steps.begin() + std::ptrdiff_t(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
+  return quantile(std::move(steps), 0.5);
 }
 
 Curve autocorrelation(const std::vector<Vector3>& residuals, double interval_s, int lags) {

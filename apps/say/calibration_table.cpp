@@ -107,7 +107,7 @@ std::string calibration_table(const Calibration& c) {
   if (c.acc_jitter > 0.0) {
     out += fmt::format(
         "  Where the specific force changes fast, the accelerometer is believed less, as if its\n"
-        "  samples were {:.2g} sampling intervals early or late; the readings are more probable "
+        "  samples were early or late by {:.2g} of their interval; the readings are more probable "
         "so.\n",
         c.acc_jitter);
   }

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "recording/data/median.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {

@@ -9,7 +9,7 @@
 #include <map>
 #include <utility>
 
-#include "recording/data/median.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "bench/power/power_report.h"
-#include "recording/data/median.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {

@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "graph/decompositions.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {
@@ -113,10 +114,7 @@ Check check_windows(const Calibration& c, const std::vector<double>& mag_squares
     }
   }
   if (nis.empty()) nis.push_back(0.0);
-  std::vector<double> sorted = nis;
-  const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const double usual = std::max(*middle, 1e-12);
+  const double usual = std::max(quantile(nis, 0.5), 1e-12);
   const auto out =
       std::count_if(nis.begin(), nis.end(), [&](double x) { return x > kWindowOut * usual; });
   const double share = double(out) / double(nis.size());

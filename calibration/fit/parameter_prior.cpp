@@ -11,6 +11,7 @@
 #include "calibration/fit/uncertainty.h"
 #include "calibration/result/parameter_vector.h"
 #include "graph/decompositions.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

@@ -14,10 +14,10 @@
 #include "recording/checks/repeats.h"
 #include "recording/data/arrival_stamps.h"
 #include "recording/data/axes.h"
-#include "recording/data/median.h"
 #include "recording/data/parts.h"
 #include "recording/data/row_times.h"
 #include "recording/data/units.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/motion/direction_steadiness.h"
+#include "statistics/quantiles.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -21,11 +22,10 @@ constexpr double kMeanShare = 0.75;  // of the interval, to average over
 double pair_interval(const VectorSeries& gyr, const Vector3& bias) {
   std::vector<double> rates;
   for (std::size_t k = 0; k < gyr.size(); k += 10) rates.push_back((gyr.v[k] - bias).norm());
-  const auto upper = rates.begin() + std::ptrdiff_t(rates.size() * 3 / 4);
-  std::nth_element(rates.begin(), upper, rates.end());
+  const double upper = quantile(std::move(rates), 0.75);
   const double length = gyr.t.back() - gyr.t.front();
   const double shortest = std::clamp(kShortestShare * length, kShortestEver, kShortest);
-  return std::clamp(kTurn / std::max(*upper, 1e-3), shortest, kLongest);
+  return std::clamp(kTurn / std::max(upper, 1e-3), shortest, kLongest);
 }
 
 std::vector<Matrix3> turns(const VectorSeries& gyr, const Vector3& bias,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "graph/decompositions.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/motion/rests.h"
+#include "statistics/quantiles.h"
 
 #include <algorithm>
 #include <cmath>
@@ -121,9 +122,7 @@ double least_noise(const VectorSeries& series) {
     for (std::size_t k = begin; k < begin + piece; ++k) sum += difference[k].squaredNorm();
     squares.push_back(sum / (3.0 * double(piece)));
   }
-  const auto quartile = squares.begin() + std::ptrdiff_t(squares.size() / 4);
-  std::nth_element(squares.begin(), quartile, squares.end());
-  return std::sqrt(*quartile / kVariance / rate);
+  return std::sqrt(quantile(std::move(squares), 0.25) / kVariance / rate);
 }
 
 }  // namespace magimu

@@ -16,6 +16,7 @@
 #include "calibration/scan/testable.h"
 #include "graph/decompositions.h"
 #include "graph/parallel.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

@@ -2,7 +2,6 @@
 #include "calibration/scan/scan.h"
 
 #include <Eigen/QR>
-#include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <limits>
@@ -14,6 +13,7 @@
 #include "calibration/model/windows.h"
 #include "graph/decompositions.h"
 #include "graph/whitener.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {
@@ -211,17 +211,6 @@ ScatterAtOptimum scatter_at_optimum(const CondensedChain& chain, const MatrixXd&
 }
 
 }  // namespace
-
-double log10_chi_square_tail(double x, double dof) {
-  if (!(x > 0.0) || dof <= 0.0) return 0.0;
-  if (x < 600.0 + dof) {
-    const double tail = boost::math::cdf(boost::math::complement(boost::math::chi_squared(dof), x));
-    if (tail > 1e-290) return std::log10(tail);
-  }
-  // The leading term for large x: (x/2)^(dof/2 - 1) exp(-x/2) / Gamma(dof/2).
-  return ((0.5 * dof - 1.0) * std::log(0.5 * x) - 0.5 * x - std::lgamma(0.5 * dof)) /
-         std::log(10.0);
-}
 
 Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
            const std::vector<std::shared_ptr<const Effect>>& candidates, double window_s) {

@@ -14,6 +14,7 @@
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
 #include "solvers/levenberg_marquardt.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {
@@ -36,9 +37,7 @@ double pair_interval(const Recording& recording) {
   for (std::size_t k = 0; k < recording.gyr.size(); k += 10) {
     rates.push_back(recording.gyr.v[k].norm());
   }
-  auto upper = rates.begin() + std::ptrdiff_t(rates.size() * 3 / 4);
-  std::nth_element(rates.begin(), upper, rates.end());
-  return std::clamp(0.5 / std::max(*upper, 1e-3), 0.1, 5.0);
+  return std::clamp(0.5 / std::max(quantile(std::move(rates), 0.75), 1e-3), 0.1, 5.0);
 }
 
 std::vector<Pair> choose_pairs(const std::vector<const Recording*>& recordings, std::size_t sensor,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/start/attitude.h"
+#include "statistics/quantiles.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -87,9 +88,7 @@ double estimate_dip(const Recording& recording, const SensorParameters& paramete
     const Vector3 b = field.mean(t - options.half_span_s, t + options.half_span_s);
     sines.push_back(-z.normalized().dot(b.normalized()));
   }
-  auto middle = sines.begin() + std::ptrdiff_t(sines.size() / 2);
-  std::nth_element(sines.begin(), middle, sines.end());
-  return std::asin(std::clamp(*middle, -0.999, 0.999));
+  return std::asin(std::clamp(quantile(std::move(sines), 0.5), -0.999, 0.999));
 }
 
 }  // namespace magimu

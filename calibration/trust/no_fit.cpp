@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "calibration/model/parameter_names.h"
-#include "recording/data/median.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {

@@ -11,6 +11,7 @@
 #include "calibration/fit/diagnostics.h"
 #include "calibration/start/turned_axes.h"
 #include "recording/data/set_aside.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {
@@ -207,10 +208,8 @@ std::vector<Disturbance> find_disturbances(const Calibration& c,
   const double unit = c.residuals[2].rms > 0.0 ? c.residuals[2].rms_unit / c.residuals[2].rms : 0.0;
   std::vector<double> rms;
   for (const Stretch& b : blocks) rms.push_back(unit * std::sqrt(b.sum / (axes * b.count)));
-  std::vector<double> sorted = rms;
-  const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const double limit = std::max(kDisturbedTimes * *middle, kDisturbedShare * c.strength_uT);
+  const double limit =
+      std::max(kDisturbedTimes * quantile(rms, 0.5), kDisturbedShare * c.strength_uT);
 
   std::vector<Disturbance> out;
   for (std::size_t i = 0; i < blocks.size(); ++i) {

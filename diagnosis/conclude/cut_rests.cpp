@@ -13,6 +13,7 @@
 #include "diagnosis/conclude/departures.h"
 #include "diagnosis/conclude/unexplained.h"
 #include "diagnosis/noise/thinned.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

@@ -15,12 +15,12 @@
 #include "diagnosis/noise/noise_tests.h"
 #include "diagnosis/noise/own_clock.h"
 #include "diagnosis/noise/sample_residuals.h"
-#include "diagnosis/noise/tails.h"
 #include "diagnosis/noise/thinned.h"
 #include "diagnosis/search/finding_text.h"
 #include "factors/effects/catalogue.h"
 #include "graph/numerical_error.h"
 #include "recording/checks/quality.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

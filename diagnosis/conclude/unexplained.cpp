@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "diagnosis/noise/sample_residuals.h"
 #include "diagnosis/noise/timing_noise.h"
 #include "recording/checks/repeats.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

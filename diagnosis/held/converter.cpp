@@ -9,7 +9,8 @@
 
 #include "diagnosis/noise/high_pass.h"
 #include "diagnosis/noise/noise_causes.h"
-#include "diagnosis/noise/tails.h"
+#include "statistics/golden_section.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {
@@ -114,22 +115,10 @@ double standard_deviation(const NoiseSeries& s, const Cleaned& c) {
   return scale > 0.0 ? scale : s.sigma;
 }
 
-// The sigma for which `nll` is least, by golden section in its logarithm.
+// The sigma for which `nll` is least.
 double best_sigma(double low, double high, const std::function<double(double)>& nll) {
-  constexpr double kGolden = 0.6180339887498949;
-  double a = std::log(low), b = std::log(high);
-  double x1 = b - kGolden * (b - a), x2 = a + kGolden * (b - a);
-  double f1 = nll(std::exp(x1)), f2 = nll(std::exp(x2));
-  while (std::isfinite(b - a) && b - a > 1e-2) {
-    if (f1 < f2) {
-      b = x2, x2 = x1, f2 = f1;
-      f1 = nll(std::exp(x1 = b - kGolden * (b - a)));
-    } else {
-      a = x1, x1 = x2, f1 = f2;
-      f2 = nll(std::exp(x2 = a + kGolden * (b - a)));
-    }
-  }
-  return std::exp(0.5 * (a + b));
+  return std::exp(golden_section_minimum(std::log(low), std::log(high), 1e-2,
+                                         [&](double x) { return nll(std::exp(x)); }));
 }
 
 using SampleNll = std::function<double(std::size_t k, int axis, double sigma)>;

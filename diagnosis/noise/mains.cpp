@@ -15,6 +15,8 @@
 
 #include "diagnosis/noise/noise_causes.h"
 #include "graph/decompositions.h"
+#include "statistics/golden_section.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {
@@ -109,12 +111,11 @@ Level local_level(const Periodogram& p, const std::vector<double>& power) {
     const double wide = std::clamp(0.35 * p.f[first] / step, 60.0 * over, 800.0 * over);
     std::size_t last = first + static_cast<std::size_t>(wide);
     if (double(p.f.size() - std::min(last, p.f.size())) < 0.7 * wide) last = p.f.size();
-    std::vector<double> band(power.begin() + std::ptrdiff_t(first),
-                             power.begin() + std::ptrdiff_t(last));
-    const auto middle = band.begin() + std::ptrdiff_t(band.size() / 2);
-    std::nth_element(band.begin(), middle, band.end());
+    const double middle = quantile(std::vector<double>(power.begin() + std::ptrdiff_t(first),
+                                                       power.begin() + std::ptrdiff_t(last)),
+                                   0.5);
     level.log_f.push_back(std::log(0.5 * (p.f[first] + p.f[last - 1])));
-    level.log_level.push_back(std::log(std::max(*middle, 1e-300) / kMedian2));
+    level.log_level.push_back(std::log(std::max(middle, 1e-300) / kMedian2));
     level.sigma.push_back(1.443 / std::sqrt(double(last - first) / over));
     first = last;
   }
@@ -154,23 +155,11 @@ AtFrequency fit_at(const NoiseSeries& s, const std::vector<Vector3>& x, const Ve
 Mains refine(const NoiseSeries& s, const std::vector<Vector3>& x, const Vector3& unit,
              const std::vector<char>& chosen, double f_hz) {
   const double width = 1.0 / (s.t.back() - s.t.front());
-  const auto value = [&](double f) { return fit_at(s, x, unit, chosen, f).explained; };
-  constexpr double kGolden = 0.6180339887498949;
-  double low = f_hz - 0.5 * width, high = f_hz + 0.5 * width;
-  double f1 = high - kGolden * (high - low), f2 = low + kGolden * (high - low);
-  double v1 = value(f1), v2 = value(f2);
-  constexpr int kMostSteps = 60;  // of a third each: far below what doubles resolve
-  for (int step = 0; step < kMostSteps && high - low > 1e-4 * width; ++step) {
-    if (v1 > v2) {
-      high = f2, f2 = f1, v2 = v1;
-      v1 = value(f1 = high - kGolden * (high - low));
-    } else {
-      low = f1, f1 = f2, v1 = v2;
-      v2 = value(f2 = low + kGolden * (high - low));
-    }
-  }
-  const AtFrequency fit = fit_at(s, x, unit, chosen, 0.5 * (low + high));
-  return {fit.a, fit.d, 0.5 * (low + high)};
+  const double best =
+      golden_section_minimum(f_hz - 0.5 * width, f_hz + 0.5 * width, 1e-4 * width,
+                             [&](double f) { return -fit_at(s, x, unit, chosen, f).explained; });
+  const AtFrequency fit = fit_at(s, x, unit, chosen, best);
+  return {fit.a, fit.d, best};
 }
 
 // Of a, d and f together; unit: standard deviation of the noise about that frequency.

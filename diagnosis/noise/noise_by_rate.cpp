@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "calibration/motion/integrated_rotation.h"
-#include "diagnosis/noise/tails.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

@@ -6,7 +6,8 @@
 #include <cmath>
 
 #include "diagnosis/noise/noise_causes.h"
-#include "diagnosis/noise/tails.h"
+#include "statistics/quantiles.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {
@@ -24,12 +25,10 @@ std::vector<char> first_half(const PieceSpectra& spectra, bool other) {
 
 // The pieces in which the reading changes least, or the others.
 std::vector<char> quiet_half(const PieceSpectra& spectra, bool other) {
-  std::vector<double> sorted = spectra.activity;
-  const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double middle = quantile(spectra.activity, 0.5);
   std::vector<char> chosen(spectra.power.size());
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    chosen[i] = (spectra.activity[i] < *middle) != other;
+    chosen[i] = (spectra.activity[i] < middle) != other;
   }
   return chosen;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "diagnosis/noise/high_pass.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {
@@ -30,12 +31,11 @@ std::vector<std::size_t> grid_places(const std::vector<double>& t, double rate_h
 double even_rate_hz(const std::vector<double>& t) {
   std::vector<double> dt(t.size() - 1);
   for (std::size_t k = 0; k < dt.size(); ++k) dt[k] = t[k + 1] - t[k];
-  std::nth_element(dt.begin(), dt.begin() + static_cast<std::ptrdiff_t>(dt.size() / 2), dt.end());
-  const double median = dt[dt.size() / 2];
+  const double usual = quantile(dt, 0.5);
   double sum = 0.0;
   int count = 0;
   for (const double d : dt) {
-    if (d > 1.5 * median) continue;
+    if (d > 1.5 * usual) continue;
     sum += d;
     ++count;
   }
@@ -46,9 +46,7 @@ double even_rate_hz(const std::vector<double>& t) {
 // Gaussian ones have there, from the median on.
 double scale_of_sizes(std::vector<double> size) {
   if (size.size() < 10) return 0.0;
-  const auto middle = size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2);
-  std::nth_element(size.begin(), middle, size.end());
-  double sigma = 1.4826 * *middle;
+  double sigma = 1.4826 * quantile(size, 0.5);
   constexpr double kWithin = 2.5, kMeanSquare = 0.911257;  // of N(0, 1) within 2.5
   for (int i = 0; i < 6; ++i) {
     double sum = 0.0;

@@ -11,6 +11,8 @@
 #include <unsupported/Eigen/FFT>
 
 #include "diagnosis/noise/high_pass.h"
+#include "statistics/golden_section.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {
@@ -136,12 +138,10 @@ void drop_loud_pieces(PieceSpectra& s) {
     low.push_back(std::accumulate(power.begin(), third, 0.0));
   }
   if (low.size() < 8) return;
-  std::vector<double> sorted = low;
-  const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double usual = quantile(low, 0.5);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < low.size(); ++i) {
-    if (low[i] > kLoud * *middle) continue;
+    if (low[i] > kLoud * usual) continue;
     if (kept != i) s.power[kept] = std::move(s.power[i]);
     s.activity[kept++] = s.activity[i];
   }
@@ -234,7 +234,7 @@ SpectrumFit fit_white(const PieceSpectra& spectra, const MeanSpectrum& mean) {
   return fit;
 }
 
-// rho = tanh z: golden section about the best of a grid.
+// rho = tanh z: the best near that of a grid.
 SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean) {
   const auto at = [&](double z) { return fit_levels(spectra, mean, std::tanh(z)); };
   constexpr double kStep = 0.5, kMost = 3.8;  // |rho| < 0.999
@@ -246,23 +246,11 @@ SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean
       best_value = value;
     }
   }
-  double low = best - kStep, high = best + kStep;
-  constexpr double kGolden = 0.6180339887498949;
-  double z1 = high - kGolden * (high - low), z2 = low + kGolden * (high - low);
-  double f1 = at(z1).log_likelihood, f2 = at(z2).log_likelihood;
-  while (high - low > 1e-3) {
-    if (f1 > f2) {
-      high = z2, z2 = z1, f2 = f1;
-      f1 = at(z1 = high - kGolden * (high - low)).log_likelihood;
-    } else {
-      low = z1, z1 = z2, f1 = f2;
-      f2 = at(z2 = low + kGolden * (high - low)).log_likelihood;
-    }
-  }
-  SpectrumFit fit = at(0.5 * (low + high));
+  const double z = golden_section_minimum(best - kStep, best + kStep, 1e-3,
+                                          [&](double x) { return -at(x).log_likelihood; });
+  SpectrumFit fit = at(z);
   // Two standard deviations: where the likelihood, of the best v and b, has fallen by 2. Towards
   // rho = 1 v and rho are hardly told apart, and v goes far where rho does not.
-  const double z = 0.5 * (low + high);
   double v_sigma = 0.0;
   for (const double side : {-1.0, 1.0}) {
     double near = 0.0, far = 0.02;

@@ -11,7 +11,8 @@
 
 #include "diagnosis/noise/high_pass.h"
 #include "diagnosis/noise/noise_causes.h"
-#include "diagnosis/noise/tails.h"
+#include "statistics/quantiles.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {
@@ -191,10 +192,11 @@ void level(const NoiseSeries& s, std::vector<double>& squared) {
   std::vector<double> median;
   double mean = 0.0, variance = 0.0;
   for (std::size_t first = 0; first + block <= squared.size(); first += block) {
-    std::vector<double> part(squared.begin() + std::ptrdiff_t(first),
-                             squared.begin() + std::ptrdiff_t(first + block));
-    std::nth_element(part.begin(), part.begin() + std::ptrdiff_t(block / 2), part.end());
-    median.push_back(std::log(std::max(part[block / 2] / kMedian, 1e-12)));
+    const double middle =
+        quantile(std::vector<double>(squared.begin() + std::ptrdiff_t(first),
+                                     squared.begin() + std::ptrdiff_t(first + block)),
+                 0.5);
+    median.push_back(std::log(std::max(middle / kMedian, 1e-12)));
     mean += median.back();
   }
   if (median.size() < 5) return;

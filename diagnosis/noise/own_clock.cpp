@@ -11,7 +11,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "diagnosis/noise/high_pass.h"
-#include "recording/data/median.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {

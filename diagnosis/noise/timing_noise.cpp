@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "diagnosis/noise/high_pass.h"
-#include "diagnosis/noise/tails.h"
 #include "graph/decompositions.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

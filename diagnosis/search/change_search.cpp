@@ -10,6 +10,7 @@
 #include "calibration/model/windows.h"
 #include "factors/effects/catalogue.h"
 #include "graph/whitener.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

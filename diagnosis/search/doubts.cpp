@@ -13,7 +13,8 @@
 #include "diagnosis/noise/high_pass.h"
 #include "diagnosis/noise/sample_residuals.h"
 #include "graph/decompositions.h"
-#include "recording/data/median.h"
+#include "statistics/quantiles.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

@@ -14,6 +14,7 @@
 #include "diagnosis/search/source_search.h"
 #include "factors/effects/catalogue.h"
 #include "graph/numerical_error.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

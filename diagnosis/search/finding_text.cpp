@@ -8,6 +8,7 @@
 
 #include "calibration/scan/testable.h"
 #include "factors/effects/change.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

@@ -10,12 +10,12 @@
 #include "calibration/scan/general_dependence.h"
 #include "calibration/scan/testable.h"
 #include "diagnosis/held/held_out_nll.h"
-#include "diagnosis/noise/tails.h"
 #include "diagnosis/search/slow_motion.h"
 #include "diagnosis/search/stored_model.h"
 #include "factors/effects/catalogue.h"
 #include "graph/numerical_error.h"
-#include "recording/data/median.h"
+#include "statistics/quantiles.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

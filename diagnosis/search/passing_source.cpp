@@ -8,7 +8,8 @@
 
 #include "calibration/motion/rests.h"
 #include "calibration/motion/sensor_rows.h"
-#include "recording/data/median.h"
+#include "statistics/quantiles.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

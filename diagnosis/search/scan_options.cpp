@@ -10,6 +10,7 @@
 #include "diagnosis/search/change_search.h"
 #include "diagnosis/search/source_search.h"
 #include "factors/effects/catalogue.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

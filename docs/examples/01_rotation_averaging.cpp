@@ -9,11 +9,11 @@
 #include <cstdio>
 #include <random>
 
-#include "factors/keys.h"
-#include "factors/prior_factor.h"
-#include "factors/relative_rotation_factor.h"
-#include "solvers/levenberg_marquardt.h"
-#include "solvers/marginals.h"
+#include <magimu/factors/keys.h>
+#include <magimu/factors/prior_factor.h>
+#include <magimu/factors/relative_rotation_factor.h>
+#include <magimu/solvers/levenberg_marquardt.h>
+#include <magimu/solvers/marginals.h>
 
 using namespace magimu;
 

@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <random>
 
-#include "graph/factor_graph.h"
-#include "solvers/levenberg_marquardt.h"
+#include <magimu/graph/factor_graph.h>
+#include <magimu/solvers/levenberg_marquardt.h>
 
 using namespace magimu;
 

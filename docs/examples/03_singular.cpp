@@ -9,11 +9,11 @@
 // prior.
 #include <cstdio>
 
-#include "factors/keys.h"
-#include "factors/magnetometer_factor.h"
-#include "factors/prior_factor.h"
-#include "solvers/levenberg_marquardt.h"
-#include "solvers/marginals.h"
+#include <magimu/factors/keys.h>
+#include <magimu/factors/magnetometer_factor.h>
+#include <magimu/factors/prior_factor.h>
+#include <magimu/solvers/levenberg_marquardt.h>
+#include <magimu/solvers/marginals.h>
 
 using namespace magimu;
 

@@ -8,11 +8,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "calibration/fit/stage.h"
-#include "calibration/model/extension.h"
-#include "calibration/start/initialize.h"
-#include "sim/simulate.h"
-#include "solvers/marginals.h"
+#include <magimu/calibration/fit/stage.h>
+#include <magimu/calibration/model/extension.h>
+#include <magimu/calibration/start/initialize.h>
+#include <magimu/sim/simulate.h>
+#include <magimu/solvers/marginals.h>
 
 using namespace magimu;
 

@@ -38,8 +38,9 @@ navigation() {
 if command -v doxygen >/dev/null; then
   doxygen - <<END >"$out/doxygen.log" 2>&1
 PROJECT_NAME = magimu
-INPUT = graph factors solvers recording sim calibration diagnosis
+INPUT = statistics graph factors solvers recording earth sim calibration diagnosis
 FILE_PATTERNS = *.h
+RECURSIVE = YES
 EXTRACT_ALL = YES
 GENERATE_LATEX = NO
 HAVE_DOT = NO

@@ -9,6 +9,7 @@
 #include <cstddef>
 
 #include "recording/checks/quality_checks.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {
@@ -71,11 +72,9 @@ std::vector<Issue> check_clock(const NamedSeries& sensor) {
     bends.push_back((s.v[k + 1] - 2.0 * s.v[k] + s.v[k - 1]).norm());
   }
   // The usual bend where there is one, however few samples have one; blows do not count.
-  std::vector<double> sorted = bends;
-  const auto large = sorted.begin() + std::ptrdiff_t(double(sorted.size()) * kLargeBend);
-  std::ranges::nth_element(sorted, large);
+  const double large = quantile(bends, kLargeBend);
   const double step = kQuantum * std::sqrt(3.0) * quantum(s);
-  const double limit = std::max(kOnLine * *large, step < kFineQuantum * *large ? step : 0.0);
+  const double limit = std::max(kOnLine * large, step < kFineQuantum * large ? step : 0.0);
   // Where nothing moves every sample is on a line: that alone shows nothing.
   std::size_t on_line = 0, moving = 0;
   for (std::size_t k = 0; k < bends.size(); ++k) {

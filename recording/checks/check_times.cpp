@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "recording/checks/quality_checks.h"
-#include "recording/data/median.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {
@@ -122,13 +122,12 @@ std::vector<Issue> check_intervals(const NamedSeries& sensor,
   }
   if (!gaps.empty()) issues.push_back(gap_issue(sensor, gaps, usual));
   for (double& d : dt) d = std::abs(d - usual) / usual;
-  const auto at = dt.begin() + static_cast<std::ptrdiff_t>(dt.size() * 19 / 20);
-  std::ranges::nth_element(dt, at);
-  if (*at > kJitter) {
+  const double large = quantile(dt, 0.95);
+  if (large > kJitter) {
     issues.push_back({"jitter", sensor.name, -1, Severity::kCaution, 0.0, 0.0,
                       fmt::format("the times of {} jitter: 5 % of its intervals differ from the "
                                   "usual {:.3g} ms by {:.0f} % and more",
-                                  sensor.name, 1e3 * usual, 100.0 * *at),
+                                  sensor.name, 1e3 * usual, 100.0 * large),
                       "log the time at which the sensor measured, not the one at which its data "
                       "arrived; a sensor with a steady clock may be given times k / rate"});
   }

@@ -16,8 +16,8 @@
 #include "graph/decompositions.h"
 #include "recording/checks/quality_checks.h"
 #include "recording/checks/turn_regression.h"
-#include "recording/data/median.h"
 #include "recording/data/units.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "recording/data/median.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "graph/decompositions.h"
-#include "recording/data/median.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {
@@ -145,9 +145,7 @@ double block_length(const VectorSeries& directions, const IntegratedReadings& gy
       turns.push_back((blocks[i].u - blocks[i - 1].u).norm());
     }
     if (turns.size() < kEnoughPairs) break;
-    const auto large = turns.begin() + std::ptrdiff_t(turns.size() * 9 / 10);
-    std::ranges::nth_element(turns, large);
-    if (*large > kLargeTurn) break;
+    if (quantile(std::move(turns), 0.9) > kLargeTurn) break;
     length *= 2.0;
   }
   return length;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "recording/data/median.h"
+#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recording/data/parts.h"
+#include "statistics/quantiles.h"
 
 #include <fmt/format.h>
 
@@ -95,9 +96,7 @@ double longest_bridge(const Recording& recording) {
     }
     if (errors.empty()) continue;
     // The upper quartile: most recordings have rests.
-    const auto upper = errors.begin() + std::ptrdiff_t(errors.size() * 3 / 4);
-    std::ranges::nth_element(errors, upper);
-    if (*upper > kFreshStart) return std::max(length, least);
+    if (quantile(std::move(errors), 0.75) > kFreshStart) return std::max(length, least);
   }
   return std::max(kLongestBridge, least);
 }

@@ -9,6 +9,7 @@
 
 #include "solvers/kernels/lists.h"
 #include "solvers/linear/ordering.h"
+#include "statistics/quantiles.h"
 
 namespace magimu::chain {
 namespace {
@@ -328,10 +329,7 @@ class Analysis {
 std::vector<int> crowded_columns(const LinearSystem& system) {
   std::vector<int> count(std::size_t(system.cols()), 0);
   for (const int c : system.column()) ++count[std::size_t(c)];
-  std::vector<int> sorted = count;
-  const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const int many = 4 * *middle;
+  const int many = 4 * quantile(count, 0.5);
   for (int& c : count) c = c > many ? 1 : 0;
   return count;
 }

@@ -8,6 +8,7 @@
 #include "graph/parallel.h"
 #include "graph/slot_finder.h"
 #include "solvers/kernels/lists.h"
+#include "statistics/quantiles.h"
 
 namespace magimu::lanes {
 namespace {
@@ -69,10 +70,7 @@ class Search {
       for (const int s : list) ++factors[std::size_t(s)];
     }
     if (std::count(factors.begin(), factors.end(), 0) > 0) return false;
-    std::vector<int> sorted = factors;
-    const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const int many = kManyTimes * *middle;
+    const int many = kManyTimes * quantile(factors, 0.5);
     out.variables.assign(std::size_t(slots()), {0, 0, 0});
     for (int s = 0; s < slots(); ++s) {
       if (factors[std::size_t(s)] <= many) continue;

@@ -11,6 +11,7 @@
 #include "calibration/scan/scan.h"
 #include "diagnosis/search/doubts.h"
 #include "factors/effects/catalogue.h"
+#include "statistics/tails.h"
 #include "tests/oracle/sensors.h"
 
 namespace magimu {

@@ -37,10 +37,13 @@ for word in "magimu calibrate" "magimu stream" '\\-\\-mag\\-time\\-offset' '\\-\
   grep -q -- "$word" <<<"$manual" || fail "the manual lacks $word"
 done
 
-cmake -S "$source/tests/packaging/consumer" -B "$folder/build" -DCMAKE_BUILD_TYPE=Release \
-  -DCMAKE_PREFIX_PATH="$folder/usr" >"$folder/log" 2>&1 || fail "find_package: $(cat "$folder/log")"
-cmake --build "$folder/build" >"$folder/log" 2>&1 || fail "find_package: $(cat "$folder/log")"
-"$folder/build/consumer" || fail "the program built with find_package"
+# Under a user's own flags, too: what lies in memory must not depend on them.
+for flags in "" "-O0" "-march=native"; do
+  cmake -S "$source/tests/packaging/consumer" -B "$folder/build" -DCMAKE_CXX_FLAGS="$flags" \
+    -DCMAKE_PREFIX_PATH="$folder/usr" >"$folder/log" 2>&1 || fail "find_package: $(cat "$folder/log")"
+  cmake --build "$folder/build" >"$folder/log" 2>&1 || fail "find_package: $(cat "$folder/log")"
+  "$folder/build/consumer" || fail "the program built with find_package and '$flags'"
+done
 
 if command -v pkg-config >/dev/null; then
   pc=$(dirname "$(find "$folder/usr" -name magimu.pc)")
@@ -49,6 +52,11 @@ if command -v pkg-config >/dev/null; then
   c++ -o "$folder/with_pc" "$source/tests/packaging/consumer/main.cpp" $flags || fail "pkg-config"
   "$folder/with_pc" || fail "the program built with pkg-config"
 fi
+
+# Nothing but the public headers and what they need; none by another name than magimu/...
+[ "$(find "$folder/usr/include" -mindepth 1 -maxdepth 1)" = "$folder/usr/include/magimu" ] ||
+  fail "headers beside include/magimu"
+[ "$(find "$folder/usr/include" -name '*.h' | wc -l)" -lt 100 ] || fail "too many headers"
 
 if command -v dpkg-deb >/dev/null && command -v dpkg-shlibdeps >/dev/null; then
   (cd "$build" && cpack -G DEB -B "$folder/deb") >"$folder/log" 2>&1 || fail "$(cat "$folder/log")"
@@ -61,7 +69,7 @@ if command -v dpkg-deb >/dev/null && command -v dpkg-shlibdeps >/dev/null; then
   dpkg-deb -f "$folder"/deb/magimu_*.deb Depends | grep -q libhdf5 ||
     fail "the program's .deb does not name what it needs"
   library=$(dpkg-deb -c "$folder"/deb/libmagimu-dev_*.deb)
-  for file in magimuConfig.cmake magimu.pc calibration/calibrate.h libmagimu_graph.a; do
+  for file in magimuConfig.cmake magimu.pc magimu/calibration/calibrate.h libmagimu_graph.a; do
     grep -q "$file" <<<"$library" || fail "the library's .deb lacks $file"
   done
   grep -q usr/bin <<<"$library" && fail "the library's .deb has the program"

@@ -107,9 +107,9 @@ std::string calibration_table(const Calibration& c) {
   if (c.acc_jitter > 0.0) {
     out += fmt::format(
         "  Where the specific force changes fast, the accelerometer is believed less, as if its\n"
-        "  samples were early or late by {:.2g} of their interval; the readings are more probable "
-        "so.\n",
-        c.acc_jitter);
+        "  samples were early or late by {:.0f} % of their interval; the readings are more "
+        "probable so.\n",
+        100.0 * c.acc_jitter);
   }
   out += fmt::format(
       "Residuals (1 = as the noise predicts): acc {:.2f}, gyr {:.2f}, mag {:.2f} ({:.2f} uT)\n\n",

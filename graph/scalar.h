@@ -8,16 +8,6 @@
 #include <Eigen/Core>
 #include <cmath>
 
-// The library's matrices are aligned to 16 bytes, whatever instructions a file is compiled for;
-// under -mavx Eigen would take 32, and nothing that a caller's file and the library share would
-// fit.
-#if EIGEN_MAX_ALIGN_BYTES != 16 || defined(EIGEN_DONT_ALIGN)
-#error \
-    "magimu: compile with -DEIGEN_MAX_ALIGN_BYTES=16 and without EIGEN_DONT_ALIGN (linking to \
-magimu::magimu, or pkg-config --cflags magimu, sees to it): else matrices would lie otherwise in \
-memory than in the library"
-#endif
-
 namespace magimu {
 
 template <class T, int R, int C>

@@ -15,6 +15,8 @@ target_compile_features(magimu_library INTERFACE cxx_std_20)
 target_include_directories(magimu_library INTERFACE
                            $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
                            $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+target_compile_options(magimu_library INTERFACE $<INSTALL_INTERFACE:${magimu_user_flags}>)
+list(JOIN magimu_user_flags " " magimu_pc_flags)
 set(magimu_pc_libraries "")
 foreach(room ${magimu_rooms})
   target_link_libraries(magimu_library INTERFACE magimu_${room})

@@ -14,6 +14,30 @@ set(magimu_public_headers
     calibration/use/apply.h calibration/use/export.h
     diagnosis/result/diagnosis.h diagnosis/result/diagnosis_json.h)
 
+# How Eigen aligns and allocates depends on a file's flags: under -mavx it takes 32 bytes and an allocator
+# of its own. What a user's file and the library share must agree: magimu/same_memory.h stops the compiler
+# where it does not.
+separate_arguments(flags UNIX_COMMAND "${CMAKE_CXX_FLAGS}")
+get_target_property(eigen Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
+list(TRANSFORM eigen PREPEND -I)
+file(WRITE ${PROJECT_BINARY_DIR}/eigen_memory.cpp "#include <Eigen/Core>
+magimu_memory EIGEN_DEFAULT_ALIGN_BYTES EIGEN_MAX_STATIC_ALIGN_BYTES EIGEN_MALLOC_ALREADY_ALIGNED
+")
+execute_process(COMMAND ${CMAKE_CXX_COMPILER} ${flags} ${eigen} -E ${PROJECT_BINARY_DIR}/eigen_memory.cpp
+                OUTPUT_VARIABLE preprocessed COMMAND_ERROR_IS_FATAL ANY)
+if(NOT preprocessed MATCHES "magimu_memory ([0-9]+) ([0-9]+) ([01])")
+  message(FATAL_ERROR "How Eigen aligns its matrices is not to be found out")
+endif()
+set(magimu_alignment ${CMAKE_MATCH_1})
+set(magimu_static_alignment ${CMAKE_MATCH_2})
+set(magimu_plain_malloc ${CMAKE_MATCH_3})
+configure_file(packaging/same_memory.h.in include/magimu/same_memory.h @ONLY)
+# Users of the installed library get Eigen's code for the instructions that it was built with.
+set(magimu_user_flags -DEIGEN_MALLOC_ALREADY_ALIGNED=${magimu_plain_malloc})
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND magimu_alignment EQUAL 16)
+  list(APPEND magimu_user_flags -U__AVX__ -U__AVX2__ -U__AVX512F__ -U__FMA__)
+endif()
+
 set(waiting ${magimu_public_headers})
 set(needed "")
 while(waiting)
@@ -31,6 +55,8 @@ while(waiting)
     list(APPEND waiting ${include})
   endforeach()
   string(REGEX REPLACE "#include \"([a-z_0-9/]+\\.h)\"" "#include <magimu/\\1>" text "${text}")
+  string(REPLACE "#include <Eigen/Core>\n" "#include <Eigen/Core>\n#include <magimu/same_memory.h>\n" text
+         "${text}")
   set(copy ${PROJECT_BINARY_DIR}/include/magimu/${header})
   set(present "")
   if(EXISTS ${copy})
@@ -44,7 +70,7 @@ endwhile()
 file(GLOB_RECURSE copies RELATIVE ${PROJECT_BINARY_DIR}/include/magimu
      ${PROJECT_BINARY_DIR}/include/magimu/*.h)
 foreach(copy IN LISTS copies)
-  if(NOT copy IN_LIST needed)
+  if(NOT copy IN_LIST needed AND NOT copy STREQUAL same_memory.h)
     file(REMOVE ${PROJECT_BINARY_DIR}/include/magimu/${copy})
   endif()
 endforeach()

@@ -64,7 +64,7 @@ void use_$name() { FactorGraph g; g.add($name()); }" >>"$wrong"
 done
 echo '}' | tee -a "$right" >>"$wrong"
 
-flags=(-std=c++20 -fsyntax-only -DEIGEN_MAX_ALIGN_BYTES=16 -I"$source" "$@")
+flags=(-std=c++20 -fsyntax-only -I"$source" "$@")
 "$compiler" "${flags[@]}" "$right" || { echo "right factors do not compile" >&2; exit 1; }
 "$compiler" "${flags[@]}" "$wrong" 2>"$folder/said" && { echo "wrong factors compile" >&2; exit 1; }
 failed=0

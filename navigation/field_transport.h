@@ -11,8 +11,8 @@
 
 #include <vector>
 
+#include "factors/field_basis.h"
 #include "graph/rot3.h"
-#include "navigation/field_basis.h"
 
 namespace magimu {
 

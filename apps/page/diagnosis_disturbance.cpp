@@ -8,6 +8,7 @@
 
 #include "apps/plot/plot.h"
 #include "apps/say/diagnosis_answer.h"
+#include "graph/decompositions.h"
 
 namespace magimu::apps {
 namespace {
@@ -22,7 +23,98 @@ std::string axis_name(const MissingSeries& s, int axis) {
   return in_field(s) ? kField[axis] : std::string(1, "xyz"[axis]);
 }
 
+// A dot each, as wide as this.
+plot::Line dots(const std::vector<double>& x, const std::vector<double>& y, double width) {
+  plot::Line line;
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    line.x.insert(line.x.end(), {x[k] - 0.5 * width, x[k] + 0.5 * width, NAN});
+    line.y.insert(line.y.end(), {y[k], y[k], NAN});
+  }
+  return line;
+}
+
+// East, north or up, and the direction in space: what of the field changes most, and where to.
+struct Steepest {
+  int component = 0;
+  Vector3 along = Vector3::UnitX();
+};
+Steepest steepest(const PlaceCheck& place) {
+  const double n = double(place.points.size());
+  Vector3 middle = Vector3::Zero(), field = Vector3::Zero();
+  for (const PlaceCheck::Point& p : place.points) {
+    middle += p.place / n;
+    field += p.fitted / n;
+  }
+  Matrix3 places = 1e-12 * Matrix3::Identity(), both = Matrix3::Zero();
+  Vector3 power = Vector3::Zero();
+  for (const PlaceCheck::Point& p : place.points) {
+    places += (p.place - middle) * (p.place - middle).transpose();
+    both += (p.place - middle) * (p.fitted - field).transpose();
+    power += (p.fitted - field).cwiseAbs2();
+  }
+  Steepest out;
+  power.maxCoeff(&out.component);
+  const Vector3 slope = places.llt().solve(Vector3(both.col(out.component)));
+  if (slope.norm() > 0.0) out.along = slope.normalized();
+  return out;
+}
+
 }  // namespace
+
+std::string place_picture(const PlaceCheck& place) {
+  const Steepest s = steepest(place);
+  std::vector<double> x, measured, fitted;
+  for (const PlaceCheck::Point& p : place.points) {
+    x.push_back(p.place.dot(s.along));
+    measured.push_back(p.measured[s.component]);
+    fitted.push_back(p.fitted[s.component]);
+  }
+  if (x.empty()) return {};
+  const auto [low, high] = std::ranges::minmax(x);
+  const double width = 0.004 * (high - low);
+  constexpr const char* kField[] = {"east", "north", "up"};
+  plot::Chart chart;
+  chart.x_label = fmt::format("place along ({:.1f} east, {:.1f} north, {:.1f} up), m", s.along.x(),
+                              s.along.y(), s.along.z());
+  chart.y_label = std::string("field, ") + kField[s.component] + ", uT";
+  chart.lines = {dots(x, measured, width), dots(x, fitted, width)};
+  chart.lines[0].name = "departure";
+  chart.lines[0].colour = plot::Colour::kGrey;
+  chart.lines[1].name = "function of the place";
+  for (plot::Line& line : chart.lines) line.width = 3.0;
+  return plot::svg(chart);
+}
+
+std::string place_caption(const PlaceCheck& place) {
+  return fmt::format(
+      "The field's departure against the estimated place, a dot a time. What differs from place to "
+      "place comes back where the sensor comes back: a polynomial of order {} in all three "
+      "directions.",
+      place.order);
+}
+
+std::vector<std::string> place_words(const Diagnosis& d) {
+  if (!d.place) return {};
+  const PlaceCheck& p = *d.place;
+  const AtRest rest = d.field_at_rest.value_or(AtRest{});
+  const auto sign = [](bool yes) { return yes ? "yes" : "no"; };
+  return {
+      fmt::format("(a) Nothing else explains the readings as well: {}. A function of the place is "
+                  "{:.0f} nats ahead of {}; 10 decide.",
+                  sign(p.ahead), p.ahead_nats, p.rival),
+      rest.rests == 0
+          ? std::string("(b) The departure stays while the sensor rests: not shown, there is no "
+                        "rest of 2 s and more.")
+          : fmt::format("(b) The departure stays while the sensor rests: {}. In {} rest{} it "
+                        "changed by {:.2g} uT at the most ({:.1f} standard deviations).",
+                        sign(p.stays), rest.rests, rest.rests == 1 ? "" : "s", rest.change_uT,
+                        rest.change_sigmas),
+      fmt::format(
+          "(c) It comes back where the sensor comes back: {}. Of {} blocks of {:.0f} s that "
+          "were left out, {} are predicted better by a function of the place, all together "
+          "by {:.0f} nats.",
+          sign(p.comes_back), p.blocks, p.block_s, p.blocks_better, p.predicts_nats())};
+}
 
 std::string disturbance_picture(const MissingSeries& s) {
   const bool rate = s.unit == "rad/s";

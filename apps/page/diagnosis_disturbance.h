@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "diagnosis/result/diagnosis.h"
 
@@ -12,5 +13,11 @@ namespace magimu::apps {
 std::string disturbance_picture(const MissingSeries& series);
 // Under it.
 std::string disturbance_caption(const MissingSeries& series);
+
+// The field's departure against the place, along the direction in which it changes most.
+std::string place_picture(const PlaceCheck& place);
+std::string place_caption(const PlaceCheck& place);
+// How (a), (b) and (c) came out, one sentence each.
+std::vector<std::string> place_words(const Diagnosis& d);
 
 }  // namespace magimu::apps

@@ -65,17 +65,25 @@ void missing(Page& page, const Diagnosis& d) {
   for (const MissingState& m : d.missing) {
     const bool there = m.size > 0.0;
     rows.push_back({m.frame == "navigation" ? "field (fixed axes)" : sensor_name(m.channel),
-                    plain(m.gain_nats), plain(m.taken_by_findings()), plain(m.left_nats),
-                    there ? plain(m.size) + " " + m.unit : "-",
+                    plain(m.gain_nats), plain(m.taken_by_findings()), plain(m.taken_by_place),
+                    plain(m.left_nats), there ? plain(m.size) + " " + m.unit : "-",
                     there ? plain(m.memory_s) + " s" : "-", m.noise});
   }
   page.paragraph(
       "A disturbance that may go where it likes was added to one sensor after the other. How much "
       "more probable the readings are with it says how wrong the simulation is there, whatever the "
       "cause. Where nothing is wrong it hardly ever gains 6 nats.");
-  page.table({"disturbed", "gains, nats", "taken by what was found", "left", "size", "memory",
-              "the noise named above"},
+  page.table({"disturbed", "gains, nats", "taken by causes", "by the field of the place", "left",
+              "size", "memory", "the noise named above"},
              rows, 1);
+}
+
+// Does the field differ from place to place?
+void place(Page& page, const Diagnosis& d) {
+  if (!d.place || d.place->points.empty()) return;
+  page.section("Does the field differ from place to place?");
+  page.figure(place_picture(*d.place), place_caption(*d.place));
+  page.html(wrap("ul", items(place_words(d))));
 }
 
 std::string finding_card(const Finding& f, std::size_t number) {
@@ -265,6 +273,7 @@ std::string diagnosis_report(const Diagnosis& d) {
   Page page("Diagnosis of " + joined(d.recordings, ", "));
   answer(page, d);
   missing(page, d);
+  place(page, d);
   found(page, d);
   scan(page, d);
   residuals(page, d);

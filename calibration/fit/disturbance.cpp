@@ -8,6 +8,7 @@
 #include "calibration/model/gathered.h"
 #include "calibration/model/windows.h"
 #include "graph/decompositions.h"
+#include "solvers/linear/node_factors.h"
 
 namespace magimu {
 namespace {
@@ -123,7 +124,8 @@ double DisturbanceModel::weight_at(int node, double time) const {
 }
 
 // What adds to the bias adds to the reading; a field b adds D C R' b.
-void DisturbanceModel::add_magnetometers() {
+std::vector<DisturbanceModel::SeenByMag> DisturbanceModel::magnetometer_rows() const {
+  std::vector<SeenByMag> out;
   const Values& values = stage_.result().values;
   const double strength = std::cbrt(std::abs(values.at<Matrix3>(key::distortion).determinant()));
   for (std::size_t b = 0; b < stage_.graph().batches().size(); ++b) {
@@ -133,21 +135,28 @@ void DisturbanceModel::add_magnetometers() {
       if (bias.column < 0) break;
       const int sensor = int(bias.key.index) % 1000;
       const Found pose = find(batch, i, R(0).symbol);
-      if (pose.column < 0 || (part_ == DisturbedPart::kMag && sensor != 0)) continue;
-      MatrixXd J = jacobian_of(system_, b, i, bias.column, 3);
-      if (part_ == DisturbedPart::kField) {
-        const auto r = std::size_t(recording_[pose.key.index]);
-        const int k = int(pose.key.index) - stage_.plans()[r].first;
-        const Matrix3& C = stage_.gathered().mag(int(r), sensor)[std::size_t(k)].C;
-        J *= values.at<Matrix3>(key::distortion_of(sensor)) * C *
-             values.at<Rot3>(pose.key).matrix().transpose() / strength;
-      }
+      if (pose.column < 0) continue;
+      const auto r = std::size_t(recording_[pose.key.index]);
+      const int k = int(pose.key.index) - stage_.plans()[r].first;
+      const Matrix3& C = stage_.gathered().mag(int(r), sensor)[std::size_t(k)].C;
+      const MatrixXd itself = jacobian_of(system_, b, i, bias.column, 3);
+      const MatrixXd field = itself * values.at<Matrix3>(key::distortion_of(sensor)) * C *
+                             values.at<Rot3>(pose.key).matrix().transpose() / strength;
       for (int row = 0; row < batch.rows(); ++row) {
-        const auto at = std::size_t(system_.first_row(b) + i * batch.rows() + row);
-        rows_.jacobian[at] = J.row(row).transpose();
-        rows_.weight[at] = weight_at(int(pose.key.index), time_[pose.key.index]);
+        out.push_back({std::size_t(system_.first_row(b) + i * batch.rows() + row),
+                       int(pose.key.index), sensor, itself.row(row).transpose(),
+                       field.row(row).transpose()});
       }
     }
+  }
+  return out;
+}
+
+void DisturbanceModel::add_magnetometers() {
+  for (const SeenByMag& m : magnetometer_rows()) {
+    if (part_ == DisturbedPart::kMag && m.sensor != 0) continue;
+    rows_.jacobian[m.row] = part_ == DisturbedPart::kField ? m.field : m.itself;
+    rows_.weight[m.row] = weight_at(m.node, time_[std::size_t(m.node)]);
   }
 }
 
@@ -177,16 +186,21 @@ void DisturbanceModel::add_rates() {
 
 const ProcessChain& DisturbanceModel::chain(double mag_noise) const {
   if (chain_ && mag_noise == noise_) return *chain_;
-  ProcessRows rows = rows_;
-  if (mag_noise != 1.0) {
-    rows.scale.assign(rows.jacobian.size(), 1.0);
-    for (std::size_t i = 0; i < rows.scale.size(); ++i) {
-      if (sensors_.sensor[i] == Sensor::kMag) rows.scale[i] = 1.0 / mag_noise;
-    }
-  }
-  chain_ = std::make_unique<ProcessChain>(system_, stage_.result().values, node_of, grid_, rows);
+  chain_ = std::make_unique<ProcessChain>(system_, stage_.result().values, node_of, grid_,
+                                          scaled_rows(mag_noise));
   noise_ = mag_noise;
   return *chain_;
+}
+
+ProcessRows DisturbanceModel::scaled_rows(double mag_noise) const {
+  ProcessRows rows = rows_;
+  if (mag_noise == 1.0 && left_out_.empty()) return rows;
+  rows.scale.assign(rows.jacobian.size(), 1.0);
+  for (std::size_t i = 0; i < rows.scale.size(); ++i) {
+    if (sensors_.sensor[i] == Sensor::kMag) rows.scale[i] = 1.0 / mag_noise;
+    if (!left_out_.empty() && left_out_[i]) rows.scale[i] = 0.0;
+  }
+  return rows;
 }
 
 double DisturbanceModel::log_density(double size, double memory_s, double mag_noise) const {
@@ -291,6 +305,8 @@ void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
     d.mag_noise = std::exp(x[2]);
   }
   d.gain_nats = std::max(0.0, best - none);
+  d.evidence = std::max(best, none);
+  d.evidence_without = none;
   d.memory_s = std::exp(x[1]);
   d.size = best > none ? std::exp(x[0] + 0.5 * x[1]) : 0.0;
 }
@@ -322,6 +338,7 @@ DisturbanceFit DisturbanceModel::fit() const {
     maximize(d, kFirstStep);
   } else {
     d.size = 0.0;
+    d.evidence = d.evidence_without = log_density(0.0, d.memory_s, 1.0);
   }
   d.sweeps = sweeps_;
   return d;
@@ -334,6 +351,72 @@ DisturbanceFit DisturbanceModel::fit_near(const DisturbanceFit& start) const {
   maximize(d, kNearStep);
   d.sweeps = sweeps_;
   return d;
+}
+
+void DisturbanceModel::set_place(std::shared_ptr<const FieldOfPlace> place) {
+  place_ = std::move(place);
+  chain_.reset();
+  rows_.more_globals.resize(0, 0);
+  rows_.more_node.clear();
+  rows_.more_residual.clear();
+  if (!place_) return;
+  const std::size_t rows = rows_.jacobian.size();
+  rows_.more_globals = MatrixXd::Zero(Eigen::Index(rows), place_->coefficients());
+  rows_.more_node.assign(rows, Vector3::Zero());
+  rows_.more_residual.assign(rows, 0.0);
+  const Values& values = stage_.result().values;
+  const ColumnLayout layout(values, node_of, time_.size());
+  const Key position = P(stage_.plans().front().first);
+  rows_.node_at = layout.position[std::size_t(values.slot(position).tangent)];
+  int node = -1;
+  MatrixXd columns;
+  Matrix3 gradient = Matrix3::Zero();
+  for (const SeenByMag& m : magnetometer_rows()) {
+    const auto k = std::size_t(m.node);
+    if (m.node != node) {
+      columns = place_->columns(k);
+      gradient = place_->gradient(k);
+      node = m.node;
+    }
+    rows_.more_globals.row(Eigen::Index(m.row)) = m.field.transpose() * columns;
+    rows_.more_node[m.row] = gradient.transpose() * m.field;
+    rows_.more_residual[m.row] = -rows_.more_node[m.row].dot(place_->shift(k));
+  }
+}
+
+PlaceEstimate DisturbanceModel::place(const DisturbanceFit& fitted) const {
+  const SmoothedProcess p = chain(fitted.mag_noise).smooth(fitted.size, fitted.memory_s, false);
+  PlaceEstimate out;
+  const Eigen::Index n = place_->coefficients();
+  out.theta = p.globals.tail(n);
+  out.covariance = p.globals_covariance.bottomRightCorner(n, n);
+  for (std::size_t k = 0; k < time_.size(); ++k) {
+    const std::size_t j = at_grid_[k];
+    const double w = weight_at(int(k), time_[k]);
+    const Vector3 here = p.node[j].segment<3>(rows_.node_at);
+    out.shift.push_back(
+        w > 0.0 ? Vector3((1.0 - w) * here + w * p.node[j + 1].segment<3>(rows_.node_at)) : here);
+  }
+  return out;
+}
+
+void DisturbanceModel::leave_out(const std::vector<LeftOut>& stretches) {
+  chain_.reset();
+  left_out_.assign(rows_.jacobian.size(), false);
+  mag_rows_ = 0;
+  for (std::size_t i = 0; i < left_out_.size(); ++i) {
+    if (sensors_.sensor[i] != Sensor::kMag) continue;
+    const auto node = std::size_t(sensors_.node[i]);
+    left_out_[i] = std::ranges::any_of(stretches, [&](const LeftOut& s) {
+      return recording_[node] == s.recording && time_[node] >= s.span.begin_s &&
+             time_[node] <= s.span.end_s;
+    });
+    mag_rows_ += !left_out_[i];
+  }
+}
+
+double DisturbanceModel::log_density(const DisturbanceFit& fitted) const {
+  return log_density(fitted.size, fitted.memory_s, fitted.mag_noise);
 }
 
 VectorXd DisturbanceModel::shift(const DisturbanceFit& fitted, Key global) const {

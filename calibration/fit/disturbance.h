@@ -18,7 +18,9 @@
 #include <string>
 #include <vector>
 
+#include "calibration/fit/field_of_place.h"
 #include "calibration/fit/stage.h"
+#include "calibration/motion/rests.h"
 #include "calibration/motion/sensor_rows.h"
 #include "solvers/chain/process_chain.h"
 
@@ -50,7 +52,9 @@ struct DisturbanceFit {
   // 1) at each memory where the model predicts the data.
   double score = 0.0;
   bool fitted = false;  // false: the score shows that nothing is gained
-  int sweeps = 0;       // passes over the recording that were needed
+  // Log densities of the samples, with the process and without: models of the same samples compare.
+  double evidence = 0.0, evidence_without = 0.0;
+  int sweeps = 0;  // passes over the recording that were needed
 };
 
 struct DisturbanceOptions {
@@ -65,6 +69,13 @@ struct DisturbanceSeries {
   std::vector<double> t;             // s, of the recordings one after another
   std::vector<int> recording;        // of each time
   std::vector<Vector3> mean, sigma;  // smoothed, in the process's unit
+};
+
+// What the readings say of a field of the place.
+struct PlaceEstimate {
+  VectorXd theta;
+  MatrixXd covariance;
+  std::vector<Vector3> shift;  // of each node's position from where the model was fitted, m
 };
 
 class DisturbanceModel {
@@ -82,6 +93,18 @@ class DisturbanceModel {
   // its tangent space, by one step. 0 where nothing is gained.
   VectorXd shift(const DisturbanceFit& fitted, Key global) const;
 
+  // A field of the place beside the process; null: none.
+  void set_place(std::shared_ptr<const FieldOfPlace> place);
+  PlaceEstimate place(const DisturbanceFit& fitted) const;
+  // Samples of magnetometers in these stretches do not count from now on; all others do.
+  struct LeftOut {
+    int recording;
+    TimeSpan span;
+  };
+  void leave_out(const std::vector<LeftOut>& stretches);
+  // Log density of all samples that count, with this process.
+  double log_density(const DisturbanceFit& fitted) const;
+
   double node_s() const { return node_s_; }  // between the process's nodes, in the mean
   double span_s() const { return span_s_; }  // of all recordings
 
@@ -89,9 +112,17 @@ class DisturbanceModel {
   struct Slope;
   void add_grid();
   double weight_at(int node, double time) const;
+  // What a magnetometer's row sees of itself and of the field.
+  struct SeenByMag {
+    std::size_t row;
+    int node, sensor;
+    Vector3 itself, field;
+  };
+  std::vector<SeenByMag> magnetometer_rows() const;
   void add_magnetometers();
   void add_rates();
   const ProcessChain& chain(double mag_noise) const;
+  ProcessRows scaled_rows(double mag_noise) const;
   double log_density(double size, double memory_s, double mag_noise) const;
   Slope slope(double memory_s, double& variance) const;
   void maximize(DisturbanceFit& d, double first_step) const;
@@ -109,6 +140,8 @@ class DisturbanceModel {
   std::vector<std::size_t> at_grid_;
   double node_s_ = 0.0, span_s_ = 0.0, least_variance_ = 0.0;
   std::size_t mag_rows_ = 0;
+  std::vector<bool> left_out_;  // of each row; empty: none
+  std::shared_ptr<const FieldOfPlace> place_;
   mutable double noise_ = 1.0;
   mutable std::unique_ptr<ProcessChain> chain_;
   mutable int sweeps_ = 0;

@@ -11,14 +11,13 @@
 
 #include "calibration/model/extension.h"
 #include "calibration/motion/rests.h"
+#include "diagnosis/conclude/place.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
 
 namespace magimu {
 namespace {
 
-// Evidence by which one of two answers counts as decided: nats (a factor of 22,000).
-constexpr double kDecided = 10.0;
 // Standard deviations of the smoothed process beyond which it shows at one time.
 constexpr double kShows = 4.0;
 // A process whose memory differs from the noise's by no more than this factor is that noise.
@@ -26,7 +25,7 @@ constexpr double kSameMemory = 3.0;
 
 // A rest shorter than this tells little of whether a departure stays, s; what lies within half a
 // second of its ends may be motion.
-constexpr double kLongEnough = 3.0, kAtEnds = 0.5;
+constexpr double kLongEnough = 2.0, kAtEnds = 0.5;
 
 struct Task {
   const Stage* stage;
@@ -91,6 +90,10 @@ const MissingState* strongest(const Diagnosis& d) {
 std::string sensor_name_of(const std::string& channel) {
   if (channel == "acc") return "accelerometer";
   return channel == "gyr" ? "gyroscope" : "magnetometer";
+}
+
+std::string process_name_of(DisturbedPart part) {
+  return part == DisturbedPart::kField ? "field" : sensor_name_of(channel_of(part));
 }
 
 // Evidence that decides where it is.
@@ -243,14 +246,17 @@ AtRest field_at_rest(const std::vector<MissingSeries>& field,
   return out;
 }
 
-// What is left where the accelerometer's time is a parameter, too.
-void ask_for_acc_offset(const MissingStateInput& in, const std::vector<Task>& tasks, Diagnosis& d) {
+// What is left where the accelerometer's time is a parameter, too. Returns the evidence of each
+// process beside it (without the density of the offset's prior, a nat or two); empty: not asked.
+std::vector<PlaceRival> ask_for_acc_offset(const MissingStateInput& in,
+                                           const std::vector<Task>& tasks, Diagnosis& d) {
+  std::vector<PlaceRival> out;
   const std::string name = "acc_time_offset";
   const std::shared_ptr<const Effect> effect = find_effect(name);
   ModelSpec spec = in.last.spec();
   const bool there =
       std::ranges::any_of(spec.effects, [&](const auto& e) { return e->name() == name; });
-  if (effect == nullptr || there) return;
+  if (effect == nullptr || there) return out;
   spec.effects.push_back(effect);
   spec.extended.clear();
   Stage stage(in.last, spec);
@@ -261,17 +267,49 @@ void ask_for_acc_offset(const MissingStateInput& in, const std::vector<Task>& ta
         stage.fit(start, true);
         return true;
       })) {
-    return;
+    return out;
   }
-  std::array<double, std::size(kDisturbedParts)> left{};
+  std::array<DisturbanceFit, std::size(kDisturbedParts)> left{};
   parallel::for_each(left.size(), [&](std::size_t i) {
     const DisturbanceModel model(stage, kDisturbedParts[i], in.options);
-    left[i] = model.fit_near(tasks[i].fit).gain_nats;
+    left[i] = model.fit_near(tasks[i].fit);
   });
   for (std::size_t i = 0; i < left.size(); ++i) {
-    d.missing[i].left_beside_acc_offset = left[i];
+    d.missing[i].left_beside_acc_offset = left[i].gain_nats;
     d.missing[i].acc_offset_s = stage.result().values.at<double>(key);
+    out.push_back({"an accelerometer that is early or late, with a process of the " +
+                       process_name_of(kDisturbedParts[i]) + ",",
+                   left[i].evidence});
   }
+  return out;
+}
+
+// Is it the place's field? Then what is left is what is left beside that.
+void ask_for_place(const MissingStateInput& in, const std::vector<Task>& tasks,
+                   std::vector<PlaceRival> rivals, Diagnosis& d) {
+  for (std::size_t i = 0; i < std::size(kDisturbedParts); ++i) {
+    if (kDisturbedParts[i] == DisturbedPart::kField) continue;
+    rivals.push_back(
+        {"a process of the " + process_name_of(kDisturbedParts[i]), tasks[i].fit.evidence});
+  }
+  std::optional<ConfirmedPlace> place =
+      attempt([&] { return confirm_place(in.last, tasks[0].fit, rivals, in.options); });
+  if (!place || !place->check.asked) return;
+  const AtRest rest = d.field_at_rest.value_or(AtRest{});
+  place->check.stays = rest.rests > 0 && rest.change_sigmas <= kShows;
+  d.place = place->check;
+  if (!d.place->named()) return;
+  parallel::for_each(std::size(kDisturbedParts), [&](std::size_t i) {
+    DisturbanceModel model(in.last, kDisturbedParts[i], in.options);
+    model.set_place(place->field);
+    MissingState& m = d.missing[i];
+    const double left = kDisturbedParts[i] == DisturbedPart::kField
+                            ? place->beside.gain_nats
+                            : model.fit_near(tasks[i].fit).gain_nats;
+    m.taken_by_place = std::max(0.0, m.left_nats - left);
+    m.left_nats -= m.taken_by_place;
+  });
+  d.findings.push_back(finding_of_place(*d.place, place->beside));
 }
 
 // The first model under the noise of the last: a misfit passes for noise of the gyroscope, and
@@ -327,12 +365,13 @@ void find_missing_state(const MissingStateInput& in, Diagnosis& d) {
   name_echoes(d.missing);
   const MissingState* const most = strongest(d);
   if (most == nullptr) return;
-  ask_for_acc_offset(in, tasks, d);
+  const std::vector<PlaceRival> late = ask_for_acc_offset(in, tasks, d);
   const auto i = std::size_t(most - d.missing.data());
   d.missing_series = series_of(in.recordings, in.last, tasks[i].fit, in.options);
-  if (!field_is_likely(d)) return;
+  if (!(tasks[0].fit.gain_nats > kNullGain)) return;
   d.field_at_rest =
       field_at_rest(series_of(in.recordings, in.last, tasks[0].fit, in.options), in.recordings);
+  ask_for_place(in, tasks, late, d);
 }
 
 bool state_is_missing(const Diagnosis& d) {
@@ -349,7 +388,7 @@ bool causes_take_nothing(const Diagnosis& d) {
   for (const MissingState& m : d.missing) {
     if (m.gain_nats <= gain) continue;
     gain = m.gain_nats;
-    taken = m.taken_by_findings();
+    taken = m.gain_nats - m.left_nats;
   }
   // The evidence does not measure the motion, nor noise of single samples.
   constexpr const char* kElsewhere[] = {
@@ -361,6 +400,11 @@ bool causes_take_nothing(const Diagnosis& d) {
 }
 
 std::string what_would_settle_it(const Diagnosis& d) {
+  if (d.place) {
+    const PlaceCheck& p = *d.place;
+    const bool worth_it = field_is_likely(d) || p.ahead || p.comes_back;
+    return p.named() || !worth_it ? std::string() : why_no_place(d);
+  }
   if (!field_is_likely(d)) return {};
   const AtRest rest = d.field_at_rest.value_or(AtRest{});
   if (rest.change_sigmas > kShows) {

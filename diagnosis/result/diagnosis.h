@@ -8,6 +8,7 @@
 //   if (d.unexplained.detected) ...
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <limits>
@@ -94,7 +95,8 @@ struct MissingState {
   std::string channel = {}, frame = {}, unit = {};  // frame: "navigation", "sensor"
   double gain_nats = 0.0;                           // G of the first model
   double left_nats = 0.0;                           // of the last
-  double taken_by_findings() const { return gain_nats - left_nats; }
+  double taken_by_place = 0.0;                      // of it by the confirmed field of the place
+  double taken_by_findings() const { return gain_nats - left_nats - taken_by_place; }
   // Standard deviation and memory, beside the last model where something is left, else the first.
   double size = 0.0, memory_s = 0.0;
   std::string noise = {};  // the finding about this sensor's noise that it is, too; empty: none
@@ -117,6 +119,39 @@ struct AtRest {
   double change_uT = 0.0, change_sigmas = 0.0;  // the largest, in any of them
   double begin_s = 0.0, end_s = 0.0;            // of that rest
   std::string recording = {};
+};
+
+// Is what is missing a field that differs from place to place? It is named where all of (a), (b)
+// and (c) hold (diagnosis/conclude/place.h).
+struct PlaceCheck {
+  bool asked = false;          // the position was estimated, and the sensor went somewhere
+  int order = 0;               // of the harmonic polynomials
+  double reach_m = 0.0;        // root mean square distance from the middle of the path
+  double field_uT = 0.0;       // of the place, root mean square along the path
+  double gradient_uT_m = 0.0;  // in the middle of the path
+  // What the function of place adds to the evidence of the process in the field; the process's gain
+  // without the place and beside it.
+  double gain_nats = 0.0, process_nats = 0.0, left_nats = 0.0;
+  double taken_share() const {
+    return process_nats > 0.0 ? std::max(0.0, 1.0 - left_nats / process_nats) : 0.0;
+  }
+  // (a) Evidence of place and process over the best of all else, and what that is.
+  double ahead_nats = 0.0;
+  std::string rival = {};
+  // (c) Negative log density of left-out blocks by the process alone and with the place; how many
+  // are predicted better with it.
+  double nll_process = 0.0, nll_place = 0.0;
+  double predicts_nats() const { return nll_process - nll_place; }
+  int blocks = 0, blocks_better = 0;
+  double block_s = 0.0, guard_s = 0.0;
+  bool ahead = false, stays = false, comes_back = false;  // (a), (b), (c)
+  bool named() const { return asked && ahead && stays && comes_back; }
+  // For the picture: the departure from the middle's field, at some times.
+  struct Point {
+    double t = 0.0;
+    Vector3 place = {}, measured = {}, fitted = {};  // m; uT in n
+  };
+  std::vector<Point> points = {};
 };
 
 // Residuals of one channel for pictures, whitened (unit: sigma), at its samples or nodes.
@@ -183,6 +218,7 @@ struct Diagnosis {
   double false_alarm_rate = 0.01;  // family-wise, of naming anything where there is nothing
   double seconds = 0.0;
   std::optional<AtRest> field_at_rest = {};  // where the field may be what is missing
+  std::optional<PlaceCheck> place = {};
 };
 
 struct DiagnosisOptions {

@@ -71,6 +71,7 @@ Json missing(const std::vector<MissingState>& all) {
                    {"unit", m.unit},
                    {"memory_s", m.memory_s},
                    {"taken_by_findings", m.taken_by_findings()},
+                   {"taken_by_place", m.taken_by_place},
                    {"left_nats", m.left_nats}});
     if (!m.noise.empty()) out.back()["noise"] = m.noise;
     if (std::isfinite(m.left_beside_acc_offset)) {
@@ -79,6 +80,33 @@ Json missing(const std::vector<MissingState>& all) {
     }
   }
   return out;
+}
+
+Json field_of_place(const PlaceCheck& p) {
+  return {{"named", p.named()},
+          {"ahead", p.ahead},
+          {"ahead_nats", p.ahead_nats},
+          {"rival", p.rival},
+          {"stays", p.stays},
+          {"comes_back", p.comes_back},
+          {"left_out_gain_nats", p.predicts_nats()},
+          {"blocks", p.blocks},
+          {"blocks_better", p.blocks_better},
+          {"block_s", p.block_s},
+          {"guard_s", p.guard_s},
+          {"order", p.order},
+          {"gain_nats", p.gain_nats},
+          {"process_nats", p.process_nats},
+          {"left_nats", p.left_nats},
+          {"share", p.taken_share()},
+          {"field_uT", p.field_uT},
+          {"gradient_uT_m", p.gradient_uT_m},
+          {"reach_m", p.reach_m}};
+}
+
+Json at_rest(const AtRest& a) {
+  return {{"rests", a.rests},     {"change_uT", a.change_uT}, {"change_sigmas", a.change_sigmas},
+          {"begin_s", a.begin_s}, {"end_s", a.end_s},         {"recording", a.recording}};
 }
 
 Json missing_series(const std::vector<MissingSeries>& all) {
@@ -140,6 +168,8 @@ Json to_json(const Diagnosis& d) {
                         {"channels", d.unexplained.channels},
                         {"evidence", d.unexplained.evidence}};
   out["evidence"] = missing(d.missing);
+  if (d.place) out["field_of_place"] = field_of_place(*d.place);
+  if (d.field_at_rest) out["field_at_rest"] = at_rest(*d.field_at_rest);
   out["disturbance"] = missing_series(d.missing_series);
   if (d.against) out["against"] = against(*d.against);
   out["calibration_before"] = to_json(d.before);

@@ -94,12 +94,17 @@ struct Writer {
     for (const FactorAt at : factors) {
       const FactorRows f = rows_of(system, at);
       const auto first = std::size_t(f.residual - system.residual().data());
+      int first_node = -1, first_node_at = 0;
       for (int e = 0; e < f.columns; ++e) {
         const auto column = std::size_t(f.column[e]);
         const int node = layout.node[column], position = layout.position[column];
         int to = places.globals_at + position;
         for (std::size_t p = 0; p < 3 && node >= 0; ++p) {
-          if (places.node[p] == node) to = places.at[p] + position;
+          if (places.node[p] != node) continue;
+          to = places.at[p] + position;
+          if (first_node >= 0 && node >= first_node) continue;
+          first_node = node;
+          first_node_at = places.at[p];
         }
         for (int r = 0; r < f.rows; ++r) {
           A.row(row + r)[to] += scale(first + std::size_t(r)) * f.value[r * f.columns + e];
@@ -115,9 +120,24 @@ struct Writer {
           to[places.process_at[0] + i] += (1.0 - weight) * seen[i];
           if (places.process_at[1] >= 0) to[places.process_at[1] + i] += weight * seen[i];
         }
+        if (first_node >= 0) {
+          write_more(first + std::size_t(r), by, first_node_at, places.globals_at, to);
+        }
       }
     }
     return row;
+  }
+
+  void write_more(std::size_t row, double by, int node, int globals, double* to) const {
+    const MatrixXd& more = process.more_globals;
+    const auto first = globals + int(layout.globals.size());
+    for (Eigen::Index i = 0; i < more.cols(); ++i) {
+      to[first + i] += by * more(Eigen::Index(row), i);
+    }
+    for (int i = 0; i < 3 && !process.more_node.empty(); ++i) {
+      to[node + process.node_at + i] += by * process.more_node[row][i];
+    }
+    if (!process.more_residual.empty()) to[first + more.cols()] += by * process.more_residual[row];
   }
 };
 
@@ -137,7 +157,7 @@ ProcessChain::ProcessChain(const LinearSystem& system, const Values& values,
   const ColumnLayout layout(values, node_of, nodes);
   const ByNode factors = sorted(system, layout, nodes);
   const Writer writer{system, layout, rows};
-  globals_ = int(layout.globals.size());
+  globals_ = int(layout.globals.size() + std::size_t(rows.more_globals.cols()));
   for (const int n : grid.node) node_dim_.push_back(layout.dim[std::size_t(n)]);
 
   segments_.resize(grid.node.size());
@@ -219,6 +239,9 @@ ProcessChain::ProcessChain(const LinearSystem& system, const Values& values,
   add_squares(A, 0, A.rows(), kProcess, priors);
   priors.finish();
   border_ = symmetric(priors);
+  border_.diagonal()
+      .segment(Eigen::Index(layout.globals.size()), rows.more_globals.cols())
+      .array() += 1.0;
   for (const MatrixXd& b : borders) {
     if (b.size() > 0) border_ += b;
   }
@@ -306,14 +329,15 @@ VectorXd ProcessChain::shift(double size, double memory_s) const {
   return globals;
 }
 
-SmoothedProcess ProcessChain::smooth(double size, double memory_s) const {
+SmoothedProcess ProcessChain::smooth(double size, double memory_s, bool bands) const {
   Evidence evidence;
   std::vector<Kept> kept;
   SmoothedProcess out;
-  MatrixXd of_globals;
+  MatrixXd& of_globals = out.globals_covariance;
   sweep(size, memory_s, evidence, &kept, &out.globals, &of_globals);
   out.mean.resize(kept.size());
-  out.sigma.resize(kept.size());
+  out.node.resize(kept.size());
+  if (bands) out.sigma.resize(kept.size());
   // Mean and covariance of [next node | globals], from the last node to the first.
   const Eigen::Index g = globals_;
   VectorXd next;
@@ -322,14 +346,7 @@ SmoothedProcess ProcessChain::smooth(double size, double memory_s) const {
     const Kept& s = kept[k];
     const Eigen::Index own = dim(s.node), other = s.next < 0 ? 0 : dim(s.next);
     VectorXd known(other + g);
-    MatrixXd C = MatrixXd::Zero(other + g, other + g);
-    if (other > 0) {
-      known << next.head(other), out.globals;
-      C = joint;
-    } else {
-      known = out.globals;
-      C = of_globals;
-    }
+    known << next.head(other), out.globals;
     // A free direction of a node has no pivot: it stays where it is, with no band.
     MatrixXd U = s.rows.leftCols(own);
     if (U.rows() < own) U.conservativeResizeLike(MatrixXd::Identity(own, own));
@@ -341,12 +358,16 @@ SmoothedProcess ProcessChain::smooth(double size, double memory_s) const {
     r.head(std::min(own, s.rows.rows())) =
         s.rows.rightCols(1).topRows(std::min(own, s.rows.rows()));
     const VectorXd mean = -triangle.solve(VectorXd(r + right * known));
+    next = mean;
+    out.mean[std::size_t(s.node)] = size * mean.head<kProcess>();
+    out.node[std::size_t(s.node)] = mean.tail(own - kProcess);
+    if (!bands) continue;
+    const MatrixXd& C = other > 0 ? joint : of_globals;
     const MatrixXd G = -triangle.solve(right);  // of own on [next | globals]
     const MatrixXd inverse = triangle.solve(MatrixXd(MatrixXd::Identity(own, own)));
     const MatrixXd GC = G * C;
     const MatrixXd covariance = inverse * inverse.transpose() + GC * G.transpose();
     for (int i = 0; i < kProcess; ++i) {
-      out.mean[std::size_t(s.node)][i] = size * mean[i];
       out.sigma[std::size_t(s.node)][i] = size * std::sqrt(std::max(0.0, covariance(i, i)));
     }
     joint.resize(own + g, own + g);
@@ -354,7 +375,6 @@ SmoothedProcess ProcessChain::smooth(double size, double memory_s) const {
     joint.topRightCorner(own, g) = GC.rightCols(g);
     joint.bottomLeftCorner(g, own) = GC.rightCols(g).transpose();
     joint.bottomRightCorner(g, g) = of_globals;
-    next = mean;
   }
   return out;
 }

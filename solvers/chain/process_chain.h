@@ -39,13 +39,22 @@ struct ProcessGrid {
 struct ProcessRows {
   std::vector<Vector3> jacobian;
   std::vector<double> weight;
-  std::vector<double> scale;  // each row is multiplied by this (other noise); empty: 1
+  std::vector<double> scale;  // each row is multiplied by this (other noise; 0: left out); empty: 1
+  // Further globals, after those of the system, with a prior N(0, 1) each: what a row sees of them,
+  // and of three numbers of the row's first node, which begin at node_at; what is added to the
+  // residual. Empty: nothing.
+  MatrixXd more_globals;
+  std::vector<Vector3> more_node;
+  int node_at = 0;
+  std::vector<double> more_residual;
 };
 
 // The process given the residuals, at the nodes of the grid, in units of B: s u.
 struct SmoothedProcess {
   std::vector<Vector3> mean, sigma;
-  VectorXd globals;  // by how much the globals move, in the order of their columns
+  std::vector<VectorXd> node;  // by how much the nodes' own numbers move
+  VectorXd globals;            // and the globals, in the order of their columns
+  MatrixXd globals_covariance;
 };
 
 class ProcessChain {
@@ -62,7 +71,8 @@ class ProcessChain {
   };
   // size 0: without the process.
   Evidence evidence(double size, double memory_s) const;
-  SmoothedProcess smooth(double size, double memory_s) const;
+  // bands: sigma, too, which takes most of the time.
+  SmoothedProcess smooth(double size, double memory_s, bool bands = true) const;
   // Of the globals alone, as there.
   VectorXd shift(double size, double memory_s) const;
 

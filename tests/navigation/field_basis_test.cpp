@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The field model: free of curl and divergence, of the published form, and exactly transported.
-#include "navigation/field_basis.h"
+#include "factors/field_basis.h"
 
 #include <gtest/gtest.h>
 

@@ -23,7 +23,7 @@ std::vector<MissingState> missing(std::array<double, 4> gained, std::array<doubl
   const char* const unit[] = {"uT", "uT", "rad/s", "m/s^2"};
   std::vector<MissingState> out;
   for (std::size_t i = 0; i < 4; ++i) {
-    out.push_back({channel[i], frame[i], unit[i], gained[i], left[i], 0.3, 5.0, ""});
+    out.push_back({channel[i], frame[i], unit[i], gained[i], left[i], 0.0, 0.3, 5.0, ""});
   }
   return out;
 }

@@ -114,6 +114,65 @@ TEST(ProcessChain, evidence_is_the_density_of_the_residuals_from_their_dense_cov
   }
 }
 
+// Further globals with a prior, what rows see of their node, and rows that are left out.
+TEST(ProcessChain, more_globals_have_a_prior_and_rows_left_out_say_nothing) {
+  constexpr int kNodes = 20, kMore = 4;
+  constexpr double kSize = 0.4, kMemory = 0.8;
+  for (const int step : {1, 3}) {
+    Example e(kNodes, every(step, kNodes));
+    const Eigen::Index n = e.system->rows();
+    MatrixXd J = test::dense_jacobian(*e.system);
+    MatrixXd all = MatrixXd::Zero(n + kMore, J.cols() + kMore);
+    VectorXd r = VectorXd::Zero(n + kMore);
+    r.head(n) = e.system->residual();
+    e.rows.more_globals = MatrixXd::Zero(n, kMore);
+    e.rows.more_node.assign(std::size_t(n), Vector3::Zero());
+    e.rows.more_residual.assign(std::size_t(n), 0.0);
+    e.rows.scale.assign(std::size_t(n), 1.0);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      if (e.rows.jacobian[std::size_t(i)].norm() == 0.0) continue;
+      int first = kNodes - 1;
+      for (int k = kNodes - 1; k >= 0; --k) {
+        if (J.middleCols(e.problem.start.slot(R(k)).tangent, 3).row(i).norm() > 0.0) first = k;
+      }
+      const auto at = std::size_t(i);
+      e.rows.more_node[at] = e.random.vector3(1.0);
+      e.rows.more_residual[at] = 0.1 * std::sin(double(i));
+      e.rows.scale[at] = i % 5 == 0 ? 0.0 : 0.7;
+      for (int c = 0; c < kMore; ++c) e.rows.more_globals(i, c) = std::cos(double(3 * i + c));
+      J.row(i).segment<3>(e.problem.start.slot(R(first)).tangent) += e.rows.more_node[at];
+      r[i] += e.rows.more_residual[at];
+    }
+    all.topLeftCorner(n, J.cols()) = J;
+    all.topRightCorner(n, kMore) = e.rows.more_globals;
+    all.bottomRightCorner(kMore, kMore).setIdentity();
+    MatrixXd B = MatrixXd::Zero(n + kMore, e.on_grid.cols());
+    B.topRows(n) = e.on_grid;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      all.row(i) *= e.rows.scale[std::size_t(i)];
+      B.row(i) *= e.rows.scale[std::size_t(i)];
+      r[i] *= e.rows.scale[std::size_t(i)];
+    }
+    const MatrixXd S = MatrixXd::Identity(n + kMore, n + kMore) +
+                       B * e.process_covariance(kSize, kMemory) * B.transpose();
+    const Eigen::LLT<MatrixXd> llt(S);
+    const MatrixXd W = llt.matrixL().solve(all);
+    const VectorXd w = llt.matrixL().solve(r);
+    const MatrixXd A = W.transpose() * W;
+    const VectorXd g = W.transpose() * w;
+    const VectorXd x = -A.llt().solve(g);
+    const double expected = -0.5 * (w.squaredNorm() + g.dot(x) + log_det(S) + log_det(A));
+    EXPECT_NEAR(e.chain().evidence(kSize, kMemory).log_density(), expected,
+                1e-6 * std::abs(expected));
+    const SmoothedProcess smoothed = e.chain().smooth(kSize, kMemory, false);
+    EXPECT_LT((smoothed.globals.tail(kMore) - x.tail(kMore)).norm(), 1e-6);
+    for (std::size_t j = 0; j < e.grid.node.size(); ++j) {
+      const int at = e.problem.start.slot(R(e.grid.node[j])).tangent;
+      EXPECT_LT((smoothed.node[j] - x.segment<3>(at)).norm(), 1e-6);
+    }
+  }
+}
+
 TEST(ProcessChain, size_to_zero_is_the_chain_without_a_process) {
   const Example e(60, every(1, 60));
   const ProcessChain chain = e.chain();

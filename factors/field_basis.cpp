@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "navigation/field_basis.h"
+#include "factors/field_basis.h"
 
 #include <cassert>
 #include <map>

@@ -65,14 +65,14 @@ TEST_P(OneRecordingInParts, gives_the_parameters_of_the_whole) {
   const Simulation s = simulated(GetParam(), 7);
   const Calibration whole = calibrate(s.recording);
   ASSERT_EQ(whole.trust.verdict, Verdict::kYes);
-  struct Case {
+  struct Tear {
     const char* name;
     Recording recording;
   };
   for (const auto& [name, recording] :
-       {Case{"a gap of five seconds", with_gap(s.recording, 50.0, 55.0)},
-        Case{"a gap of a day", with_gap(s.recording, 50.0, 55.0, 86400.0)},
-        Case{"a clock that was set back", with_reset(s.recording, 70.0)}}) {
+       {Tear{"a gap of five seconds", with_gap(s.recording, 50.0, 55.0)},
+        Tear{"a gap of a day", with_gap(s.recording, 50.0, 55.0, 86400.0)},
+        Tear{"a clock that was set back", with_reset(s.recording, 70.0)}}) {
     SCOPED_TRACE(name);
     const Calibration c = calibrate(recording);
     EXPECT_EQ(c.trust.verdict, Verdict::kYes) << c.trust.reasons.front();

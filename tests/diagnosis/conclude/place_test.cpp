@@ -114,22 +114,24 @@ TEST(Place, of_a_room_is_named_and_takes_most_of_what_is_missing) {
 }
 
 // The same size and memory, and nothing to do with a place.
-TEST(Place, is_not_named_where_the_magnetometer_or_the_field_changes_with_time) {
-  for (const bool in_field : {false, true}) {
-    const Diagnosis d = diagnosis_of(held(5), [&](Recording& r, const SimulationTruth& truth) {
-      std::mt19937_64 bits(11);
-      std::normal_distribution<double> normal;
-      Vector3 b = Vector3::Zero();
-      VectorSeries& mag = r.mag.front();
-      for (std::size_t k = 0; k < mag.size(); ++k) {
-        for (int i = 0; i < 3; ++i) b[i] = std::exp(-0.02) * b[i] + 0.08 * normal(bits);
-        mag.v[k] += in_field ? truth.nRb[k].unrotate(b) : b;
-      }
-    });
-    EXPECT_FALSE(is_named(d)) << in_field;
-    EXPECT_NE(d.answer, Answer::kPredicts);
-  }
+class NoPlace : public testing::TestWithParam<bool> {};
+
+TEST_P(NoPlace, is_named_where_the_magnetometer_or_the_field_changes_with_time) {
+  const bool in_field = GetParam();
+  const Diagnosis d = diagnosis_of(held(5), [&](Recording& r, const SimulationTruth& truth) {
+    std::mt19937_64 bits(11);
+    std::normal_distribution<double> normal;
+    Vector3 b = Vector3::Zero();
+    VectorSeries& mag = r.mag.front();
+    for (std::size_t k = 0; k < mag.size(); ++k) {
+      for (int i = 0; i < 3; ++i) b[i] = std::exp(-0.02) * b[i] + 0.08 * normal(bits);
+      mag.v[k] += in_field ? truth.nRb[k].unrotate(b) : b;
+    }
+  });
+  EXPECT_FALSE(is_named(d));
+  EXPECT_NE(d.answer, Answer::kPredicts);
 }
+INSTANTIATE_TEST_SUITE_P(MagnetometerOrField, NoPlace, testing::Bool());
 
 TEST(Place, is_not_named_where_the_accelerometer_is_late) {
   const Diagnosis d = diagnosis_of(held(6), [](Recording& r, const SimulationTruth&) {

@@ -17,6 +17,7 @@
 #include "diagnosis/noise/thinned.h"
 #include "graph/numerical_error.h"
 #include "solvers/marginals.h"
+#include "statistics/tails.h"
 
 namespace magimu {
 namespace {

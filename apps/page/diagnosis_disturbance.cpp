@@ -104,7 +104,7 @@ std::vector<std::string> place_words(const Diagnosis& d) {
                   sign(p.ahead), p.ahead_nats, p.rival),
       rest.rests == 0
           ? std::string("(b) The departure stays while the sensor rests: not shown, there is no "
-                        "rest of 2 s and more.")
+                        "rest of 3 s and more.")
           : fmt::format("(b) The departure stays while the sensor rests: {}. In {} rest{} it "
                         "changed by {:.2g} uT at the most ({:.1f} standard deviations).",
                         sign(p.stays), rest.rests, rest.rests == 1 ? "" : "s", rest.change_uT,

@@ -7,7 +7,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kLeastReach = 1e-3;  // m: a sensor that stays has no place to tell of
+constexpr double kFromZero = 1e-3;  // m: no division by the reach of a sensor that stays
 
 }  // namespace
 
@@ -31,7 +31,7 @@ FieldOfPlace::FieldOfPlace(std::vector<Vector3> position, std::vector<int> recor
     squares[r] += (position_[k] - paths_[r].middle).squaredNorm() / nodes[r];
   }
   for (std::size_t r = 0; r < paths_.size(); ++r) {
-    paths_[r].reach_m = std::max(kLeastReach, std::sqrt(squares[r]));
+    paths_[r].reach_m = std::max(kFromZero, std::sqrt(squares[r]));
     reach_m_ = r == 0 ? paths_[r].reach_m : std::min(reach_m_, paths_[r].reach_m);
   }
   // Mean square of each degree along the path, of a component, if all coefficients are N(0, 1).

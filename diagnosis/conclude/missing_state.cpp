@@ -25,7 +25,7 @@ constexpr double kSameMemory = 3.0;
 
 // A rest shorter than this tells little of whether a departure stays, s; what lies within half a
 // second of its ends may be motion.
-constexpr double kLongEnough = 2.0, kAtEnds = 0.5;
+constexpr double kLongEnough = 3.0, kAtEnds = 0.5;
 
 struct Task {
   const Stage* stage;

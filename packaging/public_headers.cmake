@@ -48,7 +48,6 @@ while(waiting)
   list(APPEND needed ${header})
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${header})
   file(READ ${PROJECT_SOURCE_DIR}/${header} text)
-  # No line of a header is to be taken for a list, or for a bracket's end.
   string(REGEX MATCHALL "#include \"[a-z_0-9/]+\\.h\"" includes "${text}")
   foreach(include IN LISTS includes)
     string(REGEX REPLACE "#include \"([^\"]*)\"" "\\1" include "${include}")

@@ -91,14 +91,17 @@ std::string finding_card(const Finding& f, std::size_t number) {
       element("p", fmt::format("{}. {}", number, effect_title(f.effect, f.channel)), "kicker");
   html += element("h3", f.sentence);
   const Gain& g = f.gain;
-  html += wrap(
-      "ul",
-      fact(percent(f.probability), "probability of this cause") +
-          fact(std::isfinite(heldout_gain(g)) ? fmt::format("{:+.1f}", heldout_gain(g)) : "-",
-               "log-likelihood of data the fit had not seen") +
-          fact(fmt::format("{} → {}", plain(g.residual_rms_before), plain(g.residual_rms_after)),
-               "residual of the " + sensor_name(f.channel) + "; noise alone: 1"),
-      "facts");
+  html +=
+      wrap("ul",
+           fact(percent(f.probability), "probability of this cause") +
+               fact(std::isfinite(heldout_gain(g)) ? fmt::format("{:+.1f}", heldout_gain(g)) : "-",
+                    "log-likelihood of data the fit had not seen") +
+               (std::isfinite(g.residual_rms_before)
+                    ? fact(fmt::format("{} → {}", plain(g.residual_rms_before),
+                                       plain(g.residual_rms_after)),
+                           "residual of the " + sensor_name(f.channel) + "; noise alone: 1")
+                    : std::string()),
+           "facts");
   std::vector<std::vector<std::string>> rows;
   for (const FoundParameter& p : f.parameters) {
     rows.push_back({parameter_words(f.effect, p.name), size_words(p),

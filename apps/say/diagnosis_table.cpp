@@ -47,11 +47,14 @@ std::string wrapped(const std::string& text, const std::string& first) {
 std::string finding_text(const Finding& f, std::size_t number) {
   std::string out = wrapped(f.sentence, fmt::format("{}. ", number));
   const std::string indent = "   ";
-  out += wrapped(fmt::format("Probability {}; {}; residual of the {} {} (1: noise alone).",
-                             percent(f.probability), heldout_words(f.gain), sensor_name(f.channel),
-                             unbroken(plain(f.gain.residual_rms_before) + " -> " +
-                                      plain(f.gain.residual_rms_after))),
-                 indent);
+  std::string gain =
+      fmt::format("Probability {}; {}", percent(f.probability), heldout_words(f.gain));
+  if (std::isfinite(f.gain.residual_rms_before)) {
+    gain += fmt::format(
+        "; residual of the {} {} (1: noise alone)", sensor_name(f.channel),
+        unbroken(plain(f.gain.residual_rms_before) + " -> " + plain(f.gain.residual_rms_after)));
+  }
+  out += wrapped(gain + ".", indent);
   std::string values;
   for (const FoundParameter& p : f.parameters) {
     values += (values.empty() ? "" : ", ") + unbroken(p.name + " = " + size_words(p));

@@ -124,8 +124,9 @@ double DisturbanceModel::weight_at(int node, double time) const {
 }
 
 // What adds to the bias adds to the reading; a field b adds D C R' b.
-std::vector<DisturbanceModel::SeenByMag> DisturbanceModel::magnetometer_rows() const {
-  std::vector<SeenByMag> out;
+const std::vector<DisturbanceModel::SeenByMag>& DisturbanceModel::magnetometer_rows() {
+  std::vector<SeenByMag>& out = seen_by_mag_;
+  if (!out.empty()) return out;
   const Values& values = stage_.result().values;
   const double strength = std::cbrt(std::abs(values.at<Matrix3>(key::distortion).determinant()));
   for (std::size_t b = 0; b < stage_.graph().batches().size(); ++b) {

@@ -118,7 +118,7 @@ class DisturbanceModel {
     int node, sensor;
     Vector3 itself, field;
   };
-  std::vector<SeenByMag> magnetometer_rows() const;
+  const std::vector<SeenByMag>& magnetometer_rows();
   void add_magnetometers();
   void add_rates();
   const ProcessChain& chain(double mag_noise) const;
@@ -140,7 +140,8 @@ class DisturbanceModel {
   std::vector<std::size_t> at_grid_;
   double node_s_ = 0.0, span_s_ = 0.0, least_variance_ = 0.0;
   std::size_t mag_rows_ = 0;
-  std::vector<bool> left_out_;  // of each row; empty: none
+  std::vector<SeenByMag> seen_by_mag_;  // once asked for
+  std::vector<bool> left_out_;          // of each row; empty: none
   std::shared_ptr<const FieldOfPlace> place_;
   mutable double noise_ = 1.0;
   mutable std::unique_ptr<ProcessChain> chain_;

@@ -85,11 +85,9 @@ std::vector<Block> blocks_of(const Stage& stage) {
 }
 
 // Negative log density of a block given all else but the guards about it: of two sets of samples,
-// each linear about its own estimate. field: of the place; null: none.
-double nll_of_block(const Stage& stage, const Block& block, double guard_s,
-                    const FieldOfPlace* field, const DisturbanceFit& process, int rounds,
-                    const DisturbanceOptions& options) {
-  DisturbanceModel model(stage, DisturbedPart::kField, options);
+// each linear about its own estimate. field: of the place; null: none, and the model has none yet.
+double nll_of_block(DisturbanceModel& model, const Block& block, double guard_s,
+                    const FieldOfPlace* field, const DisturbanceFit& process, int rounds) {
   const double begin = block.span.begin_s, end = block.span.end_s;
   const auto log_density = [&](const std::vector<DisturbanceModel::LeftOut>& left_out) {
     model.leave_out(left_out);
@@ -115,18 +113,21 @@ void predict_blocks(const Stage& stage, const PlaceFit& with, const DisturbanceF
   check.block_s = blocks.front().span.length_s();
   check.guard_s = std::min(alone.memory_s, check.block_s);
   const int rounds = check.gain_nats > 0.0 ? kRounds : 0;
-  std::vector<double> nll(2 * blocks.size());  // with the place, without, ...
-  parallel::for_each(nll.size(), [&](std::size_t i) {
-    const Block& b = blocks[i / 2];
-    nll[i] = i % 2 == 0 ? nll_of_block(stage, b, check.guard_s, with.field.get(), with.process,
-                                       rounds, options)
-                        : nll_of_block(stage, b, check.guard_s, nullptr, alone, 0, options);
+  struct Nll {
+    double alone, with;
+  };
+  std::vector<Nll> nll(blocks.size());
+  parallel::for_each(blocks.size(), [&](std::size_t i) {
+    DisturbanceModel model(stage, DisturbedPart::kField, options);
+    nll[i].alone = nll_of_block(model, blocks[i], check.guard_s, nullptr, alone, 0);
+    nll[i].with =
+        nll_of_block(model, blocks[i], check.guard_s, with.field.get(), with.process, rounds);
   });
   check.blocks = int(blocks.size());
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    check.nll_place += nll[2 * i];
-    check.nll_process += nll[2 * i + 1];
-    check.blocks_better += nll[2 * i] < nll[2 * i + 1];
+  for (const Nll& n : nll) {
+    check.nll_place += n.with;
+    check.nll_process += n.alone;
+    check.blocks_better += n.with < n.alone;
   }
   // Beside a large misfit the model's own approximations gain tens of nats.
   check.comes_back = check.predicts_nats() > std::max(kDecided, kCrumb * alone.gain_nats);

@@ -17,7 +17,7 @@ struct Published {
   double year, altitude_km, latitude, longitude, X, Y, Z, H, F, dip, declination;
 };
 constexpr Published kPublished[] = {
-#include "tests/calibration/wmm_test_values.inc"
+#include "tests/earth/wmm_test_values.inc"
 };
 
 // WMM2020's table has 0.1 nT and 0.01 degrees, and that is what agrees. WMM2025's has 1e-6 nT, but

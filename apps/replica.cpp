@@ -10,6 +10,8 @@
 #include "calibration/motion/rests.h"
 #include "diagnosis/compare/refitted_model.h"
 #include "factors/effects/catalogue.h"
+#include "factors/field_basis.h"
+#include "factors/harmonic_field.h"
 #include "factors/preintegrated_imu.h"
 #include "recording/data/error.h"
 #include "recording/files/read_file.h"
@@ -43,6 +45,28 @@ std::optional<Channel> channel_named(const std::string& name) {
   return std::nullopt;
 }
 
+// The field of the place as a diagnosis has it.
+struct ReplicaPlace {
+  int order = 0;  // 0: none
+  HarmonicField field;
+};
+ReplicaPlace place_of(const nlohmann::json& diagnosis) {
+  const nlohmann::json& place = diagnosis.value("field_of_place", nlohmann::json::object());
+  if (!place.value("named", false) || place.value("fields", nlohmann::json::array()).size() != 1) {
+    return {};
+  }
+  const nlohmann::json& field = place["fields"].front();
+  const auto middle = field.at("middle_m").get<std::vector<double>>();
+  const auto size = field.at("size_uT").get<std::vector<double>>();
+  const int order = place.at("order");
+  const bool sound = middle.size() == 3 && order >= 1 && order <= FieldBasis::kHighestOrder &&
+                     int(size.size()) == FieldBasis::size_of(order) - 3;
+  if (!sound) return {};
+  return {order,
+          {Vector3(middle[0], middle[1], middle[2]), field.at("reach_m"),
+           Eigen::Map<const VectorXd>(size.data(), Eigen::Index(size.size()))}};
+}
+
 std::vector<ReplicaCause> causes_of(const nlohmann::json& diagnosis, double duration_s,
                                     std::vector<std::string>& notes) {
   std::vector<ReplicaCause> out;
@@ -50,6 +74,7 @@ std::vector<ReplicaCause> causes_of(const nlohmann::json& diagnosis, double dura
     ReplicaCause cause;
     cause.request.name = finding.at("effect");
     if (cause.request.name == "linear_acceleration") continue;  // the motion shows it
+    if (cause.request.name == "field_departure") continue;      // place_of
     for (const nlohmann::json& p : finding.at("parameters")) {
       // No time: from the beginning, to the end.
       const double none = p.at("name") == "t0" ? -INFINITY : INFINITY;
@@ -116,6 +141,7 @@ EstimatedTrajectory trajectory_of(const Calibration& c, const Recording& recordi
 void make_replica(const Recording& recording, const std::string& model, SimulationOptions& options,
                   std::vector<std::string>& notes) {
   std::vector<ReplicaCause> causes;
+  ReplicaPlace place;
   CalibrationOptions fit;
   fit.gravity = options.gravity;
   if (!model.empty()) {
@@ -126,6 +152,7 @@ void make_replica(const Recording& recording, const std::string& model, Simulati
                        "give the file that `magimu diagnose REC -o DIAG.json` writes");
     }
     causes = causes_of(diagnosis, recording.duration_s(), notes);
+    place = place_of(diagnosis);
     fit.motion = diagnosis["calibration_after"].value("motion", "") == "hand_held"
                      ? MotionModel::kHandHeld
                      : MotionModel::kRotation;
@@ -133,6 +160,10 @@ void make_replica(const Recording& recording, const std::string& model, Simulati
   std::vector<ModelTerm> terms;
   for (const ReplicaCause& cause : causes) {
     if (cause.term) terms.push_back({cause.term, cause.start()});
+  }
+  if (place.order > 0) {
+    const auto term = make_harmonic_field(place.order, {place.field});
+    terms.push_back({term, VectorXd::Zero(term->size())});
   }
   const Calibration c = refit_model(recording, terms, fit);
   options.device = c.parameters;
@@ -158,6 +189,14 @@ void make_replica(const Recording& recording, const std::string& model, Simulati
     if (std::ranges::any_of(causes, walks)) continue;
     EffectRequest request{
         .name = effect.name, .channel = {}, .factor = 1.0, .numbers = numbers_of(effect)};
+    if (effect.name == "field_departure") {
+      const VectorXd coefficients =
+          Eigen::Map<const VectorXd>(request.numbers.data(), Eigen::Index(request.numbers.size()));
+      options.field_of_place = [place, coefficients](const Vector3& at) {
+        return field_uT(place.field, place.order, coefficients, at);
+      };
+      continue;
+    }
     for (const ReplicaCause& cause : causes) {
       if (cause.request.name != effect.name) continue;
       // What no fit estimates, such as times, is as it was found.

@@ -292,6 +292,12 @@ Stage Pipeline::refit(const Stage& from, const ModelSpec& spec, const VectorXd& 
   return stage;
 }
 
+Stage Pipeline::refit(const ModelSpec& spec, const Values& start) const {
+  Stage stage(recordings_, spec, coarse_plans_, coarse_optimizer_);
+  fit_with_noise(stage, start, true);
+  return stage;
+}
+
 Stage Pipeline::refit_with_same_noise(const Stage& from, const ModelSpec& spec,
                                       const VectorXd& start) const {
   Stage stage(recordings_, spec, coarse_plans_, coarse_optimizer_);

@@ -79,6 +79,8 @@ class Pipeline {
   // Another model of the same recordings, started from a fit, its noise estimated anew.
   // start: of the last effect's parameters, where they do not begin at zero.
   Stage refit(const Stage& from, const ModelSpec& spec, const VectorXd& start = {}) const;
+  // The same from values of its variables, with the nodes of the fits before the last.
+  Stage refit(const ModelSpec& spec, const Values& start) const;
   // The same with the noise as it is.
   Stage refit_with_same_noise(const Stage& from, const ModelSpec& spec,
                               const VectorXd& start = {}) const;

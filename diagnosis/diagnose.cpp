@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "calibration/start/turned_axes.h"
 #include "calibration/trust/check_axes.h"
@@ -16,6 +18,7 @@
 #include "diagnosis/conclude/departures.h"
 #include "diagnosis/conclude/missing_state.h"
 #include "diagnosis/conclude/noise_findings.h"
+#include "diagnosis/conclude/place.h"
 #include "diagnosis/conclude/unexplained.h"
 #include "diagnosis/held/held_model.h"
 #include "diagnosis/noise/thinned.h"
@@ -44,6 +47,18 @@ int samples_of(const std::vector<const Recording*>& recordings) {
   int n = 0;
   for (const Recording* r : recordings) n += int(r->gyr.size());
   return n;
+}
+
+// Its sentences from that one on.
+void insert(Unexplained more, std::size_t at, Unexplained& to) {
+  to.detected |= more.detected;
+  to.evidence.insert(to.evidence.begin() + std::ptrdiff_t(at),
+                     std::make_move_iterator(more.evidence.begin()),
+                     std::make_move_iterator(more.evidence.end()));
+  for (const std::string& channel : more.channels) {
+    if (std::ranges::find(to.channels, channel) == to.channels.end())
+      to.channels.push_back(channel);
+  }
 }
 
 void take_conclusion(Diagnosis& d) {
@@ -141,18 +156,27 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   progress("looking at the noise", 0.7);
   find_noise(full, pipeline, options, extender, d);
   progress("what is left?", 0.85);
-  if (turned) find_unexplained(recordings, full, options, extender, d);
+  const std::size_t said_before = d.unexplained.evidence.size();
+  Unexplained by_model;
+  if (turned) by_model = find_unexplained(recordings, full, options, extender, d);
   withdraw_lines_of_interpolation(checked.get(), d);
   withdraw_contradicted(given, d);
   extender.keep_named();
   find_repeats(given, d);
   const int at_rest = find_changes_in_cut_rests(checked.get(), full, extender.stage(), d);
-  fill_departures(recordings, full, extender, pipeline.rest_noise(), options.noise.has_value(),
-                  at_rest, d);
-  progress("how wrong, where, when?", 0.9);
-  find_missing_state(
+  progress("how wrong, where, when?", 0.87);
+  const auto place = find_missing_state(
       {recordings, full, first, extender.stage(), {.mag_noise_known = options.noise.has_value()}},
       d);
+  if (place != nullptr) {
+    if (const auto placed = model_with_place(pipeline, extender.stage(), *place)) {
+      extender.replace(*placed);
+      by_model = unexplained_beside(recordings, full, options, extender, d);
+    }
+  }
+  insert(std::move(by_model), said_before, d.unexplained);
+  fill_departures(recordings, full, extender, pipeline.rest_noise(), options.noise.has_value(),
+                  at_rest, d);
   d.before = extender.summary(extender.base());
   d.after = extender.summary(extender.stage());
   extender.restate(d.after);

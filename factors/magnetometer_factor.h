@@ -129,6 +129,44 @@ class MeanMagnetometerFactor : public Factor<3, Rot3, Matrix3, Vector3, double>,
 template <>
 inline constexpr bool kHasLanes<MeanMagnetometerFactor> = true;
 
+// The same beside a field that differs from place to place: it sees the position of its node, too,
+//
+//   r = mag - D C R' m(alpha) - o_m - B (p - p_0)
+//
+// with mag less what the place's field adds at p_0, and B what that changes by there.
+class PlacedMagnetometerFactor : public Factor<3, Rot3, Matrix3, Vector3, double, Vector3> {
+ public:
+  // by_position: B, uT/m, in the magnetometer's axes.
+  PlacedMagnetometerFactor(Key nRb, Key distortion, Key mag_bias, Key dip, Key position,
+                           const Vector3& mag, const Matrix3& C, const Vector3& at,
+                           const Matrix3& by_position, const Noise<3>& noise)
+      : Factor({nRb, distortion, mag_bias, dip, position}, noise),
+        mean_(mag, C),
+        at_(at),
+        by_position_(by_position) {}
+
+  template <class T>
+  Vec3<T> residual(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias, const T& dip_rad,
+                   const Vec3<T>& position) const {
+    return mean_.residual(nRb, D, mag_bias, dip_rad) -
+           by_position_.template cast<T>() * (position - at_.template cast<T>());
+  }
+
+  template <class T>
+  Vec3<T> linearize(const Rot3T<T>& nRb, const Mat3<T>& D, const Vec3<T>& mag_bias,
+                    const T& dip_rad, const Vec3<T>& position, Mat3<T>& J_R, Mat<T, 3, 9>& J_D,
+                    Mat3<T>& J_bias, Vec3<T>& J_dip, Mat3<T>& J_position) const {
+    J_position = -by_position_.template cast<T>();
+    return mean_.linearize(nRb, D, mag_bias, dip_rad, J_R, J_D, J_bias, J_dip) +
+           J_position * (position - at_.template cast<T>());
+  }
+
+ private:
+  MeanMagnetometerText<double> mean_;
+  Vector3 at_;
+  Matrix3 by_position_;
+};
+
 // Compiled once, in factors.cpp.
 extern template class FactorBatchOf<MagnetometerFactor>;
 

@@ -117,18 +117,17 @@ VectorSeries measure_field(const SimulationOptions& o, const SimulationTruth& tr
   return series;
 }
 
-// The room's field, of which the magnetometers show what the Earth's field would be beside it.
-void add_room(const SimulationOptions& o, const TrueMotion& motion, const SimulationTruth& truth,
-              Recording& recording) {
+// A field beside the Earth's, in n at a place and a time, as the magnetometers show it.
+void add_field(const SimulationOptions& o, const TrueMotion& motion, const SimulationTruth& truth,
+               const std::function<Vector3(const Vector3&, double)>& field_uT,
+               Recording& recording) {
   require(motion.moves(), "a room shows only where the sensor moves about",
           "add --motion hand_held");
-  const HandRoom room(*o.room, unit_field(truth.parameters.dip_rad), truth.t.back());
   for (std::size_t i = 0; i < recording.mag.size(); ++i) {
     const Matrix3 seen = truth.parameters.mag[i].distortion / truth.strength_uT;
     for (std::size_t k = 0; k < recording.mag[i].size(); ++k) {
       const double t = motion.time(k * std::size_t(o.mag_ratio));
-      recording.mag[i].v[k] +=
-          seen * motion.attitude(t).unrotate(room.field_uT(motion.position(t), t));
+      recording.mag[i].v[k] += seen * motion.attitude(t).unrotate(field_uT(motion.position(t), t));
     }
   }
 }
@@ -180,7 +179,17 @@ Simulation simulate(const SimulationOptions& asked) {
   for (std::size_t i = 0; i < truth.parameters.mag.size(); ++i) {
     recording.mag.push_back(measure_field(options, truth, i));
   }
-  if (options.room) add_room(options, motion, truth, recording);
+  if (options.room) {
+    const HandRoom room(*options.room, unit_field(truth.parameters.dip_rad), truth.t.back());
+    add_field(
+        options, motion, truth, [&](const Vector3& p, double t) { return room.field_uT(p, t); },
+        recording);
+  }
+  if (options.field_of_place) {
+    add_field(
+        options, motion, truth, [&](const Vector3& p, double) { return options.field_of_place(p); },
+        recording);
+  }
   add_effects(options, motion, truth, recording);
   add_sensor_noise(options, truth, Channel::kAcc, 0, recording.acc);
   add_sensor_noise(options, truth, Channel::kGyr, 0, recording.gyr);

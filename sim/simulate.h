@@ -15,6 +15,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -68,6 +69,9 @@ struct SimulationOptions {
   // A room about a sensor that is moved about (hand_room.h), named by this seed; none: a field that
   // is the same everywhere.
   std::optional<std::uint64_t> room;
+  // A field beside the Earth's that differs from place to place, uT in n at a place of the motion;
+  // none: there is none.
+  std::function<Vector3(const Vector3& place)> field_of_place;
   // A replica: this motion instead of one of the above, and this device instead of a drawn one.
   std::shared_ptr<const EstimatedTrajectory> follow;
   std::optional<SensorParameters> device;

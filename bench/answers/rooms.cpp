@@ -110,6 +110,7 @@ Recording recording_of(const std::string& kind, std::uint64_t seed, DiagnosisOpt
     sim.gravity = o.gravity;
     sim.noise = {o.noise.acc, o.noise.gyr, o.noise.mag};
     sim.duration_s = o.motion.duration_s;
+    sim.rest_s = o.motion.rest_s;
     return simulate(sim).recording;
   }
   if (kind == "room") o.room_seed = seed;

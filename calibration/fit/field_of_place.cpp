@@ -47,7 +47,7 @@ FieldOfPlace::FieldOfPlace(std::vector<Vector3> position, std::vector<int> recor
     paths_[r].scale.resize(of_one());
     for (int i = 0; i < of_one(); ++i) {
       const double mean_square = power[r][FieldBasis::degree_of(i + 3)];
-      paths_[r].scale[i] = mean_square > 0.0 ? size_uT / std::sqrt(mean_square) : 0.0;
+      paths_[r].scale[i] = mean_square > 0.0 ? size_uT / std::sqrt(mean_square) : size_uT;
     }
   }
   theta_ = VectorXd::Zero(Eigen::Index(paths_.size()) * of_one());
@@ -79,6 +79,20 @@ Matrix3 FieldOfPlace::gradient(std::size_t node) const {
   theta.tail(of_one()) =
       paths_[r].scale.cwiseProduct(theta_.segment(Eigen::Index(r) * of_one(), of_one()));
   return basis_.gradient(theta, seen_from_middle(node)) / paths_[r].reach_m;
+}
+
+std::vector<HarmonicField> FieldOfPlace::harmonic_fields() const {
+  std::vector<HarmonicField> out;
+  for (const Path& path : paths_) out.push_back({path.middle, path.reach_m, path.scale});
+  return out;
+}
+
+VectorXd FieldOfPlace::coefficients_uT() const {
+  VectorXd out = theta_;
+  for (std::size_t r = 0; r < paths_.size(); ++r) {
+    out.segment(Eigen::Index(r) * of_one(), of_one()).array() *= paths_[r].scale.array();
+  }
+  return out;
 }
 
 Vector3 FieldOfPlace::field_uT(std::size_t node) const { return columns(node) * theta_; }

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "factors/field_basis.h"
+#include "factors/harmonic_field.h"
 
 namespace magimu {
 
@@ -42,6 +43,10 @@ class FieldOfPlace {
   Matrix3 gradient(std::size_t node) const;  // d b / d p, uT/m
   Vector3 field_uT(std::size_t node) const;  // b
   Vector3 position(std::size_t node) const;  // m, where it is linear about
+
+  // The same of each recording as an effect has it, and theta in its unit, uT.
+  std::vector<HarmonicField> harmonic_fields() const;
+  VectorXd coefficients_uT() const;
 
  private:
   struct Path {

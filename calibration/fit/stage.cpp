@@ -31,6 +31,7 @@ constexpr double kAccBiasMoved = 5e-2;  // m/s^2
 constexpr double kGyrMatrixMoved = 1e-4;
 constexpr double kOffsetMoved = 2e-4;  // s
 constexpr double kEffectMoved = 1e-3;  // prior standard deviations of any parameter
+constexpr double kPlaceMoved = 2e-3;   // m: a field of the place bends within decimetres
 // No damping on warm starts: it would hold back weakly known variables, such as the hand's
 // position, and the optimizer would report convergence there.
 constexpr double kWarmDamping = 0.0;
@@ -85,8 +86,8 @@ bool update(ModelSpec& spec, const Values& values, bool anyway) {
   return far;
 }
 
-// Takes the effects' terms at these values; true if their parameters have moved far since the last
-// time.
+// Takes the effects' terms at these values; true if their parameters, or the positions that they
+// depend on, have moved far since the last time.
 bool update_effects(const std::vector<const Recording*>& recordings,
                     const std::vector<NodePlan>& plans, ModelSpec& spec, const Values& values) {
   if (spec.effects.empty()) return false;
@@ -100,6 +101,12 @@ bool update_effects(const std::vector<const Recording*>& recordings,
     next[c] += now.size();
     const VectorXd scale = spec.effects[e]->prior_sigma(recordings.front()->duration_s());
     far = (now - then).cwiseQuotient(scale).cwiseAbs().maxCoeff() > kEffectMoved;
+  }
+  for (std::size_t r = 0; r < plans.size() && !far; ++r) {
+    const std::vector<Vector3>& then = spec.extended[r]->position;
+    for (std::size_t i = 0; i < then.size() && !far; ++i) {
+      far = (values.at<Vector3>(P(plans[r].first + int(i))) - then[i]).norm() > kPlaceMoved;
+    }
   }
   if (!far) return false;
   spec.extended.clear();

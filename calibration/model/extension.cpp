@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "calibration/model/sensed_motion.h"
+#include "calibration/motion/sample_times.h"
 #include "graph/parallel.h"
 
 namespace magimu {
@@ -93,6 +94,22 @@ EffectColumns columns_of(const std::shared_ptr<const KeptMotion>& motion, Channe
   return out;
 }
 
+// Of the terms on the magnetometer, at the sample of each node.
+void add_positions(const SensedMotion& motion, const Recording& recording, const NodePlan& plan,
+                   const Values& values, const std::vector<ActiveTerm>& active,
+                   ExtendedRecording& out) {
+  for (std::size_t i = 0; i < plan.t.size(); ++i) {
+    const std::size_t until = count_until(recording.mag.front().t, plan.t[i]);
+    const SampleState state = motion.state(Channel::kMag, until > 0 ? until - 1 : 0);
+    Matrix3 sum = Matrix3::Zero();
+    for (const ActiveTerm& a : active) {
+      if (a.effect->description().of_position) sum += a.effect->by_position(state, a.theta);
+    }
+    out.position.push_back(values.at<Vector3>(P(plan.first + int(i))));
+    out.by_position.push_back(sum);
+  }
+}
+
 }  // namespace
 
 std::vector<std::vector<Key>> effect_keys(
@@ -155,6 +172,12 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, const
     if (last) out.columns[c] = columns_of(motion, channel, moving, active[c], std::move(moved));
   }
   for (std::size_t c = 0; c < 3; ++c) out.theta[c] = effect_parameters(values, out.keys[c]);
+  const bool of_position =
+      std::ranges::any_of(spec.effects, [](const auto& e) { return e->description().of_position; });
+  if (of_position && moving && !recording.pos) {
+    const auto& mag = active[std::size_t(Channel::kMag)];
+    add_positions(motion->sensed, recording, plan, values, mag, out);
+  }
   return out;
 }
 

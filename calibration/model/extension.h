@@ -19,6 +19,10 @@ struct ExtendedRecording {
   std::array<EffectColumns, 3> columns;
   std::array<std::vector<Key>, 3> keys;
   std::array<VectorXd, 3> theta;  // at which the terms were taken
+  // Of each node, where effects on the magnetometer depend on the position that the fit estimates
+  // (else empty): the position at which the terms were taken, and what they change by with it.
+  std::vector<Vector3> position;
+  std::vector<Matrix3> by_position;
 };
 
 // The keys of each effect's parameters: key::effect(0), key::effect(1), ... through all of them.

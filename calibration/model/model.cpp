@@ -153,7 +153,13 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
   // Effects are those of the first magnetometer.
   const std::initializer_list<Channel> mag = {Channel::kMag}, none = {};
   Collector<DelayedMagnetometerFactor> lagging(graph, part, sensor == 0 && delayed ? mag : none);
-  Collector<MeanMagnetometerFactor> means(graph, part, sensor == 0 && !delayed ? mag : none);
+  const bool placed = sensor == 0 && part.extended != nullptr && !part.extended->position.empty();
+  if (placed && delayed) {
+    throw NumericalError("a field of the place beside a lag of the magnetometer is no model");
+  }
+  Collector<MeanMagnetometerFactor> means(graph, part,
+                                          sensor == 0 && !delayed && !placed ? mag : none);
+  Collector<PlacedMagnetometerFactor> at_places(graph, part, placed ? mag : none);
   for (int i = 0; i < part.nodes(); ++i) {
     const Block& b = blocks[std::size_t(i)];
     if (b.count == 0 || !part.measures(i)) continue;
@@ -169,6 +175,11 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
       lagging.add(DelayedMagnetometerFactor(pose, D, bias, dip, key::mag_time_offset_of(sensor),
                                             b.mean, b.C, b.C_rate, offset, noise),
                   gain);
+    } else if (placed) {
+      at_places.add(PlacedMagnetometerFactor(pose, D, bias, dip, P(part.id(i)), b.mean, b.C,
+                                             part.extended->position[std::size_t(i)],
+                                             part.extended->by_position[std::size_t(i)], noise),
+                    gain);
     } else if (b.at_node && !means.extended()) {
       graph.add(MagnetometerFactor(pose, D, bias, dip, b.mean, noise));
     } else {
@@ -177,6 +188,7 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
   }
   lagging.finish();
   means.finish();
+  at_places.finish();
 }
 
 void add_gyroscope(FactorGraph& graph, const Part& part) {
@@ -303,7 +315,7 @@ FactorGraph build_model(const GatheredSamples& gathered,
   if (plans.front().continues) return graph;
   const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
   for (std::size_t e = 0; e < spec.effects.size(); ++e) {
-    double wider = spec.effects[e]->description().random_process ? 1.0 : kEffectPriorWidening;
+    double wider = spec.effects[e]->description().proper_prior ? 1.0 : kEffectPriorWidening;
     if (int(e) >= widened_from) wider = widening;
     const VectorXd sigma = wider * spec.effects[e]->prior_sigma(recordings.front()->duration_s());
     for (std::size_t i = 0; i < keys[e].size(); ++i) {

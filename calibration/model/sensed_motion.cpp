@@ -63,6 +63,7 @@ SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, con
   for (std::size_t i = 0; i < plan.t.size(); ++i) {
     nodes_.push_back(values.at<Rot3>(R(plan.first + int(i))) * gyr_.at(plan.t[i]).inverse());
     if (i > 0) steps_.push_back((nodes_[i] * nodes_[i - 1].inverse()).Log());
+    if (moving_ && !recording.pos) positions_.push_back(values.at<Vector3>(P(plan.first + int(i))));
   }
   for (const double t : recording.mag.front().t) {
     mag_fields_.push_back(before_gyr(t).unrotate(field_));
@@ -186,6 +187,8 @@ SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
   if (recording_.pos) {
     s.position = interpolated(recording_.pos->t, recording_.pos->v, instant);
     s.position_mean = position_mean_;
+  } else if (moving_) {
+    s.position = interpolated(plan_.t, positions_, instant);
   }
   if (channel == Channel::kAcc) {
     s.force_change = [this, t = s.t](double delay_s) { return force_change(t, delay_s); };

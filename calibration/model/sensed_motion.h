@@ -40,6 +40,7 @@ class SensedMotion {
   std::vector<Vector3> steps_;
   std::vector<Vector3> mag_fields_;  // the unit field, so turned at each sample of the magnetometer
   ScalarSeries temperature_, current_;
+  std::vector<Vector3> positions_;  // of each node, where the fit estimates them
   Vector3 position_mean_ = Vector3::Zero();
 };
 

@@ -285,8 +285,9 @@ std::vector<PlaceRival> ask_for_acc_offset(const MissingStateInput& in,
 }
 
 // Is it the place's field? Then what is left is what is left beside that.
-void ask_for_place(const MissingStateInput& in, const std::vector<Task>& tasks,
-                   std::vector<PlaceRival> rivals, Diagnosis& d) {
+std::shared_ptr<const FieldOfPlace> ask_for_place(const MissingStateInput& in,
+                                                  const std::vector<Task>& tasks,
+                                                  std::vector<PlaceRival> rivals, Diagnosis& d) {
   for (std::size_t i = 0; i < std::size(kDisturbedParts); ++i) {
     if (kDisturbedParts[i] == DisturbedPart::kField) continue;
     rivals.push_back(
@@ -294,11 +295,11 @@ void ask_for_place(const MissingStateInput& in, const std::vector<Task>& tasks,
   }
   std::optional<ConfirmedPlace> place =
       attempt([&] { return confirm_place(in.last, tasks[0].fit, rivals, in.options); });
-  if (!place || !place->check.asked) return;
+  if (!place || !place->check.asked) return nullptr;
   const AtRest rest = d.field_at_rest.value_or(AtRest{});
   place->check.stays = rest.rests > 0 && rest.change_sigmas <= kShows;
   d.place = place->check;
-  if (!d.place->named()) return;
+  if (!d.place->named()) return nullptr;
   parallel::for_each(std::size(kDisturbedParts), [&](std::size_t i) {
     DisturbanceModel model(in.last, kDisturbedParts[i], in.options);
     model.set_place(place->field);
@@ -310,6 +311,7 @@ void ask_for_place(const MissingStateInput& in, const std::vector<Task>& tasks,
     m.left_nats -= m.taken_by_place;
   });
   d.findings.push_back(finding_of_place(*d.place, place->beside));
+  return place->field;
 }
 
 // The first model under the noise of the last: a misfit passes for noise of the gyroscope, and
@@ -328,7 +330,7 @@ Stage under_noise_of(const Stage& last, const Stage& first) {
 
 }  // namespace
 
-void find_missing_state(const MissingStateInput& in, Diagnosis& d) {
+std::shared_ptr<const FieldOfPlace> find_missing_state(const MissingStateInput& in, Diagnosis& d) {
   const bool same = in.first.spec().effects.size() == in.last.spec().effects.size() &&
                     in.first.spec().motion == in.last.spec().motion;
   const Stage first = same ? in.last : under_noise_of(in.last, in.first);
@@ -364,14 +366,14 @@ void find_missing_state(const MissingStateInput& in, Diagnosis& d) {
   }
   name_echoes(d.missing);
   const MissingState* const most = strongest(d);
-  if (most == nullptr) return;
+  if (most == nullptr) return nullptr;
   const std::vector<PlaceRival> late = ask_for_acc_offset(in, tasks, d);
   const auto i = std::size_t(most - d.missing.data());
   d.missing_series = series_of(in.recordings, in.last, tasks[i].fit, in.options);
-  if (!(tasks[0].fit.gain_nats > kNullGain)) return;
+  if (!(tasks[0].fit.gain_nats > kNullGain)) return nullptr;
   d.field_at_rest =
       field_at_rest(series_of(in.recordings, in.last, tasks[0].fit, in.options), in.recordings);
-  ask_for_place(in, tasks, late, d);
+  return ask_for_place(in, tasks, late, d);
 }
 
 bool state_is_missing(const Diagnosis& d) {

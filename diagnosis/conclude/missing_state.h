@@ -4,6 +4,7 @@
 // whether so much is left that the simulation cannot be said to predict the data.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,9 @@ struct MissingStateInput {
   const Stage &first, &last;
   DisturbanceOptions options;
 };
-// Writes d.missing and d.missing_series; d has its findings.
-void find_missing_state(const MissingStateInput& in, Diagnosis& d);
+// Writes d.missing, d.missing_series and d.place; d has its findings. Returns the field of the
+// place where that is named; null: it is not.
+std::shared_ptr<const FieldOfPlace> find_missing_state(const MissingStateInput& in, Diagnosis& d);
 
 // Is more left beside the last model than chance gains, and than crumbs of what causes took?
 bool state_is_missing(const Diagnosis& d);

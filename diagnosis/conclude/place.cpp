@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/model/extension.h"
 #include "diagnosis/conclude/missing_state.h"
+#include "graph/numerical_error.h"
 #include "graph/parallel.h"
 
 namespace magimu {
@@ -212,9 +214,35 @@ ConfirmedPlace confirm_place(const Stage& stage, const DisturbanceFit& alone,
   describe_field(nodes, *best, check);
   predict_blocks(stage, *best, alone, options, check);
   add_points(stage, nodes, *best, options, check);
+  check.fields = best->field->harmonic_fields();
   out.field = best->field;
   out.beside = best->process;
   return out;
+}
+
+std::optional<Stage> model_with_place(const Pipeline& pipeline, const Stage& stage,
+                                      const FieldOfPlace& field) {
+  for (std::size_t r = 0; r < stage.plans().size(); ++r) {
+    if (stage.plans()[r].field != int(r)) return std::nullopt;
+  }
+  if (stage.spec().mag_offset_s.size() > 1 || stage.spec().mag_time_offset) return std::nullopt;
+  ModelSpec spec = stage.spec();
+  spec.effects.push_back(make_harmonic_field(field.order(), field.harmonic_fields()));
+  spec.extended.clear();
+  // Positions as they are beside the field: the fit without it may have let the hand wander off.
+  Values start = stage.result().values;
+  std::size_t node = 0;
+  for (const NodePlan& plan : stage.plans()) {
+    for (std::size_t k = 0; k < plan.t.size(); ++k) {
+      start.update(P(plan.first + int(k)), field.position(node++));
+    }
+  }
+  const VectorXd c = field.coefficients_uT();
+  const std::vector<Key> keys = effect_keys(spec.effects).back();
+  for (std::size_t i = 0; i < keys.size(); ++i) start.insert(keys[i], c[Eigen::Index(i)]);
+  std::optional<Stage> placed = attempt([&] { return pipeline.refit(spec, start); });
+  if (placed && !placed->result().converged()) placed.reset();
+  return placed;
 }
 
 Finding finding_of_place(const PlaceCheck& p, const DisturbanceFit& beside) {

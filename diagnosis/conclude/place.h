@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "calibration/fit/disturbance.h"
+#include "calibration/pipeline.h"
 #include "diagnosis/result/diagnosis.h"
 
 namespace magimu {
@@ -45,6 +46,11 @@ struct ConfirmedPlace {
 ConfirmedPlace confirm_place(const Stage& stage, const DisturbanceFit& alone,
                              const std::vector<PlaceRival>& rivals,
                              const DisturbanceOptions& options);
+
+// The model with that field in it, everything estimated anew; nothing where it has no fit, or where
+// its readings are not those of one magnetometer and recordings without parts.
+std::optional<Stage> model_with_place(const Pipeline& pipeline, const Stage& stage,
+                                      const FieldOfPlace& field);
 
 // Of a check that names it; predicted: of left-out blocks.
 Finding finding_of_place(const PlaceCheck& check, const DisturbanceFit& beside);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "calibration/fit/residual_series.h"
 #include "calibration/model/windows.h"
@@ -311,6 +312,47 @@ void withdraw_beside_blows(const Stage& stage, Diagnosis& d) {
   });
 }
 
+struct StrongestDependence {
+  Channel channel = Channel::kMag;
+  double misfit = 0.0;  // chi-square beyond its degrees of freedom
+};
+
+// Of the model at its end.
+StrongestDependence look_for_dependences(const std::vector<const Recording*>& recordings,
+                                         const std::vector<const Recording*>& full,
+                                         const DiagnosisOptions& options, const Extender& extender,
+                                         Diagnosis& d) {
+  const Stage& stage = extender.stage();
+  const std::vector<Score> scores = scores_of(recordings, stage, stage.spec().motion);
+  const double level = std::log10(options.false_alarm_rate / 3.0 / double(scores.size()));
+  StrongestDependence strongest;
+  for (const Score& s : scores) {
+    if (s.log10_p > level - (s.coloured ? kTailCare : 0.0)) continue;
+    // Beside a large effect its own approximations show.
+    if (s.statistic - s.dof < kCrumbs * explained_of(d, s.effect->channel())) continue;
+    add_evidence(d, s.effect->channel(),
+                 fmt::format("What is left of the {} depends {} (chi-square {:.0f} with {} degrees "
+                             "of freedom): no cause that is known here acts so.",
+                             sensor_name(s.effect->channel()), s.effect->description().cause,
+                             s.statistic, s.dof));
+    if (s.statistic - s.dof > strongest.misfit) {
+      strongest = {s.effect->channel(), s.statistic - s.dof};
+    }
+  }
+  grow_with_rate(recordings, options, stage, d);
+  const std::optional<Stage> lineless = without_line(extender);
+  find_timing_noise(full, options, lineless ? *lineless : stage, d);
+  return strongest;
+}
+
+// What a search adds to d.unexplained, apart from what is there.
+template <class Search>
+Unexplained apart(Diagnosis& d, const Search& search) {
+  const Unexplained before = std::exchange(d.unexplained, {});
+  search();
+  return std::exchange(d.unexplained, before);
+}
+
 }  // namespace
 
 void add_evidence(Diagnosis& d, Channel channel, std::string sentence) {
@@ -346,34 +388,23 @@ void find_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d)
   }
 }
 
-void find_unexplained(const std::vector<const Recording*>& recordings,
-                      const std::vector<const Recording*>& full, const DiagnosisOptions& options,
-                      Extender& extender, Diagnosis& d) {
-  const Stage& stage = extender.stage();
-  withdraw_beside_blows(stage, d);
-  withdraw_stand_ins(recordings, extender, d);
-  const std::vector<Score> scores = scores_of(recordings, stage, stage.spec().motion);
-  const double level = std::log10(options.false_alarm_rate / 3.0 / double(scores.size()));
-  double most = 0.0;
-  Channel channel = Channel::kMag;
-  for (const Score& s : scores) {
-    if (s.log10_p > level - (s.coloured ? kTailCare : 0.0)) continue;
-    // Beside a large effect its own approximations show.
-    if (s.statistic - s.dof < kCrumbs * explained_of(d, s.effect->channel())) continue;
-    add_evidence(d, s.effect->channel(),
-                 fmt::format("What is left of the {} depends {} (chi-square {:.0f} with {} degrees "
-                             "of freedom): no cause that is known here acts so.",
-                             sensor_name(s.effect->channel()), s.effect->description().cause,
-                             s.statistic, s.dof));
-    if (s.statistic - s.dof > most) {
-      most = s.statistic - s.dof;
-      channel = s.effect->channel();
-    }
-  }
-  grow_with_rate(recordings, options, stage, d);
-  const std::optional<Stage> lineless = without_line(extender);
-  find_timing_noise(full, options, lineless ? *lineless : stage, d);
-  withdraw_doubtful(to_string(channel), most, d);
+Unexplained unexplained_beside(const std::vector<const Recording*>& recordings,
+                               const std::vector<const Recording*>& full,
+                               const DiagnosisOptions& options, const Extender& extender,
+                               Diagnosis& d) {
+  return apart(d, [&] { look_for_dependences(recordings, full, options, extender, d); });
+}
+
+Unexplained find_unexplained(const std::vector<const Recording*>& recordings,
+                             const std::vector<const Recording*>& full,
+                             const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
+  return apart(d, [&] {
+    withdraw_beside_blows(extender.stage(), d);
+    withdraw_stand_ins(recordings, extender, d);
+    const StrongestDependence strongest =
+        look_for_dependences(recordings, full, options, extender, d);
+    withdraw_doubtful(to_string(strongest.channel), strongest.misfit, d);
+  });
 }
 
 }  // namespace magimu

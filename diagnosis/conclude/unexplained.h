@@ -13,9 +13,14 @@ void add_evidence(Diagnosis& d, Channel channel, std::string sentence);
 
 // May also withdraw findings that explain less than what is left: a wrong name is worse than none.
 // full: the recordings with all their samples.
-void find_unexplained(const std::vector<const Recording*>& recordings,
-                      const std::vector<const Recording*>& full, const DiagnosisOptions& options,
-                      Extender& extender, Diagnosis& d);
+Unexplained find_unexplained(const std::vector<const Recording*>& recordings,
+                             const std::vector<const Recording*>& full,
+                             const DiagnosisOptions& options, Extender& extender, Diagnosis& d);
+// The same of a model that has become another one since; no finding of an effect is withdrawn.
+Unexplained unexplained_beside(const std::vector<const Recording*>& recordings,
+                               const std::vector<const Recording*>& full,
+                               const DiagnosisOptions& options, const Extender& extender,
+                               Diagnosis& d);
 
 // Samples that came twice, of the recordings as they are given: no model of the sensor makes them.
 // Neighbours are alike then, which is no correlation of the noise, and in motion they are outliers:

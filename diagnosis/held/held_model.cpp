@@ -16,15 +16,15 @@ constexpr double kDipSigma = 1.0, kHeadingSigma = 1.0;  // rad: as good as free
 constexpr double kHeldGyr = 1e-9, kHeldAcc = 1e-6, kHeldMag = 1e-5, kHeldOther = 1e-8;
 constexpr double kHeldEffect = 1e-6;  // of its prior
 
-Effect::Description as_random(Effect::Description description) {
-  description.random_process = true;
+Effect::Description with_proper_prior(Effect::Description description) {
+  description.proper_prior = true;
   return description;
 }
 
 class WithPrior final : public Effect {
  public:
   WithPrior(std::shared_ptr<const Effect> effect, VectorXd sigma)
-      : Effect(as_random(effect->description())),
+      : Effect(with_proper_prior(effect->description())),
         effect_(std::move(effect)),
         sigma_(std::move(sigma)) {}
   void jacobian(const SampleState& state, const VectorXd& theta, EffectJacobian J) const override {
@@ -69,7 +69,7 @@ VectorXd constant(Eigen::Index n, double value) { return VectorXd::Constant(n, v
 bool belongs_to_recording(const std::string& effect) {
   static const char* const names[] = {"hard_iron_drift",   "field_drift",     "field_gradient",
                                       "stationary_source", "gyro_bias_drift", "mains_interference",
-                                      "mag_own_clock"};
+                                      "mag_own_clock",     "field_departure"};
   return is_change(effect) ||
          std::find(std::begin(names), std::end(names), effect) != std::end(names);
 }
@@ -100,6 +100,7 @@ std::vector<KnownEffect> known_effects(const ExtendedModel& model) {
   for (std::size_t e = 0; e < keys.size(); ++e) {
     const auto& effect = model.spec.effects[e];
     const VectorXd theta = effect_parameters(model.parameters, keys[e]);
+    if (effect->name() == "field_departure") continue;  // each recording has positions of its own
     if (!belongs_to_recording(effect->name())) {
       out.push_back({effect, theta, true});
     } else if (effect->name() == "gyro_bias_drift") {  // its prior is the density found

@@ -18,6 +18,7 @@
 
 #include "calibration/calibrate.h"
 #include "factors/effects/effect.h"
+#include "factors/harmonic_field.h"
 
 namespace magimu {
 
@@ -145,6 +146,7 @@ struct PlaceCheck {
   int blocks = 0, blocks_better = 0;
   double block_s = 0.0, guard_s = 0.0;
   bool ahead = false, stays = false, comes_back = false;  // (a), (b), (c)
+  std::vector<HarmonicField> fields = {};  // of each recording; coefficients: calibration_after
   bool named() const { return asked && ahead && stays && comes_back; }
   // For the picture: the departure from the middle's field, at some times.
   struct Point {

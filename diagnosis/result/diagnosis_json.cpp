@@ -83,6 +83,12 @@ Json missing(const std::vector<MissingState>& all) {
 }
 
 Json field_of_place(const PlaceCheck& p) {
+  Json fields = Json::array();
+  for (const HarmonicField& f : p.fields) {
+    fields.push_back({{"middle_m", std::vector<double>(f.middle.begin(), f.middle.end())},
+                      {"reach_m", f.reach_m},
+                      {"size_uT", std::vector<double>(f.size_uT.begin(), f.size_uT.end())}});
+  }
   return {{"named", p.named()},
           {"ahead", p.ahead},
           {"ahead_nats", p.ahead_nats},
@@ -101,7 +107,8 @@ Json field_of_place(const PlaceCheck& p) {
           {"share", p.taken_share()},
           {"field_uT", p.field_uT},
           {"gradient_uT_m", p.gradient_uT_m},
-          {"reach_m", p.reach_m}};
+          {"reach_m", p.reach_m},
+          {"fields", fields}};
 }
 
 Json at_rest(const AtRest& a) {

@@ -172,8 +172,9 @@ void Extender::restate(const Calibration& after) {
   const std::size_t chosen = after.effects.size() - effects.size();  // by the pipeline, before them
   for (std::size_t e = 0; e < effects.size(); ++e) {
     const Effect& effect = *effects[e];
-    // A walk has a density, a line of the mains and a clock were measured in the samples.
-    if (effect.description().random_process || effect.name() == "mains_interference" ||
+    // A walk has a density, a field of the place a size; a line of the mains and a clock were
+    // measured in the samples.
+    if (effect.description().proper_prior || effect.name() == "mains_interference" ||
         effect.name() == "mag_own_clock") {
       continue;
     }

@@ -21,6 +21,8 @@ Vector3 Effect::term(const SampleState& state, const VectorXd& theta) const {
   return J * theta;
 }
 
+Matrix3 Effect::by_position(const SampleState&, const VectorXd&) const { return Matrix3::Zero(); }
+
 VectorXd Effect::prior_sigma(double) const {
   VectorXd sigma(size());
   for (int i = 0; i < size(); ++i) sigma[i] = description_.parameters[std::size_t(i)].prior_sigma;

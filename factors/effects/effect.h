@@ -67,8 +67,12 @@ class Effect {
     std::string separating_motion = {};  // what makes its parameters visible
     // Under the hand-held model it cannot be told from the motion.
     bool rotation_only = false;
-    // Its prior is part of the model, not only what keeps a fit from running away.
+    // A walk: states with a prior that has a density to be estimated.
     bool random_process = false;
+    // Its prior is part of the model, not only what keeps a fit from running away.
+    bool proper_prior = false;
+    // It depends on the position; what it changes by with that is by_position().
+    bool of_position = false;
   };
 
   explicit Effect(Description description) : description_(std::move(description)) {}
@@ -84,6 +88,8 @@ class Effect {
                         EffectJacobian J) const = 0;
   // What is added to the reading. By default linear: J theta.
   virtual Vector3 term(const SampleState& state, const VectorXd& theta) const;
+  // d term / d position, uT/m or the like; only where description().of_position.
+  virtual Matrix3 by_position(const SampleState& state, const VectorXd& theta) const;
   // Prior standard deviations; a random process may have them depend on the recording's length.
   virtual VectorXd prior_sigma(double duration_s) const;
   // The same family (a drift, say) with so many terms in each direction; null: it is none.

@@ -63,6 +63,27 @@ TEST(Replica, of_the_model_without_causes_is_predicted_by_it) {
   EXPECT_EQ(magimu.json("diag.json")["answer"], "predicts");
 }
 
+TEST(Replica, has_the_field_of_the_place_that_was_found) {
+  const Program magimu;
+  // Sizes of the tests of places (tests/diagnosis/conclude/place_test.cpp).
+  ASSERT_EQ(magimu("simulate -q -o rec.csv --motion hand_held --rate 50 --duration 90 --seed 3 "
+                   "--room 3 --rest 5 --noise 2e-3 1.5e-4 0.05")
+                .exit_code,
+            kDone);
+  ASSERT_EQ(magimu("diagnose -q rec.csv -o diag.json").exit_code, kDone);
+  const auto found = causes(magimu.json("diag.json"));
+  ASSERT_EQ(found.count("field_departure"), 1u);
+  ASSERT_EQ(
+      magimu("simulate -q --like rec.csv --model diag.json -o replica.csv --seed 9").exit_code,
+      kDone);
+  ASSERT_EQ(magimu("diagnose -q replica.csv -o again.json").exit_code, kDone);
+  const auto again = causes(magimu.json("again.json"));
+  ASSERT_EQ(again.count("field_departure"), 1u);
+  // Root mean square along the path, uT.
+  EXPECT_NEAR(again.at("field_departure")[0], found.at("field_departure")[0],
+              0.2 * found.at("field_departure")[0]);
+}
+
 TEST(Replica, wrong_usage_says_what_is_wrong) {
   const Program magimu;
   magimu.folder().write("no.json", "{\"format\": \"magimu-calibration/1\"}");

@@ -67,6 +67,13 @@ TEST(MagnetometerFactor, jacobians_are_correct) {
     expect_correct_jacobians(MeanMagnetometerFactor(R(0), key::distortion, key::mag_bias, key::dip,
                                                     random.vector3(30.0), random.matrix3(), kUnit),
                              v);
+    Values placed = v;
+    placed.insert(P(0), random.vector3());
+    expect_correct_jacobians(
+        PlacedMagnetometerFactor(R(0), key::distortion, key::mag_bias, key::dip, P(0),
+                                 random.vector3(30.0), random.matrix3(), random.vector3(),
+                                 random.matrix3(3.0), kUnit),
+        placed);
   }
 }
 

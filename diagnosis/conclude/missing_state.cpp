@@ -317,6 +317,7 @@ void ask_for_place(const MissingStateInput& in, const std::vector<Task>& tasks,
 Stage under_noise_of(const Stage& last, const Stage& first) {
   ModelSpec spec = first.spec();
   spec.noise = last.spec().noise;
+  spec.mag_noise = last.spec().mag_noise;
   spec.reach_m = last.spec().reach_m;
   std::optional<Stage> refitted = attempt([&] {
     Stage stage(first, spec);

@@ -41,6 +41,7 @@ constexpr double kUnlimited = 1e30;
 // and that between nodes are one, though: the means of a block follow 2/3 of the variance between
 // two. That counts where the magnetometers see this noise, which the share of its rows tells that
 // the fit leaves free: at 0.1 the density comes out 0.99 of the truth, at 0.3 0.94, at 2/3 0.82.
+// Of arrays: one magnetometer alone sees little of it, and its density is lost in the scatter.
 constexpr double kGyrSeen = 0.1;
 constexpr double kLeastAcc = 1e-6, kLeastGyr = 1e-8;  // m/s^2, rad/s per sqrt(Hz): no part has less
 // Sampling intervals. No further: what exceeds one is no matter of sampling.
@@ -315,7 +316,8 @@ Stage Pipeline::refit_with_same_noise(const Stage& from, const ModelSpec& spec,
 Stage Pipeline::fine(const Stage& coarse) const {
   Stage out(recordings_, coarse.spec(), every_, options_.optimizer);
   const Values start = carry_over(recordings_, coarse, out);
-  if (coarse.gyr_freedom() > kGyrSeen && every_ < coarse_every_) {
+  const bool array = recordings_.front()->mag.size() > 1;
+  if (array && coarse.gyr_freedom() > kGyrSeen && every_ < coarse_every_) {
     fit_with_noise(out, start, true);
     // What one sensor's noise loses another's gains, slowly: steps of 1 %, at which a fit stops,
     // are followed by some 2 % more.

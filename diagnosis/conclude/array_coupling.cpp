@@ -207,21 +207,21 @@ CoupledPair pair_of(const Correlations& all, const Stage& stage, int i, int j, d
   return out;
 }
 
-// Is it in what all other pairs have, too, or does it go on from sample to sample?
+// Is it in what all other pairs have, too, or does it go on from sample to sample? The others are
+// all but the n - 1 strongest: so many can be neighbours of a row, named or not.
 bool is_common(const Correlations& all, const CouplingSearch& found, int magnetometers) {
   if (double(found.pairs.size()) > kMostNeighbours * double(found.tested)) return true;
-  Matrix3 sum = Matrix3::Zero();
-  int others = 0;
+  std::vector<Matrix3> others;
   for (int i = 0; i < magnetometers; ++i) {
-    for (int j = i + 1; j < magnetometers; ++j) {
-      const bool named = std::ranges::any_of(
-          found.pairs, [&](const CoupledPair& p) { return p.first == i && p.second == j; });
-      if (named) continue;
-      sum += all.of(i, j);
-      ++others;
-    }
+    for (int j = i + 1; j < magnetometers; ++j) others.push_back(all.of(i, j));
   }
-  const double shared = others > 0 ? sum.squaredNorm() / (double(others) * all.variance()) : 0.0;
+  std::ranges::sort(others, {}, [](const Matrix3& rho) { return rho.squaredNorm(); });
+  const std::size_t in_a_row = std::max(found.pairs.size(), std::size_t(magnetometers - 1));
+  others.resize(others.size() - std::min(others.size(), in_a_row));
+  Matrix3 sum = Matrix3::Zero();
+  for (const Matrix3& rho : others) sum += rho;
+  const double shared =
+      others.empty() ? 0.0 : sum.squaredNorm() / (double(others.size()) * all.variance());
   if (log10_chi_square_tail(shared, 9.0) < kLog10Common) return true;
   int dof = 0;
   const double later = all.later(found.strongest.first, found.strongest.second, dof);

@@ -6,6 +6,7 @@
 #include "apps/commands.h"
 #include "apps/options/common_options.h"
 #include "apps/options/outputs.h"
+#include "apps/say/progress.h"
 #include "recording/files/atomic_file.h"
 
 namespace magimu::apps {
@@ -24,7 +25,8 @@ int run(const AllanArguments& args) {
     fmt::print(stderr, "magimu: {}: {}\n", recording.name, motion.reason);
     return kNoAnswer;
   }
-  const RestNoise noise = noise_of(recording, motion.rest);
+  const RestNoise noise =
+      with_bar(!args.quiet, "noise at rest", [&] { return noise_of(recording, motion.rest); });
   const std::string json = to_json(noise).dump(2) + "\n";
   if (!args.output.empty()) write_atomically(args.output, json);
   if (!args.report.empty()) write_atomically(args.report, allan_report(noise));

@@ -9,6 +9,7 @@
 #include "apps/commands.h"
 #include "apps/options/common_options.h"
 #include "apps/options/outputs.h"
+#include "apps/say/progress.h"
 #include "apps/say/trusted.h"
 #include "calibration/result/calibration_json.h"
 #include "recording/checks/quality.h"
@@ -36,8 +37,11 @@ int run(const ApplyArguments& args) {
   if (!may_be_used(c, args.calibration, args.force)) return kNoAnswer;
   const std::vector<Recording> recordings = read_recordings(args);
   refuse_fatal(recordings.front(), check_units(recordings.front()));
-  const Applied applied = apply(c, recordings.front(), {.move_mag_times = !args.keep_times});
-  write_atomically(args.output, csv_text(applied.recording));
+  const Applied applied = with_bar(!args.quiet, "correcting " + recordings.front().name, [&] {
+    Applied out = apply(c, recordings.front(), {.move_mag_times = !args.keep_times});
+    write_atomically(args.output, csv_text(out.recording));
+    return out;
+  });
   // What is said must not end in the middle of the data.
   std::FILE* where = args.output == "/dev/stdout" ? stderr : stdout;
   if (args.json) {

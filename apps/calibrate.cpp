@@ -11,10 +11,13 @@
 #include "apps/page/report_calibration.h"
 #include "apps/page/report_provenance.h"
 #include "apps/say/calibration_table.h"
+#include "apps/say/progress.h"
 #include "calibration/calibrate.h"
 #include "calibration/result/calibration_json.h"
+#include "calibration/result/json_text.h"
 #include "calibration/rivals/rival_calibration.h"
 #include "graph/numerical_error.h"
+#include "navigation/array_layout.h"
 #include "recording/data/error.h"
 #include "recording/files/atomic_file.h"
 
@@ -24,7 +27,8 @@ namespace {
 struct CalibrateArguments : RecordingOptions {
   std::string output, trajectory, report, backend = "auto", mag_time_offset = "auto",
                                           gyro_matrix = "auto", method = "map";
-  bool as_published = false;
+  std::string layout;
+  bool as_published = false, joint_covariance = false;
   double dip_deg = 0.0;
   bool has_dip = false;
   PlaceOptions place;
@@ -88,6 +92,20 @@ std::string said_of(const RivalCalibration& rival) {
   return out + "\n";
 }
 
+// Where the magnetometers sit, into their entries.
+void give_positions(const CalibrateArguments& args, Calibration& c) {
+  if (args.layout.empty()) return;
+  const std::vector<Vector3> places = read_array_layout(args.layout);
+  if (places.size() != c.parameters.mag.size()) {
+    throw InputError(args.layout, 0, 0,
+                     fmt::format("it has {} places, the recording {} magnetometers", places.size(),
+                                 c.parameters.mag.size()),
+                     "give a line for each magnetometer, in the order of the recording");
+  }
+  c.magnetometers.resize(places.size());  // without a fit there are none
+  for (std::size_t m = 0; m < places.size(); ++m) c.magnetometers[m].position = places[m];
+}
+
 int run(CalibrateArguments& args) {
   const bool rivals = args.method != "map";
   if (args.as_published && !rivals) {
@@ -98,7 +116,9 @@ int run(CalibrateArguments& args) {
     throw InputError("--report", 0, 0, "the page is made from the MAP's residuals",
                      "leave out --report, or use --method map");
   }
-  check_outputs(args.recordings, {args.output, args.trajectory, args.report});
+  std::vector<std::string> inputs = args.recordings;
+  inputs.push_back(args.layout);
+  check_outputs(inputs, {args.output, args.trajectory, args.report});
   std::optional<tbb::global_control> limit;
   if (args.threads > 0) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(args.threads));
@@ -121,16 +141,25 @@ int run(CalibrateArguments& args) {
   const std::vector<Recording> recordings = read_recordings(args);
   if (args.place.prior) args.options.also = field_prior(*known.field, int(recordings.size()));
   std::optional<RivalCalibration> rival;
-  if (rivals) rival = run_rival(args, pointers(recordings));
-  Calibration c = rival ? rival->calibration : calibrate(pointers(recordings), args.options);
+  Calibration c;
+  {
+    ProgressBar bar(!args.quiet);
+    args.options.progress = [&bar](const std::string& what, double share) { bar(what, share); };
+    if (rivals) {
+      bar(args.method);
+      rival = run_rival(args, pointers(recordings));
+      c = rival->calibration;
+    } else {
+      c = calibrate(pointers(recordings), args.options);
+    }
+  }
   check_field(c, known);
-  nlohmann::ordered_json file = to_json(c);
+  give_positions(args, c);
+  nlohmann::ordered_json file = to_json(c, args.joint_covariance);
   file["method"] = rival ? rival->method : "map";
   file["provenance"] = provenance_json(args.recordings);
   if (rival) file["not_estimated"] = rival->not_estimated;
-  // Names of files need not be UTF-8.
-  const std::string json =
-      file.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  const std::string json = json_text(file);
   if (!args.output.empty()) write_atomically(args.output, json);
   if (!args.trajectory.empty()) write_atomically(args.trajectory, trajectory_csv(c));
   if (!args.report.empty()) {
@@ -193,6 +222,14 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"map", "kok", "wu"}));
   cmd->add_flag("--as-published", args->as_published,
                 "kok and wu as code published with Huang et al. 2025 runs them");
+  cmd->add_option("--layout", args->layout,
+                  "where the magnetometers of an array sit: a line x,y,z, then m for each in the "
+                  "IMU's frame; goes into the file, for `magimu navigate`")
+      ->check(CLI::ExistingFile)
+      ->type_name("LAYOUT.csv");
+  cmd->add_flag("--joint-covariance", args->joint_covariance,
+                "of an array: write the covariance of all parameters, not in blocks; needed where "
+                "the file is to be a --prior");
   cmd->add_option("--node-every", args->options.node_every,
                   "magnetometer samples per node; all samples are averaged in (0: automatic)")
       ->capture_default_str()

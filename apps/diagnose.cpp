@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
+
 #include "apps/commands.h"
 #include "apps/options/common_options.h"
 #include "apps/options/outputs.h"
@@ -13,15 +15,29 @@
 #include "apps/say/progress.h"
 #include "calibration/result/calibration_json.h"
 #include "diagnosis/result/diagnosis_json.h"
+#include "recording/data/error.h"
 #include "recording/files/atomic_file.h"
 
 namespace magimu::apps {
 namespace {
 
 struct DiagnoseArguments : RecordingOptions {
-  std::string output, report, against, base;
+  std::string output, report, against, base, magnetometer;
   double false_alarm_rate = DiagnosisOptions{}.false_alarm_rate;
 };
+
+// The magnetometer that is asked about comes first.
+void put_first(const std::string& name, Recording& recording) {
+  const auto at = std::ranges::find(recording.mag_names, name);
+  if (at == recording.mag_names.end()) {
+    throw InputError(recording.name, 0, 0, "there is no magnetometer " + name,
+                     fmt::format("there are {}", fmt::join(recording.mag_names, ", ")));
+  }
+  const auto place = at - recording.mag_names.begin();
+  std::rotate(recording.mag_names.begin(), at, at + 1);
+  std::rotate(recording.mag.begin(), recording.mag.begin() + place,
+              recording.mag.begin() + place + 1);
+}
 
 int run(const DiagnoseArguments& args) {
   std::vector<std::string> inputs = args.recordings;
@@ -41,7 +57,10 @@ int run(const DiagnoseArguments& args) {
     options.against_name = args.against;
   }
   if (!args.base.empty()) options.base = read_calibration(args.base);
-  const std::vector<Recording> recordings = read_recordings(args);
+  std::vector<Recording> recordings = read_recordings(args);
+  for (Recording& r : recordings) {
+    if (!args.magnetometer.empty()) put_first(args.magnetometer, r);
+  }
   Diagnosis d;
   {
     ProgressBar bar(!args.quiet);
@@ -95,6 +114,9 @@ void add_diagnose(CLI::App& app, int& exit_code) {
                   "it was given) instead of the sensor that only turns, with 19 parameters")
       ->excludes("--motion")
       ->type_name("CAL.json");
+  cmd->add_option("--magnetometer", args->magnetometer,
+                  "of an array: which one is asked what it lacks (default: the first)")
+      ->type_name("NAME");
   cmd->add_option("--false-alarm-rate", args->false_alarm_rate,
                   "how often anything at all may be named where there is nothing")
       ->capture_default_str()

@@ -9,6 +9,7 @@
 #include "apps/commands.h"
 #include "apps/options/common_options.h"
 #include "apps/options/outputs.h"
+#include "apps/say/progress.h"
 #include "apps/say/trusted.h"
 #include "calibration/result/calibration_json.h"
 #include "calibration/use/apply.h"
@@ -57,14 +58,27 @@ Input read_input(const NavigateArguments& args) {
   return input;
 }
 
-std::vector<Vector3> layout_of(const NavigateArguments& args, const Recording& recording) {
+// Where a calibration has all magnetometers; else empty.
+std::vector<Vector3> positions_in(const Calibration& c) {
+  std::vector<Vector3> out;
+  for (const MagnetometerRecord& own : c.magnetometers) {
+    if (own.position) out.push_back(*own.position);
+  }
+  return out.size() == c.parameters.mag.size() ? out : std::vector<Vector3>{};
+}
+
+// calibrated: the places that the calibration has.
+std::vector<Vector3> layout_of(const NavigateArguments& args, const Recording& recording,
+                               const std::vector<Vector3>& calibrated) {
   if (!args.layout.empty()) return read_array_layout(args.layout);
+  if (!calibrated.empty()) return calibrated;
   std::vector<Vector3> board = published_array_layout();
   if (recording.mag.size() == board.size()) return board;
   throw InputError(
       args.recording, 0, 0,
       fmt::format("the places of its magnetometers ({}) are not known", recording.mag.size()),
-      "give --layout LAYOUT.csv (a line x,y,z, then m for each magnetometer)");
+      "give --layout LAYOUT.csv (a line x,y,z, then m for each magnetometer), here or to "
+      "`magimu calibrate`");
 }
 
 NavigationOptions options_of(const NavigateArguments& args, const Input& input,
@@ -165,22 +179,26 @@ int run(const NavigateArguments& args) {
   check_outputs({args.recording, args.calibration, args.layout}, {args.output});
   Input input = read_input(args);
   refuse_fatal(input.recording, check_units(input.recording));
+  std::vector<Vector3> calibrated;
   if (!args.calibration.empty()) {
     const Calibration c = read_calibration(args.calibration);
     if (!may_be_used(c, args.calibration, args.force)) return kNoAnswer;
+    calibrated = positions_in(c);
     std::optional<MotionTruth> truth = input.recording.truth;
     input.recording = apply(c, input.recording).recording;
     input.recording.truth = std::move(truth);
     if (args.gravity <= 0.0) input.gravity = c.gravity;
   }
   const ArraySamples samples =
-      array_samples(input.recording, layout_of(args, input.recording),
+      array_samples(input.recording, layout_of(args, input.recording, calibrated),
                     args.readings == "held" ? StepReadings::kHeld : StepReadings::kMean);
   if (args.aided_s > 0.0 && samples.true_p.empty()) {
     throw InputError(args.recording, 0, 0, "there is no known position for --aid",
                      "leave --aid out, or give a recording with its truth");
   }
-  const NavigationRun result = navigate(samples, options_of(args, input, samples));
+  const NavigationRun result = with_bar(!args.quiet, "navigating", [&] {
+    return navigate(samples, options_of(args, input, samples));
+  });
   std::optional<NavigationMetrics> metrics;
   if (!samples.true_p.empty()) metrics = navigation_metrics(result, samples, args.aided_s);
 

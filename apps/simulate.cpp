@@ -6,6 +6,7 @@
 #include "apps/options/outputs.h"
 #include "apps/options/reading_options.h"
 #include "apps/replica.h"
+#include "apps/say/progress.h"
 #include "recording/csv/csv.h"
 #include "recording/files/atomic_file.h"
 #include "sim/simulate.h"
@@ -41,8 +42,11 @@ int run(SimulateArguments& args) {
   for (const std::string& note : notes) {
     if (!args.quiet) fmt::print(stderr, "magimu: {}\n", note);
   }
-  const Simulation s = simulate(args.options);
-  write_csv(s.recording, args.output);
+  const Simulation s = with_bar(!args.quiet, "simulating " + args.output, [&] {
+    Simulation out = simulate(args.options);
+    write_csv(out.recording, args.output);
+    return out;
+  });
   if (!args.truth.empty()) {
     write_atomically(args.truth, to_json(s.truth, args.options).dump(2) + "\n");
   }

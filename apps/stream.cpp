@@ -20,6 +20,7 @@
 #include "apps/stream/stream_session.h"
 #include "apps/stream/stream_view.h"
 #include "calibration/result/calibration_json.h"
+#include "calibration/result/json_text.h"
 #include "recording/data/error.h"
 #include "recording/files/atomic_file.h"
 
@@ -109,8 +110,7 @@ int deliver(const StreamArguments& args, StreamSession& session, bool table, Pag
   if (!args.output.empty()) {
     nlohmann::ordered_json file = to_json(c);
     file["provenance"] = provenance_json({args.source});
-    const std::string text = file.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
-    write_atomically(args.output, text + "\n");
+    write_atomically(args.output, json_text(file));
   }
   if (!args.report.empty()) {
     write_atomically(args.report, calibration_report(c, {&session.for_report()}));

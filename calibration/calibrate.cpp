@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <optional>
 
+#include "calibration/array_fit.h"
 #include "calibration/condensed_recording.h"
 #include "calibration/fit/diagnostics.h"
 #include "calibration/fit/given_noise.h"
@@ -17,11 +19,13 @@
 #include "calibration/model/held_globals.h"
 #include "calibration/model/parameter_names.h"
 #include "calibration/motion/blows.h"
+#include "calibration/motion/slower_recordings.h"
 #include "calibration/pipeline.h"
 #include "calibration/result/parameter_vector.h"
 #include "calibration/scan/lacking_state.h"
 #include "calibration/scan/missing_effects.h"
 #include "calibration/trust/check_axes.h"
+#include "calibration/trust/magnetometer_trust.h"
 #include "calibration/trust/no_fit.h"
 #include "calibration/trust/trust.h"
 #include "graph/numerical_error.h"
@@ -92,30 +96,60 @@ Calibration calibrate(const Recording& recording, const CalibrationOptions& opti
 
 namespace {
 
+// The samples that were given, not the means of them that the fit was made of.
+void take_over_rates(const std::vector<const Recording*>& given,
+                     const std::vector<const Recording*>& used, int node_every, Calibration& c) {
+  const auto in_one = [&](const VectorSeries& all, const VectorSeries& means) {
+    return std::max(1.0, std::round(double(all.size()) / double(means.size())));
+  };
+  c.samples = 0;
+  for (const Recording* r : given) c.samples += int(r->gyr.size());
+  const Recording &first = *given.front(), &slower = *used.front();
+  c.node_every = node_every * int(in_one(first.mag.front(), slower.mag.front()));
+  c.acc_jitter *= in_one(first.acc, slower.acc);
+}
+
 // Throws NumericalError where no fit can be made. condensed: wanted where not null.
 Calibration calibrate_checked(const CheckedRecordings& checked, const CalibrationOptions& options,
                               Mounting& mounting, std::optional<CondensedRecording>* condensed) {
-  const std::vector<const Recording*>& recordings = checked.get();
+  // Who says which samples are a node gets these samples.
+  const SlowerRecordings slower(options.node_every > 0 ? std::vector<const Recording*>{}
+                                                       : checked.get());
+  const std::vector<const Recording*>& recordings =
+      options.node_every > 0 ? checked.get() : slower.get();
+  const auto progress = [&](const std::string& what, double share) {
+    if (options.progress) options.progress(what, share);
+  };
+  progress("which model?", 0.1);
+  const FewMagnetometers few(recordings);
   std::optional<Pipeline> begun;
   std::optional<Stage> found;
   std::string motion_reason;
   parallel::invoke(
       [&] {
-        begun.emplace(recordings, options);
+        begun.emplace(few.get(), options);
         found = begun->coarse(motion_reason);
       },
-      [&] { mounting = check_mounting(recordings); });
+      [&] { mounting = check_mounting(few.get()); });
+  progress("the fit, and what may be missing", 0.5);
   const Pipeline& pipeline = *begun;
   const Stage& coarse = *found;
   Calibration c;
   std::vector<double> mag_squares;
   std::vector<Check> checks;
   std::vector<MissingEffect> missing;
+  int node_every = pipeline.node_every();
   std::optional<Stage> fine;
   std::optional<MissingEffect> lacking;
   parallel::invoke(
       [&] {
         fine = pipeline.fine(coarse);
+        if (!few.are_all()) {
+          node_every = options.node_every > 0 ? options.node_every
+                                              : array_node_every(*recordings.front(), node_every);
+          fine = fit_all_magnetometers(recordings, *fine, node_every, options.optimizer,
+                                       options.noise.has_value());
+        }
         const Optimum optimum(*fine);
         c = summarize(recordings, optimum, options);
         if (condensed != nullptr) {
@@ -127,7 +161,7 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
       [&] { checks = pipeline.check_prediction(coarse); },
       [&] {
         if (!coarse.result().converged()) return;
-        if (auto seen = attempt([&] { return find_missing_effects(recordings, coarse); })) {
+        if (auto seen = attempt([&] { return find_missing_effects(few.get(), coarse); })) {
           missing = *std::move(seen);
         }
       },
@@ -135,19 +169,24 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
         if (!coarse.result().converged()) return;
         if (auto state = attempt([&] { return find_lacking_state(coarse); })) lacking = *state;
       });
+  progress("the verdict", 0.95);
   c.motion_reason = motion_reason;
   c.checks = checks;
   c.warnings = checked.warnings();
-  c.node_every = pipeline.node_every();
+  take_over_rates(checked.get(), recordings, node_every, c);
   widen_by_halves(c);
   std::vector<std::string> unknown = unknown_directions(c);
   if (lacking) missing.push_back(*lacking);
+  for (MissingEffect& effect : missing) {
+    if (few.are_all()) break;
+    effect = of_all_magnetometers(effect, coarse.spec(), field_count(recordings), c);
+  }
   if (coarse.result().converged()) add_missing_effects(c, missing);
   add_prior(c, recordings, *fine, options, mag_squares);
   if (c.prior.source != "none") {
     for (std::string& reason : unknown) reason = "By this recording alone: " + reason;
   }
-  for (const Recording* r : recordings) {
+  for (const Recording* r : checked.get()) {
     c.blows_per_minute = std::max(c.blows_per_minute, blows_per_minute(*r));
   }
   c.disturbances = find_disturbances(c, mag_squares);
@@ -155,6 +194,7 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
                          check_windows(c, mag_squares)};
   c.checks.insert(c.checks.begin(), std::begin(first), std::end(first));
   judge(c, unknown);
+  judge_magnetometers(c);
   return c;
 }
 

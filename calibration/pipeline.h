@@ -36,6 +36,11 @@ class CheckedRecordings {
   std::vector<std::string> warnings_, faults_;
 };
 
+// The largest density that a fit may find of each magnetometer's noise, uT per sqrt(Hz): in motion
+// it is hardly more than at rest, and what exceeds that must show in the residuals. A large number
+// where a magnetometer has no rests.
+std::vector<double> largest_mag_noise(const std::vector<const Recording*>& recordings);
+
 // A model before any fit: what its graph holds, at the first guess.
 struct ModelStart {
   ModelSpec spec;
@@ -102,9 +107,9 @@ class Pipeline {
   const CalibrationOptions options_;
   OptimizerOptions coarse_optimizer_;
   InitialGuess guess_;
-  NoiseDensities rest_;    // given, or from rests (0 where there are none)
-  NoiseDensities least_;   // least_noise(), where there are no rests
-  double rounding_ = 0.0;  // of the magnetometer's converter, as a density
+  NoiseDensities rest_;            // given, or from rests (0 where there are none)
+  NoiseDensities least_;           // least_noise(), where there are no rests
+  std::vector<double> most_mags_;  // largest_mag_noise()
   int every_ = 1, coarse_every_ = 1;
   std::vector<NodePlan> coarse_plans_;
 };

@@ -7,11 +7,13 @@
 #include <iterator>
 #include <utility>
 
+#include "calibration/array_fit.h"
 #include "calibration/start/turned_axes.h"
 #include "calibration/trust/check_axes.h"
 #include "calibration/trust/no_fit.h"
 #include "diagnosis/compare/against.h"
 #include "diagnosis/compare/predict.h"
+#include "diagnosis/conclude/array_coupling.h"
 #include "diagnosis/conclude/conclude.h"
 #include "diagnosis/conclude/contradictions.h"
 #include "diagnosis/conclude/cut_rests.h"
@@ -74,6 +76,14 @@ CalibrationOptions calibration_options(const DiagnosisOptions& options) {
   return out;
 }
 
+std::string who_was_asked(const std::vector<std::string>& names) {
+  return fmt::format(
+      "Of {} magnetometers {} to {} were asked what is missing, and all whether they carry on to "
+      "each other what they read. `--magnetometer NAME` puts another one first; `magimu calibrate` "
+      "judges each of them.",
+      names.size(), names.front(), names[kFewMagnetometers - 1]);
+}
+
 // What is said where there is no fit of the basic model.
 Diagnosis diagnosis_of(const Calibration& no_fit, const std::vector<const Recording*>& given,
                        const DiagnosisOptions& options) {
@@ -111,9 +121,11 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   d.false_alarm_rate = options.false_alarm_rate;
   for (const Recording* r : given) d.recordings.push_back(r->name);
   d.notes = checked.warnings();
+  const FewMagnetometers few(checked.get());
+  if (!few.are_all()) d.notes.push_back(who_was_asked(checked.get().front()->mag_names));
 
   // Where the axes of accelerometer and gyroscope disagree no model fits, and every effect is seen.
-  const Mounting mounting = check_mounting(checked.get());
+  const Mounting mounting = check_mounting(few.get());
   for (const AxesFinding& f : mounting.findings) {
     if (f.sensor != "acc" && f.sensor != "gyr") continue;
     throw InputError(given.front()->name, 0, 0, f.problem, f.text_of_remedy);
@@ -121,14 +133,14 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
 
   progress("fitting the basic model", 0.0);
   std::vector<Recording> used, thin;
-  for (const Recording* r : checked.get()) used.push_back(without_long_rests(*r, d.notes));
+  for (const Recording* r : few.get()) used.push_back(without_long_rests(*r, d.notes));
   take_out_saturated(used, options, d);
   for (const Recording& r : used) thin.push_back(thinned(r));
   std::vector<const Recording*> recordings, full;
   for (const Recording& r : used) full.push_back(&r);
   for (const Recording& r : thin) recordings.push_back(&r);
   const Pipeline pipeline(recordings, calibration);
-  Extender extender(recordings, checked.get(), pipeline, options, d);
+  Extender extender(recordings, few.get(), pipeline, options, d);
   progress("is it the motion?", 0.15);
   Stage first = choose_motion_model(recordings, pipeline, options, extender, d);
   progress("looking for effects", 0.3);
@@ -145,6 +157,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
         "itself: "
         "turn it about all three of its axes, by half a turn and more.");
     for (const auto& effect : effect_catalogue()) {
+      if (effect->name() == "mag_coupling" && recordings.front()->mag.size() < 2) continue;
       d.scan.push_back({.effect = effect->name(),
                         .channel = to_string(effect->channel()),
                         .needs = "the sensor hardly turned"});
@@ -155,15 +168,19 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   }
   progress("looking at the noise", 0.7);
   find_noise(full, pipeline, options, extender, d);
+  if (turned) {
+    find_array_coupling(checked.get(), recordings, extender.stage(), pipeline.node_every(), options,
+                        d);
+  }
   progress("what is left?", 0.85);
   const std::size_t said_before = d.unexplained.evidence.size();
   Unexplained by_model;
   if (turned) by_model = find_unexplained(recordings, full, options, extender, d);
-  withdraw_lines_of_interpolation(checked.get(), d);
+  withdraw_lines_of_interpolation(few.get(), d);
   withdraw_contradicted(given, d);
   extender.keep_named();
   find_repeats(given, d);
-  const int at_rest = find_changes_in_cut_rests(checked.get(), full, extender.stage(), d);
+  const int at_rest = find_changes_in_cut_rests(few.get(), full, extender.stage(), d);
   progress("how wrong, where, when?", 0.87);
   const auto place = find_missing_state(
       {recordings, full, first, extender.stage(), {.mag_noise_known = options.noise.has_value()}},

@@ -8,6 +8,7 @@
 #include "apps/page/report_calibration.h"
 #include "apps/say/survey_report.h"
 #include "calibration/result/calibration_json.h"
+#include "calibration/result/json_text.h"
 #include "calibration/rivals/rival_calibration.h"
 #include "diagnosis/result/diagnosis_json.h"
 #include "earth/world_magnetic_model.h"
@@ -25,7 +26,7 @@ namespace py = pybind11;
 std::string file_of(const Fitted& fitted) {
   nlohmann::ordered_json out = to_json(fitted.calibration);
   out["method"] = fitted.method;
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 MotionModel motion_named(const std::string& name) {

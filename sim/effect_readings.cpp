@@ -53,7 +53,7 @@ class EffectReadings {
     std::vector<Active> out;
     for (const HiddenEffect& e : truth_.effects) {
       const auto effect = term_of(e);
-      if (!effect || effect->channel() != channel) continue;
+      if (!effect || effect->channel() != channel || e.name == "mag_coupling") continue;
       if (effect->description().needs == "pos" && !motion_.moves()) {
         throw InputError("--effect", 0, 0, e.name + " shows only where the sensor moves about",
                          "add --motion hand_held");
@@ -186,6 +186,26 @@ void add_effects(const SimulationOptions& options, const TrueMotion& motion, Sim
                  Recording& recording) {
   if (truth.effects.empty()) return;
   EffectReadings(options, motion, truth).add_to(recording);
+}
+
+void add_coupling(const std::vector<HiddenEffect>& effects, std::vector<VectorSeries>& mags) {
+  const auto coupling = std::ranges::find(effects, "mag_coupling", &HiddenEffect::name);
+  if (coupling == effects.end()) return;
+  const std::shared_ptr<const Effect> effect = term_of(*coupling);
+  const VectorXd C = parameters_of(*coupling, *effect);
+  const VectorXd transposed = C.reshaped(3, 3).transpose().reshaped();
+  const std::vector<VectorSeries> alone = mags;
+  const auto carry_on = [&](std::size_t from, std::size_t to, const VectorXd& theta) {
+    SampleState s;
+    for (std::size_t k = 0; k < mags[to].size(); ++k) {
+      s.neighbour = alone[from].v[k];
+      mags[to].v[k] += effect->term(s, theta);
+    }
+  };
+  for (std::size_t m = 1; m < mags.size(); ++m) {
+    carry_on(m, m - 1, C);
+    carry_on(m - 1, m, transposed);
+  }
 }
 
 std::optional<NoiseShape> noise_shape(const std::vector<HiddenEffect>& effects, Channel channel) {

@@ -23,6 +23,10 @@ namespace magimu {
 void add_effects(const SimulationOptions& options, const TrueMotion& motion, SimulationTruth& truth,
                  Recording& recording);
 
+// What magnetometers that stand side by side (in the order of the recording) carry on to each other
+// of what they read, noise included.
+void add_coupling(const std::vector<HiddenEffect>& effects, std::vector<VectorSeries>& mags);
+
 // The shape of a sensor's noise; none where no effect changes it.
 std::optional<NoiseShape> noise_shape(const std::vector<HiddenEffect>& effects, Channel channel);
 // Quantization and clipping of a magnetometer's samples.

@@ -195,8 +195,9 @@ Simulation simulate(const SimulationOptions& asked) {
   add_sensor_noise(options, truth, Channel::kGyr, 0, recording.gyr);
   for (std::size_t i = 0; i < recording.mag.size(); ++i) {
     add_sensor_noise(options, truth, Channel::kMag, i, recording.mag[i]);
-    convert_to_digital(truth.effects, recording.mag[i]);
   }
+  add_coupling(truth.effects, recording.mag);
+  for (VectorSeries& mag : recording.mag) convert_to_digital(truth.effects, mag);
   MotionTruth& known = recording.truth.emplace();
   known.t = truth.t;
   known.nRb = truth.nRb;

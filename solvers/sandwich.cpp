@@ -11,7 +11,9 @@
 namespace magimu {
 namespace {
 
-constexpr double kSingular = 1e-12;  // of the largest eigenvalue, variables scaled alike
+constexpr double kSingular = 1e-12;         // of the largest eigenvalue, variables scaled alike
+constexpr Eigen::Index kWideSandwich = 64;  // variables: more cost less by products than by
+                                            // eigenvalues
 constexpr double kMaxLeverage =
     0.9;  // a block that determines a direction by itself has no scatter
 
@@ -88,6 +90,34 @@ MatrixXd adjustment(const MatrixXd& leverage) {
   return eigen.eigenvectors() * root.asDiagonal() * eigen.eigenvectors().transpose();
 }
 
+// (I - Q)^-1/2 v by Lanczos' recurrence, of a Q that is known by its products: of many variables a
+// block of seconds is a small share of what is known, Q is near zero, and a few products are as
+// good as all eigenvalues.
+template <class Product>
+VectorXd adjusted(const Product& Q, const VectorXd& v) {
+  constexpr Eigen::Index kProducts = 30;
+  const double length = v.norm();
+  const Eigen::Index most = std::min(kProducts, v.size());
+  if (length == 0.0 || most == 0) return v;
+  MatrixXd basis(v.size(), most), T = MatrixXd::Zero(most, most);
+  basis.col(0) = v / length;
+  Eigen::Index n = 0;
+  while (n < most) {
+    VectorXd next = Q(basis.col(n));
+    T(n, n) = basis.col(n).dot(next);
+    // Twice: once leaves rounding that grows.
+    for (int round = 0; round < 2; ++round) {
+      const VectorXd along = basis.leftCols(n + 1).transpose() * next;
+      next -= basis.leftCols(n + 1) * along;
+    }
+    const double rest = next.norm();
+    if (++n == most || rest < kSingular) break;
+    T(n, n - 1) = T(n - 1, n) = rest;
+    basis.col(n) = next / rest;
+  }
+  return length * (basis.leftCols(n) * adjustment(T.topLeftCorner(n, n)).col(0));
+}
+
 // sum_b u_b u_b', drawn towards a multiple of the identity.
 MatrixXd shrunk(const MatrixXd& u) {
   const auto n = double(u.cols());
@@ -109,16 +139,12 @@ MatrixXd at_least_identity(const MatrixXd& S) {
          eigen.eigenvectors().transpose();
 }
 
-// Changes sums.
-MatrixXd sandwich(const Root& root, BlockSums& sums) {
-  const auto blocks = int(sums.leverage.size());
-  for (int b = 0; b < blocks; ++b) {
-    sums.score.col(b) = adjustment(sums.leverage[std::size_t(b)]) * sums.score.col(b);
-  }
+// u: the adjusted scores, one column a block.
+MatrixXd sandwich(const Root& root, const MatrixXd& u) {
   // What so few blocks say of the scatter is itself uncertain: errors over it follow Student's
   // distribution.
-  const double few = student_variance(blocks);
-  return root.L * at_least_identity(few * shrunk(sums.score)) * root.L.transpose();
+  const double few = student_variance(int(u.cols()));
+  return root.L * at_least_identity(few * shrunk(u)) * root.L.transpose();
 }
 
 }  // namespace
@@ -129,18 +155,28 @@ MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_colum
   if (blocks < 2) return covariance;  // no scatter to go by
   const Root root = root_of(covariance);
   BlockSums sums = sums_of(system, H_columns * root.inverse.transpose(), block_of_row, blocks);
-  return sandwich(root, sums);
+  for (std::size_t b = 0; b < sums.leverage.size(); ++b) {
+    const auto at = Eigen::Index(b);
+    sums.score.col(at) = adjustment(sums.leverage[b]) * sums.score.col(at);
+  }
+  return sandwich(root, sums.score);
 }
 
 MatrixXd sandwich_covariance(const MatrixXd& covariance, const std::vector<BlockScore>& blocks) {
   if (blocks.size() < 2) return covariance;
   const Root root = root_of(covariance);
-  BlockSums sums{MatrixXd(root.L.cols(), Eigen::Index(blocks.size())), {}};
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    sums.score.col(Eigen::Index(b)) = root.L.transpose() * blocks[b].score;
-    sums.leverage.emplace_back(root.L.transpose() * blocks[b].information * root.L);
-  }
-  return sandwich(root, sums);
+  MatrixXd u(root.L.cols(), Eigen::Index(blocks.size()));
+  const bool wide = covariance.rows() > kWideSandwich;
+  parallel::for_each(blocks.size(), [&](std::size_t b) {
+    const VectorXd score = root.L.transpose() * blocks[b].score;
+    const MatrixXd& A = blocks[b].information;
+    const auto product = [&](const VectorXd& v) -> VectorXd {
+      return root.L.transpose() * (A * (root.L * v));
+    };
+    u.col(Eigen::Index(b)) = wide ? adjusted(product, score)
+                                  : VectorXd(adjustment(root.L.transpose() * A * root.L) * score);
+  });
+  return sandwich(root, u);
 }
 
 double student_variance(int blocks) { return blocks > 4 ? (blocks - 1.0) / (blocks - 3.0) : 3.0; }

@@ -36,6 +36,13 @@ CalibrationOptions PriorArguments::read() const {
     throw InputError(prior, 0, 0, "its verdict is `no`: it tells nothing of the device",
                      "name another one, or use --prior default");
   }
+  if (old.calibration.covariance_in_blocks) {
+    throw InputError(
+        prior, 0, 0,
+        "its covariance is in blocks: how the magnetometers' errors go together, which "
+        "a prior needs, is not in it",
+        "write it with `magimu calibrate --joint-covariance`");
+  }
   options.prior = PriorKind::kGiven;
   options.given_prior = std::make_shared<const GivenPrior>(std::move(old));
   return options;

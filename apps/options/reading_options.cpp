@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/options/reading_options.h"
 
+#include "apps/say/progress.h"
+
 #include <fmt/format.h>
 
 #include <utility>
@@ -145,14 +147,17 @@ void finish_reading(Recording& out, const std::string& path, const ReadingOption
 }  // namespace
 
 Recording read_with(const std::string& path, const ReadingOptions& options, bool quiet) {
-  Recording out = read_recording(path, options.csv());
+  Recording out =
+      with_bar(!quiet, "reading " + path, [&] { return read_recording(path, options.csv()); });
   finish_reading(out, path, options, quiet);
   return out;
 }
 
 std::vector<Recording> read_all_with(const std::vector<std::string>& paths,
                                      const ReadingOptions& options, bool quiet) {
-  std::vector<Recording> out = magimu::read_recordings(paths, options.csv());
+  std::vector<Recording> out =
+      with_bar(!quiet, fmt::format("reading {}", fmt::join(paths, ", ")),
+               [&] { return magimu::read_recordings(paths, options.csv()); });
   for (Recording& recording : out) finish_reading(recording, recording.name, options, quiet);
   return out;
 }

@@ -3,10 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
+#include <cmath>
+
 #include "apps/say/numbers.h"
 
 namespace magimu::apps {
 namespace {
+
+constexpr std::size_t kPrintedMagnetometers = 4;  // whose parameters are printed one by one
 
 std::string in_columns(double value, double sigma) {
   const int n = decimals(sigma);
@@ -31,6 +36,30 @@ void add_matrix(std::string& out, const Calibration& c, std::size_t m) {
     }
     out += i == 0 ? " uT\n" : "\n";
   }
+}
+
+// The magnetometers of an array, a line each.
+std::string array_table(const Calibration& c) {
+  std::string out = fmt::format("  {:<10}{:>29}{:>10}{:>12}{:>12}{:>11}  {}\n", "", "bias, uT",
+                                "gain, uT", "noise", "residual", "direction", "trust");
+  out += fmt::format("  {:<10}{:>29}{:>10}{:>12}{:>12}{:>11}\n", "", "", "", "uT/sqrt(Hz)",
+                     "(1: noise)", "deg");
+  for (std::size_t m = 0; m < c.magnetometers.size(); ++m) {
+    const MagnetometerRecord& own = c.magnetometers[m];
+    const Vector3& bias = c.parameters.mag[m].bias;
+    const double gain = std::cbrt(c.parameters.mag[m].distortion.determinant());
+    out +=
+        fmt::format("  {:<10}{:>9.3f} {:>9.3f} {:>9.3f}{:>10.3f}{:>12.3g}{:>12.3f}{:>11.2g}  {}\n",
+                    c.mag_names[m], bias.x(), bias.y(), bias.z(), gain, own.noise,
+                    own.residuals.rms, own.direction_sigma_deg, to_string(own.trust.verdict));
+  }
+  out += "  Each magnetometer's D, and all standard deviations, are in the file (-o).\n";
+  for (std::size_t m = 0; m < c.magnetometers.size(); ++m) {
+    for (const std::string& reason : c.magnetometers[m].trust.reasons) {
+      out += fmt::format("  {}: {}\n", c.mag_names[m], reason);
+    }
+  }
+  return out;
 }
 
 // Sentences about parameters that the prior, not the recording, determines; empty if there are
@@ -71,7 +100,9 @@ std::string calibration_table(const Calibration& c) {
   out += "Parameter                     value ± sigma (robust; IMU frame unless said)\n";
   add_vector(out, c, "accelerometer bias", "accelerometer.bias", c.parameters.acc_bias, "m/s^2");
   add_vector(out, c, "gyroscope bias", "gyroscope.bias", c.parameters.gyr_bias, "rad/s");
-  for (std::size_t m = 0; m < c.parameters.mag.size(); ++m) {
+  const bool few = c.parameters.mag.size() <= kPrintedMagnetometers;
+  if (c.magnetometers.size() > 1) out += array_table(c);
+  for (std::size_t m = 0; m < c.parameters.mag.size() && few; ++m) {
     if (c.parameters.mag.size() > 1) out += fmt::format("  {}:\n", c.mag_names[m]);
     add_vector(out, c, "magnetometer bias", fmt::format("magnetometers[{}].bias", m),
                c.parameters.mag[m].bias, "uT");

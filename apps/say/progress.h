@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A bar on standard error while something takes longer than a second; nothing where standard error
-// is not a terminal. Gone when the work is done.
+// is not a terminal. It is drawn anew by a thread of its own, so that a long step shows its time.
+// Gone when the work is done.
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <string>
+#include <thread>
 
 namespace magimu::apps {
 
@@ -15,12 +19,28 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  // What is being done, and how far the whole is, 0 to 1.
-  void operator()(const std::string& what, double share);
+  // What is being done, and how far the whole is, 0 to 1; negative: nobody knows.
+  void operator()(const std::string& what, double share = -1.0);
 
  private:
-  bool wanted_, shown_ = false;
-  std::chrono::steady_clock::time_point begin_;
+  void draw();
+
+  const bool wanted_;
+  const std::chrono::steady_clock::time_point begin_;
+  bool shown_ = false;
+  std::mutex mutex_;  // of what follows
+  std::condition_variable_any ended_;
+  std::string what_;
+  double share_ = -1.0;
+  std::jthread drawing_;  // the last: it ends before the others go
 };
+
+// What make() returns, with a bar while it works.
+template <class Make>
+auto with_bar(bool wanted, const std::string& what, const Make& make) {
+  ProgressBar bar(wanted);
+  bar(what);
+  return make();
+}
 
 }  // namespace magimu::apps

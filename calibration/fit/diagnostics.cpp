@@ -55,10 +55,11 @@ Check check_optimum(const Result& fit) {
   return check;
 }
 
-Check check_accuracy(const Calibration& c) {
+Check check_accuracy(const Calibration& c, std::size_t magnetometer) {
   double worst = 0.0;
-  const Matrix3 D_inverse = c.parameters.mag.front().distortion.inverse();
-  const MatrixXd P = c.covariance.block(6, 6, 12, 12);  // of D, column by column, and o_m
+  const Matrix3 D_inverse = c.parameters.mag[magnetometer].distortion.inverse();
+  const Eigen::Index own = 6 + 12 * Eigen::Index(magnetometer);
+  const MatrixXd P = c.covariance.block(own, own, 12, 12);  // of D, column by column, and o_m
   for (const Vector3& b : directions()) {
     // d (D^-1 (mag - o_m)) = -D^-1 (dD b + do_m), across b.
     Mat<double, 3, 12> J;
@@ -154,11 +155,17 @@ Check check_halves(const Calibration& first, const Calibration& second) {
                      second.covariance.block(6, 6, 12 * mags, 12 * mags);
   const VectorXd z = difference.cwiseQuotient(P.diagonal().cwiseMax(1e-300).cwiseSqrt());
   const double rms = std::sqrt(z.squaredNorm() / double(z.size()));
-  const CheckStatus status = graded(rms, kHalvesOk, kHalvesPoor);
-  return {"halves", status, rms,
-          fmt::format("Calibrated by themselves, the first and the second half {} ({:.1f} of their "
-                      "standard deviations apart, root mean square).",
-                      status == CheckStatus::kOk ? "agree" : "disagree", rms)};
+  const CheckStatus status = grade_halves(rms);
+  Check out{"halves", status, rms,
+            fmt::format("Calibrated by themselves, the first and the second half {} ({:.1f} of "
+                        "their standard deviations apart, root mean square).",
+                        status == CheckStatus::kOk ? "agree" : "disagree", rms)};
+  for (Eigen::Index m = 0; mags > 1 && m < mags; ++m) {
+    out.of_magnetometers.push_back(std::sqrt(z.segment<12>(12 * m).squaredNorm() / 12.0));
+  }
+  return out;
 }
+
+CheckStatus grade_halves(double rms) { return graded(rms, kHalvesOk, kHalvesPoor); }
 
 }  // namespace magimu

@@ -13,8 +13,8 @@ namespace magimu {
 Check check_optimum(const Result& fit);
 
 // Standard deviation of the corrected field's direction, D^-1 (mag - o_m), at the worst of all
-// directions of the field in the IMU frame.
-Check check_accuracy(const Calibration& c);
+// directions of the field in the IMU frame. Of one magnetometer, by default the first.
+Check check_accuracy(const Calibration& c, std::size_t magnetometer = 0);
 
 // Correlation of neighbouring magnetometer residuals; what it means for the sigmas.
 Check check_whiteness(const Calibration& c);
@@ -29,7 +29,10 @@ Check check_windows(const Calibration& c, const std::vector<double>& mag_squares
 Check check_held_out(const BlockErrors& errors, double strength_uT);
 
 // First half against second: distortion and bias of the magnetometers, each half calibrated by
-// itself, by the uncertainty both report. value: root mean square in sigmas, 1 if both are right.
+// itself, by the uncertainty both report. value: root mean square in sigmas, 1 if both are right;
+// of an array also of each magnetometer.
 Check check_halves(const Calibration& first, const Calibration& second);
+// How a value of that check, in sigmas, is graded.
+CheckStatus grade_halves(double rms);
 
 }  // namespace magimu

@@ -36,11 +36,11 @@ BlockErrors block_errors(const Stage& stage) {
     seconds += plan.t.back() - plan.t.front();
   }
   // Whitened by density times sqrt(samples a second / samples a node).
-  const double scale = std::pow(stage.spec().noise.mag, 2) * nodes / std::max(seconds, 1e-9);
+  const double scale = nodes / std::max(seconds, 1e-9);
   const std::vector<double> zero(std::size_t(block.back()) + 1, 0.0);
   BlockErrors out{zero, zero, 0.0};
   const auto add = [&](const Stage& from, std::vector<double>& sums, int parity) {
-    const std::vector<double> squares = from.mag_squares();
+    const std::vector<double> squares = from.mag_squares_uT();
     for (std::size_t i = 0; i < squares.size(); ++i) {
       if (parity < 0 || block[i] % 2 == parity) sums[std::size_t(block[i])] += squares[i] * scale;
     }

@@ -4,6 +4,10 @@
 // of squares is divided by the degrees of freedom that are left, rows - tr(J P J'), P the
 // posterior covariance. The trace is estimated with seeded random signs (Hutchinson), to well below
 // a per cent. Iterated with the fit until it settles.
+//
+// Each magnetometer of an array has a density of its own. One set of signs over the rows of all of
+// them tells what each has absorbed, a_m: the products with the others' rows scatter about zero by
+// sqrt(a_m / probes), and of an array each has few a_m and many rows.
 #pragma once
 
 #include "calibration/motion/sensor_rows.h"
@@ -18,5 +22,7 @@ SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, Lin
 
 // The densities under which the residuals would have unit variance.
 NoiseDensities restricted_ml(const NoiseDensities& used, const SensorSums& sums);
+// The same of each magnetometer of an array: of sums.magnetometers.
+std::vector<double> restricted_ml(const std::vector<double>& used, const SensorSums& sums);
 
 }  // namespace magimu

@@ -6,16 +6,6 @@
 #include "calibration/motion/sensor_rows.h"
 
 namespace magimu {
-namespace {
-
-// The magnetometer that a factor with these keys belongs to (keys.h: 1000 and more of what
-// changes).
-std::size_t magnetometer_of(std::span<const Key> keys) {
-  const auto bias = std::ranges::find(keys, key::mag_bias.symbol, &Key::symbol);
-  return std::size_t(bias->index % 1000);
-}
-
-}  // namespace
 
 std::vector<ResidualSeries> residual_series(const Optimum& at,
                                             const std::vector<std::string>& mag_names) {
@@ -39,8 +29,9 @@ std::vector<ResidualSeries> residual_series(const Optimum& at,
         const int node = at.rows.node[std::size_t(row)];
         if (node < 0 || sensor > Sensor::kMag || sensor == seen) continue;
         seen = sensor;
-        const std::size_t which =
-            sensor == Sensor::kMag ? 2 + magnetometer_of(batch.keys(i)) : std::size_t(sensor);
+        const std::size_t which = sensor == Sensor::kMag
+                                      ? std::size_t(2 + magnetometer_of(batch.keys(i)))
+                                      : std::size_t(sensor);
         if (which >= out.size()) continue;
         out[which].t.push_back(times[std::size_t(node)]);
         out[which].whitened.push_back(at.system.residual().segment<3>(row));

@@ -133,15 +133,23 @@ double least(double density, const SensorSums& sums, Sensor sensor) {
   return density * std::sqrt(kFewFreedom / (kFewFreedom + freedom));
 }
 
-// What fit_noise() estimates, as logarithms: densities and the hand's reach, as far as it matters.
-using LogNoise = Vec<double, 4>;
+// What fit_noise() estimates, as logarithms: densities (of each magnetometer of an array) and the
+// hand's reach, as far as it matters.
+using LogNoise = VectorXd;
 LogNoise log_noise(const ModelSpec& spec) {
-  return {std::log(spec.noise.acc), std::log(spec.noise.gyr), std::log(spec.noise.mag),
-          kReachCare * std::log(spec.reach_m)};
+  const auto more = Eigen::Index(spec.mag_noise.size());
+  LogNoise log(4 + std::max<Eigen::Index>(0, more - 1));
+  log.head<4>() << std::log(spec.noise.acc), std::log(spec.noise.gyr), std::log(spec.noise.mag),
+      kReachCare * std::log(spec.reach_m);
+  for (Eigen::Index m = 1; m < more; ++m) log[3 + m] = std::log(spec.mag_noise[std::size_t(m)]);
+  return log;
 }
 void set_noise(ModelSpec& spec, const LogNoise& log) {
   spec.noise = {std::exp(log[0]), std::exp(log[1]), std::exp(log[2])};
   spec.reach_m = std::exp(log[3] / kReachCare);
+  for (Eigen::Index m = 0; m < Eigen::Index(spec.mag_noise.size()); ++m) {
+    spec.mag_noise[std::size_t(m)] = m == 0 ? spec.noise.mag : std::exp(log[3 + m]);
+  }
 }
 
 // It approaches its values geometrically (what one sensor loses another gains): by how much more
@@ -162,7 +170,9 @@ Stage::Stage(const std::vector<const Recording*>& recordings, const ModelSpec& s
 Stage::Stage(const std::vector<const Recording*>& recordings, const ModelSpec& spec,
              std::vector<NodePlan> plans, const OptimizerOptions& optimizer)
     : recordings_(recordings), spec_(spec), plans_(std::move(plans)), optimizer_(optimizer) {
-  spec_.mag_offset_s.resize(recordings.front()->mag.size(), 0.0);
+  const std::size_t magnetometers = recordings.front()->mag.size();
+  spec_.mag_offset_s.resize(magnetometers, 0.0);
+  if (magnetometers > 1) spec_.mag_noise.resize(magnetometers, spec_.noise.mag);
 }
 
 Stage::Stage(const Stage& like, const ModelSpec& spec)
@@ -170,7 +180,8 @@ Stage::Stage(const Stage& like, const ModelSpec& spec)
       spec_(spec),
       plans_(like.plans_),
       optimizer_(like.optimizer_),
-      gathered_(like.gathered_) {}
+      gathered_(like.gathered_),
+      gyr_freedom_(like.gyr_freedom_) {}
 
 void Stage::build() {
   gathered_ = std::make_shared<const GatheredSamples>(recordings_, plans_, spec_, gathered_.get());
@@ -226,24 +237,35 @@ void Stage::fit_noise(const Values& start, bool warm, const NoiseKnowledge& know
   fit(start, warm, kNoiseStep);
   // Residuals away from the optimum are no measure of the noise.
   const auto solver = make_linear_solver(optimizer_.backend);
-  LogNoise before = LogNoise::Zero();  // the step before
+  LogNoise before = LogNoise::Zero(log_noise(spec_).size());  // the step before
   for (int round = 0; round < kNoiseRounds && result_.converged(); ++round) {
     const SensorSums now = sums_at(graph_, result_.values, *solver);
+    gyr_freedom_ = now.freedom(Sensor::kGyr);
     const NoiseDensities old = spec_.noise;
+    const std::vector<double> old_mags = spec_.mag_noise;
     const LogNoise from = log_noise(spec_);
     // What is known from elsewhere.
     const auto hold = [&] {
       NoiseDensities& noise = spec_.noise;
       if (known.gyr_known) noise.gyr = old.gyr;
       if (known.acc_known) noise.acc = old.acc;
-      if (known.mag_known) noise.mag = old.mag;
+      if (known.mag_known) {
+        noise.mag = old.mag;
+        spec_.mag_noise = old_mags;
+      }
       noise.acc = std::max(noise.acc, least(known.least.acc, now, Sensor::kAcc));
       noise.gyr = std::max(noise.gyr, least(known.least.gyr, now, Sensor::kGyr));
       noise.gyr = std::clamp(noise.gyr, known.min_gyr, known.max_gyr);
       noise.mag = std::min(noise.mag, known.max_mag);
+      for (std::size_t m = 0; m < spec_.mag_noise.size(); ++m) {
+        const double most = known.max_each_mag.empty() ? known.max_mag : known.max_each_mag[m];
+        spec_.mag_noise[m] = std::min(spec_.mag_noise[m], most);
+      }
+      if (!spec_.mag_noise.empty()) noise.mag = spec_.mag_noise.front();
       spec_.reach_m = std::clamp(spec_.reach_m, kMinReach, kMaxReach);
     };
     spec_.noise = restricted_ml(old, now);
+    spec_.mag_noise = restricted_ml(old_mags, now);
     if (reach) spec_.reach_m *= now.rms(Sensor::kReach);
     hold();
     const LogNoise step = log_noise(spec_) - from;
@@ -254,7 +276,7 @@ void Stage::fit_noise(const Values& start, bool warm, const NoiseKnowledge& know
       hold();
       error = kAlike * (step + *more).cwiseAbs().maxCoeff();
     }
-    before = more ? LogNoise::Zero() : step;
+    before = more ? LogNoise::Zero(step.size()).eval() : step;
     const bool last = error < kNoiseSettled || round + 1 == kNoiseRounds;
     fit(Values(result_.values), true, last ? optimizer_.step_tolerance : kNoiseStep);
     if (last) break;
@@ -278,10 +300,26 @@ std::vector<double> Stage::mag_squares() const {
 }
 
 std::vector<double> Stage::mag_squares(const SensorRows& rows, const VectorXd& residual) const {
+  return mag_squares(rows, residual, std::vector(spec_.mag_offset_s.size(), 1.0));
+}
+
+std::vector<double> Stage::mag_squares_uT() const {
+  const LinearSystem system(graph_, result_.values);
+  std::vector<double> weight;
+  for (int m = 0; m < int(spec_.mag_offset_s.size()); ++m) {
+    weight.push_back(std::pow(mag_density(spec_, m), 2));
+  }
+  return mag_squares(SensorRows(graph_, system), system.whitened_residuals(result_.values), weight);
+}
+
+std::vector<double> Stage::mag_squares(const SensorRows& rows, const VectorXd& residual,
+                                       const std::vector<double>& weight) const {
   std::vector<double> out(std::size_t(plans_.back().first) + plans_.back().t.size(), 0.0);
   for (Eigen::Index i = 0; i < residual.size(); ++i) {
-    if (rows.sensor[std::size_t(i)] != Sensor::kMag) continue;
-    out[std::size_t(rows.node[std::size_t(i)])] += residual[i] * residual[i];
+    const auto row = std::size_t(i);
+    if (rows.sensor[row] != Sensor::kMag) continue;
+    out[std::size_t(rows.node[row])] +=
+        weight[std::size_t(rows.magnetometer[row])] * residual[i] * residual[i];
   }
   return out;
 }
@@ -314,6 +352,9 @@ Values carry_over(const std::vector<const Recording*>& recordings, const Stage& 
     if (c == key::mag_time_offset_of(0).symbol && !to.spec().mag_time_offset) continue;
     if (s.key == key::gyr_matrix && !to.spec().gyr_matrix) continue;
     if (c == key::effect(0).symbol) continue;
+    const bool of_magnetometer = c == key::distortion.symbol || c == key::mag_bias.symbol ||
+                                 c == key::mag_time_offset_of(0).symbol;
+    if (of_magnetometer && s.key.index % 1000 >= recordings.front()->mag.size()) continue;
     values.insert_from(old, s.key);
   }
   const std::vector<std::vector<Key>> had = effect_keys(from.spec().effects),

@@ -23,6 +23,7 @@ struct NoiseKnowledge {
        mag_known = false;  // leave these densities as they are
   // Densities at the least and at the most, rad/s, uT.
   double min_gyr = 0.0, max_gyr = 1e30, max_mag = 1e30;
+  std::vector<double> max_each_mag{};  // of each magnetometer of an array; empty: max_mag
   NoiseDensities least{};  // of accelerometer and gyroscope, from samples in motion (rests.h)
 };
 
@@ -55,13 +56,20 @@ class Stage {
 
   // Residuals by sensor, at the optimum.
   SensorSums sums() const;
+  // The share of the gyroscope's rows that the last fit_noise() found the fit to leave free; 0
+  // before.
+  double gyr_freedom() const { return gyr_freedom_; }
   // Squared magnetometer residuals, whitened, summed at each node, of the full graph here.
   std::vector<double> mag_squares() const;
+  // The same, each times the square of its magnetometer's density: uT^2 per Hz.
+  std::vector<double> mag_squares_uT() const;
   // The same of residuals that are known.
   std::vector<double> mag_squares(const SensorRows& rows, const VectorXd& residual) const;
 
  private:
   void fit(const Values& start, bool warm, double step_tolerance);
+  std::vector<double> mag_squares(const SensorRows& rows, const VectorXd& residual,
+                                  const std::vector<double>& weight) const;
   void build();
   [[noreturn]] void refuse(const Result& result) const;
 
@@ -72,6 +80,7 @@ class Stage {
   std::shared_ptr<const GatheredSamples> gathered_;
   FactorGraph graph_;
   Result result_;
+  double gyr_freedom_ = 0.0;
 };
 
 // A stage's optimum carried to another stage's nodes and variables: parameters as they are, each

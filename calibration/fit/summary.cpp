@@ -25,6 +25,7 @@ void fill_parameters(Calibration& c, const std::vector<const Recording*>& record
   for (int m = 0; m < int(recordings.front()->mag.size()); ++m) {
     c.parameters.mag.push_back(
         {values.at<Matrix3>(key::distortion_of(m)), values.at<Vector3>(key::mag_bias_of(m))});
+    c.magnetometers.push_back({.noise = mag_density(stage.spec(), m)});
     if (!stage.spec().mag_time_offset) continue;
     if (m == 0) c.effects.push_back({"mag_time_offset", {}});
     c.effects.back().parameters.push_back(
@@ -113,6 +114,17 @@ void fill_residuals(Calibration& c, const std::vector<NodePlan>& plans, const Se
     c.residuals[s].lag1 = sums.lag1[s];
     c.residuals[s].rms_unit = c.residuals[s].rms * densities[s] * std::sqrt(nodes_per_s);
   }
+  if (c.magnetometers.size() == 1) c.magnetometers.front().residuals = c.residuals[2];
+  if (c.magnetometers.size() < 2 || sums.magnetometers.size() != c.magnetometers.size()) return;
+  std::vector<double> units;
+  for (std::size_t m = 0; m < c.magnetometers.size(); ++m) {
+    MagnetometerRecord& own = c.magnetometers[m];
+    const MagnetometerSums& of = sums.magnetometers[m];
+    own.residuals = {of.rms(), of.lag1, of.rms() * own.noise * std::sqrt(nodes_per_s)};
+    units.push_back(own.residuals.rms_unit);
+  }
+  std::ranges::nth_element(units, units.begin() + std::ptrdiff_t(units.size() / 2));
+  c.residuals[2].rms_unit = units[units.size() / 2];
 }
 
 Calibration summarize(const std::vector<const Recording*>& recordings, const Stage& stage,

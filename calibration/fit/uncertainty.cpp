@@ -6,11 +6,16 @@
 #include <cmath>
 
 #include "calibration/model/parameter_names.h"
+#include "calibration/model/windows.h"
 #include "calibration/result/spoken_names.h"
+#include "graph/decompositions.h"
+#include "solvers/condensed/condensed_windows.h"
 #include "solvers/sandwich.h"
 
 namespace magimu {
 namespace {
+
+constexpr int kManyParameters = 64;  // an array of five magnetometers
 
 // Blocks of nodes that last block_s, numbered through all recordings; times without nodes are no
 // blocks.
@@ -30,6 +35,78 @@ std::vector<int> blocks_of_nodes(const Calibration& c, double block_s, int& bloc
     }
   }
   return block;
+}
+
+std::vector<int> blocks_of_rows(const SensorRows& rows, const std::vector<int>& block_of_node) {
+  std::vector<int> out;
+  for (const int node : rows.node) {
+    out.push_back(node < 0 ? -1 : block_of_node[std::size_t(node)]);
+  }
+  return out;
+}
+
+// By what each block of rows moves these columns: (J'J)^-1 of its J'r, one column a block.
+MatrixXd moved_by_blocks(const LinearSystem& system, const Marginals& marginals,
+                         const std::vector<int>& columns, const std::vector<int>& block_of_row,
+                         int blocks) {
+  constexpr int kAtOnce = 32;  // columns of as many rows as the system has unknowns
+  MatrixXd out{Eigen::Index(columns.size()), blocks};
+  for (int first = 0; first < blocks; first += kAtOnce) {
+    const int n = std::min(kAtOnce, blocks - first);
+    MatrixXd G = MatrixXd::Zero(system.cols(), n);
+    for (std::size_t i = 0; i < block_of_row.size(); ++i) {
+      const int b = block_of_row[i] - first;
+      if (block_of_row[i] < 0 || b < 0 || b >= n) continue;
+      const double r = system.residual()[Eigen::Index(i)];
+      for (int e = system.row_start()[i]; e < system.row_start()[i + 1]; ++e) {
+        G(system.column()[std::size_t(e)], b) += r * system.value()[std::size_t(e)];
+      }
+    }
+    G.array().colwise() *= marginals.scale().array();
+    MatrixXd X = marginals.solver().solve_normal(G);
+    X.array().colwise() *= marginals.scale().array();
+    out.middleCols(first, n) = X(columns, Eigen::all);
+  }
+  return out;
+}
+
+// Both covariances of so many parameters that every row's influence on each would cost more than
+// all else: windows are condensed onto the parameters, a block each, and the whole chain with them.
+// What links two windows counts in the scores and in the model's covariance; it is left out of how
+// much the fit has followed a block. Nothing where the information is not positive definite.
+struct BothCovariances {
+  MatrixXd robust, model;
+};
+std::optional<BothCovariances> by_condensed_blocks(const Optimum& at, const Marginals& marginals,
+                                                   const std::vector<Key>& keys,
+                                                   const std::vector<int>& block_of_node,
+                                                   int blocks) {
+  const Values& values = at.stage.result().values;
+  const CondensedChain chain = condense(at.system, values, node_of, block_of_node);
+  std::vector<int> place, columns;
+  for (const Key key : keys) {
+    const int first = chain.position(values, key);
+    for (int c = 0; c < values.slot(key).type.tangent(); ++c) {
+      place.push_back(first + c);
+      columns.push_back(values.slot(key).tangent + c);
+    }
+  }
+  if (place.size() != chain.columns.size()) return std::nullopt;  // others would have to go
+  const MatrixXd A = chain.whole().information(place, place);
+  const VectorXd scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::LLT<MatrixXd> llt(MatrixXd(scale.asDiagonal() * A * scale.asDiagonal()));
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  BothCovariances out;
+  out.model = scale.asDiagonal() * llt.solve(MatrixXd(MatrixXd::Identity(A.rows(), A.cols()))) *
+              scale.asDiagonal();
+  const MatrixXd moved = moved_by_blocks(at.system, marginals, columns,
+                                         blocks_of_rows(at.rows, block_of_node), blocks);
+  std::vector<BlockScore> scores;
+  for (int b = 0; b < blocks; ++b) {
+    scores.push_back({A * moved.col(b), chain.windows[std::size_t(b)].information(place, place)});
+  }
+  out.robust = sandwich_covariance(out.model, scores);
+  return out;
 }
 
 }  // namespace
@@ -57,17 +134,20 @@ void fill_uncertainty(Calibration& c, const Optimum& at, const Marginals& margin
   for (const NullDirection& direction : marginals.null_space()) {
     c.undetermined.push_back(describe(direction, c.fit.values, spoken_name));
   }
+  int blocks = 0;
+  const std::vector<int> block_of_node = blocks_of_nodes(c, block_s, blocks);
+  if (int(c.order.size()) > kManyParameters && c.undetermined.empty()) {
+    if (const auto both = by_condensed_blocks(at, marginals, keys, block_of_node, blocks)) {
+      fill_covariance(c, both->robust, both->model);
+      return;
+    }
+  }
   const MatrixXd H = marginals.determined_columns(keys);
   c.covariance_model = marginals.covariance_in(H, keys);
 
-  int blocks = 0;
-  const std::vector<int> block_of_node = blocks_of_nodes(c, block_s, blocks);
-  std::vector<int> block_of_row;
-  for (const int node : at.rows.node) {
-    block_of_row.push_back(node < 0 ? -1 : block_of_node[std::size_t(node)]);
-  }
-  fill_covariance(c, sandwich_covariance(at.system, H, c.covariance_model, block_of_row, blocks),
-                  c.covariance_model);
+  const MatrixXd robust = sandwich_covariance(at.system, H, c.covariance_model,
+                                              blocks_of_rows(at.rows, block_of_node), blocks);
+  fill_covariance(c, robust, c.covariance_model);
 }
 
 void fill_covariance(Calibration& c, const MatrixXd& robust, const MatrixXd& model) {

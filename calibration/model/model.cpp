@@ -169,7 +169,7 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
         key::mag_bias_of(sensor, part.spec.earlier_bias ? part.spec.earlier_bias(part.id(i)) : 0);
     const Noise<3> noise =
         made_of_samples(part, part.recording.mag_names[std::size_t(sensor)], i,
-                        [&] { return block_noise(part.spec.noise.mag, rate, b.count); });
+                        [&] { return block_noise(mag_density(part.spec, sensor), rate, b.count); });
     const auto gain = [&part, &b] { return part.columns(Channel::kMag)->mean(b.first, b.count); };
     if (delayed) {
       lagging.add(DelayedMagnetometerFactor(pose, D, bias, dip, key::mag_time_offset_of(sensor),
@@ -284,6 +284,10 @@ std::string to_string(MotionModel motion) {
       return "hand_held";
   }
   return "?";
+}
+
+double mag_density(const ModelSpec& spec, int magnetometer) {
+  return spec.mag_noise.empty() ? spec.noise.mag : spec.mag_noise[std::size_t(magnetometer)];
 }
 
 FactorGraph build_model(const std::vector<const Recording*>& recordings,

@@ -35,7 +35,10 @@ constexpr double kReachEvery = 3.0;  // s between weak measurements of position
 struct ModelSpec {
   MotionModel motion = MotionModel::kRotation;  // not kAuto
   NoiseDensities noise;                         // per sqrt(Hz)
-  double reach_m = 0.3;                         // hand_held: sigma of the position
+  // Of each magnetometer of an array, uT per sqrt(Hz), where each has its own; noise.mag is then
+  // the first one's. Empty: noise.mag of all.
+  std::vector<double> mag_noise;
+  double reach_m = 0.3;     // hand_held: sigma of the position
   double acc_jitter = 0.0;  // hand_held: how far off in time, in sampling intervals (acc_jitter.h)
   double gravity = kStandardGravity;  // m/s^2
   bool mag_time_offset = false;       // a lag of each magnetometer is unknown, too
@@ -60,6 +63,9 @@ struct ModelSpec {
   // Adds further factors, such as priors that hold parameters where they are known; empty: none.
   std::function<void(FactorGraph&)> also;
 };
+
+// The density of one magnetometer's noise, uT per sqrt(Hz).
+double mag_density(const ModelSpec& spec, int magnetometer);
 
 // From the effect widened_from on, priors are wider by that factor. A plan that continues another
 // part's brings no priors: they came with the first part.

@@ -103,6 +103,13 @@ NoiseDensities noise_at_rest(const Recording& recording, const std::vector<TimeS
   return noise;
 }
 
+std::vector<double> mag_noise_at_rest(const Recording& recording,
+                                      const std::vector<TimeSpan>& rests) {
+  std::vector<double> out;
+  for (const VectorSeries& mag : recording.mag) out.push_back(density_at_rest(mag, rests));
+  return out;
+}
+
 double least_noise(const VectorSeries& series) {
   constexpr double kPiece = 0.5;  // s
   constexpr std::size_t kOrder = 6;

@@ -32,6 +32,10 @@ std::optional<Vector3> gyr_bias_at_rest(const Recording& recording,
 // few samples of that sensor.
 NoiseDensities noise_at_rest(const Recording& recording, const std::vector<TimeSpan>& rests);
 
+// The magnetometers', one each.
+std::vector<double> mag_noise_at_rest(const Recording& recording,
+                                      const std::vector<TimeSpan>& rests);
+
 // Density of an inertial sensor's noise where it never rests, at the least: from sixth differences
 // of its samples, which a hand moves too smoothly to show in; the lower quartile of pieces of half
 // a second. A filter in the sensor, or samples that come twice, make it smaller than it is. 0: too

@@ -65,6 +65,17 @@ struct ActiveEffect {
   std::vector<Parameter> parameters;
 };
 
+// One of the magnetometers by itself.
+struct MagnetometerRecord {
+  double noise = 0.0;              // density, uT per sqrt(Hz)
+  ResidualSummary residuals = {};  // of this one alone
+  // Of an array: may one believe this one's parameters, apart from what Calibration::trust says of
+  // the recording as a whole. Reasons do not name it.
+  Trust trust = {};
+  double direction_sigma_deg = 0.0;  // of the corrected field, in the attitude where it is largest
+  std::optional<Vector3> position = {};  // in the IMU's frame, m, where it was given
+};
+
 // One thing looked at to see whether the estimate can be believed: diagnostics.h.
 enum class CheckStatus { kOk, kCaution, kBad };
 std::string to_string(CheckStatus status);
@@ -75,6 +86,7 @@ struct Check {
   CheckStatus status = CheckStatus::kOk;
   double value = 0.0;
   std::string sentence;
+  std::vector<double> of_magnetometers = {};  // the same value of each of an array, where known
 };
 
 // One recording's field.
@@ -105,8 +117,9 @@ struct PriorRecord {
 struct Calibration {
   SensorParameters parameters;  // dip_rad: of the first recording
   std::vector<std::string> mag_names;
-  std::vector<FieldEstimate> fields;  // one a recording
-  double strength_uT = 0.0;           // cube root of det D of the first magnetometer
+  std::vector<MagnetometerRecord> magnetometers;  // one each; empty where there is no fit
+  std::vector<FieldEstimate> fields;              // one a recording
+  double strength_uT = 0.0;                       // cube root of det D of the first magnetometer
   double strength_sigma_uT = 0.0, strength_sigma_model_uT = 0.0;
 
   // Joint covariance: order names each row ("magnetometers[0].distortion[2][1]"); dips in degrees,
@@ -115,6 +128,8 @@ struct Calibration {
   // count as zero in both and are named in `undetermined`.
   std::vector<std::string> order;
   MatrixXd covariance, covariance_model;
+  // Of a file that has them in blocks (calibration_json.h): what the blocks leave out is zero here.
+  bool covariance_in_blocks = false;
   std::vector<std::string> undetermined;
 
   PriorRecord prior;
@@ -131,9 +146,10 @@ struct Calibration {
 
   int samples = 0;  // IMU samples
   int nodes = 0;
-  int node_every = 1;                           // magnetometer samples a node
-  Result fit;                                   // its values hold every variable of the graph
-  std::array<ResidualSummary, 3> residuals;     // acc, gyr, mag
+  int node_every = 1;  // magnetometer samples a node
+  Result fit;          // its values hold every variable of the graph
+  // acc, gyr, mag: of an array all together, rms_unit that of the one in the middle.
+  std::array<ResidualSummary, 3> residuals;
   std::vector<ResidualSeries> residual_series;  // of calibrate(): acc, gyr, each magnetometer
   std::optional<EarthField> earth_field;        // at the place, where it was given (field_check.h)
   std::vector<Disturbance> disturbances;        // of the magnetic field, in the order of time

@@ -59,6 +59,27 @@ class Node {
     for (std::size_t i = 0; i < array_size(); ++i) out.push_back((*this)[i].text());
     return out;
   }
+  // A symmetric matrix by its rows up to the diagonal.
+  MatrixXd lower(std::size_t rows) const {
+    MatrixXd out{Eigen::Index(rows), Eigen::Index(rows)};
+    if (array_size() != rows) wrong(fmt::format("{} rows", rows));
+    for (std::size_t i = 0; i < rows; ++i) {
+      const Node row = (*this)[i];
+      if (row.array_size() != i + 1) row.wrong(fmt::format("{} numbers", i + 1));
+      for (std::size_t j = 0; j <= i; ++j) {
+        out(Eigen::Index(i), Eigen::Index(j)) = out(Eigen::Index(j), Eigen::Index(i)) =
+            row[j].number();
+      }
+    }
+    return out;
+  }
+  std::size_t index(std::size_t below) const {
+    const double value = finite();
+    if (!(value >= 0.0 && value < double(below)) || value != std::floor(value)) {
+      wrong(fmt::format("a place from 0 to {}", below - 1));
+    }
+    return std::size_t(value);
+  }
   MatrixXd matrix(std::size_t rows, std::size_t columns) const {
     MatrixXd out{Eigen::Index(rows), Eigen::Index(columns)};
     if (array_size() != rows) wrong(fmt::format("{} rows", rows));
@@ -84,11 +105,42 @@ class Node {
   std::string file_, path_;
 };
 
+Trust read_trust(const Node& trust) {
+  Trust out;
+  const std::string verdict = trust["verdict"].text();
+  if (verdict == "yes") {
+    out.verdict = Verdict::kYes;
+  } else if (verdict == "limited") {
+    out.verdict = Verdict::kLimited;
+  } else if (verdict == "no") {
+    out.verdict = Verdict::kNo;
+  } else {
+    trust["verdict"].wrong("\"yes\", \"limited\" or \"no\"");
+  }
+  out.reasons = trust["reasons"].texts();
+  return out;
+}
+
+// What files of before, and those of streams, lack.
+MagnetometerRecord read_record(const Node& own) {
+  MagnetometerRecord out;
+  if (own.has("noise")) out.noise = own["noise"].number();
+  if (own.has("position_m")) out.position = own["position_m"].vector3();
+  if (own.has("residuals")) {
+    const Node r = own["residuals"];
+    out.residuals = {r["rms"].number(), r["lag1"].number(), r["rms_unit"].number()};
+  }
+  if (own.has("direction_sigma_deg")) out.direction_sigma_deg = own["direction_sigma_deg"].number();
+  if (own.has("trust")) out.trust = read_trust(own["trust"]);
+  return out;
+}
+
 void read_magnetometers(const Node& list, Calibration& c) {
   c.parameters.mag.clear();
   for (std::size_t m = 0; m < list.array_size(); ++m) {
     c.mag_names.push_back(list[m]["name"].text());
     c.parameters.mag.push_back({list[m]["distortion"].matrix(3, 3), list[m]["bias"].vector3()});
+    c.magnetometers.push_back(read_record(list[m]));
     const Matrix3& D = c.parameters.mag.back().distortion;
     if (!D.allFinite() || !(D.determinant() > 0.0)) {
       list[m]["distortion"].wrong("a matrix with a positive determinant");
@@ -126,20 +178,6 @@ MotionModel read_motion(const Node& node) {
   node.wrong("\"rotation\" or \"hand_held\"");
 }
 
-void read_trust(const Node& trust, Calibration& c) {
-  const std::string verdict = trust["verdict"].text();
-  if (verdict == "yes") {
-    c.trust.verdict = Verdict::kYes;
-  } else if (verdict == "limited") {
-    c.trust.verdict = Verdict::kLimited;
-  } else if (verdict == "no") {
-    c.trust.verdict = Verdict::kNo;
-  } else {
-    trust["verdict"].wrong("\"yes\", \"limited\" or \"no\"");
-  }
-  c.trust.reasons = trust["reasons"].texts();
-}
-
 // Strength and D are two of one thing.
 void check_strength(const Node& field, const Calibration& c) {
   constexpr double kAgree = 1e-3;  // the file's digits are a double's
@@ -156,15 +194,34 @@ void check_covariance(const Node& node, const MatrixXd& V, const Calibration& c)
   constexpr double kRounding = 1e-6;  // of the correlations
   if (c.order.empty()) node["order"].wrong("a list of at least one parameter");
   if (c.trust.verdict == Verdict::kNo && !V.allFinite()) return;
-  if (!V.allFinite()) node["matrix"].wrong("a matrix of finite numbers");
+  const Node whole = node.has("matrix") ? node["matrix"] : node;
+  if (!V.allFinite()) whole.wrong("a matrix of finite numbers");
   const VectorXd scale = V.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const MatrixXd R = scale.asDiagonal() * V * scale.asDiagonal();
   const bool symmetric = (R - R.transpose()).cwiseAbs().maxCoeff() < kRounding;
   if (!symmetric || V.diagonal().minCoeff() < 0.0 ||
       Eigen::SelfAdjointEigenSolver<MatrixXd>(R, Eigen::EigenvaluesOnly).eigenvalues().minCoeff() <
           -kRounding * double(R.rows())) {
-    node["matrix"].wrong("a covariance: symmetric, without negative variances");
+    whole.wrong("a covariance: symmetric, without negative variances");
   }
+}
+
+// Of n parameters: all of it, its lower triangle, or blocks along its diagonal (the rest is zero).
+MatrixXd read_covariance(const Node& node, std::size_t n, bool& in_blocks) {
+  in_blocks = node.has("blocks");
+  if (node.has("lower")) return node["lower"].lower(n);
+  if (!in_blocks) return node["matrix"].matrix(n, n);
+  MatrixXd out = MatrixXd::Zero(Eigen::Index(n), Eigen::Index(n));
+  const Node blocks = node["blocks"];
+  for (std::size_t b = 0; b < blocks.array_size(); ++b) {
+    std::vector<Eigen::Index> at;
+    const Node places = blocks[b]["at"];
+    for (std::size_t i = 0; i < places.array_size(); ++i) {
+      at.push_back(Eigen::Index(places[i].index(n)));
+    }
+    out(at, at) = blocks[b]["lower"].lower(at.size());
+  }
+  return out;
 }
 
 }  // namespace
@@ -196,8 +253,11 @@ Calibration calibration_from_json(const Json& json, const std::string& file) {
   c.parameters.dip_rad = c.fields.front().dip_rad;
   c.order = root["covariance"]["order"].texts();
   const std::size_t n = c.order.size();
-  c.covariance = root["covariance"]["matrix"].matrix(n, n);
-  c.covariance_model = root["covariance_model"]["matrix"].matrix(n, n);
+  bool model_in_blocks = false;
+  c.covariance = read_covariance(root["covariance"], n, c.covariance_in_blocks);
+  c.covariance_model = read_covariance(root["covariance_model"], n, model_in_blocks);
+  // Beside the whole of one, blocks of the other would be another thing.
+  if (model_in_blocks && !c.covariance_in_blocks) c.covariance_model = c.covariance;
   if (root.has("prior")) {
     const double blocks = root["prior"]["blocks"].finite();
     if (!(blocks >= 0.0 && blocks < 1e9)) root["prior"]["blocks"].wrong("a count");
@@ -216,7 +276,7 @@ Calibration calibration_from_json(const Json& json, const std::string& file) {
   c.gravity = root["gravity"].finite();
   read_effects(root["effects"], c);
   c.undetermined = root["undetermined"].texts();
-  read_trust(root["trust"], c);
+  c.trust = read_trust(root["trust"]);
   check_covariance(root["covariance"], c.covariance, c);
   check_covariance(root["covariance_model"], c.covariance_model, c);
   return c;

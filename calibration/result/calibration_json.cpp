@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <cstdlib>
+
 namespace magimu {
 namespace {
 
@@ -20,6 +23,53 @@ Json array(const MatrixXd& m) {
   return rows;
 }
 
+double with_nine_digits(double x) {
+  return std::isfinite(x) ? std::strtod(fmt::format("{:.8e}", x).c_str(), nullptr) : x;
+}
+
+// The rows of a symmetric matrix, up to the diagonal.
+Json lower_triangle(const MatrixXd& m) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < m.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index j = 0; j <= i; ++j) row.push_back(with_nine_digits(m(i, j)));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+// One block of what all magnetometers share, one of each of them.
+Json blocks_json(const Calibration& c, const MatrixXd& covariance) {
+  std::vector<std::vector<int>> of(1 + c.mag_names.size());
+  for (std::size_t i = 0; i < c.order.size(); ++i) {
+    const bool own = i >= 6 && i < 6 + 12 * c.mag_names.size();
+    of[own ? 1 + (i - 6) / 12 : 0].push_back(int(i));
+  }
+  Json out = Json::array();
+  for (std::size_t b = 0; b < of.size(); ++b) {
+    out.push_back({{"of", b == 0 ? "all" : c.mag_names[b - 1]},
+                   {"at", of[b]},
+                   {"lower", lower_triangle(covariance(of[b], of[b]))}});
+  }
+  return out;
+}
+
+// joint: with the whole of it.
+Json covariance_json(const Calibration& c, const MatrixXd& covariance, bool joint) {
+  Json out;
+  // The names of an array's parameters are many: once is enough.
+  const bool single = c.mag_names.size() < 2;
+  if (single || &covariance == &c.covariance) out["order"] = c.order;
+  if (single) {
+    out["matrix"] = array(covariance);
+  } else if (joint) {
+    out["lower"] = lower_triangle(covariance);
+  } else {
+    out["blocks"] = blocks_json(c, covariance);
+  }
+  return out;
+}
+
 // value, value_sigma, value_sigma_model of a 3-vector whose parts are named prefix[i].
 void put_vector(Json& object, const std::string& name, const Vector3& value, const Calibration& c,
                 const std::string& prefix) {
@@ -32,6 +82,19 @@ void put_vector(Json& object, const std::string& name, const Vector3& value, con
   object[name] = array(value);
   object[name + "_sigma"] = sigma;
   object[name + "_sigma_model"] = model;
+}
+
+Json residuals_json(const ResidualSummary& r) {
+  return {{"rms", r.rms}, {"lag1", r.lag1}, {"rms_unit", r.rms_unit}};
+}
+
+void put_record(Json& out, const MagnetometerRecord& own, bool array_of_them) {
+  out["noise"] = own.noise;
+  if (own.position) out["position_m"] = array(*own.position);
+  if (!array_of_them) return;
+  out["residuals"] = residuals_json(own.residuals);
+  out["direction_sigma_deg"] = own.direction_sigma_deg;
+  out["trust"] = {{"verdict", to_string(own.trust.verdict)}, {"reasons", own.trust.reasons}};
 }
 
 Json magnetometer(const Calibration& c, std::size_t m) {
@@ -49,6 +112,7 @@ Json magnetometer(const Calibration& c, std::size_t m) {
   out["distortion_sigma"] = array(MatrixXd(sigma));
   out["distortion_sigma_model"] = array(MatrixXd(model));
   put_vector(out, "bias", c.parameters.mag[m].bias, c, fmt::format("magnetometers[{}].bias", m));
+  if (c.magnetometers.size() > m) put_record(out, c.magnetometers[m], c.magnetometers.size() > 1);
   return out;
 }
 
@@ -157,7 +221,7 @@ Json checks_json(const std::vector<Check>& checks) {
   return out;
 }
 
-Json to_json(const Calibration& c) {
+Json to_json(const Calibration& c, bool joint) {
   Json out;
   out["format"] = "magimu-calibration/1";
   out["trust"] = {{"verdict", to_string(c.trust.verdict)}, {"reasons", c.trust.reasons}};
@@ -168,8 +232,8 @@ Json to_json(const Calibration& c) {
                        {"dip_deg", c.earth_field->dip_rad / kDegree},
                        {"declination_deg", c.earth_field->declination_rad / kDegree}};
   }
-  out["covariance"] = {{"order", c.order}, {"matrix", array(c.covariance)}};
-  out["covariance_model"] = {{"order", c.order}, {"matrix", array(c.covariance_model)}};
+  out["covariance"] = covariance_json(c, c.covariance, joint);
+  out["covariance_model"] = covariance_json(c, c.covariance_model, false);
   const char* source = c.noise_given ? "given" : "estimated";
   out["prior"] = prior(c.prior);
   out["noise"] = {
@@ -186,9 +250,7 @@ Json to_json(const Calibration& c) {
   out["fit"] = fit(c);
   const char* names[3] = {"acc", "gyr", "mag"};
   for (std::size_t s = 0; s < 3; ++s) {
-    out["residuals"][names[s]] = {{"rms", c.residuals[s].rms},
-                                  {"lag1", c.residuals[s].lag1},
-                                  {"rms_unit", c.residuals[s].rms_unit}};
+    out["residuals"][names[s]] = residuals_json(c.residuals[s]);
   }
   out["checks"] = checks_json(c.checks);
   out["disturbances"] = Json::array();

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "calibration/start/initialize.h"
 #include "solvers/linear/optimizer_options.h"
@@ -44,6 +45,8 @@ struct CalibrationOptions {
   std::function<void(FactorGraph&)> also = {};
   // Blocks of the robust covariance; longer than the residuals stay correlated.
   double block_s = 5.0;
+  // Called with what is being done and how far the whole is (0 to 1), by one thread; may be empty.
+  std::function<void(const std::string&, double)> progress = {};
 };
 
 }  // namespace magimu

@@ -27,9 +27,6 @@ constexpr double kDisturbedShare = 0.03;  // of the strength, too
 constexpr double kDisturbedBlock = 1.0;   // s
 constexpr double kManyBlows = 3.0;        // a minute; careful hands: 1 at the most
 constexpr double kMaxDipSigma_deg = 2.0;
-// deg, of the corrected direction and of the dip: a board with a hard iron of 10 uT in a field of
-// 50 uT is wrong by as much as it comes, so that such a calibration is worth nothing.
-constexpr double kUselessDirection_deg = 10.0;
 constexpr double kMaxDistortionSigma = 0.05;  // of the strength
 
 void judge_turns(Calibration& c) {
@@ -78,20 +75,6 @@ void judge_motion(Calibration& c) {
   }
 }
 
-// "at 12-17 s and 31-34 s (up to 9.1 uT)"
-std::string when(const Calibration& c) {
-  std::string out;
-  double worst = 0.0;
-  for (std::size_t i = 0; i < c.disturbances.size() && i < 6; ++i) {
-    const Disturbance& d = c.disturbances[i];
-    out += fmt::format("{}{:.0f}-{:.0f} s{}", i == 0 ? " at " : ", ", d.begin_s, d.end_s,
-                       c.trajectories.size() > 1 ? " of " + d.recording : "");
-    worst = std::max(worst, d.rms_uT);
-  }
-  if (c.disturbances.size() > 6) out += fmt::format(" and {} more", c.disturbances.size() - 6);
-  return out.empty() ? out : out + fmt::format(" (up to {:.1f} uT)", worst);
-}
-
 // "; it changes for good at about 98 s", where one moment parts what is left of the magnetometer
 // into two levels: a magnet that was put on or taken off. Empty where none does.
 std::string lasting_change(const Calibration& c) {
@@ -124,13 +107,14 @@ std::string lasting_change(const Calibration& c) {
 
 void judge_field(Calibration& c) {
   const double rms = c.residuals[2].rms_unit, share = rms / c.strength_uT;
-  if (share < kFieldResidualLimited && c.disturbances.empty()) return;
+  if (verdict_on_misfit(share) == Verdict::kYes && c.disturbances.empty()) return;
   const std::string text = fmt::format(
       "Magnetic disturbance{}: the magnetometer departs from one homogeneous field by {:.2f} uT "
       "RMS, {:.1f} % of it{}. A magnet or iron moved with or near the sensor, or the field differs "
       "from place to place. Go away from iron, magnets and electric devices, and repeat.",
-      when(c), rms, 100.0 * share, lasting_change(c));
-  c.trust.lower(share > kFieldResidualNo ? Verdict::kNo : Verdict::kLimited, text);
+      when_disturbed(c.disturbances, c.trajectories.size() > 1), rms, 100.0 * share,
+      lasting_change(c));
+  c.trust.lower(std::max(verdict_on_misfit(share), Verdict::kLimited), text);
 }
 
 void judge_uncertainty(Calibration& c) {
@@ -182,10 +166,10 @@ void judge_checks(Calibration& c) {
   }
 }
 
-}  // namespace
-
-std::vector<Disturbance> find_disturbances(const Calibration& c,
-                                           const std::vector<double>& mag_squares) {
+// Of squared residuals of every node, whitened, over so many axes; unit: of one in uT.
+std::vector<Disturbance> disturbances_in(const Calibration& c,
+                                         const std::vector<double>& mag_squares, double axes,
+                                         double unit) {
   struct Stretch {
     std::size_t trajectory;
     double begin, end, sum;
@@ -203,9 +187,6 @@ std::vector<Disturbance> find_disturbances(const Calibration& c,
       ++blocks.back().count;
     }
   }
-  // Whitened, three axes of every magnetometer a node: to uT of one axis.
-  const double axes = 3.0 * double(c.parameters.mag.size());
-  const double unit = c.residuals[2].rms > 0.0 ? c.residuals[2].rms_unit / c.residuals[2].rms : 0.0;
   std::vector<double> rms;
   for (const Stretch& b : blocks) rms.push_back(unit * std::sqrt(b.sum / (axes * b.count)));
   const double limit =
@@ -225,6 +206,51 @@ std::vector<Disturbance> find_disturbances(const Calibration& c,
     }
   }
   return out;
+}
+
+double unit_of_residuals(const ResidualSummary& of) {
+  return of.rms > 0.0 ? of.rms_unit / of.rms : 0.0;
+}
+
+}  // namespace
+
+std::vector<Disturbance> find_disturbances(const Calibration& c,
+                                           const std::vector<double>& mag_squares) {
+  return disturbances_in(c, mag_squares, 3.0 * double(c.parameters.mag.size()),
+                         unit_of_residuals(c.residuals[2]));
+}
+
+std::vector<Disturbance> find_disturbances(const Calibration& c, std::size_t magnetometer) {
+  const ResidualSeries& own = c.residual_series[2 + magnetometer];
+  std::vector<double> squares;
+  std::size_t k = 0;
+  for (const TrajectoryEstimate& trajectory : c.trajectories) {
+    for (const double t : trajectory.t) {
+      const bool measured = k < own.t.size() && own.t[k] == t;
+      squares.push_back(measured ? own.whitened[k].squaredNorm() : 0.0);
+      k += measured ? 1 : 0;
+    }
+  }
+  return disturbances_in(c, squares, 3.0,
+                         unit_of_residuals(c.magnetometers[magnetometer].residuals));
+}
+
+Verdict verdict_on_misfit(double share) {
+  if (share < kFieldResidualLimited) return Verdict::kYes;
+  return share > kFieldResidualNo ? Verdict::kNo : Verdict::kLimited;
+}
+
+std::string when_disturbed(const std::vector<Disturbance>& disturbances, bool with_recording) {
+  std::string out;
+  double worst = 0.0;
+  for (std::size_t i = 0; i < disturbances.size() && i < 6; ++i) {
+    const Disturbance& d = disturbances[i];
+    out += fmt::format("{}{:.0f}-{:.0f} s{}", i == 0 ? " at " : ", ", d.begin_s, d.end_s,
+                       with_recording ? " of " + d.recording : "");
+    worst = std::max(worst, d.rms_uT);
+  }
+  if (disturbances.size() > 6) out += fmt::format(" and {} more", disturbances.size() - 6);
+  return out.empty() ? out : out + fmt::format(" (up to {:.1f} uT)", worst);
 }
 
 std::vector<std::string> unknown_directions(const Calibration& c) {

@@ -14,8 +14,19 @@ namespace magimu {
 std::vector<Disturbance> find_disturbances(const Calibration& c,
                                            const std::vector<double>& mag_squares);
 
+// The same of one magnetometer of an array, by its residual_series.
+std::vector<Disturbance> find_disturbances(const Calibration& c, std::size_t magnetometer);
+
 // unknown: unknown_directions() of the fit itself, whose verdict is `no`.
 void judge(Calibration& c, const std::vector<std::string>& unknown = {});
+
+// Of a residual of so much of the field's strength: what a verdict is lowered to.
+Verdict verdict_on_misfit(double share);
+// deg, of the corrected direction and of the dip: a board with a hard iron of 10 uT in a field of
+// 50 uT is wrong by as much as it comes, so that such a calibration is worth nothing.
+inline constexpr double kUselessDirection_deg = 10.0;
+// " at 12-17 s and 31-34 s (up to 9.1 uT)"; empty where there are none.
+std::string when_disturbed(const std::vector<Disturbance>& disturbances, bool with_recording);
 
 // Sentences where direction or dip are hardly known: asked before sigmas are widened for what may
 // be missing in the model.

@@ -319,6 +319,7 @@ std::shared_ptr<const FieldOfPlace> ask_for_place(const MissingStateInput& in,
 Stage under_noise_of(const Stage& last, const Stage& first) {
   ModelSpec spec = first.spec();
   spec.noise = last.spec().noise;
+  spec.mag_noise = last.spec().mag_noise;
   spec.reach_m = last.spec().reach_m;
   std::optional<Stage> refitted = attempt([&] {
     Stage stage(first, spec);

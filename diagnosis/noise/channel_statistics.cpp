@@ -28,11 +28,6 @@ double normal_kurtosis(double kurtosis, double n) {
   return (1.0 - 2.0 / (9.0 * A) - std::cbrt((1.0 - 2.0 / A) / below)) / std::sqrt(2.0 / (9.0 * A));
 }
 
-int magnetometer_of(std::span<const Key> keys) {
-  const auto bias = std::ranges::find(keys, key::mag_bias.symbol, &Key::symbol);
-  return bias == keys.end() ? 0 : int(bias->index % 1000);
-}
-
 }  // namespace
 
 ChannelStatistics::ChannelStatistics(const Optimum& at,

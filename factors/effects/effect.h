@@ -42,6 +42,7 @@ struct SampleState {
   double current = 0.0;                         // A
   Vector3 position = Vector3::Zero();           // in n, m
   Vector3 position_mean = Vector3::Zero();      // over the recording
+  Vector3 neighbour = Vector3::Zero();          // what another magnetometer beside it reads, uT
   std::function<Vector3(double)> field_before;  // b so many seconds earlier
   std::function<Vector3(double)> force_change;  // f so many seconds earlier, less f
 };

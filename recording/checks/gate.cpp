@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "recording/checks/gate_records.h"
@@ -21,13 +22,14 @@ using Judged = SensorGate::Judged;
 constexpr int kPasses = 3;
 constexpr double kMostlyWrapped = 0.4;   // of the samples: then it is not known which of them are
 constexpr std::size_t kFewestLeft = 10;  // samples
+constexpr std::size_t kTakenAtOnce = 4096;  // judgements of samples that stay need not be kept
 
 // One sensor on its way through the gate.
 class Passage {
  public:
   Passage(const VectorSeries& series, std::string name, Sensor sensor, bool keep_clipped,
           const GateWitnesses& witnesses)
-      : series_(series), name_(std::move(name)), sensor_(sensor), judged_(series.size()) {
+      : series_(series), name_(std::move(name)), sensor_(sensor), gone_(series.size(), 0) {
     SensorGate::Sentinels sentinels;
     std::array<int, 3> turns = {0, 0, 0};
     for (int pass = 0; pass < kPasses; ++pass) {
@@ -48,7 +50,7 @@ class Passage {
       }
     }
     // The first ones were taken for jumps.
-    for (Judged& j : judged_) {
+    for (auto& [k, j] : judged_) {
       const std::vector<double>& values = sentinels[std::size_t(j.axis)];
       if (j.kind == "spike" && std::ranges::find(values, j.v[j.axis]) != values.end()) {
         j.kind = "sentinel";
@@ -56,21 +58,21 @@ class Passage {
     }
   }
 
-  // Empty: all samples may stay.
+  bool all_stay() const { return judged_.empty(); }
+
   std::vector<SetAside> set_aside() const {
     GateRecords out(name_, sensor_);
-    for (const Judged& j : judged_) {
-      if (!j.kind.empty()) out.add(j);
-    }
+    for (const auto& [k, j] : judged_) out.add(j);
     return out.all(series_.size());
   }
 
   // All of them where next to none would be left.
   VectorSeries kept() const {
+    if (all_stay()) return sensor_ == Sensor::kGyr ? bridged(series_, {}) : series_;
     VectorSeries out;
     std::vector<double> gone;
     for (std::size_t k = 0; k < series_.size(); ++k) {
-      if (judged_[k].kind.empty()) {
+      if (gone_[k] == 0) {
         out.push_back(series_.t[k], series_.v[k]);
       } else if (std::isfinite(series_.t[k])) {
         gone.push_back(series_.t[k]);
@@ -84,31 +86,42 @@ class Passage {
   SensorHabits habits_of_the_rest() const {
     SensorHabits out;
     for (std::size_t k = 0; k < series_.size(); ++k) {
-      if (judged_[k].kind.empty() && series_.v[k].allFinite()) out.add(series_.t[k], series_.v[k]);
+      if (gone_[k] == 0 && series_.v[k].allFinite()) out.add(series_.t[k], series_.v[k]);
     }
     return out;
   }
 
   void send_the_rest(SensorGate& gate, bool last) {
-    std::vector<std::size_t> sent;
+    const std::vector<char> before = gone_;
+    std::map<std::size_t, Judged> found;
+    std::size_t next = 0, wraps = 0;
+    const auto take = [&] {
+      for (Judged& j : gate.take()) {
+        while (before[next] != 0) ++next;
+        wraps += j.kind == "wrap" ? 1 : 0;
+        if (!j.kind.empty()) found.emplace(next, std::move(j));
+        ++next;
+      }
+    };
     for (std::size_t k = 0; k < series_.size(); ++k) {
-      if (!judged_[k].kind.empty()) continue;
-      gate.push(series_.t[k], series_.v[k]);
-      sent.push_back(k);
+      if (before[k] == 0) gate.push(series_.t[k], series_.v[k]);
+      if (k % kTakenAtOnce == 0) take();
     }
     gate.finish();
-    const std::vector<Judged> judged = gate.take();
-    const auto wraps = std::ranges::count(judged, "wrap", &Judged::kind);
+    take();
     const bool sure = last && double(wraps) < kMostlyWrapped * double(series_.size());
-    for (std::size_t i = 0; i < judged.size(); ++i) {
-      if (judged[i].kind != "wrap" || sure) judged_[sent[i]] = judged[i];
+    for (auto& [k, j] : found) {
+      if (j.kind == "wrap" && !sure) continue;
+      gone_[k] = 1;
+      judged_[k] = std::move(j);
     }
   }
 
   const VectorSeries& series_;
   std::string name_;
   Sensor sensor_;
-  std::vector<Judged> judged_;  // each sample; kind empty: it stays
+  std::vector<char> gone_;                // of each sample
+  std::map<std::size_t, Judged> judged_;  // those, by their place
 };
 
 }  // namespace
@@ -120,6 +133,7 @@ std::optional<Recording> gated(const Recording& recording, const GateOptions& op
   const auto pass = [&](const VectorSeries& series, const std::string& name, Sensor sensor,
                         bool keep_clipped, const auto& place) {
     const Passage passage(series, name, sensor, keep_clipped, witnesses);
+    if (passage.all_stay() && sensor != Sensor::kGyr) return;  // whose holes are bridged
     const std::vector<SetAside> set_aside = passage.set_aside();
     VectorSeries kept = passage.kept();
     if (set_aside.empty() && kept.size() == series.size()) return;

@@ -49,6 +49,7 @@ const std::map<std::string, Entry>& documented() {
       {"acc_time_offset", {1, acc, "s", ""}},
       {"gravity", {1, acc, "m/s^2", ""}},
       {"mag_own_clock", {2, mag, "s", ""}},
+      {"mag_coupling", {9, mag, "1", ""}},
       {"mag_change", {9, mag, "1", ""}},
       {"gyro_change", {9, gyr, "1", ""}},
       {"acc_change", {9, acc, "1", ""}}};
@@ -71,6 +72,7 @@ SampleState random_state(RandomValue& random) {
   s.current = random.number();
   s.position = random.vector3(0.2);
   s.bias = random.vector3();
+  s.neighbour = random.vector3(40.0);
   s.force_change = [omega = s.omega, f = s.f](double delay) -> Vector3 {
     return Rot3::Exp(Vector3(omega * delay)) * f - f;
   };

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "apps/say/diagnosis_answer.h"
 #include "apps/say/numbers.h"
@@ -13,6 +14,7 @@ namespace magimu::apps {
 namespace {
 
 constexpr std::size_t kWidth = 98, kNameWidth = 34;
+constexpr std::size_t kShown = 12;  // parameters of a finding
 
 constexpr char kUnbroken = '\x1f';  // a blank at which no line ends
 
@@ -44,20 +46,39 @@ std::string wrapped(const std::string& text, const std::string& first) {
   return out;
 }
 
+// As many as one reads, in their order; of more those that are clearest.
+std::vector<FoundParameter> clearest_of(const std::vector<FoundParameter>& all) {
+  if (all.size() <= kShown) return all;
+  const auto clear = [](const FoundParameter& p) { return std::abs(p.value) / p.sigma; };
+  std::vector<double> order;
+  for (const FoundParameter& p : all) order.push_back(clear(p));
+  std::ranges::nth_element(order, order.begin() + kShown - 1, std::greater<>());
+  std::vector<FoundParameter> out;
+  for (const FoundParameter& p : all) {
+    if (clear(p) >= order[kShown - 1] && out.size() < kShown) out.push_back(p);
+  }
+  return out;
+}
+
 std::string finding_text(const Finding& f, std::size_t number) {
   std::string out = wrapped(f.sentence, fmt::format("{}. ", number));
   const std::string indent = "   ";
   std::string gain =
       fmt::format("Probability {}; {}", percent(f.probability), heldout_words(f.gain));
-  if (std::isfinite(f.gain.residual_rms_before)) {
-    gain += fmt::format(
-        "; residual of the {} {} (1: noise alone)", sensor_name(f.channel),
-        unbroken(plain(f.gain.residual_rms_before) + " -> " + plain(f.gain.residual_rms_after)));
+  const std::string before = plain(f.gain.residual_rms_before),
+                    after = plain(f.gain.residual_rms_after);
+  if (std::isfinite(f.gain.residual_rms_before) && before != after) {
+    gain += fmt::format("; residual of the {} {} (1: noise alone)", sensor_name(f.channel),
+                        unbroken(before + " -> " + after));
   }
   out += wrapped(gain + ".", indent);
   std::string values;
-  for (const FoundParameter& p : f.parameters) {
+  const std::vector<FoundParameter> clearest = clearest_of(f.parameters);
+  for (const FoundParameter& p : clearest) {
     values += (values.empty() ? "" : ", ") + unbroken(p.name + " = " + size_words(p));
+  }
+  if (clearest.size() < f.parameters.size()) {
+    values += fmt::format(", and {} more (-o writes all)", f.parameters.size() - clearest.size());
   }
   if (!values.empty()) out += wrapped(f.effect + ": " + values, indent);
   for (const std::string& words : confusable_words(f.confusable_with)) {

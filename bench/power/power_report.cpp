@@ -17,13 +17,13 @@ namespace {
 std::string size_name(double asked) { return asked > 0.0 ? fmt::format("{:g}", asked) : "real"; }
 
 // Keeps the order in which they come.
-using Key = std::pair<std::string, double>;
-std::vector<std::pair<Key, std::vector<const PowerOutcome*>>> grouped(
+using NameAndSize = std::pair<std::string, double>;
+std::vector<std::pair<NameAndSize, std::vector<const PowerOutcome*>>> grouped(
     const std::vector<PowerOutcome>& outcomes, Group group) {
-  std::vector<std::pair<Key, std::vector<const PowerOutcome*>>> rows;
+  std::vector<std::pair<NameAndSize, std::vector<const PowerOutcome*>>> rows;
   for (const PowerOutcome& o : outcomes) {
     if (o.group != group) continue;
-    const Key key{o.name, o.asked};
+    const NameAndSize key{o.name, o.asked};
     auto row =
         std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r.first == key; });
     if (row == rows.end()) row = rows.insert(rows.end(), {key, {}});

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 #include "calibration/array_fit.h"
@@ -49,18 +48,6 @@ int samples_of(const std::vector<const Recording*>& recordings) {
   int n = 0;
   for (const Recording* r : recordings) n += int(r->gyr.size());
   return n;
-}
-
-// Its sentences from that one on.
-void insert(Unexplained more, std::size_t at, Unexplained& to) {
-  to.detected |= more.detected;
-  to.evidence.insert(to.evidence.begin() + std::ptrdiff_t(at),
-                     std::make_move_iterator(more.evidence.begin()),
-                     std::make_move_iterator(more.evidence.end()));
-  for (const std::string& channel : more.channels) {
-    if (std::ranges::find(to.channels, channel) == to.channels.end())
-      to.channels.push_back(channel);
-  }
 }
 
 void take_conclusion(Diagnosis& d) {
@@ -173,9 +160,8 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
                         d);
   }
   progress("what is left?", 0.85);
-  const std::size_t said_before = d.unexplained.evidence.size();
-  Unexplained by_model;
-  if (turned) by_model = find_unexplained(recordings, full, options, extender, d);
+  Dependences dependences;
+  if (turned) dependences = find_unexplained(recordings, full, options, extender, d);
   withdraw_lines_of_interpolation(few.get(), d);
   withdraw_contradicted(given, d);
   extender.keep_named();
@@ -188,10 +174,10 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   if (place != nullptr) {
     if (const auto placed = model_with_place(pipeline, extender.stage(), *place)) {
       extender.replace(*placed);
-      by_model = unexplained_beside(recordings, full, options, extender, d);
+      dependences.left = unexplained_beside(recordings, full, options, extender, d);
     }
   }
-  insert(std::move(by_model), said_before, d.unexplained);
+  add_unexplained(std::move(dependences), d);
   fill_departures(recordings, full, extender, pipeline.rest_noise(), options.noise.has_value(),
                   at_rest, d);
   d.before = extender.summary(extender.base());

@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -395,16 +396,31 @@ Unexplained unexplained_beside(const std::vector<const Recording*>& recordings,
   return apart(d, [&] { look_for_dependences(recordings, full, options, extender, d); });
 }
 
-Unexplained find_unexplained(const std::vector<const Recording*>& recordings,
+Dependences find_unexplained(const std::vector<const Recording*>& recordings,
                              const std::vector<const Recording*>& full,
                              const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
-  return apart(d, [&] {
-    withdraw_beside_blows(extender.stage(), d);
-    withdraw_stand_ins(recordings, extender, d);
-    const StrongestDependence strongest =
-        look_for_dependences(recordings, full, options, extender, d);
-    withdraw_doubtful(to_string(strongest.channel), strongest.misfit, d);
-  });
+  withdraw_beside_blows(extender.stage(), d);
+  withdraw_stand_ins(recordings, extender, d);
+  Dependences out;
+  out.at = d.unexplained.evidence.size();
+  StrongestDependence strongest;
+  out.left =
+      apart(d, [&] { strongest = look_for_dependences(recordings, full, options, extender, d); });
+  withdraw_doubtful(to_string(strongest.channel), strongest.misfit, d);
+  return out;
+}
+
+void add_unexplained(Dependences dependences, Diagnosis& d) {
+  Unexplained& to = d.unexplained;
+  Unexplained& left = dependences.left;
+  to.detected |= left.detected;
+  to.evidence.insert(to.evidence.begin() + std::ptrdiff_t(dependences.at),
+                     std::make_move_iterator(left.evidence.begin()),
+                     std::make_move_iterator(left.evidence.end()));
+  for (const std::string& channel : left.channels) {
+    if (std::ranges::find(to.channels, channel) == to.channels.end())
+      to.channels.push_back(channel);
+  }
 }
 
 }  // namespace magimu

@@ -24,7 +24,19 @@ namespace magimu::python {
 namespace py = pybind11;
 
 std::string file_of(const Fitted& fitted) {
-  nlohmann::ordered_json out = to_json(fitted.calibration);
+  const Calibration& c = fitted.calibration;
+  nlohmann::ordered_json out = to_json(c);
+  // Numpy has room for an array's whole covariances, too.
+  for (const auto& [name, covariance] : {std::pair("covariance", &c.covariance),
+                                         std::pair("covariance_model", &c.covariance_model)}) {
+    if (out[name].contains("matrix")) continue;
+    auto rows = nlohmann::ordered_json::array();
+    for (Eigen::Index i = 0; i < covariance->rows(); ++i) {
+      const VectorXd row = covariance->row(i);
+      rows.push_back(std::vector<double>(row.begin(), row.end()));
+    }
+    out[name] = {{"order", c.order}, {"matrix", rows}};
+  }
   out["method"] = fitted.method;
   return json_text(out);
 }

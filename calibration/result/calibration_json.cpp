@@ -23,6 +23,9 @@ Json array(const MatrixXd& m) {
   return rows;
 }
 
+// Magnetometers up to which the covariances are written whole: 1,849 numbers each.
+constexpr std::size_t kWrittenWhole = 3;
+
 double with_nine_digits(double x) {
   return std::isfinite(x) ? std::strtod(fmt::format("{:.8e}", x).c_str(), nullptr) : x;
 }
@@ -58,9 +61,9 @@ Json blocks_json(const Calibration& c, const MatrixXd& covariance) {
 Json covariance_json(const Calibration& c, const MatrixXd& covariance, bool joint) {
   Json out;
   // The names of an array's parameters are many: once is enough.
-  const bool single = c.mag_names.size() < 2;
-  if (single || &covariance == &c.covariance) out["order"] = c.order;
-  if (single) {
+  const bool small = c.mag_names.size() <= kWrittenWhole;
+  if (small || &covariance == &c.covariance) out["order"] = c.order;
+  if (small) {
     out["matrix"] = array(covariance);
   } else if (joint) {
     out["lower"] = lower_triangle(covariance);

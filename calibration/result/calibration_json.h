@@ -9,9 +9,10 @@
 
 namespace magimu {
 
-// The covariances of an array are written in blocks, one of what all magnetometers share and one of
-// each (`blocks[]`), as a file of all would be large; joint: the robust one of all parameters, too,
-// its lower triangle (`lower[]`). Numbers of an array's covariances have nine digits.
+// The covariances of an array of more than three magnetometers are written in blocks, one of what
+// all magnetometers share and one of each (`blocks[]`), as a file of all would be large; joint: the
+// robust one of all parameters, too, its lower triangle (`lower[]`). Numbers of an array's
+// covariances have nine digits.
 nlohmann::ordered_json to_json(const Calibration& calibration, bool joint = false);
 
 // Parts of it that streams write, too: the parameters with their standard deviations, and checks.

@@ -26,10 +26,9 @@ struct ActiveTerm {
   int first;  // its first column among those of its channel
 };
 
-// What a sensor's own reading tells of the state: the gyroscope's the rate, the accelerometer's of
-// a sensor that is moved the force; null: nothing.
+// What a sensor's own reading tells of the state: the force, where the accelerometer is moved;
+// null: nothing. (The rate is that of the estimated attitudes.)
 Vector3* own_part(SampleState& state, Channel channel, bool moving) {
-  if (channel == Channel::kGyr) return &state.omega;
   return channel == Channel::kAcc && moving ? &state.f : nullptr;
 }
 

@@ -65,9 +65,6 @@ SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, con
     if (i > 0) steps_.push_back((nodes_[i] * nodes_[i - 1].inverse()).Log());
     if (moving_ && !recording.pos) positions_.push_back(values.at<Vector3>(P(plan.first + int(i))));
   }
-  for (const double t : recording.mag.front().t) {
-    mag_fields_.push_back(before_gyr(t).unrotate(field_));
-  }
   const auto aux = [&](const char* name) {
     const auto it = recording.aux.find(name);
     return it == recording.aux.end() ? ScalarSeries{} : it->second;
@@ -93,6 +90,17 @@ Rot3 SensedMotion::before_gyr(double t) const {
   const Between b = locate(plan_.t, t);
   if (b.share == 0.0) return nodes_[b.before];
   return Rot3::Exp(b.share * steps_[b.before]) * nodes_[b.before];
+}
+
+Rot3 SensedMotion::attitude(double t) const { return before_gyr(t) * gyr_.at(t); }
+
+// By how much the fit's attitudes turn faster than the gyroscope's, between two nodes. With the
+// gyroscope's reading for the rate its noise would stand on both sides of the equation: an effect
+// that grows with the rate would be seen wherever the noise is.
+Vector3 SensedMotion::beside_gyr(double t, const Rot3& nRb) const {
+  if (steps_.empty() || t < plan_.t.front() || t >= plan_.t.back()) return Vector3::Zero();
+  const std::size_t i = locate(plan_.t, t).before;
+  return nRb.unrotate(steps_[i]) / (plan_.t[i + 1] - plan_.t[i]);
 }
 
 // The rate at an instant, between the mean rates of the intervals before and after it. Its
@@ -133,13 +141,13 @@ Vector3 SensedMotion::specific_force(Channel channel, std::size_t sample, const 
   return interpolated(acc.t, acc.v, middle) - acc_bias_;
 }
 
-// A sensor that only turns shows gravity as the attitude has it, turned back by the gyroscope alone
-// (as field_before). What moves is interpolated: by the slope of the samples within 25 ms about the
-// middle of the delay, whose noise is far below that of differences of single samples.
+// A sensor that only turns shows gravity as the attitude has it. What moves is interpolated: by the
+// slope of the samples within 25 ms about the middle of the delay, whose noise is far below that of
+// differences of single samples.
 Vector3 SensedMotion::force_change(double t, double delay_s) const {
   if (!moving_) {
-    const Vector3 up = before_gyr(t).unrotate(Vector3(-gravity_n(gravity_)));
-    return gyr_.at(t - delay_s).unrotate(up) - gyr_.at(t).unrotate(up);
+    const Vector3 up = -gravity_n(gravity_);
+    return attitude(t - delay_s).unrotate(up) - attitude(t).unrotate(up);
   }
   constexpr double kAround = 0.025;  // s
   const VectorSeries& acc = recording_.acc;
@@ -174,9 +182,10 @@ SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
   }
   s.u = 2.0 * (instant - begin_) / whole_ - 1.0;
   s.duration_s = whole_;
-  s.nRb = (before_gyr(instant) * gyr_.at(instant)).normalized();
+  s.nRb = attitude(instant).normalized();
   s.omega = rate_about(instant, &s.omega_rate);
   if (channel == Channel::kGyr) s.omega = own.v[sample] - gyr_bias_;
+  s.omega += beside_gyr(instant, s.nRb);
   s.f = specific_force(channel, sample, s.nRb);
   s.b = s.nRb.unrotate(field_);
   s.D = D_;
@@ -194,10 +203,8 @@ SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
     s.force_change = [this, t = s.t](double delay_s) { return force_change(t, delay_s); };
   }
   if (channel == Channel::kMag) {
-    // Back from the sample by the gyroscope alone: what attitudes step between nodes is its noise.
-    s.field_before = [this, sample](double delay_s) {  // as much as a function holds by itself
-      const double then = recording_.mag.front().t[sample] - delay_s;
-      return gyr_.at(then).unrotate(mag_fields_[sample]);
+    s.field_before = [this, t = s.t](double delay_s) {  // as much as a function holds by itself
+      return attitude(t - delay_s).unrotate(field_);
     };
   }
   return s;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the sensors of a recording experienced, sample by sample, as a fit has it: the arguments of
-// the effects (factors/effects/effect.h).
+// the effects (factors/effects/effect.h). Wherever it can be it is what the fit estimates, not what
+// a sensor read: estimates and residuals of a fit have no noise in common (Gauss and Markov), a
+// reading and its residual do, and an effect made of one would be seen in the other.
 #pragma once
 
 #include "calibration/model/model.h"
@@ -23,6 +25,8 @@ class SensedMotion {
  private:
   const VectorSeries& series(Channel channel) const;
   Rot3 before_gyr(double t) const;
+  Rot3 attitude(double t) const;
+  Vector3 beside_gyr(double t, const Rot3& nRb) const;
   Vector3 rate_about(double t, Vector3* derivative) const;
   Vector3 specific_force(Channel channel, std::size_t sample, const Rot3& nRb) const;
   Vector3 force_change(double t, double delay_s) const;
@@ -38,7 +42,6 @@ class SensedMotion {
   // Attitude of each node, relative to the gyroscope's at that time, and what it is to the next's.
   std::vector<Rot3> nodes_;
   std::vector<Vector3> steps_;
-  std::vector<Vector3> mag_fields_;  // the unit field, so turned at each sample of the magnetometer
   ScalarSeries temperature_, current_;
   std::vector<Vector3> positions_;  // of each node, where the fit estimates them
   Vector3 position_mean_ = Vector3::Zero();

@@ -26,9 +26,7 @@ namespace magimu {
 namespace {
 
 constexpr double kGyrMatrixPriorSigma = 0.01;  // of ordinary parts
-// Priors of effects say what is usual; a fit must not be drawn to it where data speak.
-constexpr double kEffectPriorWidening = 30.0;
-constexpr double kOffsetPriorSigma = 0.1;  // s: longer lags are another kind of fault
+constexpr double kOffsetPriorSigma = 0.1;      // s: longer lags are another kind of fault
 
 Noise<3> block_noise(double density, double rate_hz, int count) {
   return Noise<3>::isotropic(density * std::sqrt(rate_hz / count));
@@ -319,8 +317,7 @@ FactorGraph build_model(const GatheredSamples& gathered,
   if (plans.front().continues) return graph;
   const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
   for (std::size_t e = 0; e < spec.effects.size(); ++e) {
-    double wider = spec.effects[e]->description().proper_prior ? 1.0 : kEffectPriorWidening;
-    if (int(e) >= widened_from) wider = widening;
+    const double wider = int(e) >= widened_from ? widening : 1.0;
     const VectorXd sigma = wider * spec.effects[e]->prior_sigma(recordings.front()->duration_s());
     for (std::size_t i = 0; i < keys[e].size(); ++i) {
       graph.add(PriorFactor<double>(keys[e][i], 0.0, Noise<1>::isotropic(sigma[Eigen::Index(i)])));

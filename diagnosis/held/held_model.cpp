@@ -16,15 +16,10 @@ constexpr double kDipSigma = 1.0, kHeadingSigma = 1.0;  // rad: as good as free
 constexpr double kHeldGyr = 1e-9, kHeldAcc = 1e-6, kHeldMag = 1e-5, kHeldOther = 1e-8;
 constexpr double kHeldEffect = 1e-6;  // of its prior
 
-Effect::Description with_proper_prior(Effect::Description description) {
-  description.proper_prior = true;
-  return description;
-}
-
 class WithPrior final : public Effect {
  public:
   WithPrior(std::shared_ptr<const Effect> effect, VectorXd sigma)
-      : Effect(with_proper_prior(effect->description())),
+      : Effect(effect->description()),
         effect_(std::move(effect)),
         sigma_(std::move(sigma)) {}
   void jacobian(const SampleState& state, const VectorXd& theta, EffectJacobian J) const override {

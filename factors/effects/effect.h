@@ -70,8 +70,6 @@ class Effect {
     bool rotation_only = false;
     // A walk: states with a prior that has a density to be estimated.
     bool random_process = false;
-    // Its prior is part of the model, not only what keeps a fit from running away.
-    bool proper_prior = false;
     // It depends on the position; what it changes by with that is by_position().
     bool of_position = false;
   };

@@ -200,8 +200,11 @@ bool Extender::find_times(Option& option, Stage& stage) const {
     const Score w = wald_test(fitted, spec.effects.size() - 1, excess(channel, fitted));
     return (w.coloured && !w.by_chance) || fitted.sums().lag1[std::size_t(Sensor::kMag)] > kColour;
   };
-  if (channel == Channel::kMag && strength * theta.norm() < kOfPlaces &&
-      (is_put_down(span.begin) || is_put_down(span.end)) && coloured(stage)) {
+  // A lasting change of gains shows wherever the sensor turns, not only on the way to where it
+  // lies.
+  const bool small = form != ChangeForm::kOffset || strength * theta.norm() < kOfPlaces;
+  if (channel == Channel::kMag && small && (is_put_down(span.begin) || is_put_down(span.end)) &&
+      coloured(stage)) {
     // The noise is still that of the model without the change: too large, and what the trajectory
     // then leaves to the magnetometer is coloured.
     const std::optional<Stage> anew = attempt([&] { return pipeline_.refit(stage, spec); });

@@ -27,6 +27,7 @@ class HarmonicFields final : public Effect {
                 .parameters = coefficients_of(fields),
                 .cause = "the field differs from place to place",
                 .separating_motion = "visit different places in the same orientation",
+                .proper_prior = true,
                 .of_position = true}),
         basis_(order),
         fields_(std::move(fields)) {}

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/fit/compass_search.h"
+#include "calibration/fit/quadratic_search.h"
 #include "calibration/model/gathered.h"
 #include "calibration/model/windows.h"
 #include "graph/decompositions.h"
@@ -261,7 +261,7 @@ void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
     return log_density(std::exp(at[0] + 0.5 * at[1]), std::exp(at[1]), noise);
   };
   double none = log_density(0.0, d.memory_s, 1.0);
-  CompassSearch search;
+  QuadraticSearch search;
   search.first_step = first_step;
   search.most_calls = kMostSweeps;
   search.lower = {-100.0, shortest};
@@ -283,7 +283,7 @@ void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
       return std::max(kSettledNats, kSettledShare * std::abs(value - none));
     };
     std::vector<double> noise = {0.0};
-    CompassSearch other = search;
+    QuadraticSearch other = search;
     other.lower = {search.lower[2]};
     other.upper = {search.upper[2]};
     none = other.maximize(

@@ -174,8 +174,8 @@ void Extender::restate(const Calibration& after) {
     const Effect& effect = *effects[e];
     // A walk has a density, a field of the place a size; a line of the mains and a clock were
     // measured in the samples.
-    if (effect.description().random_process || effect.name() == "field_departure" ||
-        effect.name() == "mains_interference" || effect.name() == "mag_own_clock") {
+    if (effect.description().proper_prior || effect.name() == "mains_interference" ||
+        effect.name() == "mag_own_clock") {
       continue;
     }
     const auto same = [&](const auto& f) { return f->name() == effect.name(); };

@@ -24,6 +24,7 @@ constexpr double kCalm = 1.15;  // accelerometer noise in motion over that at re
 constexpr double kCalmColour = 0.15;
 constexpr double kMoreInMotion = 1.2;
 constexpr double kMostOfIt = 0.5;     // of the misfit, for an effect to be tried in its stead
+constexpr double kSomeOfIt = 0.1;     // of the accelerometer's
 constexpr double kClearlyMore = 4.5;  // standard deviations
 constexpr double kSlowSigmas = 3.6, kLeastSlow = 0.1;  // of the slow power's logarithm
 constexpr double kTheirSigmas = 2.5;                   // of that of another sensor
@@ -136,6 +137,21 @@ Finding small_motion_finding(const Stage& rotation, const Stage& moving, const S
   return f;
 }
 
+// Does the effect take so much, whitened and squared, of what the accelerometer leaves? Most of
+// what it explains may be another sensor's misfit.
+bool calms(const Pipeline& pipeline, const Stage& rotation, const Score& score, double squares) {
+  ModelSpec spec = rotation.spec();
+  spec.effects.push_back(score.effect);
+  const auto with =
+      attempt([&] { return pipeline.refit_with_same_noise(rotation, spec, score.theta); });
+  if (!with) return false;
+  const auto left = [](const Stage& stage) {
+    const SensorSums sums = stage.sums();
+    return sums.rows[std::size_t(Sensor::kAcc)] * std::pow(sums.rms(Sensor::kAcc), 2);
+  };
+  return left(rotation) - left(*with) > squares;
+}
+
 // Does what the accelerometer leaves follow the way the sensor is held and turned? A hand does not.
 // (Products of the rate are left out: a sensor swung about a point beside it is moved so.)
 bool follows_the_attitude(const std::vector<const Recording*>& recordings, const Stage& rotation,
@@ -182,9 +198,10 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
 
   const Restlessness restless = restlessness(rotation, rest_acc);
   const Scan scan(recordings, rotation, extender.candidates(rotation));
-  const bool other = std::any_of(scan.scores().begin(), scan.scores().end(), [&](const Score& s) {
+  const bool other = std::ranges::any_of(scan.scores(), [&](const Score& s) {
     return log10_chi_square_tail(s.statistic, s.dof) < extender.log10_level() &&
-           s.statistic > kMostOfIt * restless.squares;
+           s.statistic > kMostOfIt * restless.squares &&
+           calms(pipeline, rotation, s, kSomeOfIt * restless.squares);
   });
   if (other) {
     const Diagnosis before = d;

@@ -70,6 +70,8 @@ class Effect {
     bool rotation_only = false;
     // A walk: states with a prior that has a density to be estimated.
     bool random_process = false;
+    // Its prior's size was found by the search, which is what a finding of it tells.
+    bool proper_prior = false;
     // It depends on the position; what it changes by with that is by_position().
     bool of_position = false;
   };

@@ -35,7 +35,8 @@ class GyroBiasDrift final : public Effect {
                 .parameters = drifts_of_gyro(terms),
                 .cause = "the gyroscope's bias wanders",
                 .separating_motion = "rest now and then",
-                .random_process = true}),
+                .random_process = true,
+                .proper_prior = true}),
         density_(density) {}
 
   void jacobian(const SampleState& s, const VectorXd& theta, EffectJacobian J) const override {

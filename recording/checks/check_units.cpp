@@ -31,6 +31,9 @@ constexpr double kWrongScale = M_SQRT2;
 constexpr double kSigmas = 5.0;
 constexpr double kExplained = 0.5;   // share of the turns, to speak of a scale
 constexpr double kNear = 0.05;       // of a named factor
+// The same of a gyroscope's, which is measured by how directions turn, in a hand that swings to a
+// tenth: its units are seventeen times apart and more.
+constexpr double kNearRate = 0.1;
 constexpr double kLeastField = 5.0;  // uT: less has no magnetometer on earth
 // The earth's field has 22 to 67 uT, soft iron changes it by half at the most.
 constexpr double kSmallestRadius = 15.0, kLargestRadius = 100.0;
@@ -68,15 +71,15 @@ double snapped(const double (&known)[N], double counts) {
   return std::abs(counts / *best - 1.0) < kSameCounts ? *best : counts;
 }
 
-// The name that --unit has for a unit of this size in ours, or the number.
-std::string unit_text(const std::string& quantity, double in_ours) {
+// The name that --unit has for a unit of about this size in ours, or the number.
+std::string unit_text(const std::string& quantity, double in_ours, double near = kNear) {
   constexpr std::pair<const char*, const char*> kNames[] = {
       {"acc", "g"},      {"acc", "mg"},    {"acc", "m/s^2"},  {"gyr", "deg/s"},
       {"gyr", "mdeg/s"}, {"gyr", "rad/s"}, {"gyr", "mrad/s"}, {"mag", "uT"},
       {"mag", "gauss"},  {"mag", "mG"},    {"mag", "nT"},     {"mag", "T"}};
   for (const auto& [of, name] : kNames) {
     if (quantity != of) continue;
-    if (std::abs(in_ours / *unit_in_ours(of, name) - 1.0) < kNear) return name;
+    if (std::abs(in_ours / *unit_in_ours(of, name) - 1.0) < near) return name;
   }
   return fmt::format("{:.4g}", in_ours);
 }
@@ -366,7 +369,7 @@ std::vector<Issue> check_gyr(const Recording& r) {
   const std::string turns = fmt::format(
       "the gyroscope reads {:.4g} times the rate at which the other sensors' directions turn",
       gain);
-  const std::string name = unit_text("gyr", unit);
+  const std::string name = unit_text("gyr", unit, kNearRate);
   const bool named = std::isalpha(static_cast<unsigned char>(name.front())) != 0;
   if (named && std::abs(unit / given - 1.0) > kNear) {
     return {unit_issue("gyr", "gyr", fmt::format("{}: it seems to be in {}", turns, name), name)};

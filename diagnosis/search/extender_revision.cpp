@@ -44,7 +44,7 @@ void Extender::prune() {
 
 // By value: the model that has it goes. NOLINTNEXTLINE(performance-unnecessary-value-param)
 bool Extender::name_simpler(std::size_t finding, std::shared_ptr<const Effect> named) {
-  const double with_it = nll_;
+  const double with_it = nll_ + entered_[named->name()].searched;
   ModelSpec spec = stage_->spec();
   std::erase(spec.effects, named);
   const Stage without = pipeline_.refit_with_same_noise(*stage_, spec);

@@ -15,7 +15,8 @@
 namespace magimu {
 namespace {
 
-constexpr double kOrders = 3.0;  // of a family: one, two or three terms
+constexpr double kOrders = 3.0;   // of a family: one, two or three terms
+constexpr double kPlaces = 10.0;  // of a source, beyond its three parameters: some independent ones
 
 // Columns first .. first + count - 1 of all.
 MatrixXd selection(Eigen::Index all, int first, int count) {
@@ -115,7 +116,8 @@ Option source_option(const Score& score, const Vector3& place) {
   // A place is three parameters more, searched for among hundreds.
   option.score.dof += 3;
   option.rank = log10_chi_square_tail(score.statistic, option.score.dof);
-  option.score.log10_p = std::min(0.0, std::max(score.log10_p, option.rank) + 1.0);
+  option.score.log10_p = std::min(0.0, std::max(score.log10_p, option.rank) + std::log10(kPlaces));
+  option.searched = std::log(kPlaces);
   return option;
 }
 

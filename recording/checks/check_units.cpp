@@ -29,8 +29,8 @@ constexpr std::size_t kEnough = 20;  // samples
 // factor that ranges differ by, 2; the regression on real hands and real iron is off by up to 15 %.
 constexpr double kWrongScale = M_SQRT2;
 constexpr double kSigmas = 5.0;
-constexpr double kExplained = 0.5;   // share of the turns, to speak of a scale
-constexpr double kNear = 0.05;       // of a named factor
+constexpr double kExplained = 0.5;  // share of the turns, to speak of a scale
+constexpr double kNear = 0.05;      // of a named factor
 // The same of a gyroscope's, which is measured by how directions turn, in a hand that swings to a
 // tenth: its units are seventeen times apart and more.
 constexpr double kNearRate = 0.1;
@@ -63,12 +63,17 @@ constexpr double kGyrCounts[] = {10, 131, 65.5, 32.8, 16.4, 114.286, 57.143, 28.
 constexpr double kAccCounts[] = {16384, 8192, 4096, 2048, 1024, 512, 256};
 constexpr double kSameCounts = 0.03;
 
+template <std::size_t N>
+double nearest(const double (&known)[N], double counts) {
+  return *std::ranges::min_element(known, {},
+                                   [&](double k) { return std::abs(std::log(counts / k)); });
+}
+
 // The nearest of them where it is near enough to be meant.
 template <std::size_t N>
 double snapped(const double (&known)[N], double counts) {
-  const double* best =
-      std::ranges::min_element(known, {}, [&](double k) { return std::abs(std::log(counts / k)); });
-  return std::abs(counts / *best - 1.0) < kSameCounts ? *best : counts;
+  const double best = nearest(known, counts);
+  return std::abs(counts / best - 1.0) < kSameCounts ? best : counts;
 }
 
 // The name that --unit has for a unit of about this size in ours, or the number.
@@ -370,7 +375,11 @@ std::vector<Issue> check_gyr(const Recording& r) {
       "the gyroscope reads {:.4g} times the rate at which the other sensors' directions turn",
       gain);
   const std::string name = unit_text("gyr", unit, kNearRate);
-  const bool named = std::isalpha(static_cast<unsigned char>(name.front())) != 0;
+  const double of_converter = nearest(kGyrCounts, kDeg / unit);
+  // mrad/s and 16.4 counts a deg/s are as near as 6 %.
+  const bool named = std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
+                     std::abs(std::log(unit / *unit_in_ours("gyr", name))) <
+                         std::abs(std::log(kDeg / unit / of_converter));
   if (named && std::abs(unit / given - 1.0) > kNear) {
     return {unit_issue("gyr", "gyr", fmt::format("{}: it seems to be in {}", turns, name), name)};
   }

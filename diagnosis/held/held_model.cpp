@@ -19,9 +19,7 @@ constexpr double kHeldEffect = 1e-6;  // of its prior
 class WithPrior final : public Effect {
  public:
   WithPrior(std::shared_ptr<const Effect> effect, VectorXd sigma)
-      : Effect(effect->description()),
-        effect_(std::move(effect)),
-        sigma_(std::move(sigma)) {}
+      : Effect(effect->description()), effect_(std::move(effect)), sigma_(std::move(sigma)) {}
   void jacobian(const SampleState& state, const VectorXd& theta, EffectJacobian J) const override {
     effect_->jacobian(state, theta, J);
   }

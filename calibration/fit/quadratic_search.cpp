@@ -11,8 +11,8 @@ namespace magimu {
 namespace {
 
 constexpr double kLongestStep = 4.0, kShortestStep = 0.003;  // a step, in the first one's
-constexpr double kNearBy = 0.2;                  // a step within which the top is believed
-constexpr double kMistaken = 0.3;                // of a promised gain
+constexpr double kNearBy = 0.2;    // the shortest region of trust, in which a top is confirmed
+constexpr double kMistaken = 0.3;  // of a promised gain
 constexpr double kLonger = 2.0, kShorter = 0.4;  // a step after that
 constexpr int kSteps = 200;                      // on the way up a quadratic
 
@@ -83,17 +83,14 @@ double QuadraticSearch::maximize(const std::function<double(const std::vector<do
   const Eigen::Map<const VectorXd> low(lower.data(), n), high(upper.data(), n);
   calls = 0;
   std::vector<Point> points;
-  const auto look = [&](const VectorXd& at) -> const Point& {
+  Point best{{}, NAN};
+  const auto look = [&](const VectorXd& at) {
     ++calls;
     points.push_back({at, f(std::vector<double>(at.data(), at.data() + n))});
-    return points.back();
+    if (points.back().value > best.value || !std::isfinite(best.value)) best = points.back();
+    return points.back().value;
   };
-  Point best = look(Eigen::Map<const VectorXd>(x.data(), n).cwiseMax(low).cwiseMin(high));
-  const auto keep_better = [&](const Point& p) {
-    const bool better = p.value > best.value || !std::isfinite(best.value);
-    if (better) best = p;
-    return better;
-  };
+  look(Eigen::Map<const VectorXd>(x.data(), n).cwiseMax(low).cwiseMin(high));
   // Along each coordinate, to both sides of the best so far.
   const auto look_around = [&](double step) {
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -101,7 +98,7 @@ double QuadraticSearch::maximize(const std::function<double(const std::vector<do
       for (const double way : {1.0, -1.0}) {
         VectorXd to = from;
         to[i] = std::clamp(from[i] + way * step, low[i], high[i]);
-        if (to[i] != from[i]) keep_better(look(to));
+        if (to[i] != from[i]) look(to);
       }
     }
   };
@@ -124,12 +121,11 @@ double QuadraticSearch::maximize(const std::function<double(const std::vector<do
       sure = true;
       continue;
     }
-    const Point found = look(best.x + d);
-    keep_better(found);
-    const double share = (found.value - before) / std::max(promised, 1e-300);
-    sure = std::abs(found.value - before - promised) < std::max(kMistaken * promised, enough);
+    const double found = look(best.x + d) - before;
+    sure = std::abs(found - promised) < std::max(kMistaken * promised, enough);
     if (sure && length > 0.9 * step) step = std::min(kLonger * step, kLongestStep * first_step);
-    if (!sure && !(share > kMistaken)) step = std::max(kShorter * step, kNearBy * first_step);
+    if (!sure && !(found > kMistaken * promised))
+      step = std::max(kShorter * step, kNearBy * first_step);
   }
   for (Eigen::Index i = 0; i < n; ++i) x[std::size_t(i)] = best.x[i];
   return best.value;

@@ -26,10 +26,11 @@ struct ActiveTerm {
   int first;  // its first column among those of its channel
 };
 
-// What a sensor's own reading tells of the state: the force, where the accelerometer is moved;
-// null: nothing. (The rate is that of the estimated attitudes.)
+// Is a part of the state this sensor's own reading? The force, where the accelerometer is moved.
+// (The rate is that of the estimated attitudes.)
+bool reads_state(Channel channel, bool moving) { return channel == Channel::kAcc && moving; }
 Vector3* own_part(SampleState& state, Channel channel, bool moving) {
-  return channel == Channel::kAcc && moving ? &state.f : nullptr;
+  return reads_state(channel, moving) ? &state.f : nullptr;
 }
 
 // Of one sample. Terms may depend on what they correct (a scale error on the rate), so what has
@@ -75,8 +76,8 @@ struct KeptMotion {
   const SensedMotion sensed;
 };
 
-// moved: by how much the last correction has moved a sensor's own readings, sample by sample; the
-// state moves with them. Empty: not at all.
+// moved: by how much the last correction has moved readings that are part of the state, sample by
+// sample; the state moves with them. Empty: not at all.
 EffectColumns columns_of(const std::shared_ptr<const KeptMotion>& motion, Channel channel,
                          bool moving, const std::vector<ActiveTerm>& active,
                          std::vector<Vector3> moved) {
@@ -85,7 +86,7 @@ EffectColumns columns_of(const std::shared_ptr<const KeptMotion>& motion, Channe
   out.write = [=, moved = std::move(moved)](std::size_t k, EffectColumns::Columns& columns) {
     SampleState state = motion->sensed.state(channel, k);
     Vector3* const own = own_part(state, channel, moving);
-    if (own != nullptr && !moved.empty()) *own += moved[k];
+    if (!moved.empty()) *own += moved[k];
     for (const ActiveTerm& a : active) {
       a.effect->jacobian(state, a.theta, columns.middleCols(a.first, a.theta.size()));
     }
@@ -164,7 +165,7 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, const
     std::vector<Vector3> moved;
     if (!at_zero) {
       VectorSeries& corrected = series_of(out.corrected, channel);
-      moved = corrected.v;
+      if (reads_state(channel, moving)) moved = corrected.v;
       correct(motion->sensed, channel, moving, active[c], series_of(recording, channel), corrected);
       for (std::size_t k = 0; k < moved.size(); ++k) moved[k] = corrected.v[k] - moved[k];
     }

@@ -8,7 +8,6 @@
 
 #include "calibration/model/extension.h"
 #include "calibration/model/windows.h"
-#include "calibration/motion/rests.h"
 #include "factors/effects/catalogue.h"
 #include "graph/whitener.h"
 #include "statistics/tails.h"
@@ -60,76 +59,19 @@ MatrixXd columns_of_form(ChangeForm form) {
   return M;
 }
 
-// The field of the place where a sensor lay: what it read there, less a constant.
-class FieldOfRest final : public Effect {
- public:
-  FieldOfRest(int recording, const TimeSpan& rest)
-      : Effect({.name = "field_of_rest",
-                .channel = Channel::kMag,
-                .parameters = vector_parameters("b", "uT", 1.0)}),
-        recording_(recording),
-        rest_(rest) {}
-
-  void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
-    J.setZero();
-    const bool there =
-        s.recording == recording_ && s.t >= rest_.begin_s - kBeside && s.t <= rest_.end_s + kBeside;
-    if (there) J.setIdentity();
-  }
-
- private:
-  static constexpr double kBeside = 0.5;  // s: a rest is found within its ends
-  int recording_;
-  TimeSpan rest_;
-};
-
-std::vector<std::shared_ptr<const Effect>> fields_of_rests(
-    const std::vector<const Recording*>& recordings, const std::vector<NodePlan>& plans) {
-  std::vector<std::shared_ptr<const Effect>> out;
-  for (std::size_t r = 0; r < recordings.size(); ++r) {
-    for (const TimeSpan& rest : find_rests(*recordings[r])) {
-      out.push_back(std::make_shared<FieldOfRest>(plans[r].field, rest));
-    }
-  }
-  return out;
-}
-
-// What all windows say of the first columns: those of the calibration and of accepted effects, and
-// of some candidates.
-struct Eliminated {
-  Eigen::Index columns;
-  MatrixXd whitener;
-  VectorXd score;
-
-  Eliminated(const Scan& scan, int candidates_columns)
-      : columns(scan.base() + candidates_columns), score(VectorXd::Zero(columns)) {
-    MatrixXd K = MatrixXd::Zero(columns, columns);
-    const Eigen::Index base = scan.base();
-    K.topLeftCorner(base, base) = scan.priors().information.topLeftCorner(base, base);
-    score.head(base) = scan.priors().score.head(base);
-    for (const CondensedWindow& w : scan.windows()) {
-      K += w.information.topLeftCorner(columns, columns);
-      score += w.score.head(columns);
-    }
-    whitener = magimu::whitener(K, kInvisible);
-  }
-};
-
-// What spans of windows say of one candidate, the others eliminated.
+// What spans of windows say of one candidate, calibration and accepted effects eliminated.
 class SpanScores {
  public:
-  SpanScores(const Scan& scan, std::size_t candidate, const Eliminated& others) {
-    const Eigen::Index q = scan.scores()[candidate].theta.size();
-    const Eigen::Index at = scan.base() + scan.first(candidate);
-    const MatrixXd& P = others.whitener;
+  SpanScores(const Scan& scan, std::size_t candidate, const MatrixXd& P, const VectorXd& others) {
+    const Eigen::Index base = scan.base(), q = scan.scores()[candidate].theta.size();
+    const Eigen::Index at = base + scan.first(candidate);
     own_ = {MatrixXd::Zero(q, q)};
     shared_ = {MatrixXd::Zero(P.cols(), q)};
     score_ = {VectorXd::Zero(q)};
-    others_ = P.transpose() * others.score;
+    others_ = P.transpose() * others;
     for (const CondensedWindow& w : scan.windows()) {
       own_.push_back(own_.back() + w.information.block(at, at, q, q));
-      shared_.push_back(shared_.back() +
-                        P.transpose() * w.information.block(0, at, others.columns, q));
+      shared_.push_back(shared_.back() + P.transpose() * w.information.block(0, at, base, q));
       score_.push_back(score_.back() + w.score.segment(at, q));
     }
   }
@@ -175,23 +117,26 @@ std::array<LikelyChange, 2> best_spans(const SpanScores& scores, const std::vect
   return best;
 }
 
-// Changes whose windows are the same. The places where the sensor lay have fields of
-// their own: what differs between them and the hand tells of no gains.
+// Changes of one channel, whose windows are the same.
 void search_channel(const std::vector<const Recording*>& recordings, const Stage& stage,
                     const std::vector<std::string>& names, double seconds,
                     std::vector<LikelyChange>& out) {
-  std::vector<std::shared_ptr<const Effect>> candidates =
-      fields_of_rests(recordings, stage.plans());
-  const std::size_t rests = candidates.size();
-  for (const std::string& name : names) candidates.push_back(find_effect(name));
+  std::vector<std::shared_ptr<const Effect>> throughout;
+  for (const std::string& name : names) throughout.push_back(find_effect(name));
   const std::vector<Moment> begins = window_begins(stage.plans(), seconds);
   if (begins.size() < 2) return;
-  const Scan scan(recordings, stage, candidates, seconds);
+  const Scan scan(recordings, stage, throughout, seconds);
   if (scan.windows().size() != begins.size()) return;  // a window without a node
-  const Eliminated alone(scan, 0), beside_rests(scan, 3 * int(rests));
+  const Eigen::Index base = scan.base();
+  MatrixXd K = scan.priors().information.topLeftCorner(base, base);
+  VectorXd others = scan.priors().score.head(base);
+  for (const CondensedWindow& w : scan.windows()) {
+    K += w.information.topLeftCorner(base, base);
+    others += w.score.head(base);
+  }
+  const MatrixXd P = whitener(K, kInvisible);
   for (std::size_t c = 0; c < names.size(); ++c) {
-    const bool offset = names[c] == "hard_iron_change";
-    const SpanScores scores(scan, rests + c, offset ? alone : beside_rests);
+    const SpanScores scores(scan, c, P, others);
     const std::vector<ChangeForm> forms = forms_of_change(names[c]);
     std::array<LikelyChange, 2> best;
     for (const ChangeForm form : forms) {

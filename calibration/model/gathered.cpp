@@ -122,6 +122,10 @@ std::vector<std::vector<Block>> gather_mag(const Source& s) {
   for (std::size_t m = 0; m < s.recording.mag.size(); ++m) {
     const double offset = s.spec.mag_time_offset ? s.spec.mag_offset_s[m] : 0.0;
     out.push_back(block_means(s.recording.mag[m], s.gyr, s.plan, offset));
+    if (m >= s.plan.independent.size()) continue;
+    for (std::size_t node = 0; node < out.back().size(); ++node) {
+      out.back()[node].independent *= s.plan.independent[m][node];
+    }
   }
   return out;
 }

@@ -28,8 +28,8 @@ namespace {
 constexpr double kGyrMatrixPriorSigma = 0.01;  // of ordinary parts
 constexpr double kOffsetPriorSigma = 0.1;      // s: longer lags are another kind of fault
 
-Noise<3> block_noise(double density, double rate_hz, int count) {
-  return Noise<3>::isotropic(density * std::sqrt(rate_hz / count));
+Noise<3> block_noise(double density, double rate_hz, const Block& block) {
+  return Noise<3>::isotropic(density * std::sqrt(rate_hz / block.independent));
 }
 
 // One recording being put into the graph.
@@ -127,9 +127,8 @@ void add_accelerometer(FactorGraph& graph, const Part& part) {
     const Block& b = blocks[std::size_t(i)];
     if (b.count == 0 || !part.measures(i)) continue;
     const Key pose = R(part.id(i));
-    const Noise<3> noise = made_of_samples(part, "the accelerometer", i, [&] {
-      return block_noise(part.spec.noise.acc, rate, b.count);
-    });
+    const Noise<3> noise = made_of_samples(
+        part, "the accelerometer", i, [&] { return block_noise(part.spec.noise.acc, rate, b); });
     if (b.at_node && !means.extended()) {
       graph.add(AccelerometerFactor(pose, key::acc_bias, b.mean, g_n, noise));
     } else {
@@ -160,14 +159,14 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
   Collector<PlacedMagnetometerFactor> at_places(graph, part, placed ? mag : none);
   for (int i = 0; i < part.nodes(); ++i) {
     const Block& b = blocks[std::size_t(i)];
-    if (b.count == 0 || !part.measures(i)) continue;
+    if (!(b.independent > 0.0) || !part.measures(i)) continue;
     if (part.spec.without_mag && part.spec.without_mag(part.id(i))) continue;
     const Key pose = R(part.id(i));
     const Key bias =
         key::mag_bias_of(sensor, part.spec.earlier_bias ? part.spec.earlier_bias(part.id(i)) : 0);
     const Noise<3> noise =
         made_of_samples(part, part.recording.mag_names[std::size_t(sensor)], i,
-                        [&] { return block_noise(mag_density(part.spec, sensor), rate, b.count); });
+                        [&] { return block_noise(mag_density(part.spec, sensor), rate, b); });
     const auto gain = [&part, &b] { return part.columns(Channel::kMag)->mean(b.first, b.count); };
     if (delayed) {
       lagging.add(DelayedMagnetometerFactor(pose, D, bias, dip, key::mag_time_offset_of(sensor),

@@ -12,6 +12,7 @@ Block block_of(const VectorSeries& series, const IntegratedRotation& gyr, double
                std::size_t first, std::size_t end, double offset_s) {
   Block block;
   block.count = int(end - first);
+  block.independent = block.count;
   block.first = first;
   if (block.count == 0) return block;
   block.at_node = block.count == 1 && std::abs(series.t[first] - node_s) < kSameTime;

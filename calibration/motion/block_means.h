@@ -11,7 +11,8 @@ namespace magimu {
 
 struct Block {
   int count = 0;
-  std::size_t first = 0;  // its first sample
+  double independent = 0.0;  // of these samples: what its mean's noise is that of
+  std::size_t first = 0;     // its first sample
   Vector3 mean = Vector3::Zero();
   Matrix3 C = Matrix3::Zero();
   // d C / d tau where the samples show the attitude tau seconds ago: mean of [omega]x R_k' R_node.

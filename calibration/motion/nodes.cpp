@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/motion/nodes.h"
 
+#include "calibration/motion/rounded_rests.h"
+
 namespace magimu {
 namespace {
 
@@ -35,6 +37,7 @@ std::vector<NodePlan> plan_nodes(const std::vector<const Recording*>& recordings
     for (std::size_t k = 0; k < mag.size() && plan.t.empty(); ++k) {
       if (mag.t[k] >= r->gyr.t.front() && mag.t[k] <= r->gyr.t.back()) plan.t.push_back(mag.t[k]);
     }
+    plan.independent = independent_shares(*r, plan.t);
     first += int(plan.t.size());
     plans.push_back(std::move(plan));
   }

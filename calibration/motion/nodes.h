@@ -23,6 +23,9 @@ struct NodePlan {
   // this one's; the node after the last would be at that time.
   bool continues = false;
   std::optional<double> next_s;
+  // Per magnetometer and node: the share of its samples that are readings independent of each other
+  // (rounded_rests.h). Empty: 1 everywhere.
+  std::vector<std::vector<double>> independent;
 };
 
 // How near to each other nodes at every `every`-th of these samples may be.

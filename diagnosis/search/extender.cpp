@@ -134,10 +134,11 @@ std::vector<Option> Extender::worth_trying(const std::vector<Option>& options) c
     const bool known = std::any_of(worth.begin(), worth.end(), [&](const Option& w) {
       return same_class(*w.effect, *o.effect);
     });
-    // Changes, of which there is one a sensor, take no other's place.
-    if (known || (!again && !matrix && int(names.size()) >= kTried)) continue;
+    // What begins, ends or drifts explains a little of any slow misfit: it takes no other's place.
+    const bool counts = lasts(*o.effect);
+    if (known || (!again && counts && int(names.size()) >= kTried)) continue;
     worth.push_back(o);
-    if (!again && !matrix) names.push_back(name);
+    if (!again && counts) names.push_back(name);
   }
   return worth;
 }
@@ -210,6 +211,7 @@ void Extender::take(const Stage& stage, double nll) {
   stage_ = stage;
   nll_ = nll;
   refitted_.reset();
+  processes_.clear();
 }
 
 void Extender::replace(const Stage& stage) { take(stage, sum_of(held_out_nll(stage))); }

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 
+#include "calibration/fit/disturbance.h"
 #include "calibration/motion/random_walk.h"
 #include "calibration/pipeline.h"
 #include "diagnosis/result/diagnosis.h"
@@ -57,9 +58,11 @@ class Extender {
     Option option;
     Stage stage;
     double nll;
-    bool coloured;      // under noise that is not white
-    double left_out;    // nats that left-out data gain, windows or whole quarters
-    double gain = 0.0;  // nats over the model without it, for choosing among trials
+    bool coloured;    // under noise that is not white
+    double left_out;  // nats that left-out data gain, windows or whole quarters
+    // What the process that gains most gains beside the model without the effect, and with it.
+    double missing = 0.0, left = 0.0;
+    double gain = 0.0;  // nats on all data over the model without it, beside that process
 
     VectorXd parameters() const;
   };
@@ -76,6 +79,8 @@ class Extender {
   };
   double gain(LeftOut& left_out, std::optional<double> window_s = {}) const;
   double quarter_s() const;
+  void judge_beside_process(std::vector<Trial>& trials) const;
+  static bool stands_beside_process(const Trial& trial);
   bool enough_beyond(const Option& option, double gain) const;
   std::optional<Trial> trial(Option option) const;
   // By how many nats an effect of one model explains more of all data than another model does that
@@ -112,9 +117,10 @@ class Extender {
   std::array<double, 3> in_samples_ = {1.0, 1.0, 1.0};  // excess_of_samples
   std::optional<Stage> base_, stage_;
   double nll_ = 0.0;
-  mutable bool refits_spent_ = false;      // on the times of a change; of this model
-  mutable std::optional<Stage> refitted_;  // stage_, its noise estimated once more
-  std::vector<std::string> rejected_;      // looked significant, predicts no better
+  mutable bool refits_spent_ = false;              // on the times of a change; of this model
+  mutable std::optional<Stage> refitted_;          // stage_, its noise estimated once more
+  mutable std::vector<DisturbanceFit> processes_;  // beside stage_; empty: not asked for yet
+  std::vector<std::string> rejected_;              // looked significant, predicts no better
   struct Entered {
     VectorXd apart;         // by how much other parameters differ that are about as likely
     double searched = 0.0;  // Option::searched

@@ -289,28 +289,20 @@ double Extender::likelier(const Trial& t) const {
   return explains(t.stage, t.stage.spec().effects.size() - 1, *stage_, t.option.searched) - density;
 }
 
-// Those of the options that hold and predict left-out data better, with what each gains. Which of
-// them it is, the likelihood of all data tells best where the noise is white beside the likeliest
-// (beside the others what they leave is no noise): windows cut from each other show little of what
-// needs minutes to be seen. Under coloured noise left-out data decide.
+// Those of the options that hold, predict left-out data better and are judged beside the process
+// that explains most. Which of them it is, the likelihood of all data tells best: windows cut from
+// each other show little of what needs minutes to be seen.
 std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options) const {
   std::vector<Trial> out;
   for (const Option& o : options) {
     // One whose numbers fail has lost.
     std::optional<Trial> t = attempt([&] { return trial(o); }).value_or(std::nullopt);
-    if (!t || !std::isfinite(t->left_out)) continue;
-    t->gain = t->left_out - t->option.searched;
-    if (t->gain > kMinGain) out.push_back(*std::move(t));
+    if (!t || !(t->left_out - t->option.searched > kMinGain)) continue;
+    t->gain = attempt([&] { return likelier(*t); }).value_or(-INFINITY);
+    if (std::isfinite(t->gain)) out.push_back(*std::move(t));
   }
-  if (out.empty()) return out;
-  std::vector<double> gains;
-  for (const Trial& t : out) {
-    const double gain = attempt([&] { return likelier(t); }).value_or(-INFINITY);
-    gains.push_back(std::isfinite(gain) ? gain : -INFINITY);
-  }
-  const auto best = std::ranges::max_element(gains) - gains.begin();
-  if (out[std::size_t(best)].coloured) return out;
-  for (std::size_t i = 0; i < out.size(); ++i) out[i].gain = gains[i];
+  if (!out.empty()) judge_beside_process(out);
+  std::erase_if(out, [](const Trial& t) { return !stands_beside_process(t); });
   return out;
 }
 

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A cause is ranked without the process and judged with it: what a disturbance explains by itself,
+// and is needed for beside the cause as much as before, the cause explains by chance of its shape.
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/fit/disturbance.h"
+#include "diagnosis/conclude/missing_state.h"
+#include "diagnosis/search/extender.h"
+#include "graph/parallel.h"
+
+namespace magimu {
+namespace {
+
+std::vector<DisturbanceFit> all_processes(const Stage& stage) {
+  std::vector<DisturbanceFit> out(std::size(kDisturbedParts));
+  parallel::for_each(out.size(), [&](std::size_t i) {
+    out[i] = DisturbanceModel(stage, kDisturbedParts[i]).fit();
+  });
+  return out;
+}
+
+}  // namespace
+
+// With G what the process gains that gains most beside the model without the cause,
+//
+//   (what it gains without the process) + G(with the cause) - G(without)
+//
+// is what the cause gains beside that process.
+void Extender::judge_beside_process(std::vector<Trial>& trials) const {
+  if (processes_.empty()) processes_ = all_processes(*stage_);
+  const auto most = std::ranges::max_element(processes_, {}, &DisturbanceFit::gain_nats);
+  parallel::for_each(trials.size(), [&](std::size_t i) {
+    Trial& t = trials[i];
+    t.missing = most->gain_nats;
+    if (t.missing < kNullGain) return;
+    t.left = DisturbanceModel(t.stage, most->part).fit_near(*most).gain_nats;
+    t.gain += t.left - t.missing;
+  });
+}
+
+// Is something missing with it of which what it explains is but a crumb?
+bool Extender::stands_beside_process(const Trial& t) {
+  return t.left < kNullGain || t.gain > kCrumb * t.left;
+}
+
+}  // namespace magimu

@@ -162,7 +162,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   progress("what is left?", 0.85);
   Dependences dependences;
   if (turned) dependences = find_unexplained(recordings, full, options, extender, d);
-  withdraw_lines_of_interpolation(few.get(), d);
+  withdraw_other_lines(few.get(), d);
   withdraw_contradicted(given, d);
   extender.keep_named();
   find_repeats(given, d);

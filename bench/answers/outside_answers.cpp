@@ -18,6 +18,7 @@
 #include "bench/power/effect_sizes.h"
 #include "bench/power/judge_diagnosis.h"
 #include "diagnosis/result/diagnosis_json.h"
+#include "recording/csv/csv.h"
 
 namespace {
 
@@ -30,6 +31,8 @@ struct Arguments {
   int runs = 90, none = 0, threads = 0;
   std::uint64_t first_seed = 1;
   bool list = false;
+  std::vector<std::string> kinds = oracle::history_effects();
+  std::string keep;
 };
 
 struct Answered {
@@ -42,7 +45,10 @@ struct Answered {
 
 // Names that say no more than is true of it: how a change or a magnet looks from inside.
 std::vector<std::string> fair_names(const std::string& hidden) {
-  if (hidden == "passing_phone") return {"stationary_source", "field_departure"};
+  if (hidden == "passing_phone") {
+    // A magnet that came and went is what it is.
+    return {"stationary_source", "field_departure", "hard_iron_change"};
+  }
   if (hidden == "motor_current") return {"hard_iron_change", "mag_current", "mains_interference"};
   if (hidden == "gyro_gain_change") return {"gyro_change"};
   if (hidden == "mag_gain_change" || hidden == "soft_iron_change" || hidden == "mag_board_turn") {
@@ -73,7 +79,7 @@ HiddenCase draw_hidden(const std::string& effect, std::uint64_t seed) {
   return c.sizes.front() < least ? with_sizes(c, {least}).front() : c;
 }
 
-Answered answer(const std::string& effect, std::uint64_t seed) {
+Answered answer(const std::string& effect, std::uint64_t seed, const std::string& keep) {
   Answered out;
   out.hidden = effect.empty() ? "nothing" : effect;
   out.seed = seed;
@@ -83,7 +89,9 @@ Answered answer(const std::string& effect, std::uint64_t seed) {
     if (!c.sizes.empty()) out.nats = 0.5 * c.sizes.front() * c.sizes.front();
     out.setting = fmt::format("{}, {:g} Hz, {:g} s", oracle::to_string(c.options.motion.kind),
                               c.options.rate_hz, c.options.motion.duration_s);
-    const Diagnosis d = diagnose(oracle::simulate(c.options).recording, diagnosis_options(c));
+    const Recording recording = oracle::simulate(c.options).recording;
+    if (!keep.empty()) write_csv(recording, fmt::format("{}/{}_{}.csv", keep, out.hidden, seed));
+    const Diagnosis d = diagnose(recording, diagnosis_options(c));
     out.answer = answer_of(d);
     out.named = names_of(d);
     out.departures = departures_after(d);
@@ -97,13 +105,13 @@ Answered answer(const std::string& effect, std::uint64_t seed) {
 }
 
 std::vector<Answered> run_all(const Arguments& args) {
-  const std::vector<std::string>& names = oracle::history_effects();
+  const std::vector<std::string>& names = args.kinds;
   std::vector<Answered> all(std::size_t(args.runs + args.none));
   std::atomic<int> next{0};
   const auto work = [&] {
     for (int i = next++; i < int(all.size()); i = next++) {
       const std::string effect = i < args.runs ? names[std::size_t(i) % names.size()] : "";
-      all[std::size_t(i)] = answer(effect, args.first_seed + std::uint64_t(i));
+      all[std::size_t(i)] = answer(effect, args.first_seed + std::uint64_t(i), args.keep);
     }
   };
   const int count = args.threads > 0 ? args.threads : int(std::thread::hardware_concurrency());
@@ -159,6 +167,10 @@ int main(int argc, char** argv) {
   app.add_option("--none", args.none, "recordings without")->capture_default_str();
   app.add_option("--first-seed", args.first_seed, "of the first")->capture_default_str();
   app.add_option("--threads", args.threads, "0: all")->capture_default_str();
+  app.add_option("--kinds", args.kinds, "what is hidden, in turn")
+      ->delimiter(',')
+      ->check(CLI::IsMember(oracle::history_effects()));
+  app.add_option("--keep", args.keep, "a folder for the recordings")->check(CLI::ExistingDirectory);
   app.add_flag("--list", args.list, "print all, not only what is wrong");
   CLI11_PARSE(app, argc, argv);
   return report(run_all(args), args.list) ? 0 : 1;

@@ -10,12 +10,9 @@
 
 #include "calibration/fit/disturbance.h"
 #include "diagnosis/result/diagnosis.h"
+#include "diagnosis/search/option.h"
 
 namespace magimu {
-
-// Beside a large cause its own approximations show: what is left of a misfit counts as nothing from
-// so much of it down.
-inline constexpr double kCrumb = 0.03;
 
 struct MissingStateInput {
   const std::vector<const Recording*>&recordings, &full;  // as fitted; with all samples

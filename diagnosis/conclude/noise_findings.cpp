@@ -390,14 +390,51 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
   }
 }
 
-void withdraw_lines_of_interpolation(const std::vector<const Recording*>& recordings,
-                                     Diagnosis& d) {
+namespace {
+
+// Its amplitude, uT.
+double size_of_line(const Finding& line) {
+  double squares = 0.0;
+  // Half-way up to the sampling rate sine and cosine are not told apart.
+  for (const FoundParameter& p : line.parameters) {
+    if (p.unit == "uT" && p.sigma < std::abs(p.value)) squares += p.value * p.value;
+  }
+  return std::sqrt(squares);
+}
+
+// Of which every so many samples the line is a pattern, exactly; 0: of none. The frequency of the
+// mains wanders by hundredths of a hertz and meets that of another clock to a part of it by chance
+// only.
+int samples_of_pattern(const Finding& line, double rate_hz) {
+  constexpr double kWithin = 3.0, kOfTheGrid = 0.01;  // standard deviations; Hz
+  const FoundParameter& f = line.parameters.back();
+  for (int n = 2; n <= 4; ++n) {
+    const double off = std::abs(f.value - rate_hz / n);
+    if (off < kWithin * f.sigma && kWithin * f.sigma < kOfTheGrid) return n;
+  }
+  return 0;
+}
+
+}  // namespace
+
+void withdraw_other_lines(const std::vector<const Recording*>& recordings, Diagnosis& d) {
   const auto line = std::ranges::find(d.findings, "mains_interference", &Finding::effect);
   if (line == d.findings.end()) return;
   const double f_hz = line->parameters.back().value;
   const auto of_mains = [&](const Recording* r) {
     return is_mains(f_hz, r->mag.front().rate_hz());
   };
+  if (const int n = samples_of_pattern(*line, recordings.front()->mag.front().rate_hz()); n > 0) {
+    constexpr const char* kOrdinal[] = {"second", "third", "fourth"};
+    add_evidence(
+        d, Channel::kMag,
+        fmt::format("Every {} sample of the magnetometer stands out by {:.2g} uT, all along "
+                    "and in step with its clock, which no alternating field is: rows of two "
+                    "sensors or devices are mixed, or the sensor takes turns. Separate them.",
+                    kOrdinal[n - 2], size_of_line(*line)));
+    d.findings.erase(line);
+    return;
+  }
   if (std::ranges::any_of(recordings, of_mains)) return;
   const auto interpolated = [](const Recording* r) {
     return std::ranges::any_of(check_recording(*r), [](const Issue& i) {

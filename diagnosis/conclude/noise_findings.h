@@ -16,9 +16,9 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
 void take_out_clock(const Diagnosis& d, const Stage& stage, double level,
                     std::vector<SampleResiduals>& residuals);
 
-// Samples that are interpolated between measurements have lines of their own: of such a
-// magnetometer's only those of 50 and 60 Hz keep their name.
-void withdraw_lines_of_interpolation(const std::vector<const Recording*>& recordings, Diagnosis& d);
+// Lines that are not the mains': of samples that are interpolated between measurements (only those
+// of 50 and 60 Hz keep their name), and of a pattern of every second, third or fourth sample.
+void withdraw_other_lines(const std::vector<const Recording*>& recordings, Diagnosis& d);
 
 // Readings that pile up at the magnetometer's limit, found before anything is fitted: the samples
 // at the limit are taken out of the recordings. A finding, if there are such.

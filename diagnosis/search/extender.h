@@ -72,6 +72,7 @@ class Extender {
   bool stands_out(const Option& option, const Stage& stage, double statistic) const;
   bool is_all(const Stage& stage) const;
   bool is_put_down(const Moment& at) const;
+  bool passes_by(const Option& option, const Stage& stage) const;
   // Of a stage, which is refitted where need be; what that gives is kept for the next time.
   struct LeftOut {
     const Stage& stage;

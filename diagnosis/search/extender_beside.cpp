@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "calibration/fit/disturbance.h"
-#include "diagnosis/conclude/missing_state.h"
 #include "diagnosis/search/extender.h"
 #include "graph/parallel.h"
 

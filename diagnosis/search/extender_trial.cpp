@@ -11,6 +11,7 @@
 #include "diagnosis/held/held_out_nll.h"
 #include "diagnosis/search/change_search.h"
 #include "diagnosis/search/extender.h"
+#include "diagnosis/search/passing_field.h"
 #include "diagnosis/search/source_search.h"
 #include "factors/effects/catalogue.h"
 #include "graph/numerical_error.h"
@@ -157,6 +158,25 @@ bool Extender::is_put_down(const Moment& at) const {
   return false;
 }
 
+// Of a change of gains that begins and ends: does whatever comes near and goes again explain as
+// much with as many numbers? Gains that change for some seconds hardly exist; magnets that pass do.
+bool Extender::passes_by(const Option& option, const Stage& stage) const {
+  const ChangeEffect& change = *as_change(*option.effect);
+  const ChangeSpan& span = option.span;
+  if (change.form() == ChangeForm::kOffset || !span.begin.finite() || !span.end.finite() ||
+      span.begin.recording != span.end.recording) {
+    return false;
+  }
+  ModelSpec spec = stage.spec();
+  spec.effects.back() = make_passing_field(span);
+  const int numbers = spec.effects.back()->size();
+  const std::optional<Stage> passing = attempt(
+      [&] { return pipeline_.refit_with_same_noise(*stage_, spec, VectorXd::Zero(numbers)); });
+  return passing && passing->result().converged() &&
+         passing->result().cost_final + numbers <
+             stage.result().cost_final + option.effect->size() + kDraw;
+}
+
 // The times of a change, and the fit with them. Under coloured noise a change is believed where
 // neither begins nor ends a rest, unless it is a large one: there the sensor was put down or taken
 // up, and the field of the two places differs. False where no change is left.
@@ -254,7 +274,10 @@ std::optional<Extender::Trial> Extender::trial(Option option) const {
   std::erase_if(spec.effects, [&](const auto& e) { return replaces(*option.effect, e->name()); });
   spec.effects.push_back(option.effect);
   Stage stage = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
-  if (is_change(option.effect->name()) && !find_times(option, stage)) return std::nullopt;
+  if (is_change(option.effect->name()) &&
+      (!find_times(option, stage) || passes_by(option, stage))) {
+    return std::nullopt;
+  }
   if (option.effect->name() == "stationary_source" && option.score.statistic > kBends) {
     find_source(option, stage);
   }

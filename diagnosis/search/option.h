@@ -30,6 +30,9 @@ bool contains(const Effect& effect, const std::string& name);
 double allowance(const Effect& one, const Effect& other, double gain, double other_gain);
 inline constexpr double kDraw = 2.0;     // nats within which the simpler of two effects is taken
 inline constexpr double kAsMuch = 0.85;  // of the gain, for a nested cause to be the one named
+// Beside a large cause its own approximations show: what is left of a misfit counts as nothing from
+// so much of it down.
+inline constexpr double kCrumb = 0.03;
 // Of the same sensor, and to be named where it predicts as well.
 bool is_simpler(const Effect& one, const Effect& other);
 // What a new effect takes the place of: what it contains, what is the same to first order (beside

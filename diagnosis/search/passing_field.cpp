@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/passing_field.h"
+
+#include <fmt/format.h>
+
+namespace magimu {
+namespace {
+
+constexpr int kShapes = 3;
+constexpr double kPassingSigma = 20.0;  // uT, as of a magnet that is attached (change.cpp)
+
+class PassingField final : public Effect {
+ public:
+  explicit PassingField(const ChangeSpan& span)
+      : Effect({.name = "passing_field",
+                .channel = Channel::kMag,
+                .parameters = shapes(),
+                .cause = "something magnetic came near and went again"}),
+        span_(span) {}
+
+  void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
+    J.setZero();
+    if (!span_.contains(s)) return;
+    const double u = 2.0 * (s.t - span_.begin.t) / (span_.end.t - span_.begin.t) - 1.0;
+    for (int j = 0; j < kShapes; ++j) {
+      J.middleCols<3>(3 * j) = legendre(j, u) * Matrix3::Identity();
+    }
+  }
+
+ private:
+  static std::vector<Parameter> shapes() {
+    std::vector<Parameter> out;
+    for (int j = 0; j < kShapes; ++j) {
+      const auto own = vector_parameters(fmt::format("s{}", j), "uT", kPassingSigma);
+      out.insert(out.end(), own.begin(), own.end());
+    }
+    return out;
+  }
+
+  ChangeSpan span_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Effect> make_passing_field(const ChangeSpan& span) {
+  return std::make_shared<PassingField>(span);
+}
+
+}  // namespace magimu

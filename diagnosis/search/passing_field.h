@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What comes near and goes again, for comparison: within a span the magnetometer reads more by a
+// polynomial of time, each axis its own. It has nine numbers, as a change of gains has, and says
+// nothing of them.
+#pragma once
+
+#include <memory>
+
+#include "factors/effects/change.h"
+
+namespace magimu {
+
+// mag + sum over j = 0, 1, 2 of s_j P_j(u), u from -1 to 1 within the span; uT. Both ends are
+// finite and of one recording.
+std::shared_ptr<const Effect> make_passing_field(const ChangeSpan& span);
+
+}  // namespace magimu

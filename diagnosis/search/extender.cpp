@@ -174,7 +174,7 @@ std::optional<Finding> Extender::try_options(const std::vector<Option>& options)
     if (std::max(nll_ - nll, best->left_out) > kMinGain) {
       // The same effect may be about as likely with other parameters.
       VectorXd apart = VectorXd::Zero(best->option.effect->size());
-      double others = std::exp(std::min(700.0, -best->gain));  // nothing
+      double others = std::exp(std::min(700.0, -best->alone));  // nothing
       for (const Trial& t : found) {
         const bool richer =
             allowance(*best->option.effect, *t.option.effect, 0.0, 1.0) > kDraw - 1e-9;

@@ -62,7 +62,8 @@ class Extender {
     double left_out;  // nats that left-out data gain, windows or whole quarters
     // What the process that gains most gains beside the model without the effect, and with it.
     double missing = 0.0, left = 0.0;
-    double gain = 0.0;  // nats on all data over the model without it, beside that process
+    // Nats on all data over the model without it, and what of them it gains beside that process.
+    double alone = 0.0, gain = 0.0;
 
     VectorXd parameters() const;
   };

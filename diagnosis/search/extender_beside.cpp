@@ -38,9 +38,11 @@ void Extender::judge_beside_process(std::vector<Trial>& trials) const {
   });
 }
 
-// Is something missing with it of which what it explains is but a crumb?
+// Is something missing with it of which what it explains is but a crumb? A walk is such a process
+// and gains nothing beside one.
 bool Extender::stands_beside_process(const Trial& t) {
-  return t.left < kNullGain || t.gain > kCrumb * t.left;
+  return t.option.effect->description().random_process || t.left < kNullGain ||
+         t.gain > kCrumb * t.left;
 }
 
 }  // namespace magimu

@@ -97,7 +97,7 @@ bool Extender::try_beside(const Option& first, const Stage& alone) {
   if (second == nullptr || second->coloured) return false;
   Finding finding = describe(second->option, second->stage, second->nll, seconds,
                              VectorXd::Zero(second->option.effect->size()));
-  finding.probability = 1.0 / (1.0 + std::exp(std::min(700.0, -second->gain)));
+  finding.probability = 1.0 / (1.0 + std::exp(std::min(700.0, -second->alone)));
   entered_[finding.effect].searched = second->option.searched;
   // Which cause it is that stands beside the second is asked as if that had been found first.
   if (!put_in(second->option, second->parameters())) return false;

@@ -321,7 +321,7 @@ std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options
     // One whose numbers fail has lost.
     std::optional<Trial> t = attempt([&] { return trial(o); }).value_or(std::nullopt);
     if (!t || !(t->left_out - t->option.searched > kMinGain)) continue;
-    t->gain = attempt([&] { return likelier(*t); }).value_or(-INFINITY);
+    t->alone = t->gain = attempt([&] { return likelier(*t); }).value_or(-INFINITY);
     if (std::isfinite(t->gain)) out.push_back(*std::move(t));
   }
   if (!out.empty()) judge_beside_process(out);

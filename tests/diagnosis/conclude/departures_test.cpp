@@ -127,6 +127,28 @@ TEST(Changes, say_in_which_part_of_the_recording_they_show) {
                                       Field(&Departure::end_s, testing::Gt(0.0)))));
 }
 
+TEST(Changes, of_gains_are_not_what_passes_by) {
+  Recording r = simulate(hand(61)).recording;
+  passing_phone(r);
+  const Diagnosis d = diagnose(r);
+  EXPECT_NE(d.answer, Answer::kPredicts);
+  EXPECT_THAT(names(d), testing::Not(Contains("mag_change (mag)")));
+  EXPECT_THAT(names(d), testing::Not(Contains("gyro_change (gyr)")));
+}
+
+TEST(Lines, in_step_with_the_samples_are_no_mains) {
+  for (const std::size_t every : {2U, 3U}) {
+    Recording r = simulate(hand(26)).recording;
+    for (std::size_t k = 0; k < r.mag[0].size(); k += every) {
+      r.mag[0].v[k] += Vector3(2.0, -1.5, 1.0);
+    }
+    const Diagnosis d = diagnose(r);
+    EXPECT_THAT(names(d), testing::Not(Contains("mains_interference (mag)")));
+    EXPECT_EQ(d.answer, Answer::kUnexplained) << to_string(d.answer);
+    EXPECT_THAT(d.evidence, Contains(HasSubstr(every == 2 ? "Every second" : "Every third")));
+  }
+}
+
 // The rests at the ends are cut before anything is fitted.
 TEST(CutRests, tell_of_a_magnet_that_is_laid_beside_the_resting_sensor) {
   SimulationOptions o = hand(22);

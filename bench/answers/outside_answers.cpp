@@ -45,10 +45,7 @@ struct Answered {
 
 // Names that say no more than is true of it: how a change or a magnet looks from inside.
 std::vector<std::string> fair_names(const std::string& hidden) {
-  if (hidden == "passing_phone") {
-    // A magnet that came and went is what it is.
-    return {"stationary_source", "field_departure", "hard_iron_change"};
-  }
+  if (hidden == "passing_phone") return {"stationary_source", "field_departure"};
   if (hidden == "motor_current") return {"hard_iron_change", "mag_current", "mains_interference"};
   if (hidden == "gyro_gain_change") return {"gyro_change"};
   if (hidden == "mag_gain_change" || hidden == "soft_iron_change" || hidden == "mag_board_turn") {

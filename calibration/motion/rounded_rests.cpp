@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "calibration/motion/integrated_rotation.h"
 #include "calibration/motion/rests.h"
@@ -48,6 +49,28 @@ void share_out(std::vector<double>& share, std::size_t begin, std::size_t end, d
   }
 }
 
+// The shares of one magnetometer's nodes. False: all are 1.
+bool share_of_places(const VectorSeries& mag, double step, double sigma, double of_node,
+                     const IntegratedRotation& gyr, const std::vector<double>& nodes,
+                     std::vector<double>& share) {
+  const double same = kSamePlace * step / strength_of(mag);  // rad
+  bool any = false;
+  for (std::size_t begin = 0; begin < nodes.size();) {
+    std::size_t end = begin + 1;
+    while (end < nodes.size() && gyr.between(nodes[begin], nodes[end]).Log().norm() < same) ++end;
+    if (end - begin > 1) {
+      const double samples = of_node * double(end - begin);
+      const double readings = independent_readings(step, sigma, samples);
+      if (readings < kNearlyAll * samples) {
+        share_out(share, begin, end, samples, readings);
+        any = true;
+      }
+    }
+    begin = end;
+  }
+  return any;
+}
+
 }  // namespace
 
 double rounded_mean_variance(double step, double sigma) {
@@ -83,8 +106,7 @@ std::vector<std::vector<double>> independent_shares(const Recording& recording,
   const std::vector<TimeSpan> rests = find_rests(recording);
   if (rests.empty() || nodes.size() < 2) return {};
   const std::vector<double> density = mag_noise_at_rest(recording, rests);
-  const IntegratedRotation gyr(recording.gyr,
-                               gyr_bias_at_rest(recording, rests).value_or(Vector3::Zero()));
+  std::optional<IntegratedRotation> gyr;  // where it is needed
   std::vector<std::vector<double>> out(recording.mag.size(), std::vector(nodes.size(), 1.0));
   bool any = false;
   for (std::size_t m = 0; m < recording.mag.size(); ++m) {
@@ -94,22 +116,15 @@ std::vector<std::vector<double>> independent_shares(const Recording& recording,
     if (!steps.allFinite() || !(rate > 0.0)) continue;
     const double step = std::sqrt(steps.squaredNorm() / 3.0);
     const double sigma = sigma_before_rounding(step, density[m] * std::sqrt(rate));
-    const double same = kSamePlace * step / strength_of(mag);  // rad
     const double of_node =
         std::max(1.0, rate * (nodes.back() - nodes.front()) / double(nodes.size() - 1));
-    for (std::size_t begin = 0; begin < nodes.size();) {
-      std::size_t end = begin + 1;
-      while (end < nodes.size() && gyr.between(nodes[begin], nodes[end]).Log().norm() < same) {
-        ++end;
-      }
-      const double samples = of_node * double(end - begin);
-      const double readings = independent_readings(step, sigma, samples);
-      if (end - begin > 1 && readings < kNearlyAll * samples) {
-        share_out(out[m], begin, end, samples, readings);
-        any = true;
-      }
-      begin = end;
+    // The more samples a place has, the smaller a share of them is independent.
+    const double all = of_node * double(nodes.size());
+    if (independent_readings(step, sigma, all) >= kNearlyAll * all) continue;
+    if (!gyr) {
+      gyr.emplace(recording.gyr, gyr_bias_at_rest(recording, rests).value_or(Vector3::Zero()));
     }
+    any = share_of_places(mag, step, sigma, of_node, *gyr, nodes, out[m]) || any;
   }
   return any ? out : std::vector<std::vector<double>>{};
 }

@@ -58,10 +58,9 @@ class Extender {
     Option option;
     Stage stage;
     double nll;
-    bool coloured;    // under noise that is not white
-    double left_out;  // nats that left-out data gain, windows or whole quarters
-    // What the process that gains most gains beside the model without the effect, and with it.
-    double missing = 0.0, left = 0.0;
+    bool coloured;      // under noise that is not white
+    double left_out;    // nats that left-out data gain, windows or whole quarters
+    double left = 0.0;  // nats that the process that gains most without it gains with it
     // Nats on all data over the model without it, and what of them it gains beside that process.
     double alone = 0.0, gain = 0.0;
 

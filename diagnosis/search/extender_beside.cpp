@@ -2,7 +2,6 @@
 // A cause is ranked without the process and judged with it: what a disturbance explains by itself,
 // and is needed for beside the cause as much as before, the cause explains by chance of its shape.
 #include <algorithm>
-#include <cmath>
 
 #include "calibration/fit/disturbance.h"
 #include "diagnosis/search/extender.h"
@@ -29,12 +28,11 @@ std::vector<DisturbanceFit> all_processes(const Stage& stage) {
 void Extender::judge_beside_process(std::vector<Trial>& trials) const {
   if (processes_.empty()) processes_ = all_processes(*stage_);
   const auto most = std::ranges::max_element(processes_, {}, &DisturbanceFit::gain_nats);
+  if (most->gain_nats < kNullGain) return;
   parallel::for_each(trials.size(), [&](std::size_t i) {
     Trial& t = trials[i];
-    t.missing = most->gain_nats;
-    if (t.missing < kNullGain) return;
     t.left = DisturbanceModel(t.stage, most->part).fit_near(*most).gain_nats;
-    t.gain += t.left - t.missing;
+    t.gain += t.left - most->gain_nats;
   });
 }
 

@@ -7,7 +7,6 @@ namespace magimu {
 namespace {
 
 constexpr int kShapes = 3;
-constexpr double kPassingSigma = 20.0;  // uT, as of a magnet that is attached (change.cpp)
 
 class PassingField final : public Effect {
  public:
@@ -29,9 +28,12 @@ class PassingField final : public Effect {
 
  private:
   static std::vector<Parameter> shapes() {
+    // As large as a magnet that is attached.
+    const double sigma =
+        find_effect("hard_iron_change")->description().parameters.front().prior_sigma;
     std::vector<Parameter> out;
     for (int j = 0; j < kShapes; ++j) {
-      const auto own = vector_parameters(fmt::format("s{}", j), "uT", kPassingSigma);
+      const auto own = vector_parameters(fmt::format("s{}", j), "uT", sigma);
       out.insert(out.end(), own.begin(), own.end());
     }
     return out;

@@ -137,19 +137,41 @@ Finding small_motion_finding(const Stage& rotation, const Stage& moving, const S
   return f;
 }
 
-// Does the effect take so much, whitened and squared, of what the accelerometer leaves? Most of
-// what it explains may be another sensor's misfit.
-bool calms(const Pipeline& pipeline, const Stage& rotation, const Score& score, double squares) {
-  ModelSpec spec = rotation.spec();
-  spec.effects.push_back(score.effect);
-  const auto with =
-      attempt([&] { return pipeline.refit_with_same_noise(rotation, spec, score.theta); });
-  if (!with) return false;
-  const auto left = [](const Stage& stage) {
-    const SensorSums sums = stage.sums();
-    return sums.rows[std::size_t(Sensor::kAcc)] * std::pow(sums.rms(Sensor::kAcc), 2);
-  };
-  return left(rotation) - left(*with) > squares;
+// Squares that the accelerometer leaves, whitened.
+double left_by_acc(const Stage& stage) {
+  const SensorSums sums = stage.sums();
+  return sums.rows[std::size_t(Sensor::kAcc)] * std::pow(sums.rms(Sensor::kAcc), 2);
+}
+
+bool is_calm(const Restlessness& r) { return r.excess < kCalm && r.colour < kCalmColour; }
+
+// May causes that are known stand for a moved hand: do they leave the accelerometer calm, one
+// beside the other, each time the one that takes most of what it leaves? (Most of what a cause
+// explains may be another sensor's misfit.) Whether they are the causes is not asked here.
+bool has_rivals(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+                const Extender& extender, const Stage& rotation, double rest_acc) {
+  const double least = kSomeOfIt * restlessness(rotation, rest_acc).squares;
+  Stage stage = rotation;
+  for (;;) {
+    const Restlessness now = restlessness(stage, rest_acc);
+    if (is_calm(now)) return true;
+    const Scan scan(recordings, stage, extender.candidates(stage));
+    std::optional<Stage> best;
+    double left = left_by_acc(stage) - least;
+    for (const Score& s : scan.scores()) {
+      const bool shows = log10_chi_square_tail(s.statistic, s.dof) < extender.log10_level() &&
+                         s.statistic > kMostOfIt * now.squares;
+      if (!shows) continue;
+      ModelSpec spec = stage.spec();
+      spec.effects.push_back(s.effect);
+      auto with = attempt([&] { return pipeline.refit_with_same_noise(stage, spec, s.theta); });
+      if (!with || !(left_by_acc(*with) < left)) continue;
+      left = left_by_acc(*with);
+      best = std::move(with);
+    }
+    if (!best) return false;
+    stage = *std::move(best);
+  }
 }
 
 // Does what the accelerometer leaves follow the way the sensor is held and turned? A hand does not.
@@ -197,17 +219,10 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
   }
 
   const Restlessness restless = restlessness(rotation, rest_acc);
-  const Scan scan(recordings, rotation, extender.candidates(rotation));
-  const bool other = std::ranges::any_of(scan.scores(), [&](const Score& s) {
-    return log10_chi_square_tail(s.statistic, s.dof) < extender.log10_level() &&
-           s.statistic > kMostOfIt * restless.squares &&
-           calms(pipeline, rotation, s, kSomeOfIt * restless.squares);
-  });
-  if (other) {
+  if (has_rivals(recordings, pipeline, extender, rotation, rest_acc)) {
     const Diagnosis before = d;
     extender.extend(rotation);
-    const Restlessness now = restlessness(extender.stage(), rest_acc);
-    if (now.excess < kCalm && now.colour < kCalmColour) return extender.stage();
+    if (is_calm(restlessness(extender.stage(), rest_acc))) return extender.stage();
     d = before;
   }
   if (follows_the_attitude(recordings, rotation, restless.squares)) return rotation;

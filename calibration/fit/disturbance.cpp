@@ -267,23 +267,27 @@ void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
   search.lower = {-100.0, shortest};
   search.upper = {100.0, longest};
   // Where the noise may be another, too, the first search only leads there.
+  search.confirms = options_.mag_noise_known;
   const double share = options_.mag_noise_known ? kSettledShare : kRoughShare;
   search.settled = [&none, share](double best) {
     return std::max(kSettledNats, share * std::abs(best - none));
   };
   const double memory = std::clamp(std::log(d.memory_s), shortest, longest);
   std::vector<double> x = {std::log(d.size) - 0.5 * memory, memory};
-  const bool noise_there = d.mag_noise != 1.0;  // from a model much like this one
+  const bool noise_there = d.curvature.rows() == 3;  // from a model much like this one
+  search.curvature = noise_there ? MatrixXd() : d.curvature;
   double best = noise_there ? 0.0 : search.maximize(with, x);
   if (noise_there || (!options_.mag_noise_known && best - none > kNoiseFrom)) {
     search.lower.push_back(std::log(kLeastNoise));
     search.upper.push_back(-std::log(kLeastNoise));
     search.first_step = kFirstNoiseStep;
+    search.confirms = true;
     search.settled = [&none](double value) {
       return std::max(kSettledNats, kSettledShare * std::abs(value - none));
     };
     std::vector<double> noise = {0.0};
     QuadraticSearch other = search;
+    other.curvature = {};
     other.lower = {search.lower[2]};
     other.upper = {search.upper[2]};
     none = other.maximize(
@@ -291,20 +295,25 @@ void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
           return log_density(0.0, d.memory_s, std::exp(at[0]));
         },
         noise);
-    // From the process with the noise as it is, and from the noise that passes for the process:
-    // each may be a maximum of its own.
     std::vector<double> y = x;
     x.push_back(std::log(d.mag_noise));
     y.push_back(noise[0]);
+    search.curvature = noise_there ? d.curvature : MatrixXd();
     best = search.maximize(with, x);
-    if (std::abs(y[2] - x[2]) > kFirstNoiseStep) {
-      if (const double elsewhere = search.maximize(with, y); elsewhere > best) {
+    // From the process with the noise as it is, and from the noise that passes for the process:
+    // each may be a maximum of its own.
+    if (!noise_there && std::abs(y[2] - x[2]) > kFirstNoiseStep) {
+      QuadraticSearch again = search;
+      again.curvature = {};
+      if (const double elsewhere = again.maximize(with, y); elsewhere > best) {
         best = elsewhere;
         x = y;
+        search.curvature = again.curvature;
       }
     }
     d.mag_noise = std::exp(x[2]);
   }
+  d.curvature = search.curvature;
   d.gain_nats = std::max(0.0, best - none);
   d.evidence = std::max(best, none);
   d.evidence_without = none;

@@ -55,6 +55,9 @@ struct DisturbanceFit {
   // Log densities of the samples, with the process and without: models of the same samples compare.
   double evidence = 0.0, evidence_without = 0.0;
   int sweeps = 0;  // passes over the recording that were needed
+  // Minus the second derivatives of G at the maximum, by the logarithms of size^2 / memory, of the
+  // memory and, where it was asked for, of the magnetometer's noise; empty: nothing was fitted.
+  MatrixXd curvature = {};
 };
 
 struct DisturbanceOptions {

@@ -3,132 +3,191 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-
-#include "graph/decompositions.h"
+#include <limits>
+#include <optional>
 
 namespace magimu {
 namespace {
 
-constexpr double kLongestStep = 4.0, kShortestStep = 0.003;  // a step, in the first one's
-constexpr double kNearBy = 0.2;    // the shortest region of trust, in which a top is confirmed
-constexpr double kMistaken = 0.3;  // of a promised gain
-constexpr double kLonger = 2.0, kShorter = 0.4;  // a step after that
-constexpr int kSteps = 200;                      // on the way up a quadratic
+// Of a unit of curvature, within which the function loses half of one: steps of the differences
+// that give slopes, and of those that give curvatures.
+constexpr double kSlopeStep = 0.1, kBendStep = 0.5;
+constexpr double kFirstLook = 0.3;      // of the first step, while curvatures are not known
+constexpr double kFlat = 0.1;           // of a curvature that is negative, in its stead
+constexpr double kLeastBend = 1e-3;     // of one over the first step
+constexpr double kMostMistaken = 0.01;  // of a curvature: a measured one counts as no less of it
+constexpr double kLongestStep = 4.0, kShortestStep = 1e-4;  // in the first one's
+constexpr double kMoves = 0.1, kForetold = 0.7;             // of a promised gain
+constexpr double kLonger = 2.0, kShorter = 0.3;             // the region after that
+constexpr double kDamped = 0.1;                             // of the curvature before
+constexpr int kRounds = 200;                                // on the way up a quadratic
 
-struct Point {
-  VectorXd x;
-  double value;
-};
-
-// value + gradient' d + d' H d / 2
-struct Quadratic {
-  VectorXd gradient;
-  MatrixXd H;
-  double gain(const VectorXd& d) const { return gradient.dot(d) + 0.5 * d.dot(H * d); }
-};
-
-// Through the best point, and by least squares through the others, which count less the farther
-// they are; of all that fit alike the one that bends the least.
-Quadratic through(const std::vector<Point>& points, const Point& best, double step) {
-  const Eigen::Index n = best.x.size(), bends = n * (n + 1) / 2;
-  const auto rows = Eigen::Index(points.size());
-  MatrixXd A = MatrixXd::Zero(rows, n + bends);
-  VectorXd b = VectorXd::Zero(rows);
-  for (Eigen::Index k = 0; k < rows; ++k) {
-    const Point& p = points[std::size_t(k)];
-    if (!std::isfinite(p.value)) continue;
-    const VectorXd d = (p.x - best.x) / step;
-    const double weight = 1.0 / (1.0 + std::pow(d.norm(), 3));
-    Eigen::Index at = n;
-    A.row(k).head(n) = weight * d.transpose();
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index j = i; j < n; ++j) A(k, at++) = weight * (i == j ? 0.5 : 1.0) * d[i] * d[j];
+class Search {
+ public:
+  Search(const QuadraticSearch& options, const std::function<double(const std::vector<double>&)>& f,
+         const std::vector<double>& from)
+      : options_(options),
+        f_(f),
+        n_(Eigen::Index(from.size())),
+        low_(Eigen::Map<const VectorXd>(options.lower.data(), n_)),
+        high_(Eigen::Map<const VectorXd>(options.upper.data(), n_)),
+        x_(Eigen::Map<const VectorXd>(from.data(), n_).cwiseMax(low_).cwiseMin(high_)),
+        B_(MatrixXd::Identity(n_, n_) / std::pow(options.first_step, 2)),
+        region_(options.first_step) {
+    const bool known = options.curvature.rows() == n_;
+    if (known) B_ = options.curvature;
+    confirmed_ = known || !options.confirms;
+    value_ = look(x_);
+    if (known) {
+      find_slopes();
+    } else {
+      find_bends(kFirstLook * options.first_step);
     }
-    b[k] = weight * (p.value - best.value);
   }
-  const VectorXd c = A.completeOrthogonalDecomposition().solve(b);
-  Quadratic q{c.head(n) / step, MatrixXd(n, n)};
-  Eigen::Index at = n;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = i; j < n; ++j) q.H(i, j) = q.H(j, i) = c[at++] / (step * step);
-  }
-  return q;
-}
 
-// Where it is largest between these bounds.
-VectorXd top_of(const Quadratic& q, const VectorXd& least, const VectorXd& most) {
-  const double bend = q.H.cwiseAbs().rowwise().sum().maxCoeff();
-  const double reach = (most - least).norm();
-  if (!(reach > 0.0)) return VectorXd::Zero(least.size());
-  const double along = 1.0 / std::max({bend, q.gradient.norm() / reach, 1e-300});
-  VectorXd best = VectorXd::Zero(least.size());
-  // Where it bends upward there may be several.
-  for (const double from : {0.0, 1.0, -1.0}) {
-    VectorXd d = from * (q.gradient.array() >= 0.0).select(most, least);
-    d = d.cwiseMax(least).cwiseMin(most);
-    for (int i = 0; i < kSteps; ++i) {
-      d = (d + along * (q.gradient + q.H * d)).cwiseMax(least).cwiseMin(most);
+  void climb() {
+    while (calls_ < options_.most_calls) {
+      const bool at_top = !step();
+      if (at_top && confirmed_) return;
+      if (at_top) {
+        confirmed_ = true;
+        find_bends({});
+      } else {
+        const VectorXd before = slope_;
+        find_slopes();
+        learn(x_ - from_, before - slope_);
+      }
     }
-    if (q.gain(d) > q.gain(best)) best = d;
   }
-  return best;
-}
+
+  const VectorXd& x() const { return x_; }
+  const MatrixXd& curvature() const { return B_; }
+  double value() const { return value_; }
+  int calls() const { return calls_; }
+
+ private:
+  double look(const VectorXd& at) {
+    ++calls_;
+    const double value = f_(std::vector<double>(at.data(), at.data() + n_));
+    return std::isfinite(value) ? value : -std::numeric_limits<double>::max();
+  }
+  double look(Eigen::Index i, double step) {
+    VectorXd to = x_;
+    to[i] += step;
+    return look(to);
+  }
+
+  // By a difference to one side, corrected by the curvature.
+  void find_slopes() {
+    slope_.resize(n_);
+    for (Eigen::Index i = 0; i < n_; ++i) slope_[i] = slope(i, step_of(kSlopeStep, i));
+  }
+  double step_of(double share, Eigen::Index i) const {
+    return std::min(share / std::sqrt(B_(i, i)), 0.5 * options_.first_step);
+  }
+  double slope(Eigen::Index i, double step) {
+    if (x_[i] + step > high_[i]) step = -step;
+    return (look(i, step) - value_) / step + 0.5 * B_(i, i) * step;
+  }
+
+  // By differences to both sides, or twice to one where a bound is near. first: the step while
+  // nothing is known; what couples coordinates is learned later. Else the couplings stay, as
+  // correlations.
+  void find_bends(std::optional<double> first) {
+    slope_.resize(n_);
+    for (Eigen::Index i = 0; i < n_; ++i) {
+      double h = std::min(first ? *first : step_of(kBendStep, i), 0.5 * (high_[i] - low_[i]));
+      if (x_[i] + h > high_[i]) h = -h;
+      const bool both = x_[i] - h >= low_[i] && x_[i] - h <= high_[i];
+      const double here = look(i, h), there = look(i, both ? -h : 2.0 * h);
+      slope_[i] =
+          both ? (here - there) / (2.0 * h) : (4.0 * here - there - 3.0 * value_) / (2.0 * h);
+      const double bend =
+          (both ? 2.0 * value_ - here - there : 2.0 * here - there - value_) / (h * h);
+      const double taken = std::max(bend > 0.0 ? bend : -kFlat * bend, kLeastBend / (h * h));
+      if (first) {
+        B_(i, i) = taken;
+        continue;
+      }
+      const double times = std::clamp(taken / B_(i, i), kMostMistaken, 1.0 / kMostMistaken);
+      B_.row(i) *= std::sqrt(times);
+      B_.col(i) *= std::sqrt(times);
+    }
+  }
+
+  // slope' d - d' B d / 2 is largest there between the bounds, one coordinate after the other.
+  VectorXd top() const {
+    const VectorXd least = (low_ - x_).cwiseMax(-region_), most = (high_ - x_).cwiseMin(region_);
+    VectorXd d = VectorXd::Zero(n_);
+    for (int round = 0; round < kRounds; ++round) {
+      for (Eigen::Index i = 0; i < n_; ++i) {
+        const double rest = slope_[i] - B_.row(i).dot(d) + B_(i, i) * d[i];
+        d[i] = std::clamp(rest / B_(i, i), least[i], most[i]);
+      }
+    }
+    return d;
+  }
+
+  // To a higher place; false: no step promises enough.
+  bool step() {
+    while (calls_ < options_.most_calls) {
+      const VectorXd d = top();
+      const double bent = d.dot(B_ * d), promised = slope_.dot(d) - 0.5 * bent;
+      const double length = d.cwiseAbs().maxCoeff();
+      if (!(promised > options_.settled(value_)) || length < kShortestStep * options_.first_step)
+        return false;
+      const double found = look(x_ + d) - value_;
+      if (found > kMoves * promised) {
+        from_ = x_;
+        x_ += d;
+        value_ += found;
+        const bool foretold = found > kForetold * promised && found < promised / kForetold;
+        if (foretold && length >= region_)
+          region_ = std::min(kLonger * region_, kLongestStep * options_.first_step);
+        return true;
+      }
+      // Along d it bends more than was thought.
+      const double bends = 2.0 * (slope_.dot(d) - found);
+      if (bends > bent && std::isfinite(bends)) {
+        const VectorXd Bd = B_ * d;
+        B_ += (bends / bent - 1.0) / bent * Bd * Bd.transpose();
+      }
+      region_ = kShorter * length;
+    }
+    return false;
+  }
+
+  // After a step the slopes fell by so much.
+  void learn(const VectorXd& d, const VectorXd& fell) {
+    const VectorXd Bd = B_ * d;
+    const double bent = d.dot(Bd), bends = d.dot(fell);
+    if (!(bent > 0.0)) return;
+    // Where it bends upward, and hardly downward, what was known counts for the rest (damping).
+    const double share = bends < kDamped * bent ? (1.0 - kDamped) * bent / (bent - bends) : 1.0;
+    const VectorXd r = share * fell + (1.0 - share) * Bd;
+    B_ += r * r.transpose() / d.dot(r) - Bd * Bd.transpose() / bent;
+  }
+
+  const QuadraticSearch& options_;
+  const std::function<double(const std::vector<double>&)>& f_;
+  Eigen::Index n_;
+  VectorXd low_, high_, x_, from_, slope_;
+  MatrixXd B_;
+  double value_ = 0.0, region_;
+  bool confirmed_ = false;
+  int calls_ = 0;
+};
 
 }  // namespace
 
 double QuadraticSearch::maximize(const std::function<double(const std::vector<double>&)>& f,
                                  std::vector<double>& x) {
-  const auto n = Eigen::Index(x.size());
-  const Eigen::Map<const VectorXd> low(lower.data(), n), high(upper.data(), n);
-  calls = 0;
-  std::vector<Point> points;
-  Point best{{}, NAN};
-  const auto look = [&](const VectorXd& at) {
-    ++calls;
-    points.push_back({at, f(std::vector<double>(at.data(), at.data() + n))});
-    if (points.back().value > best.value || !std::isfinite(best.value)) best = points.back();
-    return points.back().value;
-  };
-  look(Eigen::Map<const VectorXd>(x.data(), n).cwiseMax(low).cwiseMin(high));
-  // Along each coordinate, to both sides of the best so far.
-  const auto look_around = [&](double step) {
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const VectorXd from = best.x;
-      for (const double way : {1.0, -1.0}) {
-        VectorXd to = from;
-        to[i] = std::clamp(from[i] + way * step, low[i], high[i]);
-        if (to[i] != from[i]) look(to);
-      }
-    }
-  };
-  double step = first_step;
-  look_around(step);
-  const double shortest = kShortestStep * first_step;
-  double confirmed = -INFINITY;  // this value by points nearby
-  bool sure = false;             // the last quadratic foretold what was found
-  while (calls < most_calls) {
-    const Quadratic q = through(points, best, step);
-    const VectorXd d = top_of(q, (low - best.x).cwiseMax(-step), (high - best.x).cwiseMin(step));
-    const double promised = q.gain(d), before = best.value, enough = settled(before);
-    const double length = d.cwiseAbs().maxCoeff();
-    if ((sure && promised < enough) || length < shortest) {
-      if (before - confirmed < enough) break;
-      // Points from far away need not tell of a ridge that bends.
-      step = kNearBy * first_step;
-      confirmed = before;
-      look_around(step);
-      sure = true;
-      continue;
-    }
-    const double found = look(best.x + d) - before;
-    sure = std::abs(found - promised) < std::max(kMistaken * promised, enough);
-    if (sure && length > 0.9 * step) step = std::min(kLonger * step, kLongestStep * first_step);
-    if (!sure && !(found > kMistaken * promised))
-      step = std::max(kShorter * step, kNearBy * first_step);
-  }
-  for (Eigen::Index i = 0; i < n; ++i) x[std::size_t(i)] = best.x[i];
-  return best.value;
+  Search search(*this, f, x);
+  search.climb();
+  x.assign(search.x().data(), search.x().data() + search.x().size());
+  curvature = search.curvature();
+  calls = search.calls();
+  return search.value();
 }
 
 }  // namespace magimu

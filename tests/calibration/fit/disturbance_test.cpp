@@ -187,10 +187,30 @@ TEST(QuadraticSearch, finds_the_top_of_a_tilted_hill) {
   EXPECT_NEAR(search.maximize(f, x), 5.0, 1e-3);
   EXPECT_NEAR(x[0], 3.0, 0.05);
   EXPECT_LT(search.calls, 45);
+  // From there, knowing how it bends, to the top of a hill much like it.
+  const auto nearby = [&](const std::vector<double>& y) { return f({y[0] + 0.1, y[1] - 0.05}); };
+  EXPECT_NEAR(search.maximize(nearby, x), 5.0, 1e-3);
+  EXPECT_LT(search.calls, 12);
+  search.curvature = {};
   search.upper = {2.0, 10.0};
   x = {0.0, 0.0};
   search.maximize(f, x);
   EXPECT_NEAR(x[0], 2.0, 1e-6) << "at the edge";
+}
+
+// A ridge that bends, as size and memory of a process have where the readings tell little.
+TEST(QuadraticSearch, follows_a_ridge) {
+  const auto f = [](const std::vector<double>& x) {
+    const double off = x[0] - 0.3 * x[1] * x[1];
+    return -20.0 * off * off - 0.5 * std::pow(x[1] - 2.0, 2) - 3.0 * std::pow(x[2] + x[0], 2);
+  };
+  QuadraticSearch search;
+  search.lower = {-10.0, -10.0, -10.0};
+  search.upper = {10.0, 10.0, 10.0};
+  search.settled = [](double) { return 0.01; };
+  std::vector<double> x = {1.0, -2.0, 0.0};
+  EXPECT_GT(search.maximize(f, x), -0.03);
+  EXPECT_LT(search.calls, 100);
 }
 
 }  // namespace

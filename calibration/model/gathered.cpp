@@ -26,11 +26,14 @@ struct Source {
   }
 };
 
-// Effects whose parameters are zero leave all readings as they are.
-bool corrects(const ModelSpec& spec) {
-  return !std::ranges::all_of(spec.extended, [](const auto& extended) {
-    return std::ranges::all_of(extended->theta, [](const VectorXd& t) { return t.isZero(0.0); });
+// Effects whose parameters are zero leave a sensor's readings as they are.
+bool corrects(const ModelSpec& spec, Channel channel) {
+  return !std::ranges::all_of(spec.extended, [&](const auto& extended) {
+    return extended->theta[std::size_t(channel)].isZero(0.0);
   });
+}
+bool same_readings(const ModelSpec& a, const ModelSpec& b, Channel channel) {
+  return a.extended == b.extended || (!corrects(a, channel) && !corrects(b, channel));
 }
 bool integrates_columns(const ModelSpec& spec) {
   return std::ranges::any_of(spec.extended, [](const auto& extended) {
@@ -40,17 +43,20 @@ bool integrates_columns(const ModelSpec& spec) {
 }
 bool same_attitudes(const ModelSpec& a, const ModelSpec& b) {
   return a.gyr_bias == b.gyr_bias && a.gyr_matrix_value == b.gyr_matrix_value &&
-         (a.extended == b.extended || (!corrects(a) && !corrects(b)));
+         same_readings(a, b, Channel::kGyr);
 }
 std::vector<double> mag_offsets(const ModelSpec& spec) {
   const std::vector<double>& own = spec.mag_offset_s;
   return spec.mag_time_offset ? own : std::vector<double>(own.size(), 0.0);
 }
 bool same_mag(const ModelSpec& a, const ModelSpec& b) {
-  return same_attitudes(a, b) && mag_offsets(a) == mag_offsets(b);
+  return same_attitudes(a, b) && same_readings(a, b, Channel::kMag) &&
+         mag_offsets(a) == mag_offsets(b);
 }
 bool same_motion(const ModelSpec& a, const ModelSpec& b) {
-  if (a.motion != b.motion || !same_attitudes(a, b)) return false;
+  if (a.motion != b.motion || !same_attitudes(a, b) || !same_readings(a, b, Channel::kAcc)) {
+    return false;
+  }
   if (a.extended != b.extended && (integrates_columns(a) || integrates_columns(b))) return false;
   return a.motion != MotionModel::kHandHeld ||
          (a.acc_bias == b.acc_bias && a.gyr_matrix == b.gyr_matrix);

@@ -217,10 +217,26 @@ Mounting mounting_of(Recording r, const std::vector<Issue>& issues) {
 // of twelve pairs differ by a factor of four in a few of a million cases (F distribution); wrong
 // axes differ by the turns themselves, tens of degrees against a few.
 constexpr double kClearly = 4.0;
+
+// How much better the best axes fit than the axes as they are, as a factor; of sensors that say the
+// same of the gyroscope all together, since what misleads one does not mislead the other.
+double clearness(const AxesFit& fit, const std::vector<AxesFit>& all) {
+  double product = 1.0;
+  for (const AxesFit& other : all) {
+    if (other.gyr_axes.empty() || other.may_be_straight()) continue;
+    if (other.gyr_axes.front() == fit.gyr_axes.front()) {
+      product *= other.rms_straight_rad / std::max(1e-9, other.rms_rad);
+    }
+  }
+  return product;
+}
+
 bool sure(const Mounting& mounting, double length_s) {
   constexpr double kWhole = 24.0;  // s, from which on mounting.h has pairs of its usual distance
-  return length_s >= kWhole || std::ranges::all_of(mounting.fits, [](const AxesFit& fit) {
-           return fit.may_be_straight() || fit.rms_straight_rad > kClearly * fit.rms_rad;
+  return length_s >= kWhole || std::ranges::all_of(mounting.fits, [&](const AxesFit& fit) {
+           if (fit.may_be_straight()) return true;
+           if (fit.gyr_axes.empty()) return fit.rms_straight_rad > kClearly * fit.rms_rad;
+           return clearness(fit, mounting.fits) > kClearly;
          });
 }
 
@@ -234,12 +250,16 @@ std::vector<Issue> axes_that_do_not_fit(const Mounting& mounting) {
     // The field's directions are known once the sensor was turned to all sides.
     const bool clearly = fit.rms_straight_rad > kClearly * fit.rms_rad && fit.sensor == "acc";
     if (fit.gyr_axes.empty() || fit.may_be_straight() || !clearly) continue;
+    std::string so_far;
+    for (const AxesFinding& f : findings_so_far(mounting)) {
+      if (f.sensor == fit.sensor) so_far = "; so far this fits best: " + f.text_of_remedy;
+    }
     out.push_back(
         {"axes", fit.sensor, -1, Severity::kCaution, 0.0, 0.0,
          fmt::format("the directions of {} do not turn as the gyroscope says: the axes of "
                      "one of them are others",
                      fit.sensor),
-         "turn it about all three of its axes, and the option that mends it will be said"});
+         "turn it about all three of its axes, and the option that mends it is certain" + so_far});
   }
   return out;
 }

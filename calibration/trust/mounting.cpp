@@ -165,6 +165,15 @@ std::vector<AxesFinding> likely_findings(const Mounting& mounting) {
   return findings_of(fits);
 }
 
+std::vector<AxesFinding> findings_so_far(const Mounting& mounting) {
+  std::vector<AxesFit> fits = mounting.fits;
+  for (AxesFit& fit : fits) {
+    if (fit.gyr_axes.empty()) return {};
+    fit.gyr_axes.resize(1);
+  }
+  return findings_of(fits);
+}
+
 Mounting check_mounting(const Recording& recording) {
   Mounting out;
   const Vector3 bias = gyr_bias_at_rest(recording, find_rests(recording)).value_or(Vector3::Zero());

@@ -55,6 +55,9 @@ struct Mounting {
 // or as the decided ones are: for the beginning of a stream. Empty where that leaves a choice.
 std::vector<AxesFinding> likely_findings(const Mounting& mounting);
 
+// What the best fit of each sensor says, where others fit about as well.
+std::vector<AxesFinding> findings_so_far(const Mounting& mounting);
+
 // The recording must have samples of accelerometer and gyroscope; magnetometers are optional.
 Mounting check_mounting(const Recording& recording);
 

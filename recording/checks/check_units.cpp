@@ -203,6 +203,13 @@ double radius_of(const VectorSeries& s) {
   return radius;
 }
 
+// Whether all that stands in the file are whole numbers, as counts of a converter are.
+bool is_whole(const VectorSeries& s, double file_unit) {
+  return std::ranges::all_of(s.v, [&](const Vector3& v) {
+    return (v / file_unit).array().round().matrix().isApprox(v / file_unit, 1e-9);
+  });
+}
+
 // The step in which an axis is written: its least change.
 double step_of(const VectorSeries& s, int axis) {
   double least = 1e300;
@@ -265,10 +272,7 @@ std::vector<Issue> check_mag(const Recording& r, const std::string& name, const 
   for (const Vector3& v : mag.v) lengths.push_back(v.norm());
   const double usual = median(std::move(lengths)), radius = radius_of(mag);
   const double given = file_unit(r, "mag");
-  bool whole = true;
-  for (const Vector3& v : mag.v) {
-    whole = whole && (v / given).array().round().matrix().isApprox(v / given, 1e-9);
-  }
+  const bool whole = is_whole(mag, given);
   const auto reads = [&](const std::string& meaning) {
     return fmt::format(
         "{} usually reads {:.4g}, and turning changes it by {:.3g}; in uT the "
@@ -376,10 +380,11 @@ std::vector<Issue> check_gyr(const Recording& r) {
       gain);
   const std::string name = unit_text("gyr", unit, kNearRate);
   const double of_converter = nearest(kGyrCounts, kDeg / unit);
-  // mrad/s and 16.4 counts a deg/s are as near as 6 %.
-  const bool named = std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
-                     std::abs(std::log(unit / *unit_in_ours("gyr", name))) <
-                         std::abs(std::log(kDeg / unit / of_converter));
+  // mrad/s and 16.4 counts a deg/s are as near as 6 %: the nearer one, if it may be counts.
+  const bool named =
+      std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
+      (!is_whole(r.gyr, given) || std::abs(std::log(unit / *unit_in_ours("gyr", name))) <
+                                      std::abs(std::log(kDeg / unit / of_converter)));
   if (named && std::abs(unit / given - 1.0) > kNear) {
     return {unit_issue("gyr", "gyr", fmt::format("{}: it seems to be in {}", turns, name), name)};
   }

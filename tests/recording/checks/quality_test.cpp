@@ -193,6 +193,15 @@ const std::vector<Spoilt> kSpoilt{
      [](Recording& r) { scale(r.gyr, 180 / M_PI); }},
     {"gyr_in_millidegrees", "unit", "gyr", kFatal, "seems to be in mdeg/s", "--unit gyr=mdeg/s",
      [](Recording& r) { scale(r.gyr, 180e3 / M_PI); }},
+    // As near to mrad/s as to 16.4 counts a deg/s, by what a hand lets be measured.
+    {"gyr_near_two_units", "unit", "gyr", kFatal, "seems to be in mrad/s", "--unit gyr=mrad/s",
+     [](Recording& r) { scale(r.gyr, 965.0); }},
+    {"gyr_near_two_units_in_whole_numbers", "unit", "gyr", kFatal, "counts of the converter, 16.4",
+     "--unit gyr=0.001064",
+     [](Recording& r) {
+       scale(r.gyr, 965.0);
+       for (Vector3& v : r.gyr.v) v = v.array().round();
+     }},
     {"stuck_axis", "stuck", "gyr", kCaution, "gyr_y does not change at all for 1.99 s from 10.00 s",
      "hung",
      [](Recording& r) {

@@ -34,6 +34,9 @@ constexpr double kNear = 0.05;      // of a named factor
 // The same of a gyroscope's, which is measured by how directions turn, in a hand that swings to a
 // tenth: its units are seventeen times apart and more.
 constexpr double kNearRate = 0.1;
+// How well directions tell the rate, and what odds it gives that readings are whole numbers, or are
+// not, for counts of a converter against a unit.
+constexpr double kRateSigma = 0.02, kOdds = 10.0;
 constexpr double kLeastField = 5.0;  // uT: less has no magnetometer on earth
 // The earth's field has 22 to 67 uT, soft iron changes it by half at the most.
 constexpr double kSmallestRadius = 15.0, kLargestRadius = 100.0;
@@ -380,11 +383,13 @@ std::vector<Issue> check_gyr(const Recording& r) {
       gain);
   const std::string name = unit_text("gyr", unit, kNearRate);
   const double of_converter = nearest(kGyrCounts, kDeg / unit);
-  // mrad/s and 16.4 counts a deg/s are as near as 6 %: the nearer one, if it may be counts.
-  const bool named =
-      std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
-      (!is_whole(r.gyr, given) || std::abs(std::log(unit / *unit_in_ours("gyr", name))) <
-                                      std::abs(std::log(kDeg / unit / of_converter)));
+  const auto off = [&](double a, double b) { return std::pow(std::log(a / b), 2); };
+  // mrad/s and 16.4 counts a deg/s are as near as 6 %: by how far off each is, and by what counts
+  // look like.
+  const double odds = 2.0 * kRateSigma * kRateSigma * std::log(kOdds);
+  const bool named = std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
+                     off(unit, *unit_in_ours("gyr", name)) <
+                         off(kDeg / unit, of_converter) + (is_whole(r.gyr, given) ? -odds : odds);
   if (named && std::abs(unit / given - 1.0) > kNear) {
     return {unit_issue("gyr", "gyr", fmt::format("{}: it seems to be in {}", turns, name), name)};
   }

@@ -300,8 +300,14 @@ Values Pipeline::start_of(const Stage& stage, const Stage& from, const VectorXd&
   return values;
 }
 
+Stage Pipeline::beside(const Stage& from, const ModelSpec& spec) const {
+  return from.is_of(recordings_, coarse_plans_)
+             ? Stage(from, spec, coarse_optimizer_)
+             : Stage(recordings_, spec, coarse_plans_, coarse_optimizer_);
+}
+
 Stage Pipeline::refit(const Stage& from, const ModelSpec& spec, const VectorXd& start) const {
-  Stage stage(recordings_, spec, coarse_plans_, coarse_optimizer_);
+  Stage stage = beside(from, spec);
   fit_with_noise(stage, start_of(stage, from, start), true);
   return stage;
 }
@@ -314,7 +320,7 @@ Stage Pipeline::refit(const ModelSpec& spec, const Values& start) const {
 
 Stage Pipeline::refit_with_same_noise(const Stage& from, const ModelSpec& spec,
                                       const VectorXd& start) const {
-  Stage stage(recordings_, spec, coarse_plans_, coarse_optimizer_);
+  Stage stage = beside(from, spec);
   stage.fit(start_of(stage, from, start), true);
   return stage;
 }

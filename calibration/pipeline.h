@@ -97,6 +97,8 @@ class Pipeline {
   Values start_of(const Stage& stage, const Stage& from, const VectorXd& start) const;
   Calibration half(const Stage& coarse, bool second) const;
   void fit_with_noise(Stage& stage, const Values& start, bool warm) const;
+  // Another model at the coarse nodes.
+  Stage beside(const Stage& from, const ModelSpec& spec) const;
   Stage with_offset(const Stage& stage) const;
   Stage with_acc_jitter(const Stage& stage) const;
   Stage with_gyr_matrix(const Stage& stage) const;

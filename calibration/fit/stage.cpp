@@ -175,13 +175,23 @@ Stage::Stage(const std::vector<const Recording*>& recordings, const ModelSpec& s
   if (magnetometers > 1) spec_.mag_noise.resize(magnetometers, spec_.noise.mag);
 }
 
-Stage::Stage(const Stage& like, const ModelSpec& spec)
-    : recordings_(like.recordings_),
-      spec_(spec),
-      plans_(like.plans_),
-      optimizer_(like.optimizer_),
-      gathered_(like.gathered_),
-      gyr_freedom_(like.gyr_freedom_) {}
+Stage::Stage(const Stage& like, const ModelSpec& spec) : Stage(like, spec, like.optimizer_) {}
+
+Stage::Stage(const Stage& like, const ModelSpec& spec, const OptimizerOptions& optimizer)
+    : Stage(like.recordings_, spec, like.plans_, optimizer) {
+  gathered_ = like.gathered_;
+  gyr_freedom_ = like.gyr_freedom_;
+}
+
+bool Stage::is_of(const std::vector<const Recording*>& recordings,
+                  const std::vector<NodePlan>& plans) const {
+  const auto alike = [](const NodePlan& a, const NodePlan& b) {
+    return a.t == b.t && a.first == b.first && a.field == b.field && a.before_s == b.before_s &&
+           a.whole_s == b.whole_s && a.continues == b.continues && a.next_s == b.next_s &&
+           a.independent == b.independent;
+  };
+  return recordings_ == recordings && std::ranges::equal(plans_, plans, alike);
+}
 
 void Stage::build() {
   gathered_ = std::make_shared<const GatheredSamples>(recordings_, plans_, spec_, gathered_.get());
@@ -330,7 +340,17 @@ Values carry_over(const std::vector<const Recording*>& recordings, const Stage& 
   const bool moving = to.spec().motion == MotionModel::kHandHeld;
   const bool moved = from.spec().motion == MotionModel::kHandHeld;
   Values values;
-  for (std::size_t r = 0; r < recordings.size(); ++r) {
+  const bool same_nodes = of.empty() && from.is_of(recordings, to.plans());
+  for (std::size_t r = 0; same_nodes && r < recordings.size(); ++r) {
+    const NodePlan& plan = to.plans()[r];
+    for (int id = plan.first; id < plan.first + int(plan.t.size()); ++id) {
+      values.insert(R(id), old.at<Rot3>(R(id)));
+      if (!moving) continue;
+      values.insert(V(id), moved ? old.at<Vector3>(V(id)) : Vector3::Zero().eval());
+      values.insert(P(id), moved ? old.at<Vector3>(P(id)) : Vector3::Zero().eval());
+    }
+  }
+  for (std::size_t r = 0; !same_nodes && r < recordings.size(); ++r) {
     const IntegratedRotation gyr(recordings[r]->gyr, old.at<Vector3>(key::gyr_bias),
                                  from.spec().gyr_matrix_value);
     const NodePlan &coarse = from.plans()[of.empty() ? r : of[r]], &fine = to.plans()[r];

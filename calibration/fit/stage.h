@@ -37,8 +37,14 @@ class Stage {
   // With these nodes.
   Stage(const std::vector<const Recording*>& recordings, const ModelSpec& spec,
         std::vector<NodePlan> plans, const OptimizerOptions& optimizer);
-  // Another model of the same recordings and nodes.
+  // Another model of the same recordings and nodes: what it takes from the samples alike is not
+  // gathered again.
   Stage(const Stage& like, const ModelSpec& spec);
+  Stage(const Stage& like, const ModelSpec& spec, const OptimizerOptions& optimizer);
+
+  // Is it a model of these recordings with these nodes?
+  bool is_of(const std::vector<const Recording*>& recordings,
+             const std::vector<NodePlan>& plans) const;
 
   const std::vector<NodePlan>& plans() const { return plans_; }
   const ModelSpec& spec() const { return spec_; }

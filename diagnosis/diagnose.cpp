@@ -177,6 +177,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
       dependences.left = unexplained_beside(recordings, full, options, extender, d);
     }
   }
+  withdraw_crumbs_of_noise(d);
   add_unexplained(std::move(dependences), d);
   fill_departures(recordings, full, extender, pipeline.rest_noise(), options.noise.has_value(),
                   at_rest, d);

@@ -11,6 +11,7 @@
 
 #include "calibration/model/extension.h"
 #include "calibration/motion/rests.h"
+#include "diagnosis/conclude/noise_findings.h"
 #include "diagnosis/conclude/place.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
@@ -375,6 +376,18 @@ std::shared_ptr<const FieldOfPlace> find_missing_state(const MissingStateInput& 
   d.field_at_rest =
       field_at_rest(series_of(in.recordings, in.last, tasks[0].fit, in.options), in.recordings);
   return ask_for_place(in, tasks, late, d);
+}
+
+void withdraw_crumbs_of_noise(Diagnosis& d) {
+  const MissingState* const most = strongest(d);
+  if (most == nullptr) return;
+  std::erase_if(d.findings, [&](const Finding& f) {
+    const bool is_process = std::ranges::any_of(d.missing, [&](const MissingState& m) {
+      return m.channel == f.channel && m.noise == f.effect;
+    });
+    return f.channel == most->channel && is_size_of_noise(f) && !is_process &&
+           f.gain.heldout_nll_before - f.gain.heldout_nll_after < kCrumb * counted(*most);
+  });
 }
 
 bool state_is_missing(const Diagnosis& d) {

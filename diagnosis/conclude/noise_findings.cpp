@@ -314,6 +314,10 @@ void tell_what_has_no_name(const std::vector<NoiseTest>& tests,
 
 }  // namespace
 
+bool is_size_of_noise(const Finding& f) {
+  return f.effect == "noise_scale" || f.effect == "correlated_noise" || f.effect == "outliers";
+}
+
 void take_out_saturated(std::vector<Recording>& recordings, const DiagnosisOptions& options,
                         Diagnosis& d) {
   std::optional<Finding> strongest;
@@ -432,7 +436,10 @@ void withdraw_other_lines(const std::vector<const Recording*>& recordings, Diagn
                     "and in step with its clock, which no alternating field is: rows of two "
                     "sensors or devices are mixed, or the sensor takes turns. Separate them.",
                     kOrdinal[n - 2], size_of_line(*line)));
-    d.findings.erase(line);
+    // What else the samples of such a mixture show is the mixture.
+    std::erase_if(d.findings, [](const Finding& f) {
+      return f.channel == "mag" && (f.effect == "mains_interference" || is_size_of_noise(f));
+    });
     return;
   }
   if (std::ranges::any_of(recordings, of_mains)) return;

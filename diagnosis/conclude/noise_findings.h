@@ -25,4 +25,7 @@ void withdraw_other_lines(const std::vector<const Recording*>& recordings, Diagn
 void take_out_saturated(std::vector<Recording>& recordings, const DiagnosisOptions& options,
                         Diagnosis& d);
 
+// Does it tell how large, how coloured or how heavy-tailed a sensor's noise is?
+bool is_size_of_noise(const Finding& f);
+
 }  // namespace magimu

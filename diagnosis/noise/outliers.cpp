@@ -379,7 +379,9 @@ NoiseTest test_outliers(const NoiseSeries& s, const Cleaned& c, OutlierShares* s
   const Mixture& two = search.two;
   if (two.eps <= 0.0) return test;
   const Events places = events(s, c);
-  const double few = in_whole ? two.eps * search.all.total : double(places.few);
+  // (One outlier stands out of several high-passed samples.)
+  const double share_of_all = two.eps * search.all.total;
+  const double few = in_whole ? share_of_all : std::min(share_of_all, double(places.few));
   if (test.p_value < kSeen && few < kLeastEvents) {
     test.p_value = 1.0;
     test.in_bursts = places.many >= kLeastEvents;

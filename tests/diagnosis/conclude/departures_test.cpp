@@ -146,6 +146,10 @@ TEST(Lines, in_step_with_the_samples_are_no_mains) {
     EXPECT_THAT(names(d), testing::Not(Contains("mains_interference (mag)")));
     EXPECT_EQ(d.answer, Answer::kUnexplained) << to_string(d.answer);
     EXPECT_THAT(d.evidence, Contains(HasSubstr(every == 2 ? "Every second" : "Every third")));
+    // Where densities are given, their size is not doubted for it.
+    DiagnosisOptions options;
+    options.noise = SimulationOptions().noise;
+    EXPECT_THAT(names(diagnose(r, options)), testing::Not(Contains("noise_scale (mag)")));
   }
 }
 

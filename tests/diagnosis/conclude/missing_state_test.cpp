@@ -75,6 +75,29 @@ TEST(MissingState, of_which_causes_take_nothing_is_unexplained) {
   EXPECT_EQ(conclude(d).answer, Answer::kPartly);
 }
 
+// Whatever is missing gives residuals some shape: a noise that is worth a crumb of it is that.
+TEST(MissingState, keeps_a_noise_from_being_named_that_is_worth_a_crumb_of_it) {
+  const auto noise = [](const std::string& effect, const std::string& channel, double gain) {
+    Finding f;
+    f.effect = effect;
+    f.channel = channel;
+    f.gain.heldout_nll_before = gain;
+    return f;
+  };
+  const auto named = [&](double mag, const std::string& process) {
+    Diagnosis d;
+    d.findings = {noise("correlated_noise", "mag", mag), noise("outliers", "acc", 14.0),
+                  noise("mag_time_offset", "mag", 14.0)};
+    d.missing = missing({900.0, 6000.0, 100.0, 0.0}, {900.0, 6000.0, 100.0, 0.0});
+    d.missing[0].noise = process;
+    withdraw_crumbs_of_noise(d);
+    return d.findings.size();
+  };
+  EXPECT_EQ(named(14.0, ""), 2U);
+  EXPECT_EQ(named(1400.0, ""), 3U);
+  EXPECT_EQ(named(14.0, "correlated_noise"), 3U) << "a process that it is";
+}
+
 TEST(MissingState, is_not_called_a_field_where_the_accelerometer_is_late) {
   Diagnosis d = test::clean_diagnosis();
   d.missing = missing({300.0, 200.0, 10.0, 20.0}, {300.0, 200.0, 10.0, 20.0});

@@ -199,6 +199,19 @@ TEST(ExplainNoise, finds_outliers) {
   }
 }
 
+// Of one in ten thousand nobody knows how often they come.
+TEST(ExplainNoise, names_no_outliers_for_a_sample_or_two) {
+  const oracle::Simulation s = oracle::simulate(options(14, {}));
+  for (const bool high_passed : {false, true}) {
+    SampleResiduals r =
+        high_passed ? followed(s.recording.acc, Channel::kAcc, kNoise.acc) : mag_residuals(s);
+    r.residual[1500] += 12.0 * r.sigma * Vector3(1.0, -0.5, 0.5);
+    EXPECT_THAT(explain_noise({r}, kLevel), testing::IsEmpty());
+    r.residual[3500] += 12.0 * r.sigma * Vector3(-0.5, 1.0, 0.5);
+    EXPECT_THAT(explain_noise({r}, kLevel), testing::IsEmpty());
+  }
+}
+
 TEST(ExplainNoise, finds_the_steps_of_the_converter) {
   for (const double q : {0.3, 1.0 / 3.0, 1.0, 3.0}) {
     const SampleResiduals r =

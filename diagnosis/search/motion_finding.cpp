@@ -145,16 +145,16 @@ double left_by_acc(const Stage& stage) {
 
 bool is_calm(const Restlessness& r) { return r.excess < kCalm && r.colour < kCalmColour; }
 
-// May causes that are known stand for a moved hand: do they leave the accelerometer calm, one
-// beside the other, each time the one that takes most of what it leaves? (Most of what a cause
-// explains may be another sensor's misfit.) Whether they are the causes is not asked here.
+// May causes that are known stand for a moved hand: do they take nearly all of what the
+// accelerometer leaves, one beside the other, each time the one that takes most? (Most of what a
+// cause explains may be another sensor's misfit.) Whether they are the causes is not asked here.
 bool has_rivals(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                 const Extender& extender, const Stage& rotation, double rest_acc) {
   const double least = kSomeOfIt * restlessness(rotation, rest_acc).squares;
   Stage stage = rotation;
   for (;;) {
     const Restlessness now = restlessness(stage, rest_acc);
-    if (is_calm(now)) return true;
+    if (is_calm(now) || now.squares < least) return true;
     const Scan scan(recordings, stage, extender.candidates(stage));
     std::optional<Stage> best;
     double left = left_by_acc(stage) - least;

@@ -275,7 +275,7 @@ void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
   const double memory = std::clamp(std::log(d.memory_s), shortest, longest);
   std::vector<double> x = {std::log(d.size) - 0.5 * memory, memory};
   const bool noise_there = d.curvature.rows() == 3;  // from a model much like this one
-  search.curvature = noise_there ? MatrixXd() : d.curvature;
+  search.curvature = d.curvature;
   double best = noise_there ? 0.0 : search.maximize(with, x);
   if (noise_there || (!options_.mag_noise_known && best - none > kNoiseFrom)) {
     search.lower.push_back(std::log(kLeastNoise));
@@ -287,7 +287,6 @@ void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
     };
     std::vector<double> noise = {0.0};
     QuadraticSearch other = search;
-    other.curvature = {};
     other.lower = {search.lower[2]};
     other.upper = {search.upper[2]};
     none = other.maximize(
@@ -298,7 +297,6 @@ void DisturbanceModel::maximize(DisturbanceFit& d, double first_step) const {
     std::vector<double> y = x;
     x.push_back(std::log(d.mag_noise));
     y.push_back(noise[0]);
-    search.curvature = noise_there ? d.curvature : MatrixXd();
     best = search.maximize(with, x);
     // From the process with the noise as it is, and from the noise that passes for the process:
     // each may be a maximum of its own.

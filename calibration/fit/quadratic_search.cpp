@@ -14,7 +14,7 @@ namespace {
 constexpr double kSlopeStep = 0.1, kBendStep = 0.5;
 constexpr double kFirstLook = 0.3;      // of the first step, while curvatures are not known
 constexpr double kFlat = 0.1;           // of a curvature that is negative, in its stead
-constexpr double kLeastBend = 1e-3;     // of one over the first step
+constexpr double kLeastBend = 1e-3;     // of one over the square of the difference
 constexpr double kMostMistaken = 0.01;  // of a curvature: a measured one counts as no less of it
 constexpr double kLongestStep = 4.0, kShortestStep = 1e-4;  // in the first one's
 constexpr double kMoves = 0.1, kForetold = 0.7;             // of a promised gain

@@ -20,8 +20,8 @@ struct QuadraticSearch {
   std::vector<double> lower, upper;  // of each coordinate
   // A step that promises less is none.
   std::function<double(double value)> settled = {};
-  // Minus the second derivatives at the start, positive definite, where they are known; empty: not.
-  // Then those where the search ended.
+  // Minus the second derivatives at the start, positive definite, where they are known; of another
+  // size, such as empty: not. Then those where the search ended.
   MatrixXd curvature = {};
   // Whether curvatures that were only learned on the way are measured before the end.
   bool confirms = true;

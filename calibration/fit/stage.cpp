@@ -341,18 +341,11 @@ Values carry_over(const std::vector<const Recording*>& recordings, const Stage& 
   const bool moved = from.spec().motion == MotionModel::kHandHeld;
   Values values;
   const bool same_nodes = of.empty() && from.is_of(recordings, to.plans());
-  for (std::size_t r = 0; same_nodes && r < recordings.size(); ++r) {
-    const NodePlan& plan = to.plans()[r];
-    for (int id = plan.first; id < plan.first + int(plan.t.size()); ++id) {
-      values.insert(R(id), old.at<Rot3>(R(id)));
-      if (!moving) continue;
-      values.insert(V(id), moved ? old.at<Vector3>(V(id)) : Vector3::Zero().eval());
-      values.insert(P(id), moved ? old.at<Vector3>(P(id)) : Vector3::Zero().eval());
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    std::optional<IntegratedRotation> gyr;
+    if (!same_nodes) {
+      gyr.emplace(recordings[r]->gyr, old.at<Vector3>(key::gyr_bias), from.spec().gyr_matrix_value);
     }
-  }
-  for (std::size_t r = 0; !same_nodes && r < recordings.size(); ++r) {
-    const IntegratedRotation gyr(recordings[r]->gyr, old.at<Vector3>(key::gyr_bias),
-                                 from.spec().gyr_matrix_value);
     const NodePlan &coarse = from.plans()[of.empty() ? r : of[r]], &fine = to.plans()[r];
     std::size_t k = 0;
     for (std::size_t i = 0; i < fine.t.size(); ++i) {
@@ -360,7 +353,8 @@ Values carry_over(const std::vector<const Recording*>& recordings, const Stage& 
       const auto& times = coarse.t;
       while (k + 1 < times.size() && std::abs(times[k + 1] - t) <= std::abs(times[k] - t)) ++k;
       const int near = coarse.first + int(k), id = fine.first + int(i);
-      values.insert(R(id), (old.at<Rot3>(R(near)) * gyr.between(times[k], t)).normalized());
+      const Rot3& there = old.at<Rot3>(R(near));
+      values.insert(R(id), gyr ? (there * gyr->between(times[k], t)).normalized() : there);
       if (!moving) continue;
       values.insert(V(id), moved ? old.at<Vector3>(V(near)) : Vector3::Zero().eval());
       values.insert(P(id), moved ? old.at<Vector3>(P(near)) : Vector3::Zero().eval());

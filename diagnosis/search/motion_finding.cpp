@@ -35,7 +35,7 @@ constexpr double kOverColour = 1.4;        // standard deviations
 struct Restlessness {
   double excess = 1.0, colour = 0.0;
   double rows = 0.0;
-  double squares = 0.0;  // whitened, beyond those of noise as at rest
+  double left = 0.0, squares = 0.0;  // whitened: all, and beyond those of noise as at rest
 };
 
 // Is there more of it, and more that is slow, in motion than in the rests, each about its mean?
@@ -66,7 +66,8 @@ Restlessness restlessness(const Stage& rotation, double rest_acc) {
   out.rows = sums.rows[std::size_t(Sensor::kAcc)];
   const double rms = sums.rms(Sensor::kAcc);
   if (rest_acc > 0.0) out.excess = rotation.spec().noise.acc * rms / rest_acc;
-  out.squares = out.rows * rms * rms * (1.0 - 1.0 / std::pow(std::max(1.0, out.excess), 2));
+  out.left = out.rows * rms * rms;
+  out.squares = out.left * (1.0 - 1.0 / std::pow(std::max(1.0, out.excess), 2));
   return out;
 }
 
@@ -137,27 +138,20 @@ Finding small_motion_finding(const Stage& rotation, const Stage& moving, const S
   return f;
 }
 
-// Squares that the accelerometer leaves, whitened.
-double left_by_acc(const Stage& stage) {
-  const SensorSums sums = stage.sums();
-  return sums.rows[std::size_t(Sensor::kAcc)] * std::pow(sums.rms(Sensor::kAcc), 2);
-}
-
 bool is_calm(const Restlessness& r) { return r.excess < kCalm && r.colour < kCalmColour; }
 
 // May causes that are known stand for a moved hand: do they take nearly all of what the
 // accelerometer leaves, one beside the other, each time the one that takes most? (Most of what a
 // cause explains may be another sensor's misfit.) Whether they are the causes is not asked here.
 bool has_rivals(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
-                const Extender& extender, const Stage& rotation, double rest_acc) {
-  const double least = kSomeOfIt * restlessness(rotation, rest_acc).squares;
+                const Extender& extender, const Stage& rotation, Restlessness now,
+                double rest_acc) {
+  const double least = kSomeOfIt * now.squares;
   Stage stage = rotation;
-  for (;;) {
-    const Restlessness now = restlessness(stage, rest_acc);
-    if (is_calm(now) || now.squares < least) return true;
+  while (!is_calm(now) && !(now.squares < least)) {
     const Scan scan(recordings, stage, extender.candidates(stage));
     std::optional<Stage> best;
-    double left = left_by_acc(stage) - least;
+    Restlessness of_best{.left = now.left - least};
     for (const Score& s : scan.scores()) {
       const bool shows = log10_chi_square_tail(s.statistic, s.dof) < extender.log10_level() &&
                          s.statistic > kMostOfIt * now.squares;
@@ -165,13 +159,17 @@ bool has_rivals(const std::vector<const Recording*>& recordings, const Pipeline&
       ModelSpec spec = stage.spec();
       spec.effects.push_back(s.effect);
       auto with = attempt([&] { return pipeline.refit_with_same_noise(stage, spec, s.theta); });
-      if (!with || !(left_by_acc(*with) < left)) continue;
-      left = left_by_acc(*with);
+      if (!with) continue;
+      const Restlessness its = restlessness(*with, rest_acc);
+      if (!(its.left < of_best.left)) continue;
+      of_best = its;
       best = std::move(with);
     }
     if (!best) return false;
     stage = *std::move(best);
+    now = of_best;
   }
+  return true;
 }
 
 // Does what the accelerometer leaves follow the way the sensor is held and turned? A hand does not.
@@ -219,7 +217,7 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
   }
 
   const Restlessness restless = restlessness(rotation, rest_acc);
-  if (has_rivals(recordings, pipeline, extender, rotation, rest_acc)) {
+  if (has_rivals(recordings, pipeline, extender, rotation, restless, rest_acc)) {
     const Diagnosis before = d;
     extender.extend(rotation);
     if (is_calm(restlessness(extender.stage(), rest_acc))) return extender.stage();

@@ -41,6 +41,23 @@ void polled(Damage& d) {
   d.what = fmt::format("{:.2f} times as fast", times);
 }
 
+// Rows of two devices in one file: the other has gains and a bias of its own.
+void mixed_devices(Damage& d) {
+  const int s = d.choose_mag();
+  const std::size_t n = 2 + d.dice.index(3);
+  Vector3 gain, bias;
+  for (int i = 0; i < 3; ++i) {
+    gain[i] = d.dice.uniform(0.8, 1.2);
+    bias[i] = d.dice.uniform(-20.0, 20.0);
+  }
+  const std::vector<std::size_t> rows = d.log.rows_of(s);
+  for (std::size_t k = 0; k < rows.size(); k += n) {
+    Vector3& v = d.log.rows[rows[k]].v[std::size_t(s)];
+    v = gain.cwiseProduct(v) + bias;
+  }
+  d.what += fmt::format("every {} rows, bias {:.1f} uT", n, bias.norm());
+}
+
 // A slower sensor, resampled on straight lines.
 void interpolated(Damage& d) {
   const int s = d.dice.chance(0.7) ? d.choose_mag() : d.choose_imu();
@@ -165,6 +182,11 @@ void add_mag_faults(std::vector<FaultKind>& kinds) {
         .of_sensor = true,
         .info_can_see = true,
         .apply = polled},
+       {.name = "mixed_devices",
+        .words = {"mixed", "two (sensors|devices)", "another device", "takes turns"},
+        .of_sensor = true,
+        .info_can_see = true,
+        .apply = mixed_devices},
        {.name = "interpolated",
         .words = {"interpolat", "straight line", "slower", "resampl"},
         .of_sensor = true,

@@ -8,10 +8,16 @@
 
 #include "calibration/motion/rests.h"
 #include "diagnosis/conclude/unexplained.h"
+#include "diagnosis/noise/noise_causes.h"
+#include "factors/effects/change.h"
 #include "recording/checks/quality.h"
 
 namespace magimu {
 namespace {
+
+Channel channel_of(const std::string& name) {
+  return name == "acc" ? Channel::kAcc : name == "gyr" ? Channel::kGyr : Channel::kMag;
+}
 
 // The check that speaks against the times of a recording's gyroscope or magnetometer; empty: none.
 std::string bad_times(const std::vector<const Recording*>& given) {
@@ -38,6 +44,45 @@ void withdraw_clock_of_bad_times(const std::vector<const Recording*>& given, Dia
                            "clock is right these times do not tell, and it is not named.",
                            100.0 * std::abs(clock->parameters.front().value), bad));
   d.findings.erase(clock);
+}
+
+// Where rows of two devices are mixed, what the readings of the mixture show is the mixture.
+void withdraw_of_mixtures(const std::vector<const Recording*>& given, Diagnosis& d) {
+  for (const Recording* r : given) {
+    for (const Issue& issue : check_recording(*r)) {
+      if (issue.kind != "mixed") continue;
+      std::erase_if(d.findings, [&](const Finding& f) { return f.channel == issue.sensor; });
+      add_evidence(d, channel_of(issue.sensor),
+                   fmt::format("{}{}. Nothing else is named of such samples; {}.",
+                               char(std::toupper(issue.problem.front())), issue.problem.substr(1),
+                               issue.remedy));
+    }
+  }
+}
+
+// What begins and ends at times that are not told apart did not change: it came and went.
+void withdraw_what_passed(Diagnosis& d) {
+  constexpr double kToldApart = 3.0;  // standard deviations
+  for (auto f = d.findings.begin(); f != d.findings.end();) {
+    const auto of = [&](const char* name) {
+      const auto it = std::ranges::find(f->parameters, name, &FoundParameter::name);
+      return it != f->parameters.end() ? *it : FoundParameter{};
+    };
+    const FoundParameter t0 = of("t0"), t1 = of("t1");
+    const bool both = is_change(f->effect) && std::isfinite(t0.value) && std::isfinite(t1.value);
+    if (!both || t1.value - t0.value > kToldApart * std::hypot(t0.sigma, t1.sigma)) {
+      ++f;
+      continue;
+    }
+    const Channel channel = channel_of(f->channel);
+    add_evidence(d, channel,
+                 fmt::format("About {:.1f} s, for some {:.1f} s, the {} departs from the model, and "
+                             "neither begins nor ends at once, as a change does: something passed "
+                             "it?",
+                             0.5 * (t0.value + t1.value), t1.value - t0.value,
+                             sensor_name(channel)));
+    f = d.findings.erase(f);
+  }
 }
 
 // The mean over which interval a gyroscope's sample is: read wrongly, the attitude comes half an
@@ -120,6 +165,8 @@ void name_change_at_rest(const std::vector<const Recording*>& given, Diagnosis& 
 
 void withdraw_contradicted(const std::vector<const Recording*>& given, Diagnosis& d) {
   withdraw_clock_of_bad_times(given, d);
+  withdraw_of_mixtures(given, d);
+  withdraw_what_passed(d);
 }
 
 void reword_by_what_is_known(const std::vector<const Recording*>& given, Diagnosis& d) {

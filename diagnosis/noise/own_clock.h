@@ -20,6 +20,10 @@ namespace magimu {
 struct OwnClock {
   double period_s = 0.0, share = 0.0;  // T and p
   double period_sigma_s = 0.0, share_sigma = 0.0;
+  // Held until the next one, as the effect has it; else what is read is interpolated or smoothed,
+  // and the ages are another function of the phase.
+  bool held = true;
+  double reach_s = 0.0;    // how much older or newer than its time a sample is
   double pattern_s = 0.0;  // after which the samples' ages repeat: as the samples show it
   double p_value = 1.0;    // of the line, among all frequencies
   // Nats of the samples' change, alternate stretches of ten seconds predicted from the others.

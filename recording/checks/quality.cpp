@@ -87,7 +87,9 @@ std::vector<Issue> check_recording(const Recording& recording) {
       append(issues, check_intervals(sensor, recording.set_aside));
       if (still) continue;
       append(issues, check_saturation(sensor));
-      append(issues, check_clock(sensor));
+      std::vector<Issue> of_clock = check_clock(sensor);
+      if (of_clock.empty()) of_clock = check_mixed(sensor);
+      append(issues, std::move(of_clock));
     }
     tell_of_common_gap(issues, sensors.size());
   }

@@ -32,5 +32,7 @@ std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gy
 std::vector<Issue> check_saturation(const NamedSeries& sensor);
 // Samples that repeat the one before, or lie on a line between neighbours: a slower clock.
 std::vector<Issue> check_clock(const NamedSeries& sensor);
+// Samples that come from two devices in turn. Interpolated ones do not count.
+std::vector<Issue> check_mixed(const NamedSeries& sensor);
 
 }  // namespace magimu

@@ -12,7 +12,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kLevel = 0.01;
+constexpr double kCouplingLevel = 0.01;
 
 Simulation array_with(const std::vector<std::string>& effects, std::uint64_t seed = 4,
                       int magnetometers = 5) {
@@ -33,7 +33,7 @@ CouplingSearch search_in(const Simulation& s) {
   const CheckedRecordings checked({&s.recording});
   const Pipeline pipeline(checked.get(), options);
   std::string why;
-  return find_coupling(pipeline.fine(pipeline.coarse(why)), kLevel);
+  return find_coupling(pipeline.fine(pipeline.coarse(why)), kCouplingLevel);
 }
 
 // The same by hand, of a simulation without it.

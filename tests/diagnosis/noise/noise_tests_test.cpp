@@ -14,7 +14,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kLevel = 1e-4;
+constexpr double kNoiseLevel = 1e-4;
 constexpr oracle::Densities kNoise{2e-3, 1.5e-4, 0.05};  // at 100 Hz: 0.02 m/s^2, 0.0015, 0.5 uT
 
 oracle::Options options(std::uint64_t seed, std::vector<oracle::Effect> effects) {
@@ -101,7 +101,7 @@ void expect_parameter(const NoiseTest& test, std::size_t i, double truth) {
 // Found alone, with parameters within four sigma and a gain on the other half.
 void expect_found(const SampleResiduals& r, const std::string& effect,
                   const std::vector<double>& truth) {
-  const std::vector<NoiseTest> found = explain_noise({r}, kLevel);
+  const std::vector<NoiseTest> found = explain_noise({r}, kNoiseLevel);
   ASSERT_THAT(names(found), testing::ElementsAre(to_string(r.channel) + " " + effect))
       << found.back().sentence;
   ASSERT_EQ(found[0].parameters.size(), truth.size());
@@ -117,7 +117,7 @@ oracle::Effect effect(const std::string& name, const std::vector<double>& parame
 
 TEST(ExplainNoise, names_nothing_where_the_noise_is_as_given) {
   for (const std::uint64_t seed : {1u, 2u, 3u, 4u, 5u}) {
-    EXPECT_THAT(names(explain_noise(all_channels(oracle::simulate(options(seed, {}))), kLevel)),
+    EXPECT_THAT(names(explain_noise(all_channels(oracle::simulate(options(seed, {}))), kNoiseLevel)),
                 testing::IsEmpty());
   }
 }
@@ -125,7 +125,7 @@ TEST(ExplainNoise, names_nothing_where_the_noise_is_as_given) {
 TEST(ExplainNoise, leaves_slow_remainders_to_others) {
   const oracle::Simulation s = oracle::simulate(options(6, {}));
   for (const double slow : {0.1, 0.3, 1.0, 10.0}) {
-    EXPECT_THAT(names(explain_noise({mag_residuals(s, slow), acc_residuals(s, slow)}, kLevel)),
+    EXPECT_THAT(names(explain_noise({mag_residuals(s, slow), acc_residuals(s, slow)}, kNoiseLevel)),
                 testing::IsEmpty())
         << slow;
   }
@@ -139,7 +139,7 @@ TEST(ExplainNoise, leaves_errors_of_the_reading_to_others) {
     }
     const oracle::Simulation s =
         oracle::simulate(options(7, {oracle::random_effect(name, 7, {.field_uT = 48.0})}));
-    EXPECT_THAT(names(explain_noise(all_channels(s), kLevel)), testing::IsEmpty()) << name;
+    EXPECT_THAT(names(explain_noise(all_channels(s), kNoiseLevel)), testing::IsEmpty()) << name;
   }
 }
 
@@ -156,7 +156,7 @@ TEST(ExplainNoise, finds_noise_of_another_size) {
 TEST(ExplainNoise, says_nothing_about_the_size_where_no_density_is_given) {
   SampleResiduals r = mag_residuals(oracle::simulate(options(9, {effect("noise_scale", {2.0})})));
   r.sigma_given = false;
-  EXPECT_THAT(names(explain_noise({r}, kLevel)), testing::IsEmpty());
+  EXPECT_THAT(names(explain_noise({r}, kNoiseLevel)), testing::IsEmpty());
 }
 
 TEST(ExplainNoise, finds_correlated_noise) {
@@ -178,7 +178,7 @@ TEST(ExplainNoise, finds_correlated_noise_where_the_trajectory_follows) {
 TEST(ExplainNoise, says_that_no_filter_makes_neighbours_opposite) {
   SampleResiduals r = mag_residuals(oracle::simulate(options(10, {})));
   for (std::size_t k = r.residual.size() - 1; k > 0; --k) r.residual[k] -= 0.5 * r.residual[k - 1];
-  EXPECT_THAT(names(explain_noise({r}, kLevel)),
+  EXPECT_THAT(names(explain_noise({r}, kNoiseLevel)),
               testing::Not(testing::Contains(testing::HasSubstr("correlated_noise"))));
   bool said = false;
   for (const NoiseTest& test : test_noise({r})) {
@@ -206,9 +206,9 @@ TEST(ExplainNoise, names_no_outliers_for_a_sample_or_two) {
     SampleResiduals r =
         high_passed ? followed(s.recording.acc, Channel::kAcc, kNoise.acc) : mag_residuals(s);
     r.residual[1500] += 12.0 * r.sigma * Vector3(1.0, -0.5, 0.5);
-    EXPECT_THAT(explain_noise({r}, kLevel), testing::IsEmpty());
+    EXPECT_THAT(explain_noise({r}, kNoiseLevel), testing::IsEmpty());
     r.residual[3500] += 12.0 * r.sigma * Vector3(-0.5, 1.0, 0.5);
-    EXPECT_THAT(explain_noise({r}, kLevel), testing::IsEmpty());
+    EXPECT_THAT(explain_noise({r}, kNoiseLevel), testing::IsEmpty());
   }
 }
 
@@ -216,7 +216,7 @@ TEST(ExplainNoise, finds_the_steps_of_the_converter) {
   for (const double q : {0.3, 1.0 / 3.0, 1.0, 3.0}) {
     const SampleResiduals r =
         mag_residuals(oracle::simulate(options(13, {effect("mag_quantization", {q})})));
-    const std::vector<NoiseTest> found = explain_noise({r}, kLevel);
+    const std::vector<NoiseTest> found = explain_noise({r}, kNoiseLevel);
     ASSERT_THAT(names(found), testing::ElementsAre("mag mag_quantization")) << q;
     expect_parameter(found[0], 0, q);
     EXPECT_LT(found[0].nll_after, found[0].nll_before);
@@ -231,7 +231,7 @@ TEST(ExplainNoise, finds_steps_in_a_file_that_has_few_decimals) {
     r.residual[k] += written - r.reading[k];
     r.reading[k] = written;
   }
-  const std::vector<NoiseTest> found = explain_noise({r}, kLevel);
+  const std::vector<NoiseTest> found = explain_noise({r}, kNoiseLevel);
   ASSERT_THAT(names(found), testing::ElementsAre("mag mag_quantization"));
   expect_parameter(found[0], 0, 1.0 / 3.0);
 }
@@ -240,7 +240,7 @@ TEST(ExplainNoise, passes_over_steps_that_are_far_below_the_noise) {
   for (const double q : {0.001, 0.01, 0.1}) {
     const SampleResiduals r =
         mag_residuals(oracle::simulate(options(15, {effect("mag_quantization", {q})})));
-    EXPECT_THAT(names(explain_noise({r}, kLevel)), testing::IsEmpty()) << q;
+    EXPECT_THAT(names(explain_noise({r}, kNoiseLevel)), testing::IsEmpty()) << q;
   }
 }
 
@@ -250,7 +250,7 @@ TEST(ExplainNoise, finds_the_limit_of_the_converter) {
     expect_found(mag_residuals(s), "mag_saturation", {M});
     const oracle::Simulation both = oracle::simulate(
         options(16, {effect("mag_saturation", {M}), effect("mag_quantization", {0.25})}));
-    EXPECT_THAT(names(explain_noise({mag_residuals(both)}, kLevel)),
+    EXPECT_THAT(names(explain_noise({mag_residuals(both)}, kNoiseLevel)),
                 testing::Contains("mag mag_saturation"));
   }
 }
@@ -268,7 +268,7 @@ TEST(ExplainNoise, finds_mains_next_to_half_the_sampling_rate) {
   const std::vector<double> truth = {3.0, -2.0, 2.5, -3.5, 3.0, 2.0, 50.04};
   const SampleResiduals r =
       mag_residuals(oracle::simulate(options(18, {effect("mains_interference", truth)})));
-  const std::vector<NoiseTest> found = explain_noise({r}, kLevel);
+  const std::vector<NoiseTest> found = explain_noise({r}, kNoiseLevel);
   ASSERT_THAT(names(found), testing::ElementsAre("mag mains_interference"));
   const double f = found[0].parameters[6].value;  // 100 Hz - 50.04 Hz, mirrored: the sine changes
   expect_parameter(found[0], 6, f < 50.0 ? 49.96 : 50.04);
@@ -283,7 +283,7 @@ TEST(ExplainNoise, tells_causes_apart_that_come_together) {
       options(19, {effect("outliers", {0.01, 15.0}), effect("correlated_noise", {0.7}),
                    effect("noise_scale", {1.5}),
                    effect("mains_interference", {0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 31.3})}));
-  const std::vector<NoiseTest> found = explain_noise({mag_residuals(s)}, kLevel);
+  const std::vector<NoiseTest> found = explain_noise({mag_residuals(s)}, kNoiseLevel);
   ASSERT_THAT(names(found), testing::ElementsAre("mag mains_interference", "mag outliers",
                                                  "mag correlated_noise", "mag noise_scale"));
   EXPECT_NEAR(found[2].parameters[0].value, 0.7, 0.04);

@@ -62,6 +62,13 @@ void slow_clock(VectorSeries& s, std::size_t ratio, bool on_lines) {
   }
 }
 
+// Every nth row is of another device.
+void mix(VectorSeries& s, std::size_t n) {
+  for (std::size_t k = 1; k < s.size(); k += n) {
+    s.v[k] = s.v[k].cwiseProduct(Vector3(1.03, 0.96, 1.01)) + Vector3(3.0, -2.0, 4.0);
+  }
+}
+
 struct Spoilt {
   std::string name, kind, sensor;
   Severity severity;
@@ -179,6 +186,10 @@ const std::vector<Spoilt> kSpoilt{
        slow_clock(r.mag[0], 2, true);
        for (Vector3& v : r.mag[0].v) v = (v * 1e3).array().round() / 1e3;
      }},
+    {"rows_of_two_devices", "mixed", "mag", kCaution, "every second sample of mag stands out",
+     "separate them", [](Recording& r) { mix(r.mag[0], 2); }},
+    {"every_third_row_of_another", "mixed", "mag", kCaution, "every third sample of mag", "separate",
+     [](Recording& r) { mix(r.mag[0], 3); }},
     {"acc_in_g", "unit", "acc", kFatal, "it is in g", "--unit acc=g",
      [](Recording& r) { scale(r.acc, 1 / 9.80665); }},
     {"acc_in_mg", "unit", "acc", kFatal, "it is in mg", "--unit acc=mg",

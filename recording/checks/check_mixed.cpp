@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Rows of two devices, or of two sensors, written as one: every second or third sample is of
+// another device, with gains and a bias of its own. It stands out from its neighbours by a linear
+// function of the reading, and so does the one n samples later, all along the recording.
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "recording/checks/quality_checks.h"
+
+namespace magimu {
+namespace {
+
+constexpr std::size_t kLongestPattern = 6;  // samples: devices that take turns, one row each
+constexpr std::size_t kEnoughOfEach = 100;  // samples of a place in the pattern: eight times the numbers
+constexpr double kPlain = 0.5;              // what a pattern explains is more than what is left
+
+using Matrix43 = Eigen::Matrix<double, 4, 3>;
+
+// Least squares of how samples depart from their neighbours' mean, by the reading and a constant.
+struct Departures {
+  Eigen::Matrix4d XX = Eigen::Matrix4d::Zero();
+  Matrix43 XE = Matrix43::Zero();
+  double EE = 0.0, n = 0.0;
+
+  void add(const Vector3& reading, const Vector3& departure) {
+    Eigen::Vector4d x;
+    x << reading, 1.0;
+    XX += x * x.transpose();
+    XE += x * departure.transpose();
+    EE += departure.squaredNorm();
+    n += 1.0;
+  }
+  Matrix43 solve() const {
+    const Eigen::Matrix4d ridge = 1e-9 * Eigen::Matrix4d(XX.diagonal().asDiagonal());
+    return (XX + ridge).ldlt().solve(XE);
+  }
+  // Sums of squares: of what B leaves, and of B itself.
+  double left_by(const Matrix43& B) const {
+    return EE - 2.0 * B.cwiseProduct(XE).sum() + explained(B);
+  }
+  double explained(const Matrix43& B) const { return (B.transpose() * XX * B).trace(); }
+};
+
+struct Mixture {
+  std::size_t every = 0;
+  double size = 0.0;  // RMS of the departures, in the sensor's unit
+  double share = 0.0;
+};
+
+// The place in a pattern of n samples that departs the most from what all do.
+std::optional<Mixture> mixture_of(const std::vector<Vector3>& v, std::size_t n) {
+  std::array<Departures, kLongestPattern> of_place;
+  Departures all;
+  double bends = 0.0, count = 0.0;  // of samples of the same place
+  for (std::size_t k = n; k + n < v.size(); ++k) {
+    const Vector3 departure = v[k] - 0.5 * (v[k - 1] + v[k + 1]);
+    const Vector3 mean = 0.5 * (v[k - 1] + v[k + 1]);
+    of_place[k % n].add(mean, departure);
+    all.add(mean, departure);
+    bends += (v[k] - 0.5 * (v[k - n] + v[k + n])).squaredNorm();
+    count += 1.0;
+  }
+  if (count < double(n * kEnoughOfEach)) return std::nullopt;
+  const Matrix43 common = all.solve();
+  std::optional<Mixture> best;
+  for (std::size_t place = 0; place < n; ++place) {
+    const Departures& here = of_place[place];
+    const Matrix43 own = here.solve();
+    const double before = here.left_by(common), after = here.left_by(own);
+    const double size = std::sqrt(std::max(0.0, here.explained(own - common)) / here.n);
+    const double share = before > 0.0 ? 1.0 - after / before : 0.0;
+    if (!(share > kPlain) || size < std::sqrt(bends / count)) continue;
+    if (!best || share > best->share) best = Mixture{n, size, share};
+  }
+  return best;
+}
+
+}  // namespace
+
+std::vector<Issue> check_mixed(const NamedSeries& sensor) {
+  constexpr double kHardlyBetter = 0.8;  // of what is left: a multiple of a pattern is one, too
+  std::optional<Mixture> found;
+  for (std::size_t n = 2; n <= kLongestPattern; ++n) {
+    const auto mixture = mixture_of(sensor.series->v, n);
+    if (!mixture) continue;
+    if (!found || 1.0 - mixture->share < kHardlyBetter * (1.0 - found->share)) found = mixture;
+  }
+  if (!found) return {};
+  constexpr std::array<const char*, kLongestPattern + 1> kOrdinal = {
+      "", "", "second", "third", "fourth", "fifth", "sixth"};
+  const char* unit = sensor.is_mag() ? "uT" : sensor.name == "acc" ? "m/s^2" : "rad/s";
+  return {{"mixed", sensor.name, -1, Severity::kCaution, 0.0, 0.0,
+           fmt::format("every {} sample of {} stands out from its neighbours by {:.2g} {}, all "
+                       "along, as the readings of another device do: rows of two sensors or devices "
+                       "are mixed, or the sensor takes turns",
+                       kOrdinal[found->every], sensor.name, found->size, unit),
+           "separate them, and calibrate each by itself"}};
+}
+
+}  // namespace magimu

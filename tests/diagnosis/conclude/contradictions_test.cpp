@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/conclude/contradictions.h"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+
+#include "tests/oracle/sensors.h"
+
+namespace magimu {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+Finding change_from(double t0, double t1, double sigma) {
+  Finding f;
+  f.effect = "mag_change";
+  f.channel = "mag";
+  f.parameters = {{"k[0]", 0.01, 0.001, "1"}, {"t0", t0, sigma, "s"}, {"t1", t1, sigma, "s"}};
+  return f;
+}
+
+Recording turned() {
+  oracle::Options o;
+  o.seed = 3;
+  o.motion.duration_s = 30.0;
+  return oracle::simulate(o).recording;
+}
+
+TEST(Contradictions, what_ends_before_its_begin_is_known_did_not_change) {
+  const Recording r = turned();
+  Diagnosis d;
+  d.findings = {change_from(12.0, 14.7, 1.9)};
+  withdraw_contradicted({&r}, d);
+  EXPECT_THAT(d.findings, IsEmpty());
+  ASSERT_EQ(d.unexplained.evidence.size(), 1u);
+  EXPECT_THAT(d.unexplained.evidence[0], HasSubstr("About 13.3 s, for some 2.7 s, the magnetometer"));
+}
+
+TEST(Contradictions, a_change_of_known_times_stays) {
+  const Recording r = turned();
+  Diagnosis d;
+  d.findings = {change_from(12.0, 14.7, 0.1),
+                change_from(12.0, std::numeric_limits<double>::infinity(), 1.9)};
+  withdraw_contradicted({&r}, d);
+  EXPECT_EQ(d.findings.size(), 2u);
+  EXPECT_FALSE(d.unexplained.detected);
+}
+
+TEST(Contradictions, nothing_is_named_of_rows_of_two_devices) {
+  Recording r = turned();
+  VectorSeries& mag = r.mag.front();
+  for (std::size_t k = 0; k < mag.size(); k += 3) mag.v[k] = 1.1 * mag.v[k] + Vector3(5, -4, 3);
+  Finding motion;
+  motion.effect = "linear_acceleration";
+  motion.channel = "acc";
+  Diagnosis d;
+  d.findings = {motion, change_from(12.0, 20.0, 0.1)};
+  withdraw_contradicted({&r}, d);
+  ASSERT_EQ(d.findings.size(), 1u);
+  EXPECT_EQ(d.findings[0].effect, "linear_acceleration");
+  ASSERT_EQ(d.unexplained.evidence.size(), 1u);
+  EXPECT_THAT(d.unexplained.evidence[0], HasSubstr("Every third sample of mag stands out"));
+}
+
+}  // namespace
+}  // namespace magimu

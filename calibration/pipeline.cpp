@@ -238,6 +238,7 @@ CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given,
       if (issue.severity == Severity::kCaution || issue.kind == "set_aside")
         warnings_.push_back(recording->name + ": " + issue.text());
       if (damages(issue)) faults_.push_back(recording->name + ": " + issue.text());
+      if (issue.kind == "mixed") ruinous_faults_.push_back(faults_.back());
     }
     std::optional<Recording> copy = without_repeats(*recording, warnings_);
     if (copy) copies_.push_back(std::move(*copy));

@@ -27,13 +27,15 @@ class CheckedRecordings {
   // Faults of the samples that a calibration suffers from (recording/checks/quality.h), the gravest
   // first.
   const std::vector<std::string>& faults() const { return faults_; }
+  // Those of them that leave no calibration worth anything, however well it fits.
+  const std::vector<std::string>& ruinous_faults() const { return ruinous_faults_; }
 
  private:
   void add(const Recording& recording);
 
   std::deque<Recording> copies_;
   std::vector<const Recording*> recordings_;
-  std::vector<std::string> warnings_, faults_;
+  std::vector<std::string> warnings_, faults_, ruinous_faults_;
 };
 
 // The largest density that a fit may find of each magnetometer's noise, uT per sqrt(Hz): in motion

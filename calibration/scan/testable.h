@@ -19,8 +19,8 @@ std::string reason_untested(const Effect& effect, const std::vector<const Record
 std::vector<std::shared_ptr<const Effect>> testable_effects(
     const std::vector<const Recording*>& recordings, const Stage& stage);
 
-// Is it looked for in what a fit leaves? (A coupling is, in the noise of arrays.) And how many of the
-// catalogue are.
+// Is it looked for in what a fit leaves? (A coupling is, in the noise of arrays.) And how many of
+// the catalogue are.
 bool is_looked_for(const std::string& name);
 int count_looked_for();
 

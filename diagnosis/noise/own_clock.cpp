@@ -148,8 +148,8 @@ Clock refined(const Ages& a, double hz, const std::vector<char>& chosen) {
   return best;
 }
 
-// What a sawtooth explains is jagged, as its jumps pass one sample after the other: the neighbours of
-// a clock that was found, in period and share together, on ever finer grids. One in a hundred
+// What a sawtooth explains is jagged, as its jumps pass one sample after the other: the neighbours
+// of a clock that was found, in period and share together, on ever finer grids. One in a hundred
 // samples on the wrong side of a jump would pass for outliers.
 void polish(const Ages& a, Clock& clock) {
   constexpr int kSteps = 5, kRounds = 4;  // to each side
@@ -180,8 +180,8 @@ Pattern pattern_of(const Ages& a, double period_s) {
   std::array<double, kPhases> w{}, y{};
   for (std::size_t k = 0; k < a.t.size(); ++k) {
     const double turns = a.t[k] / period_s;
-    const auto bin = std::min<std::size_t>(kPhases - 1,
-                                           std::size_t((turns - std::floor(turns)) * kPhases));
+    const auto bin =
+        std::min<std::size_t>(kPhases - 1, std::size_t((turns - std::floor(turns)) * kPhases));
     w[bin] += a.weight[k];
     y[bin] += a.said[k];
   }
@@ -293,16 +293,17 @@ NoiseTest own_clock_test(const OwnClock& clock) {
       fmt::format("in a pattern that repeats itself every {:.1f} ms", 1e3 * clock.pattern_s);
   test.sentence =
       clock.held
-          ? fmt::format("The magnetometer measures on a clock of its own and is read on another: "
-                        "what is read is up to {:.2f} ms older or newer than its time says, {} (as "
-                        "of a clock of {:.4f} +- {:.1g} ms).",
-                        1e3 * clock.reach_s, repeats, 1e3 * clock.period_s,
-                        1e3 * clock.period_sigma_s)
-          : fmt::format("The magnetometer measures on a clock of its own and its samples are "
-                        "interpolated to another: they are up to {:.2f} ms older or newer than "
-                        "their times say, {}. Of which period its clock is, interpolated samples "
-                        "do not tell.",
-                        1e3 * clock.reach_s, repeats);
+          ? fmt::format(
+                "The magnetometer measures on a clock of its own and is read on another: "
+                "what is read is up to {:.2f} ms older or newer than its time says, {} (as "
+                "of a clock of {:.4f} +- {:.1g} ms).",
+                1e3 * clock.reach_s, repeats, 1e3 * clock.period_s, 1e3 * clock.period_sigma_s)
+          : fmt::format(
+                "The magnetometer measures on a clock of its own and its samples are "
+                "interpolated to another: they are up to {:.2f} ms older or newer than "
+                "their times say, {}. Of which period its clock is, interpolated samples "
+                "do not tell.",
+                1e3 * clock.reach_s, repeats);
   return test;
 }
 

@@ -90,7 +90,8 @@ class Extender {
   double explains(const Stage& with, std::size_t effect, const Stage& without,
                   double searched) const;
   double likelier(const Trial& trial) const;
-  std::vector<Trial> trials(const std::vector<Option>& options) const;
+  std::vector<Trial> trials(const std::vector<Option>& options);
+  bool was_refused(const Option& option) const;
   static const Trial* best_of(const std::vector<Trial>& trials);
   std::vector<Option> worth_trying(const std::vector<Option>& options) const;
   std::optional<Finding> try_options(const std::vector<Option>& options);
@@ -121,6 +122,7 @@ class Extender {
   mutable bool refits_spent_ = false;              // on the times of a change; of this model
   mutable std::optional<Stage> refitted_;          // stage_, its noise estimated once more
   mutable std::vector<DisturbanceFit> processes_;  // beside stage_; empty: not asked for yet
+  std::vector<Option> refused_changes_;            // whose times were sought, each with many fits
   std::vector<std::string> rejected_;              // looked significant, predicts no better
   struct Entered {
     VectorXd apart;         // by how much other parameters differ that are about as likely

@@ -38,6 +38,28 @@ bool is_bent(const Stage& stage) {
                              [&](Sensor s) { return sums.rms(s) > kBent; });
 }
 
+// Times from which a fit finds the way to others.
+bool are_near(const ChangeSpan& a, const ChangeSpan& b) {
+  constexpr double kNear = 0.5;  // s
+  const auto near = [](const Moment& x, const Moment& y) {
+    return x == y || (x.recording == y.recording && std::abs(x.t - y.t) < kNear);
+  };
+  return near(a.begin, b.begin) && near(a.end, b.end);
+}
+
+// Beyond what parts differ by, as the prior has it: no gains of a sensor, but a fit that lost its
+// way.
+bool is_beyond_parts(const Effect& effect, const VectorXd& theta) {
+  constexpr double kPriorSigmas = 5.0;
+  for (int i = 0; i < effect.size(); ++i) {
+    if (std::abs(theta[i]) >
+        kPriorSigmas * effect.description().parameters[std::size_t(i)].prior_sigma) {
+      return true;
+    }
+  }
+  return false;
+}
+
 Key bias_key(Channel channel) {
   return channel == Channel::kAcc   ? key::acc_bias
          : channel == Channel::kGyr ? key::gyr_bias
@@ -184,19 +206,35 @@ bool Extender::find_times(Option& option, Stage& stage) const {
   ModelSpec spec = stage.spec();
   const ChangeForm form = as_change(*option.effect)->form();
   const Channel channel = option.effect->channel();
+  struct Fitted {
+    ChangeSpan span;
+    Stage stage;
+  };
+  std::optional<Fitted> last;
   const auto refit = [&](const ChangeTimes& times) {
+    if (last && last->span.begin == times.span.begin && last->span.end == times.span.end)
+      return last->stage;
     spec.effects.back() = make_change(option.effect->name(), form, times.span);
-    Stage fitted = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
-    // A strong magnet bends the trajectory far: the way back takes long.
+    const auto parameters = [&](const Stage& fit) {
+      return effect_parameters(fit.result().values, effect_keys(spec.effects).back());
+    };
+    // From the last fit where the times have hardly moved. A magnet at another time bends the
+    // trajectory far, and the way back takes long.
+    const bool near = last && last->stage.result().converged() && are_near(last->span, times.span);
+    Stage fitted = near
+                       ? pipeline_.refit_with_same_noise(last->stage, spec, parameters(last->stage))
+                       : pipeline_.refit_with_same_noise(*stage_, spec, option.start);
     for (int again = 0; again < kOnceMore && !fitted.result().converged(); ++again) {
-      const Values& values = fitted.result().values;
-      fitted = pipeline_.refit_with_same_noise(
-          fitted, spec, effect_parameters(values, effect_keys(spec.effects).back()));
+      fitted = pipeline_.refit_with_same_noise(fitted, spec, parameters(fitted));
     }
-    // Gains of a few per cent bend nothing: where their fit finds no end, few samples tell of them.
-    if (form != ChangeForm::kOffset && !fitted.result().converged()) {
+    // Gains of a few per cent bend nothing: where their fit finds no end, or one that no part has,
+    // few samples tell of them.
+    if (form != ChangeForm::kOffset &&
+        (!fitted.result().converged() ||
+         is_beyond_parts(*spec.effects.back(), parameters(fitted)))) {
       throw NumericalError("no fit with a change of gains");
     }
+    last = {times.span, fitted};
     return fitted;
   };
   const ChangeEffect& change = *as_change(*option.effect);
@@ -315,11 +353,26 @@ double Extender::likelier(const Trial& t) const {
 // Those of the options that hold, predict left-out data better and are judged beside the process
 // that explains most. Which of them it is, the likelihood of all data tells best: windows cut from
 // each other show little of what needs minutes to be seen.
-std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options) const {
+// A change that was refused, and of which the scan says the same now: nothing that bears on it has
+// changed.
+bool Extender::was_refused(const Option& option) const {
+  constexpr double kTheSame = 0.1;  // of its statistic
+  return std::ranges::any_of(refused_changes_, [&](const Option& old) {
+    return old.effect->name() == option.effect->name() &&
+           as_change(*old.effect)->form() == as_change(*option.effect)->form() &&
+           are_near(old.span, option.span) &&
+           std::abs(option.score.statistic - old.score.statistic) < kTheSame * old.score.statistic;
+  });
+}
+
+std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options) {
   std::vector<Trial> out;
   for (const Option& o : options) {
+    const bool change = is_change(o.effect->name());
+    if (change && was_refused(o)) continue;
     // One whose numbers fail has lost.
     std::optional<Trial> t = attempt([&] { return trial(o); }).value_or(std::nullopt);
+    if (!t && change) refused_changes_.push_back(o);
     if (!t || !(t->left_out - t->option.searched > kMinGain)) continue;
     t->alone = t->gain = attempt([&] { return likelier(*t); }).value_or(-INFINITY);
     if (std::isfinite(t->gain)) out.push_back(*std::move(t));

@@ -14,8 +14,9 @@ namespace magimu {
 namespace {
 
 constexpr std::size_t kLongestPattern = 6;  // samples: devices that take turns, one row each
-constexpr std::size_t kEnoughOfEach = 100;  // samples of a place in the pattern: eight times the numbers
-constexpr double kPlain = 0.5;              // what a pattern explains is more than what is left
+constexpr std::size_t kEnoughOfEach =
+    100;                        // samples of a place in the pattern: eight times the numbers
+constexpr double kPlain = 0.5;  // what a pattern explains is more than what is left
 
 using Matrix43 = Eigen::Matrix<double, 4, 3>;
 
@@ -92,12 +93,13 @@ std::vector<Issue> check_mixed(const NamedSeries& sensor) {
   constexpr std::array<const char*, kLongestPattern + 1> kOrdinal = {
       "", "", "second", "third", "fourth", "fifth", "sixth"};
   const char* unit = sensor.is_mag() ? "uT" : sensor.name == "acc" ? "m/s^2" : "rad/s";
-  return {{"mixed", sensor.name, -1, Severity::kCaution, 0.0, 0.0,
-           fmt::format("every {} sample of {} stands out from its neighbours by {:.2g} {}, all "
-                       "along, as the readings of another device do: rows of two sensors or devices "
-                       "are mixed, or the sensor takes turns",
-                       kOrdinal[found->every], sensor.name, found->size, unit),
-           "separate them, and calibrate each by itself"}};
+  return {
+      {"mixed", sensor.name, -1, Severity::kCaution, 0.0, 0.0,
+       fmt::format("every {} sample of {} stands out from its neighbours by {:.2g} {}, all "
+                   "along, as the readings of another device do: rows of two sensors or devices "
+                   "are mixed, or the sensor takes turns",
+                   kOrdinal[found->every], sensor.name, found->size, unit),
+       "separate them, and calibrate each by itself"}};
 }
 
 }  // namespace magimu

@@ -102,6 +102,17 @@ TEST(Verdict, a_still_recording_without_noise_gives_no_nan) {
   expect_refused(calibrate(r));
 }
 
+// At 400 Hz nodes take the mean of the two, which fits well.
+TEST(Verdict, rows_of_two_devices_are_no_however_well_they_fit) {
+  Recording r = test::simulated_hand(400.0, 1, 40.0).recording;
+  VectorSeries& mag = r.mag.front();
+  for (std::size_t k = 0; k < mag.size(); k += 3) mag.v[k] += Vector3(12.0, -8.0, 10.0);
+  const Calibration c = calibrate(r);
+  EXPECT_EQ(c.trust.verdict, Verdict::kNo);
+  ASSERT_FALSE(c.trust.reasons.empty());
+  EXPECT_THAT(c.trust.reasons.front(), HasSubstr("every third sample of mag stands out"));
+}
+
 TEST(Verdict, a_short_recording_is_no_with_a_remedy) {
   const Calibration c = calibrate(turning(Vector3(0, 0, 0.5), 3.0));
   EXPECT_EQ(c.trust.verdict, Verdict::kNo);

@@ -35,7 +35,8 @@ TEST(Contradictions, what_ends_before_its_begin_is_known_did_not_change) {
   withdraw_contradicted({&r}, d);
   EXPECT_THAT(d.findings, IsEmpty());
   ASSERT_EQ(d.unexplained.evidence.size(), 1u);
-  EXPECT_THAT(d.unexplained.evidence[0], HasSubstr("About 13.3 s, for some 2.7 s, the magnetometer"));
+  EXPECT_THAT(d.unexplained.evidence[0],
+              HasSubstr("About 13.3 s, for some 2.7 s, the magnetometer"));
 }
 
 TEST(Contradictions, a_change_of_known_times_stays) {

@@ -117,8 +117,9 @@ oracle::Effect effect(const std::string& name, const std::vector<double>& parame
 
 TEST(ExplainNoise, names_nothing_where_the_noise_is_as_given) {
   for (const std::uint64_t seed : {1u, 2u, 3u, 4u, 5u}) {
-    EXPECT_THAT(names(explain_noise(all_channels(oracle::simulate(options(seed, {}))), kNoiseLevel)),
-                testing::IsEmpty());
+    EXPECT_THAT(
+        names(explain_noise(all_channels(oracle::simulate(options(seed, {}))), kNoiseLevel)),
+        testing::IsEmpty());
   }
 }
 

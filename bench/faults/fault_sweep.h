@@ -48,7 +48,10 @@ struct SweepRow {
   bool harmful() const { return shift_sigma > 2.0 && !unnamed; }
   bool harmless() const { return shift_sigma >= 0.0 && shift_sigma < 0.5; }
   bool yes() const { return trust == "yes"; }
-  bool false_hope() const { return info_can_see && info_permits && trust == "no"; }
+  // Where the undamaged recording is refused, too, the reason is not the fault's.
+  bool false_hope() const {
+    return info_can_see && info_permits && trust == "no" && clean_trust != "no";
+  }
   bool bad() const;  // anything that is not permitted
 };
 

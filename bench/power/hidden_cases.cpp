@@ -6,8 +6,6 @@
 #include <cmath>
 #include <iterator>
 
-#include "calibration/scan/testable.h"
-
 namespace magimu {
 namespace {
 
@@ -124,7 +122,11 @@ double draw(std::uint64_t seed, int purpose) {
 std::vector<std::string> hidden_effects() {
   std::vector<std::string> names = oracle::catalogue_effects();
   const std::vector<std::string>& later = oracle::later_effects();
-  std::ranges::copy_if(later, std::back_inserter(names), is_looked_for);
+  // The others are named at usual sizes (tests/diagnosis/later_effects_test.cpp), not yet in every
+  // setting that is drawn here.
+  std::ranges::copy_if(later, std::back_inserter(names), [](const std::string& name) {
+    return name == "mag_change" || name == "gyro_change";
+  });
   names.push_back("linear_acceleration");
   return names;
 }

@@ -13,7 +13,7 @@
 namespace magimu {
 namespace {
 
-constexpr std::size_t kLongestPattern = 6;  // samples: devices that take turns, one row each
+constexpr std::size_t kLongestPattern = 4;  // samples: devices that take turns, one row each
 constexpr std::size_t kEnoughOfEach =
     100;                        // samples of a place in the pattern: eight times the numbers
 constexpr double kPlain = 0.5;  // what a pattern explains is more than what is left
@@ -90,8 +90,8 @@ std::vector<Issue> check_mixed(const NamedSeries& sensor) {
     if (!found || 1.0 - mixture->share < kHardlyBetter * (1.0 - found->share)) found = mixture;
   }
   if (!found) return {};
-  constexpr std::array<const char*, kLongestPattern + 1> kOrdinal = {
-      "", "", "second", "third", "fourth", "fifth", "sixth"};
+  constexpr std::array<const char*, kLongestPattern + 1> kOrdinal = {"", "", "second", "third",
+                                                                     "fourth"};
   const char* unit = sensor.is_mag() ? "uT" : sensor.name == "acc" ? "m/s^2" : "rad/s";
   return {
       {"mixed", sensor.name, -1, Severity::kCaution, 0.0, 0.0,

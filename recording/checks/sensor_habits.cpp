@@ -88,7 +88,14 @@ double SensorHabits::repeated() const {
 }
 
 bool SensorHabits::clipped(int axis, int sign) const {
-  if (!settled() || !end(axis, sign).looks_clipped(lively(axis))) return false;
+  // With noise of a step and more the same step comes again in 0.4 of samples: no run of many at
+  // the end of what is read is chance.
+  constexpr double kSameStep = 0.4, kExpectedRuns = 1e-6;
+  const ExtremeValues& values = end(axis, sign);
+  const bool held =
+      noise(axis) > step_[axis] &&
+      double(lengths_.count()) * std::pow(kSameStep, values.top().longest_run) < kExpectedRuns;
+  if (!settled() || !values.looks_clipped(held || lively(axis))) return false;
   const double mean = sum_[axis] / double(lengths_.count());
   return std::abs(limit(axis, sign) - mean) >
          std::max(kStepsToLimit * step_[axis], kNoiseToLimit * noise(axis));

@@ -10,6 +10,8 @@
 namespace magimu {
 namespace {
 
+constexpr const char* kInNoiseOfArrays = "mag_coupling";
+
 // Does a column vary at all?
 bool varies(const Recording& r, const std::string& column) {
   if (column == "pos") {
@@ -31,7 +33,7 @@ bool present(const Recording& r, const std::string& column) {
 
 std::string reason_untested(const Effect& effect, const std::vector<const Recording*>& recordings,
                             const Stage& stage) {
-  if (!is_looked_for(effect.name())) return "is looked for in the noise of arrays";
+  if (effect.name() == kInNoiseOfArrays) return "is looked for in the noise of arrays";
   const Effect::Description& d = effect.description();
   if (!d.needs.empty()) {
     const std::string shown = d.needs == "pos" ? "pos_x, pos_y, pos_z" : d.needs;
@@ -48,11 +50,9 @@ std::string reason_untested(const Effect& effect, const std::vector<const Record
   return "";
 }
 
-bool is_looked_for(const std::string& name) { return name != "mag_coupling"; }
-
 int count_looked_for() {
   return int(std::ranges::count_if(
-      effect_catalogue(), [](const auto& effect) { return is_looked_for(effect->name()); }));
+      effect_catalogue(), [](const auto& effect) { return effect->name() != kInNoiseOfArrays; }));
 }
 
 std::vector<std::shared_ptr<const Effect>> testable_effects(
@@ -61,9 +61,9 @@ std::vector<std::shared_ptr<const Effect>> testable_effects(
   std::vector<std::shared_ptr<const Effect>> out;
   for (const auto& effect : effect_catalogue()) {
     const std::string& name = effect->name();
-    const bool searched =
-        is_change(name) || name == "stationary_source" || name == "mains_interference";
-    if (searched || !is_looked_for(name)) continue;
+    const bool searched = is_change(name) || name == "stationary_source" ||
+                          name == "mains_interference" || name == "mag_own_clock";
+    if (searched) continue;
     if (!reason_untested(*effect, recordings, stage).empty()) continue;
     out.push_back(name == "gyro_bias_drift" ? make_gyro_bias_walk(kWalkTerms, 1.0) : effect);
   }

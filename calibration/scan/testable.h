@@ -15,13 +15,13 @@ std::string reason_untested(const Effect& effect, const std::vector<const Record
                             const Stage& stage);
 
 // All of the catalogue that can be tested in one scan, the gyroscope's drift as a random walk of
-// unit density. What needs a search of its own (for times, a place, a frequency) is not among them.
+// unit density. What needs a search of its own (for times, a place, a frequency, a clock) is not
+// among them.
 std::vector<std::shared_ptr<const Effect>> testable_effects(
     const std::vector<const Recording*>& recordings, const Stage& stage);
 
-// Is it looked for in what a fit leaves? (A coupling is, in the noise of arrays.) And how many of
-// the catalogue are.
-bool is_looked_for(const std::string& name);
+// How many of the catalogue are looked for in what a fit leaves: all but a coupling, which is in
+// the noise of arrays.
 int count_looked_for();
 
 }  // namespace magimu

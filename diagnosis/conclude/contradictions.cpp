@@ -78,9 +78,9 @@ void withdraw_what_passed(Diagnosis& d) {
     add_evidence(
         d, channel,
         fmt::format("About {:.1f} s, for some {:.1f} s, the {} departs from the model, and "
-                    "neither begins nor ends at once, as a change does: something passed "
-                    "it?",
-                    0.5 * (t0.value + t1.value), t1.value - t0.value, sensor_name(channel)));
+                    "neither begins nor ends at once, as a change does{}",
+                    0.5 * (t0.value + t1.value), t1.value - t0.value, sensor_name(channel),
+                    channel == Channel::kMag ? ": something passed it?" : "."));
     f = d.findings.erase(f);
   }
 }

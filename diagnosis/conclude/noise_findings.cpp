@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/scan/testable.h"
 #include "diagnosis/conclude/departures.h"
 #include "diagnosis/conclude/unexplained.h"
 #include "diagnosis/noise/high_pass.h"
@@ -355,14 +354,13 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
     }
   };
   take_residuals();
-  const bool asked = is_looked_for("mag_own_clock");
-  const std::optional<OwnClock> clock = asked ? strongest_clock(all, level) : std::nullopt;
+  const std::optional<OwnClock> clock = strongest_clock(all, level);
   if (clock) {
     d.findings.push_back(to_finding(own_clock_test(*clock)));
     extend_by_clock(recordings, pipeline, extender, *clock, d);
     take_residuals();
   }
-  if (asked) d.scan.push_back(entry_of_clock(clock, level));
+  d.scan.push_back(entry_of_clock(clock, level));
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     take_out_clock(d, extender.stage(), level, all[r].residuals);
     all[r].tests = test_noise(all[r].residuals);

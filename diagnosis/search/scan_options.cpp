@@ -6,7 +6,6 @@
 
 #include "calibration/model/windows.h"
 #include "calibration/motion/random_walk.h"
-#include "calibration/scan/testable.h"
 #include "diagnosis/search/change_search.h"
 #include "diagnosis/search/source_search.h"
 #include "factors/effects/catalogue.h"
@@ -101,7 +100,6 @@ std::vector<LikelyChange> changes_to_scan(const std::vector<const Recording*>& r
                                           const Stage& stage) {
   std::vector<std::string> names = change_names();
   std::erase_if(names, [&](const std::string& name) {
-    if (!is_looked_for(name)) return true;
     return name != "hard_iron_change" &&
            std::ranges::any_of(stage.spec().effects,
                                [&](const auto& e) { return e->name() == name; });

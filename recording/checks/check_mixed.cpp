@@ -45,20 +45,14 @@ struct Departures {
   double explained(const Matrix43& B) const { return (B.transpose() * XX * B).trace(); }
 };
 
-struct Mixture {
-  std::size_t every = 0;
-  double size = 0.0;  // RMS of the departures, in the sensor's unit
-  double share = 0.0;
-};
-
-// The place in a pattern of n samples that departs the most from what all do.
-std::optional<Mixture> mixture_of(const std::vector<Vector3>& v, std::size_t n) {
+// By how much the place in a pattern of n samples stands out that does so the most plainly, from
+// what all do: RMS, in the sensor's unit. Nothing where none does.
+std::optional<double> mixture_size(const std::vector<Vector3>& v, std::size_t n) {
   std::array<Departures, kLongestPattern> of_place;
   Departures all;
   double bends = 0.0, count = 0.0;  // of samples of the same place
   for (std::size_t k = n; k + n < v.size(); ++k) {
-    const Vector3 departure = v[k] - 0.5 * (v[k - 1] + v[k + 1]);
-    const Vector3 mean = 0.5 * (v[k - 1] + v[k + 1]);
+    const Vector3 mean = 0.5 * (v[k - 1] + v[k + 1]), departure = v[k] - mean;
     of_place[k % n].add(mean, departure);
     all.add(mean, departure);
     bends += (v[k] - 0.5 * (v[k - n] + v[k + n])).squaredNorm();
@@ -66,40 +60,39 @@ std::optional<Mixture> mixture_of(const std::vector<Vector3>& v, std::size_t n) 
   }
   if (count < double(n * kEnoughOfEach)) return std::nullopt;
   const Matrix43 common = all.solve();
-  std::optional<Mixture> best;
+  std::optional<double> size;
+  double plainest = kPlain;
   for (std::size_t place = 0; place < n; ++place) {
     const Departures& here = of_place[place];
     const Matrix43 own = here.solve();
     const double before = here.left_by(common), after = here.left_by(own);
-    const double size = std::sqrt(std::max(0.0, here.explained(own - common)) / here.n);
+    const double rms = std::sqrt(std::max(0.0, here.explained(own - common)) / here.n);
     const double share = before > 0.0 ? 1.0 - after / before : 0.0;
-    if (!(share > kPlain) || size < std::sqrt(bends / count)) continue;
-    if (!best || share > best->share) best = Mixture{n, size, share};
+    if (!(share > plainest) || rms < std::sqrt(bends / count)) continue;
+    plainest = share;
+    size = rms;
   }
-  return best;
+  return size;
 }
 
 }  // namespace
 
 std::vector<Issue> check_mixed(const NamedSeries& sensor) {
-  constexpr double kHardlyBetter = 0.8;  // of what is left: a multiple of a pattern is one, too
-  std::optional<Mixture> found;
-  for (std::size_t n = 2; n <= kLongestPattern; ++n) {
-    const auto mixture = mixture_of(sensor.series->v, n);
-    if (!mixture) continue;
-    if (!found || 1.0 - mixture->share < kHardlyBetter * (1.0 - found->share)) found = mixture;
-  }
-  if (!found) return {};
   constexpr std::array<const char*, kLongestPattern + 1> kOrdinal = {"", "", "second", "third",
                                                                      "fourth"};
-  const char* unit = sensor.is_mag() ? "uT" : sensor.name == "acc" ? "m/s^2" : "rad/s";
-  return {
-      {"mixed", sensor.name, -1, Severity::kCaution, 0.0, 0.0,
-       fmt::format("every {} sample of {} stands out from its neighbours by {:.2g} {}, all "
-                   "along, as the readings of another device do: rows of two sensors or devices "
-                   "are mixed, or the sensor takes turns",
-                   kOrdinal[found->every], sensor.name, found->size, unit),
-       "separate them, and calibrate each by itself"}};
+  // The shortest: a multiple of a pattern is one, too.
+  for (std::size_t n = 2; n <= kLongestPattern; ++n) {
+    const std::optional<double> size = mixture_size(sensor.series->v, n);
+    if (!size) continue;
+    return {
+        {"mixed", sensor.name, -1, Severity::kCaution, 0.0, 0.0,
+         fmt::format("every {} sample of {} stands out from its neighbours by {:.2g} {}, all "
+                     "along, as the readings of another device do: rows of two sensors or devices "
+                     "are mixed, or the sensor takes turns",
+                     kOrdinal[n], sensor.name, *size, sensor.unit()),
+         "separate them, and calibrate each by itself"}};
+  }
+  return {};
 }
 
 }  // namespace magimu

@@ -18,10 +18,6 @@ namespace {
 constexpr double kStuckSeconds = 0.5;  // without any change
 constexpr double kTurning = 0.2;       // rad/s: while the gyroscope says that it turns
 
-const char* unit_of(const NamedSeries& sensor) {
-  return sensor.name == "acc" ? "m/s^2" : sensor.name == "gyr" ? "rad/s" : "uT";
-}
-
 bool constant_axis(const VectorSeries& s, int axis) {
   return std::ranges::all_of(s.v, [&](const Vector3& v) { return v[axis] == s.v.front()[axis]; });
 }
@@ -167,7 +163,7 @@ std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gy
     if (!constant_axis(s, axis)) continue;
     issues.push_back({"constant", sensor.name, axis, Severity::kFatal, 0.0, 0.0,
                       fmt::format("{}_{} is {:.6g} {} in all {} samples", sensor.name,
-                                  axis_name(axis), s.v.front()[axis], unit_of(sensor), s.size()),
+                                  axis_name(axis), s.v.front()[axis], sensor.unit(), s.size()),
                       "check the logger and the sensor: this axis is not measured"});
   }
   if (!issues.empty()) return issues;
@@ -215,7 +211,7 @@ std::vector<Issue> check_saturation(const NamedSeries& sensor) {
           {"saturation", sensor.name, axis, Severity::kCaution, e.first_s, e.last_s,
            fmt::format("{}_{} reads {:.5g} {}, its {}, in {} samples between {:.2f} and {:.2f} s, "
                        "up to {} in a row: it is clipped",
-                       sensor.name, axis_name(axis), habits.limit(axis, sign), unit_of(sensor),
+                       sensor.name, axis_name(axis), habits.limit(axis, sign), sensor.unit(),
                        sign > 0 ? "largest" : "smallest", e.count, e.first_s, e.last_s,
                        e.longest_run),
            sensor.is_mag() ? "choose a larger range, or go away from the magnet"

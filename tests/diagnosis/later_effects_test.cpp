@@ -9,7 +9,6 @@
 #include <random>
 
 #include "bench/power/judge_diagnosis.h"
-#include "calibration/scan/testable.h"
 #include "diagnosis/noise/own_clock.h"
 
 namespace magimu {

@@ -190,6 +190,8 @@ const std::vector<Spoilt> kSpoilt{
      "separate them", [](Recording& r) { mix(r.mag[0], 2); }},
     {"every_third_row_of_another", "mixed", "mag", kCaution, "every third sample of mag",
      "separate", [](Recording& r) { mix(r.mag[0], 3); }},
+    {"every_fourth_row_of_another", "mixed", "mag", kCaution, "every fourth sample of mag",
+     "separate", [](Recording& r) { mix(r.mag[0], 4); }},
     {"acc_in_g", "unit", "acc", kFatal, "it is in g", "--unit acc=g",
      [](Recording& r) { scale(r.acc, 1 / 9.80665); }},
     {"acc_in_mg", "unit", "acc", kFatal, "it is in mg", "--unit acc=mg",

@@ -215,8 +215,7 @@ Calibration calibrate_judged(const std::vector<const Recording*>& given,
                        : calibration_without_fit(checked.get(), options, why, checked.warnings());
   judge_given_noise(c, checked.get(), options);
   judge_axes(c, mounting, options);
-  for (const std::string& fault : checked.ruinous_faults()) c.trust.lower(Verdict::kNo, fault);
-  name_faults_first(c.trust, checked.faults());
+  judge_faults(c.trust, checked.faults());
   c.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return c;
 }

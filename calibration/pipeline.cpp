@@ -237,8 +237,7 @@ CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given,
     for (const Issue& issue : issues) {
       if (issue.severity == Severity::kCaution || issue.kind == "set_aside")
         warnings_.push_back(recording->name + ": " + issue.text());
-      if (damages(issue)) faults_.push_back(recording->name + ": " + issue.text());
-      if (issue.kind == "mixed") ruinous_faults_.push_back(faults_.back());
+      if (damages(issue)) faults_.push_back(known_fault(recording->name, issue));
     }
     std::optional<Recording> copy = without_repeats(*recording, warnings_);
     if (copy) copies_.push_back(std::move(*copy));

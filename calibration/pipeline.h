@@ -9,6 +9,7 @@
 #include "calibration/calibrate.h"
 #include "calibration/fit/stage.h"
 #include "recording/checks/gate.h"
+#include "recording/checks/quality.h"
 
 namespace magimu {
 
@@ -26,16 +27,15 @@ class CheckedRecordings {
   const std::vector<std::string>& warnings() const { return warnings_; }
   // Faults of the samples that a calibration suffers from (recording/checks/quality.h), the gravest
   // first.
-  const std::vector<std::string>& faults() const { return faults_; }
-  // Those of them that leave no calibration worth anything, however well it fits.
-  const std::vector<std::string>& ruinous_faults() const { return ruinous_faults_; }
+  const std::vector<KnownFault>& faults() const { return faults_; }
 
  private:
   void add(const Recording& recording);
 
   std::deque<Recording> copies_;
   std::vector<const Recording*> recordings_;
-  std::vector<std::string> warnings_, faults_, ruinous_faults_;
+  std::vector<std::string> warnings_;
+  std::vector<KnownFault> faults_;
 };
 
 // The largest density that a fit may find of each magnetometer's noise, uT per sqrt(Hz): in motion

@@ -17,7 +17,7 @@ void judge_update(StreamUpdate& update, const LiveChecks& checks) {
     trust.verdict = Verdict::kNo;
     trust.reasons.insert(trust.reasons.begin(), wrong->text());
   } else if (update.theta) {
-    name_faults_first(update.theta->trust, checks.faults());
+    judge_faults(update.theta->trust, checks.faults());
   }
 }
 
@@ -29,7 +29,7 @@ void judge_end(Calibration& c, const LiveChecks& checks) {
       c.warnings.push_back(text);
     }
   }
-  name_faults_first(c.trust, checks.faults());
+  judge_faults(c.trust, checks.faults());
 }
 
 }  // namespace magimu::apps

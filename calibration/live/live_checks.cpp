@@ -465,10 +465,10 @@ const Issue* LiveChecks::fatal() const {
   return any ? &issues_.front() : nullptr;
 }
 
-std::vector<std::string> LiveChecks::faults() const {
-  std::vector<std::string> out;
+std::vector<KnownFault> LiveChecks::faults() const {
+  std::vector<KnownFault> out;
   for (const Issue& issue : issues_) {
-    if (damages(issue) && issue.kind != "axes") out.push_back("stream: " + issue.text());
+    if (damages(issue) && issue.kind != "axes") out.push_back(known_fault("stream", issue));
   }
   return out;
 }

@@ -57,7 +57,7 @@ class LiveChecks {
   // The first fatal one; null: none.
   const Issue* fatal() const;
   // Faults that a calibration suffers from (damages() in quality.h), in sentences.
-  std::vector<std::string> faults() const;
+  std::vector<KnownFault> faults() const;
   // A fault of the samples that explains why the magnetometer does not fit the rest between these
   // times, in a sentence; empty: none is known. Looks first.
   std::string explanation(double begin_s, double end_s);

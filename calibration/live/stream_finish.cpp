@@ -87,7 +87,7 @@ Calibration StreamingCalibration::State::finish() {
       made ? *std::move(made) : calibration_without_fit({&samples_.all()}, batch_, why, warnings_);
   if (checked) {
     c.warnings.insert(c.warnings.end(), checked->warnings().begin(), checked->warnings().end());
-    name_faults_first(c.trust, checked->faults());
+    judge_faults(c.trust, checked->faults());
   }
   return c;
 }

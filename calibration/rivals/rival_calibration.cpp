@@ -228,7 +228,7 @@ RivalCalibration calibrate_by(const RivalOptions& rival, const std::vector<const
   judge(c, unknown_directions(c));
   judge_given_noise(c, recordings, options);
   judge_axes(c, check_mounting(recordings), options);
-  name_faults_first(c.trust, checked.faults());
+  judge_faults(c.trust, checked.faults());
   c.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return out;
 }

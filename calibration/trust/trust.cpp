@@ -267,10 +267,13 @@ std::vector<std::string> unknown_directions(const Calibration& c) {
   return out;
 }
 
-void name_faults_first(Trust& trust, const std::vector<std::string>& faults) {
+void judge_faults(Trust& trust, const std::vector<KnownFault>& faults) {
+  for (const KnownFault& fault : faults) {
+    if (fault.ruins) trust.lower(Verdict::kNo, fault.text);
+  }
   if (trust.verdict == Verdict::kYes) return;
   auto at = trust.reasons.begin();
-  for (const std::string& fault : faults) {
+  for (const auto& [fault, ruins] : faults) {
     const auto said = std::find(at, trust.reasons.end(), fault);
     if (said != trust.reasons.end()) {
       std::rotate(at, said, said + 1);

@@ -6,6 +6,7 @@
 
 #include "calibration/result/calibration.h"
 #include "calibration/result/calibration_options.h"
+#include "recording/checks/quality.h"
 
 namespace magimu {
 
@@ -32,8 +33,8 @@ std::string when_disturbed(const std::vector<Disturbance>& disturbances, bool wi
 // be missing in the model.
 std::vector<std::string> unknown_directions(const Calibration& c);
 
-// Where the verdict is not `yes`, what the checks of the samples know is the first reason:
-// everything else may follow from it. faults: sentences, the gravest first.
-void name_faults_first(Trust& trust, const std::vector<std::string>& faults);
+// What ruins a calibration makes it `no`. Where the verdict is not `yes`, what the checks of the
+// samples know is the first reason: everything else may follow from it. faults: the gravest first.
+void judge_faults(Trust& trust, const std::vector<KnownFault>& faults);
 
 }  // namespace magimu

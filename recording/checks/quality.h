@@ -40,6 +40,13 @@ struct Issue {
 // hang or are missing. A verdict names such faults first.
 bool damages(const Issue& issue);
 
+// One of these, told; ruins: it leaves no calibration worth anything, however well that fits.
+struct KnownFault {
+  std::string text;
+  bool ruins = false;
+};
+KnownFault known_fault(const std::string& source, const Issue& issue);  // source: a name
+
 // Everything found, the gravest first, else in the order of sensors.
 std::vector<Issue> check_recording(const Recording& recording);
 

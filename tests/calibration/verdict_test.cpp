@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "calibration/result/calibration_json.h"
+#include "calibration/trust/trust.h"
 #include "recording/data/error.h"
 #include "sim/random.h"
 #include "tests/calibration/cases.h"
@@ -111,6 +112,16 @@ TEST(Verdict, rows_of_two_devices_are_no_however_well_they_fit) {
   EXPECT_EQ(c.trust.verdict, Verdict::kNo);
   ASSERT_FALSE(c.trust.reasons.empty());
   EXPECT_THAT(c.trust.reasons.front(), HasSubstr("every third sample of mag stands out"));
+}
+
+TEST(Verdict, a_fault_lowers_a_yes_only_where_it_ruins_every_calibration) {
+  Trust trust;
+  trust.verdict = Verdict::kYes;
+  judge_faults(trust, {{"a few samples hang", false}});
+  EXPECT_EQ(trust.verdict, Verdict::kYes);
+  judge_faults(trust, {{"a few samples hang", false}, {"rows of two devices", true}});
+  EXPECT_EQ(trust.verdict, Verdict::kNo);
+  EXPECT_THAT(trust.reasons, testing::ElementsAre("a few samples hang", "rows of two devices"));
 }
 
 TEST(Verdict, a_short_recording_is_no_with_a_remedy) {

@@ -39,6 +39,21 @@ Json issues_json(const std::vector<Issue>& issues) {
   return out;
 }
 
+Json change_json(const std::optional<SensorChange>& change) {
+  if (!change) return nullptr;
+  const SensorChange& d = *change;
+  const auto name = [](int sensor) -> std::string {
+    if (sensor < 2) return sensor == 0 ? "accelerometer" : "gyroscope";
+    return "magnetometers[" + std::to_string(sensor - 2) + "]";
+  };
+  Json others = Json::array();
+  for (const int other : d.also_likely) others.push_back(name(other));
+  return {{"sensor", name(d.sensor)}, {"also_likely", others},
+          {"since_s", d.since_s},     {"between_s", {d.earliest_s, d.latest_s}},
+          {"stays", d.stays},         {"size", {d.size[0], d.size[1], d.size[2]}},
+          {"log_odds", d.log_odds},   {"advice", advice(d)}};
+}
+
 }  // namespace
 
 std::string stream_line(const StreamStatus& status, const std::vector<std::string>& events) {
@@ -62,6 +77,7 @@ std::string stream_line(const StreamStatus& status, const std::vector<std::strin
   line["issues"] = issues_json(status.issues);
   line["checks"] = checks_json(u.checks);
   line["flagged_windows"] = u.flagged_windows;
+  line["sensor_change"] = change_json(u.sensor_change);
   line["source"] = status.silent ? "silent" : "flowing";
   line["malformed"] = status.lines.malformed;
   line["out_of_order"] = status.lines.out_of_order;

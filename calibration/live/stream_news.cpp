@@ -2,6 +2,8 @@
 // What a stream says of its samples: what the gate set aside, and where a part begins.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "calibration/live/stream_state.h"
 #include "recording/data/set_aside.h"
 
@@ -36,6 +38,32 @@ void StreamingCalibration::State::tell_breaks() {
                     "unknown. A new part begins; the calibration goes on.",
                     gap.begin, gap.end));
   }
+}
+
+// Once for each sensor; what a fault of the samples explains, or windows left out say already, is
+// not said a second time.
+void StreamingCalibration::State::tell_change() {
+  const SensorChange now = sensor_changes_.likeliest();
+  if (!now.is_told()) {
+    if (changed_ && now.log_odds < 0.0) {
+      say("What seemed to have changed is as before.");
+      changed_.reset();
+      told_changes_.clear();
+    }
+    return;
+  }
+  if (now.sensor >= 2 && flagged_in_a_row_ > 0) return;
+  if (options_.known_fault && !options_.known_fault(now.earliest_s, samples_.last_t()).empty()) {
+    return;
+  }
+  tell(now);
+}
+
+void StreamingCalibration::State::tell(const SensorChange& change) {
+  changed_ = change;
+  if (std::ranges::count(told_changes_, change.sensor) > 0) return;
+  told_changes_.push_back(change.sensor);
+  say(sentence(change, samples_.all().mag_names) + " " + advice(change));
 }
 
 void StreamingCalibration::State::add_set_aside(Calibration& c) const {

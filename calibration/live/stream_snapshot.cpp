@@ -11,7 +11,7 @@
 namespace magimu {
 namespace {
 
-constexpr std::uint32_t kSnapshotVersion = 1;  // another where anything that is written changes
+constexpr std::uint32_t kSnapshotVersion = 2;  // another where anything that is written changes
 
 }  // namespace
 
@@ -57,6 +57,10 @@ bool StreamingCalibration::State::save(ByteWriter& out) const {
   out.put(flagged_in_a_row_);
   consistency_.save(out);
   on_the_way_.save(out);
+  sensor_changes_.save(out);
+  out.put(changed_.has_value());
+  if (changed_) changed_->save(out);
+  out.put(told_changes_);
   out.put(int(warnings_.size()));
   for (const std::string& w : warnings_) out.put(w);
   out.put(int(told_set_aside_.size()));
@@ -80,6 +84,9 @@ void StreamingCalibration::State::load(ByteReader& in) {
   in.get(flagged_in_a_row_);
   consistency_.load(in);
   on_the_way_.load(in);
+  sensor_changes_.load(in);
+  if (in.get<bool>()) changed_.emplace().load(in);
+  in.get(told_changes_);
   warnings_.clear();
   for (int n = in.get<int>(); n > 0; --n) {
     warnings_.emplace_back();

@@ -34,7 +34,7 @@ constexpr int kMostIdle = 8;             // updates at the end
 constexpr double kSettled = 0.003;       // sigmas
 constexpr int kRefits[] = {16, 32, 64};  // windows at which all are fitted again
 
-void tell(const Guidance& guidance, StreamUpdate& u) {
+void put(const Guidance& guidance, StreamUpdate& u) {
   u.guidance = guidance.text();
   u.headline = guidance.motion.headline;
   u.axis = guidance.motion.number;
@@ -111,6 +111,9 @@ void StreamingCalibration::State::begin_anew() {
   consistency_ = {};
   window_fit_ = {};
   on_the_way_.forget();
+  sensor_changes_.forget();
+  changed_.reset();
+  told_changes_.clear();
   next_update_ = samples_.last_t();
   next_try_ = kTryAgainAfter * (samples_.last_t() - samples_.first_t());
 }
@@ -185,7 +188,7 @@ StreamUpdate StreamingCalibration::State::collecting_update() {
   const bool rested =
       batch_.noise || batch_.motion == MotionModel::kRotation || longest_still_ > kStillEnough;
   const Guidance guidance = guide(turned_, upward(), rested);
-  tell(guidance, u);
+  put(guidance, u);
   for (const std::string& what : undetermined_) {
     u.guidance += " Still undetermined: " + what + ".";
   }
@@ -202,6 +205,8 @@ StreamUpdate StreamingCalibration::State::update() {
   u.window = window_fit_;
   u.flagged_windows = flagged_;
   tell_news();
+  tell_change();
+  u.sensor_change = changed_;
   std::swap(u.events, events_);
   Calibration c;
   try {
@@ -218,6 +223,10 @@ StreamUpdate StreamingCalibration::State::update() {
   on_the_way_.add(u.t, c, to_go, window_fit_);
   u.checks = on_the_way_.checks();
   u.checks.insert(u.checks.begin(), {check_accuracy(c), check_whiteness(c)});
+  if (changed_) {
+    u.checks.push_back({"sensor_change", CheckStatus::kCaution, changed_->log_odds,
+                        sentence(*changed_, samples_.all().mag_names)});
+  }
   if (to_go <= 1.0 && c.trust.verdict != Verdict::kNo) {
     u.phase = StreamPhase::kConverged;
     u.guidance = "Good enough; what follows makes it better still.";
@@ -225,7 +234,7 @@ StreamUpdate StreamingCalibration::State::update() {
   } else {
     const Guidance guidance = guide(*estimator_, spec_, R(samples_.windows().back().last), c,
                                     [this](const Calibration& with) { return distance(with); });
-    tell(guidance, u);
+    put(guidance, u);
   }
   u.theta = std::move(c);
   return u;

@@ -83,6 +83,7 @@ class StreamingCalibration::State {
   bool take_in(const StreamWindow& window);
   void judge_all_windows();
   void judge_again();
+  std::vector<GlobalColumns> biases() const;
   void look_for_change();
   std::function<bool(int node)> left_out() const;
   std::function<int(int node)> earlier_bias(const std::vector<int>& changes) const;
@@ -98,6 +99,8 @@ class StreamingCalibration::State {
   void tell_set_aside();
   void tell_breaks();
   void add_set_aside(Calibration& c) const;
+  void tell_change();
+  void tell(const SensorChange& change);
 
   StreamingOptions options_;
   CalibrationOptions batch_;
@@ -129,6 +132,9 @@ class StreamingCalibration::State {
   std::vector<std::string> events_, warnings_;
   std::map<std::pair<std::string, std::string>, std::size_t> told_set_aside_;  // sensor and kind
   std::size_t told_breaks_ = 0;
+  SensorChanges sensor_changes_;
+  std::optional<SensorChange> changed_;  // that was told and stands
+  std::vector<int> told_changes_;        // sensors
 };
 
 }  // namespace magimu

@@ -74,6 +74,9 @@ bool StreamingCalibration::State::take_in(const StreamWindow& window) {
   const int number =
       estimator_->update(std::move(f.motion), f.values, std::move(f.field), true).window;
   maker_->made(number, spec_);
+  if (std::optional<Stretch> held = estimator_->held()) {
+    sensor_changes_.add(std::move(*held), biases(), begin_of(number), end_of(number));
+  }
   const Innovation innovation = estimator_->innovation(number);
   window_fit_ = consistency_.judge(innovation);
   if (turned(number)) consistency_.learn(innovation);
@@ -86,15 +89,30 @@ bool StreamingCalibration::State::take_in(const StreamWindow& window) {
   if (flagged_in_a_row_++ == 0) {
     std::string cause;
     if (options_.known_fault) cause = options_.known_fault(begin_of(number), end_of(number));
-    cause += cause.empty() ? "magnets, iron or a device nearby?" : ".";
-    say(
-        fmt::format("From {:.1f} s on the magnetometer does not fit the rest (normalized "
-                    "innovation {:.0f}, expected {}): {} These windows are left out.",
-                    begin_of(number), innovation.squares, innovation.dof, cause));
+    const SensorChange other = sensor_changes_.likeliest();
+    if (cause.empty() && other.clearly() && other.sensor < 2) {
+      tell(other);
+    } else {
+      cause += cause.empty() ? "magnets, iron or a device nearby?" : ".";
+      say(
+          fmt::format("From {:.1f} s on the magnetometer does not fit the rest (normalized "
+                      "innovation {:.0f}, expected {}): {} These windows are left out.",
+                      begin_of(number), innovation.squares, innovation.dof, cause));
+    }
   }
   flagged_.push_back(number);
   look_for_change();
   return true;
+}
+
+// In the order of SensorChange::sensor.
+std::vector<GlobalColumns> StreamingCalibration::State::biases() const {
+  std::vector<GlobalColumns> out = {estimator_->columns_of(key::acc_bias),
+                                    estimator_->columns_of(key::gyr_bias)};
+  for (int m = 0; m < int(samples_.all().mag.size()); ++m) {
+    out.push_back(estimator_->columns_of(key::mag_bias_of(m)));
+  }
+  return out;
 }
 
 // All windows of a fit, by each other: the usual first, then who does not belong.
@@ -111,6 +129,7 @@ void StreamingCalibration::State::judge_all_windows() {
     if (contains(flagged_, w) || consistency_.judge(innovations[std::size_t(w)]).used) continue;
     estimator_->remove(w);
     flagged_.push_back(w);
+    if (changed_) continue;  // which may be why
     say(
         fmt::format("The magnetometer between {:.1f} and {:.1f} s does not fit the rest: this "
                     "window is left out.",
@@ -128,6 +147,7 @@ void StreamingCalibration::State::judge_again() {
   if (!consistency_.fits_again(consistency_.judge(innovation))) return;
   estimator_->restore(window);
   flagged_.erase(flagged_.begin() + std::ptrdiff_t(judge_next_));
+  if (changed_) return;
   say(
       fmt::format("The magnetometer between {:.1f} and {:.1f} s fits after all: this window is "
                   "taken back.",
@@ -141,6 +161,8 @@ void StreamingCalibration::State::look_for_change() {
   if (n < kChangeAfter || (n & (n - 1)) != 0) return;
   const int last = estimator_->windows() - 1, first = last - n + 1;
   if (options_.known_fault && !options_.known_fault(begin_of(first), end_of(last)).empty()) return;
+  // Another sensor explains them better than a bias of the magnetometer does.
+  if (const SensorChange d = sensor_changes_.likeliest(); d.clearly() && d.sensor < 2) return;
   std::vector<int> changes = changes_;
   changes.push_back(first);
   // The first of them is part before, part after.
@@ -180,6 +202,7 @@ void StreamingCalibration::State::look_for_change() {
   }
   changes_ = changes;
   on_the_way_.forget();
+  sensor_changes_.forget();
   estimator_ = std::move(changed);
   maker_ = std::move(maker);
   flagged_in_a_row_ = 0;

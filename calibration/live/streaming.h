@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "calibration/calibrate.h"
+#include "calibration/live/sensor_changes.h"
 #include "calibration/result/calibration.h"
 #include "graph/bytes.h"
 #include "recording/data/stream_sample.h"
@@ -91,6 +92,8 @@ struct StreamUpdate {
   std::vector<std::string> events;   // sentences: a window excluded, a magnet attached at 12.3 s
   std::vector<Check> checks;         // of the stream so far: diagnostics.h
   std::vector<int> flagged_windows;  // all windows excluded at present
+  // A sensor that has begun to read otherwise, as long as its odds are to be told.
+  std::optional<SensorChange> sensor_change;
 };
 
 class StreamingCalibration {

@@ -551,6 +551,25 @@ class Estimate:
 
 
 @dataclass
+class SensorChange:
+    """A sensor that reads otherwise than before: which, since when, by how much.
+
+    ``also_likely``: others whose odds are hardly less. ``stays``: a step or a drift of its bias,
+    which by now is ``size``; else something that changes with the motion, of that root mean
+    square.
+    """
+
+    sensor: str
+    also_likely: list[str]
+    since_s: float
+    between_s: list[float]
+    stays: bool
+    size: list[float]
+    log_odds: float
+    advice: str
+
+
+@dataclass
 class Update:
     """What a stream says at the end of a window (a second): the program's JSON line.
 
@@ -571,6 +590,7 @@ class Update:
     issues: list[Issue]
     checks: list[Check]
     flagged_windows: list[int]
+    sensor_change: Optional[SensorChange]
 
 
 def update_of(text: str) -> Update:

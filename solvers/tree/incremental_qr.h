@@ -46,6 +46,7 @@
 #include "solvers/kernels/packed_values.h"
 #include "solvers/null_space.h"
 #include "solvers/sandwich.h"
+#include "solvers/tree/stretch.h"
 #include "solvers/tree/triangle_tree.h"
 #include "solvers/tree/window_elimination.h"
 
@@ -122,6 +123,11 @@ class IncrementalQr {
   // The removable factors of a window against all other factors.
   // Not const: what it condenses is kept for remove() and restore().
   Innovation innovation(int window);
+  // The newest window with its removable factors, while it is held back and continues a chain,
+  // beside all before it.
+  std::optional<Stretch> held() const;
+  // Of one global in what held() gives.
+  GlobalColumns columns_of(Key global) const;
 
   int windows() const { return int(windows_.size()); }
   // The estimate: of the globals; of the globals and the last node of each chain; of everything.

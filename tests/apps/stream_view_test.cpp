@@ -230,6 +230,29 @@ TEST(StreamLine, has_the_promised_fields) {
   EXPECT_THAT(line["events"], ElementsAre("one", "two"));
   EXPECT_EQ(line["flagged_windows"], nlohmann::json({12, 13}));
   EXPECT_EQ(line["source"], "flowing");
+  EXPECT_TRUE(line["sensor_change"].is_null());
+}
+
+TEST(StreamLine, says_which_sensor_reads_otherwise_and_since_when) {
+  StreamStatus s = status_in_the_middle();
+  s.update->sensor_change.emplace();
+  SensorChange& d = *s.update->sensor_change;
+  d.sensor = 2;
+  d.also_likely = {1};
+  d.since_s = 31.5;
+  d.earliest_s = 30.0;
+  d.latest_s = 33.0;
+  d.size = {0.5, 0.0, -1.0};
+  d.log_odds = 12.0;
+  const nlohmann::json line = nlohmann::json::parse(stream_line(s, {}))["sensor_change"];
+  EXPECT_EQ(line["sensor"], "magnetometers[0]");
+  EXPECT_THAT(line["also_likely"], ElementsAre("gyroscope"));
+  EXPECT_EQ(line["since_s"], 31.5);
+  EXPECT_EQ(line["between_s"], nlohmann::json({30.0, 33.0}));
+  EXPECT_EQ(line["stays"], true);
+  EXPECT_EQ(line["size"], nlohmann::json({0.5, 0.0, -1.0}));
+  EXPECT_EQ(line["log_odds"], 12.0);
+  EXPECT_THAT(line["advice"].get<std::string>(), HasSubstr("magnets"));
 }
 
 TEST(StreamLine, is_one_line_whatever_the_texts_are) {

@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 using testing::AllOf;
 using testing::HasSubstr;
 
-Json example() {
+Json example_file() {
   static const Json json = [] {
     oracle::Options o;
     o.rate_hz = 50.0;
@@ -38,7 +38,7 @@ std::string complaint(const Json& json) {
 }
 
 TEST(StoredCalibration, is_what_was_written) {
-  const Json json = example();
+  const Json json = example_file();
   const Json again = to_json(calibration_from_json(Json::parse(json.dump(2)), "cal.json"));
   for (const char* field : {"trust", "accelerometer", "gyroscope", "magnetometers", "covariance",
                             "covariance_model", "noise", "motion", "gravity", "effects"}) {
@@ -53,29 +53,29 @@ TEST(StoredCalibration, names_the_field_that_is_missing) {
   for (const char* path :
        {"/format", "/accelerometer/bias", "/magnetometers/0/distortion", "/field/dip_deg_sigma",
         "/covariance/order", "/noise/gyro", "/motion", "/effects/0/parameters", "/trust/verdict"}) {
-    Json json = example();
+    Json json = example_file();
     const Json::json_pointer at(path);
     json[at.parent_pointer()].erase(at.back());
     EXPECT_THAT(complaint(json),
                 AllOf(HasSubstr("cal.json"), HasSubstr("is missing"), HasSubstr(at.back())))
         << path;
   }
-  Json json = example();
+  Json json = example_file();
   json["magnetometers"][0].erase("bias");
   EXPECT_THAT(complaint(json), HasSubstr("magnetometers[0].bias"));
 }
 
 TEST(StoredCalibration, says_what_a_field_should_be) {
-  Json json = example();
+  Json json = example_file();
   json["gyroscope"]["bias"] = {1.0, 2.0};
   EXPECT_THAT(complaint(json), HasSubstr("gyroscope.bias is not 3 numbers"));
-  json = example();
+  json = example_file();
   json["motion"] = "flying";
   EXPECT_THAT(complaint(json), HasSubstr("hand_held"));
-  json = example();
+  json = example_file();
   json["covariance"]["matrix"].erase(0);
   EXPECT_THAT(complaint(json), HasSubstr("covariance.matrix"));
-  json = example();
+  json = example_file();
   json["format"] = "magimu-diagnosis/1";
   EXPECT_THAT(complaint(json), HasSubstr("magimu-diagnosis/1"));
   EXPECT_THAT(complaint(Json::array()), HasSubstr("format"));

@@ -18,10 +18,23 @@ constexpr int kChangeAfter = 8;         // windows in a row that do not fit
 constexpr double kMostLeftOut = 0.2;    // of the windows of the first fit
 constexpr double kTurning = 0.2;        // rad/s, root mean square: a window with less is a rest
 constexpr double kBeyondAll = 100.0;    // m/s^2, rad/s
+constexpr double kStepShown = 30.7;     // chi-square of three, one in a million
 constexpr double kStillFlagged = 0.25;  // at most so many of them, once they have their own bias
 
 bool contains(const std::vector<int>& all, int i) {
   return std::find(all.begin(), all.end(), i) != all.end();
+}
+
+// Of the first magnetometer's bias, before and since, by its covariance: chi-square of three if
+// there was none.
+double step_squares(const IncrementalQr& estimator) {
+  const Values& globals = estimator.globals();
+  const Vector3 step =
+      globals.at<Vector3>(key::mag_bias) - globals.at<Vector3>(key::mag_bias_of(0, 1));
+  const MatrixXd P = estimator.covariance({key::mag_bias, key::mag_bias_of(0, 1)});
+  const Matrix3 C = P.topLeftCorner<3, 3>() + P.bottomRightCorner<3, 3>() -
+                    P.topRightCorner<3, 3>() - P.bottomLeftCorner<3, 3>();
+  return step.dot(Eigen::LLT<Matrix3>(C).solve(step));
 }
 
 }  // namespace
@@ -162,6 +175,7 @@ void StreamingCalibration::State::look_for_change() {
   const int last = estimator_->windows() - 1, first = last - n + 1;
   if (options_.known_fault && !options_.known_fault(begin_of(first), end_of(last)).empty()) return;
   // Another sensor explains them better than a bias of the magnetometer does.
+  if (changed_ && changed_->sensor < 2) return;
   if (const SensorChange d = sensor_changes_.likeliest(); d.clearly() && d.sensor < 2) return;
   std::vector<int> changes = changes_;
   changes.push_back(first);
@@ -193,7 +207,8 @@ void StreamingCalibration::State::look_for_change() {
                       for (int w = first + 1; w <= last; ++w) {
                         if (!consistency_.judge(changed->innovation(w)).used) ++unfit;
                       }
-                      return unfit <= kStillFlagged * n;
+                      return unfit <= kStillFlagged * n &&
+                             step_squares(*changed) > kStepShown * consistency_.overdispersion();
                     }).value_or(false);
   if (!fits) {
     std::swap(flagged, flagged_);
@@ -209,8 +224,8 @@ void StreamingCalibration::State::look_for_change() {
   const Vector3 step = estimator_->globals().at<Vector3>(key::mag_bias) -
                        estimator_->globals().at<Vector3>(key::mag_bias_of(0, 1));
   const std::string text = fmt::format(
-      "At {:.1f} s (to within {:.1f} s) the magnetometer's bias changed for good, by ({:.1f}, "
-      "{:.1f}, {:.1f}) uT: a magnet or iron was attached or removed. The calibration is the one "
+      "At {:.1f} s (to within {:.1f} s) the magnetometer's bias changed for good, by ({:.2g}, "
+      "{:.2g}, {:.2g}) uT: a magnet or iron was attached or removed. The calibration is the one "
       "that holds since then.",
       0.5 * (begin_of(first) + end_of(first)), 0.5 * (end_of(first) - begin_of(first)), step[0],
       step[1], step[2]);

@@ -22,11 +22,14 @@ constexpr double kNoScatter = 0.7;     // probability of none; the others share 
 constexpr double kWander = 0.25;       // of its size, from one stretch to the next
 constexpr double kAnyError = 0.01;     // of the stretches have an error of any size,
 constexpr double kDecades = 20.0;      // uniform in so many e-foldings
-// m/s^2, rad/s, uT: a stretch that tells no more tells nothing.
-constexpr double kBeyondAll[] = {10.0, 1.0, 100.0};
+// m/s^2, rad/s, uT: of an accelerometer, a gyroscope and a magnetometer. No bias of a part that
+// works changes by more, and a stretch that tells no more tells nothing. A magnet may be strong.
+constexpr double kLargest[] = {0.5, 0.1, 200.0};
 constexpr double kUndetermined = 1e-9;   // of the largest information: directions not seen at all
 constexpr std::size_t kBeginnings = 14;  // that are kept apart
 constexpr std::size_t kNewest = 5;       // of them, whatever their weight
+constexpr double kNegligible = 40.0;     // nats: what is less likely by that adds no digit,
+constexpr double kNotFollowed = 30.0;    // and a scatter by that is given up
 constexpr double kOutside = 0.05;        // of the odds, earlier than the earliest, and so on
 
 template <class Range, class Of>
@@ -83,6 +86,7 @@ double SensorChanges::Reading::log_density(int v, const Vector3& mean, const Mat
 
 double SensorChanges::Reading::with_any_error(int v, double own) const {
   const double any = any_error[std::size_t(v)];
+  if (std::abs(any - own) > kNegligible) return std::max(any, own);
   return std::max(any, own) + std::log1p(std::exp(-std::abs(any - own)));
 }
 
@@ -123,8 +127,8 @@ void SensorChanges::prune(std::vector<Beginning>& beginnings) {
   beginnings.erase(lightest);
 }
 
-void SensorChanges::take_in(const Reading& reading, Watched& w, double begin_s, double end_s,
-                            int windows) {
+void SensorChanges::take_in(const Reading& reading, double largest, Watched& w, double begin_s,
+                            double end_s, int windows) {
   Beginning& now = w.beginnings.emplace_back();
   now.begin_s = begin_s;
   now.end_s = end_s;
@@ -132,7 +136,7 @@ void SensorChanges::take_in(const Reading& reading, Watched& w, double begin_s, 
   for (int h = 0; h < 2 * kSizes; ++h) {
     Hypothesis& hypothesis = now.hypotheses[std::size_t(h)];
     hypothesis.states = w.as_before;
-    hypothesis.size = w.unit * std::pow(kSizeRatio, h % kSizes);
+    hypothesis.size = std::min(largest, w.unit * std::pow(kSizeRatio, h % kSizes));
     hypothesis.stays = h < kSizes;
     for (State& state : hypothesis.states) {
       Eigen::Map<Matrix3>(state.covariance.data()) =
@@ -141,9 +145,15 @@ void SensorChanges::take_in(const Reading& reading, Watched& w, double begin_s, 
   }
   for (int v = 0; v < kScatters; ++v) {
     State& state = w.as_before[std::size_t(v)];
+    if (state.lost()) continue;
     Eigen::LLT<Matrix3> of_b;
     state.log +=
         reading.with_any_error(v, reading.log_density(v, Vector3::Zero(), Matrix3::Zero(), of_b));
+  }
+  double likeliest = kLost;
+  for (const State& state : w.as_before) likeliest = std::max(likeliest, state.log);
+  for (State& state : w.as_before) {
+    if (state.log < likeliest - kNotFollowed) state.log = kLost;
   }
   const double as_before = log_density(w.as_before);
   // Of those that are fresh the newest has all there is to compute, unless the unit has changed.
@@ -162,6 +172,10 @@ void SensorChanges::take_in(const Reading& reading, Watched& w, double begin_s, 
       const bool as_now = h.size == now.hypotheses[i].size;
       for (int v = 0; v < kScatters; ++v) {
         State& state = h.states[std::size_t(v)];
+        if (w.as_before[std::size_t(v)].lost()) {
+          state.log = kLost;
+          continue;
+        }
         if (!h.stays) {
           state.log += as_now ? of_now[i][std::size_t(v)] : fresh(h, v);
           continue;
@@ -182,49 +196,55 @@ void SensorChanges::take_in(const Reading& reading, Watched& w, double begin_s, 
 
 void SensorChanges::add(Stretch window, const std::vector<GlobalColumns>& biases, double begin_s,
                         double end_s) {
-  add(std::move(window), biases, begin_s, end_s, 0);
+  add(std::move(window), biases, begin_s, end_s, 0, 0);
 }
 
 void SensorChanges::add(Stretch stretch, const std::vector<GlobalColumns>& biases, double begin_s,
-                        double end_s, int length) {
+                        double end_s, int length, int series) {
   Length& l = lengths_[std::size_t(length)];
   const BlockScore score = difference(stretch, biases);
-  l.watched.resize(biases.size());
+  l.series[series].resize(biases.size());
   for (std::size_t i = 0; i < biases.size(); ++i) {
-    Watched& w = l.watched[i];
+    Watched& w = l.series[series][i];
     const auto at = 3 * Eigen::Index(i);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
         MatrixXd(score.information.block<3, 3>(at, at)));
     const double most = eigen.eigenvalues()[2];
     const double tells = 1.0 / std::sqrt(most);
-    if (!(tells < kBeyondAll[std::min<std::size_t>(i, 2)])) continue;
+    const double largest = kLargest[std::min<std::size_t>(i, 2)];
+    if (!(tells < largest)) continue;
     w.unit = w.unit == 0.0 ? tells : std::min(w.unit, tells);
     const Vector3 variances = eigen.eigenvalues().cwiseMax(kUndetermined * most).cwiseInverse();
     const Matrix3 C =
         eigen.eigenvectors() * variances.asDiagonal() * eigen.eigenvectors().transpose();
-    take_in(Reading(-C * score.score.segment<3>(at), C, w.unit), w, begin_s, end_s, 1 << length);
+    take_in(Reading(-C * score.score.segment<3>(at), C, w.unit), largest, w, begin_s, end_s,
+            1 << length);
   }
-  if (length + 1 == kLengths) return;
-  if (!l.waiting || l.end_s != begin_s) {
-    l.waiting = std::move(stretch);
-    l.begin_s = begin_s;
-    l.end_s = end_s;
-    return;
+  if (series > 0 || length + 1 == kLengths) return;
+  if (l.last && l.end_s == begin_s) {
+    add(joined(*l.last, stretch), biases, l.begin_s, end_s, length + 1, int(l.joined++ % 2));
+  } else {
+    l.joined = 0;
   }
-  const Stretch longer = joined(*std::exchange(l.waiting, std::nullopt), stretch);
-  add(longer, biases, l.begin_s, end_s, length + 1);
+  l.last = std::move(stretch);
+  l.begin_s = begin_s;
+  l.end_s = end_s;
 }
 
-int SensorChanges::sensors() const { return int(lengths_.front().watched.size()); }
+int SensorChanges::sensors() const { return int(lengths_.front().series[0].size()); }
 
+// All series have the same weight, begun or not.
 double SensorChanges::log_odds(int sensor) const {
-  return log_sum(lengths_,
-                 [&](const Length& l) {
-                   return std::size_t(sensor) < l.watched.size()
-                              ? l.watched[std::size_t(sensor)].log_odds()
-                              : -1e300;
-                 }) -
-         std::log(double(kLengths * sensors()));
+  std::vector<double> all;
+  for (const Length& l : lengths_) {
+    for (const std::vector<Watched>& watched : l.series) {
+      if (std::size_t(sensor) < watched.size()) {
+        all.push_back(watched[std::size_t(sensor)].log_odds());
+      }
+    }
+  }
+  return log_sum(all, [](double x) { return x; }) -
+         std::log(double((2 * kLengths - 1) * sensors()));
 }
 
 SensorChange SensorChanges::likeliest() const {
@@ -244,9 +264,11 @@ SensorChange SensorChanges::likeliest() const {
   // Of the stretches that tell most.
   const Watched* most = nullptr;
   for (const Length& l : lengths_) {
-    if (std::size_t(out.sensor) >= l.watched.size()) continue;
-    const Watched& w = l.watched[std::size_t(out.sensor)];
-    if (!w.beginnings.empty() && (most == nullptr || w.log_odds() > most->log_odds())) most = &w;
+    for (const std::vector<Watched>& watched : l.series) {
+      if (std::size_t(out.sensor) >= watched.size()) continue;
+      const Watched& w = watched[std::size_t(out.sensor)];
+      if (!w.beginnings.empty() && (most == nullptr || w.log_odds() > most->log_odds())) most = &w;
+    }
   }
   if (most == nullptr) return out;
   const double all = most->log_odds();
@@ -280,30 +302,36 @@ void SensorChanges::forget() { lengths_ = {}; }
 
 void SensorChanges::save(ByteWriter& out) const {
   for (const Length& l : lengths_) {
-    out.put(l.waiting.has_value());
-    if (l.waiting) l.waiting->save(out);
+    out.put(l.last.has_value());
+    if (l.last) l.last->save(out);
     out.put(l.begin_s);
     out.put(l.end_s);
-    out.put(int(l.watched.size()));
-    for (const Watched& w : l.watched) {
-      out.put(w.unit);
-      out.put(w.as_before);
-      out.put(w.beginnings);
+    out.put(l.joined);
+    for (const std::vector<Watched>& watched : l.series) {
+      out.put(int(watched.size()));
+      for (const Watched& w : watched) {
+        out.put(w.unit);
+        out.put(w.as_before);
+        out.put(w.beginnings);
+      }
     }
   }
 }
 
 void SensorChanges::load(ByteReader& in) {
   for (Length& l : lengths_) {
-    l.waiting.reset();
-    if (in.get<bool>()) l.waiting.emplace().load(in);
+    l.last.reset();
+    if (in.get<bool>()) l.last.emplace().load(in);
     in.get(l.begin_s);
     in.get(l.end_s);
-    l.watched.resize(std::size_t(std::clamp(in.get<int>(), 0, 1000)));
-    for (Watched& w : l.watched) {
-      in.get(w.unit);
-      in.get(w.as_before);
-      in.get(w.beginnings);
+    in.get(l.joined);
+    for (std::vector<Watched>& watched : l.series) {
+      watched.resize(std::size_t(std::clamp(in.get<int>(), 0, 1000)));
+      for (Watched& w : watched) {
+        in.get(w.unit);
+        in.get(w.as_before);
+        in.get(w.beginnings);
+      }
     }
   }
 }

@@ -2,10 +2,10 @@
 // Has a sensor begun to read otherwise than before, while the samples arrive? For stretches of 1,
 // 2, 4, ... 32 windows the estimator says what the stretch alone, given all before it, makes of
 // another bias of each sensor in it (solvers/tree/stretch.h): z = b + n, n normal with the
-// stretch's covariance C. As long as the model holds, those of one length are independent of each
-// other and b = 0. Long stretches see what turns the attitude slowly, short ones what comes and
-// goes. Real noise is coloured and has tails: n has a part of a size v of its own, one of a few,
-// and one stretch in a hundred has an error of any size.
+// stretch's covariance C. As long as the model holds, those of one length that do not overlap are
+// independent of each other and b = 0. Long stretches see what turns the attitude slowly, short
+// ones what comes and goes. Real noise is coloured and has tails: n has a part of a size v of its
+// own, one of a few, and one stretch in a hundred has an error of any size.
 //
 // Beside "as before" stand, for every stretch in which it may have begun, two kinds in four sizes
 // s, in units of what one stretch tells:
@@ -66,12 +66,14 @@ class SensorChanges {
 
  private:
   static constexpr int kLengths = 6, kScatters = 4, kSizes = 4;
+  static constexpr double kLost = -1e300;  // of a scatter that is far too unlikely to be followed
   // b as far as the readings since it began tell it, if all have the scatter v; log: the readings'
   // density, of all since the stream's begin.
   struct State {
     std::array<double, 3> mean{};
     std::array<double, 9> covariance{};
     double log = 0.0;
+    bool lost() const { return log <= kLost; }
   };
   using States = std::array<State, kScatters>;
   struct Hypothesis {
@@ -102,18 +104,20 @@ class SensorChanges {
     std::array<Matrix3, kScatters> C;  // with each scatter
     std::array<double, kScatters> any_error;
   };
+  // Stretches of one length begin every half of it: two series, each without overlap.
   struct Length {
-    std::optional<Stretch> waiting;  // for the one that follows
+    std::optional<Stretch> last;  // of the first series
     double begin_s = 0.0, end_s = 0.0;
-    std::vector<Watched> watched;  // one a sensor
+    long joined = 0;                 // of them, to longer ones
+    std::vector<Watched> series[2];  // one a sensor
   };
   static void take_in(const Reading& reading, int v, State& state);
   static double log_density(const States& states);
-  static void take_in(const Reading& reading, Watched& w, double begin_s, double end_s,
-                      int windows);
+  static void take_in(const Reading& reading, double largest, Watched& w, double begin_s,
+                      double end_s, int windows);
   static void prune(std::vector<Beginning>& beginnings);
   void add(Stretch stretch, const std::vector<GlobalColumns>& biases, double begin_s, double end_s,
-           int length);
+           int length, int series);
   int sensors() const;
 
   std::array<Length, kLengths> lengths_;

@@ -175,7 +175,6 @@ void StreamingCalibration::State::look_for_change() {
   const int last = estimator_->windows() - 1, first = last - n + 1;
   if (options_.known_fault && !options_.known_fault(begin_of(first), end_of(last)).empty()) return;
   // Another sensor explains them better than a bias of the magnetometer does.
-  if (changed_ && changed_->sensor < 2) return;
   if (const SensorChange d = sensor_changes_.likeliest(); d.clearly() && d.sensor < 2) return;
   std::vector<int> changes = changes_;
   changes.push_back(first);
@@ -218,6 +217,8 @@ void StreamingCalibration::State::look_for_change() {
   changes_ = changes;
   on_the_way_.forget();
   sensor_changes_.forget();
+  changed_.reset();
+  told_changes_.clear();
   estimator_ = std::move(changed);
   maker_ = std::move(maker);
   flagged_in_a_row_ = 0;

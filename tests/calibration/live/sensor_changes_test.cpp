@@ -13,10 +13,10 @@ namespace magimu {
 namespace {
 
 constexpr int kNode = 3, kSensors = 3;
-constexpr double kSigma = 0.1;
+constexpr double kSigma = 0.01;
 
 // A chain whose nodes are measured exactly, and windows that measure the biases of three sensors
-// with sigma 0.1; what is known of them before is known to 0.01.
+// with sigma 0.01; what is known of them before is known to 0.001.
 class Windows {
  public:
   explicit Windows(unsigned seed) : random_(seed) {}

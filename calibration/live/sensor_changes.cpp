@@ -203,9 +203,9 @@ void SensorChanges::add(Stretch stretch, const std::vector<GlobalColumns>& biase
                         double end_s, int length, int series) {
   Length& l = lengths_[std::size_t(length)];
   const BlockScore score = difference(stretch, biases);
-  l.series[series].resize(biases.size());
+  l.series[std::size_t(series)].resize(biases.size());
   for (std::size_t i = 0; i < biases.size(); ++i) {
-    Watched& w = l.series[series][i];
+    Watched& w = l.series[std::size_t(series)][i];
     const auto at = 3 * Eigen::Index(i);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
         MatrixXd(score.information.block<3, 3>(at, at)));

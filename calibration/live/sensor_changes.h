@@ -108,8 +108,8 @@ class SensorChanges {
   struct Length {
     std::optional<Stretch> last;  // of the first series
     double begin_s = 0.0, end_s = 0.0;
-    long joined = 0;                 // of them, to longer ones
-    std::vector<Watched> series[2];  // one a sensor
+    long joined = 0;                             // of them, to longer ones
+    std::array<std::vector<Watched>, 2> series;  // one a sensor
   };
   static void take_in(const Reading& reading, int v, State& state);
   static double log_density(const States& states);

@@ -9,6 +9,13 @@
 
 namespace magimu {
 
+// paper, hand_held; else hand.
+inline SimulatedMotion motion_named(const std::string& name) {
+  return name == "paper"       ? SimulatedMotion::kPaper
+         : name == "hand_held" ? SimulatedMotion::kHandHeld
+                               : SimulatedMotion::kHand;
+}
+
 // All samples of one time as one, in the order of time.
 inline std::vector<StreamSample> samples_of(const Recording& r) {
   std::vector<StreamSample> out;

@@ -119,9 +119,7 @@ Course course_of(const Recording& recording, const StreamingOptions& options) {
 
 Simulation simulated(const Options& o, std::uint64_t seed) {
   SimulationOptions s;
-  s.motion = o.motion == "paper"       ? SimulatedMotion::kPaper
-             : o.motion == "hand_held" ? SimulatedMotion::kHandHeld
-                                       : SimulatedMotion::kHand;
+  s.motion = motion_named(o.motion);
   s.seed = seed;
   s.duration_s = o.duration;
   return simulate(s);
@@ -182,13 +180,9 @@ void hidden(const Options& o) {
                    seed, drawn.begin_s, at.value_or(-1.0), c.told_s.value_or(-1.0),
                    c.told ? c.told->sensor : -1, c.said);
       }
-      if (!at) continue;
+      // Or too near the end to be told within five seconds.
+      if (!at || *at > o.duration - 6.0) continue;
       ++worth;
-      // Too near the end to be told within five seconds.
-      if (*at > o.duration - 6.0) {
-        --worth;
-        continue;
-      }
       if (!told) {
         ++never;
         continue;

@@ -58,9 +58,7 @@ double cpu_s() {
 
 SimulationOptions simulation_options(const Options& o, std::uint64_t seed) {
   SimulationOptions out;
-  out.motion = o.motion == "paper"       ? SimulatedMotion::kPaper
-               : o.motion == "hand_held" ? SimulatedMotion::kHandHeld
-                                         : SimulatedMotion::kHand;
+  out.motion = motion_named(o.motion);
   out.rate_hz = o.rate;
   out.seed = seed;
   out.duration_s = o.duration;

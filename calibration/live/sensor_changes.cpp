@@ -249,15 +249,17 @@ double SensorChanges::log_odds(int sensor) const {
 
 SensorChange SensorChanges::likeliest() const {
   SensorChange out;
+  std::vector<double> odds;
   for (int i = 0; i < sensors(); ++i) {
-    if (const double odds = log_odds(i); odds > out.log_odds) {
-      out.log_odds = odds;
+    odds.push_back(log_odds(i));
+    if (odds.back() > out.log_odds) {
+      out.log_odds = odds.back();
       out.sensor = i;
     }
   }
   if (out.sensor < 0) return out;
   for (int i = 0; i < sensors(); ++i) {
-    if (i != out.sensor && log_odds(i) > out.log_odds - std::log(kHardlyLess)) {
+    if (i != out.sensor && odds[std::size_t(i)] > out.log_odds - std::log(kHardlyLess)) {
       out.also_likely.push_back(i);
     }
   }

@@ -57,8 +57,6 @@ class SensorChanges {
   void add(Stretch window, const std::vector<GlobalColumns>& biases, double begin_s, double end_s);
   // The sensor that is likeliest, whatever its odds.
   SensorChange likeliest() const;
-  // Odds of one sensor, logarithm.
-  double log_odds(int sensor) const;
   void forget();
 
   void save(ByteWriter& out) const;
@@ -119,6 +117,7 @@ class SensorChanges {
   void add(Stretch stretch, const std::vector<GlobalColumns>& biases, double begin_s, double end_s,
            int length, int series);
   int sensors() const;
+  double log_odds(int sensor) const;
 
   std::array<Length, kLengths> lengths_;
 };

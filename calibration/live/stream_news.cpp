@@ -59,6 +59,12 @@ void StreamingCalibration::State::tell_change() {
   tell(now);
 }
 
+void StreamingCalibration::State::forget_changes() {
+  sensor_changes_.forget();
+  changed_.reset();
+  told_changes_.clear();
+}
+
 void StreamingCalibration::State::tell(const SensorChange& change) {
   changed_ = change;
   if (std::ranges::count(told_changes_, change.sensor) > 0) return;

@@ -111,9 +111,7 @@ void StreamingCalibration::State::begin_anew() {
   consistency_ = {};
   window_fit_ = {};
   on_the_way_.forget();
-  sensor_changes_.forget();
-  changed_.reset();
-  told_changes_.clear();
+  forget_changes();
   next_update_ = samples_.last_t();
   next_try_ = kTryAgainAfter * (samples_.last_t() - samples_.first_t());
 }

@@ -100,6 +100,7 @@ class StreamingCalibration::State {
   void tell_breaks();
   void add_set_aside(Calibration& c) const;
   void tell_change();
+  void forget_changes();
   void tell(const SensorChange& change);
 
   StreamingOptions options_;

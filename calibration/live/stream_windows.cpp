@@ -25,12 +25,15 @@ bool contains(const std::vector<int>& all, int i) {
   return std::find(all.begin(), all.end(), i) != all.end();
 }
 
-// Of the first magnetometer's bias, before and since, by its covariance: chi-square of three if
-// there was none.
-double step_squares(const IncrementalQr& estimator) {
+// Of the first magnetometer's bias, from before to since.
+Vector3 bias_step(const IncrementalQr& estimator) {
   const Values& globals = estimator.globals();
-  const Vector3 step =
-      globals.at<Vector3>(key::mag_bias) - globals.at<Vector3>(key::mag_bias_of(0, 1));
+  return globals.at<Vector3>(key::mag_bias) - globals.at<Vector3>(key::mag_bias_of(0, 1));
+}
+
+// By its covariance: chi-square of three if there was none.
+double step_squares(const IncrementalQr& estimator) {
+  const Vector3 step = bias_step(estimator);
   const MatrixXd P = estimator.covariance({key::mag_bias, key::mag_bias_of(0, 1)});
   const Matrix3 C = P.topLeftCorner<3, 3>() + P.bottomRightCorner<3, 3>() -
                     P.topRightCorner<3, 3>() - P.bottomLeftCorner<3, 3>();
@@ -216,14 +219,11 @@ void StreamingCalibration::State::look_for_change() {
   }
   changes_ = changes;
   on_the_way_.forget();
-  sensor_changes_.forget();
-  changed_.reset();
-  told_changes_.clear();
+  forget_changes();
   estimator_ = std::move(changed);
   maker_ = std::move(maker);
   flagged_in_a_row_ = 0;
-  const Vector3 step = estimator_->globals().at<Vector3>(key::mag_bias) -
-                       estimator_->globals().at<Vector3>(key::mag_bias_of(0, 1));
+  const Vector3 step = bias_step(*estimator_);
   const std::string text = fmt::format(
       "At {:.1f} s (to within {:.1f} s) the magnetometer's bias changed for good, by ({:.2g}, "
       "{:.2g}, {:.2g}) uT: a magnet or iron was attached or removed. The calibration is the one "

@@ -131,23 +131,6 @@ std::vector<BlockScore> IncrementalQr::scores(const std::vector<int>& block_of_w
   return out;
 }
 
-std::optional<Stretch> IncrementalQr::held() const {
-  if (held_.window < 0) return std::nullopt;
-  const Window& w = windows_[std::size_t(held_.window)];
-  Stretch out;
-  out.before = chains_[std::size_t(w.chain)].tree.root();
-  out.own = w.otherwise->triangle;
-  const auto add = [&](const CondensedTriangle& t) {
-    out.others =
-        out.others.globals == 0 ? t : sum(out.others, t, std::max(t.globals, out.others.globals));
-  };
-  for (int c = 0; c < int(chains_.size()); ++c) {
-    if (c != w.chain) add(without_last(chains_[std::size_t(c)].tree.root()));
-  }
-  for (const int loose : loose_) add(windows_[std::size_t(loose)].triangle);
-  return out;
-}
-
 GlobalColumns IncrementalQr::columns_of(Key global) const {
   const Values::Slot& s = anchors_.slot(global);
   return {s.tangent, s.type.tangent()};

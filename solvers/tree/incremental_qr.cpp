@@ -309,6 +309,21 @@ bool IncrementalQr::put_otherwise(int window, bool removed) {
   return true;
 }
 
+std::optional<Stretch> IncrementalQr::held() const {
+  if (held_.window < 0) return std::nullopt;
+  const Window& w = windows_[std::size_t(held_.window)];
+  std::optional<Stretch> out(std::in_place);
+  out->before = chains_[std::size_t(w.chain)].tree.root();
+  out->own = w.otherwise->triangle;
+  if (chains_.size() + loose_.size() > 1) {
+    const CondensedTriangle none{0, 0, 0, RowBlock(0, 1)};
+    out->others = total([&](int c) -> const CondensedTriangle& {
+      return c == w.chain ? none : chains_[std::size_t(c)].tree.root();
+    });
+  }
+  return out;
+}
+
 Innovation IncrementalQr::innovation(int window) {
   Window& w = windows_[std::size_t(window)];
   if (w.chain < 0) throw std::invalid_argument("a window without nodes has no innovation");

@@ -152,7 +152,7 @@ TEST(SensorChanges, what_was_saved_goes_on_with_the_same_bits) {
   }
 }
 
-// Through the program's stream: a gyroscope that begins to drift is told, not a magnet.
+// Through the program's stream: a step of the gyroscope is told, not a magnet.
 TEST(SensorChanges, of_a_stream) {
   SimulationOptions simulation;
   simulation.motion = SimulatedMotion::kHandHeld;

@@ -156,6 +156,29 @@ void swapped_bytes(Damage& d) {
   }
 }
 
+// A transfer that failed: any counts within the range, on all axes of a sensor at once.
+void garble(Damage& d, int s, double full, std::size_t row) {
+  for (double& x : d.log.rows[row].v[std::size_t(s)]) x = full * d.dice.uniform(-1.0, 1.0);
+}
+
+void garbage(Damage& d) {
+  const int s = d.choose_sensor();
+  const double full = d.largest(s) * d.dice.log_uniform(1.0, 10.0);
+  for (const std::size_t r : d.few_rows(s, 1e-4, 2e-2)) garble(d, s, full, r);
+  d.what += fmt::format("within {:.4g}", full);
+}
+
+// The same for all sensors that the transfer is of.
+void garbage_rows(Damage& d) {
+  const double times = d.dice.log_uniform(1.0, 10.0);
+  for (const std::size_t r : d.few_rows(0, 1e-4, 2e-2)) {
+    for (int s = 0; s < int(d.log.rows[r].v.size()); ++s) {
+      if (d.log.rows[r].v[std::size_t(s)].allFinite()) garble(d, s, times * d.largest(s), r);
+    }
+  }
+  d.what += fmt::format("within {:.3g} times the largest", times);
+}
+
 }  // namespace
 
 void add_value_faults(std::vector<FaultKind>& kinds) {
@@ -211,7 +234,16 @@ void add_value_faults(std::vector<FaultKind>& kinds) {
         .words = kOutOfPlace,
         .of_sensor = true,
         .info_can_see = true,
-        .apply = swapped_bytes}});
+        .apply = swapped_bytes},
+       {.name = "garbage",
+        .words = kOutOfPlace,
+        .of_sensor = true,
+        .info_can_see = true,
+        .apply = garbage},
+       {.name = "garbage_rows",
+        .words = kOutOfPlace,
+        .info_can_see = true,
+        .apply = garbage_rows}});
 }
 
 }  // namespace magimu

@@ -32,6 +32,7 @@ class Passage {
       : series_(series), name_(std::move(name)), sensor_(sensor), gone_(series.size(), 0) {
     SensorGate::Sentinels sentinels;
     std::array<int, 3> turns = {0, 0, 0};
+    std::size_t jumps = 0;
     for (int pass = 0; pass < kPasses; ++pass) {
       const bool last = pass + 1 == kPasses;
       const SensorHabits habits = habits_of_the_rest();
@@ -41,9 +42,10 @@ class Passage {
                        .turned = [&](double begin, double end) {
                          return witnesses.turned(sensor, begin, end);
                        }});
-      gate.know(sentinels, turns);
+      gate.know(sentinels, turns, jumps);
       send_the_rest(gate, last);
       sentinels = gate.sentinels();
+      jumps = gate.jumps_seen();
       if (pass + 2 == kPasses) {
         turns = gate.usual_turns();
         for (int& t : turns) t = -t;

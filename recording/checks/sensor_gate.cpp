@@ -14,18 +14,18 @@ constexpr double kBeyondAnyRange = 4294967296.0;
 
 constexpr std::size_t kSide = 4, kLongestRun = 3;  // readings on either side; of a jump
 
-// An isolated jump of one axis alone, in standard deviations of the reading. Outliers that are
-// noise have up to 30 times the usual standard deviation; the largest of 1e7 normal numbers is 5.3
-// of theirs, 160 in all. Up to 200 a sample moves no parameter of a recording of 10,000 by more
-// than 200 / sqrt(10,000) = 2 of its standard deviations, however it is weighed.
+// An isolated jump, in standard deviations of the reading. Outliers that are noise have up to 30
+// times the usual standard deviation; the largest of 1e7 normal numbers is 5.3 of theirs, 160 in
+// all. Up to 200 a sample moves no parameter of a recording of 10,000 by more than
+// 200 / sqrt(10,000) = 2 of its standard deviations, however it is weighed. Where such jumps recur,
+// smaller ones are of their kind.
 constexpr double kFarthestOutlier = 200.0;
-// Against what the neighbours differ by. The device's inertia and each sensor's filter give a blow
-// a tail: a twentieth of it two samples later, or on another axis. The magnetic field knows no
-// blows.
+// Against what the neighbours differ by, on any axis. The device's inertia and each sensor's filter
+// give a blow a tail, a twentieth of it two samples later. The magnetic field knows no blows.
 constexpr double kBlowToTail = 20.0, kJumpToSpread = 5.0;
-// Jumps on several axes at once, such as a blow makes: only what no blow gives. Parts reach 16 g,
-// one end of the range to the other is 32; no hand changes a rate by ten times the fastest, or the
-// field by three times the strongest, for one sample.
+// Nearer to others, or some in a row: only what no blow gives. Parts reach 16 g, one end of the
+// range to the other is 32; no hand changes a rate by ten times the fastest, or the field by three
+// times the strongest, for one sample.
 constexpr double kGravities = 32.0, kTimesLargest[] = {3.0, 10.0, 3.0};
 
 constexpr double kSomeJump = 10.0;           // standard deviations: counted, to see what recurs
@@ -163,8 +163,11 @@ std::size_t SensorGate::jumped(Judged& why) {
     if ((bend.array() <= 0.5 * kSomeJump * usual_.roughness.array()).all()) return 0;
   }
   const Sides sides = sides_of(1);
-  count_jumps(units_.front(), sides);
-  if (away(units_.front(), sides, !sides.both, why)) return 1;
+  const bool new_value = count_jumps(units_.front(), sides);
+  if (away(units_.front(), sides, !sides.both, why)) {
+    jumps_seen_ += new_value ? 1 : 0;
+    return 1;
+  }
   for (std::size_t run = 2; run <= std::min(kLongestRun, units_.size()); ++run) {
     const Sides around = sides_of(run);
     bool all = true;
@@ -175,53 +178,70 @@ std::size_t SensorGate::jumped(Judged& why) {
 }
 
 // Middle and spread of the readings around the first `run` units, but for one of them that itself
-// may be far away.
+// may be far away; about a straight line where there are some on both sides, for a hand moves on
+// meanwhile.
 SensorGate::Sides SensorGate::sides_of(std::size_t run) const {
   const std::size_t before = std::min(kSide, kept_.size());
   const std::size_t after = std::min(kSide, units_.size() - run);
   Sides out{Vector3::Zero(), Vector3::Constant(std::numeric_limits<double>::infinity()),
             before >= 2 && after >= 2};
   if (before + after < kSide) return out;
+  std::array<const Unit*, 2 * kSide> around{};
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < before; ++i) around[n++] = &kept_[kept_.size() - 1 - i];
+  for (std::size_t i = 0; i < after; ++i) around[n++] = &units_[run + i];
+  const double now = 0.5 * (units_.front().begin_s + units_[run - 1].begin_s);
   for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> x;
-    for (std::size_t i = 0; i < before; ++i) x.push_back(kept_[kept_.size() - 1 - i].v[axis]);
-    for (std::size_t i = 0; i < after; ++i) x.push_back(units_[run + i].v[axis]);
-    std::ranges::sort(x);
-    const std::size_t n = x.size();
+    const double slope = out.both ? median_slope({around.data(), n}, axis) : 0.0;
+    std::array<double, 2 * kSide> x{};
+    for (std::size_t i = 0; i < n; ++i) {
+      x[i] = around[i]->v[axis] - slope * (around[i]->begin_s - now);
+    }
+    std::sort(x.begin(), x.begin() + std::ptrdiff_t(n));
     out.middle[axis] = 0.5 * (x[(n - 1) / 2] + x[n / 2]);
     out.spread[axis] = std::min(x[n - 1] - x[1], x[n - 2] - x[0]);
   }
   return out;
 }
 
-bool SensorGate::away(const Unit& unit, const Sides& sides, bool absurd_only, Judged& why) const {
-  const Vector3 jump = (unit.v - sides.middle).cwiseAbs();
-  int axes = 0;
-  double largest = 0.0;
-  const double times = options_.sensor == Sensor::kMag ? kJumpToSpread : kBlowToTail;
-  bool clean = true;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double sigma = usual_.roughness[axis];
-    if (jump[axis] > std::max(kFarthestOutlier * sigma, kJumpToSpread * sides.spread[axis])) {
-      ++axes;
-      if (jump[axis] > largest) why.axis = axis;
-      largest = std::max(largest, jump[axis]);
-      clean = clean && jump[axis] > times * sides.spread[axis];
+// Of all pairs (Theil and Sen): no single reading counts.
+double SensorGate::median_slope(std::span<const Unit* const> units, int axis) {
+  std::vector<double> slopes;
+  for (std::size_t i = 0; i < units.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const double time = units[i]->begin_s - units[j]->begin_s;
+      if (time != 0.0) slopes.push_back((units[i]->v[axis] - units[j]->v[axis]) / time);
     }
   }
-  if (axes == 0) return false;
+  if (slopes.empty()) return 0.0;
+  const auto middle = slopes.begin() + std::ptrdiff_t(slopes.size() / 2);
+  std::ranges::nth_element(slopes, middle);
+  return *middle;
+}
+
+bool SensorGate::away(const Unit& unit, const Sides& sides, bool absurd_only, Judged& why) const {
+  const Vector3 jump = (unit.v - sides.middle).cwiseAbs();
+  double largest = 0.0;
+  const double farthest = jumps_recur() ? kSomeJump : kFarthestOutlier;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double outlier = farthest * usual_.roughness[axis];
+    if (jump[axis] > std::max({outlier, kJumpToSpread * sides.spread[axis], largest})) {
+      why.axis = axis;
+      largest = jump[axis];
+    }
+  }
+  if (largest == 0.0) return false;
   why.neighbours = sides.middle[why.axis];
   const double reach = kTimesLargest[index_of(options_.sensor)] * usual_.largest;
   const double most =
       options_.sensor == Sensor::kAcc ? std::max(kGravities * usual_.length, reach) : reach;
   if (largest > most) return true;
-  if (absurd_only || axes > 1 || !clean) return false;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double quiet = std::max(kSomeJump * usual_.roughness[axis], largest / kBlowToTail);
-    if (axis != why.axis && jump[axis] > quiet) return false;
-  }
-  return true;
+  const bool no_blow = options_.sensor == Sensor::kMag || jumps_recur();
+  const double times = no_blow ? kJumpToSpread : kBlowToTail;
+  return !absurd_only && largest > times * sides.spread.maxCoeff();
 }
+
+bool SensorGate::jumps_recur() const { return jumps_seen_ >= kRecurs; }
 
 // A row of zeros is no measurement of gravity or of the Earth's field; a rate may well be 0, unless
 // that is a jump.
@@ -250,8 +270,10 @@ bool SensorGate::is_sentinel(const Unit& unit, Judged& why) const {
   return false;
 }
 
-void SensorGate::count_jumps(const Unit& unit, const Sides& sides) {
-  if (!sides.both) return;
+// Whether it jumped to where no reading had jumped to before.
+bool SensorGate::count_jumps(const Unit& unit, const Sides& sides) {
+  if (!sides.both) return false;
+  bool new_value = true;
   for (int axis = 0; axis < 3; ++axis) {
     const double jump = std::abs(unit.v[axis] - sides.middle[axis]);
     const double usual = kSomeJump * usual_.roughness[axis];
@@ -260,10 +282,12 @@ void SensorGate::count_jumps(const Unit& unit, const Sides& sides) {
     const auto at = std::ranges::find(jumps, unit.v[axis], &Jump::value);
     if (at != jumps.end()) {
       ++at->count;
+      new_value = false;
     } else if (jumps.size() < kDifferentJumps) {
       jumps.push_back({unit.v[axis], 1});
     }
   }
+  return new_value;
 }
 
 SensorGate::Sentinels SensorGate::sentinels() const {

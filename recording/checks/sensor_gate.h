@@ -19,6 +19,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -68,9 +69,13 @@ class SensorGate {
   Sentinels sentinels() const;
   // By how many whole ranges most readings of an axis are off, if the first ones were not.
   std::array<int, 3> usual_turns() const;
-  void know(const Sentinels& sentinels, const std::array<int, 3>& first_turns) {
+  // Isolated jumps to different values.
+  std::size_t jumps_seen() const { return jumps_seen_; }
+  void know(const Sentinels& sentinels, const std::array<int, 3>& first_turns,
+            std::size_t jumps_seen) {
     known_ = sentinels;
     turns_over_ = first_turns;
+    jumps_seen_ = jumps_seen;
   }
 
  private:
@@ -108,6 +113,7 @@ class SensorGate {
   std::size_t judge_front();
   std::size_t jumped(Judged& why);
   Sides sides_of(std::size_t run) const;
+  static double median_slope(std::span<const Unit* const> units, int axis);
   bool away(const Unit& unit, const Sides& sides, bool absurd_only, Judged& why) const;
   bool reads_zero(const Unit& unit) const;
   bool is_sentinel(const Unit& unit, Judged& why) const;
@@ -119,7 +125,8 @@ class SensorGate {
   bool resumes_elsewhere(const Vector3& usual_change) const;
   bool turned_while_still() const;
   bool at_its_limit(const Unit& unit, Judged& why) const;
-  void count_jumps(const Unit& unit, const Sides& sides);
+  bool jumps_recur() const;
+  bool count_jumps(const Unit& unit, const Sides& sides);
   void decide(std::size_t units, const std::string& kind, const Judged& why);
   void keep(const Unit& unit);
   void hand_over();
@@ -130,6 +137,7 @@ class SensorGate {
   Usual usual_;
   Sentinels known_;
   std::array<std::vector<Jump>, 3> jumps_;
+  std::size_t jumps_seen_ = 0;
   std::deque<Unit> units_;  // not judged yet
   long first_unit_ = 0;     // number of the first of them
   std::deque<Unit> kept_;   // the last ones that were kept

@@ -82,6 +82,21 @@ std::set<std::size_t> each(VectorSeries& s, std::size_t every,
   return out;
 }
 
+// Now and then, of that size on each axis; towards the end of another.
+std::set<std::size_t> garbage(VectorSeries& s, double size, double size_at_the_end) {
+  std::mt19937 bits(11);
+  const auto part = [&] { return (bits() % 2 == 0 ? 1.0 : -1.0) * double(80 + bits() % 40) / 100; };
+  double now = size;
+  std::set<std::size_t> out =
+      each(s, 97, [&](Vector3& v) { v += now * Vector3(part(), part(), part()); });
+  now = size_at_the_end;
+  for (const std::size_t k : {6450U, 6470U}) {
+    s.v[k] += now * Vector3(part(), part(), part());
+    out.insert(k);
+  }
+  return out;
+}
+
 std::set<std::size_t> wrap(VectorSeries& s, int axis, double limit) {
   std::set<std::size_t> out;
   for (std::size_t k = 0; k < s.size(); ++k) {
@@ -124,6 +139,11 @@ const std::vector<Fault> kFaults{
        s.v[3600] = Vector3(-41.0, 173.0, 89.0);
        return range(3600, 3601);
      }},
+    // Below what a part can read. The last ones are small: of the kind of those before them.
+    {"garbage_on_all_axes_again_and_again", "acc", "spike", "m/s^2 at 0.17 s",
+     [](VectorSeries& s) { return garbage(s, 16.0, 0.5); }},
+    {"garbage_of_a_magnetometer_again_and_again", "mag", "spike", "uT at 0.17 s",
+     [](VectorSeries& s) { return garbage(s, 150.0, 8.0); }},
     {"three_rows_of_garbage", "acc", "spike", "m/s^2 at 36.00 s",
      [](VectorSeries& s) {
        s.v[3600] = Vector3(4100.0, 1730.0, -890.0);

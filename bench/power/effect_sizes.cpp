@@ -152,7 +152,8 @@ class Strengths {
     if (!sizer_.linear() || noise()) return solve(sizer_, real_, size);
     if (!reference_) reference_ = reference(sizer_, real_);
     Measure m = *reference_;
-    const double times = size / m.size;
+    const double times = std::max(size / m.size, least_times() / m.times);
+    size = times * m.size;
     return {m.times * times, size, m.bias_sigma * times};
   }
   HiddenCase apply(const HiddenCase& c, double size) {
@@ -160,6 +161,14 @@ class Strengths {
   }
 
  private:
+  // No magnetometer measures more than a thousand times a second.
+  double least_times() const {
+    constexpr double kShortestPeriod = 1e-3;  // s
+    if (sizer_.moves()) return 0.0;
+    const oracle::Effect& effect = case_.options.effects[index_];
+    return effect.kind == oracle::EffectKind::kMagOwnClock ? kShortestPeriod / effect.parameters[0]
+                                                           : 0.0;
+  }
   bool noise() const {
     return !sizer_.moves() && noise_size_squared(case_.options.effects[index_], case_.options);
   }

@@ -24,6 +24,8 @@ std::vector<std::string> nested_in(const std::string& effect) {
   if (effect == "gyro_scale_misalignment") return {"clock_scale"};
   if (effect == "acc_scale_misalignment") return {"gravity"};
   if (effect == "mag_eddy_current") return {"mag_time_offset", "mag_lag"};
+  // Three quarters of a sawtooth's power are its mean.
+  if (effect == "mag_own_clock") return {"mag_time_offset", "mag_lag"};
   return {};
 }
 

@@ -118,39 +118,72 @@ bool shows_blows(const SampleResiduals& acc, const std::vector<NoiseTest>& all) 
   });
 }
 
+bool is_lag(const std::string& effect) {
+  return effect == "mag_time_offset" || effect == "mag_lag";
+}
+
+bool has_clock(const Stage& stage) {
+  return std::ranges::any_of(stage.spec().effects,
+                             [](const auto& e) { return e->name() == "mag_own_clock"; });
+}
+
+// What one parameter more explains by chance, once in 1 / level times.
+bool is_chance(double nats, double level) {
+  return chi_square_tail(2.0 * std::max(0.0, nats), 1) > level;
+}
+
+// Whether it is the samples' mean age: half a period.
+bool is_mean_age(const Finding& lag, const OwnClock& clock, double level) {
+  const FoundParameter& tau = lag.parameters.front();
+  const double off = (tau.value - 0.5 * clock.period_s) / tau.sigma;
+  return clock.held && is_chance(0.5 * off * off, level);
+}
+
 // The model with the clock in it. A lag that stood for the samples' mean age leaves. Where samples
 // are thinned for the fits their ages are not those of single samples: the clock stays a finding in
-// the samples.
+// the samples, and a lag of their mean age is its part in the model.
 void extend_by_clock(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
-                     Extender& extender, const OwnClock& clock, Diagnosis& d) {
+                     Extender& extender, const OwnClock& clock, double level, Diagnosis& d) {
   // A fit gives effects priors that are so much wider: it has means of samples, and these knew.
   constexpr double kOfPrior = 1.0 / 30.0;
-  constexpr double kAsGood = 2.0;  // nats
-  if (recordings.size() != 1 || is_thinned(recordings.front()->mag.front())) return;
+  if (recordings.size() != 1 || is_thinned(recordings.front()->mag.front())) {
+    std::erase_if(d.findings, [&](const Finding& f) {
+      return is_lag(f.effect) && is_mean_age(f, clock, level);
+    });
+    return;
+  }
   const std::vector<double>& t = recordings.front()->mag.front().t;
   ModelSpec spec = extender.stage().spec();
   spec.effects.push_back(
       make_own_clock_at(clock.period_s, clock.share, 0.5 * (t.front() + t.back()),
                         kOfPrior * clock.period_sigma_s, kOfPrior * clock.share_sigma));
   attempt([&] {
-    const Stage with = pipeline.refit_with_same_noise(extender.stage(), spec);
-    if (!with.result().converged()) return false;
-    const auto lag = std::ranges::find_if(spec.effects, [](const auto& e) {
-      return e->name() == "mag_time_offset" || e->name() == "mag_lag";
-    });
+    Stage best = pipeline.refit_with_same_noise(extender.stage(), spec);
+    if (!best.result().converged()) return false;
+    const auto lag =
+        std::ranges::find_if(spec.effects, [](const auto& e) { return is_lag(e->name()); });
     if (lag != spec.effects.end()) {
       const std::string name = (*lag)->name();
       spec.effects.erase(lag);
       const Stage less = pipeline.refit_with_same_noise(extender.stage(), spec);
       if (less.result().converged() &&
-          less.result().cost_final < with.result().cost_final + kAsGood) {
+          is_chance(less.result().cost_final - best.result().cost_final, level)) {
         std::erase_if(d.findings, [&](const Finding& f) { return f.effect == name; });
-        extender.replace(less);
-        return true;
+        best = less;
       }
     }
-    extender.replace(with);
+    extender.replace(best);
+    // What the clock does was noise so far.
+    const Stage quiet = pipeline.refit(best, best.spec());
+    if (quiet.result().converged()) extender.replace(quiet);
     return true;
+  });
+}
+
+// As the model says that has it.
+bool is_held(const OwnClock& clock, const NoiseOf& of, double level) {
+  return std::ranges::all_of(of.residuals, [&](const SampleResiduals& s) {
+    return s.channel != Channel::kMag || leaves_no_pattern(clock, s, level);
   });
 }
 
@@ -331,10 +364,7 @@ void take_out_clock(const Diagnosis& d, const Stage& stage, double level,
                     std::vector<SampleResiduals>& residuals) {
   const bool found =
       std::ranges::find(d.findings, "mag_own_clock", &Finding::effect) != d.findings.end();
-  const auto& effects = stage.spec().effects;
-  const bool modelled =
-      std::ranges::any_of(effects, [](const auto& e) { return e->name() == "mag_own_clock"; });
-  if (!found || modelled) return;
+  if (!found || has_clock(stage)) return;
   for (SampleResiduals& samples : residuals) {
     if (samples.channel != Channel::kMag) continue;
     if (const auto clock = find_own_clock(samples, level)) {
@@ -354,11 +384,13 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
     }
   };
   take_residuals();
-  const std::optional<OwnClock> clock = strongest_clock(all, level);
+  std::optional<OwnClock> clock = strongest_clock(all, level);
   if (clock) {
-    d.findings.push_back(to_finding(own_clock_test(*clock)));
-    extend_by_clock(recordings, pipeline, extender, *clock, d);
+    extend_by_clock(recordings, pipeline, extender, *clock, level, d);
     take_residuals();
+    if (has_clock(extender.stage())) clock->held = is_held(*clock, all.front(), level);
+    if (clock->held) clock->reach_s = clock->period_s;
+    d.findings.push_back(to_finding(own_clock_test(*clock)));
   }
   d.scan.push_back(entry_of_clock(clock, level));
   for (std::size_t r = 0; r < recordings.size(); ++r) {

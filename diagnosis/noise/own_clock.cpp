@@ -256,11 +256,13 @@ std::optional<OwnClock> find_own_clock(const SampleResiduals& mag, double level)
   polish(a, clock);
   const Pattern pattern = pattern_of(a, 1.0 / clock.hz);
   const double beyond = 2.0 * (pattern.nats - clock.nats);
+  out.pattern_s = 1.0 / std::abs(clock.hz - a.rate_hz * std::round(clock.hz / a.rate_hz));
   out.held = !(beyond > 0.0) || chi_square_tail(beyond, kPhases - 3) > level;
   out.reach_s = out.held ? 1.0 / clock.hz : pattern.reach_s;
+  // No sample is older than the pattern is long: something else has this line.
+  if (!out.held && out.reach_s > out.pattern_s) return std::nullopt;
   out.period_s = 1.0 / clock.hz;
   out.share = clock.share;
-  out.pattern_s = 1.0 / std::abs(clock.hz - a.rate_hz * std::round(clock.hz / a.rate_hz));
   for (const bool odd : {false, true}) {
     const Clock fitted = refined(a, clock.hz, stretches_of(a, odd));
     out.nll_before +=
@@ -268,6 +270,11 @@ std::optional<OwnClock> find_own_clock(const SampleResiduals& mag, double level)
   }
   put_sigmas(a, out);
   return out.nll_before > 1.0 ? std::optional(out) : std::nullopt;
+}
+
+bool leaves_no_pattern(const OwnClock& clock, const SampleResiduals& mag, double level) {
+  const double left = 2.0 * pattern_of(ages_of(mag), clock.period_s).nats;
+  return chi_square_tail(std::max(0.0, left), kPhases - 1) > level;
 }
 
 void take_out_own_clock(double period_s, double share, SampleResiduals& mag) {

@@ -34,6 +34,10 @@ struct OwnClock {
 // level: of p_value.
 std::optional<OwnClock> find_own_clock(const SampleResiduals& mag, double level);
 
+// Whether nothing of its pattern is left where the model has the clock, as one that holds what it
+// measured. A model without it may have taken up a part: what folds to slow times.
+bool leaves_no_pattern(const OwnClock& clock, const SampleResiduals& mag, double level);
+
 // What the clock leaves of the samples, its mean age apart, which a lag has taken.
 void take_out_own_clock(double period_s, double share, SampleResiduals& mag);
 

@@ -97,10 +97,16 @@ void Extender::keep_named() {
     return std::ranges::any_of(base_->spec().effects,
                                [&](const auto& e) { return e->name() == name; });
   };
+  const auto is_named = [&](const std::string& name) {
+    return std::ranges::find(d_.findings, name, &Finding::effect) != d_.findings.end();
+  };
+  // The mean age of samples whose clock is told in the samples alone.
+  const auto of_clock = [&](const std::string& name) {
+    return (name == "mag_time_offset" || name == "mag_lag") && is_named("mag_own_clock");
+  };
   for (std::size_t e = 0; e < stage_->spec().effects.size();) {
     const std::string name = stage_->spec().effects[e]->name();
-    if (std::ranges::find(d_.findings, name, &Finding::effect) != d_.findings.end() ||
-        of_base(name)) {
+    if (is_named(name) || of_base(name) || of_clock(name)) {
       ++e;
       continue;
     }

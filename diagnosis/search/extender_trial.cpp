@@ -250,6 +250,14 @@ bool Extender::find_times(Option& option, Stage& stage) const {
     stage = refit(found);
   }
   ChangeSpan span = found.span;
+  // What was so before the first sample and is so after the last has not changed: another effect,
+  // which lasts.
+  const auto is_inside = [&](const Moment& at) {
+    const Moment beginning{0, recordings_.front()->gyr.t.front()};
+    const Moment ending{int(recordings_.size()) - 1, recordings_.back()->gyr.t.back()};
+    return at.finite() && at > beginning && at < ending;
+  };
+  if (!is_inside(span.begin) && !is_inside(span.end)) return false;
   // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
   const VectorXd theta = effect_parameters(stage.result().values, effect_keys(spec.effects).back());
   const Matrix3& D = stage.result().values.at<Matrix3>(key::distortion);

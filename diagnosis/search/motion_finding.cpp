@@ -67,7 +67,8 @@ Restlessness restlessness(const Stage& rotation, double rest_acc) {
   const double rms = sums.rms(Sensor::kAcc);
   if (rest_acc > 0.0) out.excess = rotation.spec().noise.acc * rms / rest_acc;
   out.left = out.rows * rms * rms;
-  out.squares = out.left * (1.0 - 1.0 / std::pow(std::max(1.0, out.excess), 2));
+  // Where no rest shows the noise, what neighbours have in common is none.
+  out.squares = out.left * std::max(out.colour, 1.0 - 1.0 / std::pow(std::max(1.0, out.excess), 2));
   return out;
 }
 
@@ -106,6 +107,21 @@ Finding finding_of_motion(const Stage& moving, double rms, double unknowns, doub
   return f;
 }
 
+// Where no rest shows the noise: what is left beside gravity is no white noise, of whatever size.
+void tell_by_colour(const Restlessness& restless, double rms, Finding& f) {
+  const double alike = 1.0 - std::pow(std::min(restless.colour, 0.999), 2);
+  const double nats = -0.5 * restless.rows * std::log(alike);
+  f.gain.heldout_nll_before = f.gain.heldout_nll_after + nats;
+  f.gain.bic_delta = -2.0 * nats;
+  f.gain.residual_rms_before = 1.0 / std::sqrt(alike);
+  f.p_value = std::max(1e-300, normal_tail(restless.colour * std::sqrt(restless.rows)));
+  f.sentence = fmt::format(
+      "The hand moved the sensor: it accelerated by {:.2g} m/s^2 (RMS). No rest shows the "
+      "accelerometer's noise, but what it reads beside gravity is no white noise (correlation of "
+      "neighbours {:.2f}); velocity and position are part of the model from here on.",
+      rms, restless.colour);
+}
+
 Finding motion_finding(const Stage& rotation, const Stage& moving, const Restlessness& restless) {
   const double times = restless.excess * restless.excess;
   const double rms = acceleration_rms(rotation);
@@ -116,6 +132,7 @@ Finding motion_finding(const Stage& rotation, const Stage& moving, const Restles
       rms, restless.excess);
   f.p_value =
       std::pow(10.0, std::max(-300.0, log10_chi_square_tail(restless.rows * times, restless.rows)));
+  if (restless.excess < kCalm) tell_by_colour(restless, rms, f);
   return f;
 }
 
@@ -266,6 +283,29 @@ std::optional<Stage> find_small_motion(const std::vector<const Recording*>& reco
   d.findings.push_back(small_motion_finding(stage, moving, acc, residuals));
   extender.replace(moving);
   return plain;
+}
+
+bool withdraw_motion(const Pipeline& pipeline, Extender& extender, Diagnosis& d) {
+  const Stage& stage = extender.stage();
+  const Stage& rotation = extender.base();
+  if (stage.spec().motion != MotionModel::kHandHeld ||
+      rotation.spec().motion != MotionModel::kRotation) {
+    return false;
+  }
+  ModelSpec spec = rotation.spec();
+  spec.effects = stage.spec().effects;
+  if (std::ranges::none_of(spec.effects,
+                           [](const auto& e) { return e->channel() == Channel::kAcc; })) {
+    return false;
+  }
+  const auto still = attempt([&] { return pipeline.refit(rotation, spec); });
+  if (!still || !still->result().converged() ||
+      !is_calm(restlessness(*still, pipeline.rest_noise().acc))) {
+    return false;
+  }
+  std::erase_if(d.findings, [](const Finding& f) { return f.effect == "linear_acceleration"; });
+  extender.replace(*still);
+  return true;
 }
 
 }  // namespace magimu

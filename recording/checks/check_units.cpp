@@ -108,6 +108,27 @@ double most_frequent(std::vector<double> x) {
   return median(std::move(x));
 }
 
+// Length of what is read in the stretches that scatter least: there the hand is at rest, or nearly.
+double length_at_rest(const VectorSeries& s) {
+  constexpr std::size_t kStretch = 20, kFewest = 3;  // samples; stretches
+  constexpr double kShare = 0.04;                    // of all stretches
+  std::vector<std::pair<double, double>> stretches;  // scatter and length
+  for (std::size_t k = 0; k + kStretch <= s.size(); k += kStretch) {
+    Vector3 mean = Vector3::Zero();
+    double squares = 0.0;
+    for (std::size_t i = k; i < k + kStretch; ++i) mean += s.v[i] / double(kStretch);
+    for (std::size_t i = k; i < k + kStretch; ++i) squares += (s.v[i] - mean).squaredNorm();
+    stretches.emplace_back(squares, mean.norm());
+  }
+  std::ranges::sort(stretches);
+  const auto n = std::max(kFewest, std::size_t(kShare * double(stretches.size())));
+  std::vector<double> lengths;
+  for (std::size_t i = 0; i < std::min(n, stretches.size()); ++i) {
+    lengths.push_back(stretches[i].second);
+  }
+  return median(std::move(lengths));
+}
+
 std::vector<Issue> check_acc(const Recording& r) {
   std::vector<double> lengths;
   for (const Vector3& v : r.acc.v) lengths.push_back(v.norm());
@@ -117,8 +138,10 @@ std::vector<Issue> check_acc(const Recording& r) {
                        meaning);
   };
   if (usual > 5.0 && usual < 20.0) return {};
-  const double unit = given * kGravity / usual;  // that makes it gravity
-  // g and mg leave room for a hand that shakes the sensor.
+  // At rest it measures gravity, or nothing.
+  const double at_rest = r.acc.size() < 100 ? usual : length_at_rest(r.acc);
+  const double unit = given * kGravity / at_rest;  // that makes it gravity
+  // g and mg leave room for a hand that never rests.
   for (const auto& [name, size] : {std::pair("g", kGravity), std::pair("mg", 1e-3 * kGravity)}) {
     if (std::abs(unit / size - 1.0) > 0.4 || std::abs(given / size - 1.0) < kNear) continue;
     return {unit_issue("acc", "acc", reads(fmt::format(": it is in {}", name)), name)};

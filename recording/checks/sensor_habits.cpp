@@ -15,6 +15,8 @@ constexpr double kRounding = 1e-12;  // of the value: no step of a converter
 constexpr double kLivelySteps = 2.0;
 constexpr double kStepsToLimit = 20.0;  // from the mean: else it is the usual value of a coarse one
 constexpr double kNoiseToLimit = 10.0;  // likewise, in standard deviations
+constexpr double kSameRange = 1.5;      // steps
+constexpr std::size_t kShortestHeld = 3;
 
 }  // namespace
 
@@ -49,8 +51,9 @@ void SensorHabits::add(double t, const Vector3& v) {
   sum_ += v;
   extreme_ = extreme_.cwiseMax(v.cwiseAbs());
   for (int axis = 0; axis < 3; ++axis) {
-    ends_[std::size_t(2 * axis)].add(t, v[axis]);
-    ends_[std::size_t(2 * axis + 1)].add(t, -v[axis]);
+    const bool moved = others_moved(axis, v);
+    ends_[std::size_t(2 * axis)].add(t, v[axis], moved);
+    ends_[std::size_t(2 * axis + 1)].add(t, -v[axis], moved);
   }
   if (known_before_ > 0 && v == before_[1]) {
     ++repeats_;
@@ -71,6 +74,17 @@ void SensorHabits::add(double t, const Vector3& v) {
   known_before_ = std::min(known_before_ + 1, 2);
 }
 
+// By more than a converter's noise does at rest.
+bool SensorHabits::others_moved(int axis, const Vector3& v) const {
+  constexpr double kMovedSteps = 5.0;
+  if (known_before_ == 0) return false;
+  for (const int other : {(axis + 1) % 3, (axis + 2) % 3}) {
+    const double change = std::abs(v[other] - before_[1][other]);
+    if (step_[other] > 0.0 && change > kMovedSteps * step_[other]) return true;
+  }
+  return false;
+}
+
 double SensorHabits::roughness(int axis) const {
   const double bend = bends_[std::size_t(axis)].quantile(0.9);
   return std::max(bend / (kBendOfNoise * kNineTenths), 0.5 * step_[axis]);
@@ -88,17 +102,37 @@ double SensorHabits::repeated() const {
 }
 
 bool SensorHabits::clipped(int axis, int sign) const {
+  if (!settled() || !far_from_mean(axis, sign)) return false;
+  if (clipped_by_itself(axis, sign)) return true;
+  // One range for all axes, but for a count of two's complement.
+  if (end(axis, sign).top().longest_run < kShortestHeld) return false;
+  for (int i = 0; i < 6; ++i) {
+    const int other = i / 2, way = i % 2 == 0 ? 1 : -1;
+    const double apart = std::abs(end(axis, sign).top().x - end(other, way).top().x);
+    const bool same = apart <= kSameRange * std::max(step_[axis], step_[other]);
+    if (same && far_from_mean(other, way) && clipped_by_itself(other, way)) return true;
+  }
+  return false;
+}
+
+bool SensorHabits::far_from_mean(int axis, int sign) const {
+  const double mean = sum_[axis] / double(lengths_.count());
+  return std::abs(limit(axis, sign) - mean) >
+         std::max(kStepsToLimit * step_[axis], kNoiseToLimit * noise(axis));
+}
+
+bool SensorHabits::clipped_by_itself(int axis, int sign) const {
   // With noise of a step and more the same step comes again in 0.4 of samples: no run of many at
   // the end of what is read is chance.
   constexpr double kSameStep = 0.4, kExpectedRuns = 1e-6;
   const ExtremeValues& values = end(axis, sign);
-  const bool held =
-      noise(axis) > step_[axis] &&
-      double(lengths_.count()) * std::pow(kSameStep, values.top().longest_run) < kExpectedRuns;
-  if (!settled() || !values.looks_clipped(held || lively(axis))) return false;
-  const double mean = sum_[axis] / double(lengths_.count());
-  return std::abs(limit(axis, sign) - mean) >
-         std::max(kStepsToLimit * step_[axis], kNoiseToLimit * noise(axis));
+  const auto no_chance = [&](std::size_t run) {
+    return noise(axis) > step_[axis] &&
+           double(lengths_.count()) * std::pow(kSameStep, run) < kExpectedRuns;
+  };
+  // Once is enough where the other axes go on.
+  return values.looks_clipped(no_chance(values.top().longest_run) || lively(axis)) ||
+         (values.piles_up() && no_chance(values.top().longest_held));
 }
 
 }  // namespace magimu

@@ -63,6 +63,10 @@ class SensorHabits {
   }
 
  private:
+  bool others_moved(int axis, const Vector3& v) const;
+  bool far_from_mean(int axis, int sign) const;
+  bool clipped_by_itself(int axis, int sign) const;
+
   static constexpr std::size_t kSettled = 50;
   static constexpr double kFewOdd = 2.5;  // impossible readings, among few samples
 

@@ -15,21 +15,25 @@ class ExtremeValues {
   struct Value {
     double x = 0.0;
     std::size_t count = 0, longest_run = 0;
-    int visits = 0;  // runs of which each began after the axis had read much less
+    std::size_t longest_held = 0;  // readings in a row while other axes moved
+    int visits = 0;                // runs of which each began after the axis had read much less
     double first_s = 0.0, last_s = 0.0;
   };
 
-  void add(double t, double x);
+  // others_moved: the sensor's other axes read otherwise than at the time before.
+  void add(double t, double x, bool others_moved = false);
 
   // The largest one; count 0 before the first.
   const Value& top() const { return values_[0]; }
   // lively: the axis has more noise than steps, so it does not lie still by itself.
   bool looks_clipped(bool lively = true) const;
+  // The largest value comes often, and next to it hardly any.
+  bool piles_up() const;
 
  private:
   std::array<Value, 4> values_;  // falling: the largest, and the next ones, which a peak also has
   double last_ = 0.0, least_ = 0.0, least_since_ = 0.0;
-  std::size_t run_ = 0;
+  std::size_t run_ = 0, held_ = 0;
 };
 
 }  // namespace magimu

@@ -35,7 +35,9 @@ const ScanEntry* entry(const Diagnosis& d, const std::string& effect) {
   return nullptr;
 }
 
-// At realistic strength, which for these seeds is a size of 20 or more; short recordings.
+// At realistic strength, which for these seeds is a size of 20 or more; short recordings. The
+// clocks of seeds 1 and 2 fold to less than 1 Hz, where a model's errors are; gravity is named
+// beside the late accelerometer of seed 1.
 std::uint64_t seed_of(const std::string& effect) {
   static const std::map<std::string, std::uint64_t> not_1 = {{"acc_scale_misalignment", 2},
                                                              {"acc_temperature", 6},
@@ -43,6 +45,8 @@ std::uint64_t seed_of(const std::string& effect) {
                                                              {"gyro_temperature", 2},
                                                              {"mag_temperature", 2},
                                                              {"mag_lag", 2},
+                                                             {"mag_own_clock", 3},
+                                                             {"acc_time_offset", 3},
                                                              {"field_drift", 3},
                                                              {"hard_iron_drift", 3},
                                                              {"field_gradient", 3},
@@ -197,6 +201,16 @@ TEST_P(HiddenPair, both_are_named) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Oracle, HiddenPair, testing::Values(1u, 2u, 3u));
+
+// Nor is a lever arm named, which explains a part of it.
+TEST(HiddenMotion, is_told_where_no_rest_shows_the_noise) {
+  HiddenCase c = draw_case("linear_acceleration", 2);
+  c.options.motion.rest_s = c.options.motion.pause_s = 0.0;
+  c.noise_given = false;
+  const Diagnosis d = diagnosed(c);
+  EXPECT_NE(find(d, "linear_acceleration"), nullptr) << "named: " << names_of(d);
+  EXPECT_EQ(find(d, "lever_arm"), nullptr);
+}
 
 // Without the lag in the model a passing source, which has a parameter more, predicts better.
 TEST(NamedFirst, is_considered_once_more_beside_what_is_found_later) {

@@ -184,6 +184,21 @@ const std::vector<Fault> kFaults{
        }
        return out;
      }},
+    // A few readings, at the end that another axis shows.
+    {"clipped_where_another_axis_is", "gyr", "clipped", "rad/s",
+     [](VectorSeries& s) {
+       std::set<std::size_t> out;
+       for (std::size_t k = 0; k < s.size(); ++k) {
+         if (s.v[k][0] > 1.3) out.insert(k);
+         s.v[k][0] = std::min(s.v[k][0], 1.3);
+         s.v[k][1] = std::max(s.v[k][1], -1.25);
+         if (k >= 3000 && k < 3004) {
+           s.v[k][1] = -1.3;
+           out.insert(k);
+         }
+       }
+       return out;
+     }},
 };
 
 class Gate : public testing::TestWithParam<Fault> {};
@@ -348,6 +363,22 @@ TEST(GateForFiles, fills_a_hole_that_a_logger_left_in_a_gyroscope_with_a_steady_
     EXPECT_NEAR(kept->gyr.t[k], whole.gyr.t[k], 1e-9);
     EXPECT_LT((kept->gyr.v[k] - whole.gyr.v[k]).norm(), 0.04);
   }
+}
+
+TEST(GateForFiles, sets_aside_what_was_clipped_once_for_long) {
+  Recording r = turning();
+  std::size_t clipped = 0;
+  for (std::size_t k = 2900; k < 3100; ++k) {
+    double& rate = r.gyr.v[k][1];
+    rate -= 6.0 * std::exp(-0.5 * std::pow((double(k) - 3000.0) / 25.0, 2));
+    clipped += rate < -3.0;
+    rate = std::max(rate, -3.0);
+  }
+  const std::optional<Recording> kept = gated(r);
+  ASSERT_TRUE(kept);
+  ASSERT_EQ(kept->set_aside.size(), 1u);
+  EXPECT_EQ(kept->set_aside[0].kind, "clipped");
+  EXPECT_EQ(kept->set_aside[0].count, clipped);
 }
 
 TEST(GateForFiles, a_sensor_of_garbage_stays_and_is_refused) {

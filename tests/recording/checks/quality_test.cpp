@@ -202,6 +202,15 @@ const std::vector<Spoilt> kSpoilt{
      [](Recording& r) {
        for (Vector3& v : r.acc.v) v *= 0.05;
      }},
+    // As large as a g in g, but for the rests.
+    {"acc_without_gravity_of_a_lively_hand", "gravity", "acc", kFatal, "without gravity",
+     "total acceleration",
+     [](Recording& r) {
+       for (std::size_t k = 0; k < r.acc.size(); ++k) {
+         const double s = 0.3 * double(k), size = k < r.acc.size() / 12 ? 0.001 : 1.0;
+         r.acc.v[k] = Vector3(0.1, 0.05, -0.05) + size * Vector3(sin(s), cos(s), sin(1.7 * s));
+       }
+     }},
     {"gyr_in_degrees", "unit", "gyr", kFatal, "seems to be in deg/s", "--unit gyr=deg/s",
      [](Recording& r) { scale(r.gyr, 180 / M_PI); }},
     {"gyr_in_millidegrees", "unit", "gyr", kFatal, "seems to be in mdeg/s", "--unit gyr=mdeg/s",

@@ -23,6 +23,9 @@ constexpr double kFarthestOutlier = 200.0;
 // Against what the neighbours differ by, on any axis. The device's inertia and each sensor's filter
 // give a blow a tail, a twentieth of it two samples later. The magnetic field knows no blows.
 constexpr double kBlowToTail = 20.0, kJumpToSpread = 5.0;
+// A turn of one sample is lost for good where it is taken for a jump: what is no faster than a hand
+// turns now and then stays, unless such jumps recur. Times the rate that one in fifty exceeds.
+constexpr double kBeyondTurns = 2.0, kFastShare = 0.98;
 // Nearer to others, or some in a row: only what no blow gives. Parts reach 16 g, one end of the
 // range to the other is 32; no hand changes a rate by ten times the fastest, or the field by three
 // times the strongest, for one sample.
@@ -68,6 +71,7 @@ void SensorGate::look_up(const SensorHabits& habits) {
   usual_.settled = habits.settled();
   usual_.length = habits.usual_length();
   usual_.largest = std::max(habits.largest_length(), options_.largest_at_least);
+  usual_.fast = std::max(habits.length(kFastShare), options_.largest_at_least);
   usual_.repeated = habits.repeated();
   usual_.lively = habits.lively(0) || habits.lively(1) || habits.lively(2);
   for (int axis = 0; axis < 3; ++axis) {
@@ -236,9 +240,23 @@ bool SensorGate::away(const Unit& unit, const Sides& sides, bool absurd_only, Ju
   const double most =
       options_.sensor == Sensor::kAcc ? std::max(kGravities * usual_.length, reach) : reach;
   if (largest > most) return true;
+  if (may_be_a_turn(jump, why.axis)) return false;
   const bool no_blow = options_.sensor == Sensor::kMag || jumps_recur();
   const double times = no_blow ? kJumpToSpread : kBlowToTail;
   return !absurd_only && largest > times * sides.spread.maxCoeff();
+}
+
+// One of a gyroscope, of more than one axis alone.
+bool SensorGate::may_be_a_turn(const Vector3& jump, int largest) const {
+  if (options_.sensor != Sensor::kGyr || jumps_recur() ||
+      jump[largest] > kBeyondTurns * usual_.fast) {
+    return false;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const double quiet = std::max(kSomeJump * usual_.roughness[axis], jump[largest] / kBlowToTail);
+    if (axis != largest && jump[axis] > quiet) return true;
+  }
+  return false;
 }
 
 bool SensorGate::jumps_recur() const { return jumps_seen_ >= kRecurs; }

@@ -104,7 +104,7 @@ class SensorGate {
     std::size_t samples = 0;
     bool settled = false, lively = false;
     Vector3 roughness, noise, extreme, step;
-    double length = 0.0, largest = 0.0, repeated = 0.0;
+    double length = 0.0, fast = 0.0, largest = 0.0, repeated = 0.0;
     std::array<std::optional<double>, 6> limits;  // of x, y, z, upper and lower
   };
 
@@ -126,6 +126,7 @@ class SensorGate {
   bool turned_while_still() const;
   bool at_its_limit(const Unit& unit, Judged& why) const;
   bool jumps_recur() const;
+  bool may_be_a_turn(const Vector3& jump, int largest) const;
   bool count_jumps(const Unit& unit, const Sides& sides);
   void decide(std::size_t units, const std::string& kind, const Judged& why);
   void keep(const Unit& unit);

@@ -44,8 +44,9 @@ class SensorHabits {
   // changes even where what is measured does not.
   double step(int axis) const { return step_[axis]; }
   bool lively(int axis) const;
-  // Length of a reading: of half of all, and of nearly all.
-  double usual_length() const { return lengths_.quantile(0.5); }
+  // Length of a reading that this share of all does not exceed: half of all, and nearly all.
+  double length(double share) const { return lengths_.quantile(share); }
+  double usual_length() const { return length(0.5); }
   double largest_length() const {
     return lengths_.quantile(std::min(0.999, 1.0 - kFewOdd / double(lengths_.count() + 1)));
   }

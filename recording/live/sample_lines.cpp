@@ -27,6 +27,13 @@ bool is_blank_or_comment(std::string_view text) {
   return first == std::string_view::npos || text[first] == '#';
 }
 
+// No control codes, and no byte in front that continues a character of UTF-8.
+bool is_text(std::string_view line) {
+  const auto byte = [](char c) { return static_cast<unsigned char>(c); };
+  if (!line.empty() && byte(line.front()) >= 0x80 && byte(line.front()) < 0xc0) return false;
+  return std::ranges::none_of(line, [&](char c) { return byte(c) < 0x20 && c != '\t'; });
+}
+
 std::string_view without_line_end(std::string_view text) {
   while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.remove_suffix(1);
   return text;
@@ -138,6 +145,13 @@ void SampleLines::first_header(std::string_view text) {
   try {
     parser_.line(text);
   } catch (const InputError& error) {
+    if (!options_.midway && !is_text(text)) {
+      throw InputError(error.file, line_number_, 0,
+                       "it begins with bytes that are no text, " + quoted_text(text) +
+                           ": a stream is lines of CSV",
+                       "calibrate a file of another format as a file (magimu calibrate FILE), or "
+                       "decompress it on its way into the pipe");
+    }
     if (!options_.midway || text == options_.columns) {
       throw InputError(error.file, line_number_, error.column, error.problem, error.remedy);
     }

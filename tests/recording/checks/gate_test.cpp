@@ -443,6 +443,7 @@ const std::vector<Oddity> kOddities{
        for (Vector3& v : r.mag[0].v) v *= 6.67;
        for (auto* s : {&r.acc, &r.gyr, &r.mag[0]}) round_to(*s, 1.0);
      }},
+    {"a_twitch_of_one_sample", [](Recording& r) { r.gyr.v[450] += Vector3(1.2, -0.8, 0.5); }},
     {"a_current_that_is_switched",
      [](Recording& r) {
        for (std::size_t k = 0; k < r.mag[0].size(); ++k) {

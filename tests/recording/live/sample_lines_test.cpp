@@ -229,6 +229,16 @@ TEST(SampleLines, skips_a_header_with_other_magnetometers) {
   EXPECT_THAT(lines.take_complaints()[0], HasSubstr("other magnetometers"));
 }
 
+TEST(SampleLines, names_a_file_that_is_no_text_for_what_it_is) {
+  for (const std::string_view head :
+       {std::string_view("\x89HDF\r\n\x1a\n", 8), std::string_view("\x1f\x8b\x08\0\0\n", 6)}) {
+    SampleLines lines("rec.h5");
+    const InputError error = error_of([&] { lines.push(head); });
+    EXPECT_THAT(error.problem, HasSubstr("no text"));
+    EXPECT_THAT(error.remedy, HasSubstr("magimu calibrate FILE"));
+  }
+}
+
 TEST(SampleLines, refuses_a_beginning_that_is_no_header) {
   SampleLines lines("rec.csv");
   const InputError error = error_of([&] { lines.push("# logger 3\n" + row(0.01) + "\n"); });

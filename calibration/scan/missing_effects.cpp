@@ -193,8 +193,7 @@ void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found
     check.sentence = fmt::format(
         "Something is missing in the model; what comes nearest to it is that {}. With that the "
         "calibration would be {:.1f} standard deviations elsewhere. The sigmas were widened to "
-        "cover it{}; `magimu diagnose` looks "
-        "closer.",
+        "cover it{}; `magimu diagnose` looks closer.",
         in_words(f), distance, found.size() > 1 ? " and what else was seen" : "");
   }
   c.checks.push_back(check);

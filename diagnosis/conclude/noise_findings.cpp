@@ -118,10 +118,6 @@ bool shows_blows(const SampleResiduals& acc, const std::vector<NoiseTest>& all) 
   });
 }
 
-bool is_lag(const std::string& effect) {
-  return effect == "mag_time_offset" || effect == "mag_lag";
-}
-
 bool has_clock(const Stage& stage) {
   return std::ranges::any_of(stage.spec().effects,
                              [](const auto& e) { return e->name() == "mag_own_clock"; });

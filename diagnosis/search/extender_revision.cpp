@@ -102,7 +102,7 @@ void Extender::keep_named() {
   };
   // The mean age of samples whose clock is told in the samples alone.
   const auto of_clock = [&](const std::string& name) {
-    return (name == "mag_time_offset" || name == "mag_lag") && is_named("mag_own_clock");
+    return is_lag(name) && is_named("mag_own_clock");
   };
   for (std::size_t e = 0; e < stage_->spec().effects.size();) {
     const std::string name = stage_->spec().effects[e]->name();

@@ -57,6 +57,8 @@ bool same_class(const Effect& a, const Effect& b) {
   return among(a.description().same_class, b.name()) || among(b.description().same_class, a.name());
 }
 
+bool is_lag(const std::string& name) { return name == "mag_time_offset" || name == "mag_lag"; }
+
 bool of_any_time(const Effect& effect) {
   return effect.with_terms(1) != nullptr || is_change(effect.name());
 }

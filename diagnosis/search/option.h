@@ -40,6 +40,8 @@ bool is_simpler(const Effect& one, const Effect& other);
 bool replaces(const Effect& effect, const std::string& name);
 // No motion, or none that is usual, tells the two apart.
 bool same_class(const Effect& a, const Effect& b);
+// Of the magnetometer, whatever its form.
+bool is_lag(const std::string& name);
 // Any function of time, among which one may always be found that a cause resembles.
 bool of_any_time(const Effect& effect);
 // The same error as long as the recording; not what happens at some time or by chance.

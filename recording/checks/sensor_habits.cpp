@@ -16,7 +16,6 @@ constexpr double kLivelySteps = 2.0;
 constexpr double kStepsToLimit = 20.0;  // from the mean: else it is the usual value of a coarse one
 constexpr double kNoiseToLimit = 10.0;  // likewise, in standard deviations
 constexpr double kSameRange = 1.5;      // steps
-constexpr std::size_t kShortestHeld = 3;
 
 }  // namespace
 
@@ -105,7 +104,7 @@ bool SensorHabits::clipped(int axis, int sign) const {
   if (!settled() || !far_from_mean(axis, sign)) return false;
   if (clipped_by_itself(axis, sign)) return true;
   // One range for all axes, but for a count of two's complement.
-  if (end(axis, sign).top().longest_run < kShortestHeld) return false;
+  if (!end(axis, sign).has_run()) return false;
   for (int i = 0; i < 6; ++i) {
     const int other = i / 2, way = i % 2 == 0 ? 1 : -1;
     const double apart = std::abs(end(axis, sign).top().x - end(other, way).top().x);

@@ -38,6 +38,8 @@ void ExtremeValues::add(double t, double x, bool others_moved) {
   at->last_s = t;
 }
 
+bool ExtremeValues::has_run() const { return top().longest_run >= kClippedRun; }
+
 bool ExtremeValues::piles_up() const {
   std::size_t next = 0;
   for (std::size_t i = 1; i < values_.size(); ++i) next += values_[i].count;
@@ -45,7 +47,7 @@ bool ExtremeValues::piles_up() const {
 }
 
 bool ExtremeValues::looks_clipped(bool lively) const {
-  return piles_up() && top().longest_run >= kClippedRun &&
+  return piles_up() && has_run() &&
          top().visits >= (lively ? kClippedVisits : kClippedVisitsCoarse);
 }
 

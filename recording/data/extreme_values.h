@@ -27,6 +27,8 @@ class ExtremeValues {
   const Value& top() const { return values_[0]; }
   // lively: the axis has more noise than steps, so it does not lie still by itself.
   bool looks_clipped(bool lively = true) const;
+  // The largest value came often enough in a row for a limit.
+  bool has_run() const;
   // The largest value comes often, and next to it hardly any.
   bool piles_up() const;
 

@@ -11,6 +11,7 @@
 #include "factors/preintegrated_gyroscope_factor.h"
 #include "factors/preintegrated_imu_factor.h"
 #include "factors/prior_factor.h"
+#include "factors/reach_factor.h"
 #include "factors/relative_rotation_factor.h"
 
 namespace magimu {

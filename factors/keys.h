@@ -9,7 +9,8 @@ namespace magimu {
 // Orientation of node k, IMU frame to n.
 constexpr Key R(int k) { return {'R', std::uint32_t(k)}; }
 
-// Velocity of node k in n, m/s, and its position relative to the middle of the hand's reach, m.
+// Velocity of node k in n, m/s, and its position relative to the middle of the turning point's
+// reach, m.
 constexpr Key V(int k) { return {'V', std::uint32_t(k)}; }
 constexpr Key P(int k) { return {'P', std::uint32_t(k)}; }
 
@@ -27,6 +28,9 @@ constexpr Key mag_bias_of(int i) { return {'m', std::uint32_t(i)}; }    // o_m, 
 constexpr Key mag_bias_of(int i, int earlier) { return {'m', std::uint32_t(i + 1000 * earlier)}; }
 // Seconds by which magnetometer i lags the gyroscope, double.
 constexpr Key mag_time_offset_of(int i) { return {'l', std::uint32_t(i)}; }
+// Where the sensor is in recording i, from the point that it is turned about (reach_factor.h): IMU
+// frame, Vector3, m.
+constexpr Key lever_arm_of(int i) { return {'r', std::uint32_t(i)}; }
 // The i-th parameter of all effects (calibration/model/extension.h), double.
 constexpr Key effect(int i) { return {'e', std::uint32_t(i)}; }
 inline constexpr Key distortion = distortion_of(0);

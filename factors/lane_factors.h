@@ -9,6 +9,7 @@
 #include "factors/preintegrated_gyroscope_factor.h"
 #include "factors/preintegrated_imu_factor.h"
 #include "factors/prior_factor.h"
+#include "factors/reach_factor.h"
 
 #define MAGIMU_LANE_FACTORS(X)    \
   X(AccelerometerFactor)          \
@@ -20,4 +21,5 @@
   X(MagnetometerFactor)           \
   X(MeanMagnetometerFactor)       \
   X(DelayedMagnetometerFactor)    \
+  X(ReachFactor)                  \
   X(PriorFactor<Vector3>)

@@ -365,7 +365,7 @@ Values carry_over(const std::vector<const Recording*>& recordings, const Stage& 
     if (c == R(0).symbol || c == V(0).symbol || c == P(0).symbol) continue;
     if (c == key::mag_time_offset_of(0).symbol && !to.spec().mag_time_offset) continue;
     if (s.key == key::gyr_matrix && !to.spec().gyr_matrix) continue;
-    if (c == key::effect(0).symbol) continue;
+    if (c == key::effect(0).symbol || (c == key::lever_arm_of(0).symbol && !moving)) continue;
     const bool of_magnetometer = c == key::distortion.symbol || c == key::mag_bias.symbol ||
                                  c == key::mag_time_offset_of(0).symbol;
     if (of_magnetometer && s.key.index % 1000 >= recordings.front()->mag.size()) continue;
@@ -380,6 +380,11 @@ Values carry_over(const std::vector<const Recording*>& recordings, const Stage& 
     if (same != all.end()) theta = effect_parameters(old, had[std::size_t(same - all.begin())]);
     for (std::size_t i = 0; i < wanted[e].size(); ++i) {
       values.insert(wanted[e][i], theta[Eigen::Index(i)]);
+    }
+  }
+  for (int i = 0; moving && i < field_count(recordings); ++i) {
+    if (!values.contains(key::lever_arm_of(i))) {
+      values.insert(key::lever_arm_of(i), Vector3::Zero().eval());
     }
   }
   if (to.spec().gyr_matrix && !values.contains(key::gyr_matrix)) {

@@ -18,6 +18,7 @@
 #include "factors/preintegrated_gyroscope_factor.h"
 #include "factors/preintegrated_imu_factor.h"
 #include "factors/prior_factor.h"
+#include "factors/reach_factor.h"
 #include "graph/extended_batch.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
@@ -26,6 +27,7 @@ namespace magimu {
 namespace {
 
 constexpr double kGyrMatrixPriorSigma = 0.01;  // of ordinary parts
+constexpr double kLeverArmPriorSigma = 0.5;    // m, of each axis: a forearm, a robot's arm
 constexpr double kOffsetPriorSigma = 0.1;      // s: longer lags are another kind of fault
 
 Noise<3> block_noise(double density, double rate_hz, const Block& block) {
@@ -250,6 +252,7 @@ void add_imu(FactorGraph& graph, const Part& part) {
 
 void add_reach(FactorGraph& graph, const Part& part) {
   const Noise<3> noise = Noise<3>::isotropic(part.spec.reach_m);
+  const Key lever_arm = key::lever_arm_of(part.plan.field);
   const std::vector<double>& t = part.plan.t;
   // Between two gaps a part may have a single node, and nothing tells how fast the hand was there.
   if (part.nodes() == 1) {
@@ -264,7 +267,7 @@ void add_reach(FactorGraph& graph, const Part& part) {
     const bool is_due = part.spec.reach_at ? part.measures(i) && part.spec.reach_at(part.id(i))
                                            : t[std::size_t(i)] >= due || i + 1 == part.nodes();
     if (!is_due) continue;
-    graph.add(PriorFactor<Vector3>(P(part.id(i)), Vector3::Zero(), noise));
+    graph.add(ReachFactor(R(part.id(i)), P(part.id(i)), lever_arm, Vector3::Zero(), noise));
     due = t[std::size_t(i)] + every;
   }
 }
@@ -320,6 +323,12 @@ FactorGraph build_model(const GatheredSamples& gathered,
     const VectorXd sigma = wider * spec.effects[e]->prior_sigma(recordings.front()->duration_s());
     for (std::size_t i = 0; i < keys[e].size(); ++i) {
       graph.add(PriorFactor<double>(keys[e][i], 0.0, Noise<1>::isotropic(sigma[Eigen::Index(i)])));
+    }
+  }
+  if (spec.motion == MotionModel::kHandHeld) {
+    for (int r = 0; r <= plans.back().field; ++r) {
+      graph.add(PriorFactor<Vector3>(key::lever_arm_of(r), Vector3::Zero(),
+                                     Noise<3>::isotropic(kLeverArmPriorSigma)));
     }
   }
   if (spec.gyr_matrix) {

@@ -25,6 +25,8 @@ std::string spoken_name(Key key) {
       return "the velocity";
     case 'P':
       return "the position";
+    case 'r':
+      return "the lever arm";
     case 'e':
       return "a model extension";
     default:

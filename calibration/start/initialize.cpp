@@ -104,6 +104,7 @@ Values initial_values(const std::vector<const Recording*>& recordings,
   }
   for (int i = 0; i < field_count(recordings); ++i) {
     values.insert(dip_of(i), guess.dip_rad[std::size_t(i)]);
+    if (motion == MotionModel::kHandHeld) values.insert(key::lever_arm_of(i), Vector3::Zero());
   }
   return values;
 }

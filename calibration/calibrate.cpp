@@ -83,6 +83,7 @@ void add_prior(Calibration& c, const std::vector<const Recording*>& recordings, 
   const Calibration there = summarize(recordings, optimum, options);
   c.fit.values = there.fit.values;
   c.trajectories = there.trajectories;
+  c.lever_arms = there.lever_arms;
   c.residuals = there.residuals;
   c.residual_series = residual_series(optimum, c.mag_names);
   mag_squares = held.mag_squares(optimum.rows, optimum.system.residual());

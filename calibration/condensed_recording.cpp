@@ -64,8 +64,22 @@ CondensedRecording condense_system(const LinearSystem& system, const Values& val
           unit[i] * unit[j] * all.information(at[std::size_t(i)], at[std::size_t(j)]);
     }
   }
+  double squares = all.squares;
+  if (stage.spec().motion == MotionModel::kHandHeld) {
+    // The motion's own parameter goes with the motion, its prior included.
+    const auto arm =
+        Eigen::seqN(chain.position(values, key::lever_arm_of(0)), Eigen::fix<3>);
+    const Matrix3 prior = chain.priors.information(arm, arm);
+    const Vector3 of_prior = chain.priors.score(arm);
+    const Eigen::LDLT<Matrix3> own(Matrix3(all.information(arm, arm) + prior));
+    const Vector3 sum = all.score(arm) + of_prior;
+    const MatrixXd with = unit.asDiagonal() * MatrixXd(all.information(at, arm));
+    information -= with * own.solve(with.transpose());
+    score -= with * own.solve(sum);
+    squares += of_prior.dot(prior.ldlt().solve(of_prior)) - sum.dot(own.solve(sum));
+  }
   triangle_of(information, score, out.R, out.d);
-  out.squares = std::max(0.0, all.squares - out.d.squaredNorm());
+  out.squares = std::max(0.0, squares - out.d.squaredNorm());
   out.rows = all.rows;
   return out;
 }

@@ -10,6 +10,7 @@
 #include "calibration/start/turned_axes.h"
 #include "calibration/trust/check_axes.h"
 #include "calibration/trust/no_fit.h"
+#include "calibration/trust/trust.h"
 #include "diagnosis/compare/against.h"
 #include "diagnosis/compare/predict.h"
 #include "diagnosis/conclude/array_coupling.h"
@@ -185,6 +186,11 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   d.before = extender.summary(extender.base());
   d.after = extender.summary(extender.stage());
   extender.restate(d.after);
+  // As calibrate() judges them.
+  for (Calibration* c : {&d.before, &d.after}) {
+    judge_axes(*c, mounting, calibration);
+    judge_faults(c->trust, checked.faults());
+  }
   reword_by_what_is_known(given, d);
   // The samples themselves, not the means of them that the fits were made of.
   d.before.samples = d.after.samples = samples_of(full);

@@ -33,7 +33,8 @@ void PreintegratedImu::integrate(const Vector3& gyr, const Vector3& acc, double 
 }
 
 void PreintegratedImu::integrate(const Vector3& gyr, const Vector3& acc, double h,
-                                 const Columns& gyr_effects, const Columns& acc_effects) {
+                                 const Columns& gyr_effects, const Columns& acc_effects,
+                                 const Vector3& acc_slope) {
   const Vector3 rate = unscale_ * (gyr - gyr_bias_), turn = rate * h;
   const Vector3 force = acc - acc_bias_;
   const Matrix3 R = delta_R_.matrix();
@@ -75,8 +76,9 @@ void PreintegratedImu::integrate(const Vector3& gyr, const Vector3& acc, double 
   unit_acc_.rightCols<3>() += h * unit_acc_.leftCols<3>();
   unit_acc_ += G_acc * G_acc.transpose() / h;
 
-  delta_p_ += delta_v_ * h + R * force * (0.5 * h * h);
-  delta_v_ += mean_R * force * h;
+  delta_p_ += delta_v_ * h +
+              R * (0.5 * force + h / 6.0 * rate.cross(force) - h / 12.0 * acc_slope) * (h * h);
+  delta_v_ += mean_R * (force + h * h / 12.0 * rate.cross(acc_slope)) * h;
   delta_R_ = (delta_R_ * step).normalized();
   duration_s_ += h;
 }

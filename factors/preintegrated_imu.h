@@ -6,12 +6,15 @@
 //
 //   w        = (I + S)^-1 (gyr - o_w)
 //   delta_R' = delta_R Exp(w h)
-//   delta_p' = delta_p + delta_v h + delta_R (acc - o_a) h^2 / 2
-//   delta_v' = delta_v + delta_R J_l(w h) (acc - o_a) h
+//   delta_p' = delta_p + delta_v h + delta_R (f h^2 / 2 + w x f h^3 / 6 - f' h^3 / 12)
+//   delta_v' = delta_v + delta_R J_l(w h) (f + w x f' h^2 / 12) h        f = acc - o_a
 //
-// with S the gyroscope's scale errors and misalignment, where they are part of the model: lower
-// triangular, so its x axis and its xy plane are the IMU frame's. Errors in the order rotation
-// (right), velocity, position: 9 numbers.
+// with f the mean over the piece of a specific force that changes at the rate f' there: where the
+// sensor turns meanwhile the mean of a product is not the product of the means (sculling: a sensor
+// that turns at 3 rad/s and is read at 25 Hz would weigh 1e-3 of gravity too little). S are the
+// gyroscope's scale errors and misalignment, where they are part of the model: lower triangular, so
+// its x axis and its xy plane are the IMU frame's. Errors in the order rotation (right), velocity,
+// position: 9 numbers.
 #pragma once
 
 #include <Eigen/LU>
@@ -41,13 +44,14 @@ class PreintegratedImu {
         gyr_matrix_(gyr_matrix.value_or(LowerTriangle::Zero())),
         unscale_((Matrix3::Identity() + lower_triangular(gyr_matrix_)).inverse()) {}
 
-  // One more piece: rate gyr, rad/s, and specific force acc, m/s^2, held for h seconds.
+  // One more piece of h seconds: rate gyr, rad/s, held, and specific force acc, m/s^2, its mean.
   void integrate(const Vector3& gyr, const Vector3& acc, double h);
   // The same where gyr and acc have been corrected for effects with further parameters: by how much
-  // gyr and acc fall as each of them grows. Every piece must have the same columns.
+  // gyr and acc fall as each of them grows. Every piece must have the same columns. acc_slope: at
+  // which acc changes, m/s^3.
   using Columns = Eigen::Ref<const Eigen::Matrix<double, 3, Eigen::Dynamic>>;
   void integrate(const Vector3& gyr, const Vector3& acc, double h, const Columns& gyr_effects,
-                 const Columns& acc_effects);
+                 const Columns& acc_effects, const Vector3& acc_slope = Vector3::Zero());
 
   const Rot3& delta_R() const { return delta_R_; }
   const Vector3& delta_v() const { return delta_v_; }

@@ -119,6 +119,13 @@ std::string calibration_table(const Calibration& c) {
                          p.unit, effect.parameters.size() > 1 ? p.name : "");
     }
   }
+  for (const LeverArm& arm : c.lever_arms) {
+    for (int i = 0; i < 3; ++i) {
+      out += fmt::format("  {:<22}{}   {} m{}\n", i == 0 ? "lever arm" : "", "xyz"[i],
+                         in_columns(arm.value[i], std::sqrt(arm.covariance(i, i))),
+                         i == 0 && c.lever_arms.size() > 1 ? "  " + arm.recording : "");
+    }
+  }
   out += fmt::format("  {:<22}    {} uT\n", "field strength",
                      in_columns(c.strength_uT, c.strength_sigma_uT));
   if (c.earth_field) {
@@ -127,6 +134,12 @@ std::string calibration_table(const Calibration& c) {
         "lies\n  so far east of true north)\n",
         c.earth_field->model, c.earth_field->strength_uT, c.earth_field->dip_rad / kDegree,
         c.earth_field->declination_rad / kDegree);
+  }
+  if (!c.lever_arms.empty()) {
+    out += fmt::format(
+        "  The lever arm leads from the point that the sensor was turned about, which stayed within "
+        "{:.2f} m\n  (a standard deviation), to the sensor.\n",
+        c.reach_m);
   }
   out += "  To use it: the unit field in the IMU frame is D^-1 (mag - magnetometer bias).\n\n";
   out += said_of_prior(c);

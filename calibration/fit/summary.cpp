@@ -59,6 +59,10 @@ void fill_parameters(Calibration& c, const std::vector<const Recording*>& record
       FieldEstimate& field = c.fields.emplace_back();
       field.recording = recordings[r]->name;
       field.dip_rad = values.at<double>(dip_of(plan.field));
+      if (moving) {
+        const auto arm = values.at<Vector3>(key::lever_arm_of(plan.field));
+        c.lever_arms.push_back({recordings[r]->name, arm, {}});
+      }
     }
     TrajectoryEstimate& trajectory = c.trajectories.back();
     trajectory.t.insert(trajectory.t.end(), plan.t.begin(), plan.t.end());
@@ -98,6 +102,9 @@ Calibration with_uncertainty(const std::vector<const Recording*>& recordings, co
                              const Marginals& marginals, const CalibrationOptions& options) {
   Calibration c = without_uncertainty(recordings, at.stage, options);
   fill_uncertainty(c, at, marginals, options.block_s);
+  for (std::size_t r = 0; r < c.lever_arms.size(); ++r) {
+    c.lever_arms[r].covariance = marginals.determined_covariance({key::lever_arm_of(int(r))});
+  }
   return c;
 }
 

@@ -56,6 +56,10 @@ Calibration stream_estimate(const IncrementalQr& estimator, const ModelSpec& spe
   unit[dip] = 1.0 / kDegree;
   c.covariance_model = unit.asDiagonal() * P * unit.asDiagonal();
   c.covariance = widened_like(last, last_s, least_widening, c.covariance_model);
+  for (LeverArm& arm : c.lever_arms) {
+    arm.value = values.at<Vector3>(key::lever_arm_of(0));
+    arm.covariance = estimator.covariance({key::lever_arm_of(0)});
+  }
   FieldEstimate& field = c.fields.front();
   field.dip_rad = c.parameters.dip_rad;
   field.dip_sigma_rad = std::sqrt(c.covariance(dip, dip)) * kDegree;

@@ -27,7 +27,6 @@ namespace magimu {
 namespace {
 
 constexpr double kGyrMatrixPriorSigma = 0.01;  // of ordinary parts
-constexpr double kLeverArmPriorSigma = 0.5;    // m, of each axis: a forearm, a robot's arm
 constexpr double kOffsetPriorSigma = 0.1;      // s: longer lags are another kind of fault
 
 Noise<3> block_noise(double density, double rate_hz, const Block& block) {

@@ -30,6 +30,7 @@ enum class MotionModel { kAuto, kRotation, kHandHeld };
 std::string to_string(MotionModel motion);
 
 constexpr double kReachEvery = 3.0;  // s between weak measurements of position
+constexpr double kLeverArmPriorSigma = 0.5;  // m, of each axis: a forearm, a stick, a robot's arm
 
 // What a graph is built from, besides the recordings.
 struct ModelSpec {
@@ -38,7 +39,7 @@ struct ModelSpec {
   // Of each magnetometer of an array, uT per sqrt(Hz), where each has its own; noise.mag is then
   // the first one's. Empty: noise.mag of all.
   std::vector<double> mag_noise;
-  double reach_m = 0.3;     // hand_held: sigma of the position
+  double reach_m = 0.3;     // hand_held: sigma of the point that the sensor is turned about
   double acc_jitter = 0.0;  // hand_held: how far off in time, in sampling intervals (acc_jitter.h)
   double gravity = kStandardGravity;  // m/s^2
   bool mag_time_offset = false;       // a lag of each magnetometer is unknown, too

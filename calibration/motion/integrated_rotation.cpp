@@ -11,14 +11,20 @@ namespace {
 
 constexpr double kUneven = 0.1;  // of an interval
 
-// Mean over the time that sample k is held for, half an interval to either side of it, of the
-// parabola through it and its neighbours: the sample alone is wrong by h^2 / 24 times the second
-// derivative, which a turning or swinging sensor shows as an error of scale.
-Vector3 held_mean(const VectorSeries& s, std::size_t k) {
-  if (k == 0 || k + 1 >= s.size()) return s.v[k];
+// What an accelerometer reads while sample k stands for it, half an interval to either side.
+struct Held {
+  Vector3 mean, slope;
+};
+
+// Of the parabola through the sample and its neighbours: the sample alone is wrong by h^2 / 24
+// times the second derivative, which a turning or swinging sensor shows as an error of scale.
+Held held(const VectorSeries& s, std::size_t k) {
+  const Held alone = {s.v[k], Vector3::Zero()};
+  if (k == 0 || k + 1 >= s.size()) return alone;
   const double before = s.t[k] - s.t[k - 1], after = s.t[k + 1] - s.t[k];
-  if (std::abs(after - before) > kUneven * before) return s.v[k];
-  return (s.v[k - 1] + 22.0 * s.v[k] + s.v[k + 1]) / 24.0;
+  if (std::abs(after - before) > kUneven * before) return alone;
+  return {(s.v[k - 1] + 22.0 * s.v[k] + s.v[k + 1]) / 24.0,
+          (s.v[k + 1] - s.v[k - 1]) / (before + after)};
 }
 
 }  // namespace
@@ -108,7 +114,9 @@ PreintegratedImu IntegratedRotation::preintegrate(double a, double b, const Vect
     const double gyr_end = g + 1 < gyr_.size() ? gyr_.t[g + 1] : b;
     const double end = std::min({t < middle ? middle : b, gyr_end, std::max(end_of(k), t)});
     if (end > t + kSliver) {
-      out.integrate(gyr_.v[g], held_mean(acc, k), end - t, gyr_columns.of(g), acc_columns.of(k));
+      const Held a = held(acc, k);
+      const Vector3 mean = a.mean + a.slope * (0.5 * (t + end) - acc.t[k]);
+      out.integrate(gyr_.v[g], mean, end - t, gyr_columns.of(g), acc_columns.of(k), a.slope);
       t = end;
     }
     if (g + 1 < gyr_.size() && gyr_end <= t + kSliver) ++g;

@@ -95,6 +95,13 @@ struct FieldEstimate {
   double dip_rad = 0.0, dip_sigma_rad = 0.0, dip_sigma_model_rad = 0.0;
 };
 
+// hand_held: where the sensor was in one recording, from the point that it was turned about.
+struct LeverArm {
+  std::string recording;
+  Vector3 value = Vector3::Zero();        // IMU frame, m
+  Matrix3 covariance = Matrix3::Zero();  // under the model, m^2
+};
+
 // Samples of one recording that no measurement can have given, and that the fit did not see.
 struct SetAsideOf {
   std::string recording;
@@ -138,7 +145,10 @@ struct Calibration {
   double gravity = kStandardGravity;
   MotionModel motion = MotionModel::kRotation;
   std::string motion_reason;  // why, in a sentence, where it was chosen from the data
-  double reach_m = 0.0;       // hand_held: sigma of the position about the middle of its reach
+  // hand_held: how far the point that the sensor is turned about moves, m, and where the sensor is
+  // from it, one a recording (reach_factor.h).
+  double reach_m = 0.0;
+  std::vector<LeverArm> lever_arms;
   // hand_held: standard deviation of the accelerometer's sample times, in sampling intervals. It
   // counts where the specific force changes fast (acc_jitter.h).
   double acc_jitter = 0.0;

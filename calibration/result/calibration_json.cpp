@@ -245,6 +245,13 @@ Json to_json(const Calibration& c, bool joint) {
   out["motion_reason"] = c.motion_reason;
   if (c.motion == MotionModel::kHandHeld) {
     out["reach_m"] = c.reach_m;
+    out["lever_arms"] = Json::array();
+    for (const LeverArm& arm : c.lever_arms) {
+      const Vector3 sigma = arm.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+      out["lever_arms"].push_back({{"recording", arm.recording},
+                                   {"lever_arm_m", array(arm.value)},
+                                   {"sigma_m", array(sigma)}});
+    }
     out["acc_jitter"] = c.acc_jitter;
   }
   out["gravity"] = c.gravity;

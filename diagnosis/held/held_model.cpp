@@ -137,7 +137,8 @@ std::vector<Integrated> hold(const ExtendedModel& model, const std::vector<Known
     }
   }
   for (const Values::Slot& s : model.parameters.slots()) {
-    const bool own = s.key.symbol == key::effect(0).symbol || s.key.symbol == key::dip.symbol;
+    const bool own = s.key.symbol == key::effect(0).symbol || s.key.symbol == key::dip.symbol ||
+                     s.key.symbol == key::lever_arm_of(0).symbol;
     if (!own) known.insert_from(model.parameters, s.key);
   }
   Values all;
@@ -152,6 +153,9 @@ std::vector<Integrated> hold(const ExtendedModel& model, const std::vector<Known
   const double dip = start.at<double>(key::dip);
   const Rot3 first = start.at<Rot3>(R(0));
   free.push_back({key::dip, constant(1, dip), constant(1, kDipSigma)});
+  if (spec.motion == MotionModel::kHandHeld) {
+    free.push_back({key::lever_arm_of(0), constant(3, 0.0), constant(3, kLeverArmPriorSigma)});
+  }
   spec.also = [=](FactorGraph& graph) {
     for (const Values::Slot& s : known.slots()) hold_parameter(graph, known, s.key, gyr_sigma);
     for (std::size_t i = 0; i < held_keys.size(); ++i) {

@@ -80,6 +80,34 @@ TEST(HandHeld, a_moved_sensor_is_recognised_and_calibrated_with_nothing_told) {
   }
 }
 
+// On a stick, and in a hand that is itself moved: the position follows the attitude, and neither
+// gravity nor the accelerometer's bias pays for it.
+TEST(HandHeld, a_lever_arm_is_measured_and_no_bias_stands_in_for_it) {
+  for (const auto kind : {oracle::MotionKind::kRotation, oracle::MotionKind::kHandHeld}) {
+    double biases = 0.0, arms = 0.0;
+    constexpr int kSeeds = 5;
+    for (std::uint64_t seed = 11; seed < 11 + kSeeds; ++seed) {
+      SCOPED_TRACE(seed);
+      oracle::Options options = realistic(kind, seed);
+      const Vector3 arm(-0.43, 0.22, 0.11);
+      options.effects = {oracle::make_effect("lever_arm", {arm.x(), arm.y(), arm.z()})};
+      const oracle::Simulation s = simulate(options);
+      const Calibration c = calibrate(s.recording);
+      ASSERT_EQ(c.motion, MotionModel::kHandHeld);
+      EXPECT_EQ(c.trust.verdict, Verdict::kYes) << testing::PrintToString(c.trust.reasons);
+      const Vector3 bias = c.parameters.acc_bias - s.truth.device.acc_bias;
+      biases += bias.dot(c.covariance.topLeftCorner<3, 3>().ldlt().solve(bias));
+      ASSERT_EQ(c.lever_arms.size(), 1u);
+      const Vector3 error = c.lever_arms.front().value - arm;
+      EXPECT_LT(error.norm(), 0.1);
+      arms += error.dot(c.lever_arms.front().covariance.ldlt().solve(error));
+    }
+    // Chi-square with 15 degrees of freedom: 1 in 10,000 beyond 43.
+    EXPECT_LT(biases, 43.0);
+    EXPECT_LT(arms, 43.0);
+  }
+}
+
 TEST(HandHeld, a_sensor_that_only_turns_is_calibrated_by_the_rotation_model) {
   const oracle::Simulation s = simulate(realistic(oracle::MotionKind::kRotation, 4));
   const Calibration c = calibrate(s.recording);

@@ -10,6 +10,7 @@
 #include "factors/preintegrated_gyroscope_factor.h"
 #include "factors/preintegrated_imu_factor.h"
 #include "factors/prior_factor.h"
+#include "factors/reach_factor.h"
 #include "factors/relative_rotation_factor.h"
 #include "tests/factors/jacobian_check.h"
 
@@ -229,6 +230,18 @@ TEST(PreintegratedImuFactor, jacobians_are_correct) {
         PreintegratedImuFactor(R(0), V(0), P(0), R(1), V(1), P(1), key::gyr_bias, key::acc_bias,
                                imu, 0.02, 0.1, gravity_n(9.8)),
         v);
+  }
+}
+
+TEST(ReachFactor, jacobians_are_correct) {
+  RandomValue random(15);
+  for (int i = 0; i < kTrials; ++i) {
+    Values v;
+    v.insert(R(0), random.rotation());
+    v.insert(P(0), random.vector3(0.3));
+    v.insert(key::lever_arm_of(0), random.vector3(0.3));
+    expect_correct_jacobians(
+        ReachFactor(R(0), P(0), key::lever_arm_of(0), random.vector3(0.1), kUnit), v);
   }
 }
 

@@ -73,6 +73,10 @@ template <>
 PriorFactor<Vector3> random_factor(RandomValue& random) {
   return {kKeys[0], random.vector3(), kNoise};
 }
+template <>
+ReachFactor random_factor(RandomValue& random) {
+  return {kKeys[0], kKeys[1], kKeys[2], random.vector3(), kNoise};
+}
 
 // Stored numbers of the factor's variables. Rotations near each other, by the given angle: that is
 // what decides between series and closed forms.
@@ -98,7 +102,7 @@ class LaneTexts : public testing::Test {};
 using Factors = testing::Types<AccelerometerFactor, MeanAccelerometerFactor, GyroscopeFactor,
                                PreintegratedGyroscopeFactor, PreintegratedImuFactor,
                                ScaledImuFactor, MagnetometerFactor, MeanMagnetometerFactor,
-                               DelayedMagnetometerFactor, PriorFactor<Vector3>>;
+                               DelayedMagnetometerFactor, PriorFactor<Vector3>, ReachFactor>;
 TYPED_TEST_SUITE(LaneTexts, Factors);
 
 std::vector<Isa> available() {

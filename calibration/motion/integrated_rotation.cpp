@@ -114,9 +114,9 @@ PreintegratedImu IntegratedRotation::preintegrate(double a, double b, const Vect
     const double gyr_end = g + 1 < gyr_.size() ? gyr_.t[g + 1] : b;
     const double end = std::min({t < middle ? middle : b, gyr_end, std::max(end_of(k), t)});
     if (end > t + kSliver) {
-      const Held a = held(acc, k);
-      const Vector3 mean = a.mean + a.slope * (0.5 * (t + end) - acc.t[k]);
-      out.integrate(gyr_.v[g], mean, end - t, gyr_columns.of(g), acc_columns.of(k), a.slope);
+      const Held force = held(acc, k);
+      const Vector3 mean = force.mean + force.slope * (0.5 * (t + end) - acc.t[k]);
+      out.integrate(gyr_.v[g], mean, end - t, gyr_columns.of(g), acc_columns.of(k), force.slope);
       t = end;
     }
     if (g + 1 < gyr_.size() && gyr_end <= t + kSliver) ++g;

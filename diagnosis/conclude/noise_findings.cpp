@@ -187,7 +187,8 @@ bool is_held(const OwnClock& clock, const NoiseOf& of, double level) {
 void extend_by_mains(const Pipeline& pipeline, Extender& extender, Finding& finding) {
   if (finding.effect != "mains_interference" || finding.parameters.size() < 7) return;
   ModelSpec spec = extender.stage().spec();
-  spec.effects.push_back(make_mains_at(finding.parameters[6].value));
+  spec.effects.push_back(
+      make_mains_at(finding.parameters[6].value, is_of_room(finding.parameters)));
   // Without a fit of it the line stays a finding in the samples.
   attempt([&] {
     const Stage stage = pipeline.refit(extender.stage(), spec);

@@ -4,7 +4,9 @@
 // over a band the tail is the mean number of upcrossings (Davies 1987, for chi-square processes).
 // Noise that is not white is compared with the level of its own neighbourhood, and what is not
 // known about that level counts. Half of the level goes to where mains of 50 or 60 Hz appear at the
-// sampling rate, half to all frequencies.
+// sampling rate, half to all frequencies; and half to the sensor's frame, half to n: what is fixed
+// to the sensor turns with it, what the room makes does not, and in the other frame a line is as
+// broad as the sensor turns fast.
 #include <fmt/format.h>
 #include <algorithm>
 #include <array>
@@ -28,6 +30,7 @@ double lowest_mains_hz(double rate_hz) { return std::min(kLowestMainsHz, 0.1 * r
 constexpr double kMedian2 = 1.386294;  // of chi-square with two degrees of freedom
 constexpr double kTaper = 0.03;        // of the length, at each end
 constexpr double kGridHz = 0.25;       // to each side of 50 and 60 Hz
+constexpr double kOdds = 20.0;         // for the room's frame, to be told
 
 // 1 in the middle, rising along half a cosine at the ends.
 std::vector<double> taper(std::size_t n) {
@@ -296,9 +299,8 @@ void judge_stretches(const NoiseSeries& s, const Cleaned& c, const Vector3& unit
   }
 }
 
-}  // namespace
-
-NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
+// In the frame in which the residuals are.
+NoiseTest test_line(const NoiseSeries& s, const Cleaned& c, bool of_room) {
   if (s.rate_hz < 10.0 || double(s.size()) < 20.0 * s.rate_hz) {
     return untested("mains_interference", s.channel, "needs 20 s at 10 samples a second or more");
   }
@@ -327,22 +329,44 @@ NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
   const Mains m = refine(s, c.residual, unit, {}, p.f[best.at] * s.rate_hz);
   judge_stretches(s, c, unit, m.f_hz, test);
   const Eigen::Matrix<double, 7, 1> sigma = sigmas(s, m, unit);
-  const std::array<const char*, 7> names = {"a_x", "a_y", "a_z", "d_x", "d_y", "d_z", "f"};
-  for (int i = 0; i < 7; ++i) {
-    const double value = i < 3 ? m.a[i] : i < 6 ? m.d[i - 3] : m.f_hz;
-    test.parameters.push_back({names[std::size_t(i)], value, sigma[i], i < 6 ? "uT" : "Hz"});
+  for (int i = 0; i < 6; ++i) {
+    const std::string name =
+        fmt::format("{}{}_{}", i < 3 ? "a" : "d", of_room ? "_n" : "", "xyz"[i % 3]);
+    test.parameters.push_back({name, i < 3 ? m.a[i] : m.d[i - 3], sigma[i], "uT"});
   }
+  test.parameters.push_back({"f", m.f_hz, sigma[6], "Hz"});
   const double resolution = 1.0 / (s.t.back() - s.t.front());
   test.sentence = fmt::format(
-      "An alternating field of {:.2g} uT swings at {:.4f} +- {:.1g} Hz in the samples{}.",
-      std::sqrt(m.a.squaredNorm() + m.d.squaredNorm()), m.f_hz, sigma[6],
+      "An alternating field of {:.2g} uT{} swings at {:.4f} +- {:.1g} Hz in the samples{}.",
+      std::sqrt(m.a.squaredNorm() + m.d.squaredNorm()),
+      of_room ? ", of the room (it does not turn with the sensor)," : "", m.f_hz, sigma[6],
       where_from(m.f_hz, s.rate_hz, resolution));
   return test;
+}
+
+}  // namespace
+
+NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
+  NoiseTest own = test_line(s, c, false);
+  if (s.to_n.empty()) return own;
+  Cleaned in_n = c;
+  for (std::size_t k = 0; k < s.size(); ++k) in_n.residual[k] = s.to_n[k] * c.residual[k];
+  NoiseTest room = test_line(s, in_n, true);
+  // Where the sensor hardly turns the frames are alike.
+  const bool is_of_room =
+      room.p_value < own.p_value && room.statistic > own.statistic + 2.0 * std::log(kOdds);
+  NoiseTest& better = is_of_room ? room : own;
+  better.p_value = std::min(1.0, 2.0 * better.p_value);
+  return better;
 }
 
 bool is_mains(double f_hz, double rate_hz) {
   return std::abs(f_hz - alias(50.0, rate_hz)) < kGridHz ||
          std::abs(f_hz - alias(60.0, rate_hz)) < kGridHz;
+}
+
+bool is_of_room(const std::vector<FoundParameter>& mains) {
+  return mains.front().name.starts_with("a_n");
 }
 
 Mains found_mains(const NoiseTest& test) {
@@ -352,6 +376,7 @@ Mains found_mains(const NoiseTest& test) {
     m.d[i] = test.parameters[std::size_t(i) + 3].value;
   }
   m.f_hz = test.parameters[6].value;
+  m.of_room = is_of_room(test.parameters);
   return m;
 }
 

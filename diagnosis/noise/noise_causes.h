@@ -40,9 +40,10 @@ NoiseTest test_noise_scale(const NoiseSeries& series, const PieceSpectra& spectr
                            bool correlated = false, double core_variance = 1.0);
 
 // A line in the spectrum: the largest of all frequencies above 5 Hz, each against its
-// neighbourhood. (mains.cpp)
+// neighbourhood, in the sensor's frame or in n. (mains.cpp)
 NoiseTest test_mains(const NoiseSeries& series, const Cleaned& cleaned);
 Mains found_mains(const NoiseTest& test);
+bool is_of_room(const std::vector<FoundParameter>& mains);
 // Do mains of 50 or 60 Hz appear at this frequency, sampled at this rate?
 bool is_mains(double f_hz, double rate_hz);
 

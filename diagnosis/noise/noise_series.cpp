@@ -103,6 +103,7 @@ NoiseSeries make_noise_series(const SampleResiduals& r) {
   s.reading.assign(n, Vector3::Zero());
   s.residual.assign(n, Vector3::Zero());
   s.used.assign(n, 0);
+  if (!r.to_n.empty()) s.to_n.assign(n, Matrix3::Identity());
   for (std::size_t i = 0; i < place.size(); ++i) {
     const std::size_t k = place[i];
     s.t[k] = r.t[i];
@@ -110,6 +111,7 @@ NoiseSeries make_noise_series(const SampleResiduals& r) {
     s.reading[k] = r.reading[i];
     s.residual[k] = r.residual[i];
     s.used[k] = 1;
+    if (!r.to_n.empty()) s.to_n[k] = r.to_n[i];
   }
   return s;
 }

@@ -106,7 +106,9 @@ class Explanation {
     if (accept(mains_test)) {
       const Mains mains = found_mains(found_.back());
       for (std::size_t k = 0; k < series_.size(); ++k) {
-        if (series_.used[k]) series_.residual[k] -= mains.at(series_.t[k]);
+        if (!series_.used[k]) continue;
+        const Vector3 field = mains.at(series_.t[k]);
+        series_.residual[k] -= mains.of_room ? Vector3(series_.to_n[k].inverse() * field) : field;
       }
       cleaned_ = clean(series_);
     }

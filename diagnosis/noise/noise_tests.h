@@ -22,6 +22,8 @@ struct SampleResiduals {
   // How fast the model's reading changes, units per s, and how fast it would if the sensor turned
   // as fast about the axis across; empty where the model follows the reading.
   std::vector<Vector3> change = {}, across = {};
+  // What turns the sensor's readings of a field to n, of each sample, where that is known.
+  std::vector<Matrix3> to_n = {};
   double sigma = 0.0;  // of one sample, as given or found at rest; 0: unknown
   bool sigma_given = false;
   // The trajectory follows this sensor's samples, so that residual holds only what is faster than
@@ -37,8 +39,8 @@ struct NoiseTest {
   double statistic = 0.0;
   int dof = 1;
   double p_value = 1.0;  // of this test alone
-  // s; rho; eps and K; q; M; a_x, a_y, a_z, d_x, d_y, d_z and f (as sampled: from 0 to half the
-  // sampling rate). Empty, or without standard deviations, where nothing is seen.
+  // s; rho; eps and K; q; M; a_x, a_y, a_z, d_x, d_y, d_z (of the room: a_n_x, ...) and f (as sampled:
+  // from 0 to half the sampling rate). Empty, or without standard deviations, where nothing is seen.
   std::vector<FoundParameter> parameters = {};
   std::string sentence = {};  // "One in 80 samples of the magnetometer is an outlier, ..."
   // Why it could not be tested, or why what was seen is not this; then p_value is 1.

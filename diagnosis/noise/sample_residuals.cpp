@@ -61,6 +61,7 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
     mag.residual.push_back(corrected.mag.front().v[k] - s.D * s.b - mag_bias);
     mag.change.push_back(s.D * s.b.cross(s.omega));
     mag.across.push_back(s.D * s.b.cross(s.b.cross(s.omega)));
+    mag.to_n.push_back(s.nRb.matrix() * (s.strength_uT * s.D.inverse()));
   }
   out.push_back(std::move(mag));
   return out;

@@ -25,7 +25,8 @@ std::shared_ptr<const Effect> make_stationary_source_at(const Vector3& place);
 std::shared_ptr<const Effect> make_own_clock_at(double period_s, double share, double middle_s,
                                                 double period_sigma_s, double share_sigma);
 // a cos(2 pi f t) + d sin(2 pi f t); f in Hz.
-std::shared_ptr<const Effect> make_mains_at(double frequency_hz);
+// of_room: in n, not in the sensor's frame.
+std::shared_ptr<const Effect> make_mains_at(double frequency_hz, bool of_room = false);
 
 // Field, uT, of a magnetic moment, A m^2, at from_source, m.
 Vector3 dipole_field(const Vector3& moment, const Vector3& from_source);

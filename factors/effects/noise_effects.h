@@ -34,8 +34,11 @@ void add_noise(std::vector<Vector3>& samples, double sigma, const NoiseShape& sh
 struct Mains {
   Vector3 a = Vector3::Zero(), d = Vector3::Zero();  // uT
   double f_hz = 50.0;                                // may be above half the sampling rate
+  // In whose frame a and d are: the sensor's, where a line or a motor beside it makes them, or n,
+  // where the room does.
+  bool of_room = false;
 
-  Vector3 at(double t) const;  // t in s
+  Vector3 at(double t) const;  // t in s; in that frame
 };
 void add_mains(const std::vector<double>& t, const Mains& mains, std::vector<Vector3>& samples);
 

@@ -354,7 +354,7 @@ NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
   NoiseTest room = test_line(s, in_n, true);
   // Where the sensor hardly turns the frames are alike.
   const bool is_of_room =
-      room.p_value < own.p_value && room.statistic > own.statistic + 2.0 * std::log(kOdds);
+      room.p_value <= own.p_value && room.statistic > own.statistic + 2.0 * std::log(kOdds);
   NoiseTest& better = is_of_room ? room : own;
   better.p_value = std::min(1.0, 2.0 * better.p_value);
   return better;

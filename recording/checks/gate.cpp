@@ -41,6 +41,9 @@ class Passage {
                        .keep_clipped = keep_clipped || !last,
                        .turned = [&](double begin, double end) {
                          return witnesses.turned(sensor, begin, end);
+                       },
+                       .others_change = [&](double begin, double end) {
+                         return witnesses.others_change(sensor, begin, end);
                        }});
       gate.know(sentinels, turns, jumps);
       send_the_rest(gate, last);

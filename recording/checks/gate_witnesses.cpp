@@ -59,8 +59,21 @@ bool GateWitnesses::turned(SensorGate::Sensor hung, double begin, double end) co
   const double rate = size_quantile(lengths_within(recording_.gyr, begin, end), 0.5);
   const double usual = usual_rate_ / kSlowly;  // its unit is not known for certain
   if (rate > std::max({kTurningRate, kTurnedEnough / (end - begin), usual})) return true;
-  return hung == SensorGate::Sensor::kGyr && !recording_.mag.empty() &&
-         changed(recording_.acc, begin, end) && changed(recording_.mag.front(), begin, end);
+  if (hung == SensorGate::Sensor::kMag || recording_.mag.empty()) return false;
+  return changed(recording_.mag.front(), begin, end) &&
+         (hung == SensorGate::Sensor::kAcc || changed(recording_.acc, begin, end));
+}
+
+bool GateWitnesses::others_change(SensorGate::Sensor hung, double begin, double end) const {
+  const auto changes = [&](const VectorSeries& s) {
+    const auto [first, last] = span_within(s, begin, end);
+    std::size_t differ = 0;
+    for (std::size_t k = first + 1; k < last; ++k) differ += s.v[k] != s.v[k - 1] ? 1 : 0;
+    return last > first + 1 && 2 * differ > last - first;
+  };
+  return (hung != SensorGate::Sensor::kGyr && changes(recording_.gyr)) ||
+         (hung != SensorGate::Sensor::kAcc && changes(recording_.acc)) ||
+         (hung != SensorGate::Sensor::kMag && std::ranges::any_of(recording_.mag, changes));
 }
 
 }  // namespace magimu

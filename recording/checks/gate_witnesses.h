@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Whether the device turned while one of its sensors read the same all the time, as the other
-// sensors say: rates, or gravity and the field together, for each alone may be shaken or disturbed.
+// sensors say: rates, or gravity and the field together, for each alone may be shaken or disturbed (an
+// accelerometer that does not even show its noise needs the field alone).
 // Medians and quantiles, so that no single reading counts. Internal to the gate.
 #pragma once
 
@@ -14,6 +15,8 @@ class GateWitnesses {
   explicit GateWitnesses(const Recording& recording);
 
   bool turned(SensorGate::Sensor hung, double begin_s, double end_s) const;
+  // Most readings of another sensor differ from the one before.
+  bool others_change(SensorGate::Sensor hung, double begin_s, double end_s) const;
 
  private:
   const Recording& recording_;

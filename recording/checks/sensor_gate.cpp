@@ -145,7 +145,7 @@ std::size_t SensorGate::judge_front() {
       return judged(1, "range");
     }
     if (const std::size_t run = jumped(why); run > 0) return judged(run, "spike");
-    if (hung() || turned_while_still()) {
+    if (hung() || turned_while_still() || stopped_for_good()) {
       keep({front.v, front.begin_s, front.begin_s, 1});
       return judged(1, "stuck");
     }
@@ -447,6 +447,16 @@ bool SensorGate::turned_while_still() const {
   if (!options_.turned || !longer_than_chance(unit)) return false;
   if (units_.size() > 1 && !resumes_elsewhere(Vector3::Zero())) return false;
   return options_.turned(unit.begin_s, unit.end_s);
+}
+
+// The last unit of all, of a sensor whose noise alone would have moved it: other sensors still do.
+bool SensorGate::stopped_for_good() const {
+  const Unit& unit = units_.front();
+  if (!usual_.lively || units_.size() > 1 || !options_.others_change) return false;
+  std::size_t longest = 1;
+  for (const Unit& before : kept_) longest = std::max(longest, before.count);
+  if (!longer_than_chance(unit) || unit.count < kShortestRun * longest) return false;
+  return options_.others_change(unit.begin_s, unit.end_s);
 }
 
 // At the limit, or so near it that noise alone keeps a magnetometer's reading below.

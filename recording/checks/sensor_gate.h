@@ -44,6 +44,8 @@ class SensorGate {
     double largest_at_least = 0.0;
     // Whether the device certainly turned from one time to another, as other sensors say.
     std::function<bool(double begin_s, double end_s)> turned = {};
+    // Whether other sensors' readings changed between two times.
+    std::function<bool(double begin_s, double end_s)> others_change = {};
   };
   struct Judged {
     double t = 0.0;
@@ -124,6 +126,7 @@ class SensorGate {
   bool hung() const;
   bool resumes_elsewhere(const Vector3& usual_change) const;
   bool turned_while_still() const;
+  bool stopped_for_good() const;
   bool at_its_limit(const Unit& unit, Judged& why) const;
   bool jumps_recur() const;
   bool may_be_a_turn(const Vector3& jump, int largest) const;

@@ -539,6 +539,33 @@ TEST(GateForStreams, judges_each_sample_after_a_few_more_and_in_order) {
   EXPECT_THAT(bad, ElementsAre(30.0, 33.0, 35.0, 40.0));
 }
 
+// Nothing follows to show it, and nothing turned: its own noise is missing, while others have
+// theirs. Where none has, as in a simulated rest, none hangs.
+TEST(Gate, a_sensor_that_hangs_while_the_device_rests_to_the_end_is_set_aside) {
+  Recording at_rest = turning();
+  std::mt19937 bits(3);
+  std::normal_distribution<double> noise;
+  const auto random = [&] { return Vector3(noise(bits), noise(bits), noise(bits)); };
+  for (std::size_t k = 5500; k < 6500; ++k) {
+    at_rest.acc.v[k] = at_rest.acc.v[5499] + 0.03 * random();
+    at_rest.gyr.v[k] = 0.005 * random();
+    at_rest.mag[0].v[k] = at_rest.mag[0].v[5499] + 0.3 * random();
+  }
+  EXPECT_TRUE(gated(at_rest)->set_aside.empty());
+  for (const std::string sensor : {"acc", "gyr", "mag"}) {
+    Recording r = at_rest;
+    hold(series_of(r, sensor), 5600, 6500);
+    const auto kept = gated(r);
+    ASSERT_EQ(kept->set_aside.size(), 1u) << sensor;
+    EXPECT_EQ(kept->set_aside[0].sensor, sensor);
+    EXPECT_EQ(kept->set_aside[0].kind, "stuck");
+    EXPECT_EQ(kept->set_aside[0].count, 899u);
+  }
+  Recording r = at_rest;
+  for (const std::string sensor : {"acc", "gyr", "mag"}) hold(series_of(r, sensor), 5600, 6500);
+  EXPECT_TRUE(gated(r)->set_aside.empty());
+}
+
 TEST(GateForStreams, goes_on_when_a_sensor_hangs) {
   Recording r = turning();
   hold(r.mag[0], 2000, 6500);

@@ -19,6 +19,7 @@ namespace {
 // The accelerometer must read gravity and its bias: so much else (RMS) is a hand that moves it.
 constexpr double kAccResidualNo = 1.0;           // m/s^2
 constexpr double kAccResidualLimited = 0.35;     // m/s^2
+constexpr double kLongestArm = 2.0;              // m: four standard deviations of its prior
 constexpr double kPlausibleAccBias = 0.7;        // m/s^2; 70 mg, beyond any part that works
 constexpr double kFieldResidualLimited = 0.025;  // of the strength
 constexpr double kFieldResidualNo = 0.1;
@@ -49,8 +50,23 @@ void judge_fit(Calibration& c) {
   }
 }
 
+// The lever arm and the reach take up what gravity, gyroscope and accelerometer contradict each
+// other in.
+void judge_lever_arms(Calibration& c) {
+  for (const LeverArm& arm : c.lever_arms) {
+    const double length = arm.value.norm();
+    if (length < kLongestArm) continue;
+    c.trust.lower(Verdict::kLimited,
+                  fmt::format("The motion comes out as that of a sensor {:.1f} m from the point "
+                              "that it is turned about{}, farther than any arm: what the "
+                              "accelerometer reads does not go together with the gyroscope, "
+                              "gravity and the field.",
+                              length, c.lever_arms.size() > 1 ? " (" + arm.recording + ")" : ""));
+  }
+}
+
 void judge_motion(Calibration& c) {
-  if (c.motion == MotionModel::kHandHeld) return;  // the model carries it
+  if (c.motion == MotionModel::kHandHeld) return judge_lever_arms(c);  // the model carries it
   const double acc = c.residuals[0].rms_unit, bias = c.parameters.acc_bias.norm();
   if (acc <= kAccResidualLimited && bias > kPlausibleAccBias) {
     c.trust.lower(Verdict::kLimited,

@@ -94,6 +94,8 @@ NoiseSeries make_noise_series(const SampleResiduals& r) {
   s.sigma_given = r.sigma_given;
   s.high_passed = r.high_passed;
   s.of_white = r.of_white;
+  s.lag1_at_rest = r.lag1_at_rest;
+  s.readings_at_rest = r.readings_at_rest;
   if (r.t.size() < 2) return s;
   s.rate_hz = even_rate_hz(r.t);
   const std::vector<std::size_t> place = grid_places(r.t, s.rate_hz);

@@ -17,6 +17,7 @@ struct NoiseSeries {
   bool sigma_given = false;
   bool high_passed = false;
   FitSpectrum of_white = {};
+  double lag1_at_rest = 0.0, readings_at_rest = 0.0;
   std::vector<double> t;          // s, of every place of the grid
   std::vector<Vector3> reading;   // as recorded
   std::vector<Vector3> residual;  // zero where not in use

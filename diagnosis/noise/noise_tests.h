@@ -22,6 +22,9 @@ struct SampleResiduals {
   // How fast the model's reading changes, units per s, and how fast it would if the sensor turned
   // as fast about the axis across; empty where the model follows the reading.
   std::vector<Vector3> change = {}, across = {};
+  // Where the sensor rests: the correlation of its readings with their neighbours, and of how many.
+  // 0 readings: it has no rests, or its steps are coarser than its noise.
+  double lag1_at_rest = 0.0, readings_at_rest = 0.0;
   // What turns the sensor's readings of a field to n, of each sample, where that is known.
   std::vector<Matrix3> to_n = {};
   double sigma = 0.0;  // of one sample, as given or found at rest; 0: unknown

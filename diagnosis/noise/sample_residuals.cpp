@@ -1,13 +1,58 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/noise/sample_residuals.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "calibration/model/extension.h"
 #include "calibration/model/sensed_motion.h"
+#include "calibration/motion/rests.h"
 #include "diagnosis/noise/high_pass.h"
 
 namespace magimu {
+namespace {
+
+// About the mean of each rest; all axes together.
+void look_at_rests(const VectorSeries& series, const std::vector<TimeSpan>& rests,
+                   SampleResiduals& out) {
+  constexpr std::size_t kLeast = 20;  // readings in a rest
+  Vector3 squares = Vector3::Zero(), products = Vector3::Zero(), step = Vector3::Zero();
+  double count = 0.0, begun = 0.0;
+  for (const TimeSpan& rest : rests) {
+    const auto first = std::size_t(std::ranges::lower_bound(series.t, rest.begin_s) -
+                                   series.t.begin()),
+               last = std::size_t(std::ranges::upper_bound(series.t, rest.end_s) -
+                                  series.t.begin());
+    if (last < first + kLeast) continue;
+    Vector3 mean = Vector3::Zero();
+    for (std::size_t k = first; k < last; ++k) mean += series.v[k] / double(last - first);
+    for (std::size_t k = first; k < last; ++k) {
+      const Vector3 x = series.v[k] - mean;
+      squares += x.cwiseAbs2();
+      if (k == first) continue;
+      products += x.cwiseProduct(series.v[k - 1] - mean);
+      const Vector3 change = (series.v[k] - series.v[k - 1]).cwiseAbs();
+      for (int axis = 0; axis < 3; ++axis) {
+        const bool smaller = step[axis] == 0.0 || change[axis] < step[axis];
+        if (change[axis] > 0.0 && smaller) step[axis] = change[axis];
+      }
+    }
+    count += double(last - first);
+    begun += 1.0;
+  }
+  double lag1 = 0.0, axes = 0.0;
+  for (int axis = 0; axis < 3 && count > 0.0; ++axis) {
+    if (squares[axis] / count <= step[axis] * step[axis]) continue;
+    lag1 += products[axis] / squares[axis];
+    axes += 1.0;
+  }
+  if (axes == 0.0) return;
+  // Products are one fewer in each rest, and its own mean takes one from each.
+  out.lag1_at_rest = (lag1 / axes * count + 2.0 * begun) / count;
+  out.readings_at_rest = axes * count;
+}
+
+}  // namespace
 
 std::vector<SampleResiduals> sample_residuals(const Recording& recording, const Stage& stage,
                                               int index, const NoiseDensities& rest,
@@ -42,6 +87,8 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
       acc.across.push_back(s.f.normalized().cross(acc.change.back()));
     }
   }
+  const std::vector<TimeSpan> rests = find_rests(recording);
+  if (moving) look_at_rests(recording.acc, rests, acc);
   out.push_back(std::move(acc));
   out.push_back({.channel = Channel::kGyr,
                  .t = recording.gyr.t,
@@ -50,6 +97,7 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
                  .sigma = sigma(rest.gyr, recording.gyr),
                  .sigma_given = noise_given,
                  .high_passed = true});
+  look_at_rests(recording.gyr, rests, out.back());
   SampleResiduals mag{.channel = Channel::kMag,
                       .t = recording.mag.front().t,
                       .reading = recording.mag.front().v,

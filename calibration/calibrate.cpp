@@ -28,6 +28,7 @@
 #include "calibration/trust/magnetometer_trust.h"
 #include "calibration/trust/no_fit.h"
 #include "calibration/trust/trust.h"
+#include "calibration/turning_rates.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
 #include "recording/data/error.h"
@@ -116,8 +117,8 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   // Who says which samples are a node gets these samples.
   const SlowerRecordings slower(options.node_every > 0 ? std::vector<const Recording*>{}
                                                        : checked.get());
-  const std::vector<const Recording*>& recordings =
-      options.node_every > 0 ? checked.get() : slower.get();
+  const TurningRates rates(options.node_every > 0 ? checked.get() : slower.get(), options);
+  const std::vector<const Recording*>& recordings = rates.get();
   const auto progress = [&](const std::string& what, double share) {
     if (options.progress) options.progress(what, share);
   };
@@ -172,6 +173,7 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
       });
   progress("the verdict", 0.95);
   c.motion_reason = motion_reason;
+  if (!rates.said().empty()) c.motion_reason += " " + rates.said();
   c.checks = checks;
   c.warnings = checked.warnings();
   take_over_rates(checked.get(), recordings, node_every, c);

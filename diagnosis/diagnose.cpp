@@ -11,6 +11,7 @@
 #include "calibration/trust/check_axes.h"
 #include "calibration/trust/no_fit.h"
 #include "calibration/trust/trust.h"
+#include "calibration/turning_rates.h"
 #include "diagnosis/compare/against.h"
 #include "diagnosis/compare/predict.h"
 #include "diagnosis/conclude/array_coupling.h"
@@ -121,7 +122,9 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
 
   progress("fitting the basic model", 0.0);
   std::vector<Recording> used, thin;
-  for (const Recording* r : few.get()) used.push_back(without_long_rests(*r, d.notes));
+  const TurningRates rates(few.get(), calibration);
+  if (!rates.said().empty()) d.notes.push_back(rates.said());
+  for (const Recording* r : rates.get()) used.push_back(without_long_rests(*r, d.notes));
   take_out_saturated(used, options, d);
   for (const Recording& r : used) thin.push_back(thinned(r));
   std::vector<const Recording*> recordings, full;

@@ -6,6 +6,7 @@
 
 #include "calibration/model/extension.h"
 #include "calibration/pipeline.h"
+#include "calibration/turning_rates.h"
 #include "diagnosis/held/held_model.h"
 #include "diagnosis/noise/noise_tests.h"
 #include "diagnosis/noise/sample_residuals.h"
@@ -174,7 +175,11 @@ ExtendedModel extended_model(const Stage& stage, const std::vector<Finding>& fin
 PredictionGain compare_predictions(const Recording& recording, const ExtendedModel& before,
                                    const ExtendedModel& after) {
   const CheckedRecordings checked({&recording});
-  const std::vector<const Recording*>& full = checked.get();
+  CalibrationOptions options;
+  options.noise = before.spec.noise;
+  options.gravity = before.spec.gravity;
+  const TurningRates rates(checked.get(), options);
+  const std::vector<const Recording*>& full = rates.get();
   std::vector<Recording> thin;
   for (const Recording* part : full) thin.push_back(thinned(*part));
   std::vector<const Recording*> recordings;

@@ -7,6 +7,7 @@
 
 #include "calibration/fit/summary.h"
 #include "calibration/pipeline.h"
+#include "calibration/turning_rates.h"
 #include "graph/numerical_error.h"
 #include "recording/data/error.h"
 
@@ -30,7 +31,8 @@ Stage with_term(const Recording& recording, const Pipeline& pipeline, const Stag
 Calibration refit_model(const Recording& recording, const std::vector<ModelTerm>& terms,
                         const CalibrationOptions& options) {
   const CheckedRecordings checked({&recording});
-  const Pipeline pipeline(checked.get(), options);
+  const TurningRates rates(checked.get(), options);
+  const Pipeline pipeline(rates.get(), options);
   std::string why;
   const auto fit = [&] {
     std::string reason;
@@ -42,7 +44,7 @@ Calibration refit_model(const Recording& recording, const std::vector<ModelTerm>
   };
   const std::optional<Stage> stage = attempt(fit, &why);
   if (!stage) throw InputError(recording.name, 0, 0, "no fit could be made: " + why, "");
-  return summarize_model(checked.get(), *stage, options);
+  return summarize_model(rates.get(), *stage, options);
 }
 
 }  // namespace magimu

@@ -15,6 +15,7 @@ namespace magimu::chain {
 namespace {
 
 constexpr int kMaxWidth = 40, kMaxGlobals = 512;
+constexpr int kFar = 8;            // times as far as the variables of most
 constexpr int kMinBranch = 32;     // levels; shorter chains are eliminated in one go
 constexpr int kRunFactors = 1024;  // factors whose globals' products are one task
 
@@ -334,12 +335,50 @@ std::vector<int> crowded_columns(const LinearSystem& system) {
   return count;
 }
 
+// These globals, and those that few factors share (where on a stick the sensor is, seen every few
+// seconds), which are told by where these are: what else is in its factors is far from it in the
+// order of variables, while a node is near most of what its factors touch.
+std::vector<int> with_far_reaching_columns(const LinearSystem& system, std::vector<int> globals) {
+  const auto start = system.variable_start();
+  const auto variables = start.size() - 1;
+  std::vector<int> variable_of(std::size_t(system.cols()));
+  for (std::size_t v = 0; v < variables; ++v) {
+    for (int c = start[v]; c < start[v + 1]; ++c) variable_of[std::size_t(c)] = int(v);
+  }
+  std::vector<std::vector<int>> distances(variables);
+  const auto column = system.column();
+  for (const LinearSystem::RowBlocks& b : system.row_blocks()) {
+    for (int i = 0; i < b.count; ++i) {
+      const auto first = std::size_t(b.first_entry + i * b.rows * b.columns);
+      for (int c = 0; c < b.columns; ++c) {
+        const int v = variable_of[std::size_t(column.data()[first + std::size_t(c)])];
+        for (int d = 0; d < b.columns; ++d) {
+          const auto other = std::size_t(column.data()[first + std::size_t(d)]);
+          const int w = variable_of[other];
+          if (w != v && globals[other] == 0) distances[std::size_t(v)].push_back(std::abs(w - v));
+        }
+      }
+    }
+  }
+  std::vector<int> usual;
+  for (std::vector<int>& of : distances) {
+    usual.push_back(of.empty() ? 0 : quantile(of, 0.25));
+  }
+  const int far = kFar * std::max(1, quantile(usual, 0.5));
+  for (std::size_t v = 0; v < variables; ++v) {
+    for (int c = start[v]; c < start[v + 1] && usual[v] > far; ++c) globals[std::size_t(c)] = 1;
+  }
+  return globals;
+}
+
 }  // namespace
 
 std::optional<Structure> find_structure(const LinearSystem& system) {
   Structure out;
-  if (Analysis(system).find(global_columns(system), out) ||
-      Analysis(system).find(crowded_columns(system), out)) {
+  const std::vector<int> shared = global_columns(system), crowded = crowded_columns(system);
+  if (Analysis(system).find(shared, out) || Analysis(system).find(crowded, out) ||
+      Analysis(system).find(with_far_reaching_columns(system, shared), out) ||
+      Analysis(system).find(with_far_reaching_columns(system, crowded), out)) {
     return out;
   }
   return std::nullopt;

@@ -4,11 +4,16 @@
 
 #include <cholmod.h>
 
+#include <mutex>
 #include <vector>
 
 #include "graph/linear_system.h"
 
 namespace magimu {
+
+// Held while SuiteSparse works: its BLAS has threads and buffers of its own, and two calls at once
+// were measured to spoil each other's numbers.
+inline std::mutex one_at_a_time;
 
 // CHOLMOD's workspace and settings; silent, errors show in its status.
 class CholmodCommon {

@@ -22,6 +22,7 @@ class CholmodSolver final : public LinearSolver {
   ~CholmodSolver() override { cholmod_l_free_factor(&factor_, common_.get()); }
 
   bool factorize(const LinearSystem& system, const VectorXd& scale, double lambda) override {
+    const std::lock_guard lock(one_at_a_time);
     if (factor_ == nullptr) {
       jacobian_.emplace(system);
       std::vector<SuiteSparse_long> order = jacobian_->order_globals_last(common_);
@@ -46,6 +47,7 @@ class CholmodSolver final : public LinearSolver {
   }
 
   MatrixXd solve_normal(const MatrixXd& B) override {
+    const std::lock_guard lock(one_at_a_time);
     MatrixXd copy = B;
     cholmod_dense b = view(copy);
     cholmod_dense* x = cholmod_l_solve(CHOLMOD_A, factor_, &b, common_.get());

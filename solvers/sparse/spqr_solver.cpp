@@ -20,6 +20,7 @@ class SpqrSolver final : public LinearSolver {
   ~SpqrSolver() override { SuiteSparseQR_free<double>(&qr_, common_.get()); }
 
   bool factorize(const LinearSystem& system, const VectorXd& scale, double lambda) override {
+    const std::lock_guard lock(one_at_a_time);
     const bool damped = lambda > 0.0;
     if (order_.empty()) order_ = TransposedJacobian(system).order_globals_last(common_);
     if (qr_ == nullptr || damped != damped_) analyse(system, damped);
@@ -37,6 +38,7 @@ class SpqrSolver final : public LinearSolver {
   }
 
   VectorXd solve(const LinearSystem& system, const VectorXd&) override {
+    const std::lock_guard lock(one_at_a_time);
     MatrixXd b = MatrixXd::Zero(rows_, 1);
     b.col(0).head(system.rows()) = -system.residual();
     cholmod_dense view_b = view(b);
@@ -47,6 +49,7 @@ class SpqrSolver final : public LinearSolver {
   }
 
   MatrixXd solve_normal(const MatrixXd& B) override {
+    const std::lock_guard lock(one_at_a_time);
     MatrixXd ordered(B.rows(), B.cols());
     for (int k = 0; k < B.rows(); ++k) ordered.row(k) = B.row(order_[std::size_t(k)]);
     cholmod_dense b = view(ordered);

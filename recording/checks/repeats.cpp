@@ -12,7 +12,7 @@
 namespace magimu {
 namespace {
 
-constexpr std::size_t kRepeatWindow = 50;  // samples over which changes are of one size
+constexpr std::size_t kRepeatWindow = 10;  // samples over which changes are of one size
 constexpr double kCoarse = 0.01;           // chance of a repeat where they say nothing
 constexpr double kSigmas = 5.0;            // of a count by chance
 constexpr double kFewest = 5.0;            // repeats

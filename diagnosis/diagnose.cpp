@@ -207,6 +207,11 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
     if (const auto halves = pipeline.halves(extender.stage())) d.after.checks.push_back(*halves);
   }
   take_conclusion(d);
+  if (d.answer == Answer::kUnexplained || d.answer == Answer::kPartly) {
+    d.after.trust.lower(Verdict::kLimited,
+                        "Something in these data is not explained, and these standard deviations do "
+                        "not know of it (those of `magimu calibrate` are widened for it).");
+  }
   if (options.against) {
     progress("comparing with the stored calibration", 0.95);
     d.against =

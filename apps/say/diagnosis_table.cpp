@@ -98,10 +98,21 @@ std::string list(const std::string& heading, const std::vector<const ScanEntry*>
   return out + "\n";
 }
 
+// Reasons of the verdict that have not been said yet.
+std::string reasons_text(const Diagnosis& d) {
+  std::string out;
+  for (const std::string& reason : d.after.trust.reasons) {
+    if (std::ranges::find(d.evidence, reason) == d.evidence.end()) out += wrapped(reason, "  - ");
+  }
+  return out;
+}
+
 std::string calibration_text(const Diagnosis& d) {
   const std::string before = to_string(d.before.trust.verdict),
                     after = to_string(d.after.trust.verdict);
-  if (d.findings.empty()) return fmt::format("Trust in the calibration: {}.\n", after);
+  if (d.findings.empty()) {
+    return fmt::format("Trust in the calibration: {}.\n", after) + reasons_text(d);
+  }
   std::string out =
       fmt::format("Trust in the calibration: {} before, {} with what was found.", before, after);
   const Moved* most = nullptr;
@@ -116,7 +127,7 @@ std::string calibration_text(const Diagnosis& d) {
                        with_sigma(most->after, most->sigma_after), most->unit,
                        std::abs(most->sigmas()));
   }
-  return wrapped(out, "");
+  return wrapped(out, "") + reasons_text(d);
 }
 
 std::string against_text(const Against& a) {

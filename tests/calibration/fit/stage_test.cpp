@@ -7,6 +7,8 @@
 #include <string>
 
 #include "calibration/pipeline.h"
+#include "solvers/back_ends.h"
+#include "solvers/damped_factor.h"
 #include "tests/calibration/cases.h"
 
 namespace magimu {
@@ -42,6 +44,22 @@ TEST(Stage, reach_of_the_hand_is_found_to_where_another_estimate_would_leave_it)
     const Simulation s = simulate(options);
     const Stage stage = coarse_stage(s, MotionModel::kHandHeld);
     EXPECT_NEAR(stage.sums().rms(Sensor::kReach), 1.0, 0.05) << "seed " << seed;
+  }
+}
+
+// A global of few rows, as the lever arm is, must not send it to a general solver.
+TEST(Stage, a_hand_held_model_is_eliminated_as_a_chain) {
+  for (const double seconds : {12.0, 40.0, 120.0}) {
+    SimulationOptions options;
+    options.motion = SimulatedMotion::kHandHeld;
+    options.rate_hz = 50.0;
+    options.duration_s = seconds;
+    const Simulation s = simulate(options);
+    const Stage stage = coarse_stage(s, MotionModel::kHandHeld);
+    LinearSystem system(stage.graph(), stage.result().values);
+    system.linearize(stage.result().values);
+    const auto solver = make_linear_solver(Backend::kChain);
+    EXPECT_NO_THROW(solver->factorize(system, column_scale(system), 0.0)) << seconds << " s";
   }
 }
 

@@ -67,8 +67,7 @@ CondensedRecording condense_system(const LinearSystem& system, const Values& val
   double squares = all.squares;
   if (stage.spec().motion == MotionModel::kHandHeld) {
     // The motion's own parameter goes with the motion, its prior included.
-    const auto arm =
-        Eigen::seqN(chain.position(values, key::lever_arm_of(0)), Eigen::fix<3>);
+    const auto arm = Eigen::seqN(chain.position(values, key::lever_arm_of(0)), Eigen::fix<3>);
     const Matrix3 prior = chain.priors.information(arm, arm);
     const Vector3 of_prior = chain.priors.score(arm);
     const Eigen::LDLT<Matrix3> own(Matrix3(all.information(arm, arm) + prior));

@@ -208,9 +208,10 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   }
   take_conclusion(d);
   if (d.answer == Answer::kUnexplained || d.answer == Answer::kPartly) {
-    d.after.trust.lower(Verdict::kLimited,
-                        "Something in these data is not explained, and these standard deviations do "
-                        "not know of it (those of `magimu calibrate` are widened for it).");
+    d.after.trust.lower(
+        Verdict::kLimited,
+        "Something in these data is not explained, and these standard deviations do "
+        "not know of it (those of `magimu calibrate` are widened for it).");
   }
   if (options.against) {
     progress("comparing with the stored calibration", 0.95);

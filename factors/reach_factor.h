@@ -3,9 +3,9 @@
 //
 //   r = p - R l - p_0        white, of the reach's standard deviation
 //
-// with the sensor at l from that point, in the IMU frame (the lever arm), and p_0 where the point is
-// expected. Without l the position of a sensor on a stick, R l, passes for the double integral of a
-// constant error of the accelerometer, -w^2 l where it turns at the rate w.
+// with the sensor at l from that point, in the IMU frame (the lever arm), and p_0 where the point
+// is expected. Without l the position of a sensor on a stick, R l, passes for the double integral
+// of a constant error of the accelerometer, -w^2 l where it turns at the rate w.
 #pragma once
 
 #include "graph/factor_graph.h"

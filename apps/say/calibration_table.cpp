@@ -137,7 +137,8 @@ std::string calibration_table(const Calibration& c) {
   }
   if (!c.lever_arms.empty()) {
     out += fmt::format(
-        "  The lever arm leads from the point that the sensor was turned about, which stayed within "
+        "  The lever arm leads from the point that the sensor was turned about, which stayed "
+        "within "
         "{:.2f} m\n  (a standard deviation), to the sensor.\n",
         c.reach_m);
   }

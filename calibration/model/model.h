@@ -29,7 +29,7 @@ struct ExtendedRecording;
 enum class MotionModel { kAuto, kRotation, kHandHeld };
 std::string to_string(MotionModel motion);
 
-constexpr double kReachEvery = 3.0;  // s between weak measurements of position
+constexpr double kReachEvery = 3.0;          // s between weak measurements of position
 constexpr double kLeverArmPriorSigma = 0.5;  // m, of each axis: a forearm, a stick, a robot's arm
 
 // What a graph is built from, besides the recordings.

@@ -98,7 +98,7 @@ struct FieldEstimate {
 // hand_held: where the sensor was in one recording, from the point that it was turned about.
 struct LeverArm {
   std::string recording;
-  Vector3 value = Vector3::Zero();        // IMU frame, m
+  Vector3 value = Vector3::Zero();       // IMU frame, m
   Matrix3 covariance = Matrix3::Zero();  // under the model, m^2
 };
 

@@ -437,7 +437,7 @@ double size_of_line(const Finding& line) {
 // mains wanders by hundredths of a hertz and meets that of another clock to a part of it by chance
 // only.
 int samples_of_pattern(const Finding& line, double rate_hz) {
-  if (is_of_room(line.parameters)) return 0;  // rows that are mixed turn with their sensors
+  if (is_of_room(line.parameters)) return 0;          // rows that are mixed turn with their sensors
   constexpr double kWithin = 3.0, kOfTheGrid = 0.01;  // standard deviations; Hz
   const FoundParameter& f = line.parameters.back();
   for (int n = 2; n <= 4; ++n) {

@@ -16,7 +16,7 @@ namespace {
 // of freedom, and a strong slow error some of the noise with it.
 constexpr double kLessBy = 0.06;
 constexpr double kBeyondChance = 3.0;  // standard deviations: at rest it is less
-constexpr double kOpposite = 1e-4;  // p: neighbours are, and not by chance
+constexpr double kOpposite = 1e-4;     // p: neighbours are, and not by chance
 
 std::vector<char> first_half(const PieceSpectra& spectra, bool other) {
   std::vector<char> chosen(spectra.power.size());
@@ -69,8 +69,8 @@ double level_scatter(const PieceSpectra& spectra) {
   return std::sqrt(std::max(0.0, m * square / (sum * sum) - 1.0) * 0.5 * kOverlap / m);
 }
 
-// Noise is there at rest, too. Where the trajectory follows the sensor, fast turns read slowly leave
-// as much of themselves in its samples as colour would.
+// Noise is there at rest, too. Where the trajectory follows the sensor, fast turns read slowly
+// leave as much of themselves in its samples as colour would.
 bool rests_contradict(const NoiseSeries& s, const SpectrumFit& ar) {
   if (s.readings_at_rest == 0.0) return false;
   const double sigma =

@@ -42,8 +42,9 @@ struct NoiseTest {
   double statistic = 0.0;
   int dof = 1;
   double p_value = 1.0;  // of this test alone
-  // s; rho; eps and K; q; M; a_x, a_y, a_z, d_x, d_y, d_z (of the room: a_n_x, ...) and f (as sampled:
-  // from 0 to half the sampling rate). Empty, or without standard deviations, where nothing is seen.
+  // s; rho; eps and K; q; M; a_x, a_y, a_z, d_x, d_y, d_z (of the room: a_n_x, ...) and f (as
+  // sampled: from 0 to half the sampling rate). Empty, or without standard deviations, where
+  // nothing is seen.
   std::vector<FoundParameter> parameters = {};
   std::string sentence = {};  // "One in 80 samples of the magnetometer is an outlier, ..."
   // Why it could not be tested, or why what was seen is not this; then p_value is 1.

@@ -19,10 +19,10 @@ void look_at_rests(const VectorSeries& series, const std::vector<TimeSpan>& rest
   Vector3 squares = Vector3::Zero(), products = Vector3::Zero(), step = Vector3::Zero();
   double count = 0.0, begun = 0.0;
   for (const TimeSpan& rest : rests) {
-    const auto first = std::size_t(std::ranges::lower_bound(series.t, rest.begin_s) -
-                                   series.t.begin()),
-               last = std::size_t(std::ranges::upper_bound(series.t, rest.end_s) -
-                                  series.t.begin());
+    const auto first =
+                   std::size_t(std::ranges::lower_bound(series.t, rest.begin_s) - series.t.begin()),
+               last =
+                   std::size_t(std::ranges::upper_bound(series.t, rest.end_s) - series.t.begin());
     if (last < first + kLeast) continue;
     Vector3 mean = Vector3::Zero();
     for (std::size_t k = first; k < last; ++k) mean += series.v[k] / double(last - first);

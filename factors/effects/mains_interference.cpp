@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // mag + a cos(2 pi f t) + d sin(2 pi f t): the field of the mains, or of a motor; f as the samples
-// show it, folded about their rate. The frequency comes from a search (diagnosis/noise/noise_tests.h).
-// a and d are in the sensor's frame, where a cable or a motor is fixed to it, or in n, where the
-// room makes the field: then D / strength R' times that.
+// show it, folded about their rate. The frequency comes from a search
+// (diagnosis/noise/noise_tests.h). a and d are in the sensor's frame, where a cable or a motor is
+// fixed to it, or in n, where the room makes the field: then D / strength R' times that.
 #include <fmt/format.h>
 
 #include <cmath>

@@ -36,15 +36,15 @@ class Passage {
     for (int pass = 0; pass < kPasses; ++pass) {
       const bool last = pass + 1 == kPasses;
       const SensorHabits habits = habits_of_the_rest();
-      SensorGate gate({.sensor = sensor,
-                       .habits = &habits,
-                       .keep_clipped = keep_clipped || !last,
-                       .turned = [&](double begin, double end) {
-                         return witnesses.turned(sensor, begin, end);
-                       },
-                       .others_change = [&](double begin, double end) {
-                         return witnesses.others_change(sensor, begin, end);
-                       }});
+      SensorGate gate(
+          {.sensor = sensor,
+           .habits = &habits,
+           .keep_clipped = keep_clipped || !last,
+           .turned = [&](double begin, double end) { return witnesses.turned(sensor, begin, end); },
+           .others_change =
+               [&](double begin, double end) {
+                 return witnesses.others_change(sensor, begin, end);
+               }});
       gate.know(sentinels, turns, jumps);
       send_the_rest(gate, last);
       sentinels = gate.sentinels();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Whether the device turned while one of its sensors read the same all the time, as the other
-// sensors say: rates, or gravity and the field together, for each alone may be shaken or disturbed (an
-// accelerometer that does not even show its noise needs the field alone).
-// Medians and quantiles, so that no single reading counts. Internal to the gate.
+// sensors say: rates, or gravity and the field together, for each alone may be shaken or disturbed
+// (an accelerometer that does not even show its noise needs the field alone). Medians and
+// quantiles, so that no single reading counts. Internal to the gate.
 #pragma once
 
 #include "recording/checks/sensor_gate.h"

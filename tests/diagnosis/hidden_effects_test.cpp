@@ -159,7 +159,8 @@ TEST_P(NothingHidden, nothing_is_named) {
   std::vector<std::string> allowed;
   if (noise != NoiseKind::kWhite) allowed = {"correlated_noise", "outliers", "noise_scale"};
   EXPECT_THAT(judge(d, c, allowed).others, IsEmpty());
-  EXPECT_FALSE(d.unexplained.detected) << names_of(d);
+  EXPECT_FALSE(d.unexplained.detected)
+      << names_of(d) << testing::PrintToString(d.unexplained.evidence);
   // Of what is not found the least size that would have been is told, where it is a number.
   for (const ScanEntry& e : d.scan) {
     const bool sized = e.effect != "outliers" && e.effect != "mains_interference" &&

@@ -282,8 +282,7 @@ TEST(ExplainNoise, finds_mains_of_the_room_in_the_rooms_frame) {
       r.reading[k] += more;
       r.residual[k] += more;
     }
-    expect_found(r, "mains_interference",
-                 {a.x(), a.y(), a.z(), d.x(), d.y(), d.z(), f});
+    expect_found(r, "mains_interference", {a.x(), a.y(), a.z(), d.x(), d.y(), d.z(), f});
     const std::vector<NoiseTest> found = explain_noise({r}, kNoiseLevel);
     EXPECT_EQ(found.front().parameters.front().name, "a_n_x");
     EXPECT_THAT(found.front().sentence, testing::HasSubstr("of the room"));

@@ -346,16 +346,18 @@ std::vector<int> with_far_reaching_columns(const LinearSystem& system, std::vect
     for (int c = start[v]; c < start[v + 1]; ++c) variable_of[std::size_t(c)] = int(v);
   }
   std::vector<std::vector<int>> distances(variables);
-  const auto column = system.column();
+  const auto variable_of_entry = [&](int entry) {
+    return variable_of[std::size_t(system.column()[std::size_t(entry)])];
+  };
   for (const LinearSystem::RowBlocks& b : system.row_blocks()) {
     for (int i = 0; i < b.count; ++i) {
-      const auto first = std::size_t(b.first_entry + i * b.rows * b.columns);
+      const int first = b.first_entry + i * b.rows * b.columns;
       for (int c = 0; c < b.columns; ++c) {
-        const int v = variable_of[std::size_t(column.data()[first + std::size_t(c)])];
+        const int v = variable_of_entry(first + c);
         for (int d = 0; d < b.columns; ++d) {
-          const auto other = std::size_t(column.data()[first + std::size_t(d)]);
-          const int w = variable_of[other];
-          if (w != v && globals[other] == 0) distances[std::size_t(v)].push_back(std::abs(w - v));
+          const int w = variable_of_entry(first + d);
+          if (w != v && globals[std::size_t(start[std::size_t(w)])] == 0)
+            distances[std::size_t(v)].push_back(std::abs(w - v));
         }
       }
     }

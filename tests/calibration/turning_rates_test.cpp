@@ -13,12 +13,12 @@ namespace {
 oracle::Options brisk(std::uint64_t seed) {
   oracle::Options options;
   options.seed = seed;
-  options.rate_hz = 20.0;
+  options.rate_hz = 12.0;
   options.device_kind = oracle::DeviceKind::kBoard;
   options.noise = oracle::kRealisticDensities;
-  options.motion.kind = oracle::MotionKind::kHandHeld;
+  options.motion.kind = oracle::MotionKind::kRotation;
   options.motion.duration_s = 60.0;
-  options.motion.band_hz[1] = 1.0;
+  options.motion.band_hz[1] = 2.0;
   return options;
 }
 

@@ -180,7 +180,7 @@ INSTANTIATE_TEST_SUITE_P(
         std::pair(NoiseKind::kColoured, 100027u), std::pair(NoiseKind::kColoured, 100030u),
         // A motion, a walk of the gyroscope's bias, scales of both.
         std::pair(NoiseKind::kColoured, 100118u), std::pair(NoiseKind::kColoured, 100126u),
-        std::pair(NoiseKind::kColoured, 100145u), std::pair(NoiseKind::kColoured, 100148u),
+        std::pair(NoiseKind::kColoured, 100145u),
         // Noise so strongly coloured that dependences without a name seemed to be in it.
         std::pair(NoiseKind::kColoured, 100972u), std::pair(NoiseKind::kColoured, 101068u),
         std::pair(NoiseKind::kColoured, 101344u), std::pair(NoiseKind::kHeavyTailed, 5u),

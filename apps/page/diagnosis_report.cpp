@@ -41,10 +41,7 @@ void answer(Page& page, const Diagnosis& d) {
   for (const std::string& sentence : d.evidence) {
     html += element("p", (d.answer == Answer::kPartly ? "Not explained: " : "") + sentence);
   }
-  for (const std::string& reason : d.after.trust.reasons) {
-    const bool said = std::ranges::find(d.evidence, reason) != d.evidence.end();
-    if (!said) html += element("p", "Trust: " + reason);
-  }
+  for (const std::string& reason : unsaid_reasons(d)) html += element("p", "Trust: " + reason);
   page.html(wrap("div", html, kClass[int(d.answer)]));
   const std::string before = to_string(d.before.trust.verdict),
                     after = to_string(d.after.trust.verdict);

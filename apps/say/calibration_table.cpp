@@ -137,9 +137,9 @@ std::string calibration_table(const Calibration& c) {
   }
   if (!c.lever_arms.empty()) {
     out += fmt::format(
-        "  The lever arm leads from the point that the sensor was turned about, which stayed "
-        "within "
-        "{:.2f} m\n  (a standard deviation), to the sensor.\n",
+        "  The lever arm leads to the sensor from the point that it was turned about, which "
+        "stayed\n"
+        "  within {:.2f} m (a standard deviation).\n",
         c.reach_m);
   }
   out += "  To use it: the unit field in the IMU frame is D^-1 (mag - magnetometer bias).\n\n";

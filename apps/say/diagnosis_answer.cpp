@@ -191,6 +191,16 @@ std::vector<Moved> moved_parameters(const Diagnosis& d) {
   return out;
 }
 
+std::vector<std::string> unsaid_reasons(const Diagnosis& diagnosis) {
+  std::vector<std::string> out;
+  for (const std::string& reason : diagnosis.after.trust.reasons) {
+    if (std::ranges::find(diagnosis.evidence, reason) == diagnosis.evidence.end()) {
+      out.push_back(reason);
+    }
+  }
+  return out;
+}
+
 std::string against_headline(const Against& a) {
   if (!a.tested) return fmt::format("{} cannot be compared with these recordings.", a.calibration);
   std::string changed;

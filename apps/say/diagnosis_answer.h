@@ -13,6 +13,9 @@ namespace magimu::apps {
 // The answer in a sentence; its reasons, and the findings' sentences, are in the diagnosis.
 std::string headline(const Diagnosis& diagnosis);
 
+// Why the calibration is trusted no more than it is, as far as the diagnosis has not said it.
+std::vector<std::string> unsaid_reasons(const Diagnosis& diagnosis);
+
 // Does the stored calibration still hold: a sentence.
 std::string against_headline(const Against& against);
 

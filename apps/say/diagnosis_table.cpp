@@ -98,12 +98,9 @@ std::string list(const std::string& heading, const std::vector<const ScanEntry*>
   return out + "\n";
 }
 
-// Reasons of the verdict that have not been said yet.
 std::string reasons_text(const Diagnosis& d) {
   std::string out;
-  for (const std::string& reason : d.after.trust.reasons) {
-    if (std::ranges::find(d.evidence, reason) == d.evidence.end()) out += wrapped(reason, "  - ");
-  }
+  for (const std::string& reason : unsaid_reasons(d)) out += wrapped(reason, "  - ");
   return out;
 }
 

@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/motion/coning.h"
 
-#include <cmath>
+#include "calibration/motion/sample_times.h"
 
 namespace magimu {
 namespace {
 
-constexpr double kEven = 0.1;  // of an interval
-
 // h^2 / 12 w x w' of sample k.
 Vector3 coning_of(const VectorSeries& s, std::size_t k) {
-  if (k == 0 || k + 1 >= s.size()) return Vector3::Zero();
-  const double before = s.t[k] - s.t[k - 1], h = s.t[k + 1] - s.t[k];
-  if (std::abs(h - before) > kEven * before) return Vector3::Zero();
-  return s.v[k].cross(s.v[k + 1] - s.v[k - 1]) * (h * h / (12.0 * (before + h)));
+  if (!is_evenly_spaced(s.t, k)) return Vector3::Zero();
+  const double h = s.t[k + 1] - s.t[k], both = s.t[k + 1] - s.t[k - 1];
+  return s.v[k].cross(s.v[k + 1] - s.v[k - 1]) * (h * h / (12.0 * both));
 }
 
 }  // namespace

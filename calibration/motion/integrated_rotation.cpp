@@ -9,8 +9,6 @@
 namespace magimu {
 namespace {
 
-constexpr double kUneven = 0.1;  // of an interval
-
 // What an accelerometer reads while sample k stands for it, half an interval to either side.
 struct Held {
   Vector3 mean, slope;
@@ -19,12 +17,9 @@ struct Held {
 // Of the parabola through the sample and its neighbours: the sample alone is wrong by h^2 / 24
 // times the second derivative, which a turning or swinging sensor shows as an error of scale.
 Held held(const VectorSeries& s, std::size_t k) {
-  const Held alone = {s.v[k], Vector3::Zero()};
-  if (k == 0 || k + 1 >= s.size()) return alone;
-  const double before = s.t[k] - s.t[k - 1], after = s.t[k + 1] - s.t[k];
-  if (std::abs(after - before) > kUneven * before) return alone;
+  if (!is_evenly_spaced(s.t, k)) return {s.v[k], Vector3::Zero()};
   return {(s.v[k - 1] + 22.0 * s.v[k] + s.v[k + 1]) / 24.0,
-          (s.v[k + 1] - s.v[k - 1]) / (before + after)};
+          (s.v[k + 1] - s.v[k - 1]) / (s.t[k + 1] - s.t[k - 1])};
 }
 
 }  // namespace

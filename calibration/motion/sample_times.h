@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace magimu {
@@ -27,6 +28,15 @@ inline std::size_t count_until(const std::vector<double>& t, double at) {
 inline std::size_t sample_until(const std::vector<double>& t, double at) {
   const std::size_t n = count_until(t, at);
   return n > 0 ? n - 1 : 0;
+}
+
+constexpr double kUneven = 0.1;  // of an interval: derivatives are not taken across
+
+// Does a sample stand as far from the one before it as from the one after?
+inline bool is_evenly_spaced(const std::vector<double>& t, std::size_t k) {
+  if (k == 0 || k + 1 >= t.size()) return false;
+  const double before = t[k] - t[k - 1], after = t[k + 1] - t[k];
+  return std::abs(after - before) <= kUneven * before;
 }
 
 }  // namespace magimu

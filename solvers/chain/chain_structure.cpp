@@ -62,6 +62,33 @@ class Analysis {
     return true;
   }
 
+  // These globals, and those that few factors share (where on a stick the sensor is, seen every few
+  // seconds), which are told by where these are: what else is in its factors is far from it in the
+  // order of variables, while a node is near most of what its factors touch.
+  std::vector<int> with_far_reaching(std::vector<int> globals) const {
+    std::vector<std::vector<int>> distances(static_cast<std::size_t>(variables_));
+    for_each_factor([&](const LinearSystem::RowBlocks& b, int entry) {
+      for (int c = 0; c < b.columns; c += width(variable_of(entry + c))) {
+        const int v = variable_of(entry + c);
+        for (int d = 0; d < b.columns; d += width(variable_of(entry + d))) {
+          const int w = variable_of(entry + d);
+          if (w == v || globals[std::size_t(begin(w))] != 0) continue;
+          distances[std::size_t(v)].push_back(std::abs(w - v));
+        }
+      }
+    });
+    std::vector<int> usual;
+    for (const std::vector<int>& of : distances) {
+      usual.push_back(of.empty() ? 0 : quantile(of, 0.25));
+    }
+    const int far = kFar * std::max(1, quantile(usual, 0.5));
+    for (int v = 0; v < variables_; ++v) {
+      if (usual[std::size_t(v)] <= far) continue;
+      std::fill(globals.begin() + begin(v), globals.begin() + begin(v + 1), 1);
+    }
+    return globals;
+  }
+
  private:
   int begin(int variable) const { return system_.variable_start()[std::size_t(variable)]; }
   int width(int variable) const { return begin(variable + 1) - begin(variable); }
@@ -335,52 +362,14 @@ std::vector<int> crowded_columns(const LinearSystem& system) {
   return count;
 }
 
-// These globals, and those that few factors share (where on a stick the sensor is, seen every few
-// seconds), which are told by where these are: what else is in its factors is far from it in the
-// order of variables, while a node is near most of what its factors touch.
-std::vector<int> with_far_reaching_columns(const LinearSystem& system, std::vector<int> globals) {
-  const auto start = system.variable_start();
-  const auto variables = start.size() - 1;
-  std::vector<int> variable_of(std::size_t(system.cols()));
-  for (std::size_t v = 0; v < variables; ++v) {
-    for (int c = start[v]; c < start[v + 1]; ++c) variable_of[std::size_t(c)] = int(v);
-  }
-  std::vector<std::vector<int>> distances(variables);
-  const auto variable_of_entry = [&](int entry) {
-    return variable_of[std::size_t(system.column()[std::size_t(entry)])];
-  };
-  for (const LinearSystem::RowBlocks& b : system.row_blocks()) {
-    for (int i = 0; i < b.count; ++i) {
-      const int first = b.first_entry + i * b.rows * b.columns;
-      for (int c = 0; c < b.columns; ++c) {
-        const int v = variable_of_entry(first + c);
-        for (int d = 0; d < b.columns; ++d) {
-          const int w = variable_of_entry(first + d);
-          if (w != v && globals[std::size_t(start[std::size_t(w)])] == 0)
-            distances[std::size_t(v)].push_back(std::abs(w - v));
-        }
-      }
-    }
-  }
-  std::vector<int> usual;
-  for (std::vector<int>& of : distances) {
-    usual.push_back(of.empty() ? 0 : quantile(of, 0.25));
-  }
-  const int far = kFar * std::max(1, quantile(usual, 0.5));
-  for (std::size_t v = 0; v < variables; ++v) {
-    for (int c = start[v]; c < start[v + 1] && usual[v] > far; ++c) globals[std::size_t(c)] = 1;
-  }
-  return globals;
-}
-
 }  // namespace
 
 std::optional<Structure> find_structure(const LinearSystem& system) {
   Structure out;
   const std::vector<int> shared = global_columns(system), crowded = crowded_columns(system);
   if (Analysis(system).find(shared, out) || Analysis(system).find(crowded, out) ||
-      Analysis(system).find(with_far_reaching_columns(system, shared), out) ||
-      Analysis(system).find(with_far_reaching_columns(system, crowded), out)) {
+      Analysis(system).find(Analysis(system).with_far_reaching(shared), out) ||
+      Analysis(system).find(Analysis(system).with_far_reaching(crowded), out)) {
     return out;
   }
   return std::nullopt;

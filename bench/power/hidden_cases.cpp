@@ -94,7 +94,7 @@ oracle::Effect draw_effect(const std::string& name, const oracle::Options& o, st
 
 bool alike(const std::string& a, const std::string& b) {
   static const std::vector<std::vector<std::string>> classes = {
-      {"mag_time_offset", "mag_lag", "mag_eddy_current"},
+      {"mag_time_offset", "mag_lag", "mag_eddy_current", "mag_axis_time_offset"},
       {"clock_scale", "gyro_scale_misalignment"},
       {"noise_scale", "correlated_noise", "outliers", "mag_quantization"},
       {"field_gradient", "stationary_source"},

@@ -23,7 +23,7 @@ std::string same_class(const std::string& effect) {
 std::vector<std::string> nested_in(const std::string& effect) {
   if (effect == "gyro_scale_misalignment") return {"clock_scale"};
   if (effect == "acc_scale_misalignment") return {"gravity"};
-  if (effect == "mag_eddy_current") return {"mag_time_offset", "mag_lag"};
+  if (effect == "mag_eddy_current") return {"mag_time_offset", "mag_lag", "mag_axis_time_offset"};
   // Three quarters of a sawtooth's power are its mean.
   if (effect == "mag_own_clock") return {"mag_time_offset", "mag_lag"};
   return {};
@@ -48,6 +48,11 @@ Folded folded(double hz, double rate_hz) {
 bool has_matrix_and_times(oracle::EffectKind kind) {
   using enum oracle::EffectKind;
   return kind == kMagChange || kind == kGyroChange || kind == kAccChange;
+}
+
+bool has_offset_and_times(oracle::EffectKind kind) {
+  using enum oracle::EffectKind;
+  return kind == kHardIronChange || kind == kAccBiasChange || kind == kGyroBiasChange;
 }
 
 // What a finding says of the nine entries of a change's matrix, and of its times: gains alone say
@@ -143,7 +148,7 @@ double farthest_sigma(const Finding& f, const oracle::Effect& truth, const oracl
     found[6] = b.hz;
   }
   // A lasting change is the same as its opposite until then.
-  const bool change = truth.kind == oracle::EffectKind::kHardIronChange && found.size() == 5;
+  const bool change = has_offset_and_times(truth.kind) && found.size() == 5;
   if (change && !std::isfinite(theta[4]) && found[3] < 1.0) {
     found.head<3>() *= -1.0;
     found[3] = found[4];
@@ -151,6 +156,7 @@ double farthest_sigma(const Finding& f, const oracle::Effect& truth, const oracl
     found[4] = theta[4];
   }
   const bool drift = truth.kind == oracle::EffectKind::kFieldDrift ||
+                     truth.kind == oracle::EffectKind::kAccBiasDrift ||
                      truth.kind == oracle::EffectKind::kHardIronDrift;
   double farthest = nan;
   for (Eigen::Index i = 0; i < found.size(); ++i) {

@@ -30,9 +30,10 @@ std::string index_of(const std::string& name) {
 
 // Why an effect stays in the data; empty: it is taken out.
 std::string why_it_stays(const std::string& name) {
-  for (const char* own : {"acc_scale_misalignment", "gyro_scale_misalignment", "gyro_nonlinearity",
-                          "gyro_g_sensitivity", "mag_nonlinearity", "mag_current",
-                          "mag_eddy_current", "mag_time_offset", "clock_scale"}) {
+  for (const char* own :
+       {"acc_scale_misalignment", "gyro_scale_misalignment", "gyro_nonlinearity",
+        "gyro_g_sensitivity", "mag_nonlinearity", "mag_current", "mag_eddy_current",
+        "mag_axis_time_offset", "mag_time_offset", "clock_scale"}) {
     if (name == own) return "";
   }
   if (name.ends_with("_temperature")) {
@@ -127,6 +128,9 @@ void correct_mag(const Calibration& c, std::size_t m, const std::vector<Active>&
     const Vector3 B =
         without_terms(r.mag[m].v[k] - c.parameters.mag[m].bias, effects, [&](const Vector3& field) {
           s.b = inverse * field;
+          s.field_before = [b = s.b, omega = s.omega](double delay_s) -> Vector3 {
+            return Rot3::Exp(delay_s * omega) * b;
+          };
           return s;
         });
     r.mag[m].v[k] = c.strength_uT * (inverse * B);

@@ -126,7 +126,7 @@ std::vector<Option> Extender::worth_trying(const std::vector<Option>& options) c
   for (const Option& o : options) {
     const std::string& name = o.effect->name();
     if (o.rank > log10_level() || among(rejected_, name)) continue;
-    const bool matrix = is_change(name) && name != "hard_iron_change";
+    const bool matrix = is_change(name) && forms_of_change(name).front() != ChangeForm::kOffset;
     const double least = matrix ? kChangeWorthTrying : kWorthTrying;
     if (!worth.empty() && o.score.statistic < least * worth.front().score.statistic) continue;
     // The same from several starts counts as one.

@@ -20,8 +20,6 @@ namespace {
 constexpr double kWhiteBeside = 1.5;
 constexpr double kWhiteWithin = 1.0;
 
-bool is_magnet(const Option& option) { return option.effect->name() == "hard_iron_change"; }
-
 // As many windows as the search for changes has.
 int bias_windows(const Stage& stage) {
   double all = 0.0;
@@ -44,7 +42,9 @@ std::vector<Option> Extender::firsts_of_pairs(const std::vector<Option>& options
     firsts.push_back(o);
     effects.push_back(o.effect);
   }
-  if (std::ranges::any_of(options, is_magnet) && field_count(recordings_) == 1) {
+  if (std::ranges::any_of(options, is_magnet,
+                          [](const Option& o) -> const Effect& { return *o.effect; }) &&
+      field_count(recordings_) == 1) {
     effects.push_back(bias_in_windows(bias_windows(*stage_)));
   }
   if (effects.size() < 2) return {};

@@ -114,8 +114,10 @@ bool Extender::survives(Option& option, const Stage& stage, const Score& w) cons
                                                    option.score.statistic, option.score.dof);
     option.score.log10_p = std::max(option.score.log10_p, by_others + std::max(0.0, penalty));
     if (option.score.log10_p > level) return false;
-    return option.effect->name() == "hard_iron_change" ? sharpness(option, stage) > kSharp
-                                                       : stands_out(option, stage, w.statistic);
+    if (is_magnet(*option.effect)) return sharpness(option, stage) > kSharp;
+    const double by_blocks = log10_p_by_blocks(stage) + std::max(0.0, penalty);
+    if (as_change(*option.effect)->form() == ChangeForm::kOffset && by_blocks > level) return false;
+    return stands_out(option, stage, w.statistic);
   }
   const bool of_time = option.effect->with_terms(1) != nullptr;
   return of_time ||
@@ -147,6 +149,17 @@ double Extender::quarter_s() const {
   double sum = 0.0;
   for (const Recording* r : recordings_) sum += r->duration_s();
   return 0.25 * sum / double(recordings_.size());
+}
+
+// Of the last effect by its robust standard deviations. Coloured noise of a sensor that the
+// trajectory follows makes slow errors of the attitude, of which the windows' scatter shows little.
+double Extender::log10_p_by_blocks(const Stage& stage) const {
+  const ActiveEffect last = summary(stage).effects.back();
+  double squares = 0.0;
+  for (const ActiveEffect::Parameter& p : last.parameters) {
+    squares += std::pow(p.value / std::max({p.sigma, p.sigma_model, 1e-300}), 2);
+  }
+  return log10_chi_square_tail(squares, double(last.parameters.size()));
 }
 
 // With a change in the model, is that all that changed? Slow errors of any kind look like a change

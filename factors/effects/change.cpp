@@ -14,7 +14,14 @@ namespace {
 
 // Gains of usual parts, and how far a board may turn: 5 % and 5 degrees.
 constexpr double kGainSigma = 0.05, kTurnSigma = 5.0 * 0.017453292519943295;
-constexpr double kOffsetSigma = 20.0;  // uT
+
+// What a bias of usual parts changes by at a blow or a restart: accelerometer, m/s^2 (10 mg), and
+// gyroscope, rad/s (0.5 deg/s); and what a magnet adds, uT.
+struct Offset {
+  const char* unit;
+  double sigma;
+};
+constexpr Offset kOffsets[] = {{"m/s^2", 0.1}, {"rad/s", 0.01}, {"uT", 20.0}};
 
 struct Named {
   const char* name;
@@ -23,27 +30,34 @@ struct Named {
   const char* cause;
   const char* motion;
 };
-constexpr Named kChanges[] = {{"hard_iron_change", Channel::kMag, "magnetometer",
-                               "a magnet was attached to the device or removed from it",
-                               "turn through the same orientations before and after"},
-                              {"mag_change", Channel::kMag, "magnetometer",
-                               "the magnetometer's gains, misalignment or mounting changed",
-                               "turn through the same orientations before and after"},
-                              {"gyro_change", Channel::kGyr, "gyroscope",
-                               "the gyroscope's gains, misalignment or mounting changed",
-                               "turn by several full turns about each axis, before and after"},
-                              {"acc_change", Channel::kAcc, "accelerometer",
-                               "the accelerometer's gains, misalignment or mounting changed",
-                               "hold every face of the sensor up, before and after"}};
+constexpr Named kChanges[] = {
+    {"hard_iron_change", Channel::kMag, "magnetometer",
+     "a magnet was attached to the device or removed from it",
+     "turn through the same orientations before and after"},
+    {"mag_change", Channel::kMag, "magnetometer",
+     "the magnetometer's gains, misalignment or mounting changed",
+     "turn through the same orientations before and after"},
+    {"gyro_change", Channel::kGyr, "gyroscope",
+     "the gyroscope's gains, misalignment or mounting changed",
+     "turn by several full turns about each axis, before and after"},
+    {"acc_change", Channel::kAcc, "accelerometer",
+     "the accelerometer's gains, misalignment or mounting changed",
+     "hold every face of the sensor up, before and after"},
+    {"gyro_bias_change", Channel::kGyr, "gyroscope", "the gyroscope's bias changed at once",
+     "rest before and after"},
+    {"acc_bias_change", Channel::kAcc, "accelerometer", "the accelerometer's bias changed at once",
+     "hold every face of the sensor up, before and after"}};
 
 const Named& named(const std::string& name) {
   return *std::ranges::find_if(kChanges, [&](const Named& c) { return name == c.name; });
 }
 
-std::vector<Effect::Parameter> parameters_of_change(ChangeForm form) {
+std::vector<Effect::Parameter> parameters_of_change(ChangeForm form, Channel channel) {
   switch (form) {
-    case ChangeForm::kOffset:
-      return vector_parameters("s", "uT", kOffsetSigma);
+    case ChangeForm::kOffset: {
+      const Offset& usual = kOffsets[std::size_t(channel)];
+      return vector_parameters("s", usual.unit, usual.sigma);
+    }
     case ChangeForm::kGains:
       return vector_parameters("k", "1", kGainSigma);
     case ChangeForm::kTurn:
@@ -114,7 +128,7 @@ Vector3 ChangeEffect::term(const SampleState& s, const VectorXd& theta) const {
 }
 
 std::string ChangeEffect::sentence(const VectorXd& theta, const VectorXd& sigma) const {
-  if (form_ == ChangeForm::kOffset) {
+  if (is_magnet(*this)) {
     return fmt::format(
         "A magnet (or a piece of iron) {}: the magnetometer's bias was different by "
         "[{:.2f}, {:.2f}, {:.2f}] +- [{:.2f}, {:.2f}, {:.2f}] uT.",
@@ -122,6 +136,12 @@ std::string ChangeEffect::sentence(const VectorXd& theta, const VectorXd& sigma)
   }
   const char* sensor = named(name()).sensor;
   const std::string when = span_of_change(span_);
+  if (form_ == ChangeForm::kOffset) {
+    return fmt::format(
+        "The {}'s bias was another {}: by [{:.3g}, {:.3g}, {:.3g}] +- [{:.2g}, {:.2g}, {:.2g}] {}.",
+        sensor, when, theta[0], theta[1], theta[2], sigma[0], sigma[1], sigma[2],
+        kOffsets[std::size_t(channel())].unit);
+  }
   if (form_ == ChangeForm::kTurn) {
     constexpr double kDeg = 57.29577951308232;
     return fmt::format(
@@ -158,12 +178,14 @@ const std::vector<std::string>& change_names() {
   return names;
 }
 
+bool is_magnet(const Effect& effect) { return effect.name() == "hard_iron_change"; }
+
 bool is_change(const std::string& name) {
   return std::ranges::find(change_names(), name) != change_names().end();
 }
 
 std::vector<ChangeForm> forms_of_change(const std::string& name) {
-  if (name == "hard_iron_change") return {ChangeForm::kOffset};
+  if (name == "hard_iron_change" || name.ends_with("_bias_change")) return {ChangeForm::kOffset};
   return {ChangeForm::kMatrix, ChangeForm::kGains, ChangeForm::kTurn};
 }
 
@@ -173,7 +195,7 @@ std::shared_ptr<const Effect> make_change(const std::string& name, ChangeForm fo
   return std::make_shared<ChangeEffect>(
       Effect::Description{.name = change.name,
                           .channel = change.channel,
-                          .parameters = parameters_of_change(form),
+                          .parameters = parameters_of_change(form, change.channel),
                           .cause = change.cause,
                           .separating_motion = change.motion},
       form, span);

@@ -4,6 +4,8 @@
 // is estimated with the graph.
 //
 //   hard_iron_change   mag + s
+//   gyro_bias_change   gyr + s
+//   acc_bias_change    acc + s
 //   mag_change         mag + C (B + o_m)
 //   gyro_change        gyr + C (omega + o_w)
 //   acc_change         acc + C (f + o_a)
@@ -66,6 +68,8 @@ const ChangeEffect* as_change(const Effect& effect);
 // The names of all, and the forms that one of them may have.
 const std::vector<std::string>& change_names();
 bool is_change(const std::string& name);
+// Is it the change that a magnet makes?
+bool is_magnet(const Effect& effect);
 std::vector<ChangeForm> forms_of_change(const std::string& name);
 
 }  // namespace magimu

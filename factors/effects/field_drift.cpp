@@ -1,26 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m(alpha) + sum_j c_j P_j(u): the field changes in time, as a fraction of it, in n.
-#include <fmt/format.h>
 
 #include "factors/effects/catalogue.h"
+#include "factors/effects/drift.h"
 
 namespace magimu {
 namespace {
-
-std::vector<Effect::Parameter> drifts_of_field(int terms) {
-  std::vector<Effect::Parameter> out;
-  for (int j = 1; j <= terms; ++j) {
-    for (const auto& p : vector_parameters(fmt::format("c[{}]", j), "1", 0.05)) out.push_back(p);
-  }
-  return out;
-}
 
 class FieldDrift final : public Effect {
  public:
   explicit FieldDrift(int terms)
       : Effect({.name = "field_drift",
                 .channel = Channel::kMag,
-                .parameters = drifts_of_field(terms),
+                .parameters = drift_parameters(terms, "1", 0.05),
                 .cause = "the field of the place changes with time",
                 .separating_motion = "go through the same orientations early and late"}) {}
 

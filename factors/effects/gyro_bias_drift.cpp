@@ -5,34 +5,24 @@
 //   o_w + sum_j c_j cos(j pi (t - t_begin) / T),   c_j ~ N(0, (q sqrt(2 T) / (j pi))^2)
 //
 // so that a few terms carry most of it: 6 of them 91 % of the variance, 16 of them 96 %.
-#include <fmt/format.h>
 
 #include <cmath>
 #include <utility>
 
 #include "factors/effects/catalogue.h"
+#include "factors/effects/drift.h"
 
 namespace magimu {
 namespace {
 
 constexpr double kPriorDensity = 3e-4;  // q, rad/s per sqrt(s)
 
-std::vector<Effect::Parameter> drifts_of_gyro(int terms) {
-  std::vector<Effect::Parameter> out;
-  for (int j = 1; j <= terms; ++j) {
-    for (const auto& p : vector_parameters(fmt::format("c[{}]", j), "rad/s", 1e-3)) {
-      out.push_back(p);
-    }
-  }
-  return out;
-}
-
 class GyroBiasDrift final : public Effect {
  public:
   explicit GyroBiasDrift(int terms, double density = kPriorDensity)
       : Effect({.name = "gyro_bias_drift",
                 .channel = Channel::kGyr,
-                .parameters = drifts_of_gyro(terms),
+                .parameters = drift_parameters(terms, "rad/s", 1e-3),
                 .cause = "the gyroscope's bias wanders",
                 .separating_motion = "rest now and then",
                 .random_process = true,

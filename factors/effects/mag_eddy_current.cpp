@@ -12,7 +12,7 @@ class MagEddyCurrent final : public Effect {
                 .channel = Channel::kMag,
                 .parameters = matrix_parameters("E", "uT s", 0.5),
                 .cause = "turning induces currents in metal near the magnetometer",
-                .contains = {"mag_time_offset", "mag_lag"},
+                .contains = {"mag_time_offset", "mag_lag", "mag_axis_time_offset"},
                 .separating_motion = "turn fast about each axis in turn"}) {}
 
   void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {

@@ -33,6 +33,10 @@ std::vector<double> gains(double k, double t0, double t1 = kForGood) {
 std::vector<Hidden> all_hidden() {
   const std::vector<std::string> changes = {"mag_change", "gyro_change", "acc_change",
                                             "hard_iron_change"};
+  const auto with = [](std::vector<std::string> names, const char* another) {
+    names.emplace_back(another);
+    return names;
+  };
   const auto changes_but = [&](const std::string& own) {
     std::vector<std::string> out = changes;
     std::erase(out, own);
@@ -51,6 +55,16 @@ std::vector<Hidden> all_hidden() {
        changes_but("gyro_change")},
       {"acc_gain", make_effect("acc_change", gains(0.02, 38.0)), "acc_change",
        changes_but("acc_change")},
+      {"acc_bias", make_effect("acc_bias_change", {0.04, -0.03, 0.05, 38.0, kForGood}),
+       "acc_bias_change", with(changes, "acc_bias_drift")},
+      {"acc_bias_moved", make_effect("acc_bias_change", {0.04, -0.03, 0.05, 38.0, kForGood}),
+       "acc_bias_change", with(changes, "acc_bias_drift"), oracle::MotionKind::kHandHeld},
+      {"acc_warms_up", make_effect("acc_bias_drift", {0.02, 0.03, -0.02}), "acc_bias_drift",
+       changes},
+      {"acc_warms_up_moved", make_effect("acc_bias_drift", {0.02, 0.03, -0.02}), "acc_bias_drift",
+       changes, oracle::MotionKind::kHandHeld},
+      {"gyro_bias", make_effect("gyro_bias_change", {0.004, -0.003, 0.005, 44.0, kForGood}),
+       "gyro_bias_change", with(changes, "gyro_bias_drift")},
       {"hard_iron", make_effect("hard_iron_change", {1.0, -0.5, 0.8, 43.0, kForGood}),
        "hard_iron_change", changes_but("hard_iron_change")},
       {"field_drift", make_effect("field_drift", {0.01, 0.02, -0.01}), "field_drift", changes},
@@ -67,6 +81,10 @@ std::vector<Hidden> all_hidden() {
        make_effect("mag_time_offset", {0.008}),
        "mag_time_offset",
        {"acc_time_offset", "mag_own_clock"}},
+      {"mag_axes",
+       make_effect("mag_axis_time_offset", {0.001, 0.004, 0.007}),
+       "mag_axis_time_offset",
+       {"mag_time_offset", "mag_lag", "mag_eddy_current", "mag_own_clock"}},
       {"gravity", make_effect("gravity", {0.02}), "gravity", {"acc_scale_misalignment"}},
       {"gravity_moved",
        make_effect("gravity", {0.02}),

@@ -37,6 +37,7 @@ const std::map<std::string, Entry>& documented() {
       {"lever_arm", {3, acc, "m", ""}},
       {"mag_time_offset", {1, mag, "s", ""}},
       {"mag_lag", {1, mag, "s", ""}},
+      {"mag_axis_time_offset", {3, mag, "s", ""}},
       {"mag_eddy_current", {9, mag, "uT s", ""}},
       {"field_drift", {9, mag, "1", ""}},
       {"hard_iron_drift", {9, mag, "uT", ""}},
@@ -50,6 +51,9 @@ const std::map<std::string, Entry>& documented() {
       {"gravity", {1, acc, "m/s^2", ""}},
       {"mag_own_clock", {2, mag, "s", ""}},
       {"mag_coupling", {9, mag, "1", ""}},
+      {"gyro_bias_change", {3, gyr, "rad/s", ""}},
+      {"acc_bias_change", {3, acc, "m/s^2", ""}},
+      {"acc_bias_drift", {9, acc, "m/s^2", ""}},
       {"mag_change", {9, mag, "1", ""}},
       {"gyro_change", {9, gyr, "1", ""}},
       {"acc_change", {9, acc, "1", ""}}};
@@ -90,7 +94,8 @@ VectorXd random_parameters(const Effect& effect, RandomValue& random) {
     theta[i] = random.number(effect.description().parameters[std::size_t(i)].prior_sigma);
   }
   if (effect.name() == "mag_own_clock") theta = theta.cwiseAbs();
-  if (effect.name() == "mag_lag" || effect.name() == "mag_time_offset") theta = theta.cwiseAbs();
+  if (effect.name() == "mag_lag" || effect.name().ends_with("time_offset"))
+    theta = theta.cwiseAbs();
   if (effect.name() == "stationary_source" && effect.size() == 6) {
     theta.head<3>() = 1.5 * random.vector3().normalized();
   }
@@ -180,8 +185,9 @@ TEST(Effects, have_the_jacobian_of_their_term) {
 }
 
 TEST(Effects, are_linear_but_for_those_that_delay_scale_time_or_have_a_place) {
-  const std::set<std::string> curved = {"mag_time_offset",   "mag_lag",         "clock_scale",
-                                        "stationary_source", "acc_time_offset", "mag_own_clock"};
+  const std::set<std::string> curved = {
+      "mag_time_offset",   "mag_axis_time_offset", "mag_lag",      "clock_scale",
+      "stationary_source", "acc_time_offset",      "mag_own_clock"};
   RandomValue random(4);
   for (const auto& effect : effect_catalogue()) {
     const SampleState s = random_state(random);
@@ -208,7 +214,7 @@ TEST(Effects, are_not_there_without_their_parameters) {
 TEST(Effects, that_drift_come_with_any_number_of_terms) {
   RandomValue random(6);
   const SampleState s = random_state(random);
-  for (const char* name : {"gyro_bias_drift", "field_drift", "hard_iron_drift"}) {
+  for (const char* name : {"gyro_bias_drift", "field_drift", "hard_iron_drift", "acc_bias_drift"}) {
     const auto few = find_effect(name)->with_terms(2), many = find_effect(name)->with_terms(5);
     EXPECT_EQ(few->size(), 6);
     EXPECT_EQ(many->size(), 15);

@@ -69,6 +69,10 @@ const std::vector<Entry>& entries() {
       {"mag_change", 11, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, kNever}},
       {"gyro_change", 11, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, kNever}},
       {"acc_change", 11, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, kNever}},
+      {"mag_axis_time_offset", 3},
+      {"acc_bias_drift", -3},
+      {"acc_bias_change", 5, {0.0, 0.0, 0.0, 0.0, kNever}},
+      {"gyro_bias_change", 5, {0.0, 0.0, 0.0, 0.0, kNever}},
   };
   return list;
 }

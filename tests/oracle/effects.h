@@ -15,10 +15,13 @@
 //   gyro_temperature, acc_temperature, mag_temperature  c, 3
 //   lever_arm                r, 3
 //   mag_time_offset, mag_lag tau
+//   mag_axis_time_offset     tau, 3
 //   mag_eddy_current         E, 9
 //   field_drift              c_1, c_2, ...: 3 each
 //   hard_iron_drift          c_1, c_2, ...: 3 each
 //   hard_iron_change         s, t0, t1 (true time; t1 may be infinite)
+//   acc_bias_drift           as hard_iron_drift, m/s^2
+//   acc_bias_change, gyro_bias_change  as hard_iron_change
 //   field_gradient           G: xx, yy, xy, xz, yz
 //   stationary_source        place, m; moment, A m^2; both in n
 //   mag_nonlinearity         k, 3
@@ -121,6 +124,10 @@ enum class EffectKind {
   kMagChange,
   kGyroChange,
   kAccChange,
+  kMagAxisTimeOffset,
+  kAccBiasDrift,
+  kAccBiasChange,
+  kGyroBiasChange,
 };
 
 enum class Channel { kAcc, kGyr, kMag };

@@ -23,6 +23,25 @@ Matrix3d first_matrix(const Effect& e) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(e.parameters.data());
 }
 
+double legendre(int j, double x) {
+  double before = 1.0, now = x;
+  if (j == 0) return before;
+  for (int n = 1; n < j; ++n) {
+    const double next = ((2 * n + 1) * x * now - n * before) / (n + 1);
+    before = now;
+    now = next;
+  }
+  return now;
+}
+
+Vector3d polynomial(const Effect& e, double x) {
+  Vector3d sum = Vector3d::Zero();
+  for (int j = 1; 3 * j <= e.parameters.size(); ++j) sum += e.vector(3 * j - 3) * legendre(j, x);
+  return sum;
+}
+
+double phase(const Motion& motion, double t) { return 2.0 * t / motion.duration_s() - 1.0; }
+
 bool lasts(const Effect& e, int i, double t) { return t >= e[i] && t < e[i + 1]; }
 
 void stick(std::vector<Vector3d>& readings, double width) {
@@ -69,6 +88,12 @@ Vector3d ImuModel::acc_at(double t) const {
       case EffectKind::kAccChange:
         if (lasts(e, 9, t)) acc += first_matrix(e) * (at.f + device_.acc_bias);
         break;
+      case EffectKind::kAccBiasDrift:
+        acc += polynomial(e, phase(motion_, t));
+        break;
+      case EffectKind::kAccBiasChange:
+        if (lasts(e, 3, t)) acc += e.vector();
+        break;
       case EffectKind::kAccTemperature:
         acc += e.vector() * (options_.temperature(t) - mean_temperature_);
         break;
@@ -113,6 +138,9 @@ Vector3d ImuModel::gyr_at(double t) const {
         break;
       case EffectKind::kGyroChange:
         if (lasts(e, 9, t)) gyr += first_matrix(e) * (omega + device_.gyr_bias);
+        break;
+      case EffectKind::kGyroBiasChange:
+        if (lasts(e, 3, t)) gyr += e.vector();
         break;
       case EffectKind::kGyroGainChange:
         if (lasts(e, 3, t)) gyr += e.vector().cwiseProduct(omega + device_.gyr_bias);

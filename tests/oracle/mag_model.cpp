@@ -21,16 +21,6 @@ Matrix3d symmetric_traceless(const Effect& e) {
   return g;
 }
 
-// sum_j c_j phi_j
-Vector3d polynomial(const Effect& e, double x) {
-  Vector3d sum = Vector3d::Zero();
-  for (int j = 1; 3 * j <= e.parameters.size(); ++j) sum += e.vector(3 * j - 3) * legendre(j, x);
-  return sum;
-}
-
-// -1 at the recording's start, 1 at its end.
-double phase(const Motion& motion, double t) { return 2.0 * t / motion.duration_s() - 1.0; }
-
 }  // namespace
 
 Vector3d dipole_field_uT(const Vector3d& moment, const Vector3d& from_source) {
@@ -41,17 +31,6 @@ Vector3d dipole_field_uT(const Vector3d& moment, const Vector3d& from_source) {
 
 double motor_current(double t, double hz) {
   return 1.0 + 2.0 * std::exp(-t / 0.3) + 0.3 * std::sin(2.0 * std::numbers::pi * hz * t);
-}
-
-double legendre(int j, double x) {
-  double before = 1.0, now = x;
-  if (j == 0) return before;
-  for (int n = 1; n < j; ++n) {
-    const double next = ((2 * n + 1) * x * now - n * before) / (n + 1);
-    before = now;
-    now = next;
-  }
-  return now;
 }
 
 Vector3d relax(const Vector3d& s, const Vector3d& h0, const Vector3d& h1, double x) {
@@ -72,6 +51,7 @@ MagModel::MagModel(const Options& options, const Device& device, const Motion& m
   Random jitter(options.seed, Stream::kTimeJitter);
   for (const Effect& e : options.effects) {
     if (e.kind == EffectKind::kMagTimeOffset) offset_ += e[0];
+    if (e.kind == EffectKind::kMagAxisTimeOffset) axis_offset_ += e.vector();
     if (e.kind == EffectKind::kMagLag) lag_ += e[0];
     if (e.kind == EffectKind::kMagTimeJitter) {
       for (double& t : t_) t += e[0] * jitter.normal();
@@ -191,14 +171,21 @@ Vector3d MagModel::reading_terms(const Instant& at) const {
   return sum;
 }
 
-std::vector<Vector3d> MagModel::readings() const {
+std::vector<Vector3d> MagModel::h_before(double offset) const {
   std::vector<double> sensed_t = t_;
-  for (double& t : sensed_t) t -= offset_;
+  for (double& t : sensed_t) t -= offset;
+  if (lag_ > 0.0) return lagged(sensed_t, lag_);
   std::vector<Vector3d> result;
-  if (lag_ > 0.0) {
-    result = lagged(sensed_t, lag_);
-  } else {
-    for (const double t : sensed_t) result.push_back(h(t));
+  for (const double t : sensed_t) result.push_back(h(t));
+  return result;
+}
+
+std::vector<Vector3d> MagModel::readings() const {
+  std::vector<Vector3d> result = h_before(offset_ + axis_offset_.x());
+  if (axis_offset_ != Vector3d::Constant(axis_offset_.x())) {
+    const std::vector<Vector3d> y = h_before(offset_ + axis_offset_.y()),
+                                z = h_before(offset_ + axis_offset_.z());
+    for (std::size_t k = 0; k < t_.size(); ++k) result[k].tail<2>() << y[k].y(), z[k].z();
   }
   for (std::size_t k = 0; k < t_.size(); ++k) {
     result[k] += reading_terms(instant(motion_, options_.gravity, t_[k]));

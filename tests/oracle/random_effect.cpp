@@ -238,6 +238,16 @@ Parameters Sizes::later(EffectKind kind) {
       const double period = positive(0.003, 0.009);
       return {period, random_.uniform()};
     }
+    case EffectKind::kAccBiasDrift:
+      return joined({vector(0.01, 0.04), vector(0.005, 0.02)});
+    case EffectKind::kAccBiasChange:
+      return joined({vector(0.02, 0.1), times()});
+    case EffectKind::kGyroBiasChange:
+      return joined({vector(0.002, 0.01), times()});
+    case EffectKind::kMagAxisTimeOffset: {
+      const double first = positive(0.0, 0.004), each_s = positive(0.002, 0.005);
+      return {first, first + each_s, first + 2.0 * each_s};
+    }
     case EffectKind::kMagChange:
     case EffectKind::kGyroChange:
     case EffectKind::kAccChange: {

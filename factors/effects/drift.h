@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What changes slowly with time: sums of Legendre polynomials P_j(u) over the recording.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "factors/effects/effect.h"
+
+namespace magimu {
+
+// c_1 to c_terms, three numbers each: "c[1][0]" and so on.
+std::vector<Effect::Parameter> drift_parameters(int terms, const std::string& unit,
+                                                double prior_sigma);
+
+// A sensor's bias + sum_j c_j P_j(u).
+class BiasDrift final : public Effect {
+ public:
+  // description: but for the parameters, whose unit and prior are those of each c_j.
+  BiasDrift(const Description& description, int terms, const std::string& unit, double prior_sigma);
+
+  void jacobian(const SampleState& state, const VectorXd& theta, EffectJacobian J) const override;
+  std::shared_ptr<const Effect> with_terms(int terms) const override;
+};
+
+}  // namespace magimu

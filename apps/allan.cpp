@@ -53,6 +53,7 @@ void add_allan(CLI::App& app, int& exit_code) {
   cmd->add_option("recording", args->recordings, "of a device that lies still")
       ->required()
       ->expected(1)
+      ->transform(standard_input())
       ->type_name("REC");
   add_output(*cmd, "-o,--output", args->output, "write the densities here, for calibrate --noise",
              "NOISE.json");

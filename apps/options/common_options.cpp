@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "apps/options/outputs.h"
 #include "calibration/rest_noise/noise_at_rest.h"
 
 namespace magimu::apps {
@@ -21,9 +22,9 @@ MotionModel RecordingOptions::motion_model() const {
 }
 
 void add_recording_options(CLI::App& cmd, RecordingOptions& options) {
-  cmd.add_option("recordings", options.recordings,
-                 "CSV, logs of ROS, PX4 or ArduPilot, phone folders, zip, MATLAB, HDF5, numpy")
+  cmd.add_option("recordings", options.recordings, kRecordingFormats)
       ->required()
+      ->transform(standard_input())
       ->type_name("REC");
   add_model_options(cmd, options);
   add_reading_options(cmd, options);

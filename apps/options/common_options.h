@@ -27,6 +27,11 @@ struct RecordingOptions : ReadingOptions {
   MotionModel motion_model() const;
 };
 
+// What is read wherever a recording is.
+inline constexpr const char* kRecordingFormats =
+    "CSV, logs of ROS, PX4 or ArduPilot, phone folders, zip, MATLAB, HDF5, numpy; - is standard\n"
+    "input (text)";
+
 // recordings, --noise, --gravity, --motion, and those of reading_options.h; options must live as
 // long as cmd.
 void add_recording_options(CLI::App& cmd, RecordingOptions& options);

@@ -15,9 +15,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kStandardOutput = "/dev/stdout";
+
 // Pipes, terminals and /dev/null take any number of writers.
 bool is_file_to_be(const std::string& path) {
   std::error_code error;
+  if (is_standard_output(path)) return false;
   const fs::file_status status = fs::status(path, error);
   return !path.empty() && (!fs::exists(status) || fs::is_regular_file(status));
 }
@@ -42,12 +45,23 @@ void check_folder(const std::string& output) {
 
 }  // namespace
 
+CLI::Validator standard_input() {
+  return {[](std::string& text) {
+            if (text == "-") text = "/dev/stdin";
+            return std::string();
+          },
+          ""};
+}
+
+bool is_standard_output(const std::string& path) { return path == kStandardOutput; }
+
 CLI::Option* add_output(CLI::App& cmd, const std::string& option, std::string& path,
                         const std::string& description, const std::string& type) {
   return cmd.add_option(option, path, description)
       ->type_name(type)
-      ->check(CLI::Validator(
+      ->transform(CLI::Validator(
           [](std::string& text) {
+            if (text == "-") text = kStandardOutput;
             return text.empty() ? std::string("the name of the file is empty") : std::string();
           },
           ""));

@@ -9,9 +9,15 @@
 
 namespace magimu::apps {
 
-// An option that names a file to be written: not empty.
+// An option that names a file to be written: not empty; - is standard output.
 CLI::Option* add_output(CLI::App& cmd, const std::string& option, std::string& path,
                         const std::string& description, const std::string& type);
+
+// Of what names a file to be read: - is standard input.
+CLI::Validator standard_input();
+
+// Whether it is what a command's words go to as well, so that these have to go elsewhere.
+bool is_standard_output(const std::string& path);
 
 // Throws InputError where two outputs are one file, or an output is one of the inputs (or lies in
 // an input that is a folder). Empty paths: that output was not asked for.

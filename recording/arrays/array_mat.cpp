@@ -85,7 +85,7 @@ const MatVariable* data_structure(const std::vector<MatVariable>& variables) {
   return data == variables.end() || data->find("mag_array") == nullptr ? nullptr : &*data;
 }
 
-ArrayFile array_of(const std::string& path, const MatVariable& data) {
+ArrayFile array_of(const std::string& path, const MatVariable& data, bool whole_file) {
   const ArrayFields fields(path, data);
   const std::vector<double> t = fields.all("t");
   const std::size_t n = t.size();
@@ -123,6 +123,7 @@ ArrayFile array_of(const std::string& path, const MatVariable& data) {
   if (fields.has("gt.pos") && fields.has("gt.ori")) recording.truth = truth_of(fields, t);
   if (fields.has("gt.init_pose")) file.start = start_of(fields);
   recording.notes.push_back(fmt::format("a recording of {} magnetometers (data.mag_array)", count));
+  if (!whole_file) recording.cautions.emplace_back(kCutMat);
   return file;
 }
 
@@ -130,26 +131,25 @@ ArrayFile array_of(const std::string& path, const MatVariable& data) {
 
 bool is_array_mat(std::string_view content) {
   if (!content.starts_with("MATLAB 5.0")) return false;
-  const auto variables = mat_variables(content);
-  return variables && data_structure(*variables) != nullptr;
+  return data_structure(mat_variables(content).found) != nullptr;
 }
 
 ArrayFile array_from_mat(const std::string& path, std::string_view content) {
-  const auto variables = mat_variables(content);
-  const MatVariable* data = variables ? data_structure(*variables) : nullptr;
+  const MatVariables variables = mat_variables(content);
+  const MatVariable* data = data_structure(variables.found);
   if (data == nullptr) {
     throw InputError(path, 0, 0, "the MAT file has no structure data with mag_array", kArrayFields);
   }
-  return array_of(path, *data);
+  return array_of(path, *data, variables.whole);
 }
 
 std::optional<ArrayFile> read_array_mat(const std::string& path) {
   if (!read_file_head(path, 10).starts_with("MATLAB 5.0")) return std::nullopt;
   const std::string content = read_file(path);
-  const auto variables = mat_variables(content);
-  const MatVariable* data = variables ? data_structure(*variables) : nullptr;
+  const MatVariables variables = mat_variables(content);
+  const MatVariable* data = data_structure(variables.found);
   if (data == nullptr) return std::nullopt;
-  return array_of(path, *data);
+  return array_of(path, *data, variables.whole);
 }
 
 std::vector<Vector3> published_array_layout() {

@@ -57,6 +57,10 @@ bool is_interval(const std::string& name) {
   return std::ranges::find(kIntervals, last_word(name)) != std::end(kIntervals);
 }
 
+const char* word_of(std::string_view kind) {
+  return kind == "acc" ? "accelerometer" : kind == "gyr" ? "gyroscope" : "magnetometer";
+}
+
 struct SensorArray {
   std::string name, meaning;  // meaning: "acc", "gyr", "mag", "mag2"
   double unit = 1.0;
@@ -81,9 +85,9 @@ class ArrayRecording {
           "there is no field imu_acc, nor another array of an accelerometer; the fields there "
           "are: " +
               names(),
-          "say which is which (--map acc=NAME --map gyr=NAME --map mag=NAME --map t=NAME), or "
-          "convert the file to CSV");
+          "say which is which (" + map_line() + "), or convert the file to CSV");
     }
+    check_needed();
     std::vector<Recording> parts;
     for (SensorArray& sensor : sensors_) parts.push_back(part_of(sensor));
     merge_mags(parts);
@@ -99,6 +103,68 @@ class ArrayRecording {
     for (const std::string& name : file_.names) all.push_back(quoted_text(name));
     if (all.size() > 40) all.resize(40);
     return all.empty() ? "none" : fmt::format("{}", fmt::join(all, ", "));
+  }
+
+  bool has(std::string_view kind) const {
+    return std::ranges::any_of(sensors_,
+                               [&](const SensorArray& s) { return s.meaning.starts_with(kind); });
+  }
+
+  // All that is missing at once, and one line that mends it.
+  void check_needed() {
+    std::vector<std::string> missing;
+    for (const auto& [kind, needed] : {std::pair("acc", options_.require_imu),
+                                       {"gyr", options_.require_imu},
+                                       {"mag", options_.require_mag}}) {
+      if (needed && !has(kind)) missing.emplace_back(word_of(kind));
+    }
+    if (missing.empty()) return;
+    throw MissingSensor(
+        file_.path, 0, 0,
+        fmt::format("there is no {}; the arrays there are: {}", fmt::join(missing, ", no "),
+                    names()),
+        "say which array it is (" + map_line() + "), or give the file that has it with this one");
+  }
+
+  // The options that name what is not known yet: by the arrays whose shape and name suggest it,
+  // NAME where none or several do.
+  std::string map_line() {
+    std::vector<std::string> maps;
+    std::size_t rows = sensors_.empty() ? 0 : sensors_.front().v.size();
+    for (const char* kind : {"acc", "gyr", "mag"}) {
+      if (has(kind)) continue;
+      const std::string name = suggested(kind, [&](const BroadField& f) {
+        const std::size_t n = std::max(f.rows, f.columns);
+        const bool fits = std::min(f.rows, f.columns) == 3 && n >= 5 && (rows == 0 || rows == n);
+        if (fits) rows = n;
+        return fits;
+      });
+      maps.push_back(fmt::format("--map {}={}", kind, name));
+    }
+    if (!times_.contains("") && !rate_) maps.push_back(time_map(rows));
+    return fmt::format("{}", fmt::join(maps, " "));
+  }
+
+  std::string time_map(std::size_t rows) const {
+    return "--map t=" + suggested("time", [rows](const BroadField& f) {
+             return std::min(f.rows, f.columns) == 1 && std::max(f.rows, f.columns) == rows;
+           });
+  }
+
+  template <class Fits>
+  std::string suggested(std::string_view word, const Fits& fits) const {
+    std::string found;
+    for (const std::string& name : file_.names) {
+      if (last_word(name).find(word) == std::string::npos) continue;
+      try {
+        if (!fits(file_.read(name))) continue;
+      } catch (const InputError&) {
+        continue;  // text, a structure
+      }
+      if (!found.empty()) return "NAME";
+      found = name;
+    }
+    return found.empty() ? "NAME" : shell_word(found);
   }
 
   void take(const std::string& name) {
@@ -168,7 +234,8 @@ class ArrayRecording {
     } else {
       fail(fmt::format("there is no array of times of as many numbers as {} has rows ({})",
                        quoted_text(sensor.name), sensor.v.size()),
-           "map it (--map t=NAME), or give the rate, --rate HZ; the arrays there are: " + names());
+           "map it (" + time_map(sensor.v.size()) +
+               "), or give the rate, --rate HZ; the arrays there are: " + names());
     }
     const std::optional<double>& given = kind == "acc"   ? options_.acc_unit
                                          : kind == "gyr" ? options_.gyr_unit

@@ -31,6 +31,21 @@ BroadField field_of(const std::string& path, const MatVariable& variable, BroadR
   return field;
 }
 
+// Of a file that is not whole: what is there may still be a recording.
+Recording read_before_the_cut(const BroadFile& file, const CsvOptions& options) {
+  try {
+    Recording recording = recording_from_broad(file, options);
+    recording.cautions.emplace_back(kCutMat);
+    return recording;
+  } catch (const InputError& error) {
+    throw InputError(error.file, error.line, error.column,
+                     "the MAT file is cut off or damaged, and what is whole before that is no "
+                     "recording: " +
+                         error.problem,
+                     kDamagedMat);
+  }
+}
+
 // "acc", or "data.acc" of a structure; it is there.
 const MatVariable* variable_named(const std::vector<MatVariable>& variables,
                                   const std::string& name) {
@@ -51,19 +66,18 @@ Recording read_mat(const std::string& path, const CsvOptions& options) {
                      "save it with MATLAB's -v7 or -v7.3, or give a CSV file");
   }
   if (is_array_mat(content)) return array_from_mat(path, content).recording;
-  const auto variables = mat_variables(content);
-  if (!variables) throw InputError(path, 0, 0, "the MAT file is cut off or damaged", kDamagedMat);
+  const MatVariables variables = mat_variables(content);
   BroadRoom room(path);
   BroadFile file{path, {}, [&](const std::string& name) {
-                   return field_of(path, *variable_named(*variables, name), room);
+                   return field_of(path, *variable_named(variables.found, name), room);
                  }};
-  for (const MatVariable& variable : *variables) {
+  for (const MatVariable& variable : variables.found) {
     file.names.push_back(variable.name);
     for (const MatVariable& field : variable.fields) {
       file.names.push_back(variable.name + "." + field.name);
     }
   }
-  return recording_from_broad(file, options);
+  return variables.whole ? recording_from_broad(file, options) : read_before_the_cut(file, options);
 }
 
 }  // namespace magimu

@@ -38,8 +38,11 @@ constexpr double kNearRate = 0.1;
 // not, for counts of a converter against a unit.
 constexpr double kRateSigma = 0.02, kOdds = 10.0;
 constexpr double kLeastField = 5.0;  // uT: less has no magnetometer on earth
-// The earth's field has 22 to 67 uT, soft iron changes it by half at the most.
+// The earth's field has 22 to 67 uT, soft iron changes it by half at the most, and hardly ever by
+// more than this part.
+constexpr double kLeastEarth = 22.0, kMostEarth = 67.0, kUsualSoftIron = 0.15;
 constexpr double kSmallestRadius = 15.0, kLargestRadius = 100.0;
+constexpr double kUsualRadius = (1.0 + kUsualSoftIron) * kMostEarth;
 // A change of readings in uT beyond which the unit must be another one, strong iron or not.
 constexpr double kImpossibleRadius = 200.0;
 // Rounding of normalised readings: standard deviations of the written steps, and the relative
@@ -66,6 +69,21 @@ constexpr double kGyrCounts[] = {10, 131, 65.5, 32.8, 16.4, 114.286, 57.143, 28.
 constexpr double kAccCounts[] = {16384, 8192, 4096, 2048, 1024, 512, 256};
 constexpr double kSameCounts = 0.03;
 
+// uT a count, of the magnetometers that hobby boards have.
+struct MagCounts {
+  const char* chips;
+  double count_uT;
+};
+constexpr MagCounts kMagCounts[] = {{"AK8963, AK09916: MPU-9250, ICM-20948", 0.15},
+                                    {"AK8975: MPU-9150", 0.3},
+                                    {"HMC5883L", 100.0 / 1090},
+                                    {"LSM303DLHC", 100.0 / 1100},
+                                    {"QMC5883L at 8 G", 100.0 / 3000},
+                                    {"QMC5883L at 2 G", 100.0 / 12000},
+                                    {"LIS3MDL at 4 G", 100.0 / 6842},
+                                    {"LSM9DS1 at 4 G", 0.014},
+                                    {"RM3100", 1.0 / 75}};
+
 template <std::size_t N>
 double nearest(const double (&known)[N], double counts) {
   return *std::ranges::min_element(known, {},
@@ -89,7 +107,7 @@ std::string unit_text(const std::string& quantity, double in_ours, double near =
     if (quantity != of) continue;
     if (std::abs(in_ours / *unit_in_ours(of, name) - 1.0) < near) return name;
   }
-  return fmt::format("{:.4g}", in_ours);
+  return fmt::format("{:.6g}", in_ours);
 }
 
 // The half of the numbers that lies closest together, again and again until few are left, and their
@@ -158,7 +176,7 @@ std::vector<Issue> check_acc(const Recording& r) {
   return {unit_issue(
       "acc", "acc",
       reads(fmt::format("; perhaps these are counts of the converter, {:.0f} a g", counts)),
-      fmt::format("{:.4g} (one count in m/s^2)", kGravity / counts))};
+      fmt::format("{:.6g} (one count in m/s^2)", kGravity / counts))};
 }
 
 // In many attitudes gravity has one length, whatever the bias: a sphere, whose radius is the scale.
@@ -292,6 +310,30 @@ std::optional<Issue> check_normalised(const std::string& name, const VectorSerie
       "record the magnetometer's raw readings"};
 }
 
+// Whether accelerometer and gyroscope are read as a converter counts: then so is the magnetometer.
+bool counts_of_converters(const Recording& r) {
+  constexpr double kLeastCounts = 200.0;  // a g: the coarsest converter has 256
+  if (r.acc.size() < kEnough || r.gyr.size() < kEnough) return false;
+  const double acc = file_unit(r, "acc"), a_g = length_at_rest(r.acc) / acc;
+  const bool mg = std::abs(a_g / 1000.0 - 1.0) < kNear;
+  return a_g > kLeastCounts && !mg && is_whole(r.acc, acc) && is_whole(r.gyr, file_unit(r, "gyr"));
+}
+
+// size: of the field, in counts.
+Issue mag_counts_issue(const std::string& name, const std::string& problem, double size) {
+  std::vector<std::string> factors;
+  for (const MagCounts& of : kMagCounts) {
+    const double uT = size * of.count_uT;
+    if (uT < kLeastEarth || uT > kMostEarth) continue;
+    factors.push_back(fmt::format("{:.6g} ({}: {:.0f} uT)", of.count_uT, of.chips, uT));
+  }
+  const std::string remedy =
+      factors.empty()
+          ? fmt::format("{:.3g} (a guess: it gives 45 uT; its data sheet tells)", 45.0 / size)
+          : fmt::format("{}", fmt::join(factors, " or --unit mag="));
+  return unit_issue(name, "mag", problem, remedy);
+}
+
 std::vector<Issue> check_mag(const Recording& r, const std::string& name, const VectorSeries& mag) {
   if (auto normalised = check_normalised(name, mag)) return {*normalised};
   std::vector<double> lengths;
@@ -308,20 +350,26 @@ std::vector<Issue> check_mag(const Recording& r, const std::string& name, const 
   const bool small = usual < kLeastField;
   const bool large = radius > (whole && given == 1.0 ? kLargestRadius : kImpossibleRadius);
   if (!small && !large) {
-    if (radius <= kLargestRadius) return {};
+    if (radius <= kUsualRadius) return {};
     return {{"field_size", name, -1, Severity::kCaution, 0.0, 0.0, reads("that is much"),
-             "look for magnets near the sensor, or give the unit if these are milligauss: --unit "
-             "mag=mG"}};
+             "look for magnets and iron near the sensor; or give the file's unit, if it is another "
+             "one"}};
   }
   // Which of the units has the earth's field? The size of readings counts where they hardly change.
   const double size = std::max(radius, small ? 0.5 * usual : 0.0) / given;  // as in the file
+  if (given == 1.0 && whole && counts_of_converters(r)) {
+    return {mag_counts_issue(name, reads("like the other sensors' these are counts of a converter"),
+                             size)};
+  }
   std::string fitting;
+  double field = 0.0;
   int count = 0;
   for (const char* unit : {"T", "gauss", "mG", "nT", "uT"}) {
     const double in_ours = *unit_in_ours("mag", unit);
     const bool was_given = std::abs(in_ours / given - 1.0) < kNear;
     if (was_given || size * in_ours < kSmallestRadius || size * in_ours > kLargestRadius) continue;
     fitting = unit;
+    field = size * in_ours;
     ++count;
   }
   const std::map<std::string, const char*> words = {{"T", "tesla"},
@@ -329,19 +377,27 @@ std::vector<Issue> check_mag(const Recording& r, const std::string& name, const 
                                                     {"mG", "milligauss"},
                                                     {"nT", "nanotesla"},
                                                     {"uT", "microtesla"}};
+  if (count == 1 && field > kUsualRadius) {
+    return {unit_issue(
+        name, "mag",
+        reads(fmt::format("in {} it would have {:.0f}; perhaps it was scaled", words.at(fitting),
+                          field)),
+        fmt::format("{:.4g} (a guess: it gives 45 uT; any number gives directions), or {} if its "
+                    "maker says so",
+                    45.0 / size, fitting))};
+  }
   if (count == 1) {
     return {unit_issue(name, "mag", reads(fmt::format("it seems to be in {}", words.at(fitting))),
                        fitting)};
   }
-  return {unit_issue(
-      name, "mag",
-      reads(
-          fmt::format("no usual unit fits; perhaps these are counts of the converter, some {:.3g} "
-                      "a uT (its data sheet tells)",
-                      size / 45.0)),
-      fmt::format("{:.3g} (one count in uT; the right number gives the strength, any gives "
-                  "directions)",
-                  45.0 / size))};
+  if (whole) {
+    const std::string counts = "no usual unit fits; perhaps these are counts of the converter";
+    return {mag_counts_issue(name, reads(counts), size)};
+  }
+  return {unit_issue(name, "mag", reads("no usual unit fits"),
+                     fmt::format("{:.3g} (a guess: it gives 45 uT; the right number gives the "
+                                 "strength, any gives directions)",
+                                 45.0 / size))};
 }
 
 // Without the samples at an extreme that many share: a clipped rate is no measurement of its size.
@@ -429,7 +485,7 @@ std::vector<Issue> check_gyr(const Recording& r) {
   return {unit_issue(
       "gyr", "gyr",
       fmt::format("{}; perhaps these are counts of the converter, {:.4g} a deg/s", turns, counts),
-      fmt::format("{:.4g}", kDeg / counts))};
+      fmt::format("{:.6g} (one count in rad/s)", kDeg / counts))};
 }
 
 }  // namespace

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recording/checks/quality.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "recording/checks/quality_checks.h"
 #include "recording/data/error.h"
@@ -104,10 +107,21 @@ std::vector<Issue> check_recording(const Recording& recording) {
 }
 
 void refuse_fatal(const Recording& recording, const std::vector<Issue>& issues) {
+  const std::string_view one_unit = "give the file's unit: ";
+  std::vector<std::string> problems, units, others;
   for (const Issue& issue : issues) {
     if (issue.severity != Severity::kFatal) continue;
-    throw InputError(recording.name, 0, 0, issue.problem, issue.remedy);
+    problems.push_back(issue.problem);
+    const bool unit = issue.remedy.starts_with(one_unit);
+    (unit ? units : others).push_back(issue.remedy.substr(unit ? one_unit.size() : 0));
   }
+  if (problems.empty()) return;
+  if (!units.empty()) {
+    const std::string_view give = units.size() == 1 ? one_unit : "give the file's units: ";
+    others.insert(others.begin(), fmt::format("{}{}", give, fmt::join(units, " ")));
+  }
+  throw InputError(recording.name, 0, 0, fmt::format("{}", fmt::join(problems, "; ")),
+                   fmt::format("{}", fmt::join(others, "; ")));
 }
 
 }  // namespace magimu

@@ -53,7 +53,7 @@ std::vector<Issue> check_recording(const Recording& recording);
 // Of these, only what is wrong with units, whatever the motion.
 std::vector<Issue> check_units(const Recording& recording);
 
-// Throws the first fatal issue, if any, as an InputError that names the recording.
+// Throws the fatal issues, if any, as one InputError that names the recording.
 void refuse_fatal(const Recording& recording, const std::vector<Issue>& issues);
 
 }  // namespace magimu

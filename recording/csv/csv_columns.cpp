@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 #include "recording/csv/csv_names.h"
@@ -173,11 +174,7 @@ class HeaderReader {
   void group() {
     drop_doubtful();
     columns_.has_time = where_.contains("t");
-    if (!columns_.has_time && !options_.rate_hz) {
-      fail(0, "there is no column t, the time; the columns there are: " + headers(),
-           "name the time column t (in seconds), or map it to t (--map t=NAME); without times give "
-           "the rate, --rate HZ");
-    }
+    check_needed();
     for (const char* name : {"temp", "current"}) {
       if (where_.contains(name)) columns_.scalars.emplace_back(name);
     }
@@ -192,12 +189,86 @@ class HeaderReader {
         !has("gyr")) {
       throw MissingSensor(file_, line_, 0, "no column is a sensor's", "give another file");
     }
-    add_sensor("acc", options_.require_imu);
-    add_sensor("gyr", options_.require_imu);
-    if (mags.empty() && options_.require_mag) add_sensor("mag", true);
-    for (const std::string& mag : mags) add_sensor(mag, true);
+    add_sensor("acc");
+    add_sensor("gyr");
+    for (const std::string& mag : mags) add_sensor(mag);
     columns_.mags = mags.size();
-    add_sensor("pos", false);
+    add_sensor("pos");
+  }
+
+  // All that is missing at once.
+  void check_needed() const {
+    const bool no_time = !columns_.has_time && !options_.rate_hz;
+    const std::vector<std::string> sensors = missing_sensors();
+    if (!no_time && sensors.empty()) return;
+    std::vector<std::string> names;
+    for (const std::string& sensor : sensors) {
+      for (const char axis : {'x', 'y', 'z'}) names.push_back(sensor + '_' + axis);
+    }
+    const std::string all =
+        names.empty() ? ""
+                      : fmt::format("the columns {} and {} are missing",
+                                    fmt::join(names.begin(), names.end() - 1, ", "), names.back());
+    const std::string there = "; the columns there are: " + headers();
+    if (no_time) {
+      fail(0, "there is no column t, the time" + (all.empty() ? "" : ", and " + all) + there,
+           "name the time column t (in seconds), or map it to t (--map t=NAME); without times give "
+           "the rate, --rate HZ" +
+               (sensors.empty() ? "" : "; map the others, too (" + map_line(sensors) + ")"));
+    }
+    throw MissingSensor(file_, line_, 0, all + there,
+                        "add them, or map the file's own names to these (" + map_line(sensors) +
+                            "); of an app that writes one file a sensor (phyphox, Sensor Logger) "
+                            "give the folder");
+  }
+
+  std::vector<std::string> missing_sensors() const {
+    std::vector<std::string> missing;
+    for (const char* sensor : {"acc", "gyr"}) {
+      if (options_.require_imu && !has(sensor)) missing.emplace_back(sensor);
+    }
+    const bool mag = std::ranges::any_of(
+        where_, [](const auto& entry) { return entry.first.starts_with("mag"); });
+    if (options_.require_mag && !mag) missing.emplace_back("mag");
+    return missing;
+  }
+
+  // One line of options for them: with the names that are left, where these are as many sensors, in
+  // the usual order.
+  std::string map_line(const std::vector<std::string>& sensors) const {
+    const std::vector<std::array<std::string, 3>> left = unnamed_sensors();
+    std::vector<std::string> maps;
+    for (std::size_t i = 0; i < sensors.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::string ours = sensors[i] + '_' + "xyz"[axis];
+        maps.push_back("--map " + (left.size() == sensors.size()
+                                       ? shell_word(ours + '=' + left[i][axis])
+                                       : ours + "=NAME"));
+      }
+    }
+    return fmt::format("{}", fmt::join(maps, " "));
+  }
+
+  // Columns that mean nothing here, but whose names differ in x, y and z alone.
+  std::vector<std::array<std::string, 3>> unnamed_sensors() const {
+    std::vector<std::pair<std::string, std::array<std::string, 3>>> groups;
+    for (std::size_t i = 0; i < columns_.fields.size(); ++i) {
+      const std::string& header = columns_.fields[i].header;
+      std::string stem = header.substr(0, header.find_first_of("(["));
+      while (!stem.empty() && stem.back() == ' ') stem.pop_back();
+      const std::size_t axis =
+          stem.empty() ? std::string::npos : std::string_view("xyzXYZ").find(stem.back());
+      if (named_[i].claim != kNone || axis == std::string::npos) continue;
+      stem.pop_back();
+      auto group = std::ranges::find(groups, stem, [](const auto& g) { return g.first; });
+      if (group == groups.end()) group = groups.insert(groups.end(), {stem, {}});
+      group->second[axis % 3] = header;
+    }
+    std::vector<std::array<std::string, 3>> whole;
+    for (const auto& [stem, axes] : groups) {
+      if (std::ranges::none_of(axes, &std::string::empty)) whole.push_back(axes);
+    }
+    return whole;
   }
 
   bool has(const std::string& sensor) const {
@@ -222,25 +293,16 @@ class HeaderReader {
     });
   }
 
-  void add_sensor(const std::string& sensor, bool required) {
+  void add_sensor(const std::string& sensor) {
     std::vector<std::string> there, missing;
     for (const char axis : {'x', 'y', 'z'}) {
       const std::string name = sensor + '_' + axis;
       (where_.contains(name) ? there : missing).push_back(name);
     }
-    if (there.empty() && !required) {
+    if (there.empty()) {
       // The first two vectors are these in any case; without columns they have no samples.
       if (sensor == "acc" || sensor == "gyr") columns_.vectors.push_back(sensor);
       return;
-    }
-    if (there.empty()) {
-      throw MissingSensor(
-          file_, line_, 0,
-          fmt::format("the columns {0}_x, {0}_y and {0}_z are missing; the columns there are: {1}",
-                      sensor, headers()),
-          fmt::format("add them, or map the file's own names to these (--map {}_x=NAME); of an app "
-                      "that writes one file a sensor (phyphox, Sensor Logger) give the folder",
-                      sensor));
     }
     if (!missing.empty()) {
       fail(where_.at(there.front()) + 1,

@@ -271,7 +271,8 @@ bool CsvParser::clock_time(std::size_t field, std::string_view text) {
 
 // Whether a row of a file is the one before once more, time and all.
 bool CsvParser::repeats_last_row() {
-  const bool has_time = present_[0] == kNumber;  // without, equal readings are nothing odd
+  // Without, equal readings are nothing odd; nor where a rate stands for a coarse clock.
+  const bool has_time = present_[0] == kNumber && !options_.rate_hz;
   const auto same_numbers = [this] {
     for (std::size_t slot = 0; slot < values_.size(); ++slot) {
       if (present_[slot] == kNumber && values_[slot] != last_values_[slot]) return false;

@@ -19,6 +19,11 @@ constexpr std::size_t kHeadBytes = 1 << 16;
 // memory.
 constexpr std::size_t kLongestTextLine = 1 << 20;
 
+// Of the lines may be broken, as a serial port breaks them: more, and it is the format that is not
+// understood. That share of so many lines is waited for before a file is given up.
+constexpr double kFewBroken = 0.01;
+constexpr std::size_t kLinesToGiveUp = 10000;
+
 // A file's rate tells a forgotten time unit: no IMU samples once in minutes.
 void note_odd_rate(Recording& recording) {
   const double rate = recording.acc.rate_hz();
@@ -45,9 +50,10 @@ void CsvReader::begin(bool whole) {
   if (head.find('\0') == std::string_view::npos) {
     dialect_ = recognised_dialect(head, path_, options_);
   }
+  expected_rows_ = expected_rows();
   if (dialect_.times_of.empty()) {
     parsers_.emplace_back(path_, options_);
-    parsers_.back().whole_file(expected_rows());
+    parsers_.back().whole_file(expected_rows_);
     if (!dialect_.plain()) parsers_.back().dialect(dialect_);
   } else {
     for (const auto& [sensor, time] : dialect_.times_of) {
@@ -63,7 +69,7 @@ void CsvReader::begin(bool whole) {
       options.keep_origin = true;
       own.notes.clear();
       parsers_.emplace_back(path_, std::move(options));
-      parsers_.back().whole_file(expected_rows());
+      parsers_.back().whole_file(expected_rows_);
       parsers_.back().dialect(std::move(own));
     }
   }
@@ -99,23 +105,49 @@ void CsvReader::lines(std::string_view piece) {
 
 void CsvReader::line(std::string_view text) {
   ++lines_;
-  if (failed_ && text.find_first_not_of(" \t\r") != std::string_view::npos) throw *failed_;
-  try {
-    for (CsvParser& parser : parsers_) parser.line(text);
-  } catch (const ShortRow& error) {
-    failed_ = error;
-    failed_short_ = true;
-  } catch (const InputError& error) {
-    if (!parsers_.front().has_rows()) throw;
-    failed_ = error;
+  if (failed_ && text.find_first_not_of(" \t\r") != std::string_view::npos) {
+    set_aside(*std::exchange(failed_, std::nullopt));
   }
+  for (CsvParser& parser : parsers_) {
+    try {
+      parser.line(text);
+    } catch (const ShortRow& error) {
+      failed_ = error;
+      failed_short_ = true;
+    } catch (const InputError& error) {
+      if (!parsers_.front().has_rows()) throw;
+      failed_ = error;
+      failed_short_ = false;
+    }
+  }
+}
+
+void CsvReader::set_aside(const InputError& error) {
+  if (!parsers_.front().has_rows()) throw error;
+  if (broken_++ == 0) first_broken_ = error;
+  const std::size_t rows =
+      std::max({expected_rows_, static_cast<std::size_t>(lines_), kLinesToGiveUp});
+  if (double(broken_) > kFewBroken * double(rows)) throw *first_broken_;
 }
 
 // A recording that was cut off ends in the middle of a row.
 void CsvReader::last_line_failed() {
   const bool cut = failed_short_ || at_end_;
-  if (!cut || !parsers_.front().has_rows()) throw *failed_;
-  cut_off_ = failed_->line;
+  if (!parsers_.front().has_rows()) throw *failed_;
+  if (cut) {
+    cut_off_ = failed_->line;
+  } else {
+    set_aside(*failed_);
+  }
+}
+
+void CsvReader::tell_set_aside(Recording& recording) const {
+  if (broken_ == 0) return;
+  const std::string text = fmt::format(
+      "lines that cannot be read: {} of {}, the first in line {} ({}); they are left out", broken_,
+      lines_, first_broken_->line, first_broken_->problem);
+  recording.notes.push_back(text);
+  recording.cautions.push_back(text);
 }
 
 void CsvReader::refuse_long_line() {
@@ -133,6 +165,7 @@ Recording CsvReader::finish() {
     at_end_ = !failed_before;
   }
   if (failed_) last_line_failed();
+  if (double(broken_) > kFewBroken * double(lines_)) throw *first_broken_;
   Recording recording;
   if (dialect_.times_of.empty()) {
     recording = parsers_.front().finish();
@@ -150,6 +183,7 @@ Recording CsvReader::finish() {
         fmt::format("the last row (line {}) is cut off; it is left out", cut_off_);
     recording.notes.push_back(text);
   }
+  tell_set_aside(recording);
   recording.name = std::filesystem::path(path_).filename().string();
   note_odd_rate(recording);
   return recording;

@@ -27,7 +27,9 @@ class CsvReader {
   void begin(bool whole);
   void lines(std::string_view piece);
   void line(std::string_view text);
+  void set_aside(const InputError& error);
   void last_line_failed();
+  void tell_set_aside(Recording& recording) const;
   void refuse_long_line();
   std::size_t expected_rows() const;
 
@@ -40,8 +42,10 @@ class CsvReader {
   std::vector<CsvParser> parsers_;  // one; or one for each sensor with times of its own
   std::string begun_;               // a line whose end has not come yet
   long lines_ = 0;                  // that have ended
-  // An error in a row counts unless it is the last one, which may be cut off.
+  // Of the line before, if it could not be read: it may be the last one, and cut off.
   std::optional<InputError> failed_;
+  std::optional<InputError> first_broken_;  // of those that are no last line
+  std::size_t broken_ = 0, expected_rows_ = 0;
   bool failed_short_ = false, at_end_ = false;
   long cut_off_ = 0;
 };

@@ -42,6 +42,17 @@ std::string printable(std::string_view text) {
   return shown;
 }
 
+std::string shell_word(std::string_view text) {
+  const auto is_plain = [](char c) {
+    const bool alnum = (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+    return alnum || std::string_view("_-+.,:/=@%").find(c) != std::string_view::npos;
+  };
+  if (!text.empty() && std::ranges::all_of(text, is_plain)) return std::string(text);
+  std::string word = "'";
+  for (const char c : printable(text)) word += c == '\'' ? "'\\''" : std::string(1, c);
+  return word + "'";
+}
+
 std::string quoted_text(std::string_view text) {
   constexpr std::size_t kLongest = 40;
   std::size_t length = std::min(text.size(), kLongest);

@@ -15,4 +15,7 @@ std::string quoted_text(std::string_view text);
 // in valid UTF-8; each of them becomes "?", a line end a space.
 std::string printable(std::string_view text);
 
+// The same as one word of a command line: quoted where a shell would not take it as it is.
+std::string shell_word(std::string_view text);
+
 }  // namespace magimu

@@ -106,7 +106,7 @@ class RowTimeReader {
   void by_rate() {
     const double h = 1.0 / *options_.rate_hz;
     const std::size_t n = rows_.time.size();
-    const bool counter = options_.has_time && counts_samples(rows_.time);
+    const bool counter = options_.has_time && counts_samples(rows_);
     for (std::size_t k = 0; k < n; ++k) {
       out_.t.push_back(h * (counter ? rows_.time[k] - rows_.time.front() : double(k)));
     }
@@ -120,7 +120,7 @@ class RowTimeReader {
 
   // Seconds that the numbers are given in; 1 where they may be seconds.
   double recognised_unit() {
-    if (counts_samples(rows_.time)) {
+    if (counts_samples(rows_)) {
       fail_(0, fmt::format("column {} counts samples (0, 1, 2, ...): it is not a time", column()),
             "give the rate, --rate HZ; or the unit, --unit t=ms, if there is a sample every "
             "millisecond");
@@ -361,7 +361,8 @@ class RowTimeReader {
       fail_(rows_.line[first],
             fmt::format("rows with the time of another row and other readings: {}, this one first",
                         twice),
-            "give every sample a time of its own, or the rate, --rate HZ");
+            options_.rate_hz ? "the column counts samples: give every sample a number of its own"
+                             : "give every sample a time of its own, or the rate, --rate HZ");
     }
     caution(
         fmt::format("rows with the time of another row and other readings: {}, the first in "
@@ -383,7 +384,8 @@ class RowTimeReader {
 
 }  // namespace
 
-bool counts_samples(const std::vector<double>& t) {
+bool counts_samples(const RawRows& rows) {
+  const std::vector<double>& t = rows.time;
   std::size_t ones = 0, steps = 0;
   for (std::size_t k = 0; k < t.size(); ++k) {
     if (t[k] != std::floor(t[k])) return false;
@@ -391,7 +393,17 @@ bool counts_samples(const std::vector<double>& t) {
     ++steps;
     ones += t[k] - t[k - 1] == 1.0 ? 1 : 0;
   }
-  return steps >= kEnoughToCount && double(ones) >= kMostlyOne * double(steps);
+  return steps >= kEnoughToCount && double(ones) >= kMostlyOne * double(steps) &&
+         !many_of_one_time(rows);
+}
+
+bool many_of_one_time(const RawRows& rows) {
+  std::size_t same = 0;
+  for (std::size_t k = 1; k < rows.time.size(); ++k) {
+    const bool shares = (rows.sensors[k] & rows.sensors[k - 1]) != 0;
+    same += shares && rows.time[k] == rows.time[k - 1] ? 1 : 0;
+  }
+  return double(same) > kManyOfOneTime * double(rows.time.size());
 }
 
 std::string late_rows_note(std::size_t rows) {

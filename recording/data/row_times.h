@@ -57,7 +57,10 @@ std::string late_rows_note(std::size_t rows);
 double recognised_time_unit(const RawRows& rows, const RowTimesOptions& options,
                             const RowFailure& fail, std::vector<std::string>& notes);
 
-// Whether a time column counts samples: 0, 1, 2, ..., few of them lost.
-bool counts_samples(const std::vector<double>& t);
+// Whether a time column counts samples: 0, 1, 2, ..., few of them lost. (A clock of whole seconds
+// has many rows of one time.)
+bool counts_samples(const RawRows& rows);
+// Rows with the time of the row before and a sensor that it has, too: more than slips.
+bool many_of_one_time(const RawRows& rows);
 
 }  // namespace magimu

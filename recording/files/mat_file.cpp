@@ -20,6 +20,7 @@ constexpr std::uint32_t kComplex = 0x800;
 constexpr std::size_t kMostDimensions = 32;
 constexpr std::size_t kUnpacked = 1 << 16;  // bytes at a time
 constexpr std::uint32_t kStructure = 2;     // class of variables
+constexpr std::uint32_t kOpaque = 17;       // ... of objects: string, table, datetime, serial
 constexpr int kDeepestStructure = 16;       // so that no file's nesting fills the stack
 constexpr std::size_t kLargestStructure = std::size_t(1) << 26;  // bytes, of a packed one
 
@@ -152,10 +153,11 @@ class Unpacker {
     }
     return true;
   }
-  // Whether it ends, undamaged, after no more than a little padding.
+  // Whether it ends, undamaged, after no more than a little padding; or where its checksum is cut
+  // off, after all that was asked for.
   bool ends() {
-    next(kUnpacked);
-    return ended_;
+    const bool nothing = next(kUnpacked).empty();
+    return ended_ || (nothing && stream_.avail_in == 0);
   }
 
  private:
@@ -202,6 +204,15 @@ std::optional<std::vector<MatVariable>> fields_of(Elements& parts, bool swapped,
   return fields;
 }
 
+// An object has no dimensions: its name comes behind the flags, then what only MATLAB can read.
+std::optional<MatVariable> object_of(Elements& parts) {
+  const auto name = parts.data(parts.next());
+  if (!name) return std::nullopt;
+  MatVariable variable;
+  variable.name = *name;
+  return variable;
+}
+
 // The parts of a matrix of `size` bytes, from its beginning: all before the numbers must be there.
 // A variable without a name and flags is nothing of MATLAB's. A structure of which not all is there
 // has no fields.
@@ -210,6 +221,9 @@ std::optional<MatVariable> variable_of(std::string_view matrix, std::size_t size
   Elements parts(matrix, size, swapped);
   const auto flags = parts.data(parts.next());
   if (!flags || flags->size() != 8) return std::nullopt;
+  const auto word = mat_number_at<std::uint32_t>(*flags, 0, swapped);
+  const std::uint32_t kind = word & 0xFF;
+  if (kind == kOpaque) return object_of(parts);
   const auto dimensions = parts.data(parts.next());
   if (!dimensions || dimensions->size() % 4 != 0) return std::nullopt;
   if (dimensions->size() / 4 > kMostDimensions) return std::nullopt;
@@ -221,8 +235,6 @@ std::optional<MatVariable> variable_of(std::string_view matrix, std::size_t size
   for (std::size_t at = 0; at < dimensions->size(); at += 4) {
     variable.dimensions.push_back(mat_number_at<std::uint32_t>(*dimensions, at, swapped));
   }
-  const auto word = mat_number_at<std::uint32_t>(*flags, 0, swapped);
-  const std::uint32_t kind = word & 0xFF;
   variable.numeric = kind >= kFirstNumeric && kind <= kLastNumeric && (word & kComplex) == 0;
   const auto is_one = [](std::size_t n) { return n == 1; };
   if (kind == kStructure && depth < kDeepestStructure &&
@@ -298,18 +310,18 @@ const MatVariable* MatVariable::find(std::string_view path) const {
   return dot == std::string_view::npos ? &*field : field->find(path.substr(dot + 1));
 }
 
-std::optional<std::vector<MatVariable>> mat_variables(std::string_view content) {
-  if (content.size() <= kHeader) return std::nullopt;
+MatVariables mat_variables(std::string_view content) {
+  MatVariables variables;
+  if (content.size() <= kHeader) return variables;
   // The header ends in the letters MI as a number of two bytes.
   constexpr bool kLittle = std::endian::native == std::endian::little;
   const bool swapped = content.substr(kHeader - 2, 2) == (kLittle ? "MI" : "IM");
   content.remove_prefix(kHeader);
-  std::vector<MatVariable> variables;
   Elements elements(content, content.size(), swapped);
   while (!elements.empty()) {
     const auto element = elements.next();
     const auto data = elements.data(element);
-    if (!data) return std::nullopt;
+    if (!data) return variables;
     std::optional<MatVariable> variable = MatVariable{};
     if (element->type == kPacked) {
       variable = packed_variable(*data, swapped);
@@ -317,9 +329,11 @@ std::optional<std::vector<MatVariable>> mat_variables(std::string_view content) 
       variable = variable_of(*data, data->size(), swapped);
       if (variable) store(*variable, *data, false);
     }
-    if (!variable) return std::nullopt;
-    if (!variable->stored.empty()) variables.push_back(std::move(*variable));
+    if (!variable) return variables;
+    // MATLAB keeps what its objects hold in a last variable without a name.
+    if (!variable->name.empty()) variables.found.push_back(std::move(*variable));
   }
+  variables.whole = true;
   return variables;
 }
 

@@ -41,9 +41,18 @@ struct MatVariable {
   std::size_t first = 0, size = 0;  // where the numbers lie in it once it is unpacked
 };
 
-// content: the whole file, its header of 128 bytes included. Nothing if it is cut off or damaged.
-// Of packed variables no more is unpacked than their name and size take; structures of up to 64 MB
-// are, once, to find their fields.
-std::optional<std::vector<MatVariable>> mat_variables(std::string_view content);
+struct MatVariables {
+  std::vector<MatVariable> found;
+  bool whole = false;  // else the file is cut off or damaged; what is whole before that is found
+};
+
+// The caution where a recording was found in a file that is not whole.
+inline constexpr const char* kCutMat =
+    "the MAT file is cut off or damaged; what is whole before that is read";
+
+// content: the whole file, its header of 128 bytes included. Of packed variables no more is
+// unpacked than their name and size take; structures of up to 64 MB are, once, to find their
+// fields. MATLAB's objects and what belongs to them are found, too, but are not numeric.
+MatVariables mat_variables(std::string_view content);
 
 }  // namespace magimu

@@ -84,9 +84,15 @@ bool keeps_order(const StreamSample& before, const StreamSample& after) {
 SampleLines::SampleLines(std::string source, SampleLinesOptions options)
     : source_(std::move(source)),
       options_(std::move(options)),
-      parser_(options_.columns.empty() ? source_ : "--columns", options_.csv),
+      parser_(source_, options_.csv),
+      fresh_(parser_),
       half_line_(options_.midway) {
-  if (!options_.columns.empty()) first_header(options_.columns);
+  options_.csv.header = options_.columns;
+  head_.emplace(source_, options_.csv);
+  if (options_.columns.empty()) return;
+  CsvParser parser("--columns", options_.csv);
+  parser.line(options_.columns);
+  take_columns(std::move(parser));
 }
 
 void SampleLines::push(std::string_view bytes) {
@@ -114,25 +120,95 @@ void SampleLines::interrupt() {
 
 void SampleLines::finish() {
   if (!buffer_.empty()) line(std::exchange(buffer_, {}));
+  if (head_ && head_->finish()) {
+    begin();
+  } else if (head_ && head_->failure() && !options_.midway) {
+    throw *head_->failure();
+  }
   in_seconds(times_.finish());
   skip_late();
   if (held_) release(*std::exchange(held_, std::nullopt));
 }
 
 void SampleLines::line(std::string_view text) {
-  ++line_number_;
+  if (++line_number_ == 1 && text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   text = without_line_end(text);
   const bool half = std::exchange(half_line_, false);
-  const bool too_long = std::exchange(too_long_, false);
-  if (is_blank_or_comment(text)) return;
-  ++counts_.lines;
-  if (too_long) {
+  if (std::exchange(too_long_, false)) {
+    ++counts_.lines;
     ++counts_.malformed;
     complain(fmt::format("{}:{}: a line of more than {} bytes, {}, is skipped", source_,
                          line_number_, kLongestLine, quoted_text(text)));
-  } else if (!has_header()) {
-    first_header(text);
-  } else if (csv_trimmed(text) == header_) {
+  } else {
+    counts_.lines += is_blank_or_comment(text) ? 0 : 1;
+    head_ ? head_line(text, half) : use_line(text, half);
+  }
+}
+
+void SampleLines::head_line(std::string_view text, bool half) {
+  if (line_number_ == 1 && !options_.midway && !is_text(text)) {
+    throw InputError(source_, line_number_, 0,
+                     "it begins with bytes that are no text, " + quoted_text(text) +
+                         ": a stream is lines of CSV",
+                     "calibrate a file of another format as a file (magimu calibrate FILE), or "
+                     "decompress it on its way into the pipe");
+  }
+  if (head_->push({std::string(text), line_number_, half})) return begin();
+  if (!options_.midway && head_->full() && head_->failure()) throw *head_->failure();
+  no_header_yet(text);
+}
+
+// A source joined midway: a row of numbers, or many lines of anything, above the header.
+void SampleLines::no_header_yet(std::string_view text) {
+  if (!options_.midway || waits_ || is_blank_or_comment(text) || counts_.lines < 2) return;
+  const bool numbers = text.find_first_not_of("0123456789+-.,;eE \t") == std::string_view::npos;
+  if (!head_->failure() && (!numbers || has_header_)) return;
+  waits_ = true;
+  const std::string why = head_->failure() ? head_->failure()->problem : "it holds numbers";
+  complain(fmt::format(
+      "{}: {} is no header line ({}); waiting for one; if the source sends none, give it by "
+      "--columns t,acc_x,...",
+      source_, quoted_text(text), why));
+}
+
+// The dialect is known: the lines that waited are used.
+void SampleLines::begin() {
+  StreamHead head = *std::exchange(head_, std::nullopt);
+  fresh_ = parser_ = head.parser();
+  header_ = head.header();
+  plain_ = head.plain();
+  const std::vector<StreamHead::Line> rows = head.take_rows();
+  CsvParser with_row = fresh_;  // knows, too, whether the times are times of the day
+  for (const StreamHead::Line& line : rows) {
+    try {
+      with_row.line(line.text);
+      if (with_row.has_rows()) break;
+    } catch (const InputError&) {  // it is said of the row below
+    }
+  }
+  take_columns(std::move(with_row));
+  const long latest = line_number_;
+  for (const StreamHead::Line& line : rows) {
+    line_number_ = line.number;
+    use_line(line.text, line.half);
+  }
+  line_number_ = latest;
+}
+
+void SampleLines::take_columns(CsvParser parser) {
+  has_header_ = true;
+  const Recording row = parser.take();
+  mag_names_ = row.mag_names;
+  notes_ = row.notes;
+  file_units_ = row.file_units;
+  if (options_.recognise_times || options_.csv.rate_hz) {
+    times_ = StreamTimes(parser.columns(), options_.csv);
+  }
+}
+
+void SampleLines::use_line(std::string_view text, bool half) {
+  if (is_blank_or_comment(text)) return;
+  if (!header_.empty() && csv_trimmed(text) == header_) {
     ++counts_.headers;
   } else if (half) {
     header_again(text);  // a half line is no row, and no complaint
@@ -141,39 +217,9 @@ void SampleLines::line(std::string_view text) {
   }
 }
 
-void SampleLines::first_header(std::string_view text) {
-  try {
-    parser_.line(text);
-  } catch (const InputError& error) {
-    if (!options_.midway && !is_text(text)) {
-      throw InputError(error.file, line_number_, 0,
-                       "it begins with bytes that are no text, " + quoted_text(text) +
-                           ": a stream is lines of CSV",
-                       "calibrate a file of another format as a file (magimu calibrate FILE), or "
-                       "decompress it on its way into the pipe");
-    }
-    if (!options_.midway || text == options_.columns) {
-      throw InputError(error.file, line_number_, error.column, error.problem, error.remedy);
-    }
-    if (++lines_in_vain_ != 2) return;  // the first may be half a header
-    complain(fmt::format(
-        "{}: {} is no header line ({}); waiting for one; if the source sends none, give it by "
-        "--columns t,acc_x,...",
-        source_, quoted_text(text), error.problem));
-    return;
-  }
-  header_ = csv_trimmed(text);
-  const Recording empty = parser_.take();
-  mag_names_ = empty.mag_names;
-  notes_ = empty.notes;
-  file_units_ = empty.file_units;
-  if (options_.recognise_times || options_.csv.rate_hz) {
-    times_ = StreamTimes(parser_.columns(), options_.csv);
-  }
-}
-
 // Whether the line is a header, and dealt with.
 bool SampleLines::header_again(std::string_view text) {
+  if (!plain_) return false;
   CsvParser parser(source_, options_.csv);
   try {
     parser.line(text);
@@ -189,7 +235,7 @@ bool SampleLines::header_again(std::string_view text) {
     return true;
   }
   ++counts_.headers;
-  parser_ = std::move(parser);
+  fresh_ = parser_ = std::move(parser);
   header_ = csv_trimmed(text);
   return true;
 }
@@ -199,8 +245,7 @@ void SampleLines::row(std::string_view text) {
     parser_.line(text);
   } catch (const InputError&) {
     // The line, or only its time? A parser that has seen no time tells.
-    CsvParser fresh(source_, options_.csv);
-    fresh.line(header_);
+    CsvParser fresh = fresh_;
     try {
       fresh.line(text);
     } catch (const InputError& error) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Samples from CSV that arrives in pieces, cut anywhere: the format of csv.h, but where a file with
-// a damaged line is refused, a stream has to go on. A line that cannot be read is counted, quoted
-// and skipped, and so is one whose time does not fit in; nothing else is lost with it.
+// Samples from text that arrives in pieces, cut anywhere: the dialects of csv.h (stream_head.h),
+// but where a file with many damaged lines is refused, a stream has to go on. A line that cannot be
+// read is counted, quoted and skipped, and so is one whose time does not fit in; nothing else is
+// lost with it.
 //
 //   SampleLines lines("serial:/dev/ttyUSB0");
 //   while (read(bytes)) {
@@ -27,16 +28,18 @@
 
 #include "recording/csv/csv_parser.h"
 #include "recording/data/stream_sample.h"
+#include "recording/live/stream_head.h"
 #include "recording/live/stream_times.h"
 
 namespace magimu {
 
 struct SampleLinesOptions {
   CsvOptions csv;
-  // The header line of a source that sends none, or sends it only once. Default: the first line.
+  // The header line of a source that sends none, or sends it only once. Default: among the first
+  // lines.
   std::string columns;
   // The source was joined while it was sending (a serial port): its first line may be the end of
-  // one, and the header may come later. Otherwise a first line that is no header is an InputError.
+  // one, and the header may come later. Otherwise first lines without one are an InputError.
   bool midway = false;
   // Where nobody says what the times are in, the first rows tell (stream_times.h). Otherwise they
   // are in seconds.
@@ -69,7 +72,7 @@ class SampleLines {
   std::vector<std::string> take_complaints();
 
   // Known as soon as the header is.
-  bool has_header() const { return !header_.empty(); }
+  bool has_header() const { return has_header_; }
   const std::vector<std::string>& mag_names() const { return mag_names_; }
   const std::vector<std::string>& notes() const { return notes_; }  // the column mapping in words
   // The source's units in ours, as Recording::file_units.
@@ -80,7 +83,11 @@ class SampleLines {
 
  private:
   void line(std::string_view text);
-  void first_header(std::string_view text);
+  void head_line(std::string_view text, bool half);
+  void no_header_yet(std::string_view text);
+  void begin();
+  void take_columns(CsvParser parser);
+  void use_line(std::string_view text, bool half);
   bool header_again(std::string_view text);
   void row(std::string_view text);
   void in_seconds(std::vector<StreamSample>&& samples);
@@ -95,8 +102,10 @@ class SampleLines {
 
   std::string source_;
   SampleLinesOptions options_;
-  CsvParser parser_;
-  std::string header_;  // the line as it came; empty: not yet known
+  std::optional<StreamHead> head_;  // until the dialect is known
+  CsvParser parser_, fresh_;        // fresh_: knows the columns, has read no row
+  bool has_header_ = false, plain_ = false;
+  std::string header_;  // the line as it came; empty: there is none
   std::vector<std::string> mag_names_, notes_;
   std::map<std::string, double> file_units_;
   StreamTimes times_;
@@ -106,7 +115,7 @@ class SampleLines {
   bool half_line_ = false;  // ... may be the end of one
   bool too_long_ = false;   // ... is dropped up to its end
   long line_number_ = 0;    // of the source, from 1
-  long lines_in_vain_ = 0;  // before the header
+  bool waits_ = false;      // said that there is no header yet
   // Lines whose time does not increase, without one that does: of a clock that was set back?
   std::vector<StreamSample> late_;
   double clock_s_ = 0.0;  // what is added to the source's times

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
 
 namespace magimu {
 namespace {
@@ -73,7 +74,7 @@ std::vector<StreamSample> StreamTimes::decide(bool last) {
   std::vector<std::string> notes;
   try {
     if (options_.rate_hz) {
-      counter_ = options_.has_time && counts_samples(rows.time);
+      counter_ = options_.has_time && counts_samples(rows);
       notes = row_times(rows, options_, fail).notes;
     } else if (!options_.unit_known) {
       unit_ = recognised_time_unit(rows, options_, fail, notes);
@@ -81,9 +82,7 @@ std::vector<StreamSample> StreamTimes::decide(bool last) {
         note += "; if that is the unit of the time, --unit t=" + unit_name(unit_) + " says so";
     }
   } catch (const InputError& error) {
-    refused_ = {error.problem, error.remedy};
-    held_.clear();
-    return {};
+    return refuse({error.problem, error.remedy});
   }
   refused_.reset();
   std::vector<StreamSample> held = held_;
@@ -94,6 +93,11 @@ std::vector<StreamSample> StreamTimes::decide(bool last) {
     const std::vector<double> whole(t.begin(), t.begin() + std::ptrdiff_t(in_whole_bursts(t)));
     const std::optional<EvenTimes> even = bursts_in(rows.sensors, whole);
     if (!even && !last && held.size() < kRowsOfBursts && may_be_bursts(t)) return {};
+    if (!even && many_of_one_time(rows)) {
+      return refuse({fmt::format("many rows have the time of the row before (column {})",
+                                 quoted_text(options_.column)),
+                     "give every sample a time of its own, or the rate, --rate HZ"});
+    }
     if (even) {
       pace_.emplace(*even, whole);
       for (std::size_t i = 0; i < held.size(); ++i) {
@@ -110,6 +114,13 @@ std::vector<StreamSample> StreamTimes::decide(bool last) {
   held_.clear();
   notes_ = std::move(notes);
   return held;
+}
+
+// Asked again of the next rows.
+std::vector<StreamSample> StreamTimes::refuse(RefusedTimes why) {
+  refused_ = std::move(why);
+  held_.clear();
+  return {};
 }
 
 StreamSample StreamTimes::timed(StreamSample sample) {

@@ -44,6 +44,7 @@ class StreamTimes {
 
  private:
   std::vector<StreamSample> decide(bool last);
+  std::vector<StreamSample> refuse(RefusedTimes why);
   StreamSample timed(StreamSample raw);
 
   RowTimesOptions options_;

@@ -92,12 +92,12 @@ TEST(ArrayMat, cut_off_anywhere_is_no_crash) {
 
 TEST(MatFile, fields_of_structures_are_found_by_their_path) {
   const test::TempFolder folder;
-  const auto variables = mat_variables(test::content_of(array_file(folder, true)));
-  ASSERT_TRUE(variables.has_value());
-  ASSERT_NE((*variables)[0].find("gt.pos"), nullptr);
-  EXPECT_EQ((*variables)[0].find("gt.pos")->numbers().value()[3], 4.0);
-  EXPECT_EQ((*variables)[0].find("gt.nothing"), nullptr);
-  EXPECT_EQ((*variables)[0].find("u.pos"), nullptr);
+  const auto [variables, whole] = mat_variables(test::content_of(array_file(folder, true)));
+  ASSERT_TRUE(whole);
+  ASSERT_NE(variables[0].find("gt.pos"), nullptr);
+  EXPECT_EQ(variables[0].find("gt.pos")->numbers().value()[3], 4.0);
+  EXPECT_EQ(variables[0].find("gt.nothing"), nullptr);
+  EXPECT_EQ(variables[0].find("u.pos"), nullptr);
 }
 
 }  // namespace

@@ -171,6 +171,20 @@ TEST_P(BroadFields, the_sampling_rate_is_one_positive_number) {
   }
 }
 
+TEST_P(BroadFields, arrays_with_other_names_are_told_with_the_options_that_read_them) {
+  Fields fields;
+  for (const char* name : {"SENSacc", "SENSgyro", "SENSmag"}) fields[name] = array(3, 6, 1);
+  fields["SENStime"] = array(1, 8, 0);  // of the whole buffer
+  fields["PCtime"] = array(1, 6, 0);
+  EXPECT_THAT(error_of(fields).remedy,
+              HasSubstr("--map acc=SENSacc --map gyr=SENSgyro --map mag=SENSmag --map t=PCtime"));
+  fields["Acc"] = fields["SENSacc"];
+  fields.erase("SENSacc");
+  const InputError error = error_of(fields);
+  EXPECT_THAT(error.problem, HasSubstr("there is no gyroscope, no magnetometer"));
+  EXPECT_THAT(error.remedy, HasSubstr("(--map gyr=SENSgyro --map mag=SENSmag --map t=PCtime)"));
+}
+
 TEST_P(BroadFields, text_is_no_numbers) {
   const test::TempFolder folder;
   const std::string path = folder.path("text.mat");

@@ -295,13 +295,51 @@ TEST(Quality, advice_does_not_ask_for_the_unit_that_was_given) {
   r.file_units["gyr"] = M_PI / 180.0;
   std::vector<Issue> issues = check_recording(r);
   ASSERT_EQ(issues.size(), 1u);
-  EXPECT_THAT(issues[0].remedy, HasSubstr("--unit gyr=0.008727"));
+  EXPECT_THAT(issues[0].remedy, HasSubstr("--unit gyr=0.00872665"));
   r = good();
   for (Vector3& v : r.mag[0].v) v = (v * 68.42).array().round() * 0.1;
   r.file_units["mag"] = 0.1;
   issues = check_recording(r);
   ASSERT_EQ(issues.size(), 1u);
   EXPECT_THAT(issues[0].remedy, AllOf(HasSubstr("--unit mag=0.01"), testing::Not(HasSubstr("mG"))));
+}
+
+void count(VectorSeries& series, double in_ours) {
+  for (Vector3& v : series.v) v = (v / in_ours).array().round();
+}
+
+TEST(Quality, where_the_imu_counts_so_does_the_magnetometer) {
+  Recording r = good();
+  count(r.acc, 9.80665 / 16384);
+  count(r.gyr, M_PI / 180 / 131);
+  count(r.mag[0], 0.15);
+  const std::vector<Issue> issues = check_recording(r);
+  ASSERT_EQ(issues.size(), 3u);
+  EXPECT_THAT(issues[0].remedy, HasSubstr("--unit acc=0.00059855"));
+  EXPECT_THAT(issues[1].remedy, HasSubstr("--unit gyr=0.000133231"));
+  EXPECT_THAT(issues[2].problem, HasSubstr("counts of a converter"));
+  EXPECT_THAT(issues[2].remedy, HasSubstr("--unit mag=0.15 (AK8963"));
+  EXPECT_THAT(issues[2].remedy, HasSubstr("--unit mag=0.0917431 (HMC5883L"));
+  EXPECT_THAT(issues[2].remedy, testing::Not(HasSubstr("QMC5883L at 2 G")));
+  const InputError error = test::error_of([&] { refuse_fatal(r, issues); });
+  EXPECT_THAT(error.remedy, AllOf(HasSubstr("give the file's units: --unit acc=0.00059855"),
+                                  HasSubstr("--unit gyr="), HasSubstr("--unit mag=0.15")));
+}
+
+TEST(Quality, a_unit_that_would_give_no_field_of_the_earth_is_no_advice) {
+  Recording r = good();
+  double most = 0.0;
+  for (const Vector3& v : r.mag[0].v) most = std::max(most, v.cwiseAbs().maxCoeff());
+  scale(r.mag[0], 0.95 / most);  // to the local field's strength, nearly
+  std::vector<Issue> issues = check_recording(r);
+  ASSERT_EQ(issues.size(), 1u);
+  EXPECT_THAT(issues[0].problem, HasSubstr("perhaps it was scaled"));
+  EXPECT_THAT(issues[0].remedy, testing::Not(HasSubstr("--unit mag=gauss")));
+  scale(r.mag[0], 100.0);
+  r.file_units["mag"] = 100.0;
+  issues = check_recording(r);
+  ASSERT_EQ(issues.size(), 1u);
+  EXPECT_EQ(issues[0].kind, "field_size");
 }
 
 TEST(GoodRecordings, raise_no_alarm) {

@@ -78,6 +78,34 @@ TEST(ReadCsvErrors, accelerometer_gyroscope_and_magnetometer_must_be_there) {
                "the columns mag_x, mag_y and mag_z are missing", "add them");
 }
 
+TEST(ReadCsvErrors, all_that_is_missing_is_told_at_once_with_one_line_of_options) {
+  const std::string head = "t,acc_x,acc_y,acc_z,Rate X [deg/s],Rate Y [deg/s],Rate Z [deg/s]";
+  expect_error(head + ",nx,ny,nz\n", 1, 0,
+               "the columns gyr_x, gyr_y, gyr_z, mag_x, mag_y and mag_z are missing",
+               "--map 'gyr_x=Rate X [deg/s]' --map 'gyr_y=Rate Y [deg/s]' --map 'gyr_z=Rate Z "
+               "[deg/s]' --map mag_x=nx --map mag_y=ny --map mag_z=nz");
+  expect_error("when,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,q1,q2,q3\n", 1, 0,
+               "there is no column t, the time, and the columns mag_x, mag_y and mag_z are missing",
+               "--map mag_x=NAME");
+}
+
+TEST(ReadCsvErrors, a_few_broken_lines_are_set_aside_and_many_are_an_error) {
+  const auto text = [](int broken) {
+    std::string out = kColumns;
+    for (int k = 0; k < 500; ++k) {
+      out += k > 0 && k <= broken ? std::string("0.5,1,2,3.1.4,6\n")
+                                  : fmt::format("{},1,2,3,4,5,6,7,8,{}\n", 0.01 * k, k);
+    }
+    return out;
+  };
+  const Recording recording = csv_recording(text(4), "rec");
+  EXPECT_EQ(recording.acc.size(), 496u);
+  EXPECT_THAT(recording.cautions, testing::ElementsAre(testing::HasSubstr(
+                                      "lines that cannot be read: 4 of 501, the first in line 3")));
+  const InputError error = test::error_of([&] { csv_recording(text(6), "rec"); });
+  EXPECT_EQ(error.line, 3);
+}
+
 TEST(ReadCsvErrors, a_needed_sensor_must_have_samples) {
   expect_error(kColumns + "0,,,,4,5,6,7,8,9\n", 0, 0, "acc_x, acc_y and acc_z are all empty",
                "check the logger");

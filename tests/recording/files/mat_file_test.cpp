@@ -67,12 +67,13 @@ TEST(MatFile, numbers_of_every_type_and_byte_order) {
       const std::string bytes =
           file_of(matrix<T>(6, type, 2, {first, T(2), T(3), T(100)}, swapped), swapped);
       const auto variables = mat_variables(bytes);
-      ASSERT_TRUE(variables.has_value()) << type;
-      ASSERT_THAT(*variables, SizeIs(1));
-      EXPECT_EQ((*variables)[0].name, "some_name");
-      EXPECT_TRUE((*variables)[0].numeric);
-      EXPECT_THAT((*variables)[0].dimensions, ElementsAre(2u, 2u));
-      EXPECT_THAT((*variables)[0].numbers(), Optional(ElementsAre(double(first), 2.0, 3.0, 100.0)))
+      ASSERT_TRUE(variables.whole) << type;
+      ASSERT_THAT(variables.found, SizeIs(1));
+      EXPECT_EQ(variables.found[0].name, "some_name");
+      EXPECT_TRUE(variables.found[0].numeric);
+      EXPECT_THAT(variables.found[0].dimensions, ElementsAre(2u, 2u));
+      EXPECT_THAT(variables.found[0].numbers(),
+                  Optional(ElementsAre(double(first), 2.0, 3.0, 100.0)))
           << type;
     }
   };
@@ -113,23 +114,48 @@ TEST(MatFile, what_matio_writes) {
     }
     Mat_Close(file);
     const std::string content = test::content_of(path);
-    const auto variables = mat_variables(content);
-    ASSERT_TRUE(variables.has_value());
-    ASSERT_THAT(*variables, SizeIs(5));
-    EXPECT_THAT((*variables)[0].numbers(), Optional(ElementsAre(-5, 7)));
-    for (int i = 1; i < 4; ++i) EXPECT_FALSE((*variables)[std::size_t(i)].numeric) << i;
-    EXPECT_EQ((*variables)[3].name, "struct");
-    EXPECT_EQ((*variables)[4].name, "a_longer_name");
-    EXPECT_THAT((*variables)[4].numbers(), Optional(ElementsAre(0.5, -0.25)));
+    const auto [variables, whole] = mat_variables(content);
+    ASSERT_TRUE(whole);
+    ASSERT_THAT(variables, SizeIs(5));
+    EXPECT_THAT(variables[0].numbers(), Optional(ElementsAre(-5, 7)));
+    for (int i = 1; i < 4; ++i) EXPECT_FALSE(variables[std::size_t(i)].numeric) << i;
+    EXPECT_EQ(variables[3].name, "struct");
+    EXPECT_EQ(variables[4].name, "a_longer_name");
+    EXPECT_THAT(variables[4].numbers(), Optional(ElementsAre(0.5, -0.25)));
   }
 }
 
-TEST(MatFile, cut_off_anywhere_is_seen) {
-  const std::string whole = file_of(matrix<double>(6, 9, 1, {1, 2, 3}));
-  ASSERT_TRUE(mat_variables(whole).has_value());
+TEST(MatFile, cut_off_anywhere_is_seen_and_what_is_whole_before_is_found) {
+  const std::string one = matrix<double>(6, 9, 1, {1, 2, 3}), whole = file_of(one + one);
+  ASSERT_TRUE(mat_variables(whole).whole);
+  const std::size_t second = 128 + one.size();
   for (std::size_t length = 0; length < whole.size(); ++length) {
-    EXPECT_FALSE(mat_variables(std::string_view(whole).substr(0, length)).has_value()) << length;
+    if (length == second) continue;  // no file could tell
+    const MatVariables variables = mat_variables(std::string_view(whole).substr(0, length));
+    EXPECT_FALSE(variables.whole) << length;
+    EXPECT_THAT(variables.found, SizeIs(length < second ? 0 : 1)) << length;
   }
+}
+
+// As MATLAB writes a serial port, a string, a table: no dimensions, the classes' names, and a
+// matrix that refers to what MATLAB keeps elsewhere.
+std::string object() {
+  Bytes parts(false), all(false);
+  parts.element(6, Bytes(false).number(17u).number(0u).text);
+  parts.element(1, "port").element(1, "MCOS").element(1, "serial");
+  parts.text += matrix<std::uint32_t>(13, 6, 1, {0xdd000000, 2, 1});
+  return all.element(14, parts.text).text;
+}
+
+TEST(MatFile, objects_are_passed_over) {
+  const std::string one = matrix<double>(6, 9, 1, {1, 2, 3});
+  const std::string content = file_of(object() + one + object());
+  const auto [variables, whole] = mat_variables(content);
+  EXPECT_TRUE(whole);
+  ASSERT_THAT(variables, SizeIs(3));
+  EXPECT_EQ(variables[0].name, "port");
+  EXPECT_FALSE(variables[0].numeric);
+  EXPECT_THAT(variables[1].numbers(), Optional(ElementsAre(1, 2, 3)));
 }
 
 TEST(MatFile, claims_that_the_bytes_do_not_hold_are_damage) {
@@ -138,14 +164,14 @@ TEST(MatFile, claims_that_the_bytes_do_not_hold_are_damage) {
     return mat_variables(std::string(good).replace(at, 4, Bytes(false).number(value).text));
   };
   const std::size_t matrix_at = 128, dimensions_at = matrix_at + 8 + 16;
-  ASSERT_TRUE(with(dimensions_at + 8, 1).has_value());
-  EXPECT_FALSE(with(matrix_at + 4, 0xFFFFFFFF).has_value());      // longer than the file
-  EXPECT_FALSE(with(dimensions_at + 4, 0xFFFFFFF0).has_value());  // more dimensions than bytes
-  EXPECT_FALSE(with(dimensions_at + 8, 0xFFFFFFFF).has_value());  // more numbers than bytes
-  EXPECT_FALSE(with(dimensions_at + 8, 0).has_value());           // fewer
-  EXPECT_FALSE(with(good.size() - 24 - 8, 8).has_value());        // a type that does not exist
-  EXPECT_FALSE(with(dimensions_at, 5u | 9u << 16).has_value());   // a short one that is long
-  EXPECT_FALSE(mat_variables(file_of(Bytes(false).element(15, "no zlib").text)).has_value());
+  ASSERT_TRUE(with(dimensions_at + 8, 1).whole);
+  EXPECT_FALSE(with(matrix_at + 4, 0xFFFFFFFF).whole);      // longer than the file
+  EXPECT_FALSE(with(dimensions_at + 4, 0xFFFFFFF0).whole);  // more dimensions than bytes
+  EXPECT_FALSE(with(dimensions_at + 8, 0xFFFFFFFF).whole);  // more numbers than bytes
+  EXPECT_FALSE(with(dimensions_at + 8, 0).whole);           // fewer
+  EXPECT_FALSE(with(good.size() - 24 - 8, 8).whole);        // a type that does not exist
+  EXPECT_FALSE(with(dimensions_at, 5u | 9u << 16).whole);   // a short one that is long
+  EXPECT_FALSE(mat_variables(file_of(Bytes(false).element(15, "no zlib").text)).whole);
 }
 
 }  // namespace

@@ -241,10 +241,77 @@ TEST(SampleLines, names_a_file_that_is_no_text_for_what_it_is) {
 
 TEST(SampleLines, refuses_a_beginning_that_is_no_header) {
   SampleLines lines("rec.csv");
-  const InputError error = error_of([&] { lines.push("# logger 3\n" + row(0.01) + "\n"); });
+  const InputError error = error_of([&] { times_of(lines, "# logger 3\n" + row(0.01) + "\n"); });
   EXPECT_EQ(error.file, "rec.csv");
   EXPECT_EQ(error.line, 2);
   EXPECT_THAT(error.problem, HasSubstr("holds numbers"));
+  EXPECT_THAT(error.remedy, HasSubstr("--columns t,acc_x"));
+}
+
+// What the file reader makes of a text, the stream makes of it as it comes, line by line.
+void expect_as_a_file(const std::string& text, const CsvOptions& options = {}) {
+  const Recording file = csv_recording(text, "rec", options);
+  SampleLines lines("rec", {options, options.header, false, true});
+  std::vector<StreamSample> samples;
+  const auto take = [&] {
+    for (StreamSample& sample : lines.take()) samples.push_back(std::move(sample));
+  };
+  std::size_t line = 0, behind = 0;
+  for (std::size_t at = 0; at < text.size(); ++line) {
+    const std::size_t end = text.find('\n', at) + 1;
+    lines.push(text.substr(at, end - at));
+    at = end;
+    take();
+    if (line > 3 * StreamHead::kLinesToTell) behind = std::max(behind, line - samples.size());
+  }
+  EXPECT_LT(behind, 10u) << text.substr(0, 200);  // the lines above the rows, and one that waits
+  lines.finish();
+  take();
+  ASSERT_EQ(samples.size(), file.acc.size()) << text.substr(0, 200);
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    ASSERT_NEAR(samples[k].t - samples[0].t, file.acc.t[k] - file.acc.t[0], 1e-9);
+    ASSERT_EQ(*samples[k].acc, file.acc.v[k]);
+    ASSERT_EQ(*samples[k].gyr, file.gyr.v[k]);
+    ASSERT_EQ(samples[k].mag[0], file.mag[0].v[k]);
+  }
+}
+
+const std::string kBoot =
+    "ets Jul 29 2019 12:21:46\r\n\r\nrst:0x1 (POWERON_RESET),boot:0x13 (SPI_FAST_FLASH_BOOT)\r\n"
+    "MPU9250 connected\r\n";
+
+TEST(SampleLines, reads_every_dialect_as_the_file_reader_does) {
+  const auto rows = [](const std::function<std::string(int)>& line) {
+    std::string out;
+    for (int k = 0; k < 120; ++k) out += line(k) + "\n";
+    return out;
+  };
+  const std::string plain = kNames + "\n" + rows([](int k) { return row(0.01 * k); });
+  expect_as_a_file(plain);
+  expect_as_a_file(kBoot + plain);
+  const std::string labelled = rows([](int k) {
+    return fmt::format("ax:{}.5,ay:1,az:9,gx:0.1,gy:0,gz:{},mx:20,my:4,mz:-40", k, k);
+  });
+  CsvOptions rate, columns;
+  rate.rate_hz = 100.0;
+  columns.header = kNames;
+  expect_as_a_file(kBoot + labelled, rate);
+  expect_as_a_file(kBoot + rows([](int k) {
+                     return fmt::format(
+                         "12:34:{:06.3f} -> AX:{} AY:1 AZ:9 GX:0.1 GY:0 GZ:{} MX:20 MY:4 MZ:-40",
+                         0.01 * k, k, k);
+                   }));
+  const std::string german =
+      "Zeit [ms];Acc X [g];Acc Y [g];Acc Z [g];Gyro X [°/s];Gyro Y [°/s];Gyro Z [°/s];"
+      "Mag X [µT];Mag Y [µT];Mag Z [µT]\n" +
+      rows([](int k) { return fmt::format("{};0;0;{},5;1;2;3;20;-7;-{}", 10 * k, k, k / 8); });
+  expect_as_a_file(german);
+  expect_as_a_file(
+      "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z\n"
+      "ms,g,g,g,dps,dps,dps,uT,uT,uT\n" +
+      rows([](int k) { return fmt::format("{},0,0,1,4,5,6,7,8,9", 10 * k); }));
+  expect_as_a_file(rows([](int k) { return fmt::format("{};0,5;0;1;4;5;6;7;8;9", 10 * k); }),
+                   columns);
 }
 
 TEST(SampleLines, waits_for_the_header_of_a_source_joined_midway) {

@@ -42,6 +42,22 @@ double interval(const Read& r) {
   return (r.samples.back().t - r.samples.front().t) / double(r.samples.size() - 1);
 }
 
+TEST(StreamTimes, a_clock_of_whole_seconds_asks_for_the_rate_and_the_rate_wins) {
+  std::string text = lines_with([](int) { return ""; }, 0);
+  for (int k = 0; k < 2500; ++k) text += fmt::format("{},{},2,3,4,5,6,7,8,9\n", 5 + k / 100, k);
+  const Read without = read(text);
+  ASSERT_TRUE(without.refused.has_value());
+  EXPECT_THAT(without.refused->remedy, HasSubstr("--rate HZ"));
+  CsvOptions csv;
+  csv.rate_hz = 100.0;
+  const Read with = read(text, csv);
+  EXPECT_THAT(with.samples, SizeIs(2500));
+  EXPECT_NEAR(interval(with), 0.01, 1e-9);
+  // Of a whole file the bursts tell.
+  EXPECT_NEAR(csv_recording(text, "rec").acc.rate_hz(), 100.0, 0.5);
+  EXPECT_NEAR(csv_recording(text, "rec", csv).acc.rate_hz(), 100.0, 1e-9);
+}
+
 TEST(StreamTimes, are_recognised_in_ms_us_and_ns_since_boot_or_1970) {
   const std::pair<const char*, std::function<std::string(int)>> cases[] = {
       {"ms", [](int k) { return fmt::format("{}", 5000.0 + 12.5 * k); }},

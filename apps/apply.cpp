@@ -4,9 +4,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
+#include "apps/options/axes_of_calibration.h"
 #include "apps/options/common_options.h"
 #include "apps/options/outputs.h"
 #include "apps/say/progress.h"
@@ -31,10 +34,29 @@ std::string in_words(const Applied& applied) {
   return out;
 }
 
+// Rows of a file in which both an accelerometer and a magnetometer have a sample.
+std::size_t common_rows(const Recording& r) {
+  std::size_t rows = 0;
+  for (const VectorSeries& mag : r.mag) {
+    std::vector<double> common;
+    std::ranges::set_intersection(r.acc.t, mag.t, std::back_inserter(common));
+    rows = std::max(rows, common.size());
+  }
+  return rows;
+}
+
+// A lag that was taken out moves magnetometer samples out of the rows they shared.
+std::string own_rows_note(const Recording& before, const Recording& after) {
+  if (common_rows(before) == 0 || common_rows(after) >= common_rows(before) / 2) return "";
+  return "The magnetometer's lag is taken out of its times, so that its samples are in rows of "
+         "their own;\n--keep-times leaves them in the rows where they were.\n";
+}
+
 int run(const ApplyArguments& args) {
   check_outputs({args.calibration, args.recordings.front()}, {args.output});
   const Calibration c = read_calibration(args.calibration);
   if (!may_be_used(c, args.calibration, args.force)) return kNoAnswer;
+  check_same_axes(args.calibration, args);
   const std::vector<Recording> recordings = read_recordings(args);
   refuse_fatal(recordings.front(), check_units(recordings.front()));
   const Applied applied = with_bar(!args.quiet, "correcting " + recordings.front().name, [&] {
@@ -43,7 +65,7 @@ int run(const ApplyArguments& args) {
     return out;
   });
   // What is said must not end in the middle of the data.
-  std::FILE* where = args.output == "/dev/stdout" ? stderr : stdout;
+  std::FILE* where = is_standard_output(args.output) ? stderr : stdout;
   if (args.json) {
     const nlohmann::ordered_json json = {{"recording", recordings.front().name},
                                          {"output", args.output},
@@ -51,9 +73,9 @@ int run(const ApplyArguments& args) {
                                          {"not_applied", applied.not_applied}};
     fmt::print(where, "{}\n", json.dump(2));
   } else if (!args.quiet) {
-    fmt::print(where, "{}: {} IMU samples, corrected with {} (trust: {})\n\n{}", args.output,
+    fmt::print(where, "{}: {} IMU samples, corrected with {} (trust: {})\n\n{}{}", args.output,
                applied.recording.gyr.size(), args.calibration, to_string(c.trust.verdict),
-               in_words(applied));
+               in_words(applied), own_rows_note(recordings.front(), applied.recording));
   }
   return kDone;
 }
@@ -73,9 +95,10 @@ void add_apply(CLI::App& app, int& exit_code) {
   cmd->add_option("calibration", args->calibration, "written by `magimu calibrate -o`")
       ->required()
       ->type_name("CAL.json");
-  cmd->add_option("recording", args->recordings, "CSV, or an HDF5 or MATLAB file of the BROAD set")
+  cmd->add_option("recording", args->recordings, kRecordingFormats)
       ->required()
       ->expected(1)
+      ->transform(standard_input())
       ->type_name("REC");
   add_output(*cmd, "-o,--output", args->output, "the corrected recording", "OUT.csv")->required();
   cmd->add_flag("--keep-times", args->keep_times,

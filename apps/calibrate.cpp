@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include "apps/commands.h"
+#include "apps/options/axes_of_calibration.h"
 #include "apps/options/common_options.h"
 #include "apps/options/outputs.h"
 #include "apps/options/place_options.h"
@@ -137,7 +138,7 @@ int run(CalibrateArguments& args) {
   if (args.mag_time_offset != "auto") args.options.mag_time_offset = args.mag_time_offset == "on";
   args.options.optimizer.backend = backend_named(args.backend);
 
-  args.prior.apply_to(args.options);
+  args.prior.apply_to(args.options, args);
   const std::vector<Recording> recordings = read_recordings(args);
   if (args.place.prior) args.options.also = field_prior(*known.field, int(recordings.size()));
   std::optional<RivalCalibration> rival;
@@ -157,6 +158,7 @@ int run(CalibrateArguments& args) {
   give_positions(args, c);
   nlohmann::ordered_json file = to_json(c, args.joint_covariance);
   file["method"] = rival ? rival->method : "map";
+  file["axes"] = axes_json(args);
   file["provenance"] = provenance_json(args.recordings);
   if (rival) file["not_estimated"] = rival->not_estimated;
   const std::string json = json_text(file);

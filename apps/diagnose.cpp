@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "apps/commands.h"
+#include "apps/options/axes_of_calibration.h"
 #include "apps/options/common_options.h"
 #include "apps/options/outputs.h"
 #include "apps/page/diagnosis_report.h"
@@ -55,8 +56,12 @@ int run(const DiagnoseArguments& args) {
   if (!args.against.empty()) {
     options.against = read_calibration(args.against);
     options.against_name = args.against;
+    check_same_axes(args.against, args);
   }
-  if (!args.base.empty()) options.base = read_calibration(args.base);
+  if (!args.base.empty()) {
+    options.base = read_calibration(args.base);
+    check_same_axes(args.base, args);
+  }
   std::vector<Recording> recordings = read_recordings(args);
   for (Recording& r : recordings) {
     if (!args.magnetometer.empty()) put_first(args.magnetometer, r);

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
+#include "apps/options/axes_of_calibration.h"
 #include "apps/options/common_options.h"
 #include "apps/options/outputs.h"
 #include "apps/say/trusted.h"
@@ -27,15 +28,26 @@ const std::map<std::string, ExportTarget> kTargets{{"px4", ExportTarget::kPx4},
 struct ExportArguments : RecordingOptions {
   std::string calibration, output = "/dev/stdout", target;
   ExportOptions options;
-  bool force = false;
+  bool force = false, allow_loss = false;
 };
+
+// A file that makes headings wrong is not written, unless the user insists.
+bool may_be_written(const Exported& out, const ExportArguments& args) {
+  for (const std::string& sentence : out.harmful) {
+    fmt::print(stderr, "magimu: {}: {}{}\n", args.calibration, sentence,
+               args.allow_loss ? "" : " Or write the file all the same: --allow-loss.");
+  }
+  return out.harmful.empty() || args.allow_loss;
+}
 
 int run(ExportArguments& args) {
   check_outputs({args.calibration}, {args.output});
   const Calibration c = read_calibration(args.calibration);
   if (!may_be_used(c, args.calibration, args.force)) return kNoAnswer;
+  args.options.turned = axes_in(args.calibration);
   args.options.source = std::filesystem::path(args.calibration).filename().string();
   const Exported out = export_calibration(c, kTargets.at(args.target), args.options);
+  if (!may_be_written(out, args)) return kUnusable;
   if (args.json) {
     const nlohmann::ordered_json json = {
         {"to", args.target}, {"text", out.text}, {"lost", out.lost}};
@@ -60,8 +72,9 @@ void add_export(CLI::App& app, int& exit_code) {
       "Example: magimu export cal.json --to px4 -o cal.params\n"
       "What the other system has no parameter for is said, here and in the file.\n"
       "Exit code 1: the calibration says of itself that it must not be used (--force: do it\n"
-      "all the same); 2: wrong usage or unreadable input; 70: a defect of magimu: please report "
-      "it.");
+      "all the same); 2: wrong usage or unreadable input, or a file that would make headings "
+      "wrong\n"
+      "(--allow-loss: write it all the same); 70: a defect of magimu: please report it.");
   cmd->add_option("calibration", args->calibration, "written by `magimu calibrate -o`")
       ->required()
       ->type_name("CAL.json");
@@ -90,6 +103,8 @@ void add_export(CLI::App& app, int& exit_code) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->check(CLI::IsMember({"mag", "acc", "gyr"}));
+  cmd->add_flag("--allow-loss", args->allow_loss,
+                "px4, ardupilot: write a file that loses a large rotation of a magnetometer, too");
   cmd->add_flag("--force", args->force, "use a calibration whose verdict is \"no\"");
   add_output_options(*cmd, *args, "write a JSON object with the text and what is lost");
   cmd->callback([args, &exit_code] { exit_code = run(*args); });

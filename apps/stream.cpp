@@ -7,6 +7,7 @@
 
 #include "apps/commands.h"
 #include "apps/live/page_view.h"
+#include "apps/options/axes_of_calibration.h"
 #include "apps/options/common_options.h"
 #include "apps/options/outputs.h"
 #include "apps/options/place_options.h"
@@ -42,8 +43,9 @@ constexpr const char* kExamples = R"(Examples:
   magimu stream rec.csv -o cal.json                       a file
   magimu stream log.csv --follow --state log.state        a file that grows; killed, it goes on
 
-CSV with one header line, as for calibrate. One JSON line a window goes to standard output (or a
-live view to the terminal), the calibration to CAL.json at the end: of the source, or by Ctrl-C.
+Text in any dialect that calibrate reads, with a header line or --columns. One JSON line a window
+goes to standard output (or a live view to the terminal), the calibration to CAL.json at the end:
+of the source, or by Ctrl-C.
 A file ends at its end, with --follow when it is deleted; a pipe or FIFO when its last writer
 closes it, with --follow a FIFO waits for the next one; TCP and serial ports are opened again.
 What is wrong with the samples (units, times, axes, clipped or hung sensors) is said within seconds,
@@ -92,7 +94,7 @@ void prepare(StreamArguments& args) {
     s.estimator.dip_rad = field->dip_rad;
     if (args.place.prior) s.estimator.also = field_prior(*field, 1);
   }
-  args.prior.apply_to(s.estimator);
+  args.prior.apply_to(s.estimator, args);
   s.reading = reading_text(args);
   s.estimator.motion = args.motion_model();
   if (!args.target.empty()) s.estimator.target = parse_stream_target(args.target);
@@ -109,6 +111,7 @@ int deliver(const StreamArguments& args, StreamSession& session, bool table, Pag
   check_field(c, args.place.known_field());
   if (!args.output.empty()) {
     nlohmann::ordered_json file = to_json(c);
+    file["axes"] = axes_json(args);
     file["provenance"] = provenance_json({args.source});
     write_atomically(args.output, json_text(file));
   }

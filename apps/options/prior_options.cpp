@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 
+#include "apps/options/axes_of_calibration.h"
 #include "calibration/fit/parameter_prior.h"
 #include "calibration/result/calibration_json.h"
 #include "recording/data/error.h"
@@ -21,7 +22,7 @@ double days_since(const std::string& path) {
 
 }  // namespace
 
-CalibrationOptions PriorArguments::read() const {
+CalibrationOptions PriorArguments::read(const ReadingOptions& reading) const {
   CalibrationOptions options;
   const bool given = prior != "default" && prior != "none";
   if (!given && (has_age || has_drift)) {
@@ -32,6 +33,7 @@ CalibrationOptions PriorArguments::read() const {
   options.prior = prior == "none" ? PriorKind::kNone : PriorKind::kUsual;
   if (!given) return options;
   GivenPrior old{prior, read_calibration(prior), has_age ? age_days : days_since(prior), drift};
+  check_same_axes(prior, reading);
   if (old.calibration.trust.verdict == Verdict::kNo) {
     throw InputError(prior, 0, 0, "its verdict is `no`: it tells nothing of the device",
                      "name another one, or use --prior default");

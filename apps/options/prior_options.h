@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "apps/options/reading_options.h"
 #include "calibration/calibrate.h"
 
 namespace magimu::apps {
@@ -15,16 +16,17 @@ struct PriorArguments {
   double drift = 1.0;
   bool has_age = false, has_drift = false;
 
-  // Reads the calibration that is named. Throws InputError. Options: of a calibration or a stream.
+  // Reads the calibration that is named. Throws InputError, also where the recording is not read in
+  // its axes. Options: of a calibration or a stream.
   template <class Options>
-  void apply_to(Options& options) const {
-    const CalibrationOptions known = read();
+  void apply_to(Options& options, const ReadingOptions& reading) const {
+    const CalibrationOptions known = read(reading);
     options.prior = known.prior;
     options.given_prior = known.given_prior;
   }
 
  private:
-  CalibrationOptions read() const;
+  CalibrationOptions read(const ReadingOptions& reading) const;
 };
 
 // arguments must live as long as cmd.

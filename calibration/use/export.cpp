@@ -73,9 +73,30 @@ std::string comment_head(const Calibration& c, const ExportOptions& options,
   const std::string from = options.source.empty() ? "" : " from " + quoted_text(options.source);
   add(fmt::format("Written by magimu export{}; its verdict: {}.", from,
                   to_string(c.trust.verdict)));
+  for (const auto& [sensor, axes] : options.turned) {
+    add(fmt::format("Turn raw readings first: {} = ({}) of the sensor's own axes.", sensor, axes));
+  }
   for (const std::string& line : lines) add(line);
   for (const std::string& sentence : lost) add("LOST: " + sentence);
   return out;
+}
+
+std::string raw_units(const std::string& field_unit, double uT) {
+  struct Unit {
+    const char* name;
+    double uT;
+  };
+  constexpr Unit kFieldUnits[] = {
+      {"uT", 1.0}, {"nT", 1e-3}, {"milligauss", 0.1}, {"gauss", 100.0}, {"tesla", 1e6}};
+  std::string factors;
+  for (const Unit& unit : kFieldUnits) {
+    if (unit.name != field_unit) factors += fmt::format(", {} by {:.6g}", unit.name, unit.uT / uT);
+  }
+  return fmt::format(
+      "Raw readings must come in m/s^2, rad/s and {}, along the axes of the recording. Multiply g "
+      "by 9.80665, deg/s by 0.0174532925{}; counts by the factors with which they were read for "
+      "the calibration.",
+      field_unit, factors);
 }
 
 std::vector<std::string> lost_effects(const Calibration& c, const Carries& carries) {

@@ -10,10 +10,12 @@
 // Ours is M (raw - o_m), M = s D^-1 (apply.h), which is not symmetric: besides gain and soft iron
 // it turns the magnetometer's axes into those of the IMU. The autopilots' matrix cannot: M = Q S is
 // taken apart (polar decomposition), S goes into the matrix and keeps every length, and the
-// rotation Q is told, or carried by the sensor's mounting angles where that is asked for.
+// rotation Q is told, or carried by the sensor's mounting angles where that is asked for. A file
+// that loses a large Q is harmful: headings would be off by its angle.
 #pragma once
 
 #include <algorithm>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -33,6 +35,9 @@ struct ExportOptions {
   // Autopilots: the parameters of these sensors only, "mag", "acc", "gyr". Default: of all.
   std::vector<std::string> only = {};
   std::string source = {};  // where the calibration comes from, for a comment
+  // Sensors that were turned before the calibration, and how: {"mag", "y,-x,z"}. Raw readings have
+  // to be turned alike, which the comment says.
+  std::map<std::string, std::string> turned = {};
 
   bool writes(const std::string& sensor) const {
     return only.empty() || std::find(only.begin(), only.end(), sensor) != only.end();
@@ -42,6 +47,9 @@ struct ExportOptions {
 struct Exported {
   std::string text;               // the file
   std::vector<std::string> lost;  // what the target cannot hold, in sentences (also in the text)
+  // A loss that makes headings wrong, with its remedy, in sentences; empty: none. Such a file
+  // should not be used.
+  std::vector<std::string> harmful;
 };
 
 Exported export_calibration(const Calibration& calibration, ExportTarget target,

@@ -21,13 +21,15 @@
 
 #include "calibration/use/apply.h"
 #include "calibration/use/export_text.h"
+#include "recording/data/axes.h"
 
 namespace magimu {
 namespace {
 
 constexpr double kGauss = 100.0, kMilligauss = 0.1;  // uT
 constexpr std::size_t kPx4Mags = 4, kArdupilotMags = 3;
-constexpr double kSmallAngle = 0.05;  // degrees; below, the rotation is not worth a word
+constexpr double kSmallAngle = 0.05;   // degrees; below, the rotation is not worth a word
+constexpr double kHarmfulAngle = 5.0;  // degrees by which a heading may be off
 const char* const kFrames =
     "Axes: the recording's are taken to be those in which the autopilot's drivers report the "
     "sensors, before its own calibration.";
@@ -67,6 +69,53 @@ std::string lost_rotation(const std::string& name, const Matrix3& Q) {
       name, angle_deg(Q), rpy[0], rpy[1], rpy[2]);
 }
 
+// A lost rotation turns headings by about its angle. That does harm where it is more than the
+// calibration's own uncertainty; a few degrees a vehicle bears.
+double harmful_angle_deg(const Calibration& c, std::size_t m) {
+  const bool known = m < c.magnetometers.size();
+  return std::max(kHarmfulAngle, known ? c.magnetometers[m].direction_sigma_deg : 0.0);
+}
+
+// Of the 24 rotations that carry axes to axes.
+Matrix3 nearest_axes(const Matrix3& Q) {
+  std::vector<Matrix3> all = signed_permutations();
+  std::erase_if(all, [](const Matrix3& axes) { return axes.determinant() < 0.0; });
+  return *std::ranges::max_element(all, {},
+                                   [&](const Matrix3& axes) { return axes.cwiseProduct(Q).sum(); });
+}
+
+// The axes to turn to, and what is left then.
+std::string remedy_by_axes(const std::string& name, const Matrix3& Q) {
+  const Matrix3 axes = nearest_axes(Q);
+  if (axes.isIdentity()) return "";
+  return fmt::format(
+      " Or turn the axes: calibrate with --axes {}={}, set the same turn as the orientation of "
+      "this "
+      "magnetometer in the autopilot, and {:.2g} deg are left.",
+      name, axes_text(axes), angle_deg(Q * axes.transpose()));
+}
+
+std::string harm_of(const std::string& name, const Matrix3& Q) {
+  return fmt::format(
+      "{} is turned by {:.1f} deg against the IMU, and the file cannot hold that: headings would "
+      "be "
+      "wrong by as much. Carry it as mounting angles, for external magnetometers: "
+      "--with-rotation.{}",
+      name, angle_deg(Q), remedy_by_axes(name, Q));
+}
+
+// Losses that make headings wrong. count: magnetometers the target has.
+std::vector<std::string> harms(const Calibration& c, const ExportOptions& options,
+                               std::size_t count) {
+  std::vector<std::string> out;
+  if (options.with_rotation || !options.writes("mag")) return out;
+  for (std::size_t m = 0; m < std::min(count, c.mag_names.size()); ++m) {
+    const Matrix3 Q = polar_parts(export_matrix(c, m, options)).rotation;
+    if (angle_deg(Q) > harmful_angle_deg(c, m)) out.push_back(harm_of(c.mag_names[m], Q));
+  }
+  return out;
+}
+
 // What both lose. count: magnetometers the target has.
 std::vector<std::string> losses(const Calibration& c, const ExportOptions& options,
                                 std::size_t count) {
@@ -88,10 +137,12 @@ std::vector<std::string> losses(const Calibration& c, const ExportOptions& optio
 }  // namespace
 
 Exported export_px4(const Calibration& c, const ExportOptions& options) {
-  Exported out{"", losses(c, options, kPx4Mags)};
+  Exported out{"", losses(c, options, kPx4Mags), harms(c, options, kPx4Mags)};
   std::vector<std::string> head{
       "Parameters of PX4 for QGroundControl (Parameters, Tools, Load from file).",
-      "mag = S (raw - off), gauss; acc = raw - off, m/s^2; gyro = raw - off, rad/s.", kFrames,
+      "mag = S (raw - off), gauss; acc = raw - off, m/s^2; gyro = raw - off, rad/s.",
+      raw_units("gauss", kGauss),
+      kFrames,
       "CAL_MAGn_ID, CAL_ACC0_ID and CAL_GYRO0_ID must already name these sensors: calibrate once "
       "on "
       "the vehicle.",
@@ -129,12 +180,14 @@ Exported export_px4(const Calibration& c, const ExportOptions& options) {
 Exported export_ardupilot(const Calibration& c, const ExportOptions& options) {
   // One pair of custom rotations serves two magnetometers.
   const std::size_t count = options.with_rotation ? 2 : kArdupilotMags;
-  Exported out{"", losses(c, options, count)};
+  Exported out{"", losses(c, options, count), harms(c, options, count)};
   std::vector<std::string> head{
       "Parameters of ArduPilot (Mission Planner: Full Parameter List, Load from file; MAVProxy: "
       "param load).",
       "mag = S (raw + ofs), milligauss; acc = raw - offs, m/s^2; gyro = raw - offs, rad/s.",
-      kFrames, "The gyroscope is calibrated anew at every start unless INS_GYR_CAL is 0.",
+      raw_units("milligauss", kMilligauss),
+      kFrames,
+      "The gyroscope is calibrated anew at every start unless INS_GYR_CAL is 0.",
       "COMPASS_DEV_ID and INS_ACC_ID must already name these sensors: calibrate once on the "
       "vehicle."};
   if (options.with_rotation) {

@@ -34,7 +34,7 @@ std::string sensor(const std::string& name, const Vector3& bias, const Matrix3& 
       R"c(
 static const magimu_real magimu_{0}_bias[3] = {1}; /* {3} */
 static const magimu_real magimu_{0}_matrix[3][3] = {{{2}}};
-/* out = matrix (raw - bias), {3}; raw and out may be the same array. */
+/* out = matrix (raw - bias); raw in {3}, out in {3}; both may be the same array. */
 static inline void magimu_correct_{0}(const magimu_real raw[3], magimu_real out[3]) {{
   magimu_correct(magimu_{0}_matrix, magimu_{0}_bias, raw, out);
 }}
@@ -62,7 +62,7 @@ static inline void magimu_correct(const magimu_real matrix[3][3], const magimu_r
 }  // namespace
 
 Exported export_c(const Calibration& c, const ExportOptions& options) {
-  Exported out{"", lost_effects(c, {.gyr_matrix = true, .lag = true})};
+  Exported out{"", lost_effects(c, {.gyr_matrix = true, .lag = true}), {}};
   std::string body = kBegin;
   body += sensor("acc", c.parameters.acc_bias, Matrix3::Identity(), "m/s^2");
   const Matrix3 scale = (Matrix3::Identity() + gyr_scale_misalignment(c)).inverse();
@@ -80,9 +80,11 @@ Exported export_c(const Calibration& c, const ExportOptions& options) {
       "static const magimu_real magimu_field_strength_uT = {:.12g};\n"
       "static const magimu_real magimu_field_dip_deg = {:.12g};\n\n#endif\n",
       export_strength_uT(c, options), c.parameters.dip_rad / kDegree);
-  std::string head = comment_head(
-      c, options, {"Corrected readings are in the axes of the IMU, in m/s^2, rad/s and uT."},
-      out.lost, " *");
+  std::string head =
+      comment_head(c, options,
+                   {raw_units("uT", 1.0),
+                    "Corrected readings are in the axes of the IMU, in m/s^2, rad/s and uT."},
+                   out.lost, " *");
   for (auto at = head.find("*/"); at != std::string::npos; at = head.find("*/")) {
     head.insert(at + 1, " ");  // would end the comment
   }

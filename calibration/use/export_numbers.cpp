@@ -33,7 +33,7 @@ std::string rows(const Matrix3& m, const std::string& between) {
 }  // namespace
 
 Exported export_ros(const Calibration& c, const ExportOptions& options) {
-  Exported out{"", lost_effects(c, {.gyr_matrix = true, .lag = true})};
+  Exported out{"", lost_effects(c, {.gyr_matrix = true, .lag = true}), {}};
   std::string body;
   for (std::size_t m = 0; m < c.mag_names.size(); ++m) {
     const Vector3 bias = c.parameters.mag[m].bias / kTesla;
@@ -59,6 +59,7 @@ Exported export_ros(const Calibration& c, const ExportOptions& options) {
                    {"Parameters for ROS 2 (ros2 run ... --ros-args --params-file FILE).",
                     "initial_mag_*: those of magnetometer_bias_remover (package "
                     "magnetometer_pipeline), field = matrix (raw - bias), tesla.",
+                    raw_units("tesla", kTesla),
                     "The others, for your own node: acceleration = raw - bias, m/s^2; angular "
                     "velocity = matrix (raw - bias), rad/s; lag in s; all in the axes of the IMU.",
                     "For ROS 1 leave out the lines /**: and ros__parameters:."},
@@ -68,7 +69,7 @@ Exported export_ros(const Calibration& c, const ExportOptions& options) {
 }
 
 Exported export_matlab(const Calibration& c, const ExportOptions& options) {
-  Exported out{"", lost_effects(c, {.gyr_matrix = true, .lag = true})};
+  Exported out{"", lost_effects(c, {.gyr_matrix = true, .lag = true}), {}};
   std::string body;
   for (std::size_t m = 0; m < c.mag_names.size(); ++m) {
     const std::string suffix = c.mag_names.size() == 1 ? "" : fmt::format("{}", m + 1);
@@ -88,7 +89,8 @@ Exported export_matlab(const Calibration& c, const ExportOptions& options) {
   out.text = comment_head(c, options,
                           {"As magcal returns them: mag = (D - b)*A, one reading a row, uT, in the "
                            "axes of the IMU.",
-                           "acc = D - acc_bias, m/s^2; gyr = (D - gyr_bias)*gyr_A, rad/s."},
+                           "acc = D - acc_bias, m/s^2; gyr = (D - gyr_bias)*gyr_A, rad/s.",
+                           raw_units("uT", 1.0)},
                           out.lost, "%") +
              body;
   return out;

@@ -16,6 +16,10 @@ std::string comment_head(const Calibration& calibration, const ExportOptions& op
                          const std::vector<std::string>& lines,
                          const std::vector<std::string>& lost, const std::string& sign);
 
+// In which units raw readings must come, of which one of the field is so many uT, and the factors
+// from others.
+std::string raw_units(const std::string& field_unit, double uT);
+
 // What a target has a place for.
 struct Carries {
   bool gyr_matrix = false;  // scale errors and misalignment of the gyroscope

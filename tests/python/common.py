@@ -30,7 +30,7 @@ def recording():
 def without_times(calibration):
     """A calibration's JSON without what differs from run to run, or names files."""
     out = json.loads(calibration) if isinstance(calibration, str) else dict(calibration)
-    for key in ("provenance", "fields"):
+    for key in ("provenance", "fields", "axes"):
         out.pop(key, None)
     out["fit"].pop("seconds", None)
     return out

@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "calibration/use/apply.h"
+#include "recording/data/axes.h"
 #include "tests/recording/test_files.h"
 
 namespace magimu {
@@ -155,6 +156,42 @@ TEST(ExportPx4, does_what_we_do_but_for_the_rotation_it_states) {
     EXPECT_LT((raw - xyz(n, "CAL_GYRO0_", "OFF") - (raw - c.parameters.gyr_bias)).norm(), kSame);
   }
   EXPECT_THAT(out.lost, testing::Contains(HasSubstr("gyroscope's scale errors")));
+}
+
+TEST(ExportAutopilots, call_the_loss_of_a_large_rotation_harmful_and_name_the_nearest_axes) {
+  Calibration c = example(1, true);
+  EXPECT_THAT(export_calibration(c, ExportTarget::kPx4).harmful, IsEmpty());
+  const Matrix3 axes = axes_from_text("y,x,-z");
+  const Matrix3 tilt = Eigen::AngleAxisd(0.03, Vector3(1.0, 2.0, -1.0).normalized()).matrix();
+  c.parameters.mag[0].distortion = c.parameters.mag[0].distortion * tilt * axes;
+  for (const ExportTarget target : {ExportTarget::kPx4, ExportTarget::kArdupilot}) {
+    EXPECT_THAT(export_calibration(c, target).harmful,
+                testing::ElementsAre(
+                    testing::AllOf(HasSubstr("--axes mag=y,x,-z"), HasSubstr("1.7 deg are left"))));
+    EXPECT_THAT(export_calibration(c, target, {.with_rotation = true}).harmful, IsEmpty());
+    EXPECT_THAT(export_calibration(c, target, {.only = {"acc"}}).harmful, IsEmpty());
+  }
+  for (const ExportTarget target : {ExportTarget::kC, ExportTarget::kRos, ExportTarget::kMatlab}) {
+    EXPECT_THAT(export_calibration(c, target).harmful, IsEmpty()) << "its matrix holds a rotation";
+  }
+}
+
+TEST(ExportAutopilots, do_no_harm_within_the_uncertainty_of_the_calibration) {
+  Calibration c = example();  // 0.3 rad
+  EXPECT_THAT(export_calibration(c, ExportTarget::kPx4).harmful,
+              testing::ElementsAre(testing::Not(HasSubstr("--axes"))));
+  c.magnetometers = {MagnetometerRecord{.direction_sigma_deg = 20.0}};
+  EXPECT_THAT(export_calibration(c, ExportTarget::kPx4).harmful, IsEmpty());
+}
+
+TEST(Export, says_in_which_units_raw_readings_must_come) {
+  const auto text = [](ExportTarget target) { return export_calibration(example(), target).text; };
+  for (const ExportTarget target : {ExportTarget::kC, ExportTarget::kMatlab}) {
+    EXPECT_THAT(text(target), HasSubstr("Raw readings must come in m/s^2, rad/s and uT"));
+  }
+  EXPECT_THAT(text(ExportTarget::kRos), HasSubstr("uT by 1e-06"));
+  EXPECT_THAT(text(ExportTarget::kPx4), HasSubstr("uT by 0.01"));
+  EXPECT_THAT(text(ExportTarget::kArdupilot), HasSubstr("uT by 10"));
 }
 
 TEST(ExportAutopilots, write_one_sensor_only_where_asked_and_no_scale_that_was_not_estimated) {

@@ -196,7 +196,7 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   const Check first[] = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
                          check_windows(c, mag_squares)};
   c.checks.insert(c.checks.begin(), std::begin(first), std::end(first));
-  judge(c, unknown);
+  judge(c, unknown, pipeline.guess().ellipsoid_rms_uT);
   judge_magnetometers(c);
   return c;
 }

@@ -24,6 +24,7 @@
 #include "diagnosis/conclude/place.h"
 #include "diagnosis/conclude/unexplained.h"
 #include "diagnosis/held/held_model.h"
+#include "diagnosis/noise/sentence_numbers.h"
 #include "diagnosis/noise/thinned.h"
 #include "diagnosis/result/diagnosis.h"
 #include "diagnosis/search/extender.h"
@@ -173,6 +174,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   find_repeats(given, d);
   const int at_rest = find_changes_in_cut_rests(few.get(), full, extender.stage(), d);
   progress("how wrong, where, when?", 0.87);
+  d.off_ellipsoid_uT = pipeline.guess().ellipsoid_rms_uT;
   const auto place = find_missing_state(
       {recordings, full, first, extender.stage(), {.mag_noise_known = options.noise.has_value()}},
       d);
@@ -220,8 +222,10 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
                      {.noise = options.noise, .false_alarm_rate = options.false_alarm_rate});
     for (const Finding& f : d.findings) {
       if (!belongs_to_recording(f.effect)) continue;
-      d.against->notes.push_back(
-          f.effect + " was found in these recordings; the comparison does not know of it.");
+      d.against->notes.push_back(fmt::format(
+          "The cause \"{}\" was found in these recordings; the comparison does not know "
+          "of it.",
+          effect_words(f.effect)));
     }
   }
   d.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -13,8 +13,9 @@
 namespace magimu {
 namespace {
 
-constexpr double kFlat = 1e-12;   // of a variance: the readings lie in a plane
-constexpr double kExact = 1e-14;  // of the sum of squares: rounding
+constexpr double kFlat = 1e-12;     // of a variance: the readings lie in a plane
+constexpr double kExact = 1e-14;    // of the sum of squares: rounding
+constexpr double kOfLengths = 0.1;  // of what lengths would show of a misfit: next to nothing
 constexpr Key kLower{'L', 0}, kBias{'m', 0};
 constexpr Key direction_key(std::size_t k) { return {'u', std::uint32_t(k)}; }
 
@@ -147,6 +148,10 @@ IntrinsicCalibration calibrate_intrinsic(const std::vector<Vector3>& mag, int ma
   out.residual_rms_uT = distance_rms(used, out);
   out.converged = result.converged();
   return out;
+}
+
+bool only_directions_depart(double off_ellipsoid_uT, double misfit_uT) {
+  return off_ellipsoid_uT * off_ellipsoid_uT < kOfLengths * misfit_uT * misfit_uT / 3.0;
 }
 
 }  // namespace magimu

@@ -27,4 +27,9 @@ IntrinsicCalibration fit_ellipsoid(const std::vector<Vector3>& mag_uT);
 IntrinsicCalibration calibrate_intrinsic(const std::vector<Vector3>& mag_uT,
                                          int max_samples = 1500);
 
+// How far the readings are from one ellipsoid when the field that they should show departs by
+// misfit_uT (RMS): a field that changes does so along itself as much as across, which readings on
+// one ellipsoid do not. True: what departs is a direction, and no magnet or iron.
+bool only_directions_depart(double off_ellipsoid_uT, double misfit_uT);
+
 }  // namespace magimu

@@ -77,7 +77,9 @@ Check check_gain(const BlockErrors& as_they_come, const BlockErrors& calibrated,
   }
   if (!gain.better()) {
     return {"gain", CheckStatus::kOk, gain.ratio(),
-            numbers + ": what changes with the attitude is as good without it."};
+            numbers +
+                ": no gain is shown, and no loss. Readings of this sensor may be used as "
+                "they come."};
   }
   return {"gain", CheckStatus::kOk, gain.ratio(),
           fmt::format("{}: {:.2g} times better.", numbers, gain.ratio())};

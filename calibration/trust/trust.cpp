@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "calibration/fit/diagnostics.h"
+#include "calibration/start/intrinsic.h"
 #include "calibration/start/turned_axes.h"
 #include "recording/data/set_aside.h"
 #include "statistics/quantiles.h"
@@ -121,23 +122,42 @@ std::string lasting_change(const Calibration& c) {
   return std::isnan(at) ? "" : fmt::format("; it changes for good at about {:.0f} s", at);
 }
 
-void judge_field(Calibration& c) {
+// Where the field keeps its strength, no magnet came near.
+std::string not_the_field(double rms, double share, double off_ellipsoid_uT) {
+  return fmt::format(
+      "The magnetometer's directions do not turn as the gyroscope says: it departs from what the "
+      "fit predicts by {:.2f} uT RMS, {:.1f} % of the field, while its readings lie on one "
+      "ellipsoid to {:.2g} uT, which they would not near a magnet or iron. Look at the gyroscope "
+      "(a high-pass, an automatic zero, its range) and at the times of its samples.",
+      rms, 100.0 * share, off_ellipsoid_uT);
+}
+
+void judge_field(Calibration& c, std::optional<double> off_ellipsoid_uT) {
   const double rms = c.residuals[2].rms_unit, share = rms / c.strength_uT;
-  if (verdict_on_misfit(share) == Verdict::kYes && c.disturbances.empty()) return;
+  const Verdict verdict = verdict_on_misfit(share);
+  if (verdict == Verdict::kYes && c.disturbances.empty()) return;
+  if (off_ellipsoid_uT && only_directions_depart(*off_ellipsoid_uT, rms)) {
+    c.disturbances.clear();
+    c.trust.lower(std::max(verdict, Verdict::kLimited),
+                  not_the_field(rms, share, *off_ellipsoid_uT));
+    return;
+  }
   const std::string text = fmt::format(
       "Magnetic disturbance{}: the magnetometer departs from one homogeneous field by {:.2f} uT "
       "RMS, {:.1f} % of it{}. A magnet or iron moved with or near the sensor, or the field differs "
       "from place to place. Go away from iron, magnets and electric devices, and repeat.",
       when_disturbed(c.disturbances, c.trajectories.size() > 1), rms, 100.0 * share,
       lasting_change(c));
-  c.trust.lower(std::max(verdict_on_misfit(share), Verdict::kLimited), text);
+  c.trust.lower(std::max(verdict, Verdict::kLimited), text);
 }
 
 void judge_uncertainty(Calibration& c) {
   for (const FieldEstimate& f : c.fields) {
     if (f.dip_sigma_rad > kMaxDipSigma_deg * kDegree) {
-      c.trust.lower(Verdict::kLimited,
-                    fmt::format("The dip is known to {:.1f} deg only.", f.dip_sigma_rad / kDegree));
+      c.trust.lower(Verdict::kLimited, f.dip_sigma_rad < 0.5 * M_PI
+                                           ? fmt::format("The dip is known to {:.1f} deg only.",
+                                                         f.dip_sigma_rad / kDegree)
+                                           : "The dip is not known.");
     }
   }
   for (std::size_t i = 0; i < c.order.size(); ++i) {
@@ -275,10 +295,12 @@ std::vector<std::string> unknown_directions(const Calibration& c) {
   if (!(accuracy.value <= kUselessDirection_deg)) out.push_back(accuracy.sentence);
   for (const FieldEstimate& f : c.fields) {
     if (f.dip_sigma_rad <= kUselessDirection_deg * kDegree) continue;
-    out.push_back(
-        fmt::format("The dip is known to {:.0f} deg only: the motion hardly tells where the field "
-                    "points. Turn the sensor about all three of its axes, by half a turn and more.",
-                    f.dip_sigma_rad / kDegree));
+    out.push_back(fmt::format(
+        "The dip is {}: the motion hardly tells where the field points. Turn the sensor "
+        "about all three of its axes, by half a turn and more.",
+        f.dip_sigma_rad < 0.5 * M_PI
+            ? fmt::format("known to {:.0f} deg only", f.dip_sigma_rad / kDegree)
+            : "not known"));
   }
   return out;
 }
@@ -300,11 +322,12 @@ void judge_faults(Trust& trust, const std::vector<KnownFault>& faults) {
   }
 }
 
-void judge(Calibration& c, const std::vector<std::string>& unknown) {
+void judge(Calibration& c, const std::vector<std::string>& unknown,
+           std::optional<double> off_ellipsoid_uT) {
   judge_turns(c);
   judge_fit(c);
   judge_motion(c);
-  judge_field(c);
+  judge_field(c, off_ellipsoid_uT);
   for (const std::string& reason : unknown) c.trust.lower(Verdict::kNo, reason);
   judge_uncertainty(c);
   judge_blows(c);

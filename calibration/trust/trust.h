@@ -4,6 +4,8 @@
 // noise, does the field stay the same.
 #pragma once
 
+#include <optional>
+
 #include "calibration/result/calibration.h"
 #include "calibration/result/calibration_options.h"
 #include "recording/checks/quality.h"
@@ -18,8 +20,10 @@ std::vector<Disturbance> find_disturbances(const Calibration& c,
 // The same of one magnetometer of an array, by its residual_series.
 std::vector<Disturbance> find_disturbances(const Calibration& c, std::size_t magnetometer);
 
-// unknown: unknown_directions() of the fit itself, whose verdict is `no`.
-void judge(Calibration& c, const std::vector<std::string>& unknown = {});
+// unknown: unknown_directions() of the fit itself, whose verdict is `no`. off_ellipsoid_uT: how far
+// the first magnetometer's readings are from one ellipsoid, RMS, where that is known.
+void judge(Calibration& c, const std::vector<std::string>& unknown = {},
+           std::optional<double> off_ellipsoid_uT = std::nullopt);
 
 // Of a residual of so much of the field's strength: what a verdict is lowered to.
 Verdict verdict_on_misfit(double share);

@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "diagnosis/conclude/departures.h"
 #include "diagnosis/conclude/missing_state.h"
 #include "recording/data/set_aside.h"
 
@@ -27,6 +28,14 @@ std::string where(const Departure& e, bool several) {
                      several ? " of " + e.recording : "");
 }
 
+// What a band holds; said once.
+std::string coverage_of_bands() {
+  return fmt::format(
+      " (the bands of all statistics together hold in {:.1f} % of recordings where nothing is "
+      "wrong)",
+      100.0 * (1.0 - kSimultaneous));
+}
+
 // One sentence a channel, with the strongest of its statistics.
 std::vector<std::string> sentences_of(const std::vector<Departure>& departures, bool several) {
   std::vector<std::string> out;
@@ -37,12 +46,13 @@ std::vector<std::string> sentences_of(const std::vector<Departure>& departures, 
     if (n == 0) continue;
     out.push_back(fmt::format(
         "What is left of the {} departs from what the fitted simulation predicts: its {}{} is "
-        "{:.3g}, predicted {:.3g} to {:.3g} ({:.0f} standard deviations){}.",
+        "{:.3g}, outside its band of {:.3g} to {:.3g}{} and {:.0f} standard deviations from its "
+        "middle{}.",
         sensor_of(e.channel), e.statistic, where(e, several), e.observed, e.predicted_band[0],
-        e.predicted_band[1], std::abs(e.z),
-        n == 1 ? ""
-               : fmt::format(", and {} more of its statistics leave{} their bands", n - 1,
-                             n == 2 ? "s" : "")));
+        e.predicted_band[1], out.empty() ? coverage_of_bands() : "", std::abs(e.z),
+        n == 1   ? ""
+        : n == 2 ? "; one more of its statistics leaves its band"
+                 : fmt::format("; {} more of its statistics leave their bands", n - 1)));
   }
   return out;
 }
@@ -131,6 +141,11 @@ Conclusion conclude(const Diagnosis& d) {
 
   if (named && !causes_take_nothing(d)) {
     out.answer = contrary ? Answer::kPartly : Answer::kExplained;
+    return out;
+  }
+  // What a fit leaves that has not come to its end says nothing of the simulation.
+  if (contrary && !d.after.fit.converged()) {
+    out.evidence = d.after.trust.reasons;
     return out;
   }
   if (missing || d.unexplained.detected) {

@@ -149,8 +149,10 @@ void name_change_at_rest(const std::vector<const Recording*>& given, Diagnosis& 
       });
       if (!rests) continue;
       f.sentence = fmt::format(
-          "While the sensor rested, {:.1f} to {:.1f} s, the field at it was another by [{:.2f}, "
-          "{:.2f}, {:.2f}] uT: a magnet or iron was brought near and taken away.",
+          "While the sensor rested, {:.1f} to {:.1f} s, the field that it read differed by "
+          "[{:.2f}, "
+          "{:.2f}, {:.2f}] uT from that before and after: a magnet or iron was brought near and "
+          "taken away.",
           t0, t1, f.parameters[0].value, f.parameters[1].value, f.parameters[2].value);
       f.confusable_with.insert(
           f.confusable_with.begin(),
@@ -158,6 +160,37 @@ void name_change_at_rest(const std::vector<const Recording*>& given, Diagnosis& 
            "turn the sensor while the magnet is there"});
       break;
     }
+  }
+}
+
+// A change of the magnetometer's gains or mounting multiplies all that it reads, its bias too. An
+// offset that is added behind them stays, which is a step of the bias at that time, and no magnet.
+void name_bias_of_change(Diagnosis& d) {
+  constexpr double kSigmas = 3.0;
+  const auto change = std::ranges::find(d.findings, "mag_change", &Finding::effect);
+  if (change == d.findings.end()) return;
+  const auto times_of = [](const Finding& f) {
+    std::vector<FoundParameter> out;
+    for (const FoundParameter& p : f.parameters) {
+      if ((p.name == "t0" || p.name == "t1") && std::isfinite(p.value)) out.push_back(p);
+    }
+    return out;
+  };
+  const std::vector<FoundParameter> theirs = times_of(*change);
+  for (Finding& f : d.findings) {
+    if (f.effect != "hard_iron_change" || f.parameters.size() < 3) continue;
+    const std::vector<FoundParameter> own = times_of(f);
+    const bool together = std::ranges::all_of(own, [&](const FoundParameter& t) {
+      return std::ranges::any_of(theirs, [&](const FoundParameter& u) {
+        return std::abs(t.value - u.value) < kSigmas * std::hypot(t.sigma, u.sigma);
+      });
+    });
+    if (!together) continue;
+    f.sentence = fmt::format(
+        "At the time of that change the magnetometer's bias changed otherwise than its gains, by "
+        "[{:.2f}, {:.2f}, {:.2f}] uT: an offset that is added behind them did not change with "
+        "them. It is no magnet.",
+        f.parameters[0].value, f.parameters[1].value, f.parameters[2].value);
   }
 }
 
@@ -173,6 +206,7 @@ void reword_by_what_is_known(const std::vector<const Recording*>& given, Diagnos
   name_interval_convention(given, d);
   name_acc_convention(given, d);
   name_change_at_rest(given, d);
+  name_bias_of_change(d);
 }
 
 }  // namespace magimu

@@ -160,7 +160,7 @@ void scale_to_what_is_seen(const Optimum& at, const Replicates& replicates,
   constexpr int kRounds = 3, kEach = 8;
   std::mt19937_64 random(1);
   for (int round = 0; round < kRounds; ++round) {
-    const SimulatedNoise noise(at.system.rows(), sensors);
+    const SimulatedNoise noise(at.system.residual(), sensors);
     std::vector<double> seen(sensors.size(), 0.0), simulated(sensors.size(), 0.0);
     for (int k = 0; k < kEach; ++k) {
       const VectorXd r = replicates.fitted(noise.draw(random));
@@ -200,7 +200,7 @@ Comparison compare(const Stage& stage, const std::vector<Finding>& noise, const 
     add_rounding(rounded->parameters.front().value, known.full, stage, of_sensors.back());
   }
   if (!known.noise_given) scale_to_what_is_seen(at, replicates, of_sensors);
-  const SimulatedNoise simulated(at.system.rows(), of_sensors);
+  const SimulatedNoise simulated(at.system.residual(), of_sensors);
 
   std::mt19937_64 random(20250918);
   std::vector<VectorXd> mean, square;

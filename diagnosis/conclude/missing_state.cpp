@@ -11,8 +11,10 @@
 
 #include "calibration/model/extension.h"
 #include "calibration/motion/rests.h"
+#include "calibration/start/intrinsic.h"
 #include "diagnosis/conclude/noise_findings.h"
 #include "diagnosis/conclude/place.h"
+#include "diagnosis/noise/sentence_numbers.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
 
@@ -110,6 +112,13 @@ bool is_acc_offset(const Diagnosis& d, const MissingState& most) {
   return left < std::max(kNullGain, kCrumb * counted(most));
 }
 
+// A process of the magnetometer or of the field as large as this would show in the lengths of the
+// readings, which lie on one ellipsoid: what departs is their direction.
+bool keeps_its_length(const Diagnosis& d, const MissingState& m) {
+  return m.channel == "mag" && d.off_ellipsoid_uT &&
+         only_directions_depart(*d.off_ellipsoid_uT, m.size);
+}
+
 // Where it is: the sensors whose processes gain about as much, and of the magnetometer the frame.
 std::string place_of(const Diagnosis& d, const MissingState& most) {
   if (is_acc_offset(d, most)) {
@@ -117,6 +126,13 @@ std::string place_of(const Diagnosis& d, const MissingState& most) {
         "in the time of the accelerometer's samples, {:.1f} ms {} beside the "
         "gyroscope's",
         1e3 * std::abs(most.acc_offset_s), most.acc_offset_s > 0.0 ? "late" : "early");
+  }
+  if (keeps_its_length(d, most)) {
+    return fmt::format(
+        "between the magnetometer's directions and the gyroscope's turns; the field keeps its "
+        "strength (the readings lie on one ellipsoid to {:.2g} uT), so that it is no magnet or "
+        "iron but the gyroscope, or the times of its samples",
+        *d.off_ellipsoid_uT);
   }
   double best = 0.0;
   for (const MissingState& m : d.missing) best = std::max(best, deciding(m));
@@ -145,8 +161,8 @@ std::string place_of(const Diagnosis& d, const MissingState& most) {
 }
 
 std::string shown_size(double value, const std::string& unit) {
-  if (unit == "rad/s") return fmt::format("{:.2g} deg/s", value * 180.0 / M_PI);
-  return fmt::format("{:.2g} {}", value, unit);
+  if (unit == "rad/s") return two_figures(value * 180.0 / M_PI) + " deg/s";
+  return two_figures(value) + " " + unit;
 }
 
 // When it shows, and where it is largest.
@@ -204,7 +220,7 @@ std::vector<MissingSeries> series_of(const std::vector<const Recording*>& record
 // Whether the field may be what is missing, as far as evidence tells.
 bool field_is_likely(const Diagnosis& d) {
   const MissingState* const most = strongest(d);
-  if (most == nullptr || is_acc_offset(d, *most)) return false;
+  if (most == nullptr || is_acc_offset(d, *most) || keeps_its_length(d, *most)) return false;
   double best = 0.0, field = 0.0;
   for (const MissingState& m : d.missing) {
     best = std::max(best, deciding(m));
@@ -278,8 +294,8 @@ std::vector<PlaceRival> ask_for_acc_offset(const MissingStateInput& in,
   for (std::size_t i = 0; i < left.size(); ++i) {
     d.missing[i].left_beside_acc_offset = left[i].gain_nats;
     d.missing[i].acc_offset_s = stage.result().values.at<double>(key);
-    out.push_back({"an accelerometer that is early or late, with a process of the " +
-                       process_name_of(kDisturbedParts[i]) + ",",
+    out.push_back({"an accelerometer that is early or late together with a process of the " +
+                       process_name_of(kDisturbedParts[i]),
                    left[i].evidence});
   }
   return out;
@@ -446,8 +462,9 @@ std::string sentence_of_missing_state(const Diagnosis& d) {
   if (most == nullptr) return {};
   return fmt::format(
       "Something is missing {}: with a disturbance there of {} (standard deviation) that lasts "
-      "about {:.2g} s, the readings are more probable by {:.0f} nats{}{}.",
-      place_of(d, *most), shown_size(most->size, most->unit), most->memory_s, counted(*most),
+      "about {} s, the readings are more probable by {}{}{}.",
+      place_of(d, *most), shown_size(most->size, most->unit), two_figures(most->memory_s),
+      nats(counted(*most)),
       d.findings.empty() ? "" : fmt::format(" (before causes were named: {:.0f})", most->gain_nats),
       when_of(d));
 }

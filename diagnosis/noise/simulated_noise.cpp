@@ -56,14 +56,16 @@ void add_rounded(const SimulatedNoise::OfSensor& s, std::mt19937_64& random, Vec
 
 }  // namespace
 
-SimulatedNoise::SimulatedNoise(Eigen::Index rows, std::vector<OfSensor> sensors)
-    : rows_(rows), sensors_(std::move(sensors)) {}
+SimulatedNoise::SimulatedNoise(VectorXd residual, std::vector<OfSensor> sensors)
+    : residual_(std::move(residual)), sensors_(std::move(sensors)) {}
 
 VectorXd SimulatedNoise::draw(std::mt19937_64& random) const {
   std::normal_distribution<double> normal;
-  VectorXd e(rows_);
-  for (Eigen::Index i = 0; i < rows_; ++i) e[i] = normal(random);
+  VectorXd e = residual_;
   for (const OfSensor& s : sensors_) {
+    for (const int row : s.sensor->rows()) {
+      for (int i = 0; i < 3; ++i) e[row + i] = normal(random);
+    }
     if (s.rho != 0.0 || s.eps > 0.0) add_shaped(s, random, e);
     if (!s.predicted.empty()) add_rounded(s, random, e);
     if (s.scale == 1.0) continue;

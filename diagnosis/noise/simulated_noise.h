@@ -23,13 +23,16 @@ class SimulatedNoise {
     std::vector<std::vector<Vector3>> predicted = {};
     double step = 0.0, before = 0.0, sigma = 1.0;
   };
-  SimulatedNoise(Eigen::Index rows, std::vector<OfSensor> sensors);
+  // residual: of the fitted model. Rows that are no sensor's keep it: a simulation moves as the
+  // recording did, and how far its hand is from the middle, and its parameters from their priors,
+  // is no noise.
+  SimulatedNoise(VectorXd residual, std::vector<OfSensor> sensors);
 
   // One standard deviation each, whatever its colour, times the scale.
   VectorXd draw(std::mt19937_64& random) const;
 
  private:
-  Eigen::Index rows_;
+  VectorXd residual_;
   std::vector<OfSensor> sensors_;
 };
 

@@ -219,6 +219,8 @@ struct Diagnosis {
       {};                          // what could not be tested, and why; how the tests were made
   double false_alarm_rate = 0.01;  // family-wise, of naming anything where there is nothing
   double seconds = 0.0;
+  // How far the first magnetometer's readings are from one ellipsoid, RMS.
+  std::optional<double> off_ellipsoid_uT = {};
   std::optional<AtRest> field_at_rest = {};  // where the field may be what is missing
   std::optional<PlaceCheck> place = {};
 };

@@ -19,6 +19,7 @@ inline Diagnosis concluded(Diagnosis d) {
 
 inline Calibration example_calibration(double shift) {
   Calibration c;
+  c.fit.reason = StopReason::kConverged;
   c.parameters.acc_bias = {0.02 + shift, -0.01, 0.03};
   c.parameters.gyr_bias = {0.001, -0.002, 0.0005};
   c.parameters.mag.resize(1);

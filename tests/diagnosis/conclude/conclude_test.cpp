@@ -29,6 +29,15 @@ TEST(Answer, is_made_from_findings_structure_and_trust) {
   EXPECT_THAT(conclude(untrusted).evidence, Contains("The sensor hardly turned."));
 }
 
+TEST(Answer, is_none_where_the_fit_has_not_come_to_its_end) {
+  Diagnosis d = test::unexplained_diagnosis();
+  d.after.fit.reason = StopReason::kMaxIterations;
+  d.after.trust.lower(Verdict::kNo, "The optimization did not reach the optimum.");
+  const Conclusion c = conclude(d);
+  EXPECT_EQ(c.answer, Answer::kNone);
+  EXPECT_THAT(c.evidence, testing::ElementsAreArray(d.after.trust.reasons));
+}
+
 TEST(Answer, is_never_predicts_above_evidence_to_the_contrary) {
   const auto damaged = [](auto damage) {
     Diagnosis d = test::clean_diagnosis();

@@ -53,8 +53,10 @@ int run(const InfoArguments& args) {
     first = false;
     looked_at.push_back({&recording, s, survey_verdict(s)});
     if (!s.usable()) {
+      // Why, the last line above says.
+      const bool said = (!args.quiet && !args.json) || s.not_looked_further.empty();
       fmt::print(stderr, "magimu: {}: do not calibrate this recording as it is{}\n", s.recording,
-                 s.not_looked_further.empty() ? "" : ": " + s.not_looked_further);
+                 said ? "" : ": " + s.not_looked_further);
     }
   }
   if (!args.report.empty()) write_atomically(args.report, survey_page(looked_at));

@@ -89,8 +89,8 @@ std::string page_of(const CLI::App& app) {
 }  // namespace
 
 void add_man_page(CLI::App& app, int& exit_code) {
-  CLI::App* cmd = app.add_subcommand("man", "Print the manual page: magimu man | man -l -");
-  cmd->group("");
+  CLI::App* cmd = app.add_subcommand("man", "Print the manual page");
+  cmd->footer("Example: magimu man | man -l -");
   cmd->callback([&app, &exit_code] {
     fmt::print("{}", page_of(app));
     exit_code = kDone;

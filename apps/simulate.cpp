@@ -51,7 +51,9 @@ int run(SimulateArguments& args) {
     write_atomically(args.truth, to_json(s.truth, args.options).dump(2) + "\n");
   }
   if (!args.quiet) {
-    fmt::print("{}: {:.0f} s of {} motion at {:g} Hz, {} samples, seed {}\n", args.output,
+    // What is said must not end in the middle of the data.
+    std::FILE* const where = is_standard_output(args.output) ? stderr : stdout;
+    fmt::print(where, "{}: {:.0f} s of {} motion at {:g} Hz, {} samples, seed {}\n", args.output,
                s.recording.duration_s(),
                s.truth.p.empty() || !args.like.empty() ? args.motion : "hand_held",
                args.options.rate_hz, s.recording.gyr.size(), args.options.seed);
@@ -61,7 +63,7 @@ int run(SimulateArguments& args) {
         values += fmt::format(" {} = {:.4g}{}{}", p.name, p.value, p.unit == "1" ? "" : " ",
                               p.unit == "1" ? "" : p.unit);
       }
-      fmt::print("  {}:{}\n", effect.name, values);
+      fmt::print(where, "  {}:{}\n", effect.name, values);
     }
   }
   return kDone;

@@ -8,6 +8,8 @@
 
 #include "apps/plot/plot.h"
 #include "apps/say/diagnosis_answer.h"
+#include "diagnosis/conclude/place.h"
+#include "diagnosis/noise/sentence_numbers.h"
 #include "graph/decompositions.h"
 
 namespace magimu::apps {
@@ -100,8 +102,9 @@ std::vector<std::string> place_words(const Diagnosis& d) {
   const auto sign = [](bool yes) { return yes ? "yes" : "no"; };
   return {
       fmt::format("(a) Nothing else explains the readings as well: {}. A function of the place is "
-                  "{:.0f} nats ahead of {}; 10 decide.",
-                  sign(p.ahead), p.ahead_nats, p.rival),
+                  "{} {} {}; {} ahead decide.",
+                  sign(p.ahead), nats(std::abs(p.ahead_nats)),
+                  p.ahead_nats < 0.0 ? "behind" : "ahead of", p.rival, kDecided),
       rest.rests == 0
           ? std::string("(b) The departure stays while the sensor rests: not shown, there is no "
                         "rest of 3 s and more.")
@@ -111,9 +114,11 @@ std::vector<std::string> place_words(const Diagnosis& d) {
                         rest.change_sigmas),
       fmt::format(
           "(c) It comes back where the sensor comes back: {}. Of {} blocks of {:.0f} s that "
-          "were left out, {} are predicted better by a function of the place, all together "
-          "by {:.0f} nats.",
-          sign(p.comes_back), p.blocks, p.block_s, p.blocks_better, p.predicts_nats())};
+          "were left out, {} {} predicted better by a function of the place; all together are "
+          "{} {}.",
+          sign(p.comes_back), p.blocks, p.block_s, p.blocks_better,
+          p.blocks_better == 1 ? "is" : "are", nats(std::abs(p.predicts_nats())),
+          p.predicts_nats() < 0.0 ? "worse" : "better")};
 }
 
 std::string disturbance_picture(const MissingSeries& s) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "apps/page/diagnosis_disturbance.h"
 #include "apps/page/diagnosis_scan_chart.h"
@@ -34,12 +35,14 @@ void answer(Page& page, const Diagnosis& d) {
   constexpr const char* kClass[] = {"answer predicts", "answer findings", "answer findings",
                                     "answer unexplained", "answer"};
   std::string html = element("p", "magimu diagnose: " + joined(d.recordings, ", "), "kicker");
-  html += element("h1", headline(d));
+  if (d.against) html += element("h1", against_headline(*d.against));
+  html += element(d.against ? "p" : "h1", headline(d));
   std::string sentences;
-  for (const Finding& f : d.findings) sentences += element("li", f.sentence);
+  for (const Finding& f : d.findings) sentences += element("li", plus_minus(f.sentence));
   if (!sentences.empty()) html += wrap("ol", sentences);
   for (const std::string& sentence : d.evidence) {
-    html += element("p", (d.answer == Answer::kPartly ? "Not explained: " : "") + sentence);
+    html +=
+        element("p", (d.answer == Answer::kPartly ? "Not explained: " : "") + plus_minus(sentence));
   }
   for (const std::string& reason : unsaid_reasons(d)) html += element("p", "Trust: " + reason);
   page.html(wrap("div", html, kClass[int(d.answer)]));
@@ -90,14 +93,14 @@ void place(Page& page, const Diagnosis& d) {
 std::string finding_card(const Finding& f, std::size_t number) {
   std::string html =
       element("p", fmt::format("{}. {}", number, effect_title(f.effect, f.channel)), "kicker");
-  html += element("h3", f.sentence);
+  html += element("h3", plus_minus(f.sentence));
   const Gain& g = f.gain;
   html +=
       wrap("ul",
            fact(percent(f.probability), "probability of this cause") +
                fact(std::isfinite(heldout_gain(g)) ? fmt::format("{:+.1f}", heldout_gain(g)) : "-",
                     "log-likelihood of data the fit had not seen") +
-               (std::isfinite(g.residual_rms_before)
+               (residual_of_model(f)
                     ? fact(fmt::format("{} → {}", plain(g.residual_rms_before),
                                        plain(g.residual_rms_after)),
                            "residual of the " + sensor_name(f.channel) + "; noise alone: 1")
@@ -185,8 +188,10 @@ void scan(Page& page, const Diagnosis& d) {
   page.section("Every cause that was looked for");
   page.figure(scan_chart(d),
               "Each cause is tested as if it were the only one, so that a strong one also raises "
-              "those that look like it. Right of the dashed line: more than chance explains, "
-              "among so many tests. Beside the bars: score statistic / number of parameters.");
+              "those that look like it; one that was found counts as when it entered the model, "
+              "where that is more. Bars, and the numbers beside them: zeros in the odds against "
+              "mere chance. Right of the dashed line: more than chance explains, among so many "
+              "tests.");
 }
 
 void residuals(Page& page, const Diagnosis& d) {
@@ -236,11 +241,11 @@ void not_seen(Page& page, const Diagnosis& d) {
 void against(Page& page, const Diagnosis& d) {
   if (!d.against) return;
   page.section("Against the stored calibration");
-  page.html(element("p", against_headline(*d.against)));
   std::vector<std::string> changed, same;
   for (const Change& c : d.against->groups) (c.changed ? changed : same).push_back(c.sentence);
   changed.insert(changed.end(), same.begin(), same.end());
   changed.insert(changed.end(), d.against->notes.begin(), d.against->notes.end());
+  for (std::string& sentence : changed) sentence = plus_minus(std::move(sentence));
   page.html(wrap("ul", items(changed)));
 }
 
@@ -276,6 +281,7 @@ void method(Page& page, const Diagnosis& d) {
 std::string diagnosis_report(const Diagnosis& d) {
   Page page("Diagnosis of " + joined(d.recordings, ", "));
   answer(page, d);
+  against(page, d);
   missing(page, d);
   place(page, d);
   found(page, d);
@@ -283,7 +289,6 @@ std::string diagnosis_report(const Diagnosis& d) {
   residuals(page, d);
   departures(page, d);
   not_seen(page, d);
-  against(page, d);
   calibration(page, d);
   method(page, d);
   return page.finish();

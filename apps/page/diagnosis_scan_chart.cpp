@@ -17,12 +17,25 @@ namespace {
 
 constexpr double kLow = 0.1;  // where bars begin
 
+// As far as logarithms of p-values reach.
+double zeros_of(double p_value) { return std::max(0.0, -std::log10(std::max(p_value, 1e-300))); }
+
+// Of the scan, which knows it alone; or as it entered the model.
+double evidence_of_found(const ScanEntry& e, const Diagnosis& d) {
+  double most = evidence(e);
+  for (const Finding& f : d.findings) {
+    if (is_finding_of(e, f)) most = std::fmax(most, zeros_of(f.p_value));
+  }
+  return most;
+}
+
 plot::RowChart::Row row_of(const ScanEntry& e, const Diagnosis& d) {
   using plot::Colour;
   plot::RowChart::Row row{effect_title(e.effect, e.channel), evidence(e), Colour::kGrey, ""};
   switch (outcome_of(e, d)) {
     case Outcome::kFound:
       row.colour = Colour::kVermilion;
+      row.value = evidence_of_found(e, d);
       row.note = "found";
       break;
     case Outcome::kExplained:
@@ -36,8 +49,8 @@ plot::RowChart::Row row_of(const ScanEntry& e, const Diagnosis& d) {
       row.note = "not tested: " + needs_words(e);
       break;
   }
-  if (e.needs.empty()) {
-    row.note += fmt::format("{}{} / {}", row.note.empty() ? "" : ", ", plain(e.statistic), e.dof);
+  if (std::isfinite(row.value)) {
+    row.note += fmt::format("{}{:.3g}", row.note.empty() ? "" : ", ", row.value);
   }
   return row;
 }
@@ -76,13 +89,14 @@ std::string scan_chart(const Diagnosis& d) {
           d.findings.empty() ? "no gain on left-out data" : "explained by what was found",
           Colour::kOrange);
   explain(Outcome::kNotFound, "not found", Colour::kSky);
+  const auto tested = [&](const ScanEntry& e) { return outcome_of(e, d) != Outcome::kUntested; };
   for (const ScanEntry& e : d.scan) {
-    if (e.needs.empty()) chart.rows.push_back(row_of(e, d));
+    if (tested(e)) chart.rows.push_back(row_of(e, d));
   }
   std::stable_sort(chart.rows.begin(), chart.rows.end(),
                    [](const auto& a, const auto& b) { return a.value > b.value; });
   for (const ScanEntry& e : d.scan) {
-    if (!e.needs.empty()) chart.rows.push_back(row_of(e, d));
+    if (!tested(e)) chart.rows.push_back(row_of(e, d));
   }
   return plot::svg(chart);
 }

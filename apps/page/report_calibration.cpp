@@ -157,36 +157,6 @@ void all_residuals(Page& page, const Calibration& c) {
              rows);
 }
 
-std::string unit_of(const std::string& name) {
-  if (name.starts_with("accelerometer")) return "m/s²";
-  if (name.find("scale_misalignment") != std::string::npos) return "";
-  if (name.starts_with("gyroscope")) return "rad/s";
-  if (name.find("dip_deg") != std::string::npos) return "deg";
-  if (name.find("offset_s") != std::string::npos) return "s";
-  return name.starts_with("magnetometers") ? "uT" : "";
-}
-
-std::string words_of(const Calibration& c, const std::string& name) {
-  std::string out = name;
-  for (std::size_t m = 0; m < c.mag_names.size(); ++m) {
-    const std::string entry = fmt::format("magnetometers[{}]", m);
-    if (out.starts_with(entry)) out.replace(0, entry.size(), c.mag_names[m]);
-  }
-  const auto replace = [&](const std::string& from, const std::string& to) {
-    const auto at = out.find(from);
-    if (at != std::string::npos) out.replace(at, from.size(), to);
-  };
-  replace("accelerometer.bias", "accelerometer bias o_a");
-  replace("gyroscope.bias", "gyroscope bias o_w");
-  replace("gyroscope.scale_misalignment", "gyroscope scale, misalignment S");
-  replace(".distortion", " distortion D");
-  replace(".bias", " bias o_m");
-  replace(".time_offset_s", " lag");
-  replace("].dip_deg", "] dip");
-  replace("field.dip_deg", "dip");
-  return axes_as_letters(out);
-}
-
 double value_of(const Calibration& c, const std::string& name) {
   const auto digits = [&](std::size_t which) {
     std::size_t at = 0, seen = 0;
@@ -219,9 +189,11 @@ void parameters(Page& page, const Calibration& c) {
   for (const std::string& name : c.order) {
     const double robust = c.sigma(name), model = c.sigma_model(name), value = value_of(c, name);
     const int n = decimals(robust);
-    rows.push_back({words_of(c, name), fmt::format("{:.{}f}", value, n),
-                    fmt::format("{:.{}f}", robust, n), fmt::format("{:.2g}", model),
-                    model > 0.0 ? fmt::format("{:.1f}", robust / model) : "-", unit_of(name)});
+    rows.push_back({calibration_parameter_words(name, c.mag_names),
+                    fmt::format("{:.{}f}", value, n), fmt::format("{:.{}f}", robust, n),
+                    fmt::format("{:.2g}", model),
+                    model > 0.0 ? fmt::format("{:.1f}", robust / model) : "-",
+                    calibration_parameter_unit(name)});
   }
   page.table({"parameter", "value", "sigma", "sigma of the model", "ratio", "unit"}, rows);
   page.paragraph(

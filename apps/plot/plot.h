@@ -75,7 +75,7 @@ struct RowChart {
   std::string title, x_label;
   std::vector<Row> rows;
   std::vector<std::pair<std::string, Colour>> legend;
-  std::optional<double> threshold;  // a dashed line from top to bottom
+  std::optional<double> threshold;  // a dashed line from the top to the last bar
   std::string threshold_name;
   bool log = false;
   double low = 0.0;  // where bars begin; above 0 on a logarithmic axis

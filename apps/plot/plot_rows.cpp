@@ -10,8 +10,6 @@ namespace magimu::plot {
 namespace {
 
 constexpr double kNoteCharacter = 6.0;  // mean width at 11 pixels
-// First white and broad, then grey: it can be read where it crosses a line.
-constexpr const char* kHalo = R"( stroke="#fff" stroke-width="4" stroke-linejoin="round")";
 constexpr const char* kNote = R"( fill="#555")";
 
 // The beginning of a text, of so many characters, whole ones (UTF-8).
@@ -22,6 +20,17 @@ std::string shortened(const std::string& text, double characters) {
     if (begins && ++n > characters) return text.substr(0, i) + "…";
   }
   return text;
+}
+
+double width_of(const std::string& text) {
+  const auto begins = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; };
+  return kNoteCharacter * double(std::ranges::count_if(text, begins));
+}
+
+std::size_t rows_to_last_bar(const RowChart& chart) {
+  std::size_t n = chart.rows.size();
+  while (n > 0 && !std::isfinite(chart.rows[n - 1].value)) --n;
+  return n;
 }
 
 }  // namespace
@@ -49,15 +58,19 @@ std::string svg(const RowChart& chart) {
       chart.log ? highest * std::pow(highest / low, air) : highest + air * (highest - low);
   const Axis x{{low, last}, chart.log, frame.left(), frame.right()};
   frame.x_axis(x, chart.x_label);
-  if (chart.threshold && x.shows(*chart.threshold)) {
-    const double at = x(*chart.threshold);
+  // Below the last bar there is nothing to compare, and notes have the room to themselves.
+  const double first_row = frame.top() + 18.0;  // above: the threshold's name
+  const double line_end = first_row + chart.row_height * double(rows_to_last_bar(chart));
+  const bool line = chart.threshold && x.shows(*chart.threshold);
+  const double at = line ? x(*chart.threshold) : 0.0;
+  if (line) {
     frame.add(fmt::format(R"(<line x1="{0:.1f}" y1="{1:.1f}" x2="{0:.1f}" y2="{2:.1f}" )"
                           R"(stroke="#333" stroke-width="1.5" stroke-dasharray="5 4"/>)"
                           "\n",
-                          at, frame.top(), frame.bottom()));
+                          at, frame.top(), line_end));
     frame.add(text(at + 5.0, frame.top() + 11.0, chart.threshold_name, "start", 11));
   }
-  double y = frame.top() + 18.0;  // above: the threshold's name
+  double y = first_row;
   for (const RowChart::Row& row : chart.rows) {
     const double middle = y + 0.5 * chart.row_height, high = chart.row_height - 6.0;
     frame.add(text(frame.left() - 8.0, middle + 4.0, row.name, "end", 12,
@@ -67,11 +80,14 @@ std::string svg(const RowChart& chart) {
       end = std::max(x(std::max(row.value, low)), frame.left() + 1.0);
       frame.add(rectangle(frame.left(), y + 3.0, end - frame.left(), high, hex(row.colour)));
     }
-    const double room = (frame.right() - end) / kNoteCharacter - 2.0;
+    // A note that would cross the threshold's line begins behind it.
+    double from = end + 6.0;
+    const bool crosses =
+        line && y < line_end && from < at + 4.0 && from + width_of(row.note) > at - 4.0;
+    if (crosses) from = at + 6.0;
+    const double room = (frame.right() - from) / kNoteCharacter - 1.0;
     if (!row.note.empty() && room > 2.0) {
-      for (const char* look : {kHalo, kNote}) {
-        frame.add(text(end + 6.0, middle + 4.0, shortened(row.note, room), "start", 11, look));
-      }
+      frame.add(text(from, middle + 4.0, shortened(row.note, room), "start", 11, kNote));
     }
     y += chart.row_height;
   }

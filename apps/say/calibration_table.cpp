@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "apps/say/numbers.h"
+#include "apps/say/parameter_words.h"
+#include "diagnosis/noise/sentence_numbers.h"
 
 namespace magimu::apps {
 namespace {
@@ -62,17 +65,34 @@ std::string array_table(const Calibration& c) {
   return out;
 }
 
+// "accelerometer bias o_a x", and the next component of the same as "y" alone.
+void add_name(std::string& names, std::string& last, const std::string& name) {
+  const std::size_t blank = name.rfind(' ');
+  const std::string stem = name.substr(0, blank);
+  const bool same = blank != std::string::npos && stem == last;
+  names += (names.empty() ? "" : same ? " " : ", ") + (same ? name.substr(blank + 1) : name);
+  last = stem;
+}
+
+// What a recording by itself says of a parameter, beside what was known before.
+std::string known_by_itself(const PriorRecord::Parameter& p) {
+  constexpr double kNotKnown = 100.0;  // times what was known before
+  if (!(p.before < kNotKnown * p.sigma)) return "by itself not known";
+  const std::string unit = calibration_parameter_unit(p.name);
+  return "by itself known to " + two_figures(p.before) + (unit.empty() ? "" : " " + unit);
+}
+
 // Sentences about parameters that the prior, not the recording, determines; empty if there are
 // none.
 std::string said_of_prior(const Calibration& c) {
   constexpr double kShows = 0.9;  // ratio of sigmas: a change of a tenth is worth a line
-  std::string held, nothing;
+  std::string held, nothing, last;
   for (const PriorRecord::Parameter& p : c.prior.parameters) {
+    const std::string name = calibration_parameter_words(p.name, c.mag_names);
     if (p.after > kShows * p.sigma) {
-      nothing += (nothing.empty() ? "" : ", ") + p.name;
+      add_name(nothing, last, name);
     } else if (p.after < kShows * p.before) {
-      held += fmt::format("{}{} (by itself known to {:.2g})", held.empty() ? "" : ", ", p.name,
-                          p.before);
+      held += fmt::format("{}{} ({})", held.empty() ? "" : ", ", name, known_by_itself(p));
     }
   }
   std::string out;
@@ -88,6 +108,42 @@ std::string said_of_prior(const Calibration& c) {
                        c.prior.moved);
   }
   return out.empty() ? out : out + "\n";
+}
+
+// A long label takes the blanks in front of its value.
+std::string label_and_columns(const std::string& label, double value, double sigma) {
+  constexpr std::size_t kLabel = 26;
+  const std::string columns = in_columns(value, sigma);
+  const std::size_t over = label.size() > kLabel ? label.size() - kLabel : 0;
+  return fmt::format("{:<{}}", label, kLabel) +
+         columns.substr(std::min(over, columns.find_first_not_of(' ')));
+}
+
+// Of effects in the model: the effect's name once, a parameter's where there are several.
+std::string effects_rows(const Calibration& c) {
+  std::string out;
+  for (const ActiveEffect& effect : c.effects) {
+    std::string label = effect_words(effect.name);
+    for (const ActiveEffect::Parameter& p : effect.parameters) {
+      const std::string name =
+          effect.parameters.size() > 1 ? calibration_parameter_words(p.name, c.mag_names) : "";
+      out += fmt::format("  {} {}  {}\n", label_and_columns(label, p.value, p.sigma),
+                         p.unit == "1" ? "" : p.unit, name);
+      label.clear();
+    }
+  }
+  return out;
+}
+
+std::string residuals_text(const Calibration& c) {
+  const std::string out = fmt::format(
+      "Residuals (1 = as the noise predicts): acc {:.2f}, gyr {:.2f}, mag {:.2f} ({:.2f} uT)\n",
+      c.residuals[0].rms, c.residuals[1].rms, c.residuals[2].rms, c.residuals[2].rms_unit);
+  if (c.motion != MotionModel::kHandHeld) return out;
+  return out +
+         "  Of a sensor that a hand moves, the trajectory follows accelerometer and gyroscope:\n"
+         "  their residuals say little, and far below 1 is as it should be. That of the\n"
+         "  magnetometer says whether the model fits.\n";
 }
 
 }  // namespace
@@ -113,12 +169,7 @@ std::string calibration_table(const Calibration& c) {
                        in_columns(f.dip_rad / kDegree, f.dip_sigma_rad / kDegree),
                        c.fields.size() > 1 ? "  " + f.recording : "");
   }
-  for (const ActiveEffect& effect : c.effects) {
-    for (const ActiveEffect::Parameter& p : effect.parameters) {
-      out += fmt::format("  {:<22}    {} {}  {}\n", effect.name, in_columns(p.value, p.sigma),
-                         p.unit, effect.parameters.size() > 1 ? p.name : "");
-    }
-  }
+  out += effects_rows(c);
   for (const LeverArm& arm : c.lever_arms) {
     for (int i = 0; i < 3; ++i) {
       out += fmt::format("  {:<22}{}   {} m{}\n", i == 0 ? "lever arm" : "", "xyz"[i],
@@ -142,8 +193,10 @@ std::string calibration_table(const Calibration& c) {
         "  within {:.2f} m (a standard deviation).\n",
         c.reach_m);
   }
-  out += "  To use it: the unit field in the IMU frame is D^-1 (mag - magnetometer bias).\n\n";
-  out += said_of_prior(c);
+  if (c.trust.verdict != Verdict::kNo) {
+    out += "  To use it: the unit field in the IMU frame is D^-1 (mag - magnetometer bias).\n";
+  }
+  out += "\n" + said_of_prior(c);
 
   out +=
       fmt::format("Noise ({}), per sqrt(Hz): acc {:.3g} m/s^2, gyr {:.3g} rad/s, mag {:.3g} uT\n",
@@ -156,9 +209,7 @@ std::string calibration_table(const Calibration& c) {
         "probable so.\n",
         100.0 * c.acc_jitter);
   }
-  out += fmt::format(
-      "Residuals (1 = as the noise predicts): acc {:.2f}, gyr {:.2f}, mag {:.2f} ({:.2f} uT)\n\n",
-      c.residuals[0].rms, c.residuals[1].rms, c.residuals[2].rms, c.residuals[2].rms_unit);
+  out += residuals_text(c) + "\n";
   out += "Checks:\n";
   for (const Check& check : c.checks) {
     out += fmt::format("  {:<17} {:<8} {}\n", check.name, to_string(check.status), check.sentence);
@@ -167,7 +218,7 @@ std::string calibration_table(const Calibration& c) {
   for (const std::string& w : c.warnings) out += "Warning: " + w + "\n";
   out += fmt::format("Trust: {}\n", to_string(c.trust.verdict));
   for (const std::string& reason : c.trust.reasons) out += "  - " + reason + "\n";
-  return out;
+  return plus_minus(out);
 }
 
 }  // namespace magimu::apps

@@ -9,6 +9,7 @@
 
 #include "apps/say/numbers.h"
 #include "diagnosis/compare/change_text.h"
+#include "diagnosis/noise/sentence_numbers.h"
 
 namespace magimu::apps {
 namespace {
@@ -91,23 +92,19 @@ std::string sensor_name(const std::string& channel) {
 }
 
 std::string effect_title(const std::string& effect, const std::string& channel) {
-  std::string out;
-  for (std::size_t at = 0; at < effect.size();) {
-    const std::size_t end = std::min(effect.find('_', at), effect.size());
-    out += (out.empty() ? "" : " ") + sensor_name(effect.substr(at, end - at));
-    at = end + 1;
-  }
+  const std::string out = effect_words(effect);
   // These exist for every sensor.
   const bool needs_sensor =
       effect == "noise_scale" || effect == "correlated_noise" || effect == "outliers";
   return needs_sensor && !channel.empty() ? out + ", " + sensor_name(channel) : out;
 }
 
+bool is_finding_of(const ScanEntry& e, const Finding& f) {
+  return f.effect == e.effect && (f.channel == e.channel || f.channel.empty() || e.channel.empty());
+}
+
 Outcome outcome_of(const ScanEntry& e, const Diagnosis& d) {
-  const auto is_it = [&](const Finding& f) {
-    return f.effect == e.effect &&
-           (f.channel == e.channel || f.channel.empty() || e.channel.empty());
-  };
+  const auto is_it = [&](const Finding& f) { return is_finding_of(e, f); };
   if (std::any_of(d.findings.begin(), d.findings.end(), is_it)) return Outcome::kFound;
   if (!e.needs.empty()) return Outcome::kUntested;
   return e.significant ? Outcome::kExplained : Outcome::kNotFound;
@@ -172,6 +169,12 @@ std::string heldout_words(const Gain& gain) {
                      nats < 100.0 ? 1 : 0);
 }
 
+bool residual_of_model(const Finding& finding) {
+  const bool excursions =
+      !finding.parameters.empty() && finding.parameters.front().name == "excursions";
+  return !excursions && std::isfinite(finding.gain.residual_rms_before);
+}
+
 double Moved::sigmas() const {
   return sigma_before > 0.0 ? (after - before) / sigma_before : std::nan("");
 }
@@ -208,7 +211,10 @@ std::string against_headline(const Against& a) {
     if (c.changed) changed += (changed.empty() ? "" : ", ") + change_title(c.group);
   }
   if (changed.empty()) {
-    return fmt::format("{} still predicts these recordings: nothing has changed.", a.calibration);
+    return fmt::format(
+        "{} still predicts these recordings: no change is seen. Changes larger than the limits "
+        "given here would have been seen nine times out of ten; smaller ones may be there.",
+        a.calibration);
   }
   return fmt::format("{} no longer predicts these recordings. What has changed: {}.", a.calibration,
                      changed);

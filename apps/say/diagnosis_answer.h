@@ -25,6 +25,7 @@ std::string effect_title(const std::string& effect, const std::string& channel =
 
 // What became of a candidate.
 enum class Outcome { kFound, kExplained, kNotFound, kUntested };
+bool is_finding_of(const ScanEntry& entry, const Finding& finding);
 Outcome outcome_of(const ScanEntry& entry, const Diagnosis& diagnosis);
 std::vector<const ScanEntry*> entries_with(Outcome outcome, const Diagnosis& diagnosis);
 
@@ -42,6 +43,11 @@ std::vector<std::string> confusable_words(const std::vector<Confusable>& confusa
 // How much better data that the fit had not seen are predicted: nats.
 double heldout_gain(const Gain& gain);
 std::string heldout_words(const Gain& gain);
+
+// Are the residuals of its gain those of the whole model without and with it? Those of a source
+// that is not in the model are of its excursions alone, beside which another finding's have no
+// order.
+bool residual_of_model(const Finding& finding);
 
 // One parameter of the calibration, before and after the extensions.
 struct Moved {

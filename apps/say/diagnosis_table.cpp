@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <string_view>
 
 #include "apps/say/diagnosis_answer.h"
 #include "apps/say/numbers.h"
+#include "apps/say/parameter_words.h"
 
 namespace magimu::apps {
 namespace {
@@ -23,14 +25,25 @@ std::string unbroken(std::string text) {
   return text;
 }
 
+// As people read it, a value with its uncertainty on one line.
+std::string readable(const std::string& text) {
+  constexpr std::string_view kSign = " ± ";
+  std::string out = plus_minus(text);
+  for (auto at = out.find(kSign); at != std::string::npos; at = out.find(kSign, at)) {
+    out[at] = out[at + kSign.size() - 1] = kUnbroken;
+  }
+  return out;
+}
+
 // Words in lines of at most kWidth; the first one begins with `first`, the others with as many
 // spaces as it is wide.
 std::string wrapped(const std::string& text, const std::string& first) {
+  const std::string shown = readable(text);
   std::string out, line = first;
   bool empty = true;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find_first_of(" \n", at), text.size());
-    const std::string word = text.substr(at, end - at);
+  for (std::size_t at = 0; at < shown.size();) {
+    const std::size_t end = std::min(shown.find_first_of(" \n", at), shown.size());
+    const std::string word = shown.substr(at, end - at);
     at = end + 1;
     if (word.empty()) continue;
     if (!empty && line.size() + 1 + word.size() > kWidth) {
@@ -67,7 +80,7 @@ std::string finding_text(const Finding& f, std::size_t number) {
       fmt::format("Probability {}; {}", percent(f.probability), heldout_words(f.gain));
   const std::string before = plain(f.gain.residual_rms_before),
                     after = plain(f.gain.residual_rms_after);
-  if (std::isfinite(f.gain.residual_rms_before) && before != after) {
+  if (residual_of_model(f) && before != after) {
     gain += fmt::format("; residual of the {} {} (1: noise alone)", sensor_name(f.channel),
                         unbroken(before + " -> " + after));
   }
@@ -75,12 +88,13 @@ std::string finding_text(const Finding& f, std::size_t number) {
   std::string values;
   const std::vector<FoundParameter> clearest = clearest_of(f.parameters);
   for (const FoundParameter& p : clearest) {
-    values += (values.empty() ? "" : ", ") + unbroken(p.name + " = " + size_words(p));
+    values += (values.empty() ? "" : "; ") + parameter_words(f.effect, p.name) + " = " +
+              unbroken(size_words(p));
   }
   if (clearest.size() < f.parameters.size()) {
-    values += fmt::format(", and {} more (-o writes all)", f.parameters.size() - clearest.size());
+    values += fmt::format("; and {} more (-o writes all)", f.parameters.size() - clearest.size());
   }
-  if (!values.empty()) out += wrapped(f.effect + ": " + values, indent);
+  if (!values.empty()) out += wrapped(effect_title(f.effect) + ": " + values, indent);
   for (const std::string& words : confusable_words(f.confusable_with)) {
     out += wrapped("Can be confused with " + words, indent);
   }
@@ -141,7 +155,9 @@ std::string against_text(const Against& a) {
 }  // namespace
 
 std::string diagnosis_table(const Diagnosis& d) {
-  std::string out = wrapped(headline(d), "") + "\n";
+  std::string out;
+  if (d.against) out += against_text(*d.against);
+  out += wrapped(headline(d), "") + "\n";
   for (std::size_t i = 0; i < d.findings.size(); ++i) out += finding_text(d.findings[i], i + 1);
   const std::vector<std::string>& reasons = d.evidence;
   if (!reasons.empty()) {
@@ -162,7 +178,6 @@ std::string diagnosis_table(const Diagnosis& d) {
   }
   out += list("Not found; it would have been, nine times out of ten, from this size on:",
               entries_with(Outcome::kNotFound, d), detectable_words);
-  if (d.against) out += against_text(*d.against);
   out += calibration_text(d);
   for (const std::string& note : d.notes) out += wrapped(note, "Note: ");
   out += wrapped(fmt::format("False alarms: where nothing is wrong, something is named in {} of "

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A diagnosis as the terminal shows it: the answer first, then what could not be tested, what was
-// looked for and not found, and what it does to the calibration.
+// A diagnosis as the terminal shows it: where a stored calibration was given, whether that still
+// holds; the answer, then what could not be tested, what was looked for and not found, and what it
+// does to the calibration.
 #pragma once
 
 #include <string>

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 namespace magimu::apps {
 
@@ -28,6 +29,14 @@ std::string with_sigma(double value, double sigma) {
 
 std::string plain(double value) {
   return std::isfinite(value) ? fmt::format("{:.4g}", value) : "-";
+}
+
+std::string plus_minus(std::string sentence) {
+  constexpr std::string_view kAscii = "+-", kSign = "±";
+  for (auto at = sentence.find(kAscii); at != std::string::npos; at = sentence.find(kAscii, at)) {
+    sentence.replace(at, kAscii.size(), kSign);
+  }
+  return sentence;
 }
 
 std::string percent(double probability) {

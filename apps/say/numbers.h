@@ -12,6 +12,8 @@ int decimals(double sigma);
 std::string with_sigma(double value, double sigma);
 // A value without uncertainty: four figures; "-" for what is not a number.
 std::string plain(double value);
+// Sentences of the library are ASCII: their "+-" as people read it, "±".
+std::string plus_minus(std::string sentence);
 // "97 %", "more than 99.9 %".
 std::string percent(double probability);
 

@@ -40,8 +40,10 @@ struct SpokenParameter {
   std::string_view effect, letters, words;
 };
 constexpr SpokenParameter kSpoken[] = {
+    {"linear_acceleration", "acceleration_rms", "acceleration, RMS"},
     {"hard_iron_change", "s", "change of the bias"},
     {"hard_iron_drift", "c", "drift of the bias"},
+    {"acc_bias_drift", "c", "drift of the bias"},
     {"field_drift", "c", "drift of the field"},
     {"field_gradient", "G", "gradient of the field"},
     {"stationary_source", "place", "place of the source"},
@@ -57,8 +59,9 @@ constexpr SpokenParameter kSpoken[] = {
     {"mag_nonlinearity", "k", "nonlinearity"},
     {"mag_time_offset", "tau", "lag"},
     {"mag_lag", "tau", "lag"},
+    {"mag_axis_time_offset", "tau", "lag"},
     {"acc_time_offset", "tau", "lag"},
-    {"mag_own_clock", "T", "period"},
+    {"mag_own_clock", "T", "period, or an alias of it"},
     {"mag_own_clock", "p", "share of a period at time 0"},
     {"gravity", "d", "gravity beyond the standard"},
     {"mains_interference", "a", "amplitude, in phase"},
@@ -79,6 +82,7 @@ constexpr SpokenParameter kSpoken[] = {
 // Of whatever begins or ends.
 constexpr SpokenParameter kOfChange[] = {
     {"_change", "C", "change"},
+    {"_bias_change", "s", "change of the bias"},
     {"_change", "k", "change of the gain"},
     {"_change", "phi", "turn on the board"},
     {"_change", "t0", "from"},
@@ -111,7 +115,8 @@ std::string entry_words(const std::string& effect, const Symbol& symbol) {
 
 std::string parameter_words(const std::string& effect, const std::string& parameter) {
   const Symbol symbol = symbol_of(parameter);
-  const bool drifts = effect == "hard_iron_drift" || effect == "field_drift";
+  const bool drifts =
+      effect == "hard_iron_drift" || effect == "field_drift" || effect == "acc_bias_drift";
   std::string words;
   if (symbol.indices.size() == 2 && drifts) {
     // c[j][axis]: of the j-th polynomial over the recording.
@@ -130,6 +135,37 @@ std::string parameter_words(const std::string& effect, const std::string& parame
     if (!words.empty() && !symbol.indices.empty()) words += ", " + axis_letter(symbol.indices[0]);
   }
   return words.empty() || words.starts_with(",") ? parameter : words + " (" + parameter + ")";
+}
+
+std::string calibration_parameter_words(const std::string& name,
+                                        const std::vector<std::string>& mag_names) {
+  std::string out = name;
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    const auto at = out.find(from);
+    if (at != std::string::npos) out.replace(at, from.size(), to);
+  };
+  for (std::size_t m = 0; m < mag_names.size(); ++m) {
+    const std::string entry = "magnetometers[" + std::to_string(m) + "]";
+    if (out.starts_with(entry)) replace(entry, mag_names[m]);
+  }
+  replace("accelerometer.bias", "accelerometer bias o_a");
+  replace("gyroscope.bias", "gyroscope bias o_w");
+  replace("gyroscope.scale_misalignment", "gyroscope scale, misalignment S");
+  replace(".distortion", " distortion D");
+  replace(".bias", " bias o_m");
+  replace(".time_offset_s", " lag");
+  replace("].dip_deg", "] dip");
+  replace("field.dip_deg", "dip");
+  return axes_as_letters(out);
+}
+
+std::string calibration_parameter_unit(const std::string& name) {
+  if (name.starts_with("accelerometer")) return "m/s^2";
+  if (name.find("scale_misalignment") != std::string::npos) return "";
+  if (name.starts_with("gyroscope")) return "rad/s";
+  if (name.find("dip_deg") != std::string::npos) return "deg";
+  if (name.find("offset_s") != std::string::npos) return "s";
+  return name.starts_with("magnetometers") ? "uT" : "";
 }
 
 std::string axes_as_letters(const std::string& name) {

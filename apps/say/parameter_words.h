@@ -3,11 +3,18 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace magimu::apps {
 
 // Of an effect's parameter, with its symbol behind it: who looks for it in the file finds it.
 std::string parameter_words(const std::string& effect, const std::string& parameter);
+
+// Of a calibration, by its name in the file: "magnetometers[0].bias[2]" -> "mag bias o_m z". Its
+// unit; empty: it has none.
+std::string calibration_parameter_words(const std::string& name,
+                                        const std::vector<std::string>& mag_names);
+std::string calibration_parameter_unit(const std::string& name);
 
 // "accelerometer bias o_a[1]" -> "accelerometer bias o_a y"; two indices of a matrix: "D xy".
 std::string axes_as_letters(const std::string& name);

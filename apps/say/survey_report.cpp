@@ -31,6 +31,9 @@ std::string sensors_text(const Survey& s) {
 }
 
 std::string rests_text(const Survey& s) {
+  const bool unit_unknown = std::ranges::any_of(
+      s.issues, [](const Issue& i) { return i.kind == "unit" && i.severity == Severity::kFatal; });
+  if (unit_unknown) return "Rests: they cannot be told before the units are known.\n";
   if (s.rests.empty()) {
     return "Rests: none. Lay the sensor down for three seconds before and after: that gives the "
            "noise and\n  the gyroscope's bias.\n";
@@ -169,6 +172,12 @@ std::string open_question(const Survey& s) {
       return "the sensors' directions do not turn as the gyroscope says, whatever the axes";
     }
   }
+  if (s.hardly_turned()) {
+    return fmt::format(
+        "up pointed to {:.0f} % of all directions of the sensor only, so that its magnetometer's "
+        "bias and the field look much alike; `magimu calibrate` tells how well it knows them",
+        100.0 * s.coverage.up);
+  }
   return s.mounting.status == MountingStatus::kUndecided
              ? "this motion does not tell whether the sensors' axes agree"
              : "";
@@ -183,10 +192,6 @@ std::string survey_verdict(const Survey& s) {
   }
   if (!s.undetermined.empty()) {
     return "This recording cannot be calibrated: its motion leaves parameters undetermined.";
-  }
-  if (s.hardly_turned()) {
-    return "A calibration from this recording cannot be trusted: the sensor hardly turned, so that "
-           "its magnetometer's bias and the field look alike.";
   }
   if (!s.turned.enough) {
     return "This recording cannot be calibrated. " + turned_too_little(s.turned);

@@ -13,6 +13,23 @@ constexpr double kSwung = 4.0,
                  kSwungColour = 0.5;  // beyond these gravity and a bias explain nothing
 constexpr double kColour = 0.2;       // correlation of neighbouring accelerometer residuals
 
+// What speaks for a moved hand, of the accelerometer and of the left-out magnetometer.
+std::string grounds_of_motion(double excess, double colour, const HeldOutGain& gain) {
+  std::string out = fmt::format(
+      "under pure rotation the accelerometer's residual is {:.1f} times its noise at rest", excess);
+  if (excess <= kExcessNoise && colour > kColour) {
+    out = fmt::format(
+        "under pure rotation neighbouring residuals of the accelerometer are alike (correlation "
+        "{:.2f})",
+        colour);
+  } else if (excess <= kExcessNoise) {
+    out = "the accelerometer alone does not show it";
+  }
+  out += ", and the magnetometer, where left out, is predicted ";
+  if (!gain.better()) return out + "no worse once the motion is modelled";
+  return out + fmt::format("{:.2f} times as well once the motion is modelled", gain.ratio());
+}
+
 }  // namespace
 
 MotionChoice choose_motion(const Stage& rotation, const Stage& hand_held, double rest_acc) {
@@ -26,11 +43,7 @@ MotionChoice choose_motion(const Stage& rotation, const Stage& hand_held, double
   const bool swung = excess > kSwung || colour > kSwungColour;
   if (swung || gain.better() || (restless && !gain.worse())) {
     choice.motion = MotionModel::kHandHeld;
-    choice.reason = fmt::format(
-        "The hand moved the sensor: under pure rotation the accelerometer's residual is {:.1f} "
-        "times its noise at rest (correlation {:.2f}), and the magnetometer, where left out, is "
-        "predicted {:.2f} times as well once the motion is modelled.",
-        excess, colour, gain.ratio());
+    choice.reason = "The hand moved the sensor: " + grounds_of_motion(excess, colour, gain) + ".";
   } else {
     choice.motion = MotionModel::kRotation;
     choice.reason = fmt::format(

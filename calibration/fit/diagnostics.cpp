@@ -17,11 +17,12 @@ namespace {
 
 constexpr double kStepDone = 0.01;                        // sigmas
 constexpr double kAccuracyOk = 1.0, kAccuracyPoor = 3.0;  // deg
-constexpr double kWhiteBelow = 0.2;                       // correlation
-constexpr double kWindow = 5.0;                           // s
-constexpr double kWindowOut = 3.0;                        // times the usual
-constexpr double kHeldOutOk = 0.03, kHeldOutPoor = 0.1;   // of the strength
-constexpr double kHalvesOk = 2.0, kHalvesPoor = 4.0;      // sigmas
+constexpr double kNotKnown = 90.0;   // deg: any direction; the number would say nothing
+constexpr double kWhiteBelow = 0.2;  // correlation
+constexpr double kWindow = 5.0;      // s
+constexpr double kWindowOut = 3.0;   // times the usual
+constexpr double kHeldOutOk = 0.03, kHeldOutPoor = 0.1;  // of the strength
+constexpr double kHalvesOk = 2.0, kHalvesPoor = 4.0;     // sigmas
 
 CheckStatus graded(double value, double ok, double poor) {
   return value <= ok ? CheckStatus::kOk : value <= poor ? CheckStatus::kCaution : CheckStatus::kBad;
@@ -71,6 +72,12 @@ Check check_accuracy(const Calibration& c, std::size_t magnetometer) {
     worst = std::max(worst, eigen.eigenvalues().maxCoeff());
   }
   const double deg = std::sqrt(worst) / kDegree;
+  if (!(deg < kNotKnown)) {
+    return {
+        "accuracy", CheckStatus::kBad, deg,
+        "The corrected field's direction is not known in some attitudes: turn the sensor through "
+        "those that were hardly visited."};
+  }
   return {"accuracy", graded(deg, kAccuracyOk, kAccuracyPoor), deg,
           deg <= kAccuracyOk
               ? fmt::format("The corrected field's direction is known to {:.2g} deg or better (one "

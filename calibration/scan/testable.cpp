@@ -36,10 +36,12 @@ std::string reason_untested(const Effect& effect, const std::vector<const Record
   if (effect.name() == kInNoiseOfArrays) return "is looked for in the noise of arrays";
   const Effect::Description& d = effect.description();
   if (!d.needs.empty()) {
-    const std::string shown = d.needs == "pos" ? "pos_x, pos_y, pos_z" : d.needs;
+    const bool pos = d.needs == "pos";
+    const std::string shown = pos ? "columns pos_x, pos_y, pos_z" : "column " + d.needs;
     for (const Recording* r : recordings) {
-      if (!present(*r, d.needs)) return fmt::format("needs the column {}", shown);
-      if (!varies(*r, d.needs)) return fmt::format("the column {} does not vary", shown);
+      if (!present(*r, d.needs)) return "needs the " + shown;
+      if (!varies(*r, d.needs))
+        return fmt::format("the {} {} not vary", shown, pos ? "do" : "does");
     }
   }
   if (d.rotation_only && stage.spec().motion == MotionModel::kHandHeld) {

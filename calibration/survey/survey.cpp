@@ -102,8 +102,7 @@ bool Survey::usable() const {
   const bool axes_wrong = std::ranges::any_of(mounting.findings, [](const AxesFinding& f) {
     return f.sensor == "acc" || f.sensor == "gyr";
   });
-  return not_looked_further.empty() && undetermined.empty() && !axes_wrong && !hardly_turned() &&
-         turned.enough;
+  return not_looked_further.empty() && undetermined.empty() && !axes_wrong && turned.enough;
 }
 
 const Issue* Survey::worst_fault() const {

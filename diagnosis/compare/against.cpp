@@ -10,6 +10,7 @@
 
 #include "diagnosis/compare/calibration_difference.h"
 #include "diagnosis/compare/change_text.h"
+#include "diagnosis/noise/sentence_numbers.h"
 #include "graph/decompositions.h"
 #include "recording/data/error.h"
 
@@ -148,7 +149,8 @@ Against compare_with(const Calibration& stored, const std::string& stored_name,
   for (const ActiveEffect& e : stored.effects) {
     if (e.name == "mag_time_offset" || e.name == "gyro_scale_misalignment") continue;
     out.notes.push_back(fmt::format(
-        "{} is part of the stored calibration and was left out of the comparison.", e.name));
+        "The effect \"{}\" is part of the stored calibration and was left out of the comparison.",
+        effect_words(e.name)));
   }
   if (stored.fields.size() > 1 || now.fields.size() > 1) {
     out.notes.push_back("Dips are compared between single recordings only.");

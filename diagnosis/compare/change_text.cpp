@@ -3,8 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <map>
+
+#include "diagnosis/noise/sentence_numbers.h"
 
 namespace magimu {
 namespace {
@@ -45,12 +46,26 @@ const Words* words_of(const std::string& group) {
 
 std::string with_blank(const std::string& unit) { return unit == "1" ? "" : " " + unit; }
 
-std::string list_of(const Change& c, double FoundParameter::*member) {
+// "xy" of "gyroscope.scale_misalignment[0][1]"; what has no index at its end is a name already.
+std::string component_of(const std::string& name) {
+  std::string out;
+  for (std::size_t end = name.size(); end >= 3 && name[end - 1] == ']' && name[end - 3] == '[';) {
+    const char index = name[end - 2];
+    out.insert(out.begin(), index >= '0' && index <= '2' ? "xyz"[index - '0'] : index);
+    end -= 3;
+  }
+  return out.empty() ? name : out;
+}
+
+// "x 0.12 +- 0.31, y ... uT"
+std::string sizes_of(const Change& c) {
   std::string out;
   for (const FoundParameter& p : c.parameters) {
-    out += fmt::format("{}{:.3g}", out.empty() ? "" : ", ", p.*member);
+    if (!out.empty()) out += ", ";
+    if (c.parameters.size() > 1) out += component_of(p.name) + " ";
+    out += value_and_sigma(p.value, p.sigma);
   }
-  return c.parameters.size() > 1 ? "[" + out + "]" : out;
+  return out + with_blank(c.unit);
 }
 
 }  // namespace
@@ -65,13 +80,11 @@ std::string change_title(const std::string& group) {
 std::string change_sentence(const Change& c) {
   const std::string title = change_title(c.group);
   if (!c.changed) {
-    return fmt::format("The {} has not changed; more than {:.2g}{} would have been seen.", title,
-                       c.smallest, with_blank(c.unit));
+    return fmt::format("The {}: no change larger than {}{}; seen {}.", title,
+                       two_figures(c.smallest), with_blank(c.unit), sizes_of(c));
   }
   const Words* words = words_of(c.group);
-  std::string out =
-      fmt::format("The {} changed by {} +- {}{}", title, list_of(c, &FoundParameter::value),
-                  list_of(c, &FoundParameter::sigma), with_blank(c.unit));
+  const std::string out = fmt::format("The {} changed by {}", title, sizes_of(c));
   return out + (words == nullptr || words->cause.empty() ? "." : ": " + words->cause + ".");
 }
 

@@ -128,9 +128,10 @@ int find_changes_in_cut_rests(const std::vector<const Recording*>& whole,
     if (log10_chi_square_tail(f.change.statistic, 3) > level) continue;
     add_evidence(
         d, Channel::kMag,
-        fmt::format("While the sensor rested, {:.0f} to {:.0f} s{}, the field at it was "
-                    "another, by {:.2g} uT at {:.0f} s: a magnet or iron was moved near "
-                    "it, or the magnetometer drifts. These samples are in no fit.",
+        fmt::format("While the sensor rested, {:.0f} to {:.0f} s{}, the field that it read "
+                    "differed by up to {:.2g} uT (at {:.0f} s) from that in the part of this rest "
+                    "that is used: a magnet or iron was moved near it, or the magnetometer drifts. "
+                    "These samples are in no fit.",
                     f.begin, f.end, whole.size() > 1 ? " of " + whole[f.recording]->name : "", f.uT,
                     f.change.t));
   }

@@ -57,8 +57,10 @@ Finding to_finding(const NoiseTest& t) {
 std::string detectable(const NoiseTest& t, double level) {
   if (t.parameters.empty()) return "";
   const double least = detectable_size(t.dof, std::log10(level)) * t.parameters.front().sigma;
-  if (t.effect == "correlated_noise") return fmt::format("rho {:.1g}", least);
-  if (t.effect == "noise_scale") return fmt::format("s {:.3g}", 1.0 + kDensityKnownTo + least);
+  if (t.effect == "correlated_noise") return fmt::format("a correlation of {:.1g}", least);
+  if (t.effect == "noise_scale") {
+    return fmt::format("{:.3g} times as large as given", 1.0 + kDensityKnownTo + least);
+  }
   return "";
 }
 
@@ -335,9 +337,10 @@ void tell_what_has_no_name(const std::vector<NoiseTest>& tests,
     if (chi_square_tail(t.statistic, std::max(1, t.dof)) > level_of_one(kStatisticsOfOne)) continue;
     add_evidence(
         d, t.channel,
-        fmt::format("What is left of the {}'s samples is not white (chi-square {:.0f}), and "
-                    "no noise with a memory: {}.",
-                    sensor_name(t.channel), t.statistic, t.untested));
+        fmt::format("What is left of the {}'s samples is not white (chi-square {:.0f} with {} "
+                    "degree{} of freedom), but it is not noise with a memory either: {}.",
+                    sensor_name(t.channel), t.statistic, std::max(1, t.dof), t.dof > 1 ? "s" : "",
+                    t.untested));
   }
 }
 

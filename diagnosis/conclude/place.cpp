@@ -8,6 +8,7 @@
 
 #include "calibration/model/extension.h"
 #include "diagnosis/conclude/missing_state.h"
+#include "diagnosis/noise/sentence_numbers.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
 
@@ -253,9 +254,9 @@ Finding finding_of_place(const PlaceCheck& p, const DisturbanceFit& beside) {
       "The field differs from place to place: along the sensor's path by {:.2g} uT (root mean "
       "square; {:.2g} uT/m), a function of the place of order {} that takes {:.0f} % of what is "
       "missing in the field. It comes back: {} of {} blocks of {:.0f} s that were left out are "
-      "predicted better with it, all together by {:.0f} nats.",
+      "predicted better with it, all together by {}.",
       p.field_uT, p.gradient_uT_m, p.order, 100.0 * p.taken_share(), p.blocks_better, p.blocks,
-      p.block_s, p.predicts_nats());
+      p.block_s, nats(p.predicts_nats()));
   f.parameters = {{"field", p.field_uT, 0.0, "uT"},
                   {"gradient", p.gradient_uT_m, 0.0, "uT/m"},
                   {"order", double(p.order), 0.0, "1"},
@@ -275,9 +276,10 @@ namespace {
 
 std::string failed_a(const PlaceCheck& p) {
   if (p.ahead) return {};
-  return fmt::format("{} explains the readings {} ({:.0f} nats {}; 10 would decide)", p.rival,
-                     p.ahead_nats > -kDecided ? "about as well" : "better", std::abs(p.ahead_nats),
-                     p.ahead_nats < 0.0 ? "ahead" : "behind");
+  return fmt::format("{} explains the readings {} ({} {}; {} would decide)", p.rival,
+                     p.ahead_nats > -kDecided ? "about as well" : "better",
+                     nats(std::abs(p.ahead_nats)), p.ahead_nats < 0.0 ? "ahead" : "behind",
+                     kDecided);
 }
 
 std::string failed_b(const Diagnosis& d) {
@@ -296,15 +298,15 @@ std::string failed_c(const PlaceCheck& p) {
   if (p.blocks == 0) return "the recording is too short to leave 20 s out";
   if (p.predicts_nats() > kDecided) {
     return fmt::format(
-        "a function of the place predicts what was left out better by {:.0f} nats, which is little "
-        "beside the {:.0f} nats that are missing in the field",
-        p.predicts_nats(), p.process_nats);
+        "a function of the place predicts what was left out better by {}, which is little beside "
+        "the {} that are missing in the field",
+        nats(p.predicts_nats()), nats(p.process_nats));
   }
   return fmt::format(
-      "{} blocks of {:.0f} s that were left out are predicted {:.0f} nats {} by a function of the "
-      "place than without one",
-      p.blocks, p.block_s, std::abs(p.predicts_nats()),
-      p.predicts_nats() < 0.0 ? "worse" : "better");
+      "{} blocks of {:.0f} s that were left out are predicted {} {} by a function of the place "
+      "than without one (more than {} better would decide)",
+      p.blocks, p.block_s, nats(std::abs(p.predicts_nats())),
+      p.predicts_nats() < 0.0 ? "worse" : "better", kDecided);
 }
 
 }  // namespace
@@ -312,8 +314,7 @@ std::string failed_c(const PlaceCheck& p) {
 std::string why_no_place(const Diagnosis& d) {
   const std::string a = failed_a(*d.place), b = failed_b(d), c = failed_c(*d.place);
   std::string why;
-  for (const std::string& part :
-       {a.empty() ? a : "(a) " + a, b.empty() ? b : "(b) " + b, c.empty() ? c : "(c) " + c}) {
+  for (const std::string& part : {a, b, c}) {
     if (!part.empty()) why += (why.empty() ? "" : "; ") + part;
   }
   std::string settle;

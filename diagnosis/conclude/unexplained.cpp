@@ -17,6 +17,7 @@
 #include "diagnosis/noise/noise_by_rate.h"
 #include "diagnosis/noise/noise_causes.h"
 #include "diagnosis/noise/sample_residuals.h"
+#include "diagnosis/noise/sentence_numbers.h"
 #include "diagnosis/noise/timing_noise.h"
 #include "recording/checks/repeats.h"
 #include "statistics/tails.h"
@@ -118,12 +119,13 @@ void withdraw_doubtful(const std::string& channel, double left, Diagnosis& d) {
     const double from = doubtful_from(f, channel);
     if (!(misfit_of(f) > 0.0) || !(left > from * misfit_of(f))) return false;
     d.unexplained.evidence.push_back(
-        from < 1.0 ? fmt::format("{} explained a part of it, and is not named because more than "
-                                 "{:.0f} % as much is left.",
-                                 f.effect, 100.0 * from)
-                   : fmt::format("{} ({}) may be its shadow: it explains less than a third of what "
-                                 "is left here, and is not named.",
-                                 f.effect, f.channel));
+        from < 1.0
+            ? fmt::format("The cause \"{}\" explained a part of it, and is not named because "
+                          "more than {:.0f} % as much is left.",
+                          effect_words(f.effect), 100.0 * from)
+            : fmt::format("The cause \"{}\" ({}) may be its shadow: it explains less than a "
+                          "third of what is left here, and is not named.",
+                          effect_words(f.effect), effect_words(f.channel)));
     return true;
   });
 }
@@ -282,12 +284,13 @@ void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extende
     if (!best.effect) continue;
     const double beside = explained_beside(Scan(recordings, without, {best.effect, effects[e]}));
     if (beside > kOwn * worth) continue;
-    add_evidence(d, best.effect->channel(),
-                 fmt::format("The {} depends {} (chi-square {:.0f} with {} degrees of freedom), as "
-                             "no cause does that is known here; {} would explain less of the same, "
-                             "and is not named.",
-                             sensor_name(best.effect->channel()), best.effect->description().cause,
-                             best.statistic, best.dof, finding->effect));
+    add_evidence(
+        d, best.effect->channel(),
+        fmt::format("The {} depends {} (chi-square {:.0f} with {} degrees of freedom), as "
+                    "no cause does that is known here; the cause \"{}\" would explain less "
+                    "of the same, and is not named.",
+                    sensor_name(best.effect->channel()), best.effect->description().cause,
+                    best.statistic, best.dof, effect_words(finding->effect)));
     d.findings.erase(finding);
   }
 }
@@ -305,10 +308,11 @@ void withdraw_beside_blows(const Stage& stage, Diagnosis& d) {
   std::erase_if(d.findings, [&](const Finding& f) {
     const auto effect = find_effect(f.effect);
     if (!effect || effect->channel() != Channel::kAcc) return false;
-    add_evidence(d, Channel::kAcc,
-                 fmt::format("{} is not named: {:.2g} % of the accelerometer's samples are blows, "
-                             "which move the sensor in ways that it can imitate.",
-                             f.effect, 100.0 * share));
+    add_evidence(
+        d, Channel::kAcc,
+        fmt::format("The cause \"{}\" is not named: {:.2g} % of the accelerometer's samples "
+                    "are blows, which move the sensor in ways that it can imitate.",
+                    effect_words(f.effect), 100.0 * share));
     return true;
   });
 }

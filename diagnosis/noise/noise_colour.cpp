@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "diagnosis/noise/noise_causes.h"
+#include "diagnosis/noise/sentence_numbers.h"
 #include "statistics/quantiles.h"
 #include "statistics/tails.h"
 
@@ -150,8 +151,8 @@ NoiseTest test_noise_scale(const NoiseSeries& s, const PieceSpectra& spectra, bo
     test.nll_before -= log_likelihood(spectra, in_time[i], other);
   }
   test.parameters = {{"s", scale, scale * log_sigma, ""}};
-  test.sentence = fmt::format("The noise of the {} is {:.3g} +- {:.2g} times as large as given.",
-                              sensor_name(s.channel), scale, scale * log_sigma);
+  test.sentence = fmt::format("The noise of the {} is {} times as large as given.",
+                              sensor_name(s.channel), value_and_sigma(scale, scale * log_sigma));
   return test;
 }
 

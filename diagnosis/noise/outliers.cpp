@@ -11,6 +11,7 @@
 
 #include "diagnosis/noise/high_pass.h"
 #include "diagnosis/noise/noise_causes.h"
+#include "diagnosis/noise/sentence_numbers.h"
 #include "statistics/quantiles.h"
 #include "statistics/tails.h"
 
@@ -348,9 +349,10 @@ struct Search {
 std::string sentence(const NoiseSeries& s, const Mixture& m, double K, double eps_sigma,
                      double K_sigma) {
   return fmt::format(
-      "One in {:.3g} samples of the {} is an outlier ({:.2g} +- {:.1g} %), scattered {:.3g} +- "
-      "{:.2g} times as widely as the noise.",
-      1.0 / m.eps, sensor_name(s.channel), 100.0 * m.eps, 100.0 * eps_sigma, K, K_sigma);
+      "One in {:.3g} samples of the {} is an outlier ({} %), scattered {} times as widely as the "
+      "noise.",
+      1.0 / m.eps, sensor_name(s.channel), value_and_sigma(100.0 * m.eps, 100.0 * eps_sigma),
+      value_and_sigma(K, K_sigma));
 }
 
 }  // namespace

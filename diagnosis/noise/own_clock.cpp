@@ -308,8 +308,9 @@ NoiseTest own_clock_test(const OwnClock& clock) {
           : fmt::format(
                 "The magnetometer measures on a clock of its own and its samples are "
                 "interpolated to another: they are up to {:.2f} ms older or newer than "
-                "their times say, {}. Of which period its clock is, interpolated samples "
-                "do not tell.",
+                "their times say, {}. The period of its clock is not known: interpolated "
+                "samples have several that explain them alike (aliases), of which one is "
+                "listed.",
                 1e3 * clock.reach_s, repeats);
   return test;
 }

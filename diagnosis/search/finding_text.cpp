@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "calibration/scan/testable.h"
+#include "diagnosis/noise/sentence_numbers.h"
 #include "factors/effects/change.h"
 #include "statistics/tails.h"
 
@@ -15,20 +16,64 @@ namespace {
 
 constexpr double kAlike = 0.5;  // of the statistic that another candidate explains, too
 
-// The size that the scan would have found nine times out of ten, along each parameter: the largest.
+// Sizes along parameters that are components of one vector or matrix.
+struct AlikeSizes {
+  std::string symbol = {}, unit = {}, words = {};
+  double scale = 1.0;  // from the parameter's unit to this one
+  double least = INFINITY, most = 0.0;
+};
+
+// What the parameter is a component of: a number, a vector, the coefficients of a course over time,
+// a matrix.
+AlikeSizes no_sizes_of(const Effect& effect, const Effect::Parameter& p) {
+  AlikeSizes out{.symbol = p.name.substr(0, p.name.find('[')), .unit = p.unit};
+  const auto indices = std::ranges::count(p.name, '[');
+  if (indices == 1) out.words = "along an axis ";
+  if (indices == 2) {
+    const bool drifts = effect.name().ends_with("_drift");
+    out.words = drifts ? "coefficients of its course " : "entries of its matrix ";
+    if (!drifts) return out;
+  }
+  if (p.unit == "1") {
+    out.unit = "%";
+    out.scale = 100.0;
+  }
+  return out;
+}
+
+// Sizes are known to a figure; from ten on without a power of ten.
+std::string shown_size(double size) {
+  return size < 9.5 ? fmt::format("{:.1g}", size) : two_figures(size);
+}
+
+std::string text_of(const AlikeSizes& sizes) {
+  constexpr double kAlikeSizes = 2.0;
+  std::string out = sizes.words;
+  if (sizes.most > kAlikeSizes * sizes.least) out += shown_size(sizes.least) + " to ";
+  out += shown_size(sizes.most);
+  return sizes.unit == "1" ? out : out + " " + sizes.unit;
+}
+
+// The size that the scan would have found nine times out of ten, along each parameter; of those
+// that are alike the largest, or the range.
 std::string detectable(const Option& option, double log10_level) {
   const double size = detectable_size(option.score.dof, log10_level);
   const Effect& effect = *option.effect;
-  std::string out, unit;
+  std::vector<AlikeSizes> all;
   for (int i = 0; i < option.score.information.rows() && i < effect.size(); ++i) {
     const double a = option.score.information(i, i);
     const Effect::Parameter& p = effect.description().parameters[std::size_t(i)];
     const double least = a > 0.0 ? size / std::sqrt(a) : INFINITY;
     if (least > 100.0 * p.prior_sigma) continue;
-    out += fmt::format("{}{} {:.1g}", out.empty() ? "" : ", ", p.name, least);
-    if (p.unit != "1") out += " " + p.unit;
-    if (i == 8 && option.score.information.rows() > 9) break;
+    const AlikeSizes none = no_sizes_of(effect, p);
+    auto same = std::ranges::find_if(
+        all, [&](const AlikeSizes& s) { return s.symbol == none.symbol && s.unit == none.unit; });
+    if (same == all.end()) same = all.insert(all.end(), none);
+    same->least = std::min(same->least, none.scale * least);
+    same->most = std::max(same->most, none.scale * least);
   }
+  std::string out;
+  for (const AlikeSizes& sizes : all) out += (out.empty() ? "" : ", ") + text_of(sizes);
   return out;
 }
 

@@ -57,6 +57,19 @@ TEST_F(Apply, corrects_a_recording_and_prints_the_formula) {
   }
 }
 
+TEST_F(Apply, names_the_option_that_keeps_magnetometer_samples_in_their_rows) {
+  const std::string lagging = changed("lagging.json", [](json& cal) {
+    const json lag = {
+        {"name", "lag"}, {"value", 0.0123}, {"sigma", 1e-4}, {"sigma_model", 1e-4}, {"unit", "s"}};
+    cal["effects"] = {{{"name", "mag_time_offset"}, {"parameters", json::array({lag})}}};
+  });
+  const Outcome moved = calibrated()("apply " + lagging + " rec.csv -o out.csv");
+  EXPECT_EQ(moved.exit_code, kDone) << moved.err;
+  EXPECT_THAT(moved.out, HasSubstr("--keep-times leaves them in the rows where they were"));
+  const Outcome kept = calibrated()("apply " + lagging + " rec.csv -o out.csv --keep-times");
+  EXPECT_THAT(kept.out, testing::Not(HasSubstr("in rows of their own")));
+}
+
 TEST_F(Apply, refuses_a_calibration_that_must_not_be_used_unless_forced) {
   const std::string bad = changed("bad.json", reject);
   const Outcome run = calibrated()("apply bad.json rec.csv -o refused.csv");
@@ -110,6 +123,22 @@ TEST_F(Export, says_what_the_target_cannot_hold) {
   const Outcome run = calibrated()("export cal.json --to px4");
   EXPECT_THAT(run.err, AllOf(HasSubstr("not carried to px4"), HasSubstr("--with-rotation")));
   EXPECT_THAT(run.out, HasSubstr("LOST: the rotation"));
+}
+
+TEST_F(Export, refuses_a_file_that_would_make_headings_wrong_unless_the_loss_is_allowed) {
+  const std::string turned = changed("turned.json", [](json& cal) {
+    for (json& row : cal["magnetometers"][0]["distortion"]) {
+      row = {row[1], row[0], -row[2].get<double>()};
+    }
+  });
+  const Outcome run = calibrated()("export " + turned + " --to px4 -o turned.params");
+  EXPECT_EQ(run.exit_code, kUnusable);
+  EXPECT_THAT(run.err, AllOf(HasSubstr("--axes mag=y,x,-z"), HasSubstr("--with-rotation"),
+                             HasSubstr("--allow-loss")));
+  EXPECT_FALSE(calibrated().has("turned.params"));
+  for (const char* allowed : {" --to px4 --allow-loss", " --to px4 --with-rotation", " --to c"}) {
+    EXPECT_EQ(calibrated()("export " + turned + allowed).exit_code, kDone) << allowed;
+  }
 }
 
 TEST_F(Export, refuses_a_calibration_that_must_not_be_used_unless_forced) {

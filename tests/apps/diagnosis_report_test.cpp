@@ -99,6 +99,30 @@ TEST(DiagnosisReport, shows_what_could_not_be_tested_with_its_reason) {
                                          HasSubstr("the recordings have no column current")));
 }
 
+TEST(DiagnosisTable, begins_with_the_stored_calibration_where_it_was_asked_about) {
+  Diagnosis d = test::example_diagnosis();
+  d.against = Against{.calibration = "old.json", .tested = true};
+  d.against->groups = {{.group = "dip", .sentence = "The dip changed by 1.0 +- 0.2 deg."}};
+  const std::string text = diagnosis_table(d);
+  EXPECT_THAT(text, testing::StartsWith("old.json still predicts these recordings: no change is"));
+  EXPECT_THAT(text, AllOf(HasSubstr("  - The dip changed by 1.0 ± 0.2 deg."),
+                          HasSubstr("\n\nThe simulation gets two things wrong")));
+  EXPECT_THAT(diagnosis_report(d), HasSubstr("<h1>old.json still predicts"));
+}
+
+TEST(DiagnosisTable, has_no_residuals_of_what_is_not_in_the_model) {
+  Diagnosis d = test::example_diagnosis();
+  d.findings.front().parameters = {{"excursions", 4.0, 0.0, "1"}};
+  EXPECT_THAT(diagnosis_table(d), Not(HasSubstr("3.21 -> 1.08")));
+  EXPECT_THAT(diagnosis_report(d), Not(HasSubstr("3.21 → 1.08")));
+}
+
+TEST(DiagnosisReport, has_a_bar_as_long_as_its_number_for_what_only_its_own_test_found) {
+  Diagnosis d = test::clean_diagnosis();
+  d.findings.push_back({.effect = "mag_current", .channel = "mag", .p_value = 1e-47});
+  EXPECT_THAT(diagnosis_report(d), HasSubstr(">found, 47<"));
+}
+
 TEST(DiagnosisTable, begins_with_the_answer) {
   EXPECT_THAT(diagnosis_table(test::example_diagnosis()),
               testing::StartsWith("The simulation gets two things wrong in these data, and"));
@@ -113,7 +137,7 @@ TEST(DiagnosisTable, begins_with_the_answer) {
 TEST(DiagnosisTable, has_the_findings_and_what_was_not_found) {
   const std::string text = diagnosis_table(test::example_diagnosis());
   EXPECT_THAT(text, AllOf(HasSubstr("1. The magnetometer lags the gyroscope by 11.04 ± 0.08 ms."),
-                          HasSubstr("mag_time_offset: tau = 0.011040 ± 0.000080 s"),
+                          HasSubstr("magnetometer time offset: lag (tau) = 0.011040 ± 0.000080 s"),
                           HasSubstr("log-likelihood +2497"), HasSubstr("3.21 -> 1.08")));
   EXPECT_THAT(text, AllOf(HasSubstr("hard iron change                   0.12 uT"),
                           HasSubstr("lever arm                          no sign of it"),

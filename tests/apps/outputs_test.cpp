@@ -50,6 +50,19 @@ TEST_F(Outputs, have_names_of_their_own) {
   EXPECT_FALSE(magimu.has("x.json"));
 }
 
+TEST_F(Outputs, a_dash_is_standard_input_and_standard_output) {
+  const Outcome made = magimu("simulate -o - --motion hand --rate 25 --duration 30 --seed 1");
+  EXPECT_EQ(made.out, magimu.text("rec.csv"));
+  EXPECT_THAT(made.err, HasSubstr("seed 1"));
+  EXPECT_FALSE(magimu.has("-"));
+  magimu("info - < rec.csv > said; true");
+  EXPECT_THAT(magimu.text("said"), HasSubstr("Sensor"));
+  magimu("calibrate - -o cal.json -q < rec.csv; true");
+  ASSERT_TRUE(magimu.has("cal.json"));
+  magimu("apply --force cal.json - -o - < rec.csv > corrected; true");
+  EXPECT_TRUE(magimu.text("corrected").starts_with("t,acc_x"));
+}
+
 TEST_F(Outputs, that_are_devices_take_what_comes) {
   EXPECT_EQ(magimu("calibrate rec.csv -q -o /dev/null --report /dev/null").exit_code, kDone);
 }

@@ -190,6 +190,22 @@ TEST(Rows, cut_notes_between_characters) {
   EXPECT_LT(count(picture, "ü"), 2 * 130);
 }
 
+TEST(Rows, have_notes_that_do_not_cross_the_threshold) {
+  RowChart chart = rows_of({1.0, NAN});
+  chart.threshold = 1.1;
+  const std::string picture = svg(chart);
+  std::smatch line;
+  ASSERT_TRUE(std::regex_search(picture, line, std::regex("x1=\"([0-9.]+)\"[^>]*dasharray")));
+  std::vector<double> notes;
+  const std::regex note("<text x=\"([0-9.]+)\"[^>]*>a &amp; b<");
+  for (std::sregex_iterator it(picture.begin(), picture.end(), note), end; it != end; ++it) {
+    notes.push_back(std::stod((*it)[1]));
+  }
+  ASSERT_EQ(notes.size(), 2u);
+  EXPECT_GT(notes[0], std::stod(line[1]));
+  EXPECT_LT(notes[1], std::stod(line[1])) << "the line ends above";
+}
+
 TEST(Rows, show_the_threshold_beyond_every_bar) {
   RowChart chart = rows_of({0.5, 0.7});
   chart.threshold = 3.0;

@@ -6,15 +6,18 @@
 #include "apps/page/report.h"
 #include "apps/page/report_field_gain.h"
 #include "apps/page/report_provenance.h"
+#include "apps/say/calibration_table.h"
 #include "apps/say/parameter_words.h"
 #include "calibration/calibrate.h"
 #include "sim/simulate.h"
 #include "tests/apps/program.h"
 #include "tests/apps/well_formed.h"
+#include "tests/diagnosis/example_diagnosis.h"
 
 namespace magimu::apps {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::MatchesRegex;
 using testing::Not;
@@ -24,7 +27,7 @@ TEST(ParameterWords, name_axes_and_keep_the_symbol) {
   EXPECT_EQ(parameter_words("hard_iron_change", "t1"), "until (t1)");
   EXPECT_EQ(parameter_words("mag_change", "C[0][1]"), "change, x by y (C[0][1])");
   EXPECT_EQ(parameter_words("acc_change", "k[2]"), "change of the gain, z (k[2])");
-  EXPECT_EQ(parameter_words("mag_own_clock", "T"), "period (T)");
+  EXPECT_EQ(parameter_words("mag_own_clock", "T"), "period, or an alias of it (T)");
   EXPECT_EQ(parameter_words("hard_iron_drift", "c[1][2]"),
             "drift of the bias, linear, z (c[1][2])");
   EXPECT_EQ(parameter_words("gyro_scale_misalignment", "S[1][1]"), "scale of y (S[1][1])");
@@ -37,6 +40,45 @@ TEST(ParameterWords, name_axes_and_keep_the_symbol) {
 TEST(ParameterWords, leave_what_they_do_not_know) {
   EXPECT_EQ(parameter_words("a_new_effect", "u[2]"), "u[2]");
   EXPECT_EQ(parameter_words("mag_lag", ""), "");
+}
+
+TEST(ParameterWords, of_a_calibration_have_the_sensors_name_and_the_unit) {
+  EXPECT_EQ(calibration_parameter_words("magnetometers[1].distortion[0][2]", {"a", "b"}),
+            "b distortion D xz");
+  EXPECT_EQ(calibration_parameter_words("gyroscope.scale_misalignment[1][0]", {"mag"}),
+            "gyroscope scale, misalignment S yx");
+  EXPECT_EQ(calibration_parameter_unit("gyroscope.scale_misalignment[1][0]"), "");
+  EXPECT_EQ(calibration_parameter_unit("magnetometers[0].time_offset_s"), "s");
+}
+
+TEST(CalibrationTable, tells_how_to_use_it_only_where_it_may_be_used) {
+  Calibration c = test::example_calibration(0.0);
+  c.trust.verdict = Verdict::kYes;
+  EXPECT_THAT(calibration_table(c), HasSubstr("To use it:"));
+  c.trust.verdict = Verdict::kNo;
+  EXPECT_THAT(calibration_table(c), Not(HasSubstr("To use it:")));
+}
+
+TEST(CalibrationTable, says_why_a_hand_leaves_small_residuals) {
+  Calibration c = test::example_calibration(0.0);
+  EXPECT_THAT(calibration_table(c), Not(HasSubstr("trajectory follows")));
+  c.motion = MotionModel::kHandHeld;
+  EXPECT_THAT(calibration_table(c), HasSubstr("trajectory follows accelerometer and gyroscope"));
+}
+
+TEST(CalibrationTable, says_in_words_what_was_known_before) {
+  Calibration c = test::example_calibration(0.0);
+  c.prior.source = "default";
+  for (int j = 0; j < 3; ++j) {
+    c.prior.parameters.push_back(
+        {"magnetometers[0].distortion[0][" + std::to_string(j) + "]", 48.0, 1.0, 30.0, 1.0});
+  }
+  c.prior.parameters.push_back({"accelerometer.bias[0]", 0.0, 0.2, 2.5, 0.1});
+  c.prior.parameters.push_back({"field.dip_deg", 0.0, 2.0, 2e3, 1.0});
+  EXPECT_THAT(calibration_table(c),
+              AllOf(HasSubstr("tells nothing of mag distortion D xx xy xz:"),
+                    HasSubstr("accelerometer bias o_a x (by itself known to 2.5 m/s^2)"),
+                    HasSubstr("dip (by itself not known)")));
 }
 
 TEST(AxesAsLetters, turn_indices_of_vectors_and_matrices_into_letters) {

@@ -167,6 +167,7 @@ TEST_P(NothingHidden, nothing_is_named) {
                        e.effect != "mag_quantization" && e.effect != "mag_saturation" &&
                        e.effect != "mag_own_clock";
     EXPECT_EQ(e.detectable.empty(), !e.needs.empty() || e.significant || !sized) << e.effect;
+    EXPECT_EQ(e.detectable.find('['), std::string::npos) << "in words: " << e.detectable;
   }
 }
 

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "calibration/result/calibration_json.h"
+#include "diagnosis/compare/change_text.h"
 #include "diagnosis/result/diagnosis.h"
 #include "recording/data/error.h"
 #include "recording/read.h"
@@ -75,9 +76,22 @@ TEST(Against, an_unchanged_device_has_not_changed) {
     EXPECT_TRUE(a.tested);
     EXPECT_EQ(a.groups.size(), 7u);
     alarms += a.changed();
-    EXPECT_THAT(a.groups.front().sentence, HasSubstr("would have been seen"));
+    EXPECT_THAT(a.groups.front().sentence,
+                testing::AllOf(HasSubstr("no change larger than"), HasSubstr("; seen x ")));
   }
   EXPECT_LE(alarms, 1);  // of 20, at one in a hundred
+}
+
+TEST(Against, says_each_component_with_its_name_and_standard_deviation) {
+  Change c{.group = "soft_iron", .changed = true, .unit = "%"};
+  c.parameters = {{"xx", 0.12, 0.1, "%"}, {"xy", 1.64, 0.31, "%"}};
+  EXPECT_THAT(change_sentence(c), HasSubstr("changed by xx 0.12 +- 0.10, xy 1.64 +- 0.31 %: iron"));
+  c = {.group = "gyroscope_bias", .smallest = 0.0213, .unit = "rad/s"};
+  c.parameters = {{"gyroscope.bias[0]", 1e-4, 2e-3, "rad/s"},
+                  {"gyroscope.bias[1]", 3e-4, 2e-3, "rad/s"}};
+  EXPECT_EQ(change_sentence(c),
+            "The gyroscope bias: no change larger than 0.021 rad/s; seen x 0.0001 +- 0.0020, y "
+            "0.0003 +- 0.0020 rad/s.");
 }
 
 TEST(Against, a_magnet_attached_is_hard_iron_with_its_size) {

@@ -197,6 +197,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
     judge_faults(c->trust, checked.faults());
   }
   reword_by_what_is_known(given, d);
+  tell_shares_taken(d);
   // The samples themselves, not the means of them that the fits were made of.
   d.before.samples = d.after.samples = samples_of(full);
   d.model_before = extended_model(extender.base(), {});

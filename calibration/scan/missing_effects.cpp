@@ -188,13 +188,21 @@ void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found
     more += std::pow(kBeyondOneStep * distance, 2) * c.covariance;
     const bool doubtful = f.name.empty() && distance > kMoved;
     check.status = std::max(check.status, doubtful ? CheckStatus::kBad : CheckStatus::kCaution);
-    if (distance <= check.value) continue;
-    check.value = distance;
+    check.value = std::max(check.value, distance);
+  }
+  if (!found.empty()) {
+    // Each was tried alone, and one cause shows in others' tests, too.
+    const MissingEffect& plainest = *std::ranges::min_element(found, {}, &MissingEffect::log10_p);
+    const std::string causes =
+        found.size() == 1
+            ? "what would explain it is that " + in_words(plainest)
+            : fmt::format("{} causes would each explain some of it, that {} among them",
+                          found.size(), in_words(plainest));
     check.sentence = fmt::format(
-        "Something is missing in the model; what comes nearest to it is that {}. With that the "
-        "calibration would be {:.1f} standard deviations elsewhere. The sigmas were widened to "
-        "cover it{}; `magimu diagnose` looks closer.",
-        in_words(f), distance, found.size() > 1 ? " and what else was seen" : "");
+        "Something is missing in the model; {}. With that the calibration would be up to {:.1f} "
+        "standard deviations elsewhere. The sigmas were widened to cover it; `magimu diagnose` "
+        "finds out which cause it is.",
+        causes, check.value);
   }
   c.checks.push_back(check);
   if (!found.empty()) add_to_covariance(c, more);

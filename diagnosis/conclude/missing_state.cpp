@@ -78,6 +78,14 @@ void name_echoes(std::vector<MissingState>& missing) {
   }
 }
 
+// The evidence does not measure the motion, nor noise of single samples.
+bool shows_elsewhere(const Finding& f) {
+  constexpr const char* kElsewhere[] = {
+      "linear_acceleration", "noise_scale",      "correlated_noise",   "outliers",
+      "mag_saturation",      "mag_quantization", "mains_interference", "stationary_source"};
+  return std::ranges::count(kElsewhere, f.effect) > 0;
+}
+
 // Evidence that counts against the last model: what is no noise that has a name, and more than
 // chance gains.
 double counted(const MissingState& m) {
@@ -406,6 +414,31 @@ void withdraw_crumbs_of_noise(Diagnosis& d) {
   });
 }
 
+void tell_shares_taken(Diagnosis& d) {
+  constexpr double kNearlyAll = 0.9;
+  for (Finding& f : d.findings) {
+    const auto same_sensor = [&](const Finding& other) {
+      return other.channel == f.channel && !shows_elsewhere(other);
+    };
+    if (shows_elsewhere(f) || f.effect == "field_departure" ||
+        std::ranges::count_if(d.findings, same_sensor) != 1) {
+      continue;
+    }
+    double gain = 0.0, left = 0.0;
+    for (const MissingState& m : d.missing) {
+      if (m.channel != f.channel) continue;
+      gain = std::max(gain, m.gain_nats);
+      left = std::max(left, counted(m));
+    }
+    const double share = gain > kNullGain ? std::max(0.0, 1.0 - left / gain) : 1.0;
+    if (left <= kNullGain || share > kNearlyAll) continue;
+    f.sentence += fmt::format(
+        " It takes {:.0f} % of the evidence that something is missing there: what is missing may "
+        "be something that only resembles it.",
+        100.0 * share);
+  }
+}
+
 bool state_is_missing(const Diagnosis& d) {
   const bool excused = std::ranges::any_of(
       d.findings, [](const Finding& f) { return f.effect != "linear_acceleration"; });
@@ -422,13 +455,8 @@ bool causes_take_nothing(const Diagnosis& d) {
     gain = m.gain_nats;
     taken = m.gain_nats - m.left_nats;
   }
-  // The evidence does not measure the motion, nor noise of single samples.
-  constexpr const char* kElsewhere[] = {
-      "linear_acceleration", "noise_scale",      "correlated_noise",   "outliers",
-      "mag_saturation",      "mag_quantization", "mains_interference", "stationary_source"};
-  return taken < kCrumb * gain && std::ranges::none_of(d.findings, [&](const Finding& f) {
-           return std::ranges::count(kElsewhere, f.effect) > 0;
-         });
+  return taken < kCrumb * gain &&
+         std::ranges::none_of(d.findings, [&](const Finding& f) { return shows_elsewhere(f); });
 }
 
 std::string what_would_settle_it(const Diagnosis& d) {

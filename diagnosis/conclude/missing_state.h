@@ -30,6 +30,9 @@ bool state_is_missing(const Diagnosis& d);
 // A noise of the sensor in which something is missing that explains but a crumb of it is found by
 // chance of its shape, as a cause would be (extender_beside.cpp): it is not named.
 void withdraw_crumbs_of_noise(Diagnosis& d);
+// Of a cause that stands alone on its sensor and takes only a part of the evidence there, which
+// part: something that it resembles would, too (a lag a part of a hysteresis).
+void tell_shares_taken(Diagnosis& d);
 
 // Have the named causes taken no real part of it? Then they explain nothing, whatever they are.
 bool causes_take_nothing(const Diagnosis& d);

@@ -50,6 +50,27 @@ TEST(MissingState, names_every_sensor_that_it_cannot_tell_from_the_best) {
               AllOf(HasSubstr("in the gyroscope:"), HasSubstr("deg/s")));
 }
 
+TEST(MissingState, tells_which_part_a_cause_takes_that_is_alone_on_its_sensor) {
+  Diagnosis d = test::clean_diagnosis();
+  Finding lag;
+  lag.effect = "mag_time_offset";
+  lag.channel = "mag";
+  lag.sentence = "It lags.";
+  d.findings = {lag};
+  d.missing = missing({900.0, 1000.0, 100.0, 0.0}, {300.0, 400.0, 0.0, 0.0});
+  tell_shares_taken(d);
+  EXPECT_THAT(d.findings[0].sentence, HasSubstr("It takes 60 % of the evidence"));
+  d.findings = {lag};
+  d.missing = missing({900.0, 1000.0, 100.0, 0.0}, {3.0, 5.0, 0.0, 0.0});
+  tell_shares_taken(d);
+  EXPECT_EQ(d.findings[0].sentence, "It lags.");
+  lag.effect = "mag_own_clock";
+  d.findings.push_back(lag);
+  d.missing = missing({900.0, 1000.0, 100.0, 0.0}, {300.0, 400.0, 0.0, 0.0});
+  tell_shares_taken(d);
+  EXPECT_EQ(d.findings[0].sentence, "It lags.") << "which of the two takes it is not known";
+}
+
 TEST(MissingState, is_explained_where_causes_leave_crumbs) {
   Diagnosis d = test::example_diagnosis();
   d.unexplained = {};

@@ -147,6 +147,7 @@ void search_channel(const std::vector<const Recording*>& recordings, const Stage
       }
     }
     for (const LikelyChange& change : best) {
+      if (stays(change.name) && change.span.end != kToTheEnd) continue;
       if (change.statistic > 0.0) out.push_back(change);
     }
   }

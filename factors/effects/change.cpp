@@ -180,12 +180,14 @@ const std::vector<std::string>& change_names() {
 
 bool is_magnet(const Effect& effect) { return effect.name() == "hard_iron_change"; }
 
+bool stays(const std::string& name) { return name.ends_with("_bias_change"); }
+
 bool is_change(const std::string& name) {
   return std::ranges::find(change_names(), name) != change_names().end();
 }
 
 std::vector<ChangeForm> forms_of_change(const std::string& name) {
-  if (name == "hard_iron_change" || name.ends_with("_bias_change")) return {ChangeForm::kOffset};
+  if (name == "hard_iron_change" || stays(name)) return {ChangeForm::kOffset};
   return {ChangeForm::kMatrix, ChangeForm::kGains, ChangeForm::kTurn};
 }
 

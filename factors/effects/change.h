@@ -70,6 +70,8 @@ const std::vector<std::string>& change_names();
 bool is_change(const std::string& name);
 // Is it the change that a magnet makes?
 bool is_magnet(const Effect& effect);
+// A bias that a blow or a restart changed stays so: what comes and goes is another cause.
+bool stays(const std::string& name);
 std::vector<ChangeForm> forms_of_change(const std::string& name);
 
 }  // namespace magimu

@@ -67,6 +67,10 @@ class Sizes {
     const double length = scale_.duration_s * random_.uniform(0.15, 0.3);
     return {start, for_good ? std::numeric_limits<double>::infinity() : start + length};
   }
+  // Or for good.
+  Parameters stays() {
+    return {scale_.duration_s * random_.uniform(0.3, 0.6), std::numeric_limits<double>::infinity()};
+  }
   static Parameters joined(std::initializer_list<Parameters> parts) {
     Parameters p;
     for (const Parameters& part : parts) p.insert(p.end(), part.begin(), part.end());
@@ -241,9 +245,9 @@ Parameters Sizes::later(EffectKind kind) {
     case EffectKind::kAccBiasDrift:
       return joined({vector(0.01, 0.04), vector(0.005, 0.02)});
     case EffectKind::kAccBiasChange:
-      return joined({vector(0.02, 0.1), times()});
+      return joined({vector(0.02, 0.1), stays()});
     case EffectKind::kGyroBiasChange:
-      return joined({vector(0.002, 0.01), times()});
+      return joined({vector(0.002, 0.01), stays()});
     case EffectKind::kMagAxisTimeOffset: {
       const double first = positive(0.0, 0.004), each_s = positive(0.002, 0.005);
       return {first, first + each_s, first + 2.0 * each_s};

@@ -136,7 +136,7 @@ std::string effects_rows(const Calibration& c) {
 }
 
 std::string residuals_text(const Calibration& c) {
-  const std::string out = fmt::format(
+  std::string out = fmt::format(
       "Residuals (1 = as the noise predicts): acc {:.2f}, gyr {:.2f}, mag {:.2f} ({:.2f} uT)\n",
       c.residuals[0].rms, c.residuals[1].rms, c.residuals[2].rms, c.residuals[2].rms_unit);
   if (c.motion != MotionModel::kHandHeld) return out;

@@ -47,7 +47,8 @@ std::size_t common_rows(const Recording& r) {
 
 // A lag that was taken out moves magnetometer samples out of the rows they shared.
 std::string own_rows_note(const Recording& before, const Recording& after) {
-  if (common_rows(before) == 0 || common_rows(after) >= common_rows(before) / 2) return "";
+  const std::size_t shared = common_rows(before);
+  if (shared == 0 || common_rows(after) >= shared / 2) return "";
   return "The magnetometer's lag is taken out of its times, so that its samples are in rows of "
          "their own;\n--keep-times leaves them in the rows where they were.\n";
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <map>
+#include <optional>
 
 #include "recording/data/axes.h"
 #include "recording/data/error.h"
@@ -16,9 +17,15 @@ using Turns = std::map<std::string, std::string>;
 
 const std::string kAsTheyCome = "x,y,z";
 
+// Of a sensor that is turned several times the turn that they make together.
 Turns turns_of(const ReadingOptions& options) {
+  std::map<std::string, Matrix3> all;
+  for (const auto& [sensor, axes] : options.turns()) {
+    Matrix3& turn = all.try_emplace(sensor, Matrix3::Identity()).first->second;
+    turn = axes * turn;
+  }
   Turns out;
-  for (const auto& [sensor, axes] : options.turns()) out[sensor] = axes_text(axes);
+  for (const auto& [sensor, turn] : all) out[sensor] = axes_text(turn);
   return out;
 }
 

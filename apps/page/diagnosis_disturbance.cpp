@@ -9,7 +9,7 @@
 #include "apps/plot/plot.h"
 #include "apps/say/diagnosis_answer.h"
 #include "diagnosis/conclude/place.h"
-#include "diagnosis/noise/sentence_numbers.h"
+#include "diagnosis/result/sentence_words.h"
 #include "graph/decompositions.h"
 
 namespace magimu::apps {

@@ -9,7 +9,7 @@
 
 #include "apps/say/numbers.h"
 #include "apps/say/parameter_words.h"
-#include "diagnosis/noise/sentence_numbers.h"
+#include "diagnosis/result/sentence_words.h"
 
 namespace magimu::apps {
 namespace {

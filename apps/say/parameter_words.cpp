@@ -115,8 +115,7 @@ std::string entry_words(const std::string& effect, const Symbol& symbol) {
 
 std::string parameter_words(const std::string& effect, const std::string& parameter) {
   const Symbol symbol = symbol_of(parameter);
-  const bool drifts =
-      effect == "hard_iron_drift" || effect == "field_drift" || effect == "acc_bias_drift";
+  const bool drifts = effect.ends_with("_drift");
   std::string words;
   if (symbol.indices.size() == 2 && drifts) {
     // c[j][axis]: of the j-th polynomial over the recording.

@@ -12,6 +12,7 @@
 #include "calibration/start/intrinsic.h"
 #include "graph/decompositions.h"
 #include "recording/data/axes.h"
+#include "recording/data/sensor_words.h"
 
 namespace magimu {
 namespace {
@@ -71,17 +72,13 @@ AxesFit fit_axes(const std::string& sensor, const VectorSeries& gyr, const Vecto
   return out;
 }
 
-const char* spoken(const std::string& sensor) {
-  return sensor == "acc" ? "accelerometer" : sensor == "gyr" ? "gyroscope" : "magnetometer";
-}
-
 AxesFinding finding(const std::string& sensor, const Matrix3& remedy, bool or_inverted) {
   AxesFinding out{sensor, remedy, or_inverted, "", ""};
   const std::string axes = axes_text(remedy);
   out.problem = fmt::format(
       "the {}'s axes are not those of the other sensors: x, y, z of the {} are "
       "its {}",
-      sensor.starts_with("mag") && sensor != "mag" ? sensor : spoken(sensor),
+      sensor.starts_with("mag") && sensor != "mag" ? sensor : sensor_in_words(sensor),
       sensor == "gyr" ? "others" : "gyroscope", axes);
   if (or_inverted) {
     out.problem +=
@@ -127,7 +124,7 @@ std::string undecided_sentence(const std::vector<AxesFit>& fits) {
     return fmt::format(
         "Whatever the axes, the {}'s directions do not turn as the gyroscope says (they are {:.0f} "
         "deg off): check units and clocks, and record slow turns far from iron.",
-        spoken(f.sensor), f.rms_rad * 180.0 / M_PI);
+        sensor_in_words(f.sensor), f.rms_rad * 180.0 / M_PI);
   }
   std::string which;
   bool hardly_turned = false;

@@ -10,7 +10,7 @@
 
 #include "diagnosis/compare/calibration_difference.h"
 #include "diagnosis/compare/change_text.h"
-#include "diagnosis/noise/sentence_numbers.h"
+#include "diagnosis/result/sentence_words.h"
 #include "graph/decompositions.h"
 #include "recording/data/error.h"
 

@@ -5,7 +5,7 @@
 
 #include <map>
 
-#include "diagnosis/noise/sentence_numbers.h"
+#include "diagnosis/result/sentence_words.h"
 
 namespace magimu {
 namespace {

@@ -15,6 +15,8 @@
 namespace magimu {
 namespace {
 
+constexpr double kSigmas = 3.0;  // within so many a time, or a lag, is another one
+
 Channel channel_of(const std::string& name) {
   return name == "acc" ? Channel::kAcc : name == "gyr" ? Channel::kGyr : Channel::kMag;
 }
@@ -94,7 +96,6 @@ void name_interval_convention(const std::vector<const Recording*>& given, Diagno
     double intervals;
   };
   constexpr Convention kConventions[] = {{"centred", 0.5}, {"backward", 1.0}};
-  constexpr double kSigmas = 3.0;
   for (Finding& f : d.findings) {
     if (f.effect != "mag_time_offset" || f.parameters.empty()) continue;
     const double ahead = -f.parameters[0].value, sigma = f.parameters[0].sigma;
@@ -122,7 +123,6 @@ void name_interval_convention(const std::vector<const Recording*>& given, Diagno
 // Which time a sample is given is a convention: half an interval before or after is no fault of the
 // accelerometer's.
 void name_acc_convention(const std::vector<const Recording*>& given, Diagnosis& d) {
-  constexpr double kSigmas = 3.0;
   for (Finding& f : d.findings) {
     if (f.effect != "acc_time_offset" || f.parameters.empty()) continue;
     const double late = std::abs(f.parameters[0].value), sigma = f.parameters[0].sigma;
@@ -166,7 +166,6 @@ void name_change_at_rest(const std::vector<const Recording*>& given, Diagnosis& 
 // A change of the magnetometer's gains or mounting multiplies all that it reads, its bias too. An
 // offset that is added behind them stays, which is a step of the bias at that time, and no magnet.
 void name_bias_of_change(Diagnosis& d) {
-  constexpr double kSigmas = 3.0;
   const auto change = std::ranges::find(d.findings, "mag_change", &Finding::effect);
   if (change == d.findings.end()) return;
   const auto times_of = [](const Finding& f) {

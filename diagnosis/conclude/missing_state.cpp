@@ -14,7 +14,7 @@
 #include "calibration/start/intrinsic.h"
 #include "diagnosis/conclude/noise_findings.h"
 #include "diagnosis/conclude/place.h"
-#include "diagnosis/noise/sentence_numbers.h"
+#include "diagnosis/result/sentence_words.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
 

@@ -8,7 +8,7 @@
 
 #include "calibration/model/extension.h"
 #include "diagnosis/conclude/missing_state.h"
-#include "diagnosis/noise/sentence_numbers.h"
+#include "diagnosis/result/sentence_words.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
 

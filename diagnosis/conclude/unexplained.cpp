@@ -17,8 +17,8 @@
 #include "diagnosis/noise/noise_by_rate.h"
 #include "diagnosis/noise/noise_causes.h"
 #include "diagnosis/noise/sample_residuals.h"
-#include "diagnosis/noise/sentence_numbers.h"
 #include "diagnosis/noise/timing_noise.h"
+#include "diagnosis/result/sentence_words.h"
 #include "recording/checks/repeats.h"
 #include "statistics/tails.h"
 

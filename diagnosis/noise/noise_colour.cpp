@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "diagnosis/noise/noise_causes.h"
-#include "diagnosis/noise/sentence_numbers.h"
+#include "diagnosis/result/sentence_words.h"
 #include "statistics/quantiles.h"
 #include "statistics/tails.h"
 

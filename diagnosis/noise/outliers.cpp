@@ -11,7 +11,7 @@
 
 #include "diagnosis/noise/high_pass.h"
 #include "diagnosis/noise/noise_causes.h"
-#include "diagnosis/noise/sentence_numbers.h"
+#include "diagnosis/result/sentence_words.h"
 #include "statistics/quantiles.h"
 #include "statistics/tails.h"
 

@@ -115,8 +115,10 @@ bool Extender::survives(Option& option, const Stage& stage, const Score& w) cons
     option.score.log10_p = std::max(option.score.log10_p, by_others + std::max(0.0, penalty));
     if (option.score.log10_p > level) return false;
     if (is_magnet(*option.effect)) return sharpness(option, stage) > kSharp;
-    const double by_blocks = log10_p_by_blocks(stage) + std::max(0.0, penalty);
-    if (as_change(*option.effect)->form() == ChangeForm::kOffset && by_blocks > level) return false;
+    if (as_change(*option.effect)->form() == ChangeForm::kOffset &&
+        log10_p_by_blocks(stage) + std::max(0.0, penalty) > level) {
+      return false;
+    }
     return stands_out(option, stage, w.statistic);
   }
   const bool of_time = option.effect->with_terms(1) != nullptr;

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "calibration/scan/testable.h"
-#include "diagnosis/noise/sentence_numbers.h"
+#include "diagnosis/result/sentence_words.h"
 #include "factors/effects/change.h"
 #include "statistics/tails.h"
 

@@ -15,6 +15,7 @@
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 #include "recording/data/row_times.h"
+#include "recording/data/sensor_words.h"
 
 namespace magimu {
 namespace {
@@ -55,10 +56,6 @@ bool is_interval(const std::string& name) {
       "ts",           "dt",           "sampling_period", "sample_period",
       "sampleperiod", "samplingtime", "sampling_time"};
   return std::ranges::find(kIntervals, last_word(name)) != std::end(kIntervals);
-}
-
-const char* word_of(std::string_view kind) {
-  return kind == "acc" ? "accelerometer" : kind == "gyr" ? "gyroscope" : "magnetometer";
 }
 
 struct SensorArray {
@@ -116,7 +113,7 @@ class ArrayRecording {
     for (const auto& [kind, needed] : {std::pair("acc", options_.require_imu),
                                        {"gyr", options_.require_imu},
                                        {"mag", options_.require_mag}}) {
-      if (needed && !has(kind)) missing.emplace_back(word_of(kind));
+      if (needed && !has(kind)) missing.emplace_back(sensor_in_words(kind));
     }
     if (missing.empty()) return;
     throw MissingSensor(

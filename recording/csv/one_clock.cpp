@@ -9,6 +9,7 @@
 
 #include "recording/csv/csv_columns.h"
 #include "recording/data/error.h"
+#include "recording/data/sensor_words.h"
 
 namespace magimu {
 namespace {
@@ -64,9 +65,10 @@ class Joiner {
           {"gyr", !out_.gyr.empty(), options_.require_imu},
           {"mag", !out_.mag.empty(), options_.require_mag}}) {
       if (there || !required) continue;
-      throw MissingSensor(path_, 0, 0,
-                          fmt::format("there is no {}; there are: {}", name(sensor), sources()),
-                          "record it, too, or give the file that has it with this one");
+      throw MissingSensor(
+          path_, 0, 0,
+          fmt::format("there is no {}; there are: {}", sensor_in_words(sensor), sources()),
+          "record it, too, or give the file that has it with this one");
     }
     check_overlap();
     for (const Taken& taken : taken_) {
@@ -79,10 +81,6 @@ class Joiner {
   }
 
  private:
-  static const char* name(const std::string& sensor) {
-    return sensor == "acc" ? "accelerometer" : sensor == "gyr" ? "gyroscope" : "magnetometer";
-  }
-
   void take(const std::string& sensor, VectorSeries& from, VectorSeries& to,
             const std::string& part) {
     if (from.empty()) return;

@@ -11,6 +11,7 @@
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 #include "recording/data/row_times.h"
+#include "recording/data/sensor_words.h"
 #include "recording/logs/log_times.h"
 
 namespace magimu {
@@ -18,10 +19,6 @@ namespace {
 
 constexpr std::size_t kMostSensors = 60000;
 constexpr double kFew = 0.02;  // of the samples of the best: not the sensor that is meant
-
-const char* kind_in_words(std::string_view kind) {
-  return kind == "acc" ? "accelerometer" : kind == "gyr" ? "gyroscope" : "magnetometer";
-}
 
 // `numbers = {}` would keep its memory.
 template <class T>
@@ -165,7 +162,7 @@ void LogRecording::choose() {
       throw MissingSensor(
           path_, 0, 0,
           fmt::format("this is {} without a {}; the sensors there are (samples): {}", what_,
-                      kind_in_words(kind), listed()),
+                      sensor_in_words(kind), listed()),
           "log it, too, or give the file that has it with this one");
     }
     if (named == 0) {
@@ -230,7 +227,8 @@ Recording LogRecording::finish() {
     if (!required || std::ranges::any_of(read, [&](const Entry* e) { return e->kind == needed; })) {
       continue;
     }
-    throw MissingSensor(path_, 0, 0, fmt::format("no {} reading is a number", kind_in_words(kind)),
+    throw MissingSensor(path_, 0, 0,
+                        fmt::format("no {} reading is a number", sensor_in_words(kind)),
                         "check the logger: this sensor is needed");
   }
   out.notes.push_back(fmt::format("this is {}; read: {}", what_, fmt::join(said, ", ")));

@@ -252,7 +252,7 @@ def check_rooms(files):
         room = room_of(file, may)
         if room is None or not file.endswith((".h", ".cpp", ".inc")):
             continue
-        own_folder = room.split("/")[0]
+        own_folder = room.rpartition("/")[0] or room
         for number, line in enumerate((ROOT / file).read_text().split("\n")):
             match = re.match(r'#include "([\w/.]+)"', line)
             included = match and room_of(match[1], may)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Does the magnetometer measure on a clock of its own, and is it read on another? Then what is read
-// is up to T old, a sawtooth in the time (factors/effects/mag_own_clock.cpp), and the model, which
-// has one lag for all samples, leaves
+// is up to T old, a sawtooth in the time (factors/effects/times/mag_own_clock.cpp), and the model,
+// which has one lag for all samples, leaves
 //
 //   e_k = (mean age - T frac(t_k / T + p)) d_k + noise,   d_k = d reading / dt.
 //

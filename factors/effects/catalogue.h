@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the files of this folder share, and the effects whose shape depends on numbers found by a
+// What the files of the rooms here share, and the effects whose shape depends on numbers found by a
 // search (times, a frequency, a place): instances for given ones.
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace magimu {
 
-// One of each file here; written by the build from their names.
+// One of each of their files; written by the build from their names.
 std::vector<std::shared_ptr<const Effect>> make_catalogue();
 
 // A change of that name (change.h) in this span.

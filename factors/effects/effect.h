@@ -6,7 +6,7 @@
 //
 //   reading = basic model + term(state, theta)      acc: m/s^2, gyr: rad/s, mag: uT
 //
-// To add one: write factors/effects/<name>.cpp with a class derived from Effect, and
+// To add one: write factors/effects/<room>/<name>.cpp with a class derived from Effect, and
 // `std::unique_ptr<Effect> make_<name>()` at its end. The build finds it by the file's name; a test
 // checks its Jacobian against numerical derivatives.
 #pragma once

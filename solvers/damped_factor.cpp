@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solvers/damped_factor.h"
 
-#include "graph/not_finite.h"
+#include "graph/checks/not_finite.h"
 #include "graph/numerical_error.h"
 
 namespace magimu {

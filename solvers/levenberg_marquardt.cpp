@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "graph/not_finite.h"
+#include "graph/checks/not_finite.h"
 #include "graph/numerical_error.h"
 #include "solvers/back_ends.h"
 #include "solvers/linear/optimizer_problem.h"

@@ -11,7 +11,7 @@
 #include "calibration/model/extension.h"
 #include "calibration/model/gathered.h"
 #include "calibration/motion/integrated_rotation.h"
-#include "graph/not_finite.h"
+#include "graph/checks/not_finite.h"
 #include "graph/numerical_error.h"
 #include "solvers/back_ends.h"
 #include "solvers/damped_factor.h"

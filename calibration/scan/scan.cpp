@@ -12,7 +12,7 @@
 #include "calibration/model/parameter_names.h"
 #include "calibration/model/windows.h"
 #include "graph/decompositions.h"
-#include "graph/whitener.h"
+#include "solvers/kernels/whitener.h"
 #include "statistics/tails.h"
 
 namespace magimu {

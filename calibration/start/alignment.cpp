@@ -10,7 +10,7 @@
 #include "factors/field_rotation_factor.h"
 #include "factors/keys.h"
 #include "factors/prior_factor.h"
-#include "graph/numerical_derivative.h"
+#include "graph/checks/numerical_derivative.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
 #include "solvers/levenberg_marquardt.h"

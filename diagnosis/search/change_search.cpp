@@ -9,7 +9,7 @@
 #include "calibration/model/extension.h"
 #include "calibration/model/windows.h"
 #include "factors/effects/catalogue.h"
-#include "graph/whitener.h"
+#include "solvers/kernels/whitener.h"
 #include "statistics/tails.h"
 
 namespace magimu {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "graph/not_finite.h"
+#include "graph/checks/not_finite.h"
 #include "graph/numerical_error.h"
 #include "solvers/tree/incremental_qr.h"
 

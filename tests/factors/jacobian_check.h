@@ -7,7 +7,7 @@
 
 #include <random>
 
-#include "graph/numerical_derivative.h"
+#include "graph/checks/numerical_derivative.h"
 
 namespace magimu::test {
 

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "graph/not_finite.h"
+#include "graph/checks/not_finite.h"
 
 namespace magimu {
 namespace {

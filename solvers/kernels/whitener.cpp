@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "graph/whitener.h"
+#include "solvers/kernels/whitener.h"
 
 #include <cmath>
 

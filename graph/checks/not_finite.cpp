@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "graph/not_finite.h"
+#include "graph/checks/not_finite.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
-#include "tests/oracle/comparison.h"
 #include "tests/oracle/mag_model.h"
+#include "tests/oracle/tests/comparison.h"
 
 namespace magimu::oracle {
 namespace {

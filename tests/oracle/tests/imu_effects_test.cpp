@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tests/oracle/comparison.h"
+#include "tests/oracle/tests/comparison.h"
 
 namespace magimu::oracle {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/oracle/comparison.h"
 #include "tests/oracle/mag_model.h"
+#include "tests/oracle/tests/comparison.h"
 
 namespace magimu::oracle {
 namespace {

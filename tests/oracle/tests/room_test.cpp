@@ -3,7 +3,7 @@
 // and reaches the magnetometer alone, turned with the sensor.
 #include "tests/oracle/room.h"
 
-#include "tests/oracle/comparison.h"
+#include "tests/oracle/tests/comparison.h"
 
 namespace magimu::oracle {
 namespace {

@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "calibration/condensed_recording.h"
-#include "sim/random.h"
+#include "sim/draws/random.h"
 
 namespace magimu {
 namespace {

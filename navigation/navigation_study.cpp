@@ -6,7 +6,7 @@
 
 #include "navigation/truncation.h"
 #include "recording/arrays/array_mat.h"
-#include "sim/random.h"
+#include "sim/draws/random.h"
 
 namespace magimu {
 

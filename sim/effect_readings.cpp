@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "recording/data/error.h"
-#include "sim/random.h"
+#include "sim/draws/random.h"
 
 namespace magimu {
 namespace {

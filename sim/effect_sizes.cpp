@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "factors/effects/change.h"
-#include "sim/random.h"
+#include "sim/draws/random.h"
 
 namespace magimu {
 namespace {

@@ -2,7 +2,7 @@
 #include "sim/hand_room.h"
 
 #include "factors/effects/catalogue.h"
-#include "sim/random.h"
+#include "sim/draws/random.h"
 
 namespace magimu {
 namespace {

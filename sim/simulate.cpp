@@ -6,9 +6,9 @@
 
 #include "factors/effects/noise_effects.h"
 #include "recording/data/error.h"
+#include "sim/draws/random.h"
 #include "sim/effect_readings.h"
 #include "sim/hand_room.h"
-#include "sim/random.h"
 #include "sim/true_motion.h"
 
 namespace magimu {

@@ -24,9 +24,9 @@
 #include "factors/sensor_model.h"
 #include "graph/rot3.h"
 #include "recording/data/recording.h"
-#include "sim/followed_motion.h"
+#include "sim/draws/parameters.h"
 #include "sim/hidden_effects.h"
-#include "sim/parameters.h"
+#include "sim/motions/followed_motion.h"
 
 namespace magimu {
 

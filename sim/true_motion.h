@@ -10,12 +10,12 @@
 
 #include <optional>
 
-#include "sim/followed_motion.h"
-#include "sim/hand_displacement.h"
-#include "sim/hand_motion.h"
-#include "sim/motion.h"
+#include "sim/motions/followed_motion.h"
+#include "sim/motions/hand_displacement.h"
+#include "sim/motions/hand_motion.h"
+#include "sim/motions/motion.h"
+#include "sim/motions/turn_sequence.h"
 #include "sim/simulate.h"
-#include "sim/turn_sequence.h"
 
 namespace magimu {
 

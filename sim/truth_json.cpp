@@ -2,7 +2,7 @@
 // A calibration file's names for the truth of a simulation: truth_json.h.
 #include "sim/truth_json.h"
 
-#include "sim/parameters.h"
+#include "sim/draws/parameters.h"
 
 namespace magimu {
 namespace {

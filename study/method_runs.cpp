@@ -12,7 +12,7 @@
 #include "calibration/fit/summary.h"
 #include "calibration/pipeline.h"
 #include "graph/thread_time.h"
-#include "sim/random.h"
+#include "sim/draws/random.h"
 
 namespace magimu {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A simulated person who holds a sensor board while it is calibrated: does what the guidance says,
 // turns it about axes at random, or as the simulated hand does that nobody has told anything
-// (sim/hand_motion.h). All turn at the same mean pace; readings are those of an ordinary part,
-// white noise of known density and biases and distortion drawn by the seed.
+// (sim/motions/hand_motion.h). All turn at the same mean pace; readings are those of an ordinary
+// part, white noise of known density and biases and distortion drawn by the seed.
 #pragma once
 
 #include <optional>
@@ -11,8 +11,8 @@
 #include "calibration/live/guidance.h"
 #include "calibration/live/stream_estimate.h"
 #include "calibration/live/streaming.h"
-#include "sim/hand_motion.h"
-#include "sim/parameters.h"
+#include "sim/draws/parameters.h"
+#include "sim/motions/hand_motion.h"
 
 namespace magimu {
 

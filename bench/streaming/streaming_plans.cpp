@@ -12,7 +12,7 @@
 #include <cmath>
 
 #include "bench/streaming/streaming_guided.h"
-#include "sim/random.h"
+#include "sim/draws/random.h"
 #include "study/streamed_person.h"
 
 namespace magimu {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Rates, ratios, clocks out of step, arrays: the result has to be right whatever the sampling.
-#include "sim/random.h"
+#include "sim/draws/random.h"
 #include "tests/calibration/cases.h"
 
 namespace magimu {

@@ -5,7 +5,7 @@
 #include "calibration/result/calibration_json.h"
 #include "calibration/trust/trust.h"
 #include "recording/data/error.h"
-#include "sim/random.h"
+#include "sim/draws/random.h"
 #include "tests/calibration/cases.h"
 #include "tests/recording/test_files.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/motion/rests.h"
 
-#include "sim/hand_motion.h"
+#include "sim/motions/hand_motion.h"
 #include "tests/calibration/cases.h"
 
 namespace magimu {

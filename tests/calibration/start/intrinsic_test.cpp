@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <functional>
 
-#include "sim/random.h"
+#include "sim/draws/random.h"
 #include "tests/calibration/cases.h"
 
 namespace magimu {

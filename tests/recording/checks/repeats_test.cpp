@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "sim/random.h"
+#include "sim/draws/random.h"
 
 namespace magimu {
 namespace {

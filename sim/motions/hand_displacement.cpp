@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A displacement drawn from a seed and scaled to its size: hand_displacement.h.
-#include "sim/hand_displacement.h"
+#include "sim/motions/hand_displacement.h"
 
 #include <cmath>
 
-#include "sim/random.h"
+#include "sim/draws/random.h"
 
 namespace magimu {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "sim/followed_motion.h"
+#include "sim/motions/followed_motion.h"
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "sim/motion.h"
+#include "sim/motions/motion.h"
 
 namespace magimu {
 namespace {

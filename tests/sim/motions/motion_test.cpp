@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The simulated motions: that they turn as their heads promise, and that discrete mean rates hold
 // the whole of a motion in continuous time.
-#include "sim/motion.h"
+#include "sim/motions/motion.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <complex>
 #include <vector>
 
-#include "sim/hand_motion.h"
-#include "sim/turn_sequence.h"
+#include "sim/motions/hand_motion.h"
+#include "sim/motions/turn_sequence.h"
 
 namespace magimu {
 namespace {

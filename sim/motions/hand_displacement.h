@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "sim/spline.h"
+#include "sim/motions/spline.h"
 
 namespace magimu {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Table I of Huang et al. 2025, drawn: parameters.h.
-#include "sim/parameters.h"
+#include "sim/draws/parameters.h"
 
 #include <cmath>
 
-#include "sim/random.h"
+#include "sim/draws/random.h"
 
 namespace magimu {
 namespace {

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "graph/rot3.h"
-#include "sim/spline.h"
+#include "sim/motions/spline.h"
 
 namespace magimu {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The four cubic B-splines that reach into an interval, and their derivatives: spline.h.
-#include "sim/spline.h"
+#include "sim/motions/spline.h"
 
 #include <algorithm>
 #include <array>

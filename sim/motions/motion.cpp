@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The paper's motion, and the step from continuous rates to a gyroscope's mean rates: motion.h.
-#include "sim/motion.h"
+#include "sim/motions/motion.h"
 
 #include <array>
 #include <cmath>
 
-#include "sim/random.h"
+#include "sim/draws/random.h"
 
 namespace magimu {
 namespace {

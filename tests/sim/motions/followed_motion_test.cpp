@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "sim/followed_motion.h"
+#include "sim/motions/followed_motion.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "sim/random.h"
+#include "sim/draws/random.h"
 #include "sim/simulate.h"
 
 namespace magimu {

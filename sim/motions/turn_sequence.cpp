@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "sim/turn_sequence.h"
+#include "sim/motions/turn_sequence.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "factors/sensor_model.h"
-#include "sim/random.h"
+#include "sim/draws/random.h"
 
 namespace magimu {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The random numbers behind a simulation: the same everywhere, and distributed as they claim.
-#include "sim/random.h"
+#include "sim/draws/random.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The drawn sensors against Table I, taken apart by the test's own formulas.
-#include "sim/parameters.h"
+#include "sim/draws/parameters.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/random.h"
+#include "sim/draws/random.h"
 
 namespace magimu {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The turns of a hand, drawn from a seed and evaluated at any time: hand_motion.h.
-#include "sim/hand_motion.h"
+#include "sim/motions/hand_motion.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "factors/sensor_model.h"
-#include "sim/random.h"
+#include "sim/draws/random.h"
 
 namespace magimu {
 namespace {

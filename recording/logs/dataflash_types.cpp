@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "recording/files/log_file.h"
+#include "recording/logs/struct_number.h"
 
 namespace magimu {
 namespace {
@@ -21,30 +22,19 @@ std::size_t flash_size(char kind) {
       return 64;
     case 'N':
       return 16;
-    case 'd':
-    case 'q':
-    case 'Q':
-      return 8;
-    case 'i':
-    case 'I':
-    case 'f':
     case 'e':
     case 'E':
     case 'L':
     case 'n':
       return 4;
-    case 'h':
-    case 'H':
     case 'c':
     case 'C':
     case 'g':
       return 2;
-    case 'b':
-    case 'B':
     case 'M':
       return 1;
     default:
-      return 0;
+      return struct_size(kind);
   }
 }
 
@@ -63,41 +53,22 @@ std::string_view flash_text(std::string_view text) { return text.substr(0, text.
 double flash_number(std::string_view data, const FlashField& field) {
   const std::size_t at = field.offset;
   switch (field.kind) {
-    case 'b':
-      return bytes_as<std::int8_t>(data, at);
-    case 'B':
     case 'M':
       return bytes_as<std::uint8_t>(data, at);
-    case 'h':
-      return bytes_as<std::int16_t>(data, at);
-    case 'H':
-      return bytes_as<std::uint16_t>(data, at);
     case 'c':
       return 0.01 * bytes_as<std::int16_t>(data, at);
     case 'C':
       return 0.01 * bytes_as<std::uint16_t>(data, at);
-    case 'i':
-      return bytes_as<std::int32_t>(data, at);
-    case 'I':
-      return bytes_as<std::uint32_t>(data, at);
     case 'e':
       return 0.01 * bytes_as<std::int32_t>(data, at);
     case 'E':
       return 0.01 * bytes_as<std::uint32_t>(data, at);
     case 'L':
       return 1e-7 * bytes_as<std::int32_t>(data, at);
-    case 'f':
-      return double(bytes_as<float>(data, at));
     case 'g':
       return half_float(bytes_as<std::uint16_t>(data, at));
-    case 'd':
-      return bytes_as<double>(data, at);
-    case 'q':
-      return double(bytes_as<std::int64_t>(data, at));
-    case 'Q':
-      return double(bytes_as<std::uint64_t>(data, at));
     default:
-      return std::numeric_limits<double>::quiet_NaN();
+      return struct_number(data, field.kind, at);
   }
 }
 

@@ -15,6 +15,7 @@
 #include "recording/logs/log_recording.h"
 #include "recording/logs/logs.h"
 #include "recording/logs/px4_topics.h"
+#include "recording/logs/struct_number.h"
 
 namespace magimu {
 namespace {
@@ -24,63 +25,19 @@ constexpr std::string_view kSync = "\x2F\x73\x13\x20\x25\x0C\xBB\x12";
 
 struct UlogField {
   std::string name;
-  char kind = 0;  // of std types, see number_of()
+  char kind = 0;  // struct_number.h
   std::size_t offset = 0, count = 1;
 };
 
-std::size_t size_of(char kind) {
-  switch (kind) {
-    case 'b':
-    case 'B':
-    case 'c':
-    case '?':
-      return 1;
-    case 'h':
-    case 'H':
-      return 2;
-    case 'i':
-    case 'I':
-    case 'f':
-      return 4;
-    default:
-      return 8;
-  }
-}
-
 char kind_of_type(std::string_view type) {
   constexpr std::pair<std::string_view, char> kKinds[] = {
-      {"int8_t", 'b'},  {"uint8_t", 'B'},  {"char", 'c'},     {"bool", '?'},
+      {"int8_t", 'b'},  {"uint8_t", 'B'},  {"char", 'B'},     {"bool", 'B'},
       {"int16_t", 'h'}, {"uint16_t", 'H'}, {"int32_t", 'i'},  {"uint32_t", 'I'},
       {"float", 'f'},   {"int64_t", 'q'},  {"uint64_t", 'Q'}, {"double", 'd'}};
   for (const auto& [name, kind] : kKinds) {
     if (name == type) return kind;
   }
   return 0;
-}
-
-double number_of(std::string_view data, char kind, std::size_t at) {
-  switch (kind) {
-    case 'b':
-      return bytes_as<std::int8_t>(data, at);
-    case 'h':
-      return bytes_as<std::int16_t>(data, at);
-    case 'H':
-      return bytes_as<std::uint16_t>(data, at);
-    case 'i':
-      return bytes_as<std::int32_t>(data, at);
-    case 'I':
-      return bytes_as<std::uint32_t>(data, at);
-    case 'f':
-      return double(bytes_as<float>(data, at));
-    case 'd':
-      return bytes_as<double>(data, at);
-    case 'q':
-      return double(bytes_as<std::int64_t>(data, at));
-    case 'Q':
-      return double(bytes_as<std::uint64_t>(data, at));
-    default:
-      return bytes_as<std::uint8_t>(data, at);
-  }
 }
 
 using UlogFormat = std::vector<UlogField>;
@@ -212,7 +169,7 @@ class UlogReader {
       if (out.size() > kMostFields) return false;
       if (const char kind = kind_of_type(type); kind != 0) {
         out.push_back({name, kind, offset, count});
-        offset += size_of(kind) * count;
+        offset += struct_size(kind) * count;
         continue;
       }
       const auto nested = formats_.find(std::string(type));
@@ -243,7 +200,7 @@ class UlogReader {
       reading.sensor = log_.sensor(
           {kind, shown, is.rank - int(std::min(instance, 9U)), is.unit, said(is, instance)});
       for (const UlogField& axis : reading.axes) {
-        topic.size = std::max(topic.size, axis.offset + size_of(axis.kind));
+        topic.size = std::max(topic.size, axis.offset + struct_size(axis.kind));
       }
       topic.readings.push_back(reading);
     }
@@ -256,7 +213,7 @@ class UlogReader {
     if (const UlogField* array = field_named(format, name); array != nullptr && array->count == 3) {
       for (std::size_t i = 0; i < 3; ++i) {
         axes[i] = *array;
-        axes[i].offset += i * size_of(array->kind);
+        axes[i].offset += i * struct_size(array->kind);
       }
       return true;
     }
@@ -307,19 +264,19 @@ class UlogReader {
       Vector3 v;
       for (int i = 0; i < 3; ++i) {
         const UlogField& axis = reading.axes[std::size_t(i)];
-        v[i] = number_of(data, axis.kind, axis.offset);
+        v[i] = struct_number(data, axis.kind, axis.offset);
       }
       std::int64_t t = t_us;
       if (!reading.is->per_time.empty()) {  // an increment, and the time that it took, in us
         const UlogField* const dt = field_named(topic.format, reading.is->per_time);
-        const double us = dt == nullptr ? 0.0 : number_of(data, dt->kind, dt->offset);
+        const double us = dt == nullptr ? 0.0 : struct_number(data, dt->kind, dt->offset);
         if (!(us > 0.0)) continue;
         v *= 1e6 / us;
       }
       if (!reading.is->relative_time.empty()) {
         const UlogField* const late = field_named(topic.format, reading.is->relative_time);
         constexpr double kInvalid = 2147483647.0;
-        const double us = late == nullptr ? 0.0 : number_of(data, late->kind, late->offset);
+        const double us = late == nullptr ? 0.0 : struct_number(data, late->kind, late->offset);
         if (us == kInvalid) continue;
         t += static_cast<std::int64_t>(us);
       }
@@ -340,18 +297,18 @@ class UlogReader {
     const UlogField* const samples = field_named(topic.format, "samples");
     if (dt == nullptr || scale == nullptr || samples == nullptr) return;
     const auto count = std::min<std::size_t>(
-        std::size_t(std::max(0.0, number_of(data, samples->kind, samples->offset))),
+        std::size_t(std::max(0.0, struct_number(data, samples->kind, samples->offset))),
         reading.axes[0].count);
-    const double us = number_of(data, dt->kind, dt->offset),
-                 one = number_of(data, scale->kind, scale->offset);
+    const double us = struct_number(data, dt->kind, dt->offset),
+                 one = struct_number(data, scale->kind, scale->offset);
     for (std::size_t i = 0; i < count; ++i) {
       Vector3 v;
       for (int a = 0; a < 3; ++a) {
         const UlogField& axis = reading.axes[std::size_t(a)];
         if (axis.count <= i) return;
-        const std::size_t at = axis.offset + i * size_of(axis.kind);
-        if (at + size_of(axis.kind) > data.size()) return;
-        v[a] = one * number_of(data, axis.kind, at);
+        const std::size_t at = axis.offset + i * struct_size(axis.kind);
+        if (at + struct_size(axis.kind) > data.size()) return;
+        v[a] = one * struct_number(data, axis.kind, at);
       }
       const auto before =
           static_cast<std::int64_t>(std::clamp(1e3 * us * double(count - 1 - i), 0.0, 1e12));

@@ -15,6 +15,7 @@
 #include <string>
 #include <thread>
 
+#include "bench/power/true_parameters.h"
 #include "calibration/calibrate.h"
 #include "recording/csv/csv.h"
 #include "recording/data/error.h"
@@ -92,15 +93,6 @@ Case make_case(int seed) {
   return c;
 }
 
-SensorParameters parameters_of(const oracle::Device& device) {
-  SensorParameters p;
-  p.acc_bias = device.acc_bias;
-  p.gyr_bias = device.gyr_bias;
-  p.dip_rad = device.dip_rad;
-  p.mag = {{device.distortion, device.mag_bias}};
-  return p;
-}
-
 Vector3 mean_difference(const VectorSeries& a, const VectorSeries& b) {
   Vector3 sum = Vector3::Zero();
   for (std::size_t k = 0; k < a.size(); ++k) sum += a.v[k] - b.v[k];
@@ -111,7 +103,7 @@ Vector3 mean_difference(const VectorSeries& a, const VectorSeries& b) {
 // mean, the constant part of a current's field is hard iron, and the field is that of the place,
 // whatever makes it.
 SensorParameters parameters_during(const oracle::Options& options, const oracle::Simulation& s) {
-  SensorParameters p = parameters_of(s.truth.device);
+  SensorParameters p = true_parameters(s.truth.device);
   const std::string name = options.effects.empty() ? "" : options.effects.front().name();
   const auto is = [&](std::initializer_list<const char*> names) {
     return std::any_of(names.begin(), names.end(), [&](const char* n) { return name == n; });

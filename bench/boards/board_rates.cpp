@@ -253,12 +253,7 @@ bool print_boards(const std::vector<BoardRow>& rows) {
                n.second ? fmt::format(", {} bad", n.second) : "");
   }
   fmt::print("\n");
-  bool good = true;
-  for (const Rate& r : board_rates(rows)) {
-    fmt::print("{:<66} {:>4} of {:>4}, at most {}: {}\n", r.what, r.count, r.of,
-               binomial_95(r.of, r.most), r.holds() ? "holds" : "DOES NOT HOLD");
-    good = good && r.holds();
-  }
+  const bool good = print_rates(board_rates(rows));
   double seconds = 0.0, memory = 0.0;
   for (const BoardRow& r : rows) {
     seconds = std::max(seconds, r.seconds);

@@ -134,17 +134,22 @@ std::vector<Rate> rates(const std::vector<SweepRow>& rows) {
   };
 }
 
+bool print_rates(const std::vector<Rate>& all) {
+  bool good = true;
+  for (const Rate& r : all) {
+    fmt::print("{:<66} {:>4} of {:>4}, at most {}: {}\n", r.what, r.count, r.of,
+               binomial_95(r.of, r.most), r.holds() ? "holds" : "DOES NOT HOLD");
+    good = good && r.holds();
+  }
+  return good;
+}
+
 bool print_summary(const std::vector<SweepRow>& rows) {
   print_worst(rows);
   fmt::print("\n");
   print_kinds(rows);
   fmt::print("\n");
-  bool good = true;
-  for (const Rate& r : rates(rows)) {
-    fmt::print("{:<66} {:>4} of {:>4}, at most {}: {}\n", r.what, r.count, r.of,
-               binomial_95(r.of, r.most), r.holds() ? "holds" : "DOES NOT HOLD");
-    good = good && r.holds();
-  }
+  const bool good = print_rates(rates(rows));
   double seconds = 0.0, memory = 0.0;
   for (const SweepRow& r : rows) {
     seconds = std::max(seconds, r.seconds);

@@ -31,6 +31,8 @@ std::vector<Rate> rates(const std::vector<SweepRow>& rows);
 // What is wrong with a row, in words; empty: nothing.
 std::string complaint(const SweepRow& row);
 
+// A line each. True: all hold.
+bool print_rates(const std::vector<Rate>& all);
 // Text for people. True: all rates hold.
 bool print_summary(const std::vector<SweepRow>& rows);
 

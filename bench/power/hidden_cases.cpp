@@ -202,13 +202,4 @@ oracle::Options second_recording(const HiddenCase& c) {
   return o;
 }
 
-SensorParameters true_parameters(const oracle::Device& device) {
-  SensorParameters p;
-  p.acc_bias = device.acc_bias;
-  p.gyr_bias = device.gyr_bias;
-  p.dip_rad = device.dip_rad;
-  p.mag = {{device.distortion, device.mag_bias}};
-  return p;
-}
-
 }  // namespace magimu

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/power/true_parameters.h"
 #include "diagnosis/result/diagnosis.h"
 #include "tests/oracle/sensors.h"
 
@@ -50,9 +51,6 @@ DiagnosisOptions diagnosis_options(const HiddenCase& hidden_case);
 
 // Another recording of the same device with the same effects: new motion and noise, same length.
 oracle::Options second_recording(const HiddenCase& hidden_case);
-
-// The oracle's truth as the calibration has it.
-SensorParameters true_parameters(const oracle::Device& device);
 
 // A number in [0, 1) that belongs to this seed and purpose.
 double draw(std::uint64_t seed, int purpose);

@@ -105,15 +105,8 @@ ChangeModel::ChangeModel(const ChangeProblem& problem, std::vector<DeviceChange>
   }
 }
 
-// Recording k as a function of the parameters and of the trends' slopes.
-Gaussian ChangeModel::measurement(std::size_t k) const {
-  Gaussian own = problem_.recordings[k];
-  for (const DeviceChange& c : changes_) {
-    if (c.kind != ChangeKind::kScatter) continue;
-    const ParameterGroup& group = problem_.groups[c.group];
-    own.blur(group.G, c.size * c.size * group.W);
-  }
-  if (extra_ == 0) return own;
+// A trend's share of the time is part of them.
+MatrixXd ChangeModel::parameters_at(std::size_t k) const {
   MatrixXd H(n_, n_ + extra_);
   H.leftCols(n_).setIdentity();
   Eigen::Index at = n_;
@@ -123,6 +116,19 @@ Gaussian ChangeModel::measurement(std::size_t k) const {
     H.middleCols(at, G.cols()) = share_of_time(problem_.time, k) * G;
     at += G.cols();
   }
+  return H;
+}
+
+// Recording k as a function of the parameters and of the trends' slopes.
+Gaussian ChangeModel::measurement(std::size_t k) const {
+  Gaussian own = problem_.recordings[k];
+  for (const DeviceChange& c : changes_) {
+    if (c.kind != ChangeKind::kScatter) continue;
+    const ParameterGroup& group = problem_.groups[c.group];
+    own.blur(group.G, c.size * c.size * group.W);
+  }
+  if (extra_ == 0) return own;
+  const MatrixXd H = parameters_at(k);
   return {H.transpose() * own.information * H, H.transpose() * own.vector, own.log_factor};
 }
 
@@ -166,16 +172,7 @@ std::vector<Gaussian> ChangeModel::smoothed() const {
       transit(later, k + 1);
       state *= later;
     }
-    // The parameters at that time: a trend's share of it is part of them.
-    MatrixXd H = MatrixXd::Zero(n_, n_ + extra_);
-    H.leftCols(n_).setIdentity();
-    Eigen::Index at = n_;
-    for (const DeviceChange& c : changes_) {
-      if (c.kind != ChangeKind::kTrend) continue;
-      const MatrixXd& G = problem_.groups[c.group].G;
-      H.middleCols(at, G.cols()) = share_of_time(problem_.time, k) * G;
-      at += G.cols();
-    }
+    const MatrixXd H = parameters_at(k);
     const VectorXd mean = H * state.mean();
     const MatrixXd S = H * state.covariance() * H.transpose();
     const MatrixXd I = S.llt().solve(MatrixXd::Identity(n_, n_));

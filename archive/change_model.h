@@ -73,6 +73,8 @@ class ChangeModel {
   std::vector<Gaussian> smoothed() const;
 
  private:
+  // The parameters at recording k as a function of those at the start and of the trends' slopes.
+  MatrixXd parameters_at(std::size_t k) const;
   Gaussian measurement(std::size_t k) const;
   void transit(Gaussian& state, std::size_t into) const;
 

@@ -7,9 +7,11 @@
 //
 //   class RangeFactor : public Factor<1, Vector2> {
 //    public:
-//     RangeFactor(Key position, double range, Noise<1> noise) : Factor({position}, noise),
-//     range_(range) {} template <class T> Vec<T, 1> residual(const Vec<T, 2>& p) const {
-//       using std::sqrt;
+//     RangeFactor(Key position, double range, const Noise<1>& noise)
+//         : Factor({position}, noise), range_(range) {}
+//     template <class T>
+//     Vec<T, 1> residual(const Vec<T, 2>& p) const {
+//       using std::sqrt;  // a number's or a differentiable one's
 //       return Vec<T, 1>(sqrt(p.dot(p)) - range_);
 //     }
 //    private:
@@ -39,6 +41,17 @@
 
 namespace magimu {
 
+namespace detail {
+
+template <int given, int variables>
+constexpr void check_number_of_keys() {
+  static_assert(given == variables,
+                "magimu: a factor is made with one key a variable of Factor<rows, variables...>, "
+                "in their order: the numbers differ (check_number_of_keys<given, variables>)");
+}
+
+}  // namespace detail
+
 template <int Dim, class... V>
 class Factor {
  public:
@@ -49,6 +62,12 @@ class Factor {
   using Keys = std::array<Key, sizeof...(V)>;
 
   Factor(const Keys& keys, const Noise<Dim>& noise) : keys_(keys), noise_(noise) {}
+  // Factor({first, second}, noise): std::array alone would fill missing keys up with "?0".
+  template <std::size_t N>
+  Factor(const Key (&keys)[N], const Noise<Dim>& noise) : noise_(noise) {
+    detail::check_number_of_keys<int(N), kKeys>();
+    std::copy_n(keys, std::min(N, sizeof...(V)), keys_.begin());
+  }
 
   const Keys& keys() const { return keys_; }
   const Noise<Dim>& noise() const { return noise_; }

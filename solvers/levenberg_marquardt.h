@@ -59,9 +59,11 @@ struct Result {
 
 class LevenbergMarquardt {
  public:
-  // The graph must outlive the optimizer.
+  // The graph must outlive the optimizer: a temporary one is refused.
   explicit LevenbergMarquardt(const FactorGraph& graph, const OptimizerOptions& options = {})
       : graph_(graph), options_(options) {}
+  explicit LevenbergMarquardt(const FactorGraph&& temporary,
+                              const OptimizerOptions& options = {}) = delete;
   Result optimize(const Values& initial) const;
 
  private:
@@ -72,8 +74,11 @@ class LevenbergMarquardt {
 // Full steps without damping: for problems well posed and well started.
 class GaussNewton {
  public:
+  // As for LevenbergMarquardt.
   explicit GaussNewton(const FactorGraph& graph, const OptimizerOptions& options = {})
       : graph_(graph), options_(options) {}
+  explicit GaussNewton(const FactorGraph&& temporary,
+                       const OptimizerOptions& options = {}) = delete;
   Result optimize(const Values& initial) const;
 
  private:

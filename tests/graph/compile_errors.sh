@@ -62,12 +62,31 @@ residual(const Vec<T, 2>& p) const { return p.template head<1>(); } };
 void use_$name() { FactorGraph g; g.add($name()); }" >>"$wrong"
   expected+=("$name") messages+=("$base")
 done
+# Fewer keys than variables: std::array would fill up with "?0".
+echo "struct FewKeys : Factor<1, Vector2, double> { FewKeys() : Factor({Key{'p', 0}},
+  Noise<1>::isotropic(1.0)) {} template <class T> Vec<T, 1> residual(const Vec<T, 2>& p, const T& d)
+  const { return Vec<T, 1>(p[0] - d); } };" >"$folder/few.cpp"
+{ head -3 "$right"; cat "$folder/few.cpp"; echo '}'; } >"$folder/keys.cpp"
 echo '}' | tee -a "$right" >>"$wrong"
 
 flags=(-std=c++20 -fsyntax-only -I"$source" "$@")
 "$compiler" "${flags[@]}" "$right" || { echo "right factors do not compile" >&2; exit 1; }
 "$compiler" "${flags[@]}" "$wrong" 2>"$folder/said" && { echo "wrong factors compile" >&2; exit 1; }
 failed=0
+# A temporary graph would be gone when the optimizer looks at it.
+{ echo '#include "solvers/levenberg_marquardt.h"'; echo 'using namespace magimu;
+void temporary() { LevenbergMarquardt optimizer{FactorGraph()}; (void)optimizer; }'; } \
+  >"$folder/temporary.cpp"
+for wrong_one in keys:'one key a variable' temporary:'use of deleted function\|call to deleted'; do
+  file=$folder/${wrong_one%%:*}.cpp
+  if "$compiler" "${flags[@]}" "$file" 2>"$folder/said_of_it"; then
+    echo "${wrong_one%%:*}: it compiles" >&2
+    failed=1
+  elif ! grep -q "error:.*\(${wrong_one#*:}\)" "$folder/said_of_it"; then
+    echo "${wrong_one%%:*}: said: $(grep -m 1 error: "$folder/said_of_it")" >&2
+    failed=1
+  fi
+done
 # An error about a factor names it on the lines before, or on its own.
 for i in "${!expected[@]}"; do
   of_it=$(awk -v name="${expected[$i]}" '

@@ -149,7 +149,8 @@ TEST(Optimizers, noise_from_residuals_makes_the_unit_of_the_residuals_irrelevant
   OptimizerOptions options;
   options.noise_from_residuals = true;
   const Values start = scalars({100.0, 0.75});
-  const Result expected = LevenbergMarquardt(boxbod(), options).optimize(start);
+  const FactorGraph usual = boxbod();
+  const Result expected = LevenbergMarquardt(usual, options).optimize(start);
   expect_boxbods_answer(expected);
   for (const double unit : {std::ldexp(1.0, -60), std::ldexp(1.0, 60)}) {  // no new rounding
     const FactorGraph graph = boxbod(unit);

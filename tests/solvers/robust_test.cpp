@@ -36,7 +36,8 @@ double error(const Result& result) {
 
 TEST(Robust, losses_recover_a_line_from_30_percent_outliers) {
   for (const unsigned seed : {1U, 2U, 3U, 4U}) {
-    const Result plain = LevenbergMarquardt(line(seed, {})).optimize(scalars({0.0, 0.0}));
+    const FactorGraph plain_graph = line(seed, {});
+    const Result plain = LevenbergMarquardt(plain_graph).optimize(scalars({0.0, 0.0}));
     EXPECT_GT(error(plain), 1.0);
     const FactorGraph huber_graph = line(seed, Loss::huber());
     const Result huber = LevenbergMarquardt(huber_graph).optimize(scalars({0.0, 0.0}));

@@ -110,9 +110,7 @@ class Run {
                   "The data determine all variables, but some too weakly for the information form; "
                   "use the square-root form.");
     }
-    for (const NullDirection& direction : null) {
-      message += (&direction == null.data() ? ": " : "; and ") + describe(direction, at);
-    }
+    if (!null.empty()) message += ": " + describe(null, at);
     stop(StopReason::kSingular, message + ". Add a factor on it: a measurement or a prior.");
   }
 

@@ -69,13 +69,14 @@ void Marginals::find_null_space_of(const LinearSystem& system) {
 
 MatrixXd Marginals::covariance(const std::vector<Key>& keys) const {
   const std::vector<int> columns = columns_of(values_, keys);
+  std::vector<NullDirection> free;
   for (Eigen::Index i = 0; i < null_basis_.cols(); ++i) {
-    for (const int c : columns) {
-      if (std::abs(null_basis_(c, i)) > 1e-6) {
-        throw NumericalError("the data leave a combination undetermined: " +
-                             describe(null_space_[std::size_t(i)], values_));
-      }
-    }
+    const bool moves =
+        std::ranges::any_of(columns, [&](int c) { return std::abs(null_basis_(c, i)) > 1e-6; });
+    if (moves) free.push_back(null_space_[std::size_t(i)]);
+  }
+  if (!free.empty()) {
+    throw NumericalError("the data leave a combination undetermined: " + describe(free, values_));
   }
   return determined_covariance(keys);
 }

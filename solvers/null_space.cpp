@@ -4,6 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <map>
+#include <optional>
 
 #include "graph/decompositions.h"
 #include "graph/numerical_error.h"
@@ -80,6 +81,69 @@ bool is_regular(LinearSolver& solver, int columns) {
     v /= growth;
   }
   return true;
+}
+
+namespace {
+
+constexpr double kAlike = 1e-4;  // of the length of a move
+constexpr std::size_t kNamed = 3;
+
+// What all variables do that move in this direction, where they are several of one type and move
+// alike; else nothing.
+std::optional<std::string> common_move(const NullDirection& null, const Values& values) {
+  std::vector<const Values::Slot*> moved;
+  for (const Values::Slot& s : values.slots()) {
+    const auto part = null.direction.segment(s.tangent, s.type.tangent());
+    if (part.squaredNorm() < 1e-6 * null.direction.squaredNorm()) continue;
+    if (!moved.empty()) {
+      const Values::Slot& first = *moved.front();
+      if (!(first.type == s.type) || first.key.symbol != s.key.symbol) return std::nullopt;
+      const auto like = null.direction.segment(first.tangent, first.type.tangent());
+      if ((part - like).norm() > kAlike * like.norm()) return std::nullopt;
+    }
+    moved.push_back(&s);
+  }
+  if (moved.size() < 2) return std::nullopt;
+  std::string names = to_string(moved.front()->key);
+  for (std::size_t i = 1; i < moved.size() && moved.size() <= kNamed; ++i) {
+    names += ", " + to_string(moved[i]->key);
+  }
+  if (moved.size() > kNamed) names += " to " + to_string(moved.back()->key);
+  return names +
+         (moved.front()->type.kind == 'R' ? " all by the same turn" : " all by the same shift");
+}
+
+}  // namespace
+
+std::string describe(const std::vector<NullDirection>& directions, const Values& values) {
+  struct Group {
+    std::string text;
+    bool common, turn;
+    int count;
+  };
+  std::vector<Group> groups;
+  for (const NullDirection& direction : directions) {
+    const std::optional<std::string> common = common_move(direction, values);
+    const std::string text = common ? *common : describe(direction, values);
+    const auto known = std::ranges::find(groups, text, &Group::text);
+    if (known != groups.end()) {
+      ++known->count;
+    } else {
+      groups.push_back({text, common.has_value(), text.ends_with("turn"), 1});
+    }
+  }
+  std::string out;
+  for (const Group& g : groups) {
+    out += (out.empty() ? "" : "; and ") + g.text;
+    if (!g.common && g.count == 1) continue;
+    const std::string count = std::to_string(g.count);
+    out += " (" + count +
+           (!g.common ? " combinations of them"
+            : g.turn  ? (g.count == 1 ? " free axis" : " free axes")
+                      : (g.count == 1 ? " free direction" : " free directions")) +
+           ")";
+  }
+  return out;
 }
 
 std::string describe(const NullDirection& null, const Values& values,

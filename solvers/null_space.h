@@ -38,4 +38,8 @@ std::string describe(
     const NullDirection& direction, const Values& values,
     const std::function<std::string(Key)>& name = [](Key key) { return to_string(key); });
 
+// Several directions in words, equal ones once. Variables that all move alike, as a trajectory
+// without a prior does, are said to: "R0 to R19 all by the same turn (3 free axes)".
+std::string describe(const std::vector<NullDirection>& directions, const Values& values);
+
 }  // namespace magimu

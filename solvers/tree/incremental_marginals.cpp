@@ -2,6 +2,7 @@
 // How sure an IncrementalQr is of its front: covariance, information and what is undetermined, all
 // from the triangles at the root.
 #include <algorithm>
+#include <stdexcept>
 
 #include "graph/decompositions.h"
 #include "graph/numerical_error.h"
@@ -29,9 +30,23 @@ std::vector<NullDirection> null_directions(const RowBlock& T) {
 
 }  // namespace
 
+void IncrementalQr::require_in_front(const Values& front, const std::vector<Key>& keys) const {
+  for (const Key key : keys) {
+    if (front.contains(key)) continue;
+    throw std::invalid_argument(
+        is_past(key)
+            ? to_string(key) +
+                  " is of a node before the last one of its chain: an IncrementalQr knows how sure "
+                  "the globals and each chain's last node are; take Marginals(estimator.graph(), "
+                  "estimator.estimate()) for the others"
+            : to_string(key) + " has come with no update");
+  }
+}
+
 // The triangle of some variables of the front, all others eliminated: [variables], square.
 RowBlock IncrementalQr::triangle_of(const std::vector<Key>& keys) const {
   const Values now = front();
+  require_in_front(now, keys);
   int wanted = 0;
   for (const Key key : keys) wanted += now.slot(key).type.tangent();
   const int rest = now.dim() - wanted;

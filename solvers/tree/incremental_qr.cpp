@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "graph/numerical_error.h"
@@ -16,6 +17,13 @@ constexpr int kAtOnce = 64;         // windows that fall asleep together where n
 constexpr double kIdleDrift = 0.1;  // from here on where there is time
 
 }  // namespace
+
+IncrementalQr::IncrementalQr(const IncrementalQrOptions& options) : options_(options) {
+  if (options.is_global) return;
+  throw std::invalid_argument(
+      "IncrementalQrOptions::is_global is not set: give a function that says which variables all "
+      "windows share, such as [](Key k) { return k.symbol != 'R'; }");
+}
 
 // A window that has been linearized (again).
 void IncrementalQr::put(int window) {

@@ -58,7 +58,8 @@ struct WindowParts {
 };
 
 struct IncrementalQrOptions {
-  // Which variables all windows share; all others are nodes of chains, named by their index.
+  // Which variables all windows share; all others are nodes of chains, named by their index. It
+  // has to be given.
   std::function<bool(Key)> is_global;
   int eager_windows = 60;      // of a shorter stream, all that have drifted are linearized again
   int relinearized = 2;        // of a longer one, this number an update: those that drifted most
@@ -92,7 +93,8 @@ struct Innovation {
 
 class IncrementalQr {
  public:
-  explicit IncrementalQr(const IncrementalQrOptions& options) : options_(options) {}
+  // Throws std::invalid_argument without is_global.
+  explicit IncrementalQr(const IncrementalQrOptions& options);
 
   // A window: factors among the new variables, the globals (new ones among the new variables), and
   // the last node of one chain, which the window continues; without that it starts a chain. Factors
@@ -142,7 +144,8 @@ class IncrementalQr {
   double cost() const { return 0.5 * root_.squares; }
 
   // Joint covariance of globals and of variables of chains' last nodes, in their tangent
-  // coordinates. Throws std::domain_error, with the direction in words, where it is undetermined.
+  // coordinates. Throws std::domain_error, with the direction in words, where it is undetermined,
+  // and std::invalid_argument for other variables, which Marginals(graph(), estimate()) has.
   MatrixXd covariance(const std::vector<Key>& keys) const;
   MatrixXd covariance(Key key) const { return covariance(std::vector<Key>{key}); }
   // The information of the same, all others eliminated.
@@ -216,6 +219,9 @@ class IncrementalQr {
     VectorXd last;                          // coordinates of its last node
   };
 
+  bool is_past(Key key) const;
+  [[noreturn]] void refuse_unknown(const std::string& factor, Key key) const;
+  void require_in_front(const Values& front, const std::vector<Key>& keys) const;
   int find_chain(const FactorGraph& graph, const Values& new_values) const;
   int newest_window(int chain) const;
   Joining make_window(FactorGraph factors, const Values& new_values, FactorGraph removable) const;

@@ -38,6 +38,26 @@ bool IncrementalQr::is_finite(const Condensed& condensed) {
                              [](const EliminatedNode& n) { return is_moderate(n.R); });
 }
 
+// Of a node before the last of its chain.
+bool IncrementalQr::is_past(Key key) const {
+  return std::ranges::any_of(
+      windows_, [&](const Window& w) { return std::ranges::find(w.own, key) != w.own.end(); });
+}
+
+void IncrementalQr::refuse_unknown(const std::string& factor, Key key) const {
+  const std::string needs = factor + " needs " + to_string(key) + ", which is ";
+  if (is_past(key)) {
+    throw std::invalid_argument(
+        needs +
+        "neither new nor a global nor of the last node of a chain: a window can only join nodes of "
+        "its own and the node before it; give a graph with such a loop to LevenbergMarquardt, or "
+        "all windows of the loop in one update");
+  }
+  throw std::invalid_argument(needs +
+                              "neither known from updates before nor among the new values "
+                              "of this one: insert an initial value for it there");
+}
+
 int IncrementalQr::find_chain(const FactorGraph& graph, const Values& new_values) const {
   int chain = -1;
   for_each_factor(graph, [&](std::span<const Key> keys, std::span<const VariableType> types) {
@@ -55,13 +75,7 @@ int IncrementalQr::find_chain(const FactorGraph& graph, const Values& new_values
         const Values& last = windows_[std::size_t(newest_window(int(c)))].values;
         if (key.index == chains_[c].last_index && last.contains(key)) found = int(c);
       }
-      if (found < 0) {
-        throw std::invalid_argument(
-            name_of_factor(keys) + " needs " + to_string(key) +
-            ", which is neither new nor a global nor of the last node of a chain: a window can "
-            "only join nodes of its own and the node before it; give a graph with such a loop to "
-            "LevenbergMarquardt, or all windows of the loop in one update");
-      }
+      if (found < 0) refuse_unknown(name_of_factor(keys), key);
       if (chain >= 0 && chain != found) {
         throw std::invalid_argument(name_of_factor(keys) +
                                     " is of another chain than the window's other factors: a "

@@ -2,7 +2,9 @@
 // Data that leave a direction free: it is found, counted, named, and never divided by.
 #include <Eigen/QR>
 
+#include "graph/numerical_error.h"
 #include "solvers/back_ends.h"
+#include "solvers/marginals.h"
 #include "solvers/null_space.h"
 #include "tests/solvers/each_backend.h"
 
@@ -49,7 +51,15 @@ TEST_P(SingularGraph, a_pose_graph_without_a_prior_turns_as_a_whole) {
     const Result result = GaussNewton(p.graph, options()).optimize(p.start);
     EXPECT_EQ(result.reason, StopReason::kSingular) << n << ": " << result.message;
     EXPECT_THAT(result.message, HasSubstr("R0"));
-    EXPECT_THAT(result.message, HasSubstr("R" + std::to_string(n - 1)));
+    EXPECT_THAT(result.message,
+                HasSubstr("R" + std::to_string(n - 1) + " all by the same turn (3 free axes)."));
+    EXPECT_THAT(result.message, Not(HasSubstr("; and")));
+    try {
+      Marginals(p.graph, p.start, GetParam()).covariance(R(0));
+      FAIL() << "a covariance of what is undetermined";
+    } catch (const NumericalError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("all by the same turn (3 free axes)"));
+    }
   }
 }
 

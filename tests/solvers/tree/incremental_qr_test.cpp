@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 
 #include "graph/numerical_error.h"
@@ -151,6 +152,41 @@ TEST(IncrementalQr, a_loop_to_an_older_window_is_refused_by_name_and_changes_not
   EXPECT_THAT(after.data(), testing::ElementsAreArray(before.data()));
   estimator.update(s.windows[3].factors, s.windows[3].values, s.windows[3].removable);
   expect_batch_solution(s, estimator);
+}
+
+std::string complaint(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(IncrementalQr, a_variable_without_a_value_is_not_taken_for_a_loop) {
+  const Stream s = test::rotations_in_windows(3, 40, 10);
+  IncrementalQr estimator({.is_global = is_global});
+  const auto& first = s.windows[0];
+  EXPECT_THAT(complaint([&] { estimator.update(first.factors, Values(), first.removable); }),
+              testing::AllOf(testing::HasSubstr("insert an initial value for it"),
+                             testing::Not(testing::HasSubstr("loop"))));
+  EXPECT_EQ(estimator.windows(), 0);
+}
+
+TEST(IncrementalQr, the_covariance_of_an_earlier_node_is_found_elsewhere) {
+  const Stream s = test::rotations_in_windows(3, 40, 10);
+  IncrementalQr estimator({.is_global = is_global});
+  run(s, estimator);
+  EXPECT_THAT(complaint([&] { estimator.covariance(R(3)); }),
+              testing::HasSubstr("Marginals(estimator.graph(), estimator.estimate())"));
+  EXPECT_THAT(complaint([&] { estimator.covariance(R(999)); }),
+              testing::HasSubstr("R999 has come with no update"));
+  EXPECT_EQ(Marginals(estimator.graph(), estimator.estimate()).covariance(R(3)).rows(), 3);
+}
+
+TEST(IncrementalQr, it_has_to_be_said_what_is_global) {
+  EXPECT_THAT(complaint([] { IncrementalQr estimator(IncrementalQrOptions{}); }),
+              testing::HasSubstr("is_global is not set"));
 }
 
 TEST(IncrementalQr, a_window_can_be_taken_out_and_put_back) {

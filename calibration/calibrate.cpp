@@ -32,6 +32,7 @@
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
 #include "recording/data/error.h"
+#include "recording/data/well_formed.h"
 
 namespace magimu {
 namespace {
@@ -226,10 +227,11 @@ Calibration calibrate_judged(const std::vector<const Recording*>& given,
 Calibration calibrate_anyhow(const std::vector<const Recording*>& given,
                              const CalibrationOptions& options,
                              std::optional<CondensedRecording>* condensed) {
+  const WellFormed recordings(given);
   try {
-    return calibrate_judged(given, options, condensed);
+    return calibrate_judged(recordings.get(), options, condensed);
   } catch (const TooLittle& too_little) {
-    return calibration_without_fit(given, options, too_little);
+    return calibration_without_fit(recordings.get(), options, too_little);
   }
 }
 

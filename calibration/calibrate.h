@@ -7,7 +7,8 @@
 //   const Recording recording = read_recording("hand_rotation.csv");
 //   const Calibration calibration = calibrate(recording);
 //   if (calibration.trust.verdict == Verdict::kNo) ...
-//   const Vector3 field = calibration.parameters.mag[0].distortion.inverse() * (mag - bias);
+//   const MagnetometerParameters& mag = calibration.parameters.mag[0];
+//   const Vector3 field = mag.distortion.inverse() * (reading - mag.bias);
 #pragma once
 
 #include <vector>
@@ -18,8 +19,9 @@
 
 namespace magimu {
 
-// Throws InputError if a recording has too little in it to begin with (no magnetometer, less than
-// a few seconds); everything else is told by the result's trust, also that no fit could be made.
+// Throws InputError where a recording is none (recording/data/well_formed.h), a sensor has no
+// samples, or samples are not what they seem to be; everything else is told by the result's trust,
+// also that no fit could be made.
 Calibration calibrate(const Recording& recording, const CalibrationOptions& options = {});
 Calibration calibrate(const std::vector<const Recording*>& recordings,
                       const CalibrationOptions& options = {});

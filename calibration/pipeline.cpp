@@ -61,13 +61,26 @@ constexpr double kOffsetShown = 4.0, kOffsetPossible = 2.0;
       "turn the sensor about all three axes for a minute or more, and look at the logger");
 }
 
+void require_sensors(const Recording& r) {
+  const auto require = [&](const VectorSeries& series, const std::string& of,
+                           const std::string& columns) {
+    if (!series.empty()) return;
+    throw InputError(
+        r.name, 0, 0, fmt::format("there are no {} samples", of),
+        fmt::format("record them as well (in a table: columns {0}_x, {0}_y, {0}_z)", columns));
+  };
+  if (r.mag.empty()) require({}, "magnetometer", "mag");
+  for (std::size_t m = 0; m < r.mag.size(); ++m) {
+    require(r.mag[m], r.mag.size() == 1 ? "magnetometer" : r.mag_names[m], r.mag_names[m]);
+  }
+  require(r.acc, "accelerometer", "acc");
+  require(r.gyr, "gyroscope", "gyr");
+}
+
 void check(const std::vector<const Recording*>& recordings) {
   if (recordings.empty()) throw InputError("", 0, 0, "no recording was given", "name at least one");
   for (const Recording* r : recordings) {
-    if (r->mag.empty() || r->mag.front().empty()) {
-      throw InputError(r->name, 0, 0, "there are no magnetometer samples",
-                       "record the columns mag_x, mag_y, mag_z as well");
-    }
+    require_sensors(*r);
     if (r->acc.size() < 10 || r->gyr.size() < 10 || r->mag.front().size() < 10 ||
         r->duration_s() < kMinDuration) {
       throw TooLittle(r->name, 0, 0,

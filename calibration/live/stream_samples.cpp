@@ -10,6 +10,7 @@
 #include "recording/data/bridge.h"
 #include "recording/data/error.h"
 #include "recording/data/parts.h"
+#include "recording/data/well_formed.h"
 
 namespace magimu {
 namespace {
@@ -21,12 +22,14 @@ constexpr double kSomeGap = 0.05;           // s: less is bridged in any case
 constexpr double kEver = std::numeric_limits<double>::infinity();
 
 Recording named(int magnetometers) {
+  if (magnetometers < 1) {
+    throw InputError("stream", 0, 0, fmt::format("it has {} magnetometers", magnetometers),
+                     "stream one or more");
+  }
   Recording out;
   out.name = "stream";
   out.mag.resize(std::size_t(magnetometers));
-  for (int m = 0; m < magnetometers; ++m) {
-    out.mag_names.push_back(magnetometers == 1 ? "mag" : fmt::format("mag{}", m + 1));
-  }
+  out.mag_names = usual_mag_names(out.mag.size());
   return out;
 }
 
@@ -61,13 +64,16 @@ void StreamSamples::check(const StreamSample& s) {
                                  s.t, s.mag.size(), all_.mag.size()),
                      "stream all magnetometers of the device, and no others");
   }
+  if (!std::isfinite(s.t)) {
+    throw InputError("stream", 0, 0, fmt::format("the time of a sample is {}", s.t),
+                     "leave out samples whose times are not known");
+  }
   const auto follows = [&](const std::optional<Vector3>& v, double before) {
     if (!v || s.t > before) return;
     throw InputError("stream", 0, 0,
                      fmt::format("the sample at {} s comes after the one at {} s", s.t, before),
                      "time must increase from sample to sample");
   };
-  if (!std::isfinite(s.t)) follows(Vector3::Zero().eval(), kEver);
   follows(s.acc, sensor_t_[0]);
   follows(s.gyr, sensor_t_[1]);
   for (std::size_t m = 0; m < s.mag.size(); ++m) follows(s.mag[m], sensor_t_[2 + m]);

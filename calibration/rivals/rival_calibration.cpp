@@ -21,6 +21,7 @@
 #include "graph/numerical_error.h"
 #include "graph/thread_time.h"
 #include "recording/data/error.h"
+#include "recording/data/well_formed.h"
 
 namespace magimu {
 namespace {
@@ -90,7 +91,7 @@ RivalResult by_wu(const RivalOptions& rival, const std::vector<const Recording*>
   if (rival.as_published && recordings.size() > 1) {
     throw InputError(recordings[1]->name, 0, 0,
                      "the published filter of Wu goes through one recording without a long gap",
-                     "give one recording, or leave out --as-published");
+                     "give one recording, or take the method not as published (--as-published)");
   }
   const WuOptions asked{noise, options.gravity};
   const WuEstimate e = rival.as_published
@@ -191,7 +192,8 @@ std::string to_string(RivalMethod method) { return method == RivalMethod::kKok ?
 RivalCalibration calibrate_by(const RivalOptions& rival, const std::vector<const Recording*>& given,
                               const CalibrationOptions& given_options) {
   const auto begin = std::chrono::steady_clock::now();
-  const CheckedRecordings checked(given);
+  const WellFormed well_formed(given);
+  const CheckedRecordings checked(well_formed.get());
   const std::vector<const Recording*>& recordings = checked.get();
   const double start = thread_seconds();
   CalibrationOptions options = given_options;

@@ -11,6 +11,7 @@
 #include "calibration/trust/check_axes.h"
 #include "graph/numerical_error.h"
 #include "recording/data/error.h"
+#include "recording/data/well_formed.h"
 #include "solvers/marginals.h"
 
 namespace magimu {
@@ -115,7 +116,9 @@ double Survey::sigma(const std::string& name) const {
   return found == expected.end() ? 0.0 : found->sigma;
 }
 
-Survey survey(const Recording& given, const SurveyOptions& options) {
+Survey survey(const Recording& recording_given, const SurveyOptions& options) {
+  const WellFormed well_formed({&recording_given});
+  const Recording& given = *well_formed.get().front();
   const auto progress = [&](const char* what, double share) {
     if (options.progress) options.progress(what, share);
   };

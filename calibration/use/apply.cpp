@@ -9,6 +9,7 @@
 
 #include "calibration/use/apply_effects.h"
 #include "recording/data/error.h"
+#include "recording/data/well_formed.h"
 
 namespace magimu {
 namespace {
@@ -39,6 +40,7 @@ bool finite(const Calibration& c) {
 }
 
 void check(const Calibration& c, const Recording& r) {
+  require_well_formed(r);
   if (!finite(c)) {
     throw InputError(r.name, 0, 0, "the calibration has parameters that are not numbers",
                      "calibrate again");

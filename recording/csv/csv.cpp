@@ -11,6 +11,7 @@
 
 #include "recording/csv/csv_reader.h"
 #include "recording/data/error.h"
+#include "recording/data/well_formed.h"
 #include "recording/files/atomic_file.h"
 #include "recording/files/read_file.h"
 
@@ -102,6 +103,7 @@ Recording csv_recording(std::string_view content, const std::string& path,
 }
 
 std::string csv_text(const Recording& recording) {
+  require_well_formed(recording);
   std::vector<Column> columns = columns_of(recording);
   std::string text;
   append_header(text, columns);

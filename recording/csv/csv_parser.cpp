@@ -103,7 +103,8 @@ void CsvParser::line(std::string_view text) {
   while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.remove_suffix(1);
   if (text.find('\0') != std::string_view::npos) {
     fail(0, "this is binary content, not text",
-         "give a CSV file in UTF-8, or an HDF5 or MAT file of the BROAD data set");
+         "give text in UTF-8 (CSV), a ROS bag, MCAP, ULog, an ArduPilot .bin, numpy's .npz, "
+         "MATLAB or HDF5, or a zip of such files");
   }
   const auto first = std::ranges::find_if_not(text, is_blank);
   if (first == text.end() || *first == '#') return;

@@ -204,7 +204,7 @@ const std::vector<Bad> kNoRecording{
            "ELF\0\1\2\3",
            8);
      },
-     "rec:1: this is binary content", "CSV file in UTF-8"},
+     "rec:1: this is binary content", "a ROS bag, MCAP, ULog"},
     {"utf16", [] { return std::string("\xff\xfet\0,\0a\0", 8); }, "rec: this text is in UTF-16",
      "iconv -f UTF-16"},
     {"picture", [] { return std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16); },

@@ -172,8 +172,8 @@ TEST(ReadCsvErrors, the_axes_of_a_sensor_are_empty_together_or_not_at_all) {
 
 TEST(ReadCsvErrors, binary_content_is_recognized) {
   using std::string_literals::operator""s;
-  expect_error("\x7f"s + "ELF\0\0\1\2"s, 1, 0, "binary content", "CSV file in UTF-8");
-  expect_error(kColumns + kNumbers + "1,2\0,3\n"s, 3, 0, "binary content", "CSV file in UTF-8");
+  expect_error("\x7f"s + "ELF\0\0\1\2"s, 1, 0, "binary content", "a ROS bag, MCAP, ULog");
+  expect_error(kColumns + kNumbers + "1,2\0,3\n"s, 3, 0, "binary content", "a ROS bag, MCAP, ULog");
 }
 
 TEST(ReadCsvErrors, what_a_message_shows_of_the_file_is_short_and_printable) {

@@ -19,7 +19,7 @@ constexpr double kAbsurd = 10.0;
 constexpr const char* kNames[] = {"accelerometer", "gyroscope", "magnetometer"};
 constexpr const char* kUnits[] = {"m/s^2", "rad/s", "uT"};
 constexpr const char* kRemedy =
-    " Give --noise as densities, in SI units and uT per sqrt(Hz), or leave it out.";
+    " Give the noise (--noise) as densities, in SI units and uT per sqrt(Hz), or leave it out.";
 
 const VectorSeries& series_of(const Recording& recording, std::size_t sensor) {
   return sensor == 0 ? recording.acc : sensor == 1 ? recording.gyr : recording.mag.front();

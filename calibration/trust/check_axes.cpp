@@ -27,8 +27,9 @@ std::string turned_magnetometer(const AxesFinding& f, double dip_rad, int dip_si
     return text +
            fmt::format(
                "The distortion matrix holds the former, and that is right if a dip of {:+.0f} deg "
-               "has the right sign (positive on the northern hemisphere; give --hemisphere, and "
-               "this is settled); else give --axes {}={}.",
+               "has the right sign (positive on the northern hemisphere; say which "
+               "one yours is, --hemisphere, and this is settled); else turn its axes, --axes "
+               "{}={}.",
                dip_rad / kDegree, f.sensor, inverted);
   }
   if (agree(dip_rad, dip_sign)) {
@@ -37,7 +38,8 @@ std::string turned_magnetometer(const AxesFinding& f, double dip_rad, int dip_si
   }
   return text + fmt::format(
                     "The distortion matrix holds the former, but the dip of {:+.0f} deg has the "
-                    "wrong sign for your place: it is the latter. Give --axes {}={}.",
+                    "wrong sign for your place: it is the latter. Turn its axes, --axes "
+                    "{}={}.",
                     dip_rad / kDegree, f.sensor, inverted);
 }
 
@@ -48,14 +50,14 @@ std::string about_the_dip(double dip_rad, int dip_sign) {
     return fmt::format(
         "The dip of {:+.0f} deg is that of the {} hemisphere; on the other one an odd number of "
         "the magnetometer's axes (or all of the accelerometer's) would be inverted, which no "
-        "motion can tell (--hemisphere or --location can).",
+        "motion can tell (the hemisphere or the location can: --hemisphere, --location).",
         dip_rad / kDegree, here);
   }
   if (agree(dip_rad, dip_sign)) return "";
   return fmt::format(
       "But the dip of {:+.0f} deg is that of the {} hemisphere, which yours is not: an odd number "
       "of the magnetometer's axes (or all of the accelerometer's) are inverted. If it is all "
-      "three of the magnetometer's, give --axes mag=-x,-y,-z.",
+      "three of the magnetometer's, invert them, --axes mag=-x,-y,-z.",
       dip_rad / kDegree, here);
 }
 

@@ -85,7 +85,8 @@ AxesFinding finding(const std::string& sensor, const Matrix3& remedy, bool or_in
         fmt::format(", or {}: no motion tells these two apart, but the dip has the opposite sign",
                     axes_text(-remedy));
   }
-  out.text_of_remedy = fmt::format("give --axes {}={}", sensor, axes);
+  out.text_of_remedy =
+      fmt::format("give --axes {}={} (in memory: its new x, y, z are its {})", sensor, axes, axes);
   if (or_inverted) {
     out.text_of_remedy += fmt::format(
         " and look at the dip (positive on the northern hemisphere); if its sign is wrong, --axes "

@@ -46,7 +46,7 @@ std::string why_it_stays(const std::string& name) {
   }
   if (name == "mag_lag") {
     return "taking it out needs the derivative of the readings, which is mostly noise; calibrate "
-           "with --mag-time-offset on instead, which is the same to first order";
+           "with the time offset on (--mag-time-offset) instead, which is the same to first order";
   }
   return "it belongs to the recording in which it was found, not to the sensor";
 }

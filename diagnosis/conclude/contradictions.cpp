@@ -114,7 +114,7 @@ void name_interval_convention(const std::vector<const Recording*>& given, Diagno
     const bool possible = 0.5 * interval < kSigmas * sigma;  // either would do, and none
     f.sentence = fmt::format(
         "The gyroscope's rates {} about {} late ({:.2f} +- {:.2f} ms): {} the mean over another "
-        "interval than assumed? Give --gyro-interval {} and look what is left.",
+        "interval than assumed? State it (--gyro-interval {}) and look what is left.",
         possible ? "may come" : "come", amount, 1e3 * ahead, 1e3 * sigma,
         possible ? "are its samples perhaps" : "are its samples", c.option);
   }

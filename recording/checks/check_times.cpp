@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "recording/checks/quality_checks.h"
+#include "recording/data/units.h"
 #include "statistics/quantiles.h"
 
 namespace magimu {
@@ -160,12 +161,16 @@ std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors) {
                       fmt::format("{} has a sample every {:.4g} s, if its time is in seconds; it "
                                   "seems to be in {}",
                                   sensors.front().name, dt, unit),
-                      fmt::format("give the unit of time: --unit t={}", unit)});
+                      fmt::format("give the unit of time: --unit t={} (in memory: multiply the "
+                                  "times by {:g})",
+                                  unit, *unit_in_ours("t", unit))});
   } else if (dt > 0.0 && dt < 2e-5) {
-    issues.push_back({"time_unit", sensors.front().name, -1, Severity::kCaution, 0.0, 0.0,
-                      fmt::format("{} has {:.4g} samples a second, if its time is in seconds",
-                                  sensors.front().name, 1.0 / dt),
-                      "give the unit of time, such as --unit t=60 for minutes"});
+    issues.push_back(
+        {"time_unit", sensors.front().name, -1, Severity::kCaution, 0.0, 0.0,
+         fmt::format("{} has {:.4g} samples a second, if its time is in seconds",
+                     sensors.front().name, 1.0 / dt),
+         "give the unit of time, such as --unit t=60 for minutes (in memory: multiply the "
+         "times by that)"});
   }
   return issues;
 }

@@ -56,12 +56,23 @@ double file_unit(const Recording& r, const std::string& quantity) {
   return found == r.file_units.end() ? 1.0 : found->second;
 }
 
-// quantity: "acc", "gyr", "mag"; unit: as --unit takes it.
-Issue unit_issue(const std::string& sensor, const std::string& quantity, const std::string& problem,
-                 const std::string& unit) {
-  return {
-      "unit", sensor, -1,      Severity::kFatal,
-      0.0,    0.0,    problem, fmt::format("give the file's unit: --unit {}={}", quantity, unit)};
+// What is done to readings in memory that are in another unit than was thought.
+std::string scaled_in_memory(const std::string& quantity, double factor) {
+  return fmt::format(" (in memory: multiply {} by {:.6g})", quantity, factor);
+}
+
+// quantity: "acc", "gyr", "mag", in which the sensor's unit was given; unit: as --unit takes it, or
+// several, each with its meaning.
+Issue unit_issue(const Recording& r, const std::string& sensor, const std::string& quantity,
+                 const std::string& problem, const std::string& unit) {
+  const std::optional<double> in_ours = unit_in_ours(quantity, unit.substr(0, unit.find(' ')));
+  const bool one = in_ours && unit.find(" or ") == std::string::npos;
+  const std::string memory = one ? scaled_in_memory(sensor, *in_ours / file_unit(r, quantity))
+                                 : " (in memory: multiply " + sensor + " by it)";
+  return {"unit",  sensor,
+          -1,      Severity::kFatal,
+          0.0,     0.0,
+          problem, fmt::format("give the file's unit: --unit {}={}{}", quantity, unit, memory)};
 }
 
 // Sensitivities that data sheets have, counts a deg/s and counts a g (10 a deg/s: tenths of it).
@@ -162,19 +173,19 @@ std::vector<Issue> check_acc(const Recording& r) {
   // g and mg leave room for a hand that never rests.
   for (const auto& [name, size] : {std::pair("g", kGravity), std::pair("mg", 1e-3 * kGravity)}) {
     if (std::abs(unit / size - 1.0) > 0.4 || std::abs(given / size - 1.0) < kNear) continue;
-    return {unit_issue("acc", "acc", reads(fmt::format(": it is in {}", name)), name)};
+    return {unit_issue(r, "acc", "acc", reads(fmt::format(": it is in {}", name)), name)};
   }
   if (usual < 5.0 && given == 1.0) {
     return {
         {"gravity", "acc", -1, Severity::kFatal, 0.0, 0.0,
          reads(": this is acceleration without gravity, which some phones offer"),
          "record the accelerometer itself (with gravity; Sensor Logger: total acceleration), or "
-         "give its unit by --unit acc=..."}};
+         "give its unit, --unit acc=... (in memory: multiply acc by that unit in m/s^2)"}};
   }
   const double quiet = most_frequent(std::move(lengths));
   const double counts = snapped(kAccCounts, quiet / given);  // a g
   return {unit_issue(
-      "acc", "acc",
+      r, "acc", "acc",
       reads(fmt::format("; perhaps these are counts of the converter, {:.0f} a g", counts)),
       fmt::format("{:.6g} (one count in m/s^2)", kGravity / counts))};
 }
@@ -230,7 +241,8 @@ std::vector<Issue> check_acc_scale(const Recording& r) {
                        "has {:.3f} +- {:.3f} m/s^2",
                        100.0 * std::abs(radius / kGravity - 1.0),
                        radius > kGravity ? "much" : "little", radius, sigma + swung),
-           fmt::format("scale its readings: --unit acc={:.5g}", given * kGravity / radius)}};
+           fmt::format("scale its readings: --unit acc={:.5g}{}", given * kGravity / radius,
+                       scaled_in_memory("acc", kGravity / radius))}};
 }
 
 // Half the range between the 3 % and 97 % quantiles, of the axis where it is largest: a few wild
@@ -320,7 +332,8 @@ bool counts_of_converters(const Recording& r) {
 }
 
 // size: of the field, in counts.
-Issue mag_counts_issue(const std::string& name, const std::string& problem, double size) {
+Issue mag_counts_issue(const Recording& r, const std::string& name, const std::string& problem,
+                       double size) {
   std::vector<std::string> factors;
   for (const MagCounts& of : kMagCounts) {
     const double uT = size * of.count_uT;
@@ -331,7 +344,7 @@ Issue mag_counts_issue(const std::string& name, const std::string& problem, doub
       factors.empty()
           ? fmt::format("{:.3g} (a guess: it gives 45 uT; its data sheet tells)", 45.0 / size)
           : fmt::format("{}", fmt::join(factors, " or --unit mag="));
-  return unit_issue(name, "mag", problem, remedy);
+  return unit_issue(r, name, "mag", problem, remedy);
 }
 
 std::vector<Issue> check_mag(const Recording& r, const std::string& name, const VectorSeries& mag) {
@@ -358,8 +371,8 @@ std::vector<Issue> check_mag(const Recording& r, const std::string& name, const 
   // Which of the units has the earth's field? The size of readings counts where they hardly change.
   const double size = std::max(radius, small ? 0.5 * usual : 0.0) / given;  // as in the file
   if (given == 1.0 && whole && counts_of_converters(r)) {
-    return {mag_counts_issue(name, reads("like the other sensors' these are counts of a converter"),
-                             size)};
+    return {mag_counts_issue(
+        r, name, reads("like the other sensors' these are counts of a converter"), size)};
   }
   std::string fitting;
   double field = 0.0;
@@ -379,7 +392,7 @@ std::vector<Issue> check_mag(const Recording& r, const std::string& name, const 
                                                     {"uT", "microtesla"}};
   if (count == 1 && field > kUsualRadius) {
     return {unit_issue(
-        name, "mag",
+        r, name, "mag",
         reads(fmt::format("in {} it would have {:.0f}; perhaps it was scaled", words.at(fitting),
                           field)),
         fmt::format("{:.4g} (a guess: it gives 45 uT; any number gives directions), or {} if its "
@@ -387,14 +400,14 @@ std::vector<Issue> check_mag(const Recording& r, const std::string& name, const 
                     45.0 / size, fitting))};
   }
   if (count == 1) {
-    return {unit_issue(name, "mag", reads(fmt::format("it seems to be in {}", words.at(fitting))),
-                       fitting)};
+    return {unit_issue(r, name, "mag",
+                       reads(fmt::format("it seems to be in {}", words.at(fitting))), fitting)};
   }
   if (whole) {
     const std::string counts = "no usual unit fits; perhaps these are counts of the converter";
-    return {mag_counts_issue(name, reads(counts), size)};
+    return {mag_counts_issue(r, name, reads(counts), size)};
   }
-  return {unit_issue(name, "mag", reads("no usual unit fits"),
+  return {unit_issue(r, name, "mag", reads("no usual unit fits"),
                      fmt::format("{:.3g} (a guess: it gives 45 uT; the right number gives the "
                                  "strength, any gives directions)",
                                  45.0 / size))};
@@ -470,12 +483,13 @@ std::vector<Issue> check_gyr(const Recording& r) {
                      off(unit, *unit_in_ours("gyr", name)) <
                          off(kDeg / unit, of_converter) + (is_whole(r.gyr, given) ? -odds : odds);
   if (named && std::abs(unit / given - 1.0) > kNear) {
-    return {unit_issue("gyr", "gyr", fmt::format("{}: it seems to be in {}", turns, name), name)};
+    return {
+        unit_issue(r, "gyr", "gyr", fmt::format("{}: it seems to be in {}", turns, name), name)};
   }
   for (const double range : {2.0, 4.0, 8.0, 0.5, 0.25, 0.125}) {
     if (std::abs(gain / range - 1.0) > kNear) continue;
     return {
-        unit_issue("gyr", "gyr",
+        unit_issue(r, "gyr", "gyr",
                    fmt::format("{}: its range was set to {} of what the driver takes it for", turns,
                                range > 1.0 ? fmt::format("1/{:.0f}", range)
                                            : fmt::format("{:.0f} times", 1.0 / range)),
@@ -483,7 +497,7 @@ std::vector<Issue> check_gyr(const Recording& r) {
   }
   const double counts = snapped(kGyrCounts, kDeg / unit);  // readings of the file a deg/s
   return {unit_issue(
-      "gyr", "gyr",
+      r, "gyr", "gyr",
       fmt::format("{}; perhaps these are counts of the converter, {:.4g} a deg/s", turns, counts),
       fmt::format("{:.6g} (one count in rad/s)", kDeg / counts))};
 }

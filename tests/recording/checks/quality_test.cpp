@@ -304,6 +304,28 @@ TEST(Quality, advice_does_not_ask_for_the_unit_that_was_given) {
   EXPECT_THAT(issues[0].remedy, AllOf(HasSubstr("--unit mag=0.01"), testing::Not(HasSubstr("mG"))));
 }
 
+// Of a recording that no file has given.
+TEST(Quality, advice_on_units_serves_readings_in_memory_too) {
+  const auto remedy_of = [](const auto& spoil) {
+    Recording r = good();
+    spoil(r);
+    return check_recording(r).front().remedy;
+  };
+  EXPECT_THAT(remedy_of([](Recording& r) { scale(r.gyr, 180.0 / M_PI); }),
+              HasSubstr("--unit gyr=deg/s (in memory: multiply gyr by 0.0174533)"));
+  EXPECT_THAT(remedy_of([](Recording& r) { scale(r.mag[0], 1e3); }),
+              HasSubstr("--unit mag=nT (in memory: multiply mag by 0.001)"));
+  EXPECT_THAT(remedy_of([](Recording& r) {
+                scale(r.gyr, 2.0);
+                r.file_units["gyr"] = M_PI / 180.0;
+              }),
+              HasSubstr("(in memory: multiply gyr by 0.5)"));
+  EXPECT_THAT(remedy_of([](Recording& r) {
+                for (auto* s : {&r.acc, &r.gyr, &r.mag[0]}) scale_time(*s, 1e3);
+              }),
+              HasSubstr("--unit t=ms (in memory: multiply the times by 0.001)"));
+}
+
 void count(VectorSeries& series, double in_ours) {
   for (Vector3& v : series.v) v = (v / in_ours).array().round();
 }

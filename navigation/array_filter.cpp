@@ -67,26 +67,45 @@ FieldProcess ArrayFilterOptions::published_process(int order, double strength_uT
   return process;
 }
 
+namespace {
+
+// phi: a field's coefficients to readings. One equation more than unknowns: the residuals give the
+// noise.
+bool tells_apart(const MatrixXd& phi) {
+  if (phi.rows() <= phi.cols()) return false;
+  const MatrixXd r = Eigen::HouseholderQR<MatrixXd>(phi).matrixQR();
+  for (Eigen::Index i = 0; i < phi.cols(); ++i) {
+    if (!(std::abs(r(i, i)) > kIndependent * r.col(i).head(i + 1).norm())) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+int highest_order(const std::vector<Vector3>& positions) {
+  int order = FieldBasis::kHighestOrder;
+  while (order > 0 && !tells_apart(FieldBasis(order).at(positions))) --order;
+  return order;
+}
+
 ArrayFilter::ArrayFilter(const ArrayFilterOptions& options, const std::vector<Vector3>& positions)
     : options_(options), transport_(options.order) {
   phi_ = transport_.basis().at(positions);
   const Eigen::Index kappa = phi_.cols();
-  const auto refuse = [&] {
+  if (!tells_apart(phi_)) {
+    const int most = highest_order(positions);
     throw InputError(
         "", 0, 0,
-        fmt::format("the magnetometers at these places ({}) cannot tell the {} coefficients "
-                    "of a field of order {} apart",
+        fmt::format("the magnetometers at these places ({}) cannot tell the {} coefficients of a "
+                    "field of order {} apart",
                     positions.size(), kappa, options.order),
-        "lower the order, or look at the layout");
-  };
-  // One equation more than unknowns: the residuals give the noise.
-  if (phi_.rows() <= kappa) refuse();
+        most > 0 ? fmt::format("order {} they can: `magimu navigate --order {} --truncation white`",
+                               most, most)
+                 : "look at the layout, or navigate without them: `magimu navigate --method ins`");
+  }
   const Eigen::HouseholderQR<MatrixXd> qr(phi_);
   r_ = qr.matrixQR().topRows(kappa).triangularView<Eigen::Upper>();
   q_ = qr.householderQ() * MatrixXd::Identity(phi_.rows(), kappa);
-  for (Eigen::Index i = 0; i < kappa; ++i) {
-    if (!(std::abs(r_(i, i)) > kIndependent * r_.col(i).norm())) refuse();
-  }
 }
 
 VectorXd ArrayFilter::fit_field(const VectorXd& readings) const {

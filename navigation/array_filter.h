@@ -57,6 +57,10 @@ struct ArrayFilterOptions {
   static FieldProcess published_process(int order, double strength_uT = 1.0);
 };
 
+// The highest order of a field whose coefficients magnetometers at these places (m, frame of the
+// sensor) tell apart with an equation to spare; 0: of none.
+int highest_order(const std::vector<Vector3>& positions);
+
 class ArrayFilter {
  public:
   // positions: of the magnetometers, m, in b. InputError where they cannot tell the field's

@@ -54,6 +54,17 @@ ArrayFilterOptions with_truncation(const ArrayFilterOptions& options, const Arra
   }
   ArrayFilterOptions out = options;
   out.order = options.order + 1;
+  if (const int most = highest_order(samples.positions); out.order > most) {
+    const std::string white = fmt::format("`--order {} --truncation white`", most);
+    throw InputError(
+        samples.name, 0, 0,
+        fmt::format("the magnetometers at these places ({}) tell fields up to order {} apart, and "
+                    "a field of order {} with its truncation coloured takes order {}",
+                    samples.positions.size(), most, options.order, out.order),
+        most > 1   ? fmt::format("give `--order {}`, or {}", most - 1, white)
+        : most > 0 ? "give " + white
+                   : "look at the layout, or navigate without them: `--method ins`");
+  }
   out.field = truncation_process(samples, options.order);
   out.shrink_gradients = true;
   return out;

@@ -129,10 +129,35 @@ TEST(ArrayFilter, position_aid_holds_the_position) {
   EXPECT_LT(navigation_error(run, samples, run.t.size() - 1).position.norm(), 0.05);
 }
 
+// Six on a plane tell order 1 only, and the coloured truncation takes an order more.
+TEST(ArrayFilter, says_which_order_the_array_can_tell) {
+  ArraySamples samples;
+  for (int i = 0; i < 6; ++i)
+    samples.positions.emplace_back(0.05 * (i % 3) + 0.01 * (i / 3), 0.06 * (i / 3), 0.0);
+  ASSERT_EQ(highest_order(samples.positions), 1);
+  const auto remedy = [&](int order) {
+    ArrayFilterOptions options;
+    options.order = order;
+    try {
+      with_truncation(options, samples);
+    } catch (const InputError& e) {
+      return e.remedy;
+    }
+    return std::string();
+  };
+  for (const int order : {1, 2}) EXPECT_EQ(remedy(order), "give `--order 1 --truncation white`");
+  ArrayFilterOptions options;
+  options.order = 1;
+  options.field = ArrayFilterOptions::published_process(1);
+  EXPECT_NO_THROW(ArrayFilter(options, samples.positions));
+  EXPECT_EQ(highest_order(published_array_layout()), FieldBasis::kHighestOrder);
+}
+
 TEST(ArrayFilter, refuses_an_order_that_the_array_cannot_tell) {
   const std::vector<Vector3> line{{0, 0, 0}, {0.1, 0, 0}, {0.2, 0, 0}, {0.3, 0, 0}, {0.4, 0, 0}};
   EXPECT_THROW(ArrayFilter({}, line), InputError);
   EXPECT_THROW(ArrayFilter({}, {Vector3::Zero()}), InputError);
+  EXPECT_EQ(highest_order(line), 0);
 }
 
 TEST(ArrayRoom, field_is_free_of_curl_and_divergence) {

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
@@ -37,8 +38,11 @@ void print_study(const Study& study) {
   for (const std::string& finding : study.findings) fmt::print("  - {}\n", finding);
   for (const StudyCheck& check : study.checks) {
     if (check.inside()) continue;
-    fmt::print("  {}: {:.4g}, not within {:.4g} and {:.4g} ({})\n", check.what, check.value,
-               check.low, check.high,
+    const std::string where = std::isinf(check.high)  ? fmt::format("less than {:.4g}", check.low)
+                              : std::isinf(check.low) ? fmt::format("more than {:.4g}", check.high)
+                                                      : fmt::format("not within {:.4g} and {:.4g}",
+                                                                    check.low, check.high);
+    fmt::print("  {}: {:.4g}, {} ({})\n", check.what, check.value, where,
                !check.by_chance      ? "a limit"
                : check.inside_wide() ? "outside of the 99 % band"
                                      : "outside of the 99.99 % band");
@@ -61,7 +65,13 @@ int run(StudyArguments& args) {
     fmt::print("{}", files.at("study.json"));
   } else if (!args.quiet) {
     for (const Study& study : studies) print_study(study);
-    fmt::print("{}\n{}/study.html\n", verdict.sentence, args.folder);
+    fmt::print("{}\n", verdict.sentence);
+    if (args.options.brief && verdict.broken > 0) {
+      fmt::print(
+          "The limits are those of the full study: few draws, or other work on the machine, may "
+          "miss them.\n");
+    }
+    fmt::print("{}/study.html\n", args.folder);
   }
   return kDone;
 }

@@ -24,8 +24,8 @@ bool begins_or_ends(const KnownEffect& k) { return is_change(k.effect->name()); 
 ChangeForm form_of(const Effect& change) {
   for (const ChangeForm form : forms_of_change(change.name())) {
     const auto same = make_change(change.name(), form, {});
-    if (same->description().parameters.front().name ==
-        change.description().parameters.front().name) {
+    if (same->size() == change.size() && same->description().parameters.front().name ==
+                                             change.description().parameters.front().name) {
       return form;
     }
   }

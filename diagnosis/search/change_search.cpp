@@ -41,13 +41,17 @@ std::vector<Moment> window_begins(const std::vector<NodePlan>& plans, double sec
   return out;
 }
 
-// A change's parameters as combinations of the nine of a matrix.
-MatrixXd columns_of_form(ChangeForm form) {
-  if (form == ChangeForm::kOffset) return MatrixXd::Identity(3, 3);
-  if (form == ChangeForm::kMatrix) return MatrixXd::Identity(9, 9);
-  MatrixXd M = MatrixXd::Zero(9, 3);
+// A form's parameters as combinations of those of the richest form.
+MatrixXd columns_of_form(ChangeForm form, ChangeForm richest) {
+  MatrixXd M = MatrixXd::Zero(size_of(richest), size_of(form));
+  if (has_offset(form)) M.bottomRightCorner<3, 3>().setIdentity();
+  if (form == ChangeForm::kOffset) return M;
+  if (gains_of(form) == ChangeForm::kMatrix) {
+    M.topLeftCorner<9, 9>().setIdentity();
+    return M;
+  }
   for (int i = 0; i < 3; ++i) {
-    if (form == ChangeForm::kGains) {
+    if (gains_of(form) == ChangeForm::kGains) {
       M(4 * i, i) = 1.0;
     } else {
       const Matrix3 turn = so3::hat(Vector3(Vector3::Unit(i)));
@@ -97,7 +101,7 @@ class SpanScores {
 std::array<LikelyChange, 2> best_spans(const SpanScores& scores, const std::vector<Moment>& begins,
                                        const std::string& name, ChangeForm form, double forms) {
   const std::size_t n = begins.size();
-  const MatrixXd M = columns_of_form(form);
+  const MatrixXd M = columns_of_form(form, richest_form(name));
   std::array<LikelyChange, 2> best;
   for (std::size_t kind = 0; kind < 2; ++kind) {
     best[kind] = {.name = name, .form = form, .dof = size_of(form)};
@@ -122,7 +126,8 @@ void search_channel(const std::vector<const Recording*>& recordings, const Stage
                     const std::vector<std::string>& names, double seconds,
                     std::vector<LikelyChange>& out) {
   std::vector<std::shared_ptr<const Effect>> throughout;
-  for (const std::string& name : names) throughout.push_back(find_effect(name));
+  for (const std::string& name : names)
+    throughout.push_back(make_change(name, richest_form(name), {}));
   const std::vector<Moment> begins = window_begins(stage.plans(), seconds);
   if (begins.size() < 2) return;
   const Scan scan(recordings, stage, throughout, seconds);

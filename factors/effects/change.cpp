@@ -52,21 +52,23 @@ const Named& named(const std::string& name) {
   return *std::ranges::find_if(kChanges, [&](const Named& c) { return name == c.name; });
 }
 
-std::vector<Effect::Parameter> parameters_of_change(ChangeForm form, Channel channel) {
-  switch (form) {
-    case ChangeForm::kOffset: {
-      const Offset& usual = kOffsets[std::size_t(channel)];
-      return vector_parameters("s", usual.unit, usual.sigma);
-    }
-    case ChangeForm::kGains:
-      return vector_parameters("k", "1", kGainSigma);
-    case ChangeForm::kTurn:
-      return vector_parameters("phi", "rad", kTurnSigma);
-    case ChangeForm::kMatrix:
-      break;
-  }
+std::vector<Effect::Parameter> parameters_of_gains(ChangeForm form) {
+  if (form == ChangeForm::kGains) return vector_parameters("k", "1", kGainSigma);
+  if (form == ChangeForm::kTurn) return vector_parameters("phi", "rad", kTurnSigma);
   std::vector<Effect::Parameter> out = matrix_parameters("C", "1", kTurnSigma);
   for (std::size_t i = 0; i < 9; i += 4) out[i].prior_sigma = kGainSigma;
+  return out;
+}
+
+std::vector<Effect::Parameter> parameters_of_change(ChangeForm form, Channel channel) {
+  std::vector<Effect::Parameter> out;
+  if (form != ChangeForm::kOffset) out = parameters_of_gains(gains_of(form));
+  if (has_offset(form)) {
+    const Offset& usual = kOffsets[std::size_t(channel)];
+    for (Effect::Parameter& p : vector_parameters("s", usual.unit, usual.sigma)) {
+      out.push_back(std::move(p));
+    }
+  }
   return out;
 }
 
@@ -99,32 +101,54 @@ std::string span_of_change(const ChangeSpan& span) {
 
 }  // namespace
 
-int size_of(ChangeForm form) { return form == ChangeForm::kMatrix ? 9 : 3; }
+ChangeForm gains_of(ChangeForm form) {
+  switch (form) {
+    case ChangeForm::kMatrixAndOffset:
+      return ChangeForm::kMatrix;
+    case ChangeForm::kGainsAndOffset:
+      return ChangeForm::kGains;
+    case ChangeForm::kTurnAndOffset:
+      return ChangeForm::kTurn;
+    default:
+      return form;
+  }
+}
+
+bool has_offset(ChangeForm form) { return form == ChangeForm::kOffset || form != gains_of(form); }
+
+int size_of(ChangeForm form) {
+  if (form == ChangeForm::kOffset) return 3;
+  return (gains_of(form) == ChangeForm::kMatrix ? 9 : 3) + (has_offset(form) ? 3 : 0);
+}
 
 void ChangeEffect::jacobian(const SampleState& s, const VectorXd& theta, EffectJacobian J) const {
   J.setZero();
   if (!span_.contains(s)) return;
-  if (form_ == ChangeForm::kOffset) {
-    J.setIdentity();
-    return;
-  }
+  if (has_offset(form_)) J.rightCols<3>().setIdentity();
+  if (form_ == ChangeForm::kOffset) return;
   const Vector3 x = read_by_basic_model(s, channel());
-  if (form_ == ChangeForm::kMatrix) {
-    matrix_jacobian(x, J);
-  } else if (form_ == ChangeForm::kGains) {
-    J = x.asDiagonal().toDenseMatrix();
-  } else {
-    // Exp(phi + d) x = Exp(J_l d) Exp(phi) x
-    const Vector3 phi = theta;
-    J = -so3::hat(Rot3::Exp(phi) * x) * so3::left_jacobian(phi);
+  switch (gains_of(form_)) {
+    case ChangeForm::kMatrix:
+      matrix_jacobian(x, J.leftCols<9>());
+      break;
+    case ChangeForm::kGains:
+      J.leftCols<3>() = x.asDiagonal().toDenseMatrix();
+      break;
+    default: {
+      // Exp(phi + d) x = Exp(J_l d) Exp(phi) x
+      const Vector3 phi = theta.head<3>();
+      J.leftCols<3>() = -so3::hat(Rot3::Exp(phi) * x) * so3::left_jacobian(phi);
+    }
   }
 }
 
 Vector3 ChangeEffect::term(const SampleState& s, const VectorXd& theta) const {
-  if (form_ != ChangeForm::kTurn) return Effect::term(s, theta);
+  if (gains_of(form_) != ChangeForm::kTurn) return Effect::term(s, theta);
   if (!span_.contains(s)) return Vector3::Zero();
   const Vector3 x = read_by_basic_model(s, channel());
-  return Rot3::Exp(Vector3(theta)) * x - x;
+  Vector3 out = Rot3::Exp(Vector3(theta.head<3>())) * x - x;
+  if (has_offset(form_)) out += theta.tail<3>();
+  return out;
 }
 
 std::string ChangeEffect::sentence(const VectorXd& theta, const VectorXd& sigma) const {
@@ -136,33 +160,39 @@ std::string ChangeEffect::sentence(const VectorXd& theta, const VectorXd& sigma)
   }
   const char* sensor = named(name()).sensor;
   const std::string when = span_of_change(span_);
+  const Vector3 s = theta.tail<3>(), s_sigma = sigma.tail<3>();
+  const std::string offset =
+      fmt::format("by [{:.3g}, {:.3g}, {:.3g}] +- [{:.2g}, {:.2g}, {:.2g}] {}", s[0], s[1], s[2],
+                  s_sigma[0], s_sigma[1], s_sigma[2], kOffsets[std::size_t(channel())].unit);
   if (form_ == ChangeForm::kOffset) {
-    return fmt::format(
-        "The {}'s bias was another {}: by [{:.3g}, {:.3g}, {:.3g}] +- [{:.2g}, {:.2g}, {:.2g}] {}.",
-        sensor, when, theta[0], theta[1], theta[2], sigma[0], sigma[1], sigma[2],
-        kOffsets[std::size_t(channel())].unit);
+    return fmt::format("The {}'s bias was another {}: {}.", sensor, when, offset);
   }
-  if (form_ == ChangeForm::kTurn) {
-    constexpr double kDeg = 57.29577951308232;
-    return fmt::format(
-        "The {} sat otherwise on its board {}: turned by [{:.3f}, {:.3f}, {:.3f}] +- [{:.3f}, "
-        "{:.3f}, {:.3f}] deg.",
-        sensor, when, kDeg * theta[0], kDeg * theta[1], kDeg * theta[2], kDeg * sigma[0],
-        kDeg * sigma[1], kDeg * sigma[2]);
-  }
-  if (form_ == ChangeForm::kGains) {
-    return fmt::format(
-        "The {}'s gains were others {}: by [{:.3f}, {:.3f}, {:.3f}] +- [{:.3f}, {:.3f}, {:.3f}] "
-        "%.",
-        sensor, when, 100.0 * theta[0], 100.0 * theta[1], 100.0 * theta[2], 100.0 * sigma[0],
-        100.0 * sigma[1], 100.0 * sigma[2]);
+  const std::string end =
+      has_offset(form_) ? fmt::format(", and its bias was another {}.", offset) : ".";
+  switch (gains_of(form_)) {
+    case ChangeForm::kTurn: {
+      constexpr double kDeg = 57.29577951308232;
+      return fmt::format(
+          "The {} sat otherwise on its board {}: turned by [{:.3f}, {:.3f}, {:.3f}] +- [{:.3f}, "
+          "{:.3f}, {:.3f}] deg{}",
+          sensor, when, kDeg * theta[0], kDeg * theta[1], kDeg * theta[2], kDeg * sigma[0],
+          kDeg * sigma[1], kDeg * sigma[2], end);
+    }
+    case ChangeForm::kGains:
+      return fmt::format(
+          "The {}'s gains were others {}: by [{:.3f}, {:.3f}, {:.3f}] +- [{:.3f}, {:.3f}, {:.3f}] "
+          "%{}",
+          sensor, when, 100.0 * theta[0], 100.0 * theta[1], 100.0 * theta[2], 100.0 * sigma[0],
+          100.0 * sigma[1], 100.0 * sigma[2], end);
+    default:
+      break;
   }
   Eigen::Index most = 0;
-  theta.cwiseQuotient(sigma.cwiseMax(1e-300)).cwiseAbs().maxCoeff(&most);
+  theta.head<9>().cwiseQuotient(sigma.head<9>().cwiseMax(1e-300)).cwiseAbs().maxCoeff(&most);
   return fmt::format(
       "The {}'s gains, misalignment or mounting were others {}; clearest C[{}][{}] = {:.3f} +- "
-      "{:.3f} %.",
-      sensor, when, most / 3, most % 3, 100.0 * theta[most], 100.0 * sigma[most]);
+      "{:.3f} %{}",
+      sensor, when, most / 3, most % 3, 100.0 * theta[most], 100.0 * sigma[most], end);
 }
 
 const ChangeEffect* as_change(const Effect& effect) {
@@ -188,7 +218,12 @@ bool is_change(const std::string& name) {
 
 std::vector<ChangeForm> forms_of_change(const std::string& name) {
   if (name == "hard_iron_change" || stays(name)) return {ChangeForm::kOffset};
-  return {ChangeForm::kMatrix, ChangeForm::kGains, ChangeForm::kTurn};
+  return {ChangeForm::kMatrix,          ChangeForm::kGains,          ChangeForm::kTurn,
+          ChangeForm::kMatrixAndOffset, ChangeForm::kGainsAndOffset, ChangeForm::kTurnAndOffset};
+}
+
+ChangeForm richest_form(const std::string& name) {
+  return std::ranges::max(forms_of_change(name), {}, size_of);
 }
 
 std::shared_ptr<const Effect> make_change(const std::string& name, ChangeForm form,

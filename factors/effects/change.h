@@ -12,7 +12,8 @@
 //
 // C multiplies all that the sensor reads, its bias too: gains, misalignment and mounting. It has
 // nine entries, or three where the data want no more: gains alone, C = diag(k), or a turn of the
-// sensor on its board, C = Exp(phi) - I.
+// sensor on its board, C = Exp(phi) - I. A chip that turns takes its own bias with it, and a magnet
+// beside it stays: each of the three also with a bias that changes, + s.
 #pragma once
 
 #include <cmath>
@@ -42,8 +43,19 @@ struct ChangeSpan {
   bool contains(const SampleState& s) const { return contains(Moment{s.recording, s.t}); }
 };
 
-enum class ChangeForm { kOffset, kMatrix, kGains, kTurn };
+enum class ChangeForm {
+  kOffset,
+  kMatrix,
+  kGains,
+  kTurn,
+  kMatrixAndOffset,
+  kGainsAndOffset,
+  kTurnAndOffset
+};
 int size_of(ChangeForm form);
+// Without the bias.
+ChangeForm gains_of(ChangeForm form);
+bool has_offset(ChangeForm form);
 
 // An effect of one of the names above.
 class ChangeEffect : public Effect {
@@ -72,6 +84,8 @@ bool is_change(const std::string& name);
 bool is_magnet(const Effect& effect);
 // A bias that a blow or a restart changed stays so: what comes and goes is another cause.
 bool stays(const std::string& name);
+// The plainest first; that of all columns of a form.
 std::vector<ChangeForm> forms_of_change(const std::string& name);
+ChangeForm richest_form(const std::string& name);
 
 }  // namespace magimu

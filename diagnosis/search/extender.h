@@ -6,6 +6,7 @@
 #pragma once
 
 #include <map>
+#include <mutex>
 #include <optional>
 
 #include "calibration/fit/disturbance.h"
@@ -84,7 +85,8 @@ class Extender {
   void judge_beside_process(std::vector<Trial>& trials) const;
   static bool stands_beside_process(const Trial& trial);
   bool enough_beyond(const Option& option, double gain) const;
-  std::optional<Trial> trial(Option option) const;
+  // may_refit: whether times of a change may be sought by refits; false after they have been.
+  std::optional<Trial> trial(Option option, bool& may_refit) const;
   // By how many nats an effect of one model explains more of all data than another model does that
   // lacks it, each parameter at the nat that it gains left-out data by chance; a random process
   // with its states integrated out. searched: Option::searched.
@@ -101,7 +103,7 @@ class Extender {
   bool try_beside(const Option& first, const Stage& alone);
   Finding describe(const Option& option, const Stage& stage, double nll,
                    const std::vector<Option>& all, const VectorXd& least_sigma) const;
-  bool find_times(Option& option, Stage& stage) const;
+  bool find_times(Option& option, Stage& stage, bool& may_refit) const;
   void find_source(Option& option, Stage& stage) const;
   void prune();
   void reconsider();
@@ -120,7 +122,8 @@ class Extender {
   std::array<double, 3> in_samples_ = {1.0, 1.0, 1.0};  // excess_of_samples
   std::optional<Stage> base_, stage_;
   double nll_ = 0.0;
-  mutable bool refits_spent_ = false;              // on the times of a change; of this model
+  bool refits_spent_ = false;                      // on the times of a change; of this model
+  mutable std::mutex refitting_;                   // trials stand side by side
   mutable std::optional<Stage> refitted_;          // stage_, its noise estimated once more
   mutable std::vector<DisturbanceFit> processes_;  // beside stage_; empty: not asked for yet
   std::vector<Option> refused_changes_;            // whose times were sought, each with many fits

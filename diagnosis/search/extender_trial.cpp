@@ -15,6 +15,7 @@
 #include "diagnosis/search/source_search.h"
 #include "factors/effects/catalogue.h"
 #include "graph/numerical_error.h"
+#include "graph/parallel.h"
 #include "statistics/tails.h"
 
 namespace magimu {
@@ -140,7 +141,10 @@ double Extender::gain(LeftOut& left_out, std::optional<double> window_s) const {
   const auto refit = [&](const Stage& s) {
     return attempt([&] { return pipeline_.refit(s, s.spec()); });
   };
-  if (!refitted_) refitted_ = refit(*stage_);
+  {
+    const std::lock_guard lock(refitting_);
+    if (!refitted_) refitted_ = refit(*stage_);
+  }
   if (!left_out.refitted) left_out.refitted = refit(left_out.stage);
   if (!refitted_ || !left_out.refitted || !left_out.refitted->result().converged()) return out;
   return std::max(out, nll(*refitted_) - nll(*left_out.refitted));
@@ -217,7 +221,7 @@ bool Extender::passes_by(const Option& option, const Stage& stage) const {
 // The times of a change, and the fit with them. Under coloured noise a change is believed where
 // neither begins nor ends a rest, unless it is a large one: there the sensor was put down or taken
 // up, and the field of the two places differs. False where no change is left.
-bool Extender::find_times(Option& option, Stage& stage) const {
+bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
   ModelSpec spec = stage.spec();
   const ChangeForm form = as_change(*option.effect)->form();
   const Channel channel = option.effect->channel();
@@ -256,9 +260,8 @@ bool Extender::find_times(Option& option, Stage& stage) const {
   ChangeTimes found = refined_times(recordings_, stage, change, {.span = option.span}, refit);
   stage = refit(found);
   // Once a model: it takes a dozen fits and more.
-  if (form == ChangeForm::kOffset && stage.result().converged() && !refits_spent_ &&
-      is_bent(stage)) {
-    refits_spent_ = true;
+  if (form == ChangeForm::kOffset && stage.result().converged() && may_refit && is_bent(stage)) {
+    may_refit = false;
     const ChangeTimes nearer = times_by_refits(recordings_, change, {.span = option.span}, refit);
     stage = refit(nearer);
     found = refined_times(recordings_, stage, change, nearer, refit);
@@ -330,13 +333,13 @@ void Extender::find_source(Option& option, Stage& stage) const {
 }
 
 // The model with the option in it, fitted; nothing where it does not hold there.
-std::optional<Extender::Trial> Extender::trial(Option option) const {
+std::optional<Extender::Trial> Extender::trial(Option option, bool& may_refit) const {
   ModelSpec spec = stage_->spec();
   std::erase_if(spec.effects, [&](const auto& e) { return replaces(*option.effect, e->name()); });
   spec.effects.push_back(option.effect);
   Stage stage = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
   if (is_change(option.effect->name()) &&
-      (!find_times(option, stage) || passes_by(option, stage))) {
+      (!find_times(option, stage, may_refit) || passes_by(option, stage))) {
     return std::nullopt;
   }
   if (option.effect->name() == "stationary_source" && option.score.statistic > kBends) {
@@ -373,9 +376,6 @@ double Extender::likelier(const Trial& t) const {
   return explains(t.stage, t.stage.spec().effects.size() - 1, *stage_, t.option.searched) - density;
 }
 
-// Those of the options that hold, predict left-out data better and are judged beside the process
-// that explains most. Which of them it is, the likelihood of all data tells best: windows cut from
-// each other show little of what needs minutes to be seen.
 // A change that was refused, and of which the scan says the same now: nothing that bears on it has
 // changed.
 bool Extender::was_refused(const Option& option) const {
@@ -388,14 +388,39 @@ bool Extender::was_refused(const Option& option) const {
   });
 }
 
+// Those of the options that hold, predict left-out data better and are judged beside the process
+// that explains most. Which of them it is, the likelihood of all data tells best: windows cut from
+// each other show little of what needs minutes to be seen.
+// They are tried side by side, with the answers of one after another.
 std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options) {
-  std::vector<Trial> out;
-  for (const Option& o : options) {
-    const bool change = is_change(o.effect->name());
-    if (change && was_refused(o)) continue;
+  struct Tried {
+    std::optional<Trial> trial;
+    bool refits_spent = false;
+  };
+  const auto tried = [&](const Option& o, bool may_refit) {
+    Tried out;
+    bool left = may_refit;
     // One whose numbers fail has lost.
-    std::optional<Trial> t = attempt([&] { return trial(o); }).value_or(std::nullopt);
-    if (!t && change) refused_changes_.push_back(o);
+    out.trial = attempt([&] { return trial(o, left); }).value_or(std::nullopt);
+    out.refits_spent = left != may_refit;
+    return out;
+  };
+  const auto refused = [&](const Option& o) {
+    return is_change(o.effect->name()) && was_refused(o);
+  };
+  std::vector<Tried> all(options.size());
+  parallel::for_each(options.size(), [&](std::size_t i) {
+    if (!refused(options[i])) all[i] = tried(options[i], !refits_spent_);
+  });
+  std::vector<Trial> out;
+  for (std::size_t i = 0; i < options.size(); ++i) {
+    const Option& o = options[i];
+    if (refused(o)) continue;
+    // Those of one before it count.
+    if (all[i].refits_spent && refits_spent_) all[i] = tried(o, false);
+    refits_spent_ |= all[i].refits_spent;
+    std::optional<Trial>& t = all[i].trial;
+    if (!t && is_change(o.effect->name())) refused_changes_.push_back(o);
     if (!t || !(t->left_out - t->option.searched > kMinGain)) continue;
     t->alone = t->gain = attempt([&] { return likelier(*t); }).value_or(-INFINITY);
     if (std::isfinite(t->gain)) out.push_back(*std::move(t));

@@ -11,6 +11,8 @@
 
 #include "calibration/model/extension.h"
 #include "calibration/motion/rests.h"
+#include "calibration/scan/general_dependence.h"
+#include "calibration/scan/scan.h"
 #include "calibration/start/intrinsic.h"
 #include "diagnosis/conclude/noise_findings.h"
 #include "diagnosis/conclude/place.h"
@@ -271,6 +273,23 @@ AtRest field_at_rest(const std::vector<MissingSeries>& field,
   return out;
 }
 
+// The last model with one effect more, from its optimum; nothing where that has no fit.
+std::optional<Stage> with_effect(const Stage& last, const std::shared_ptr<const Effect>& effect) {
+  ModelSpec spec = last.spec();
+  spec.effects.push_back(effect);
+  spec.extended.clear();
+  return attempt([&] {
+    Stage stage(last, spec);
+    Values start = last.result().values;
+    const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
+    for (const Key& key : keys.back()) {
+      if (!start.contains(key)) start.insert(key, 0.0);
+    }
+    stage.fit(start, true);
+    return stage;
+  });
+}
+
 // What is left where the accelerometer's time is a parameter, too. Returns the evidence of each
 // process beside it (without the density of the offset's prior, a nat or two); empty: not asked.
 std::vector<PlaceRival> ask_for_acc_offset(const MissingStateInput& in,
@@ -278,35 +297,48 @@ std::vector<PlaceRival> ask_for_acc_offset(const MissingStateInput& in,
   std::vector<PlaceRival> out;
   const std::string name = "acc_time_offset";
   const std::shared_ptr<const Effect> effect = find_effect(name);
-  ModelSpec spec = in.last.spec();
   const bool there =
-      std::ranges::any_of(spec.effects, [&](const auto& e) { return e->name() == name; });
+      std::ranges::any_of(in.last.spec().effects, [&](const auto& e) { return e->name() == name; });
   if (effect == nullptr || there) return out;
-  spec.effects.push_back(effect);
-  spec.extended.clear();
-  Stage stage(in.last, spec);
-  Values start = in.last.result().values;
-  const Key key = effect_keys(spec.effects).back().front();
-  if (!start.contains(key)) start.insert(key, 0.0);
-  if (!attempt([&] {
-        stage.fit(start, true);
-        return true;
-      })) {
-    return out;
-  }
+  const std::optional<Stage> stage = with_effect(in.last, effect);
+  if (!stage) return out;
+  const Key key = effect_keys(stage->spec().effects).back().front();
   std::array<DisturbanceFit, std::size(kDisturbedParts)> left{};
   parallel::for_each(left.size(), [&](std::size_t i) {
-    const DisturbanceModel model(stage, kDisturbedParts[i], in.options);
+    const DisturbanceModel model(*stage, kDisturbedParts[i], in.options);
     left[i] = model.fit_near(tasks[i].fit);
   });
   for (std::size_t i = 0; i < left.size(); ++i) {
     d.missing[i].left_beside_acc_offset = left[i].gain_nats;
-    d.missing[i].acc_offset_s = stage.result().values.at<double>(key);
+    d.missing[i].acc_offset_s = stage->result().values.at<double>(key);
     out.push_back({"an accelerometer that is early or late together with a process of the " +
                        process_name_of(kDisturbedParts[i]),
                    left[i].evidence});
   }
   return out;
+}
+
+// A hand that turns the sensor carries it to the same places each time: what follows the way it is
+// held comes back there, too. The dependence that takes most beside the same process, each of its
+// parameters at what it gains by chance in as many nodes (Schwarz 1978).
+std::optional<PlaceRival> ask_for_attitude(const MissingStateInput& in,
+                                           const DisturbanceFit& alone) {
+  auto dependences = general_dependences(in.last.spec().motion == MotionModel::kHandHeld);
+  std::erase_if(dependences, [](const auto& e) { return e->channel() != Channel::kMag; });
+  double nodes = 0.0;
+  for (const NodePlan& plan : in.last.plans()) nodes += double(plan.t.size());
+  const auto price = [&](Eigen::Index parameters) {
+    return 0.5 * double(parameters) * std::log(nodes);
+  };
+  const Scan scan(in.recordings, in.last, dependences);
+  const auto worth = [&](const Score& s) { return 0.5 * s.statistic - price(s.theta.size()); };
+  const auto best = std::ranges::max_element(scan.scores(), {}, worth);
+  if (best == scan.scores().end() || worth(*best) < kDecided) return std::nullopt;
+  const std::optional<Stage> stage = with_effect(in.last, best->effect);
+  if (!stage || !stage->result().converged()) return std::nullopt;
+  const DisturbanceModel model(*stage, DisturbedPart::kField, in.options);
+  return PlaceRival{"a magnetometer that depends " + best->effect->description().cause,
+                    model.fit_near(alone).evidence - price(best->theta.size())};
 }
 
 // Is it the place's field? Then what is left is what is left beside that.
@@ -323,6 +355,11 @@ std::shared_ptr<const FieldOfPlace> ask_for_place(const MissingStateInput& in,
   if (!place || !place->check.asked) return nullptr;
   const AtRest rest = d.field_at_rest.value_or(AtRest{});
   place->check.stays = rest.rests > 0 && rest.change_sigmas <= kShows;
+  if (place->check.named()) {
+    const auto rival = attempt([&] { return ask_for_attitude(in, tasks[0].fit); });
+    const double evidence = tasks[0].fit.evidence + place->check.gain_nats;
+    if (rival && *rival) stand_beside(**rival, evidence, place->check);
+  }
   d.place = place->check;
   if (!d.place->named()) return nullptr;
   parallel::for_each(std::size(kDisturbedParts), [&](std::size_t i) {

@@ -171,6 +171,14 @@ void add_points(const Stage& stage, const Nodes& nodes, const PlaceFit& fit,
 
 }  // namespace
 
+void stand_beside(const PlaceRival& rival, double evidence, PlaceCheck& check) {
+  const double ahead = evidence - rival.evidence;
+  if (ahead >= check.ahead_nats) return;
+  check.ahead_nats = ahead;
+  check.rival = rival.what;
+  check.ahead = ahead >= kDecided;
+}
+
 ConfirmedPlace confirm_place(const Stage& stage, const DisturbanceFit& alone,
                              const std::vector<PlaceRival>& rivals,
                              const DisturbanceOptions& options) {
@@ -205,13 +213,8 @@ ConfirmedPlace confirm_place(const Stage& stage, const DisturbanceFit& alone,
   check.left_nats = best->process.gain_nats;
   check.ahead_nats = check.gain_nats;
   check.rival = "a process of the field that knows no place";
-  for (const PlaceRival& rival : rivals) {
-    const double ahead = best->process.evidence - rival.evidence;
-    if (ahead >= check.ahead_nats) continue;
-    check.ahead_nats = ahead;
-    check.rival = rival.what;
-  }
   check.ahead = check.ahead_nats >= kDecided;
+  for (const PlaceRival& rival : rivals) stand_beside(rival, best->process.evidence, check);
   describe_field(nodes, *best, check);
   predict_blocks(stage, *best, alone, options, check);
   add_points(stage, nodes, *best, options, check);

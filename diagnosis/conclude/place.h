@@ -37,6 +37,9 @@ struct PlaceRival {
   double evidence = 0.0;  // log density of the same samples
 };
 
+// The place, with this evidence, beside one rival more.
+void stand_beside(const PlaceRival& rival, double evidence, PlaceCheck& check);
+
 struct ConfirmedPlace {
   PlaceCheck check;
   std::shared_ptr<const FieldOfPlace> field;  // null: not asked

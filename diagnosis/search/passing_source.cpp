@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -19,6 +20,7 @@ constexpr double kBlock = 0.5;   // s
 constexpr double kOut = 2.0;     // times the usual size of the residual
 constexpr double kLongest = 10.0;    // s: what lasts longer is no passing by
 constexpr double kException = 0.35;  // of the recording, all excursions together
+constexpr double kByChance = 0.01;   // that lines of a frame are alike
 constexpr double kLeastField = 3.5;  // uT at the peak: what a room's own field does not do
 
 struct Block {
@@ -27,6 +29,8 @@ struct Block {
   double field = 0.0;    // RMS over the axes, uT
   double squares = 0.0;  // whitened
   int rows = 0;
+  Matrix3 of_device = Matrix3::Zero();  // sum of r r', in the sensor's frame
+  Matrix3 of_place = Matrix3::Zero();   // the same in the navigation frame
 };
 
 // Of one recording, while the sensor moves: nothing passes a resting one.
@@ -42,17 +46,26 @@ std::vector<Block> blocks_of(const Stage& stage, std::size_t recording,
   const double sigma = stage.spec().noise.mag * std::sqrt(nodes_per_s);
   const auto count = std::size_t((t.back() - t.front()) / kBlock) + 1;
   std::vector<std::vector<double>> all(count);
-  for (int i = 0; i < system.rows(); ++i) {
+  std::vector<Block> blocks(count);
+  for (int i = 0; i + 2 < system.rows(); ++i) {
     if (rows.sensor[std::size_t(i)] != Sensor::kMag) continue;
     const int node = rows.node[std::size_t(i)] - plan.first;
     if (node < 0 || node >= int(t.size())) continue;
     const double at = t[std::size_t(node)] - t.front();
-    all[std::min(count - 1, std::size_t(at / kBlock))].push_back(std::abs(r[i]));
+    const std::size_t b = std::min(count - 1, std::size_t(at / kBlock));
+    const Vector3 x = r.segment<3>(i);
+    for (const double v : x) all[b].push_back(std::abs(v));
+    blocks[b].of_device += x * x.transpose();
+    const Vector3 nx = values.at<Rot3>(R(plan.first + node)) * x;
+    blocks[b].of_place += nx * nx.transpose();
+    i += 2;
   }
   std::vector<Block> out;
   for (std::size_t b = 0; b < count; ++b) {
     if (all[b].size() < 6) continue;
-    Block block{.t = t.front() + (double(b) + 0.5) * kBlock, .rows = int(all[b].size())};
+    Block block = blocks[b];
+    block.t = t.front() + (double(b) + 0.5) * kBlock;
+    block.rows = int(all[b].size());
     if (std::ranges::any_of(rests, [&](const TimeSpan& rest) {
           return rest.begin_s <= block.t && block.t <= rest.end_s;
         })) {
@@ -66,21 +79,25 @@ std::vector<Block> blocks_of(const Stage& stage, std::size_t recording,
   return out;
 }
 
-}  // namespace
+// Of axes without a preferred direction, by chance (Bingham 1974): n axes' second moments of
+// trace 1.
+double log10_p_of_lines(const Matrix3& moments, double n) {
+  const Vector3 share = Eigen::SelfAdjointEigenSolver<Matrix3>(moments).eigenvalues();
+  const double statistic = 7.5 * n * (share.array() - 1.0 / 3.0).square().sum();
+  return log10_chi_square_tail(statistic, 5.0);
+}
 
-namespace {
-
-std::optional<Finding> source_passed_in(const Recording& recording, const Stage& stage,
-                                        std::size_t index) {
-  if (recording.pos) return std::nullopt;
+PassingSource source_passed_in(const Recording& recording, const Stage& stage, std::size_t index) {
+  if (recording.pos) return {};
   const std::vector<Block> blocks = blocks_of(stage, index, find_rests(recording));
-  if (blocks.size() < 40) return std::nullopt;
+  if (blocks.size() < 40) return {};
   std::vector<double> sizes;
   for (const Block& b : blocks) sizes.push_back(b.size);
   const double usual = median(sizes);
 
   struct Excursion {
     double begin, end, field;
+    Matrix3 of_device, of_place;
   };
   std::vector<Excursion> excursions;
   double out_s = 0.0, squares = 0.0, rows = 0.0;
@@ -92,19 +109,39 @@ std::optional<Finding> source_passed_in(const Recording& recording, const Stage&
     if (!excursions.empty() && b.t - excursions.back().end < 1.5 * kBlock + 0.5) {
       excursions.back().end = b.t;
       excursions.back().field = std::max(excursions.back().field, b.field);
+      excursions.back().of_device += b.of_device;
+      excursions.back().of_place += b.of_place;
     } else {
-      excursions.push_back({b.t, b.t, b.field});
+      excursions.push_back({b.t, b.t, b.field, b.of_device, b.of_place});
     }
   }
   const double length = blocks.back().t - blocks.front().t;
   const bool lasting = std::any_of(excursions.begin(), excursions.end(),
                                    [](const Excursion& e) { return e.end - e.begin > kLongest; });
-  if (excursions.size() < kFew || lasting || out_s > kException * length) return std::nullopt;
+  if (excursions.size() < kFew || lasting || out_s > kException * length) return {};
 
   const auto largest =
       std::max_element(excursions.begin(), excursions.end(),
                        [](const Excursion& a, const Excursion& b) { return a.field < b.field; });
-  Finding f;
+  PassingSource out;
+  Matrix3 of_device = Matrix3::Zero(), of_place = Matrix3::Zero();
+  const auto n = double(excursions.size());
+  for (const Excursion& e : excursions) {
+    of_device += e.of_device / (n * e.of_device.trace());
+    of_place += e.of_place / (n * e.of_place.trace());
+  }
+  const double lines = log10_p_of_lines(of_device, n);
+  if (lines < std::min(std::log10(kByChance), log10_p_of_lines(of_place, n))) {
+    const Vector3 u = Eigen::SelfAdjointEigenSolver<Matrix3>(of_device).eigenvectors().col(2);
+    out.of_device = fmt::format(
+        "In {} short excursions, the largest of {:.1f} uT at {:.1f} s, the magnetometer departs "
+        "along one line of its own frame, [{:.2f}, {:.2f}, {:.2f}]: the device makes them (the "
+        "current of a motor or of the board, an axis that hangs), no magnet that it passed. With "
+        "the current in the column `current` that can be tested.",
+        excursions.size(), largest->field, largest->begin, u[0], u[1], u[2]);
+    return out;
+  }
+  Finding& f = out.finding.emplace();
   f.effect = "stationary_source";
   f.channel = "mag";
   f.sentence = fmt::format(
@@ -129,19 +166,21 @@ std::optional<Finding> source_passed_in(const Recording& recording, const Stage&
   f.confusable_with = {{"hard_iron_change",
                         "a magnet that was attached for seconds and removed again",
                         "record positions, or pass the place in several orientations"}};
-  return f;
+  return out;
 }
 
 }  // namespace
 
-std::optional<Finding> find_passing_source(const std::vector<const Recording*>& recordings,
-                                           const Stage& stage) {
-  std::optional<Finding> best;
+PassingSource find_passing_source(const std::vector<const Recording*>& recordings,
+                                  const Stage& stage) {
+  PassingSource best;
   if (stage.spec().motion != MotionModel::kHandHeld) return best;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
-    std::optional<Finding> found = source_passed_in(*recordings[r], stage, r);
-    const auto bic = [](const Finding& f) { return f.gain.bic_delta; };
-    if (found && (!best || bic(*found) < bic(*best))) best = std::move(found);
+    PassingSource here = source_passed_in(*recordings[r], stage, r);
+    const bool better = here.finding && (!best.finding || here.finding->gain.bic_delta <
+                                                              best.finding->gain.bic_delta);
+    if (better) best.finding = std::move(here.finding);
+    if (best.of_device.empty()) best.of_device = std::move(here.of_device);
   }
   return best;
 }

@@ -5,14 +5,21 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "diagnosis/search/extender.h"
 
 namespace magimu {
 
+struct PassingSource {
+  std::optional<Finding> finding;
+  // Where the departures lie along one line of the sensor's own frame: the device makes them, and
+  // no name is known; in a sentence. Else empty.
+  std::string of_device = {};
+};
 // On what the extended model leaves. Nothing where positions are known (the scan looks for the
 // place then) or where the departures are the rule rather than the exception.
-std::optional<Finding> find_passing_source(const std::vector<const Recording*>& recordings,
-                                           const Stage& stage);
+PassingSource find_passing_source(const std::vector<const Recording*>& recordings,
+                                  const Stage& stage);
 
 }  // namespace magimu

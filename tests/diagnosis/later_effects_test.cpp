@@ -134,6 +134,51 @@ TEST_P(LaterEffect, is_named_and_its_neighbours_are_not) {
 INSTANTIATE_TEST_SUITE_P(Oracle, LaterEffect, testing::ValuesIn(all_hidden()),
                          [](const auto& test) { return test.param.as; });
 
+// A chip that turns on its board by 3 degrees, of a device with 30 uT of hard iron: what turns with
+// it reads otherwise, what does not is a bias that changes with the turn.
+TEST(Changes, a_chip_that_turns_and_leaves_its_bias_behind_is_found) {
+  oracle::Options o;
+  o.seed = 41;
+  o.motion.duration_s = 80.0;
+  o.noise = oracle::kRealisticDensities;
+  const double t0 = 41.3;
+  const Vector3 turn(0.03, -0.03, 0.02), bias(20.0, -15.0, 12.0);
+  const Vector3 left = bias - Rot3::Exp(turn) * bias;
+  o.effects = {make_effect("mag_board_turn", {turn[0], turn[1], turn[2], t0, kForGood}),
+               make_effect("hard_iron_change", {left[0], left[1], left[2], t0, kForGood})};
+  DiagnosisOptions options;
+  options.noise = NoiseDensities{o.noise.acc, o.noise.gyr, o.noise.mag};
+  const Diagnosis d = diagnose(oracle::simulate(o).recording, options);
+  const Finding* f = find(d, "mag_change");
+  ASSERT_NE(f, nullptr) << "named: " << names_of(d);
+  EXPECT_EQ(find(d, "hard_iron_change"), nullptr) << "named: " << names_of(d);
+  EXPECT_EQ(find(d, "gyro_change"), nullptr) << "named: " << names_of(d);
+  const auto at = std::ranges::find(f->parameters, "t0", &FoundParameter::name);
+  ASSERT_NE(at, f->parameters.end());
+  EXPECT_LT(std::abs(at->value - t0), 4.0 * std::max(at->sigma, 0.02));
+}
+
+// A motor's current, of which there is no column: bursts along one line of the sensor's frame.
+TEST(PassingSource, bursts_along_a_line_of_the_device_are_no_magnet_that_was_passed) {
+  oracle::Options o;
+  o.seed = 42;
+  o.motion.kind = oracle::MotionKind::kHandHeld;
+  o.motion.duration_s = 80.0;
+  o.noise = oracle::kRealisticDensities;
+  Recording recording = oracle::simulate(o).recording;
+  VectorSeries& mag = recording.mag.front();
+  for (std::size_t k = 0; k < mag.size(); ++k) {
+    const double since = std::fmod(mag.t[k], 8.0);
+    if (since > 5.0 && since < 6.5) mag.v[k] += Vector3(9.0, 0.0, 12.0);
+  }
+  DiagnosisOptions options;
+  options.noise = NoiseDensities{o.noise.acc, o.noise.gyr, o.noise.mag};
+  const Diagnosis d = diagnose(recording, options);
+  EXPECT_EQ(find(d, "stationary_source"), nullptr) << "named: " << names_of(d);
+  EXPECT_THAT(d.unexplained.evidence,
+              testing::Contains(testing::HasSubstr("along one line of its own frame")));
+}
+
 // Two recordings of one device, between which its magnetometer's gain changed.
 TEST(Changes, between_two_recordings_are_found) {
   oracle::Options o;

@@ -32,6 +32,7 @@
 #include "diagnosis/search/passing_source.h"
 #include "graph/numerical_error.h"
 #include "recording/data/error.h"
+#include "recording/data/well_formed.h"
 
 namespace magimu {
 namespace {
@@ -69,8 +70,8 @@ CalibrationOptions calibration_options(const DiagnosisOptions& options) {
 std::string who_was_asked(const std::vector<std::string>& names) {
   return fmt::format(
       "Of {} magnetometers {} to {} were asked what is missing, and all whether they carry on to "
-      "each other what they read. `--magnetometer NAME` puts another one first; `magimu calibrate` "
-      "judges each of them.",
+      "each other what they read. The first ones of a recording are asked "
+      "(`--magnetometer NAME` puts another one first); a calibration judges each of them.",
       names.size(), names.front(), names[kFewMagnetometers - 1]);
 }
 
@@ -156,9 +157,9 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
                         .needs = "the sensor hardly turned"});
     }
   }
-  const PassingSource passing =
-      turned ? find_passing_source(recordings, extender.stage()) : PassingSource{};
-  if (passing.finding) d.findings.push_back(*passing.finding);
+  if (const auto f = find_passing_source(recordings, extender.stage()); f && turned) {
+    d.findings.push_back(*f);
+  }
   progress("looking at the noise", 0.7);
   find_noise(full, pipeline, options, extender, d);
   if (turned) {
@@ -168,7 +169,6 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   progress("what is left?", 0.85);
   Dependences dependences;
   if (turned) dependences = find_unexplained(recordings, full, options, extender, d);
-  if (!passing.of_device.empty()) add_evidence(d, Channel::kMag, passing.of_device);
   withdraw_other_lines(few.get(), d);
   withdraw_contradicted(given, d);
   extender.keep_named();
@@ -241,7 +241,10 @@ Diagnosis diagnose(const Recording& recording, const DiagnosisOptions& options) 
   return diagnose(std::vector<const Recording*>{&recording}, options);
 }
 
-Diagnosis diagnose(const std::vector<const Recording*>& given, const DiagnosisOptions& options) {
+Diagnosis diagnose(const std::vector<const Recording*>& recordings,
+                   const DiagnosisOptions& options) {
+  const WellFormed well_formed(recordings);
+  const std::vector<const Recording*>& given = well_formed.get();
   try {
     std::string why;
     std::optional<Diagnosis> made = attempt([&] { return diagnose_fitted(given, options); }, &why);

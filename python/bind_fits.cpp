@@ -3,27 +3,34 @@
 #include <pybind11/stl.h>
 #include <tbb/global_control.h>
 
+#include "apps/options/axes_of_calibration.h"
 #include "apps/options/place_options.h"
+#include "apps/options/prior_options.h"
 #include "apps/page/diagnosis_report.h"
 #include "apps/page/report_calibration.h"
+#include "apps/page/report_provenance.h"
 #include "apps/say/survey_report.h"
+#include "calibration/fit/parameter_prior.h"
 #include "calibration/result/calibration_json.h"
 #include "calibration/result/json_text.h"
 #include "calibration/rivals/rival_calibration.h"
+#include "calibration/use/export.h"
 #include "diagnosis/result/diagnosis_json.h"
 #include "earth/world_magnetic_model.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/interruptible.h"
 #include "python/model_options.h"
+#include "python/pickling.h"
 #include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
 #include "recording/files/atomic_file.h"
 
 namespace magimu::python {
 
 namespace py = pybind11;
 
-std::string file_of(const Fitted& fitted) {
+std::string json_of(const Fitted& fitted) {
   const Calibration& c = fitted.calibration;
   nlohmann::ordered_json out = to_json(c);
   // Numpy has room for an array's whole covariances, too.
@@ -38,7 +45,29 @@ std::string file_of(const Fitted& fitted) {
     out[name] = {{"order", c.order}, {"matrix", rows}};
   }
   out["method"] = fitted.method;
+  if (!fitted.axes.empty()) out["axes"] = nlohmann::ordered_json::parse(fitted.axes);
+  if (!fitted.provenance.empty()) {
+    out["provenance"] = nlohmann::ordered_json::parse(fitted.provenance);
+  }
   return json_text(out);
+}
+
+std::string file_of(const Fitted& fitted) {
+  return fitted.file.empty() ? json_of(fitted) : fitted.file;
+}
+
+std::shared_ptr<Fitted> fitted_from(const std::string& json, const std::string& name) {
+  auto out = std::make_shared<Fitted>();
+  const auto parsed = nlohmann::ordered_json::parse(json, nullptr, false);
+  if (parsed.is_discarded()) {
+    throw InputError(name, 0, 0, "it is not JSON", "give what `magimu calibrate -o` writes");
+  }
+  out->calibration = calibration_from_json(parsed, name);
+  out->method = parsed.value("method", "map");
+  if (parsed.contains("axes")) out->axes = parsed["axes"].dump();
+  if (parsed.contains("provenance")) out->provenance = parsed["provenance"].dump();
+  out->file = json;
+  return out;
 }
 
 MotionModel motion_named(const std::string& name) {
@@ -84,7 +113,47 @@ void require_some(const Recordings& recordings) {
   throw InputError("recordings", 0, 0, "there are none", "give at least one");
 }
 
+// What is known of the device beforehand, as the program's --prior, --prior-age, --prior-drift.
+struct Prior {
+  std::string text = "default";  // "none", or the path of an older calibration
+  std::string name;              // of that, for people
+  std::optional<double> age_days, drift;
+};
+
+CalibrationOptions options_with(const Prior& given, const std::vector<std::string>& axes) {
+  apps::PriorArguments prior;
+  prior.prior = given.text;
+  prior.has_age = given.age_days.has_value();
+  prior.age_days = given.age_days.value_or(prior.age_days);
+  prior.has_drift = given.drift.has_value();
+  prior.drift = given.drift.value_or(prior.drift);
+  apps::ReadingOptions reading;
+  reading.axes = axes;
+  CalibrationOptions out;
+  prior.apply_to(out, reading);
+  if (out.given_prior) {
+    auto named = std::make_shared<GivenPrior>(*out.given_prior);
+    named->name = given.name;
+    out.given_prior = named;
+  }
+  return out;
+}
+
+// axes: SENSOR=A,B,C, of recordings from files; nothing: not known.
+void tell_origin(const Recordings& recordings, const std::optional<std::vector<std::string>>& axes,
+                 Fitted& out) {
+  std::vector<std::string> names;
+  for (const Recording* r : recordings) names.push_back(r->name);
+  out.provenance = apps::provenance_json(names).dump(-1, ' ', false, kReplace);
+  if (!axes) return;
+  apps::ReadingOptions reading;
+  reading.axes = *axes;
+  out.axes = apps::axes_json(reading).dump();
+}
+
 std::shared_ptr<Fitted> calibrated(const Recordings& recordings, const ModelOptions& model,
+                                   const Prior& known_before,
+                                   const std::optional<std::vector<std::string>>& axes,
                                    const std::optional<bool>& mag_time_offset,
                                    const std::optional<bool>& gyro_matrix, int node_every,
                                    const std::optional<double>& dip_deg, const std::string& method,
@@ -92,7 +161,7 @@ std::shared_ptr<Fitted> calibrated(const Recordings& recordings, const ModelOpti
   require_some(recordings);
   const apps::PlaceOptions place = place_of(model.location, model.hemisphere, model.field_prior);
   const KnownField known = place.known_field();
-  CalibrationOptions o;
+  CalibrationOptions o = options_with(known_before, axes.value_or(std::vector<std::string>{}));
   o.noise = model.densities();
   o.gravity = model.gravity ? *model.gravity : place.gravity_or(kStandardGravity);
   o.motion = motion_named(model.motion);
@@ -117,6 +186,7 @@ std::shared_ptr<Fitted> calibrated(const Recordings& recordings, const ModelOpti
       interruption.stop_if_requested();
       if (prior) prior(graph);
     };
+    o.progress = [&](const std::string&, double) { interruption.stop_if_requested(); };
     auto out = std::make_shared<Fitted>();
     if (method == "map") {
       out->calibration = calibrate(recordings, o);
@@ -128,6 +198,7 @@ std::shared_ptr<Fitted> calibrated(const Recordings& recordings, const ModelOpti
       out->method = made.method;
     }
     check_field(out->calibration, known);
+    tell_origin(recordings, axes, *out);
     return out;
   });
 }
@@ -154,9 +225,13 @@ py::tuple diagnosed(const Recordings& recordings, const ModelOptions& model,
     const auto limit = limit_of(threads);
     o.progress = [&](const std::string&, double) { interruption.stop_if_requested(); };
     const Diagnosis d = diagnose(recordings, o);
+    const auto fitted = [](const Calibration& c) {
+      auto out = std::make_shared<Fitted>();
+      out->calibration = c;
+      return out;
+    };
     return Out{to_json(d).dump(2, ' ', false, kReplace), apps::diagnosis_report(d),
-               std::make_shared<Fitted>(Fitted{d.before}),
-               std::make_shared<Fitted>(Fitted{d.after})};
+               fitted(d.before), fitted(d.after)};
   });
   return py::make_tuple(out.json, out.page, out.before, out.after);
 }
@@ -175,17 +250,6 @@ std::string informed(const Recording& recording, const ModelOptions& model, int 
   });
 }
 
-std::shared_ptr<Fitted> fitted_from(const std::string& json, const std::string& name) {
-  auto out = std::make_shared<Fitted>();
-  const auto parsed = nlohmann::ordered_json::parse(json, nullptr, false);
-  if (parsed.is_discarded()) {
-    throw InputError(name, 0, 0, "it is not JSON", "give what `magimu calibrate -o` writes");
-  }
-  out->calibration = calibration_from_json(parsed, name);
-  out->method = parsed.value("method", "map");
-  return out;
-}
-
 py::list trajectories_of(const Fitted& f) {
   py::list out;
   for (const TrajectoryEstimate& t : f.calibration.trajectories) {
@@ -193,6 +257,31 @@ py::list trajectories_of(const Fitted& f) {
                               to_array(t.v), to_array(t.p)));
   }
   return out;
+}
+
+py::tuple exported(const Fitted& f, const std::string& to, double strength_uT, bool with_rotation,
+                   const std::vector<std::string>& only) {
+  const std::map<std::string, ExportTarget> targets{{"px4", ExportTarget::kPx4},
+                                                    {"ardupilot", ExportTarget::kArdupilot},
+                                                    {"ros", ExportTarget::kRos},
+                                                    {"matlab", ExportTarget::kMatlab},
+                                                    {"c", ExportTarget::kC}};
+  const auto target = targets.find(to);
+  if (target == targets.end()) {
+    throw InputError("to", 0, 0, quoted_text(to) + " is no system known",
+                     "use \"px4\", \"ardupilot\", \"ros\", \"matlab\" or \"c\"");
+  }
+  ExportOptions options;
+  options.strength_uT = strength_uT;
+  options.with_rotation = with_rotation;
+  options.only = only;
+  options.source = "magimu for Python";
+  if (!f.axes.empty()) {
+    const auto turns = nlohmann::json::parse(f.axes);
+    for (const auto& [sensor, axes] : turns.items()) options.turned[sensor] = axes;
+  }
+  const Exported out = export_calibration(f.calibration, target->second, options);
+  return py::make_tuple(out.text, out.lost, out.harmful);
 }
 
 py::list residuals_of(const Fitted& f) {
@@ -215,18 +304,29 @@ void bind_fits(py::module_& m) {
       .def_readwrite("hemisphere", &ModelOptions::hemisphere)
       .def_readwrite("field_prior", &ModelOptions::field_prior);
   py::class_<Fitted, std::shared_ptr<Fitted>>(m, "Fitted")
-      .def("json", &file_of)
+      .def("json", &json_of)
+      .def("file", &file_of)
+      .def(py::pickle([](const Fitted& f) { return py::bytes(bytes_of(f)); },
+                      [](const py::bytes& bytes) { return fitted_from_bytes(bytes); }))
       .def("trajectories", &trajectories_of)
       .def("residuals", &residuals_of)
       .def("report", [](const Fitted& f, const Recordings& recordings) {
         return apps::calibration_report(f.calibration, recordings);
       });
-  m.def("calibrate", &calibrated, py::arg("recordings"), py::arg("model"),
-        py::arg("mag_time_offset"), py::arg("gyro_matrix"), py::arg("node_every"),
+  py::class_<Prior>(m, "Prior")
+      .def(py::init<>())
+      .def_readwrite("text", &Prior::text)
+      .def_readwrite("name", &Prior::name)
+      .def_readwrite("age_days", &Prior::age_days)
+      .def_readwrite("drift", &Prior::drift);
+  m.def("calibrate", &calibrated, py::arg("recordings"), py::arg("model"), py::arg("prior"),
+        py::arg("axes"), py::arg("mag_time_offset"), py::arg("gyro_matrix"), py::arg("node_every"),
         py::arg("dip_deg"), py::arg("method"), py::arg("as_published"), py::arg("threads"));
   m.def("diagnose", &diagnosed, py::arg("recordings"), py::arg("model"),
         py::arg("false_alarm_rate"), py::arg("against"), py::arg("base"), py::arg("threads"));
   m.def("info", &informed, py::arg("recording"), py::arg("model"), py::arg("threads"));
+  m.def("export", &exported, py::arg("fitted"), py::arg("to"), py::arg("strength_uT"),
+        py::arg("with_rotation"), py::arg("only"));
   m.def("fitted_from", &fitted_from, py::arg("json"), py::arg("name"));
   m.def("write_atomically", [](const std::string& path, const std::string& content) {
     write_atomically(path, content);

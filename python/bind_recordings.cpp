@@ -7,9 +7,11 @@
 #include "calibration/use/apply.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/pickling.h"
 #include "recording/checks/quality.h"
 #include "recording/csv/csv.h"
 #include "recording/data/error.h"
+#include "recording/data/well_formed.h"
 #include "sim/simulate.h"
 #include "sim/truth_json.h"
 
@@ -25,9 +27,9 @@ Recording from_arrays(const std::string& name, const Array& acc_t, const Array& 
   out.name = name;
   out.acc = series_from(acc_t, acc, "acc");
   out.gyr = series_from(gyr_t, gyr, "gyr");
+  out.mag_names = usual_mag_names(mag.size());
   for (std::size_t m = 0; m < mag.size(); ++m) {
-    out.mag_names.push_back(mag.size() == 1 ? "mag" : fmt::format("mag{}", m + 1));
-    out.mag.push_back(series_from(mag_t[m], mag[m], out.mag_names.back()));
+    out.mag.push_back(series_from(mag_t[m], mag[m], out.mag_names[m]));
   }
   for (const auto& [quantity, series] : aux) {
     const auto [t, v] = series.cast<std::pair<Array, Array>>();
@@ -87,15 +89,15 @@ py::tuple simulated(const std::string& motion, double rate_hz, int mag_ratio, do
                     double displacement_m, const std::vector<std::string>& effects) {
   SimulationOptions o;
   bool known = false;
-  for (const SimulatedMotion m :
-       {SimulatedMotion::kPaper, SimulatedMotion::kHand, SimulatedMotion::kHandHeld}) {
+  for (const SimulatedMotion m : {SimulatedMotion::kPaper, SimulatedMotion::kHand,
+                                  SimulatedMotion::kHandHeld, SimulatedMotion::kSequence}) {
     if (motion != to_string(m)) continue;
     o.motion = m;
     known = true;
   }
   if (!known) {
     throw InputError("motion", 0, 0, fmt::format("\"{}\" is no motion", motion),
-                     "use \"paper\", \"hand\" or \"hand_held\"");
+                     "use \"paper\", \"hand\", \"hand_held\" or \"sequence\"");
   }
   o.rate_hz = rate_hz;
   o.mag_ratio = mag_ratio;
@@ -144,6 +146,8 @@ void bind_recordings(py::module_& m) {
       .def("mags", &mags_of)
       .def("aux", &aux_of)
       .def("truth", &truth_of)
+      .def(py::pickle([](const Recording& r) { return py::bytes(bytes_of(r)); },
+                      [](const py::bytes& bytes) { return recording_from_bytes(bytes); }))
       .def("csv", &csv_text, py::call_guard<py::gil_scoped_release>());
   m.def("read", &read, py::arg("path"), py::arg("map"), py::arg("unit"), py::arg("axes"),
         py::arg("rate_hz"), py::arg("gyro_interval"), py::arg("columns"), py::arg("sensors"));

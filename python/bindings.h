@@ -16,10 +16,16 @@ namespace magimu::python {
 struct Fitted {
   Calibration calibration;
   std::string method = "map";
+  std::string axes, provenance;  // JSON, as the program's file has them; empty: not known
+  std::string file;              // the file that it comes from, word by word; empty: from none
 };
 
+// All of it as JSON, an array's whole covariances, too.
+std::string json_of(const Fitted& fitted);
 // The content of its file: what `magimu calibrate -o` writes.
 std::string file_of(const Fitted& fitted);
+// From such a file's text. Throws InputError.
+std::shared_ptr<Fitted> fitted_from(const std::string& json, const std::string& name);
 
 void bind_recordings(pybind11::module_& m);
 void bind_fits(pybind11::module_& m);

@@ -16,8 +16,8 @@ axes; n has X east, Y magnetic north, Z up; R turns IMU-frame vectors into n. Th
 Everything is copied: arrays handed over may be changed afterwards. Fits release the interpreter's
 lock, and Ctrl-C ends them.
 """
-from ._api import (Applied, Simulation, Stream, apply, calibrate, diagnose, info, read,
-                   read_calibration, simulate)
+from ._api import (Applied, Exported, Simulation, Stream, apply, calibrate, diagnose, export, info,
+                   read, read_calibration, simulate)
 from ._core import version as __version__
 from ._errors import InputError, NotTrustedError, NumericalError, TooLittleError
 from ._recording import Motion, Recording, Series
@@ -27,8 +27,8 @@ from ._results import (Against, Calibration, Change, Check, Covariance, Diagnosi
 
 __all__ = [
     "Against", "Applied", "Calibration", "Change", "Check", "Covariance", "Diagnosis",
-    "Disturbance", "Effect", "Finding", "Fit", "Info", "InputError", "Issue", "Magnetometer",
+    "Disturbance", "Effect", "Exported", "Finding", "Fit", "Info", "InputError", "Issue", "Magnetometer",
     "Motion", "Noise", "NotTrustedError", "NumericalError", "Parameter", "Recording", "Series",
     "Simulation", "Stream", "TooLittleError", "Trajectory", "Trust", "Update", "__version__",
-    "apply", "calibrate", "diagnose", "info", "read", "read_calibration", "simulate",
+    "apply", "calibrate", "diagnose", "export", "info", "read", "read_calibration", "simulate",
 ]

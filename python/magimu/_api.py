@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import tempfile
+import time
 from dataclasses import dataclass
 from typing import Any, Iterable, Mapping, Optional, Sequence, Union
 
@@ -11,28 +13,52 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._errors import InputError, NotTrustedError
-from ._recording import Motion, Recording, _several, native
-from ._results import (Calibration, Diagnosis, Info, Noise, PathLike, Update, calibration_of,
-                       diagnosis_of, info_of, update_of)
+from ._errors import InputError, NotTrustedError, refused
+from ._recording import Motion, Recording, axes_of, native, numbers, one, several
+from ._results import (Calibration, Diagnosis, Info, Noise, PathLike, Update, _build,
+                       calibration_of, diagnosis_of, info_of, update_of)
 
 Recordings = Union[Recording, Iterable[Recording]]
 NoiseLike = Union[Noise, Sequence[float]]
+_NUMBER = (int, float, np.integer, np.floating)
+_WHOLE = (int, np.integer)
+_FLAG = (bool, np.bool_, type(None))
+
+
+def _typed(kinds: Any, what: str, **given: Any) -> None:
+    """InputError where one of these arguments is of another type."""
+    for name, value in given.items():
+        if isinstance(value, kinds) and not (isinstance(value, bool) and kinds in (_NUMBER, _WHOLE)):
+            continue
+        raise refused(name, f"{value!r} is not {what}", f"give {what}")
+
+
+def _calibration(calibration: Any, function: str) -> Any:
+    """The compiled part's calibration."""
+    if isinstance(calibration, Calibration):
+        return calibration._fitted
+    raise refused(function, f"{type(calibration).__name__} is no Calibration",
+                  "make one: magimu.calibrate(recording), or magimu.read_calibration(path)")
 
 
 def _densities(noise: Optional[NoiseLike]) -> Optional[list[float]]:
     if noise is None:
         return None
-    values = [noise.acc, noise.gyro, noise.mag] if isinstance(noise, Noise) else list(noise)
-    if len(values) != 3 or not all(0.0 < float(v) < float("inf") for v in values):
-        raise InputError("noise: give three positive densities per sqrt(Hz): m/s^2, rad/s, uT",
-                         problem="noise is not three positive numbers",
-                         remedy="give densities per sqrt(Hz): m/s^2, rad/s, uT")
+    values = numbers([noise.acc, noise.gyro, noise.mag] if isinstance(noise, Noise) else noise,
+                     "noise")
+    if values.shape != (3,) or not np.all((values > 0.0) & np.isfinite(values)):
+        raise refused("noise", "it is not three positive numbers",
+                      "give densities per sqrt(Hz): m/s^2, rad/s, uT")
     return [float(v) for v in values]
 
 
 def _model(noise: Optional[NoiseLike], gravity: Optional[float], motion: str,
            location: str = "", hemisphere: str = "", field_prior: bool = False) -> Any:
+    if isinstance(location, (tuple, list)):
+        location = ",".join(str(part) for part in location)
+    _typed(str, "a text", motion=motion, location=location, hemisphere=hemisphere)
+    if gravity is not None:
+        _typed(_NUMBER, "a number", gravity=gravity)
     out = _core.ModelOptions()
     out.noise = _densities(noise)
     out.gravity = gravity
@@ -43,8 +69,19 @@ def _model(noise: Optional[NoiseLike], gravity: Optional[float], motion: str,
     return out
 
 
-def _pairs(given: Optional[Mapping[str, Any]]) -> list[str]:
+def _pairs(given: Optional[Mapping[str, Any]], name: str) -> list[str]:
+    if given is not None and not isinstance(given, Mapping):
+        raise refused(name, f"{given!r} is no dictionary", f"give one, such as {_PAIRS[name]}")
     return [f"{k}={v}" for k, v in (given or {}).items()]
+
+
+_PAIRS = {"map": "{'acc_x': 'ax'}", "unit": "{'gyr': 'deg/s'}", "axes": "{'mag': 'y,-x,z'}"}
+
+
+def _path(path: Any, function: str) -> str:
+    if isinstance(path, (str, os.PathLike)):
+        return os.fspath(path)
+    raise refused(function, f"{type(path).__name__} is no path", "give the path of a file")
 
 
 def read(path: PathLike, *, map: Optional[Mapping[str, str]] = None,
@@ -65,17 +102,47 @@ def read(path: PathLike, *, map: Optional[Mapping[str, str]] = None,
         sensors: of a log with several of a kind those to read, as `info` lists them:
             ``["mag=sensor_mag[1]"]``.
     """
-    return Recording._of(_core.read(os.fspath(path), _pairs(map), _pairs(unit), _pairs(axes),
-                                    rate or 0.0, gyro_interval, ",".join(columns),
-                                    list(sensors)))
+    turns = _pairs(axes, "axes")
+    return Recording._of(_core.read(_path(path, "read"), _pairs(map, "map"), _pairs(unit, "unit"),
+                                    turns, rate or 0.0, gyro_interval, ",".join(columns),
+                                    list(sensors)), turns)
+
+
+def _prior(prior: Any, age_days: Optional[float], drift: Optional[float],
+           axes: Optional[list[str]], folder: str) -> Any:
+    """What the compiled part is told of it; an older calibration goes through a file in `folder`."""
+    out = _core.Prior()
+    for name, value in (("prior_age", age_days), ("prior_drift", drift)):
+        if value is not None:
+            _typed(_NUMBER, "a number", **{name: value})
+    out.age_days, out.drift = age_days, drift
+    if isinstance(prior, str) and prior in ("default", "none"):
+        out.text = prior
+        return out
+    if isinstance(prior, Calibration):
+        values = json.loads(prior._fitted.json())
+        out.age_days, out.name = age_days or 0.0, "an older calibration"
+    else:
+        out.name = path = _path(prior, "prior")
+        values = json.loads(read_calibration(path).to_json())
+        if age_days is None:
+            out.age_days = max(0.0, (time.time() - os.stat(path).st_mtime) / 86400.0)
+    if axes is None:
+        values.pop("axes", None)  # those of arrays are not known
+    out.text = os.path.join(folder, "prior.json")
+    with open(out.text, "w", encoding="utf-8") as file:
+        json.dump(values, file)
+    return out
 
 
 def calibrate(recordings: Recordings, *, noise: Optional[NoiseLike] = None,
               gravity: Optional[float] = None, motion: str = "auto",
               mag_time_offset: Optional[bool] = None, gyro_matrix: Optional[bool] = None,
               node_every: int = 0, dip_deg: Optional[float] = None, location: str = "",
-              hemisphere: str = "", field_prior: bool = False, method: str = "map",
-              as_published: bool = False, threads: int = 0) -> Calibration:
+              hemisphere: str = "", field_prior: bool = False,
+              prior: Union[str, PathLike, Calibration] = "default",
+              prior_age: Optional[float] = None, prior_drift: Optional[float] = None,
+              method: str = "map", as_published: bool = False, threads: int = 0) -> Calibration:
     """Calibrates accelerometer, gyroscope and magnetometers together.
 
     Args:
@@ -93,6 +160,10 @@ def calibrate(recordings: Recordings, *, noise: Optional[NoiseLike] = None,
             compared with the World Magnetic Model.
         hemisphere: "north" or "south": only the sign of the dip is.
         field_prior: let the location's field take part in the estimate.
+        prior: what is known of the device beforehand: "default" (usual parts), "none", or an
+            older calibration of it (also its path).
+        prior_age: days since then (default: since the file was written; 0 of a Calibration).
+        prior_drift: times the usual change since; 0: nothing has changed, and it is the same place.
         method: "map", or the rivals "kok" and "wu" (for a sensor that only turns).
         as_published: these as published code runs them.
         threads: at most so many; 0: all.
@@ -105,8 +176,20 @@ def calibrate(recordings: Recordings, *, noise: Optional[NoiseLike] = None,
         KeyboardInterrupt: Ctrl-C ends the fit. Other threads run meanwhile.
     """
     model = _model(noise, gravity, motion, location, hemisphere, field_prior)
-    return calibration_of(_core.calibrate(native(recordings), model, mag_time_offset, gyro_matrix,
-                                          node_every, dip_deg, method, as_published, threads))
+    _typed(_FLAG, "True, False or None", mag_time_offset=mag_time_offset, gyro_matrix=gyro_matrix)
+    _typed(_WHOLE, "a whole number", node_every=node_every, threads=threads)
+    _typed(str, "a text", method=method)
+    if dip_deg is not None:
+        _typed(_NUMBER, "a number", dip_deg=dip_deg)
+    if isinstance(recordings, Iterable) and not isinstance(recordings, (str, np.ndarray)):
+        recordings = list(recordings)
+    given = native(recordings, "calibrate")
+    axes = axes_of(recordings if isinstance(recordings, list) else [recordings])
+    with tempfile.TemporaryDirectory() as folder:
+        before = _prior(prior, prior_age, prior_drift, axes, folder)
+        fitted = _core.calibrate(given, model, before, axes, mag_time_offset, gyro_matrix,
+                                 node_every, dip_deg, method, as_published, threads)
+    return calibration_of(fitted)
 
 
 def diagnose(recordings: Recordings, *, noise: Optional[NoiseLike] = None,
@@ -122,9 +205,12 @@ def diagnose(recordings: Recordings, *, noise: Optional[NoiseLike] = None,
         base: start from the model of this calibration instead of the one with 19 parameters.
     """
     model = _model(noise, gravity, motion)
-    return diagnosis_of(*_core.diagnose(native(recordings), model, false_alarm_rate,
-                                        against._fitted if against else None,
-                                        base._fitted if base else None, threads))
+    _typed(_NUMBER, "a number", false_alarm_rate=false_alarm_rate)
+    _typed(_WHOLE, "a whole number", threads=threads)
+    stored, begun = (None if c is None else _calibration(c, name)
+                     for c, name in ((against, "against"), (base, "base")))
+    return diagnosis_of(*_core.diagnose(native(recordings, "diagnose"), model, false_alarm_rate,
+                                        stored, begun, threads))
 
 
 def info(recording: Recording, *, noise: Optional[NoiseLike] = None,
@@ -133,7 +219,8 @@ def info(recording: Recording, *, noise: Optional[NoiseLike] = None,
     """Looks at a recording before a fit: rates, faults with their remedies, axes, the motion that
     is missing, and how well each parameter could be known. Arguments as in :func:`calibrate`."""
     model = _model(noise, gravity, motion, location, hemisphere)
-    return info_of(_core.info(recording._native, model, threads))
+    _typed(_WHOLE, "a whole number", threads=threads)
+    return info_of(_core.info(one(recording, "info"), model, threads))
 
 
 @dataclass
@@ -153,14 +240,53 @@ def apply(calibration: Calibration, recording: Recording, *, keep_times: bool = 
         keep_times: a lag of the magnetometer is otherwise taken out by earlier times.
         force: use a calibration whose verdict is "no" all the same (else NotTrustedError).
     """
+    fitted, given = _calibration(calibration, "apply"), one(recording, "apply")
     if calibration.trust.verdict == "no" and not force:
         reasons = " ".join(calibration.trust.reasons)
         raise NotTrustedError(f"the verdict of this calibration is \"no\": {reasons}; "
                               "make a better recording, or give force=True",
                               problem=reasons, remedy="make a better recording, or force=True")
-    corrected, formulas, not_applied = _core.apply(calibration._fitted, recording._native,
-                                                   not keep_times)
+    corrected, formulas, not_applied = _core.apply(fitted, given, not keep_times)
     return Applied(Recording._of(corrected), list(formulas), list(not_applied))
+
+
+@dataclass
+class Exported:
+    """A calibration for another system: the file's text, and what that system cannot hold."""
+
+    text: str
+    lost: list[str]
+
+    def save(self, path: PathLike) -> None:
+        """Writes the file, whole or not at all."""
+        _core.write_atomically(os.fspath(path), self.text)
+
+
+def export(calibration: Calibration, to: str, *, field_strength: float = 0.0,
+           with_rotation: bool = False, only: Sequence[str] = (), allow_loss: bool = False,
+           force: bool = False) -> Exported:
+    """A calibration in another system's own names, units and convention.
+
+    Args:
+        to: "px4", "ardupilot", "ros", "matlab" or "c".
+        field_strength: length of corrected readings, uT; 0: the calibration's own.
+        with_rotation: px4, ardupilot: carry the magnetometer's rotation as mounting angles.
+        only: px4, ardupilot: of these sensors alone, such as ``["mag"]``.
+        allow_loss: make a file that loses a large rotation, too (else InputError).
+        force: use a calibration whose verdict is "no" all the same (else NotTrustedError).
+    """
+    fitted = _calibration(calibration, "export")
+    _typed(str, "a text", to=to)
+    _typed(_NUMBER, "a number", field_strength=field_strength)
+    if calibration.trust.verdict == "no" and not force:
+        reasons = " ".join(calibration.trust.reasons)
+        raise NotTrustedError(f"the verdict of this calibration is \"no\": {reasons}; "
+                              "make a better recording, or give force=True",
+                              problem=reasons, remedy="make a better recording, or force=True")
+    text, lost, harmful = _core.export(fitted, to, field_strength, with_rotation, list(only))
+    if harmful and not allow_loss:
+        raise refused("export", " ".join(harmful), "or make it all the same: allow_loss=True")
+    return Exported(text, list(lost))
 
 
 def read_calibration(path: PathLike) -> Calibration:
@@ -169,11 +295,18 @@ def read_calibration(path: PathLike) -> Calibration:
     How its fit went stays in the file: ``fit``, ``residuals`` and ``checks`` are read as they
     stand there, trajectories are not.
     """
-    with open(path, encoding="utf-8") as file:
-        text = file.read()
-    fitted = _core.fitted_from(text, os.fspath(path))
+    name = _path(path, "read_calibration")
+    try:
+        with open(name, encoding="utf-8") as file:
+            text = file.read()
+    except OSError as error:
+        raise refused(name, f"cannot be read: {error.strerror}",
+                      "give what `magimu calibrate -o` or Calibration.save writes") from None
+    except UnicodeDecodeError:
+        raise refused(name, "it is not JSON",
+                      "give what `magimu calibrate -o` or Calibration.save writes") from None
+    fitted = _core.fitted_from(text, name)
     out = calibration_of(fitted)
-    from ._results import _build
     stored = _build(Calibration, json.loads(text))
     for name in ("fit", "residuals", "checks", "disturbances", "set_aside", "warnings"):
         setattr(out, name, getattr(stored, name))
@@ -196,7 +329,8 @@ def simulate(*, motion: str = "paper", rate: float = 80.0, mag_ratio: int = 1,
     """Makes a recording whose truth is known, as ``magimu simulate`` does.
 
     Args:
-        motion: "paper" (six slow turns), "hand" (turned in the hands), "hand_held" (moved, too).
+        motion: "paper" (six slow turns), "hand" (turned in the hands), "hand_held" (moved, too),
+            "sequence" (the half turns that serve best).
         rate: IMU samples a second. mag_ratio: IMU samples per magnetometer sample.
         duration: s; 0: the motion's own. rest: s at rest first; -1: the motion's own.
         seed: names the data set. gravity: m/s^2.
@@ -204,6 +338,10 @@ def simulate(*, motion: str = "paper", rate: float = 80.0, mag_ratio: int = 1,
         magnetometers: how many on one board. displacement: m RMS of "hand_held".
         effects: hidden in it, such as ``["mag_lag=0.012:"]`` (docs/effects.md).
     """
+    _typed(str, "a text", motion=motion)
+    _typed(_NUMBER, "a number", rate=rate, duration=duration, rest=rest, gravity=gravity,
+           displacement=displacement)
+    _typed(_WHOLE, "a whole number", mag_ratio=mag_ratio, seed=seed, magnetometers=magnetometers)
     made, truth, path = _core.simulate(motion, rate, mag_ratio, duration, rest, seed, gravity,
                                        None if noise is None else list(noise), magnetometers,
                                        displacement, list(effects))
@@ -233,6 +371,9 @@ class Stream:
                  noise: Optional[NoiseLike] = None, gravity: Optional[float] = None,
                  motion: str = "auto", location: str = "", hemisphere: str = "",
                  field_prior: bool = False) -> None:
+        _typed(_WHOLE, "a whole number", magnetometers=magnetometers)
+        _typed(str, "a text", target=target)
+        _typed(_NUMBER, "a number", window_s=window_s)
         self._magnetometers = magnetometers
         model = _model(noise, gravity, motion, location, hemisphere, field_prior)
         self._native = _core.Stream(magnetometers, model, target, window_s)
@@ -241,21 +382,28 @@ class Stream:
             mag: Optional[ArrayLike] = None) -> Optional[Update]:
         """One moment: (3,) of each sensor (mag: (m, 3) of several), None where one has no sample.
         An update where this completes a window."""
-        def row(v: Optional[ArrayLike]) -> np.ndarray:
-            return np.full((1, 3), np.nan) if v is None else np.reshape(np.asarray(v, float), (1, 3))
+        def rows(v: Optional[ArrayLike], sensor: str, many: int) -> list[np.ndarray]:
+            if v is None:
+                return [np.full((1, 3), np.nan)] * many
+            values = numbers(v, sensor)
+            if values.shape != (many, 3) and (many > 1 or values.shape != (3,)):
+                expected = "(3,)" if many == 1 else f"({many}, 3)"
+                raise refused(sensor, f"its shape is {values.shape}",
+                              f"give x, y, z of one moment: shape {expected}")
+            return list(values.reshape(many, 1, 3))
 
-        if mag is None:
-            mags = [row(None)] * self._magnetometers
-        else:
-            mags = [row(v) for v in np.reshape(np.asarray(mag, float), (-1, 3))]
-        lines = self._native.feed(np.array([t], float), row(acc), row(gyr), mags)
+        lines = self._native.feed(np.atleast_1d(numbers(t, "t")), rows(acc, "acc", 1)[0],
+                                  rows(gyr, "gyr", 1)[0], rows(mag, "mag", self._magnetometers))
         return update_of(lines[0]) if lines else None
 
     def feed(self, t: ArrayLike, acc: ArrayLike, gyr: ArrayLike,
              mag: Union[ArrayLike, Sequence[ArrayLike]]) -> list[Update]:
         """Many moments: t (n,), sensors (n, 3), rows of nan where one has no sample; several
         magnetometers as in :class:`Recording`. The updates of all windows completed."""
-        return [update_of(line) for line in self._native.feed(t, acc, gyr, _several(mag))]
+        times = numbers(t, "t")
+        lines = self._native.feed(times, numbers(acc, "acc"), numbers(gyr, "gyr"),
+                                  several(mag, times.size))
+        return [update_of(line) for line in lines]
 
     def finish(self) -> Calibration:
         """The calibration of all samples so far. More may be added after it."""

@@ -15,6 +15,12 @@ class ModelOptions:
     hemisphere: str
     field_prior: bool
 
+class Prior:
+    text: str
+    name: str
+    age_days: Optional[float]
+    drift: Optional[float]
+
 class Recording:
     name: str
     notes: list[str]
@@ -31,6 +37,7 @@ class Recording:
 
 class Fitted:
     def json(self) -> str: ...
+    def file(self) -> str: ...
     def trajectories(self) -> list[Any]: ...
     def residuals(self) -> list[Any]: ...
     def report(self, recordings: Sequence[Recording]) -> str: ...
@@ -49,8 +56,10 @@ def simulate(motion: str, rate_hz: float, mag_ratio: int, duration_s: float, res
              displacement_m: float, effects: list[str]) -> tuple[Recording, str, Any]: ...
 def apply(fitted: Fitted, recording: Recording,
           move_mag_times: bool) -> tuple[Recording, list[str], list[str]]: ...
-def calibrate(recordings: Sequence[Recording], model: ModelOptions,
-              mag_time_offset: Optional[bool], gyro_matrix: Optional[bool], node_every: int,
+def export(fitted: Fitted, to: str, strength_uT: float, with_rotation: bool,
+           only: list[str]) -> tuple[str, list[str], list[str]]: ...
+def calibrate(recordings: Sequence[Recording], model: ModelOptions, prior: Prior,
+              axes: Optional[list[str]], mag_time_offset: Optional[bool], gyro_matrix: Optional[bool], node_every: int,
               dip_deg: Optional[float], method: str, as_published: bool, threads: int) -> Fitted: ...
 def diagnose(recordings: Sequence[Recording], model: ModelOptions, false_alarm_rate: float,
              against: Optional[Fitted], base: Optional[Fitted],

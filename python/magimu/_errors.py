@@ -22,6 +22,11 @@ class InputError(ValueError):
         self.remedy = remedy
 
 
+def refused(where: str, problem: str, remedy: str) -> InputError:
+    """The exception for an argument: what is wrong with it, and what to give instead."""
+    return InputError(f"{where}: {problem}; {remedy}", file=where, problem=problem, remedy=remedy)
+
+
 class TooLittleError(InputError):
     """The recording can be read, but there is too little in it for what is asked."""
 

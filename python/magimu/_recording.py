@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._errors import InputError
+from ._errors import InputError, refused
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,32 @@ class Motion:
     position: np.ndarray
 
 
-def _several(mag: Any) -> list[Any]:
+def numbers(value: Any, name: str) -> np.ndarray:
+    """An array of numbers, or InputError."""
+    if value is None:
+        raise refused(name, "it is None", "give an array of numbers")
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind in "mM":
+            raise refused(name, "these are dates, not numbers",
+                          "give seconds, such as (t - t[0]) / np.timedelta64(1, 's')")
+        return np.asarray(array, dtype=float)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise refused(name, f"it is no array of numbers ({error})",
+                      "give numbers, one row a sample") from None
+
+
+def several(mag: Any, times: Optional[int]) -> list[np.ndarray]:
     """The magnetometers' arrays: one (n, 3), or a list of them, or (n, m, 3)."""
-    if isinstance(mag, (list, tuple)) and mag and getattr(mag[0], "ndim", 1) == 2:
-        return list(mag)
-    array = np.asarray(mag, dtype=float)
+    if isinstance(mag, (list, tuple)) and mag:
+        each = [numbers(m, "mag") for m in mag]
+        # Nested lists may be either; what has a row for each time is (n, m, 3).
+        rows = len(each) == times and len(each[0]) != times
+        if each[0].ndim == 2 and (not rows or isinstance(mag[0], np.ndarray)):
+            return each
+    array = numbers(mag, "mag")
     if array.ndim == 3:
         return [array[:, m, :] for m in range(array.shape[1])]
     return [array]
@@ -79,30 +100,34 @@ class Recording:
                  mag_t: Union[None, ArrayLike, Sequence[ArrayLike]] = None,
                  temp: Optional[ArrayLike] = None, current: Optional[ArrayLike] = None,
                  name: str = "recording") -> None:
-        def times(own: Any, sensor: str) -> Any:
+        def times(own: Any, sensor: str) -> np.ndarray:
             if own is not None:
-                return own
-            if t is None:
-                raise InputError(f"there are no times of {sensor}; give t, or {sensor}_t",
-                                 problem=f"there are no times of {sensor}",
-                                 remedy=f"give t, or {sensor}_t")
-            return t
+                return numbers(own, f"{sensor}_t")
+            if t is not None:
+                return numbers(t, "t")
+            raise InputError(f"there are no times of {sensor}; give t, or {sensor}_t",
+                             problem=f"there are no times of {sensor}",
+                             remedy=f"give t, or {sensor}_t")
 
-        mags = _several(mag)
-        own = mag_t if isinstance(mag_t, (list, tuple)) and np.ndim(mag_t[0]) == 1 else None
-        mag_times = list(own) if own is not None else [times(mag_t, "mag")] * len(mags)
+        own = mag_t if isinstance(mag_t, (list, tuple)) and mag_t and np.ndim(mag_t[0]) == 1 else None
+        mags = several(mag, np.size(mag_t if mag_t is not None else t) if own is None else None)
+        mag_times = [numbers(m, "mag_t") for m in own] if own is not None else [times(mag_t, "mag")] * len(mags)
         if len(mag_times) != len(mags):
             raise InputError(f"there are {len(mags)} magnetometers and {len(mag_times)} mag_t; "
                              "give one a magnetometer")
-        aux = {k: (times(None, k), v) for k, v in (("temp", temp), ("current", current))
+        aux = {k: (times(None, k), numbers(v, k)) for k, v in (("temp", temp), ("current", current))
                if v is not None}
-        self._native = _core.Recording(name, times(acc_t, "acc"), acc, times(gyr_t, "gyr"), gyr,
-                                       mag_times, mags, aux)
+        self._native = _core.Recording(str(name), times(acc_t, "acc"), numbers(acc, "acc"),
+                                       times(gyr_t, "gyr"), numbers(gyr, "gyr"), mag_times, mags,
+                                       aux)
+        # As `read` was given them, SENSOR=A,B,C; None: not known.
+        self._axes: Optional[list[str]] = None
 
     @classmethod
-    def _of(cls, native_recording: Any) -> Recording:
+    def _of(cls, native_recording: Any, axes: Optional[list[str]] = None) -> Recording:
         out = cls.__new__(cls)
         out._native = native_recording
+        out._axes = axes
         return out
 
     @property
@@ -172,8 +197,28 @@ class Recording:
                 f"{len(self.gyr)} gyr, {' + '.join(str(len(m)) for m in self.mags)} mag)")
 
 
-def native(recordings: Union[Recording, Iterable[Recording]]) -> list[Any]:
+def one(recording: Any, function: str) -> Any:
+    """The compiled part's recording, or InputError where it is none."""
+    if isinstance(recording, Recording):
+        return recording._native
+    if isinstance(recording, (str, os.PathLike)):
+        raise refused(function, f"{os.fspath(recording)!r} is a path, not a Recording",
+                      "read it first: magimu.read(path)")
+    raise refused(function, f"{type(recording).__name__} is no Recording",
+                  "make one: magimu.read(path), or magimu.Recording(t, acc=, gyr=, mag=)")
+
+
+def native(recordings: Union[Recording, Iterable[Recording]], function: str) -> list[Any]:
     """The compiled part's recordings, of one or several."""
-    if isinstance(recordings, Recording):
-        return [recordings._native]
-    return [r._native for r in recordings]
+    if isinstance(recordings, (list, tuple)):
+        return [one(r, function) for r in recordings]
+    if isinstance(recordings, (Recording, str, os.PathLike, np.ndarray)) or not isinstance(
+            recordings, Iterable):
+        return [one(recordings, function)]
+    return [one(r, function) for r in recordings]
+
+
+def axes_of(recordings: Sequence[Recording]) -> Optional[list[str]]:
+    """The axes of all, where they are known and the same."""
+    first = recordings[0]._axes if recordings else None
+    return first if all(r._axes == first for r in recordings) else None

@@ -16,7 +16,8 @@ from typing import Any, Optional, Sequence, Union
 import numpy as np
 
 from . import _core
-from ._recording import Recording, native
+from ._errors import refused
+from ._recording import Recording, native, numbers
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -89,7 +90,11 @@ class Magnetometer:
 
     def unit_field(self, mag: np.ndarray) -> np.ndarray:
         """Readings (..., 3) in uT as the unit field in the IMU's frame: D^-1 (mag - o_m)."""
-        difference = np.asarray(mag, dtype=float) - self.bias
+        readings = numbers(mag, "mag")
+        if readings.ndim == 0 or readings.shape[-1] != 3:
+            raise refused("mag", f"its shape is {readings.shape}",
+                          "give x, y, z in the last dimension: shape (3,) or (n, 3)")
+        difference = readings - self.bias
         return np.linalg.solve(self.distortion, difference[..., None])[..., 0]
 
 
@@ -281,8 +286,8 @@ class Calibration:
     _fitted: Any = dataclasses.field(default=None, repr=False, compare=False)
 
     def to_json(self) -> str:
-        """The content of the program's file."""
-        return typing.cast(str, self._fitted.json())
+        """The content of the program's file; of one that was read, that file."""
+        return typing.cast(str, self._fitted.file())
 
     def to_dict(self) -> dict[str, Any]:
         """The same as dictionaries, lists and numbers."""
@@ -304,7 +309,7 @@ class Calibration:
 
     def report(self, recordings: Union[Recording, Sequence[Recording]]) -> str:
         """A page (HTML, one file) with pictures; ``recordings`` are those it was made of."""
-        return typing.cast(str, self._fitted.report(native(recordings)))
+        return typing.cast(str, self._fitted.report(native(recordings, "report")))
 
     def __str__(self) -> str:
         m = self.magnetometers[0]

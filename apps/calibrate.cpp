@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include "apps/commands.h"
+#include "apps/copies.h"
 #include "apps/options/axes_of_calibration.h"
 #include "apps/options/common_options.h"
 #include "apps/options/outputs.h"
@@ -139,7 +140,9 @@ int run(CalibrateArguments& args) {
   args.options.optimizer.backend = backend_named(args.backend);
 
   args.prior.apply_to(args.options, args);
-  const std::vector<Recording> recordings = read_recordings(args);
+  const std::vector<GivenCopy> copies = leave_out_copies(args.recordings);
+  std::vector<Recording> recordings = read_recordings(args);
+  caution_of_copies(copies, recordings);
   if (args.place.prior) args.options.also = field_prior(*known.field, int(recordings.size()));
   std::optional<RivalCalibration> rival;
   Calibration c;

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "apps/commands.h"
+#include "apps/copies.h"
 #include "apps/options/axes_of_calibration.h"
 #include "apps/options/common_options.h"
 #include "apps/options/outputs.h"
@@ -40,7 +41,7 @@ void put_first(const std::string& name, Recording& recording) {
               recording.mag.begin() + place + 1);
 }
 
-int run(const DiagnoseArguments& args) {
+int run(DiagnoseArguments& args) {
   std::vector<std::string> inputs = args.recordings;
   inputs.insert(inputs.end(), {args.against, args.base});
   check_outputs(inputs, {args.output, args.report});
@@ -62,7 +63,9 @@ int run(const DiagnoseArguments& args) {
     options.base = read_calibration(args.base);
     check_same_axes(args.base, args);
   }
+  const std::vector<GivenCopy> copies = leave_out_copies(args.recordings);
   std::vector<Recording> recordings = read_recordings(args);
+  caution_of_copies(copies, recordings);
   for (Recording& r : recordings) {
     if (!args.magnetometer.empty()) put_first(args.magnetometer, r);
   }

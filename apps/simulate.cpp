@@ -2,6 +2,8 @@
 // `magimu simulate -o REC.csv`
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "apps/commands.h"
 #include "apps/options/outputs.h"
 #include "apps/options/reading_options.h"
@@ -19,6 +21,7 @@ struct SimulateArguments {
   std::string output, truth, motion = "paper", like, model;
   std::vector<double> noise;
   std::vector<std::string> effects;
+  std::optional<std::uint64_t> device;
   bool quiet = false;
   int threads = 0;  // as every command takes it; making a recording needs one
   SimulationOptions options;
@@ -29,6 +32,9 @@ int run(SimulateArguments& args) {
   for (const SimulatedMotion m :
        {SimulatedMotion::kHand, SimulatedMotion::kHandHeld, SimulatedMotion::kSequence}) {
     if (args.motion == to_string(m)) args.options.motion = m;
+  }
+  if (args.device) {
+    args.options.device = draw_parameters(*args.device, args.options.magnetometers);
   }
   if (!args.noise.empty()) args.options.noise = {args.noise[0], args.noise[1], args.noise[2]};
   for (const std::string& text : args.effects) {
@@ -82,6 +88,10 @@ void add_simulate(CLI::App& app, int& exit_code) {
   add_output(*cmd, "-o,--output", args->output, "the recording", "REC.csv")->required();
   add_output(*cmd, "--truth", args->truth, "write the true parameters here", "T.json");
   cmd->add_option("--seed", args->options.seed, "names the data set")->capture_default_str();
+  cmd->add_option("--device", args->device,
+                  "the device and its place are those of this seed; --seed names motion and noise: "
+                  "several recordings of one device (none: all by --seed)")
+      ->type_name("SEED");
   cmd->add_option("--rate", args->options.rate_hz, "IMU samples a second")
       ->capture_default_str()
       ->type_name("HZ");
@@ -121,8 +131,8 @@ void add_simulate(CLI::App& app, int& exit_code) {
              "in it, and new noise by the seed")
           ->check(CLI::ExistingFile)
           ->type_name("REC");
-  for (const char* other :
-       {"--rate", "--mag-ratio", "--motion", "--displacement", "--duration", "--rest", "--noise"}) {
+  for (const char* other : {"--device", "--rate", "--mag-ratio", "--motion", "--displacement",
+                            "--duration", "--rest", "--noise"}) {
     like->excludes(other);
   }
   cmd->add_option("--model", args->model,

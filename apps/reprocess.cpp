@@ -11,12 +11,14 @@
 #include <set>
 #include <thread>
 
+#include "apps/archive/reprocess_devices.h"
 #include "apps/archive/reprocess_merge.h"
 #include "apps/archive/reprocess_options.h"
 #include "apps/archive/reprocess_task.h"
 #include "apps/commands.h"
 #include "apps/options/common_options.h"
 #include "apps/options/outputs.h"
+#include "apps/options/stop_signals.h"
 #include "apps/version.h"
 #include "archive/manifest.h"
 #include "archive/result_file.h"
@@ -30,6 +32,8 @@ namespace magimu::apps {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kNamed = 3;  // recordings that a line names
 
 struct ReprocessArguments {
   std::string input, output, shard, options;
@@ -64,10 +68,28 @@ void prepare_output(const std::string& output) {
   }
 }
 
-// What is within OUT is no recording, should OUT lie within DIR.
-void leave_out_output(std::vector<ManifestEntry>& entries, const std::string& output) {
+// Tables beside recordings would be taken for recordings, so that OUT must not hold the archive.
+void check_output_folder(const std::string& input, const std::string& output) {
   std::error_code error;
-  const std::string folder = (fs::weakly_canonical(output, error) / "").string();
+  if (!fs::is_directory(input, error)) return;
+  const std::string in = (fs::weakly_canonical(input, error) / "").lexically_normal().string();
+  const std::string out = (fs::weakly_canonical(output, error) / "").lexically_normal().string();
+  if (!in.starts_with(out)) return;
+  throw InputError("-o", 0, 0,
+                   in == out
+                       ? "this is the archive's own folder: what is written would stand among "
+                         "the recordings"
+                       : "the archive is within this folder: its recordings would stand among "
+                         "what is written",
+                   "name another folder, such as -o " +
+                       fs::path(in).parent_path().filename().string() + "-results");
+}
+
+// What is within OUT is no recording, should OUT lie within DIR.
+void leave_out_output(std::vector<ManifestEntry>& entries, const ReprocessArguments& args) {
+  std::error_code error;
+  if (!fs::is_directory(args.input, error)) return;
+  const std::string folder = (fs::weakly_canonical(args.output, error) / "").string();
   std::erase_if(entries, [&](const ManifestEntry& e) {
     return fs::weakly_canonical(e.path, error).string().starts_with(folder);
   });
@@ -87,7 +109,7 @@ void refuse_row(FleetRecording& row, const std::string& status, const std::strin
 }
 
 Plan plan_of(const std::vector<ManifestEntry>& entries, const ReprocessArguments& args,
-             const Shard& shard) {
+             const Shard& shard, const ReprocessLimits& limits) {
   Plan plan;
   std::set<std::string> planned;
   SeenFiles seen((fs::path(args.output) / "seen").string());
@@ -133,7 +155,7 @@ Plan plan_of(const std::vector<ManifestEntry>& entries, const ReprocessArguments
     }
     const std::string path = (fs::path(args.output) / "results" / (row.result + ".json")).string();
     std::error_code error;
-    if (fs::exists(path, error)) {
+    if (fs::exists(path, error) && !stopped_at_less(path, limits.seconds, limits.megabytes)) {
       ++plan.done;
     } else if (planned.insert(row.result).second) {
       plan.tasks.push_back({e.path, e.shown, words, row.result, path});
@@ -166,13 +188,15 @@ std::string merge_key(const std::vector<FleetRecording>& rows, const std::string
   hash.add(version_number());
   for (const FleetRecording& row : rows) {
     std::error_code error;
-    const bool there = fs::exists(fs::path(output) / "results" / (row.result + ".json"), error);
+    const fs::path path = fs::path(output) / "results" / (row.result + ".json");
+    const bool there = fs::exists(path, error);
     for (const std::string* text :
          {&row.path, &row.device, &row.place, &row.date, &row.result, &row.status, &row.reason}) {
       hash.add(*text);
       hash.add(std::string_view("\n", 1));
     }
-    hash.add(there ? "1" : "0");
+    // Results are made anew where a limit is larger now.
+    hash.add(there ? std::to_string(fs::file_size(path, error)) : "-");
   }
   return hash.hex();
 }
@@ -186,15 +210,43 @@ bool merged_before(const std::string& key, const std::string& output) {
   return read_file((fs::path(output) / "merged").string()) == key;
 }
 
+// Recordings without a calibration, those with one remedy together.
+void print_refused(const std::vector<FleetRecording>& rows) {
+  std::vector<std::vector<const FleetRecording*>> groups;
+  for (const FleetRecording& r : rows) {
+    if (r.calibrated) continue;
+    const auto same = std::ranges::find_if(groups, [&](const auto& group) {
+      const FleetRecording& first = *group.front();
+      return first.status == r.status && first.remedy == r.remedy &&
+             (!r.remedy.empty() || first.reason == r.reason);
+    });
+    if (same != groups.end()) {
+      same->push_back(&r);
+    } else {
+      groups.push_back({&r});
+    }
+  }
+  for (const auto& group : groups) {
+    const FleetRecording& first = *group.front();
+    std::string names = first.path;
+    for (std::size_t i = 1; i < std::min(group.size(), kNamed); ++i) names += ", " + group[i]->path;
+    if (group.size() > kNamed) names += fmt::format(" and {} more", group.size() - kNamed);
+    const bool alike = std::ranges::all_of(
+        group, [&](const FleetRecording* r) { return r->reason == first.reason; });
+    fmt::print("  {}{} ({}): {}{}; {}.\n",
+               group.size() > 1 ? fmt::format("{} files: ", group.size()) : "", names, first.status,
+               alike ? "" : "such as ", first.reason, first.remedy);
+  }
+}
+
 void print_summary(const std::vector<FleetRecording>& rows, const std::vector<FleetDevice>& devices,
-                   const ReprocessArguments& args) {
+                   const std::string& devices_by, const ReprocessArguments& args) {
   std::size_t calibrated = 0;
   for (const FleetRecording& r : rows) calibrated += r.calibrated;
   fmt::print("{} recordings: {} with a calibration, {} without one.\n", rows.size(), calibrated,
              rows.size() - calibrated);
-  for (const FleetRecording& r : rows) {
-    if (!r.calibrated) fmt::print("  {} ({}): {}; {}.\n", r.path, r.status, r.reason, r.remedy);
-  }
+  print_refused(rows);
+  if (!devices_by.empty()) fmt::print("\n{}\n", devices_by);
   fmt::print("\n{:<24} {:<8} {:>10} {:>14}  {}\n", "device", "verdict", "recordings", "field, uT",
              "what there is to say");
   for (const FleetDevice& d : devices) {
@@ -207,8 +259,9 @@ void print_summary(const std::vector<FleetRecording>& rows, const std::vector<Fl
 }
 
 std::string archive_json(const std::vector<FleetRecording>& rows,
-                         const std::vector<FleetDevice>& devices) {
+                         const std::vector<FleetDevice>& devices, const std::string& devices_by) {
   nlohmann::ordered_json out;
+  out["devices_by"] = devices_by;
   out["recordings"] = nlohmann::ordered_json::array();
   for (const FleetRecording& r : rows) {
     out["recordings"].push_back({{"path", r.path},
@@ -226,10 +279,19 @@ std::string archive_json(const std::vector<FleetRecording>& rows,
     out["devices"].push_back({{"device", d.name},
                               {"verdict", d.verdict},
                               {"used", d.used},
+                              {"reason", d.reason},
                               {"recordings", d.recordings},
                               {"changes", changes}});
   }
   return out.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+int say_stopped(const Plan& plan, std::size_t done) {
+  fmt::print(stderr,
+             "magimu: stopped. {} of {} recordings have a result, which is kept; the same command "
+             "goes on from here.\n",
+             plan.done + done, plan.mine);
+  return kNoAnswer;
 }
 
 int reprocess(const ReprocessArguments& args) {
@@ -237,17 +299,21 @@ int reprocess(const ReprocessArguments& args) {
   if (args.merge_only && shard.count > 1) {
     throw InputError("--merge", 0, 0, "a merge is of all shards", "leave out --shard");
   }
+  check_output_folder(args.input, args.output);
   std::vector<ManifestEntry> entries = manifest_of(args.input);
-  prepare_output(args.output);
-  leave_out_output(entries, args.output);
+  leave_out_output(entries, args);
   if (entries.empty()) {
     throw InputError(args.input, 0, 0, "there are no recordings in it",
                      "name a folder with recordings, or a manifest that lists them");
   }
-  Plan plan = plan_of(entries, args, shard);
+  prepare_output(args.output);
+  watch_stop_signals();
+  const ReprocessLimits limits = limits_of(args);
+  Plan plan = plan_of(entries, args, shard, limits);
   ReprocessRun run;
   if (!args.merge_only) {
-    run = run_tasks(plan.tasks, limits_of(args));
+    run = run_tasks(plan.tasks, limits);
+    if (run.stopped) return say_stopped(plan, run.done);
     if (!run.cannot_write.empty()) {
       fmt::print(stderr,
                  "magimu: {}\n{} results were written before; nothing is lost: make room and run "
@@ -276,12 +342,16 @@ int reprocess(const ReprocessArguments& args) {
     }
     return kDone;
   }
-  const std::vector<FleetDevice> devices = merge_archive(plan.rows, args.output, args.quiet);
+  const std::string devices_by =
+      choose_devices(entries, device_readings_of(entries, args.input), args.output, plan.rows);
+  const std::optional<std::vector<FleetDevice>> devices =
+      merge_archive(plan.rows, args.output, devices_by, args.quiet);
+  if (!devices) return say_stopped(plan, run.done);
   write_atomically((fs::path(args.output) / "merged").string(), key);
   if (args.json) {
-    fmt::print("{}", archive_json(plan.rows, devices));
+    fmt::print("{}", archive_json(plan.rows, *devices, devices_by));
   } else if (!args.quiet) {
-    print_summary(plan.rows, devices, args);
+    print_summary(plan.rows, *devices, devices_by, args);
   }
   const bool all = run.unfinished.empty() &&
                    std::ranges::none_of(

@@ -12,12 +12,21 @@ namespace {
 constexpr double kStepSizes[] = {1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0, 1024.0};
 constexpr double kProcessSizes[] = {0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0};
 
+constexpr int kMostDoublings = 30;  // beyond the grid: 1e9 times
+
 double log_mean_exp(const std::vector<double>& logs) {
   const double most = *std::ranges::max_element(logs);
   if (!std::isfinite(most)) return most;
   double sum = 0.0;
   for (const double l : logs) sum += std::exp(l - most);
   return most + std::log(sum / double(logs.size()));
+}
+
+// exp(own) over the sum of all: 1 at most, whatever the rounding.
+double share_of(double own, const std::vector<double>& logs) {
+  double sum = 0.0;
+  for (const double l : logs) sum += std::exp(l - own);
+  return 1.0 / std::max(1.0, sum);
 }
 
 // One class of changes: its evidence over that of the model without, and its most probable member.
@@ -49,7 +58,7 @@ ChangeClass steps_of(const ChangeModel& model, double before, std::size_t group)
   for (const auto& logs : of_date) dates.push_back(log_mean_exp(logs));
   const auto most = std::ranges::max_element(dates);
   out.best.at = std::size_t(most - dates.begin()) + 1;
-  out.date_probability = std::exp(*most - log_mean_exp(dates)) / double(dates.size());
+  out.date_probability = share_of(*most, dates);
   const std::vector<double>& sizes = of_date[out.best.at - 1];
   out.best.size = kStepSizes[std::ranges::max_element(sizes) - sizes.begin()];
   return out;
@@ -111,6 +120,27 @@ void drop_superfluous(const ChangeProblem& problem, std::vector<FoundChange>& fo
   }
 }
 
+// The grid of sizes ends where a change needs no statistics. It may still be larger: its size is
+// doubled as long as that is more probable.
+void widen(const ChangeProblem& problem, std::vector<FoundChange>& found) {
+  DeviceChange& c = found.back().change;
+  const bool step = c.kind == ChangeKind::kStep;
+  if (c.size < (step ? std::end(kStepSizes) : std::end(kProcessSizes))[-1]) return;
+  const auto evidence = [&] {
+    return ChangeModel(problem, only_changes(found, found.size())).log_evidence();
+  };
+  double best = evidence();
+  for (int i = 0; i < kMostDoublings; ++i) {
+    c.size *= 2.0;
+    const double larger = evidence();
+    if (!(larger > best)) {
+      c.size /= 2.0;
+      return;
+    }
+    best = larger;
+  }
+}
+
 // Searches on from nothing. steps_first: other kinds only when no step is left to find. Two steps
 // of one group look like a drift until both are in the model, and a drift in the model hides them.
 std::vector<FoundChange> search(const ChangeProblem& problem, const ChangeSearchOptions& options,
@@ -136,8 +166,9 @@ std::vector<FoundChange> search(const ChangeProblem& problem, const ChangeSearch
       continue;
     }
     // Against all other classes and, at even odds, no change.
-    found.push_back({best->best, own, std::exp(own - all - of_classes) / (1.0 + std::exp(-all)),
-                     best->date_probability});
+    factors.push_back(of_classes);
+    found.push_back({best->best, own, share_of(own, factors), best->date_probability});
+    widen(problem, found);
     drop_superfluous(problem, found, required);
   }
   return found;

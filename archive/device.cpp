@@ -18,7 +18,9 @@
 namespace magimu {
 namespace {
 
-constexpr double kAgree = 0.01;  // probability that two recordings of one truth differ so much
+constexpr double kClear = 0.5;     // a probability: more than all else together
+constexpr std::size_t kNamed = 3;  // recordings that a sentence names
+constexpr double kAgree = 0.01;    // probability that two recordings of one truth differ so much
 
 bool by_time(const DeviceRecording& a, const DeviceRecording& b) {
   const std::optional<double> ta = days_of(a.date), tb = days_of(b.date);
@@ -94,19 +96,78 @@ void find_standings(Device& device) {
   }
 }
 
+void find_turns(Device& device) {
+  std::vector<DeviceMark> marks;
+  for (std::size_t i = 0; i < device.recordings.size(); ++i) {
+    std::optional<DeviceMark> mark = mark_of(device.recordings[i].calibration);
+    if (!mark) continue;
+    marks.push_back(std::move(*mark));
+    device.turns_of.push_back(i);
+  }
+  device.turns = groups_that_take_turns(marks);
+}
+
+// "a.csv, b.csv, c.csv and 4 more".
+std::string some_of(const std::vector<std::string>& names) {
+  std::string out;
+  for (std::size_t i = 0; i < std::min(names.size(), kNamed); ++i) {
+    out += (i > 0 ? ", " : "") + names[i];
+  }
+  if (names.size() > kNamed) out += fmt::format(" and {} more", names.size() - kNamed);
+  return out;
+}
+
+// Recordings of a group each, as a sentence.
+std::string sentence_of_turns(const Device& device) {
+  std::vector<std::vector<std::string>> members(device.turns->groups);
+  for (std::size_t i = 0; i < device.turns_of.size(); ++i) {
+    const std::size_t g = device.turns->group[i];
+    if (g < members.size()) members[g].push_back(device.recordings[device.turns_of[i]].shown);
+  }
+  std::string groups;
+  for (std::size_t g = 0; g < members.size(); ++g) {
+    groups += fmt::format("{}({})",
+                          g == 0                   ? ""
+                          : g + 1 < members.size() ? ", "
+                                                   : " and ",
+                          some_of(members[g]));
+  }
+  return fmt::format(
+      "These are recordings of {} devices, or of one that was fitted in {} ways: they fall into "
+      "groups that differ in distortion and biases by many standard deviations, and that take "
+      "turns "
+      "in time: {}. Name the devices in a manifest (the columns path and device).",
+      members.size(), members.size(), groups);
+}
+
 Trust trust_of(const Device& device) {
   std::size_t yes = 0, some = 0;
-  for (const Standing& s : device.standing) {
+  const Standing* agreeing = nullptr;
+  std::string unreliable;  // one that agrees, and cannot be relied on by itself
+  for (std::size_t i = 0; i < device.standing.size(); ++i) {
+    const Standing& s = device.standing[i];
     yes += s.verdict == Verdict::kYes;
     some += s.verdict != Verdict::kNo;
+    if (s.agrees_with.empty() || s.verdict == Verdict::kYes) continue;
+    if (agreeing == nullptr) {
+      agreeing = &s;
+      unreliable = device.recordings[i].shown;
+    }
   }
   Trust out;
   if (some == 0) {
     out.lower(Verdict::kNo, "No recording of this device gives a calibration to rely on.");
+  } else if (device.turns) {
+    // One that comes back once may have been disturbed in between.
+    out.lower(device.turns->turns > device.turns->groups ? Verdict::kNo : Verdict::kLimited,
+              sentence_of_turns(device));
   } else if (yes < 2) {
     out.lower(Verdict::kLimited,
               device.recordings.size() == 1
                   ? "It is the only recording of this device: nothing confirms it."
+              : agreeing != nullptr
+                  ? fmt::format("{} and {} agree, but the first cannot be relied on by itself: {}",
+                                unreliable, agreeing->agrees_with, agreeing->reason)
                   : "No two recordings that can be relied on agree within their standard "
                     "deviations.");
   }
@@ -219,6 +280,7 @@ Device make_device(const std::string& name, std::vector<DeviceRecording> recordi
   const std::vector<DeviceRecording>& all = device.recordings;
   device.standing.resize(all.size());
   find_standings(device);
+  find_turns(device);
   int magnetometers = 0;
   for (const DeviceRecording& r : all) {
     if (magnetometers == 0 && r.condensed) magnetometers = int(r.calibration.parameters.mag.size());
@@ -263,6 +325,10 @@ Device make_device(const std::string& name, std::vector<DeviceRecording> recordi
   for (const ParameterGroup& g : problem.changes.groups) device.groups.push_back({g.name, g.words});
   device.history = find_changes(problem.changes);
   device.birge = birge_ratio(problem, device.history);
+  for (std::size_t i = 0; i < device.history.changes.size(); ++i) {
+    device.sizes.push_back(size_of_change(problem.changes, device.history, i, problem.scale,
+                                          joint.value, device.birge));
+  }
   device.joint_covariance = device.birge * device.birge * joint.covariance;
   for (std::size_t k = 0; k < device.used.size(); ++k) {
     const Gaussian& g = device.history.smoothed[k];
@@ -291,22 +357,39 @@ Device make_device(const std::string& name, std::vector<DeviceRecording> recordi
   return device;
 }
 
-std::string sentence_of(const Device& device, const FoundChange& found) {
+bool is_clear(const FoundChange& change) { return change.probability >= kClear; }
+
+std::string sentence_of(const Device& device, std::size_t i) {
+  const FoundChange& found = device.history.changes[i];
   const DeviceChange& c = found.change;
   const std::string& what = device.groups[c.group].words;
   const auto shown = [&](std::size_t k) { return device.recordings[device.used[k]].shown; };
+  const ChangeSize& s = device.sizes[i];
+  const int digits =
+      s.sigma > 0.0 ? std::clamp(int(std::ceil(1.0 - std::log10(s.sigma))), 0, 9) : 3;
+  const std::string size = s.unit.empty() ? ""
+                                          : fmt::format(" {:.{}f} ± {:.{}f} {}", s.value, digits,
+                                                        s.sigma, digits, s.unit);
+  const std::string by = size.empty() ? "" : " by" + size;
+  const double percent = 100.0 * found.probability;
+  const bool clear = is_clear(found);
+  const char* unclear = "something changed; most likely ";
   if (c.kind == ChangeKind::kStep) {
     const std::string& date = device.recordings[device.used[c.at]].date;
-    return fmt::format("Between {} and {}{}, {} changed (probability {:.1f} %, the date {:.0f} %).",
-                       shown(c.at - 1), shown(c.at), date.empty() ? "" : " (" + date + ")", what,
-                       100.0 * found.probability, 100.0 * found.date_probability);
+    return fmt::format(
+        "Between {} and {}{}, {}{} changed{} (probability {:.1f} %, the date {:.0f} %).",
+        shown(c.at - 1), shown(c.at), date.empty() ? "" : " (" + date + ")", clear ? "" : unclear,
+        what, by, percent, 100.0 * found.date_probability);
   }
-  const char* how = c.kind == ChangeKind::kWalk    ? "drifts from recording to recording"
-                    : c.kind == ChangeKind::kTrend ? "drifts steadily"
-                                                   : "differs from recording to recording, without "
-                                                     "memory";
-  return fmt::format("Through {} recordings, {} {} (probability {:.1f} %).", device.used.size(),
-                     what, how, 100.0 * found.probability);
+  const std::string how =
+      c.kind == ChangeKind::kWalk
+          ? "drifts from recording to recording" + (size.empty() ? "" : "," + size + " RMS")
+      : c.kind == ChangeKind::kTrend
+          ? "drifts steadily" + (size.empty() ? "" : "," + by + " from the first to the last")
+          : "differs from recording to recording" + (size.empty() ? "" : "," + size + " RMS") +
+                ", without memory";
+  return fmt::format("Through {} recordings, {}{} {} (probability {:.1f} %).", device.used.size(),
+                     clear ? "" : unclear, what, how, percent);
 }
 
 }  // namespace magimu

@@ -6,7 +6,9 @@
 #include <optional>
 
 #include "archive/change_search.h"
+#include "archive/change_size.h"
 #include "archive/joint_estimate.h"
+#include "archive/same_device.h"
 #include "calibration/result/calibration.h"
 
 namespace magimu {
@@ -45,15 +47,22 @@ struct Device {
   MatrixXd joint_covariance, joint_covariance_model;
   double birge = 1.0;  // recordings' scatter over their sigmas, which are widened by it
   ChangeHistory history;
-  std::vector<DeviceGroup> groups;  // what history's changes refer to
-  std::vector<std::size_t> used;    // recordings in history, in its order
+  std::vector<ChangeSize> sizes;  // one a change of history
+  // Recordings look as if they were of several devices: of each recording with a calibration to
+  // rely on, in the order of time, which group it is in.
+  std::optional<TakingTurns> turns;
+  std::vector<std::size_t> turns_of;  // which recordings those are
+  std::vector<DeviceGroup> groups;    // what history's changes refer to
+  std::vector<std::size_t> used;      // recordings in history, in its order
   // Of each of these: parameters and sigmas at that time.
   std::vector<VectorXd> at, sigma;
 };
 
 Device make_device(const std::string& name, std::vector<DeviceRecording> recordings);
 
-// A change as a sentence.
-std::string sentence_of(const Device& device, const FoundChange& change);
+// Is it this that changed, rather than something else? At least as probable as all else together.
+bool is_clear(const FoundChange& change);
+// Change i of the device's history as a sentence, with its size.
+std::string sentence_of(const Device& device, std::size_t i);
 
 }  // namespace magimu

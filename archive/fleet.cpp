@@ -76,13 +76,15 @@ FleetDevice fleet_device(const Device& device, std::vector<FleetRecording*> rows
   if (!c.trust.reasons.empty()) out.reason = c.trust.reasons.front();
   out.strength_uT = c.strength_uT;
   out.strength_sigma_uT = c.strength_sigma_uT;
-  for (const FoundChange& f : device.history.changes) {
+  for (std::size_t i = 0; i < device.history.changes.size(); ++i) {
+    const FoundChange& f = device.history.changes[i];
     const std::size_t k = f.change.kind == ChangeKind::kStep ? f.change.at : 0;
     const DeviceRecording& r = device.recordings[device.used[k]];
     const bool step = f.change.kind == ChangeKind::kStep;
     out.changes.push_back({to_string(f.change.kind), device.groups[f.change.group].name,
-                           step ? r.shown : "", step ? r.date : "", sentence_of(device, f),
-                           f.probability, step ? f.date_probability : 0.0, f.log_bayes_factor});
+                           step ? r.shown : "", step ? r.date : "", sentence_of(device, i),
+                           f.probability, step ? f.date_probability : 0.0, f.log_bayes_factor,
+                           is_clear(f), device.sizes[i]});
   }
   for (std::size_t i = 0; i < c.order.size(); ++i) {
     const auto at = std::ranges::find(device.order, c.order[i]);
@@ -135,23 +137,27 @@ std::string recordings_csv(const std::vector<FleetRecording>& rows) {
 
 std::string devices_csv(const std::vector<FleetDevice>& devices) {
   std::string out =
-      "device,verdict,reason,recordings,calibrated,used,changes,scatter,strength_uT,"
+      "device,verdict,reason,recordings,calibrated,used,changes,unclear_changes,scatter,strength_"
+      "uT,"
       "strength_uT_sigma\n";
   for (const FleetDevice& d : devices) {
+    const auto clear = std::ranges::count_if(d.changes, &FleetChange::clear);
     out += row_text({d.name, d.verdict, d.reason, std::to_string(d.recordings),
-                     std::to_string(d.calibrated), std::to_string(d.used),
-                     std::to_string(d.changes.size()), number(d.birge), number(d.strength_uT),
-                     number(d.strength_sigma_uT)});
+                     std::to_string(d.calibrated), std::to_string(d.used), std::to_string(clear),
+                     std::to_string(std::ssize(d.changes) - clear), number(d.birge),
+                     number(d.strength_uT), number(d.strength_sigma_uT)});
   }
   return out;
 }
 
 std::string changes_csv(const std::vector<FleetDevice>& devices) {
   std::string out =
-      "device,kind,what,recording,date,probability,date_probability,log_bayes_factor,sentence\n";
+      "device,kind,what,recording,date,size,sigma,unit,probability,date_probability,"
+      "log_bayes_factor,sentence\n";
   for (const FleetDevice& d : devices) {
     for (const FleetChange& c : d.changes) {
-      out += row_text({d.name, c.kind, c.what, c.recording, c.date, number(c.probability),
+      out += row_text({d.name, c.kind, c.what, c.recording, c.date, number(c.size.value),
+                       number(c.size.sigma), c.size.unit, number(c.probability),
                        c.recording.empty() ? "" : number(c.date_probability),
                        number(c.log_bayes_factor), c.sentence});
     }
@@ -191,11 +197,16 @@ std::string device_json(const Device& device) {
                                  {"distance_sigma", s.distance}});
   }
   out["changes"] = FleetJson::array();
-  for (const FoundChange& f : device.history.changes) {
-    FleetJson c = {
-        {"kind", to_string(f.change.kind)},       {"what", device.groups[f.change.group].name},
-        {"sentence", sentence_of(device, f)},     {"probability", f.probability},
-        {"log_bayes_factor", f.log_bayes_factor}, {"size_sigma", f.change.size}};
+  for (std::size_t i = 0; i < device.history.changes.size(); ++i) {
+    const FoundChange& f = device.history.changes[i];
+    const ChangeSize& s = device.sizes[i];
+    FleetJson c = {{"kind", to_string(f.change.kind)},
+                   {"what", device.groups[f.change.group].name},
+                   {"size", {{"value", s.value}, {"sigma", s.sigma}, {"unit", s.unit}}},
+                   {"sentence", sentence_of(device, i)},
+                   {"probability", f.probability},
+                   {"log_bayes_factor", f.log_bayes_factor},
+                   {"size_in_sigmas", f.change.size}};
     if (f.change.kind == ChangeKind::kStep) {
       c["recording"] = device.recordings[device.used[f.change.at]].shown;
       c["date"] = device.recordings[device.used[f.change.at]].date;

@@ -27,6 +27,8 @@ struct FleetRecording {
 struct FleetChange {
   std::string kind, what, recording, date, sentence;
   double probability = 0.0, date_probability = 0.0, log_bayes_factor = 0.0;
+  bool clear = true;  // is_clear()
+  ChangeSize size;
 };
 
 struct FleetParameter {

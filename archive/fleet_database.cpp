@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <memory>
 #include <stdexcept>
 
@@ -17,9 +18,11 @@ constexpr const char* kSchema =
     " hard_iron_z_uT REAL, hard_iron_x_uT_sigma REAL, hard_iron_y_uT_sigma REAL,"
     " hard_iron_z_uT_sigma REAL, result TEXT);"
     "CREATE TABLE devices(device TEXT PRIMARY KEY, verdict TEXT, reason TEXT, recordings INTEGER,"
-    " calibrated INTEGER, used INTEGER, scatter REAL, strength_uT REAL, strength_uT_sigma REAL);"
+    " calibrated INTEGER, used INTEGER, changes INTEGER, unclear_changes INTEGER, scatter REAL, "
+    "strength_uT REAL, strength_uT_sigma REAL);"
     "CREATE TABLE changes(device TEXT, kind TEXT, what TEXT, recording TEXT, date TEXT,"
-    " probability REAL, date_probability REAL, log_bayes_factor REAL, sentence TEXT);"
+    " size REAL, sigma REAL, unit TEXT, probability REAL, date_probability REAL, log_bayes_factor "
+    "REAL, sentence TEXT);"
     "CREATE TABLE parameters(device TEXT, recording TEXT, name TEXT, value REAL, sigma REAL);"
     "CREATE INDEX parameters_of ON parameters(device, name);"
     "BEGIN";
@@ -113,14 +116,16 @@ std::string fleet_database(const std::vector<FleetRecording>& rows,
     recording << r.result;
     recording.end();
   }
-  Insert device(database, "devices", 9), change(database, "changes", 9),
+  Insert device(database, "devices", 11), change(database, "changes", 12),
       parameter(database, "parameters", 5);
   for (const FleetDevice& d : devices) {
-    device << d.name << d.verdict << d.reason << d.recordings << d.calibrated << d.used << d.birge
-           << d.strength_uT << d.strength_sigma_uT;
+    const auto clear = std::size_t(std::ranges::count_if(d.changes, &FleetChange::clear));
+    device << d.name << d.verdict << d.reason << d.recordings << d.calibrated << d.used << clear
+           << d.changes.size() - clear << d.birge << d.strength_uT << d.strength_sigma_uT;
     device.end();
     for (const FleetChange& c : d.changes) {
-      change << d.name << c.kind << c.what << c.recording << c.date << c.probability;
+      change << d.name << c.kind << c.what << c.recording << c.date << c.size.value << c.size.sigma
+             << c.size.unit << c.probability;
       if (c.recording.empty()) {
         change.nothing(1);
       } else {

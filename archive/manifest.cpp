@@ -7,13 +7,13 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <set>
 
+#include "archive/file_names.h"
+#include "archive/found_files.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 #include "recording/files/read_file.h"
-#include "recording/several_files.h"
 
 namespace magimu {
 namespace {
@@ -89,34 +89,15 @@ std::vector<int> columns_of(const TableRow& head, const std::string& file) {
   return out;
 }
 
-std::string stem_of(const std::string& shown) { return fs::path(shown).stem().string(); }
-
-// "board7-03.csv" -> "board7"; "imu_12.csv" -> "imu".
-std::string name_before_number(const std::string& shown) {
-  const std::string stem = stem_of(shown);
-  const auto dash = stem.find('-');
-  if (dash != std::string::npos && dash > 0) return stem.substr(0, dash);
-  const auto last = stem.find_last_not_of("0123456789");
-  if (last == std::string::npos || last + 1 == stem.size()) return stem;
-  const auto end = stem.find_last_not_of("_. ", last);
-  return end == std::string::npos ? stem : stem.substr(0, end + 1);
-}
-
-void find_devices(std::vector<ManifestEntry>& entries) {
-  std::map<std::string, std::set<std::string>> folders;  // of each file name
-  bool nested = !entries.empty();
-  for (const ManifestEntry& e : entries) {
-    const fs::path path(e.shown);
-    folders[path.filename().string()].insert(path.parent_path().string());
-    nested &= path.has_parent_path();
-  }
-  const bool sessions = !folders.empty() && std::ranges::all_of(folders, [](const auto& f) {
-    return f.second.size() > 1;
-  });
+// What nobody has said: devices, and dates where names have them.
+void guess_what_is_missing(std::vector<ManifestEntry>& entries, const std::string& path) {
   for (ManifestEntry& e : entries) {
-    e.device = sessions ? stem_of(e.shown)
-               : nested ? fs::path(e.shown).begin()->string()
-                        : name_before_number(e.shown);
+    e.device_guessed = e.device.empty();
+    if (e.date.empty()) e.date = date_in_path(e.shown);
+  }
+  const std::vector<DeviceReading> readings = device_readings_of(entries, path);
+  for (std::size_t i = 0; i < entries.size() && !readings.empty(); ++i) {
+    if (entries[i].device_guessed) entries[i].device = readings.front().device[i];
   }
 }
 
@@ -154,49 +135,38 @@ std::vector<ManifestEntry> read_manifest(const std::string& path) {
           rows[r].line, quoted_text(e.date));
     }
     e.path = (folder / e.shown).string();
-    if (e.device.empty()) e.device = name_before_number(e.shown);
     out.push_back(std::move(e));
   }
+  guess_what_is_missing(out, path);
   return out;
 }
 
 std::vector<ManifestEntry> manifest_of_folder(const std::string& path) {
   std::vector<ManifestEntry> out;
-  std::error_code error;
-  const auto add = [&](const fs::path& file) {
-    ManifestEntry e;
-    e.path = file.string();
-    e.shown = file.lexically_relative(path).string();
-    out.push_back(std::move(e));
-  };
-  const auto options = fs::directory_options::skip_permission_denied |
-                       fs::directory_options::follow_directory_symlink;
-  for (fs::recursive_directory_iterator it(path, options, error), end; !error && it != end;
-       it.increment(error)) {
-    const std::string name = it->path().filename().string();
-    const bool folder = it->is_directory(error);
-    if (name.starts_with(".")) {
-      if (folder) it.disable_recursion_pending();
-    } else if (folder && is_folder_of_sensors(it->path().string())) {
-      it.disable_recursion_pending();
-      add(it->path());
-    } else if (!folder) {
-      add(it->path());
-    }
-    if (it.depth() > 64) it.disable_recursion_pending();  // a link to a folder above
-  }
-  if (error) {
-    throw InputError(path, 0, 0, "the folder cannot be read: " + error.message(),
-                     "look at its permissions");
+  for (const std::string& file : files_below(path)) {
+    ManifestEntry& e = out.emplace_back();
+    e.path = file;
+    e.shown = fs::path(file).lexically_relative(path).string();
   }
   std::ranges::sort(out, {}, &ManifestEntry::shown);
-  find_devices(out);
+  guess_what_is_missing(out, path);
   return out;
 }
 
 std::vector<ManifestEntry> manifest_of(const std::string& path) {
   std::error_code error;
   return fs::is_directory(path, error) ? manifest_of_folder(path) : read_manifest(path);
+}
+
+std::vector<DeviceReading> device_readings_of(const std::vector<ManifestEntry>& entries,
+                                              const std::string& path) {
+  std::error_code error;
+  const fs::path folder = fs::is_directory(path, error) ? fs::path(path) : fs::path(path) / "..";
+  const fs::path full = fs::weakly_canonical(folder, error) / "";
+  const std::string whole = full.parent_path().filename().string();
+  std::vector<std::string> shown;
+  for (const ManifestEntry& e : entries) shown.push_back(e.shown);
+  return device_readings(shown, whole.empty() ? "device" : whole);
 }
 
 std::optional<std::vector<std::string>> split_words(const std::string& text) {

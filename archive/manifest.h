@@ -12,14 +12,19 @@
 #include <string>
 #include <vector>
 
+#include "archive/device_readings.h"
+
 namespace magimu {
 
 struct ManifestEntry {
-  std::string path;     // as it can be opened
-  std::string shown;    // relative to the manifest or folder: names it in tables
-  std::string device;   // what shares parameters; of a folder: see manifest_of_folder()
-  std::string place;    // recordings at one place share the field's strength
-  std::string date;     // ISO 8601; the order of the history. Empty: the order of `shown`
+  std::string path;             // as it can be opened
+  std::string shown;            // relative to the manifest or folder: names it in tables
+  std::string device;           // what shares parameters
+  bool device_guessed = false;  // from names: see device_readings_of()
+  std::string place;            // recordings at one place share the field's strength
+  // ISO 8601; the order of the history: as given, else as names have it (date_in_path()). Empty:
+  // the order of `shown`.
+  std::string date;
   std::string options;  // of magimu calibrate, for this recording
   bool unreadable_row = false;
   std::string problem;  // of the row itself
@@ -27,13 +32,15 @@ struct ManifestEntry {
 
 // InputError, naming line and column, where the table cannot be understood as a whole.
 std::vector<ManifestEntry> read_manifest(const std::string& path);
-// Every file below the folder in the order of names, hidden ones left out; a phone's folder is one
-// recording. A file's device is what its name and folder have in common with others': where every
-// file name occurs in several folders, the file's name (a folder a session); else the first folder
-// below the given one; else the file's name up to its first "-" or the trailing number.
+// Every file below the folder (files_below()) in the order of names.
 std::vector<ManifestEntry> manifest_of_folder(const std::string& path);
 // Whichever of the two the path is.
 std::vector<ManifestEntry> manifest_of(const std::string& path);
+
+// The ways in which devices can be told from the entries' names, the most usual first: entries
+// whose device is guessed have the first one's.
+std::vector<DeviceReading> device_readings_of(const std::vector<ManifestEntry>& entries,
+                                              const std::string& path);
 
 // Words of an options field, by blanks; "..." and '...' keep blanks. nullopt: a quote is open.
 std::optional<std::vector<std::string>> split_words(const std::string& text);

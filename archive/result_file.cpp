@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include "archive/sha256.h"
 #include "calibration/result/calibration_json.h"
@@ -40,6 +41,8 @@ std::string result_json(const std::string& name, const ArchiveResult& r, const P
   out["duration_s"] = r.duration_s;
   out["calibration"] = r.calibration;
   out["summary"] = r.summary;
+  if (r.status == ResultStatus::kTooLong) out["limit_s"] = r.limit_s;
+  if (r.status == ResultStatus::kTooLarge) out["limit_megabytes"] = r.limit_megabytes;
   out["provenance"] = {
       {"version", p.version}, {"path", p.path}, {"options", p.options}, {"date", p.date}};
   return out.dump(1, ' ', false, ResultJson::error_handler_t::replace) + "\n";
@@ -61,10 +64,28 @@ ArchiveResult read_result(const std::string& path) {
     out.duration_s = json.at("duration_s").get<double>();
     out.calibration = json.at("calibration");
     out.summary = json.at("summary");
+    out.limit_s = json.value("limit_s", -1.0);
+    out.limit_megabytes = json.value("limit_megabytes", -1.0);
     return out;
   } catch (const nlohmann::json::exception& error) {
     refuse_result(path, error.what());
   }
+}
+
+bool stopped_at_less(const std::string& path, double limit_s, double limit_megabytes) {
+  // The status is among the first lines; a thousand calibrations need not be read for it.
+  std::string head(1000, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), std::streamsize(head.size()));
+  if (head.find("\"status\": \"too_") == std::string::npos) return false;
+  const ArchiveResult result = read_result(path);
+  // Without a limit then, there is no larger one; below 0: nobody knows which there was.
+  const auto larger = [](double now, double then) {
+    return then < 0.0 || (then > 0.0 && (now <= 0.0 || now > then));
+  };
+  if (result.status == ResultStatus::kTooLong) return larger(limit_s, result.limit_s);
+  if (result.status != ResultStatus::kTooLarge) return false;
+  return larger(limit_megabytes, result.limit_megabytes);
 }
 
 DeviceRecording device_recording(const ArchiveResult& result, const std::string& file) {

@@ -28,6 +28,9 @@ struct ArchiveResult {
   std::vector<std::string> found;  // options that the program found by itself, such as units
   double duration_s = 0.0;
   nlohmann::ordered_json calibration, summary;  // null where there is none
+  // Limits that it was made under; 0: none, below: unknown. kTooLong and kTooLarge are tried again
+  // with larger ones.
+  double limit_s = 0.0, limit_megabytes = 0.0;
 };
 
 struct Provenance {
@@ -38,6 +41,10 @@ std::string result_json(const std::string& name, const ArchiveResult& result,
                         const Provenance& provenance);
 // InputError where it is not such a file.
 ArchiveResult read_result(const std::string& path);
+
+// Whether a run with these limits (0: none) may get further than the run that wrote this file: it
+// ended at a limit that is larger now, or nobody knows at which. False where it came to its end.
+bool stopped_at_less(const std::string& path, double limit_s, double limit_megabytes);
 
 // What the device needs of it; status kCalibrated.
 DeviceRecording device_recording(const ArchiveResult& result, const std::string& file);

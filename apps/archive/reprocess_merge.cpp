@@ -6,13 +6,16 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "apps/archive/reprocess_pages.h"
+#include "apps/options/stop_signals.h"
 #include "apps/say/progress.h"
 #include "archive/result_file.h"
 #include "recording/data/error.h"
 #include "recording/files/atomic_file.h"
+#include "recording/files/read_file.h"
 
 namespace magimu::apps {
 namespace {
@@ -87,10 +90,30 @@ std::vector<DeviceRecording> recordings_of(const std::vector<FleetRecording*>& r
   return out;
 }
 
+// Files of an earlier run about devices that are there no more. What is no such file stays.
+void remove_other_devices(const fs::path& folder, const std::vector<std::string>& files) {
+  const std::set<std::string> kept(files.begin(), files.end());
+  std::vector<fs::path> old;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    if (it->path().extension() != ".json" || kept.contains(it->path().stem().string())) continue;
+    const auto json =
+        nlohmann::json::parse(read_file(it->path().string()), nullptr, /*allow_exceptions=*/false);
+    if (json.is_object() && json.contains("device") && json.contains("history")) {
+      old.push_back(it->path());
+    }
+  }
+  for (fs::path path : old) {
+    fs::remove(path, error);
+    fs::remove(path.replace_extension(".html"), error);
+  }
+}
+
 }  // namespace
 
-std::vector<FleetDevice> merge_archive(std::vector<FleetRecording>& rows, const std::string& folder,
-                                       bool quiet) {
+std::optional<std::vector<FleetDevice>> merge_archive(std::vector<FleetRecording>& rows,
+                                                      const std::string& folder,
+                                                      const std::string& devices_by, bool quiet) {
   std::map<std::string, std::vector<FleetRecording*>> by_device;
   for (FleetRecording& row : rows) by_device[row.device].push_back(&row);
   std::vector<std::string> names;
@@ -102,6 +125,7 @@ std::vector<FleetDevice> merge_archive(std::vector<FleetRecording>& rows, const 
   std::vector<std::string> pages;
   ProgressBar bar(!quiet);
   for (std::size_t i = 0; i < names.size(); ++i) {
+    if (stop_requested()) return std::nullopt;
     bar("device " + names[i], double(i) / double(names.size()));
     std::vector<FleetRecording*> calibrated;
     std::vector<DeviceRecording> recordings =
@@ -124,12 +148,13 @@ std::vector<FleetDevice> merge_archive(std::vector<FleetRecording>& rows, const 
     write_atomically((fs::path(folder) / pages.back()).string(), device_page(device, summary, all));
     devices.push_back(std::move(summary));
   }
+  remove_other_devices(devices_folder, files);
   const auto path = [&](const char* name) { return (fs::path(folder) / name).string(); };
   write_atomically(path("recordings.csv"), recordings_csv(rows));
   write_atomically(path("devices.csv"), devices_csv(devices));
   write_atomically(path("changes.csv"), changes_csv(devices));
   write_atomically(path("archive.sqlite"), fleet_database(rows, devices));
-  write_atomically(path("index.html"), fleet_page(rows, devices, pages));
+  write_atomically(path("index.html"), fleet_page(rows, devices, pages, devices_by));
   return devices;
 }
 

@@ -3,6 +3,7 @@
 // holds the summaries of one device only.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,10 @@ namespace magimu::apps {
 
 // rows: path, device, place, date and result (or status and reason) are filled in. Writes
 // devices/NAME.json and .html, recordings.csv, devices.csv, changes.csv, archive.sqlite and
-// index.html in the folder.
-std::vector<FleetDevice> merge_archive(std::vector<FleetRecording>& rows, const std::string& folder,
-                                       bool quiet);
+// index.html in the folder; removes files of devices that are there no more. devices_by: how
+// devices were told, for the page. Nothing: it was asked to stop before the end.
+std::optional<std::vector<FleetDevice>> merge_archive(std::vector<FleetRecording>& rows,
+                                                      const std::string& folder,
+                                                      const std::string& devices_by, bool quiet);
 
 }  // namespace magimu::apps

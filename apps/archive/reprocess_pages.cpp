@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/archive/reprocess_pages.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "apps/page/report.h"
 #include "apps/plot/plot.h"
 #include "apps/say/numbers.h"
+#include "archive/manifest.h"
 
 namespace magimu::apps {
 namespace {
+
+constexpr int kDatesAtMost = 6, kNumbersAtMost = 12;  // labels on an axis of that width
 
 std::string verdict_css(const std::string& verdict) {
   return verdict == "yes"       ? "answer predicts"
@@ -47,6 +52,38 @@ struct HistoryPart {
   std::vector<std::string> labels;
 };
 
+struct HistoryAxis {
+  std::string label;
+  std::vector<double> x;  // of each recording
+  std::vector<plot::Tick> ticks;
+};
+
+// Dates where all recordings have one and days tell them apart, else the recordings' numbers.
+HistoryAxis history_axis(const Device& device) {
+  HistoryAxis out;
+  for (const std::size_t i : device.used) {
+    const std::optional<double> day = days_of(device.recordings[i].date);
+    if (day) out.x.push_back(*day);
+  }
+  const bool dated = out.x.size() == device.used.size();
+  if (dated && out.x.back() - out.x.front() >= kDatesAtMost) {
+    out.label = "date";
+    for (const double day : plot::ticks({out.x.front(), out.x.back()}, kDatesAtMost)) {
+      const std::chrono::sys_days date{std::chrono::days(std::lround(day))};
+      out.ticks.push_back({day, fmt::format("{:%Y-%m-%d}", fmt::gmtime(date))});
+    }
+    return out;
+  }
+  out.label = "recording, in the order of time";
+  out.x.clear();
+  for (std::size_t k = 0; k < device.used.size(); ++k) out.x.push_back(double(k + 1));
+  const std::size_t every = (out.x.size() - 1) / kNumbersAtMost + 1;
+  for (std::size_t k = 0; k < out.x.size(); k += every) {
+    out.ticks.push_back({out.x[k], std::to_string(k + 1)});
+  }
+  return out;
+}
+
 // Differences from the joint estimate at each recording, with two sigmas to both sides, and what
 // each recording says by itself.
 std::string history_picture(const Device& device, const HistoryPart& part) {
@@ -54,7 +91,9 @@ std::string history_picture(const Device& device, const HistoryPart& part) {
                                        plot::Colour::kGreen};
   plot::Chart chart;
   chart.title = part.title;
-  chart.x_label = "recording, in the order of time";
+  const HistoryAxis axis = history_axis(device);
+  chart.x_label = axis.label;
+  chart.x_ticks = axis.ticks;
   chart.y_label = "change, " + part.unit;
   for (std::size_t i = 0; i < part.names.size(); ++i) {
     const auto at = std::ranges::find(device.order, part.names[i]);
@@ -64,7 +103,7 @@ std::string history_picture(const Device& device, const HistoryPart& part) {
     plot::Line own{.colour = kColours[i % 3], .width = 1.0, .dashed = true};
     plot::Band band{.colour = kColours[i % 3]};
     for (std::size_t k = 0; k < device.used.size(); ++k) {
-      const double x = double(k + 1), y = device.at[k][column] - device.joint[column];
+      const double x = axis.x[k], y = device.at[k][column] - device.joint[column];
       const double s = 2.0 * device.sigma[k][column];
       line.x.push_back(x);
       line.y.push_back(y);
@@ -82,8 +121,8 @@ std::string history_picture(const Device& device, const HistoryPart& part) {
     chart.lines.push_back(line);
   }
   for (const FoundChange& f : device.history.changes) {
-    if (f.change.kind != ChangeKind::kStep) continue;
-    chart.stretches.push_back({double(f.change.at), double(f.change.at + 1)});
+    if (f.change.kind != ChangeKind::kStep || !is_clear(f)) continue;
+    chart.stretches.push_back({axis.x[f.change.at - 1], axis.x[f.change.at]});
     chart.stretches_name = "something changed";
   }
   return plot::svg(chart);
@@ -123,13 +162,13 @@ std::vector<HistoryPart> history_parts(const Device& device) {
 
 std::string fleet_page(const std::vector<FleetRecording>& rows,
                        const std::vector<FleetDevice>& devices,
-                       const std::vector<std::string>& page_of) {
+                       const std::vector<std::string>& page_of, const std::string& devices_by) {
   Page page("Archive");
   std::size_t calibrated = 0, yes = 0, changed = 0;
   for (const FleetRecording& r : rows) calibrated += r.calibrated;
   for (const FleetDevice& d : devices) {
     yes += d.verdict == "yes";
-    changed += !d.changes.empty();
+    changed += std::ranges::any_of(d.changes, &FleetChange::clear);
   }
   page.html(wrap(
       "div",
@@ -144,6 +183,7 @@ std::string fleet_page(const std::vector<FleetRecording>& rows,
                fact(std::to_string(changed), "devices whose parameters change"),
            "facts"));
   page.section("Devices");
+  if (!devices_by.empty()) page.paragraph(devices_by);
   std::vector<std::vector<std::string>> cells;
   for (std::size_t i = 0; i < devices.size(); ++i) {
     const FleetDevice& d = devices[i];

@@ -9,10 +9,11 @@
 
 namespace magimu::apps {
 
-// page_of: each device's page, relative to the fleet's.
+// page_of: each device's page, relative to the fleet's. devices_by: how devices were told, empty:
+// somebody has said it.
 std::string fleet_page(const std::vector<FleetRecording>& rows,
                        const std::vector<FleetDevice>& devices,
-                       const std::vector<std::string>& page_of);
+                       const std::vector<std::string>& page_of, const std::string& devices_by);
 std::string device_page(const Device& device, const FleetDevice& summary,
                         const std::vector<const FleetRecording*>& rows);
 

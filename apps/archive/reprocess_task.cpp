@@ -21,6 +21,7 @@
 #include <thread>
 
 #include "apps/archive/reprocess_options.h"
+#include "apps/options/stop_signals.h"
 #include "apps/say/progress.h"
 #include "archive/found_units.h"
 #include "archive/result_file.h"
@@ -85,12 +86,13 @@ ArchiveResult result_of(const ReprocessTask& task) {
   }
 }
 
-void write_result(const ReprocessTask& task, const ArchiveResult& result,
-                  const std::string& version) {
+void write_result(const ReprocessTask& task, ArchiveResult result, const ReprocessLimits& limits) {
+  result.limit_s = limits.seconds;
+  result.limit_megabytes = limits.megabytes;
   write_atomically(task.result,
                    result_json(task.name, result,
-                               {version, task.path, fmt::format("{}", fmt::join(task.options, " ")),
-                                now_text()}));
+                               {limits.version, task.path,
+                                fmt::format("{}", fmt::join(task.options, " ")), now_text()}));
 }
 
 // Of this process, bytes.
@@ -104,6 +106,9 @@ rlim_t address_space() {
                                 int message, pid_t parent) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // with the parent nobody waits for this any more
   if (::getppid() != parent) ::_exit(kNotWritten);
+  // Ctrl-C reaches all processes of a terminal; the parent ends this one.
+  ::signal(SIGINT, SIG_IGN);
+  ::signal(SIGTERM, SIG_DFL);
   if (limits.megabytes > 0.0) {
     // What the program has mapped so far is not the recording's.
     const rlim_t bytes = address_space() + rlim_t(limits.megabytes * 1048576.0);
@@ -116,7 +121,7 @@ rlim_t address_space() {
   try {
     const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                       std::size_t(limits.threads));
-    write_result(task, result_of(task), limits.version);
+    write_result(task, result_of(task), limits);
     ::_exit(kWritten);
   } catch (const std::exception& e) {
     const ssize_t n = ::write(message, e.what(), std::strlen(e.what()));
@@ -154,6 +159,10 @@ class Pool {
         waiting_.pop_front();
       }
       look();
+      if (stop_requested()) {
+        out_.stopped = !running_.empty() || !waiting_.empty();
+        break;
+      }
       if (!tasks_.empty()) {
         bar_(fmt::format("{} of {} recordings", out_.done, tasks_.size()),
              double(out_.done) / double(tasks_.size()));
@@ -240,7 +249,7 @@ class Pool {
 
   void write_instead(const ReprocessTask& task, const ArchiveResult& result) {
     try {
-      write_result(task, result, limits_.version);
+      write_result(task, result, limits_);
       ++out_.done;
     } catch (const InputError& e) {
       out_.cannot_write = e.what();

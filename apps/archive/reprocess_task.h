@@ -28,6 +28,7 @@ struct ReprocessRun {
   std::size_t done = 0;
   // Killed from outside, twice: no result, and no verdict about the recording either.
   std::vector<std::string> unfinished;
+  bool stopped = false;      // on request (stop_signals.h), before all were done
   std::string cannot_write;  // why no result can be written; then the run ended early
 };
 

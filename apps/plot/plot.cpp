@@ -78,7 +78,7 @@ std::string svg(const Chart& chart) {
                frame.right()};
   const Axis y{chart.y_range.value_or(y_extent.range(0.05)), chart.log_y, frame.bottom(),
                frame.top()};
-  frame.x_axis(x, chart.x_label);
+  frame.x_axis(x, chart.x_label, chart.x_ticks);
   frame.y_axis(y, chart.y_label);
   for (const Range& s : chart.stretches) {
     const double width = std::max(1.0, x(s.high) - x(s.low));  // a short one shows, too

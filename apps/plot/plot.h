@@ -38,6 +38,12 @@ struct Band {
   Colour colour = Colour::kBlue;
 };
 
+// A place on an axis, and what is written there.
+struct Tick {
+  double at = 0.0;
+  std::string label;
+};
+
 struct Chart {
   std::string title, x_label, y_label;
   std::vector<Line> lines;
@@ -46,6 +52,7 @@ struct Chart {
   std::string stretches_name;    // in the legend
   // Points beyond a given range are drawn on the frame; nothing given: whatever holds the curves.
   std::optional<Range> x_range, y_range;
+  std::vector<Tick> x_ticks = {};  // none: round numbers
   bool log_x = false, log_y = false;
   double width = 760.0, height = 280.0;  // pixels
 };

@@ -81,11 +81,17 @@ void Frame::y_axis(const Axis& y, const std::string& label) {
            fmt::format(R"~( transform="rotate(-90 14 {:.1f})")~", middle).c_str()));
 }
 
-void Frame::x_axis(const Axis& x, const std::string& label) {
+void Frame::x_axis(const Axis& x, const std::string& label, const std::vector<Tick>& given) {
   const int at_most = std::clamp(int((right() - left()) / kTickWidth), 2, kTicksX);
-  for (const double v : x.log ? log_ticks(x.range) : ticks(x.range, at_most)) {
-    add(segment(x(v), top(), x(v), bottom(), "#e4e4e4"));
-    add(text(x(v), bottom() + 16.0, fmt::format("{:g}", v), "middle"));
+  std::vector<Tick> all = given;
+  if (given.empty()) {
+    for (const double v : x.log ? log_ticks(x.range) : ticks(x.range, at_most)) {
+      all.push_back({v, fmt::format("{:g}", v)});
+    }
+  }
+  for (const Tick& tick : all) {
+    add(segment(x(tick.at), top(), x(tick.at), bottom(), "#e4e4e4"));
+    add(text(x(tick.at), bottom() + 16.0, tick.label, "middle"));
   }
   add(text(0.5 * (left() + right()), height_ - 10.0, label, "middle"));
 }

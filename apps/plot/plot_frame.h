@@ -39,7 +39,8 @@ class Frame {
 
   // Grid lines with their numbers, and what they mean.
   void y_axis(const Axis& y, const std::string& label);
-  void x_axis(const Axis& x, const std::string& label);
+  // given: instead of round numbers.
+  void x_axis(const Axis& x, const std::string& label, const std::vector<Tick>& given = {});
   std::string finish() const;
 
  private:

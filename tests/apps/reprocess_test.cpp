@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // `magimu reprocess` as a lab meets it: files of all kinds, crashes, full disks, a second run.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
@@ -99,6 +100,9 @@ TEST(Reprocess, a_recording_that_takes_too_long_or_too_much_memory_is_a_row) {
   simulate_board(magimu, "in");
   ASSERT_EQ(magimu("reprocess in -o late --time-limit 0.01").exit_code, kDone);
   EXPECT_THAT(magimu.text("late/recordings.csv"), HasSubstr(",too_long,"));
+  EXPECT_THAT(magimu("reprocess in -o late --time-limit 0.01").out, HasSubstr("Nothing to do"));
+  ASSERT_EQ(magimu("reprocess in -o late --time-limit 600").exit_code, kDone);
+  EXPECT_THAT(magimu.text("late/recordings.csv"), testing::Not(HasSubstr(",too_long,")));
 #ifndef __SANITIZE_ADDRESS__
   ASSERT_EQ(magimu("reprocess in -o large --memory-limit 8").exit_code, kDone);
   EXPECT_THAT(magimu.text("large/recordings.csv"), testing::Not(HasSubstr(",calibrated,")));
@@ -141,6 +145,108 @@ TEST(Reprocess, ends_where_results_cannot_be_written_and_loses_nothing) {
     ASSERT_EQ(magimu("reprocess in -o out").exit_code, kDone);
     EXPECT_EQ(results_in(magimu, "out"), 2u);
   }
+}
+
+TEST(Reprocess, what_is_gone_leaves_no_device_and_what_it_wrote_is_no_recording) {
+  const Program magimu;
+  std::filesystem::create_directories(magimu.folder().path("in/a"));
+  std::filesystem::create_directories(magimu.folder().path("in/b"));
+  magimu.folder().write("in/a/1.csv", "x\n");
+  magimu.folder().write("in/b/1.csv", "y\n");
+  std::filesystem::create_directory_symlink("..", magimu.folder().path("in/a/loop"));
+  const Outcome first = magimu("reprocess in -o in/out");
+  ASSERT_EQ(first.exit_code, kDone) << first.err;
+  EXPECT_THAT(first.out, HasSubstr("2 recordings:"));
+  EXPECT_THAT(first.out, HasSubstr("2 files: a/1.csv, b/1.csv (refused)"));
+  EXPECT_THAT(first.out, HasSubstr("each first folder is a device"));
+  EXPECT_TRUE(magimu.has("in/out/devices/b.json"));
+  std::filesystem::remove_all(magimu.folder().path("in/b"));
+  ASSERT_EQ(magimu("reprocess in -o in/out").exit_code, kDone);
+  EXPECT_FALSE(magimu.has("in/out/devices/b.json"));
+  EXPECT_FALSE(magimu.has("in/out/devices/b.html"));
+  // An output that this run does not write to.
+  EXPECT_THAT(magimu("reprocess in -o elsewhere").out, HasSubstr("1 recordings:"));
+  for (const char* out : {"in", "."}) {
+    const Outcome refused = magimu(std::string("reprocess in -o ") + out);
+    EXPECT_EQ(refused.exit_code, kUnusable);
+    EXPECT_THAT(refused.err, HasSubstr("-o in-results"));
+  }
+}
+
+TEST(Reprocess, devices_in_one_folder_are_told_apart_or_doubted) {
+  const Program magimu;
+  for (const char* folder : {"flat", "logs"}) {
+    std::filesystem::create_directory(magimu.folder().path(folder));
+  }
+  for (const int day : {1, 2}) {
+    for (const int device : {1, 2}) {
+      const std::string name = fmt::format("flat/2024-0{}-10_board{}.csv", day, device);
+      ASSERT_EQ(magimu(fmt::format("simulate -o {} --motion hand --rate 20 --seed {} --device {} "
+                                   "--duration 60 -q",
+                                   name, 10 * day + device, device))
+                    .exit_code,
+                kDone);
+      std::filesystem::copy_file(
+          magimu.folder().path(name),
+          magimu.folder().path(fmt::format("logs/log{}.csv", 2 * day + device)));
+    }
+  }
+  const Outcome named = magimu("reprocess flat -o out");
+  ASSERT_EQ(named.exit_code, kDone) << named.err;
+  EXPECT_TRUE(magimu.has("out/devices/board1.json")) << named.out;
+  EXPECT_TRUE(magimu.has("out/devices/board2.json"));
+  EXPECT_THAT(magimu.text("out/recordings.csv"),
+              HasSubstr("2024-01-10_board1.csv,board1,,2024-01-10,calibrated,"));
+  const Outcome mixed = magimu("reprocess logs -o mixed");
+  EXPECT_THAT(mixed.out, HasSubstr("These are recordings of 2 devices")) << mixed.out;
+  EXPECT_THAT(mixed.out, HasSubstr("(log3.csv, log5.csv) and (log4.csv, log6.csv)"));
+  EXPECT_THAT(magimu.text("mixed/devices.csv"), testing::Not(HasSubstr("log,yes,")));
+  // Names that mix devices are overruled by what is in the recordings.
+  std::filesystem::create_directories(magimu.folder().path("fleet/x1"));
+  std::filesystem::create_directories(magimu.folder().path("fleet/x2"));
+  for (const int day : {1, 2}) {
+    for (const int device : {1, 2}) {
+      std::filesystem::copy_file(
+          magimu.folder().path(fmt::format("logs/log{}.csv", 2 * day + device)),
+          magimu.folder().path(
+              fmt::format("fleet/x{}/{}.csv", day, device == 1 ? "left_a" : "right_b")));
+    }
+  }
+  for (const int day : {1, 2}) {
+    for (const int device : {1, 2}) {  // named as if by device, and in folders by device
+      const std::string folder = fmt::format("drones/x{}", device);
+      std::filesystem::create_directories(magimu.folder().path(folder));
+      std::filesystem::copy_file(
+          magimu.folder().path(fmt::format("logs/log{}.csv", 2 * day + device)),
+          magimu.folder().path(fmt::format("{}/{}.csv", folder, day == 1 ? "up" : "down")));
+    }
+  }
+  EXPECT_THAT(magimu("reprocess fleet -o fleet_out").out, HasSubstr("confirm it"));
+  EXPECT_TRUE(magimu.has("fleet_out/devices/left_a.json"));
+  EXPECT_THAT(magimu("reprocess drones -o drones_out").out, HasSubstr("would mix recordings"));
+  EXPECT_TRUE(magimu.has("drones_out/devices/x1.json"));
+}
+
+TEST(Reprocess, says_after_ctrl_c_that_what_is_done_is_kept) {
+  const Program magimu;
+  simulate_board(magimu, "in");
+  test::Child child(magimu.folder(), {"reprocess", "in", "-o", "out", "-j", "1"});
+  ASSERT_TRUE(test::eventually([&] { return magimu.has("out/results"); }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  child.kill(SIGINT);
+  EXPECT_EQ(child.wait(), kNoAnswer);
+  EXPECT_THAT(magimu.text(".err"), HasSubstr("the same command goes on from here"));
+}
+
+TEST(Reprocess, a_recording_that_is_given_twice_to_calibrate_counts_once) {
+  const Program magimu;
+  ASSERT_EQ(magimu("simulate -o a.csv --motion hand --rate 20 -q").exit_code, kDone);
+  std::filesystem::copy_file(magimu.folder().path("a.csv"), magimu.folder().path("copy.csv"));
+  ASSERT_EQ(magimu("calibrate a.csv -o one.json -q").exit_code, kDone);
+  const Outcome run = magimu("calibrate a.csv copy.csv a.csv -o two.json");
+  EXPECT_THAT(run.out, HasSubstr("copy.csv has the same bytes"));
+  EXPECT_THAT(run.out, HasSubstr("a.csv: it was given twice"));
+  EXPECT_EQ(magimu.json("one.json")["covariance"], magimu.json("two.json")["covariance"]);
 }
 
 TEST(Reprocess, wrong_usage_says_what_is_wrong) {

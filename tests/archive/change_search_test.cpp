@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 
+#include "archive/change_size.h"
 #include "tests/archive/change_problems.h"
 
 namespace magimu {
@@ -82,6 +83,38 @@ TEST(ChangeSearch, finds_two_steps_at_their_dates) {
   std::vector<std::size_t> dates;
   for (const FoundChange& c : history.changes) dates.push_back(c.change.at);
   EXPECT_THAT(dates, testing::UnorderedElementsAre(4u, 9u));
+}
+
+TEST(ChangeSearch, a_huge_step_has_a_probability_of_one_at_most_and_its_own_size) {
+  std::vector<VectorXd> truth = unchanging();
+  const DrawnDevice plain = draw_device(truth, 31);
+  const VectorXd step = test::step_of(plain, 1e5, 3);
+  for (std::size_t k = 5; k < kRecordings; ++k) truth[k] += step;
+  const ChangeProblem problem = draw_device(truth, 31).problem;
+  const ChangeHistory history = find_changes(problem);
+  ASSERT_FALSE(history.changes.empty());
+  const FoundChange& found = history.changes.front();
+  EXPECT_LE(found.probability, 1.0);
+  EXPECT_LE(found.date_probability, 1.0);
+  EXPECT_GT(found.change.size, 1e4);
+  EXPECT_LT(found.change.size, 1e6);
+  const VectorXd one = VectorXd::Ones(step.size());
+  const ChangeSize size = size_of_change(problem, history, 0, one, one, 1.0);
+  EXPECT_NEAR(size.value, step.norm(), 4.0 * size.sigma);
+  EXPECT_LT(size.sigma, 1e-3 * size.value);
+}
+
+TEST(ChangeSearch, a_drift_has_its_size_from_first_to_last) {
+  std::vector<VectorXd> truth = unchanging();
+  const VectorXd whole = test::step_of(draw_device(truth, 7), 40.0, 7);
+  for (std::size_t k = 0; k < kRecordings; ++k) truth[k] += whole * double(k) / (kRecordings - 1);
+  const ChangeProblem problem = draw_device(truth, 7).problem;
+  const ChangeHistory history = find_changes(problem);
+  ASSERT_EQ(history.changes.size(), 1u);
+  const VectorXd one = VectorXd::Ones(whole.size());
+  const ChangeSize size = size_of_change(problem, history, 0, one, one, 1.0);
+  EXPECT_NEAR(size.value, whole.norm(), 4.0 * size.sigma);
+  EXPECT_LT(size.sigma, 0.2 * size.value);
 }
 
 TEST(ChangeSearch, one_recording_has_no_history) {

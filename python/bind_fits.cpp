@@ -226,9 +226,9 @@ py::tuple diagnosed(const Recordings& recordings, const ModelOptions& model,
     o.progress = [&](const std::string&, double) { interruption.stop_if_requested(); };
     const Diagnosis d = diagnose(recordings, o);
     const auto fitted = [](const Calibration& c) {
-      auto out = std::make_shared<Fitted>();
-      out->calibration = c;
-      return out;
+      auto made = std::make_shared<Fitted>();
+      made->calibration = c;
+      return made;
     };
     return Out{to_json(d).dump(2, ' ', false, kReplace), apps::diagnosis_report(d),
                fitted(d.before), fitted(d.after)};

@@ -157,9 +157,9 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
                         .needs = "the sensor hardly turned"});
     }
   }
-  if (const auto f = find_passing_source(recordings, extender.stage()); f && turned) {
-    d.findings.push_back(*f);
-  }
+  const PassingSource passing =
+      turned ? find_passing_source(recordings, extender.stage()) : PassingSource{};
+  if (passing.finding) d.findings.push_back(*passing.finding);
   progress("looking at the noise", 0.7);
   find_noise(full, pipeline, options, extender, d);
   if (turned) {
@@ -169,6 +169,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   progress("what is left?", 0.85);
   Dependences dependences;
   if (turned) dependences = find_unexplained(recordings, full, options, extender, d);
+  if (!passing.of_device.empty()) add_evidence(d, Channel::kMag, passing.of_device);
   withdraw_other_lines(few.get(), d);
   withdraw_contradicted(given, d);
   extender.keep_named();

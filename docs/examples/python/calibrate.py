@@ -10,7 +10,7 @@ import numpy as np
 
 import magimu
 
-made = magimu.simulate(motion="hand", rate=100, duration=100, seed=7)
+made = magimu.simulate(motion="hand", rate=100, duration=100, seed=8)
 t, acc = made.recording.acc.t, made.recording.acc.v  # s; m/s^2, shape (n, 3)
 gyr, mag = made.recording.gyr.v, made.recording.mag.v  # rad/s; uT
 

@@ -12,6 +12,7 @@
 #include "recording/csv/csv_columns.h"
 #include "recording/csv/one_clock.h"
 #include "recording/data/error.h"
+#include "recording/data/told_units.h"
 #include "recording/files/read_file.h"
 #include "recording/files/zip_archive.h"
 #include "recording/logs/logs.h"
@@ -143,6 +144,7 @@ bool shares_sensor(const Recording& a, const Recording& b) {
 Recording read_recording(const std::string& path, const CsvOptions& options) {
   Recording out = read_at_depth(path, path, options, 0);
   out.name = base_name(path);
+  tell_units(out.file_units, options.acc_unit, options.gyr_unit, options.mag_unit);
   return out;
 }
 

@@ -16,6 +16,7 @@
 #include "graph/decompositions.h"
 #include "recording/checks/quality_checks.h"
 #include "recording/checks/turn_regression.h"
+#include "recording/data/told_units.h"
 #include "recording/data/units.h"
 #include "statistics/quantiles.h"
 
@@ -37,7 +38,11 @@ constexpr double kNearRate = 0.1;
 // How well directions tell the rate, and what odds it gives that readings are whole numbers, or are
 // not, for counts of a converter against a unit.
 constexpr double kRateSigma = 0.02, kOdds = 10.0;
-constexpr double kLeastField = 5.0;  // uT: less has no magnetometer on earth
+// The accelerometer's quietest moments are gravity to this part where a hand never rests, and to
+// this part, its bias, where it does.
+constexpr double kNoRest = 0.4, kBiasAtRest = 0.15;
+constexpr double kLeastCounts = 200.0;  // a g: the coarsest converter has 256
+constexpr double kLeastField = 5.0;     // uT: less has no magnetometer on earth
 // The earth's field has 22 to 67 uT, soft iron changes it by half at the most, and hardly ever by
 // more than this part.
 constexpr double kLeastEarth = 22.0, kMostEarth = 67.0, kUsualSoftIron = 0.15;
@@ -121,58 +126,63 @@ std::string unit_text(const std::string& quantity, double in_ours, double near =
   return fmt::format("{:.6g}", in_ours);
 }
 
-// The half of the numbers that lies closest together, again and again until few are left, and their
-// median: of gravity's length what the moments say in which a hand does not swing the sensor.
-double most_frequent(std::vector<double> x) {
-  std::ranges::sort(x);
-  for (std::size_t least = std::max<std::size_t>(x.size() / 10, 20); x.size() / 2 >= least;) {
-    const std::size_t half = x.size() / 2;
-    std::size_t best = 0;
-    for (std::size_t k = 0; k + half < x.size(); ++k) {
-      if (x[k + half] - x[k] < x[best + half] - x[best]) best = k;
-    }
-    x = std::vector<double>(x.begin() + std::ptrdiff_t(best),
-                            x.begin() + std::ptrdiff_t(best + half));
-  }
-  return median(std::move(x));
-}
+// What is read in the stretches that scatter least.
+struct Quietest {
+  double length = 0.0;   // of their means; the median of them
+  bool at_rest = false;  // whether they are rests: what is read there hardly scatters
+};
 
-// Length of what is read in the stretches that scatter least: there the hand is at rest, or nearly.
-double length_at_rest(const VectorSeries& s) {
+Quietest quietest_of(const VectorSeries& s) {
   constexpr std::size_t kStretch = 20, kFewest = 3;  // samples; stretches
+  constexpr double kStretchSeconds = 0.2;            // at least: a hand's motion shows in it
   constexpr double kShare = 0.04;                    // of all stretches
-  std::vector<std::pair<double, double>> stretches;  // scatter and length
-  for (std::size_t k = 0; k + kStretch <= s.size(); k += kStretch) {
+  constexpr double kAsQuiet = 4.0, kScatterAtRest = 0.05;
+  const auto in_time = std::size_t(kStretchSeconds * s.rate_hz());
+  const std::size_t size = std::clamp(in_time, kStretch, std::max(kStretch, s.size() / 8));
+  std::vector<std::pair<double, double>> stretches;  // squared scatter of a sample, and length
+  for (std::size_t k = 0; k + size <= s.size(); k += size) {
     Vector3 mean = Vector3::Zero();
     double squares = 0.0;
-    for (std::size_t i = k; i < k + kStretch; ++i) mean += s.v[i] / double(kStretch);
-    for (std::size_t i = k; i < k + kStretch; ++i) squares += (s.v[i] - mean).squaredNorm();
-    stretches.emplace_back(squares, mean.norm());
+    for (std::size_t i = k; i < k + size; ++i) mean += s.v[i] / double(size);
+    for (std::size_t i = k; i < k + size; ++i) squares += (s.v[i] - mean).squaredNorm();
+    stretches.emplace_back(squares / double(size), mean.norm());
   }
+  if (stretches.empty()) return {};
   std::ranges::sort(stretches);
-  const auto n = std::max(kFewest, std::size_t(kShare * double(stretches.size())));
+  const std::size_t few = std::min(kFewest, stretches.size());
+  const auto most = std::max(few, std::size_t(kShare * double(stretches.size())));
   std::vector<double> lengths;
-  for (std::size_t i = 0; i < std::min(n, stretches.size()); ++i) {
+  for (std::size_t i = 0; i < most; ++i) {
+    // With few rests the 4 % reach into the motion.
+    if (i >= few && stretches[i].first > kAsQuiet * stretches[few - 1].first) break;
     lengths.push_back(stretches[i].second);
   }
-  return median(std::move(lengths));
+  const double length = median(std::move(lengths));
+  return {length, std::sqrt(stretches[few - 1].first) < kScatterAtRest * length};
 }
+
+double length_at_rest(const VectorSeries& s) { return quietest_of(s).length; }
 
 std::vector<Issue> check_acc(const Recording& r) {
   std::vector<double> lengths;
   for (const Vector3& v : r.acc.v) lengths.push_back(v.norm());
-  const double usual = median(std::vector<double>(lengths)), given = file_unit(r, "acc");
+  const double usual = median(std::move(lengths)), given = file_unit(r, "acc");
+  // At rest it measures gravity, or nothing: rests decide, and not the usual length, which in
+  // vigorous motion may be several g.
+  const Quietest quiet = r.acc.size() < 100 ? Quietest{usual, false} : quietest_of(r.acc);
+  if (usual > 5.0 && usual < 20.0 && !quiet.at_rest) return {};
   const auto reads = [&](const std::string& meaning) {
-    return fmt::format("the accelerometer usually reads {:.4g}, not gravity's 9.81 m/s^2{}", usual,
-                       meaning);
+    const std::string rest = quiet.at_rest ? fmt::format(" and at rest {:.4g}", quiet.length) : "";
+    return fmt::format("the accelerometer usually reads {:.4g}{}, not gravity's 9.81 m/s^2{}",
+                       usual, rest, meaning);
   };
-  if (usual > 5.0 && usual < 20.0) return {};
-  // At rest it measures gravity, or nothing.
-  const double at_rest = r.acc.size() < 100 ? usual : length_at_rest(r.acc);
-  const double unit = given * kGravity / at_rest;  // that makes it gravity
-  // g and mg leave room for a hand that never rests.
-  for (const auto& [name, size] : {std::pair("g", kGravity), std::pair("mg", 1e-3 * kGravity)}) {
-    if (std::abs(unit / size - 1.0) > 0.4 || std::abs(given / size - 1.0) < kNear) continue;
+  const double unit = given * kGravity / quiet.length;  // that makes it gravity
+  // Units leave room for a hand that never rests.
+  const auto may_be = [&](double size) { return std::abs(unit / size - 1.0) <= kNoRest; };
+  if (may_be(given)) return {};
+  for (const auto& [name, size] :
+       {std::pair("m/s^2", 1.0), {"g", kGravity}, {"mg", 1e-3 * kGravity}}) {
+    if (!may_be(size) || std::abs(given / size - 1.0) < kNear) continue;
     return {unit_issue(r, "acc", "acc", reads(fmt::format(": it is in {}", name)), name)};
   }
   if (usual < 5.0 && given == 1.0) {
@@ -182,12 +192,23 @@ std::vector<Issue> check_acc(const Recording& r) {
          "record the accelerometer itself (with gravity; Sensor Logger: total acceleration), or "
          "give its unit, --unit acc=... (in memory: multiply acc by that unit in m/s^2)"}};
   }
-  const double quiet = most_frequent(std::move(lengths));
-  const double counts = snapped(kAccCounts, quiet / given);  // a g
-  return {unit_issue(
-      r, "acc", "acc",
-      reads(fmt::format("; perhaps these are counts of the converter, {:.0f} a g", counts)),
-      fmt::format("{:.6g} (one count in m/s^2)", kGravity / counts))};
+  const double in_file = quiet.length / given;
+  if (in_file > kLeastCounts) {
+    const double counts = snapped(kAccCounts, in_file);  // a g
+    return {unit_issue(
+        r, "acc", "acc",
+        reads(fmt::format("; perhaps these are counts of the converter, {:.0f} a g", counts)),
+        fmt::format("{:.6g} (one count in m/s^2)", kGravity / counts))};
+  }
+  if (quiet.at_rest) {
+    return {unit_issue(r, "acc", "acc", reads("; no usual unit fits"),
+                       fmt::format("{:.6g} (that makes gravity of the rests)", unit))};
+  }
+  return {{"gravity", "acc", -1, Severity::kCaution, 0.0, 0.0,
+           reads(fmt::format(", and {:.4g} where it changes least: either it never rests, or its "
+                             "unit is another one",
+                             quiet.length)),
+           "let it lie still for three seconds, which tells; or give its unit, --unit acc=..."}};
 }
 
 // In many attitudes gravity has one length, whatever the bias: a sphere, whose radius is the scale.
@@ -232,6 +253,8 @@ std::vector<Issue> check_acc_scale(const Recording& r) {
     scatter += std::pow((f - centre).norm() - radius, 2) / double(n);
   }
   const double sigma = std::sqrt(double(kGroups - 1) / kGroups * sum);
+  // Accelerations of several g have a sphere of their own.
+  if (std::abs(radius / length_at_rest(r.acc) - 1.0) > kBiasAtRest) return {};
   const double swung = 1.5 * scatter / radius, off = std::abs(radius - kGravity) - swung;
   // A sensor that is swung tells nothing: its accelerations follow its attitude.
   if (!(off > std::max({kLeast * kGravity, kSigmas * sigma, 3.0 * std::sqrt(scatter)}))) return {};
@@ -324,7 +347,6 @@ std::optional<Issue> check_normalised(const std::string& name, const VectorSerie
 
 // Whether accelerometer and gyroscope are read as a converter counts: then so is the magnetometer.
 bool counts_of_converters(const Recording& r) {
-  constexpr double kLeastCounts = 200.0;  // a g: the coarsest converter has 256
   if (r.acc.size() < kEnough || r.gyr.size() < kEnough) return false;
   const double acc = file_unit(r, "acc"), a_g = length_at_rest(r.acc) / acc;
   const bool mg = std::abs(a_g / 1000.0 - 1.0) < kNear;
@@ -440,12 +462,15 @@ VectorSeries without_clipped(const VectorSeries& s) {
   return out;
 }
 
-// What the gyroscope reads over the true rate, by the other sensors' directions; 0: not known.
-double gyroscope_gain(const Recording& r) {
-  struct Seen {
-    double gain, sigma;
-  };
-  std::vector<Seen> seen;
+// What the gyroscope reads over the true rate, by the other sensors' directions, and its standard
+// error.
+struct GyroscopeGain {
+  double gain, sigma;
+};
+
+// Empty: it is in order, or not known.
+std::optional<GyroscopeGain> gyroscope_gain(const Recording& r) {
+  std::vector<GyroscopeGain> seen;
   const VectorSeries gyr = without_clipped(r.gyr);
   const auto look = [&](const VectorSeries& directions, bool offset_unknown) {
     if (directions.size() < kEnough) return;
@@ -456,23 +481,26 @@ double gyroscope_gain(const Recording& r) {
   };
   look(r.acc, false);
   if (!r.mag.empty()) look(r.mag.front(), true);
-  if (seen.empty()) return 0.0;
+  if (seen.empty()) return std::nullopt;
   // One sensor that disagrees with the other has a fault of its own: nothing is said then.
-  for (const Seen& s : seen) {
+  for (const GyroscopeGain& s : seen) {
     const double size = std::abs(std::log(s.gain));
-    if (size < std::log(kWrongScale) || size < kSigmas * s.sigma / s.gain) return 0.0;
-    if (std::abs(std::log(s.gain / seen.front().gain)) > std::log(kWrongScale)) return 0.0;
+    if (size < std::log(kWrongScale) || size < kSigmas * s.sigma / s.gain) return std::nullopt;
+    if (std::abs(std::log(s.gain / seen.front().gain)) > std::log(kWrongScale)) return std::nullopt;
   }
-  return std::ranges::min_element(seen, {}, [](const Seen& s) { return s.sigma / s.gain; })->gain;
+  return *std::ranges::min_element(seen, {},
+                                   [](const GyroscopeGain& s) { return s.sigma / s.gain; });
 }
 
 std::vector<Issue> check_gyr(const Recording& r) {
-  const double gain = gyroscope_gain(r);
-  if (gain == 0.0) return {};
+  const std::optional<GyroscopeGain> seen = gyroscope_gain(r);
+  if (!seen) return {};
+  const double gain = seen->gain;
   const double given = file_unit(r, "gyr"), unit = given / gain;  // that makes it the true rate
   const std::string turns = fmt::format(
-      "the gyroscope reads {:.4g} times the rate at which the other sensors' directions turn",
-      gain);
+      "the gyroscope reads {:.4g} +- {:.2g} times the rate at which the other sensors' directions "
+      "turn",
+      gain, seen->sigma);
   const std::string name = unit_text("gyr", unit, kNearRate);
   const double of_converter = nearest(kGyrCounts, kDeg / unit);
   const auto off = [&](double a, double b) { return std::pow(std::log(a / b), 2); };
@@ -502,21 +530,32 @@ std::vector<Issue> check_gyr(const Recording& r) {
       fmt::format("{:.6g} (one count in rad/s)", kDeg / counts))};
 }
 
+// A unit that the user gave by an option is believed: what speaks against it is told and refuses
+// nothing. Only whoever wrote the file knows better than the readings.
+Issue as_told(Issue issue, const Recording& r, const std::string& quantity) {
+  if (issue.severity != Severity::kFatal || issue.kind == "normalised") return issue;
+  if (!unit_was_told(r.file_units, quantity)) return issue;
+  issue.severity = Severity::kCaution;
+  issue.remedy = fmt::format("the unit that was given, {}, is believed; else: {}",
+                             unit_text(quantity, file_unit(r, quantity)), issue.remedy);
+  return issue;
+}
+
 }  // namespace
 
 std::vector<Issue> check_units(const Recording& r) {
   std::vector<Issue> issues;
-  const auto add = [&issues](std::vector<Issue>&& more) {
-    issues.insert(issues.end(), more.begin(), more.end());
+  const auto add = [&](const char* quantity, std::vector<Issue>&& more) {
+    for (Issue& issue : more) issues.push_back(as_told(std::move(issue), r, quantity));
   };
   if (r.acc.size() >= kEnough) {
     const std::vector<Issue> wrong = check_acc(r);
-    add(wrong.empty() ? check_acc_scale(r) : std::vector<Issue>(wrong));
+    add("acc", wrong.empty() ? check_acc_scale(r) : std::vector<Issue>(wrong));
   }
-  if (r.gyr.size() >= kEnough) add(check_gyr(r));
+  if (r.gyr.size() >= kEnough) add("gyr", check_gyr(r));
   for (std::size_t i = 0; i < r.mag.size(); ++i) {
     const std::string name = i < r.mag_names.size() ? r.mag_names[i] : "mag";
-    if (r.mag[i].size() >= kEnough) add(check_mag(r, name, r.mag[i]));
+    if (r.mag[i].size() >= kEnough) add("mag", check_mag(r, name, r.mag[i]));
   }
   return issues;
 }

@@ -18,10 +18,12 @@ constexpr std::size_t kEnoughPairs = 60;  // three equations each for at most 21
 // rad from block to block, nine in ten: second-order terms, a twelfth of the square, stay below 1
 // %.
 constexpr double kLargeTurn = 0.3;
-constexpr double kLongestBlock = 1.0;      // s
-constexpr double kLeastTurnShare = 0.02;   // of the squared turns, about the least turned axis
-constexpr double kLeastVariation = 0.1;    // of the squared rates, about their mean
-constexpr double kHuber = 3.0;             // robust standard deviations
+constexpr double kLongestBlock = 1.0;     // s
+constexpr double kLeastTurnShare = 0.02;  // of the squared turns, about the least turned axis
+constexpr double kLeastVariation = 0.1;   // of the squared rates, about their mean
+constexpr double kHuber = 3.0;            // robust standard deviations
+// Of gravity: bias of an accelerometer. Data sheets allow 20 to 80 mg, old parts 150.
+constexpr double kAccOffset = 0.05;
 constexpr double kRobustToSigma = 1.4826;  // of a normal distribution's absolute values
 
 // Integral of the gyroscope's readings, axis by axis; times without samples count nothing.
@@ -195,6 +197,13 @@ struct Equations {
       h[group] += weight[i] * A.transpose() * pairs[i].du;
     }
   }
+  // How far the first unknown moves with unknowns that were left out, each of them of this standard
+  // deviation. beside: their columns against those here, weighted.
+  double moved_by(const MatrixXd& beside, double sigma) const {
+    MatrixXd all = MatrixXd::Zero(H[0].rows(), H[0].cols());
+    for (const MatrixXd& group : H) all += group;
+    return sigma * MatrixXd(all.ldlt().solve(beside)).row(0).norm();
+  }
   // leave_out: a group; kGroups: none.
   MatrixXd solve(std::size_t leave_out = kGroups) const {
     MatrixXd all = MatrixXd::Zero(H[0].rows(), H[0].cols()), right = MatrixXd::Zero(H[0].rows(), 1);
@@ -246,6 +255,17 @@ std::optional<TurnRegression> regress_turns(const VectorSeries& gyr, const Vecto
       sum += std::pow(equations.solve(g)(0, 0) - theta(0, 0), 2);
     }
     out.sigma = std::sqrt(double(kGroups - 1) / kGroups * sum);
+    if (!offset_unknown) {
+      // The centre of what an accelerometer's directions run through is known to its bias only. On
+      // a turntable gravity runs through a circle hardly larger than that, whose radius is then
+      // anything, and the scale with it.
+      MatrixXd beside = MatrixXd::Zero(theta.rows(), 3);
+      for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const Matrix3 of_offset = cross_matrix(Q * pairs[i].phi);
+        beside += weight[i] * columns(pairs[i]).transpose() * MatrixXd(of_offset);
+      }
+      out.sigma = std::hypot(out.sigma, equations.moved_by(beside, out.scale * kAccOffset));
+    }
     std::vector<double> left;
     double squares = 0.0, residual = 0.0;
     for (std::size_t i = 0; i < pairs.size(); ++i) {

@@ -13,8 +13,10 @@
 namespace magimu {
 
 struct TurnRegression {
-  double scale = 1.0;      // true rate over the gyroscope's reading: cube root of |det M|
-  double sigma = 0.0;      // standard error of scale (jackknife over eight stretches of time)
+  double scale = 1.0;  // true rate over the gyroscope's reading: cube root of |det M|
+  // Standard error of scale: jackknife over eight stretches of time, and what an accelerometer's
+  // unknown bias makes of it, which is nearly all where gravity hardly changes in the sensor.
+  double sigma = 0.0;
   double explained = 0.0;  // share of the squared changes of direction that the gyroscope explains
 };
 

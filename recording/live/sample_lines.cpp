@@ -12,6 +12,7 @@
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 #include "recording/data/row_times.h"
+#include "recording/data/told_units.h"
 
 namespace magimu {
 namespace {
@@ -201,6 +202,7 @@ void SampleLines::take_columns(CsvParser parser) {
   mag_names_ = row.mag_names;
   notes_ = row.notes;
   file_units_ = row.file_units;
+  tell_units(file_units_, options_.csv.acc_unit, options_.csv.gyr_unit, options_.csv.mag_unit);
   if (options_.recognise_times || options_.csv.rate_hz) {
     times_ = StreamTimes(parser.columns(), options_.csv);
   }

@@ -106,6 +106,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   const auto progress = [&](const std::string& what, double share) {
     if (options.progress) options.progress(what, share);
   };
+  for (const Recording* r : given) refuse_mostly_set_aside(*r);
   const CheckedRecordings checked(given, {.keep_clipped_mag = true});
   const CalibrationOptions calibration = calibration_options(options);
   Diagnosis d;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "recording/checks/quality_checks.h"
 #include "recording/data/units.h"
@@ -78,6 +79,51 @@ Issue gap_issue(const NamedSeries& sensor, std::vector<Gap> gaps, double usual) 
   return issue;
 }
 
+// How far intervals differ from the usual one, of which one in twenty differs by more; a share.
+double spread_of(std::vector<double> dt, double usual, double allowed) {
+  for (double& d : dt) d = std::max(0.0, std::abs(d - usual) - allowed) / usual;
+  return quantile(std::move(dt), 0.95);
+}
+
+// A slower sensor whose readings stand in the rows of a steady faster one is written in the first
+// row after it measured. Each interval is then right to one row, however its own rate divides.
+std::optional<Issue> written_in_rows(const NamedSeries& sensor, const std::vector<double>& dt,
+                                     const VectorSeries& rows) {
+  constexpr double kSlower = 1.1;     // rows an interval
+  constexpr double kSameTime = 1e-3;  // of a row
+  constexpr double kOneRow = 1.05;    // rows are steady to some per cent
+  const std::vector<double> between = intervals(rows);
+  if (sensor.series == &rows || between.size() < 20) return std::nullopt;
+  const double row = median(std::vector<double>(between));
+  const double usual = median(std::vector<double>(dt));
+  double sum = 0.0, count = 0.0;
+  for (const double d : dt) {
+    if (d > kGapIntervals * usual) continue;
+    sum += d;
+    ++count;
+  }
+  const double own = sum / std::max(count, 1.0);
+  if (own < kSlower * row || spread_of(between, row, 0.0) > kJitter) return std::nullopt;
+  for (const double t : sensor.series->t) {
+    const auto next = std::ranges::lower_bound(rows.t, t - kSameTime * row);
+    const bool in_a_row = next != rows.t.end() && *next < t + kSameTime * row;
+    const bool inside = t > rows.t.front() && t < rows.t.back();
+    if (inside && !in_a_row) return std::nullopt;
+  }
+  if (spread_of(dt, own, kOneRow * row) > kJitter) return std::nullopt;
+  return Issue{"jitter",
+               sensor.name,
+               -1,
+               Severity::kNote,
+               0.0,
+               0.0,
+               fmt::format("the times of {} are those of the rows that it is written in, one every "
+                           "{:.3g} ms; its own clock, about {:.3g} Hz, does not keep step with "
+                           "them, so that they are right to one row",
+                           sensor.name, 1e3 * row, 1.0 / own),
+               "no harm; the sensor's own times would be better, where the logger knows them"};
+}
+
 }  // namespace
 
 std::vector<Issue> check_order_and_finiteness(const NamedSeries& sensor) {
@@ -110,10 +156,11 @@ std::vector<Issue> check_order_and_finiteness(const NamedSeries& sensor) {
 }
 
 std::vector<Issue> check_intervals(const NamedSeries& sensor,
-                                   const std::vector<SetAside>& set_aside) {
-  std::vector<double> dt = intervals(*sensor.series);
+                                   const std::vector<SetAside>& set_aside,
+                                   const VectorSeries& rows) {
+  const std::vector<double> dt = intervals(*sensor.series);
   if (dt.size() < 20) return {};
-  const double usual = median(dt);
+  const double usual = median(std::vector<double>(dt));
   std::vector<Issue> issues;
   std::vector<Gap> gaps;
   for (std::size_t k = 0; k < dt.size(); ++k) {
@@ -122,9 +169,11 @@ std::vector<Issue> check_intervals(const NamedSeries& sensor,
     if (!left_by(set_aside, sensor.name, gap)) gaps.push_back(gap);
   }
   if (!gaps.empty()) issues.push_back(gap_issue(sensor, gaps, usual));
-  for (double& d : dt) d = std::abs(d - usual) / usual;
-  const double large = quantile(dt, 0.95);
-  if (large > kJitter) {
+  const double large = spread_of(dt, usual, 0.0);
+  if (!(large > kJitter)) return issues;
+  if (auto in_rows = written_in_rows(sensor, dt, rows)) {
+    issues.push_back(std::move(*in_rows));
+  } else {
     issues.push_back({"jitter", sensor.name, -1, Severity::kCaution, 0.0, 0.0,
                       fmt::format("the times of {} jitter: 5 % of its intervals differ from the "
                                   "usual {:.3g} ms by {:.0f} % and more",

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "recording/checks/dead_zone.h"
 #include "recording/checks/quality_checks.h"
 #include "recording/checks/sensor_habits.h"
 #include "recording/data/set_aside.h"
@@ -110,6 +111,7 @@ std::optional<Issue> stuck_axis(const NamedSeries& sensor, int axis) {
     return std::nullopt;
   }
   if (std::log(n) + double(longest) * std::log(share) > std::log(kExpected)) return std::nullopt;
+  if (value == 0.0 && sensor.name == "gyr" && zeroes_small_rates(s)) return std::nullopt;
   return Issue{"stuck",
                sensor.name,
                axis,

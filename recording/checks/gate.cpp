@@ -7,8 +7,10 @@
 #include <map>
 #include <utility>
 
+#include "recording/checks/dead_zone.h"
 #include "recording/checks/gate_records.h"
 #include "recording/checks/gate_witnesses.h"
+#include "recording/checks/quality_checks.h"
 #include "recording/data/bridge.h"
 
 namespace magimu {
@@ -55,7 +57,9 @@ class Passage {
       }
     }
     // The first ones were taken for jumps.
+    const bool dead_zone = sensor == Sensor::kGyr && zeros_are_told() && zeroes_small_rates(series);
     for (auto& [k, j] : judged_) {
+      if (j.kind == "zeros" && dead_zone) j.kind = "dead_zone";
       const std::vector<double>& values = sentinels[std::size_t(j.axis)];
       if (j.kind == "spike" && std::ranges::find(values, j.v[j.axis]) != values.end()) {
         j.kind = "sentinel";
@@ -88,6 +92,10 @@ class Passage {
   }
 
  private:
+  bool zeros_are_told() const {
+    return std::ranges::any_of(judged_, [](const auto& j) { return j.second.kind == "zeros"; });
+  }
+
   SensorHabits habits_of_the_rest() const {
     SensorHabits out;
     for (std::size_t k = 0; k < series_.size(); ++k) {
@@ -130,6 +138,11 @@ class Passage {
 };
 
 }  // namespace
+
+void refuse_mostly_set_aside(const Recording& recording) {
+  const std::optional<Recording> kept = gated(recording);
+  if (kept) refuse_fatal(*kept, check_set_aside(*kept));
+}
 
 std::optional<Recording> gated(const Recording& recording, const GateOptions& options) {
   if (!recording.set_aside.empty()) return std::nullopt;

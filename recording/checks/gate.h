@@ -22,4 +22,8 @@ struct GateOptions {
 // is, and set_aside says so: check_recording() refuses the recording.
 std::optional<Recording> gated(const Recording& recording, const GateOptions& options = {});
 
+// Throws an InputError where most samples of a sensor are set aside: what is left is no recording
+// of it, for whatever purpose.
+void refuse_mostly_set_aside(const Recording& recording);
+
 }  // namespace magimu

@@ -35,7 +35,7 @@ std::vector<SetAside> GateRecords::all(std::size_t of) const {
 std::string GateRecords::example(const SensorGate::Judged& judged) const {
   const std::string& kind = judged.kind;
   const Vector3& v = judged.v;
-  if (kind == "zeros" || kind == "stuck") {
+  if (kind == "zeros" || kind == "dead_zone" || kind == "stuck") {
     return fmt::format("{} = ({:.6g}, {:.6g}, {:.6g}) {} at {:.2f} s", name_, v[0], v[1], v[2],
                        gate_unit(sensor_), judged.t);
   }

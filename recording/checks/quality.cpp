@@ -66,7 +66,7 @@ bool damages(const Issue& issue) {
   // Interpolated and repeated samples are handled, and told where it matters.
   return issue.severity == Severity::kFatal ||
          (issue.severity == Severity::kCaution && issue.kind != "interpolation" &&
-          issue.kind != "repeats" && issue.kind != "jitter");
+          issue.kind != "repeats" && issue.kind != "jitter" && issue.kind != "vibration");
 }
 
 // Nodes may take the means of two devices' rows, which fit each other well.
@@ -92,9 +92,10 @@ std::vector<Issue> check_recording(const Recording& recording) {
         std::ranges::none_of(issues, [](const Issue& issue) { return issue.kind == "time_unit"; });
     if (seconds) append(issues, check_units(recording));
     for (const NamedSeries& sensor : sensors) {
-      append(issues, check_intervals(sensor, recording.set_aside));
+      append(issues, check_intervals(sensor, recording.set_aside, recording.gyr));
       if (still) continue;
       append(issues, check_saturation(sensor));
+      append(issues, check_vibration(sensor));
       std::vector<Issue> of_clock = check_clock(sensor);
       if (of_clock.empty()) of_clock = check_mixed(sensor);
       append(issues, std::move(of_clock));

@@ -19,9 +19,11 @@ struct NamedSeries {
 // Times that are not finite or do not increase, values that are not finite: nothing else can be
 // judged then.
 std::vector<Issue> check_order_and_finiteness(const NamedSeries& sensor);
-// Gaps, jitter. set_aside: what was, of this recording, and left gaps.
+// Gaps, jitter. set_aside: what was, of this recording, and left gaps. rows: of a sensor that may
+// have set the times at which a slower one's readings were written.
 std::vector<Issue> check_intervals(const NamedSeries& sensor,
-                                   const std::vector<SetAside>& set_aside);
+                                   const std::vector<SetAside>& set_aside,
+                                   const VectorSeries& rows);
 // Sensors that do not cover the same time; times that are no seconds.
 std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors);
 // Samples that were set aside before (gate.h).
@@ -31,6 +33,8 @@ bool all_constant(const VectorSeries& series);
 // Axes that never change, stretches in which nothing changes, readings of zero.
 std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr);
 std::vector<Issue> check_saturation(const NamedSeries& sensor);
+// An accelerometer on something that vibrates all the time, such as a motor.
+std::vector<Issue> check_vibration(const NamedSeries& sensor);
 // Samples that repeat the one before, or lie on a line between neighbours: a slower clock.
 std::vector<Issue> check_clock(const NamedSeries& sensor);
 // Samples that come from two devices in turn. Interpolated ones do not count.

@@ -178,9 +178,10 @@ std::string open_question(const Survey& s) {
         "bias and the field look much alike; `magimu calibrate` tells how well it knows them",
         100.0 * s.coverage.up);
   }
-  return s.mounting.status == MountingStatus::kUndecided
-             ? "this motion does not tell whether the sensors' axes agree"
-             : "";
+  // Axes that may be right stand against nothing, in a calibration either.
+  return std::ranges::all_of(s.mounting.fits, &AxesFit::may_be_straight)
+             ? ""
+             : "this motion does not tell which axes of the sensors are the same";
 }
 
 }  // namespace
@@ -205,6 +206,9 @@ std::string survey_verdict(const Survey& s) {
   }
   if (const std::string question = open_question(s); !question.empty()) {
     return "Whether a calibration from it will be good is open: " + question + ".";
+  }
+  if (s.mounting.status == MountingStatus::kUndecided) {
+    return "It can be calibrated if the sensors' axes agree, which this motion does not tell.";
   }
   if (!s.coverage.missing.empty()) {
     return "It can be calibrated; with the motion that is missing the result would be better.";

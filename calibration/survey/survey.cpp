@@ -97,7 +97,10 @@ bool Survey::hardly_turned() const {
          mounting.status == MountingStatus::kUndecided;
 }
 
-bool Survey::disturbed() const { return ellipsoid_rms_uT > kDisturbed * strength_uT; }
+// A small piece of an ellipsoid does not tell how large it is, nor with that what is far from it.
+bool Survey::disturbed() const {
+  return !hardly_turned() && ellipsoid_rms_uT > kDisturbed * strength_uT;
+}
 
 bool Survey::usable() const {
   const bool axes_wrong = std::ranges::any_of(mounting.findings, [](const AxesFinding& f) {

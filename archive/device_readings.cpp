@@ -21,7 +21,8 @@ struct SplitPath {
   std::string file, stem;
 };
 
-std::vector<SplitPath> split_paths(const Names& shown) {
+// common_folder: the innermost folder that all are in, if its name is more than a date or number.
+std::vector<SplitPath> split_paths(const Names& shown, std::string& common_folder) {
   std::vector<SplitPath> out;
   for (const std::string& text : shown) {
     const fs::path path(text);
@@ -36,6 +37,8 @@ std::vector<SplitPath> split_paths(const Names& shown) {
     });
   };
   while (common()) {
+    const std::string name = out.front().folders.front();
+    if (!words_of_name(name).empty()) common_folder = name;
     for (SplitPath& p : out) p.folders.erase(p.folders.begin());
   }
   return out;
@@ -84,8 +87,10 @@ bool same_groups(const Names& a, const Names& b) {
   return true;
 }
 
-std::vector<DeviceReading> device_readings(const Names& shown, const std::string& whole) {
-  const std::vector<SplitPath> paths = split_paths(shown);
+std::vector<DeviceReading> device_readings(const Names& shown, const std::string& archive) {
+  std::string common_folder;
+  const std::vector<SplitPath> paths = split_paths(shown, common_folder);
+  const std::string whole = common_folder.empty() ? archive : common_folder;
   std::size_t deepest = 0;
   bool nested = !paths.empty();
   for (const SplitPath& p : paths) {
@@ -137,6 +142,9 @@ std::vector<DeviceReading> device_readings(const Names& shown, const std::string
          by_words});
   }
   add_folders(true);
+  if (!common_folder.empty() && !shares(by_words)) {
+    add({"the folder that all are in is the device", Names(paths.size(), whole)});
+  }
   add(file);
   if (deepest > 0) {
     add({"each folder is a device", names_by(

@@ -15,10 +15,10 @@ struct DeviceReading {
   std::vector<std::string> device;  // of each path
 };
 
-// shown: paths relative to the archive; whole: the archive's own name, for files that have none.
+// shown: paths relative to the archive; archive: its own name, for files that have none.
 // At least one reading, of different groups, the most usual first.
 std::vector<DeviceReading> device_readings(const std::vector<std::string>& shown,
-                                           const std::string& whole);
+                                           const std::string& archive);
 
 // Do two readings make the same groups, whatever they call them?
 bool same_groups(const std::vector<std::string>& a, const std::vector<std::string>& b);

@@ -56,6 +56,8 @@ TEST(DeviceReadings, a_folder_is_a_device_where_its_files_are_only_numbered) {
       ElementsAre("drone1", "drone1", "drone2", "drone2"));
   EXPECT_THAT(usual_devices({"2024/drone1/log1.csv", "2024/drone2/log1.csv"}),
               ElementsAre("drone1", "drone2"));
+  EXPECT_THAT(usual_devices({"alpha/2024-01-10_flight1.csv", "alpha/2024-01-11_flight2.csv"}),
+              ElementsAre("alpha", "alpha"));
 }
 
 TEST(DeviceReadings, offers_the_files_names_as_another_reading) {

@@ -110,12 +110,6 @@ std::vector<ReplicaCause> causes_of(const nlohmann::json& diagnosis, double dura
 std::vector<double> numbers_of(const ActiveEffect& effect) {
   std::vector<double> out;
   for (const ActiveEffect::Parameter& p : effect.parameters) out.push_back(p.value);
-  // The basic model's gyroscope is lower triangular.
-  if (effect.name == "gyro_scale_misalignment" && out.size() == 6) {
-    const Matrix3 S = lower_triangular(Eigen::Map<const LowerTriangle>(out.data()));
-    out.clear();
-    for (int i = 0; i < 9; ++i) out.push_back(S(i / 3, i % 3));
-  }
   if (effect.name == "mag_time_offset") out.resize(1);  // one of all magnetometers
   return out;
 }

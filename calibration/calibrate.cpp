@@ -10,6 +10,7 @@
 
 #include "calibration/array_fit.h"
 #include "calibration/condensed_recording.h"
+#include "calibration/fit/bent_posterior.h"
 #include "calibration/fit/diagnostics.h"
 #include "calibration/fit/given_noise.h"
 #include "calibration/fit/parameter_prior.h"
@@ -23,6 +24,7 @@
 #include "calibration/pipeline.h"
 #include "calibration/result/parameter_vector.h"
 #include "calibration/scan/lacking_state.h"
+#include "calibration/scan/misfit_cause.h"
 #include "calibration/scan/missing_effects.h"
 #include "calibration/trust/check_axes.h"
 #include "calibration/trust/magnetometer_trust.h"
@@ -112,6 +114,11 @@ void take_over_rates(const std::vector<const Recording*>& given,
   c.acc_jitter *= in_one(first.acc, slower.acc);
 }
 
+// Noise of one reading of the first magnetometer at rest, uT; 0: not known.
+double reading_at_rest(const Recording& recording, const NoiseDensities& rest) {
+  return rest.mag * std::sqrt(recording.mag.front().rate_hz());
+}
+
 // Throws NumericalError where no fit can be made. condensed: wanted where not null.
 Calibration calibrate_checked(const CheckedRecordings& checked, const CalibrationOptions& options,
                               Mounting& mounting, std::optional<CondensedRecording>* condensed) {
@@ -180,6 +187,11 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   take_over_rates(checked.get(), recordings, node_every, c);
   widen_by_halves(c);
   std::vector<std::string> unknown = unknown_directions(c);
+  if (coarse.result().converged() && few.are_all()) {
+    if (auto bend = attempt([&] { return bent_posterior(c, coarse); }); bend && *bend) {
+      add_bend(c, **bend);
+    }
+  }
   if (lacking) missing.push_back(*lacking);
   for (MissingEffect& effect : missing) {
     if (few.are_all()) break;
@@ -197,7 +209,10 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   const Check first[] = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
                          check_windows(c, mag_squares)};
   c.checks.insert(c.checks.begin(), std::begin(first), std::end(first));
-  judge(c, unknown, pipeline.guess().ellipsoid_rms_uT);
+  judge(c, unknown,
+        {.cause = cause_of_misfit(c, missing),
+         .off_ellipsoid_uT = pipeline.guess().ellipsoid_rms_uT,
+         .at_rest_uT = reading_at_rest(*recordings.front(), pipeline.rest_noise())});
   judge_magnetometers(c);
   return c;
 }

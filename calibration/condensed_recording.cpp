@@ -22,7 +22,7 @@ VectorXd coordinates(const Values& values, Key key) {
     return VectorXd::Constant(1, values.at<double>(key));
   }
   if (s.type == VariableTraits<Vector3>::type()) return values.at<Vector3>(key);
-  if (s.type == VariableTraits<LowerTriangle>::type()) return values.at<LowerTriangle>(key);
+  if (s.type == VariableTraits<GyroMatrix>::type()) return values.at<GyroMatrix>(key);
   const Matrix3 D = values.at<Matrix3>(key);
   return Eigen::Map<const VectorXd>(D.data(), 9);
 }

@@ -18,7 +18,7 @@ namespace key {
 
 inline constexpr Key acc_bias{'a', 0};    // o_a, Vector3, m/s^2
 inline constexpr Key gyr_bias{'w', 0};    // o_w, Vector3, rad/s
-inline constexpr Key gyr_matrix{'S', 0};  // scale errors, misalignment: LowerTriangle
+inline constexpr Key gyr_matrix{'S', 0};  // scale errors, misalignment: GyroMatrix
 inline constexpr Key dip{'i', 0};         // alpha, double, rad
 
 // Magnetometer i of an array; the plain names are those of the first.

@@ -21,12 +21,6 @@ struct Transition {
 
 }  // namespace
 
-Matrix3 lower_triangular(const LowerTriangle& entries) {
-  Matrix3 S = Matrix3::Zero();
-  for (int e = 0; e < 6; ++e) S(kLowerRow[e], kLowerColumn[e]) = entries[e];
-  return S;
-}
-
 void PreintegratedImu::integrate(const Vector3& gyr, const Vector3& acc, double h) {
   static const Eigen::Matrix<double, 3, Eigen::Dynamic> none(3, 0);
   integrate(gyr, acc, h, none, none);
@@ -56,9 +50,7 @@ void PreintegratedImu::integrate(const Vector3& gyr, const Vector3& acc, double 
   J_acc_.bottomRows<6>() -= G_acc;
   if (has_matrix_) {  // d w / d S_ij = -(I + S)^-1 e_i w_j
     F.apply(J_matrix_);
-    for (int e = 0; e < 6; ++e) {
-      J_matrix_.col(e).head<6>() -= G_gyr.col(kLowerRow[e]) * rate[kLowerColumn[e]];
-    }
+    for (int e = 0; e < 9; ++e) J_matrix_.col(e).head<6>() -= G_gyr.col(e / 3) * rate[e % 3];
   }
   if (const Eigen::Index n = gyr_effects.cols() + acc_effects.cols(); n > 0) {
     if (J_effects_.cols() == 0) J_effects_.setZero(9, n);

@@ -12,9 +12,10 @@
 // with f the mean over the piece of a specific force that changes at the rate f' there: where the
 // sensor turns meanwhile the mean of a product is not the product of the means (sculling: a sensor
 // that turns at 3 rad/s and is read at 25 Hz would weigh 1e-3 of gravity too little). S are the
-// gyroscope's scale errors and misalignment, where they are part of the model: lower triangular, so
-// its x axis and its xy plane are the IMU frame's. Errors in the order rotation (right), velocity,
-// position: 9 numbers.
+// gyroscope's scale errors and misalignment, where they are part of the model: all nine entries, in
+// the accelerometer's frame, which is the IMU's. (A triangle would make the gyroscope's x axis and
+// xy plane the IMU's; the accelerometer's gravity is then turned against them.) Errors in the order
+// rotation (right), velocity, position: 9 numbers.
 #pragma once
 
 #include <Eigen/LU>
@@ -24,25 +25,25 @@
 
 namespace magimu {
 
-// S as a variable: its entries 00, 10, 20, 11, 21, 22.
-using LowerTriangle = Vec<double, 6>;
-inline constexpr int kLowerRow[6] = {0, 1, 2, 1, 2, 2}, kLowerColumn[6] = {0, 0, 0, 1, 1, 2};
-Matrix3 lower_triangular(const LowerTriangle& entries);
+// S as a variable: its entries row by row, as those of the effect gyro_scale_misalignment.
+using GyroMatrix = Vec<double, 9>;
+inline Matrix3 square_matrix(const GyroMatrix& entries) {
+  return entries.reshaped<Eigen::RowMajor>(3, 3);
+}
 
 class PreintegratedImu {
  public:
   using Matrix9 = Mat<double, 9, 9>;
   using Matrix9x3 = Mat<double, 9, 3>;
-  using Matrix9x6 = Mat<double, 9, 6>;
 
   // Biases at which to integrate, rad/s and m/s^2; and S, where it is part of the model.
   PreintegratedImu(const Vector3& gyr_bias, const Vector3& acc_bias,
-                   const std::optional<LowerTriangle>& gyr_matrix = std::nullopt)
+                   const std::optional<GyroMatrix>& gyr_matrix = std::nullopt)
       : gyr_bias_(gyr_bias),
         acc_bias_(acc_bias),
         has_matrix_(gyr_matrix.has_value()),
-        gyr_matrix_(gyr_matrix.value_or(LowerTriangle::Zero())),
-        unscale_((Matrix3::Identity() + lower_triangular(gyr_matrix_)).inverse()) {}
+        gyr_matrix_(gyr_matrix.value_or(GyroMatrix::Zero())),
+        unscale_((Matrix3::Identity() + square_matrix(gyr_matrix_)).inverse()) {}
 
   // One more piece of h seconds: rate gyr, rad/s, held, and specific force acc, m/s^2, its mean.
   void integrate(const Vector3& gyr, const Vector3& acc, double h);
@@ -62,9 +63,9 @@ class PreintegratedImu {
   // d (rotation, velocity, position) / d o_w and / d o_a.
   const Matrix9x3& gyr_bias_jacobian() const { return J_gyr_; }
   const Matrix9x3& acc_bias_jacobian() const { return J_acc_; }
-  const LowerTriangle& gyr_matrix() const { return gyr_matrix_; }
+  const GyroMatrix& gyr_matrix() const { return gyr_matrix_; }
   // d (rotation, velocity, position) / d S; 0 where S is not in the model.
-  const Matrix9x6& gyr_matrix_jacobian() const { return J_matrix_; }
+  const Matrix9& gyr_matrix_jacobian() const { return J_matrix_; }
   // d (rotation, velocity, position) / d the effects' parameters, the gyroscope's first; 9 x 0
   // without.
   const Eigen::Matrix<double, 9, Eigen::Dynamic>& effect_jacobian() const { return J_effects_; }
@@ -74,12 +75,12 @@ class PreintegratedImu {
  private:
   Vector3 gyr_bias_, acc_bias_;
   bool has_matrix_;
-  LowerTriangle gyr_matrix_;
+  GyroMatrix gyr_matrix_;
   Matrix3 unscale_;  // (I + S)^-1
   Rot3 delta_R_;
   Vector3 delta_v_ = Vector3::Zero(), delta_p_ = Vector3::Zero();
   Matrix9x3 J_gyr_ = Matrix9x3::Zero(), J_acc_ = Matrix9x3::Zero();
-  Matrix9x6 J_matrix_ = Matrix9x6::Zero();
+  Matrix9 J_matrix_ = Matrix9::Zero();
   Eigen::Matrix<double, 9, Eigen::Dynamic> J_effects_;
   // Covariances for densities of one; the accelerometer's of velocity and position.
   Matrix9 unit_gyr_ = Matrix9::Zero();

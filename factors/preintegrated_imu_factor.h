@@ -109,7 +109,7 @@ class ImuText {
   }
   template <class T, int N>
   static Vec<T, 9> times(const Mat<S, 9, N>& J, const Vec<T, N>& x) {
-    return J.template cast<T>() * x;
+    return J.template cast<T>().lazyProduct(x);  // lanes compare only as lanes
   }
 
  private:
@@ -209,7 +209,7 @@ class ScaledImuText {
   Vec<T, 9> residual(const Rot3T<T>& R_i, const Vec3<T>& v_i, const Vec3<T>& p_i,
                      const Rot3T<T>& R_j, const Vec3<T>& v_j, const Vec3<T>& p_j,
                      const Vec3<T>& gyr_bias, const Vec3<T>& acc_bias,
-                     const Vec<T, 6>& gyr_matrix) const {
+                     const Vec<T, 9>& gyr_matrix) const {
     return shared_.residual(R_i, v_i, p_i, R_j, v_j, p_j,
                             correction(gyr_bias, acc_bias, gyr_matrix));
   }
@@ -217,34 +217,34 @@ class ScaledImuText {
   template <class T>
   Vec<T, 9> linearize(const Rot3T<T>& R_i, const Vec3<T>& v_i, const Vec3<T>& p_i,
                       const Rot3T<T>& R_j, const Vec3<T>& v_j, const Vec3<T>& p_j,
-                      const Vec3<T>& gyr_bias, const Vec3<T>& acc_bias, const Vec<T, 6>& gyr_matrix,
+                      const Vec3<T>& gyr_bias, const Vec3<T>& acc_bias, const Vec<T, 9>& gyr_matrix,
                       M93<T>& J_Ri, M93<T>& J_vi, M93<T>& J_pi, M93<T>& J_Rj, M93<T>& J_vj,
-                      M93<T>& J_pj, M93<T>& J_gyr, M93<T>& J_acc, Mat<T, 9, 6>& J_matrix) const {
+                      M93<T>& J_pj, M93<T>& J_gyr, M93<T>& J_acc, Mat<T, 9, 9>& J_matrix) const {
     Mat3<T> outer;
     Vec<T, 9> r =
         shared_.linearize(R_i, v_i, p_i, R_j, v_j, p_j, correction(gyr_bias, acc_bias, gyr_matrix),
                           J_Ri, J_vi, J_pi, J_Rj, J_vj, J_pj, outer);
     J_gyr = shared_.through_gyr_bias(outer);
     J_acc = shared_.through_acc_bias(outer);
-    J_matrix = shared_.template through<T, 6>(outer, jacobian_);
+    J_matrix = shared_.template through<T, 9>(outer, jacobian_);
     return r;
   }
 
  private:
   template <class T>
   Vec<T, 9> correction(const Vec3<T>& gyr_bias, const Vec3<T>& acc_bias,
-                       const Vec<T, 6>& gyr_matrix) const {
+                       const Vec<T, 9>& gyr_matrix) const {
     return shared_.bias_correction(gyr_bias, acc_bias) +
-           shared_.template times<T, 6>(jacobian_, gyr_matrix - matrix_.template cast<T>());
+           shared_.template times<T, 9>(jacobian_, gyr_matrix - matrix_.template cast<T>());
   }
 
   detail::ImuText<S> shared_;
-  Mat<S, 9, 6> jacobian_;
-  Vec<S, 6> matrix_;
+  Mat<S, 9, 9> jacobian_;
+  Vec<S, 9> matrix_;
 };
 
 class ScaledImuFactor : public Factor<9, Rot3, Vector3, Vector3, Rot3, Vector3, Vector3, Vector3,
-                                      Vector3, LowerTriangle>,
+                                      Vector3, GyroMatrix>,
                         public ScaledImuText<double> {
  public:
   template <class S>

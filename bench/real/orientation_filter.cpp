@@ -73,7 +73,7 @@ Corrections corrections(const Calibration& calibration) {
   for (const ActiveEffect& effect : calibration.effects) {
     if (effect.name == "mag_time_offset") out.mag_lag_s = effect.parameters.front().value;
     if (effect.name != "gyro_scale_misalignment") continue;
-    for (std::size_t e = 0; e < 6; ++e) {
+    for (std::size_t e = 0; e < 9; ++e) {
       out.gyr_matrix[Eigen::Index(e)] = effect.parameters[e].value;
     }
   }

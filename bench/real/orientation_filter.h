@@ -21,7 +21,7 @@ namespace magimu {
 struct Corrections {
   SensorParameters parameters;
   double mag_lag_s = 0.0;
-  LowerTriangle gyr_matrix = LowerTriangle::Zero();  // gyr = (I + S) omega + o_w
+  GyroMatrix gyr_matrix = GyroMatrix::Zero();  // gyr = (I + S) omega + o_w
 };
 Corrections corrections(const Calibration& calibration);
 

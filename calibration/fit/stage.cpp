@@ -75,7 +75,7 @@ bool update(ModelSpec& spec, const Values& values, bool anyway) {
     far |= move(spec.acc_bias, acc, (acc - spec.acc_bias).norm(), kAccBiasMoved);
   }
   if (spec.gyr_matrix) {
-    const auto S = values.at<LowerTriangle>(key::gyr_matrix);
+    const auto S = values.at<GyroMatrix>(key::gyr_matrix);
     far |= move(spec.gyr_matrix_value, S, (S - spec.gyr_matrix_value).norm(), kGyrMatrixMoved);
   }
   for (std::size_t m = 0; spec.mag_time_offset && m < spec.mag_offset_s.size(); ++m) {
@@ -388,7 +388,7 @@ Values carry_over(const std::vector<const Recording*>& recordings, const Stage& 
     }
   }
   if (to.spec().gyr_matrix && !values.contains(key::gyr_matrix)) {
-    values.insert(key::gyr_matrix, LowerTriangle::Zero().eval());
+    values.insert(key::gyr_matrix, GyroMatrix::Zero().eval());
   }
   for (int m = 0; to.spec().mag_time_offset && m < int(recordings.front()->mag.size()); ++m) {
     if (!values.contains(key::mag_time_offset_of(m)))

@@ -32,9 +32,9 @@ void fill_parameters(Calibration& c, const std::vector<const Recording*>& record
         {time_offset_name(m), "s", values.at<double>(key::mag_time_offset_of(m))});
   }
   if (stage.spec().gyr_matrix) {
-    const auto S = values.at<LowerTriangle>(key::gyr_matrix);
+    const auto S = values.at<GyroMatrix>(key::gyr_matrix);
     ActiveEffect effect{"gyro_scale_misalignment", {}};
-    for (int e = 0; e < 6; ++e) {
+    for (int e = 0; e < 9; ++e) {
       effect.parameters.push_back({gyr_matrix_name(e), "1", S[e]});
     }
     c.effects.push_back(effect);

@@ -15,7 +15,7 @@ void hold_globals(const Values& globals, const VectorXd& sigma, FactorGraph& gra
     if (s.type == VariableTraits<double>::type()) prior(globals.at<double>(s.key));
     if (s.type == VariableTraits<Vector3>::type()) prior(globals.at<Vector3>(s.key));
     if (s.type == VariableTraits<Matrix3>::type()) prior(globals.at<Matrix3>(s.key));
-    if (s.type == VariableTraits<LowerTriangle>::type()) prior(globals.at<LowerTriangle>(s.key));
+    if (s.type == VariableTraits<GyroMatrix>::type()) prior(globals.at<GyroMatrix>(s.key));
   }
 }
 

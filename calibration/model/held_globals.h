@@ -10,7 +10,7 @@ namespace magimu {
 inline constexpr double kHeldShare =
     1e-3;  // of a standard deviation: a millionth of the information
 
-// A prior on each variable of `globals` (double, Vector3, Matrix3 or LowerTriangle) that lets it
+// A prior on each variable of `globals` (double, Vector3, Matrix3 or GyroMatrix) that lets it
 // move by kHeldShare of its standard deviation. sigma: one entry a degree of freedom.
 void hold_globals(const Values& globals, const VectorXd& sigma, FactorGraph& graph);
 

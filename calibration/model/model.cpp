@@ -26,11 +26,18 @@
 namespace magimu {
 namespace {
 
-constexpr double kGyrMatrixPriorSigma = 0.01;  // of ordinary parts
-constexpr double kOffsetPriorSigma = 0.1;      // s: longer lags are another kind of fault
+// Of the gyroscope's scale, and of the angles of its axes to the accelerometer's, rad: data sheets.
+constexpr double kGyrScalePriorSigma = 0.03, kGyrAxesPriorSigma = 1.0 * kDegree;
+constexpr double kOffsetPriorSigma = 0.1;  // s: longer lags are another kind of fault
 
 Noise<3> block_noise(double density, double rate_hz, const Block& block) {
   return Noise<3>::isotropic(density * std::sqrt(rate_hz / block.independent));
+}
+
+Noise<9> gyr_matrix_noise() {
+  Vec<double, 9> sigma = Vec<double, 9>::Constant(kGyrAxesPriorSigma);
+  for (const int e : {0, 4, 8}) sigma[e] = kGyrScalePriorSigma;
+  return Noise<9>::diagonal(sigma);
 }
 
 // One recording being put into the graph.
@@ -331,8 +338,7 @@ FactorGraph build_model(const GatheredSamples& gathered,
     }
   }
   if (spec.gyr_matrix) {
-    graph.add(PriorFactor<LowerTriangle>(key::gyr_matrix, LowerTriangle::Zero(),
-                                         Noise<6>::isotropic(kGyrMatrixPriorSigma)));
+    graph.add(PriorFactor<GyroMatrix>(key::gyr_matrix, GyroMatrix::Zero(), gyr_matrix_noise()));
   }
   if (spec.mag_time_offset) {
     for (int m = 0; m < magnetometers; ++m) {

@@ -46,7 +46,7 @@ struct ModelSpec {
   bool gyr_matrix = false;  // hand_held: the gyroscope's scale errors and misalignment, too
   // Where samples are integrated and means taken: the values of these variables expected.
   Vector3 gyr_bias = Vector3::Zero(), acc_bias = Vector3::Zero();
-  LowerTriangle gyr_matrix_value = LowerTriangle::Zero();
+  GyroMatrix gyr_matrix_value = GyroMatrix::Zero();
   std::vector<double> mag_offset_s;  // one a magnetometer
   // Model extensions, and the recordings corrected for them where the parameters stand now, one a
   // recording (extension.h); none without effects.

@@ -15,7 +15,7 @@ std::string time_offset_name(int magnetometer) {
 }
 
 std::string gyr_matrix_name(int entry) {
-  return fmt::format("gyroscope.scale_misalignment[{}][{}]", kLowerRow[entry], kLowerColumn[entry]);
+  return fmt::format("gyroscope.scale_misalignment[{}][{}]", entry / 3, entry % 3);
 }
 
 std::string effect_parameter_name(const Effect& effect, int i) {
@@ -54,7 +54,7 @@ std::vector<std::string> parameter_names(int magnetometers, int recordings, cons
   for (int m = 0; spec.mag_time_offset && m < magnetometers; ++m) {
     names.push_back(time_offset_name(m));
   }
-  for (int e = 0; spec.gyr_matrix && e < 6; ++e) {
+  for (int e = 0; spec.gyr_matrix && e < 9; ++e) {
     names.push_back(gyr_matrix_name(e));
   }
   for (const auto& effect : spec.effects) {

@@ -18,7 +18,7 @@ std::vector<Key> parameter_keys(int magnetometers, int recordings, const ModelSp
 // recordings), "magnetometers[0].time_offset_s", "gyroscope.scale_misalignment[row][column]".
 std::vector<std::string> parameter_names(int magnetometers, int recordings, const ModelSpec& spec);
 
-// Those of one lag, and of one entry of LowerTriangle.
+// Those of one lag, and of one entry of GyroMatrix.
 std::string time_offset_name(int magnetometer);
 std::string gyr_matrix_name(int entry);
 // "effects.lever_arm.r[0]".

@@ -25,11 +25,11 @@ Held held(const VectorSeries& s, std::size_t k) {
 }  // namespace
 
 IntegratedRotation::IntegratedRotation(const VectorSeries& gyr, const Vector3& bias,
-                                       const LowerTriangle& matrix)
+                                       const GyroMatrix& matrix)
     : gyr_(gyr),
       bias_(bias),
       matrix_(matrix),
-      unscale_((Matrix3::Identity() + lower_triangular(matrix)).inverse()) {
+      unscale_((Matrix3::Identity() + square_matrix(matrix)).inverse()) {
   attitude_.reserve(gyr.size());
   attitude_.emplace_back();
   for (std::size_t k = 0; k + 1 < gyr.size(); ++k) {

@@ -16,7 +16,7 @@ class IntegratedRotation {
   // gyr: at least two samples; it must outlive this. bias: subtracted from every sample, rad/s.
   // matrix: the gyroscope's scale errors and misalignment S, gyr = (I + S) omega + bias.
   IntegratedRotation(const VectorSeries& gyr, const Vector3& bias,
-                     const LowerTriangle& matrix = LowerTriangle::Zero());
+                     const GyroMatrix& matrix = GyroMatrix::Zero());
 
   // Attitude at time t relative to that at the first sample; rates are held beyond both ends.
   Rot3 at(double t) const;
@@ -43,7 +43,7 @@ class IntegratedRotation {
 
   const VectorSeries& gyr_;
   Vector3 bias_;
-  LowerTriangle matrix_;        // S
+  GyroMatrix matrix_;        // S
   Matrix3 unscale_;             // (I + S)^-1
   std::vector<Rot3> attitude_;  // at each sample's time
 };

@@ -60,8 +60,8 @@ Values as_globals(const Calibration& c, const std::vector<Key>& keys, const Vect
       out.insert(key, Vector3(stored.segment<3>(at)));
     } else if (type == VariableTraits<Matrix3>::type()) {
       out.insert(key, Matrix3(stored.segment<9>(at).reshaped(3, 3)));
-    } else if (type == VariableTraits<LowerTriangle>::type()) {
-      out.insert(key, LowerTriangle(stored.segment<6>(at)));
+    } else if (type == VariableTraits<GyroMatrix>::type()) {
+      out.insert(key, GyroMatrix(stored.segment<9>(at)));
     } else {
       throw std::logic_error("a parameter of another type");
     }

@@ -41,12 +41,11 @@ bool concerns(const Effect& effect, const std::string& name) {
 std::vector<std::shared_ptr<const Effect>> candidates(
     const std::vector<const Recording*>& recordings, const Stage& stage) {
   std::vector<std::shared_ptr<const Effect>> out = testable_effects(recordings, stage);
-  // What the model has already, and what contains that: the two would share one parameter. Of the
-  // gyroscope's nine the model's triangular matrix leaves three: how it is turned against the
-  // accelerometer.
+  // What the model has already, and what contains that: the two would share one parameter.
   std::erase_if(out, [&](const auto& effect) {
     return (stage.spec().mag_time_offset && concerns(*effect, "mag_time_offset")) ||
-           (stage.spec().gyr_matrix && effect->name() == "clock_scale");
+           (stage.spec().gyr_matrix &&
+            (effect->name() == "gyro_scale_misalignment" || effect->name() == "clock_scale"));
   });
   return out;
 }
@@ -55,7 +54,16 @@ std::vector<std::shared_ptr<const Effect>> candidates(
 class Search {
  public:
   Search(const std::vector<const Recording*>& recordings, const Stage& stage, double log10_level)
-      : recordings_(recordings), stage_(stage), log10_level_(log10_level) {}
+      : recordings_(recordings), stage_(stage), log10_level_(log10_level) {
+    double seconds = 0.0;
+    for (const NodePlan& plan : stage.plans()) seconds += plan.t.back() - plan.t.front();
+    for (const double square : stage.mag_squares()) squares_ += square;
+    const std::vector<double> in_uT = stage.mag_squares_uT();
+    const double nodes = double(in_uT.size()), per_s = nodes / std::max(seconds, 1e-9);
+    for (const double square : in_uT) mean_square_uT_ += square * per_s;
+    mean_square_uT_ /=
+        3.0 * nodes * double(std::max<std::size_t>(1, recordings.front()->mag.size()));
+  }
 
   void look(const std::vector<std::shared_ptr<const Effect>>& effects) {
     const Scan scan(recordings_, stage_, effects,
@@ -99,19 +107,16 @@ class Search {
     }
     MatrixXd influence = scan.influence().middleCols(scan.first(i), effect.size());
     influence.middleRows(first_dip(), dips()) /= kDegree;
-    if (stage_.spec().gyr_matrix && effect.name() == "gyro_scale_misalignment") {
-      // What one of the two matrices takes from the other is no change: the sum counts.
-      const Eigen::Index lags =
-          stage_.spec().mag_time_offset ? Eigen::Index(recordings_.front()->mag.size()) : 0;
-      for (int e = 0; e < 6; ++e) {
-        influence(first_dip() + dips() + lags + e, 3 * kLowerRow[e] + kLowerColumn[e]) += 1.0;
-      }
-    }
     MissingEffect found;
     found.name = named ? effect.name() : "";
     found.channel = effect.channel();
     found.cause = effect.description().cause;
     found.log10_p = log10_p;
+    found.share_of_misfit = s.statistic / std::max(squares_, 1e-30);
+    found.needs = effect.description().needs;
+    if (!named && effect.channel() == Channel::kMag) {
+      found.seen_uT = std::sqrt(std::min(1.0, found.share_of_misfit) * mean_square_uT_);
+    }
     found.shift = influence * (posterior * z) / excess;
     found.covariance = influence * posterior * influence.transpose();
     found.covariance.diagonal().segment<3>(3).array() += wandered;
@@ -123,6 +128,7 @@ class Search {
   const std::vector<const Recording*>& recordings_;
   const Stage& stage_;
   double log10_level_;
+  double squares_ = 0.0, mean_square_uT_ = 0.0;  // of the magnetometers, of one reading's axis
   std::vector<MissingEffect> found_;
 };
 
@@ -134,6 +140,19 @@ std::vector<MissingEffect> look(const std::vector<const Recording*>& recordings,
   Search search(recordings, stage, log10_level);
   search.look(effects);
   return std::move(search).found();
+}
+
+// Variances, in the order of the covariance, of what looks like the calibration itself in a cause
+// of which so much is seen beside it. Nothing is known of such a cause, so that it may be as large
+// in one function of the attitude as in another; those of the calibration are a constant (the
+// bias), the field's components (D), and their turn about the east (the dip).
+VectorXd hidden_part(const Calibration& c, double seen_uT) {
+  VectorXd out = VectorXd::Zero(c.covariance.rows());
+  const auto mags = Eigen::Index(c.parameters.mag.size());
+  out.segment(6, 12 * mags).setConstant(seen_uT * seen_uT);
+  out.segment(6 + 12 * mags, Eigen::Index(c.fields.size()))
+      .setConstant(std::pow(seen_uT / (c.strength_uT * kDegree), 2));
+  return out;
 }
 
 std::string in_words(const MissingEffect& f) {
@@ -180,6 +199,7 @@ void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found
   const Eigen::LDLT<MatrixXd> V(MatrixXd(c.covariance.topLeftCorner(p, p)));
   Check check{"model", CheckStatus::kOk, 0.0, "Nothing is seen to be missing in the model."};
   MatrixXd more = MatrixXd::Zero(c.covariance.rows(), c.covariance.cols());
+  double seen_uT = 0.0;
   for (const MissingEffect& f : found) {
     const VectorXd shift = f.shift.head(p);
     const double distance = std::sqrt(std::max(0.0, shift.dot(V.solve(shift))));
@@ -189,6 +209,7 @@ void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found
     const bool doubtful = f.name.empty() && distance > kMoved;
     check.status = std::max(check.status, doubtful ? CheckStatus::kBad : CheckStatus::kCaution);
     check.value = std::max(check.value, distance);
+    seen_uT = std::max(seen_uT, f.seen_uT);
   }
   if (!found.empty()) {
     // Each was tried alone, and one cause shows in others' tests, too.
@@ -200,11 +221,14 @@ void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found
                           found.size(), in_words(plainest));
     check.sentence = fmt::format(
         "Something is missing in the model; {}. With that the calibration would be up to {:.1f} "
-        "standard deviations elsewhere. The sigmas were widened to cover it; `magimu diagnose` "
-        "finds out which cause it is.",
-        causes, check.value);
+        "standard deviations elsewhere. The sigmas were widened by that{}; what looks like the "
+        "calibration itself no recording shows, and it may be more. `magimu diagnose` finds out "
+        "which cause it is.",
+        causes, check.value,
+        seen_uT > 0.0 ? fmt::format(" and by the {:.2g} uT that are seen of it", seen_uT) : "");
   }
   c.checks.push_back(check);
+  if (seen_uT > 0.0) more.diagonal() += hidden_part(c, seen_uT);
   if (!found.empty()) add_to_covariance(c, more);
 }
 

@@ -22,8 +22,14 @@ struct MissingEffect {
   Channel channel = Channel::kMag;
   std::string cause;     // "the gyroscope's bias wanders"; "on products of the force"
   double log10_p = 0.0;  // of the probability that chance does it
-  VectorXd shift;        // what it does to the parameters, in order and units of
-  MatrixXd covariance;   // Calibration::order, most probably; and how sure that is
+  // Of the magnetometer's squares, what the effect takes away where it enters the model; the column
+  // that it was tested with, where it needs one.
+  double share_of_misfit = 0.0;
+  std::string needs;
+  // RMS of what is seen of a cause without a name in the magnetometer's readings, an axis.
+  double seen_uT = 0.0;
+  VectorXd shift;       // what it does to the parameters, in order and units of
+  MatrixXd covariance;  // Calibration::order, most probably; and how sure that is
 };
 
 // stage: fitted, with few nodes (a scan costs as much as several fits).

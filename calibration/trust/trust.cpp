@@ -128,26 +128,39 @@ std::string not_the_field(double rms, double share, double off_ellipsoid_uT) {
       "The magnetometer's directions do not turn as the gyroscope says: it departs from what the "
       "fit predicts by {:.2f} uT RMS, {:.1f} % of the field, while its readings lie on one "
       "ellipsoid to {:.2g} uT, which they would not near a magnet or iron. Look at the gyroscope "
-      "(a high-pass, an automatic zero, its range) and at the times of its samples.",
+      "(a high-pass, an automatic zero, its range or gain), at the times of its samples, and at "
+      "whether the magnetometer's mount gives way; `magimu diagnose` tells which.",
       rms, 100.0 * share, off_ellipsoid_uT);
 }
 
-void judge_field(Calibration& c, std::optional<double> off_ellipsoid_uT) {
+void judge_field(Calibration& c, const KnownOfMisfit& known) {
   const double rms = c.residuals[2].rms_unit, share = rms / c.strength_uT;
   const Verdict verdict = verdict_on_misfit(share);
   if (verdict == Verdict::kYes && c.disturbances.empty()) return;
-  if (off_ellipsoid_uT && only_directions_depart(*off_ellipsoid_uT, rms)) {
+  // Noise is in the lengths as much as in the directions, and no part of what departs.
+  const double noise = std::min(known.at_rest_uT, rms);
+  const double departs = std::sqrt(rms * rms - noise * noise);
+  const double in_lengths =
+      std::sqrt(std::max(0.0, known.off_ellipsoid_uT * known.off_ellipsoid_uT - noise * noise));
+  if (known.cause.empty() && known.off_ellipsoid_uT > 0.0 &&
+      only_directions_depart(in_lengths, departs)) {
     c.disturbances.clear();
     c.trust.lower(std::max(verdict, Verdict::kLimited),
-                  not_the_field(rms, share, *off_ellipsoid_uT));
+                  not_the_field(rms, share, known.off_ellipsoid_uT));
     return;
   }
   const std::string text = fmt::format(
-      "Magnetic disturbance{}: the magnetometer departs from one homogeneous field by {:.2f} uT "
-      "RMS, {:.1f} % of it{}. A magnet or iron moved with or near the sensor, or the field differs "
-      "from place to place. Go away from iron, magnets and electric devices, and repeat.",
+      "{}{}: the magnetometer departs from one homogeneous field by {:.2f} uT RMS, {:.1f} % of "
+      "it{}. {}",
+      known.cause.empty() ? "Magnetic disturbance" : "The magnetometer's readings are disturbed",
       when_disturbed(c.disturbances, c.trajectories.size() > 1), rms, 100.0 * share,
-      lasting_change(c));
+      known.cause.empty() ? lasting_change(c) : "",
+      known.cause.empty()
+          ? "The field departs (a magnet or iron moved with or near the sensor, or the field "
+            "differs "
+            "from place to place), or the magnetometer itself does: `magimu diagnose` tells which. "
+            "If nothing else is named, go away from iron, magnets and electric devices, and repeat."
+          : known.cause);
   c.trust.lower(std::max(verdict, Verdict::kLimited), text);
 }
 
@@ -322,12 +335,11 @@ void judge_faults(Trust& trust, const std::vector<KnownFault>& faults) {
   }
 }
 
-void judge(Calibration& c, const std::vector<std::string>& unknown,
-           std::optional<double> off_ellipsoid_uT) {
+void judge(Calibration& c, const std::vector<std::string>& unknown, const KnownOfMisfit& known) {
   judge_turns(c);
   judge_fit(c);
   judge_motion(c);
-  judge_field(c, off_ellipsoid_uT);
+  judge_field(c, known);
   for (const std::string& reason : unknown) c.trust.lower(Verdict::kNo, reason);
   judge_uncertainty(c);
   judge_blows(c);

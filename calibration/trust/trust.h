@@ -4,7 +4,8 @@
 // noise, does the field stay the same.
 #pragma once
 
-#include <optional>
+#include <string>
+#include <vector>
 
 #include "calibration/result/calibration.h"
 #include "calibration/result/calibration_options.h"
@@ -20,10 +21,17 @@ std::vector<Disturbance> find_disturbances(const Calibration& c,
 // The same of one magnetometer of an array, by its residual_series.
 std::vector<Disturbance> find_disturbances(const Calibration& c, std::size_t magnetometer);
 
-// unknown: unknown_directions() of the fit itself, whose verdict is `no`. off_ellipsoid_uT: how far
-// the first magnetometer's readings are from one ellipsoid, RMS, where that is known.
+// What is known of a misfit of the magnetometer beside the fit.
+struct KnownOfMisfit {
+  std::string cause;  // cause_of_misfit()
+  // How far the first magnetometer's readings are from one ellipsoid, RMS, and its noise at rest,
+  // one reading; 0: not known.
+  double off_ellipsoid_uT = 0.0, at_rest_uT = 0.0;
+};
+
+// unknown: unknown_directions() of the fit itself, whose verdict is `no`.
 void judge(Calibration& c, const std::vector<std::string>& unknown = {},
-           std::optional<double> off_ellipsoid_uT = std::nullopt);
+           const KnownOfMisfit& known = {});
 
 // Of a residual of so much of the field's strength: what a verdict is lowered to.
 Verdict verdict_on_misfit(double share);

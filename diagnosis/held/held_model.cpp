@@ -45,7 +45,7 @@ void hold_parameter(FactorGraph& graph, const Values& known, Key key, double gyr
   } else if (key == key::acc_bias) {
     hold_at<Vector3>(graph, known, key, kHeldAcc);
   } else if (key == key::gyr_matrix) {
-    hold_at<LowerTriangle>(graph, known, key, kHeldOther);
+    hold_at<GyroMatrix>(graph, known, key, kHeldOther);
   } else if (key.symbol == key::distortion.symbol) {
     hold_at<Matrix3>(graph, known, key, kHeldMag);
   } else if (key.symbol == key::mag_bias.symbol) {

@@ -200,13 +200,13 @@ TEST(DelayedMagnetometerFactor, jacobians_are_correct) {
   }
 }
 
-LowerTriangle random_triangle(RandomValue& random, double scale) {
-  return LowerTriangle::NullaryExpr([&] { return random.number(scale); });
+GyroMatrix random_gyro_matrix(RandomValue& random, double scale) {
+  return GyroMatrix::NullaryExpr([&] { return random.number(scale); });
 }
 
 PreintegratedImu integrate_imu(unsigned seed, const Vector3& gyr_bias, const Vector3& acc_bias,
                                int samples, double h,
-                               const std::optional<LowerTriangle>& gyr_matrix = std::nullopt) {
+                               const std::optional<GyroMatrix>& gyr_matrix = std::nullopt) {
   RandomValue random(seed);
   PreintegratedImu p(gyr_bias, acc_bias, gyr_matrix);
   for (int i = 0; i < samples; ++i) {
@@ -253,9 +253,9 @@ TEST(ScaledImuFactor, jacobians_are_correct) {
       v.insert(V(k), random.vector3());
       v.insert(P(k), random.vector3(0.3));
     }
-    v.insert(key::gyr_matrix, random_triangle(random, 0.05));
+    v.insert(key::gyr_matrix, random_gyro_matrix(random, 0.05));
     const PreintegratedImu imu = integrate_imu(i, random.vector3(0.05), random.vector3(0.2), 8,
-                                               0.0125, random_triangle(random, 0.05));
+                                               0.0125, random_gyro_matrix(random, 0.05));
     expect_correct_jacobians(
         ScaledImuFactor(R(0), V(0), P(0), R(1), V(1), P(1), key::gyr_bias, key::acc_bias,
                         key::gyr_matrix, imu, 0.02, 0.1, gravity_n(9.8)),
@@ -267,9 +267,10 @@ TEST(ScaledImuFactor, jacobians_are_correct) {
 // does.
 TEST(PreintegratedImu, scale_errors_and_misalignment_are_taken_out) {
   RandomValue random(15);
-  const LowerTriangle entries = random_triangle(random, 0.03);
+  const GyroMatrix entries = random_gyro_matrix(random, 0.03);
   Matrix3 S;
-  S << entries[0], 0, 0, entries[1], entries[3], 0, entries[2], entries[4], entries[5];
+  S << entries[0], entries[1], entries[2], entries[3], entries[4], entries[5], entries[6],
+      entries[7], entries[8];
   const Vector3 o_w = random.vector3(0.1);
   PreintegratedImu with(o_w, Vector3::Zero(), entries);
   PreintegratedImu without(Vector3::Zero(), Vector3::Zero());
@@ -286,10 +287,10 @@ TEST(PreintegratedImu, scale_errors_and_misalignment_are_taken_out) {
 TEST(PreintegratedImu, jacobians_of_biases_and_matrix_agree_with_reintegration_about_a_matrix) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     RandomValue random(seed + 200);
-    const LowerTriangle S = random_triangle(random, 0.05), dS = random_triangle(random, 1e-4);
+    const GyroMatrix S = random_gyro_matrix(random, 0.05), dS = random_gyro_matrix(random, 1e-4);
     const Vector3 dw = random.vector3(1e-4), zero = Vector3::Zero();
     const PreintegratedImu a = integrate_imu(seed, zero, zero, 20, 0.01, S);
-    const PreintegratedImu b = integrate_imu(seed, dw, zero, 20, 0.01, LowerTriangle(S + dS));
+    const PreintegratedImu b = integrate_imu(seed, dw, zero, 20, 0.01, GyroMatrix(S + dS));
     const Vec<double, 9> d = a.gyr_bias_jacobian() * dw + a.gyr_matrix_jacobian() * dS;
     const Rot3 predicted = a.delta_R() * Rot3::Exp(d.head<3>());
     EXPECT_LT((predicted.inverse() * b.delta_R()).Log().norm(), 1e-3 * d.head<3>().norm());

@@ -15,8 +15,7 @@ const Key kKeys[] = {{'x', 0}, {'x', 1}, {'x', 2}, {'x', 3}, {'x', 4},
                      {'x', 5}, {'x', 6}, {'x', 7}, {'x', 8}};
 
 PreintegratedImu random_imu(RandomValue& random, bool scaled) {
-  const auto matrix =
-      scaled ? std::optional<LowerTriangle>(LowerTriangle::Constant(0.01)) : std::nullopt;
+  const auto matrix = scaled ? std::optional<GyroMatrix>(GyroMatrix::Constant(0.01)) : std::nullopt;
   PreintegratedImu imu(random.vector3(0.1), random.vector3(0.1), matrix);
   for (int i = 0; i < 5; ++i) imu.integrate(random.vector3(3.0), random.vector3(10.0), 0.01);
   return imu;

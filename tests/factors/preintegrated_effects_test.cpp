@@ -39,8 +39,10 @@ PreintegratedGyroscope integrate_gyroscope(const Samples& s, const VectorXd& the
 }
 
 PreintegratedImu integrate_imu(const Samples& s, const VectorXd& theta, bool with_matrix) {
-  std::optional<LowerTriangle> matrix;
-  if (with_matrix) matrix = (LowerTriangle() << 0.02, -0.01, 0.03, 0.01, 0.02, -0.02).finished();
+  std::optional<GyroMatrix> matrix;
+  if (with_matrix) {
+    matrix = (GyroMatrix() << 0.02, -0.01, 0.03, 0.01, 0.02, -0.02, 0.01, -0.03, 0.01).finished();
+  }
   PreintegratedImu out(kGyrBias, kAccBias, matrix);
   for (std::size_t k = 0; k < s.gyr.size(); ++k) {
     out.integrate(s.gyr[k] - s.gyr_columns[k] * theta.head(kGyrEffects),

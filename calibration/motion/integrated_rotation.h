@@ -43,7 +43,7 @@ class IntegratedRotation {
 
   const VectorSeries& gyr_;
   Vector3 bias_;
-  GyroMatrix matrix_;        // S
+  GyroMatrix matrix_;           // S
   Matrix3 unscale_;             // (I + S)^-1
   std::vector<Rot3> attitude_;  // at each sample's time
 };

@@ -115,9 +115,8 @@ TEST(AccelerometerUnit, that_no_sensor_has_is_no_count_of_a_converter) {
   const std::vector<Issue> issues = check_units(shaken(4.0, 3.28084));  // ft/s^2
   ASSERT_EQ(issues.size(), 1u);
   EXPECT_EQ(issues[0].severity, Severity::kFatal);
-  EXPECT_THAT(issues[0].text(),
-              AllOf(HasSubstr("at rest 32."), HasSubstr("--unit acc=0.304"),
-                    testing::Not(HasSubstr("converter"))));
+  EXPECT_THAT(issues[0].text(), AllOf(HasSubstr("at rest 32."), HasSubstr("--unit acc=0.304"),
+                                      testing::Not(HasSubstr("converter"))));
 }
 
 TEST(AccelerometerUnit, is_not_refused_where_the_sensor_never_rests) {

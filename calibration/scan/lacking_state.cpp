@@ -66,13 +66,9 @@ std::optional<MissingEffect> find_lacking_state(const Stage& stage) {
   out.cause = state_in_words(fits[best]);
   out.shift = Eigen::Map<const VectorXd>(shift.data(), Eigen::Index(shift.size()));
   out.covariance = MatrixXd::Zero(out.shift.size(), out.shift.size());
-  // Whether the field departs or the magnetometer is asked of what is seen; what looks like the
-  // calibration may belong to the other one all the same.
-  if (out.channel == Channel::kMag) {
-    out.seen_uT = fits[best].size;
-  } else {
-    // Its mean is nothing that the recording tells from a bias: what switches on and off is not
-    // about zero.
+  // Its mean is nothing that the recording tells from a bias: what switches on and off is not about
+  // zero. A constant departure of the field is the field.
+  if (kAskedParts[best] != DisturbedPart::kField) {
     out.covariance.diagonal()
         .segment<3>(first_of_bias(kAskedParts[best]))
         .setConstant(fits[best].size * fits[best].size);

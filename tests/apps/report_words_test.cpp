@@ -144,9 +144,12 @@ TEST_F(InfoReport, is_a_page_of_its_own_with_faults_and_remedies) {
 }
 
 TEST_F(InfoReport, is_written_for_a_recording_that_cannot_be_calibrated) {
-  ASSERT_EQ(magimu_("simulate -q -o rec.csv --motion hand --rate 50 --duration 60").exit_code,
+  // Degrees a second that pass for radians.
+  ASSERT_EQ(magimu_("simulate -q -o rec.csv --motion hand --rate 50 --duration 60 --effect "
+                    "gyro_scale_misalignment=56.3:0:0:0:56.3:0:0:0:56.3")
+                .exit_code,
             kDone);
-  EXPECT_EQ(magimu_("info -q rec.csv --unit mag=1000 --report look.html").exit_code, kNoAnswer);
+  EXPECT_EQ(magimu_("info -q rec.csv --report look.html").exit_code, kNoAnswer);
   const std::string page = magimu_.text("look.html");
   EXPECT_EQ(test::xml_error(page), "");
   EXPECT_THAT(page, HasSubstr("cannot be calibrated as it is"));

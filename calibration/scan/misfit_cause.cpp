@@ -8,6 +8,7 @@
 #include <complex>
 #include <unsupported/Eigen/FFT>
 
+#include "statistics/alias.h"
 #include "statistics/quantiles.h"
 #include "statistics/tails.h"
 
@@ -22,13 +23,10 @@ constexpr double kHandBelow_hz = 5.0;     // motion, and what follows it
 constexpr double kMainsWithin_hz = 0.25;  // of 50 or 60 Hz: the grid, and the logger's clock
 constexpr std::size_t kFewReadings = 32;
 
-// Where a frequency appears among samples of this rate.
-double folded(double hz, double rate) { return std::abs(std::remainder(hz, rate)); }
-
 std::string mains_in_words(double hz, double rate) {
   for (const double mains : {50.0, 60.0}) {
     for (const int harmonic : {1, 2, 3}) {
-      if (std::abs(folded(harmonic * mains, rate) - hz) > kMainsWithin_hz) continue;
+      if (std::abs(alias(harmonic * mains, rate) - hz) > kMainsWithin_hz) continue;
       return fmt::format(", where the mains' {:.0f} Hz appear at {:.4g} samples a second",
                          harmonic * mains, rate);
     }
@@ -119,8 +117,7 @@ std::string cause_of_misfit(const Calibration& c, const std::vector<MissingEffec
   if (measured != nullptr) {
     return fmt::format(
         "The recording's column {} explains {} of it: {} ({}). `magimu diagnose` measures that, "
-        "and "
-        "gives the calibration without it.",
+        "and gives the calibration without it.",
         measured->needs, measured->share_of_misfit > kNearlyAll ? "nearly all" : "most",
         measured->cause, measured->name);
   }

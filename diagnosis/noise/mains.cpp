@@ -17,6 +17,7 @@
 
 #include "diagnosis/noise/noise_causes.h"
 #include "graph/decompositions.h"
+#include "statistics/alias.h"
 #include "statistics/golden_section.h"
 #include "statistics/quantiles.h"
 
@@ -219,11 +220,6 @@ double p_of_maximum(const Periodogram& p, double band, double u, double sigma) {
 }
 
 double whole_band(const Periodogram& p) { return p.f.back() - p.f.front(); }
-
-// Where a line appears in samples, Hz.
-double alias(double line_hz, double rate_hz) {
-  return std::abs(line_hz - rate_hz * std::round(line_hz / rate_hz));
-}
 
 struct Peak {
   std::size_t at = 0;

@@ -53,7 +53,8 @@ std::vector<double> realistic_size(const EffectRequest& request,
   if (name == "mag_own_clock") return {between(0.003, 0.008), random.uniform()};
   std::vector<double> out;
   for (const Effect::Parameter& p : parameters) {
-    const double sign = name != "mag_lag" && random.uniform() < 0.5 ? -1.0 : 1.0;
+    const double sign =
+        name != "mag_lag" && !name.ends_with("_bandwidth") && random.uniform() < 0.5 ? -1.0 : 1.0;
     out.push_back(sign * between(kLeast, kMost) * p.prior_sigma);
   }
   if (is_change(name)) {

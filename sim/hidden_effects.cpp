@@ -153,6 +153,19 @@ EffectRequest parse_effect_request(const std::string& text) {
   return request;
 }
 
+namespace {
+
+// Of a family the one with so many numbers; null where none has.
+std::shared_ptr<const Effect> of_size(const Effect& family, std::size_t numbers) {
+  for (int terms = 1; 3 * terms <= int(numbers); ++terms) {
+    const std::shared_ptr<const Effect> one = family.with_terms(terms);
+    if (one && one->size() == int(numbers)) return one;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
 HiddenEffect hide(const EffectRequest& request, const SimulatedSurroundings& where) {
   std::shared_ptr<const Effect> effect = find_effect(request.name);
   const Special* special = find_special(request.name);
@@ -163,9 +176,8 @@ HiddenEffect hide(const EffectRequest& request, const SimulatedSurroundings& whe
   const bool alone = special && special->replaces;
   const bool family = !alone && effect->with_terms(1) != nullptr;
   if (family) {
-    const std::size_t count = request.numbers.size();
-    const bool fits = count > 0 && count % 3 == 0;
-    effect = effect->with_terms(fits ? int(count) / 3 : 2);
+    const auto asked = of_size(*effect, request.numbers.size());
+    effect = asked ? asked : effect->with_terms(2);
   }
   Parameters parameters = alone ? Parameters{} : effect->description().parameters;
   if (special) {
@@ -204,7 +216,7 @@ std::shared_ptr<const Effect> term_of(const HiddenEffect& hidden) {
     return nullptr;
   }
   const std::shared_ptr<const Effect> effect = find_effect(hidden.name);
-  const auto family = effect->with_terms(int(count) / 3);
+  const auto family = of_size(*effect, count);
   return family ? family : effect;
 }
 

@@ -33,6 +33,13 @@ Vector3* own_part(SampleState& state, Channel channel, bool moving) {
   return reads_state(channel, moving) ? &state.f : nullptr;
 }
 
+// What is there beside a delay is there at the delayed time.
+double delay_of(const std::vector<ActiveTerm>& active) {
+  double sum = 0.0;
+  for (const ActiveTerm& a : active) sum += a.effect->delay(a.theta);
+  return sum;
+}
+
 // Of one sample. Terms may depend on what they correct (a scale error on the rate), so what has
 // been corrected takes its place in the state until it no longer changes: each round is closer by a
 // scale error's size.
@@ -58,8 +65,10 @@ Vector3 sum_of_terms(const std::vector<ActiveTerm>& active, const Vector3& raw,
 void correct(const SensedMotion& motion, Channel channel, bool moving,
              const std::vector<ActiveTerm>& active, const VectorSeries& raw,
              VectorSeries& corrected) {
+  const double delay_s = delay_of(active);
   parallel::for_each(raw.size(), 512, [&](std::size_t k) {
     SampleState state = motion.state(channel, k);
+    state.delay_s += delay_s;
     const Vector3 sum =
         sum_of_terms(active, raw.v[k], corrected.v[k], state, own_part(state, channel, moving));
     corrected.v[k] = raw.v[k] - sum;
@@ -83,8 +92,10 @@ EffectColumns columns_of(const std::shared_ptr<const KeptMotion>& motion, Channe
                          std::vector<Vector3> moved) {
   EffectColumns out;
   for (const ActiveTerm& a : active) out.parameters += int(a.theta.size());
-  out.write = [=, moved = std::move(moved)](std::size_t k, EffectColumns::Columns& columns) {
+  out.write = [=, delay_s = delay_of(active), moved = std::move(moved)](
+                  std::size_t k, EffectColumns::Columns& columns) {
     SampleState state = motion->sensed.state(channel, k);
+    state.delay_s += delay_s;
     Vector3* const own = own_part(state, channel, moving);
     if (!moved.empty()) *own += moved[k];
     for (const ActiveTerm& a : active) {

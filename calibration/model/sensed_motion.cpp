@@ -56,6 +56,8 @@ SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, con
       mag_bias_(values.at<Vector3>(key::mag_bias)),
       field_(unit_field(values.at<double>(dip_of(plan.field)))),
       D_(values.at<Matrix3>(key::distortion)),
+      delay_s_(spec.mag_time_offset && !spec.mag_offset_s.empty() ? spec.mag_offset_s.front()
+                                                                  : 0.0),
       strength_(std::cbrt(std::abs(D_.determinant()))),
       begin_(recording.gyr.t.front() - plan.before_s),
       duration_(recording.gyr.t.back() - recording.gyr.t.front()),
@@ -203,6 +205,7 @@ SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
     s.force_change = [this, t = s.t](double delay_s) { return force_change(t, delay_s); };
   }
   if (channel == Channel::kMag) {
+    s.delay_s = delay_s_;
     s.field_before = [this, t = s.t](double delay_s) {  // as much as a function holds by itself
       return attitude(t - delay_s).unrotate(field_);
     };

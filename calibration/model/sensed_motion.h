@@ -38,6 +38,7 @@ class SensedMotion {
   IntegratedRotation gyr_;
   Vector3 gyr_bias_, acc_bias_, mag_bias_, field_;
   Matrix3 D_;
+  double delay_s_;                              // of the magnetometer
   double strength_, begin_, duration_, whole_;  // whole_: of all parts of the recording
   // Attitude of each node, relative to the gyroscope's at that time, and what it is to the next's.
   std::vector<Rot3> nodes_;

@@ -32,8 +32,8 @@ std::string index_of(const std::string& name) {
 std::string why_it_stays(const std::string& name) {
   for (const char* own :
        {"acc_scale_misalignment", "gyro_scale_misalignment", "gyro_nonlinearity",
-        "gyro_g_sensitivity", "mag_nonlinearity", "mag_current", "mag_eddy_current",
-        "mag_axis_time_offset", "mag_time_offset", "clock_scale"}) {
+        "acc_nonlinearity", "gyro_g_sensitivity", "mag_nonlinearity", "mag_current",
+        "mag_eddy_current", "mag_axis_time_offset", "mag_time_offset", "clock_scale"}) {
     if (name == own) return "";
   }
   if (name.ends_with("_temperature")) {
@@ -47,6 +47,9 @@ std::string why_it_stays(const std::string& name) {
   if (name == "mag_lag") {
     return "taking it out needs the derivative of the readings, which is mostly noise; calibrate "
            "with the time offset on (--mag-time-offset) instead, which is the same to first order";
+  }
+  if (name.ends_with("_bandwidth")) {
+    return "taking it out needs the second derivative of the readings, which is mostly noise";
   }
   return "it belongs to the recording in which it was found, not to the sensor";
 }

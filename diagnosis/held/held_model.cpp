@@ -62,7 +62,8 @@ VectorXd constant(Eigen::Index n, double value) { return VectorXd::Constant(n, v
 bool belongs_to_recording(const std::string& effect) {
   static const char* const names[] = {"hard_iron_drift",    "field_drift",       "acc_bias_drift",
                                       "field_gradient",     "stationary_source", "gyro_bias_drift",
-                                      "mains_interference", "mag_own_clock",     "field_departure"};
+                                      "mains_interference", "mag_own_clock",     "field_departure",
+                                      "mag_gain_drift",     "gyro_gain_drift",   "acc_gain_drift"};
   return is_change(effect) ||
          std::find(std::begin(names), std::end(names), effect) != std::end(names);
 }

@@ -66,14 +66,16 @@ void take_walk(Option& option, const Scan& scan, std::size_t candidate, double d
 void take_terms(Option& option, const Scan& scan, std::size_t candidate) {
   const std::shared_ptr<const Effect> family = option.effect;
   double best = 1.0;
-  for (int terms = 1; 3 * terms <= family->size(); ++terms) {
+  for (int terms = 1;; ++terms) {
+    const std::shared_ptr<const Effect> one = family->with_terms(terms);
+    if (one->size() > family->size()) break;
     const Score s =
-        scan.combined(selection(scan.information().rows(), scan.first(candidate), 3 * terms));
+        scan.combined(selection(scan.information().rows(), scan.first(candidate), one->size()));
     const double rank = log10_chi_square_tail(s.statistic, s.dof);
     if (terms > 1 && rank >= best) continue;
     best = rank;
     option.score = s;
-    option.effect = family->with_terms(terms);
+    option.effect = one;
     option.rank = rank;
   }
   option.score.log10_p = std::min(0.0, option.score.log10_p + std::log10(kOrders));

@@ -23,4 +23,17 @@ class BiasDrift final : public Effect {
   std::shared_ptr<const Effect> with_terms(int terms) const override;
 };
 
+// A sensor's gains change: sum_j k_j,i P_j(u) times all that the axis i reads, its bias too, j up
+// to the number of terms; from 1 on, or from 0 where no other parameter has the gain itself.
+class GainDrift final : public Effect {
+ public:
+  GainDrift(const Description& description, int terms, int first = 1);
+
+  void jacobian(const SampleState& state, const VectorXd& theta, EffectJacobian J) const override;
+  std::shared_ptr<const Effect> with_terms(int terms) const override;
+
+ private:
+  int first_;
+};
+
 }  // namespace magimu

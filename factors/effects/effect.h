@@ -43,6 +43,7 @@ struct SampleState {
   Vector3 position = Vector3::Zero();           // in n, m
   Vector3 position_mean = Vector3::Zero();      // over the recording
   Vector3 neighbour = Vector3::Zero();          // what another magnetometer beside it reads, uT
+  double delay_s = 0.0;                         // by which the model has the magnetometer late
   std::function<Vector3(double)> field_before;  // b so many seconds earlier
   std::function<Vector3(double)> force_change;  // f so many seconds earlier, less f
 };
@@ -91,6 +92,8 @@ class Effect {
   virtual Vector3 term(const SampleState& state, const VectorXd& theta) const;
   // d term / d position, uT/m or the like; only where description().of_position.
   virtual Matrix3 by_position(const SampleState& state, const VectorXd& theta) const;
+  // By how much it makes the readings late, s.
+  virtual double delay(const VectorXd& /*theta*/) const { return 0.0; }
   // Prior standard deviations; a random process may have them depend on the recording's length.
   virtual VectorXd prior_sigma(double duration_s) const;
   // The same family (a drift, say) with so many terms in each direction; null: it is none.

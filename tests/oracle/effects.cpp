@@ -73,6 +73,12 @@ const std::vector<Entry>& entries() {
       {"acc_bias_drift", -3},
       {"acc_bias_change", 5, {0.0, 0.0, 0.0, 0.0, kNever}},
       {"gyro_bias_change", 5, {0.0, 0.0, 0.0, 0.0, kNever}},
+      {"mag_bandwidth", 1},
+      {"acc_bandwidth", 1},
+      {"mag_gain_drift", -3},
+      {"gyro_gain_drift", -3},
+      {"acc_gain_drift", -3},
+      {"acc_nonlinearity", 3},
   };
   return list;
 }

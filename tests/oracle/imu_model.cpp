@@ -44,6 +44,14 @@ double phase(const Motion& motion, double t) { return 2.0 * t / motion.duration_
 
 bool lasts(const Effect& e, int i, double t) { return t >= e[i] && t < e[i + 1]; }
 
+Vector3d mean_about(double t, double width, const std::function<Vector3d(double)>& f) {
+  if (width == 0.0) return f(t);
+  constexpr int kPoints = 50;
+  Vector3d sum = Vector3d::Zero();
+  for (int i = 0; i < kPoints; ++i) sum += f(t + width * ((i + 0.5) / kPoints - 0.5));
+  return sum / kPoints;
+}
+
 void stick(std::vector<Vector3d>& readings, double width) {
   for (std::size_t k = 1; width > 0.0 && k < readings.size(); ++k) {
     const Vector3d least = readings[k].array() - width, most = readings[k].array() + width;
@@ -69,6 +77,7 @@ ImuModel::ImuModel(const Options& options, const Device& device, const Motion& m
   for (const Effect& e : options.effects) {
     if (e.kind == EffectKind::kGravity) gravity_ += e[0];
     if (e.kind == EffectKind::kAccTimeOffset) acc_offset_ += e[0];
+    if (e.kind == EffectKind::kAccBandwidth) acc_mean_s_ += e[0];
     if (e.kind == EffectKind::kGyroBiasDrift) draw_drift(e[0]);
     if (e.kind == EffectKind::kAccTapping) draw_taps(e);
     if (e.kind == EffectKind::kGyroGSensitivity || e.kind == EffectKind::kGyroRectification) {
@@ -87,6 +96,12 @@ Vector3d ImuModel::acc_at(double t) const {
         break;
       case EffectKind::kAccChange:
         if (lasts(e, 9, t)) acc += first_matrix(e) * (at.f + device_.acc_bias);
+        break;
+      case EffectKind::kAccNonlinearity:
+        acc.array() += e.vector().array() * at.f.array().cube() / (9.80665 * 9.80665);
+        break;
+      case EffectKind::kAccGainDrift:
+        acc += polynomial(e, phase(motion_, t)).cwiseProduct(at.f + device_.acc_bias);
         break;
       case EffectKind::kAccBiasDrift:
         acc += polynomial(e, phase(motion_, t));
@@ -139,6 +154,9 @@ Vector3d ImuModel::gyr_at(double t) const {
       case EffectKind::kGyroChange:
         if (lasts(e, 9, t)) gyr += first_matrix(e) * (omega + device_.gyr_bias);
         break;
+      case EffectKind::kGyroGainDrift:
+        gyr += polynomial(e, phase(motion_, t)).cwiseProduct(omega + device_.gyr_bias);
+        break;
       case EffectKind::kGyroBiasChange:
         if (lasts(e, 3, t)) gyr += e.vector();
         break;
@@ -155,7 +173,10 @@ Vector3d ImuModel::gyr_at(double t) const {
 std::vector<Vector3d> ImuModel::acc() const {
   std::vector<Vector3d> readings;
   readings.reserve(t_.size());
-  for (std::size_t k = 0; k + 1 < t_.size(); ++k) readings.push_back(acc_at(t_[k] - acc_offset_));
+  for (std::size_t k = 0; k + 1 < t_.size(); ++k) {
+    readings.push_back(
+        mean_about(t_[k] - acc_offset_, acc_mean_s_, [&](double t) { return acc_at(t); }));
+  }
   for (const Effect& e : options_.effects) {
     if (e.kind == EffectKind::kAccHysteresis) stick(readings, e[0]);
   }

@@ -3,6 +3,8 @@
 // every effect of docs/effects.md that touches them: one `case` each.
 #pragma once
 
+#include <functional>
+
 #include "tests/oracle/sensors.h"
 
 namespace magimu::oracle {
@@ -28,6 +30,9 @@ double phase(const Motion& motion, double t);
 
 // Whether t lies in [t0, t1), which are the effect's parameters number i and i + 1.
 bool lasts(const Effect& effect, int i, double t);
+
+// The mean of f over a time of that width about t.
+Vector3d mean_about(double t, double width, const std::function<Vector3d(double)>& f);
 
 // The play operator, axis by axis: what follows, `width` behind, whatever pushes it.
 void stick(std::vector<Vector3d>& readings, double width);
@@ -60,6 +65,7 @@ class ImuModel {
   const std::vector<double>& t_;
   double gravity_;
   double acc_offset_ = 0.0;  // acc_time_offset, s
+  double acc_mean_s_ = 0.0;  // acc_bandwidth
   double mean_temperature_ = 0.0;
   bool gyr_needs_force_ = false;
   std::vector<Vector3d> drift_;         // of the gyroscope, at t_

@@ -53,6 +53,7 @@ MagModel::MagModel(const Options& options, const Device& device, const Motion& m
     if (e.kind == EffectKind::kMagTimeOffset) offset_ += e[0];
     if (e.kind == EffectKind::kMagAxisTimeOffset) axis_offset_ += e.vector();
     if (e.kind == EffectKind::kMagLag) lag_ += e[0];
+    if (e.kind == EffectKind::kMagBandwidth) mean_s_ += e[0];
     if (e.kind == EffectKind::kMagTimeJitter) {
       for (double& t : t_) t += e[0] * jitter.normal();
     }
@@ -141,6 +142,9 @@ Vector3d MagModel::reading_terms(const Instant& at) const {
       case EffectKind::kMagGainChange:
         if (lasts(e, 3, at.t)) sum += e.vector().cwiseProduct(B + hard_iron(at));
         break;
+      case EffectKind::kMagGainDrift:
+        sum += polynomial(e, phase(motion_, at.t)).cwiseProduct(B + hard_iron(at));
+        break;
       case EffectKind::kMagChange:
         if (lasts(e, 9, at.t)) sum += first_matrix(e) * (B + hard_iron(at));
         break;
@@ -176,7 +180,9 @@ std::vector<Vector3d> MagModel::h_before(double offset) const {
   for (double& t : sensed_t) t -= offset;
   if (lag_ > 0.0) return lagged(sensed_t, lag_);
   std::vector<Vector3d> result;
-  for (const double t : sensed_t) result.push_back(h(t));
+  for (const double t : sensed_t) {
+    result.push_back(mean_about(t, mean_s_, [&](double at) { return h(at); }));
+  }
   return result;
 }
 

@@ -40,6 +40,7 @@ class MagModel {
   Vector3d mean_p_ = Vector3d::Zero();
   double offset_ = 0.0;                      // mag_time_offset, s
   double lag_ = 0.0;                         // mag_lag, s
+  double mean_s_ = 0.0;                      // mag_bandwidth
   Vector3d axis_offset_ = Vector3d::Zero();  // mag_axis_time_offset, s
 };
 

@@ -252,6 +252,15 @@ Parameters Sizes::later(EffectKind kind) {
       const double first = positive(0.0, 0.004), each_s = positive(0.002, 0.005);
       return {first, first + each_s, first + 2.0 * each_s};
     }
+    case EffectKind::kMagBandwidth:
+    case EffectKind::kAccBandwidth:
+      return {positive(0.05, 0.15)};
+    case EffectKind::kAccNonlinearity:
+      return vector(0.003, 0.01);
+    case EffectKind::kMagGainDrift:
+    case EffectKind::kGyroGainDrift:
+    case EffectKind::kAccGainDrift:
+      return vector(0.005, 0.02);
     case EffectKind::kMagChange:
     case EffectKind::kGyroChange:
     case EffectKind::kAccChange: {

@@ -52,7 +52,7 @@ TEST(EffectRequest, names_the_sensor_whose_noise_is_changed) {
 TEST(EffectRequest, is_refused_with_a_remedy) {
   using testing::HasSubstr;
   EXPECT_THAT(refusal("gremlins"),
-              HasSubstr("known are acc_bias_change, acc_bias_drift, acc_change"));
+              HasSubstr("known are acc_bandwidth, acc_bias_change, acc_bias_drift"));
   EXPECT_THAT(refusal("lever_arm=1:2"), HasSubstr("r[0] (m), r[1] (m), r[2] (m)"));
   EXPECT_THAT(refusal("hard_iron_change=1:2:3"), HasSubstr("t0 (s), t1 (s)"));
   EXPECT_THAT(refusal("field_drift=1:2"), HasSubstr("three for each term"));

@@ -37,6 +37,7 @@ class MagLag final : public Effect {
     for (int i = 0; i < kPoints; ++i) sum += kWeight[i] * s.field_before(kAge[i] * theta[0]);
     return s.D * (sum - s.b);
   }
+  double delay(const VectorXd& theta) const override { return theta[0]; }
   std::string sentence(const VectorXd& theta, const VectorXd& sigma) const override {
     return fmt::format(
         "The magnetometer follows the field with a time constant of {:.2f} +- {:.2f} ms.",

@@ -24,6 +24,7 @@ class MagTimeOffset final : public Effect {
   Vector3 term(const SampleState& s, const VectorXd& theta) const override {
     return s.D * (s.field_before(theta[0]) - s.b);
   }
+  double delay(const VectorXd& theta) const override { return theta[0]; }
   std::string sentence(const VectorXd& theta, const VectorXd& sigma) const override {
     return fmt::format("The magnetometer {} the gyroscope by {:.2f} +- {:.2f} ms.",
                        theta[0] > 0.0 ? "lags" : "is ahead of", 1e3 * std::abs(theta[0]),

@@ -110,6 +110,7 @@ class Extender {
   void estimate_walk_anew();
   RandomWalk walk_in(const Stage& stage, std::size_t effect) const;
   bool name_simpler(std::size_t finding, std::shared_ptr<const Effect> named);
+  bool name_one_for_two(std::size_t first, std::size_t second);
   void take(const Stage& stage, double nll);
 
   const std::vector<const Recording*>& recordings_;

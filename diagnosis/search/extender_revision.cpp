@@ -69,9 +69,62 @@ bool Extender::name_simpler(std::size_t finding, std::shared_ptr<const Effect> n
   return true;
 }
 
+// Two that entered one after the other, and one of the first one's class that explains as much as
+// both do, each parameter at a nat: a lag beside the offset that it was taken for, and beside what
+// the offset left of it.
+bool Extender::name_one_for_two(std::size_t first, std::size_t second) {
+  const Stage both = *stage_;
+  const auto effect_of = [&](std::size_t finding) {
+    return *std::ranges::find(both.spec().effects, d_.findings[finding].effect,
+                              [](const auto& e) { return e->name(); });
+  };
+  const std::shared_ptr<const Effect> one = effect_of(first), other = effect_of(second);
+  ModelSpec spec = both.spec();
+  std::erase(spec.effects, one);
+  std::erase(spec.effects, other);
+  const Stage without = pipeline_.refit_with_same_noise(both, spec);
+  if (!without.result().converged()) return false;
+  take(without, sum_of(held_out_nll(without)));
+  std::vector<Option> options = scan_options(recordings_, *stage_, candidates(*stage_));
+  std::erase_if(options, [&](const Option& o) {
+    return o.effect->name() == one->name() || !same_class(*o.effect, *one);
+  });
+  const std::vector<Trial> found = trials(options);
+  const auto best = std::ranges::min_element(
+      found, {}, [](const Trial& t) { return t.stage.result().cost_final; });
+  if (best == found.end()) return false;
+  const int fewer = one->size() + other->size() - best->option.effect->size();
+  if (best->stage.result().cost_final > both.result().cost_final + fewer) return false;
+  Finding f = describe(best->option, best->stage, best->nll, options,
+                       VectorXd::Zero(best->option.effect->size()));
+  f.probability = d_.findings[first].probability;
+  d_.findings[first] = std::move(f);
+  d_.findings.erase(d_.findings.begin() + std::ptrdiff_t(second));
+  take(best->stage, best->nll);
+  return true;
+}
+
 // The first that entered were named while the later ones were not in the model, and may have taken
 // what these explain: a simpler cause, where it now predicts as well, takes the place of a richer.
 void Extender::reconsider() {
+  const auto in_model = [&](std::size_t finding) -> std::shared_ptr<const Effect> {
+    for (const auto& e : stage_->spec().effects) {
+      if (e->name() == d_.findings[finding].effect) return e;
+    }
+    return nullptr;
+  };
+  for (std::size_t i = 0; i < d_.findings.size(); ++i) {
+    for (std::size_t j = i + 1; j < d_.findings.size(); ++j) {
+      const auto one = in_model(i), other = in_model(j);
+      if (!one || !other || one->channel() != other->channel()) continue;
+      const auto of_class = [&](const auto& e) { return same_class(*e, *one); };
+      if (std::ranges::none_of(candidates(*stage_), of_class)) continue;
+      const Stage stage = *stage_;
+      const double nll = nll_;
+      if (attempt([&] { return name_one_for_two(i, j); }).value_or(false)) break;
+      take(stage, nll);
+    }
+  }
   for (std::size_t i = 0; i + 1 < d_.findings.size(); ++i) {
     const auto& effects = stage_->spec().effects;
     const auto named = std::find_if(effects.begin(), effects.end(), [&](const auto& e) {

@@ -35,9 +35,10 @@
 //   acc_time_offset          tau
 //   gravity                  d, m/s^2
 //   mag_own_clock            T, s; p: of age T frac(t / T + p); T = 0: none
-//   mag_bandwidth, acc_bandwidth  W, s: the mean from W / 2 before to W / 2 after; v = W^2 / 12
+//   mag_bandwidth, acc_bandwidth  v, s^2: the mean over sqrt(12 v), from half of it before on
 //   acc_nonlinearity         k, 3: acc_i + k_i f_i^3 / g^2
-//   mag_gain_drift, gyro_gain_drift, acc_gain_drift  k_1, k_2, ...: 3 each, of all that it reads
+//   mag_gain_drift, gyro_gain_drift, acc_gain_drift  k_1, k_2, ... (k_0, k_1, ... of the
+//                            accelerometer): 3 each, of all that it reads
 //   mag_change, gyro_change, acc_change  C, 9; t0, t1 (true time): of all that the sensor reads
 //
 // Outside of the catalogue:

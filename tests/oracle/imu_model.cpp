@@ -34,9 +34,9 @@ double legendre(int j, double x) {
   return now;
 }
 
-Vector3d polynomial(const Effect& e, double x) {
+Vector3d polynomial(const Effect& e, double x, int first) {
   Vector3d sum = Vector3d::Zero();
-  for (int j = 1; 3 * j <= e.parameters.size(); ++j) sum += e.vector(3 * j - 3) * legendre(j, x);
+  for (int j = 0; 3 * j < e.parameters.size(); ++j) sum += e.vector(3 * j) * legendre(first + j, x);
   return sum;
 }
 
@@ -77,7 +77,7 @@ ImuModel::ImuModel(const Options& options, const Device& device, const Motion& m
   for (const Effect& e : options.effects) {
     if (e.kind == EffectKind::kGravity) gravity_ += e[0];
     if (e.kind == EffectKind::kAccTimeOffset) acc_offset_ += e[0];
-    if (e.kind == EffectKind::kAccBandwidth) acc_mean_s_ += e[0];
+    if (e.kind == EffectKind::kAccBandwidth) acc_mean_s_ += std::sqrt(12.0 * e[0]);
     if (e.kind == EffectKind::kGyroBiasDrift) draw_drift(e[0]);
     if (e.kind == EffectKind::kAccTapping) draw_taps(e);
     if (e.kind == EffectKind::kGyroGSensitivity || e.kind == EffectKind::kGyroRectification) {
@@ -101,7 +101,7 @@ Vector3d ImuModel::acc_at(double t) const {
         acc.array() += e.vector().array() * at.f.array().cube() / (9.80665 * 9.80665);
         break;
       case EffectKind::kAccGainDrift:
-        acc += polynomial(e, phase(motion_, t)).cwiseProduct(at.f + device_.acc_bias);
+        acc += polynomial(e, phase(motion_, t), 0).cwiseProduct(at.f + device_.acc_bias);
         break;
       case EffectKind::kAccBiasDrift:
         acc += polynomial(e, phase(motion_, t));

@@ -25,7 +25,7 @@ Matrix3d first_matrix(const Effect& effect);
 // Legendre polynomial of order j at x; sum_j c_j phi_j of an effect's parameters; and x of a time:
 // -1 at the recording's start, 1 at its end.
 double legendre(int j, double x);
-Vector3d polynomial(const Effect& effect, double x);
+Vector3d polynomial(const Effect& effect, double x, int first = 1);
 double phase(const Motion& motion, double t);
 
 // Whether t lies in [t0, t1), which are the effect's parameters number i and i + 1.

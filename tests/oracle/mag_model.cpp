@@ -53,7 +53,7 @@ MagModel::MagModel(const Options& options, const Device& device, const Motion& m
     if (e.kind == EffectKind::kMagTimeOffset) offset_ += e[0];
     if (e.kind == EffectKind::kMagAxisTimeOffset) axis_offset_ += e.vector();
     if (e.kind == EffectKind::kMagLag) lag_ += e[0];
-    if (e.kind == EffectKind::kMagBandwidth) mean_s_ += e[0];
+    if (e.kind == EffectKind::kMagBandwidth) mean_s_ += std::sqrt(12.0 * e[0]);
     if (e.kind == EffectKind::kMagTimeJitter) {
       for (double& t : t_) t += e[0] * jitter.normal();
     }

@@ -158,7 +158,7 @@ Parameters Sizes::surroundings(EffectKind kind) {
 Parameters Sizes::outside(EffectKind kind) {
   switch (kind) {
     case EffectKind::kAccHysteresis:
-      return {positive(0.05, 0.15)};
+      return {positive(2e-4, 2e-3)};
     case EffectKind::kGyroRectification:
       return each(3, 2e-5, 6e-5);
     case EffectKind::kMagMemory:
@@ -259,8 +259,9 @@ Parameters Sizes::later(EffectKind kind) {
       return vector(0.003, 0.01);
     case EffectKind::kMagGainDrift:
     case EffectKind::kGyroGainDrift:
-    case EffectKind::kAccGainDrift:
       return vector(0.005, 0.02);
+    case EffectKind::kAccGainDrift:
+      return joined({vector(0.002, 0.01), vector(0.005, 0.02)});
     case EffectKind::kMagChange:
     case EffectKind::kGyroChange:
     case EffectKind::kAccChange: {

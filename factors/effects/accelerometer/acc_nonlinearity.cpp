@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // acc_i + k_i f_i^3 / g^2: the accelerometer's scale depends on the force along the axis.
 #include "factors/effects/catalogue.h"
-#include "factors/sensor_model.h"
 
 namespace magimu {
 namespace {
@@ -16,8 +15,8 @@ class AccNonlinearity final : public Effect {
                 .separating_motion = "hold every face of the sensor up, and every edge"}) {}
 
   void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
-    constexpr double kSquare = kStandardGravity * kStandardGravity;
-    J = Vector3(s.f.array().cube() / kSquare).asDiagonal();
+    constexpr double kGravity = 9.80665;  // m/s^2
+    J = Vector3(s.f.array().cube() / (kGravity * kGravity)).asDiagonal();
   }
 };
 

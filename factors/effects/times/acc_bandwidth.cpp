@@ -3,7 +3,6 @@
 // turns with the sensor: what else it averages looks like another motion of the hand.
 #include "factors/effects/bandwidth.h"
 #include "factors/effects/catalogue.h"
-#include "factors/sensor_model.h"
 
 namespace magimu {
 namespace {
@@ -19,7 +18,7 @@ class AccBandwidth final : public Effect {
 
   void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
     // u'' = w x (w x u) - w' x u of what stays as it is in n.
-    const Vector3 u = s.nRb.unrotate(Vector3(-gravity_n(kStandardGravity)));
+    const Vector3 u = s.nRb.unrotate(Vector3(0.0, 0.0, 9.80665));
     J = 0.5 * (s.omega.cross(Vector3(s.omega.cross(u))) - s.omega_rate.cross(u));
   }
   std::string sentence(const VectorXd& theta, const VectorXd& sigma) const override {

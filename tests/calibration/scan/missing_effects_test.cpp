@@ -52,9 +52,10 @@ const Check& model_check(const Calibration& c) {
 // A magnetometer that averages shows less of a field that turns: D would be too small by it.
 TEST(MissingEffects, a_filter_in_the_magnetometer_is_seen_and_the_sigmas_hold) {
   for (const double width : {0.05, 0.1, 0.2}) {
-    const oracle::Simulation s = hidden({oracle::make_effect("mag_bandwidth", {width}),
-                                         oracle::make_effect("mag_time_offset", {0.5 * width})},
-                                        oracle::MotionKind::kHandHeld);
+    const oracle::Simulation s =
+        hidden({oracle::make_effect("mag_bandwidth", {width * width / 12.0}),
+                oracle::make_effect("mag_time_offset", {0.5 * width})},
+               oracle::MotionKind::kHandHeld);
     const Calibration c = calibrate(s.recording);
     const VectorXd error = error_of(c, s.truth.device);
     EXPECT_LT(distance(error, c.covariance), kOutside) << width;

@@ -155,8 +155,18 @@ double farthest_sigma(const Finding& f, const oracle::Effect& truth, const oracl
     sigma[3] = sigma[4];
     found[4] = theta[4];
   }
+  // The catalogue has a filter to second order in the rate, and of the accelerometer's gravity
+  // alone.
+  if (truth.kind == oracle::EffectKind::kMagBandwidth ||
+      truth.kind == oracle::EffectKind::kAccBandwidth) {
+    constexpr double kShape = 0.1;
+    sigma[0] = std::hypot(sigma[0], kShape * theta[0]);
+  }
   const bool drift = truth.kind == oracle::EffectKind::kFieldDrift ||
                      truth.kind == oracle::EffectKind::kAccBiasDrift ||
+                     truth.kind == oracle::EffectKind::kMagGainDrift ||
+                     truth.kind == oracle::EffectKind::kGyroGainDrift ||
+                     truth.kind == oracle::EffectKind::kAccGainDrift ||
                      truth.kind == oracle::EffectKind::kHardIronDrift;
   double farthest = nan;
   for (Eigen::Index i = 0; i < found.size(); ++i) {

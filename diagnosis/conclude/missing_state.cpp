@@ -480,7 +480,7 @@ bool state_is_missing(const Diagnosis& d) {
   const bool excused = std::ranges::any_of(
       d.findings, [](const Finding& f) { return f.effect != "linear_acceleration"; });
   return std::ranges::any_of(d.missing, [&](const MissingState& m) {
-    return counted(m) > (excused ? kCrumb * m.gain_nats : 0.0);
+    return counted(m) > (excused ? kDecided : 0.0);
   });
 }
 

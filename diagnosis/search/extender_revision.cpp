@@ -70,8 +70,8 @@ bool Extender::name_simpler(std::size_t finding, std::shared_ptr<const Effect> n
 }
 
 // Two that entered one after the other, and one of the first one's class that explains as much as
-// both do, each parameter at a nat: a lag beside the offset that it was taken for, and beside what
-// the offset left of it.
+// both do, each parameter at a nat, but for a draw: a lag beside the offset that it was taken for,
+// and beside what the offset left of it.
 bool Extender::name_one_for_two(std::size_t first, std::size_t second) {
   const Stage both = *stage_;
   const auto effect_of = [&](std::size_t finding) {
@@ -94,7 +94,7 @@ bool Extender::name_one_for_two(std::size_t first, std::size_t second) {
       found, {}, [](const Trial& t) { return t.stage.result().cost_final; });
   if (best == found.end()) return false;
   const int fewer = one->size() + other->size() - best->option.effect->size();
-  if (best->stage.result().cost_final > both.result().cost_final + fewer) return false;
+  if (best->stage.result().cost_final > both.result().cost_final + fewer + kDraw) return false;
   Finding f = describe(best->option, best->stage, best->nll, options,
                        VectorXd::Zero(best->option.effect->size()));
   f.probability = d_.findings[first].probability;

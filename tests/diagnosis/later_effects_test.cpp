@@ -85,7 +85,7 @@ std::vector<Hidden> all_hidden() {
        "acc_bandwidth",
        {"gravity", "acc_time_offset", "acc_scale_misalignment"}},
       {"acc_filter_moved",
-       make_effect("acc_bandwidth", {0.002}),
+       make_effect("acc_bandwidth", {0.0004}),
        "acc_bandwidth",
        {"gravity", "acc_time_offset", "acc_scale_misalignment"},
        oracle::MotionKind::kHandHeld},

@@ -71,6 +71,7 @@ class Extender {
   bool is_rounding(const Option& option, const Stage& stage) const;
   bool survives(Option& option, const Stage& stage, const Score& w) const;
   double log10_p_by_blocks(const Stage& stage) const;
+  bool is_hopeless(const Option& option, const Stage& stage) const;
   bool stands_out(const Option& option, const Stage& stage, double statistic) const;
   bool is_all(const Stage& stage) const;
   bool is_put_down(const Moment& at) const;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/motion/rests.h"
+#include "calibration/motion/turned_rests.h"
 #include "statistics/quantiles.h"
 
 #include <algorithm>
@@ -77,7 +78,10 @@ std::vector<TimeSpan> find_rests(const Recording& recording, const RestOptions& 
     rest.begin_s += options.window_s;
     rest.end_s -= options.window_s;
   }
-  std::erase_if(rests, [&](const TimeSpan& r) { return r.length_s() < options.min_length_s; });
+  const auto is_short = [&](const TimeSpan& r) { return r.length_s() < options.min_length_s; };
+  std::erase_if(rests, is_short);
+  rests = without_turns(recording, rests);
+  std::erase_if(rests, is_short);
   return rests;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Phases in which the sensor lies still, found by the angular rate energy detector (Skog et al.
-// 2010), and what they tell: gyroscope bias and the white noise of each sensor.
+// 2010) less slow turns (turned_rests.h), and what they tell: gyroscope bias, the sensors' noise.
 #pragma once
 
 #include <optional>

@@ -170,7 +170,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   progress("what is left?", 0.85);
   Dependences dependences;
   if (turned) dependences = find_unexplained(recordings, full, options, extender, d);
-  if (!passing.of_device.empty()) add_evidence(d, Channel::kMag, passing.of_device);
+  if (!passing.evidence.empty()) add_evidence(d, passing.channel, passing.evidence);
   withdraw_other_lines(few.get(), d);
   withdraw_contradicted(given, d);
   extender.keep_named();

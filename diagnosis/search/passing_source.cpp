@@ -9,6 +9,7 @@
 
 #include "calibration/motion/rests.h"
 #include "calibration/motion/sensor_rows.h"
+#include "diagnosis/search/excursion_kinds.h"
 #include "statistics/quantiles.h"
 #include "statistics/tails.h"
 
@@ -18,10 +19,25 @@ namespace {
 constexpr std::size_t kFew = 3;  // one or two may be a hand with a phone, or a magnet being put on
 constexpr double kBlock = 0.5;   // s
 constexpr double kOut = 2.0;     // times the usual size of the residual
-constexpr double kLongest = 10.0;    // s: what lasts longer is no passing by
-constexpr double kException = 0.35;  // of the recording, all excursions together
-constexpr double kByChance = 0.01;   // that lines of a frame are alike
-constexpr double kLeastField = 3.5;  // uT at the peak: what a room's own field does not do
+constexpr double kLongest = 10.0;     // s: what lasts longer is no passing by
+constexpr double kException = 0.35;   // of the recording, all excursions together
+constexpr double kByChance = 0.01;    // that lines of a frame are alike
+constexpr double kMostlyDelay = 0.5;  // of what turned: a delay makes more than all else
+constexpr double kLeastField = 3.5;   // uT at the peak: what a room's own field does not do
+
+// A field that is late by d reads what it was: it departs by -d b x omega. Of unit length, s.
+struct Delay {
+  double departed = 0.0;  // sum of (b x omega) times the departure
+  double moved = 0.0;     // sum of squares of b x omega
+  double all = 0.0;       // of the departures
+  void add(const Delay& o) {
+    departed += o.departed;
+    moved += o.moved;
+    all += o.all;
+  }
+  double seconds() const { return moved > 0.0 ? -departed / moved : 0.0; }
+  double share() const { return moved * all > 0.0 ? departed * departed / (moved * all) : 0.0; }
+};
 
 struct Block {
   double t = 0.0;
@@ -31,20 +47,31 @@ struct Block {
   int rows = 0;
   Matrix3 of_device = Matrix3::Zero();  // sum of r r', in the sensor's frame
   Matrix3 of_place = Matrix3::Zero();   // the same in the navigation frame
+  double along = 0.0;                   // of squares: of the field's size
+  double rate = 0.0;                    // largest, rad/s
+  Delay delay;
 };
 
+Vector3 rate_at(const VectorSeries& gyr, double t) {
+  const auto after = std::lower_bound(gyr.t.begin(), gyr.t.end() - 1, t);
+  return gyr.v[std::size_t(after - gyr.t.begin())];
+}
+
 // Of one recording, while the sensor moves: nothing passes a resting one.
-std::vector<Block> blocks_of(const Stage& stage, std::size_t recording,
+std::vector<Block> blocks_of(const Recording& recording, const Stage& stage, std::size_t index,
                              const std::vector<TimeSpan>& rests) {
   const Values& values = stage.result().values;
   const LinearSystem system(stage.graph(), values);
   const SensorRows rows(stage.graph(), system);
   const VectorXd r = system.whitened_residuals(values);
-  const NodePlan& plan = stage.plans()[recording];
+  const NodePlan& plan = stage.plans()[index];
   const std::vector<double>& t = plan.t;
   const double nodes_per_s = double(t.size()) / std::max(1e-9, t.back() - t.front());
   const double sigma = stage.spec().noise.mag * std::sqrt(nodes_per_s);
   const auto count = std::size_t((t.back() - t.front()) / kBlock) + 1;
+  const double dip = values.at<double>(key::dip);
+  const Vector3 field_n(0.0, std::cos(dip), -std::sin(dip));
+  const Vector3 gyr_bias = values.at<Vector3>(key::gyr_bias);
   std::vector<std::vector<double>> all(count);
   std::vector<Block> blocks(count);
   for (int i = 0; i + 2 < system.rows(); ++i) {
@@ -56,8 +83,19 @@ std::vector<Block> blocks_of(const Stage& stage, std::size_t recording,
     const Vector3 x = r.segment<3>(i);
     for (const double v : x) all[b].push_back(std::abs(v));
     blocks[b].of_device += x * x.transpose();
-    const Vector3 nx = values.at<Rot3>(R(plan.first + node)) * x;
+    const Rot3 nRb = values.at<Rot3>(R(plan.first + node));
+    const Vector3 nx = nRb * x;
     blocks[b].of_place += nx * nx.transpose();
+    const int sensor = std::max(0, int(rows.magnetometer[std::size_t(i)]));
+    const Matrix3 to_field = sigma * values.at<Matrix3>(key::distortion_of(sensor)).inverse();
+    const Vector3 field = nRb.matrix().transpose() * field_n, departed = to_field * x;
+    // Half of |b + departed|^2 - |b|^2, however far the field has turned; over its own noise.
+    const double size = field.dot(departed) + 0.5 * departed.squaredNorm();
+    blocks[b].along += size * size / (to_field.transpose() * field).squaredNorm();
+    const Vector3 rate = rate_at(recording.gyr, t[std::size_t(node)]) - gyr_bias;
+    blocks[b].rate = std::max(blocks[b].rate, rate.norm());
+    const Vector3 moves = field.cross(rate);
+    blocks[b].delay.add({moves.dot(departed), moves.squaredNorm(), departed.squaredNorm()});
     i += 2;
   }
   std::vector<Block> out;
@@ -79,40 +117,86 @@ std::vector<Block> blocks_of(const Stage& stage, std::size_t recording,
   return out;
 }
 
-// Of axes without a preferred direction, by chance (Bingham 1974): n axes' second moments of
-// trace 1.
-double log10_p_of_lines(const Matrix3& moments, double n) {
-  const Vector3 share = Eigen::SelfAdjointEigenSolver<Matrix3>(moments).eigenvalues();
-  const double statistic = 7.5 * n * (share.array() - 1.0 / 3.0).square().sum();
-  return log10_chi_square_tail(statistic, 5.0);
+struct Excursion {
+  double begin, end, field;
+  Matrix3 of_device, of_place;
+  AlongField along;
+  double rate;
+  Delay delay;
+};
+
+// Of excursions that only turn the field.
+PassingSource turned_field(const std::vector<Excursion>& excursions, const Excursion& largest,
+                           double strength_uT) {
+  double rate = 0.0;
+  Delay delay;
+  for (const Excursion& e : excursions) {
+    rate = std::max(rate, e.rate);
+    delay.add(e.delay);
+  }
+  PassingSource out;
+  out.evidence = fmt::format(
+      "In {} short excursions between {:.1f} and {:.1f} s the field that the magnetometer reads is "
+      "turned from the predicted one, by up to {:.1f} deg ({:.1f} uT, at {:.1f} s), and has the "
+      "predicted size: no magnet or iron does that. The attitude is wrong there, or the times of "
+      "the samples, from no cause that is known here. ",
+      excursions.size(), excursions.front().begin, excursions.back().end + kBlock,
+      largest.field / strength_uT * 180.0 / M_PI, largest.field, largest.begin);
+  if (delay.share() > kMostlyDelay) {
+    out.evidence += fmt::format(
+        "Most of it ({:.0f} %) is as if the magnetometer's samples there were {:.0f} ms {} than "
+        "their times say: look at how it is read out and who writes its times.",
+        100.0 * delay.share(), 1e3 * std::abs(delay.seconds()),
+        delay.seconds() > 0.0 ? "older" : "newer");
+  } else {
+    out.channel = Channel::kGyr;
+    out.evidence += fmt::format(
+        "The gyroscope read up to {:.1f} rad/s there: look whether that is near its range, or the "
+        "acceleration near the accelerometer's, or rows were lost or interpolated before, and "
+        "record again with a larger range, or turn it more slowly.",
+        rate);
+  }
+  return out;
 }
 
 PassingSource source_passed_in(const Recording& recording, const Stage& stage, std::size_t index) {
   if (recording.pos) return {};
-  const std::vector<Block> blocks = blocks_of(stage, index, find_rests(recording));
+  const std::vector<Block> blocks = blocks_of(recording, stage, index, find_rests(recording));
   if (blocks.size() < 40) return {};
   std::vector<double> sizes;
   for (const Block& b : blocks) sizes.push_back(b.size);
   const double usual = median(sizes);
 
-  struct Excursion {
-    double begin, end, field;
-    Matrix3 of_device, of_place;
-  };
   std::vector<Excursion> excursions;
   double out_s = 0.0, squares = 0.0, rows = 0.0;
+  double along_elsewhere = 0.0, rows_elsewhere = 0.0;
   for (const Block& b : blocks) {
-    if (b.size < kOut * usual || b.field < kLeastField) continue;
+    if (b.size < kOut * usual || b.field < kLeastField) {
+      along_elsewhere += b.along;
+      rows_elsewhere += b.rows;
+      continue;
+    }
     squares += b.squares;
     rows += b.rows;
     out_s += kBlock;
     if (!excursions.empty() && b.t - excursions.back().end < 1.5 * kBlock + 0.5) {
-      excursions.back().end = b.t;
-      excursions.back().field = std::max(excursions.back().field, b.field);
-      excursions.back().of_device += b.of_device;
-      excursions.back().of_place += b.of_place;
+      Excursion& e = excursions.back();
+      e.end = b.t;
+      e.field = std::max(e.field, b.field);
+      e.of_device += b.of_device;
+      e.of_place += b.of_place;
+      e.along.add({b.squares, b.along, b.rows / 3.0});
+      e.rate = std::max(e.rate, b.rate);
+      e.delay.add(b.delay);
     } else {
-      excursions.push_back({b.t, b.t, b.field, b.of_device, b.of_place});
+      excursions.push_back({b.t,
+                            b.t,
+                            b.field,
+                            b.of_device,
+                            b.of_place,
+                            {b.squares, b.along, b.rows / 3.0},
+                            b.rate,
+                            b.delay});
     }
   }
   const double length = blocks.back().t - blocks.front().t;
@@ -123,6 +207,12 @@ PassingSource source_passed_in(const Recording& recording, const Stage& stage, s
   const auto largest =
       std::max_element(excursions.begin(), excursions.end(),
                        [](const Excursion& a, const Excursion& b) { return a.field < b.field; });
+  std::vector<AlongField> along;
+  for (const Excursion& e : excursions) along.push_back(e.along);
+  if (log_odds_of_turns(along, 3.0 * along_elsewhere / rows_elsewhere) > 0.0) {
+    const Matrix3 D = stage.result().values.at<Matrix3>(key::distortion_of(0));
+    return turned_field(excursions, *largest, std::cbrt(std::abs(D.determinant())));
+  }
   PassingSource out;
   Matrix3 of_device = Matrix3::Zero(), of_place = Matrix3::Zero();
   const auto n = double(excursions.size());
@@ -133,7 +223,7 @@ PassingSource source_passed_in(const Recording& recording, const Stage& stage, s
   const double lines = log10_p_of_lines(of_device, n);
   if (lines < std::min(std::log10(kByChance), log10_p_of_lines(of_place, n))) {
     const Vector3 u = Eigen::SelfAdjointEigenSolver<Matrix3>(of_device).eigenvectors().col(2);
-    out.of_device = fmt::format(
+    out.evidence = fmt::format(
         "In {} short excursions, the largest of {:.1f} uT at {:.1f} s, the magnetometer departs "
         "along one line of its own frame, [{:.2f}, {:.2f}, {:.2f}]: the device makes them (the "
         "current of a motor or of the board, an axis that hangs), no magnet that it passed. With "
@@ -180,7 +270,10 @@ PassingSource find_passing_source(const std::vector<const Recording*>& recording
     const bool better = here.finding && (!best.finding || here.finding->gain.bic_delta <
                                                               best.finding->gain.bic_delta);
     if (better) best.finding = std::move(here.finding);
-    if (best.of_device.empty()) best.of_device = std::move(here.of_device);
+    if (best.evidence.empty() && !here.evidence.empty()) {
+      best.evidence = std::move(here.evidence);
+      best.channel = here.channel;
+    }
   }
   return best;
 }

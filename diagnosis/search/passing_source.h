@@ -13,9 +13,11 @@ namespace magimu {
 
 struct PassingSource {
   std::optional<Finding> finding;
-  // Where the departures lie along one line of the sensor's own frame: the device makes them, and
-  // no name is known; in a sentence. Else empty.
-  std::string of_device = {};
+  // Where the departures only turn the field, or lie along one line of the sensor's own frame: an
+  // error of the attitude or of time, or of the device, and no name is known; in a sentence. Else
+  // empty.
+  std::string evidence = {};
+  Channel channel = Channel::kMag;  // of the evidence
 };
 // On what the extended model leaves. Nothing where positions are known (the scan looks for the
 // place then) or where the departures are the rule rather than the exception.

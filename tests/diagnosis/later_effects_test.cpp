@@ -204,6 +204,83 @@ TEST(PassingSource, bursts_along_a_line_of_the_device_are_no_magnet_that_was_pas
               testing::Contains(testing::HasSubstr("along one line of its own frame")));
 }
 
+struct Moved {
+  Recording recording;
+  oracle::Truth truth;
+  DiagnosisOptions options;
+};
+
+Moved moved_by_hand(std::uint64_t seed, double fastest_rad_s) {
+  oracle::Options o;
+  o.seed = seed;
+  o.motion.kind = oracle::MotionKind::kHandHeld;
+  o.motion.duration_s = 80.0;
+  o.motion.fastest_rad_s = fastest_rad_s;
+  o.device_kind = oracle::DeviceKind::kBoard;
+  o.noise = oracle::kRealisticDensities;
+  oracle::Simulation simulation = oracle::simulate(o);
+  Moved out{std::move(simulation.recording), std::move(simulation.truth), {}};
+  out.options.noise = NoiseDensities{o.noise.acc, o.noise.gyr, o.noise.mag};
+  return out;
+}
+
+void expect_a_turned_field(const Diagnosis& d, const char* told) {
+  EXPECT_EQ(find(d, "stationary_source"), nullptr) << "named: " << names_of(d);
+  EXPECT_THAT(d.unexplained.evidence,
+              testing::Contains(testing::AllOf(testing::HasSubstr("has the predicted size"),
+                                               testing::HasSubstr(told))))
+      << "named: " << names_of(d);
+}
+
+// An error of the attitude turns the predicted field and leaves its size.
+TEST(PassingSource, a_gyroscope_that_saturates_softly_is_no_magnet_that_was_passed) {
+  Moved moved = moved_by_hand(43, 4.0);
+  for (Vector3& rate : moved.recording.gyr.v) {
+    for (double& w : rate) w = 4.0 * std::tanh(w / 4.0);
+  }
+  expect_a_turned_field(diagnose(moved.recording, moved.options), "The gyroscope read up to");
+}
+
+// 40 ms late from some time on.
+TEST(PassingSource, a_magnetometer_that_comes_late_is_no_magnet_that_was_passed) {
+  Moved moved = moved_by_hand(44, 4.0);
+  VectorSeries& mag = moved.recording.mag.front();
+  const VectorSeries as_it_was = mag;
+  constexpr std::size_t kLate = 4;  // samples at 100 Hz
+  for (std::size_t k = kLate; k < mag.size(); ++k) {
+    if (mag.t[k] > 45.0) mag.v[k] = as_it_was.v[k - kLate];
+  }
+  expect_a_turned_field(diagnose(moved.recording, moved.options), "ms older");
+}
+
+// Five magnets, passed within a second each.
+TEST(PassingSource, magnets_that_were_passed_are_named) {
+  Moved moved = moved_by_hand(45, 2.5);
+  VectorSeries& mag = moved.recording.mag.front();
+  std::mt19937_64 random(45);
+  std::normal_distribution<double> normal;
+  for (int pass = 0; pass < 5; ++pass) {
+    const double at = 10.0 + 13.0 * pass;
+    const Vector3 along = Vector3(normal(random), normal(random), normal(random)).normalized();
+    const Vector3 moment = Vector3(normal(random), normal(random), normal(random)).normalized();
+    const Vector3 beside = 0.1 * along.cross(moment).normalized();
+    for (std::size_t k = 0; k < mag.size(); ++k) {
+      if (std::abs(mag.t[k] - at) > 3.0) continue;
+      const Vector3 away = beside + 0.2 * (mag.t[k] - at) * along;
+      const double r = away.norm();
+      // In n, uT: a dipole of 0.1 A m^2.
+      const Vector3 field =
+          0.01 / std::pow(r, 3) * (3.0 * away.dot(moment) * away / (r * r) - moment);
+      const auto i = std::size_t(std::ranges::lower_bound(moved.truth.t, mag.t[k] - 1e-6) -
+                                 moved.truth.t.begin());
+      mag.v[k] += moved.truth.device.distortion / moved.truth.device.strength_uT() *
+                  (moved.truth.nRb[i].matrix().transpose() * field);
+    }
+  }
+  const Diagnosis d = diagnose(moved.recording, moved.options);
+  EXPECT_NE(find(d, "stationary_source"), nullptr) << "named: " << names_of(d);
+}
+
 // Two recordings of one device, between which its magnetometer's gain changed.
 TEST(Changes, between_two_recordings_are_found) {
   oracle::Options o;

@@ -138,6 +138,7 @@ void CsvParser::set_columns(CsvColumns columns, std::string header) {
   header_ = std::move(header);
   values_.assign(columns_.slots(), 0.0);
   present_.assign(columns_.slots(), kEmpty);
+  of_one_time_.assign(columns_.slots(), 0.0);
   recording_.notes = columns_.notes;
   for (const CsvColumns::Field& field : columns_.fields) {
     if (field.slot == CsvColumns::kIgnored || field.unit == 1.0) continue;
@@ -308,6 +309,41 @@ bool CsvParser::whole_sample(std::size_t slot) const {
        "give all three axes of a sensor, or none where it has no sample");
 }
 
+std::uint32_t CsvParser::bit_of_vector(std::size_t i) const {
+  return i == 0                  ? RawRows::kAcc
+         : i == 1                ? RawRows::kGyr
+         : i < 2 + columns_.mags ? RawRows::mag(i - 2)
+                                 : RawRows::kPosition;
+}
+
+std::uint32_t CsvParser::bit_of_scalar(std::size_t i) const {
+  return columns_.scalars[i] == "temp" ? RawRows::kTemperature : RawRows::kCurrent;
+}
+
+// Bits of the sensors that read what an earlier row of this row's time says; the others' readings
+// are remembered.
+std::uint32_t CsvParser::read_again() {
+  std::uint32_t again = 0;
+  const auto compare = [this, &again](std::size_t slot, std::size_t axes, std::uint32_t bit) {
+    if (present_[slot] != kNumber) return;
+    const auto at = static_cast<std::ptrdiff_t>(slot),
+               end = static_cast<std::ptrdiff_t>(slot + axes);
+    if (present_at_one_time_[slot] != kNumber) {
+      present_at_one_time_[slot] = kNumber;
+      std::copy(values_.begin() + at, values_.begin() + end, of_one_time_.begin() + at);
+    } else if (std::equal(values_.begin() + at, values_.begin() + end, of_one_time_.begin() + at)) {
+      again |= bit;
+    }
+  };
+  for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {
+    compare(columns_.vector_slot(i), 3, bit_of_vector(i));
+  }
+  for (std::size_t i = 0; i < columns_.scalars.size(); ++i) {
+    compare(columns_.scalar_slot(i), 1, bit_of_scalar(i));
+  }
+  return again;
+}
+
 // Whole samples go to their series; a sensor with an empty field has none at this time.
 void CsvParser::keep_row() {
   std::uint32_t sensors = 0;
@@ -316,11 +352,9 @@ void CsvParser::keep_row() {
       present_[columns_.vector_slot(i)] = kEmpty;  // the first axis stands for all below
       continue;
     }
-    sensors |= i == 0                  ? RawRows::kAcc
-               : i == 1                ? RawRows::kGyr
-               : i < 2 + columns_.mags ? RawRows::mag(i - 2)
-                                       : RawRows::kPosition;
+    sensors |= bit_of_vector(i);
   }
+  const bool new_time = !has_time_ || !(values_[0] == last_time_);
   has_time_ = true;
   if (options_.rate_hz && !whole_file_ && present_[0] != kNumber) values_[0] = double(row_++);
   last_time_ = values_[0];
@@ -341,9 +375,11 @@ void CsvParser::keep_row() {
     ScalarSeries& series = recording_.aux[columns_.scalars[i]];
     series.t.push_back(t);
     series.v.push_back(values_[slot]);
-    sensors |= columns_.scalars[i] == "temp" ? RawRows::kTemperature : RawRows::kCurrent;
+    sensors |= bit_of_scalar(i);
   }
   if (!whole_file_) return;
+  if (new_time) present_at_one_time_.assign(present_.size(), kEmpty);
+  rows_.again.push_back(read_again());
   rows_.time.push_back(values_[0]);
   rows_.sensors.push_back(sensors);
   rows_.line.push_back(static_cast<std::uint32_t>(line_));

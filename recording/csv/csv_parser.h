@@ -76,6 +76,9 @@ class CsvParser {
   bool whole_sample(std::size_t slot) const;
   void keep_row();
   bool repeats_last_row();
+  std::uint32_t read_again();
+  std::uint32_t bit_of_vector(std::size_t i) const;
+  std::uint32_t bit_of_scalar(std::size_t i) const;
   bool clock_time(std::size_t field, std::string_view text);
   void set_times(Recording& recording);
   void recognise_tesla(Recording& recording) const;
@@ -107,6 +110,8 @@ class CsvParser {
   RawRows rows_;
   std::vector<double> last_values_;
   std::vector<Field> last_present_;
+  std::vector<double> of_one_time_;         // the first readings of the last row's time, by slot
+  std::vector<Field> present_at_one_time_;  // whether there are any
   std::size_t repeated_ = 0;
   long first_repeated_ = 0;
 };

@@ -261,8 +261,11 @@ class RowTimeReader {
 
   bool keeps_order_of_sensors(std::size_t k, double t, const std::array<double, 32>& last) const {
     if (rows_.sensors[k] == 0) return true;
+    // A column that the rows of all sensors share says nothing of their order.
+    const std::uint32_t own = rows_.sensors[k] & kOwnRows;
+    const std::uint32_t sensors = own != 0 ? own : rows_.sensors[k];
     for (std::uint32_t s = 0; s < 32; ++s) {
-      if ((rows_.sensors[k] >> s & 1U) != 0 && t <= last[s]) return false;
+      if ((sensors >> s & 1U) != 0 && t <= last[s]) return false;
     }
     return true;
   }
@@ -309,7 +312,9 @@ class RowTimeReader {
   void spread() {
     std::vector<std::uint32_t> groups;
     std::uint32_t last = 0;
-    for (const std::uint32_t sensors : rows_.sensors) {
+    for (const std::uint32_t all_sensors : rows_.sensors) {
+      const std::uint32_t own = all_sensors & kOwnRows;
+      const std::uint32_t sensors = own != 0 ? own : all_sensors;
       if (sensors == last) continue;
       last = sensors;
       std::uint32_t all = sensors;
@@ -321,7 +326,7 @@ class RowTimeReader {
       groups.push_back(all);
     }
     for (const std::uint32_t group : groups) {
-      if ((group & kVectors) == 0) continue;
+      if ((group & kOwnRows) == 0) continue;
       std::vector<std::size_t> own;
       for (std::size_t k = 0; k < out_.t.size(); ++k) {
         if ((rows_.sensors[k] & group) != 0 && !std::isnan(out_.t[k])) own.push_back(k);
@@ -339,7 +344,8 @@ class RowTimeReader {
     }
   }
 
-  // Several readings of one sensor at one time: the reader keeps the first.
+  // Several readings of one sensor at one time: the reader keeps the first. Rows of one time that
+  // share no sensor, or read the same where they do, are one reading.
   void one_time() {
     std::vector<std::size_t> order(out_.t.size());
     for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
@@ -347,14 +353,25 @@ class RowTimeReader {
       std::erase_if(order, [this](std::size_t k) { return std::isnan(out_.t[k]); });
       std::ranges::stable_sort(order, {}, [this](std::size_t k) { return out_.t[k]; });
     }
-    std::size_t twice = 0, first = 0;
+    std::size_t twice = 0, first = 0, beside = 0, first_beside = 0;
     double at = kNaN;
     std::uint32_t seen = 0;
     for (const std::size_t k : order) {
       if (out_.t[k] != at) seen = 0;
       at = out_.t[k];
-      if ((seen & rows_.sensors[k] & kSingle) != 0 && twice++ == 0) first = k;
+      const std::uint32_t both = seen & rows_.fresh(k) & kSingle;
+      if ((both & RawRows::kVectors) != 0) {
+        if (twice++ == 0) first = k;
+      } else if (both != 0 && beside++ == 0) {
+        first_beside = k;
+      }
       seen |= rows_.sensors[k];
+    }
+    if (beside > 0) {
+      note(
+          fmt::format("rows with the time of another row and another temperature or current: {}, "
+                      "the first in {} {}; the first of those is kept",
+                      beside, options_.row, rows_.line[first_beside]));
     }
     if (twice == 0) return;
     if (double(twice) > kManyOfOneTime * double(out_.t.size()) && twice > 1) {
@@ -371,8 +388,8 @@ class RowTimeReader {
   }
 
   static constexpr std::uint32_t kSingle = ~RawRows::kMoreMags;
-  static constexpr std::uint32_t kVectors =
-      ~(RawRows::kPosition | RawRows::kTemperature | RawRows::kCurrent);
+  // What has rows of its own; the others may stand in the rows of every sensor.
+  static constexpr std::uint32_t kOwnRows = RawRows::kVectors & ~RawRows::kPosition;
 
   const RawRows& rows_;
   const RowTimesOptions& options_;
@@ -400,7 +417,7 @@ bool counts_samples(const RawRows& rows) {
 bool many_of_one_time(const RawRows& rows) {
   std::size_t same = 0;
   for (std::size_t k = 1; k < rows.time.size(); ++k) {
-    const bool shares = (rows.sensors[k] & rows.sensors[k - 1]) != 0;
+    const bool shares = (rows.fresh(k) & rows.sensors[k - 1] & RawRows::kVectors) != 0;
     same += shares && rows.time[k] == rows.time[k - 1] ? 1 : 0;
   }
   return double(same) > kManyOfOneTime * double(rows.time.size());

@@ -33,11 +33,18 @@ struct RawRows {
   static constexpr std::uint32_t kAcc = 1U, kGyr = 2U, kPosition = 1U << 28,
                                  kTemperature = 1U << 29, kCurrent = 1U << 30, kMoreMags = 1U << 31;
   static std::uint32_t mag(std::size_t i) { return i < 26 ? 4U << i : kMoreMags; }
+  // All sensors but what a board logs beside them.
+  static constexpr std::uint32_t kVectors = ~(kTemperature | kCurrent);
+  // Bits of the sensors that row k has, without those that read the same again.
+  std::uint32_t fresh(std::size_t k) const { return sensors[k] & ~(again.empty() ? 0U : again[k]); }
 
   std::vector<double> time;            // as in the file, times RowTimesOptions::unit
   std::vector<std::uint32_t> sensors;  // bits of the sensors that have a sample in it
-  std::vector<std::uint32_t> line;     // of the file
-  std::vector<std::size_t> headers;    // rows before which the header line came again
+  // Of these, the ones that read what a row before it of the same time says: a column that several
+  // sensors' rows share. Empty: none.
+  std::vector<std::uint32_t> again;
+  std::vector<std::uint32_t> line;   // of the file
+  std::vector<std::size_t> headers;  // rows before which the header line came again
 };
 
 struct RowTimes {

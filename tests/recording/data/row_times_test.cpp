@@ -344,5 +344,48 @@ TEST(ArrivalStamps, are_not_seen_in_jitter) {
   EXPECT_NEAR(r.gyr.t[321], time(321), 1e-9);
 }
 
+// Accelerometer and gyroscope in rows of their own, at one and two times 100 Hz; the current, a
+// temperature and a position in all of them.
+TEST(RowsOfOneTime, that_share_a_column_which_agrees_are_one_reading) {
+  std::string content =
+      "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z,current,temp,pos_x,pos_y,pos_z\n";
+  for (int k = 0; k < 400; ++k) {
+    const std::string t = fmt::format("{:.3f}", 0.005 * k);
+    const std::string shared =
+        fmt::format("{:.4f},{:.2f},{},0,1", 0.5 + 0.001 * (k % 7), 20.0 + 0.01 * k, 0.001 * k);
+    if (k % 2 == 0) content += fmt::format("{},{},2,3,,,,,,,{}\n", t, k, shared);
+    content += fmt::format("{},,,,{},5,6,,,,{}\n", t, k, shared);
+    if (k % 10 == 0) content += fmt::format("{},,,,,,,{},8,9,{}\n", t, k, shared);
+  }
+  const Recording r = read_log(content);
+  EXPECT_EQ(r.acc.size(), 200U);
+  EXPECT_EQ(r.gyr.size(), 400U);
+  EXPECT_EQ(r.mag[0].size(), 40U);
+  EXPECT_EQ(r.aux.at("current").v.size(), 400U);
+  ASSERT_TRUE(r.pos.has_value());
+  EXPECT_EQ(r.pos->size(), 400U);
+  EXPECT_THAT(r.cautions, IsEmpty());
+}
+
+TEST(RowsOfOneTime, with_another_current_keep_the_first_and_the_notes_say_so) {
+  std::string content = "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z,current\n";
+  for (int k = 0; k < 100; ++k) {
+    const std::string t = fmt::format("{:.2f}", 0.01 * k);
+    content += fmt::format("{},{},2,3,,,,7,8,9,0.5\n{},,,,{},5,6,,,,0.6\n", t, k, t, k);
+  }
+  const Recording r = read_log(content);
+  EXPECT_EQ(r.gyr.size(), 100U);
+  EXPECT_EQ(r.aux.at("current").v.front(), 0.5);
+  EXPECT_THAT(r.notes, Contains(HasSubstr("another temperature or current: 100")));
+}
+
+TEST(RowsOfOneTime, with_other_readings_of_a_sensor_are_refused_for_all_a_shared_column) {
+  std::string content = "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z,current\n";
+  for (int k = 0; k < 200; ++k) {
+    content += fmt::format("{:.2f},{},2,3,4,5,6,7,8,9,0.5\n", 0.01 * (k % 7 == 3 ? k - 1 : k), k);
+  }
+  EXPECT_THAT(refusal(content).problem, HasSubstr("the time of another row and other readings"));
+}
+
 }  // namespace
 }  // namespace magimu

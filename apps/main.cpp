@@ -7,7 +7,10 @@
 #include <malloc.h>
 #endif
 #include <exception>
+#include <string>
+#include <string_view>
 #include <system_error>
+#include <vector>
 #ifdef __GLIBC__  // known from here on
 #include <malloc.h>
 #endif
@@ -35,6 +38,21 @@ std::string unknown_command(const CLI::App& app, int argc, char** argv) {
                      quoted_text(word), names);
 }
 
+// "help" and "help COMMAND", as many other programs have it, for --help: the words instead.
+std::vector<char*> without_help_command(int argc, char** argv) {
+  static char option[] = "--help";
+  std::vector<char*> words(argv, argv + argc);
+  if (argc < 2 || std::string_view(argv[1]) != "help") return words;
+  words.erase(words.begin() + 1);
+  if (words.size() > 1 && words[1][0] != '-') {
+    words.resize(2);  // of one command at a time
+  } else {
+    words.resize(1);
+  }
+  words.push_back(option);
+  return words;
+}
+
 // What was printed is there, or its loss is an error: a full disk behind a redirection.
 int delivered(int exit_code) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
@@ -46,8 +64,11 @@ int delivered(int exit_code) {
 }  // namespace
 }  // namespace magimu::apps
 
-int main(int argc, char** argv) {
+int main(int given, char** given_words) {
   using namespace magimu::apps;
+  std::vector<char*> words = without_help_command(given, given_words);
+  const int argc = static_cast<int>(words.size());
+  char** const argv = words.data();
   // What goes to standard output and to standard error appears in the order in which it is said.
   std::setvbuf(stdout, nullptr, _IOLBF, 1 << 16);
 #ifdef __GLIBC__
@@ -61,6 +82,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(
       "Example: magimu simulate -o rec.csv --motion hand && magimu calibrate rec.csv -o cal.json\n"
+      "magimu help COMMAND (or COMMAND --help) says what a command takes.\n"
       "Exit codes of every command: 0 done; 1 the data do not permit an answer (the message says\n"
       "why); 2 wrong usage or unreadable input; 70 a defect of the program (please report it).");
   int exit_code = kDone;

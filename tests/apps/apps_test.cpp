@@ -343,6 +343,19 @@ TEST_F(Apps, help_is_there_with_an_example) {
   EXPECT_THAT(version.out, HasSubstr("magimu "));
 }
 
+TEST_F(Apps, help_is_a_command_too) {
+  EXPECT_EQ(magimu_("help").out, magimu_("--help").out);
+  EXPECT_EQ(magimu_("help").exit_code, kDone);
+  for (const std::string command : {"calibrate", "diagnose", "info"}) {
+    const Outcome run = magimu_("help " + command);
+    EXPECT_EQ(run.exit_code, kDone) << command;
+    EXPECT_EQ(run.out, magimu_(command + " --help").out) << command;
+  }
+  const Outcome unknown = magimu_("help fly");
+  EXPECT_EQ(unknown.exit_code, kUnusable);
+  EXPECT_THAT(unknown.err, HasSubstr("there is no command \"fly\""));
+}
+
 TEST_F(Apps, every_command_takes_threads_and_quiet) {
   for (const std::string command : {"calibrate", "simulate"}) {
     const Outcome run = magimu_(command + " --help");

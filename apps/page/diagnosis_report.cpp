@@ -45,6 +45,7 @@ void answer(Page& page, const Diagnosis& d) {
         element("p", (d.answer == Answer::kPartly ? "Not explained: " : "") + plus_minus(sentence));
   }
   for (const std::string& reason : unsaid_reasons(d)) html += element("p", "Trust: " + reason);
+  if (const std::string next = next_step(d); !next.empty()) html += element("p", next);
   page.html(wrap("div", html, kClass[int(d.answer)]));
   const std::string before = to_string(d.before.trust.verdict),
                     after = to_string(d.after.trust.verdict);
@@ -95,17 +96,15 @@ std::string finding_card(const Finding& f, std::size_t number) {
       element("p", fmt::format("{}. {}", number, effect_title(f.effect, f.channel)), "kicker");
   html += element("h3", plus_minus(f.sentence));
   const Gain& g = f.gain;
-  html +=
-      wrap("ul",
-           fact(percent(f.probability), "probability of this cause") +
-               fact(std::isfinite(heldout_gain(g)) ? fmt::format("{:+.1f}", heldout_gain(g)) : "-",
-                    "log-likelihood of data the fit had not seen") +
-               (residual_of_model(f)
-                    ? fact(fmt::format("{} → {}", plain(g.residual_rms_before),
-                                       plain(g.residual_rms_after)),
-                           "residual of the " + sensor_name(f.channel) + "; noise alone: 1")
-                    : std::string()),
-           "facts");
+  html += wrap("ul",
+               fact(percent(f.probability), "probability of this cause") +
+                   fact(heldout_number(g), "log-likelihood of data the fit had not seen") +
+                   (residual_of_model(f)
+                        ? fact(fmt::format("{} → {}", plain(g.residual_rms_before),
+                                           plain(g.residual_rms_after)),
+                               "residual of the " + sensor_name(f.channel) + "; noise alone: 1")
+                        : std::string()),
+               "facts");
   std::vector<std::vector<std::string>> rows;
   for (const FoundParameter& p : f.parameters) {
     rows.push_back({parameter_words(f.effect, p.name), size_words(p),

@@ -14,6 +14,8 @@
 namespace magimu::apps {
 namespace {
 
+constexpr double kBeyondDoubt = 1e5;  // nats of left-out data, of which nobody reads the digits
+
 std::string counted(std::size_t n) {
   constexpr const char* kWords[] = {"no", "one", "two", "three", "four", "five", "six"};
   return n < std::size(kWords) ? kWords[n] : fmt::format("{}", n);
@@ -159,11 +161,23 @@ std::string detectable_words(const ScanEntry& entry) {
 
 double heldout_gain(const Gain& gain) { return gain.heldout_nll_before - gain.heldout_nll_after; }
 
+std::string heldout_number(const Gain& gain) {
+  const double nats = heldout_gain(gain);
+  if (!std::isfinite(nats)) return "-";
+  if (nats >= kBeyondDoubt) return fmt::format("more than {:+.0f}", kBeyondDoubt);
+  return fmt::format("{:+.1f}", nats);
+}
+
 std::string heldout_words(const Gain& gain) {
   const double nats = heldout_gain(gain);
   if (!std::isfinite(nats)) return "the gain on left-out data could not be measured";
   if (nats <= 0.0) {
     return fmt::format("left-out data are not predicted better (log-likelihood {:+.1f})", nats);
+  }
+  // The digits of what no chance does: noise taken for far too small counts in millions.
+  if (nats >= kBeyondDoubt) {
+    return fmt::format("left-out data are predicted far better (log-likelihood {})",
+                       heldout_number(gain));
   }
   return fmt::format("left-out data are predicted better (log-likelihood {:+.{}f})", nats,
                      nats < 100.0 ? 1 : 0);
@@ -192,6 +206,29 @@ std::vector<Moved> moved_parameters(const Diagnosis& d) {
                    d.after.sigma(name)});
   }
   return out;
+}
+
+std::string next_step(const Diagnosis& d) {
+  if (d.answer != Answer::kPartly && d.answer != Answer::kUnexplained) return "";
+  std::string columns;
+  for (const auto& [column, what] : {std::pair("temp", "the temperature (column temp)"),
+                                     {"current", "the board's supply current (column current)"}}) {
+    const std::string needs = fmt::format("the column {}", column);
+    const bool lacks = std::ranges::any_of(
+        d.scan, [&](const ScanEntry& e) { return e.needs.find(needs) != std::string::npos; });
+    if (lacks) columns += (columns.empty() ? "" : " and ") + std::string(what);
+  }
+  const char* const trusted = d.after.trust.verdict == Verdict::kNo
+                                  ? "do not use the calibration"
+                                  : "use the calibration only as far as its trust goes";
+  return fmt::format(
+      "What to do next: {}. Record once more at another place, away from iron and from "
+      "electric devices, with turns about all axes, slow and fast, and a rest of ten "
+      "seconds at two or three places{}; give both recordings to one `magimu diagnose`. What "
+      "belongs "
+      "to the sensor comes back there, what belongs to the place or to the motion does not.",
+      trusted,
+      columns.empty() ? std::string() : ", and log " + columns + " where the board has them");
 }
 
 std::vector<std::string> unsaid_reasons(const Diagnosis& diagnosis) {

@@ -13,6 +13,9 @@ namespace magimu::apps {
 // The answer in a sentence; its reasons, and the findings' sentences, are in the diagnosis.
 std::string headline(const Diagnosis& diagnosis);
 
+// What a user does about what is not explained; empty where nothing is.
+std::string next_step(const Diagnosis& diagnosis);
+
 // Why the calibration is trusted no more than it is, as far as the diagnosis has not said it.
 std::vector<std::string> unsaid_reasons(const Diagnosis& diagnosis);
 
@@ -42,6 +45,7 @@ std::vector<std::string> confusable_words(const std::vector<Confusable>& confusa
 
 // How much better data that the fit had not seen are predicted: nats.
 double heldout_gain(const Gain& gain);
+std::string heldout_number(const Gain& gain);  // as people read it
 std::string heldout_words(const Gain& gain);
 
 // Are the residuals of its gain those of the whole model without and with it? Those of a source

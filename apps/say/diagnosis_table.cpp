@@ -180,6 +180,7 @@ std::string diagnosis_table(const Diagnosis& d) {
               entries_with(Outcome::kNotFound, d), detectable_words);
   out += calibration_text(d);
   for (const std::string& note : d.notes) out += wrapped(note, "Note: ");
+  if (const std::string next = next_step(d); !next.empty()) out += wrapped(next, "");
   out += wrapped(fmt::format("False alarms: where nothing is wrong, something is named in {} of "
                              "recordings. Computed in {:.1f} s.",
                              percent(d.false_alarm_rate), d.seconds),

@@ -12,6 +12,18 @@ namespace {
 
 constexpr const char* kInNoiseOfArrays = "mag_coupling";
 
+// Of an effect that needs positions, where none are given: what is looked for all the same.
+std::string looked_for_without(const Effect& effect, const Stage& stage) {
+  if (effect.description().needs != "pos") return "";
+  if (effect.name() == "stationary_source") {
+    return ", to say where it is; excursions of the field, as near one, are looked for without";
+  }
+  return stage.spec().motion == MotionModel::kHandHeld
+             ? ", to say its size; that the field differs from place to place is looked for over "
+               "the estimated positions (field departure)"
+             : "";
+}
+
 // Does a column vary at all?
 bool varies(const Recording& r, const std::string& column) {
   if (column == "pos") {
@@ -39,7 +51,7 @@ std::string reason_untested(const Effect& effect, const std::vector<const Record
     const bool pos = d.needs == "pos";
     const std::string shown = pos ? "columns pos_x, pos_y, pos_z" : "column " + d.needs;
     for (const Recording* r : recordings) {
-      if (!present(*r, d.needs)) return "needs the " + shown;
+      if (!present(*r, d.needs)) return "needs the " + shown + looked_for_without(effect, stage);
       if (!varies(*r, d.needs))
         return fmt::format("the {} {} not vary", shown, pos ? "do" : "does");
     }

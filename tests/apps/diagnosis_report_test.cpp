@@ -145,6 +145,23 @@ TEST(DiagnosisTable, has_the_findings_and_what_was_not_found) {
                           HasSubstr("magnetometer bias x, from 12.000 ± 0.010")));
 }
 
+TEST(DiagnosisTable, ends_with_what_to_do_where_something_is_not_explained) {
+  const std::string text = diagnosis_table(test::example_diagnosis());
+  EXPECT_THAT(text, AllOf(HasSubstr("What to do next: "), HasSubstr("(column temp)"),
+                          HasSubstr("(column current)")));
+  EXPECT_THAT(diagnosis_table(test::unexplained_diagnosis()), HasSubstr("What to do next: "));
+  EXPECT_THAT(diagnosis_report(test::example_diagnosis()), HasSubstr("What to do next: "));
+  EXPECT_THAT(diagnosis_table(test::clean_diagnosis()), Not(HasSubstr("What to do next: ")));
+}
+
+TEST(DiagnosisTable, gives_no_digits_of_what_is_beyond_doubt) {
+  Diagnosis d = test::example_diagnosis();
+  d.findings.front().gain.heldout_nll_before = 104076644.9;
+  EXPECT_THAT(diagnosis_table(d), AllOf(HasSubstr("predicted far better"), HasSubstr("+100000"),
+                                        Not(HasSubstr("10407"))));
+  EXPECT_THAT(diagnosis_report(d), Not(HasSubstr("10407")));
+}
+
 TEST(DiagnosisTable, has_no_long_lines_and_no_blanks_at_their_end) {
   for (const Diagnosis& d : all_examples()) {
     std::stringstream lines(diagnosis_table(d));

@@ -138,6 +138,16 @@ Survey survey(const Recording& recording_given, const SurveyOptions& options) {
     out.not_looked_further = out.issues.front().text();
     return out;
   }
+  // What the reader had to change or cannot put right is a finding like those of the samples.
+  for (const std::string& text : given.cautions) {
+    const std::size_t remedy = text.rfind("; ");
+    const std::string told = remedy == std::string::npos
+                                 ? "see to it that the logger writes what was measured"
+                                 : text.substr(remedy + 2);
+    out.issues.push_back(
+        {"reader", "", -1, Severity::kCaution, 0.0, 0.0, text.substr(0, remedy), told});
+  }
+  std::ranges::stable_sort(out.issues, std::greater<>(), &Issue::severity);
   look_at_sensors(out, recording);
   try {
     refuse_fatal(recording, out.issues);

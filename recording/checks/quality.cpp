@@ -63,10 +63,12 @@ std::string to_string(Severity severity) {
 std::string axis_name(int axis) { return {"xyz"[axis]}; }
 
 bool damages(const Issue& issue) {
-  // Interpolated and repeated samples are handled, and told where it matters.
+  // Interpolated and repeated samples are handled, and told where it matters; so is what the reader
+  // had to change.
   return issue.severity == Severity::kFatal ||
          (issue.severity == Severity::kCaution && issue.kind != "interpolation" &&
-          issue.kind != "repeats" && issue.kind != "jitter" && issue.kind != "vibration");
+          issue.kind != "repeats" && issue.kind != "jitter" && issue.kind != "vibration" &&
+          issue.kind != "reader");
 }
 
 // Nodes may take the means of two devices' rows, which fit each other well.

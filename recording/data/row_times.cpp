@@ -12,6 +12,7 @@
 
 #include "recording/data/arrival_stamps.h"
 #include "recording/data/quoted_text.h"
+#include "recording/data/rounded_times.h"
 
 namespace magimu {
 namespace {
@@ -335,13 +336,34 @@ class RowTimeReader {
       std::vector<double> t;
       for (const std::size_t k : own) t.push_back(out_.t[k]);
       const std::optional<EvenTimes> even = even_times(t);
-      if (!even) continue;
+      if (!even) {
+        even_out(own, rounded_times(t));
+        continue;
+      }
       for (std::size_t i = 0; i < own.size(); ++i) out_.t[own[i]] = even->t[i];
       caution(fmt::format(
           "samples are stamped on arrival, about {:.3g} at a time every {:.3g} ms: they were given "
           "even times, {:.5g} Hz (how late they arrived is not known, but is the same for all)",
           even->in_a_burst, 1e3 * even->burst_s, even->rate_hz));
     }
+  }
+
+  // Rows whose times were rounded to a step that is long beside the sampling interval.
+  void even_out(const std::vector<std::size_t>& own, const std::optional<RoundedTimes>& rounded) {
+    if (!rounded) return;
+    const std::string what = fmt::format(
+        "the times are given in steps of {:.3g} ms, which is {:.0f} % of the sampling interval "
+        "({:.4g} ms, {:.4g} Hz)",
+        1e3 * rounded->step_s, 100.0 * rounded->step_s * rounded->rate_hz, 1e3 / rounded->rate_hz,
+        rounded->rate_hz);
+    const std::string told = rounded->t.empty()
+                                 ? ": the samples do not come evenly, so that each time is wrong "
+                                   "by up to half a step; log more digits of the time"
+                                 : ": they were given even times, each within half a step of the "
+                                   "one in the file (how late a sensor at another rate is stays "
+                                   "unknown by as much); better, log more digits of the time";
+    for (std::size_t i = 0; i < rounded->t.size(); ++i) out_.t[own[i]] = rounded->t[i];
+    caution(what + told);
   }
 
   // Several readings of one sensor at one time: the reader keeps the first. Rows of one time that

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // `magimu info`, and the options by which foreign files are read.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
+
+#include <sstream>
+#include <string>
 
 #include "tests/apps/program.h"
 
@@ -91,6 +95,24 @@ TEST_F(Info, reads_renamed_columns_and_other_units_as_it_is_told) {
   const json scaled = info("own.csv --unit mag=2" + map);
   EXPECT_NEAR(scaled["field"]["strength_uT"].get<double>(),
               2.0 * info("rec.csv")["field"]["strength_uT"].get<double>(), 0.1);
+}
+
+// 104 samples a second with two decimals of a second.
+TEST_F(Info, tells_of_times_in_coarse_steps) {
+  ASSERT_EQ(magimu_("simulate -o fine.csv --motion hand --rate 104 --seed 4").exit_code, kDone);
+  std::stringstream fine(magimu_.text("fine.csv"));
+  std::string coarse, line;
+  std::getline(fine, line);
+  coarse = line + "\n";
+  while (std::getline(fine, line)) {
+    const std::size_t comma = line.find(',');
+    coarse += fmt::format("{:.2f}{}\n", std::stod(line.substr(0, comma)), line.substr(comma));
+  }
+  magimu_.folder().write("coarse.csv", coarse);
+  const Outcome run = magimu_("info coarse.csv");
+  EXPECT_EQ(run.exit_code, kDone);
+  EXPECT_THAT(run.out, AllOf(HasSubstr("in steps of 10 ms, which is 104 % of the sampling"),
+                             HasSubstr("log more digits"), HasSubstr("It can be calibrated")));
 }
 
 TEST_F(Info, looks_at_several_recordings) { EXPECT_EQ(info("rec.csv rec.csv").size(), 2u); }

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <functional>
+#include <utility>
 
 #include "recording/csv/csv.h"
 #include "tests/recording/test_files.h"
@@ -385,6 +386,84 @@ TEST(RowsOfOneTime, with_other_readings_of_a_sensor_are_refused_for_all_a_shared
     content += fmt::format("{:.2f},{},2,3,4,5,6,7,8,9,0.5\n", 0.01 * (k % 7 == 3 ? k - 1 : k), k);
   }
   EXPECT_THAT(refusal(content).problem, HasSubstr("the time of another row and other readings"));
+}
+
+// k / rate, rounded to the step; the greatest distance of the times read from the true ones, their
+// mean taken out.
+struct RoundedLog {
+  Recording recording;
+  double worst_s = 0.0;
+};
+RoundedLog rounded_log(double rate_hz, double step_s, int count) {
+  RoundedLog out;
+  const auto time = [=](int k) { return step_s * std::round(k / rate_hz / step_s); };
+  out.recording = read_log(timed_rows(count, time));
+  const VectorSeries& gyr = out.recording.gyr;
+  double mean = 0.0;
+  for (std::size_t i = 0; i < gyr.size(); ++i) {
+    mean += (gyr.t[i] - gyr.v[i][0] / rate_hz) / double(gyr.size());
+  }
+  for (std::size_t i = 0; i < gyr.size(); ++i) {
+    out.worst_s = std::max(out.worst_s, std::abs(gyr.t[i] - gyr.v[i][0] / rate_hz - mean));
+  }
+  return out;
+}
+
+TEST(RoundedTimes, of_a_steady_clock_become_even_again) {
+  for (const auto& [rate_hz, step_s] :
+       {std::pair(104.0, 0.01), {104.0, 0.005}, {80.0, 0.01}, {52.0, 0.01}, {119.0, 0.01}}) {
+    SCOPED_TRACE(fmt::format("{} Hz, {} s", rate_hz, step_s));
+    const RoundedLog log = rounded_log(rate_hz, step_s, 3000);
+    EXPECT_EQ(log.recording.gyr.size(), 3000U) << "of two rows of one time both are samples";
+    EXPECT_LT(log.worst_s, 0.05 * step_s);
+    ASSERT_THAT(log.recording.cautions, ElementsAre(HasSubstr("given in steps of")));
+    EXPECT_THAT(log.recording.cautions[0], HasSubstr("log more digits"));
+  }
+}
+
+TEST(RoundedTimes, that_are_even_or_fine_stay_as_they_are) {
+  for (const auto& [rate_hz, step_s] :
+       {std::pair(100.0, 0.01), {50.0, 0.01}, {104.0, 0.001}, {104.0, 1e-6}}) {
+    SCOPED_TRACE(fmt::format("{} Hz, {} s", rate_hz, step_s));
+    EXPECT_THAT(rounded_log(rate_hz, step_s, 3000).recording.cautions, IsEmpty());
+  }
+}
+
+TEST(RoundedTimes, are_not_what_lost_samples_leave) {
+  // One of fifty of 100 Hz, at irregular places.
+  std::string content = kTimedHeader;
+  unsigned random = 1;
+  for (int k = 0; k < 3000; ++k) {
+    random = random * 1664525U + 1013904223U;
+    if ((random >> 16) % 50 == 0) continue;
+    content += timed_row(fmt::format("{:.2f}", 0.01 * k), k);
+  }
+  const Recording r = read_log(content);
+  EXPECT_THAT(r.cautions, IsEmpty());
+  for (std::size_t i = 0; i < r.gyr.size(); ++i)
+    ASSERT_NEAR(r.gyr.t[i], 0.01 * r.gyr.v[i][0], 1e-9);
+}
+
+TEST(RoundedTimes, keep_pauses_and_the_phase_of_each_stretch) {
+  std::string content = kTimedHeader;
+  const auto time = [](int k) { return k / 104.0 + (k >= 1500 ? 3.0 : 0.0); };
+  for (int k = 0; k < 3000; ++k) content += timed_row(fmt::format("{:.2f}", time(k)), k);
+  const Recording r = read_log(content);
+  ASSERT_EQ(r.gyr.size(), 3000U);
+  for (int k = 0; k < 3000; ++k) ASSERT_NEAR(r.gyr.t[std::size_t(k)], time(k), 0.001) << k;
+}
+
+TEST(RoundedTimes, of_samples_that_come_unevenly_are_told_of_and_left) {
+  std::string content = kTimedHeader;
+  unsigned random = 1;
+  double t = 0.0;
+  for (int k = 0; k < 2000; ++k) {
+    content += timed_row(fmt::format("{:.3f}", 0.01 * std::round(t / 0.01)), k);
+    random = random * 1664525U + 1013904223U;
+    t += 0.0145 + 0.012 * (double(random >> 8) / double(1U << 24) - 0.5);
+  }
+  const Recording r = read_log(content);
+  EXPECT_THAT(r.cautions, Contains(HasSubstr("do not come evenly")));
 }
 
 }  // namespace

@@ -28,6 +28,7 @@ constexpr double kDisturbedTimes = 4.0;   // times the usual residual
 constexpr double kDisturbedShare = 0.03;  // of the strength, too
 constexpr double kDisturbedBlock = 1.0;   // s
 constexpr double kManyBlows = 3.0;        // a minute; careful hands: 1 at the most
+constexpr double kAheadNats = 10.0;       // by which one of two answers counts as decided
 constexpr double kMaxDipSigma_deg = 2.0;
 constexpr double kMaxDistortionSigma = 0.05;  // of the strength
 
@@ -122,6 +123,46 @@ std::string lasting_change(const Calibration& c) {
   return std::isnan(at) ? "" : fmt::format("; it changes for good at about {:.0f} s", at);
 }
 
+// Residuals whose squares are worth one each: neighbours that are alike by rho have squares that
+// are alike by rho^2.
+double independent_residuals(const Calibration& c) {
+  constexpr double kMostAlike = 0.9999;
+  const double rho = std::clamp(c.residuals[2].lag1, 0.0, kMostAlike);
+  const double n = c.residual_series.size() < 3 ? 0.0 : double(c.residual_series[2].t.size());
+  return n * (1.0 - rho * rho) / (1.0 + rho * rho);
+}
+
+// Evidence in nats that the lengths of the readings have noise alone, over that they depart as the
+// directions do, whose third they are then: normal densities of their mean square. A rest of some
+// seconds tells the square of the noise to a factor of two, each answer with what suits it best.
+// So noise that hides the lengths, such as a current's field at rest, is no evidence for either.
+double nats_for_directions(const Calibration& c, double departs_uT, double noise_uT,
+                           double off_ellipsoid_uT) {
+  constexpr double kNoiseKnown = 2.0, kLeastNoise = 1e-6;  // factor; of what departs, squared
+  const double squares = off_ellipsoid_uT * off_ellipsoid_uT;
+  const double noise = noise_uT * noise_uT + kLeastNoise * departs_uT * departs_uT;
+  const auto cost = [&](double more) {
+    const double variance =
+        std::clamp(squares, noise / kNoiseKnown + more, noise * kNoiseKnown + more);
+    return std::log(variance) + squares / variance;
+  };
+  return 0.5 * independent_residuals(c) * (cost(departs_uT * departs_uT / 3.0) - cost(0.0));
+}
+
+// Where the noise at rest is as large as what departs, lengths do not tell whose fault that is.
+std::string gyroscope_or_magnetometer(const Calibration& c, double rms, double share,
+                                      double noise_uT) {
+  return fmt::format(
+      "What the magnetometer reads and how the gyroscope says that the sensor turned do not agree: "
+      "by {:.2f} uT RMS, {:.1f} % of the field. Which of the two is wrong the lengths of the "
+      "readings do not tell here: their noise at rest is {:.2g} uT, and about {:.0f} of them are "
+      "independent. Look at the magnetometer (the current of a motor or of the board near it, a "
+      "magnet that moves, noise at rest beyond its data sheet), and at the gyroscope (a high-pass, "
+      "an automatic zero, its range or gain, the times of its samples); `magimu diagnose` tells "
+      "more.",
+      rms, 100.0 * share, noise_uT, independent_residuals(c));
+}
+
 // Where the field keeps its strength, no magnet came near.
 std::string not_the_field(double rms, double share, double off_ellipsoid_uT) {
   return fmt::format(
@@ -146,7 +187,9 @@ void judge_field(Calibration& c, const KnownOfMisfit& known) {
       only_directions_depart(in_lengths, departs)) {
     c.disturbances.clear();
     c.trust.lower(std::max(verdict, Verdict::kLimited),
-                  not_the_field(rms, share, known.off_ellipsoid_uT));
+                  nats_for_directions(c, departs, noise, known.off_ellipsoid_uT) < kAheadNats
+                      ? gyroscope_or_magnetometer(c, rms, share, noise)
+                      : not_the_field(rms, share, known.off_ellipsoid_uT));
     return;
   }
   const std::string text = fmt::format(

@@ -16,6 +16,7 @@
 #include "calibration/trust/better_than_none.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
+#include "recording/checks/interpolated.h"
 #include "recording/checks/quality.h"
 #include "recording/checks/repeats.h"
 #include "recording/data/error.h"
@@ -127,6 +128,20 @@ std::optional<Recording> without_repeats(const Recording& recording,
     }
     if (!copy) copy = recording;
     copy->mag[m] = std::move(own);
+  }
+  return copy;
+}
+
+// Magnetometers that a logger has interpolated to the times of its rows: a copy with the readings
+// between which it did so, where they can be told (recording/checks/interpolated.h). A fit that
+// counts what lies between them is too sure of itself. check_recording() tells of it.
+std::optional<Recording> without_interpolated(const Recording& recording) {
+  std::optional<Recording> copy;
+  for (std::size_t m = 0; m < recording.mag.size(); ++m) {
+    std::optional<VectorSeries> own = readings_of_lines(recording.mag[m]);
+    if (!own) continue;
+    if (!copy) copy = recording;
+    copy->mag[m] = std::move(*own);
   }
   return copy;
 }
@@ -254,7 +269,10 @@ CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given,
     }
     std::optional<Recording> copy = without_repeats(*recording, warnings_);
     if (copy) copies_.push_back(std::move(*copy));
-    add(copy ? copies_.back() : *recording);
+    const Recording& fresh = copy ? copies_.back() : *recording;
+    std::optional<Recording> measured = without_interpolated(fresh);
+    if (measured) copies_.push_back(std::move(*measured));
+    add(measured ? copies_.back() : fresh);
   }
 }
 

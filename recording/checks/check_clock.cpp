@@ -7,7 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
+#include <string>
 
+#include "recording/checks/interpolated.h"
 #include "recording/checks/quality_checks.h"
 #include "statistics/quantiles.h"
 
@@ -83,15 +86,31 @@ std::vector<Issue> check_clock(const NamedSeries& sensor) {
     moving += s.v[k + 2] != s.v[k + 1] ? 1 : 0;
   }
   const double share = double(on_line) / double(bends.size());
-  if (double(moving) < kManyOnLines * double(bends.size())) return {};
-  const double own = rate * (1.0 - share) / (knots_on_samples(bends, limit) ? 1.0 : 2.0);
+  const bool many = double(moving) >= kManyOnLines * double(bends.size());
+  std::optional<VectorSeries> readings;
+  if (sensor.is_mag()) readings = readings_of_lines(s);
+  if (!many && !readings) return {};
+  const double own = readings ? readings->rate_hz()
+                              : rate * (1.0 - share) / (knots_on_samples(bends, limit) ? 1.0 : 2.0);
+  const std::string lines =
+      many ? fmt::format(
+                 "{:.0f} % of the samples of {} lie on straight lines between their "
+                 "neighbours",
+                 100.0 * share, sensor.name)
+           : fmt::format("the samples of {} lie on straight lines that meet between them",
+                         sensor.name);
+  const std::string done =
+      readings ? fmt::format(
+                     "a calibration uses the {} readings at which the lines meet, and no "
+                     "others; better, ",
+                     readings->size())
+               : std::string();
   return {{"interpolation", sensor.name, -1, Severity::kCaution, 0.0, 0.0,
-           fmt::format("{:.0f} % of the samples of {} lie on straight lines between their "
-                       "neighbours: they are interpolated from a clock of about {:.3g} Hz, not "
-                       "measured at {:.3g} Hz",
-                       100.0 * share, sensor.name, own, rate),
-           "write the sensor's own samples with their own times, and leave its fields empty "
-           "between them"}};
+           fmt::format("{}: they are interpolated from a clock of about {:.3g} Hz, not measured at "
+                       "{:.3g} Hz",
+                       lines, own, rate),
+           done + "write the sensor's own samples with their own times, and leave its fields empty "
+                  "between them"}};
 }
 
 }  // namespace magimu

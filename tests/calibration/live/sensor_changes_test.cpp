@@ -12,7 +12,7 @@
 namespace magimu {
 namespace {
 
-constexpr int kNode = 3, kSensors = 3;
+constexpr int kNode = 3, kBiases = 3;
 constexpr double kSigma = 0.01;
 
 // A chain whose nodes are measured exactly, and windows that measure the biases of three sensors
@@ -24,13 +24,13 @@ class Windows {
   // biases: of all sensors, in this window, in sigmas.
   void add(SensorChanges& to, const VectorXd& biases) {
     Stretch s;
-    const int n = kNode + 3 * kSensors;
-    s.before = {kNode, 0, 3 * kSensors, RowBlock::Zero(n, n + 1), 0.0};
+    const int n = kNode + 3 * kBiases;
+    s.before = {kNode, 0, 3 * kBiases, RowBlock::Zero(n, n + 1), 0.0};
     s.before.R.leftCols(n).diagonal().setConstant(10.0 / kSigma);
-    const int w = 2 * kNode + 3 * kSensors;
-    s.own = {kNode, kNode, 3 * kSensors, RowBlock::Zero(w, w + 1), 0.0};
+    const int w = 2 * kNode + 3 * kBiases;
+    s.own = {kNode, kNode, 3 * kBiases, RowBlock::Zero(w, w + 1), 0.0};
     s.own.R.leftCols(w).diagonal().setConstant(1.0 / kSigma);
-    for (int i = 0; i < 3 * kSensors; ++i) {
+    for (int i = 0; i < 3 * kBiases; ++i) {
       const double y = biases[i] + std::sqrt(1.0 + 0.01) * normal_(random_);
       s.own.R(2 * kNode + i, w) = -y;
     }
@@ -45,7 +45,7 @@ class Windows {
   double t_ = 0.0;
 };
 
-VectorXd none() { return VectorXd::Zero(3 * kSensors); }
+VectorXd none() { return VectorXd::Zero(3 * kBiases); }
 VectorXd of_sensor(int sensor, const Vector3& bias) {
   VectorXd out = none();
   out.segment<3>(3 * sensor) = bias;

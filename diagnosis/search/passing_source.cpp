@@ -69,8 +69,7 @@ std::vector<Block> blocks_of(const Recording& recording, const Stage& stage, std
   const double nodes_per_s = double(t.size()) / std::max(1e-9, t.back() - t.front());
   const double sigma = stage.spec().noise.mag * std::sqrt(nodes_per_s);
   const auto count = std::size_t((t.back() - t.front()) / kBlock) + 1;
-  const double dip = values.at<double>(key::dip);
-  const Vector3 field_n(0.0, std::cos(dip), -std::sin(dip));
+  const Vector3 field_n = unit_field(values.at<double>(dip_of(plan.field)));
   const Vector3 gyr_bias = values.at<Vector3>(key::gyr_bias);
   std::vector<std::vector<double>> all(count);
   std::vector<Block> blocks(count);

@@ -71,14 +71,16 @@ TEST(MissingState, tells_which_part_a_cause_takes_that_is_alone_on_its_sensor) {
   EXPECT_EQ(d.findings[0].sentence, "It lags.") << "which of the two takes it is not known";
 }
 
-TEST(MissingState, is_explained_where_causes_leave_crumbs) {
+TEST(MissingState, is_explained_where_causes_leave_what_decides_nothing) {
   Diagnosis d = test::example_diagnosis();
   d.unexplained = {};
   d.departures_after = {};
   d.missing = missing({900.0, 1000.0, 100.0, 0.0}, {3.0, 5.0, 0.0, 0.0});
   EXPECT_EQ(conclude(d).answer, Answer::kExplained);
-  d.missing = missing({900.0, 1000.0, 100.0, 0.0}, {3.0, 20.0, 0.0, 0.0});
-  EXPECT_EQ(conclude(d).answer, Answer::kExplained) << "crumbs";
+  d.missing = missing({900.0, 1000.0, 100.0, 0.0}, {3.0, 9.0, 0.0, 0.0});
+  EXPECT_EQ(conclude(d).answer, Answer::kExplained) << "of 1000";
+  d.missing = missing({9e4, 1e5, 100.0, 0.0}, {3.0, 20.0, 0.0, 0.0});
+  EXPECT_EQ(conclude(d).answer, Answer::kPartly) << "a share that is small is evidence, too";
   d.missing = missing({900.0, 1000.0, 100.0, 0.0}, {3.0, 400.0, 0.0, 0.0});
   EXPECT_EQ(conclude(d).answer, Answer::kPartly);
   EXPECT_THAT(conclude(d).evidence, Contains(HasSubstr("before causes were named: 1000")));

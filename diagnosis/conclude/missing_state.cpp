@@ -479,9 +479,8 @@ void tell_shares_taken(Diagnosis& d) {
 bool state_is_missing(const Diagnosis& d) {
   const bool excused = std::ranges::any_of(
       d.findings, [](const Finding& f) { return f.effect != "linear_acceleration"; });
-  return std::ranges::any_of(d.missing, [&](const MissingState& m) {
-    return counted(m) > (excused ? kDecided : 0.0);
-  });
+  return std::ranges::any_of(
+      d.missing, [&](const MissingState& m) { return counted(m) > (excused ? kDecided : 0.0); });
 }
 
 bool causes_take_nothing(const Diagnosis& d) {

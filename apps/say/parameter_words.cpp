@@ -125,12 +125,11 @@ std::string parameter_words(const std::string& effect, const std::string& parame
   std::string words;
   if (symbol.indices.size() == 2 && drifts) {
     // c[j][axis]: of the j-th polynomial over the recording.
-    constexpr std::string_view kDegrees[] = {"", "linear", "quadratic", "cubic"};
-    const std::size_t j = symbol.indices[0] < "4" && symbol.indices[0].size() == 1
-                              ? std::size_t(symbol.indices[0][0] - '0')
-                              : 0;
+    constexpr std::string_view kDegrees[] = {"its mean", "linear", "quadratic", "cubic"};
+    const std::string& index = symbol.indices[0];
+    const bool named = index.size() == 1 && index[0] >= '0' && index[0] < '4';
     const std::string degree =
-        j > 0 && j < 4 ? std::string(kDegrees[j]) : "degree " + symbol.indices[0];
+        named ? std::string(kDegrees[std::size_t(index[0] - '0')]) : "degree " + index;
     words =
         words_for(effect, symbol.letters) + ", " + degree + ", " + axis_letter(symbol.indices[1]);
   } else if (symbol.indices.size() == 2) {

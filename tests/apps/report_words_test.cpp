@@ -30,6 +30,8 @@ TEST(ParameterWords, name_axes_and_keep_the_symbol) {
   EXPECT_EQ(parameter_words("mag_own_clock", "T"), "period, or an alias of it (T)");
   EXPECT_EQ(parameter_words("hard_iron_drift", "c[1][2]"),
             "drift of the bias, linear, z (c[1][2])");
+  EXPECT_EQ(parameter_words("acc_gain_drift", "k[0][1]"),
+            "drift of the gain, its mean, y (k[0][1])");
   EXPECT_EQ(parameter_words("gyro_scale_misalignment", "S[1][1]"), "scale of y (S[1][1])");
   EXPECT_EQ(parameter_words("acc_scale_misalignment", "L[2][0]"),
             "misalignment, x into z (L[2][0])");

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "factors/effects/catalogue.h"
+#include "factors/effects/own_reading.h"
 
 namespace magimu {
 namespace {
@@ -72,12 +73,6 @@ std::vector<Effect::Parameter> parameters_of_change(ChangeForm form, Channel cha
   return out;
 }
 
-// All that the sensor reads.
-Vector3 read_by_basic_model(const SampleState& s, Channel channel) {
-  if (channel == Channel::kAcc) return s.f + s.bias;
-  return channel == Channel::kGyr ? Vector3(s.omega + s.bias) : Vector3(s.D * s.b + s.bias);
-}
-
 std::string moment_in_words(const Moment& m) {
   if (m.recording <= 0 || !m.finite()) return fmt::format("{:.2f} s", m.t);
   return fmt::format("{:.2f} s of recording {}", m.t, m.recording + 1);
@@ -126,7 +121,7 @@ void ChangeEffect::jacobian(const SampleState& s, const VectorXd& theta, EffectJ
   if (!span_.contains(s)) return;
   if (has_offset(form_)) J.rightCols<3>().setIdentity();
   if (form_ == ChangeForm::kOffset) return;
-  const Vector3 x = read_by_basic_model(s, channel());
+  const Vector3 x = own_reading(s, channel());
   switch (gains_of(form_)) {
     case ChangeForm::kMatrix:
       matrix_jacobian(x, J.leftCols<9>());
@@ -145,7 +140,7 @@ void ChangeEffect::jacobian(const SampleState& s, const VectorXd& theta, EffectJ
 Vector3 ChangeEffect::term(const SampleState& s, const VectorXd& theta) const {
   if (gains_of(form_) != ChangeForm::kTurn) return Effect::term(s, theta);
   if (!span_.contains(s)) return Vector3::Zero();
-  const Vector3 x = read_by_basic_model(s, channel());
+  const Vector3 x = own_reading(s, channel());
   Vector3 out = Rot3::Exp(Vector3(theta.head<3>())) * x - x;
   if (has_offset(form_)) out += theta.tail<3>();
   return out;

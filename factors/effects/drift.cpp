@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "factors/effects/own_reading.h"
+
 namespace magimu {
 namespace {
 
@@ -15,30 +17,13 @@ Effect::Description with_parameters(Effect::Description description,
 // A part's gain changes by some hundredths of a per cent a kelvin.
 constexpr double kUsualGain = 0.02;
 
-// k_first to k_terms.
-std::vector<Effect::Parameter> gain_parameters(int terms, int first) {
-  std::vector<Effect::Parameter> out;
-  for (int j = first; j <= terms; ++j) {
-    for (const auto& p : vector_parameters(fmt::format("k[{}]", j), "1", kUsualGain)) {
-      out.push_back(p);
-    }
-  }
-  return out;
-}
-
-Vector3 reading_of(const SampleState& s, Channel channel) {
-  if (channel == Channel::kAcc) return s.f + s.bias;
-  if (channel == Channel::kGyr) return s.omega + s.bias;
-  return s.D * s.b + s.bias;
-}
-
 }  // namespace
 
 std::vector<Effect::Parameter> drift_parameters(int terms, const std::string& unit,
-                                                double prior_sigma) {
+                                                double prior_sigma, const char* letter, int first) {
   std::vector<Effect::Parameter> out;
-  for (int j = 1; j <= terms; ++j) {
-    for (const auto& p : vector_parameters(fmt::format("c[{}]", j), unit, prior_sigma)) {
+  for (int j = first; j <= terms; ++j) {
+    for (const auto& p : vector_parameters(fmt::format("{}[{}]", letter, j), unit, prior_sigma)) {
       out.push_back(p);
     }
   }
@@ -61,10 +46,11 @@ std::shared_ptr<const Effect> BiasDrift::with_terms(int terms) const {
 }
 
 GainDrift::GainDrift(const Description& description, int terms, int first)
-    : Effect(with_parameters(description, gain_parameters(terms, first))), first_(first) {}
+    : Effect(with_parameters(description, drift_parameters(terms, "1", kUsualGain, "k", first))),
+      first_(first) {}
 
 void GainDrift::jacobian(const SampleState& s, const VectorXd& theta, EffectJacobian J) const {
-  const Vector3 reading = reading_of(s, channel());
+  const Vector3 reading = own_reading(s, channel());
   for (int j = 0; 3 * j < theta.size(); ++j) {
     J.middleCols<3>(3 * j) = legendre(j + first_, s.u) * Matrix3(reading.asDiagonal());
   }

@@ -9,9 +9,10 @@
 
 namespace magimu {
 
-// c_1 to c_terms, three numbers each: "c[1][0]" and so on.
+// c_first to c_terms, three numbers each: "c[1][0]" and so on, or with another letter.
 std::vector<Effect::Parameter> drift_parameters(int terms, const std::string& unit,
-                                                double prior_sigma);
+                                                double prior_sigma, const char* letter = "c",
+                                                int first = 1);
 
 // A sensor's bias + sum_j c_j P_j(u).
 class BiasDrift final : public Effect {

@@ -263,8 +263,7 @@ class RowTimeReader {
   bool keeps_order_of_sensors(std::size_t k, double t, const std::array<double, 32>& last) const {
     if (rows_.sensors[k] == 0) return true;
     // A column that the rows of all sensors share says nothing of their order.
-    const std::uint32_t own = rows_.sensors[k] & kOwnRows;
-    const std::uint32_t sensors = own != 0 ? own : rows_.sensors[k];
+    const std::uint32_t sensors = with_rows_of_their_own(rows_.sensors[k]);
     for (std::uint32_t s = 0; s < 32; ++s) {
       if ((sensors >> s & 1U) != 0 && t <= last[s]) return false;
     }
@@ -314,8 +313,7 @@ class RowTimeReader {
     std::vector<std::uint32_t> groups;
     std::uint32_t last = 0;
     for (const std::uint32_t all_sensors : rows_.sensors) {
-      const std::uint32_t own = all_sensors & kOwnRows;
-      const std::uint32_t sensors = own != 0 ? own : all_sensors;
+      const std::uint32_t sensors = with_rows_of_their_own(all_sensors);
       if (sensors == last) continue;
       last = sensors;
       std::uint32_t all = sensors;
@@ -412,6 +410,11 @@ class RowTimeReader {
   static constexpr std::uint32_t kSingle = ~RawRows::kMoreMags;
   // What has rows of its own; the others may stand in the rows of every sensor.
   static constexpr std::uint32_t kOwnRows = RawRows::kVectors & ~RawRows::kPosition;
+  // Of a row's sensors; all of them where none has.
+  static std::uint32_t with_rows_of_their_own(std::uint32_t sensors) {
+    const std::uint32_t own = sensors & kOwnRows;
+    return own != 0 ? own : sensors;
+  }
 
   const RawRows& rows_;
   const RowTimesOptions& options_;

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// All that a sensor reads, its bias too: what a gain multiplies.
+#pragma once
+
+#include "factors/effects/effect.h"
+
+namespace magimu {
+
+inline Vector3 own_reading(const SampleState& s, Channel channel) {
+  if (channel == Channel::kAcc) return s.f + s.bias;
+  return channel == Channel::kGyr ? Vector3(s.omega + s.bias) : Vector3(s.D * s.b + s.bias);
+}
+
+}  // namespace magimu

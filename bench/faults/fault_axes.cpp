@@ -61,10 +61,19 @@ Matrix3 quarter_turn(Damage& d) {
   return Eigen::AngleAxisd(90.0 * kDegree * quarters, axis).toRotationMatrix();
 }
 
+// Of the accelerometer or the gyroscope. The IMU frame is the accelerometer's (CONTRACT: gyr =
+// (I + S) omega + o_w): one that is turned takes the frame of D with it, a turned gyroscope is in
+// S, and each bias stays with its own sensor's axes.
 template <Matrix3 (*kMatrix)(Damage&)>
 void of_imu(Damage& d) {
   const int s = d.choose_imu();
-  turn(d, s, kMatrix(d));
+  const Matrix3 Q = kMatrix(d);
+  turn(d, s, Q);
+  if (!d.truth) return;
+  Vector3& bias = s == 0 ? d.truth->acc_bias : d.truth->gyr_bias;
+  bias = Q * bias;
+  if (s != 0 || Q.determinant() < 0.0) return;
+  for (MagnetometerParameters& mag : d.truth->mag) mag.distortion = mag.distortion * Q.transpose();
 }
 template <Matrix3 (*kMatrix)(Damage&)>
 void of_mag(Damage& d) {

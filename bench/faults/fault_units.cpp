@@ -102,6 +102,7 @@ void gyr_range(Damage& d) {
 void gyr_gain(Damage& d) {
   const double gain = 1.0 + d.dice.sign() * d.dice.log_uniform(0.002, 0.2);
   of_gyr(d, gain);
+  if (d.truth) d.truth->gyr_bias *= gain;
   d.what = fmt::format("{:.4f}", gain);
 }
 // Radians where degrees were converted twice.

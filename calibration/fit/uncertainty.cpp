@@ -82,7 +82,7 @@ std::optional<BothCovariances> by_condensed_blocks(const Optimum& at, const Marg
                                                    const std::vector<int>& block_of_node,
                                                    int blocks) {
   const Values& values = at.stage.result().values;
-  const CondensedChain chain = condense(at.system, values, node_of, block_of_node);
+  CondensedChain chain = condense(at.system, values, node_of, block_of_node);
   std::vector<int> place, columns;
   for (const Key key : keys) {
     const int first = chain.position(values, key);
@@ -103,7 +103,9 @@ std::optional<BothCovariances> by_condensed_blocks(const Optimum& at, const Marg
                                          blocks_of_rows(at.rows, block_of_node), blocks);
   std::vector<BlockScore> scores;
   for (int b = 0; b < blocks; ++b) {
-    scores.push_back({A * moved.col(b), chain.windows[std::size_t(b)].information(place, place)});
+    // A megabyte each with thirty magnetometers: none is kept twice.
+    MatrixXd own = std::move(chain.windows[std::size_t(b)].information);
+    scores.push_back({A * moved.col(b), own(place, place)});
   }
   out.robust = sandwich_covariance(out.model, scores);
   return out;

@@ -123,10 +123,11 @@ double reading_at_rest(const Recording& recording, const NoiseDensities& rest) {
 Calibration calibrate_checked(const CheckedRecordings& checked, const CalibrationOptions& options,
                               Mounting& mounting, std::optional<CondensedRecording>* condensed) {
   // Who says which samples are a node gets these samples.
+  const TurningRates rates(checked.get(), options);
   const SlowerRecordings slower(options.node_every > 0 ? std::vector<const Recording*>{}
-                                                       : checked.get());
-  const TurningRates rates(options.node_every > 0 ? checked.get() : slower.get(), options);
-  const std::vector<const Recording*>& recordings = rates.get();
+                                                       : rates.get());
+  const std::vector<const Recording*>& recordings =
+      options.node_every > 0 ? rates.get() : slower.get();
   const auto progress = [&](const std::string& what, double share) {
     if (options.progress) options.progress(what, share);
   };

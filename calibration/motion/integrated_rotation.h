@@ -39,7 +39,8 @@ class IntegratedRotation {
  private:
   std::size_t sample_at(double t) const;
   Vector3 rate_of(std::size_t k) const { return unscale_ * (gyr_.v[k] - bias_); }
-  Vector3 acceleration_of(std::size_t k) const;
+  Vector3 slope_of(std::size_t k) const;
+  Vector3 reading_of(std::size_t k, double a, double b) const;
 
   const VectorSeries& gyr_;
   Vector3 bias_;

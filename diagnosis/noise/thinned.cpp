@@ -4,28 +4,15 @@
 #include <fmt/format.h>
 
 #include "calibration/motion/rests.h"
+#include "calibration/motion/slower_recordings.h"
 
 namespace magimu {
 namespace {
 
 constexpr double kLong = 6.0, kKeptRest = 4.0, kAtEnd = 3.0, kLeast = 20.0;  // s
-constexpr double kFast = 150.0, kEnough = 75.0;                              // Hz
-
-VectorSeries means(const VectorSeries& series, bool time_of_first) {
-  if (!is_thinned(series)) return series;
-  const auto n = std::size_t(series.rate_hz() / kEnough);
-  VectorSeries out;
-  for (std::size_t k = 0; k + n <= series.size(); k += n) {
-    double t = 0.0;
-    Vector3 v = Vector3::Zero();
-    for (std::size_t i = k; i < k + n; ++i) {
-      t += series.t[i] / double(n);
-      v += series.v[i] / double(n);
-    }
-    out.push_back(time_of_first ? series.t[k] : t, v);
-  }
-  return out;
-}
+// As a search for causes takes them: it makes hundreds of fits.
+constexpr double kFast = 150.0, kEnough = 75.0;  // Hz
+constexpr SlowerRates kForSearch{kFast, kEnough};
 
 }  // namespace
 
@@ -46,14 +33,8 @@ Recording without_long_rests(const Recording& recording, std::vector<std::string
   return slice(recording, from, to);
 }
 
-bool is_thinned(const VectorSeries& series) { return series.rate_hz() > kFast; }
+bool is_thinned(const VectorSeries& series) { return samples_in_one(series, kForSearch) > 1; }
 
-Recording thinned(const Recording& recording) {
-  Recording out = recording;
-  out.acc = means(recording.acc, false);
-  out.gyr = means(recording.gyr, true);
-  for (VectorSeries& mag : out.mag) mag = means(mag, false);
-  return out;
-}
+Recording thinned(const Recording& recording) { return slower_recording(recording, kForSearch); }
 
 }  // namespace magimu

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "calibration/array_fit.h"
+#include "calibration/beginning.h"
 #include "calibration/condensed_recording.h"
 #include "calibration/fit/bent_posterior.h"
 #include "calibration/fit/diagnostics.h"
@@ -126,25 +127,19 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   const TurningRates rates(checked.get(), options);
   const SlowerRecordings slower(options.node_every > 0 ? std::vector<const Recording*>{}
                                                        : rates.get());
-  const std::vector<const Recording*>& recordings =
-      options.node_every > 0 ? rates.get() : slower.get();
   const auto progress = [&](const std::string& what, double share) {
     if (options.progress) options.progress(what, share);
   };
   progress("which model?", 0.1);
-  const FewMagnetometers few(recordings);
-  std::optional<Pipeline> begun;
-  std::optional<Stage> found;
-  std::string motion_reason;
-  parallel::invoke(
-      [&] {
-        begun.emplace(few.get(), options);
-        found = begun->coarse(motion_reason);
-      },
-      [&] { mounting = check_mounting(few.get()); });
+  const std::vector<const Recording*>& used = options.node_every > 0 ? rates.get() : slower.get();
+  std::optional<Beginning> begun;
+  parallel::invoke([&] { begun.emplace(used, options); },
+                   [&] { mounting = check_mounting(FewMagnetometers(used).get()); });
   progress("the fit, and what may be missing", 0.5);
-  const Pipeline& pipeline = *begun;
-  const Stage& coarse = *found;
+  const std::vector<const Recording*>& recordings = begun->recordings();
+  const FewMagnetometers& few = begun->few();
+  const Pipeline& pipeline = begun->pipeline();
+  const Stage& coarse = begun->coarse();
   Calibration c;
   std::vector<double> mag_squares;
   std::vector<Check> checks;
@@ -165,6 +160,7 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
         c = summarize(recordings, optimum, options);
         if (condensed != nullptr) {
           *condensed = condense_optimum(optimum, int(c.mag_names.size()), c.covariance);
+          begun->add_lag(**condensed);
         }
         c.residual_series = residual_series(optimum, c.mag_names);
         mag_squares = fine->mag_squares(optimum.rows, optimum.system.residual());
@@ -181,7 +177,7 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
         if (auto state = attempt([&] { return find_lacking_state(coarse); })) lacking = *state;
       });
   progress("the verdict", 0.95);
-  c.motion_reason = motion_reason;
+  c.motion_reason = begun->motion_reason();
   if (!rates.said().empty()) c.motion_reason += " " + rates.said();
   c.checks = checks;
   c.warnings = checked.warnings();
@@ -215,6 +211,7 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
          .off_ellipsoid_uT = pipeline.guess().ellipsoid_rms_uT,
          .at_rest_uT = reading_at_rest(*recordings.front(), pipeline.rest_noise())});
   judge_magnetometers(c);
+  begun->add_lag(c);
   return c;
 }
 

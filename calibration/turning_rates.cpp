@@ -25,14 +25,20 @@ double density_of(const Recording& r, const CalibrationOptions& options) {
   return at_rest > 0.0 ? at_rest : least_noise(r.gyr);
 }
 
-// With few nodes and the hand's motion in the model; nothing where no fit can be made.
+// With few nodes, the hand's motion and lags of the other sensors in the model, which coning must
+// not stand for; nothing where no fit can be made.
 std::optional<double> log_likelihood_of(const std::vector<const Recording*>& recordings,
                                         const CalibrationOptions& options) {
   return attempt([&] {
     const FewMagnetometers few(recordings);
-    const Stage stage = Pipeline(few.get(), options).coarse_fit(MotionModel::kHandHeld);
-    if (!stage.result().converged()) throw NumericalError("no optimum was found");
-    return log_marginal_likelihood(stage);
+    const Pipeline pipeline(few.get(), options);
+    const Stage prompt = pipeline.coarse_fit(MotionModel::kHandHeld);
+    ModelSpec spec = prompt.spec();
+    spec.mag_time_offset = true;
+    spec.effects.push_back(find_effect("acc_time_offset"));
+    const Stage lagging = pipeline.refit(prompt, spec);
+    if (!lagging.result().converged()) throw NumericalError("no optimum was found");
+    return log_marginal_likelihood(lagging);
   });
 }
 

@@ -150,10 +150,18 @@ LinearPrior believable(const LinearPrior& prior, const VectorXd& theta, const Ma
     const double squared = own.dot(MatrixXd(S(group.rows, group.rows)).ldlt().solve(own));
     const double log10_p = log10_chi_square_tail(squared, double(group.rows.size()));
     if (log10_p < kLog10Contradiction - std::log10(double(prior.groups.size()))) {
-      warnings.push_back(fmt::format(
-          "{} contradicts {} in {}: it has changed since by {:.1f} of the standard deviations that "
-          "both report and a device's usual drift. What that file says of it was not used.",
-          "This recording", source, group.what, std::sqrt(squared / double(group.rows.size()))));
+      const double apart = std::sqrt(squared / double(group.rows.size()));
+      warnings.push_back(
+          source == "default"
+              ? fmt::format(
+                    "Usual parts differ from this one in {}, by {:.1f} standard deviations: "
+                    "what is usual was not used for it.",
+                    group.what, apart)
+              : fmt::format(
+                    "This recording contradicts {} in {}: it has changed since by {:.1f} of "
+                    "the standard deviations that both report and a device's usual drift. "
+                    "What that file says of it was not used.",
+                    source, group.what, apart));
       continue;
     }
     out.groups.push_back({group.what, {}, group.at_least});

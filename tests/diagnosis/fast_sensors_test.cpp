@@ -19,6 +19,7 @@ TEST(FastSensors, are_not_said_to_have_filters) {
     options.duration_s = 40.0;
     options.seed = seed;
     options.noise = NoiseDensities{2e-5, 1e-6, 1e-3};
+    options.gravity = DiagnosisOptions().gravity;
     const Diagnosis d = diagnose(simulate(options).recording);
     EXPECT_EQ(to_string(d.answer), std::string("predicts"));
     for (const Finding& f : d.findings) ADD_FAILURE() << f.effect;

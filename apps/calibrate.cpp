@@ -211,7 +211,8 @@ void add_calibrate(CLI::App& app, int& exit_code) {
   add_place_options(*cmd, args->place);
   add_prior_options(*cmd, args->prior);
   cmd->add_option("--mag-time-offset", args->mag_time_offset,
-                  "estimate the magnetometer's lag: auto (where the data show one), on, off")
+                  "estimate the magnetometer's lag: auto (where the data show one), on, off (nor "
+                  "the accelerometer's)")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "on", "off"}));
   cmd->add_option(

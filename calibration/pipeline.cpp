@@ -560,6 +560,7 @@ Stage Pipeline::with_offset(const Stage& stage) const {
 // reads then belongs to another attitude. A hand's motion takes up what its readings are wrong by,
 // its bias what they are wrong by all the time, so that residuals need not show it.
 Stage Pipeline::with_acc_offset(const Stage& stage) const {
+  if (!options_.mag_time_offset.value_or(true)) return stage;  // who says so has one clock
   ModelSpec spec = stage.spec();
   spec.effects.push_back(find_effect("acc_time_offset"));
   Stage lagging(stage, spec);

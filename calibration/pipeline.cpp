@@ -47,11 +47,10 @@ constexpr double kGyrSeen = 0.1;
 constexpr double kLeastAcc = 1e-6, kLeastGyr = 1e-8;  // m/s^2, rad/s per sqrt(Hz): no part has less
 // Sampling intervals. No further: what exceeds one is no matter of sampling.
 constexpr double kAccJitter[] = {0.25, 0.5, 1.0};
-constexpr double kWorthJitter = 3.3;  // nats; about 1 % by chance
-constexpr double kWorthLag = 3.3;     // likewise
-constexpr double kHidden = 0.19;      // squared correlation: 1 - 0.9^2
-constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
-constexpr double kManyRepeats = 0.3;  // of a magnetometer's samples: it is read too fast
+constexpr double kWorthANumber = 3.3;  // nats; about 1 % by chance
+constexpr double kHidden = 0.19;       // squared correlation: 1 - 0.9^2
+constexpr double kMatrixShown = 3.0;   // standard errors of a gain that is believed
+constexpr double kManyRepeats = 0.3;   // of a magnetometer's samples: it is read too fast
 // Standard deviations of a lag that is believed; of one that may be, with noise estimated anew.
 constexpr double kOffsetShown = 4.0, kOffsetPossible = 2.0;
 
@@ -567,8 +566,8 @@ Stage Pipeline::with_acc_offset(const Stage& stage) const {
   fit_with_noise(lagging, carry_over(recordings_, stage, lagging), true);
   if (!lagging.result().converged()) return stage;
   if (hides(effect_keys(spec.effects).back().front(), lagging)) return lagging;
-  return log_marginal_likelihood(lagging) > log_marginal_likelihood(stage) + kWorthLag ? lagging
-                                                                                       : stage;
+  return log_marginal_likelihood(lagging) > log_marginal_likelihood(stage) + kWorthANumber ? lagging
+                                                                                           : stage;
 }
 
 // Whether a sensor's parameter would have a sigma of a tenth less if this one were known.
@@ -598,7 +597,7 @@ Stage Pipeline::with_acc_jitter(const Stage& stage) const {
                    {.gyr_known = true, .acc_known = true, .mag_known = true});
     if (!next.result().converged()) break;
     const double now = log_marginal_likelihood(next);
-    if (!(now > likelihood + kWorthJitter)) break;
+    if (!(now > likelihood + kWorthANumber)) break;
     likelihood = now;
     best = std::move(next);
   }

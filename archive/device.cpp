@@ -244,12 +244,9 @@ Calibration calibration_of(const Device& device, const RecordingSummary& last,
   c.effects.clear();
   for (std::size_t i = 0; i < c.order.size(); ++i) {
     const std::string& name = c.order[i];
-    const bool acc_lag = name.starts_with("effects.acc_time_offset");
-    const bool lag = acc_lag || name.ends_with(".time_offset_s");
+    const bool lag = name.find("time_offset") != std::string::npos;
     if (!lag && name.find("scale_misalignment") == std::string::npos) continue;
-    const std::string effect = acc_lag ? "acc_time_offset"
-                               : lag   ? "mag_time_offset"
-                                       : "gyro_scale_misalignment";
+    const std::string effect = lag ? "mag_time_offset" : "gyro_scale_misalignment";
     if (c.effects.empty() || c.effects.back().name != effect) c.effects.push_back({effect, {}});
     const auto column = std::ranges::find(device.order, name) - device.order.begin();
     c.effects.back().parameters.push_back({name, lag ? "s" : "1", x[column]});

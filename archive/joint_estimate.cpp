@@ -20,13 +20,10 @@ constexpr double kSingular = 1e-9;   // of the largest singular value, columns o
 std::vector<std::string> shared_order(const std::vector<RecordingSummary>& recordings) {
   int magnetometers = 1;
   ModelSpec spec;
-  const std::shared_ptr<const Effect> lagging = find_effect("acc_time_offset");
-  const std::string acc_lag = effect_parameter_name(*lagging, 0);
   for (const RecordingSummary& r : recordings) {
     for (const std::string& name : r.order) {
-      spec.mag_time_offset |= name.ends_with(".time_offset_s");
+      spec.mag_time_offset |= name.find("time_offset") != std::string::npos;
       spec.gyr_matrix |= name.find("scale_misalignment") != std::string::npos;
-      if (spec.effects.empty() && name == acc_lag) spec.effects.push_back(lagging);
       if (name.starts_with("magnetometers[")) {
         magnetometers = std::max(magnetometers, std::stoi(name.substr(14)) + 1);
       }

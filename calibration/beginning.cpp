@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/beginning.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/fit/uncertainty.h"
 #include "calibration/model/extension.h"
 #include "calibration/model/parameter_names.h"
 #include "graph/numerical_error.h"
+#include "solvers/marginals.h"
 
 namespace magimu {
 namespace {
 
 constexpr const char* kLag = "acc_time_offset";
-// s: within, a force that swings at 4 Hz differs from its tangent by a thousandth of itself.
-constexpr double kBends = 2e-3;
-constexpr int kMostShifts = 3;
+constexpr double kSeen = 2.0;  // standard deviations, from which the samples are put right
+// Of what is left after that, again: a lag is linear in the model, and a force bends meanwhile.
+constexpr int kMostShifts = 2;
 
 std::vector<const Recording*> with_acc_earlier(const std::vector<const Recording*>& given,
                                                double by_s, std::deque<Recording>& copies) {
@@ -28,16 +31,6 @@ std::vector<const Recording*> with_acc_earlier(const std::vector<const Recording
   return out;
 }
 
-// s; nothing where the model has no lag.
-std::optional<double> lag_of(const Stage& stage) {
-  const auto& effects = stage.spec().effects;
-  for (std::size_t i = 0; i < effects.size(); ++i) {
-    if (effects[i]->name() != kLag) continue;
-    return stage.result().values.at<double>(effect_keys(effects)[i].front());
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 Beginning::Fit::Fit(const std::vector<const Recording*>& given, double acc_late_s,
@@ -47,31 +40,63 @@ Beginning::Fit::Fit(const std::vector<const Recording*>& given, double acc_late_
       pipeline(few.get(), options),
       coarse(pipeline.coarse(motion_reason)) {}
 
-Beginning::Beginning(const std::vector<const Recording*>& all, const CalibrationOptions& options)
-    : fit_(std::make_unique<Fit>(all, 0.0, options)) {
-  for (int shift = 0; shift < kMostShifts; ++shift) {
-    const std::optional<double> lag = lag_of(fit_->coarse);
-    if (!lag || std::abs(*lag) < kBends) return;
-    auto next = attempt([&] { return std::make_unique<Fit>(all, late_s_ + *lag, options); });
-    // What is left of it stays in the model.
-    if (!next || !(*next)->coarse.result().converged() || !lag_of((*next)->coarse)) return;
-    late_s_ += *lag;
-    fit_ = *std::move(next);
+std::optional<Beginning::Lag> Beginning::lag_of(const Fit& fit, const CalibrationOptions& options) {
+  // Who says that there is no lag has one clock.
+  if (!options.mag_time_offset.value_or(true) || !fit.coarse.result().converged()) {
+    return std::nullopt;
   }
+  ModelSpec spec = fit.coarse.spec();
+  spec.effects.push_back(find_effect(kLag));
+  const auto lagging =
+      attempt([&] { return fit.pipeline.refit_with_same_noise(fit.coarse, spec); });
+  if (!lagging || !lagging->result().converged()) return std::nullopt;
+  const int magnetometers = int(fit.few.get().front()->mag.size()),
+            fields = field_count(fit.few.get());
+  std::vector<Key> keys = parameter_keys(magnetometers, fields, fit.coarse.spec());
+  keys.push_back(effect_keys(spec.effects).back().front());
+  const Values& values = lagging->result().values;
+  const Marginals marginals(lagging->graph(), values, options.optimizer.backend);
+  const MatrixXd V = marginals.determined_covariance(keys);
+  const Eigen::Index last = V.rows() - 1;
+  if (!(V(last, last) > 0.0)) return std::nullopt;
+  Lag lag{values.at<double>(keys.back()), std::sqrt(V(last, last)),
+          V.col(last).head(last) / V(last, last)};
+  lag.moves.segment(6 + 12 * magnetometers, fields) /= kDegree;
+  return lag;
+}
+
+Beginning::Beginning(const std::vector<const Recording*>& all, const CalibrationOptions& options)
+    : fit_(std::make_unique<Fit>(all, 0.0, options)), lag_(lag_of(*fit_, options)) {
+  for (int shift = 0; shift < kMostShifts; ++shift) {
+    if (!lag_ || !(std::abs(lag_->tau_s) > kSeen * lag_->sigma_s)) return;
+    auto next = attempt([&] { return std::make_unique<Fit>(all, late_s_ + lag_->tau_s, options); });
+    if (!next || !(*next)->coarse.result().converged()) return;
+    late_s_ += lag_->tau_s;
+    fit_ = *std::move(next);
+    lag_ = lag_of(*fit_, options);
+  }
+}
+
+void Beginning::add_doubt(Calibration& c, CondensedRecording* condensed) const {
+  if (!lag_) return;
+  MissingEffect doubt;
+  doubt.shift = lag_->tau_s * lag_->moves;
+  doubt.covariance = lag_->sigma_s * lag_->sigma_s * lag_->moves * lag_->moves.transpose();
+  if (!fit_->few.are_all()) {
+    doubt = of_all_magnetometers(doubt, fit_->coarse.spec(), field_count(fit_->recordings), c);
+  }
+  const MatrixXd more = doubt.shift * doubt.shift.transpose() + doubt.covariance;
+  c.covariance_model += more;
+  add_to_covariance(c, more);
+  if (condensed != nullptr) widen(*condensed, more);
 }
 
 void Beginning::add_lag(Calibration& c) const {
-  for (ActiveEffect& effect : c.effects) {
-    if (effect.name == kLag) effect.parameters.front().value += late_s_;
-  }
-}
-
-void Beginning::add_lag(CondensedRecording& condensed) const {
-  const std::string name = effect_parameter_name(*find_effect(kLag), 0);
-  const auto at = std::ranges::find(condensed.order, name) - condensed.order.begin();
-  if (std::size_t(at) == condensed.order.size()) return;
-  condensed.at[at] += late_s_;
-  condensed.prior_mean[at] += late_s_;
+  if (late_s_ == 0.0 || !lag_) return;
+  const double tau = late_s_ + lag_->tau_s, sigma = lag_->sigma_s;
+  c.effects.push_back({kLag, {{effect_parameter_name(*find_effect(kLag), 0), "s", tau}}});
+  ActiveEffect::Parameter& p = c.effects.back().parameters.front();
+  p.sigma = p.sigma_model = sigma;
 }
 
 }  // namespace magimu

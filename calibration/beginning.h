@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The fit with few nodes from which all else of a calibration begins, and the recordings as it
-// takes them: the accelerometer's samples at the times at which it read what they show. The model
-// has a lag of the accelerometer as its rate of change; a hand's force bends within one of some
-// milliseconds, and so the samples are put where the fit says that they belong, and fitted anew.
+// takes them: the accelerometer's samples at the times at which it read what they show. Most
+// gyroscopes give the mean rate of the interval before a sample's time, and filters have delays:
+// what a swung accelerometer reads then belongs to another attitude, and omega x f tau has a mean.
+// A hand's motion takes up what the readings are wrong by, and the bias that mean, so that
+// residuals need not show it: what is not known of the lag counts in the sigmas.
 #pragma once
 
 #include <deque>
@@ -27,10 +29,11 @@ class Beginning {
   const Stage& coarse() const { return fit_->coarse; }
   const std::string& motion_reason() const { return fit_->motion_reason; }
 
-  // The lag that the recordings' times have in them and the model has not, in the parameters of a
-  // calibration: all of it.
+  // What is not known of the lag, in both covariances of a calibration of these recordings; and in
+  // what is said of its recording to others.
+  void add_doubt(Calibration& c, CondensedRecording* condensed) const;
+  // The lag that the recordings' times have no more, last of all.
   void add_lag(Calibration& c) const;
-  void add_lag(CondensedRecording& condensed) const;
 
  private:
   struct Fit {
@@ -44,9 +47,17 @@ class Beginning {
     std::string motion_reason;
     Stage coarse;
   };
+  // Of the accelerometer against the gyroscope, beside a fit: what it is, how sure that is, and by
+  // how much a second of it moves the parameters, in order and units of Calibration::order.
+  struct Lag {
+    double tau_s = 0.0, sigma_s = 0.0;
+    VectorXd moves;
+  };
+  static std::optional<Lag> lag_of(const Fit& fit, const CalibrationOptions& options);
 
   double late_s_ = 0.0;
   std::unique_ptr<Fit> fit_;
+  std::optional<Lag> lag_;
 };
 
 }  // namespace magimu

@@ -160,7 +160,6 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
         c = summarize(recordings, optimum, options);
         if (condensed != nullptr) {
           *condensed = condense_optimum(optimum, int(c.mag_names.size()), c.covariance);
-          begun->add_lag(**condensed);
         }
         c.residual_series = residual_series(optimum, c.mag_names);
         mag_squares = fine->mag_squares(optimum.rows, optimum.system.residual());
@@ -182,6 +181,7 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   c.checks = checks;
   c.warnings = checked.warnings();
   take_over_rates(checked.get(), recordings, node_every, c);
+  begun->add_doubt(c, condensed != nullptr && *condensed ? &**condensed : nullptr);
   widen_by_halves(c);
   std::vector<std::string> unknown = unknown_directions(c);
   if (coarse.result().converged() && few.are_all()) {

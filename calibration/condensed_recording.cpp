@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/condensed_recording.h"
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
 
@@ -113,6 +114,17 @@ CondensedRecording condense_optimum(const Optimum& optimum, int magnetometers,
       condense_system(optimum.system, optimum.stage.result().values, optimum.stage, magnetometers);
   out.covariance = covariance;
   return out;
+}
+
+void widen(CondensedRecording& c, const MatrixXd& covariance) {
+  const MatrixXd A = c.R.transpose() * c.R;
+  const VectorXd score = -(c.R.transpose() * c.d);
+  // (A^-1 + covariance)^-1 and a score that leads as far, for an A that may be singular.
+  const MatrixXd I = MatrixXd::Identity(A.rows(), A.cols());
+  const Eigen::PartialPivLU<MatrixXd> wider(MatrixXd(I + A * covariance));
+  const MatrixXd B = wider.solve(A);
+  triangle_of(0.5 * (B + B.transpose()), wider.solve(score), c.R, c.d);
+  c.covariance += covariance;
 }
 
 }  // namespace magimu

@@ -35,6 +35,10 @@ struct CondensedRecording {
 CondensedRecording condense_optimum(const Optimum& optimum, int magnetometers,
                                     const MatrixXd& covariance);
 
+// The parameters may lie elsewhere by what has this covariance, in order and units of
+// CondensedRecording::order.
+void widen(CondensedRecording& condensed, const MatrixXd& covariance);
+
 // calibrate() of one recording, with that of its last fit; nothing where there was no fit.
 Calibration calibrate_condensed(const Recording& recording, const CalibrationOptions& options,
                                 std::optional<CondensedRecording>& condensed);

@@ -47,10 +47,9 @@ constexpr double kGyrSeen = 0.1;
 constexpr double kLeastAcc = 1e-6, kLeastGyr = 1e-8;  // m/s^2, rad/s per sqrt(Hz): no part has less
 // Sampling intervals. No further: what exceeds one is no matter of sampling.
 constexpr double kAccJitter[] = {0.25, 0.5, 1.0};
-constexpr double kWorthANumber = 3.3;  // nats; about 1 % by chance
-constexpr double kHidden = 0.19;       // squared correlation: 1 - 0.9^2
-constexpr double kMatrixShown = 3.0;   // standard errors of a gain that is believed
-constexpr double kManyRepeats = 0.3;   // of a magnetometer's samples: it is read too fast
+constexpr double kWorthJitter = 3.3;  // nats; about 1 % by chance
+constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
+constexpr double kManyRepeats = 0.3;  // of a magnetometer's samples: it is read too fast
 // Standard deviations of a lag that is believed; of one that may be, with noise estimated anew.
 constexpr double kOffsetShown = 4.0, kOffsetPossible = 2.0;
 
@@ -533,8 +532,8 @@ Stage Pipeline::choose(std::string& reason) const {
 // step whose trial fails leaves the stage as it was.
 Stage Pipeline::coarse(std::string& motion_reason) const {
   Stage stage = choose(motion_reason);
-  for (const auto step : {&Pipeline::with_offset, &Pipeline::with_acc_offset,
-                          &Pipeline::with_acc_jitter, &Pipeline::with_gyr_matrix}) {
+  for (const auto step :
+       {&Pipeline::with_offset, &Pipeline::with_acc_jitter, &Pipeline::with_gyr_matrix}) {
     if (auto next = attempt([&] { return (this->*step)(stage); })) stage = *std::move(next);
   }
   return with_fixed_symmetries(stage);
@@ -553,34 +552,6 @@ Stage Pipeline::with_offset(const Stage& stage) const {
   return asked || shows_offset(delayed) ? delayed : stage;
 }
 
-// The stage with a lag of the accelerometer against the gyroscope, if that makes the readings more
-// probable or if not knowing it leaves a parameter less certain: most gyroscopes give the mean rate
-// of the interval before a sample's time, and filters have delays, and what a swung accelerometer
-// reads then belongs to another attitude. A hand's motion takes up what its readings are wrong by,
-// its bias what they are wrong by all the time, so that residuals need not show it.
-Stage Pipeline::with_acc_offset(const Stage& stage) const {
-  if (!options_.mag_time_offset.value_or(true)) return stage;  // who says so has one clock
-  ModelSpec spec = stage.spec();
-  spec.effects.push_back(find_effect("acc_time_offset"));
-  Stage lagging(stage, spec);
-  fit_with_noise(lagging, carry_over(recordings_, stage, lagging), true);
-  if (!lagging.result().converged()) return stage;
-  if (hides(effect_keys(spec.effects).back().front(), lagging)) return lagging;
-  return log_marginal_likelihood(lagging) > log_marginal_likelihood(stage) + kWorthANumber ? lagging
-                                                                                           : stage;
-}
-
-// Whether a sensor's parameter would have a sigma of a tenth less if this one were known.
-bool Pipeline::hides(Key key, const Stage& stage) const {
-  const Marginals marginals(stage.graph(), stage.result().values, options_.optimizer.backend);
-  const MatrixXd V = marginals.determined_covariance(
-      {key, key::acc_bias, key::gyr_bias, key::mag_bias, key::distortion, dip_of(0)});
-  for (Eigen::Index i = 1; i < V.rows(); ++i) {
-    if (V(0, i) * V(0, i) > kHidden * V(0, 0) * V(i, i)) return true;
-  }
-  return false;
-}
-
 // The stage with jolts that the accelerometer does not sample faithfully, as far as they make the
 // readings more probable. Velocity and position follow the accelerometer so closely that its
 // residuals hardly tell; the marginal likelihood does. Without them, what the hand's bounded reach
@@ -597,7 +568,7 @@ Stage Pipeline::with_acc_jitter(const Stage& stage) const {
                    {.gyr_known = true, .acc_known = true, .mag_known = true});
     if (!next.result().converged()) break;
     const double now = log_marginal_likelihood(next);
-    if (!(now > likelihood + kWorthANumber)) break;
+    if (!(now > likelihood + kWorthJitter)) break;
     likelihood = now;
     best = std::move(next);
   }

@@ -70,7 +70,7 @@ class Pipeline {
   // motion: not kAuto.
   ModelStart model_start(MotionModel motion) const;
 
-  // All fits throw NumericalError where they cannot be made. The whole way: motion and why, lags,
+  // All fits throw NumericalError where they cannot be made. The whole way: motion and why, lag,
   // jolts, gyroscope matrix, with few nodes; then the fit with all of them. What needs more fits
   // than one, for the checks: left-out data, and halves of each recording.
   Stage coarse(std::string& motion_reason) const;
@@ -102,12 +102,10 @@ class Pipeline {
   // Another model at the coarse nodes.
   Stage beside(const Stage& from, const ModelSpec& spec) const;
   Stage with_offset(const Stage& stage) const;
-  Stage with_acc_offset(const Stage& stage) const;
   Stage with_acc_jitter(const Stage& stage) const;
   Stage with_gyr_matrix(const Stage& stage) const;
   bool may_show_offset(const Stage& stage) const;
   bool shows_offset(const Stage& stage) const;
-  bool hides(Key key, const Stage& stage) const;
 
   const std::vector<const Recording*>& recordings_;
   const CalibrationOptions options_;

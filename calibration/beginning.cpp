@@ -67,10 +67,14 @@ std::optional<Beginning::Lag> Beginning::lag_of(const Fit& fit, const Calibratio
 
 Beginning::Beginning(const std::vector<const Recording*>& all, const CalibrationOptions& options)
     : fit_(std::make_unique<Fit>(all, 0.0, options)), lag_(lag_of(*fit_, options)) {
+  CalibrationOptions same_motion = options;
+  same_motion.motion = fit_->coarse.spec().motion;
   for (int shift = 0; shift < kMostShifts; ++shift) {
     if (!lag_ || !(std::abs(lag_->tau_s) > kSeen * lag_->sigma_s)) return;
-    auto next = attempt([&] { return std::make_unique<Fit>(all, late_s_ + lag_->tau_s, options); });
+    auto next =
+        attempt([&] { return std::make_unique<Fit>(all, late_s_ + lag_->tau_s, same_motion); });
     if (!next || !(*next)->coarse.result().converged()) return;
+    (*next)->motion_reason = fit_->motion_reason;
     late_s_ += lag_->tau_s;
     fit_ = *std::move(next);
     lag_ = lag_of(*fit_, options);

@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/fit/summary.h"
 #include "calibration/fit/uncertainty.h"
-#include "calibration/model/extension.h"
 #include "calibration/model/parameter_names.h"
 #include "graph/numerical_error.h"
-#include "solvers/marginals.h"
 
 namespace magimu {
 namespace {
@@ -50,19 +49,15 @@ std::optional<Beginning::Lag> Beginning::lag_of(const Fit& fit, const Calibratio
   const auto lagging =
       attempt([&] { return fit.pipeline.refit_with_same_noise(fit.coarse, spec); });
   if (!lagging || !lagging->result().converged()) return std::nullopt;
-  const int magnetometers = int(fit.few.get().front()->mag.size()),
-            fields = field_count(fit.few.get());
-  std::vector<Key> keys = parameter_keys(magnetometers, fields, fit.coarse.spec());
-  keys.push_back(effect_keys(spec.effects).back().front());
-  const Values& values = lagging->result().values;
-  const Marginals marginals(lagging->graph(), values, options.optimizer.backend);
-  const MatrixXd V = marginals.determined_covariance(keys);
-  const Eigen::Index last = V.rows() - 1;
-  if (!(V(last, last) > 0.0)) return std::nullopt;
-  Lag lag{values.at<double>(keys.back()), std::sqrt(V(last, last)),
-          V.col(last).head(last) / V(last, last)};
-  lag.moves.segment(6 + 12 * magnetometers, fields) /= kDegree;
-  return lag;
+  const Calibration c = summarize_parameters(fit.few.get(), *lagging, options);
+  const Eigen::Index last = c.covariance_model.rows() - 1;
+  if (c.effects.empty() || c.effects.back().name != kLag || !c.undetermined.empty()) {
+    return std::nullopt;
+  }
+  const ActiveEffect::Parameter& tau = c.effects.back().parameters.front();
+  if (!(tau.sigma_model > 0.0)) return std::nullopt;
+  return Lag{tau.value, tau.sigma_model, std::max(tau.sigma, tau.sigma_model),
+             c.covariance_model.col(last).head(last) / c.covariance_model(last, last)};
 }
 
 Beginning::Beginning(const std::vector<const Recording*>& all, const CalibrationOptions& options)
@@ -70,7 +65,7 @@ Beginning::Beginning(const std::vector<const Recording*>& all, const Calibration
   CalibrationOptions same_motion = options;
   same_motion.motion = fit_->coarse.spec().motion;
   for (int shift = 0; shift < kMostShifts; ++shift) {
-    if (!lag_ || !(std::abs(lag_->tau_s) > kSeen * lag_->sigma_s)) return;
+    if (!lag_ || !(std::abs(lag_->tau_s) > kSeen * lag_->robust_s)) return;
     auto next =
         attempt([&] { return std::make_unique<Fit>(all, late_s_ + lag_->tau_s, same_motion); });
     if (!next || !(*next)->coarse.result().converged()) return;
@@ -97,10 +92,11 @@ void Beginning::add_doubt(Calibration& c, CondensedRecording* condensed) const {
 
 void Beginning::add_lag(Calibration& c) const {
   if (late_s_ == 0.0 || !lag_) return;
-  const double tau = late_s_ + lag_->tau_s, sigma = lag_->sigma_s;
+  const double tau = late_s_ + lag_->tau_s;
   c.effects.push_back({kLag, {{effect_parameter_name(*find_effect(kLag), 0), "s", tau}}});
   ActiveEffect::Parameter& p = c.effects.back().parameters.front();
-  p.sigma = p.sigma_model = sigma;
+  p.sigma = lag_->robust_s;
+  p.sigma_model = lag_->sigma_s;
 }
 
 }  // namespace magimu

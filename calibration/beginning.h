@@ -47,10 +47,11 @@ class Beginning {
     std::string motion_reason;
     Stage coarse;
   };
-  // Of the accelerometer against the gyroscope, beside a fit: what it is, how sure that is, and by
-  // how much a second of it moves the parameters, in order and units of Calibration::order.
+  // Of the accelerometer against the gyroscope, beside a fit: what it is, how sure that is (by the
+  // model, and where residuals are not white), and by how much a second of it moves the parameters,
+  // in order and units of Calibration::order.
   struct Lag {
-    double tau_s = 0.0, sigma_s = 0.0;
+    double tau_s = 0.0, sigma_s = 0.0, robust_s = 0.0;
     VectorXd moves;
   };
   static std::optional<Lag> lag_of(const Fit& fit, const CalibrationOptions& options);

@@ -21,7 +21,7 @@ namespace {
 constexpr double kAccResidualNo = 1.0;           // m/s^2
 constexpr double kAccResidualLimited = 0.35;     // m/s^2
 constexpr double kLongestArm = 2.0;              // m: four standard deviations of its prior
-constexpr double kPlausibleAccBias = 0.7;        // m/s^2; 70 mg, beyond any part that works
+constexpr double kLargestAccBias = 1.5;          // m/s^2, of an axis: 150 mg
 constexpr double kFieldResidualLimited = 0.025;  // of the strength
 constexpr double kFieldResidualNo = 0.1;
 constexpr double kDisturbedTimes = 4.0;   // times the usual residual
@@ -67,29 +67,33 @@ void judge_lever_arms(Calibration& c) {
   }
 }
 
+constexpr const char* kCarriesMotion =
+    "Give --motion hand_held, whose model carries the motion, or turn it on the spot, slowly.";
+
 void judge_motion(Calibration& c) {
   if (c.motion == MotionModel::kHandHeld) return judge_lever_arms(c);  // the model carries it
-  const double acc = c.residuals[0].rms_unit, bias = c.parameters.acc_bias.norm();
-  if (acc <= kAccResidualLimited && bias > kPlausibleAccBias) {
-    c.trust.lower(Verdict::kLimited,
-                  fmt::format("The accelerometer's bias comes out as {:.2f} m/s^2, more than parts "
-                              "in order have; nothing says that the hand moved the sensor. Check "
-                              "the accelerometer's unit and range, and local gravity.",
-                              bias));
-  } else if (acc > kAccResidualNo || bias > kPlausibleAccBias) {
+  const double acc = c.residuals[0].rms_unit;
+  const double bias = c.parameters.acc_bias.cwiseAbs().maxCoeff();
+  if (acc <= kAccResidualLimited && bias > kLargestAccBias) {
+    c.trust.lower(
+        Verdict::kLimited,
+        fmt::format("The accelerometer's bias comes out as {:.2f} m/s^2 on one axis, more "
+                    "than parts in order have; nothing says that the hand moved the "
+                    "sensor. Check the accelerometer's unit and range, and local gravity.",
+                    bias));
+  } else if (acc > kAccResidualNo || bias > kLargestAccBias) {
     c.trust.lower(
         Verdict::kNo,
         fmt::format("The hand moved the sensor: beyond gravity and a bias the accelerometer reads "
-                    "{:.2f} m/s^2 RMS (its bias comes out as {:.2f} m/s^2), and this model assumes "
-                    "that the sensor only turns. Turn it on the spot, slowly.",
-                    acc, bias));
+                    "{:.2f} m/s^2 RMS (its bias comes out as up to {:.2f} m/s^2 an axis), and this "
+                    "model assumes that the sensor only turns. {}",
+                    acc, bias, kCarriesMotion));
   } else if (acc > kAccResidualLimited) {
     c.trust.lower(
         Verdict::kLimited,
         fmt::format("The hand moved the sensor somewhat: beyond gravity and a bias the "
-                    "accelerometer reads {:.2f} m/s^2 RMS; the accelerometer bias suffers "
-                    "most. Turn it on the spot, slowly.",
-                    acc));
+                    "accelerometer reads {:.2f} m/s^2 RMS; the accelerometer bias suffers most. {}",
+                    acc, kCarriesMotion));
   }
 }
 

@@ -11,6 +11,7 @@
 #include "calibration/fit/diagnostics.h"
 #include "calibration/start/intrinsic.h"
 #include "calibration/start/turned_axes.h"
+#include "calibration/trust/lasting_change.h"
 #include "recording/data/set_aside.h"
 #include "statistics/quantiles.h"
 
@@ -97,34 +98,17 @@ void judge_motion(Calibration& c) {
   }
 }
 
-// "; it changes for good at about 98 s", where one moment parts what is left of the magnetometer
-// into two levels: a magnet that was put on or taken off. Empty where none does.
-std::string lasting_change(const Calibration& c) {
-  constexpr double kLeast = 5.0, kShare = 0.1;  // s on either side; of the squares explained
-  if (c.trajectories.size() != 1 || c.residual_series.size() < 3) return "";
-  const ResidualSeries& mag = c.residual_series[2];
-  Vector3 all = Vector3::Zero(), before = Vector3::Zero();
-  double squares = 0.0;
-  for (const Vector3& r : mag.whitened) {
-    all += r;
-    squares += r.squaredNorm();
-  }
-  const auto n = double(mag.t.size());
-  double best = kShare * squares, at = NAN;
-  for (std::size_t k = 0; k < mag.t.size(); ++k) {
-    const auto m = double(k);
-    const bool inside = mag.t[k] > mag.t.front() + kLeast && mag.t[k] < mag.t.back() - kLeast;
-    if (inside) {
-      const Vector3 step = before / m - (all - before) / (n - m);
-      const double gain = m * (n - m) / n * step.squaredNorm();
-      if (gain > best) {
-        best = gain;
-        at = mag.t[k];
-      }
-    }
-    before += mag.whitened[k];
-  }
-  return std::isnan(at) ? "" : fmt::format("; it changes for good at about {:.0f} s", at);
+// Of a recording in one piece.
+std::optional<LastingChange> change_of_magnetometer(const Calibration& c) {
+  if (c.trajectories.size() != 1 || c.residual_series.size() < 3) return std::nullopt;
+  return lasting_change(c.residual_series[2].t, c.residual_series[2].whitened);
+}
+
+// "; it changes for good at about 98 s": a magnet that was put on or taken off. Empty where none
+// was.
+std::string lasting_change_in_words(const Calibration& c) {
+  const auto change = change_of_magnetometer(c);
+  return change ? fmt::format("; it changes for good at about {:.0f} s", change->t_s) : "";
 }
 
 // Residuals whose squares are worth one each: neighbours that are alike by rho have squares that
@@ -201,7 +185,7 @@ void judge_field(Calibration& c, const KnownOfMisfit& known) {
       "it{}. {}",
       known.cause.empty() ? "Magnetic disturbance" : "The magnetometer's readings are disturbed",
       when_disturbed(c.disturbances, c.trajectories.size() > 1), rms, 100.0 * share,
-      known.cause.empty() ? lasting_change(c) : "",
+      known.cause.empty() ? lasting_change_in_words(c) : "",
       known.cause.empty()
           ? "The field departs (a magnet or iron moved with or near the sensor, or the field "
             "differs "
@@ -254,6 +238,23 @@ void judge_set_aside(Calibration& c) {
   }
 }
 
+double unit_of_residuals(const ResidualSummary& of) {
+  return of.rms > 0.0 ? of.rms_unit / of.rms : 0.0;
+}
+
+// The sigmas hold for one bias all the time; who reads the checks must know that there were two.
+void tell_of_a_change(Calibration& c) {
+  const auto change = change_of_magnetometer(c);
+  const auto model = std::ranges::find(c.checks, "model", &Check::name);
+  if (!change || model == c.checks.end()) return;
+  model->status = std::max(model->status, CheckStatus::kCaution);
+  model->sentence += fmt::format(
+      " From about {:.0f} s on the magnetometer reads otherwise than before, by {:.2g} uT or more: "
+      "was a magnet, or iron, put on or taken off? Before and after that the calibration is off by "
+      "a part of it; calibrate each by itself.",
+      change->t_s, change->size * unit_of_residuals(c.residuals[2]));
+}
+
 void judge_checks(Calibration& c) {
   for (const Check& check : c.checks) {
     if (check.status != CheckStatus::kBad || check.name == "optimum") continue;
@@ -302,10 +303,6 @@ std::vector<Disturbance> disturbances_in(const Calibration& c,
     }
   }
   return out;
-}
-
-double unit_of_residuals(const ResidualSummary& of) {
-  return of.rms > 0.0 ? of.rms_unit / of.rms : 0.0;
 }
 
 }  // namespace
@@ -391,6 +388,7 @@ void judge(Calibration& c, const std::vector<std::string>& unknown, const KnownO
   judge_uncertainty(c);
   judge_blows(c);
   judge_set_aside(c);
+  tell_of_a_change(c);
   judge_checks(c);
 }
 

@@ -44,41 +44,48 @@ std::vector<Vector3> medians(const std::vector<Vector3>& r) {
   return out;
 }
 
-// Chi-square of three of a step at x_change, in noise that is alike from neighbour to neighbour by
-// rho: of e_k = x_k - rho x_k-1, where a step s leaves s, then (1 - rho) s. What is slow and what
-// follows the attitude has no such edge.
-double evidence_of_step(const std::vector<Vector3>& x, std::size_t change, const Vector3& before,
-                        const Vector3& after) {
+// Chi-square of three of a step at each place, in noise that is alike from neighbour to neighbour
+// by rho: of e_k = x_k - rho x_k-1, where a step s leaves s, then (1 - rho) s. What is slow and
+// what follows the attitude has no such edge.
+std::vector<double> evidence_of_steps(const std::vector<Vector3>& x, double rho) {
+  const auto n = double(x.size() - 1);
+  Vector3 sum = Vector3::Zero(), later = Vector3::Zero();
+  double squares = 0.0;
+  for (std::size_t k = 1; k < x.size(); ++k) {
+    const Vector3 e = x[k] - rho * x[k - 1];
+    sum += e;
+    squares += e.squaredNorm();
+  }
+  squares -= sum.squaredNorm() / n;
+  std::vector<double> out(x.size(), 0.0);
+  for (std::size_t k = x.size() - 1; k >= 2; --k) {
+    const auto m = double(x.size() - 1 - k);  // places after it
+    const Vector3 e = x[k] - rho * x[k - 1];
+    const double edges = 1.0 + (1.0 - rho) * m, of_squares = 1.0 + (1.0 - rho) * (1.0 - rho) * m;
+    const Vector3 shared = e + (1.0 - rho) * later - edges / n * sum;
+    const double gain = shared.squaredNorm() / (of_squares - edges * edges / n);
+    out[k] = 3.0 * n * gain / std::max(squares - gain, 1e-300);
+    later += e;
+  }
+  return out;
+}
+
+// Correlation of neighbours about the two means.
+double alike(const std::vector<Vector3>& x, std::size_t change, const Vector3& before,
+             const Vector3& after) {
   double products = 0.0, squares = 0.0;
   for (std::size_t k = 1; k < x.size(); ++k) {
     const Vector3 last = x[k - 1] - (k - 1 < change ? before : after);
     products += last.dot(x[k] - (k < change ? before : after));
     squares += last.squaredNorm();
   }
-  const double rho = std::clamp(products / std::max(squares, 1e-300), 0.0, 1.0);
-  // Regression of e on a mean and the step.
-  const auto edge = [&](std::size_t k) { return k < change ? 0.0 : k == change ? 1.0 : 1.0 - rho; };
-  const auto n = double(x.size() - 1);
-  Vector3 sum = Vector3::Zero(), with_edge = Vector3::Zero();
-  double edges = 0.0, edges_squared = 0.0, all = 0.0;
-  for (std::size_t k = 1; k < x.size(); ++k) {
-    const Vector3 e = x[k] - rho * x[k - 1];
-    sum += e;
-    with_edge += edge(k) * e;
-    edges += edge(k);
-    edges_squared += edge(k) * edge(k);
-    all += e.squaredNorm();
-  }
-  const Vector3 shared = with_edge - edges / n * sum;
-  const double gain = shared.squaredNorm() / (edges_squared - edges * edges / n);
-  const double left = all - sum.squaredNorm() / n - gain;
-  return 3.0 * n * gain / std::max(left, 1e-300);
+  return std::clamp(products / std::max(squares, 1e-300), 0.0, 1.0);
 }
 
 }  // namespace
 
-std::optional<LastingChange> lasting_change(const std::vector<double>& t,
-                                            const std::vector<Vector3>& r) {
+std::optional<LastingChange> clearest_change(const std::vector<double>& t,
+                                             const std::vector<Vector3>& r) {
   if (t.size() < kFewest) return std::nullopt;
   Vector3 all = Vector3::Zero(), sum = Vector3::Zero();
   double squares = 0.0;
@@ -103,16 +110,25 @@ std::optional<LastingChange> lasting_change(const std::vector<double>& t,
     before = first;
     after = second;
   }
-  if (gain <= 0.0 || gain < explained_by_drift(t, r)) return std::nullopt;
+  if (gain <= 0.0) return std::nullopt;
+  LastingChange out{t[at], (after - before).norm(), gain / squares, false};
+  if (gain < explained_by_drift(t, r)) return out;
+  // The edge lies in this piece or in one beside it, and is like none that is left without it.
   const std::vector<Vector3> x = medians(r);
-  double chi_square = 0.0;  // the edge lies in this piece or in one beside it
   const std::size_t piece = at / kTogether;
-  for (std::size_t edge = std::max<std::size_t>(2, piece) - 1;
-       edge <= piece + 1 && edge + 1 < x.size(); ++edge) {
-    chi_square = std::max(chi_square, evidence_of_step(x, edge, before, after));
+  const double rho = alike(x, piece, before, after);
+  std::vector<Vector3> without = x;
+  for (std::size_t k = 0; k < x.size(); ++k) without[k] -= k < piece ? before : after;
+  const std::vector<double> edges = evidence_of_steps(x, rho);
+  const std::vector<double> others = evidence_of_steps(without, rho);
+  double here = 0.0, elsewhere = 0.0;
+  for (std::size_t k = 0; k < edges.size(); ++k) {
+    if (k + 1 >= piece && k <= piece + 1) here = std::max(here, edges[k]);
+    const double away = std::abs(t[k * kTogether] - t[at]);
+    if (away > kLeastSide) elsewhere = std::max(elsewhere, others[k]);
   }
-  if (!(chi_square > kChangeShown)) return std::nullopt;
-  return LastingChange{t[at], (after - before).norm()};
+  out.has_edge = here > elsewhere + kChangeShown;
+  return out;
 }
 
 }  // namespace magimu

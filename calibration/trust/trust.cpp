@@ -25,11 +25,12 @@ constexpr double kLongestArm = 2.0;              // m: four standard deviations 
 constexpr double kLargestAccBias = 1.5;          // m/s^2, of an axis: 150 mg
 constexpr double kFieldResidualLimited = 0.025;  // of the strength
 constexpr double kFieldResidualNo = 0.1;
-constexpr double kDisturbedTimes = 4.0;   // times the usual residual
-constexpr double kDisturbedShare = 0.03;  // of the strength, too
-constexpr double kDisturbedBlock = 1.0;   // s
-constexpr double kManyBlows = 3.0;        // a minute; careful hands: 1 at the most
-constexpr double kAheadNats = 10.0;       // by which one of two answers counts as decided
+constexpr double kDisturbedTimes = 4.0;     // times the usual residual
+constexpr double kDisturbedShare = 0.03;    // of the strength, too
+constexpr double kDisturbedBlock = 1.0;     // s
+constexpr double kManyBlows = 3.0;          // a minute; careful hands: 1 at the most
+constexpr double kChangeOfDisturbed = 0.1;  // of the squares
+constexpr double kAheadNats = 10.0;         // by which one of two answers counts as decided
 constexpr double kMaxDipSigma_deg = 2.0;
 constexpr double kMaxDistortionSigma = 0.05;  // of the strength
 
@@ -101,14 +102,16 @@ void judge_motion(Calibration& c) {
 // Of a recording in one piece.
 std::optional<LastingChange> change_of_magnetometer(const Calibration& c) {
   if (c.trajectories.size() != 1 || c.residual_series.size() < 3) return std::nullopt;
-  return lasting_change(c.residual_series[2].t, c.residual_series[2].whitened);
+  return clearest_change(c.residual_series[2].t, c.residual_series[2].whitened);
 }
 
-// "; it changes for good at about 98 s": a magnet that was put on or taken off. Empty where none
-// was.
+// "; it changes for good at about 98 s", of a field that is disturbed: a magnet that was put on or
+// taken off. Empty where none was.
 std::string lasting_change_in_words(const Calibration& c) {
   const auto change = change_of_magnetometer(c);
-  return change ? fmt::format("; it changes for good at about {:.0f} s", change->t_s) : "";
+  return change && change->share > kChangeOfDisturbed
+             ? fmt::format("; it changes for good at about {:.0f} s", change->t_s)
+             : "";
 }
 
 // Residuals whose squares are worth one each: neighbours that are alike by rho have squares that
@@ -246,7 +249,7 @@ double unit_of_residuals(const ResidualSummary& of) {
 void tell_of_a_change(Calibration& c) {
   const auto change = change_of_magnetometer(c);
   const auto model = std::ranges::find(c.checks, "model", &Check::name);
-  if (!change || model == c.checks.end()) return;
+  if (!change || !change->has_edge || model == c.checks.end()) return;
   model->status = std::max(model->status, CheckStatus::kCaution);
   model->sentence += fmt::format(
       " From about {:.0f} s on the magnetometer reads otherwise than before, by {:.2g} uT or more: "

@@ -523,7 +523,8 @@ Stage Pipeline::choose(std::string& reason) const {
     reason = fmt::format("The model of a sensor in a hand has no fit: {}.", why_not_held);
     return *rotation;
   }
-  const MotionChoice choice = choose_motion(*rotation, *hand_held, rest_.acc);
+  const MotionChoice choice =
+      choose_motion(*rotation, *hand_held, largest_acc_noise(recordings_, rest_.acc));
   reason = choice.reason;
   return choice.motion == MotionModel::kRotation ? *rotation : *hand_held;
 }

@@ -141,7 +141,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   const bool turned = has_turned(first);
   if (turned) {
     extender.extend(first);
-    if (withdraw_motion(pipeline, extender, d)) first = extender.base();
+    if (withdraw_motion(recordings, pipeline, extender, d)) first = extender.base();
     if (!options.base && options.motion == MotionModel::kAuto) {
       if (auto moving = find_small_motion(recordings, pipeline, extender, d)) first = *moving;
     }

@@ -3,20 +3,28 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "calibration/fit/held_out.h"
+#include "recording/checks/repeats.h"
 
 namespace magimu {
 namespace {
 
-constexpr double kExcessNoise = 1.3;  // accelerometer noise in motion over that at rest
+constexpr double kNoisiestAcc = 0.02;  // m/s^2/sqrt(Hz): 2 mg/sqrt(Hz)
+constexpr double kExcessNoise = 1.3;   // accelerometer noise in motion over that at rest
 constexpr double kSwung = 4.0,
                  kSwungColour = 0.5;  // beyond these gravity and a bias explain nothing
 constexpr double kColour = 0.2;       // correlation of neighbouring accelerometer residuals
 
 // What speaks for a moved hand, of the accelerometer and of the left-out magnetometer.
-std::string grounds_of_motion(double excess, double colour, const HeldOutGain& gain) {
-  std::string out = fmt::format(
-      "under pure rotation the accelerometer's residual is {:.1f} times its noise at rest", excess);
+std::string grounds_of_motion(double excess, double colour, const AccNoise& noise,
+                              const HeldOutGain& gain) {
+  std::string out =
+      fmt::format("under pure rotation the accelerometer's residual is {:.1f} times {}", excess,
+                  noise.at_rest ? "its noise at rest"
+                                : "the noise of the noisiest parts (no rest shows its own)");
   if (excess <= kExcessNoise && colour > kColour) {
     out = fmt::format(
         "under pure rotation neighbouring residuals of the accelerometer are alike (correlation "
@@ -32,25 +40,41 @@ std::string grounds_of_motion(double excess, double colour, const HeldOutGain& g
 
 }  // namespace
 
-MotionChoice choose_motion(const Stage& rotation, const Stage& hand_held, double rest_acc) {
+AccNoise largest_acc_noise(const std::vector<const Recording*>& recordings, double rest_acc) {
+  if (rest_acc > 0.0) return {rest_acc, true};
+  AccNoise out{kNoisiestAcc, false};
+  for (const Recording* r : recordings) {
+    const Vector3 step = least_steps(r->acc);
+    const double rate = r->acc.rate_hz();
+    if (!step.allFinite() || !(rate > 0.0)) continue;
+    const double rounding = std::sqrt(step.squaredNorm() / (3.0 * 12.0) / rate);
+    out.density = std::max(out.density, std::hypot(kNoisiestAcc, rounding));
+  }
+  return out;
+}
+
+MotionChoice choose_motion(const Stage& rotation, const Stage& hand_held, const AccNoise& noise) {
   const HeldOutGain gain = held_out_gain(rotation, hand_held);
   const SensorSums sums = rotation.sums();
   const double colour = sums.lag1[std::size_t(Sensor::kAcc)];
-  const double excess =
-      rest_acc > 0.0 ? rotation.spec().noise.acc * sums.rms(Sensor::kAcc) / rest_acc : 1.0;
+  const double density = rotation.spec().noise.acc * sums.rms(Sensor::kAcc);
+  const double excess = density / noise.density;
   MotionChoice choice;
   const bool restless = excess > kExcessNoise || colour > kColour;
   const bool swung = excess > kSwung || colour > kSwungColour;
   if (swung || gain.better() || (restless && !gain.worse())) {
     choice.motion = MotionModel::kHandHeld;
-    choice.reason = "The hand moved the sensor: " + grounds_of_motion(excess, colour, gain) + ".";
+    choice.reason =
+        "The hand moved the sensor: " + grounds_of_motion(excess, colour, noise, gain) + ".";
   } else {
     choice.motion = MotionModel::kRotation;
     choice.reason = fmt::format(
-        "The sensor only turned: the accelerometer reads gravity to {:.1f} times its noise "
-        "(correlation {:.2f}), and modelling a motion does not predict the left-out magnetometer "
-        "better (ratio {:.2f}).",
-        excess, colour, gain.ratio());
+        "The sensor only turned: the accelerometer reads gravity to {} (correlation {:.2f}), and "
+        "modelling a motion does not predict the left-out magnetometer better (ratio {:.2f}).",
+        noise.at_rest
+            ? fmt::format("{:.1f} times its noise", excess)
+            : fmt::format("{:.2g} m/s^2/sqrt(Hz), which is noise that parts have", density),
+        colour, gain.ratio());
   }
   return choice;
 }

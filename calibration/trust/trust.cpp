@@ -11,6 +11,7 @@
 #include "calibration/fit/diagnostics.h"
 #include "calibration/start/intrinsic.h"
 #include "calibration/start/turned_axes.h"
+#include "calibration/trust/lasting_change.h"
 #include "recording/data/set_aside.h"
 #include "statistics/quantiles.h"
 
@@ -21,14 +22,15 @@ namespace {
 constexpr double kAccResidualNo = 1.0;           // m/s^2
 constexpr double kAccResidualLimited = 0.35;     // m/s^2
 constexpr double kLongestArm = 2.0;              // m: four standard deviations of its prior
-constexpr double kPlausibleAccBias = 0.7;        // m/s^2; 70 mg, beyond any part that works
+constexpr double kLargestAccBias = 1.5;          // m/s^2, of an axis: 150 mg
 constexpr double kFieldResidualLimited = 0.025;  // of the strength
 constexpr double kFieldResidualNo = 0.1;
-constexpr double kDisturbedTimes = 4.0;   // times the usual residual
-constexpr double kDisturbedShare = 0.03;  // of the strength, too
-constexpr double kDisturbedBlock = 1.0;   // s
-constexpr double kManyBlows = 3.0;        // a minute; careful hands: 1 at the most
-constexpr double kAheadNats = 10.0;       // by which one of two answers counts as decided
+constexpr double kDisturbedTimes = 4.0;     // times the usual residual
+constexpr double kDisturbedShare = 0.03;    // of the strength, too
+constexpr double kDisturbedBlock = 1.0;     // s
+constexpr double kManyBlows = 3.0;          // a minute; careful hands: 1 at the most
+constexpr double kChangeOfDisturbed = 0.1;  // of the squares
+constexpr double kAheadNats = 10.0;         // by which one of two answers counts as decided
 constexpr double kMaxDipSigma_deg = 2.0;
 constexpr double kMaxDistortionSigma = 0.05;  // of the strength
 
@@ -67,60 +69,49 @@ void judge_lever_arms(Calibration& c) {
   }
 }
 
+constexpr const char* kCarriesMotion =
+    "Give --motion hand_held, whose model carries the motion, or turn it on the spot, slowly.";
+
 void judge_motion(Calibration& c) {
   if (c.motion == MotionModel::kHandHeld) return judge_lever_arms(c);  // the model carries it
-  const double acc = c.residuals[0].rms_unit, bias = c.parameters.acc_bias.norm();
-  if (acc <= kAccResidualLimited && bias > kPlausibleAccBias) {
-    c.trust.lower(Verdict::kLimited,
-                  fmt::format("The accelerometer's bias comes out as {:.2f} m/s^2, more than parts "
-                              "in order have; nothing says that the hand moved the sensor. Check "
-                              "the accelerometer's unit and range, and local gravity.",
-                              bias));
-  } else if (acc > kAccResidualNo || bias > kPlausibleAccBias) {
+  const double acc = c.residuals[0].rms_unit;
+  const double bias = c.parameters.acc_bias.cwiseAbs().maxCoeff();
+  if (acc <= kAccResidualLimited && bias > kLargestAccBias) {
+    c.trust.lower(
+        Verdict::kLimited,
+        fmt::format("The accelerometer's bias comes out as {:.2f} m/s^2 on one axis, more "
+                    "than parts in order have; nothing says that the hand moved the "
+                    "sensor. Check the accelerometer's unit and range, and local gravity.",
+                    bias));
+  } else if (acc > kAccResidualNo || bias > kLargestAccBias) {
     c.trust.lower(
         Verdict::kNo,
         fmt::format("The hand moved the sensor: beyond gravity and a bias the accelerometer reads "
-                    "{:.2f} m/s^2 RMS (its bias comes out as {:.2f} m/s^2), and this model assumes "
-                    "that the sensor only turns. Turn it on the spot, slowly.",
-                    acc, bias));
+                    "{:.2f} m/s^2 RMS (its bias comes out as up to {:.2f} m/s^2 an axis), and this "
+                    "model assumes that the sensor only turns. {}",
+                    acc, bias, kCarriesMotion));
   } else if (acc > kAccResidualLimited) {
     c.trust.lower(
         Verdict::kLimited,
         fmt::format("The hand moved the sensor somewhat: beyond gravity and a bias the "
-                    "accelerometer reads {:.2f} m/s^2 RMS; the accelerometer bias suffers "
-                    "most. Turn it on the spot, slowly.",
-                    acc));
+                    "accelerometer reads {:.2f} m/s^2 RMS; the accelerometer bias suffers most. {}",
+                    acc, kCarriesMotion));
   }
 }
 
-// "; it changes for good at about 98 s", where one moment parts what is left of the magnetometer
-// into two levels: a magnet that was put on or taken off. Empty where none does.
-std::string lasting_change(const Calibration& c) {
-  constexpr double kLeast = 5.0, kShare = 0.1;  // s on either side; of the squares explained
-  if (c.trajectories.size() != 1 || c.residual_series.size() < 3) return "";
-  const ResidualSeries& mag = c.residual_series[2];
-  Vector3 all = Vector3::Zero(), before = Vector3::Zero();
-  double squares = 0.0;
-  for (const Vector3& r : mag.whitened) {
-    all += r;
-    squares += r.squaredNorm();
-  }
-  const auto n = double(mag.t.size());
-  double best = kShare * squares, at = NAN;
-  for (std::size_t k = 0; k < mag.t.size(); ++k) {
-    const auto m = double(k);
-    const bool inside = mag.t[k] > mag.t.front() + kLeast && mag.t[k] < mag.t.back() - kLeast;
-    if (inside) {
-      const Vector3 step = before / m - (all - before) / (n - m);
-      const double gain = m * (n - m) / n * step.squaredNorm();
-      if (gain > best) {
-        best = gain;
-        at = mag.t[k];
-      }
-    }
-    before += mag.whitened[k];
-  }
-  return std::isnan(at) ? "" : fmt::format("; it changes for good at about {:.0f} s", at);
+// Of a recording in one piece.
+std::optional<LastingChange> change_of_magnetometer(const Calibration& c) {
+  if (c.trajectories.size() != 1 || c.residual_series.size() < 3) return std::nullopt;
+  return clearest_change(c.residual_series[2].t, c.residual_series[2].whitened);
+}
+
+// "; it changes for good at about 98 s", of a field that is disturbed: a magnet that was put on or
+// taken off. Empty where none was.
+std::string lasting_change_in_words(const Calibration& c) {
+  const auto change = change_of_magnetometer(c);
+  return change && change->share > kChangeOfDisturbed
+             ? fmt::format("; it changes for good at about {:.0f} s", change->t_s)
+             : "";
 }
 
 // Residuals whose squares are worth one each: neighbours that are alike by rho have squares that
@@ -197,7 +188,7 @@ void judge_field(Calibration& c, const KnownOfMisfit& known) {
       "it{}. {}",
       known.cause.empty() ? "Magnetic disturbance" : "The magnetometer's readings are disturbed",
       when_disturbed(c.disturbances, c.trajectories.size() > 1), rms, 100.0 * share,
-      known.cause.empty() ? lasting_change(c) : "",
+      known.cause.empty() ? lasting_change_in_words(c) : "",
       known.cause.empty()
           ? "The field departs (a magnet or iron moved with or near the sensor, or the field "
             "differs "
@@ -250,6 +241,23 @@ void judge_set_aside(Calibration& c) {
   }
 }
 
+double unit_of_residuals(const ResidualSummary& of) {
+  return of.rms > 0.0 ? of.rms_unit / of.rms : 0.0;
+}
+
+// The sigmas hold for one bias all the time; who reads the checks must know that there were two.
+void tell_of_a_change(Calibration& c) {
+  const auto change = change_of_magnetometer(c);
+  const auto model = std::ranges::find(c.checks, "model", &Check::name);
+  if (!change || !change->has_edge || model == c.checks.end()) return;
+  model->status = std::max(model->status, CheckStatus::kCaution);
+  model->sentence += fmt::format(
+      " From about {:.0f} s on the magnetometer reads otherwise than before, by {:.2g} uT or more: "
+      "was a magnet, or iron, put on or taken off? Before and after that the calibration is off by "
+      "a part of it; calibrate each by itself.",
+      change->t_s, change->size * unit_of_residuals(c.residuals[2]));
+}
+
 void judge_checks(Calibration& c) {
   for (const Check& check : c.checks) {
     if (check.status != CheckStatus::kBad || check.name == "optimum") continue;
@@ -298,10 +306,6 @@ std::vector<Disturbance> disturbances_in(const Calibration& c,
     }
   }
   return out;
-}
-
-double unit_of_residuals(const ResidualSummary& of) {
-  return of.rms > 0.0 ? of.rms_unit / of.rms : 0.0;
 }
 
 }  // namespace
@@ -387,6 +391,7 @@ void judge(Calibration& c, const std::vector<std::string>& unknown, const KnownO
   judge_uncertainty(c);
   judge_blows(c);
   judge_set_aside(c);
+  tell_of_a_change(c);
   judge_checks(c);
 }
 

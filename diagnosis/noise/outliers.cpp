@@ -9,6 +9,7 @@
 #include <cmath>
 #include <optional>
 
+#include "diagnosis/noise/bends.h"
 #include "diagnosis/noise/high_pass.h"
 #include "diagnosis/noise/noise_causes.h"
 #include "diagnosis/result/sentence_words.h"
@@ -346,6 +347,16 @@ struct Search {
   }
 };
 
+// Where no model has taken the motion away, it bends here and there.
+NoiseSeries without_bends(const NoiseSeries& series, const Cleaned& c) {
+  NoiseSeries out = series;
+  const std::vector<char> bent = near_bends(series, c);
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    if (bent[k] != 0) out.used[k] = 0;
+  }
+  return out;
+}
+
 std::string sentence(const NoiseSeries& s, const Mixture& m, double K, double eps_sigma,
                      double K_sigma) {
   return fmt::format(
@@ -357,7 +368,8 @@ std::string sentence(const NoiseSeries& s, const Mixture& m, double K, double ep
 
 }  // namespace
 
-NoiseTest test_outliers(const NoiseSeries& s, const Cleaned& c, OutlierShares* shares) {
+NoiseTest test_outliers(const NoiseSeries& given, const Cleaned& c, OutlierShares* shares) {
+  const NoiseSeries s = given.high_passed ? without_bends(given, c) : given;
   NoiseTest test;
   test.effect = "outliers";
   test.channel = s.channel;

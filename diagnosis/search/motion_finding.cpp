@@ -59,13 +59,13 @@ bool more_in_motion(const NodeResiduals& r) {
          (slow.unknowns == 0.0 || slow.over_rest > kClearlyMore);
 }
 
-Restlessness restlessness(const Stage& rotation, double rest_acc) {
+Restlessness restlessness(const Stage& rotation, const AccNoise& noise) {
   const SensorSums sums = rotation.sums();
   Restlessness out;
   out.colour = sums.lag1[std::size_t(Sensor::kAcc)];
   out.rows = sums.rows[std::size_t(Sensor::kAcc)];
   const double rms = sums.rms(Sensor::kAcc);
-  if (rest_acc > 0.0) out.excess = rotation.spec().noise.acc * rms / rest_acc;
+  out.excess = rotation.spec().noise.acc * rms / noise.density;
   out.left = out.rows * rms * rms;
   // Where no rest shows the noise, what neighbours have in common is none.
   out.squares = out.left * std::max(out.colour, 1.0 - 1.0 / std::pow(std::max(1.0, out.excess), 2));
@@ -162,7 +162,7 @@ bool is_calm(const Restlessness& r) { return r.excess < kCalm && r.colour < kCal
 // cause explains may be another sensor's misfit.) Whether they are the causes is not asked here.
 bool has_rivals(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                 const Extender& extender, const Stage& rotation, Restlessness now,
-                double rest_acc) {
+                const AccNoise& noise) {
   const double least = kSomeOfIt * now.squares;
   Stage stage = rotation;
   while (!is_calm(now) && !(now.squares < least)) {
@@ -177,7 +177,7 @@ bool has_rivals(const std::vector<const Recording*>& recordings, const Pipeline&
       spec.effects.push_back(s.effect);
       auto with = attempt([&] { return pipeline.refit_with_same_noise(stage, spec, s.theta); });
       if (!with) continue;
-      const Restlessness its = restlessness(*with, rest_acc);
+      const Restlessness its = restlessness(*with, noise);
       if (!(its.left < of_best.left)) continue;
       of_best = its;
       best = std::move(with);
@@ -214,7 +214,7 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
     extender.set_base(stage);
     return stage;
   }
-  const double rest_acc = pipeline.rest_noise().acc;
+  const AccNoise noise = largest_acc_noise(recordings, pipeline.rest_noise().acc);
   std::string why;
   const auto fitted = [&](MotionModel motion) {
     return attempt([&] { return pipeline.with_fixed_symmetries(pipeline.coarse_fit(motion)); },
@@ -229,15 +229,15 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
   const Stage &rotation = *turning, &moving = *held;
   // Coloured noise and heavy tails look like a motion, but they are there in rests, too.
   if (!more_in_motion(node_residuals(rotation, recordings, Sensor::kAcc)) ||
-      choose_motion(rotation, moving, rest_acc).motion == MotionModel::kRotation) {
+      choose_motion(rotation, moving, noise).motion == MotionModel::kRotation) {
     return rotation;
   }
 
-  const Restlessness restless = restlessness(rotation, rest_acc);
-  if (has_rivals(recordings, pipeline, extender, rotation, restless, rest_acc)) {
+  const Restlessness restless = restlessness(rotation, noise);
+  if (has_rivals(recordings, pipeline, extender, rotation, restless, noise)) {
     const Diagnosis before = d;
     extender.extend(rotation);
-    if (is_calm(restlessness(extender.stage(), rest_acc))) return extender.stage();
+    if (is_calm(restlessness(extender.stage(), noise))) return extender.stage();
     d = before;
   }
   if (follows_the_attitude(recordings, rotation, restless.squares)) return rotation;
@@ -285,7 +285,8 @@ std::optional<Stage> find_small_motion(const std::vector<const Recording*>& reco
   return plain;
 }
 
-bool withdraw_motion(const Pipeline& pipeline, Extender& extender, Diagnosis& d) {
+bool withdraw_motion(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+                     Extender& extender, Diagnosis& d) {
   const Stage& stage = extender.stage();
   const Stage& rotation = extender.base();
   if (stage.spec().motion != MotionModel::kHandHeld ||
@@ -299,8 +300,8 @@ bool withdraw_motion(const Pipeline& pipeline, Extender& extender, Diagnosis& d)
     return false;
   }
   const auto still = attempt([&] { return pipeline.refit(rotation, spec); });
-  if (!still || !still->result().converged() ||
-      !is_calm(restlessness(*still, pipeline.rest_noise().acc))) {
+  const AccNoise noise = largest_acc_noise(recordings, pipeline.rest_noise().acc);
+  if (!still || !still->result().converged() || !is_calm(restlessness(*still, noise))) {
     return false;
   }
   std::erase_if(d.findings, [](const Finding& f) { return f.effect == "linear_acceleration"; });

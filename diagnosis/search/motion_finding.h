@@ -20,6 +20,7 @@ std::optional<Stage> find_small_motion(const std::vector<const Recording*>& reco
 
 // Effects of the accelerometer that were found beside a motion may explain what looked like one:
 // then the finding leaves d, and the model is that of pure rotation with all effects from there on.
-bool withdraw_motion(const Pipeline& pipeline, Extender& extender, Diagnosis& d);
+bool withdraw_motion(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
+                     Extender& extender, Diagnosis& d);
 
 }  // namespace magimu

@@ -17,6 +17,7 @@ constexpr double kGapIntervals = 4.0;  // usual intervals without a sample
 constexpr double kGapSeconds = 0.03;   // and at least so long: what a hand does in it is not known
 constexpr double kLongGap = 0.3;       // s; a turning hand is then anywhere
 constexpr double kJitter = 0.5;        // of the usual interval, 5 % of all intervals are off by it
+constexpr double kInHeaps = 0.5;       // of the mean interval: most are shorter
 constexpr std::size_t kShown = 3;      // places that a sentence names
 constexpr double kCommonSpan = 0.9;    // of the longest sensor
 
@@ -160,7 +161,7 @@ std::vector<Issue> check_intervals(const NamedSeries& sensor,
                                    const VectorSeries& rows) {
   const std::vector<double> dt = intervals(*sensor.series);
   if (dt.size() < 20) return {};
-  const double usual = median(std::vector<double>(dt));
+  const double usual = 1.0 / sensor.series->rate_hz(), most_often = median(std::vector<double>(dt));
   std::vector<Issue> issues;
   std::vector<Gap> gaps;
   for (std::size_t k = 0; k < dt.size(); ++k) {
@@ -174,10 +175,16 @@ std::vector<Issue> check_intervals(const NamedSeries& sensor,
   if (auto in_rows = written_in_rows(sensor, dt, rows)) {
     issues.push_back(std::move(*in_rows));
   } else {
+    const bool in_heaps = most_often < kInHeaps * usual;
     issues.push_back({"jitter", sensor.name, -1, Severity::kCaution, 0.0, 0.0,
-                      fmt::format("the times of {} jitter: 5 % of its intervals differ from the "
-                                  "usual {:.3g} ms by {:.0f} % and more",
-                                  sensor.name, 1e3 * usual, 100.0 * large),
+                      in_heaps
+                          ? fmt::format("the times of {} are those at which its samples arrived, "
+                                        "several at once: most are {:.2g} ms apart, but there are "
+                                        "{:.4g} a second",
+                                        sensor.name, 1e3 * most_often, 1.0 / usual)
+                          : fmt::format("the times of {} jitter: 5 % of its intervals differ from "
+                                        "the usual {:.3g} ms by {:.0f} % and more",
+                                        sensor.name, 1e3 * usual, 100.0 * large),
                       "log the time at which the sensor measured, not the one at which its data "
                       "arrived; a sensor with a steady clock may be given times k / rate"});
   }
@@ -203,7 +210,7 @@ std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors) {
          "check that all sensors were logged by one clock, from begin to end"});
   }
   // No IMU delivers fewer samples than one a second: the times are in a smaller unit.
-  const double dt = median(intervals(*sensors.front().series));
+  const double dt = 1.0 / sensors.front().series->rate_hz();
   if (dt > 1.0) {
     const char* unit = dt < 300.0 ? "ms" : dt < 3e5 ? "us" : "ns";
     issues.push_back({"time_unit", sensors.front().name, -1, Severity::kFatal, 0.0, 0.0,

@@ -22,6 +22,11 @@ constexpr std::size_t kEnoughBursts = 10;
 // Distances of bursts by which they may come early or late, root mean square: else their samples
 // were not measured at a steady pace.
 constexpr double kUnsteady = 0.5;
+// However late each comes, at a steady pace that does not add up. Distances without any pace do: of
+// n of them a line leaves sqrt(n / 15) of their standard deviation. As small a share as this never
+// happens by chance.
+constexpr double kAddsUp = 0.1;
+constexpr double kHardlyLonger = 0.99;  // quantile of their distances: what is far longer is a gap
 
 // Loop gains of EvenPace, of the departure at a burst's end: phase, and period for critical
 // damping. Ten bursts' memory: the scatter of their stamps averages out, and a clock's drift does
@@ -47,35 +52,33 @@ struct Stretch {
   std::vector<std::size_t> last;
 };
 
-}  // namespace
-
-std::optional<EvenTimes> even_times(const std::vector<double>& t) {
-  if (t.size() < 4 * kEnoughBursts) return std::nullopt;
-  const double brief = brief_interval(t);
-  if (brief == 0.0) return std::nullopt;
-  std::size_t together = 0;
-  std::vector<double> begins;
-  for (std::size_t i = 1; i < t.size(); ++i) {
-    if (t[i] - t[i - 1] < brief) {
-      ++together;
-    } else {
-      begins.push_back(t[i]);
-    }
+// By how much bursts of such distances would depart from a line if each distance had nothing to do
+// with the others, root mean square.
+double left_without_pace(const std::vector<double>& distances) {
+  constexpr double kOfAWalk = 15.0;
+  double n = 0.0, sum = 0.0, squares = 0.0;
+  for (const double d : distances) {
+    if (d > kLongestBurst) continue;
+    n += 1.0;
+    sum += d;
+    squares += d * d;
   }
-  if (double(together) < kShort * double(t.size() - 1) || begins.size() < kEnoughBursts) {
-    return std::nullopt;
-  }
-  std::vector<double> distances;
-  for (std::size_t b = 1; b < begins.size(); ++b) distances.push_back(begins[b] - begins[b - 1]);
-  EvenTimes out;
-  out.burst_s = median(std::move(distances));
+  if (n < 2.0) return 0.0;
+  return std::sqrt(std::max(0.0, squares / n - sum / n * (sum / n)) * n / kOfAWalk);
+}
 
+// A line through the bursts' ends of each stretch between gaps, all of one slope.
+struct Lines {
+  EvenTimes even;
+  double off_s = 0.0;  // by which the ends depart from them, root mean square
+};
+std::optional<Lines> lines_through(const std::vector<double>& t, double brief, double gap_s) {
   std::vector<Stretch> stretches{{0, 0, {}}};
   for (std::size_t i = 0; i < t.size(); ++i) {
     const bool ends = i + 1 == t.size() || t[i + 1] - t[i] >= brief;
     if (ends) stretches.back().last.push_back(i);
     stretches.back().end = i + 1;
-    if (i + 1 < t.size() && t[i + 1] - t[i] > kLost * out.burst_s) {
+    if (i + 1 < t.size() && t[i + 1] - t[i] > gap_s) {
       stretches.push_back({i + 1, i + 1, {}});
     }
   }
@@ -98,21 +101,56 @@ std::optional<EvenTimes> even_times(const std::vector<double>& t) {
   }
   const double h = products / std::max(squares, 1e-30);
   if (!(h > 0.0)) return std::nullopt;
+  Lines out;
   double off = 0.0;
-  out.t.reserve(t.size());
+  out.even.t.reserve(t.size());
   for (const Stretch& s : stretches) {
     const double i0 = mean_of(s, index), t0 = mean_of(s, time);
     for (const std::size_t i : s.last) off += std::pow(t0 + (double(i) - i0) * h - t[i], 2);
     double begin = t0 + (double(s.first) - i0) * h;
-    if (!out.t.empty()) begin = std::max(begin, out.t.back() + h);
+    if (!out.even.t.empty()) begin = std::max(begin, out.even.t.back() + h);
     for (std::size_t i = s.first; i < s.end; ++i) {
-      out.t.push_back(begin + double(i - s.first) * h);
+      out.even.t.push_back(begin + double(i - s.first) * h);
     }
   }
-  if (std::sqrt(off / bursts) > kUnsteady * out.burst_s) return std::nullopt;
-  out.rate_hz = 1.0 / h;
-  out.in_a_burst = double(t.size()) / bursts;
+  out.even.gap_s = gap_s;
+  out.even.rate_hz = 1.0 / h;
+  out.even.in_a_burst = double(t.size()) / bursts;
+  out.off_s = std::sqrt(off / bursts);
   return out;
+}
+
+}  // namespace
+
+std::optional<EvenTimes> even_times(const std::vector<double>& t) {
+  if (t.size() < 4 * kEnoughBursts) return std::nullopt;
+  const double brief = brief_interval(t);
+  if (brief == 0.0) return std::nullopt;
+  std::size_t together = 0;
+  std::vector<double> begins;
+  for (std::size_t i = 1; i < t.size(); ++i) {
+    if (t[i] - t[i - 1] < brief) {
+      ++together;
+    } else {
+      begins.push_back(t[i]);
+    }
+  }
+  if (double(together) < kShort * double(t.size() - 1) || begins.size() < kEnoughBursts) {
+    return std::nullopt;
+  }
+  std::vector<double> distances;
+  for (std::size_t b = 1; b < begins.size(); ++b) distances.push_back(begins[b] - begins[b - 1]);
+  const double usual = median(std::vector<double>(distances));
+  std::optional<Lines> lines = lines_through(t, brief, kLost * usual);
+  if (lines && lines->off_s > kUnsteady * usual) {
+    // Does each come as late as it likes? A long distance is no gap then.
+    const double adds_up = kAddsUp * left_without_pace(distances);
+    lines = lines_through(t, brief, kLost * quantile(std::move(distances), kHardlyLonger));
+    if (lines && lines->off_s > adds_up) return std::nullopt;
+  }
+  if (!lines) return std::nullopt;
+  lines->even.burst_s = usual;
+  return std::move(lines->even);
 }
 
 std::string rate_text(double rate_hz) {
@@ -155,7 +193,7 @@ EvenPace::EvenPace(const EvenTimes& found, const std::vector<double>& stamps)
     : period_(1.0 / found.rate_hz),
       burst_s_(found.burst_s),
       brief_(brief_interval(stamps)),
-      tolerance_(kLost * found.burst_s),
+      tolerance_(found.gap_s),
       time_(found.t.back()),
       stamp_(stamps.back()) {}
 

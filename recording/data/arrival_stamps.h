@@ -15,7 +15,8 @@ struct EvenTimes {
   std::vector<double> t;  // one a sample, increasing
   double rate_hz = 0.0;
   double in_a_burst = 0.0;  // samples, on average
-  double burst_s = 0.0;     // from burst to burst
+  double burst_s = 0.0;     // from burst to burst, as a rule
+  double gap_s = 0.0;       // what is longer is a gap: samples are missing
 };
 
 // t: of one sensor's samples, none earlier than the one before. Nothing where they do not come in

@@ -27,6 +27,8 @@ struct Range {
   }
 };
 
+constexpr double kShortestInterval = 2e-5;  // s: no part is read more often
+
 template <class Series>
 Series slice(const Series& series, double t0, double t1) {
   const Range range(series.t, t0, t1);
@@ -45,7 +47,11 @@ double VectorSeries::rate_hz() const {
   if (t.size() < 2) return 0.0;
   std::vector<double> intervals(t.size() - 1);
   for (std::size_t k = 0; k + 1 < t.size(); ++k) intervals[k] = t[k + 1] - t[k];
-  return 1.0 / median(std::move(intervals));
+  const double usual = median(std::move(intervals));
+  // Stamped when they arrived, several at once: then the usual interval is that of the reader's
+  // loop.
+  const double mean = (t.back() - t.front()) / double(t.size() - 1);
+  return 1.0 / (usual < kShortestInterval ? std::max(usual, mean) : usual);
 }
 
 double Recording::duration_s() const {

@@ -6,6 +6,7 @@
 
 #include <map>
 
+#include "sim/draws/random.h"
 #include "tests/calibration/cases.h"
 #include "tests/oracle/sensors.h"
 
@@ -105,6 +106,47 @@ TEST(HandHeld, a_lever_arm_is_measured_and_no_bias_stands_in_for_it) {
     // Chi-square with 15 degrees of freedom: 1 in 10,000 beyond 43.
     EXPECT_LT(biases, 43.0);
     EXPECT_LT(arms, 43.0);
+  }
+}
+
+// Readings of a sensor that only turns and never rests, with the trembling of the hand that turns
+// it: position, millimetres, forgotten within some hundredths of a second.
+Recording trembling(double rate_hz, std::uint64_t seed, double size_mm) {
+  oracle::Options options = realistic(oracle::MotionKind::kRotation, seed);
+  options.rate_hz = rate_hz;
+  options.motion.rest_s = 0.0;
+  options.motion.pause_s = 0.0;
+  Recording r = simulate(options).recording;
+  RandomStream random(seed, RandomPurpose::kMotion);
+  constexpr double kMemory_s = 0.03;
+  const double h = 1.0 / rate_hz, keep = std::exp(-h / kMemory_s);
+  Vector3 before = Vector3::Zero(), now = Vector3::Zero();
+  for (Vector3& f : r.acc.v) {
+    const Vector3 next =
+        keep * now + std::sqrt(1.0 - keep * keep) * 1e-3 * size_mm * random.normal3();
+    f += (next - 2.0 * now + before) / (h * h);
+    before = now;
+    now = next;
+  }
+  return r;
+}
+
+// No rest shows how large the accelerometer's noise is, and what remains beside gravity is as good
+// as white: noise of 20 times that of the noisiest parts or a hand.
+TEST(HandHeld, a_hand_that_never_rests_is_not_taken_for_noise_of_the_accelerometer) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    SCOPED_TRACE(seed);
+    const Calibration c = calibrate(trembling(25.0, seed, 5.0));
+    EXPECT_EQ(c.motion, MotionModel::kHandHeld) << c.motion_reason;
+    EXPECT_EQ(c.trust.verdict, Verdict::kYes) << testing::PrintToString(c.trust.reasons);
+  }
+}
+
+TEST(HandHeld, a_sensor_that_only_turns_and_never_rests_is_calibrated_by_the_rotation_model) {
+  for (const double rate_hz : {25.0, 100.0}) {
+    const Calibration c = calibrate(trembling(rate_hz, 4, 0.0));
+    EXPECT_EQ(c.motion, MotionModel::kRotation) << c.motion_reason;
+    EXPECT_EQ(c.trust.verdict, Verdict::kYes) << testing::PrintToString(c.trust.reasons);
   }
 }
 

@@ -6,7 +6,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "diagnosis/noise/high_pass.h"
 #include "tests/oracle/sensors.h"
@@ -203,6 +205,44 @@ TEST(ExplainNoise, finds_outliers) {
     expect_found(mag_residuals(s, 0.3), "outliers", {eps, K});
     expect_found(followed(s.recording.acc, Channel::kAcc, kNoise.acc), "outliers", {eps, K});
   }
+}
+
+// A turntable that speeds up and slows down evenly, read 50 times a second: where it begins and
+// ends to, the rate bends, which stands out of the noise as far as outliers do.
+VectorSeries starts_and_stops(std::uint64_t seed) {
+  constexpr double kRate = 50.0, kPeriod = 4.0, kTurns = 2.0, kSteep = 0.5;
+  const Vector3 axis = Vector3(1.0, -0.7, 0.4);
+  VectorSeries gyr = oracle::simulate(options(seed, {})).recording.gyr;
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise(0.0, kNoise.gyr * std::sqrt(kRate));
+  double begin = 0.0;
+  for (std::size_t k = 0; k < gyr.size(); ++k) {
+    gyr.t[k] = double(k) / kRate;
+    if (gyr.t[k] > begin + kPeriod) begin += kPeriod + 1e-3 * double(random() % 100);
+    const double in = gyr.t[k] - begin;
+    const double up = std::clamp(in, 0.0, 1.0) - std::clamp(in - kTurns, 0.0, 1.0);
+    gyr.v[k] = kSteep * up * axis + Vector3(noise(random), noise(random), noise(random));
+  }
+  return gyr;
+}
+
+TEST(ExplainNoise, takes_no_start_or_stop_of_the_motion_for_outliers) {
+  for (const std::uint64_t seed : {51u, 52u, 53u}) {
+    const VectorSeries gyr = starts_and_stops(seed);
+    EXPECT_THAT(names(explain_noise({followed(gyr, Channel::kGyr, kNoise.gyr)}, kNoiseLevel)),
+                testing::Not(testing::Contains("gyr outliers")));
+  }
+}
+
+TEST(ExplainNoise, finds_outliers_among_starts_and_stops) {
+  VectorSeries gyr = starts_and_stops(54);
+  std::mt19937_64 random(54);
+  std::normal_distribution<double> far(0.0, 8.0 * kNoise.gyr * std::sqrt(gyr.rate_hz()));
+  for (Vector3& w : gyr.v) {
+    if (random() % 100 == 0) w += Vector3(far(random), far(random), far(random));
+  }
+  EXPECT_THAT(names(explain_noise({followed(gyr, Channel::kGyr, kNoise.gyr)}, kNoiseLevel)),
+              testing::Contains("gyr outliers"));
 }
 
 // Of one in ten thousand nobody knows how often they come.

@@ -134,6 +134,18 @@ const std::vector<Spoilt> kSpoilt{
      [](Recording& r) {
        for (std::size_t k = 0; k < r.acc.size(); k += 3) r.acc.t[k] += 0.007;
      }},
+    {"heaps", "jitter", "acc", kCaution, "several at once: most are 0.001 ms apart, but there are",
+     "the sensor measured",
+     [](Recording& r) {
+       // Bursts of three or more, as random as their distances.
+       const std::vector<double> own = r.acc.t;
+       double last = -1.0, late = 0.0;
+       for (std::size_t k = 0; k < r.acc.size(); ++k) {
+         if (k % 3 == 0) late = 0.005 * std::abs(std::sin(double(k * k)));
+         last = std::max(last + 1e-6, own[k - k % 3] + late);
+         r.acc.t[k] = last;
+       }
+     }},
     {"span", "span", "mag", kCaution, "from 15.00 to 29.99 s only", "from begin to end",
      [](Recording& r) { erase(r.mag[0], 0, 1500); }},
     {"milliseconds", "time_unit", "acc", kFatal, "it seems to be in ms", "--unit t=ms",

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <functional>
+#include <random>
 #include <utility>
 
 #include "recording/csv/csv.h"
@@ -333,6 +334,34 @@ TEST(ArrivalStamps, that_are_equal_within_a_burst_are_spread_as_well) {
   const Recording r = read_log(timed_rows(400, [](int k) { return 0.02 * (k / 4); }));
   EXPECT_EQ(r.gyr.size(), 400U);
   EXPECT_NEAR(r.gyr.rate_hz(), 200.0, 0.5);
+}
+
+// A host reads 1000 samples a second when it gets round to it: each is late by itself, two
+// milliseconds on average, and those behind it wait.
+TEST(ArrivalStamps, that_are_late_by_chance_become_even_times) {
+  constexpr double kInterval = 1e-3, kLate = 2e-3;
+  std::mt19937_64 random(7);
+  std::exponential_distribution<double> late(1.0 / kLate);
+  double last = -1.0;
+  const Recording r = read_log(timed_rows(
+      20000, [&](int k) { return last = std::max(last + 1e-6, kInterval * k + late(random)); }));
+  EXPECT_THAT(r.cautions, ElementsAre(HasSubstr("stamped on arrival")));
+  EXPECT_NEAR(r.gyr.rate_hz(), 1000.0, 0.1);
+  const double behind = r.gyr.t[10000] - 10.0;
+  for (std::size_t k = 0; k < r.gyr.size(); ++k) {
+    ASSERT_NEAR(r.gyr.t[k] - behind, kInterval * r.gyr.v[k][0], 1e-3) << k;
+  }
+}
+
+// Samples that were measured when it pleased, several at once.
+TEST(ArrivalStamps, of_samples_without_a_pace_stay_as_they_are) {
+  std::mt19937_64 random(8);
+  std::exponential_distribution<double> wait(1.0 / 3e-3);
+  double last = 0.0;
+  std::vector<double> times;
+  for (int k = 0; k < 20000; ++k) times.push_back(last += k % 3 == 0 ? 1e-4 + wait(random) : 1e-6);
+  const Recording r = read_log(timed_rows(20000, [&](int k) { return times[std::size_t(k)]; }));
+  EXPECT_THAT(r.cautions, IsEmpty());
 }
 
 TEST(ArrivalStamps, are_not_seen_in_jitter) {

@@ -29,7 +29,6 @@ constexpr OtherFormat kOtherFormats[] = {
     {"\xFD"
      "7zXZ"sv,
      "this is packed by xz", "unpack it: unxz -k FILE"},
-    {"\x28\xB5\x2F\xFD"sv, "this is packed by zstd", "unpack it: zstd -d FILE"},
     {"7z\xBC\xAF\x27\x1C"sv, "this is a 7z archive", "unpack it and give the folder"},
     {"Rar!"sv, "this is a rar archive", "unpack it and give the folder"},
     {"TDSm"sv, "this is a TDMS file of LabVIEW",

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "recording/csv/csv_columns.h"
@@ -75,6 +76,7 @@ void LogRecording::add(std::size_t sensor, std::int64_t t_ns, const Vector3& rea
   Entry& entry = sensors_[sensor];
   if (!chosen_) {
     ++entry.samples;
+    entry.reads = entry.reads || !reading.isZero(0.0);
     return;
   }
   if (!entry.wanted) return;
@@ -108,7 +110,7 @@ std::vector<std::size_t> LogRecording::of_kind(const std::string& kind) const {
   std::ranges::stable_sort(all, [&](std::size_t a, std::size_t b) {
     const auto key = [&](std::size_t i) {
       const bool few = double(sensors_[i].samples) < kFew * double(most);
-      return std::pair(few ? 0 : 1, sensors_[i].rank);
+      return std::tuple(few ? 0 : 1, sensors_[i].reads ? 1 : 0, sensors_[i].rank);
     };
     return key(a) > key(b);
   });
@@ -168,7 +170,9 @@ void LogRecording::choose() {
     if (named == 0) {
       std::size_t best = all.front();
       for (const std::size_t i : all) {
-        if (sensors_[i].rank == sensors_[best].rank && sensors_[i].name == gyr_name) best = i;
+        const bool as_good =
+            sensors_[i].rank == sensors_[best].rank && sensors_[i].reads == sensors_[best].reads;
+        if (as_good && sensors_[i].name == gyr_name) best = i;
       }
       sensors_[best].wanted = true;
     }

@@ -44,12 +44,25 @@ constexpr TopicRank kTopicRanks[] = {{"sensor_combined", 30},
                                      {"vehicle_acceleration", 10},
                                      {"vehicle_angular_velocity", 10}};
 
+// What a file's columns would mean that are called just x, y, z. Behind the sensor's word there may
+// be a rate, a version, a date: "..._Accelerometer_50.000Hz_1.5.0" (MetaWear).
+CsvName meaning_of(std::string stem) {
+  while (true) {
+    CsvName meaning = csv_name(stem + "_x");
+    const std::size_t last = stem.find_last_of("_- ");
+    const bool number =
+        last != std::string::npos && stem.find_first_of("0123456789", last) != std::string::npos;
+    if (!meaning.name.empty() || !number) return meaning;
+    stem.resize(last);
+  }
+}
+
 int rank_of(const std::string& name) {
   const std::string stem = stem_of(name);
   for (const TopicRank& topic : kTopicRanks) {
     if (stem.ends_with(topic.ending)) return topic.rank;
   }
-  const CsvName meaning = csv_name(stem + "_x");
+  const CsvName meaning = meaning_of(stem);
   return meaning.name.empty() ? -5 : meaning.preference;
 }
 
@@ -70,7 +83,7 @@ bool is_chosen(const std::string& name, const CsvOptions& options) {
 }  // namespace
 
 std::string sensor_of_name(const std::string& name) {
-  std::string meaning = csv_name(stem_of(name) + "_x").name;
+  std::string meaning = meaning_of(stem_of(name)).name;
   meaning = meaning.substr(0, meaning.find('_'));
   return meaning == "pos" ? "" : meaning;
 }
@@ -133,18 +146,21 @@ Recording read_several(const std::vector<NamedFile>& files, const std::string& p
         "record the accelerometer itself, too: phyphox calls it Acceleration (with g), "
         "Sensor Logger TotalAcceleration");
   }
+  constexpr std::size_t kShown = 3;
+  if (unread.size() > kShown) unread.resize(kShown);
   try {
     Recording out = joined(std::move(parts), path, options);
     if (first_error) throw *first_error;
-    constexpr std::size_t kShown = 3;
-    if (unread.size() > kShown) unread.resize(kShown);
     out.notes.insert(out.notes.end(), unread.begin(), unread.end());
     std::filesystem::path folder(path);
     out.name = (folder.has_filename() ? folder : folder.parent_path()).filename().string();
     return out;
-  } catch (const MissingSensor&) {
+  } catch (const MissingSensor& missing) {
     if (first_error) throw *first_error;
-    throw;
+    if (unread.empty()) throw;
+    throw MissingSensor(path, 0, 0,
+                        fmt::format("{} ({})", missing.problem, fmt::join(unread, "; ")),
+                        missing.remedy);
   }
 }
 

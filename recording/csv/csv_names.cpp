@@ -12,6 +12,8 @@ namespace {
 
 // A word behind others, such as a topic's: less sure than the word alone.
 constexpr int kBehindOthers = -4;
+// As it was measured, before the device corrected it: surer than what it made of it.
+constexpr int kUncalibrated = 2;
 
 bool is_separator(char c) { return std::string_view("_. -/:").find(c) != std::string_view::npos; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -45,6 +47,7 @@ struct SensorWord {
   const CsvWord* word = nullptr;
   std::string_view unit = {};  // "m_s2" of "accelerometer_m_s2"
   int less = 0;
+  bool uncalibrated = false;
 };
 
 SensorWord sensor_and_unit(std::string_view words) {
@@ -60,8 +63,32 @@ SensorWord sensor_and_unit(std::string_view words) {
   return {};
 }
 
+// "mag_uncalibrated", "uncal_mag" -> "mag"; empty for any other.
+std::string_view without_uncalibrated(std::string_view words) {
+  for (const std::string_view word : {"uncalibrated", "uncal"}) {
+    std::string_view rest = words;
+    if (rest.ends_with(word)) {
+      rest.remove_suffix(word.size());
+      if (rest.ends_with('_')) rest.remove_suffix(1);
+      return rest;
+    }
+    if (rest.starts_with(word)) {
+      rest.remove_prefix(word.size());
+      if (rest.starts_with('_')) rest.remove_prefix(1);
+      return rest;
+    }
+  }
+  return {};
+}
+
 SensorWord sensor_of(std::string_view words) {
   SensorWord sensor = sensor_and_unit(words);
+  if (const std::string_view rest = without_uncalibrated(words); !rest.empty()) {
+    sensor = sensor_of(rest);
+    sensor.less += kUncalibrated;
+    sensor.uncalibrated = true;
+    return sensor;
+  }
   for (const std::string_view prefix : {"imu_", "field_", "raw_"}) {
     if (sensor.word == nullptr && words.starts_with(prefix)) {
       sensor = sensor_and_unit(words.substr(prefix.size()));
@@ -129,6 +156,7 @@ CsvName component(std::string_view words) {
   CsvName name =
       named(*sensor.word, std::string(sensor.word->name) + number + '_' + axis, sensor.less);
   if (!sensor.unit.empty()) set_unit(name, sensor.unit);
+  name.uncalibrated = sensor.uncalibrated;
   return name;
 }
 

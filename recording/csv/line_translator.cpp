@@ -21,8 +21,8 @@ bool is_letter(char c) {
 
 class PlainNumbers final : public LineTranslator {
  public:
-  PlainNumbers(char separator, bool decimal_comma)
-      : separator_(separator), decimal_comma_(decimal_comma) {}
+  PlainNumbers(char separator, bool decimal_comma, char group_mark)
+      : separator_(separator), decimal_comma_(decimal_comma), group_mark_(group_mark) {}
 
   std::optional<std::string_view> row(std::string_view line) override {
     out_.clear();
@@ -32,6 +32,8 @@ class PlainNumbers final : public LineTranslator {
       const char c = line[i];
       if (c == '"') {
         quoted = !quoted;
+      } else if (c == group_mark_ && (quoted || c != separator_) && groups_digits(line, i)) {
+        continue;
       } else if (separator_ == ' ' && !quoted && is_blank_char(c)) {
         if (!out_.ends_with(' ')) out_ += ' ';
       } else if (quoted && c == separator_ && !(decimal_comma_ && c == ',')) {
@@ -44,8 +46,18 @@ class PlainNumbers final : public LineTranslator {
   }
 
  private:
+  // Three digits follow, and no fourth.
+  static bool groups_digits(std::string_view line, std::size_t mark) {
+    const auto digit = [&](std::size_t i) {
+      return i < line.size() && std::isdigit(static_cast<unsigned char>(line[i])) != 0;
+    };
+    return mark > 0 && digit(mark - 1) && digit(mark + 1) && digit(mark + 2) && digit(mark + 3) &&
+           !digit(mark + 4);
+  }
+
   char separator_;
   bool decimal_comma_;
+  char group_mark_;
   std::string out_;
 };
 
@@ -82,13 +94,17 @@ class LongRows final : public LineTranslator {
 
   std::optional<std::string_view> row(std::string_view line) override {
     const std::vector<std::string> fields = text_fields(line, format_.separator);
-    if (format_.word >= fields.size() || format_.time >= fields.size()) return std::nullopt;
+    if (format_.word >= fields.size() || format_.time.value_or(0) >= fields.size()) {
+      return std::nullopt;
+    }
     const auto word = std::ranges::find(format_.words, fields[format_.word]);
     if (word == format_.words.end()) return std::nullopt;
-    out_ = number(fields[format_.time]);
+    out_ = format_.time ? number(fields[*format_.time]) : "";
     for (auto other = format_.words.begin(); other != format_.words.end(); ++other) {
       for (const std::size_t value : format_.values) {
-        out_ += ',';
+        if (format_.time || other != format_.words.begin() || value != format_.values.front()) {
+          out_ += ',';
+        }
         if (other == word && value < fields.size()) out_ += number(fields[value]);
       }
     }
@@ -253,7 +269,11 @@ std::vector<LabelledNumber> labelled_numbers(std::string_view line) {
 std::optional<std::string_view> leading_clock(std::string_view& line) {
   std::string_view at = csv_trimmed(line);
   if (at.starts_with('[')) at.remove_prefix(1);
-  const std::size_t end = at.find_first_not_of("0123456789:.-/T");
+  constexpr std::string_view kOfAClock = "0123456789:.-/T";
+  std::size_t end = at.find_first_not_of(kOfAClock);
+  if (!clock_seconds(at.substr(0, end)) && end != std::string_view::npos && at[end] == ' ') {
+    end = at.find_first_not_of(kOfAClock, end + 1);  // a date, and the time
+  }
   const std::string_view clock = at.substr(0, end);
   if (!clock_seconds(clock)) return std::nullopt;
   at.remove_prefix(clock.size());
@@ -266,8 +286,9 @@ std::optional<std::string_view> leading_clock(std::string_view& line) {
   return clock;
 }
 
-std::shared_ptr<LineTranslator> plain_numbers_translator(char separator, bool decimal_comma) {
-  return std::make_shared<PlainNumbers>(separator, decimal_comma);
+std::shared_ptr<LineTranslator> plain_numbers_translator(char separator, bool decimal_comma,
+                                                         char group_mark) {
+  return std::make_shared<PlainNumbers>(separator, decimal_comma, group_mark);
 }
 
 std::shared_ptr<LineTranslator> nanoseconds_translator(char separator, std::size_t seconds,

@@ -18,8 +18,10 @@ class LineTranslator {
   virtual std::optional<std::string_view> row(std::string_view line) = 0;
 };
 
-// Runs of blanks become one blank, decimal commas become points, quotation marks are taken away.
-std::shared_ptr<LineTranslator> plain_numbers_translator(char separator, bool decimal_comma);
+// Runs of blanks become one blank, decimal commas become points; quotation marks are taken away,
+// and separators within them, and what separates groups of three digits.
+std::shared_ptr<LineTranslator> plain_numbers_translator(char separator, bool decimal_comma,
+                                                         char group_mark = 0);
 
 // Seconds and nanoseconds in two fields (ROS) become one field.
 std::shared_ptr<LineTranslator> nanoseconds_translator(char separator, std::size_t seconds,
@@ -29,7 +31,8 @@ std::shared_ptr<LineTranslator> nanoseconds_translator(char separator, std::size
 struct LongFormat {
   char separator = ',';
   bool decimal_comma = false;
-  std::size_t time = 0, word = 0;   // fields: the time, the sensor's word
+  std::optional<std::size_t> time;  // fields: the time,
+  std::size_t word = 0;             // the sensor's word
   std::vector<std::size_t> values;  // fields: its numbers
   std::vector<std::string> words;   // one a sensor: its numbers come in this order in the row
 };

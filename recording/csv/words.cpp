@@ -78,7 +78,6 @@ constexpr CsvWord kVectors[] = {
     {"accelerometer", "acc"},
     {"acceleration", "acc", 1},               // phyphox: with gravity
     {"totalacceleration", "acc", 3},          // Sensor Logger: with gravity
-    {"accelerometeruncalibrated", "acc", 2},  // Sensor Logger: with gravity
     {"accelerometeracceleration", "acc", 1},  // SensorLog
     {"gf", "acc", 3, "g"},                    // Physics Toolbox; its ax is without gravity
     {"linear_acceleration", "acc", -1},       // ROS: with gravity, phyphox: without
@@ -111,8 +110,8 @@ constexpr CsvWord kVectors[] = {
     {"gyr", "gyr"},
     {"gyro", "gyr"},
     {"gyroscope", "gyr"},
-    {"gyroscopeuncalibrated", "gyr", 1},
     {"angular_velocity", "gyr"},
+    {"angularvelocity", "gyr"},  // MATLAB Mobile
     {"angular_rate", "gyr"},
     {"rotation_rate", "gyr", -1},
     {"gyrorotation", "gyr", 1},      // SensorLog
@@ -143,7 +142,6 @@ constexpr CsvWord kVectors[] = {
     {"magn", "mag"},
     {"magneto", "mag"},
     {"magnetometer", "mag"},
-    {"magnetometeruncalibrated", "mag", 1},
     {"magnetic_field", "mag"},
     {"magneticfield", "mag"},
     {"compass", "mag"},

@@ -21,6 +21,7 @@ struct RowTimesOptions {
   bool unit_known = false;        // by option or by its header; else it is to be recognised
   std::optional<double> rate_hz;  // the times are k / rate_hz
   bool has_time = true;           // false: there is no time column, rate_hz is there
+  bool counts_cycles = false;     // the times are k already, of which several rows have the same
   bool keep_origin = false;       // huge times stay as they are, and nothing is set back: one
                                   // sensor's file of several with one clock
   std::string column = "t";       // the time column's header, for messages

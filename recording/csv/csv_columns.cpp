@@ -76,7 +76,8 @@ class HeaderReader {
       columns_.fields.push_back({std::move(header), CsvColumns::kIgnored, 1.0});
     }
     const std::string& first = columns_.fields.front().header;
-    if (!first.empty() && first.find_first_not_of("+-.eE0123456789") == std::string::npos) {
+    if (first.find_first_of("0123456789") != std::string::npos &&
+        first.find_first_not_of("+-.eE0123456789") == std::string::npos) {
       fail(0, "the first line holds numbers, not the names of the columns",
            "put a header line above it, such as "
            "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z (without a leading #)");
@@ -328,6 +329,13 @@ class HeaderReader {
     columns_.time_unit_known =
         options_.time_unit ||
         (columns_.has_time && !named_[where_.at("t")].header.unit_text.empty());
+    if (columns_.time_unit_known && !options_.time_unit) {
+      const CsvName& header = named_[where_.at("t")].header;
+      columns_.time_unit_of_name = header.unit_of_word;
+      columns_.time_unit_in_header =
+          fmt::format("is {}in {}", header.unit_of_word ? "usually " : "",
+                      header.unit_text == "1e-4" ? "0.1 ms" : header.unit_text);
+    }
     for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {
       const std::string& sensor = columns_.vectors[i];
       const std::optional<double>& unit = sensor == "acc"   ? options_.acc_unit

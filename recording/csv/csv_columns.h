@@ -29,6 +29,8 @@ struct CsvColumns {
   std::vector<std::string> vectors;  // "acc", "gyr", then the magnetometers by number, then "pos"
   bool has_time = false;             // else CsvOptions::rate_hz makes the times
   bool time_unit_known = false;      // by option, or named in its header
+  std::string time_unit_in_header;   // in words, where only the header names it
+  bool time_unit_of_name = false;    // ... by a name that usually has it
   std::size_t mags = 0;              // vectors[2], ..., vectors[1 + mags] are the magnetometers
   std::vector<std::string> scalars;  // "temp", "current"
   // There is no time, and every line holds one sensor's reading: slot 0 counts the cycles of lines.

@@ -26,6 +26,7 @@ CsvName named(const CsvWord& word, std::string name, int less = 0) {
   if (!word.unit.empty()) {
     out.unit = unit_in_ours(word.name, word.unit).value_or(1.0);
     out.unit_text = word.unit;
+    out.unit_of_word = true;
   }
   return out;
 }
@@ -116,6 +117,7 @@ bool is_way_to_write_times(std::string_view text) {
 void set_unit(CsvName& name, std::string_view text) {
   if (name.name == "t" && is_way_to_write_times(text)) return;
   name.unit_text = text;
+  name.unit_of_word = false;
   if (name.name == "temp" || name.name == "current") return;
   const auto unit = unit_in_ours(quantity_of(name.name), text);
   name.unknown_unit = !unit.has_value();

@@ -435,6 +435,9 @@ void CsvParser::keep_row() {
 void CsvParser::set_times(Recording& recording) {
   RowTimesOptions options;
   options.unit_known = columns_.time_unit_known;
+  if (columns_.time_unit_known) options.unit = columns_.fields[field_of(0)].unit;
+  options.unit_in_header = clock_times_ ? "" : columns_.time_unit_in_header;
+  options.unit_of_name = columns_.time_unit_of_name;
   options.rate_hz = options_.rate_hz;
   options.has_time = columns_.has_time;
   options.counts_cycles = columns_.counts_cycles;

@@ -79,7 +79,7 @@ class RowTimeReader {
       return std::move(out_);
     }
     usual_ = usual_interval(rows_);
-    const double unit = options_.unit_known ? 1.0 : recognised_unit();
+    const double unit = options_.unit_known ? unit_beside_header() : recognised_unit();
     convert(unit);
     order();
     headers();
@@ -121,6 +121,36 @@ class RowTimeReader {
     one_time();
   }
 
+  // A header that names another unit than its column has: 1 where it does not, else what the times
+  // are to be multiplied by, where the name only suggested the unit.
+  double unit_beside_header() {
+    const bool by_header = !options_.unit_in_header.empty() && rows_.time.size() > kEnoughToCount;
+    if (!by_header || usual_ == 0.0) return 1.0;
+    if (usual_ >= kLeastInterval && usual_ <= kMostInterval) return 1.0;
+    const double step = usual_ / options_.unit;  // in the file
+    std::vector<TimeUnit> possible;
+    for (const TimeUnit& unit : {TimeUnit{"s", 1.0}, kTimeUnits[0], kTimeUnits[1], kTimeUnits[2]}) {
+      const double d = step * unit.seconds;
+      if (d >= kLeastInterval && d <= kMostInterval) possible.push_back(unit);
+    }
+    if (possible.empty()) return 1.0;
+    const std::string said = fmt::format("{} {}: there would be a row every {:.3g} s", column(),
+                                         options_.unit_in_header, usual_);
+    if (options_.unit_of_name && possible.size() == 1) {
+      note(fmt::format("column {}; it is read as {}, {:.4g} Hz", said, possible[0].name,
+                       1.0 / (step * possible[0].seconds)));
+      return possible[0].seconds / options_.unit;
+    }
+    std::vector<std::string> seem, remedies;
+    for (const TimeUnit& unit : possible) {
+      seem.push_back(fmt::format("{} ({:.4g} Hz)", unit.name, 1.0 / (step * unit.seconds)));
+      remedies.push_back(fmt::format("--unit t={}", unit.name));
+    }
+    fail_(0, fmt::format("column {}; it seems to be in {}", said, fmt::join(seem, " or ")),
+          fmt::format("give the unit of time, {}", fmt::join(remedies, " or ")));
+    return 1.0;
+  }
+
   // Seconds that the numbers are given in; 1 where they may be seconds.
   double recognised_unit() {
     if (counts_samples(rows_)) {
@@ -128,6 +158,7 @@ class RowTimeReader {
             "give the rate, --rate HZ; or the unit, --unit t=ms, if there is a sample every "
             "millisecond");
     }
+    if (usual_ > 0.0 && usual_ < kLeastInterval && rows_.time.size() > kEnoughToCount) too_fast();
     if (usual_ <= kMostInterval) return 1.0;
     const double first = rows_.time.front();
     std::vector<TimeUnit> possible;
@@ -159,6 +190,19 @@ class RowTimeReader {
                      is_epoch(first, unit.seconds) ? " since 1970" : "", pace,
                      1.0 / (usual_ * unit.seconds)));
     return unit.seconds;
+  }
+
+  // Faster than any IMU in seconds: spreadsheets and MATLAB's datenum count days.
+  void too_fast() {
+    constexpr double kDay = 86400.0;
+    fail_(
+        0,
+        fmt::format("there is a row every {:.3g} of column {}: {:.4g} Hz if it is in s, {:.4g} Hz "
+                    "if it is in days",
+                    usual_, column(), 1.0 / usual_, 1.0 / (kDay * usual_)),
+        fmt::format("give the unit of time: --unit t=s, --unit t={:.0f} for days, or another "
+                    "number (one of it in s)",
+                    kDay));
   }
 
   // To seconds, from the first row where the numbers are huge.
@@ -275,7 +319,7 @@ class RowTimeReader {
   // The period of a counter, in s, that explains a step back; 0 if none does.
   double rolled_over_by(double step) const {
     for (const double ticks : kRollovers) {
-      for (const double unit : {1.0, 1e-3, 1e-6}) {
+      for (const double unit : {1.0, 1e-3, 1e-6, options_.unit}) {
         const bool midnight = ticks == kRollovers.back();
         const double period = midnight ? ticks : ticks * unit;
         if (period < far()) continue;  // rows out of order go back as far

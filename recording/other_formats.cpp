@@ -65,6 +65,11 @@ void refuse_other_formats(std::string_view head, const std::string& path) {
       throw InputError(path, 0, 0, format.what, format.remedy);
     }
   }
+  if (head.starts_with('{') && head.find("\"format\": \"magimu-") != std::string_view::npos) {
+    throw InputError(path, 0, 0, "this is a result of magimu (a calibration or the like)",
+                     "give the recording that it was made of; a calibration goes with a recording "
+                     "to apply, diagnose --against and navigate, and alone to export");
+  }
   if (is_tlog(head)) {
     throw InputError(path, 0, 0, "this is a telemetry log of MAVLink (tlog)",
                      "mavlogdump.py --format csv --types RAW_IMU FILE > NEW.csv; better: give the "

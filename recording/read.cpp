@@ -9,6 +9,7 @@
 
 #include "recording/arrays/arrays.h"
 #include "recording/arrays/broad.h"
+#include "recording/arrays/json_file.h"
 #include "recording/csv/csv_columns.h"
 #include "recording/csv/one_clock.h"
 #include "recording/data/error.h"
@@ -142,6 +143,8 @@ Recording read_at_depth(const std::string& path, const std::string& shown,
   if (head.starts_with("SQLite format 3")) return read_ros2_db3(path, options);
   if (head.starts_with("ULog\x01\x12\x35")) return read_ulog(path, options);
   if (head.starts_with("\xA3\x95")) return read_dataflash(path, options);
+  if (head.starts_with("FMT, 128,")) return read_dataflash_text(path, options);
+  if (is_json_table(path, head)) return read_json(path, options);
   refuse_other_formats(head, shown);
   return read_csv(path, options);
 }

@@ -282,6 +282,10 @@ class Recogniser {
       const std::string name = c < dialect_.names.size() ? dialect_.names[c] : "";
       if (!components && !csv_name("acc_" + name).name.empty()) axes.push_back(c);
     }
+    const auto axis_of = [this](std::size_t c) {
+      return csv_name("acc_" + dialect_.names[c]).name.back();
+    };
+    if (axes.size() == 3) std::ranges::sort(axes, {}, axis_of);  // "z,y,x" (Sensor Logger)
     format.time = time;
     format.values = axes.size() == 3 ? axes
                                      : std::vector<std::size_t>(

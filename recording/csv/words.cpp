@@ -24,6 +24,8 @@ constexpr CsvWord kScalars[] = {
     {"unix_time", "t"},
     {"datetime", "t", -1},
     {"date_time", "t", -1},
+    {"ts", "t", -1},
+    {"datenum", "t", -1, "86400"},  // MATLAB: days
     {"stamp", "t", 1},
     {"timestamp_unix", "t", 1},    // Shimmer
     {"header_stamp", "t", 2},      // ROS: when it was measured, not when it was received

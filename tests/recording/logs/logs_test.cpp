@@ -385,6 +385,133 @@ TEST(Archives, arrays_of_numpy) {
               HasSubstr("--columns"));
 }
 
+TEST(Archives, arrays_of_one_axis_each_structured_ones_and_halves) {
+  using Value = double (*)(int, int);
+  const std::pair<const char*, Value> sensors[] = {
+      {"a", test::log_acc}, {"g", test::log_gyr}, {"m", test::log_mag}};
+  const std::string length = fmt::format("({},)", kLogCount);
+  std::vector<std::pair<std::string, std::string>> files;
+  std::string description = "[('t', '<f8')";
+  test::Bytes times, items;
+  for (int k = 0; k < kLogCount; ++k) {
+    times.put(0.01 * k);
+    items.put(0.01 * k);
+    for (const auto& [letter, value] : sensors) {
+      for (int a = 0; a < 3; ++a) items.put(value(k, a));
+    }
+  }
+  files.emplace_back("t.npy", test::npy("'<f8'", length, times.text));
+  for (const auto& [letter, value] : sensors) {
+    for (int a = 0; a < 3; ++a) {
+      test::Bytes axis;
+      for (int k = 0; k < kLogCount; ++k) axis.put(value(k, a));
+      const std::string name = std::string(letter) + "xyz"[a];
+      files.emplace_back(name + ".npy", test::npy("'<f8'", length, axis.text));
+      description += ", ('" + name + "', '<f8')";
+    }
+  }
+  expect_log(read_log(zip(files)), 1e-12);
+  expect_log(read_log(test::npy(description + "]", length, items.text)), 1e-12);
+  // By names that mean nothing, one axis each.
+  CsvOptions options;
+  for (auto& [name, content] : files) {
+    const std::string ours = name.substr(0, name.size() - 4);
+    if (ours == "t") continue;
+    const std::string sensor = ours[0] == 'a' ? "acc" : ours[0] == 'g' ? "gyr" : "mag";
+    name = "c" + ours + "q.npy";
+    options.columns["c" + ours + "q"] = sensor + "_" + ours[1];
+  }
+  expect_log(read_log(zip(files), options), 1e-12);
+  // float16: 1.0 is 3C00, -2.0 is C000.
+  files.clear();
+  const std::string shape = fmt::format("({}, 3)", kLogCount);
+  for (const char* name : {"acc.npy", "gyr.npy", "mag.npy"}) {
+    test::Bytes halves;
+    for (int i = 0; i < 3 * kLogCount; ++i) halves.put(std::uint16_t(i % 2 == 0 ? 0x3C00 : 0xC000));
+    files.emplace_back(name, test::npy("'<f2'", shape, halves.text));
+  }
+  files.emplace_back("t.npy", test::npy("'<f8'", length, times.text));
+  EXPECT_EQ(read_log(zip(files)).mag.at(0).v.at(0), Vector3(1, -2, 1));
+}
+
+TEST(Json, objects_in_an_array_are_rows_and_arrays_in_an_object_are_quantities) {
+  std::string rows = "[", readings = "[\n", arrays[4], keys[4];
+  const auto vector = [](int k, double (*value)(int, int)) {
+    return fmt::format("[{}, {}, {}]", value(k, 0), value(k, 1), value(k, 2));
+  };
+  const auto reading = [](const char* sensor, int k, double (*value)(int, int)) {
+    return fmt::format(
+        R"({{"sensor": "{}", "time": "1700000000{:09d}", "z": "{}", "y": "{}", "x": "{}"}},)",
+        sensor, 10'000'000 * k, value(k, 2), value(k, 1), value(k, 0));
+  };
+  for (int k = 0; k < kLogCount; ++k) {
+    const char* const comma = k == 0 ? "" : ", ";
+    rows += fmt::format(
+        R"({}{{"time": {}, "imu": {{"acc": {}, "gyro": {}}}, "mag": {}, "n": "a, \"b"}})", comma,
+        0.01 * k, vector(k, test::log_acc), vector(k, test::log_gyr), vector(k, test::log_mag));
+    readings += reading("TotalAcceleration", k, test::log_acc) +
+                reading("Gyroscope", k, test::log_gyr) +
+                reading("MagnetometerUncalibrated", k, test::log_mag) + "\n";
+    arrays[0] += comma + vector(k, test::log_acc);
+    arrays[1] += comma + vector(k, test::log_gyr);
+    arrays[2] += comma + vector(k, test::log_mag);
+    arrays[3] += fmt::format("{}{}", comma, 0.01 * k);
+  }
+  expect_log(read_log(rows + "]"), 1e-12);
+  readings.resize(readings.size() - 2);
+  expect_log(read_log(readings + "]"), 1e-12, kLogCount, 1e-6);
+  const std::string whole =
+      fmt::format(R"({{"device": "x", "acc": [{}], "gyr": [{}], "mag": [{}], "t": [{}]}})",
+                  arrays[0], arrays[1], arrays[2], arrays[3]);
+  expect_log(read_log(whole), 1e-12);
+  // Cut off, or damaged: what is before, or a reason.
+  for (const std::string& text : {rows + "]", readings + "]", whole}) {
+    for (std::size_t n = 1; n < text.size(); n += 37) {
+      for (const std::string& damaged : {text.substr(0, n), std::string(text).replace(n, 1, "}")}) {
+        try {
+          read_log(damaged);
+        } catch (const InputError&) {  // too little is left
+        }
+      }
+    }
+  }
+  EXPECT_THROW(read_log("[{" + std::string(100000, '[')), InputError);
+}
+
+TEST(Json, a_calibration_is_no_recording) {
+  EXPECT_THAT(test::error_of([] {
+                read_log("{\n  \"format\": \"magimu-calibration/1\",\n  \"trust\": {}\n}\n");
+              }).problem,
+              HasSubstr("a result of magimu"));
+}
+
+TEST(Logs, an_ardupilot_log_as_text) {
+  std::string text =
+      "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n"
+      "FMT, 65, 40, IMU, QBffffff, TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ\n"
+      "FMT, 66, 40, MAG, QBhhhhhh, TimeUS,I,MagX,MagY,MagZ,OfsX,OfsY,OfsZ\n"
+      "FMT, 67, 40, PARM, QNf, TimeUS,Name,Value\nFMT, 68, 4, MODE, QM, TimeUS,Mode\n"
+      "PARM, 1000, COMPASS_DIA_X, 2\nPARM, 1000, COMPASS_DIA_Y, 1\n"
+      "PARM, 1000, COMPASS_DIA_Z, 1\n";
+  for (int k = 0; k < kLogCount; ++k) {
+    const int t = 1'000'000 + 10'000 * k;
+    text += fmt::format("IMU, {}, 0, {}, {}, {}, {}, {}, {}\r\n", t, test::log_gyr(k, 0),
+                        test::log_gyr(k, 1), test::log_gyr(k, 2), test::log_acc(k, 0),
+                        test::log_acc(k, 1), test::log_acc(k, 2));
+    // Two times the x axis, and the offsets.
+    text += fmt::format("MAG, {}, 0, {}, {}, {}, 50, -100, 30\nMODE, {}, Stabilize\n", t,
+                        2 * (10 * test::log_mag(k, 0) + 50), 10 * test::log_mag(k, 1) - 100,
+                        10 * test::log_mag(k, 2) + 30, t);
+  }
+  expect_log(read_log(text), 1e-9);
+  for (std::size_t n = 10; n < text.size(); n += 61) {
+    try {
+      read_log(text.substr(0, n));
+    } catch (const InputError&) {  // too little is left
+    }
+  }
+}
+
 TEST(Archives, a_log_in_a_zip_and_in_gzip) {
   const std::string log = test::ulog(kLogCount);
   expect_log(read_log(zip({{"folder/log.ulg", log}})), 1e-5);

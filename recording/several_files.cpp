@@ -12,6 +12,7 @@
 #include "recording/csv/csv_columns.h"
 #include "recording/csv/csv_names.h"
 #include "recording/csv/one_clock.h"
+#include "recording/csv/words.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 #include "recording/read.h"
@@ -45,14 +46,20 @@ constexpr TopicRank kTopicRanks[] = {{"sensor_combined", 30},
                                      {"vehicle_angular_velocity", 10}};
 
 // What a file's columns would mean that are called just x, y, z. Behind the sensor's word there may
-// be a rate, a version, a date: "..._Accelerometer_50.000Hz_1.5.0" (MetaWear).
+// be a rate, a version, a date ("..._Accelerometer_50.000Hz_1.5.0", MetaWear), "data", " (1)"
+// (browsers).
 CsvName meaning_of(std::string stem) {
+  constexpr std::string_view kOfNoMeaning[] = {"", "data", "raw", "log", "sensor", "samples"};
   while (true) {
-    CsvName meaning = csv_name(stem + "_x");
-    const std::size_t last = stem.find_last_of("_- ");
-    const bool number =
-        last != std::string::npos && stem.find_first_of("0123456789", last) != std::string::npos;
-    if (!meaning.name.empty() || !number) return meaning;
+    const std::size_t last = stem.find_last_of("_- .");
+    const std::string word = plain_words(std::string_view(stem).substr(last + 1));
+    const bool number = word.find_first_of("(0123456789") == 0;
+    if (!number || last == std::string::npos) {
+      CsvName meaning = csv_name(stem + "_x");
+      const bool more = word.find_first_of("0123456789") != std::string::npos ||
+                        std::ranges::find(kOfNoMeaning, word) != std::end(kOfNoMeaning);
+      if (!meaning.name.empty() || !more || last == std::string::npos) return meaning;
+    }
     stem.resize(last);
   }
 }

@@ -342,12 +342,33 @@ class HeaderReader {
                                           : sensor == "gyr" ? options_.gyr_unit
                                           : sensor == "pos" ? none
                                                             : options_.mag_unit;
+      if (!unit) unit_of_all_axes(sensor);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         give(sensor + '_' + "xyz"[axis], columns_.vector_slot(i) + axis, unit);
       }
     }
     for (std::size_t i = 0; i < columns_.scalars.size(); ++i) {
       give(columns_.scalars[i], columns_.scalar_slot(i), none);
+    }
+  }
+
+  // A unit behind the first axis alone is meant for all three.
+  void unit_of_all_axes(const std::string& sensor) {
+    const CsvName* with_unit = nullptr;
+    for (const char axis : {'z', 'y', 'x'}) {
+      const auto at = where_.find(sensor + '_' + axis);
+      if (at == where_.end()) return;
+      const CsvName& header = named_[at->second].header;
+      if (!header.unit_text.empty()) with_unit = &header;
+    }
+    if (with_unit == nullptr) return;
+    const CsvName said = *with_unit;
+    for (const char axis : {'x', 'y', 'z'}) {
+      CsvName& header = named_[where_.at(sensor + '_' + axis)].header;
+      if (!header.unit_text.empty()) continue;
+      header.unit = said.unit;
+      header.unit_text = said.unit_text;
+      header.unknown_unit = said.unknown_unit;
     }
   }
 

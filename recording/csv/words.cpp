@@ -85,6 +85,7 @@ constexpr CsvWord kVectors[] = {
     {"linear_acceleration", "acc", -1},       // ROS: with gravity, phyphox: without
     {"linear_accelerometer", "acc", -1},
     {"specific_force", "acc", 1},
+    {"a_rs_s", "acc", 1},    // EuRoC
     {"accel_ln", "acc", 1},  // Shimmer: low noise, wide range
     {"accel_wr", "acc"},
     {"uncompacc", "acc", 1},  // VectorNav: not compensated
@@ -113,9 +114,11 @@ constexpr CsvWord kVectors[] = {
     {"gyro", "gyr"},
     {"gyroscope", "gyr"},
     {"angular_velocity", "gyr"},
+    {"w_rs_s", "gyr"},           // EuRoC
     {"angularvelocity", "gyr"},  // MATLAB Mobile
     {"angular_rate", "gyr"},
     {"rotation_rate", "gyr", -1},
+    {"rotationrate", "gyr", -1},
     {"gyrorotation", "gyr", 1},      // SensorLog
     {"gyroadc", "gyr", 0, "deg/s"},  // Betaflight, whose gyroUnfilt is the same before filters
     {"gyrounfilt", "gyr", 1, "deg/s"},

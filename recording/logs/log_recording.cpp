@@ -60,6 +60,7 @@ std::size_t LogRecording::sensor(const LogSensor& sensor) {
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
     if (sensors_[i].kind == sensor.kind && sensors_[i].name == sensor.name) {
       if (sensors_[i].said.empty()) sensors_[i].said = sensor.said;
+      if (sensors_[i].corrected_by.empty()) sensors_[i].corrected_by = sensor.corrected_by;
       return i;
     }
   }
@@ -243,6 +244,16 @@ Recording LogRecording::finish() {
     if (!entry->said.empty()) {
       out.notes.push_back(fmt::format("{}: {}", printable(entry->name), entry->said));
     }
+  }
+  for (const Entry* entry : read) {
+    if (entry->corrected_by.empty()) continue;
+    const std::string text = fmt::format(
+        "{} of {} is corrected already, by {}: what is found comes on top of these. A file of "
+        "magimu export would replace them by the rest: add the two by hand, or calibrate readings "
+        "as measured",
+        entry->kind, printable(entry->name), entry->corrected_by);
+    out.notes.push_back(text);
+    out.cautions.push_back(text);
   }
   std::vector<std::string> unique;
   for (const std::string& note : out.notes) {

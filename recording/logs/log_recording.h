@@ -25,6 +25,7 @@ struct LogSensor {
   int rank = 0;       // of several of a kind the one with the highest is read
   double unit = 1.0;  // one of the log's in ours
   std::string said;   // what is known of its readings: where and by what they are corrected
+  std::string corrected_by = {};  // parameters that are in the readings, with their values
 };
 
 class LogRecording {

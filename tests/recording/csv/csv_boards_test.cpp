@@ -319,8 +319,34 @@ TEST(CsvBoards, files_are_known_by_a_sensors_word_before_rates_and_versions) {
   EXPECT_EQ(sensor_of_name("Magnetometer_50.000Hz.csv"), "mag");
   EXPECT_EQ(sensor_of_name("AngularVelocity.csv"), "gyr");
   EXPECT_EQ(sensor_of_name("Accelerometer 2025-05-01.csv"), "acc");
+  EXPECT_EQ(sensor_of_name("Accelerometer (1).csv"), "acc");
+  EXPECT_EQ(sensor_of_name("gyro_data.csv"), "gyr");
+  EXPECT_EQ(sensor_of_name("magnetometer.data.csv"), "mag");
+  EXPECT_EQ(sensor_of_name("RotationRate.csv"), "gyr");
   EXPECT_EQ(sensor_of_name("gyro_bias.csv"), "");
   EXPECT_EQ(sensor_of_name("2023_05_01.csv"), "");
+}
+
+TEST(CsvBoards, a_unit_behind_the_first_axis_is_meant_for_all) {
+  const Recording r = read_board(
+      "t,acc_x (g),acc_y,acc_z,gyr_x,gyr_y,gyr_z [deg/s],mag_x (mG),mag_y (uT),mag_z\n"
+      "0,1,1,1,180,180,180,10,10,10\n0.01,1,1,1,180,180,180,10,10,10\n");
+  EXPECT_EQ(r.acc.v[0], Vector3::Constant(9.80665));
+  EXPECT_NEAR(r.gyr.v[0][0], M_PI, 1e-12);
+  EXPECT_NEAR(r.gyr.v[0][2], M_PI, 1e-12);
+  EXPECT_NEAR(r.mag.at(0).v[0][0], 1.0, 1e-12);
+  EXPECT_NEAR(r.mag.at(0).v[0][1], 10.0, 1e-12);  // has one of its own
+}
+
+TEST(CsvBoards, the_names_of_euroc) {
+  std::string text =
+      "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+      "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2],mag_x,mag_y,mag_z\n";
+  for (int k = 0; k < kCycles; ++k) {
+    text += fmt::format("{},0,{},0,{},0,9,0,0,{}\n", 1403636579758555392 + 20'000'000LL * k,
+                        k + 2.5, k + 0.5, k + 4.5);
+  }
+  expect_cycles(read_board(text), 0.02);
 }
 
 TEST(CsvBoards, months_have_names) {

@@ -180,7 +180,7 @@ TEST(Logs, a_px4_log_says_what_its_readings_are_corrected_by) {
   expect_log(r, 1e-5);
   EXPECT_EQ(r.gyr.t[0], 1.0);
   EXPECT_THAT(r.notes, Contains(HasSubstr("CAL_MAGn_XOFF")));
-  EXPECT_THAT(r.notes, Contains(HasSubstr("in this log CAL_MAG0_XOFF 0.25")));
+  EXPECT_THAT(r.notes, Contains(HasSubstr("by CAL_MAG0_XOFF 0.25")));
 }
 
 TEST(Logs, an_ardupilot_logs_compass_offsets_are_taken_off) {
@@ -432,6 +432,25 @@ TEST(Archives, arrays_of_one_axis_each_structured_ones_and_halves) {
   }
   files.emplace_back("t.npy", test::npy("'<f8'", length, times.text));
   EXPECT_EQ(read_log(zip(files)).mag.at(0).v.at(0), Vector3(1, -2, 1));
+}
+
+TEST(Logs, readings_that_are_corrected_already_are_told_of_with_the_result) {
+  // CAL_MAG0_XOFF is 0.25 in it.
+  EXPECT_THAT(read_log(test::ulog(kLogCount)).cautions,
+              Contains(HasSubstr("corrected already, by CAL_MAG0_XOFF 0.25")));
+  std::string text =
+      "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n"
+      "FMT, 65, 40, IMU, QBffffff, TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ\n"
+      "FMT, 66, 40, MAG, QBhhh, TimeUS,I,MagX,MagY,MagZ\nFMT, 67, 40, PARM, QNf, "
+      "TimeUS,Name,Value\n"
+      "PARM, 1000, INS_ACCOFFS_X, 0.5\nPARM, 1000, INS_ACCSCAL_X, 1\nPARM, 1000, INS_GYROFFS_X, "
+      "0\n";
+  for (int k = 0; k < kLogCount; ++k) {
+    text += fmt::format("IMU, {0}, 0, 0, 0, 0.1, 1, 2, 9\nMAG, {0}, 0, 1, 2, {1}\n",
+                        1'000'000 + 10'000 * k, k);
+  }
+  const Recording r = read_log(text);
+  EXPECT_THAT(r.cautions, testing::ElementsAre(HasSubstr("by INS_ACCOFFS_X 0.5:")));
 }
 
 TEST(Json, objects_in_an_array_are_rows_and_arrays_in_an_object_are_quantities) {

@@ -13,6 +13,7 @@
 #include "recording/csv/labelled_dialect.h"
 #include "recording/csv/stamped_lines.h"
 #include "recording/csv/text_fields.h"
+#include "recording/csv/words.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 #include "recording/data/units.h"
@@ -325,30 +326,64 @@ class Recogniser {
     if (times.size() >= 2) dialect_.times_of = std::move(times);
   }
 
-  void translate() {
-    const auto column = [this](std::initializer_list<const char*> ends) {
-      for (std::size_t i = 0; i < dialect_.names.size(); ++i) {
-        std::string name = dialect_.names[i];
-        std::ranges::replace_if(
-            name, [](char c) { return c == '.' || c == '/' || c == ' '; }, '_');
-        for (const std::string end : ends) {
-          if (name == end || name.ends_with("_" + end)) return i;
-        }
+  // The column whose name ends so, in lower case; as many as there are if there is none.
+  std::size_t column(std::initializer_list<const char*> ends) const {
+    for (std::size_t i = 0; i < dialect_.names.size(); ++i) {
+      std::string name = plain_words(dialect_.names[i]);
+      std::ranges::replace_if(
+          name, [](char c) { return c == '.' || c == '/' || c == ' '; }, '_');
+      for (const std::string end : ends) {
+        if (name == end || name.ends_with("_" + end)) return i;
       }
-      return dialect_.names.size();
-    };
-    const std::size_t s = column({"sec", "secs", "stamp_sec", "stamp_secs"});
-    const std::size_t ns = column({"nsec", "nsecs", "nanosec", "nanosecs"});
-    if (ns < dialect_.names.size() && s < dialect_.names.size() && s + 1 == ns &&
-        shape_.separator != ' ') {
-      dialect_.translator = nanoseconds_translator(shape_.separator, s, ns);
+    }
+    return dialect_.names.size();
+  }
+
+  // Seconds, and behind them what is beyond them in ns, us or ms.
+  bool fraction_of_seconds() {
+    const std::size_t s = column({"sec", "secs", "seconds"});
+    if (s == dialect_.names.size() || shape_.separator == ' ') return false;
+    const std::pair<std::size_t, std::size_t> fractions[] = {
+        {column({"nsec", "nsecs", "nanosec", "nanosecs"}), 9},
+        {column({"usec", "usecs", "microseconds"}), 6},
+        {column({"msec", "msecs", "milliseconds"}), 3}};
+    for (const auto& [fraction, digits] : fractions) {
+      if (fraction != s + 1 || fraction == dialect_.names.size()) continue;
+      if (digits < 9 && !begins_anew_each_second(s, fraction, digits)) continue;
+      dialect_.translator = fraction_translator(shape_.separator, s, fraction, digits);
       dialect_.notes.push_back(fmt::format("the time is {} and {} together",
                                            quoted_text(dialect_.names[s]),
-                                           quoted_text(dialect_.names[ns])));
+                                           quoted_text(dialect_.names[fraction])));
       dialect_.names[s] = "header stamp (s)";
-      dialect_.names[ns].clear();
-      return;
+      dialect_.names[fraction].clear();
+      return true;
     }
+    return false;
+  }
+
+  // Milliseconds beside seconds may be all of the time once more.
+  bool begins_anew_each_second(std::size_t s, std::size_t fraction, std::size_t digits) const {
+    std::string second, before;
+    std::size_t anew = 0;
+    for (std::size_t i = shape_.first_row; i < lines_.size(); ++i) {
+      const std::vector<std::string> fields = text_fields(lines_[i].text, shape_.separator);
+      if (fields.size() <= fraction) continue;
+      if (fields[fraction].size() > digits ||
+          fields[fraction].find_first_not_of("0123456789") != std::string::npos) {
+        return false;
+      }
+      const std::string padded(digits - fields[fraction].size(), '0');
+      const std::string now = padded + fields[fraction];
+      if (now < before && fields[s] == second) return false;
+      anew += now < before ? 1 : 0;
+      second = fields[s];
+      before = now;
+    }
+    return anew > 0;
+  }
+
+  void translate() {
+    if (fraction_of_seconds()) return;
     const bool blanks = shape_.separator == ' ' && !shape_.single_blanks;
     if (shape_.decimal_comma || blanks || shape_.quoted || shape_.group_mark != 0) {
       dialect_.translator =

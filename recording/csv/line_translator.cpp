@@ -61,30 +61,30 @@ class PlainNumbers final : public LineTranslator {
   std::string out_;
 };
 
-class Nanoseconds final : public LineTranslator {
+class Fractions final : public LineTranslator {
  public:
-  Nanoseconds(char separator, std::size_t seconds, std::size_t nanoseconds)
-      : separator_(separator), seconds_(seconds), nanoseconds_(nanoseconds) {}
+  Fractions(char separator, std::size_t seconds, std::size_t fraction, std::size_t digits)
+      : separator_(separator), seconds_(seconds), fraction_(fraction), digits_(digits) {}
 
   std::optional<std::string_view> row(std::string_view line) override {
     const std::vector<std::string> fields = text_fields(line, separator_);
     out_.clear();
     for (std::size_t i = 0; i < fields.size(); ++i) {
       if (i > 0) out_ += separator_;
-      if (i == nanoseconds_) continue;
+      if (i == fraction_) continue;
       out_ += fields[i];
-      if (i != seconds_ || nanoseconds_ >= fields.size()) continue;
-      const std::string& ns = fields[nanoseconds_];
-      const bool digits =
-          !ns.empty() && ns.size() <= 9 && ns.find_first_not_of("0123456789") == std::string::npos;
-      if (digits) out_ += '.' + std::string(9 - ns.size(), '0') + ns;
+      if (i != seconds_ || fraction_ >= fields.size()) continue;
+      const std::string& rest = fields[fraction_];
+      const bool digits = !rest.empty() && rest.size() <= digits_ &&
+                          rest.find_first_not_of("0123456789") == std::string::npos;
+      if (digits) out_ += '.' + std::string(digits_ - rest.size(), '0') + rest;
     }
     return out_;
   }
 
  private:
   char separator_;
-  std::size_t seconds_, nanoseconds_;
+  std::size_t seconds_, fraction_, digits_;
   std::string out_;
 };
 
@@ -291,9 +291,9 @@ std::shared_ptr<LineTranslator> plain_numbers_translator(char separator, bool de
   return std::make_shared<PlainNumbers>(separator, decimal_comma, group_mark);
 }
 
-std::shared_ptr<LineTranslator> nanoseconds_translator(char separator, std::size_t seconds,
-                                                       std::size_t nanoseconds) {
-  return std::make_shared<Nanoseconds>(separator, seconds, nanoseconds);
+std::shared_ptr<LineTranslator> fraction_translator(char separator, std::size_t seconds,
+                                                    std::size_t fraction, std::size_t digits) {
+  return std::make_shared<Fractions>(separator, seconds, fraction, digits);
 }
 
 std::shared_ptr<LineTranslator> long_format_translator(LongFormat format) {

@@ -23,9 +23,10 @@ class LineTranslator {
 std::shared_ptr<LineTranslator> plain_numbers_translator(char separator, bool decimal_comma,
                                                          char group_mark = 0);
 
-// Seconds and nanoseconds in two fields (ROS) become one field.
-std::shared_ptr<LineTranslator> nanoseconds_translator(char separator, std::size_t seconds,
-                                                       std::size_t nanoseconds);
+// Seconds and their fraction in two fields become one field. digits: of the fraction, 9 for
+// nanoseconds (ROS).
+std::shared_ptr<LineTranslator> fraction_translator(char separator, std::size_t seconds,
+                                                    std::size_t fraction, std::size_t digits);
 
 // Long format: a row is one sensor's reading at one time.
 struct LongFormat {

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "recording/checks/quality.h"
 #include "recording/csv/csv.h"
 #include "recording/data/units.h"
@@ -80,6 +82,41 @@ TEST(CsvTimeUnits, what_the_checks_suggest_is_no_unit_that_was_given) {
   ASSERT_EQ(unit_of_remedy(remedy), "us");
   EXPECT_THAT(remedy, HasSubstr("multiply the times by 0.001"));
   EXPECT_NEAR(csv_recording(text, "log.csv", times_in("us")).acc.t.back(), 0.02 * 99, 1e-6);
+}
+
+// The same 50 Hz, with the time in two columns: whole seconds, and what `rest` makes of the others.
+template <class Rest>
+std::string in_two_columns(const std::string& names, const Rest& rest) {
+  std::string out = names + ",ax,ay,az,gx,gy,gz,mx,my,mz\n";
+  for (int k = 0; k < 150; ++k) {
+    out += fmt::format("{},{},{},2,9,0.1,0.2,0.3,20,{},40\n", k / 50, rest(k), k % 5, k);
+  }
+  return out;
+}
+
+TEST(CsvTimeUnits, seconds_and_what_is_beyond_them_are_one_time) {
+  for (const auto& [names, factor] : {std::pair("Seconds,Milliseconds", 20),
+                                      {"tv_sec,tv_usec", 20'000},
+                                      {"stamp.sec,stamp.nanosec", 20'000'000}}) {
+    SCOPED_TRACE(names);
+    const Recording r = csv_recording(
+        in_two_columns(names, [factor](int k) { return (k % 50) * factor; }), "log.csv");
+    EXPECT_NEAR(r.acc.t.back(), 0.02 * 149, 1e-6);
+    EXPECT_THAT(r.cautions, testing::IsEmpty());
+  }
+  // All of the time once more.
+  const Recording r = csv_recording(
+      in_two_columns("seconds,milliseconds", [](int k) { return 20 * k; }), "log.csv");
+  EXPECT_NEAR(r.acc.t.back(), 0.02 * 149, 1e-6);
+}
+
+TEST(CsvTimeUnits, lines_that_end_with_a_carriage_return_alone) {
+  std::string text = fifty_hertz("t", 1.0);
+  std::ranges::replace(text, '\n', '\r');
+  EXPECT_EQ(csv_recording(text, "log.csv").acc.size(), 100u);
+  std::string longer = "t,ax,ay,az,gx,gy,gz,mx,my,mz\r";
+  for (int k = 0; k < 5000; ++k) longer += fmt::format("{:.2f},1,2,9,0,0,0,1,2,{}\r", 0.02 * k, k);
+  EXPECT_EQ(csv_recording(longer, "log.csv").acc.size(), 5000u);
 }
 
 }  // namespace

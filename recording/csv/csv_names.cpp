@@ -12,6 +12,8 @@ namespace {
 
 // A word behind others, such as a topic's: less sure than the word alone.
 constexpr int kBehindOthers = -4;
+// No name is longer; looking for words in one takes the square of its length.
+constexpr std::size_t kLongestName = 256;
 // As it was measured, before the device corrected it: surer than what it made of it.
 constexpr int kUncalibrated = 2;
 
@@ -180,6 +182,7 @@ CsvName bare_name(std::string_view words) {
 }  // namespace
 
 CsvName csv_name(std::string_view header) {
+  if (header.size() > kLongestName) return {};
   std::string words = plain_words(header);
   // "name (unit)" or "name [unit]"
   std::string in_brackets;
@@ -218,6 +221,7 @@ CsvName csv_name(std::string_view header) {
 }
 
 std::string csv_time_of(std::string_view header) {
+  if (header.size() > kLongestName) return {};
   std::string words = plain_words(header);
   for (const char open : {'(', '['}) words.resize(std::min(words.find(open), words.size()));
   while (!words.empty() && is_separator(words.back())) words.pop_back();

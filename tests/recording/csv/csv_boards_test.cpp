@@ -349,6 +349,12 @@ TEST(CsvBoards, the_names_of_euroc) {
   expect_cycles(read_board(text), 0.02);
 }
 
+TEST(CsvBoards, a_header_that_never_ends_takes_no_time) {
+  std::string text = "1{\"se";
+  for (int i = 0; i < 20000; ++i) text += ", bias_x_acc y\\ z: 0.01";
+  EXPECT_THROW(read_board(text), InputError);
+}
+
 TEST(CsvBoards, months_have_names) {
   EXPECT_NEAR(*clock_seconds("01-May-2025 12:34:56.250"), *clock_seconds("2025-05-01 12:34:56.250"),
               1e-9);

@@ -56,6 +56,9 @@ int run(ExportArguments& args) {
     write_atomically(args.output, out.text);
   }
   if (args.quiet) return kDone;
+  for (const std::string& warning : c.warnings) {
+    fmt::print(stderr, "magimu: {}: {}\n", args.calibration, warning);
+  }
   for (const std::string& sentence : out.lost) {
     fmt::print(stderr, "magimu: not carried to {}: {}\n", args.target, sentence);
   }

@@ -30,6 +30,7 @@ constexpr double kDegreesInRad = 180.0 / std::numbers::pi;
 constexpr double kPublishedGravity = 9.82;
 
 struct NavigateArguments : ReadingOptions {
+  std::vector<std::string> files;  // the recording; or the calibration and the recording
   std::string recording, calibration, layout, output;
   std::string method = "oc-mains", truncation = "coloured", readings = "mean";
   int order = 2, threads = 0;
@@ -220,11 +221,12 @@ int run(const NavigateArguments& args) {
 }
 
 void add_filter_options(CLI::App& cmd, NavigateArguments& args) {
-  cmd.add_option("--method", args.method,
-                 "mains; oc-mains: yaw's uncertainty does not shrink where nothing observes it; "
-                 "ins: without magnetometers")
+  cmd.add_option(
+         "--method", args.method,
+         "mains; oc-mains (or oc): yaw's uncertainty does not shrink where nothing observes it; "
+         "ins: without magnetometers")
       ->capture_default_str()
-      ->check(CLI::IsMember({"mains", "oc-mains", "ins"}));
+      ->check(CLI::IsMember({"mains", "oc-mains", "oc", "ins"}));
   cmd.add_option("--order", args.order, "degree of the field's polynomials")
       ->capture_default_str()
       ->check(CLI::Range(1, 3))
@@ -263,7 +265,7 @@ void add_navigate(CLI::App& app, int& exit_code) {
       "navigate", "Follow an array of magnetometers with an IMU: position, velocity, attitude");
   cmd->footer(
       "Examples:\n"
-      "  magimu navigate walk.csv --calibration cal.json --layout board.csv -o walk_path.csv\n"
+      "  magimu navigate cal.json walk.csv --layout board.csv -o walk_path.csv\n"
       "  magimu navigate exp_square_1.mat -o path.json\n"
       "  magimu navigate exp_square_1.mat --method mains --truncation white --step-readings held\n"
       "The last is the filter as published. The field must differ from place to place, as "
@@ -272,11 +274,12 @@ void add_navigate(CLI::App& app, int& exit_code) {
       "Exit code 1: the calibration says of itself that it must not be used (--force: do it\n"
       "all the same); 2: wrong usage or unreadable input; 70: a defect of magimu: please report "
       "it.");
-  cmd->add_option(
-         "recording", args->recording,
-         "CSV with mag1_x.. of several magnetometers, or a MATLAB file of the OC-MAINS set")
+  cmd->add_option("files", args->files,
+                  "CSV with mag1_x.. of several magnetometers, or a MATLAB file of the OC-MAINS "
+                  "set; before it the array's calibration, as --calibration")
       ->required()
-      ->type_name("REC");
+      ->expected(1, 2)
+      ->type_name("[CAL.json] REC");
   cmd->add_option("--calibration", args->calibration, "of the array, by `magimu calibrate -o`")
       ->type_name("CAL.json");
   cmd->add_option("--layout", args->layout,
@@ -293,7 +296,15 @@ void add_navigate(CLI::App& app, int& exit_code) {
       ->type_name("N");
   cmd->add_flag("--json", args->json, "print the summary as JSON");
   cmd->add_flag("-q,--quiet", args->quiet, "print nothing but errors");
-  cmd->callback([args, &exit_code] { exit_code = run(*args); });
+  cmd->callback([args, &exit_code] {
+    if (args->files.size() == 2 && !args->calibration.empty()) {
+      throw CLI::ValidationError("--calibration", "a calibration is given twice");
+    }
+    if (args->files.size() == 2) args->calibration = args->files.front();
+    args->recording = args->files.back();
+    if (args->method == "oc") args->method = "oc-mains";
+    exit_code = run(*args);
+  });
 }
 
 }  // namespace magimu::apps

@@ -29,7 +29,6 @@ constexpr OtherFormat kOtherFormats[] = {
     {"\xFD"
      "7zXZ"sv,
      "this is packed by xz", "unpack it: unxz -k FILE"},
-    {"\x28\xB5\x2F\xFD"sv, "this is packed by zstd", "unpack it: zstd -d FILE"},
     {"7z\xBC\xAF\x27\x1C"sv, "this is a 7z archive", "unpack it and give the folder"},
     {"Rar!"sv, "this is a rar archive", "unpack it and give the folder"},
     {"TDSm"sv, "this is a TDMS file of LabVIEW",
@@ -65,6 +64,11 @@ void refuse_other_formats(std::string_view head, const std::string& path) {
     if (head.starts_with(format.begins)) {
       throw InputError(path, 0, 0, format.what, format.remedy);
     }
+  }
+  if (head.starts_with('{') && head.find("\"format\": \"magimu-") != std::string_view::npos) {
+    throw InputError(path, 0, 0, "this is a result of magimu (a calibration or the like)",
+                     "give the recording that it was made of; a calibration goes with a recording "
+                     "to apply, diagnose --against and navigate, and alone to export");
   }
   if (is_tlog(head)) {
     throw InputError(path, 0, 0, "this is a telemetry log of MAVLink (tlog)",

@@ -9,12 +9,14 @@
 
 #include "recording/arrays/arrays.h"
 #include "recording/arrays/broad.h"
+#include "recording/arrays/json_file.h"
 #include "recording/csv/csv_columns.h"
 #include "recording/csv/one_clock.h"
 #include "recording/data/error.h"
 #include "recording/data/told_units.h"
 #include "recording/files/read_file.h"
 #include "recording/files/zip_archive.h"
+#include "recording/files/zstd_file.h"
 #include "recording/logs/logs.h"
 #include "recording/other_formats.h"
 #include "recording/several_files.h"
@@ -50,6 +52,15 @@ Recording read_gzip(const std::string& path, const std::string& shown, const Csv
   const TemporaryFile file = unpacked_gzip(path, truncated);
   Recording out = read_unpacked(file, shown, options, depth);
   if (truncated) out.notes.emplace_back("the gzip file is cut off; what is before its end is read");
+  return out;
+}
+
+Recording read_zstd(const std::string& path, const std::string& shown, const CsvOptions& options,
+                    int depth) {
+  bool truncated = false;
+  const TemporaryFile file = unpacked_zstd(path, truncated);
+  Recording out = read_unpacked(file, shown, options, depth);
+  if (truncated) out.notes.emplace_back("the zstd file is cut off; what is before its end is read");
   return out;
 }
 
@@ -114,12 +125,14 @@ Recording read_at_depth(const std::string& path, const std::string& shown,
     return read_several(files, shown, options);
   }
   const std::string head = read_file_head(path, 512);
-  const bool packed = head.starts_with("\x1f\x8b") || head.starts_with("PK\x03\x04");
+  const bool packed = head.starts_with("\x1f\x8b") || head.starts_with("PK\x03\x04") ||
+                      head.starts_with(kZstdMagic);
   if (packed && depth >= kDeepest) {
     throw InputError(shown, 0, 0, "this is an archive in archives", "unpack it");
   }
   if (head.starts_with("\x1f\x8b")) return read_gzip(path, shown, options, depth + 1);
   if (head.starts_with("PK\x03\x04")) return read_zip(path, shown, options, depth + 1);
+  if (head.starts_with(kZstdMagic)) return read_zstd(path, shown, options, depth + 1);
   if (head.starts_with("\x89HDF\r\n\x1a\n")) return read_hdf5(path, options);
   if (head.starts_with("MATLAB 5.0") || head.starts_with("MATLAB 7.3")) {
     return read_mat(path, options);
@@ -130,6 +143,8 @@ Recording read_at_depth(const std::string& path, const std::string& shown,
   if (head.starts_with("SQLite format 3")) return read_ros2_db3(path, options);
   if (head.starts_with("ULog\x01\x12\x35")) return read_ulog(path, options);
   if (head.starts_with("\xA3\x95")) return read_dataflash(path, options);
+  if (head.starts_with("FMT, 128,")) return read_dataflash_text(path, options);
+  if (is_json_table(path, head)) return read_json(path, options);
   refuse_other_formats(head, shown);
   return read_csv(path, options);
 }

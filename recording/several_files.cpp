@@ -12,6 +12,7 @@
 #include "recording/csv/csv_columns.h"
 #include "recording/csv/csv_names.h"
 #include "recording/csv/one_clock.h"
+#include "recording/csv/words.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 #include "recording/read.h"
@@ -44,12 +45,31 @@ constexpr TopicRank kTopicRanks[] = {{"sensor_combined", 30},
                                      {"vehicle_acceleration", 10},
                                      {"vehicle_angular_velocity", 10}};
 
+// What a file's columns would mean that are called just x, y, z. Behind the sensor's word there may
+// be a rate, a version, a date ("..._Accelerometer_50.000Hz_1.5.0", MetaWear), "data", " (1)"
+// (browsers).
+CsvName meaning_of(std::string stem) {
+  constexpr std::string_view kOfNoMeaning[] = {"", "data", "raw", "log", "sensor", "samples"};
+  while (true) {
+    const std::size_t last = stem.find_last_of("_- .");
+    const std::string word = plain_words(std::string_view(stem).substr(last + 1));
+    const bool number = word.find_first_of("(0123456789") == 0;
+    if (!number || last == std::string::npos) {
+      CsvName meaning = csv_name(stem + "_x");
+      const bool more = word.find_first_of("0123456789") != std::string::npos ||
+                        std::ranges::find(kOfNoMeaning, word) != std::end(kOfNoMeaning);
+      if (!meaning.name.empty() || !more || last == std::string::npos) return meaning;
+    }
+    stem.resize(last);
+  }
+}
+
 int rank_of(const std::string& name) {
   const std::string stem = stem_of(name);
   for (const TopicRank& topic : kTopicRanks) {
     if (stem.ends_with(topic.ending)) return topic.rank;
   }
-  const CsvName meaning = csv_name(stem + "_x");
+  const CsvName meaning = meaning_of(stem);
   return meaning.name.empty() ? -5 : meaning.preference;
 }
 
@@ -70,7 +90,7 @@ bool is_chosen(const std::string& name, const CsvOptions& options) {
 }  // namespace
 
 std::string sensor_of_name(const std::string& name) {
-  std::string meaning = csv_name(stem_of(name) + "_x").name;
+  std::string meaning = meaning_of(stem_of(name)).name;
   meaning = meaning.substr(0, meaning.find('_'));
   return meaning == "pos" ? "" : meaning;
 }
@@ -133,18 +153,21 @@ Recording read_several(const std::vector<NamedFile>& files, const std::string& p
         "record the accelerometer itself, too: phyphox calls it Acceleration (with g), "
         "Sensor Logger TotalAcceleration");
   }
+  constexpr std::size_t kShown = 3;
+  if (unread.size() > kShown) unread.resize(kShown);
   try {
     Recording out = joined(std::move(parts), path, options);
     if (first_error) throw *first_error;
-    constexpr std::size_t kShown = 3;
-    if (unread.size() > kShown) unread.resize(kShown);
     out.notes.insert(out.notes.end(), unread.begin(), unread.end());
     std::filesystem::path folder(path);
     out.name = (folder.has_filename() ? folder : folder.parent_path()).filename().string();
     return out;
-  } catch (const MissingSensor&) {
+  } catch (const MissingSensor& missing) {
     if (first_error) throw *first_error;
-    throw;
+    if (unread.empty()) throw;
+    throw MissingSensor(path, 0, 0,
+                        fmt::format("{} ({})", missing.problem, fmt::join(unread, "; ")),
+                        missing.remedy);
   }
 }
 

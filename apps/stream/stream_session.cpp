@@ -95,13 +95,7 @@ void StreamSession::take_arrival(const Arrival& arrival) {
       return watch_silence();
     case Arrival::Kind::kBytes: {
       source_speaks();
-      const bool had_header = lines_.has_header();
       lines_.push(arrival.bytes);
-      if (!had_header && lines_.has_header()) {
-        for (const std::string& note : lines_.notes()) event(note);
-        begin_checks();
-        begin_estimator(int(lines_.mag_names().size()));
-      }
       return use_lines();
     }
     case Arrival::Kind::kInterrupted:
@@ -141,6 +135,12 @@ void StreamSession::watch_silence() {
 }
 
 void StreamSession::use_lines() {
+  // The header may be known only when the source ends: a short one's dialect is told by all of it.
+  if (lines_.has_header() && !checks_) {
+    for (const std::string& note : lines_.notes()) event(note);
+    begin_checks();
+    begin_estimator(int(lines_.mag_names().size()));
+  }
   for (const std::string& sentence : lines_.take_complaints()) event(sentence);
   for (StreamSample& sample : lines_.take()) {
     look_at(sample);

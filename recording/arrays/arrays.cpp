@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -20,19 +21,29 @@
 namespace magimu {
 namespace {
 
+std::string last_word(const std::string& name) {
+  const std::string words = plain_words(name);
+  return words.substr(words.find_last_of("./") + 1);
+}
+
+// The structure or group that it is in; empty if it is in none.
+std::string parent_of(const std::string& name) {
+  const std::size_t at = name.find_last_of("./");
+  return at == std::string::npos ? "" : name.substr(0, at);
+}
+
 // "imu.gyro" -> "gyr", by the file's name or by --map; empty if it is no sensor's.
 std::string array_meaning(const std::string& name, const CsvOptions& options) {
   const auto given = options.columns.find(name);
   if (given != options.columns.end()) return given->second;
-  const CsvName scalar = csv_name(name);
-  if (scalar.name == "t") return "t";
-  const std::string component = csv_name(name + "_x").name;
+  if (csv_name(name).name == "t" || csv_name(last_word(name)).name == "t") return "t";
+  std::string component = csv_name(name + "_x").name;
+  if (component.empty()) {  // "rec.mag.field"
+    constexpr std::string_view kContents[] = {"field", "data", "value", "values", "xyz", "samples"};
+    const bool content = std::ranges::find(kContents, last_word(name)) != std::end(kContents);
+    if (content) component = csv_name(parent_of(name) + "_x").name;
+  }
   return component.substr(0, component.find('_'));
-}
-
-std::string last_word(const std::string& name) {
-  const std::string words = plain_words(name);
-  return words.substr(words.find_last_of("./") + 1);
 }
 
 bool is_rate(const std::string& name) {
@@ -77,7 +88,9 @@ class ArrayRecording {
       }
     }
     for (const std::string& name : file_.names) take(name);
+    take_axes();
     if (sensors_.empty()) {
+      if (unread_) throw *unread_;
       fail(
           "there is no field imu_acc, nor another array of an accelerometer; the fields there "
           "are: " +
@@ -116,6 +129,7 @@ class ArrayRecording {
       if (needed && !has(kind)) missing.emplace_back(sensor_in_words(kind));
     }
     if (missing.empty()) return;
+    if (unread_) throw *unread_;
     throw MissingSensor(
         file_.path, 0, 0,
         fmt::format("there is no {}; the arrays there are: {}", fmt::join(missing, ", no "),
@@ -172,9 +186,13 @@ class ArrayRecording {
     BroadField field;
     try {
       field = file_.read(name);
-    } catch (const InputError&) {
+    } catch (const InputError& error) {
       if (options_.columns.contains(name)) throw;
-      return;  // text, a structure
+      // Text, a structure; or packed in a way that is not read.
+      const bool structure = std::ranges::any_of(
+          file_.names, [&](const std::string& other) { return other.starts_with(name + "."); });
+      if (!unread_ && !structure && !meaning.empty() && meaning != "t") unread_ = error;
+      return;
     }
     const std::size_t count = field.values.size();
     if ((rate || interval) && count == 1) {
@@ -183,6 +201,7 @@ class ArrayRecording {
     } else if ((meaning == "t" || !own_time.empty()) && (field.rows == 1 || field.columns == 1) &&
                count > 1) {
       times_[meaning == "t" ? "" : own_time] = field.values;
+      times_beside_[parent_of(name)] = field.values;
     } else if (meaning != "t" && !meaning.empty()) {
       take_sensor(name, meaning, field);
     }
@@ -207,12 +226,64 @@ class ArrayRecording {
     sensors_.push_back(std::move(sensor));
   }
 
+  // Arrays of one axis each: "ax", "mag_z", or those that --map names so.
+  void take_axes() {
+    struct Axes {
+      std::array<std::string, 3> name;
+      std::array<std::vector<double>, 3> values;
+      double unit = 1.0;
+    };
+    std::map<std::string, Axes> all;
+    const std::vector<std::string> readable = with_axes_for_numbers(file_.names);
+    for (std::size_t i = 0; i < readable.size(); ++i) {
+      const auto given = options_.columns.find(file_.names[i]);
+      const bool by_option = given != options_.columns.end();
+      const CsvName is = csv_name(by_option ? given->second : readable[i]);
+      const std::string sensor = is.name.substr(0, is.name.find('_'));
+      if (is.name.size() < 5 || sensor == "pos" || sensor == "temp" || has_sensor(sensor)) continue;
+      BroadField field;
+      try {
+        field = file_.read(file_.names[i]);
+      } catch (const InputError&) {
+        if (by_option) throw;
+        continue;
+      }
+      Axes& axes = all[sensor];
+      const auto axis = static_cast<std::size_t>(is.name.back() - 'x');
+      const bool vector = (field.rows == 1 || field.columns == 1) && field.values.size() >= 5;
+      if (axis > 2 || !vector || (!axes.values[axis].empty() && !by_option)) continue;
+      axes.name[axis] = file_.names[i];
+      axes.values[axis] = std::move(field.values);
+      axes.unit = is.unit;
+    }
+    for (auto& [sensor, axes] : all) {
+      const std::size_t n = axes.values[0].size();
+      if (n == 0 || axes.values[1].size() != n || axes.values[2].size() != n) continue;
+      SensorArray array{fmt::format("{}, {}, {}", axes.name[0], axes.name[1], axes.name[2]),
+                        sensor,
+                        axes.unit,
+                        {}};
+      for (std::size_t k = 0; k < n; ++k) {
+        array.v.emplace_back(axes.values[0][k], axes.values[1][k], axes.values[2][k]);
+      }
+      sensors_.push_back(std::move(array));
+    }
+  }
+
+  bool has_sensor(const std::string& meaning) const {
+    return std::ranges::find(sensors_, meaning, &SensorArray::meaning) != sensors_.end();
+  }
+
   Recording part_of(SensorArray& sensor) {
     const std::string kind = sensor.meaning.substr(0, 3);
     RawRows rows;
     RowTimesOptions options;
     options.keep_origin = true;
     options.row = "row";
+    // Its own, those of its structure, those of all.
+    const auto beside = times_beside_.find(parent_of(sensor.name));
+    const bool fits = beside != times_beside_.end() && beside->second.size() == sensor.v.size();
+    if (fits && !times_.contains(kind)) times_[kind] = beside->second;
     const auto own = times_.find(kind), common = times_.find("");
     const bool has_own = own != times_.end() && own->second.size() == sensor.v.size();
     const bool has_time =
@@ -299,9 +370,11 @@ class ArrayRecording {
   const BroadFile& file_;
   const CsvOptions& options_;
   std::optional<double> rate_;
-  std::map<std::string, std::vector<double>> times_;  // of a sensor; "": of all
+  std::map<std::string, std::vector<double>> times_;         // of a sensor; "": of all
+  std::map<std::string, std::vector<double>> times_beside_;  // by the structure they are in
   std::map<std::string, int> preference_;
   std::vector<SensorArray> sensors_;
+  std::optional<InputError> unread_;  // of the first array that is called as a sensor
 };
 
 }  // namespace

@@ -46,6 +46,15 @@ Recording read_before_the_cut(const BroadFile& file, const CsvOptions& options) 
   }
 }
 
+// "rec.imu.acc" of a structure in a structure, and the like.
+void add_names(const std::string& prefix, const std::vector<MatVariable>& variables,
+               std::vector<std::string>& names) {
+  for (const MatVariable& variable : variables) {
+    names.push_back(prefix + variable.name);
+    add_names(names.back() + ".", variable.fields, names);
+  }
+}
+
 // "acc", or "data.acc" of a structure; it is there.
 const MatVariable* variable_named(const std::vector<MatVariable>& variables,
                                   const std::string& name) {
@@ -71,12 +80,7 @@ Recording read_mat(const std::string& path, const CsvOptions& options) {
   BroadFile file{path, {}, [&](const std::string& name) {
                    return field_of(path, *variable_named(variables.found, name), room);
                  }};
-  for (const MatVariable& variable : variables.found) {
-    file.names.push_back(variable.name);
-    for (const MatVariable& field : variable.fields) {
-      file.names.push_back(variable.name + "." + field.name);
-    }
-  }
+  add_names("", variables.found, file.names);
   return variables.whole ? recording_from_broad(file, options) : read_before_the_cut(file, options);
 }
 

@@ -9,6 +9,7 @@
 
 #include "recording/arrays/arrays.h"
 #include "recording/data/error.h"
+#include "recording/files/half_float.h"
 #include "recording/files/log_file.h"
 #include "recording/files/read_file.h"
 
@@ -124,6 +125,7 @@ double npy_number(std::string_view bytes, std::size_t at, const NpyField& field)
     case 'f':
       return field.size == 8   ? bytes_as<double>(bytes, at, s)
              : field.size == 4 ? double(bytes_as<float>(bytes, at, s))
+             : field.size == 2 ? half_float(bytes_as<std::uint16_t>(bytes, at, s))
                                : std::numeric_limits<double>::quiet_NaN();
     case 'i':
       return field.size == 8   ? double(bytes_as<std::int64_t>(bytes, at, s))

@@ -191,7 +191,7 @@ std::vector<Issue> check_intervals(const NamedSeries& sensor,
   return issues;
 }
 
-std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors) {
+std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors, double time_unit) {
   std::vector<Issue> issues;
   double longest = 0.0, first = 1e300, last = -1e300;
   for (const NamedSeries& s : sensors) {
@@ -212,14 +212,19 @@ std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors) {
   // No IMU delivers fewer samples than one a second: the times are in a smaller unit.
   const double dt = 1.0 / sensors.front().series->rate_hz();
   if (dt > 1.0) {
-    const char* unit = dt < 300.0 ? "ms" : dt < 3e5 ? "us" : "ns";
+    const double step = dt / time_unit;  // in the file
+    const char* unit = step < 300.0 ? "ms" : step < 3e5 ? "us" : "ns";
+    const double factor = *unit_in_ours("t", unit) / time_unit;
     issues.push_back({"time_unit", sensors.front().name, -1, Severity::kFatal, 0.0, 0.0,
-                      fmt::format("{} has a sample every {:.4g} s, if its time is in seconds; it "
+                      fmt::format("{} has a sample every {:.4g} s, if its time is in {}; it "
                                   "seems to be in {}",
-                                  sensors.front().name, dt, unit),
-                      fmt::format("give the unit of time: --unit t={} (in memory: multiply the "
-                                  "times by {:g})",
-                                  unit, *unit_in_ours("t", unit))});
+                                  sensors.front().name, dt,
+                                  time_unit == 1.0 ? "seconds" : "the unit that was given", unit),
+                      factor < 1.0 ? fmt::format("give the unit of time: --unit t={} (in memory: "
+                                                 "multiply the times by {:g})",
+                                                 unit, factor)
+                                   : "give the rate of the samples, --rate HZ, or their unit of "
+                                     "time, --unit t=NUMBER (one of it in s)"});
   } else if (dt > 0.0 && dt < 2e-5) {
     issues.push_back(
         {"time_unit", sensors.front().name, -1, Severity::kCaution, 0.0, 0.0,

@@ -84,6 +84,8 @@ Issue unit_issue(const Recording& r, const std::string& sensor, const std::strin
 constexpr double kGyrCounts[] = {10, 131, 65.5, 32.8, 16.4, 114.286, 57.143, 28.571, 14.286};
 constexpr double kAccCounts[] = {16384, 8192, 4096, 2048, 1024, 512, 256};
 constexpr double kSameCounts = 0.03;
+// Of an accelerometer these are a factor of two apart, and a bias of 150 mg is as usual.
+constexpr double kSameAccCounts = 0.15;
 
 // uT a count, of the magnetometers that hobby boards have.
 struct MagCounts {
@@ -108,9 +110,9 @@ double nearest(const double (&known)[N], double counts) {
 
 // The nearest of them where it is near enough to be meant.
 template <std::size_t N>
-double snapped(const double (&known)[N], double counts) {
+double snapped(const double (&known)[N], double counts, double same = kSameCounts) {
   const double best = nearest(known, counts);
-  return std::abs(counts / best - 1.0) < kSameCounts ? best : counts;
+  return std::abs(counts / best - 1.0) < same ? best : counts;
 }
 
 // The name that --unit has for a unit of about this size in ours, or the number.
@@ -194,7 +196,7 @@ std::vector<Issue> check_acc(const Recording& r) {
   }
   const double in_file = quiet.length / given;
   if (in_file > kLeastCounts) {
-    const double counts = snapped(kAccCounts, in_file);  // a g
+    const double counts = snapped(kAccCounts, in_file, kSameAccCounts);  // a g
     return {unit_issue(
         r, "acc", "acc",
         reads(fmt::format("; perhaps these are counts of the converter, {:.0f} a g", counts)),

@@ -52,6 +52,12 @@ void tell_of_common_gap(std::vector<Issue>& issues, std::size_t sensors) {
   }
 }
 
+// Seconds that the file's numbers were taken for.
+double file_time_unit(const Recording& recording) {
+  const auto unit = recording.file_units.find("t");
+  return unit == recording.file_units.end() ? 1.0 : unit->second;
+}
+
 }  // namespace
 
 std::string to_string(Severity severity) {
@@ -88,7 +94,7 @@ std::vector<Issue> check_recording(const Recording& recording) {
     for (std::size_t i = 0; i < sensors.size() && !still; ++i) {
       append(issues, check_stuck(sensors[i], recording.gyr));
     }
-    append(issues, check_spans(sensors));
+    append(issues, check_spans(sensors, file_time_unit(recording)));
     // Rates in another unit of time would look like a gyroscope in another unit.
     const bool seconds =
         std::ranges::none_of(issues, [](const Issue& issue) { return issue.kind == "time_unit"; });

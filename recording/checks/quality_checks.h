@@ -25,7 +25,8 @@ std::vector<Issue> check_intervals(const NamedSeries& sensor,
                                    const std::vector<SetAside>& set_aside,
                                    const VectorSeries& rows);
 // Sensors that do not cover the same time; times that are no seconds.
-std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors);
+// time_unit: of the file, s, as it was taken.
+std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors, double time_unit);
 // Samples that were set aside before (gate.h).
 std::vector<Issue> check_set_aside(const Recording& recording);
 // Whether no axis ever changes.

@@ -7,8 +7,11 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <utility>
 
+#include "recording/csv/ardupilot_columns.h"
 #include "recording/csv/csv_names.h"
+#include "recording/csv/text_fields.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 #include "recording/data/units.h"
@@ -44,7 +47,10 @@ class HeaderReader {
     assign();
     check_options();
     group();
+    const bool ardupilot = are_ardupilot_columns(columns_.fields);
+    if (ardupilot) name_compass_unit();
     give_slots();
+    if (ardupilot) take_off_offsets();
     note_mapping();
     return std::move(columns_);
   }
@@ -66,18 +72,12 @@ class HeaderReader {
     for (const char c : {'\t', ';', ','}) {
       if (text.find(c) != std::string_view::npos) columns_.separator = c;
     }
-    while (true) {
-      const std::size_t end = text.find(columns_.separator);
-      std::string_view header = csv_trimmed(text.substr(0, end));
-      if (header.size() >= 2 && header.front() == '"' && header.back() == '"') {
-        header = csv_trimmed(header.substr(1, header.size() - 2));
-      }
-      columns_.fields.push_back({std::string(header), CsvColumns::kIgnored, 1.0});
-      if (end == std::string_view::npos) break;
-      text.remove_prefix(end + 1);
+    for (std::string& header : text_fields(text, columns_.separator)) {
+      columns_.fields.push_back({std::move(header), CsvColumns::kIgnored, 1.0});
     }
     const std::string& first = columns_.fields.front().header;
-    if (!first.empty() && first.find_first_not_of("+-.eE0123456789") == std::string::npos) {
+    if (first.find_first_of("0123456789") != std::string::npos &&
+        first.find_first_not_of("+-.eE0123456789") == std::string::npos) {
       fail(0, "the first line holds numbers, not the names of the columns",
            "put a header line above it, such as "
            "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z (without a leading #)");
@@ -133,6 +133,15 @@ class HeaderReader {
       const auto [entry, is_new] = where_.try_emplace(named_[i].name, i);
       if (is_new) continue;
       const std::size_t other = entry->second;
+      // Beside readings as they were measured even a column with our own name holds corrected ones.
+      const auto as_measured = [this](std::size_t c) { return named_[c].header.uncalibrated; };
+      if (as_measured(i) != as_measured(other) && named_[i].claim != kOption &&
+          named_[other].claim != kOption) {
+        if (std::max(named_[i].claim, named_[other].claim) == kExact) {
+          if (as_measured(i)) entry->second = i;
+          continue;
+        }
+      }
       if (named_[i].claim == named_[other].claim && named_[i].name == "t") {
         // Of several times the first one with a unit ("timestamp", "TimeUS"), and of several behind
         // other words ("imu.stamp", "mag.stamp") the first.
@@ -320,12 +329,20 @@ class HeaderReader {
     columns_.time_unit_known =
         options_.time_unit ||
         (columns_.has_time && !named_[where_.at("t")].header.unit_text.empty());
+    if (columns_.time_unit_known && !options_.time_unit) {
+      const CsvName& header = named_[where_.at("t")].header;
+      columns_.time_unit_of_name = header.unit_of_word;
+      columns_.time_unit_in_header =
+          fmt::format("is {}in {}", header.unit_of_word ? "usually " : "",
+                      header.unit_text == "1e-4" ? "0.1 ms" : header.unit_text);
+    }
     for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {
       const std::string& sensor = columns_.vectors[i];
       const std::optional<double>& unit = sensor == "acc"   ? options_.acc_unit
                                           : sensor == "gyr" ? options_.gyr_unit
                                           : sensor == "pos" ? none
                                                             : options_.mag_unit;
+      if (!unit) unit_of_all_axes(sensor);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         give(sensor + '_' + "xyz"[axis], columns_.vector_slot(i) + axis, unit);
       }
@@ -333,6 +350,61 @@ class HeaderReader {
     for (std::size_t i = 0; i < columns_.scalars.size(); ++i) {
       give(columns_.scalars[i], columns_.scalar_slot(i), none);
     }
+  }
+
+  // A unit behind the first axis alone is meant for all three.
+  void unit_of_all_axes(const std::string& sensor) {
+    const CsvName* with_unit = nullptr;
+    for (const char axis : {'z', 'y', 'x'}) {
+      const auto at = where_.find(sensor + '_' + axis);
+      if (at == where_.end()) return;
+      const CsvName& header = named_[at->second].header;
+      if (!header.unit_text.empty()) with_unit = &header;
+    }
+    if (with_unit == nullptr) return;
+    const CsvName said = *with_unit;
+    for (const char axis : {'x', 'y', 'z'}) {
+      CsvName& header = named_[where_.at(sensor + '_' + axis)].header;
+      if (!header.unit_text.empty()) continue;
+      header.unit = said.unit;
+      header.unit_text = said.unit_text;
+      header.unknown_unit = said.unknown_unit;
+    }
+  }
+
+  void name_compass_unit() {
+    constexpr double kMilligauss = 0.1;
+    for (std::size_t i = 0; i < named_.size(); ++i) {
+      CsvName& header = named_[i].header;
+      if (!is_ardupilot_compass(columns_.fields[i].header) || !header.unit_text.empty()) continue;
+      header.unit = kMilligauss;
+      header.unit_text = "mG, as ArduPilot writes it";
+    }
+  }
+
+  // ArduPilot logs readings with its offsets added, which are no part of what was measured.
+  void take_off_offsets() {
+    const auto mag = where_.find("mag_x");
+    const bool compass =
+        mag != where_.end() && is_ardupilot_compass(columns_.fields[mag->second].header);
+    for (std::size_t i = 0; i < columns_.fields.size(); ++i) {
+      CsvColumns::Field& field = columns_.fields[i];
+      if (field.header == "I" && field.slot == CsvColumns::kIgnored) columns_.device = i;
+      const std::optional<std::size_t> axis = ardupilot_offset_axis(field.header);
+      if (!compass || !axis || field.slot != CsvColumns::kIgnored) continue;
+      field.slot = static_cast<int>(columns_.vector_slot(2) + *axis);
+      field.unit = columns_.fields[mag->second].unit;
+      field.taken_off = columns_.takes_off = true;
+    }
+    if (!compass) return;
+    columns_.notes.emplace_back(
+        columns_.takes_off
+            ? "ArduPilot had added its offsets (OfsX, MOX and the like); they are taken off, so "
+              "that the bias found is the whole one: the new COMPASS_OFS is minus the bias. A "
+              "matrix (COMPASS_DIA, COMPASS_ODI), if it had one, is not taken off: the "
+              "parameters are not in this file, but in the .bin"
+            : "ArduPilot adds its offsets (COMPASS_OFS) to what it logs, and this file lacks them "
+              "(OfsX, OfsY, OfsZ): the bias found is what they leave");
   }
 
   // unit: given by option; else what the header says.
@@ -363,6 +435,7 @@ class HeaderReader {
     std::vector<std::string> mapped, ignored;
     for (std::size_t i = 0; i < named_.size(); ++i) {
       const CsvColumns::Field& field = columns_.fields[i];
+      if (field.taken_off || columns_.device == i) continue;
       if (field.slot == CsvColumns::kIgnored) {
         if (!field.header.empty()) ignored.push_back(quoted_text(field.header));
       } else if (named_[i].claim != kExact) {
@@ -372,11 +445,36 @@ class HeaderReader {
     if (!mapped.empty()) {
       columns_.notes.push_back(fmt::format("columns read: {}", fmt::join(mapped, ", ")));
     }
+    note_others();
     if (!converted_.empty()) {
       columns_.notes.push_back(fmt::format("units converted: {}", fmt::join(converted_, ", ")));
     }
     if (!ignored.empty()) {
       columns_.notes.push_back(fmt::format("columns ignored: {}", fmt::join(ignored, ", ")));
+    }
+  }
+
+  // Of a sensor that stands there twice (as measured, and as corrected): which is read, and how the
+  // other one is.
+  void note_others() {
+    std::map<std::string, std::array<std::string, 3>> others;
+    for (std::size_t i = 0; i < named_.size(); ++i) {
+      const std::string& name = named_[i].name;
+      const auto taken = where_.find(name);
+      if (name.size() < 5 || taken == where_.end() || taken->second == i) continue;
+      std::string& other = others[name.substr(0, name.rfind('_'))][std::size_t(name.back() - 'x')];
+      if (other.empty()) other = columns_.fields[i].header;
+    }
+    for (const auto& [sensor, headers] : others) {
+      if (std::ranges::any_of(headers, &std::string::empty)) continue;
+      std::vector<std::string> shown, maps;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::string ours = sensor + '_' + "xyz"[axis];
+        shown.push_back(quoted_text(columns_.fields[where_.at(ours)].header));
+        maps.push_back("--map " + shell_word(ours + '=' + headers[axis]));
+      }
+      columns_.notes.push_back(fmt::format("{} stands there twice: {} are read; for the others {}",
+                                           sensor, fmt::join(shown, ", "), fmt::join(maps, " ")));
     }
   }
 

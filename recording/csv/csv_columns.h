@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,9 +18,10 @@ struct CsvColumns {
   static constexpr int kIgnored = -1;
 
   struct Field {
-    std::string header;   // as in the file, for messages
-    int slot = kIgnored;  // where its number goes
-    double unit = 1.0;    // the file's unit in ours
+    std::string header;      // as in the file, for messages
+    int slot = kIgnored;     // where its number goes
+    double unit = 1.0;       // the file's unit in ours
+    bool taken_off = false;  // its number was added to the slot's reading: it is taken off again
   };
 
   char separator = ',';
@@ -27,9 +29,15 @@ struct CsvColumns {
   std::vector<std::string> vectors;  // "acc", "gyr", then the magnetometers by number, then "pos"
   bool has_time = false;             // else CsvOptions::rate_hz makes the times
   bool time_unit_known = false;      // by option, or named in its header
+  std::string time_unit_in_header;   // in words, where only the header names it
+  bool time_unit_of_name = false;    // ... by a name that usually has it
   std::size_t mags = 0;              // vectors[2], ..., vectors[1 + mags] are the magnetometers
   std::vector<std::string> scalars;  // "temp", "current"
-  std::vector<std::string> notes;    // mappings and ignored columns, in words
+  // There is no time, and every line holds one sensor's reading: slot 0 counts the cycles of lines.
+  bool counts_cycles = false;
+  bool takes_off = false;             // a field is taken off
+  std::optional<std::size_t> device;  // field: the number of a device; the first one's rows count
+  std::vector<std::string> notes;     // mappings and ignored columns, in words
 
   std::size_t vector_slot(std::size_t i) const { return 1 + 3 * i; }
   std::size_t scalar_slot(std::size_t i) const { return 1 + 3 * vectors.size() + i; }

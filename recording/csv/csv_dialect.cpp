@@ -11,7 +11,9 @@
 #include "recording/csv/csv_names.h"
 #include "recording/csv/head_lines.h"
 #include "recording/csv/labelled_dialect.h"
+#include "recording/csv/stamped_lines.h"
 #include "recording/csv/text_fields.h"
+#include "recording/csv/words.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 #include "recording/data/units.h"
@@ -58,6 +60,7 @@ class Recogniser {
     if (std::optional<CsvDialect> labelled = labelled_dialect(lines_, options_)) {
       return *std::move(labelled);
     }
+    stamped_ = take_stamps(lines_);
     shape_ = table_shape(lines_);
     if (shape_.fields == 0) return {};
     dialect_.separator = shape_.separator;
@@ -66,21 +69,39 @@ class Recogniser {
     if (!options_.header.empty()) {
       given_header();
     } else if (!header) {
-      if (long_format()) return std::move(dialect_);
+      if (long_format()) return with_stamps();
       // A first line of words that does not fit the rows: the fast reader says how.
-      if (shape_.first_row > 0 && !is_comment(lines_.front().text)) return {};
+      if (shape_.first_row > 0 && !stamped_ && !is_comment(lines_.front().text)) return {};
       no_header();
     } else if (long_format()) {
-      return std::move(dialect_);
+      return with_stamps();
     }
     own_times();
     translate();
     if (is_plain()) return {};
     say();
-    return std::move(dialect_);
+    return with_stamps();
   }
 
  private:
+  // The terminal's clock before each line, if there is one: the time where there is no other.
+  CsvDialect with_stamps() {
+    if (!stamped_) return std::move(dialect_);
+    const bool has_time = std::ranges::any_of(dialect_.names, [this](const std::string& name) {
+      const auto given = options_.columns.find(name);
+      return given != options_.columns.end() ? given->second == "t" : csv_name(name).name == "t";
+    });
+    StampedLines lines{std::move(dialect_.translator), !clock_name_.empty() || !has_time,
+                       dialect_.separator, dialect_.header};
+    if (lines.with_clock) {
+      dialect_.names.insert(dialect_.names.begin(), clock_name_.empty() ? "time" : clock_name_);
+    }
+    dialect_.notes.push_back(fmt::format("a terminal's clock is before each line: it is {}",
+                                         lines.with_clock ? "the time" : "not used"));
+    dialect_.translator = stamped_translator(std::move(lines));
+    return std::move(dialect_);
+  }
+
   // The fields of a line above the rows, if they are as many as those of the rows.
   std::optional<std::vector<std::string>> header_fields(std::size_t line) const {
     const std::string_view text = without_comment_mark(lines_[line].text);
@@ -177,6 +198,10 @@ class Recogniser {
     dialect_.header_line = 0;
     dialect_.header.clear();
     header_rows_ = 0;
+    if (stamped_ && dialect_.names.size() == shape_.fields + 1) {  // the clock has a name, too
+      clock_name_ = dialect_.names.front();
+      dialect_.names.erase(dialect_.names.begin());
+    }
     if (dialect_.names.size() + 1 == shape_.fields && shape_.empty_last) {
       dialect_.names.emplace_back();
     }
@@ -247,19 +272,27 @@ class Recogniser {
       }
     }
     const std::size_t values = components ? 1 : 3;
-    if (!time || others.size() < values) return false;
+    // Without times, if there is a rate. Numbers alone without a name may be a time.
+    if (dialect_.names.empty() && others.size() < values && time) {
+      others.insert(others.begin(), *time);
+      time.reset();
+    }
+    if (others.size() < values || (components && !time)) return false;
     std::vector<std::size_t> axes;
     for (const std::size_t c : others) {
       const std::string name = c < dialect_.names.size() ? dialect_.names[c] : "";
       if (!components && !csv_name("acc_" + name).name.empty()) axes.push_back(c);
     }
-    format.time = *time;
+    const auto axis_of = [this](std::size_t c) {
+      return csv_name("acc_" + dialect_.names[c]).name.back();
+    };
+    if (axes.size() == 3) std::ranges::sort(axes, {}, axis_of);  // "z,y,x" (Sensor Logger)
+    format.time = time;
     format.values = axes.size() == 3 ? axes
                                      : std::vector<std::size_t>(
                                            others.end() - std::ptrdiff_t(values), others.end());
-    const std::string time_name =
-        *time < dialect_.names.size() ? dialect_.names[*time] : std::string("t");
-    std::vector<std::string> names = {time_name}, ignored;
+    std::vector<std::string> names, ignored;
+    if (time) names.push_back(*time < dialect_.names.size() ? dialect_.names[*time] : "t");
     for (const std::string& word : words) {
       if (csv_name(components ? word : word + "_x").name.empty()) {
         ignored.push_back(quoted_text(word));
@@ -274,6 +307,7 @@ class Recogniser {
         "every row is one sensor's: " + fmt::format("{}", fmt::join(format.words, ", ")) +
         (ignored.empty() ? "" : fmt::format("; ignored: {}", fmt::join(ignored, ", "))));
     dialect_.names = std::move(names);
+    dialect_.one_sensor_a_line = !time;
     dialect_.header.clear();
     dialect_.separator = ',';
     dialect_.translator = long_format_translator(std::move(format));
@@ -292,39 +326,75 @@ class Recogniser {
     if (times.size() >= 2) dialect_.times_of = std::move(times);
   }
 
-  void translate() {
-    const auto column = [this](std::initializer_list<const char*> ends) {
-      for (std::size_t i = 0; i < dialect_.names.size(); ++i) {
-        std::string name = dialect_.names[i];
-        std::ranges::replace_if(
-            name, [](char c) { return c == '.' || c == '/' || c == ' '; }, '_');
-        for (const std::string end : ends) {
-          if (name == end || name.ends_with("_" + end)) return i;
-        }
+  // The column whose name ends so, in lower case; as many as there are if there is none.
+  std::size_t column(std::initializer_list<const char*> ends) const {
+    for (std::size_t i = 0; i < dialect_.names.size(); ++i) {
+      std::string name = plain_words(dialect_.names[i]);
+      std::ranges::replace_if(
+          name, [](char c) { return c == '.' || c == '/' || c == ' '; }, '_');
+      for (const std::string end : ends) {
+        if (name == end || name.ends_with("_" + end)) return i;
       }
-      return dialect_.names.size();
-    };
-    const std::size_t s = column({"sec", "secs", "stamp_sec", "stamp_secs"});
-    const std::size_t ns = column({"nsec", "nsecs", "nanosec", "nanosecs"});
-    if (ns < dialect_.names.size() && s < dialect_.names.size() && s + 1 == ns &&
-        shape_.separator != ' ') {
-      dialect_.translator = nanoseconds_translator(shape_.separator, s, ns);
+    }
+    return dialect_.names.size();
+  }
+
+  // Seconds, and behind them what is beyond them in ns, us or ms.
+  bool fraction_of_seconds() {
+    const std::size_t s = column({"sec", "secs", "seconds"});
+    if (s == dialect_.names.size() || shape_.separator == ' ') return false;
+    const std::pair<std::size_t, std::size_t> fractions[] = {
+        {column({"nsec", "nsecs", "nanosec", "nanosecs"}), 9},
+        {column({"usec", "usecs", "microseconds"}), 6},
+        {column({"msec", "msecs", "milliseconds"}), 3}};
+    for (const auto& [fraction, digits] : fractions) {
+      if (fraction != s + 1 || fraction == dialect_.names.size()) continue;
+      if (digits < 9 && !begins_anew_each_second(s, fraction, digits)) continue;
+      dialect_.translator = fraction_translator(shape_.separator, s, fraction, digits);
       dialect_.notes.push_back(fmt::format("the time is {} and {} together",
                                            quoted_text(dialect_.names[s]),
-                                           quoted_text(dialect_.names[ns])));
+                                           quoted_text(dialect_.names[fraction])));
       dialect_.names[s] = "header stamp (s)";
-      dialect_.names[ns].clear();
-      return;
+      dialect_.names[fraction].clear();
+      return true;
     }
+    return false;
+  }
+
+  // Milliseconds beside seconds may be all of the time once more.
+  bool begins_anew_each_second(std::size_t s, std::size_t fraction, std::size_t digits) const {
+    std::string second, before;
+    std::size_t anew = 0;
+    for (std::size_t i = shape_.first_row; i < lines_.size(); ++i) {
+      const std::vector<std::string> fields = text_fields(lines_[i].text, shape_.separator);
+      if (fields.size() <= fraction) continue;
+      if (fields[fraction].size() > digits ||
+          fields[fraction].find_first_not_of("0123456789") != std::string::npos) {
+        return false;
+      }
+      const std::string padded(digits - fields[fraction].size(), '0');
+      const std::string now = padded + fields[fraction];
+      if (now < before && fields[s] == second) return false;
+      anew += now < before ? 1 : 0;
+      second = fields[s];
+      before = now;
+    }
+    return anew > 0;
+  }
+
+  void translate() {
+    if (fraction_of_seconds()) return;
     const bool blanks = shape_.separator == ' ' && !shape_.single_blanks;
-    if (shape_.decimal_comma || blanks || shape_.quoted) {
-      dialect_.translator = plain_numbers_translator(shape_.separator, shape_.decimal_comma);
+    if (shape_.decimal_comma || blanks || shape_.quoted || shape_.group_mark != 0) {
+      dialect_.translator =
+          plain_numbers_translator(shape_.separator, shape_.decimal_comma, shape_.group_mark);
     }
   }
 
   // What the fast reader does by itself: the first line that is no comment is the header.
   bool is_plain() const {
-    if (dialect_.translator || !dialect_.times_of.empty() || header_rows_ != 1) return false;
+    if (stamped_ || dialect_.translator || !dialect_.times_of.empty() || header_rows_ != 1)
+      return false;
     const auto first = std::ranges::find_if(
         lines_, [](const HeadLine& l) { return !csv_trimmed(l.text).starts_with('#'); });
     if (first == lines_.end() || first->number != dialect_.header_line) return false;
@@ -362,6 +432,8 @@ class Recogniser {
   TableShape shape_;
   CsvDialect dialect_;
   std::size_t header_rows_ = 0;
+  bool stamped_ = false;    // lines_ are without the clock that a terminal put before them
+  std::string clock_name_;  // given to it by an option
 };
 
 }  // namespace

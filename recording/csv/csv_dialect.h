@@ -26,6 +26,7 @@ struct CsvDialect {
   std::shared_ptr<LineTranslator> translator;  // null: lines are rows as they are
   // Sensors with a column of times of their own, and that column.
   std::map<std::string, std::string> times_of;
+  bool one_sensor_a_line = false;
   std::vector<std::string> notes;
 
   bool plain() const { return names.empty(); }

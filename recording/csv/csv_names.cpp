@@ -12,6 +12,10 @@ namespace {
 
 // A word behind others, such as a topic's: less sure than the word alone.
 constexpr int kBehindOthers = -4;
+// No name is longer; looking for words in one takes the square of its length.
+constexpr std::size_t kLongestName = 256;
+// As it was measured, before the device corrected it: surer than what it made of it.
+constexpr int kUncalibrated = 2;
 
 bool is_separator(char c) { return std::string_view("_. -/:").find(c) != std::string_view::npos; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -24,6 +28,7 @@ CsvName named(const CsvWord& word, std::string name, int less = 0) {
   if (!word.unit.empty()) {
     out.unit = unit_in_ours(word.name, word.unit).value_or(1.0);
     out.unit_text = word.unit;
+    out.unit_of_word = true;
   }
   return out;
 }
@@ -45,6 +50,7 @@ struct SensorWord {
   const CsvWord* word = nullptr;
   std::string_view unit = {};  // "m_s2" of "accelerometer_m_s2"
   int less = 0;
+  bool uncalibrated = false;
 };
 
 SensorWord sensor_and_unit(std::string_view words) {
@@ -60,8 +66,32 @@ SensorWord sensor_and_unit(std::string_view words) {
   return {};
 }
 
+// "mag_uncalibrated", "uncal_mag" -> "mag"; empty for any other.
+std::string_view without_uncalibrated(std::string_view words) {
+  for (const std::string_view word : {"uncalibrated", "uncal"}) {
+    std::string_view rest = words;
+    if (rest.ends_with(word)) {
+      rest.remove_suffix(word.size());
+      if (rest.ends_with('_')) rest.remove_suffix(1);
+      return rest;
+    }
+    if (rest.starts_with(word)) {
+      rest.remove_prefix(word.size());
+      if (rest.starts_with('_')) rest.remove_prefix(1);
+      return rest;
+    }
+  }
+  return {};
+}
+
 SensorWord sensor_of(std::string_view words) {
   SensorWord sensor = sensor_and_unit(words);
+  if (const std::string_view rest = without_uncalibrated(words); !rest.empty()) {
+    sensor = sensor_of(rest);
+    sensor.less += kUncalibrated;
+    sensor.uncalibrated = true;
+    return sensor;
+  }
   for (const std::string_view prefix : {"imu_", "field_", "raw_"}) {
     if (sensor.word == nullptr && words.starts_with(prefix)) {
       sensor = sensor_and_unit(words.substr(prefix.size()));
@@ -89,6 +119,7 @@ bool is_way_to_write_times(std::string_view text) {
 void set_unit(CsvName& name, std::string_view text) {
   if (name.name == "t" && is_way_to_write_times(text)) return;
   name.unit_text = text;
+  name.unit_of_word = false;
   if (name.name == "temp" || name.name == "current") return;
   const auto unit = unit_in_ours(quantity_of(name.name), text);
   name.unknown_unit = !unit.has_value();
@@ -129,6 +160,7 @@ CsvName component(std::string_view words) {
   CsvName name =
       named(*sensor.word, std::string(sensor.word->name) + number + '_' + axis, sensor.less);
   if (!sensor.unit.empty()) set_unit(name, sensor.unit);
+  name.uncalibrated = sensor.uncalibrated;
   return name;
 }
 
@@ -150,6 +182,7 @@ CsvName bare_name(std::string_view words) {
 }  // namespace
 
 CsvName csv_name(std::string_view header) {
+  if (header.size() > kLongestName) return {};
   std::string words = plain_words(header);
   // "name (unit)" or "name [unit]"
   std::string in_brackets;
@@ -188,6 +221,7 @@ CsvName csv_name(std::string_view header) {
 }
 
 std::string csv_time_of(std::string_view header) {
+  if (header.size() > kLongestName) return {};
   std::string words = plain_words(header);
   for (const char open : {'(', '['}) words.resize(std::min(words.find(open), words.size()));
   while (!words.empty() && is_separator(words.back())) words.pop_back();

@@ -20,6 +20,9 @@ struct CsvName {
   double unit = 1.0;      // the header's unit in ours
   std::string unit_text;  // as in the header; empty: it names none
   bool unknown_unit = false;
+  bool unit_of_word = false;  // the header names none, but its word usually has this one
+  bool uncalibrated =
+      false;  // the header says so: as measured, where a device corrects its readings
 };
 
 CsvName csv_name(std::string_view header);

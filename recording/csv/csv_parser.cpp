@@ -117,7 +117,10 @@ void CsvParser::line(std::string_view text) {
     if (translated) row(*translated);
     return;
   }
-  has_header_ ? row(text) : header(text);
+  if (!has_header_) return header(text);
+  if (text.find('"') == std::string_view::npos) return row(text);
+  if (!unquoting_) unquoting_ = plain_numbers_translator(columns_.separator, false);
+  row(*unquoting_->row(text));
 }
 
 void CsvParser::header(std::string_view text) {
@@ -129,6 +132,7 @@ void CsvParser::dialect(CsvDialect dialect) {
   set_columns(
       read_csv_header(dialect_.names, dialect_.separator, file_, dialect_.header_line, options_),
       dialect_.header);
+  columns_.counts_cycles = dialect_.one_sensor_a_line && !columns_.has_time;
   recording_.notes.insert(recording_.notes.begin(), dialect_.notes.begin(), dialect_.notes.end());
 }
 
@@ -137,6 +141,7 @@ void CsvParser::set_columns(CsvColumns columns, std::string header) {
   has_header_ = true;
   header_ = std::move(header);
   values_.assign(columns_.slots(), 0.0);
+  taken_off_.assign(columns_.slots(), 0.0);
   present_.assign(columns_.slots(), kEmpty);
   of_one_time_.assign(columns_.slots(), 0.0);
   recording_.notes = columns_.notes;
@@ -160,6 +165,7 @@ void CsvParser::set_columns(CsvColumns columns, std::string header) {
 
 void CsvParser::row(std::string_view text) {
   std::fill(present_.begin(), present_.end(), kEmpty);
+  if (columns_.takes_off) std::fill(taken_off_.begin(), taken_off_.end(), 0.0);
   const char* at = text.data();
   const char* const end = at + text.size();
   const char separator = columns_.separator;
@@ -187,7 +193,11 @@ void CsvParser::row(std::string_view text) {
     if (at == end) break;
   }
   if (field + 1 != columns_.fields.size()) check_field_count(text);
+  if (columns_.device && is_of_other_device(text)) return;
   if (!check_time()) return;
+  if (columns_.takes_off) {
+    for (std::size_t slot = 0; slot < values_.size(); ++slot) values_[slot] -= taken_off_[slot];
+  }
   if (whole_file_ && repeats_last_row()) return;
   keep_row();
 }
@@ -208,6 +218,10 @@ void CsvParser::check_field_count(std::string_view text) const {
 }
 
 void CsvParser::put(const CsvColumns::Field& column, double value) {
+  if (column.taken_off) {
+    taken_off_[static_cast<std::size_t>(column.slot)] += value * column.unit;
+    return;
+  }
   values_[static_cast<std::size_t>(column.slot)] = value * column.unit;
   present_[static_cast<std::size_t>(column.slot)] = kNumber;
 }
@@ -240,6 +254,22 @@ void CsvParser::number(std::size_t field, std::string_view text) {
          "leave the field empty where the sensor has no sample");
   }
   put(column, value);
+}
+
+// Of several devices in one file (two compasses) the first one's rows count.
+bool CsvParser::is_of_other_device(std::string_view text) {
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (std::size_t field = 0; field < *columns_.device && at != end; ++field) {
+    at = std::find(at, end, columns_.separator);
+    if (at != end) ++at;
+  }
+  double device = 0.0;
+  if (std::from_chars(at, end, device).ec != std::errc()) return false;
+  if (!device_) device_ = device;
+  if (*device_ == device) return false;
+  ++other_devices_;
+  return true;
 }
 
 // Whether the row has a time, or needs none.
@@ -344,6 +374,16 @@ std::uint32_t CsvParser::read_again() {
   return again;
 }
 
+// A sensor that comes again begins the next cycle.
+std::size_t CsvParser::cycle_of(std::uint32_t sensors) {
+  if ((sensors_of_cycle_ & sensors) != 0) {
+    ++cycle_;
+    sensors_of_cycle_ = 0;
+  }
+  sensors_of_cycle_ |= sensors;
+  return cycle_;
+}
+
 // Whole samples go to their series; a sensor with an empty field has none at this time.
 void CsvParser::keep_row() {
   std::uint32_t sensors = 0;
@@ -353,6 +393,13 @@ void CsvParser::keep_row() {
       continue;
     }
     sensors |= bit_of_vector(i);
+  }
+  for (std::size_t i = 0; i < columns_.scalars.size(); ++i) {
+    if (present_[columns_.scalar_slot(i)] == kNumber) sensors |= bit_of_scalar(i);
+  }
+  if (columns_.counts_cycles) {
+    values_[0] = double(cycle_of(sensors));
+    present_[0] = kNumber;
   }
   const bool new_time = !has_time_ || !(values_[0] == last_time_);
   has_time_ = true;
@@ -375,7 +422,6 @@ void CsvParser::keep_row() {
     ScalarSeries& series = recording_.aux[columns_.scalars[i]];
     series.t.push_back(t);
     series.v.push_back(values_[slot]);
-    sensors |= bit_of_scalar(i);
   }
   if (!whole_file_) return;
   if (new_time) present_at_one_time_.assign(present_.size(), kEmpty);
@@ -389,8 +435,12 @@ void CsvParser::keep_row() {
 void CsvParser::set_times(Recording& recording) {
   RowTimesOptions options;
   options.unit_known = columns_.time_unit_known;
+  if (columns_.time_unit_known) options.unit = columns_.fields[field_of(0)].unit;
+  options.unit_in_header = clock_times_ ? "" : columns_.time_unit_in_header;
+  options.unit_of_name = columns_.time_unit_of_name;
   options.rate_hz = options_.rate_hz;
   options.has_time = columns_.has_time;
+  options.counts_cycles = columns_.counts_cycles;
   options.keep_origin = options_.keep_origin;
   if (options.has_time) options.column = header_of(0);
   if (clock_times_) recording.notes.push_back("the times are times of the day, read as seconds");
@@ -408,6 +458,11 @@ void CsvParser::set_times(Recording& recording) {
   };
   append(recording.notes, times.notes);
   append(recording.cautions, times.cautions);
+  if (other_devices_ > 0) {
+    recording.notes.push_back(fmt::format(
+        "rows of other sensors than the first one (column {} is not {:.6g}): {}; they are left out",
+        columns_.fields[*columns_.device].header, *device_, other_devices_));
+  }
   if (repeated_ > 0) {
     recording.notes.push_back(fmt::format(
         "rows that repeat the one before, time and readings: {}, the first in line {}; they are "

@@ -13,6 +13,8 @@
 //   }
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -75,7 +77,9 @@ class CsvParser {
   bool check_time() const;
   bool whole_sample(std::size_t slot) const;
   void keep_row();
+  bool is_of_other_device(std::string_view text);
   bool repeats_last_row();
+  std::size_t cycle_of(std::uint32_t sensors);
   std::uint32_t read_again();
   std::uint32_t bit_of_vector(std::size_t i) const;
   std::uint32_t bit_of_scalar(std::size_t i) const;
@@ -88,8 +92,9 @@ class CsvParser {
   std::string file_;
   CsvOptions options_;
   CsvDialect dialect_;
-  bool clock_times_ = false;  // the time column holds times of the day
-  long line_ = 0;             // counts from 1
+  std::shared_ptr<LineTranslator> unquoting_;  // of a plain file's rows with quotation marks
+  bool clock_times_ = false;                   // the time column holds times of the day
+  long line_ = 0;                              // counts from 1
   bool has_header_ = false, whole_file_ = false;
   std::string header_;
   std::size_t expected_rows_ = 0;
@@ -100,9 +105,14 @@ class CsvParser {
   enum Field : char { kEmpty, kNumber, kNoNumber };  // kNoNumber: nan, null, ...
   std::vector<double> values_;                       // the current row, by slot
   std::vector<Field> present_;                       // by slot
+  std::vector<double> taken_off_;                    // by slot: what was added to the reading
+  std::optional<double> device_;                     // of the first row, where rows have one
+  std::size_t other_devices_ = 0;                    // rows of other devices
   bool has_time_ = false;
   double last_time_ = 0.0;
-  std::size_t row_ = 0;  // of the stream, where it has no times
+  std::size_t row_ = 0;    // of the stream, where it has no times
+  std::size_t cycle_ = 0;  // of lines that hold one sensor each
+  std::uint32_t sensors_of_cycle_ = 0;
   std::size_t no_numbers_ = 0, infinite_ = 0;
   long first_no_number_ = 0;
 

@@ -44,6 +44,8 @@ void CsvReader::push(std::string_view piece, std::size_t size) {
 
 void CsvReader::begin(bool whole) {
   has_begun_ = true;
+  returns_ = head_.find('\n') == std::string::npos && head_.find('\r') != std::string::npos;
+  if (returns_) std::ranges::replace(head_, '\r', '\n');
   std::string_view head = std::string_view(head_).substr(0, kHeadBytes);
   const bool all = whole && head.size() == head_.size();
   if (!all) head = head.substr(0, head.rfind('\n') + 1);
@@ -74,7 +76,7 @@ void CsvReader::begin(bool whole) {
     }
   }
   const std::string text = std::move(head_);
-  lines(text);
+  whole_lines(text);
 }
 
 // For reserving; 0: not known (a pipe).
@@ -87,6 +89,13 @@ std::size_t CsvReader::expected_rows() const {
 }
 
 void CsvReader::lines(std::string_view piece) {
+  if (!returns_) return whole_lines(piece);
+  std::string text(piece);
+  std::ranges::replace(text, '\r', '\n');
+  whole_lines(text);
+}
+
+void CsvReader::whole_lines(std::string_view piece) {
   while (true) {
     const std::size_t end = piece.find('\n');
     if (end == std::string_view::npos) break;

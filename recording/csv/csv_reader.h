@@ -26,6 +26,7 @@ class CsvReader {
  private:
   void begin(bool whole);
   void lines(std::string_view piece);
+  void whole_lines(std::string_view piece);
   void line(std::string_view text);
   void set_aside(const InputError& error);
   void last_line_failed();
@@ -37,6 +38,7 @@ class CsvReader {
   const CsvOptions& options_;
   std::string head_;  // until the dialect is known
   bool has_begun_ = false;
+  bool returns_ = false;  // lines end with a carriage return alone (old spreadsheets)
   std::size_t size_ = 0;
   CsvDialect dialect_;
   std::vector<CsvParser> parsers_;  // one; or one for each sensor with times of its own

@@ -14,6 +14,7 @@ constexpr std::size_t kSampleLines = 60;  // whose shape is looked at
 
 struct LineShape {
   std::size_t fields = 0, numbers = 0, commas = 0, points = 0, words = 0;
+  char group_mark = 0;
 };
 
 LineShape shape_of(std::string_view line, char separator) {
@@ -21,6 +22,7 @@ LineShape shape_of(std::string_view line, char separator) {
   for (const std::string& field : text_fields(line, separator)) {
     ++shape.fields;
     const FieldKind kind = field_kind(field);
+    if (const char mark = group_mark(field); mark != 0) shape.group_mark = mark;
     const bool comma = kind == FieldKind::kCommaNumber;
     // A decimal comma and the separator are never the same, but within quotation marks.
     if (kind == FieldKind::kNumber || comma) ++shape.numbers;
@@ -77,6 +79,7 @@ TableShape table_shape(const std::vector<HeadLine>& lines) {
   for (const char separator : {',', ';', '\t', '|', ' '}) {
     double score = 0.0;
     std::size_t commas = 0, points = 0, numbers = 0;
+    char mark = 0;
     std::map<std::size_t, std::size_t> counts;
     for (const std::string_view line : sample) {
       const LineShape shape = shape_of(line, separator);
@@ -85,13 +88,15 @@ TableShape table_shape(const std::vector<HeadLine>& lines) {
       commas += shape.commas;
       points += shape.points;
       numbers += shape.numbers;
+      if (shape.group_mark != 0) mark = shape.group_mark;
       ++counts[shape.fields];
     }
     if (score <= best_score) continue;
     best_score = score;
     best = {};
     best.separator = separator;
-    best.decimal_comma = commas > 0 && points == 0;
+    best.decimal_comma = commas > 0 && (points == 0 || mark == '.');
+    best.group_mark = mark;
     best.fields =
         std::ranges::max_element(counts, {}, [](const auto& c) { return c.second; })->first;
     usual_numbers = numbers / sample.size();

@@ -24,6 +24,7 @@ bool is_comment(std::string_view text);
 struct TableShape {
   char separator = ',';
   bool decimal_comma = false;
+  char group_mark = 0;        // between groups of three digits, 0: none
   bool quoted = false;        // numbers in quotation marks
   bool empty_last = false;    // every row ends with a separator
   bool single_blanks = true;  // with separator ' ': no row has two in a row, a tab, one at its end

@@ -75,7 +75,7 @@ std::optional<CsvDialect> labelled_dialect(const std::vector<HeadLine>& lines,
                                            const CsvOptions& options) {
   constexpr std::size_t kSample = 200;
   Labels labels;
-  std::size_t labelled = 0, looked_at = 0, clocks = 0, begun_by_label = 0;
+  std::size_t labelled = 0, looked_at = 0, clocks = 0, begun_by_label = 0, most = 0;
   for (std::size_t i = lines.size() > kSample ? lines.size() - kSample : 0; i < lines.size(); ++i) {
     if (is_comment(lines[i].text)) continue;
     ++looked_at;
@@ -86,6 +86,7 @@ std::optional<CsvDialect> labelled_dialect(const std::vector<HeadLine>& lines,
     const bool marks = line.find_first_of(":=") != std::string_view::npos;
     if (numbers.size() < 2 || !marks || field_kind(line) != FieldKind::kWord) continue;
     ++labelled;
+    most = std::max(most, numbers.size());
     begun_by_label += is_number_start(line.front()) ? 0 : 1;
     for (const LabelledNumber& number : numbers) labels.add(number);
   }
@@ -113,6 +114,7 @@ std::optional<CsvDialect> labelled_dialect(const std::vector<HeadLine>& lines,
     const bool by_option = !options.columns.empty() || !options.header.empty();
     if (known < 3 && !(by_option && begun_by_label == labelled)) return std::nullopt;
     fields = labels.fields;
+    out.one_sensor_a_line = most < fields.size();
     out.notes.emplace_back("every line holds labelled numbers");
   }
   if (!options.header.empty()) {

@@ -21,8 +21,8 @@ bool is_letter(char c) {
 
 class PlainNumbers final : public LineTranslator {
  public:
-  PlainNumbers(char separator, bool decimal_comma)
-      : separator_(separator), decimal_comma_(decimal_comma) {}
+  PlainNumbers(char separator, bool decimal_comma, char group_mark)
+      : separator_(separator), decimal_comma_(decimal_comma), group_mark_(group_mark) {}
 
   std::optional<std::string_view> row(std::string_view line) override {
     out_.clear();
@@ -32,6 +32,8 @@ class PlainNumbers final : public LineTranslator {
       const char c = line[i];
       if (c == '"') {
         quoted = !quoted;
+      } else if (c == group_mark_ && (quoted || c != separator_) && groups_digits(line, i)) {
+        continue;
       } else if (separator_ == ' ' && !quoted && is_blank_char(c)) {
         if (!out_.ends_with(' ')) out_ += ' ';
       } else if (quoted && c == separator_ && !(decimal_comma_ && c == ',')) {
@@ -44,35 +46,45 @@ class PlainNumbers final : public LineTranslator {
   }
 
  private:
+  // Three digits follow, and no fourth.
+  static bool groups_digits(std::string_view line, std::size_t mark) {
+    const auto digit = [&](std::size_t i) {
+      return i < line.size() && std::isdigit(static_cast<unsigned char>(line[i])) != 0;
+    };
+    return mark > 0 && digit(mark - 1) && digit(mark + 1) && digit(mark + 2) && digit(mark + 3) &&
+           !digit(mark + 4);
+  }
+
   char separator_;
   bool decimal_comma_;
+  char group_mark_;
   std::string out_;
 };
 
-class Nanoseconds final : public LineTranslator {
+class Fractions final : public LineTranslator {
  public:
-  Nanoseconds(char separator, std::size_t seconds, std::size_t nanoseconds)
-      : separator_(separator), seconds_(seconds), nanoseconds_(nanoseconds) {}
+  Fractions(char separator, std::size_t seconds, std::size_t fraction, std::size_t digits)
+      : separator_(separator), seconds_(seconds), fraction_(fraction), digits_(digits) {}
 
   std::optional<std::string_view> row(std::string_view line) override {
     const std::vector<std::string> fields = text_fields(line, separator_);
     out_.clear();
     for (std::size_t i = 0; i < fields.size(); ++i) {
       if (i > 0) out_ += separator_;
-      if (i == nanoseconds_) continue;
+      if (i == fraction_) continue;
       out_ += fields[i];
-      if (i != seconds_ || nanoseconds_ >= fields.size()) continue;
-      const std::string& ns = fields[nanoseconds_];
-      const bool digits =
-          !ns.empty() && ns.size() <= 9 && ns.find_first_not_of("0123456789") == std::string::npos;
-      if (digits) out_ += '.' + std::string(9 - ns.size(), '0') + ns;
+      if (i != seconds_ || fraction_ >= fields.size()) continue;
+      const std::string& rest = fields[fraction_];
+      const bool digits = !rest.empty() && rest.size() <= digits_ &&
+                          rest.find_first_not_of("0123456789") == std::string::npos;
+      if (digits) out_ += '.' + std::string(digits_ - rest.size(), '0') + rest;
     }
     return out_;
   }
 
  private:
   char separator_;
-  std::size_t seconds_, nanoseconds_;
+  std::size_t seconds_, fraction_, digits_;
   std::string out_;
 };
 
@@ -82,13 +94,17 @@ class LongRows final : public LineTranslator {
 
   std::optional<std::string_view> row(std::string_view line) override {
     const std::vector<std::string> fields = text_fields(line, format_.separator);
-    if (format_.word >= fields.size() || format_.time >= fields.size()) return std::nullopt;
+    if (format_.word >= fields.size() || format_.time.value_or(0) >= fields.size()) {
+      return std::nullopt;
+    }
     const auto word = std::ranges::find(format_.words, fields[format_.word]);
     if (word == format_.words.end()) return std::nullopt;
-    out_ = number(fields[format_.time]);
+    out_ = format_.time ? number(fields[*format_.time]) : "";
     for (auto other = format_.words.begin(); other != format_.words.end(); ++other) {
       for (const std::size_t value : format_.values) {
-        out_ += ',';
+        if (format_.time || other != format_.words.begin() || value != format_.values.front()) {
+          out_ += ',';
+        }
         if (other == word && value < fields.size()) out_ += number(fields[value]);
       }
     }
@@ -253,7 +269,11 @@ std::vector<LabelledNumber> labelled_numbers(std::string_view line) {
 std::optional<std::string_view> leading_clock(std::string_view& line) {
   std::string_view at = csv_trimmed(line);
   if (at.starts_with('[')) at.remove_prefix(1);
-  const std::size_t end = at.find_first_not_of("0123456789:.-/T");
+  constexpr std::string_view kOfAClock = "0123456789:.-/T";
+  std::size_t end = at.find_first_not_of(kOfAClock);
+  if (!clock_seconds(at.substr(0, end)) && end != std::string_view::npos && at[end] == ' ') {
+    end = at.find_first_not_of(kOfAClock, end + 1);  // a date, and the time
+  }
   const std::string_view clock = at.substr(0, end);
   if (!clock_seconds(clock)) return std::nullopt;
   at.remove_prefix(clock.size());
@@ -266,13 +286,14 @@ std::optional<std::string_view> leading_clock(std::string_view& line) {
   return clock;
 }
 
-std::shared_ptr<LineTranslator> plain_numbers_translator(char separator, bool decimal_comma) {
-  return std::make_shared<PlainNumbers>(separator, decimal_comma);
+std::shared_ptr<LineTranslator> plain_numbers_translator(char separator, bool decimal_comma,
+                                                         char group_mark) {
+  return std::make_shared<PlainNumbers>(separator, decimal_comma, group_mark);
 }
 
-std::shared_ptr<LineTranslator> nanoseconds_translator(char separator, std::size_t seconds,
-                                                       std::size_t nanoseconds) {
-  return std::make_shared<Nanoseconds>(separator, seconds, nanoseconds);
+std::shared_ptr<LineTranslator> fraction_translator(char separator, std::size_t seconds,
+                                                    std::size_t fraction, std::size_t digits) {
+  return std::make_shared<Fractions>(separator, seconds, fraction, digits);
 }
 
 std::shared_ptr<LineTranslator> long_format_translator(LongFormat format) {

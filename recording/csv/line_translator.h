@@ -18,18 +18,22 @@ class LineTranslator {
   virtual std::optional<std::string_view> row(std::string_view line) = 0;
 };
 
-// Runs of blanks become one blank, decimal commas become points, quotation marks are taken away.
-std::shared_ptr<LineTranslator> plain_numbers_translator(char separator, bool decimal_comma);
+// Runs of blanks become one blank, decimal commas become points; quotation marks are taken away,
+// and separators within them, and what separates groups of three digits.
+std::shared_ptr<LineTranslator> plain_numbers_translator(char separator, bool decimal_comma,
+                                                         char group_mark = 0);
 
-// Seconds and nanoseconds in two fields (ROS) become one field.
-std::shared_ptr<LineTranslator> nanoseconds_translator(char separator, std::size_t seconds,
-                                                       std::size_t nanoseconds);
+// Seconds and their fraction in two fields become one field. digits: of the fraction, 9 for
+// nanoseconds (ROS).
+std::shared_ptr<LineTranslator> fraction_translator(char separator, std::size_t seconds,
+                                                    std::size_t fraction, std::size_t digits);
 
 // Long format: a row is one sensor's reading at one time.
 struct LongFormat {
   char separator = ',';
   bool decimal_comma = false;
-  std::size_t time = 0, word = 0;   // fields: the time, the sensor's word
+  std::optional<std::size_t> time;  // fields: the time,
+  std::size_t word = 0;             // the sensor's word
   std::vector<std::size_t> values;  // fields: its numbers
   std::vector<std::string> words;   // one a sensor: its numbers come in this order in the row
 };

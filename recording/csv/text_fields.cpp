@@ -38,12 +38,37 @@ double days_since_1970(long y, long m, long d) {
   return double(julian - 2440588);
 }
 
-// "2023-05-01", "2023/05/01", "01.05.2023"; the days, and the rest of the text.
+// Behind a day: "-May-2023" (MATLAB), " May 2023".
+std::optional<double> take_named_month(std::string_view& text, double day) {
+  constexpr std::string_view kMonths = "janfebmaraprmayjunjulaugsepoctnovdec";
+  std::string_view at = text;
+  char mark = 0;
+  double year = 0.0;
+  if (!take_char(at, "- ", &mark) || at.size() < 3) return std::nullopt;
+  std::string name(at.substr(0, 3));
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::size_t month = kMonths.find(name);
+  at.remove_prefix(3);
+  if (month == std::string_view::npos || month % 3 != 0 || day < 1 || day > 31 ||
+      !take_char(at, {&mark, 1}) || take_digits(at, 4, year) != 4) {
+    return std::nullopt;
+  }
+  text = at;
+  return days_since_1970(long(year), long(month / 3 + 1), long(day));
+}
+
+// "2023-05-01", "2023/05/01", "01.05.2023", "01-May-2023"; the days, and the rest of the text.
 std::optional<double> take_date(std::string_view& text) {
   std::string_view at = text;
   double a = 0.0, b = 0.0, c = 0.0;
   const std::size_t first = take_digits(at, 4, a);
   char mark = 0;
+  if (first == 1 || first == 2) {
+    if (const std::optional<double> days = take_named_month(at, a)) {
+      text = at;
+      return days;
+    }
+  }
   if (first == 0 || first == 3 || !take_char(at, "-/.", &mark)) return std::nullopt;
   if (const std::size_t n = take_digits(at, 2, b); n == 0 || !take_char(at, {&mark, 1})) {
     return std::nullopt;
@@ -138,6 +163,9 @@ FieldKind field_kind(std::string_view field) {
   field = csv_trimmed(field);
   if (field.empty() || says_no_number(field)) return FieldKind::kEmpty;
   if (is_number(field)) return FieldKind::kNumber;
+  if (const char mark = group_mark(field); mark != 0) {
+    return mark == ',' ? FieldKind::kNumber : FieldKind::kCommaNumber;
+  }
   if (std::ranges::count(field, ',') == 1 && field.size() < 64) {
     std::string point(field);
     std::ranges::replace(point, ',', '.');
@@ -146,6 +174,23 @@ FieldKind field_kind(std::string_view field) {
   std::string_view rest = field;
   if (clock_seconds(field) || (take_date(rest) && rest.empty())) return FieldKind::kClock;
   return FieldKind::kWord;
+}
+
+char group_mark(std::string_view number) {
+  take_char(number, "+-");
+  double unused = 0.0;
+  const std::size_t first = take_digits(number, 4, unused);
+  if (first == 0 || first > 3 || number.empty()) return 0;
+  const char mark = number.front();
+  if (mark != ',' && mark != '.') return 0;
+  std::size_t groups = 0;
+  while (take_char(number, {&mark, 1})) {
+    if (take_digits(number, 4, unused) != 3) return 0;
+    ++groups;
+  }
+  const bool decimals = take_char(number, mark == ',' ? "." : ",");
+  if (decimals) take_digits(number, number.size(), unused);
+  return number.empty() && (decimals || groups > 1) ? mark : 0;
 }
 
 std::optional<double> clock_seconds(std::string_view text) {

@@ -28,6 +28,10 @@ FieldKind field_kind(std::string_view field);
 // offset of its zone; nothing for any other text. A date alone is no time.
 std::optional<double> clock_seconds(std::string_view text);
 
+// The mark between groups of three digits: ',' of "1,036.664", '.' of "1.036,664"; 0 if there is
+// none beyond doubt ("1,036" may have a decimal comma).
+char group_mark(std::string_view number);
+
 // What programs write where there is no number: numpy, pandas, R, JavaScript.
 bool says_no_number(std::string_view text);
 

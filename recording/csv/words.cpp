@@ -24,6 +24,8 @@ constexpr CsvWord kScalars[] = {
     {"unix_time", "t"},
     {"datetime", "t", -1},
     {"date_time", "t", -1},
+    {"ts", "t", -1},
+    {"datenum", "t", -1, "86400"},  // MATLAB: days
     {"stamp", "t", 1},
     {"timestamp_unix", "t", 1},    // Shimmer
     {"header_stamp", "t", 2},      // ROS: when it was measured, not when it was received
@@ -78,12 +80,12 @@ constexpr CsvWord kVectors[] = {
     {"accelerometer", "acc"},
     {"acceleration", "acc", 1},               // phyphox: with gravity
     {"totalacceleration", "acc", 3},          // Sensor Logger: with gravity
-    {"accelerometeruncalibrated", "acc", 2},  // Sensor Logger: with gravity
     {"accelerometeracceleration", "acc", 1},  // SensorLog
     {"gf", "acc", 3, "g"},                    // Physics Toolbox; its ax is without gravity
     {"linear_acceleration", "acc", -1},       // ROS: with gravity, phyphox: without
     {"linear_accelerometer", "acc", -1},
     {"specific_force", "acc", 1},
+    {"a_rs_s", "acc", 1},    // EuRoC
     {"accel_ln", "acc", 1},  // Shimmer: low noise, wide range
     {"accel_wr", "acc"},
     {"uncompacc", "acc", 1},  // VectorNav: not compensated
@@ -111,10 +113,12 @@ constexpr CsvWord kVectors[] = {
     {"gyr", "gyr"},
     {"gyro", "gyr"},
     {"gyroscope", "gyr"},
-    {"gyroscopeuncalibrated", "gyr", 1},
     {"angular_velocity", "gyr"},
+    {"w_rs_s", "gyr"},           // EuRoC
+    {"angularvelocity", "gyr"},  // MATLAB Mobile
     {"angular_rate", "gyr"},
     {"rotation_rate", "gyr", -1},
+    {"rotationrate", "gyr", -1},
     {"gyrorotation", "gyr", 1},      // SensorLog
     {"gyroadc", "gyr", 0, "deg/s"},  // Betaflight, whose gyroUnfilt is the same before filters
     {"gyrounfilt", "gyr", 1, "deg/s"},
@@ -143,7 +147,6 @@ constexpr CsvWord kVectors[] = {
     {"magn", "mag"},
     {"magneto", "mag"},
     {"magnetometer", "mag"},
-    {"magnetometeruncalibrated", "mag", 1},
     {"magnetic_field", "mag"},
     {"magneticfield", "mag"},
     {"compass", "mag"},

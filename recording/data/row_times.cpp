@@ -79,7 +79,7 @@ class RowTimeReader {
       return std::move(out_);
     }
     usual_ = usual_interval(rows_);
-    const double unit = options_.unit_known ? 1.0 : recognised_unit();
+    const double unit = options_.unit_known ? unit_beside_header() : recognised_unit();
     convert(unit);
     order();
     headers();
@@ -107,16 +107,48 @@ class RowTimeReader {
   void by_rate() {
     const double h = 1.0 / *options_.rate_hz;
     const std::size_t n = rows_.time.size();
-    const bool counter = options_.has_time && counts_samples(rows_);
+    const bool cycles = options_.counts_cycles;
+    const bool counter = cycles || (options_.has_time && counts_samples(rows_));
     for (std::size_t k = 0; k < n; ++k) {
       out_.t.push_back(h * (counter ? rows_.time[k] - rows_.time.front() : double(k)));
     }
     note(fmt::format("the times are k / {:.6g} Hz, with k {}", *options_.rate_hz,
-                     counter ? "counted by column " + column()
+                     cycles    ? "the number of the cycle of lines, one a sensor"
+                     : counter ? "counted by column " + column()
                      : options_.has_time
                          ? "the number of the row (column " + column() + " is not used)"
                          : std::string("the number of the row")));
     one_time();
+  }
+
+  // A header that names another unit than its column has: 1 where it does not, else what the times
+  // are to be multiplied by, where the name only suggested the unit.
+  double unit_beside_header() {
+    const bool by_header = !options_.unit_in_header.empty() && rows_.time.size() > kEnoughToCount;
+    if (!by_header || usual_ == 0.0) return 1.0;
+    if (usual_ >= kLeastInterval && usual_ <= kMostInterval) return 1.0;
+    const double step = usual_ / options_.unit;  // in the file
+    std::vector<TimeUnit> possible;
+    for (const TimeUnit& unit : {TimeUnit{"s", 1.0}, kTimeUnits[0], kTimeUnits[1], kTimeUnits[2]}) {
+      const double d = step * unit.seconds;
+      if (d >= kLeastInterval && d <= kMostInterval) possible.push_back(unit);
+    }
+    if (possible.empty()) return 1.0;
+    const std::string said = fmt::format("{} {}: there would be a row every {:.3g} s", column(),
+                                         options_.unit_in_header, usual_);
+    if (options_.unit_of_name && possible.size() == 1) {
+      note(fmt::format("column {}; it is read as {}, {:.4g} Hz", said, possible[0].name,
+                       1.0 / (step * possible[0].seconds)));
+      return possible[0].seconds / options_.unit;
+    }
+    std::vector<std::string> seem, remedies;
+    for (const TimeUnit& unit : possible) {
+      seem.push_back(fmt::format("{} ({:.4g} Hz)", unit.name, 1.0 / (step * unit.seconds)));
+      remedies.push_back(fmt::format("--unit t={}", unit.name));
+    }
+    fail_(0, fmt::format("column {}; it seems to be in {}", said, fmt::join(seem, " or ")),
+          fmt::format("give the unit of time, {}", fmt::join(remedies, " or ")));
+    return 1.0;
   }
 
   // Seconds that the numbers are given in; 1 where they may be seconds.
@@ -126,6 +158,7 @@ class RowTimeReader {
             "give the rate, --rate HZ; or the unit, --unit t=ms, if there is a sample every "
             "millisecond");
     }
+    if (usual_ > 0.0 && usual_ < kLeastInterval && rows_.time.size() > kEnoughToCount) too_fast();
     if (usual_ <= kMostInterval) return 1.0;
     const double first = rows_.time.front();
     std::vector<TimeUnit> possible;
@@ -157,6 +190,19 @@ class RowTimeReader {
                      is_epoch(first, unit.seconds) ? " since 1970" : "", pace,
                      1.0 / (usual_ * unit.seconds)));
     return unit.seconds;
+  }
+
+  // Faster than any IMU in seconds: spreadsheets and MATLAB's datenum count days.
+  void too_fast() {
+    constexpr double kDay = 86400.0;
+    fail_(
+        0,
+        fmt::format("there is a row every {:.3g} of column {}: {:.4g} Hz if it is in s, {:.4g} Hz "
+                    "if it is in days",
+                    usual_, column(), 1.0 / usual_, 1.0 / (kDay * usual_)),
+        fmt::format("give the unit of time: --unit t=s, --unit t={:.0f} for days, or another "
+                    "number (one of it in s)",
+                    kDay));
   }
 
   // To seconds, from the first row where the numbers are huge.
@@ -273,7 +319,7 @@ class RowTimeReader {
   // The period of a counter, in s, that explains a step back; 0 if none does.
   double rolled_over_by(double step) const {
     for (const double ticks : kRollovers) {
-      for (const double unit : {1.0, 1e-3, 1e-6}) {
+      for (const double unit : {1.0, 1e-3, 1e-6, options_.unit}) {
         const bool midnight = ticks == kRollovers.back();
         const double period = midnight ? ticks : ticks * unit;
         if (period < far()) continue;  // rows out of order go back as far

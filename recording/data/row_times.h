@@ -17,10 +17,13 @@ namespace magimu {
 constexpr double kPartGap = 10.0;
 
 struct RowTimesOptions {
-  double unit = 1.0;              // of the time column, s
+  double unit = 1.0;              // of the time column, s, where it is known
   bool unit_known = false;        // by option or by its header; else it is to be recognised
+  std::string unit_in_header;     // what the header calls it; empty: it was not known by the header
+  bool unit_of_name = false;      // the header names no unit, but is a name that usually has this
   std::optional<double> rate_hz;  // the times are k / rate_hz
   bool has_time = true;           // false: there is no time column, rate_hz is there
+  bool counts_cycles = false;     // the times are k already, of which several rows have the same
   bool keep_origin = false;       // huge times stay as they are, and nothing is set back: one
                                   // sensor's file of several with one clock
   std::string column = "t";       // the time column's header, for messages

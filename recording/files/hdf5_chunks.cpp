@@ -12,9 +12,69 @@ namespace {
 
 constexpr std::size_t kChecksum = 4;  // bytes that H5Z_FILTER_FLETCHER32 adds
 
+constexpr H5Z_filter_t kLzf = 32000;  // h5py's, registered with the HDF Group
+
+// What LZF's stream says, at most `size` bytes of it; 0 where it is damaged.
+std::size_t unpack_lzf(const unsigned char* in, std::size_t length, unsigned char* out,
+                       std::size_t size) {
+  std::size_t at = 0, to = 0;
+  while (at < length) {
+    const std::size_t control = in[at++];
+    if (control < 32) {  // so many bytes and one as they are
+      const std::size_t count = control + 1;
+      if (count > length - at || count > size - to) return 0;
+      std::copy_n(in + at, count, out + to);
+      at += count;
+      to += count;
+      continue;
+    }
+    std::size_t count = control >> 5;
+    if (count == 7) {
+      if (at == length) return 0;
+      count += in[at++];
+    }
+    count += 2;
+    if (at == length) return 0;
+    const std::size_t back = (control & 31U) * 256 + in[at++] + 1;
+    if (back > to || count > size - to) return 0;
+    for (std::size_t i = 0; i < count; ++i, ++to) out[to] = out[to - back];
+  }
+  return to;
+}
+
+// HDF5's way of calling a filter. The third value is the size of a whole chunk.
+std::size_t lzf_filter(unsigned flags, std::size_t values, const unsigned* value,
+                       std::size_t length, std::size_t* room, void** buffer) {
+  constexpr std::size_t kBestRatio = 100;  // 264 bytes of 3
+  if ((flags & H5Z_FLAG_REVERSE) == 0 || values < 3) return 0;
+  const std::size_t size = value[2];
+  if (size == 0 || size > kBestRatio * (length + 1)) return 0;
+  void* const out = H5allocate_memory(size, false);
+  if (out == nullptr) return 0;
+  const std::size_t got = unpack_lzf(static_cast<const unsigned char*>(*buffer), length,
+                                     static_cast<unsigned char*>(out), size);
+  if (got == 0) {
+    H5free_memory(out);
+    return 0;
+  }
+  H5free_memory(*buffer);
+  *buffer = out;
+  *room = size;
+  return got;
+}
+
+bool has_lzf() {
+  static const bool registered = [] {
+    const H5Z_class2_t filter{H5Z_CLASS_T_VERS, kLzf, 1, 1, "lzf", nullptr, nullptr, lzf_filter};
+    return H5Zregister(&filter) >= 0;
+  }();
+  return registered;
+}
+
 struct Filters {
   bool known = true;
-  int gzip = -1;  // its place in the pipeline
+  int gzip = -1;     // its place in the pipeline
+  bool lzf = false;  // unpacks to no more than its own bytes can hold
 };
 
 Filters filters_of(hid_t layout) {
@@ -27,10 +87,13 @@ Filters filters_of(hid_t layout) {
                                                nullptr, 0, nullptr, &configuration);
     if (filter == H5Z_FILTER_DEFLATE && filters.gzip < 0) {
       filters.gzip = i;
+    } else if (filter == kLzf && !filters.lzf && has_lzf()) {
+      filters.lzf = true;
     } else if (filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_FLETCHER32) {
       filters.known = false;  // a second gzip, too: its size would be known only after the first
     }
   }
+  if (filters.lzf && filters.gzip >= 0) filters.known = false;
   return filters;
 }
 

@@ -38,10 +38,6 @@ std::uint64_t little(const char* at, int bytes) {
                    "unpack it yourself if it is what you expect");
 }
 
-void check_ratio(const std::string& path, std::uint64_t size, std::uint64_t packed) {
-  if (size > kAlways && size / kMostRatio > packed) refuse_bomb(path, size, packed);
-}
-
 std::string bytes_at(std::ifstream& file, std::uint64_t at, std::size_t count) {
   std::string out(count, '\0');
   file.clear();
@@ -92,6 +88,10 @@ class Inflater {
 };
 
 }  // namespace
+
+void check_ratio(const std::string& path, std::uint64_t size, std::uint64_t packed) {
+  if (size > kAlways && size / kMostRatio > packed) refuse_bomb(path, size, packed);
+}
 
 std::vector<ZipEntry> zip_entries(const std::string& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);

@@ -26,4 +26,8 @@ TemporaryFile unpacked(const std::string& path, const ZipEntry& entry);
 // All members of a gzip file. truncated: it ended too early, what came before is there.
 TemporaryFile unpacked_gzip(const std::string& path, bool& truncated);
 
+// InputError if what is unpacked so far, `size` bytes of `packed`, is more than measurements unpack
+// to.
+void check_ratio(const std::string& path, std::uint64_t size, std::uint64_t packed);
+
 }  // namespace magimu

@@ -47,6 +47,7 @@ StreamTimes::StreamTimes(const CsvColumns& columns, const CsvOptions& options) {
   options_.unit_known = columns.time_unit_known;
   options_.rate_hz = options.rate_hz;
   options_.has_time = columns.has_time;
+  options_.counts_cycles = columns.counts_cycles;
   for (const CsvColumns::Field& field : columns.fields) {
     if (columns.has_time && field.slot == 0) options_.column = field.header;
   }
@@ -74,7 +75,7 @@ std::vector<StreamSample> StreamTimes::decide(bool last) {
   std::vector<std::string> notes;
   try {
     if (options_.rate_hz) {
-      counter_ = options_.has_time && counts_samples(rows);
+      counter_ = options_.counts_cycles || (options_.has_time && counts_samples(rows));
       notes = row_times(rows, options_, fail).notes;
     } else if (!options_.unit_known) {
       unit_ = recognised_time_unit(rows, options_, fail, notes);

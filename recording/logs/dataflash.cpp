@@ -142,7 +142,7 @@ class FlashReader {
     const FlashField* const value = its.find("Value");
     if (name == nullptr || value == nullptr || name->kind != 'N') return;
     const std::string key(flash_text(data.substr(name->offset, 16)));
-    if (key.starts_with("COMPASS_") && parameters_.size() < 5000) {
+    if ((key.starts_with("COMPASS_") || key.starts_with("INS_")) && parameters_.size() < 5000) {
       parameters_[key] = flash_number(data, *value);
     }
   }
@@ -194,9 +194,28 @@ class FlashReader {
                                  : reading.base;
     const int rank = reading.is->rank - std::min(instance + reading.number, 9);
     const std::size_t sensor = log_.sensor(
-        {std::string(reading.is->kind), name, rank, reading.unit, std::string(reading.is->said)});
+        {std::string(reading.is->kind), name, rank, reading.unit, std::string(reading.is->said),
+         reading.is->message == "IMU"
+             ? corrected_by(reading.is->kind, std::max(instance, reading.number - 1))
+             : ""});
     reading.sensor_of.emplace(instance, sensor);
     return sensor;
+  }
+
+  // INS_ACCOFFS_X, INS_ACC2SCAL_X and the like, which ArduPilot has applied before it logs IMU.
+  std::string corrected_by(std::string_view kind, int imu) const {
+    const std::string n = imu == 0 ? "" : std::to_string(imu + 1);
+    std::vector<std::string> values;
+    for (const std::string_view what : {"OFFS", "SCAL"}) {
+      for (const char axis : {'X', 'Y', 'Z'}) {
+        const std::string name =
+            fmt::format("INS_{}{}{}_{}", kind == "acc" ? "ACC" : "GYR", n, what, axis);
+        const double neutral = what == "OFFS" ? 0.0 : 1.0, value = parameter_or(name, neutral);
+        if (value != neutral && value != 0.0)
+          values.push_back(fmt::format("{} {:.6g}", name, value));
+      }
+    }
+    return fmt::format("{}", fmt::join(values, ", "));
   }
 
   void sample(FlashReading& reading, std::string_view data) {

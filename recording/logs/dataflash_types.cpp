@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "recording/files/half_float.h"
 #include "recording/files/log_file.h"
 #include "recording/logs/struct_number.h"
 
@@ -36,14 +37,6 @@ std::size_t flash_size(char kind) {
     default:
       return struct_size(kind);
   }
-}
-
-double half_float(std::uint16_t bits) {
-  const int exponent = bits >> 10 & 31, fraction = bits & 1023;
-  const double size = exponent == 0    ? std::ldexp(fraction, -24)
-                      : exponent == 31 ? std::numeric_limits<double>::quiet_NaN()
-                                       : std::ldexp(1024 + fraction, exponent - 25);
-  return (bits & 0x8000U) != 0 ? -size : size;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "recording/csv/csv_columns.h"
@@ -59,6 +60,7 @@ std::size_t LogRecording::sensor(const LogSensor& sensor) {
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
     if (sensors_[i].kind == sensor.kind && sensors_[i].name == sensor.name) {
       if (sensors_[i].said.empty()) sensors_[i].said = sensor.said;
+      if (sensors_[i].corrected_by.empty()) sensors_[i].corrected_by = sensor.corrected_by;
       return i;
     }
   }
@@ -75,6 +77,7 @@ void LogRecording::add(std::size_t sensor, std::int64_t t_ns, const Vector3& rea
   Entry& entry = sensors_[sensor];
   if (!chosen_) {
     ++entry.samples;
+    entry.reads = entry.reads || !reading.isZero(0.0);
     return;
   }
   if (!entry.wanted) return;
@@ -108,7 +111,7 @@ std::vector<std::size_t> LogRecording::of_kind(const std::string& kind) const {
   std::ranges::stable_sort(all, [&](std::size_t a, std::size_t b) {
     const auto key = [&](std::size_t i) {
       const bool few = double(sensors_[i].samples) < kFew * double(most);
-      return std::pair(few ? 0 : 1, sensors_[i].rank);
+      return std::tuple(few ? 0 : 1, sensors_[i].reads ? 1 : 0, sensors_[i].rank);
     };
     return key(a) > key(b);
   });
@@ -168,7 +171,9 @@ void LogRecording::choose() {
     if (named == 0) {
       std::size_t best = all.front();
       for (const std::size_t i : all) {
-        if (sensors_[i].rank == sensors_[best].rank && sensors_[i].name == gyr_name) best = i;
+        const bool as_good =
+            sensors_[i].rank == sensors_[best].rank && sensors_[i].reads == sensors_[best].reads;
+        if (as_good && sensors_[i].name == gyr_name) best = i;
       }
       sensors_[best].wanted = true;
     }
@@ -239,6 +244,16 @@ Recording LogRecording::finish() {
     if (!entry->said.empty()) {
       out.notes.push_back(fmt::format("{}: {}", printable(entry->name), entry->said));
     }
+  }
+  for (const Entry* entry : read) {
+    if (entry->corrected_by.empty()) continue;
+    const std::string text = fmt::format(
+        "{} of {} is corrected already, by {}: what is found comes on top of these. A file of "
+        "magimu export would replace them by the rest: add the two by hand, or calibrate readings "
+        "as measured",
+        entry->kind, printable(entry->name), entry->corrected_by);
+    out.notes.push_back(text);
+    out.cautions.push_back(text);
   }
   std::vector<std::string> unique;
   for (const std::string& note : out.notes) {

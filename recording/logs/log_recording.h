@@ -25,6 +25,7 @@ struct LogSensor {
   int rank = 0;       // of several of a kind the one with the highest is read
   double unit = 1.0;  // one of the log's in ours
   std::string said;   // what is known of its readings: where and by what they are corrected
+  std::string corrected_by = {};  // parameters that are in the readings, with their values
 };
 
 class LogRecording {
@@ -35,6 +36,9 @@ class LogRecording {
   // A number for a sensor of this kind and name; the same one every time.
   std::size_t sensor(const LogSensor& sensor);
   void add(std::size_t sensor, std::int64_t t_ns, const Vector3& reading);
+  // Whether a reading of it that is not zero was counted: one that never has one is what a device
+  // fills in for a sensor that it lacks.
+  bool reads(std::size_t sensor) const { return sensors_[sensor].reads; }
   // Something to be told; the same words once.
   void note(const std::string& text);
 
@@ -49,6 +53,7 @@ class LogRecording {
  private:
   struct Entry : LogSensor {
     std::size_t samples = 0;
+    bool reads = false;  // anything but zeros
     bool wanted = false;
     std::uint8_t number = 0;  // among those that are read
     std::vector<std::int64_t> t;

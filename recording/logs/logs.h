@@ -21,5 +21,7 @@ Recording read_mcap(const std::string& path, const CsvOptions& options);
 Recording read_ulog(const std::string& path, const CsvOptions& options);
 // ArduPilot DataFlash, binary (ardupilot.org/dev: self-describing by FMT messages).
 Recording read_dataflash(const std::string& path, const CsvOptions& options);
+// The same log as text (.log): lines "FMT, ...", "IMU, ...".
+Recording read_dataflash_text(const std::string& path, const CsvOptions& options);
 
 }  // namespace magimu

@@ -19,6 +19,11 @@ constexpr int kDeepestType = 12;
 constexpr std::size_t kMostNames = 2000, kMostTypes = 300, kMostMessageFields = 3000;
 constexpr std::size_t kArrayNames = 4;  // of an array: one more than a vector has
 
+// Of a sequence it is not known how many numbers it has.
+std::size_t named_of(long count) {
+  return count == 0 ? kArrayNames : std::min(static_cast<std::size_t>(count), kArrayNames);
+}
+
 // Types without a definition in the file: an older ros2 bag has none.
 struct CommonType {
   std::string_view name, text;
@@ -190,7 +195,7 @@ void MessageLayout::list(std::size_t type, const std::string& prefix, int depth)
     } else if (field.count < 0) {
       names_.push_back(name);
     } else {
-      for (std::size_t i = 0; i < kArrayNames; ++i)
+      for (std::size_t i = 0; i < named_of(field.count); ++i)
         names_.push_back(name + "[" + std::to_string(i) + "]");
     }
   }
@@ -291,7 +296,7 @@ class MessageWalk {
 
   template <class T>
   bool numbers(const MessageLayout::Field& field, std::uint64_t count, bool keep) {
-    const std::uint64_t named = field.count < 0 ? 1 : kArrayNames;
+    const std::uint64_t named = field.count < 0 ? 1 : named_of(field.count);
     if (!keep) return skip(count, sizeof(T), sizeof(T));
     std::uint64_t i = 0;
     for (; i < std::min(count, named); ++i) {

@@ -13,7 +13,6 @@ struct Px4Reading {
   int rank = 0;                         // which is read if several are there
   double unit = 1.0;
   std::string_view said;                // whether and by what it is corrected
-  std::string_view parameters = {};     // "MAG": corrected by CAL_MAG0_XOFF, ...
   bool fifo = false;                    // integers times a scale, several in a message
   std::string_view per_time = {};       // an increment: the field of its time, us
   std::string_view relative_time = {};  // field: us after the message's time

@@ -9,12 +9,15 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <string>
+#include <string_view>
 
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 #include "recording/files/log_file.h"
 #include "recording/files/read_file.h"
 #include "recording/logs/logs.h"
+#include "recording/logs/nameless_database.h"
 #include "recording/logs/ros_topic.h"
 
 namespace magimu {
@@ -33,7 +36,7 @@ class Database {
       }
     }
     uri += "?mode=ro&immutable=1";
-    if (sqlite3_open_v2(uri.c_str(), &db_, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr) !=
+    if (sqlite3_open_v2(uri.c_str(), &db_, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, vfs_for(path)) !=
         SQLITE_OK) {
       fail();
     }
@@ -136,20 +139,16 @@ class Db3Reader {
     for (const auto& [id, topic] : topics_) {
       if (topic.wanted(log_)) wanted += (wanted.empty() ? "" : ",") + std::to_string(id);
     }
-    // The first time without the messages themselves.
-    const std::string data = log_.chosen() ? ", data" : "";
-    db_.rows("SELECT topic_id, timestamp" + data + " FROM messages WHERE topic_id IN (" + wanted +
-                 ")" + (log_.chosen() ? " ORDER BY id" : ""),
+    db_.rows("SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN (" + wanted + ")" +
+                 (log_.chosen() ? " ORDER BY id" : ""),
              [&](sqlite3_stmt* row) {
                const auto topic = topics_.find(sqlite3_column_int64(row, 0));
                if (topic == topics_.end()) return;
                std::string_view bytes;
-               if (log_.chosen()) {
-                 const void* const blob = sqlite3_column_blob(row, 2);
-                 const int size = sqlite3_column_bytes(row, 2);
-                 if (blob != nullptr && size > 0) {
-                   bytes = {static_cast<const char*>(blob), static_cast<std::size_t>(size)};
-                 }
+               const void* const blob = sqlite3_column_blob(row, 2);
+               const int size = sqlite3_column_bytes(row, 2);
+               if (blob != nullptr && size > 0) {
+                 bytes = {static_cast<const char*>(blob), static_cast<std::size_t>(size)};
                }
                topic->second.message(log_, bytes, sqlite3_column_int64(row, 1));
              });

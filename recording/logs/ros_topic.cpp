@@ -6,6 +6,7 @@
 
 #include "recording/csv/csv_names.h"
 #include "recording/data/quoted_text.h"
+#include "recording/files/zstd_file.h"
 
 namespace magimu {
 namespace {
@@ -82,10 +83,15 @@ bool RosTopic::wanted(const LogRecording& log) const {
 }
 
 void RosTopic::message(LogRecording& log, std::string_view bytes, std::int64_t received_ns) {
-  if (!log.chosen()) {  // only counted
-    for (const Reading& reading : readings_) log.add(reading.sensor, received_ns, Vector3::Zero());
-    return;
+  // A message of CDR begins with a zero.
+  if (ros2_ && bytes.starts_with(kZstdMagic)) {
+    if (!unpack_zstd_message(bytes, unpacked_)) {
+      log.note("messages of " + printable(name_) + " whose packing is damaged are left out");
+      return;
+    }
+    bytes = unpacked_;
   }
+  if (!log.chosen()) return count(log, bytes, received_ns);
   if (!layout_->read(bytes, ros2_, values_)) {
     log.note("messages of " + printable(name_) +
              " that are shorter than their definition says are left out");
@@ -102,9 +108,25 @@ void RosTopic::message(LogRecording& log, std::string_view bytes, std::int64_t r
   for (const Reading& reading : readings_) {
     if (!log.wanted(reading.sensor)) continue;
     if (reading.absent && values_[*reading.absent] == -1.0) continue;
-    log.add(reading.sensor, t,
-            {values_[reading.at[0]], values_[reading.at[1]], values_[reading.at[2]]});
+    log.add(reading.sensor, t, vector_of(reading));
   }
+}
+
+// Messages are looked into until each sensor has read something: a device with an accelerometer and
+// a gyroscope in topics of their own fills in zeros for the other one.
+void RosTopic::count(LogRecording& log, std::string_view bytes, std::int64_t received_ns) {
+  const bool look = std::ranges::any_of(
+      readings_, [&](const Reading& reading) { return !log.reads(reading.sensor); });
+  const bool seen = look && layout_->read(bytes, ros2_, values_);
+  for (const Reading& reading : readings_) {
+    const bool absent = seen && reading.absent && values_[*reading.absent] == -1.0;
+    const bool there = seen && !absent;
+    log.add(reading.sensor, received_ns, there ? vector_of(reading) : Vector3::Zero());
+  }
+}
+
+Vector3 RosTopic::vector_of(const Reading& reading) const {
+  return {values_[reading.at[0]], values_[reading.at[1]], values_[reading.at[2]]};
 }
 
 }  // namespace magimu

@@ -33,12 +33,16 @@ class RosTopic {
     std::array<std::size_t, 3> at{};    // its numbers among the message's; a scalar: three times
     std::optional<std::size_t> absent;  // -1 there: the device does not have it (covariance)
   };
+  void count(LogRecording& log, std::string_view bytes, std::int64_t received_ns);
+  Vector3 vector_of(const Reading& reading) const;
+
   std::optional<MessageLayout> layout_;
   bool ros2_;
   std::string name_;
   std::vector<Reading> readings_;
   std::optional<std::size_t> sec_, nanosec_;
   std::vector<double> values_;
+  std::string unpacked_;  // a message that was packed by itself
 };
 
 }  // namespace magimu

@@ -197,8 +197,8 @@ class UlogReader {
       reading.is = &is;
       if (!find_axes(topic.format, is, reading.axes)) continue;
       const std::string kind(is.kind);
-      reading.sensor = log_.sensor(
-          {kind, shown, is.rank - int(std::min(instance, 9U)), is.unit, said(is, instance)});
+      reading.sensor = log_.sensor({kind, shown, is.rank - int(std::min(instance, 9U)), is.unit,
+                                    std::string(is.said), corrected_by(is, instance)});
       for (const UlogField& axis : reading.axes) {
         topic.size = std::max(topic.size, axis.offset + struct_size(axis.kind));
       }
@@ -233,18 +233,18 @@ class UlogReader {
   }
 
   // What has corrected the readings, with the log's own parameters.
-  std::string said(const Px4Reading& is, unsigned instance) const {
-    std::string out(is.said);
+  std::string corrected_by(const Px4Reading& is, unsigned instance) const {
+    if (is.said.find("corrected by CAL_") == std::string_view::npos) return "";
+    const char* const sensor = is.kind == "acc" ? "ACC" : is.kind == "gyr" ? "GYRO" : "MAG";
+    const std::string start = fmt::format("CAL_{}{}_", sensor, instance);
     std::vector<std::string> values;
     for (const auto& [name, value] : parameters_) {
-      const std::string start = fmt::format("CAL_{}{}_", is.parameters, instance);
-      const bool number = name.ends_with("OFF") || name.ends_with("SCALE");
-      if (!is.parameters.empty() && name.starts_with(start) && number) {
-        values.push_back(fmt::format("{} {:.6g}", name, value));
-      }
+      const bool offset = name.ends_with("OFF") && value != 0.0;
+      const bool scale = name.ends_with("SCALE") && value != 0.0 && value != 1.0;
+      if (!name.starts_with(start) || !(offset || scale)) continue;
+      values.push_back(fmt::format("{} {:.6g}", name, value));
     }
-    if (!values.empty()) out += fmt::format(" (in this log {})", fmt::join(values, ", "));
-    return out;
+    return fmt::format("{}", fmt::join(values, ", "));
   }
 
   void sample(const UlogTopic& topic, std::string_view data) {

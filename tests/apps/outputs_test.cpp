@@ -61,6 +61,12 @@ TEST_F(Outputs, a_dash_is_standard_input_and_standard_output) {
   ASSERT_TRUE(magimu.has("cal.json"));
   magimu("apply --force cal.json - -o - < rec.csv > corrected; true");
   EXPECT_TRUE(magimu.text("corrected").starts_with("t,acc_x"));
+  // What is said besides goes to standard error.
+  for (const char* command : {"calibrate rec.csv -o - > file 2> said; true",
+                              "calibrate rec.csv -o - --json > file 2> said; true"}) {
+    magimu(command);
+    EXPECT_EQ(magimu.json("file")["format"], "magimu-calibration/1") << command;
+  }
 }
 
 TEST_F(Outputs, that_are_devices_take_what_comes) {

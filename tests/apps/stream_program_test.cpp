@@ -173,6 +173,23 @@ TEST_F(Stream, says_what_is_missing_where_there_is_too_little_to_begin_with) {
   EXPECT_THAT(run.err, HasSubstr("turn the sensor about all three axes"));
 }
 
+TEST_F(Stream, that_ends_before_its_dialect_was_told_ends_as_any_short_one) {
+  for (const int rows : {0, 1, 3, 24}) {
+    std::string semicolons = "t;ax;ay;az;gx;gy;gz;mx;my;mz\n", labels;
+    for (int k = 0; k < rows; ++k) {
+      semicolons += "0,0" + std::to_string(k) + ";1;2;9;0;0;0;20;30;40\n";
+      labels += "12:34:56.0" + std::to_string(k) +
+                " -> ax:1 ay:2 az:9 gx:0 gy:0 gz:0 mx:20 my:30 mz:40\n";
+    }
+    for (const std::string& text : {semicolons, labels}) {
+      magimu_.folder().write("rec.csv", text);
+      const Outcome run = magimu_("stream rec.csv");
+      EXPECT_TRUE(run.exit_code == kNoAnswer || (rows == 0 && run.exit_code == kUnusable))
+          << rows << ": " << run.exit_code << " " << run.err;
+    }
+  }
+}
+
 TEST_F(Stream, counts_and_quotes_what_is_malformed) {
   simulate(30.0);
   std::string text = header_;

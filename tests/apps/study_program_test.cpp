@@ -113,6 +113,17 @@ TEST(NavigateProgram, follows_an_array_through_a_room) {
   EXPECT_EQ(magimu("navigate room.csv --gravity 9.82 -o path.csv -q").exit_code, kDone);
   const std::string csv = magimu.text("path.csv");
   EXPECT_EQ(std::ranges::count(csv, '\n'), int(said["samples"]) + 1);
+  EXPECT_EQ(magimu("navigate room.csv --gravity 9.82 --method oc -o other.csv -q").exit_code,
+            kDone);
+  EXPECT_TRUE(magimu.text("other.csv") == csv);
+  // The calibration comes before the recording, or by its option.
+  for (const char* files : {"none.json room.csv", "room.csv --calibration none.json"}) {
+    const test::Outcome no_calibration = magimu(std::string("navigate ") + files);
+    EXPECT_EQ(no_calibration.exit_code, kUnusable) << files;
+    EXPECT_THAT(no_calibration.err, HasSubstr("none.json")) << files;
+  }
+  EXPECT_EQ(magimu("navigate none.json room.csv --calibration none.json").exit_code, kUnusable);
+  EXPECT_EQ(magimu("navigate none.json room.csv room.csv").exit_code, kUnusable);
   // Without a layout, places of another number of magnetometers are not known.
   const test::Outcome few =
       magimu("simulate -o few.csv -q && '" MAGIMU_BINARY "' navigate few.csv");

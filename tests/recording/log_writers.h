@@ -3,6 +3,7 @@
 // they share nothing.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -256,7 +257,7 @@ inline std::string npy(const std::string& description, const std::string& shape,
                        const std::string& data) {
   std::string header =
       "{'descr': " + description + ", 'fortran_order': False, 'shape': " + shape + ", }";
-  header.resize(118 - 1, ' ');
+  header.resize(std::max<std::size_t>(118 - 1, header.size()), ' ');
   header += '\n';
   return Bytes().add(std::string("\x93NUMPY\x01\0", 8)).sized<std::uint16_t>(header).add(data).text;
 }

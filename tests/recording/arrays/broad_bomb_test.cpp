@@ -227,6 +227,59 @@ void write_chunk_bomb(hid_t file, hsize_t rows) {
   ASSERT_GE(H5Dwrite_chunk(data, H5P_DEFAULT, 0, offset, zeros.size(), zeros.data()), 0);
 }
 
+// A chunk as h5py's lzf filter packs it: bytes as they are, then the same number again and again.
+void write_lzf(hid_t file, const std::string& packed) {
+  const Hdf5Handle layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  const hsize_t chunk[] = {kRows, 3};
+  H5Pset_chunk(layout, 2, chunk);
+  const unsigned values[] = {4, 0x0105, unsigned(kRows * 3 * sizeof(double))};
+  H5Pset_filter(layout, 32000, H5Z_FLAG_OPTIONAL, 3, values);
+  const Hdf5Handle space(H5Screate_simple(2, chunk, nullptr), H5Sclose);
+  const Hdf5Handle data(
+      H5Dcreate2(file, "imu_acc", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, layout, H5P_DEFAULT),
+      H5Dclose);
+  ASSERT_TRUE(data.ok());
+  const hsize_t offset[] = {0, 0};
+  ASSERT_GE(H5Dwrite_chunk(data, H5P_DEFAULT, 0, offset, packed.size(), packed.data()), 0);
+}
+
+std::string lzf_of_one_number(double value) {
+  std::string packed(1, '\x07');  // eight bytes as they are
+  packed.append(reinterpret_cast<const char*>(&value), sizeof value);
+  std::size_t left = (kRows * 3 - 1) * sizeof(double);
+  while (left > 0) {
+    const std::size_t count = std::min<std::size_t>(left, 7 + 255 + 2);
+    if (count < 9) {
+      packed += char((count - 2) << 5);
+    } else {
+      packed += '\xE0';
+      packed += char(count - 2 - 7);
+    }
+    packed += '\x07';  // eight bytes back
+    left -= count;
+  }
+  return packed;
+}
+
+TEST_F(Hdf5Bomb, lzf_is_unpacked_and_what_is_damaged_refused) {
+  const std::string packed = lzf_of_one_number(-2.5);
+  const Recording r = read_hdf5(write([&](hid_t file) { write_lzf(file, packed); }));
+  ASSERT_EQ(r.acc.size(), kRows);
+  EXPECT_EQ(r.acc.v.front(), Vector3::Constant(-2.5));
+  EXPECT_EQ(r.acc.v.back(), Vector3::Constant(-2.5));
+  for (std::size_t n = 0; n < packed.size(); ++n) {
+    std::string damaged = packed;
+    damaged[n] = char(damaged[n] ^ 0x5A);
+    for (const std::string& text : {damaged, packed.substr(0, n)}) {
+      if (text.empty()) continue;
+      try {
+        read_hdf5(write([&](hid_t file) { write_lzf(file, text); }));
+      } catch (const InputError&) {  // or other numbers
+      }
+    }
+  }
+}
+
 TEST_F(Hdf5Bomb, a_chunk_larger_than_the_file_can_hold_is_refused) {
   const InputError error =
       error_of([](hid_t file) { write_chunk_bomb(file, (hsize_t(kBombMegabytes) << 20) / 24); });

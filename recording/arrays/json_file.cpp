@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Gone through once, without a tree in memory: objects within an array become rows of a table,
+// which the reader of text then reads; all other numbers become arrays by their names.
+#include "recording/arrays/json_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "recording/arrays/arrays.h"
+#include "recording/csv/csv_columns.h"
+#include "recording/data/error.h"
+#include "recording/files/read_file.h"
+
+namespace magimu {
+namespace {
+
+constexpr std::size_t kMostJsonColumns = 1000, kMostLevels = 64, kMostArrays = 10000;
+
+// What nlohmann's parser calls. False ends it.
+class Handler : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  bool null() override { return value(""); }
+  bool boolean(bool v) override { return value(v ? "1" : "0"); }
+  bool number_integer(number_integer_t v) override { return value(fmt::format("{}", v)); }
+  bool number_unsigned(number_unsigned_t v) override { return value(fmt::format("{}", v)); }
+  bool number_float(number_float_t, const string_t& text) override { return value(text); }
+  bool string(string_t& v) override { return value(v); }
+  bool binary(binary_t&) override { return false; }
+
+  bool start_object(std::size_t) override {
+    if (levels_.size() >= kMostLevels) return false;
+    // The outermost object within an array is a row.
+    const bool row = row_level_ == 0 && !levels_.empty() && levels_.back().is_array;
+    if (row) row_level_ = levels_.size();
+    levels_.push_back({false, row ? "" : path(), 0});
+    return true;
+  }
+  bool key(string_t& name) override {
+    Level& level = levels_.back();
+    level.key = level.prefix.empty() ? name : level.prefix + "." + name;
+    return true;
+  }
+  bool end_object() override {
+    levels_.pop_back();
+    if (row_level_ > 0 && levels_.size() == row_level_) {
+      end_row();
+      row_level_ = 0;
+    }
+    return true;
+  }
+  bool start_array(std::size_t) override {
+    if (levels_.size() >= kMostLevels) return false;
+    levels_.push_back({true, path(), 0});
+    return true;
+  }
+  bool end_array() override {
+    const std::size_t count = levels_.back().count;
+    const std::string name = levels_.back().prefix;
+    levels_.pop_back();
+    if (levels_.empty() || !levels_.back().is_array) return true;
+    ++levels_.back().count;
+    if (row_level_ == 0 && count > 0 && arrays_.contains(name)) arrays_[name].inner = count;
+    return true;
+  }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::json::exception&) override {
+    return false;
+  }
+
+  bool has_rows() const { return !rows_.empty(); }
+
+  std::string table() const {
+    std::string out;
+    for (const std::string& column : columns_) out += (out.empty() ? "" : ",") + quoted(column);
+    out += '\n';
+    for (const auto& [text, cells] : rows_) {
+      out += text;
+      out.append(columns_.size() - cells, ',');
+      out += '\n';
+    }
+    return out;
+  }
+
+  // N x 3 of arrays of three, else N x 1.
+  BroadFile arrays(const std::string& path) const {
+    BroadFile file{path, {}, [this](const std::string& name) {
+                     const Array& array = arrays_.at(name);
+                     BroadField field;
+                     field.columns = array.inner == 3 && array.values.size() % 3 == 0 ? 3 : 1;
+                     field.rows = array.values.size() / field.columns;
+                     field.values = array.values;
+                     return field;
+                   }};
+    for (const auto& [name, array] : arrays_) file.names.push_back(name);
+    return file;
+  }
+
+ private:
+  struct Level {
+    bool is_array;
+    std::string prefix;  // its name
+    std::size_t count;   // of an array: what is in it so far
+    std::string key = {};
+  };
+  struct Array {
+    std::vector<double> values;
+    std::size_t inner = 0;  // of the innermost array
+  };
+
+  // Of what comes next. Elements of a row's arrays have numbers.
+  std::string path() const {
+    if (levels_.empty()) return "";
+    const Level& level = levels_.back();
+    if (!level.is_array) return level.key;
+    return row_level_ > 0 ? fmt::format("{}[{}]", level.prefix, level.count) : level.prefix;
+  }
+
+  static std::string quoted(const std::string& text) {
+    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+    std::string out = "\"";
+    for (const char c : text) {
+      if (c == '"') out += '"';
+      out += c == '\n' || c == '\r' ? ' ' : c;
+    }
+    return out + '"';
+  }
+
+  bool value(const std::string& text) {
+    if (levels_.empty()) return true;
+    if (row_level_ > 0) {
+      cell(path(), text);
+    } else if (!number(text)) {
+      return false;
+    }
+    if (levels_.back().is_array) ++levels_.back().count;
+    return true;
+  }
+
+  void cell(const std::string& name, const std::string& text) {
+    auto column = number_of_.find(name);
+    if (column == number_of_.end()) {
+      if (columns_.size() >= kMostJsonColumns) return;
+      column = number_of_.emplace(name, columns_.size()).first;
+      columns_.push_back(name);
+    }
+    if (cells_.size() <= column->second) cells_.resize(column->second + 1);
+    cells_[column->second] = quoted(text);
+  }
+
+  void end_row() {
+    std::string text;
+    for (std::size_t i = 0; i < cells_.size(); ++i) text += (i > 0 ? "," : "") + cells_[i];
+    if (!cells_.empty()) rows_.emplace_back(std::move(text), cells_.size());
+    cells_.clear();
+  }
+
+  // Of an array, or of an object with a key for each row (pandas).
+  bool number(const std::string& text) {
+    const Level& level = levels_.back();
+    const bool numbered =
+        !level.is_array && !level.prefix.empty() &&
+        level.key.find_first_not_of("0123456789", level.prefix.size() + 1) == std::string::npos;
+    const std::string& name = numbered ? level.prefix : level.is_array ? level.prefix : level.key;
+    double value = std::numeric_limits<double>::quiet_NaN();
+    const char* const end = text.data() + text.size();
+    const bool is_number = std::from_chars(text.data(), end, value).ptr == end && !text.empty();
+    if (!is_number && !level.is_array && !numbered) return true;  // text about the recording
+    if (arrays_.size() >= kMostArrays && !arrays_.contains(name)) return true;
+    arrays_[name].values.push_back(value);
+    return true;
+  }
+
+  std::vector<Level> levels_;
+  std::size_t row_level_ = 0;  // how many levels are around the row; 0: no row is being read
+  std::vector<std::string> columns_, cells_;
+  std::map<std::string, std::size_t> number_of_;
+  std::vector<std::pair<std::string, std::size_t>> rows_;  // text and number of cells
+  std::map<std::string, Array> arrays_;
+};
+
+}  // namespace
+
+bool is_json_table(const std::string& path, std::string_view head) {
+  const std::size_t first = head.find_first_not_of(" \t\r\n");
+  if (first == std::string_view::npos || head.find("\"format\": \"magimu-") != head.npos)
+    return false;
+  const std::size_t second = head.find_first_not_of(" \t\r\n", first + 1);
+  const char after = second == std::string_view::npos ? '\0' : head[second];
+  if (head[first] == '[') return after == '{';
+  if (head[first] != '{' || after != '"') return false;
+  // Not where a line is an object, and another one follows.
+  const std::string more = read_file_head(path, 1 << 16);
+  const std::size_t end = more.find('\n', first);
+  if (end == std::string::npos) return true;
+  const std::size_t next = more.find_first_not_of(" \t\r\n", end);
+  const std::string_view line = csv_trimmed(std::string_view(more).substr(first, end - first));
+  return !(line.ends_with("}") || line.ends_with("}\r")) || next == std::string::npos ||
+         more[next] != '{';
+}
+
+Recording read_json(const std::string& path, const CsvOptions& options) {
+  std::ifstream file(path, std::ios::binary);
+  Handler handler;
+  const bool whole = nlohmann::json::sax_parse(file, &handler);
+  constexpr const char* kCut = "the JSON text is cut off or damaged; what is before that is read";
+  Recording out = handler.has_rows() ? csv_recording(handler.table(), path, options)
+                                     : recording_from_arrays(handler.arrays(path), options);
+  out.notes.insert(out.notes.begin(), handler.has_rows()
+                                          ? "this is JSON, an object a row"
+                                          : "this is JSON, with an array a quantity");
+  if (!whole) {
+    out.notes.emplace_back(kCut);
+    out.cautions.emplace_back(kCut);
+  }
+  return out;
+}
+
+}  // namespace magimu

@@ -23,6 +23,7 @@ constexpr double kAccResidualNo = 1.0;           // m/s^2
 constexpr double kAccResidualLimited = 0.35;     // m/s^2
 constexpr double kLongestArm = 2.0;              // m: four standard deviations of its prior
 constexpr double kLargestAccBias = 1.5;          // m/s^2, of an axis: 150 mg
+constexpr double kLargestGyrGain = 0.05;         // of 1, of all axes: tolerance and temperature
 constexpr double kFieldResidualLimited = 0.025;  // of the strength
 constexpr double kFieldResidualNo = 0.1;
 constexpr double kDisturbedTimes = 4.0;     // times the usual residual
@@ -96,6 +97,24 @@ void judge_motion(Calibration& c) {
         fmt::format("The hand moved the sensor somewhat: beyond gravity and a bias the "
                     "accelerometer reads {:.2f} m/s^2 RMS; the accelerometer bias suffers most. {}",
                     acc, kCarriesMotion));
+  }
+}
+
+// A gyroscope that turns the sensor too far or not far enough, on all axes, by more than parts do:
+// what is wrong is its unit or the time.
+void judge_gyroscope(Calibration& c) {
+  for (const ActiveEffect& effect : c.effects) {
+    if (effect.name != "gyro_scale_misalignment" || effect.parameters.size() != 9) continue;
+    double gain = 0.0;
+    for (const std::size_t i : {0, 4, 8}) gain += effect.parameters[i].value / 3.0;
+    if (std::abs(gain) < kLargestGyrGain) continue;
+    c.trust.lower(
+        Verdict::kLimited,
+        fmt::format("The gyroscope reads {0:.3f} times what the sensor turned, as gravity and the "
+                    "field say, which no part in order does: its unit is another one (--unit "
+                    "gyr={1:.4g} of what it is taken for), or the samples were taken at {0:.3f} "
+                    "times the rate that their times say (--rate, where a file has no times).",
+                    1.0 + gain, 1.0 / (1.0 + gain)));
   }
 }
 
@@ -386,6 +405,7 @@ void judge(Calibration& c, const std::vector<std::string>& unknown, const KnownO
   judge_turns(c);
   judge_fit(c);
   judge_motion(c);
+  judge_gyroscope(c);
   judge_field(c, known);
   for (const std::string& reason : unknown) c.trust.lower(Verdict::kNo, reason);
   judge_uncertainty(c);

@@ -41,6 +41,25 @@ TEST(HandHeld, errors_are_at_the_cramer_rao_bound_and_as_large_as_the_covariance
   }
 }
 
+// Fifty samples a second whose reader was told of sixty: every turn comes out a sixth too short.
+TEST(HandHeld, a_rate_that_no_gyroscope_has_wrong_is_told) {
+  SimulationOptions simulated;
+  simulated.motion = SimulatedMotion::kHandHeld;
+  simulated.rate_hz = 50.0;
+  simulated.duration_s = 60.0;
+  simulated.seed = 9401;
+  simulated.gravity = CalibrationOptions().gravity;
+  Simulation s = simulate(simulated);
+  EXPECT_EQ(calibrate(s.recording).trust.verdict, Verdict::kYes);
+  for (VectorSeries* series : {&s.recording.acc, &s.recording.gyr, &s.recording.mag.front()}) {
+    for (double& t : series->t) t *= 50.0 / 60.0;
+  }
+  const Calibration c = calibrate(s.recording);
+  EXPECT_NE(c.trust.verdict, Verdict::kYes);
+  EXPECT_THAT(c.trust.reasons, testing::Contains(testing::HasSubstr("0.83")));
+  EXPECT_THAT(c.trust.reasons, testing::Contains(testing::HasSubstr("--rate")));
+}
+
 oracle::Options realistic(oracle::MotionKind kind, std::uint64_t seed) {
   oracle::Options options;
   options.seed = seed;

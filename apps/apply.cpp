@@ -71,12 +71,16 @@ int run(const ApplyArguments& args) {
     const nlohmann::ordered_json json = {{"recording", recordings.front().name},
                                          {"output", args.output},
                                          {"formulas", applied.formulas},
-                                         {"not_applied", applied.not_applied}};
+                                         {"not_applied", applied.not_applied},
+                                         {"doubts", applied.doubts}};
     fmt::print(where, "{}\n", json.dump(2));
   } else if (!args.quiet) {
     fmt::print(where, "{}: {} IMU samples, corrected with {} (trust: {})\n\n{}{}", args.output,
                applied.recording.gyr.size(), args.calibration, to_string(c.trust.verdict),
                in_words(applied), own_rows_note(recordings.front(), applied.recording));
+  }
+  for (const std::string& doubt : applied.doubts) {
+    if (!args.quiet && !args.json) fmt::print(where, "\nWarning: {}\n", doubt);
   }
   return kDone;
 }

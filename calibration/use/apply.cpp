@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/use/apply_doubts.h"
 #include "calibration/use/apply_effects.h"
 #include "recording/data/error.h"
 #include "recording/data/well_formed.h"
@@ -127,9 +128,10 @@ double mag_lag_s(const Calibration& c, std::size_t m) {
 
 Applied apply(const Calibration& c, const Recording& recording, const ApplyOptions& options) {
   check(c, recording);
-  Applied out{recording, {}, {}};
+  Applied out{recording, {}, {}, {}};
   describe_basic(c, out);
   correct_readings(c, out);
+  out.doubts = doubts_of_field(c, out.recording);
   move_times(c, options, out);
   out.recording.truth.reset();
   return out;

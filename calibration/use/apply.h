@@ -27,10 +27,11 @@ struct Applied {
   Recording recording;
   std::vector<std::string> formulas;     // what was done, with its numbers
   std::vector<std::string> not_applied;  // effects that are left in the data, and why
+  std::vector<std::string> doubts;  // why it may be no recording of this device (apply_doubts.h)
 };
 
-// InputError where the recording has another number of magnetometers than the calibration, or lacks
-// a column that one of its effects needs.
+// InputError where the recording has another number of magnetometers than the calibration, lacks a
+// column that one of its effects needs, or where its magnetometer has another unit.
 Applied apply(const Calibration& calibration, const Recording& recording,
               const ApplyOptions& options = {});
 

@@ -6,6 +6,7 @@
 
 #include "recording/csv/csv.h"
 #include "sim/simulate.h"
+#include "tests/calibration/cases.h"
 #include "tests/recording/test_files.h"
 
 namespace magimu {
@@ -48,6 +49,21 @@ double largest_difference(const VectorSeries& a, const VectorSeries& b) {
     worst = std::max(worst, (a.v[k] - b.v[k]).norm());
   }
   return worst;
+}
+
+TEST(Apply, refuses_another_unit_and_doubts_another_device) {
+  const Simulation s = test::simulated_hand(50.0, 3, 60.0);
+  const Calibration c = calibrate(s.recording, test::same_model(s));
+  EXPECT_TRUE(apply(c, s.recording).doubts.empty());
+  Recording other = s.recording;
+  for (Vector3& v : other.mag.front().v) v *= 10.0;
+  EXPECT_THAT(test::error_of([&] { apply(c, other); }).remedy, HasSubstr("--unit mag="));
+  other = s.recording;
+  for (Vector3& v : other.mag.front().v) v *= 1.5;
+  EXPECT_EQ(apply(c, other).doubts.size(), 1U);
+  other = s.recording;
+  for (Vector3& v : other.mag.front().v) v.x() += 0.4 * c.strength_uT;
+  EXPECT_EQ(apply(c, other).doubts.size(), 1U);
 }
 
 TEST(Apply, gives_the_force_and_the_field_in_the_axes_of_the_imu) {

@@ -94,9 +94,10 @@ std::vector<Issue> check_vibration(const NamedSeries& sensor) {
   const double share = double(hz.size()) / double(stretches);
   if (!(share > kMostOfIt)) return {};
   return {{"vibration", sensor.name, -1, Severity::kCaution, 0.0, 0.0,
-           fmt::format("the accelerometer vibrates in {:.0f} % of the time, by {:.2g} m/s^2 RMS, "
-                       "around {:.0f} Hz as it is sampled: a motor or a machine, not a hand",
-                       100.0 * share, std::sqrt(median(std::move(squares))), median(std::move(hz))),
+           fmt::format(
+               "the accelerometer vibrates in {:.0f} % of the time, by {:.2g} m/s^2 RMS, "
+               "around {:.0f} Hz as it is sampled: a motor or a machine, or a hand that trembles",
+               100.0 * share, std::sqrt(median(std::move(squares))), median(std::move(hz))),
            "switch it off while you calibrate, or mount the sensor softly: vibration adds noise, "
            "and many accelerometers read a bias in it"}};
 }

@@ -100,7 +100,7 @@ TEST(CsvTimeUnits, seconds_and_what_is_beyond_them_are_one_time) {
                                       {"stamp.sec,stamp.nanosec", 20'000'000}}) {
     SCOPED_TRACE(names);
     const Recording r = csv_recording(
-        in_two_columns(names, [factor](int k) { return (k % 50) * factor; }), "log.csv");
+        in_two_columns(names, [by = factor](int k) { return (k % 50) * by; }), "log.csv");
     EXPECT_NEAR(r.acc.t.back(), 0.02 * 149, 1e-6);
     EXPECT_THAT(r.cautions, testing::IsEmpty());
   }

@@ -79,9 +79,35 @@ bool jumped_there(const VectorSeries& s, int axis, std::size_t begin, std::size_
   return std::isfinite(in_and_out) && in_and_out > elsewhere;
 }
 
-// An axis that stands still while the others go on: a run of one value that is no end of its range
-// (such runs are clipped) and is longer than repeats come by chance. In n samples with a share r of
-// repeats elsewhere, a run of m repeats is expected n r^m times.
+// Does another axis take up a good part of its range from one sample to another?
+bool others_move(const VectorSeries& s, int axis, std::size_t begin, std::size_t end) {
+  constexpr double kGoodPart = 0.3;
+  Vector3 low = s.v.front(), high = low, low_there = s.v[begin], high_there = low_there;
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    low = low.cwiseMin(s.v[k]);
+    high = high.cwiseMax(s.v[k]);
+    if (k < begin || k >= end) continue;
+    low_there = low_there.cwiseMin(s.v[k]);
+    high_there = high_there.cwiseMax(s.v[k]);
+  }
+  const Vector3 whole = high - low, there = high_there - low_there;
+  for (const int other : {(axis + 1) % 3, (axis + 2) % 3}) {
+    if (there[other] > kGoodPart * whole[other]) return true;
+  }
+  return false;
+}
+
+// At an end of an axis's range: noise would move the readings even where they do not change, and
+// no range ends there.
+bool cannot_stay(const VectorSeries& s, int axis, int sign) {
+  SensorHabits habits;
+  for (std::size_t k = 0; k < s.size(); ++k) habits.add(s.t[k], s.v[k]);
+  return habits.lively(axis) && !habits.clipped(axis, sign);
+}
+
+// An axis that stands still while the others go on: a run of one value that is longer than repeats
+// come by chance. In n samples with a share r of repeats elsewhere, a run of m repeats is expected
+// n r^m times. At an end of its range it may be clipped, or the sensor rests.
 std::optional<Issue> stuck_axis(const NamedSeries& sensor, int axis) {
   constexpr double kExpected = 1e-6;  // such runs by chance, in a recording
   const VectorSeries& s = *sensor.series;
@@ -107,7 +133,10 @@ std::optional<Issue> stuck_axis(const NamedSeries& sensor, int axis) {
   const double n = double(s.size());
   const double share = double(repeats - longest + 1) / (n - double(longest));
   if (length < kStuckSeconds || 2 * lively < longest) return std::nullopt;
-  if ((value == low || value == high) && !jumped_there(s, axis, at, at + longest + 1)) {
+  const bool at_an_end = value == low || value == high;
+  if (at_an_end && !jumped_there(s, axis, at, at + longest + 1) &&
+      !(others_move(s, axis, at, at + longest + 1) &&
+        cannot_stay(s, axis, value == high ? 1 : -1))) {
     return std::nullopt;
   }
   if (std::log(n) + double(longest) * std::log(share) > std::log(kExpected)) return std::nullopt;

@@ -246,6 +246,22 @@ const std::vector<Spoilt> kSpoilt{
      [](Recording& r) {
        for (std::size_t k = 1000; k < 1200; ++k) r.acc.v[k][0] = 30.0;
      }},
+    {"stuck_axis_at_its_largest_to_the_end", "stuck", "gyr", kCaution,
+     "gyr_z does not change at all for", "hung",
+     [](Recording& r) {
+       for (std::size_t k = 0; k < r.gyr.size(); ++k) {  // a noisy one
+         r.gyr.v[k][2] += 0.3 * std::sin(12.9898 * double(k) * double(k));
+       }
+       std::size_t at = r.gyr.size() / 2;
+       for (std::size_t k = at; k + 1000 < r.gyr.size(); ++k) {
+         if (r.gyr.v[k][2] > r.gyr.v[at][2]) at = k;
+       }
+       const double most = r.gyr.v[at][2];
+       for (std::size_t k = 0; k < r.gyr.size(); ++k) {
+         double& z = r.gyr.v[k][2];
+         z = k > at ? most : z > most ? 2.0 * most - z : z;
+       }
+     }},
     {"gyr_range_taken_for_twice", "unit", "gyr", kFatal, "its range was set to 1/2 of",
      "--unit gyr=0.5", [](Recording& r) { scale(r.gyr, 2.0); }},
     {"gyr_range_taken_for_half", "unit", "gyr", kFatal, "its range was set to 2 times",

@@ -65,8 +65,7 @@ int run(const ApplyArguments& args) {
     write_atomically(args.output, csv_text(out.recording));
     return out;
   });
-  // What is said must not end in the middle of the data.
-  std::FILE* where = is_standard_output(args.output) ? stderr : stdout;
+  std::FILE* const where = where_words_go(args.output);
   if (args.json) {
     const nlohmann::ordered_json json = {{"recording", recordings.front().name},
                                          {"output", args.output},

@@ -170,13 +170,11 @@ int run(CalibrateArguments& args) {
   if (!args.report.empty()) {
     write_atomically(args.report, calibration_report(c, pointers(recordings)));
   }
-  // What is printed besides a file that is standard output goes beside it.
-  const bool to_output = args.output == "/dev/stdout";
-  std::FILE* const where = to_output ? stderr : stdout;
   if (args.json) {
-    if (!to_output) fmt::print("{}", json);
+    if (!is_standard_output(args.output)) fmt::print("{}", json);
   } else if (!args.quiet) {
-    fmt::print(where, "{}{}", rival ? said_of(*rival) : "", calibration_table(c));
+    fmt::print(where_words_go(args.output), "{}{}", rival ? said_of(*rival) : "",
+               calibration_table(c));
   }
   if (c.trust.verdict != Verdict::kNo) return kDone;
   fmt::print(stderr, "magimu: {}: do not use this calibration: {}\n",

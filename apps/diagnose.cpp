@@ -82,13 +82,10 @@ int run(DiagnoseArguments& args) {
       file.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (!args.output.empty()) write_atomically(args.output, json);
   if (!args.report.empty()) write_atomically(args.report, diagnosis_report(d));
-  // What is printed besides a file that is standard output goes beside it.
-  const bool to_output = args.output == "/dev/stdout";
-  std::FILE* const where = to_output ? stderr : stdout;
   if (args.json) {
-    if (!to_output) fmt::print("{}", json);
+    if (!is_standard_output(args.output)) fmt::print("{}", json);
   } else if (!args.quiet) {
-    fmt::print(where, "{}", diagnosis_table(d));
+    fmt::print(where_words_go(args.output), "{}", diagnosis_table(d));
   }
   if (d.answer != Answer::kNone) return kDone;
   fmt::print(stderr, "magimu: {}\n", headline(d));

@@ -211,7 +211,7 @@ int run(const NavigateArguments& args) {
   } else if (!args.output.empty()) {
     write_atomically(args.output, navigation_csv(result));
   }
-  std::FILE* where = args.output == "/dev/stdout" ? stderr : stdout;
+  std::FILE* const where = where_words_go(args.output);
   if (args.json) {
     fmt::print(where, "{}\n", summary.dump(2));
   } else if (!args.quiet) {

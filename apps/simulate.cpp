@@ -57,8 +57,7 @@ int run(SimulateArguments& args) {
     write_atomically(args.truth, to_json(s.truth, args.options).dump(2) + "\n");
   }
   if (!args.quiet) {
-    // What is said must not end in the middle of the data.
-    std::FILE* const where = is_standard_output(args.output) ? stderr : stdout;
+    std::FILE* const where = where_words_go(args.output);
     fmt::print(where, "{}: {:.0f} s of {} motion at {:g} Hz, {} samples, seed {}\n", args.output,
                s.recording.duration_s(),
                s.truth.p.empty() || !args.like.empty() ? args.motion : "hand_held",

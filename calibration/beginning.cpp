@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/beginning.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -72,7 +71,12 @@ Beginning::Beginning(const std::vector<const Recording*>& all, const Calibration
     (*next)->motion_reason = fit_->motion_reason;
     late_s_ += lag_->tau_s;
     fit_ = *std::move(next);
-    lag_ = lag_of(*fit_, options);
+    const std::optional<Lag> left = lag_of(*fit_, options);
+    if (!left) {  // nothing tells: as sure as before
+      lag_->tau_s = 0.0;
+      return;
+    }
+    lag_ = left;
   }
 }
 

@@ -9,6 +9,8 @@
 
 #include <deque>
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "calibration/array_fit.h"
 #include "calibration/condensed_recording.h"

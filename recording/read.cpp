@@ -46,21 +46,16 @@ Recording read_unpacked(const TemporaryFile& file, const std::string& shown,
   }
 }
 
-Recording read_gzip(const std::string& path, const std::string& shown, const CsvOptions& options,
-                    int depth) {
+// One file within another. unpacked: throws where it is none of its kind.
+Recording read_packed(const std::string& path, const std::string& kind,
+                      TemporaryFile (*unpacked)(const std::string&, bool&),
+                      const std::string& shown, const CsvOptions& options, int depth) {
   bool truncated = false;
-  const TemporaryFile file = unpacked_gzip(path, truncated);
+  const TemporaryFile file = unpacked(path, truncated);
   Recording out = read_unpacked(file, shown, options, depth);
-  if (truncated) out.notes.emplace_back("the gzip file is cut off; what is before its end is read");
-  return out;
-}
-
-Recording read_zstd(const std::string& path, const std::string& shown, const CsvOptions& options,
-                    int depth) {
-  bool truncated = false;
-  const TemporaryFile file = unpacked_zstd(path, truncated);
-  Recording out = read_unpacked(file, shown, options, depth);
-  if (truncated) out.notes.emplace_back("the zstd file is cut off; what is before its end is read");
+  if (truncated) {
+    out.notes.push_back("the " + kind + " file is cut off; what is before its end is read");
+  }
   return out;
 }
 
@@ -130,9 +125,13 @@ Recording read_at_depth(const std::string& path, const std::string& shown,
   if (packed && depth >= kDeepest) {
     throw InputError(shown, 0, 0, "this is an archive in archives", "unpack it");
   }
-  if (head.starts_with("\x1f\x8b")) return read_gzip(path, shown, options, depth + 1);
+  if (head.starts_with("\x1f\x8b")) {
+    return read_packed(path, "gzip", unpacked_gzip, shown, options, depth + 1);
+  }
   if (head.starts_with("PK\x03\x04")) return read_zip(path, shown, options, depth + 1);
-  if (head.starts_with(kZstdMagic)) return read_zstd(path, shown, options, depth + 1);
+  if (head.starts_with(kZstdMagic)) {
+    return read_packed(path, "zstd", unpacked_zstd, shown, options, depth + 1);
+  }
   if (head.starts_with("\x89HDF\r\n\x1a\n")) return read_hdf5(path, options);
   if (head.starts_with("MATLAB 5.0") || head.starts_with("MATLAB 7.3")) {
     return read_mat(path, options);

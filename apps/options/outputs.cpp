@@ -55,6 +55,10 @@ CLI::Validator standard_input() {
 
 bool is_standard_output(const std::string& path) { return path == kStandardOutput; }
 
+std::FILE* where_words_go(const std::string& output) {
+  return is_standard_output(output) ? stderr : stdout;
+}
+
 CLI::Option* add_output(CLI::App& cmd, const std::string& option, std::string& path,
                         const std::string& description, const std::string& type) {
   return cmd.add_option(option, path, description)

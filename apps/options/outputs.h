@@ -4,6 +4,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@ CLI::Validator standard_input();
 
 // Whether it is what a command's words go to as well, so that these have to go elsewhere.
 bool is_standard_output(const std::string& path);
+// Where they go: what is said must not end in the middle of the data.
+std::FILE* where_words_go(const std::string& output);
 
 // Throws InputError where two outputs are one file, or an output is one of the inputs (or lies in
 // an input that is a folder). Empty paths: that output was not asked for.

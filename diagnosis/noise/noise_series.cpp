@@ -106,6 +106,7 @@ NoiseSeries make_noise_series(const SampleResiduals& r) {
   s.residual.assign(n, Vector3::Zero());
   s.used.assign(n, 0);
   if (!r.to_n.empty()) s.to_n.assign(n, Matrix3::Identity());
+  if (!r.change.empty()) s.change.assign(n, Vector3::Zero());
   for (std::size_t i = 0; i < place.size(); ++i) {
     const std::size_t k = place[i];
     s.t[k] = r.t[i];
@@ -114,6 +115,7 @@ NoiseSeries make_noise_series(const SampleResiduals& r) {
     s.residual[k] = r.residual[i];
     s.used[k] = 1;
     if (!r.to_n.empty()) s.to_n[k] = r.to_n[i];
+    if (!r.change.empty() && r.change[i].allFinite()) s.change[k] = r.change[i];
   }
   return s;
 }

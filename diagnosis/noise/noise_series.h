@@ -22,7 +22,9 @@ struct NoiseSeries {
   std::vector<Vector3> reading;   // as recorded
   std::vector<Vector3> residual;  // zero where not in use
   std::vector<char> used;
-  std::vector<Matrix3> to_n;  // of each place in use, or empty: SampleResiduals
+  // Of each place in use, or empty: SampleResiduals.
+  std::vector<Vector3> change;
+  std::vector<Matrix3> to_n;
 
   std::size_t size() const { return t.size(); }
   std::size_t used_count() const;

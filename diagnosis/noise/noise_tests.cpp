@@ -83,8 +83,9 @@ class Explanation {
   }
 
  private:
+  // What predicts left-out samples worse than without is none of them.
   bool accept(NoiseTest test) {
-    if (!(test.p_value < level_)) return false;
+    if (!(test.p_value < level_) || test.nll_after > test.nll_before) return false;
     found_.push_back(std::move(test));
     return true;
   }
@@ -103,14 +104,18 @@ class Explanation {
       const double whistle = test_mains(rounded, clean(rounded)).statistic;
       if (mains_test.statistic < 2.0 * whistle) mains_test.p_value = 1.0;
     }
-    if (accept(mains_test)) {
-      const Mains mains = found_mains(found_.back());
-      for (std::size_t k = 0; k < series_.size(); ++k) {
-        if (!series_.used[k]) continue;
-        const Vector3 field = mains.at(series_.t[k]);
-        series_.residual[k] -= mains.of_room ? Vector3(series_.to_n[k].inverse() * field) : field;
-      }
-      cleaned_ = clean(series_);
+    std::vector<Mains> lines = mains_test.of_motion;
+    if (accept(mains_test)) lines.push_back(found_mains(found_.back()));
+    // What follows the motion is no noise, either.
+    for (const Mains& line : lines) take_out(line);
+    if (!lines.empty()) cleaned_ = clean(series_);
+  }
+
+  void take_out(const Mains& line) {
+    for (std::size_t k = 0; k < series_.size(); ++k) {
+      if (!series_.used[k]) continue;
+      const Vector3 field = line.at(series_.t[k]);
+      series_.residual[k] -= line.of_room ? Vector3(series_.to_n[k].inverse() * field) : field;
     }
   }
 

@@ -31,6 +31,7 @@ constexpr double kBent = 2.0;           // residuals over their noise
 constexpr double kColour = 0.15;        // correlation of neighbouring nodes' residuals
 constexpr double kBends = 400.0;        // statistic of a source that bends the trajectory
 constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
+constexpr double kHardlyAny = 0.1;      // of the squares, with a cause that is all there is
 
 // Does the fit leave far more than noise? Then it has followed what it should not.
 bool is_bent(const Stage& stage) {
@@ -105,24 +106,34 @@ bool Extender::survives(Option& option, const Stage& stage, const Score& w) cons
     return option.score.log10_p < level - (w.coloured ? kCare : 0.0);
   }
   const double penalty =
-      option.rank - log10_chi_square_tail(option.score.statistic, option.score.dof);
-  option.score.log10_p = std::min(0.0, w.log10_p + std::max(0.0, penalty));
-  // The F distribution's far tail is not to be trusted as far as that of white noise.
-  if (option.score.log10_p > level - (w.coloured ? kCare : 0.0)) return false;
+      std::max(0.0, option.rank - log10_chi_square_tail(option.score.statistic, option.score.dof));
+  const bool of_time = option.effect->with_terms(1) != nullptr;
+  // What leaves hardly anything is no shape that noise happened to have: windows that scatter, as
+  // they do for what is there in some of them, say no more of it.
+  const bool is_all_there_is =
+      !of_time && stage.result().cost_final < kHardlyAny * stage_->result().cost_final;
+  if (is_all_there_is) {
+    option.score.log10_p = option.rank;
+  } else {
+    option.score.log10_p = std::min(0.0, w.log10_p + penalty);
+    // The F distribution's far tail is not to be trusted as far as that of white noise.
+    if (option.score.log10_p > level - (w.coloured ? kCare : 0.0)) return false;
+  }
   if (is_change(option.effect->name())) {
-    // Few windows have it: their noise is that of the others.
-    const double by_others = log10_p_by_scatter_of(stage, bias_key(option.effect->channel()),
-                                                   option.score.statistic, option.score.dof);
-    option.score.log10_p = std::max(option.score.log10_p, by_others + std::max(0.0, penalty));
-    if (option.score.log10_p > level) return false;
+    if (!is_all_there_is) {
+      // Few windows have it: their noise is that of the others.
+      const double by_others = log10_p_by_scatter_of(stage, bias_key(option.effect->channel()),
+                                                     option.score.statistic, option.score.dof);
+      option.score.log10_p = std::max(option.score.log10_p, by_others + penalty);
+      if (option.score.log10_p > level) return false;
+    }
     if (is_magnet(*option.effect)) return sharpness(option, stage) > kSharp;
     if (as_change(*option.effect)->form() == ChangeForm::kOffset &&
-        log10_p_by_blocks(stage) + std::max(0.0, penalty) > level) {
+        log10_p_by_blocks(stage) + penalty > level) {
       return false;
     }
     return stands_out(option, stage, w.statistic);
   }
-  const bool of_time = option.effect->with_terms(1) != nullptr;
   return of_time ||
          contradiction_of_halves(stage, stage.spec().effects.size() - 1) < kContradiction;
 }

@@ -56,6 +56,9 @@ LiveGate::LiveGate(const std::vector<std::string>& mag_names)
     options.turned = [sensor, recent = recent_.get()](double begin, double end) {
       return GateWitnesses(*recent).turned(sensor, begin, end);
     };
+    options.turned_by = [recent = recent_.get()](double begin, double end, const Vector3& more) {
+      return GateWitnesses(*recent).turned_by(begin, end, more);
+    };
     lanes_.push_back(std::make_unique<Lane>(name, sensor, options));
   };
   add("acc", Sensor::kAcc);

@@ -97,7 +97,8 @@ void SensorGate::look_up(const SensorHabits& habits) {
   usual_.settled = habits.settled();
   usual_.length = habits.usual_length();
   usual_.largest = std::max(habits.largest_length(), options_.largest_at_least);
-  usual_.repeated = habits.repeated();
+  usual_.repeats = habits.repeats();
+  usual_.same_noise = habits.same_noise();
   usual_.lively = habits.lively(0) || habits.lively(1) || habits.lively(2);
   for (int axis = 0; axis < 3; ++axis) {
     usual_.roughness[axis] = habits.roughness(axis);
@@ -180,7 +181,7 @@ std::size_t SensorGate::judge_front() {
     }
     if (const std::size_t run = jumped(why); run > 0) return judged(run, "spike");
     if (wrapped(front, why)) return judged(1, "wrap");
-    if (hung() || turned_while_still() || stopped_for_good()) {
+    if (hung() || turned_while_still() || frozen()) {
       keep({front.v, front.begin_s, front.begin_s, 1});
       return judged(1, "stuck");
     }
@@ -493,8 +494,7 @@ void SensorGate::follow(const Unit& unit) {
 // Readings that each repeat with the chance that this sensor shows.
 bool SensorGate::longer_than_chance(const Unit& unit) const {
   if (unit.count < kShortestRun) return false;
-  if (!(usual_.repeated > 0.0)) return true;
-  return double(unit.count - 1) * std::log(usual_.repeated) < kLogChanceOfRun;
+  return double(unit.count - 1) * std::log(usual_.repeats) < kLogChanceOfRun;
 }
 
 // Whether what follows the first unit lies much further from it than readings usually change.
@@ -537,14 +537,17 @@ bool SensorGate::turned_while_still() const {
   return options_.turned(unit.begin_s, unit.end_s);
 }
 
-// The last unit of all, of a sensor whose noise alone would have moved it: other sensors still do.
-bool SensorGate::stopped_for_good() const {
+// Its noise alone would have moved the sensor; other sensors still do move.
+bool SensorGate::frozen() const {
   const Unit& unit = units_.front();
-  if (!usual_.lively || units_.size() > 1 || !options_.others_change) return false;
+  if (!options_.others_change || !longer_than_chance(unit) ||
+      double(unit.count - 1) * std::log(usual_.same_noise) > kLogChanceOfRun) {
+    return false;
+  }
   std::size_t longest = 1;
   for (const Unit& before : kept_) longest = std::max(longest, before.count);
-  if (!longer_than_chance(unit) || unit.count < kShortestRun * longest) return false;
-  return options_.others_change(unit.begin_s, unit.end_s);
+  for (std::size_t i = 1; i < units_.size(); ++i) longest = std::max(longest, units_[i].count);
+  return unit.count >= kShortestRun * longest && options_.others_change(unit.begin_s, unit.end_s);
 }
 
 // At the limit, or so near it that noise alone keeps a magnetometer's reading below.

@@ -117,7 +117,8 @@ class SensorGate {
     std::size_t samples = 0;
     bool settled = false, lively = false;
     Vector3 roughness, noise, extreme, step;
-    double length = 0.0, largest = 0.0, repeated = 0.0;
+    double length = 0.0, largest = 0.0;
+    double repeats = 0.0, same_noise = 0.0;
     std::array<std::optional<double>, 6> limits;  // of x, y, z, upper and lower
   };
 
@@ -139,7 +140,7 @@ class SensorGate {
   bool hung() const;
   bool resumes_elsewhere(const Vector3& usual_change) const;
   bool turned_while_still() const;
-  bool stopped_for_good() const;
+  bool frozen() const;
   bool at_its_limit(const Unit& unit, Judged& why) const;
   bool jumps_recur() const;
   bool is_a_turn(const Unit& unit, const Sides& sides) const;

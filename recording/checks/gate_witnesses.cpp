@@ -17,7 +17,8 @@ constexpr double kTurningShare = 0.3;   // of gravity or the field, by which the
 // A step of gravity or the field is looked for so far to either side, but of so many readings.
 constexpr double kStepReach_s = 0.1, kFewReadings = 6.0, kManyReadings = 32.0;
 constexpr double kFewestReadings = 3.0, kSameRow = 0.25;
-constexpr double kLogOddsOfTurn = 7.0;  // 1000 to 1
+// A turn of one sample leaves a tail as a rule: garbage is likelier, ten to one.
+constexpr double kLogOddsOfTurn = 2.3;
 
 std::pair<std::size_t, std::size_t> span_within(const VectorSeries& s, double begin, double end) {
   const auto first = std::ranges::lower_bound(s.t, begin),

@@ -8,9 +8,9 @@
 //   gate.push(t, v);                                    // again and again, then gate.finish()
 //   for (const SensorGate::Judged& s : gate.take()) ... // kind empty: a measurement
 //
-// A blow to the sensor, a magnet that passes, a current that is switched, an outlier of some
-// hundred standard deviations are measurements. The rules are conservative: a sample that a fit
-// survives may stay.
+// A blow to the sensor, a magnet that passes, a current that is switched, an outlier of a sensor
+// that has many (jump_sizes.h) are measurements. A jump is one against the course of its neighbours
+// (local_course.h): only what departs from them counts.
 #pragma once
 
 #include <array>

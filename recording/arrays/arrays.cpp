@@ -281,7 +281,9 @@ class ArrayRecording {
     options.keep_origin = true;
     options.row = "row";
     // Its own, those of its structure, those of all.
-    const auto beside = times_beside_.find(parent_of(sensor.name));
+    // Of three axes the first one's.
+    const auto beside =
+        times_beside_.find(parent_of(sensor.name.substr(0, sensor.name.find(", "))));
     const bool fits = beside != times_beside_.end() && beside->second.size() == sensor.v.size();
     if (fits && !times_.contains(kind)) times_[kind] = beside->second;
     const auto own = times_.find(kind), common = times_.find("");

@@ -238,7 +238,8 @@ class ArrayRecording {
     for (std::size_t i = 0; i < readable.size(); ++i) {
       const auto given = options_.columns.find(file_.names[i]);
       const bool by_option = given != options_.columns.end();
-      const CsvName is = csv_name(by_option ? given->second : readable[i]);
+      CsvName is = csv_name(by_option ? given->second : readable[i]);
+      if (is.name.empty()) is = csv_name(last_word(readable[i]));  // "log/imu.ax"
       const std::string sensor = is.name.substr(0, is.name.find('_'));
       if (is.name.size() < 5 || sensor == "pos" || sensor == "temp" || has_sensor(sensor)) continue;
       BroadField field;

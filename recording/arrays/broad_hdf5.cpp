@@ -145,7 +145,13 @@ std::map<std::string, TableColumn> table_columns(const std::string& path, hid_t 
   std::map<std::string, TableColumn> out;
   for (std::size_t i = 0; i < names.size() && i < kMostTables; ++i) {
     if (H5Lexists(file, names[i].c_str(), H5P_DEFAULT) <= 0) continue;
-    const Hdf5Handle data(open_dataset(path, file, names[i]), H5Dclose);
+    hid_t dataset = -1;
+    try {
+      dataset = open_dataset(path, file, names[i]);
+    } catch (const InputError&) {
+      continue;  // in another file
+    }
+    const Hdf5Handle data(dataset, H5Dclose);
     const Hdf5Handle type(data.ok() ? H5Dget_type(data) : -1, H5Tclose);
     if (!type.ok() || !is_table(type)) continue;
     for (int m = 0; m < std::min(H5Tget_nmembers(type), kMostColumns); ++m) {

@@ -10,7 +10,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kRateWindow = 2.0;   // s: longer than noise is remembered
+constexpr double kRateWindow = 2.0;   // s: longer than the correlation time of noise
 constexpr std::size_t kFewest = 300;  // samples
 
 double mean_of(const std::vector<double>& x, std::size_t begin, std::size_t end) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Is what is left of a sensor larger where the sensor turns faster? Noise is not: an error that
-// changes from sample to sample (of the times, of lost or repeated samples) shows so, and has no
-// mean that a dependence could find.
+// Are a sensor's residuals larger where the sensor turns faster? Noise has the same size at all
+// rates. An error that changes from sample to sample (of the times, of lost or repeated samples)
+// grows with the rate, and has no mean that a dependence on the rate could find.
 #pragma once
 
 #include "calibration/result/calibration.h"

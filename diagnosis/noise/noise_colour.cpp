@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Noise that remembers, and noise of another size than given: both from the spectrum.
+// Noise that is correlated in time, and noise of another size than given: both from the spectrum.
 #include <fmt/format.h>
 #include <algorithm>
 #include <array>
@@ -13,11 +13,11 @@
 namespace magimu {
 namespace {
 
-// Of noise that is less than given more is forgiven than of noise that is more: a fit takes degrees
-// of freedom, and a strong slow error some of the noise with it.
+// Relative. Residuals may be so much smaller than the given noise: a fit takes degrees of freedom,
+// and a strong slow error takes some of the noise with it.
 constexpr double kLessBy = 0.06;
-constexpr double kBeyondChance = 3.0;  // standard deviations: at rest it is less
-constexpr double kOpposite = 1e-4;     // p: neighbours are, and not by chance
+constexpr double kBeyondChance = 3.0;  // standard deviations by which it is less at rest
+constexpr double kOpposite = 1e-4;     // p of a negative correlation that is told
 
 std::vector<char> first_half(const PieceSpectra& spectra, bool other) {
   std::vector<char> chosen(spectra.power.size());
@@ -70,8 +70,8 @@ double level_scatter(const PieceSpectra& spectra) {
   return std::sqrt(std::max(0.0, m * square / (sum * sum) - 1.0) * 0.5 * kOverlap / m);
 }
 
-// Noise is there at rest, too. Where the trajectory follows the sensor, fast turns read slowly
-// leave as much of themselves in its samples as colour would.
+// Coloured noise is coloured at rest, too. Where the trajectory follows the sensor, fast turns that
+// are sampled slowly leave residuals that look coloured, but only in motion.
 bool rests_contradict(const NoiseSeries& s, const SpectrumFit& ar) {
   if (s.readings_at_rest == 0.0) return false;
   const double sigma =

@@ -45,7 +45,7 @@ Scaled scale(const SampleResiduals& samples, const std::vector<Vector3>& residua
   return out;
 }
 
-// The six numbers of a symmetric matrix, as many units long as it.
+// The six numbers of a symmetric matrix, scaled so that their norm is the matrix's (Frobenius).
 constexpr int kNumbers = 6, kUnknowns = 10, kJitter = kUnknowns - 1;
 using Square = Eigen::Matrix<double, kNumbers, 1>;
 using Regressors = Eigen::Matrix<double, kNumbers, kUnknowns>;

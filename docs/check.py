@@ -5,8 +5,8 @@
 docs/check.py            every constant of calibration/, diagnosis/, earth/ and recording/ stands in
                          docs/thresholds.md with its value, or among those that decide nothing; every
                          name "`name` in `file`" is in that file; every file that a document or a
-                         comment names is there; no room includes another one than the table of
-                         docs/design.md says
+                         comment names is there (a header in a comment by the end of its path); no
+                         room includes another one than the table of docs/design.md says
 docs/check.py --values   brings docs/thresholds.md up to the code: values anew, rows of constants that
                          are gone taken out, new ones under "Not described yet" with their comment,
                          for you to move to their place and to say what they decide
@@ -27,6 +27,7 @@ NUMBER = re.compile(
     r"|std::array<double, ?\d+>|std::array<int, ?\d+>|Eigen::Index|NoiseDensities|Drift)"
 )
 DECLARATION = re.compile(r"\bconstexpr\s+(?P<type>[\w:<>, *]+?)\s*\b(?P<rest>k[A-Z]\w*\s*[\[={][^;]*);")
+FOREIGN = r"AP_|LogStructure\.h"  # ArduPilot's sources, which comments cite
 DRAWN = "These decide nothing"  # the heading behind which the exceptions stand
 
 
@@ -209,7 +210,33 @@ def check_names(files):
             if target not in whole:
                 line = text.count("\n", 0, match.start()) + 1
                 faults.append(f"{file}:{line}: there is no {target}")
+        faults += check_paths(file, text, tops, whole)
     return faults
+
+
+def check_paths(file, text, tops, whole):
+    """In documents `folder/name` without an ending, in comments of sources other sources."""
+    stems = {re.sub(r"\.\w+$", "", name) for name in whole}
+    ends = {end for name in whole for end in ends_of(name)}
+    faults = []
+    for number, line in enumerate(text.split("\n")):
+        named = []
+        if file.endswith(".md"):
+            named = [name for name in re.findall(r"`((?:[\w\-]+/)+[\w\-]+)`", line)
+                     if name.split("/")[0] in tops and not re.search("NAME|ROOM", name)]
+        elif "//" in line and file.endswith((".h", ".cpp", ".inc")):
+            comment = line.split("//", 1)[1]
+            named = [name for name in re.findall(r"(?<![\w/.<*])((?:\w+/)*\w+\.(?:h|cpp|inc))\b", comment)
+                     if not re.search(FOREIGN, name)]
+        for name in named:
+            if name not in stems and name not in ends:
+                faults.append(f"{file}:{number + 1}: there is no {name}")
+    return faults
+
+
+def ends_of(name):
+    parts = name.split("/")
+    return ["/".join(parts[i:]) for i in range(len(parts))]
 
 
 def rooms_of_table():

@@ -20,7 +20,7 @@ constexpr double kHarmless = 0.3;  // step in units of the noise: adds 0.4 % to 
 // Readings at the largest value, for it to be a limit: a few equal readings have other causes.
 constexpr int kLeastPiledUp = 10;
 
-double model(const NoiseSeries& s, std::size_t k, int axis) {
+double predicted(const NoiseSeries& s, std::size_t k, int axis) {
   return s.reading[k][axis] - s.residual[k][axis];
 }
 
@@ -175,7 +175,7 @@ PileUp pile_up(const NoiseSeries& s, double width) {
       ++p.near;
       if (size < p.most * (1.0 - 1e-9)) continue;
       ++p.count;
-      p.beyond += std::copysign(1.0, x) * model(s, k, axis) - p.most;
+      p.beyond += std::copysign(1.0, x) * predicted(s, k, axis) - p.most;
       p.axes[std::size_t(axis)] = true;
     }
   }
@@ -198,7 +198,7 @@ void judge_saturation(const NoiseSeries& s, double most, double sd, NoiseTest& t
   const auto clipped = [&](std::size_t k, int axis, double sigma) {
     const double x = s.reading[k][axis];
     if (std::abs(x) < most * (1.0 - 1e-9)) return gaussian_nll(s.residual[k][axis], sigma);
-    const double inside = most - std::copysign(1.0, x) * model(s, k, axis);
+    const double inside = most - std::copysign(1.0, x) * predicted(s, k, axis);
     return std::log(sigma) - std::log(std::max(1e-6, normal_tail(inside / sigma)));
   };
   test.nll_before = judge_halves(s, 0.3 * sd, 100.0 * sd, plain);

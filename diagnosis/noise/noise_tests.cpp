@@ -152,7 +152,7 @@ class Explanation {
   // K was found in units of the high-passed noise. That is smaller than the whole noise where
   // neighbours are correlated, and K counts in units of the whole.
   void resize_outliers(const PieceSpectra& spectra, NoiseTest& outliers) {
-    const SpectrumFit fit = fit_correlated(spectra, mean_spectrum(spectra));
+    const ColourFit fit = fit_correlated(spectra, mean_spectrum(spectra));
     outliers.parameters[1].value /= std::sqrt(fit.v);
     outliers.parameters[1].sigma /= std::sqrt(fit.v);
   }

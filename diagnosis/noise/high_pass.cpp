@@ -43,14 +43,6 @@ double high_pass_gain(double omega) {
   return passed * passed;
 }
 
-double high_pass_autocovariance(int lag) {
-  double r = (lag == 0 ? 1.0 : 0.0) - 2.0 * smoothing_weight(lag);
-  for (int j = -kHighPassReach; j <= kHighPassReach; ++j) {
-    r += smoothing_weight(j) * smoothing_weight(j + lag);
-  }
-  return r;
-}
-
 std::vector<Vector3> high_passed(const VectorSeries& series) {
   const std::size_t n = series.size(), reach = kHighPassReach;
   std::vector<Vector3> result(n, Vector3::Zero());

@@ -45,7 +45,6 @@ class Extender {
   void set_base(const Stage& stage) { base_ = stage; }
   const Stage& base() const { return *base_; }    // the model that the diagnosis started from
   const Stage& stage() const { return *stage_; }  // the model as extended so far
-  double heldout_nll() const { return nll_; }     // of stage()
   // log10 of the level that one test among all must pass.
   double log10_level() const;
 

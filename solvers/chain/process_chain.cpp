@@ -13,7 +13,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kFlatDirection = 1e-12;  // eigenvalues count as no less: rounding
+constexpr double kFlatDirection = 1e-12;  // an eigenvalue of what nothing determines
 
 double log_det_of_pivots(const RowStack& A, int begin, const std::vector<int>& pivot_row) {
   double out = 0.0;
@@ -215,7 +215,7 @@ ProcessChain::ProcessChain(const LinearSystem& system, const Values& values,
         top = triangularize(A, 0, 0, dk, pivots);
         log_dets[j] += log_det_of_pivots(A, 0, pivots);
       }
-      // Rows on the globals alone are added to the border.
+      // Rows that say nothing of the ends are the border's.
       int rest = filled;
       if (!(a + 1 == b)) {
         rest = triangularize(A, top, dk, dk + da + db, pivots);

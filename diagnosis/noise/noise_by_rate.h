@@ -12,7 +12,7 @@ namespace magimu {
 struct NoiseByRate {
   double statistic = 0.0;  // chi-square with 1 degree of freedom under Gaussian noise of one size
   double log10_p = 0.0;    // of growth with the rate, by the scatter of blocks of 2 s: right for
-                         // coloured and heavy-tailed noise, too
+                           // coloured and heavy-tailed noise, too
   double fast_over_slow = 1.0;  // RMS of the fastest third over that of the slowest
 };
 

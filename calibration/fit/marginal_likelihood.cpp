@@ -8,7 +8,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kFlat = 1e-12;  // eigenvalues count as no less: rounding
+constexpr double kFlat = 1e-12;  // an eigenvalue of what nothing determines
 
 double log_det_whitening(const FactorGraph& graph) {
   double sum = 0.0;

@@ -21,11 +21,12 @@
 namespace magimu {
 namespace {
 
-// Their standard deviation is known to 6 %; Student's distribution takes that into account.
+// Simulated data sets. The standard deviation of a statistic is then known to 6 %, which Student's
+// distribution takes into account.
 constexpr int kReplicates = 128;
 constexpr double kMostDamping = 1e-2;  // beyond it the simulated fits are no fits
 
-// Of one fitted model: what is left of its rows, and of noise that was fitted by it.
+// Residuals of data that were simulated from one fitted model and fitted again.
 class Replicates {
  public:
   explicit Replicates(const Optimum& at)
@@ -80,7 +81,8 @@ double density_known_to(Sensor sensor, const std::vector<const Recording*>& reco
   return 1.0 / std::sqrt(6.0 * std::max(samples, 1.0));
 }
 
-// What is known of a sensor's samples, as recorded, beyond the size of their noise.
+// Samples a node as recorded, and the size, colour and outliers that were found, of one sensor's
+// noise.
 SimulatedNoise::OfSensor noise_of(const ChannelStatistics& sensor,
                                   const std::vector<const Recording*>& full, bool noise_given,
                                   const std::vector<Finding>& findings) {

@@ -12,8 +12,8 @@
 namespace magimu {
 namespace {
 
-// A hand's place and velocity at the beginning of a window: nothing else in it may tell them.
-// Standard deviations of 1 m and 1 m/s, whose logarithm is 0.
+// Priors of 1 m and 1 m/s on a hand's position and velocity at the beginning of each window:
+// nothing else in the window may determine them. (The logarithm of 1 adds nothing to the sums.)
 FactorGraph with_boundary_priors(const Stage& stage, const std::vector<int>& window_of) {
   FactorGraph graph = stage.graph();
   if (stage.spec().motion != MotionModel::kHandHeld) return graph;
@@ -41,8 +41,8 @@ double log_det_of(const Eigen::LDLT<MatrixXd>& ldlt) {
   return ldlt.vectorD().array().max(1e-300).log().sum();
 }
 
-// What a window's negative log-likelihood changes by where some parameters are integrated out
-// instead of being held at `step`, which the other windows' information K lets expect.
+// Change of a window's negative log-likelihood when the parameters `free` are integrated out under
+// the other windows' information K, instead of being held at `step`, the other windows' optimum.
 double integrated(const CondensedWindow& own, const MatrixXd& K, const VectorXd& step,
                   const std::vector<Eigen::Index>& free) {
   if (free.empty()) return 0.0;

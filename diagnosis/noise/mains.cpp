@@ -27,14 +27,15 @@
 namespace magimu {
 namespace {
 
-// Below, motion and the errors that follow it, and harmonics of what switches now and then.
+// Below this frequency residuals hold motion, errors that follow it, and harmonics of what switches
+// now and then.
 constexpr double kLowestMainsHz = 5.0;
 double lowest_mains_hz(double rate_hz) { return std::min(kLowestMainsHz, 0.1 * rate_hz); }
 
 constexpr double kMedian2 = 1.386294;   // of chi-square with two degrees of freedom
 constexpr double kTaper = 0.03;         // of the length, at each end
 constexpr double kGridHz = 0.25;        // to each side of 50 and 60 Hz
-constexpr double kOdds = 20.0;          // for the room's frame, to be told
+constexpr double kOdds = 20.0;          // for the room's frame over the sensor's, to name the room
 constexpr double kLikely = 0.2;         // p, to be looked at
 constexpr double kOfMotion = 1e-3;      // p of a line in the reading's change
 constexpr std::size_t kMostLines = 50;  // of a motion
@@ -304,7 +305,8 @@ double second_line(const Periodogram& p, const std::vector<double>& heights, std
   return most;
 }
 
-// Where mains of 50 or 60 Hz and their harmonics would appear.
+// In words, if the line is where mains of 50 or 60 Hz, their harmonics or a railway's 16.7 Hz
+// appear.
 std::string where_from(double f_hz, double rate_hz, double resolution_hz) {
   for (const double line : {50.0, 60.0, 16.667, 100.0, 120.0, 150.0, 180.0}) {
     if (std::abs(alias(line, rate_hz) - f_hz) > 0.004 * line + resolution_hz) continue;

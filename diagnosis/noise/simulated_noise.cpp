@@ -62,8 +62,8 @@ void add_shaped(const SimulatedNoise::OfSensor& s, std::mt19937_64& random, Vect
   }
 }
 
-// Means of samples that were rounded to the converter's steps. In slow motion their errors
-// remember.
+// Means of samples that were rounded to the converter's steps. In slow motion rounding errors are
+// correlated in time.
 void add_rounded(const SimulatedNoise::OfSensor& s, std::mt19937_64& random, VectorXd& e) {
   // Where between two steps the prediction lies is known less well than to a step.
   std::uniform_real_distribution<double> phase(-0.5 * s.step, 0.5 * s.step);

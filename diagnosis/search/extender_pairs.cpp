@@ -17,7 +17,8 @@
 namespace magimu {
 namespace {
 
-// Scatter of two causes' scores with both in the model, one step away: of white noise it is 1.
+// Scatter of two causes' scores with both in the model (by one step), below which the rest counts
+// as white: white noise has 1. The second for a bias that stands in for a change, below.
 constexpr double kWhiteBeside = 1.5;
 constexpr double kWhiteWithin = 1.0;
 // Of all squares that a fit leaves: more than everything else together.
@@ -33,9 +34,10 @@ int bias_windows(const Stage& stage) {
 
 }  // namespace
 
-// Those that leave white noise beside one of the others, or explain most of all. A change's times
-// are wrong as long as the other cause is not in the model: a magnetometer's bias that is another
-// one in every window stands for it, and takes what is slow of coloured noise with it.
+// Options that leave white noise beside one of the others, or explain most of all. Instead of a
+// change, whose times are wrong as long as the other cause is not in the model, stands a
+// magnetometer bias of its own in every window. That takes slow coloured noise with it, hence the
+// lower kWhiteWithin.
 std::vector<Option> Extender::firsts_of_pairs(const std::vector<Option>& options) const {
   std::vector<Option> firsts;
   std::vector<std::shared_ptr<const Effect>> effects;
@@ -105,7 +107,7 @@ bool Extender::try_beside(const Option& first, const Stage& alone) {
                              VectorXd::Zero(second->option.effect->size()));
   finding.probability = 1.0 / (1.0 + std::exp(std::min(700.0, -second->alone)));
   entered_[finding.effect].searched = second->option.searched;
-  // Which cause it is that stands beside the second is asked as if that had been found first.
+  // The first is chosen once more, as if the second had been found before it.
   if (!put_in(second->option, second->parameters())) return false;
   std::optional<Finding> other =
       try_options(scan_options(recordings_, *stage_, candidates(*stage_)));

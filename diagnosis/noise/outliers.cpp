@@ -416,8 +416,9 @@ NoiseTest test_outliers(const NoiseSeries& given, const Cleaned& c, OutlierShare
     test.p_value = 1.0;
     test.untested = "what is more than noise is smaller than the noise itself: no outliers";
   }
-  // Impulses far beyond any motion are named all the same.
-  if (test.p_value < kSeen && K < kBeyondMotion && dispersion(s, c) > kInBursts) {
+  // Impulses far beyond any motion, each by itself, are named all the same.
+  const bool rare = two.eps * (2.0 * kHighPassReach + 1.0) < 1.0;  // most have none beside them
+  if (test.p_value < kSeen && !(rare && K > kBeyondMotion) && dispersion(s, c) > kInBursts) {
     test.p_value = 1.0;
     test.in_bursts = true;
     test.untested = "what sticks out comes in bursts, with the motion rather than at random";

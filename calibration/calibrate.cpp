@@ -200,7 +200,10 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   if (coarse.result().converged()) {
     add_missing_effects(c, missing);
     const MatrixXd more = add_unseen_tolerances(c, searched.unseen);
-    if (condensed != nullptr && *condensed) widen(**condensed, more);
+    if (condensed != nullptr && *condensed) {
+      widen(**condensed, more);
+      (*condensed)->common = more;
+    }
   }
   add_prior(c, recordings, *fine, options, mag_squares);
   if (c.prior.source != "none") {

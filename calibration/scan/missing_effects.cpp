@@ -51,6 +51,36 @@ std::vector<std::shared_ptr<const Effect>> candidates(
   return out;
 }
 
+// A family of tolerances that is not seen to be missing. influence: by how much its parameters move
+// the calibration's.
+struct ToleranceFamily {
+  std::string name;
+  Channel channel = Channel::kAcc;
+  ToleranceDirections directions;
+  MatrixXd influence;
+};
+
+std::vector<MissingEffect> unseen_of(const std::vector<ToleranceFamily>& families) {
+  std::vector<ToleranceDirections> directions;
+  for (const ToleranceFamily& f : families) directions.push_back(f.directions);
+  const std::vector<MatrixXd> sizes = unseen_tolerances(directions);
+  std::vector<MissingEffect> out;
+  for (std::size_t i = 0; i < families.size(); ++i) {
+    const MatrixXd& influence = families[i].influence;
+    MissingEffect& unseen = out.emplace_back();
+    unseen.name = families[i].name;
+    unseen.channel = families[i].channel;
+    unseen.shift = VectorXd::Zero(influence.rows());
+    unseen.covariance = influence * sizes[i] * influence.transpose();
+  }
+  return out;
+}
+
+struct FoundByScan {
+  std::vector<MissingEffect> missing;
+  std::vector<ToleranceFamily> families;
+};
+
 // What one scan says of the calibration, candidate by candidate.
 class Search {
  public:
@@ -71,7 +101,7 @@ class Search {
                     window_s(effects.front()->channel(), stage_.spec().motion));
     for (std::size_t i = 0; i < effects.size(); ++i) look_at(scan, i, *effects[i]);
   }
-  SearchedEffects found() && { return std::move(found_); }
+  FoundByScan found() && { return std::move(found_); }
 
  private:
   void look_at(const Scan& scan, std::size_t i, const Effect& effect) {
@@ -87,15 +117,11 @@ class Search {
   void look_for_unseen(const Scan& scan, std::size_t i, const Effect& effect, const Score& s) {
     if (!is_tolerance(effect)) return;
     const VectorXd z = scan.score().segment(scan.first(i), effect.size());
-    const MatrixXd size = unseen_tolerances(s.information, z, s.coloured ? s.scatter : 1.0,
-                                            effect.prior_sigma(recordings_.front()->duration_s()));
-    const MatrixXd influence = influence_of(scan, i, effect);
-    MissingEffect unseen;
-    unseen.name = effect.name();
-    unseen.channel = effect.channel();
-    unseen.shift = VectorXd::Zero(influence.rows());
-    unseen.covariance = influence * size * influence.transpose();
-    found_.unseen.push_back(std::move(unseen));
+    found_.families.push_back(
+        {effect.name(), effect.channel(),
+         tolerance_directions(s.information, z, s.coloured ? s.scatter : 1.0,
+                              effect.prior_sigma(recordings_.front()->duration_s())),
+         influence_of(scan, i, effect)});
   }
   bool is_missing(const Scan& scan, std::size_t i, const Effect& effect, const Score& s) {
     const bool named = find_effect(effect.name()) != nullptr, coloured = s.coloured;
@@ -152,13 +178,12 @@ class Search {
   const Stage& stage_;
   double log10_level_;
   double squares_ = 0.0, mean_square_uT_ = 0.0;  // of the magnetometers, of one reading's axis
-  SearchedEffects found_;
+  FoundByScan found_;
 };
 
 // Of the effects on one sensor.
-SearchedEffects look(const std::vector<const Recording*>& recordings, const Stage& stage,
-                     const std::vector<std::shared_ptr<const Effect>>& effects,
-                     double log10_level) {
+FoundByScan look(const std::vector<const Recording*>& recordings, const Stage& stage,
+                 const std::vector<std::shared_ptr<const Effect>>& effects, double log10_level) {
   if (effects.empty()) return {};
   Search search(recordings, stage, log10_level);
   search.look(effects);
@@ -233,7 +258,7 @@ SearchedEffects search_effects(const std::vector<const Recording*>& recordings,
   // Each sensor's by themselves: a candidate's test takes no notice of the others, and columns cost
   // their square.
   const double log10_level = std::log10(kFalseAlarms / double(all.size()));
-  std::array<SearchedEffects, 3> found;
+  std::array<FoundByScan, 3> found;
   parallel::for_each(found.size(), [&](std::size_t channel) {
     std::vector<std::shared_ptr<const Effect>> own;
     std::ranges::copy_if(all, std::back_inserter(own),
@@ -241,10 +266,12 @@ SearchedEffects search_effects(const std::vector<const Recording*>& recordings,
     found[channel] = look(recordings, stage, own, log10_level);
   });
   SearchedEffects out;
-  for (const SearchedEffects& own : found) {
+  std::vector<ToleranceFamily> families;
+  for (const FoundByScan& own : found) {
     out.missing.insert(out.missing.end(), own.missing.begin(), own.missing.end());
-    out.unseen.insert(out.unseen.end(), own.unseen.begin(), own.unseen.end());
+    families.insert(families.end(), own.families.begin(), own.families.end());
   }
+  out.unseen = unseen_of(families);
   return out;
 }
 
@@ -308,6 +335,7 @@ MatrixXd add_unseen_tolerances(Calibration& c, const std::vector<MissingEffect>&
   c.checks.push_back(check);
   if (unseen.empty()) return more;
   c.covariance_model += more;
+  c.covariance_common = more;
   add_to_covariance(c, more);
   return more;
 }

@@ -9,40 +9,42 @@
 namespace magimu {
 namespace {
 
-// Of independent directions: the logarithm of the odds of an error, at even odds beforehand; mean
-// and variance of the error where it is there.
-struct Directions {
-  VectorXd log_odds, mean, variance;
-};
+constexpr double kSure = 20.0;  // logarithm of odds, beyond which products would overflow
 
-// E[x x'], over all sets of directions that may have an error. Their number is at most 2^9.
-MatrixXd second_moment(const Directions& d) {
-  const auto n = int(d.mean.size());
-  const unsigned sets = 1u << n;
-  VectorXd log_p(sets);
-  for (unsigned set = 0; set < sets; ++set) {
-    int k = 0;
-    log_p[set] = 0.0;
-    for (int i = 0; i < n; ++i) {
-      if ((set >> i & 1u) == 0) continue;
-      log_p[set] += d.log_odds[i];
-      ++k;
-    }
-    // Each k is as probable, and each set of k directions.
-    log_p[set] += std::lgamma(k + 1.0) + std::lgamma(n - k + 1.0);
+// Sums over all sets of k of these odds, of the product of each set.
+std::vector<double> sums_of_sets(const std::vector<double>& odds) {
+  std::vector<double> out{1.0};
+  for (const double o : odds) {
+    out.push_back(0.0);
+    for (std::size_t k = out.size() - 1; k > 0; --k) out[k] += o * out[k - 1];
   }
-  const VectorXd p = (log_p.array() - log_p.maxCoeff()).exp();
-  MatrixXd sum = MatrixXd::Zero(n, n);
-  for (unsigned set = 0; set < sets; ++set) {
-    VectorXd mean = VectorXd::Zero(n);
-    for (int i = 0; i < n; ++i) {
-      if ((set >> i & 1u) == 0) continue;
-      mean[i] = d.mean[i];
-      sum(i, i) += p[set] * d.variance[i];
+  return out;
+}
+
+// Of an error in each direction: each number of them is as probable, and each set of that number.
+VectorXd probabilities(const VectorXd& log_odds) {
+  const auto n = std::size_t(log_odds.size());
+  std::vector<double> odds(n);
+  for (std::size_t i = 0; i < n; ++i)
+    odds[i] = std::exp(std::min(log_odds[Eigen::Index(i)], kSure));
+  // One over the number of sets of k.
+  const auto prior = [&](std::size_t k) {
+    return std::exp(std::lgamma(double(k) + 1.0) + std::lgamma(double(n - k) + 1.0) -
+                    std::lgamma(double(n) + 1.0));
+  };
+  VectorXd out(log_odds.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    std::vector<double> others = odds;
+    others.erase(others.begin() + std::ptrdiff_t(i));
+    const std::vector<double> sums = sums_of_sets(others);
+    double with = 0.0, without = 0.0;
+    for (std::size_t k = 0; k < n; ++k) {
+      with += prior(k + 1) * odds[i] * sums[k];
+      without += prior(k) * sums[k];
     }
-    sum += p[set] * mean * mean.transpose();
+    out[Eigen::Index(i)] = with / (with + without);
   }
-  return sum / p.sum();
+  return out;
 }
 
 }  // namespace
@@ -52,24 +54,43 @@ bool is_tolerance(const Effect& effect) {
          effect.name() == "gyro_g_sensitivity";
 }
 
-MatrixXd unseen_tolerances(const MatrixXd& A, const VectorXd& z, double excess,
-                           const VectorXd& sigma) {
+ToleranceDirections tolerance_directions(const MatrixXd& A, const VectorXd& z, double excess,
+                                         const VectorXd& sigma) {
   const MatrixXd scaled = sigma.asDiagonal() * A * sigma.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
       MatrixXd((0.5 / excess) * (scaled + scaled.transpose())));
-  const MatrixXd LU = sigma.asDiagonal() * eigen.eigenvectors();
-  const VectorXd y = LU.transpose() * z / excess;
-  const Eigen::Index n = y.size();
-  Directions d{VectorXd(n), VectorXd(n), VectorXd(n)};
+  const Eigen::Index n = z.size();
+  ToleranceDirections out{VectorXd(n), VectorXd(n), VectorXd(n),
+                          sigma.asDiagonal() * eigen.eigenvectors()};
+  const VectorXd y = out.axes.transpose() * z / excess;
   for (Eigen::Index i = 0; i < n; ++i) {
     const double lambda = std::max(0.0, eigen.eigenvalues()[i]), there = 1.0 + lambda;
     // A score has the information as its variance: without information it is rounding.
     const double score = lambda > 0.0 ? y[i] : 0.0;
-    d.log_odds[i] = 0.5 * (score * score / there - std::log(there));
-    d.mean[i] = score / there;
-    d.variance[i] = 1.0 / there;
+    out.log_odds[i] = 0.5 * (score * score / there - std::log(there));
+    out.mean[i] = score / there;
+    out.variance[i] = 1.0 / there;
   }
-  return LU * second_moment(d) * LU.transpose();
+  return out;
+}
+
+std::vector<MatrixXd> unseen_tolerances(const std::vector<ToleranceDirections>& families) {
+  VectorXd log_odds;
+  for (const ToleranceDirections& f : families) {
+    log_odds.conservativeResize(log_odds.size() + f.log_odds.size());
+    log_odds.tail(f.log_odds.size()) = f.log_odds;
+  }
+  const VectorXd p = probabilities(log_odds);
+  std::vector<MatrixXd> out;
+  Eigen::Index first = 0;
+  for (const ToleranceDirections& f : families) {
+    const VectorXd own = p.segment(first, f.mean.size());
+    first += f.mean.size();
+    const VectorXd mean = f.axes * own.cwiseProduct(f.mean);
+    out.push_back(mean * mean.transpose() +
+                  f.axes * own.cwiseProduct(f.variance).asDiagonal() * f.axes.transpose());
+  }
+  return out;
 }
 
 }  // namespace magimu

@@ -12,15 +12,17 @@
 //
 //   log(p(data | there) / p(data | not there)) = y^2 / (2 (1 + lambda)) - log(1 + lambda) / 2
 //
-// and, where it is there, its size is N(y / (1 + lambda), 1 / (1 + lambda)). How many of a family's
-// n directions have an error is as probable for each number from 0 to n (Scott and Berger 2010): of
-// a sensor that is exact where the motion shows it, the rest is less likely to be wrong. What the
-// data show to be zero has next to no probability (Occam's factor); where they show nothing of the
-// family, each direction has one half.
+// and, where it is there, its size is N(y / (1 + lambda), 1 / (1 + lambda)). How many of all n
+// directions have an error is as probable for each number from 0 to n (Scott and Berger 2010): of a
+// device that is exact where the motion shows it, the rest is less likely to be wrong. What the
+// data show to be zero has next to no probability (Occam's factor); where they show nothing at all,
+// each direction has one half.
 //
-// The second moment of the family's errors, times what they do to the calibration, widens its
-// covariance: after a rich motion by next to nothing.
+// The errors' mean, as a shift that was not made, and their variance, times what they do to the
+// calibration, widen its covariance: after a rich motion by next to nothing.
 #pragma once
+
+#include <vector>
 
 #include "factors/effects/effect.h"
 
@@ -29,9 +31,19 @@ namespace magimu {
 // Is it a family of errors that every part has within its tolerances?
 bool is_tolerance(const Effect& effect);
 
-// E[x x'] of the family's parameters x. A: their information, z: their score, excess: the variance
-// of the noise over what the information takes it to be; sigma: of usual parts.
-MatrixXd unseen_tolerances(const MatrixXd& A, const VectorXd& z, double excess,
-                           const VectorXd& sigma);
+// Directions of a family: the logarithm of the odds of an error at even odds beforehand, and its
+// mean and variance where it is there; axes: what one of each is in the family's parameters.
+struct ToleranceDirections {
+  VectorXd log_odds, mean, variance;
+  MatrixXd axes;
+};
+
+// A: information of the family's parameters, z: their score, excess: the variance of the noise over
+// what the information takes it to be; sigma: of usual parts.
+ToleranceDirections tolerance_directions(const MatrixXd& A, const VectorXd& z, double excess,
+                                         const VectorXd& sigma);
+
+// Of each family's parameters: the square of their mean, and their covariance.
+std::vector<MatrixXd> unseen_tolerances(const std::vector<ToleranceDirections>& families);
 
 }  // namespace magimu

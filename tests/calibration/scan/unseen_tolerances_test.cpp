@@ -6,10 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
 #include "calibration/calibrate.h"
+#include "calibration/fit/parameter_prior.h"
 #include "factors/effects/effect.h"
 #include "study/error_statistics.h"
 #include "tests/oracle/sensors.h"

@@ -47,6 +47,10 @@ VectorXd probabilities(const VectorXd& log_odds) {
   return out;
 }
 
+// An error that is there is no tiny one: its density is x^2 times a normal one (Johnson and Rossell
+// 2010), whose variance is a third of that of x.
+constexpr double kOfVariance = 3.0;
+
 }  // namespace
 
 bool is_tolerance(const Effect& effect) {
@@ -64,12 +68,14 @@ ToleranceDirections tolerance_directions(const MatrixXd& A, const VectorXd& z, d
                           sigma.asDiagonal() * eigen.eigenvectors()};
   const VectorXd y = out.axes.transpose() * z / excess;
   for (Eigen::Index i = 0; i < n; ++i) {
-    const double lambda = std::max(0.0, eigen.eigenvalues()[i]), there = 1.0 + lambda;
+    const double lambda = std::max(0.0, eigen.eigenvalues()[i]) / kOfVariance;
     // A score has the information as its variance: without information it is rounding.
-    const double score = lambda > 0.0 ? y[i] : 0.0;
-    out.log_odds[i] = 0.5 * (score * score / there - std::log(there));
-    out.mean[i] = score / there;
-    out.variance[i] = 1.0 / there;
+    const double score = lambda > 0.0 ? y[i] / std::sqrt(kOfVariance) : 0.0;
+    const double v = 1.0 / (1.0 + lambda), m = score * v, square = m * m + v;
+    out.log_odds[i] = 0.5 * (score * m + std::log(v)) + std::log(square);
+    out.mean[i] = (m * m + 3.0 * v) * m / square / std::sqrt(kOfVariance);
+    const double second = (m * m * m * m + 6.0 * m * m * v + 3.0 * v * v) / square / kOfVariance;
+    out.variance[i] = second - out.mean[i] * out.mean[i];
   }
   return out;
 }
@@ -86,9 +92,10 @@ std::vector<MatrixXd> unseen_tolerances(const std::vector<ToleranceDirections>& 
   for (const ToleranceDirections& f : families) {
     const VectorXd own = p.segment(first, f.mean.size());
     first += f.mean.size();
-    const VectorXd mean = f.axes * own.cwiseProduct(f.mean);
-    out.push_back(mean * mean.transpose() +
-                  f.axes * own.cwiseProduct(f.variance).asDiagonal() * f.axes.transpose());
+    const VectorXd mean = own.cwiseProduct(f.mean);
+    MatrixXd moments = mean * mean.transpose();
+    moments.diagonal() = own.cwiseProduct(f.variance + f.mean.cwiseAbs2());
+    out.push_back(f.axes * moments * f.axes.transpose());
   }
   return out;
 }

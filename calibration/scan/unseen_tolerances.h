@@ -7,19 +7,21 @@
 // In each direction that the motion shows or hides by itself, an error is either not there or as
 // large as parts usually have it: the eigenvectors of L A L, A the information of a family of
 // errors with motion and calibration eliminated (Scan), L its prior standard deviations
-// (Effect::prior_sigma). With the information lambda and the score y of such a direction, in units
-// of L,
+// (Effect::prior_sigma). An error that is there is no tiny one: its density, in units of L, is
+// 3 x^2 times that of N(0, 1/3), with variance 1 (a non-local prior, Johnson and Rossell 2010), so
+// that what data show to be zero has next to no probability already where they show it to some
+// percent of L. With the information lambda and the score y of a direction in units of L / sqrt(3),
+// v = 1 / (1 + lambda) and m = y v,
 //
-//   log(p(data | there) / p(data | not there)) = y^2 / (2 (1 + lambda)) - log(1 + lambda) / 2
+//   p(data | there) / p(data | not there) = sqrt(v) (m^2 + v) exp(y m / 2)
 //
-// and, where it is there, its size is N(y / (1 + lambda), 1 / (1 + lambda)). How many of all n
+// and, where it is there, its density is x^2 times that of N(m, v). How many of all n
 // directions have an error is as probable for each number from 0 to n (Scott and Berger 2010): of a
-// device that is exact where the motion shows it, the rest is less likely to be wrong. What the
-// data show to be zero has next to no probability (Occam's factor); where they show nothing at all,
-// each direction has one half.
+// device that is exact where the motion shows it, the rest is less likely to be wrong. Where the
+// data show nothing at all, each direction has one half.
 //
-// The errors' mean, as a shift that was not made, and their variance, times what they do to the
-// calibration, widen its covariance: after a rich motion by next to nothing.
+// The errors' second moment, times what they do to the calibration, widens its covariance: after a
+// rich motion by next to nothing.
 #pragma once
 
 #include <vector>
@@ -43,7 +45,7 @@ struct ToleranceDirections {
 ToleranceDirections tolerance_directions(const MatrixXd& A, const VectorXd& z, double excess,
                                          const VectorXd& sigma);
 
-// Of each family's parameters: the square of their mean, and their covariance.
+// E[x x'] of each family's parameters x.
 std::vector<MatrixXd> unseen_tolerances(const std::vector<ToleranceDirections>& families);
 
 }  // namespace magimu

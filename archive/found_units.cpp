@@ -9,7 +9,8 @@
 namespace magimu {
 namespace {
 
-// "give the file's unit: --unit gyr=deg/s" -> "gyr", "deg/s".
+// "give the file's unit: --unit gyr=deg/s" -> "gyr", "deg/s"; nothing where the unit is a guess, or
+// one of several: only who knows the device can say.
 struct NamedUnit {
   std::string quantity, unit;
 };
@@ -21,7 +22,11 @@ NamedUnit unit_in(const std::string& remedy) {
   const std::string word =
       remedy.substr(at + option.size(), remedy.find(' ', at + option.size()) - at - option.size());
   const std::size_t equals = word.find('=');
-  if (equals == std::string::npos) return {};
+  const std::string_view rest = std::string_view(remedy).substr(at + option.size() + word.size());
+  if (equals == std::string::npos || rest.starts_with(" (a guess") ||
+      rest.find(option) != std::string_view::npos) {
+    return {};
+  }
   return {word.substr(0, equals), word.substr(equals + 1)};
 }
 

@@ -89,7 +89,7 @@ std::vector<Case> logs() {
       {{"vqf_imu_data.npz"}, ""},
       {{"fusion_sensor_data.csv"}, ""},
       {{"phyphox_iphone"}, "without gravity"},
-      {{"ahrs_repoIMU.csv"}, "--unit mag=gauss"},
+      {{"ahrs_repoIMU.csv"}, "--unit mag="},
       {{"ahrs_repoIMU.csv"}, "", with_units(0, 0, 100), "--unit mag=gauss"},
       {{"xio_ExampleData.mat"}, "--unit acc=g"},
       {{"xio_ExampleData.mat"}, "", with_units(kG, kDeg, 100), "--unit acc=g gyr=deg/s mag=gauss"},

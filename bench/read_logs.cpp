@@ -75,9 +75,11 @@ void write_bag(const std::string& path, std::size_t size, const std::string& met
        << test::bag_record({test::bag_field("op", '\3')}, std::string(100, ' '));
   const std::string time =
       "time=" + test::Bytes().put(std::uint32_t(test::kLogStart)).put(std::uint32_t(0)).text;
+  std::uint32_t messages = 0;  // of each topic in a chunk
   in_chunks(
       size,
       [&](int k, std::string& out) {
+        ++messages;
         if (k == 0) out += test::bag_messages(0);
         for (const std::uint32_t c : {0U, 1U}) {
           out +=
@@ -88,7 +90,9 @@ void write_bag(const std::string& path, std::size_t size, const std::string& met
       [&](const std::string& chunk) {
         file << test::bag_record({test::bag_field("op", '\5'), "compression=" + method,
                                   test::bag_field("size", std::uint32_t(chunk.size()))},
-                                 packed_by(method, chunk));
+                                 packed_by(method, chunk))
+             << test::bag_index(0, messages) << test::bag_index(1, messages);
+        messages = 0;
       });
 }
 

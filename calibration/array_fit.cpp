@@ -36,7 +36,7 @@ Alone fitted_alone(const std::vector<const Recording*>& all, const Stage& few, s
   for (std::size_t r = 0; r < all.size(); ++r) {
     const NodePlan& plan = few.plans()[r];
     const IntegratedRotation gyr(all[r]->gyr, spec.gyr_bias, spec.gyr_matrix_value);
-    const std::vector<Block> blocks = block_means(all[r]->mag[m], gyr, plan, offset);
+    const std::vector<NodeMean> blocks = node_means(all[r]->mag[m], gyr, plan, offset);
     const Vector3 field = unit_field(values.at<double>(dip_of(plan.field)));
     rate = all[r]->mag[m].rate_hz();
     for (std::size_t k = 0; k < blocks.size(); ++k) {

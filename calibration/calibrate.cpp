@@ -75,6 +75,18 @@ Stage with_parameters_of(const Calibration& c, const Stage& stage) {
   return held;
 }
 
+// One of the files' numbers of the gyroscope, rad/s; 0 where the files have different units.
+double gyr_unit_of_files(const std::vector<const Recording*>& recordings) {
+  double out = 0.0;
+  for (const Recording* r : recordings) {
+    const auto found = r->file_units.find("gyr");
+    const double unit = found == r->file_units.end() ? 1.0 : found->second;
+    if (out != 0.0 && unit != out) return 0.0;
+    out = unit;
+  }
+  return out;
+}
+
 // What is known beforehand, taken into the estimate.
 void add_prior(Calibration& c, const std::vector<const Recording*>& recordings, const Stage& fine,
                const CalibrationOptions& options, std::vector<double>& mag_squares) {
@@ -219,7 +231,8 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   judge(c, unknown,
         {.cause = cause_of_misfit(c, missing),
          .off_ellipsoid_uT = pipeline.guess().ellipsoid_rms_uT,
-         .at_rest_uT = reading_at_rest(*recordings.front(), pipeline.rest_noise())});
+         .at_rest_uT = reading_at_rest(*recordings.front(), pipeline.rest_noise()),
+         .gyr_unit = gyr_unit_of_files(recordings)});
   judge_magnetometers(c);
   begun->add_lag(c);
   return c;

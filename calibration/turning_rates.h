@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Recordings whose gyroscope samples are rates that lead from attitude to attitude, as every fit
-// takes them. Where a sensor is read slowly for how briskly it is turned, means of the rate are
-// not (coning.h); which of the two its samples are the readings themselves tell, by which they are
-// more probable.
+// takes them. The mean of a rate over a sampling interval does not, where the axis turns meanwhile
+// (coning.h). Where the difference shows, both kinds of samples are fitted, and the one under which
+// the readings are more probable is taken.
 #pragma once
 
 #include <deque>
@@ -14,7 +14,7 @@ namespace magimu {
 
 class TurningRates {
  public:
-  // Where it does not matter recordings are these themselves. They must outlive this.
+  // The recordings must outlive this: where the two kinds do not differ, get() returns them.
   TurningRates(const std::vector<const Recording*>& all, const CalibrationOptions& options);
   TurningRates(const TurningRates&) = delete;
   TurningRates& operator=(const TurningRates&) = delete;

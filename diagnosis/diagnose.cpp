@@ -37,7 +37,7 @@
 namespace magimu {
 namespace {
 
-// About more than one axis, by more than a few degrees?
+// Did the sensor turn about more than one axis, by more than a few degrees?
 bool has_turned(const Stage& stage) {
   std::vector<Rot3> nRb;
   for (const NodePlan& plan : stage.plans()) {
@@ -75,7 +75,7 @@ std::string who_was_asked(const std::vector<std::string>& names) {
       names.size(), names.front(), names[kFewMagnetometers - 1]);
 }
 
-// What is said where there is no fit of the basic model.
+// The diagnosis where the basic model has no fit.
 Diagnosis diagnosis_of(const Calibration& no_fit, const std::vector<const Recording*>& given,
                        const DiagnosisOptions& options) {
   Diagnosis d;

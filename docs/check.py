@@ -3,10 +3,12 @@
 """Are the documents true to the code, as far as a script can tell?
 
 docs/check.py            every constant of calibration/, diagnosis/, earth/ and recording/ stands in
-                         docs/thresholds.md with its value, or among those that decide nothing; every
+                         docs/thresholds.md with its value, or among those that decide nothing; so
+                         does every bare number in a comparison there, and every number that an
+                         options struct begins with; every
                          name "`name` in `file`" is in that file; every file that a document or a
-                         comment names is there; no room includes another one than the table of
-                         docs/design.md says
+                         comment names is there (a header in a comment by the end of its path); no
+                         room includes another one than the table of docs/design.md says
 docs/check.py --values   brings docs/thresholds.md up to the code: values anew, rows of constants that
                          are gone taken out, new ones under "Not described yet" with their comment,
                          for you to move to their place and to say what they decide
@@ -21,12 +23,19 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 ROOMS = ("calibration/", "diagnosis/", "earth/", "recording/")
+# Of these the bare numbers, too; readers of formats have many, and rivals are as published.
+JUDGES = ("calibration/beginning", "calibration/fit/", "calibration/live/", "calibration/motion/",
+          "calibration/pipeline", "calibration/scan/", "calibration/start/", "calibration/survey/",
+          "calibration/trust/", "calibration/turning", "calibration/use/", "diagnosis/",
+          "recording/checks/", "recording/data/", "recording/live/")
 THRESHOLDS = ROOT / "docs/thresholds.md"
 NUMBER = re.compile(
     r"(double|float|int|long|bool|unsigned( \w+)?|std::(size_t|ptrdiff_t|u?int\d+_t)"
     r"|std::array<double, ?\d+>|std::array<int, ?\d+>|Eigen::Index|NoiseDensities|Drift)"
 )
 DECLARATION = re.compile(r"\bconstexpr\s+(?P<type>[\w:<>, *]+?)\s*\b(?P<rest>k[A-Z]\w*\s*[\[={][^;]*);")
+FOREIGN = r"AP_|LogStructure\.h"  # ArduPilot's sources, which comments cite
+BARE = "Numbers without a name"  # the heading over those
 DRAWN = "These decide nothing"  # the heading behind which the exceptions stand
 
 
@@ -125,6 +134,48 @@ def check_thresholds(files):
     return faults
 
 
+def bare_numbers(text):
+    """Numbers of statements that compare, and those that options begin with. What is structure,
+    rounding or "unlimited" is left out: whole numbers to 9, a half, 1.0 to 3.0, below 1e-6, above
+    1e6, where a loop ends; and what only goes into sentences."""
+    text = re.sub(r'"(\\.|[^"\\\n])*"', '""', without_comments(text))
+    number = r"(?<![\w.])(\d+\.\d*(?:e[-+]?\d+)?|\d+(?:e[-+]?\d+)?)(?![\w.])"
+    beside = rf"(?<![<-])[<>]=?(?![<>])\s*-?{number}|{number}\s*(?:<=|>=|<(?!<)|(?<!-)>(?!>))"
+    found = []
+    for statement in re.split(r"[;{}]", text):
+        if re.search(r"#include|constexpr|template|\bfor \(|<<|>>|^ *\w+ <=? [\d.]+$", statement):
+            continue
+        plain = re.sub(r"\b\w+<[\w:, *<>]*>(?=[\s({*&>:)])", " ", statement)  # templates' arguments
+        near = [one or other for one, other in re.findall(beside, plain)]
+        found += near
+        if near or re.search(r"\w[\s)\]]*[<>]=?[\s(]*[\w-]", plain):
+            found += [n for n in re.findall(number, plain) if "format(" not in plain and not n.isdigit()]
+    for _, members in re.findall(r"struct (\w*Options)\b[^;{]*\{(.*?)\n\};", text, re.S):
+        found += re.findall(rf"\b(?:double|float|int|std::size_t)\s[^;()]*?=\s*-?{number}", members)
+    usual = {"0.0", "0.5", "1.0", "2.0", "3.0"}.union(str(n) for n in range(10))
+    return sorted({n for n in found if n not in usual and 1e-6 < float(n) < 1e6}, key=float)
+
+
+def check_bare_numbers(files):
+    """Against the table of docs/thresholds.md that has a file and its numbers in each row."""
+    faults, told = [], {}
+    part = THRESHOLDS.read_text().partition(f"## {BARE}")[2].partition("\n## ")[0]
+    for file, numbers in re.findall(r"^\| `([\w/.]+)` \| ([\d.e, +-]+) \|", part, re.M):
+        told.setdefault(file, []).extend(n.strip() for n in numbers.split(","))
+    for file in files:
+        if not file.startswith(JUDGES) or not file.endswith((".h", ".cpp")):
+            continue
+        numbers = bare_numbers((ROOT / file).read_text())
+        for n in numbers:
+            if n not in told.get(file, []):
+                faults.append(f"{file}: the number {n} decides something and is not in docs/thresholds.md, "
+                              f"\"{BARE}\": give it a name, or a row")
+        for n in told.pop(file, []):
+            if n not in numbers:
+                faults.append(f"docs/thresholds.md, \"{BARE}\": {file} has no {n} any more")
+    return faults + [f"docs/thresholds.md, \"{BARE}\": there is no {file}" for file in told]
+
+
 def comment_of(file, name):
     """What stands before a constant's line and behind it."""
     lines = (ROOT / file).read_text().split("\n")
@@ -209,7 +260,33 @@ def check_names(files):
             if target not in whole:
                 line = text.count("\n", 0, match.start()) + 1
                 faults.append(f"{file}:{line}: there is no {target}")
+        faults += check_paths(file, text, tops, whole)
     return faults
+
+
+def check_paths(file, text, tops, whole):
+    """In documents `folder/name` without an ending, in comments of sources other sources."""
+    stems = {re.sub(r"\.\w+$", "", name) for name in whole}
+    ends = {end for name in whole for end in ends_of(name)}
+    faults = []
+    for number, line in enumerate(text.split("\n")):
+        named = []
+        if file.endswith(".md"):
+            named = [name for name in re.findall(r"`((?:[\w\-]+/)+[\w\-]+)`", line)
+                     if name.split("/")[0] in tops and not re.search("NAME|ROOM", name)]
+        elif "//" in line and file.endswith((".h", ".cpp", ".inc")):
+            comment = line.split("//", 1)[1]
+            named = [name for name in re.findall(r"(?<![\w/.<*])((?:\w+/)*\w+\.(?:h|cpp|inc))\b", comment)
+                     if not re.search(FOREIGN, name)]
+        for name in named:
+            if name not in stems and name not in ends:
+                faults.append(f"{file}:{number + 1}: there is no {name}")
+    return faults
+
+
+def ends_of(name):
+    parts = name.split("/")
+    return ["/".join(parts[i:]) for i in range(len(parts))]
 
 
 def rooms_of_table():
@@ -276,7 +353,8 @@ def main():
     files = tracked()
     if write:
         bring_up_to_date(files)
-    faults = check_thresholds(files) + check_names(files) + check_rooms(files)
+    faults = (check_thresholds(files) + check_bare_numbers(files) + check_names(files)
+              + check_rooms(files))
     for fault in faults:
         print(fault, file=sys.stderr)
     sys.exit(1 if faults else 0)

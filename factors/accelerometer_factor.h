@@ -5,7 +5,7 @@
 //   r = acc + C R' g - o_a        C = I for one sample.
 //
 // For the mean over a block of samples C is the mean of the rotations from the node to the samples
-// (block_mean.h): nothing is lost that decimation would throw away.
+// (block_means.h): nothing is lost that decimation would throw away.
 #pragma once
 
 #include "factors/sensor_model.h"

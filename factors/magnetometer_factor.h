@@ -5,7 +5,7 @@
 //   r = mag - D C R' m(alpha) - o_m        C = I for one sample.
 //
 // For the mean over a block of samples C is the mean of the rotations from the node to the samples
-// (block_mean.h).
+// (block_means.h).
 #pragma once
 
 #include "factors/sensor_model.h"

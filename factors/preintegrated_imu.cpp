@@ -37,8 +37,8 @@ void PreintegratedImu::integrate(const Vector3& gyr, const Vector3& acc, double 
   const Matrix3 force_lever = R * so3::hat(force);
 
   const Transition F{step.matrix().transpose(), -force_lever * h, h};
-  // The ways in of the two noises, held for h seconds. A rate error turns the force within the
-  // piece, too: half of it by its middle.
+  // How the two noises, constant over h seconds, enter the errors. A rate error turns the force
+  // within the piece, too: by half of the turn on average.
   Mat<double, 6, 3> G_gyr;
   G_gyr << so3::right_jacobian(turn) * unscale_ * h, -force_lever * unscale_ * (0.5 * h * h);
   Mat<double, 6, 3> G_acc;

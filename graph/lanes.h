@@ -38,7 +38,7 @@ constexpr int product_index(int i, int j, int columns) {
   return i * columns - i * (i - 1) / 2 + j - i;
 }
 
-// True for factors that have lane code: lane_text<F> is then defined in factors/lanes.cpp, and
+// True for factors that have lane code: lane_text<F> is then defined in lane_texts_*.cpp, and
 // F::Text<S> is the factor's text with measurements of the scalar S and nothing else in memory.
 template <class F>
 inline constexpr bool kHasLanes = false;

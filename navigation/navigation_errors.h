@@ -25,13 +25,9 @@ struct NavigationMetrics {
   double duration_s = 0.0;
   double distance_m = 0.0, unaided_distance_m = 0.0;  // of the true path
   double final_3d_m = 0.0, final_horizontal_m = 0.0;
-  double mean_horizontal_m = 0.0;   // after the aid
-  double mean_position_nees = 0.0;  // over all times
-  // Final error over distance, of the whole path and of its unaided part.
-  double final_3d_over_distance() const { return final_3d_m / distance_m; }
-  double final_3d_over_unaided() const { return final_3d_m / unaided_distance_m; }
-  double final_horizontal_over_distance() const { return final_horizontal_m / distance_m; }
-  double final_horizontal_over_unaided() const { return final_horizontal_m / unaided_distance_m; }
+  double mean_horizontal_m = 0.0;                                            // after the aid
+  double mean_position_nees = 0.0;                                           // over all times
+  double final_3d_over_distance() const { return final_3d_m / distance_m; }  // of the whole path
   // Of the innovations, per number: of the field's coefficients; of all readings, with the noise
   // taken from this sample's residuals; of the residuals with the noise taken from the sample
   // before (the noise from the sample itself would make that one 1 whatever happens).

@@ -101,6 +101,8 @@ foreach(package magimu libmagimu-dev)
   endif()
 endforeach()
 
+# A package needs the program and the libraries: no tests and measurements built for it.
+set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME magimu)
 set(CPACK_PACKAGE_CONTACT "magimu developers <magimu@localhost>")

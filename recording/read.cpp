@@ -13,6 +13,7 @@
 #include "recording/csv/csv_columns.h"
 #include "recording/csv/one_clock.h"
 #include "recording/data/error.h"
+#include "recording/data/quoted_text.h"
 #include "recording/data/told_units.h"
 #include "recording/files/read_file.h"
 #include "recording/files/zip_archive.h"
@@ -108,6 +109,17 @@ Recording read_zip(const std::string& path, const std::string& shown, const CsvO
   return read_several(files, shown, options);
 }
 
+// Of a log, or of a folder with several files, --sensor chooses; here it would do nothing.
+void refuse_sensor_of_table(const std::string& shown, const CsvOptions& options) {
+  const bool part = !options.require_imu;  // one of several files, of which it chooses
+  if (options.sensors.empty() || part) return;
+  throw InputError(shown, 0, 0,
+                   fmt::format("there are no sensors by name in it, of which --sensor {} could "
+                               "choose one: it is no log",
+                               printable(options.sensors.front())),
+                   "leave --sensor out; --map mag_x=NAME says which columns or arrays are read");
+}
+
 Recording read_at_depth(const std::string& path, const std::string& shown,
                         const CsvOptions& options, int depth) {
   std::error_code error;
@@ -132,17 +144,18 @@ Recording read_at_depth(const std::string& path, const std::string& shown,
   if (head.starts_with(kZstdMagic)) {
     return read_packed(path, "zstd", unpacked_zstd, shown, options, depth + 1);
   }
-  if (head.starts_with("\x89HDF\r\n\x1a\n")) return read_hdf5(path, options);
-  if (head.starts_with("MATLAB 5.0") || head.starts_with("MATLAB 7.3")) {
-    return read_mat(path, options);
-  }
-  if (head.starts_with("\x93NUMPY")) return read_npy(path, options);
   if (head.starts_with("#ROSBAG V2.0\n")) return read_ros1_bag(path, options);
   if (head.starts_with("\x89MCAP0\r\n")) return read_mcap(path, options);
   if (head.starts_with("SQLite format 3")) return read_ros2_db3(path, options);
   if (head.starts_with("ULog\x01\x12\x35")) return read_ulog(path, options);
   if (head.starts_with("\xA3\x95")) return read_dataflash(path, options);
   if (head.starts_with("FMT, 128,")) return read_dataflash_text(path, options);
+  refuse_sensor_of_table(shown, options);
+  if (head.starts_with("\x89HDF\r\n\x1a\n")) return read_hdf5(path, options);
+  if (head.starts_with("MATLAB 5.0") || head.starts_with("MATLAB 7.3")) {
+    return read_mat(path, options);
+  }
+  if (head.starts_with("\x93NUMPY")) return read_npy(path, options);
   if (is_json_table(path, head)) return read_json(path, options);
   refuse_other_formats(head, shown);
   return read_csv(path, options);

@@ -9,7 +9,7 @@
 
 namespace magimu {
 
-// Text (csv.h), a folder or an archive of it (files/several_files.h), a log (logs/), arrays of
+// Text (csv.h), a folder or an archive of it (several_files.h), a log (logs/), arrays of
 // MATLAB, HDF5 or numpy. recording.name is the file's base name. InputError if it cannot be read;
 // MissingSensor if it is but a part of a recording.
 Recording read_recording(const std::string& path, const CsvOptions& options = {});

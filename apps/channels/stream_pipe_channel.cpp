@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Standard input where it is a pipe, and FIFOs: their end is that nobody has them open for writing
-// any more. A FIFO that is followed waits for its next writer.
+// Standard input where it is a pipe, and FIFOs. They end when their last writer closes them; a FIFO
+// that is followed then waits for its next writer.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -31,7 +31,8 @@ class PipeChannel : public Channel {
     boost::asio::post(io_, [done = std::move(done), error] { done(error); });
   }
 
-  // To wait first is what tells "no writer yet" from "no writer any more": both read as nothing.
+  // A read returns no bytes both before the first writer and after the last one. The wait ends in
+  // the second case only.
   void read(boost::asio::mutable_buffer into, Read done) override {
     pipe_.async_wait(pipe_.wait_read, [this, into, done = std::move(done)](error_code error) {
       if (error) return done(error, 0);

@@ -37,8 +37,9 @@ using Text = std::shared_ptr<const std::string>;
 using Texts = std::array<Text, PageServer::kKinds>;
 using namespace std::chrono_literals;
 
-constexpr std::size_t kMostBrowsers = 32, kMostHeader = 16384, kMostSaid = 1024;  // bytes
-constexpr auto kPatience = 10s;  // until a request must be complete
+constexpr std::size_t kMostBrowsers = 32;
+constexpr std::size_t kMostHeader = 16384, kMostSaid = 1024;  // bytes, of a request; of a message
+constexpr auto kPatience = 10s;                               // until a request must be complete
 constexpr int kPortsTried = 20;
 
 struct Request {
@@ -67,7 +68,8 @@ struct Shared {
   std::set<class Connection*> open;
   std::atomic<int> browsers = 0;
 
-  // Pages of other sites may not listen here, whatever name they give this machine.
+  // Pages of other sites may not listen here, even if their own name resolves to this machine (DNS
+  // rebinding).
   bool may(const Request& r) const {
     if (loopback && !is_loopback_name(without_port(r.host))) return false;
     return r.origin.empty() || r.origin == "http://" + r.host;

@@ -17,10 +17,10 @@ namespace {
 
 constexpr double kLow = 0.1;  // where bars begin
 
-// As far as logarithms of p-values reach.
+// -log10(p), at most 300.
 double zeros_of(double p_value) { return std::max(0.0, -std::log10(std::max(p_value, 1e-300))); }
 
-// Of the scan, which knows it alone; or as it entered the model.
+// The larger of its evidence in the scan (as the only cause) and when it entered the model.
 double evidence_of_found(const ScanEntry& e, const Diagnosis& d) {
   double most = evidence(e);
   for (const Finding& f : d.findings) {

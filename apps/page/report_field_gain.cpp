@@ -27,7 +27,7 @@ struct Spread {
 // Angle of the horizontal part from magnetic north, deg.
 double heading_deg(const Vector3& field_n) { return std::atan2(field_n[0], field_n[1]) / kDegree; }
 
-// The node nearest to the time, if it is within half a node's distance or so.
+// The attitude at the node nearest to the time; null if that is kNear or more away.
 const Rot3* attitude_at(const TrajectoryEstimate& path, double t) {
   constexpr double kNear = 0.05;  // s
   const auto after = std::ranges::lower_bound(path.t, t);

@@ -16,8 +16,8 @@
 namespace magimu::apps {
 namespace {
 
-constexpr std::size_t kDots = 900;    // of a cloud
-constexpr std::size_t kOnLine = 900;  // of a line over time
+constexpr std::size_t kDots = 900;    // of a cloud: twice as many at most
+constexpr std::size_t kOnLine = 900;  // of a line over time, likewise
 
 struct Series {
   std::string name, unit;
@@ -104,7 +104,7 @@ void sensors(Page& page, const Survey& s) {
              rows);
 }
 
-// Every so-many-th sample; time from the first on.
+// One axis over the recording's own time, thinned to every n-th sample.
 plot::Line line_of(const VectorSeries& series, int axis) {
   constexpr plot::Colour kColours[] = {plot::Colour::kVermilion, plot::Colour::kGreen,
                                        plot::Colour::kBlue};

@@ -15,17 +15,17 @@ namespace {
 
 constexpr int kMemories = 6;  // at which the score is taken
 constexpr int kOrder[kMemories] = {2, 3, 4, 1, 0, 5};
-constexpr double kObvious = 30.0;         // standard deviations of a score that needs no other
+constexpr double kObvious = 30.0;         // score (sigmas) from which no other memory is tried
 constexpr std::size_t kMostNodes = 6000;  // of the process: a sweep takes some 20 ms
 constexpr double kShortestMemory = 2.0;   // memory, intervals between the process's nodes
-constexpr double kNoticeable = 0.1;       // nats that a size costs at which the score is taken
+constexpr double kNoticeable = 0.1;       // nats of the information's part at the score's sizes
 constexpr double kSettledNats = 0.01;     // of a maximum
 constexpr double kSettledShare = 2e-5;    // of G, promised by a step: along a ridge there are many
 constexpr double kRoughShare = 2e-2;      // the same of a search that another one follows
 constexpr double kFirstStep = 1.0;        // of a search, in logarithms
-constexpr double kNoiseFrom = 3.0;        // nats from which the noise is asked for, too
-// A misfit passes for noise in a model without the process, hardly for a hundred times the noise's
-// power.
+constexpr double kNoiseFrom = 3.0;  // nats from which the noise is estimated beside the process
+// Noise density beside the process over that without it, at least: a misfit that counts as noise is
+// hardly a hundred times the noise's power.
 constexpr double kNearStep = 0.3, kFirstNoiseStep = 0.3, kLeastNoise = 0.1;
 constexpr int kMostSweeps = 120;
 

@@ -13,16 +13,19 @@ constexpr double kUndeterminedEigenvalue = 1e-12;  // an eigenvalue of what noth
 double log_det_whitening(const FactorGraph& graph) {
   double sum = 0.0;
   for (const auto& batch : graph.batches()) {
-    const int n = batch->rows();
-    for (int i = 0; i < batch->size() && batch->whitening(i) != nullptr; ++i) {
-      const Eigen::Map<const MatrixXd> W(batch->whitening(i), n, n);  // triangular
-      sum += W.diagonal().array().log().sum();
-    }
+    for (int i = 0; i < batch->size(); ++i) sum += magimu::log_det_whitening(*batch, i);
   }
   return sum;
 }
 
 }  // namespace
+
+double log_det_whitening(const FactorBatch& batch, int i) {
+  if (batch.whitening(i) == nullptr) return 0.0;
+  const int n = batch.rows();
+  const Eigen::Map<const MatrixXd> W(batch.whitening(i), n, n);  // triangular
+  return W.diagonal().array().log().sum();
+}
 
 double log_marginal_likelihood(const Stage& stage) {
   const Values& values = stage.result().values;

@@ -17,4 +17,9 @@ namespace magimu {
 // r and J whitened. Nats.
 double log_marginal_likelihood(const Stage& stage);
 
+// log det of the matrix that whitens one factor's residual; 0 where it has none. A sum of the logs
+// of densities is no substitute: velocity and position over an interval have the noise of both the
+// accelerometer and the gyroscope.
+double log_det_whitening(const FactorBatch& batch, int i);
+
 }  // namespace magimu

@@ -9,18 +9,18 @@
 namespace magimu {
 namespace {
 
-// Of a unit of curvature, within which the function loses half of one: steps of the differences
-// that give slopes, and of those that give curvatures.
+// Steps of the differences that give slopes, and of those that give curvatures, over the distance
+// in which the function falls by 1/2.
 constexpr double kSlopeStep = 0.1, kBendStep = 0.5;
 constexpr double kFirstLook = 0.3;      // of the first step, while curvatures are not known
-constexpr double kFlat = 0.1;           // of a curvature that is negative, in its stead
-constexpr double kLeastBend = 1e-3;     // of one over the square of the difference
-constexpr double kMostMistaken = 0.01;  // of a curvature: a measured one counts as no less of it
-constexpr double kLongestStep = 4.0, kShortestStep = 1e-4;  // in the first one's
-constexpr double kMoves = 0.1, kForetold = 0.7;             // of a promised gain
-constexpr double kLonger = 2.0, kShorter = 0.3;             // the region after that
-constexpr double kDamped = 0.1;                             // of the curvature before
-constexpr int kRounds = 200;                                // on the way up a quadratic
+constexpr double kFlat = 0.1;           // a negative curvature c counts as this times |c|
+constexpr double kLeastBend = 1e-3;     // least curvature, over one / (step of the difference)^2
+constexpr double kMostMistaken = 0.01;  // a curvature changes by no more than this factor at once
+constexpr double kLongestStep = 4.0, kShortestStep = 1e-4;  // in units of the first step
+constexpr double kMoves = 0.1, kForetold = 0.7;  // of the promised gain: to go there, to go farther
+constexpr double kLonger = 2.0, kShorter = 0.3;  // times: the region after a good, a bad step
+constexpr double kDamped = 0.1;                  // of the curvature before
+constexpr int kRounds = 200;                     // coordinate by coordinate, to a quadratic's top
 
 class Search {
  public:

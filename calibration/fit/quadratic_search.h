@@ -18,7 +18,7 @@ struct QuadraticSearch {
   double first_step = 1.0;
   int most_calls = 100;              // looked at before each round: a few more may be made
   std::vector<double> lower, upper;  // of each coordinate
-  // A step that promises less is none.
+  // The search ends where the quadratic promises less than this gain, a function of the value.
   std::function<double(double value)> settled = {};
   // Minus the second derivatives at the start, positive definite, where they are known; of another
   // size, such as empty: not. Then those where the search ended.

@@ -22,7 +22,7 @@ namespace {
 constexpr int kNoiseRounds = 8;
 constexpr double kNoiseSettled = 0.01;  // relative change of every density
 constexpr double kFewFreedom = 30.0;    // degrees of freedom: a density is known to an eighth
-constexpr double kReachCare = 0.2;      // a fifth as much of the reach: it hardly matters
+constexpr double kReachCare = 0.2;      // weight of log reach among log densities: it matters less
 constexpr int kIntegrationRounds = 5;
 // Integrate again where a variable has moved further than this from where samples were integrated:
 // from there on a fit would move by a hundredth of a standard deviation, all variables together.

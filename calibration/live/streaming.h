@@ -39,7 +39,7 @@ struct StreamTarget {
 };
 
 struct StreamingOptions {
-  double window_s = 1.0;
+  double window_s = 1.0;                // length of a window, s
   std::optional<NoiseDensities> noise;  // given, or found in rests and residuals
   double gravity = kStandardGravity;    // m/s^2
   MotionModel motion = MotionModel::kAuto;

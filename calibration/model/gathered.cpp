@@ -117,17 +117,17 @@ GatheredMotion gather_motion(const Source& s) {
     gather_imu(s, out);
     out.acc_gap = gap_variances(s.recording.acc, s.plan.t);
   } else {
-    out.acc = block_means(s.recording.acc, s.gyr, s.plan);
+    out.acc = node_means(s.recording.acc, s.gyr, s.plan);
     gather_turns(s, out);
   }
   return out;
 }
 
-std::vector<std::vector<Block>> gather_mag(const Source& s) {
-  std::vector<std::vector<Block>> out;
+std::vector<std::vector<NodeMean>> gather_mag(const Source& s) {
+  std::vector<std::vector<NodeMean>> out;
   for (std::size_t m = 0; m < s.recording.mag.size(); ++m) {
     const double offset = s.spec.mag_time_offset ? s.spec.mag_offset_s[m] : 0.0;
-    out.push_back(block_means(s.recording.mag[m], s.gyr, s.plan, offset));
+    out.push_back(node_means(s.recording.mag[m], s.gyr, s.plan, offset));
     if (m >= s.plan.independent.size()) continue;
     for (std::size_t node = 0; node < out.back().size(); ++node) {
       out.back()[node].independent *= s.plan.independent[m][node];
@@ -146,7 +146,7 @@ GatheredSamples::GatheredSamples(const std::vector<const Recording*>& recordings
   if (before != nullptr && same_mag(before->spec_, spec)) mag_ = before->mag_;
   if (motion_ && mag_) return;
   std::vector<GatheredMotion> motion;
-  std::vector<std::vector<std::vector<Block>>> mag;
+  std::vector<std::vector<std::vector<NodeMean>>> mag;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const ExtendedRecording* extended = spec.extended.empty() ? nullptr : spec.extended[i].get();
     const Recording& recording = extended != nullptr ? extended->corrected : *recordings[i];
@@ -157,7 +157,7 @@ GatheredSamples::GatheredSamples(const std::vector<const Recording*>& recordings
   }
   if (!motion_) motion_ = std::make_shared<const std::vector<GatheredMotion>>(std::move(motion));
   if (!mag_) {
-    mag_ = std::make_shared<const std::vector<std::vector<std::vector<Block>>>>(std::move(mag));
+    mag_ = std::make_shared<const std::vector<std::vector<std::vector<NodeMean>>>>(std::move(mag));
   }
 }
 

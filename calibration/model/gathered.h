@@ -16,7 +16,7 @@ namespace magimu {
 struct GatheredMotion {
   // The sensor only turns: the accelerometer about the nodes, and of each interval between them the
   // one gyroscope sample that spans it, or -1; what those of all others integrate to.
-  std::vector<Block> acc;
+  std::vector<NodeMean> acc;
   std::vector<long> single;
   std::vector<PreintegratedGyroscope> turns;  // empty where all are single
   // The hand moves it.
@@ -35,14 +35,14 @@ class GatheredSamples {
 
   const GatheredMotion& motion(int recording) const { return (*motion_)[std::size_t(recording)]; }
   // A magnetometer's blocks, one a node.
-  const std::vector<Block>& mag(int recording, int sensor) const {
+  const std::vector<NodeMean>& mag(int recording, int sensor) const {
     return (*mag_)[std::size_t(recording)][std::size_t(sensor)];
   }
 
  private:
   ModelSpec spec_;
   std::shared_ptr<const std::vector<GatheredMotion>> motion_;
-  std::shared_ptr<const std::vector<std::vector<std::vector<Block>>>> mag_;
+  std::shared_ptr<const std::vector<std::vector<std::vector<NodeMean>>>> mag_;
 };
 
 // build_model() with samples that were gathered for this specification, or for one that differs in

@@ -30,8 +30,8 @@ namespace {
 constexpr double kGyrScalePriorSigma = 0.03, kGyrAxesPriorSigma = 1.0 * kDegree;
 constexpr double kOffsetPriorSigma = 0.1;  // s: longer lags are another kind of fault
 
-Noise<3> block_noise(double density, double rate_hz, const Block& block) {
-  return Noise<3>::isotropic(density * std::sqrt(rate_hz / block.independent));
+Noise<3> noise_of_mean(double density, double rate_hz, const NodeMean& mean) {
+  return Noise<3>::isotropic(density * std::sqrt(rate_hz / mean.independent));
 }
 
 Noise<9> gyr_matrix_noise() {
@@ -126,17 +126,17 @@ class Collector {
 };
 
 void add_accelerometer(FactorGraph& graph, const Part& part) {
-  const std::vector<Block>& blocks = part.gathered.motion(part.index).acc;
+  const std::vector<NodeMean>& of_nodes = part.gathered.motion(part.index).acc;
   const double rate =
       part.spec.acc_rate_hz > 0.0 ? part.spec.acc_rate_hz : part.recording.acc.rate_hz();
   const Vector3 g_n = gravity_n(part.spec.gravity);
   Collector<MeanAccelerometerFactor> means(graph, part, {Channel::kAcc});
   for (int i = 0; i < part.nodes(); ++i) {
-    const Block& b = blocks[std::size_t(i)];
+    const NodeMean& b = of_nodes[std::size_t(i)];
     if (b.count == 0 || !part.measures(i)) continue;
     const Key pose = R(part.id(i));
     const Noise<3> noise = made_of_samples(
-        part, "the accelerometer", i, [&] { return block_noise(part.spec.noise.acc, rate, b); });
+        part, "the accelerometer", i, [&] { return noise_of_mean(part.spec.noise.acc, rate, b); });
     if (b.at_node && !means.extended()) {
       graph.add(AccelerometerFactor(pose, key::acc_bias, b.mean, g_n, noise));
     } else {
@@ -151,7 +151,7 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
   const VectorSeries& series = part.recording.mag[std::size_t(sensor)];
   const bool delayed = part.spec.mag_time_offset;
   const double offset = delayed ? part.spec.mag_offset_s[std::size_t(sensor)] : 0.0;
-  const std::vector<Block>& blocks = part.gathered.mag(part.index, sensor);
+  const std::vector<NodeMean>& of_nodes = part.gathered.mag(part.index, sensor);
   const double rate = part.spec.mag_rate_hz > 0.0 ? part.spec.mag_rate_hz : series.rate_hz();
   const Key D = key::distortion_of(sensor);
   const Key dip = dip_of(part.plan.field);
@@ -166,7 +166,7 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
                                           sensor == 0 && !delayed && !placed ? mag : none);
   Collector<PlacedMagnetometerFactor> at_places(graph, part, placed ? mag : none);
   for (int i = 0; i < part.nodes(); ++i) {
-    const Block& b = blocks[std::size_t(i)];
+    const NodeMean& b = of_nodes[std::size_t(i)];
     if (!(b.independent > 0.0) || !part.measures(i)) continue;
     if (part.spec.without_mag && part.spec.without_mag(part.id(i))) continue;
     const Key pose = R(part.id(i));
@@ -174,7 +174,7 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
         key::mag_bias_of(sensor, part.spec.earlier_bias ? part.spec.earlier_bias(part.id(i)) : 0);
     const Noise<3> noise =
         made_of_samples(part, part.recording.mag_names[std::size_t(sensor)], i,
-                        [&] { return block_noise(mag_density(part.spec, sensor), rate, b); });
+                        [&] { return noise_of_mean(mag_density(part.spec, sensor), rate, b); });
     const auto gain = [&part, &b] { return part.columns(Channel::kMag)->mean(b.first, b.count); };
     if (delayed) {
       lagging.add(DelayedMagnetometerFactor(pose, D, bias, dip, key::mag_time_offset_of(sensor),

@@ -8,32 +8,32 @@
 namespace magimu {
 namespace {
 
-Block block_of(const VectorSeries& series, const IntegratedRotation& gyr, double node_s,
-               std::size_t first, std::size_t end, double offset_s) {
-  Block block;
-  block.count = int(end - first);
-  block.independent = block.count;
-  block.first = first;
-  if (block.count == 0) return block;
-  block.at_node = block.count == 1 && std::abs(series.t[first] - node_s) < kSameTime;
-  if (block.at_node && offset_s == 0.0) {
-    block.mean = series.v[first];
-    block.C.setIdentity();
-    block.C_rate = so3::hat(gyr.rate(series.t[first]));
-    return block;
+NodeMean mean_about(const VectorSeries& series, const IntegratedRotation& gyr, double node_s,
+                    std::size_t first, std::size_t end, double offset_s) {
+  NodeMean out;
+  out.count = int(end - first);
+  out.independent = out.count;
+  out.first = first;
+  if (out.count == 0) return out;
+  out.at_node = out.count == 1 && std::abs(series.t[first] - node_s) < kSameTime;
+  if (out.at_node && offset_s == 0.0) {
+    out.mean = series.v[first];
+    out.C.setIdentity();
+    out.C_rate = so3::hat(gyr.rate(series.t[first]));
+    return out;
   }
   const Rot3 to_node = gyr.at(node_s).inverse();
   for (std::size_t k = first; k < end; ++k) {
     const double time = series.t[k] - offset_s;
     const Matrix3 kRnode = (to_node * gyr.at(time)).matrix().transpose();
-    block.mean += series.v[k];
-    block.C += kRnode;
-    block.C_rate += so3::hat(gyr.rate(time)) * kRnode;
+    out.mean += series.v[k];
+    out.C += kRnode;
+    out.C_rate += so3::hat(gyr.rate(time)) * kRnode;
   }
-  block.mean /= double(block.count);
-  block.C /= double(block.count);
-  block.C_rate /= double(block.count);
-  return block;
+  out.mean /= double(out.count);
+  out.C /= double(out.count);
+  out.C_rate /= double(out.count);
+  return out;
 }
 
 }  // namespace
@@ -61,12 +61,12 @@ std::vector<std::size_t> samples_of_nodes(const VectorSeries& series, const Node
   return out;
 }
 
-std::vector<Block> block_means(const VectorSeries& series, const IntegratedRotation& gyr,
-                               const NodePlan& plan, double offset_s) {
+std::vector<NodeMean> node_means(const VectorSeries& series, const IntegratedRotation& gyr,
+                                 const NodePlan& plan, double offset_s) {
   const std::vector<std::size_t> first = samples_of_nodes(series, plan);
-  std::vector<Block> out(plan.t.size());
+  std::vector<NodeMean> out(plan.t.size());
   parallel::for_each(out.size(), 128, [&](std::size_t i) {
-    out[i] = block_of(series, gyr, plan.t[i], first[i], first[i + 1], offset_s);
+    out[i] = mean_about(series, gyr, plan.t[i], first[i], first[i + 1], offset_s);
   });
   return out;
 }

@@ -9,7 +9,8 @@
 
 namespace magimu {
 
-struct Block {
+// The mean of a node's samples, and what their attitudes have to do with the node's.
+struct NodeMean {
   int count = 0;
   double independent = 0.0;  // of these samples: what its mean's noise is that of
   std::size_t first = 0;     // its first sample
@@ -23,8 +24,8 @@ struct Block {
 // The first sample of each node, and last where the last node's end.
 std::vector<std::size_t> samples_of_nodes(const VectorSeries& series, const NodePlan& plan);
 
-// The block of each node. offset_s: how long ago the attitude was that a sample shows (tau).
-std::vector<Block> block_means(const VectorSeries& series, const IntegratedRotation& gyr,
-                               const NodePlan& plan, double offset_s = 0.0);
+// The mean at each node. offset_s: how long ago the attitude was that a sample shows (tau).
+std::vector<NodeMean> node_means(const VectorSeries& series, const IntegratedRotation& gyr,
+                                 const NodePlan& plan, double offset_s = 0.0);
 
 }  // namespace magimu

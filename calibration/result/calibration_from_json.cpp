@@ -20,18 +20,18 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kRemedy = "write it anew with `magimu calibrate -o`";
 
 // A place in the file, by its path: "magnetometers[0].bias".
-class Node {
+class JsonPlace {
  public:
-  Node(const Json& json, std::string file, std::string path = "")
+  JsonPlace(const Json& json, std::string file, std::string path = "")
       : json_(json), file_(std::move(file)), path_(std::move(path)) {}
 
   bool has(const std::string& name) const { return json_.is_object() && json_.contains(name); }
-  Node operator[](const std::string& name) const {
+  JsonPlace operator[](const std::string& name) const {
     const std::string path = path_.empty() ? name : path_ + "." + name;
     if (!has(name)) throw InputError(file_, 0, 0, "the field " + path + " is missing", kRemedy);
     return {json_.at(name), file_, path};
   }
-  Node operator[](std::size_t i) const {
+  JsonPlace operator[](std::size_t i) const {
     return {json_.at(i), file_, fmt::format("{}[{}]", path_, i)};
   }
   std::size_t array_size() const {
@@ -64,7 +64,7 @@ class Node {
     MatrixXd out{Eigen::Index(rows), Eigen::Index(rows)};
     if (array_size() != rows) wrong(fmt::format("{} rows", rows));
     for (std::size_t i = 0; i < rows; ++i) {
-      const Node row = (*this)[i];
+      const JsonPlace row = (*this)[i];
       if (row.array_size() != i + 1) row.wrong(fmt::format("{} numbers", i + 1));
       for (std::size_t j = 0; j <= i; ++j) {
         out(Eigen::Index(i), Eigen::Index(j)) = out(Eigen::Index(j), Eigen::Index(i)) =
@@ -84,7 +84,7 @@ class Node {
     MatrixXd out{Eigen::Index(rows), Eigen::Index(columns)};
     if (array_size() != rows) wrong(fmt::format("{} rows", rows));
     for (std::size_t i = 0; i < rows; ++i) {
-      const Node row = (*this)[i];
+      const JsonPlace row = (*this)[i];
       if (row.array_size() != columns) row.wrong(fmt::format("{} numbers", columns));
       for (std::size_t j = 0; j < columns; ++j) {
         out(Eigen::Index(i), Eigen::Index(j)) = row[j].number();
@@ -105,7 +105,7 @@ class Node {
   std::string file_, path_;
 };
 
-Trust read_trust(const Node& trust) {
+Trust read_trust(const JsonPlace& trust) {
   Trust out;
   const std::string verdict = trust["verdict"].text();
   if (verdict == "yes") {
@@ -122,12 +122,12 @@ Trust read_trust(const Node& trust) {
 }
 
 // What files of before, and those of streams, lack.
-MagnetometerRecord read_record(const Node& own) {
+MagnetometerRecord read_record(const JsonPlace& own) {
   MagnetometerRecord out;
   if (own.has("noise")) out.noise = own["noise"].number();
   if (own.has("position_m")) out.position = own["position_m"].vector3();
   if (own.has("residuals")) {
-    const Node r = own["residuals"];
+    const JsonPlace r = own["residuals"];
     out.residuals = {r["rms"].number(), r["lag1"].number(), r["rms_unit"].number()};
   }
   if (own.has("direction_sigma_deg")) out.direction_sigma_deg = own["direction_sigma_deg"].number();
@@ -135,7 +135,7 @@ MagnetometerRecord read_record(const Node& own) {
   return out;
 }
 
-void read_magnetometers(const Node& list, Calibration& c) {
+void read_magnetometers(const JsonPlace& list, Calibration& c) {
   c.parameters.mag.clear();
   for (std::size_t m = 0; m < list.array_size(); ++m) {
     c.mag_names.push_back(list[m]["name"].text());
@@ -149,7 +149,7 @@ void read_magnetometers(const Node& list, Calibration& c) {
   if (c.parameters.mag.empty()) list.wrong("a list of at least one magnetometer");
 }
 
-FieldEstimate read_field(const Node& field) {
+FieldEstimate read_field(const JsonPlace& field) {
   FieldEstimate f;
   f.dip_rad = field["dip_deg"].finite() * kDegree;
   f.dip_sigma_rad = field["dip_deg_sigma"].number() * kDegree;
@@ -158,12 +158,12 @@ FieldEstimate read_field(const Node& field) {
   return f;
 }
 
-void read_effects(const Node& list, Calibration& c) {
+void read_effects(const JsonPlace& list, Calibration& c) {
   for (std::size_t e = 0; e < list.array_size(); ++e) {
     ActiveEffect effect{list[e]["name"].text(), {}};
-    const Node parameters = list[e]["parameters"];
+    const JsonPlace parameters = list[e]["parameters"];
     for (std::size_t i = 0; i < parameters.array_size(); ++i) {
-      const Node p = parameters[i];
+      const JsonPlace p = parameters[i];
       effect.parameters.push_back({p["name"].text(), p["unit"].text(), p["value"].finite(),
                                    p["sigma"].number(), p["sigma_model"].number()});
     }
@@ -171,7 +171,7 @@ void read_effects(const Node& list, Calibration& c) {
   }
 }
 
-MotionModel read_motion(const Node& node) {
+MotionModel read_motion(const JsonPlace& node) {
   const std::string text = node.text();
   if (text == "rotation") return MotionModel::kRotation;
   if (text == "hand_held") return MotionModel::kHandHeld;
@@ -179,7 +179,7 @@ MotionModel read_motion(const Node& node) {
 }
 
 // Strength and D are two of one thing.
-void check_strength(const Node& field, const Calibration& c) {
+void check_strength(const JsonPlace& field, const Calibration& c) {
   constexpr double kAgree = 1e-3;  // the file's digits are a double's
   const double strength = std::cbrt(c.parameters.mag.front().distortion.determinant());
   if (std::abs(c.strength_uT - strength) <= kAgree * strength) return;
@@ -190,11 +190,11 @@ void check_strength(const Node& field, const Calibration& c) {
 
 // A covariance is finite, symmetric and has no negative variance. A file with the verdict "no" may
 // lack numbers there.
-void check_covariance(const Node& node, const MatrixXd& V, const Calibration& c) {
+void check_covariance(const JsonPlace& node, const MatrixXd& V, const Calibration& c) {
   constexpr double kRounding = 1e-6;  // of the correlations
   if (c.order.empty()) node["order"].wrong("a list of at least one parameter");
   if (c.trust.verdict == Verdict::kNo && !V.allFinite()) return;
-  const Node whole = node.has("matrix") ? node["matrix"] : node;
+  const JsonPlace whole = node.has("matrix") ? node["matrix"] : node;
   if (!V.allFinite()) whole.wrong("a matrix of finite numbers");
   const VectorXd scale = V.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const MatrixXd R = scale.asDiagonal() * V * scale.asDiagonal();
@@ -207,15 +207,15 @@ void check_covariance(const Node& node, const MatrixXd& V, const Calibration& c)
 }
 
 // Of n parameters: all of it, its lower triangle, or blocks along its diagonal (the rest is zero).
-MatrixXd read_covariance(const Node& node, std::size_t n, bool& in_blocks) {
+MatrixXd read_covariance(const JsonPlace& node, std::size_t n, bool& in_blocks) {
   in_blocks = node.has("blocks");
   if (node.has("lower")) return node["lower"].lower(n);
   if (!in_blocks) return node["matrix"].matrix(n, n);
   MatrixXd out = MatrixXd::Zero(Eigen::Index(n), Eigen::Index(n));
-  const Node blocks = node["blocks"];
+  const JsonPlace blocks = node["blocks"];
   for (std::size_t b = 0; b < blocks.array_size(); ++b) {
     std::vector<Eigen::Index> at;
-    const Node places = blocks[b]["at"];
+    const JsonPlace places = blocks[b]["at"];
     for (std::size_t i = 0; i < places.array_size(); ++i) {
       at.push_back(Eigen::Index(places[i].index(n)));
     }
@@ -227,7 +227,7 @@ MatrixXd read_covariance(const Node& node, std::size_t n, bool& in_blocks) {
 }  // namespace
 
 Calibration calibration_from_json(const Json& json, const std::string& file) {
-  const Node root(json, file);
+  const JsonPlace root(json, file);
   const std::string format = root["format"].text();
   if (format != "magimu-calibration/1") {
     throw InputError(file, 0, 0, "its format is " + format + ", not magimu-calibration/1",
@@ -237,7 +237,7 @@ Calibration calibration_from_json(const Json& json, const std::string& file) {
   c.parameters.acc_bias = root["accelerometer"]["bias"].vector3();
   c.parameters.gyr_bias = root["gyroscope"]["bias"].vector3();
   read_magnetometers(root["magnetometers"], c);
-  const Node field = root["field"];
+  const JsonPlace field = root["field"];
   c.strength_uT = field["strength_uT"].finite();
   check_strength(field, c);
   c.strength_sigma_uT = field["strength_uT_sigma"].number();
@@ -268,7 +268,7 @@ Calibration calibration_from_json(const Json& json, const std::string& file) {
     c.prior.source = root["prior"]["source"].text();
     c.prior.blocks = int(blocks);
   }
-  const Node noise = root["noise"];
+  const JsonPlace noise = root["noise"];
   c.noise = {noise["acc"].finite(), noise["gyro"].finite(), noise["mag"].finite()};
   for (const char* sensor : {"acc", "gyro", "mag"}) {
     if (!(noise[sensor].finite() > 0.0)) noise[sensor].wrong("a positive number");

@@ -109,9 +109,4 @@ Score wald_test(const Stage& stage, std::size_t effect, const KnownScatter& know
 // scatter of their own.
 double log10_p_by_scatter_of(const Stage& stage, Key parameter, double statistic, double dof);
 
-// Efficient information of an effect's parameters at zero (trajectory and calibration eliminated)
-// for these recordings, at a calibration of theirs: sqrt(theta' A theta) is an effect's size.
-MatrixXd effect_information(const std::vector<const Recording*>& recordings, const Calibration& at,
-                            const std::string& effect);
-
 }  // namespace magimu

@@ -102,19 +102,23 @@ void judge_motion(Calibration& c) {
 
 // A gyroscope that turns the sensor too far or not far enough, on all axes, by more than parts do:
 // what is wrong is its unit or the time.
-void judge_gyroscope(Calibration& c) {
+void judge_gyroscope(Calibration& c, double gyr_unit) {
   for (const ActiveEffect& effect : c.effects) {
     if (effect.name != "gyro_scale_misalignment" || effect.parameters.size() != 9) continue;
     double gain = 0.0;
     for (const std::size_t i : {0, 4, 8}) gain += effect.parameters[i].value / 3.0;
     if (std::abs(gain) < kLargestGyrGain) continue;
+    const std::string unit =
+        gyr_unit > 0.0
+            ? fmt::format("--unit gyr={:.4g}, rad/s for one of the file's", gyr_unit / (1.0 + gain))
+            : fmt::format("{:.4g} times what it is taken for", 1.0 / (1.0 + gain));
     c.trust.lower(
         Verdict::kLimited,
         fmt::format("The gyroscope reads {0:.3f} times what the sensor turned, as gravity and the "
-                    "field say, which no part in order does: its unit is another one (--unit "
-                    "gyr={1:.4g} of what it is taken for), or the samples were taken at {0:.3f} "
-                    "times the rate that their times say (--rate, where a file has no times).",
-                    1.0 + gain, 1.0 / (1.0 + gain)));
+                    "field say, which no part in order does: its unit is another one ({1}), or the "
+                    "samples were taken at {0:.3f} times the rate that their times say (--rate, "
+                    "where a file has no times).",
+                    1.0 + gain, unit));
   }
 }
 
@@ -412,7 +416,7 @@ void judge(Calibration& c, const std::vector<std::string>& unknown, const KnownO
   judge_turns(c);
   judge_fit(c);
   judge_motion(c);
-  judge_gyroscope(c);
+  judge_gyroscope(c, known.gyr_unit);
   judge_field(c, known);
   for (const std::string& reason : unknown) c.trust.lower(Verdict::kNo, reason);
   const std::size_t before = c.trust.reasons.size();

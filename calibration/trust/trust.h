@@ -27,6 +27,8 @@ struct KnownOfMisfit {
   // How far the first magnetometer's readings are from one ellipsoid, RMS, and its noise at rest,
   // one reading; 0: not known.
   double off_ellipsoid_uT = 0.0, at_rest_uT = 0.0;
+  // One of the file's numbers of the gyroscope, rad/s, as it was read; 0: not known.
+  double gyr_unit = 0.0;
 };
 
 // unknown: unknown_directions() of the fit itself, whose verdict is `no`.

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kRobustBlock = 5.0;  // s, of the robust covariance
 
-// d' C^-1 d over the directions that C knows; infinite where it is not a covariance.
+// d' C^-1 d, with C scaled to unit diagonal.
 double wald(const VectorXd& d, const MatrixXd& C) {
   const VectorXd scale = C.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const MatrixXd unit = scale.asDiagonal() * C * scale.asDiagonal();

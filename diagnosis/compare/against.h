@@ -33,9 +33,10 @@ struct AgainstOptions {
 Against compare_with(const Calibration& stored, const std::string& stored_name,
                      const std::vector<const Recording*>& recordings,
                      const AgainstOptions& options = {});
-// By group: variances are that many times what the covariances say.
+// By group: the factor by which the variances exceed the covariances.
 using Excess = std::map<std::string, double>;
-// Of two calibrations; blocks: of the robust covariances, at the least.
+// The same of two calibrations. blocks: the smaller number of independent blocks behind their
+// robust covariances.
 Against compare_calibrations(const Calibration& stored, const Calibration& now, int blocks,
                              double false_alarm_rate, const Excess& excess = {});
 

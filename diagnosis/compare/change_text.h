@@ -10,8 +10,8 @@ namespace magimu {
 
 // "hard_iron" -> "hard iron (magnetometer bias)"
 std::string change_title(const std::string& group);
-// What changed by how much and what that means; or which change these data exclude, and what they
-// show of it. Each component with its standard deviation.
+// A group that changed: its size and the usual causes. One that did not: the smallest change that
+// would have been seen, and the measured one. Each component with its standard deviation.
 std::string change_sentence(const Change& change);
 
 }  // namespace magimu

@@ -20,7 +20,7 @@ namespace {
 
 bool begins_or_ends(const KnownEffect& k) { return is_change(k.effect->name()); }
 
-// Of a change that has a prior of its own.
+// The form of a change whose prior was replaced (with_prior), by its parameters.
 ChangeForm form_of(const Effect& change) {
   for (const ChangeForm form : forms_of_change(change.name())) {
     const auto same = make_change(change.name(), form, {});
@@ -32,7 +32,7 @@ ChangeForm form_of(const Effect& change) {
   return forms_of_change(change.name()).front();
 }
 
-// One model meeting one recording.
+// The likelihood of one recording under one model.
 class Predictor {
  public:
   // recordings: one, or its parts, thinned; full: the same with all samples.
@@ -123,7 +123,7 @@ class Predictor {
     return out;
   }
 
-  // What the causes found in the noise gain here.
+  // The gain in this recording, in nats, of the causes that were found in the noise.
   double noise_gain(const Stage& stage) const {
     if (model_.noise.empty()) return 0.0;
     const bool scale = std::any_of(model_.noise.begin(), model_.noise.end(),

@@ -13,7 +13,7 @@
 //                          own size over the recording
 //   hard_iron_change, drifts, field gradients, passing sources, mains: may be there again or not
 //                          (even odds); where they are, about as large as they were. The times of a
-//                          change are searched for anew, and their number is paid for.
+//                          change are searched for anew, which costs the logarithm of the choice.
 //   noise of single samples (outliers, colour, steps, clipping): its parameters from one half of
 //                          the new recording, judged on the other, and the other way round
 //
@@ -25,8 +25,8 @@
 
 namespace magimu {
 
-// Nothing of stage's recordings is kept. findings: those that the noise of single samples explains
-// come along.
+// The model of a fitted stage without its recordings and nodes, with those of the findings that are
+// about the noise of single samples.
 ExtendedModel extended_model(const Stage& stage, const std::vector<Finding>& findings);
 
 // Negative log-likelihoods in nats, up to one constant for both.

@@ -20,8 +20,8 @@ struct ModelTerm {
 };
 
 // The basic model (options.motion; kAuto chooses as calibrate() does) and these terms, with the
-// model's covariance alone and no checks. Throws
-// InputError where no fit can be made or a term's does not converge.
+// model's covariance alone and no checks. Throws InputError if the model or one of its terms cannot
+// be fitted.
 Calibration refit_model(const Recording& recording, const std::vector<ModelTerm>& terms,
                         const CalibrationOptions& options);
 

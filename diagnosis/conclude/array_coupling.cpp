@@ -101,7 +101,7 @@ VectorXd system_times(const LinearSystem& system, const VectorXd& x) {
   return out;
 }
 
-// Divided by the roots of the diagonal of another.
+// S_ij / sqrt(squares_ii squares_jj).
 MatrixXd as_correlation(const MatrixXd& S, const MatrixXd& squares) {
   const VectorXd scale = squares.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   return scale.asDiagonal() * S * scale.asDiagonal();
@@ -189,7 +189,7 @@ class Correlations {
   double n_ = 0.0;
 };
 
-// By the correlation of one half, what the other's becomes likelier.
+// Nats by which one half of the data is more likely with the correlation fitted to the other half.
 double gained(const Matrix3& fitted, const Matrix3& seen, double variance_of_half) {
   return (fitted.cwiseProduct(seen) - 0.5 * fitted.cwiseProduct(fitted)).sum() / variance_of_half;
 }
@@ -207,8 +207,8 @@ CoupledPair pair_of(const Correlations& all, const Stage& stage, int i, int j, d
   return out;
 }
 
-// Is it in what all other pairs have, too, or does it go on from sample to sample? The others are
-// all but the n - 1 strongest: so many can be neighbours of a row, named or not.
+// Do the other pairs have it, too, or is it correlated in time? The others are all pairs but the
+// strongest n - 1, since that many can be neighbours in a row of n magnetometers.
 bool is_common(const Correlations& all, const CouplingSearch& found, int magnetometers) {
   if (double(found.pairs.size()) > kMostNeighbours * double(found.tested)) return true;
   std::vector<Matrix3> others;

@@ -38,9 +38,9 @@ struct CouplingSearch {
 // stage: fitted, best with a node at each sample.
 CouplingSearch find_coupling(const Stage& stage, double level);
 
-// The same with the model that a diagnosis ended at: a finding, evidence, and an entry of the scan.
-// Nothing of a single magnetometer. all: with every magnetometer; recordings: of which the stage
-// is, with the first few. node_every: magnetometer samples a node.
+// The same with the final model of a diagnosis: adds a finding or evidence, and an entry of the
+// scan. Does nothing with a single magnetometer. all: recordings with every magnetometer;
+// recordings: those of the stage, with the first few. node_every: magnetometer samples a node.
 void find_array_coupling(const std::vector<const Recording*>& all,
                          const std::vector<const Recording*>& recordings, const Stage& stage,
                          int node_every, const DiagnosisOptions& options, Diagnosis& d);

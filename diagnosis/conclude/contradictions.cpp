@@ -15,7 +15,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kSigmas = 3.0;  // within so many a time, or a lag, is another one
+constexpr double kSigmas = 3.0;  // standard deviations within which two times, or lags, are equal
 
 Channel channel_of(const std::string& name) {
   return name == "acc" ? Channel::kAcc : name == "gyr" ? Channel::kGyr : Channel::kMag;
@@ -34,8 +34,8 @@ std::string bad_times(const std::vector<const Recording*>& given) {
   return "";
 }
 
-// One rate that is off by a fraction of a per cent cannot be told from times that are wrong one by
-// one: whatever their errors do to the mean looks like it.
+// A clock that is off by a fraction of a per cent cannot be told from times that are wrong one by
+// one: the mean of their errors looks like a wrong rate.
 void withdraw_clock_of_bad_times(const std::vector<const Recording*>& given, Diagnosis& d) {
   const auto clock = std::ranges::find(d.findings, "clock_scale", &Finding::effect);
   if (clock == d.findings.end()) return;
@@ -62,7 +62,8 @@ void withdraw_of_mixtures(const std::vector<const Recording*>& given, Diagnosis&
   }
 }
 
-// What begins and ends at times that are not told apart did not change: it came and went.
+// A change whose beginning and end are closer than their uncertainties is no change: something came
+// and went.
 void withdraw_what_passed(Diagnosis& d) {
   constexpr double kToldApart = 3.0;  // standard deviations
   for (auto f = d.findings.begin(); f != d.findings.end();) {

@@ -9,8 +9,8 @@
 
 namespace magimu {
 
-// Whole recordings and what was kept of each; changes go to d as evidence. Returns the number of
-// tests made.
+// whole: the recordings; kept: what was kept of each. Changes go to d as evidence. Returns the
+// number of tests made.
 int find_changes_in_cut_rests(const std::vector<const Recording*>& whole,
                               const std::vector<const Recording*>& kept, const Stage& stage,
                               Diagnosis& d);

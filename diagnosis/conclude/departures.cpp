@@ -21,11 +21,12 @@
 namespace magimu {
 namespace {
 
-// Their standard deviation is known to 6 %; Student's distribution takes that into account.
+// Simulated data sets. The standard deviation of a statistic is then known to 6 %, which Student's
+// distribution takes into account.
 constexpr int kReplicates = 128;
 constexpr double kMostDamping = 1e-2;  // beyond it the simulated fits are no fits
 
-// Of one fitted model: what is left of its rows, and of noise that was fitted by it.
+// Residuals of data that were simulated from one fitted model and fitted again.
 class Replicates {
  public:
   explicit Replicates(const Optimum& at)
@@ -80,13 +81,14 @@ double density_known_to(Sensor sensor, const std::vector<const Recording*>& reco
   return 1.0 / std::sqrt(6.0 * std::max(samples, 1.0));
 }
 
-// What is known of a sensor's samples beyond the size of their noise.
+// Samples a node as recorded, and the size, colour and outliers that were found, of one sensor's
+// noise.
 SimulatedNoise::OfSensor noise_of(const ChannelStatistics& sensor,
-                                  const std::vector<const Recording*>& recordings,
+                                  const std::vector<const Recording*>& full, bool noise_given,
                                   const std::vector<Finding>& findings) {
-  SimulatedNoise::OfSensor out{.sensor = &sensor};
+  SimulatedNoise::OfSensor out{.sensor = &sensor, .given = noise_given};
   double samples = 0.0;
-  for (const Recording* r : recordings) {
+  for (const Recording* r : full) {
     samples += double(sensor.channel() == Channel::kAcc   ? r->acc.size()
                       : sensor.channel() == Channel::kGyr ? r->gyr.size()
                                                           : r->mag.front().size());
@@ -94,6 +96,7 @@ SimulatedNoise::OfSensor noise_of(const ChannelStatistics& sensor,
   out.samples = std::max(1, int(std::lround(samples / double(sensor.rows().size()))));
   for (const Finding& f : findings) {
     if (f.channel != to_string(sensor.channel()) || f.parameters.empty()) continue;
+    if (f.effect == "noise_scale") out.scale = f.parameters[0].value;
     if (f.effect == "correlated_noise") out.rho = std::clamp(f.parameters[0].value, 0.0, 0.999);
     if (f.effect == "outliers" && f.parameters.size() > 1) {
       out.eps = std::clamp(f.parameters[0].value, 0.0, 1.0);
@@ -135,6 +138,7 @@ void add_rounding(double step, const std::vector<const Recording*>& full, const 
     return;
   }
   to.step = step;
+  to.scale = 1.0;  // what is seen of the samples has it
   to.before = std::sqrt(
       std::max(squares / std::max(1.0, n) - step * step / 12.0, std::pow(0.02 * step, 2)));
   to.sigma = stage.spec().noise.mag * std::sqrt(full.front()->mag.front().rate_hz());
@@ -194,7 +198,7 @@ Comparison compare(const Stage& stage, const std::vector<Finding>& noise, const 
   if (!replicates.possible()) return out;
   std::vector<SimulatedNoise::OfSensor> of_sensors;
   for (const ChannelStatistics& s : sensors) {
-    of_sensors.push_back(noise_of(s, recordings, noise));
+    of_sensors.push_back(noise_of(s, known.full, known.noise_given, noise));
     const auto rounded = std::ranges::find(noise, "mag_quantization", &Finding::effect);
     if (s.name() != recordings.front()->mag_names.front() || rounded == noise.end()) continue;
     add_rounding(rounded->parameters.front().value, known.full, stage, of_sensors.back());

@@ -11,7 +11,7 @@ namespace magimu {
 
 inline constexpr double kSimultaneous = 0.003;
 
-// The two-sided probability with which one of so many may leave its band.
+// The two-sided probability with which one of so many statistics may leave its band.
 double level_of_one(int statistics);
 
 // Fills d.departures, d.departures_after, d.statistics and d.traces. others: tests made elsewhere

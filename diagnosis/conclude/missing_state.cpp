@@ -68,8 +68,8 @@ std::string named_as_noise(const MissingState& m, double shortest_s, const Recor
   return {};
 }
 
-// Noise of one sensor shows in the other processes, too, and most in its own: what gains no more
-// than that is its echo.
+// Noise of one sensor shows in the processes of other sensors, too, but less than in its own. A
+// process that gains no more than the noise's own is that noise.
 void name_echoes(std::vector<MissingState>& missing) {
   const auto own = std::ranges::max_element(
       missing, {}, [](const MissingState& m) { return m.noise.empty() ? -1.0 : m.left_nats; });
@@ -88,8 +88,8 @@ bool shows_elsewhere(const Finding& f) {
   return std::ranges::count(kElsewhere, f.effect) > 0;
 }
 
-// Evidence that counts against the last model: what is no noise that has a name, and more than
-// chance gains.
+// Evidence that counts against the last model: more than chance gains, and not the process of a
+// noise that has a name.
 double counted(const MissingState& m) {
   return m.noise.empty() && m.left_nats > kNullGain ? m.left_nats : 0.0;
 }
@@ -109,7 +109,7 @@ std::string process_name_of(DisturbedPart part) {
   return part == DisturbedPart::kField ? "field" : sensor_name_of(channel_of(part));
 }
 
-// Evidence that decides where it is.
+// Evidence by which the sensors are compared to tell where something is missing.
 double deciding(const MissingState& m) {
   const bool asked = std::isfinite(m.left_beside_acc_offset);
   return m.noise.empty() ? (asked ? m.left_beside_acc_offset : m.left_nats) : 0.0;
@@ -341,7 +341,7 @@ std::optional<PlaceRival> ask_for_attitude(const MissingStateInput& in,
                     model.fit_near(alone).evidence - price(best->theta.size())};
 }
 
-// Is it the place's field? Then what is left is what is left beside that.
+// Is it the place's field? Then d.missing's left_nats become those beside that field.
 std::shared_ptr<const FieldOfPlace> ask_for_place(const MissingStateInput& in,
                                                   const std::vector<Task>& tasks,
                                                   std::vector<PlaceRival> rivals, Diagnosis& d) {
@@ -376,8 +376,8 @@ std::shared_ptr<const FieldOfPlace> ask_for_place(const MissingStateInput& in,
   return place->field;
 }
 
-// The first model under the noise of the last: a misfit passes for noise of the gyroscope, and
-// would be worth little under that.
+// The first model under the noise of the last. The first model's own noise has the misfit in it
+// (mostly the gyroscope's), and under such noise the misfit would be worth little.
 Stage under_noise_of(const Stage& last, const Stage& first) {
   ModelSpec spec = first.spec();
   spec.noise = last.spec().noise;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How wrong, where, when: what the model lacks as a process of the field, the magnetometer, the
-// gyroscope or the accelerometer, whatever its cause; what the named causes have taken of it, and
-// whether so much is left that the simulation cannot be said to predict the data.
+// How wrong is the model, where and when: what it lacks as a process of the field, the
+// magnetometer, the gyroscope or the accelerometer, whatever the cause; how much of that the named
+// causes have taken; and whether too much is left to say that the simulation predicts the data.
 #pragma once
 
 #include <memory>
@@ -24,14 +24,17 @@ struct MissingStateInput {
 // place where that is named; null: it is not.
 std::shared_ptr<const FieldOfPlace> find_missing_state(const MissingStateInput& in, Diagnosis& d);
 
-// Is more left beside the last model than chance gains, and than crumbs of what causes took?
+// Is more left beside the last model than chance gains (kNullGain), or, with a cause named, than
+// kDecided?
 bool state_is_missing(const Diagnosis& d);
 
-// A noise of the sensor in which something is missing that explains but a crumb of it is found by
-// chance of its shape, as a cause would be (extender_beside.cpp): it is not named.
+// Withdraws findings about the noise of the sensor in which something is missing, if they explain
+// less than kCrumb of what is missing: any misfit gives residuals some tail or colour
+// (extender_beside.cpp does the same with causes).
 void withdraw_crumbs_of_noise(Diagnosis& d);
-// Of a cause that stands alone on its sensor and takes only a part of the evidence there, which
-// part: something that it resembles would, too (a lag a part of a hysteresis).
+// Adds to the sentence of a cause that is the only one of its sensor which share of the evidence it
+// takes, if that is only a part: the true cause may be one that it resembles (a lag takes a part of
+// a hysteresis).
 void tell_shares_taken(Diagnosis& d);
 
 // Have the named causes taken no real part of it? Then they explain nothing, whatever they are.

@@ -29,12 +29,13 @@ struct NoiseOf {
   std::vector<NoiseTest> tests, causes;
 };
 
-// Noise-like causes on the channels: each a test of its own.
+// Tests of noise-like causes on all channels, which share the level.
 constexpr double kTests = 12.0;
 constexpr double kMinTails = 2.5;      // K of outliers
 constexpr double kStrongLine = 1e-12;  // p
 constexpr double kBelowLimit = 4.0;    // standard deviations of a sample
-// What has no name must be as far beyond chance as one of about so many statistics (departures.h).
+// A correlation without a name is told at the level of one of about so many statistics
+// (departures.h).
 constexpr int kStatisticsOfOne = 500;
 
 Finding to_finding(const NoiseTest& t) {
@@ -142,7 +143,8 @@ bool is_mean_age(const Finding& lag, const OwnClock& clock, double level) {
 // the samples, and a lag of their mean age is its part in the model.
 void extend_by_clock(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                      Extender& extender, const OwnClock& clock, double level, Diagnosis& d) {
-  // A fit gives effects priors that are so much wider: it has means of samples, and these knew.
+  // Of the standard deviations that single samples give: the prior in the fit. So the clock stays
+  // where the samples have it; the fit sees means of samples, which know less of it.
   constexpr double kOfPrior = 1.0 / 30.0;
   if (recordings.size() != 1 || is_thinned(recordings.front()->mag.front())) {
     std::erase_if(d.findings, [&](const Finding& f) {
@@ -171,21 +173,21 @@ void extend_by_clock(const std::vector<const Recording*>& recordings, const Pipe
       }
     }
     extender.replace(best);
-    // What the clock does was noise so far.
+    // The noise was estimated with the clock's errors in it.
     const Stage quiet = pipeline.refit(best, best.spec());
     if (quiet.result().converged()) extender.replace(quiet);
     return true;
   });
 }
 
-// As the model says that has it.
+// Does the model that has the clock, with held readings, explain all of the pattern?
 bool is_held(const OwnClock& clock, const NoiseOf& of, double level) {
   return std::ranges::all_of(of.residuals, [&](const SampleResiduals& s) {
     return s.channel != Channel::kMag || leaves_no_pattern(clock, s, level);
   });
 }
 
-// The model with the alternating field in it, where that predicts better.
+// The model with the alternating field in it, where a fit of that converges.
 void extend_by_mains(const Pipeline& pipeline, Extender& extender, Finding& finding) {
   if (finding.effect != "mains_interference" || finding.parameters.size() < 7) return;
   ModelSpec spec = extender.stage().spec();
@@ -216,9 +218,9 @@ std::optional<Finding> take_out_saturated(Recording& recording, const DiagnosisO
     if (t.p_value > options.false_alarm_rate / kTests) continue;
     const double limit = t.parameters.front().value;
     // Near the limit the samples that are left are those whose noise pointed away from it, and a
-    // fit would take that for an error of the sensor. So all go whose neighbours are near it,
-    // whatever the sample itself says: what the quadratic through them says at its time is the
-    // reading less its high-passed part over 1 - c_0.
+    // fit would take that for an error of the sensor. So a sample is taken out where the quadratic
+    // through its neighbours comes near the limit, whatever its own reading is. That quadratic's
+    // value is the reading less its high-passed part over 1 - c_0.
     const Vector3 margin =
         kBelowLimit *
         robust_scale(samples.residual, std::vector<char>(samples.residual.size(), 1)) /
@@ -429,15 +431,15 @@ namespace {
 // Its amplitude, uT.
 double size_of_line(const Finding& line) {
   double squares = 0.0;
-  // Half-way up to the sampling rate sine and cosine are not told apart.
+  // At half the sampling rate sine and cosine cannot be told apart: one of them has no sigma.
   for (const FoundParameter& p : line.parameters) {
     if (p.unit == "uT" && p.sigma < std::abs(p.value)) squares += p.value * p.value;
   }
   return std::sqrt(squares);
 }
 
-// Of which every so many samples the line is a pattern, exactly; 0: of none. The frequency of the
-// mains wanders by hundredths of a hertz and meets that of another clock to a part of it by chance
+// n if the line is a pattern of every n-th sample (n = 2, 3, 4); else 0. The mains' frequency
+// wanders by hundredths of a hertz, so that it equals a fraction of the sampling rate by chance
 // only.
 int samples_of_pattern(const Finding& line, double rate_hz) {
   if (is_of_room(line.parameters)) return 0;          // rows that are mixed turn with their sensors

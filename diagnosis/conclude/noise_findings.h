@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Findings about the noise (noise_tests.h), on what the extended model leaves of single samples.
+// Findings about the noise (noise_tests.h), by what the extended model leaves of single samples.
 #pragma once
 
 #include "diagnosis/noise/noise_tests.h"
@@ -7,12 +7,12 @@
 
 namespace magimu {
 
-// In each recording, of which the strongest counts.
+// Each recording is tested, and of each test the strongest result counts.
 void find_noise(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                 const DiagnosisOptions& options, Extender& extender, Diagnosis& d);
 
-// Where a clock of its own was found that the model has not: what it leaves of a magnetometer's
-// samples is taken out of them. level: of the test that finds it again.
+// If a finding says that the magnetometer has a clock of its own, and the model does not have that
+// clock: subtracts the clock's errors from the residuals. level: of the test that finds it again.
 void take_out_clock(const Diagnosis& d, const Stage& stage, double level,
                     std::vector<SampleResiduals>& residuals);
 
@@ -20,8 +20,9 @@ void take_out_clock(const Diagnosis& d, const Stage& stage, double level,
 // of 50 and 60 Hz keep their name), and of a pattern of every second, third or fourth sample.
 void withdraw_other_lines(const std::vector<const Recording*>& recordings, Diagnosis& d);
 
-// Readings that pile up at the magnetometer's limit, found before anything is fitted: the samples
-// at the limit are taken out of the recordings. A finding, if there are such.
+// Readings that pile up at the magnetometer's limit, found before anything is fitted: samples at
+// the limit, and so near it that noise may have clipped them, are taken out of the recordings. Adds
+// a finding if there are any.
 void take_out_saturated(std::vector<Recording>& recordings, const DiagnosisOptions& options,
                         Diagnosis& d);
 

@@ -15,10 +15,10 @@
 namespace magimu {
 namespace {
 
-constexpr int kRounds = 6;             // about which the field is linear, at most
+constexpr int kRounds = 6;             // linearizations of field and positions, at most
 constexpr double kSettled = 0.05;      // of theta, in its prior standard deviations
 constexpr double kBlock = 20.0;        // s, left out at the least
-constexpr double kLeastReach = 0.01;   // m: the position is not known better
+constexpr double kLeastReach = 0.01;   // m: positions are not known better than that
 constexpr int kMostCoefficients = 63;  // three recordings with the highest order
 constexpr std::size_t kPoints = 600;   // of a picture
 
@@ -45,7 +45,8 @@ struct PlaceFit {
   DisturbanceFit process;
 };
 
-// Position and field bend each other: linear about the last estimate, until it stays.
+// Readings depend on the product of field coefficients and positions: linearized about the last
+// estimate again and again, until that stays.
 void settle(DisturbanceModel& model, FieldOfPlace& field, const DisturbanceFit& process,
             int rounds) {
   for (int round = 0; round < rounds && process.size > 0.0; ++round) {

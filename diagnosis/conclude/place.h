@@ -31,13 +31,13 @@ namespace magimu {
 // Evidence by which one of two answers counts as decided: nats (a factor of 22,000).
 inline constexpr double kDecided = 10.0;
 
-// Beside what: everything that may be there instead.
+// Another explanation than the place: a process elsewhere, a late accelerometer, ...
 struct PlaceRival {
   std::string what;       // "the magnetometer", ...
   double evidence = 0.0;  // log density of the same samples
 };
 
-// The place, with this evidence, beside one rival more.
+// Compares the place, which has this evidence, with one rival more.
 void stand_beside(const PlaceRival& rival, double evidence, PlaceCheck& check);
 
 struct ConfirmedPlace {
@@ -55,7 +55,7 @@ ConfirmedPlace confirm_place(const Stage& stage, const DisturbanceFit& alone,
 std::optional<Stage> model_with_place(const Pipeline& pipeline, const Stage& stage,
                                       const FieldOfPlace& field);
 
-// Of a check that names it; predicted: of left-out blocks.
+// The finding of a check that names the place. beside: the process that is left beside it.
 Finding finding_of_place(const PlaceCheck& check, const DisturbanceFit& beside);
 // Which of a, b and c failed, and which motion would settle it.
 std::string why_no_place(const Diagnosis& d);

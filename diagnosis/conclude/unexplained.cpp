@@ -36,8 +36,8 @@ constexpr double kOwnToRepeats = 2.0;  // times their share: correlation or outl
 constexpr double kOwnToJitter = 2.0;   // times the variance that it adds
 constexpr double kSameLine = 0.1;      // of the frequency of its pattern
 constexpr double kOwn = 0.5;  // of what a cause explains, beside a dependence without a name
-// Of a finding's own misfit: more than this left in its channel, or in another one, and its name is
-// doubtful.
+// In units of what a finding explains: with more than this left in its own channel, or in another
+// one, its name is doubtful.
 constexpr double kLeftOver = 0.3, kLeftElsewhere = 3.0;
 
 // log10 of the probability by those directions alone that the data show clearly. Columns are made
@@ -103,8 +103,7 @@ double explained_of(const Diagnosis& d, Channel channel) {
   return explained;
 }
 
-// What is left in a channel has to be so many times what a finding explained for its name to be
-// doubtful.
+// How many times of what a finding explains must be left in the channel to make it doubtful.
 double doubtful_from(const Finding& f, const std::string& channel) {
   const bool of_the_mean = find_effect(f.effect) != nullptr || f.effect == "noise_scale";
   const bool elsewhere = f.channel != channel;
@@ -112,8 +111,9 @@ double doubtful_from(const Finding& f, const std::string& channel) {
   return of_the_mean && !elsewhere ? kLeftOver : kLeftElsewhere;
 }
 
-// A name that explains less of its channel than what is left there was a stopgap; one that explains
-// a fraction of it, of another channel or of the noise, may be its shadow.
+// Withdraws findings beside which too much is left. In a finding's own channel (kLeftOver) it stood
+// for the real cause; what is left in another channel, or beside a cause of noise (kLeftElsewhere),
+// may have made the finding.
 void withdraw_doubtful(const std::string& channel, double left, Diagnosis& d) {
   std::erase_if(d.findings, [&](const Finding& f) {
     const double from = doubtful_from(f, channel);
@@ -130,7 +130,7 @@ void withdraw_doubtful(const std::string& channel, double left, Diagnosis& d) {
   });
 }
 
-// Of all recordings one after the other, node by node: each by itself.
+// Splits a series of all recordings, node by node, into one for each recording.
 std::vector<ResidualSeries> by_recording(const ResidualSeries& all,
                                          const std::vector<NodePlan>& plans) {
   std::vector<ResidualSeries> out(plans.size());
@@ -178,8 +178,8 @@ void grow_with_rate(const std::vector<const Recording*>& recordings,
   }
 }
 
-// Does the jitter add as much variance as the noise is said to be too large, or as outliers have;
-// is the line a multiple of its pattern?
+// Does the jitter explain the finding? Noise that is larger than given, or outliers, if the jitter
+// adds half of their variance or more; a line, if it is a harmonic of the jitter's pattern.
 bool is_made_by(const TimingNoise& jitter, const Finding& f) {
   const double value = f.parameters.front().value;
   const double most = kOwnToJitter * jitter.added;
@@ -202,7 +202,8 @@ std::string why_off(const TimingNoise& seen) {
       1e3 * seen.period_s);
 }
 
-// Without its line, which may be of the pattern that is looked for; nothing where it has none.
+// The model without its line of the mains, if it has one: the line may be a harmonic of the pattern
+// in the times that is looked for.
 std::optional<Stage> without_line(const Extender& extender) {
   const auto& effects = extender.stage().spec().effects;
   const auto line = std::ranges::find_if(
@@ -255,10 +256,10 @@ double explained_beside(const Scan& scan) {
   return 0.5 * (both.statistic - one.statistic) - double(both.dof - one.dof);
 }
 
-// What is in the model follows whatever the course of the motion makes of another cause, a function
-// of time the most: where a dependence without a name explains clearly more, its parameters paid
-// for, and leaves little for it, it stood for that. (A line of the mains is of no course of the
-// motion.)
+// An effect in the model can stand for another cause that looks alike in this motion, a function of
+// time most easily. It is withdrawn if a dependence without a name explains clearly more, its
+// parameters paid for, and leaves the effect little to explain. (A line of the mains depends on no
+// motion and is left out.)
 void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extender& extender,
                         Diagnosis& d) {
   const Stage& stage = extender.stage();
@@ -295,8 +296,8 @@ void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extende
   }
 }
 
-// Blows are over before a sample is: what they do to velocity and place reaches the model through
-// no sample, and errors of the accelerometer can imitate it.
+// A blow is shorter than a sampling interval. Its change of velocity and position is in no sample,
+// and errors of the accelerometer can imitate that change.
 void withdraw_beside_blows(const Stage& stage, Diagnosis& d) {
   constexpr double kStruck = 0.01, kBlow = 10.0;  // of the samples; times the noise
   const auto blows = std::find_if(d.findings.begin(), d.findings.end(), [](const Finding& f) {
@@ -350,7 +351,7 @@ StrongestDependence look_for_dependences(const std::vector<const Recording*>& re
   return strongest;
 }
 
-// What a search adds to d.unexplained, apart from what is there.
+// What a search adds to d.unexplained, returned instead of added.
 template <class Search>
 Unexplained apart(Diagnosis& d, const Search& search) {
   const Unexplained before = std::exchange(d.unexplained, {});

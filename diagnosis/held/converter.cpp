@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the magnetometer's converter does to readings: it rounds them to steps, and it ends. Both
-// leave exact coincidences that continuous noise does not.
+// The magnetometer's converter rounds readings to steps and has a largest value. Both leave exact
+// coincidences, which continuous noise does not.
 #include <fmt/format.h>
 #include <algorithm>
 #include <array>
@@ -17,10 +17,10 @@ namespace {
 
 constexpr double kHarmless = 0.3;  // step in units of the noise: adds 0.4 % to its size
 
-// A limit that is reached is reached often; a few equal readings have other causes.
+// Readings at the largest value, for it to be a limit: a few equal readings have other causes.
 constexpr int kLeastPiledUp = 10;
 
-double model(const NoiseSeries& s, std::size_t k, int axis) {
+double predicted(const NoiseSeries& s, std::size_t k, int axis) {
   return s.reading[k][axis] - s.residual[k][axis];
 }
 
@@ -51,7 +51,7 @@ double decimal_step(const std::vector<double>& x) {
   return 0.0;
 }
 
-// From a first guess: multiples ever farther from zero tell the step ever better.
+// Refines a guess of the step in rounds: the larger the multiples, the better they tell the step.
 Lattice fit_lattice(const std::vector<double>& x, double guess, double tolerance) {
   Lattice lattice;
   lattice.tolerance = tolerance;
@@ -153,7 +153,8 @@ double between(double low, double high, double sigma) {
   return std::max(p, 1e-6);
 }
 
-// Readings at the largest size there is, those that repeat the sample before not counted.
+// Readings whose absolute value is the largest of all. A sample that repeats the one before does
+// not count.
 struct PileUp {
   double most = 0.0;
   int count = 0, near = 0;  // exactly there; within `width` below
@@ -174,7 +175,7 @@ PileUp pile_up(const NoiseSeries& s, double width) {
       ++p.near;
       if (size < p.most * (1.0 - 1e-9)) continue;
       ++p.count;
-      p.beyond += std::copysign(1.0, x) * model(s, k, axis) - p.most;
+      p.beyond += std::copysign(1.0, x) * predicted(s, k, axis) - p.most;
       p.axes[std::size_t(axis)] = true;
     }
   }
@@ -197,7 +198,7 @@ void judge_saturation(const NoiseSeries& s, double most, double sd, NoiseTest& t
   const auto clipped = [&](std::size_t k, int axis, double sigma) {
     const double x = s.reading[k][axis];
     if (std::abs(x) < most * (1.0 - 1e-9)) return gaussian_nll(s.residual[k][axis], sigma);
-    const double inside = most - std::copysign(1.0, x) * model(s, k, axis);
+    const double inside = most - std::copysign(1.0, x) * predicted(s, k, axis);
     return std::log(sigma) - std::log(std::max(1e-6, normal_tail(inside / sigma)));
   };
   test.nll_before = judge_halves(s, 0.3 * sd, 100.0 * sd, plain);
@@ -231,8 +232,8 @@ NoiseTest test_quantization(const NoiseSeries& s, const Cleaned& c) {
   test.statistic = -2.0 * n * (1.0 - lattice.off) * std::log(chance);
   test.p_value = std::exp(std::max(-690.0, -0.5 * test.statistic));
   const double low = 0.02 * q, high = 10.0 * std::max(q, sd);
-  // Of the numbers as they are written: the density times their last digit, or the probability of
-  // all that is rounded to them.
+  // Both are probabilities of the numbers as written: without rounding to steps, the density times
+  // the last digit; with it, the probability of the interval that is rounded to the number.
   const double digit = std::log(2.0 * lattice.tolerance);
   test.nll_before = judge_halves(s, low, high, [&](std::size_t k, int axis, double sigma) {
     return gaussian_nll(s.residual[k][axis], sigma) - digit;
@@ -256,13 +257,14 @@ NoiseTest test_saturation(const NoiseSeries& s, const Cleaned& c) {
   const std::vector<double> x = all_readings(s);
   const double sd = standard_deviation(s, c);
   const double step = std::max({find_lattice(x).step, decimal_step(x), 1e-9 * sd});
-  // How far below the limit readings are as likely as at it: a little, where the noise is smooth.
+  // Within this width below the largest value smooth noise makes all readings about equally likely.
   const double width = std::max(3.0 * sd, 2.0 * step);
   const PileUp p = pile_up(s, width);
   if (p.count < kLeastPiledUp || p.beyond < -sd) return test;
   test.p_value = binomial_tail(p.count, p.near, std::min(1.0, 2.0 * step / width));
-  // A coarse lattice has many readings at its ends. Those of a limit lie inside of what the model
-  // expects; without one the readings there are those with noise outwards.
+  // With coarse steps many readings share the largest value anyway. At a limit the model expects
+  // more than the reading. Without a limit the largest readings are those whose noise points
+  // outwards, and the model expects less.
   const double inwards = (p.beyond - 0.5 * step) / std::hypot(sd, step);
   if (step > 0.3 * sd)
     test.p_value = inwards > 0.0 ? normal_tail(inwards * std::sqrt(p.count)) : 1.0;

@@ -12,7 +12,8 @@ namespace magimu {
 namespace {
 
 constexpr double kDipSigma = 1.0, kHeadingSigma = 1.0;  // rad: as good as free
-// Of what is held: far below what any recording tells, far above rounding.
+// Standard deviations that hold a parameter, in its unit: far below what any recording tells, far
+// above rounding.
 constexpr double kHeldGyr = 1e-9, kHeldAcc = 1e-6, kHeldMag = 1e-5, kHeldOther = 1e-8;
 constexpr double kHeldEffect = 1e-6;  // of its prior
 

@@ -9,7 +9,7 @@
 
 namespace magimu {
 
-// An effect of such a model: held at theta, or (its prior scale as theirs) about zero and free.
+// An effect of such a model: held at theta, or free with a prior about zero.
 struct KnownEffect {
   std::shared_ptr<const Effect> effect;
   VectorXd theta;  // the value, or where to start
@@ -24,8 +24,8 @@ std::vector<KnownEffect> known_effects(const ExtendedModel& model);
 // An effect with a prior of its own.
 std::shared_ptr<const Effect> with_prior(std::shared_ptr<const Effect> effect,
                                          const VectorXd& sigma);
-// Root mean square over the parameters of one unit: how large it may be next time, in whatever
-// direction.
+// A prior scale for the next recording: the root mean square of the parameters found, over those of
+// one unit, since the direction may be another one.
 VectorXd sizes_found(const Effect& effect, const VectorXd& theta);
 
 // start: values of the model's variables for this recording, nodes and dip among them. Fills the

@@ -5,15 +5,15 @@
 
 #include "calibration/model/extension.h"
 #include "calibration/model/windows.h"
-#include "calibration/motion/sensor_rows.h"
+#include "diagnosis/held/log_noise.h"
 #include "factors/prior_factor.h"
 #include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
 
-// A hand's place and velocity at the beginning of a window: nothing else in it may tell them.
-// Standard deviations of 1 m and 1 m/s, whose logarithm is 0.
+// Priors of 1 m and 1 m/s on a hand's position and velocity at the beginning of each window:
+// nothing else in the window may determine them. (The logarithm of 1 adds nothing to the sums.)
 FactorGraph with_boundary_priors(const Stage& stage, const std::vector<int>& window_of) {
   FactorGraph graph = stage.graph();
   if (stage.spec().motion != MotionModel::kHandHeld) return graph;
@@ -24,23 +24,6 @@ FactorGraph with_boundary_priors(const Stage& stage, const std::vector<int>& win
     graph.add(PriorFactor<Vector3>(P(int(node)), Vector3::Zero(), wide));
   }
   return graph;
-}
-
-// log of the noise's standard deviation, summed over the rows of each window.
-std::vector<double> log_noise(const Stage& stage, const LinearSystem& system,
-                              const std::vector<int>& window_of, std::size_t windows) {
-  const SensorRows rows(stage.graph(), system);
-  const NoiseDensities& d = stage.spec().noise;
-  const double log_density[] = {std::log(d.acc), std::log(d.gyr), std::log(d.mag),
-                                std::log(stage.spec().reach_m)};
-  std::vector<double> out(windows, 0.0);
-  for (int i = 0; i < system.rows(); ++i) {
-    const auto s = std::size_t(rows.sensor[std::size_t(i)]);
-    const int node = rows.node[std::size_t(i)];
-    if (s >= kSensors || node < 0) continue;
-    out[std::size_t(window_of[std::size_t(node)])] += log_density[s];
-  }
-  return out;
 }
 
 // Positions among the globals of the effects' parameters.
@@ -58,8 +41,8 @@ double log_det_of(const Eigen::LDLT<MatrixXd>& ldlt) {
   return ldlt.vectorD().array().max(1e-300).log().sum();
 }
 
-// What a window's negative log-likelihood changes by where some parameters are integrated out
-// instead of being held at `step`, which the other windows' information K lets expect.
+// Change of a window's negative log-likelihood when the parameters `free` are integrated out under
+// the other windows' information K, instead of being held at `step`, the other windows' optimum.
 double integrated(const CondensedWindow& own, const MatrixXd& K, const VectorXd& step,
                   const std::vector<Eigen::Index>& free) {
   if (free.empty()) return 0.0;
@@ -84,7 +67,7 @@ std::vector<double> held_out_nll(const Stage& stage, double seconds) {
   LinearSystem system(graph, values);
   system.linearize(values);
   const CondensedChain chain = condense(system, values, node_of, window_of);
-  std::vector<double> out = log_noise(stage, system, window_of, chain.windows.size());
+  std::vector<double> out = log_noise(stage, system, window_of);
   const CondensedWindow all = chain.sum();
   const std::vector<Eigen::Index> effects = effects_of(stage, chain);
   for (std::size_t w = 0; w < out.size(); ++w) {

@@ -4,23 +4,11 @@
 #include <cmath>
 
 #include "calibration/model/windows.h"
-#include "calibration/motion/sensor_rows.h"
+#include "diagnosis/held/log_noise.h"
 #include "graph/decompositions.h"
 
 namespace magimu {
 namespace {
-
-double sum_of_log_noise(const Stage& stage, const LinearSystem& system) {
-  const SensorRows rows(stage.graph(), system);
-  const NoiseDensities& d = stage.spec().noise;
-  const double log_size[kSensors] = {std::log(d.acc), std::log(d.gyr), std::log(d.mag),
-                                     std::log(stage.spec().reach_m)};
-  double sum = 0.0;
-  for (const Sensor s : rows.sensor) {
-    if (s != Sensor::kNone) sum += log_size[std::size_t(s)];
-  }
-  return sum;
-}
 
 double log_det(const MatrixXd& A) { return A.ldlt().vectorD().array().max(1e-300).log().sum(); }
 
@@ -32,7 +20,8 @@ double laplace_nll(const Stage& stage, const std::vector<Integrated>& integrated
   system.linearize(values);
   const CondensedChain chain = condense(system, values, node_of, windows_of(stage.plans()));
   const CondensedWindow& data = chain.linked;
-  double nll = sum_of_log_noise(stage, system) + 0.5 * (data.squares + data.log_det);
+  const std::vector<int> together(windows_of(stage.plans()).size(), 0);
+  double nll = log_noise(stage, system, together).front() + 0.5 * (data.squares + data.log_det);
 
   // What the data and the prior say about parameters that are integrated, in units of the prior.
   std::vector<Eigen::Index> at;

@@ -11,29 +11,29 @@ namespace magimu {
 namespace {
 
 constexpr int kBendReach = 5;  // samples to each side
-constexpr int kBendWindow = 2 * kBendReach + 1;
+constexpr int kBendLength = 2 * kBendReach + 1;
 constexpr double kMayBend = 11.34;  // squared length, in units of the scales: 1 % of Gaussian ones
 
-using Window = Eigen::Matrix<double, kBendWindow, 1>;
+using Stretch = Eigen::Matrix<double, kBendLength, 1>;
 
 // What a cubic leaves of such a shape, of length 1.
 class Shapes {
  public:
   Shapes() {
-    Eigen::Matrix<double, kBendWindow, 4> powers;
-    for (int k = 0; k < kBendWindow; ++k) {
+    Eigen::Matrix<double, kBendLength, 4> powers;
+    for (int k = 0; k < kBendLength; ++k) {
       const double u = double(k - kBendReach) / kBendReach;
       powers.row(k) << 1.0, u, u * u, u * u * u;
     }
-    const Eigen::Matrix<double, kBendWindow, 4> cubics =
-        powers.householderQr().householderQ() * Eigen::Matrix<double, kBendWindow, 4>::Identity();
+    const Eigen::Matrix<double, kBendLength, 4> cubics =
+        powers.householderQr().householderQ() * Eigen::Matrix<double, kBendLength, 4>::Identity();
     const auto shape = [&](const auto& at) {
-      Window w;
-      for (int k = 0; k < kBendWindow; ++k) w[k] = at(double(k - kBendReach));
+      Stretch w;
+      for (int k = 0; k < kBendLength; ++k) w[k] = at(double(k - kBendReach));
       w -= cubics * (cubics.transpose() * w);
-      return Window(w / w.norm());
+      return Stretch(w / w.norm());
     };
-    // The window's ends are left out: both shapes are almost a cubic there.
+    // The ends are left out: both shapes are almost a cubic there.
     for (int j = -kBendReach + 2; j <= kBendReach - 2; ++j) {
       outliers_.push_back(shape([&](double k) { return k == double(j) ? 1.0 : 0.0; }));
     }
@@ -42,19 +42,19 @@ class Shapes {
     }
   }
 
-  bool is_bend(const Eigen::Matrix<double, kBendWindow, 3>& x) const {
+  bool is_bend(const Eigen::Matrix<double, kBendLength, 3>& x) const {
     return most_explained(bends_, x) > most_explained(outliers_, x);
   }
 
  private:
-  static double most_explained(const std::vector<Window>& shapes,
-                               const Eigen::Matrix<double, kBendWindow, 3>& x) {
+  static double most_explained(const std::vector<Stretch>& shapes,
+                               const Eigen::Matrix<double, kBendLength, 3>& x) {
     double most = 0.0;
-    for (const Window& w : shapes) most = std::max(most, (w.transpose() * x).squaredNorm());
+    for (const Stretch& w : shapes) most = std::max(most, (w.transpose() * x).squaredNorm());
     return most;
   }
 
-  std::vector<Window> outliers_, bends_;
+  std::vector<Stretch> outliers_, bends_;
 };
 
 }  // namespace
@@ -74,8 +74,8 @@ std::vector<char> near_bends(const NoiseSeries& s, const Cleaned& c) {
             at(s.used) + kBendReach + 1) {
       continue;
     }
-    Eigen::Matrix<double, kBendWindow, 3> x;
-    for (int j = 0; j < kBendWindow; ++j) {
+    Eigen::Matrix<double, kBendLength, 3> x;
+    for (int j = 0; j < kBendLength; ++j) {
       x.row(j) = s.reading[k + std::size_t(j) - kBendReach].cwiseQuotient(c.scale).transpose();
     }
     if (shapes.is_bend(x)) std::fill(at(out) - kHighPassReach, at(out) + kHighPassReach + 1, 1);

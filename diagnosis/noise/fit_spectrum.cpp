@@ -73,7 +73,7 @@ struct CrossSpectrum {
   }
 };
 
-// The nearest of the form, from the second frequency on: the window spreads the mean into the
+// The nearest of the form, from the second frequency on: the taper spreads the mean into the
 // first.
 FitSpectrum nearest(const CrossSpectrum& spectrum, double nodes_per_s) {
   FitSpectrum best;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What white noise of a sensor leaves under a fit: residuals that are not white.
 //
-// Attitudes bend towards the samples, the more the slower these are wrong: at the nodes the
+// Fitted attitudes follow the samples' noise, slow noise more than fast: at the nodes the
 // residuals' covariance is I - H, H = J P J' with P the posterior covariance. The mean spectrum of
-// H is estimated with seeded random vectors (Hutchinson), and told by the form that it has for a
-// random walk seen in white noise. Between two nodes a sample has the attitude on the line from one
-// to the other, and the gyroscope's noise about that. Of a direction's three components the two
-// across it show attitudes.
+// H is estimated with seeded random vectors (Hutchinson) and fitted by the form that it has for a
+// random walk observed in white noise. Between two nodes a sample's attitude lies on the line from
+// one to the other, up to the gyroscope's noise. Of a direction's three components the two across
+// it depend on the attitude.
 #pragma once
 
 #include "calibration/fit/stage.h"
@@ -16,10 +16,10 @@ namespace magimu {
 
 struct FitSpectrum {
   double share = 0.0;   // of H at frequency 0, mean of the components
-  double corner = 1.0;  // sine of half the angle a node at which it is half of that
+  double corner = 1.0;  // sine of half the phase a node at which it is half of that
   double nodes_per_s = 1.0;
-  // Of the gyroscope's noise: by how much it moves readings across their direction, over the
-  // sensor's own density, squared, 1/s^2.
+  // Square of the gyroscope's density, as it moves readings across their direction, over the square
+  // of the sensor's own density, 1/s^2.
   double walk = 0.0;
 
   // Of H, at the nodes.
@@ -28,7 +28,7 @@ struct FitSpectrum {
   double power(double hz) const;
 };
 
-// index: of the recording. That of a sensor that no fit follows where there are too few nodes.
+// index: of the recording. With too few nodes: share = 0, as of a sensor that no fit follows.
 FitSpectrum fit_spectrum(const Stage& stage, Sensor sensor, int index);
 
 }  // namespace magimu

@@ -11,14 +11,14 @@
 namespace magimu {
 namespace {
 
-constexpr int kWindow = 2 * kHighPassReach + 1;
+constexpr int kFilterLength = 2 * kHighPassReach + 1;
 constexpr std::array<double, kHighPassReach + 1> kWeights = {
     59.0 / 231.0, 54.0 / 231.0, 39.0 / 231.0, 14.0 / 231.0, -21.0 / 231.0};
 
-// The sample `at` less the quadratic in time through the window that starts at `first`.
+// The sample `at` less the quadratic in time through the kFilterLength samples from `first` on.
 Vector3 less_quadratic(const VectorSeries& s, std::size_t first, std::size_t at, double dt) {
-  MatrixXd basis(kWindow, 3), values(kWindow, 3);
-  for (int i = 0; i < kWindow; ++i) {
+  MatrixXd basis(kFilterLength, 3), values(kFilterLength, 3);
+  for (int i = 0; i < kFilterLength; ++i) {
     const std::size_t k = first + static_cast<std::size_t>(i);
     const double u = (s.t[k] - s.t[at]) / dt;
     basis.row(i) << 1.0, u, u * u;
@@ -43,27 +43,19 @@ double high_pass_gain(double omega) {
   return passed * passed;
 }
 
-double high_pass_autocovariance(int lag) {
-  double r = (lag == 0 ? 1.0 : 0.0) - 2.0 * smoothing_weight(lag);
-  for (int j = -kHighPassReach; j <= kHighPassReach; ++j) {
-    r += smoothing_weight(j) * smoothing_weight(j + lag);
-  }
-  return r;
-}
-
 std::vector<Vector3> high_passed(const VectorSeries& series) {
   const std::size_t n = series.size(), reach = kHighPassReach;
   std::vector<Vector3> result(n, Vector3::Zero());
-  if (n < kWindow) return result;
+  if (n < kFilterLength) return result;
   const double dt = 1.0 / series.rate_hz();
   const auto even = [&](std::size_t first) {
-    for (std::size_t k = first + 1; k < first + kWindow; ++k) {
+    for (std::size_t k = first + 1; k < first + kFilterLength; ++k) {
       if (std::abs(series.t[k] - series.t[k - 1] - dt) > 0.1 * dt) return false;
     }
     return true;
   };
   for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t first = std::min(k < reach ? 0 : k - reach, n - kWindow);
+    const std::size_t first = std::min(k < reach ? 0 : k - reach, n - kFilterLength);
     if (first + reach != k || !even(first)) {
       result[k] = less_quadratic(series, first, k, dt);
       continue;

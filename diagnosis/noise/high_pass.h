@@ -28,9 +28,6 @@ double smoothing_weight(int lag);
 // Squared gain at that many radians a sample.
 double high_pass_gain(double omega);
 
-// r_l above, of white noise of variance 1.
-double high_pass_autocovariance(int lag);
-
 // In the sensor's unit. The quadratic goes through nine samples at their times, also beside
 // gaps; at the ends through the first or the last nine. Fewer than nine samples give zeros.
 std::vector<Vector3> high_passed(const VectorSeries& series);

@@ -7,12 +7,15 @@
 // sampling rate, half to all frequencies; and half to the sensor's frame, half to n: what is fixed
 // to the sensor turns with it, what the room makes does not, and in the other frame a line is as
 // broad as the sensor turns fast.
+// A motion that repeats itself has lines, too, and so has whatever the model does not say of it: a
+// line where the change of the model's reading has one is the motion's.
 #include <fmt/format.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <optional>
 #include <unsupported/Eigen/FFT>
 
 #include "diagnosis/noise/noise_causes.h"
@@ -24,14 +27,19 @@
 namespace magimu {
 namespace {
 
-// Below, motion and the errors that follow it, and harmonics of what switches now and then.
+// Below this frequency residuals hold motion, errors that follow it, and harmonics of what switches
+// now and then.
 constexpr double kLowestMainsHz = 5.0;
 double lowest_mains_hz(double rate_hz) { return std::min(kLowestMainsHz, 0.1 * rate_hz); }
 
-constexpr double kMedian2 = 1.386294;  // of chi-square with two degrees of freedom
-constexpr double kTaper = 0.03;        // of the length, at each end
-constexpr double kGridHz = 0.25;       // to each side of 50 and 60 Hz
-constexpr double kOdds = 20.0;         // for the room's frame, to be told
+constexpr double kMedian2 = 1.386294;   // of chi-square with two degrees of freedom
+constexpr double kTaper = 0.03;         // of the length, at each end
+constexpr double kGridHz = 0.25;        // to each side of 50 and 60 Hz
+constexpr double kOdds = 20.0;          // for the room's frame over the sensor's, to name the room
+constexpr double kLikely = 0.2;         // p, to be looked at
+constexpr double kOfMotion = 1e-3;      // p of a line in the reading's change
+constexpr std::size_t kMostLines = 50;  // of a motion
+constexpr std::size_t kResolved = 2;    // 1 / durations, of two lines
 
 // 1 in the middle, rising along half a cosine at the ends.
 std::vector<double> taper(std::size_t n) {
@@ -51,7 +59,8 @@ struct Periodogram {
   double upcrossing = 0.0;  // standard deviation of the derivative of an amplitude, samples
 };
 
-Periodogram periodogram(const NoiseSeries& s, const Cleaned& c, const Vector3& unit) {
+Periodogram periodogram(const NoiseSeries& s, const std::vector<Vector3>& series,
+                        const Vector3& unit) {
   const std::size_t n = s.size();
   std::vector<double> w = taper(n);
   double sum2 = 0.0, first = 0.0, second = 0.0;
@@ -73,7 +82,7 @@ Periodogram periodogram(const NoiseSeries& s, const Cleaned& c, const Vector3& u
   std::vector<double> x(padded, 0.0);
   std::vector<std::complex<double>> X;
   for (int axis = 0; axis < 3; ++axis) {
-    for (std::size_t k = 0; k < n; ++k) x[k] = w[k] * c.residual[k][axis] / unit[axis];
+    for (std::size_t k = 0; k < n; ++k) x[k] = w[k] * series[k][axis] / unit[axis];
     fft.fwd(X, x);
     std::vector<double>& power = p.power[std::size_t(axis)];
     for (std::size_t j = 0; j < p.f.size(); ++j)
@@ -251,6 +260,39 @@ Peak likeliest_line(const Periodogram& p, const std::array<Level, 3>& level,
   return of_mains.p < of_all.p ? of_mains : of_all;
 }
 
+// Every axis with the level of its neighbourhood.
+struct Spectrum {
+  Periodogram p;
+  std::array<Level, 3> level;
+
+  Spectrum(const NoiseSeries& s, const std::vector<Vector3>& series, const Vector3& unit)
+      : p(periodogram(s, series, unit)) {
+    for (std::size_t axis = 0; axis < 3; ++axis) level[axis] = local_level(p, p.power[axis]);
+  }
+
+  std::vector<double> heights() const {
+    std::vector<double> u;
+    for (std::size_t j = 0; j < p.f.size(); ++j) u.push_back(standing_at(p, level, j).u);
+    return u;
+  }
+
+  // The places that the resolution does not tell from this one.
+  std::pair<std::size_t, std::size_t> beside(std::size_t at) const {
+    const std::size_t wide = kResolved * p.oversampling;
+    return {at - std::min(at, wide), std::min(p.f.size(), at + wide + 1)};
+  }
+
+  // Of a line there, with neighbours that have none.
+  double p_of_line(std::size_t at) const {
+    const auto [first, last] = beside(at);
+    Standing most;
+    for (std::size_t j = first; j < last; ++j) {
+      if (const Standing one = standing_at(p, level, j); one.u > most.u) most = one;
+    }
+    return p_of_maximum(p, p.f[last - 1] - p.f[first], most.u, most.sigma);
+  }
+};
+
 // The largest within 1.5 Hz of the best but beside it.
 double second_line(const Periodogram& p, const std::vector<double>& heights, std::size_t best,
                    double rate_hz) {
@@ -263,7 +305,8 @@ double second_line(const Periodogram& p, const std::vector<double>& heights, std
   return most;
 }
 
-// Where mains of 50 or 60 Hz and their harmonics would appear.
+// In words, if the line is where mains of 50 or 60 Hz, their harmonics or a railway's 16.7 Hz
+// appear.
 std::string where_from(double f_hz, double rate_hz, double resolution_hz) {
   for (const double line : {50.0, 60.0, 16.667, 100.0, 120.0, 150.0, 180.0}) {
     if (std::abs(alias(line, rate_hz) - f_hz) > 0.004 * line + resolution_hz) continue;
@@ -295,8 +338,34 @@ void judge_stretches(const NoiseSeries& s, const Cleaned& c, const Vector3& unit
   }
 }
 
-// In the frame in which the residuals are.
-NoiseTest test_line(const NoiseSeries& s, const Cleaned& c, bool of_room) {
+// Places of a spectrum: the likeliest line that is none of the motion's, and those of the motion
+// that were likelier. change: of the model's reading, in the residuals' frame, or empty.
+struct Lines {
+  Peak likeliest;
+  std::vector<std::size_t> of_motion;
+};
+
+Lines find_lines(const NoiseSeries& s, const Spectrum& spectrum, const std::vector<Vector3>& change,
+                 std::vector<double>& heights) {
+  Lines lines;
+  std::optional<Spectrum> motion;
+  while (lines.of_motion.size() < kMostLines) {
+    lines.likeliest = likeliest_line(spectrum.p, spectrum.level, heights, s.rate_hz);
+    if (lines.likeliest.p > kLikely || change.empty()) return lines;
+    const std::size_t at = lines.likeliest.at;
+    if (!motion) motion.emplace(s, change, robust_scale(change, s.used).cwiseMax(1e-300));
+    if (motion->p_of_line(at) > kOfMotion) return lines;
+    lines.of_motion.push_back(at);
+    const auto [first, last] = spectrum.beside(at);
+    std::fill(heights.begin() + std::ptrdiff_t(first), heights.begin() + std::ptrdiff_t(last), 0.0);
+  }
+  lines.likeliest = {};
+  return lines;
+}
+
+// In the frame in which the residuals and `change` are.
+NoiseTest test_line(const NoiseSeries& s, const Cleaned& c, const std::vector<Vector3>& change,
+                    bool of_room) {
   if (s.rate_hz < 10.0 || double(s.size()) < 20.0 * s.rate_hz) {
     return untested("mains_interference", s.channel, "needs 20 s at 10 samples a second or more");
   }
@@ -304,16 +373,25 @@ NoiseTest test_line(const NoiseSeries& s, const Cleaned& c, bool of_room) {
   test.effect = "mains_interference";
   test.channel = s.channel;
   const Vector3 white = robust_scale(c.residual, s.used).cwiseMax(1e-300);
-  const Periodogram p = periodogram(s, c, white);
-  std::array<Level, 3> level;
-  for (std::size_t axis = 0; axis < 3; ++axis) level[axis] = local_level(p, p.power[axis]);
-  std::vector<double> heights;
-  for (std::size_t j = 0; j < p.f.size(); ++j) heights.push_back(standing_at(p, level, j).u);
-  const Peak best = likeliest_line(p, level, heights, s.rate_hz);
+  const Spectrum spectrum(s, c.residual, white);
+  const Periodogram& p = spectrum.p;
+  std::vector<double> heights = spectrum.heights();
+  const auto [best, of_motion] = find_lines(s, spectrum, change, heights);
   test.statistic = best.standing.u;
   test.dof = 7;
   test.p_value = best.p;
-  if (test.p_value > 0.2) return test;
+  for (const std::size_t at : of_motion) {
+    test.of_motion.push_back(refine(s, c.residual, white, {}, p.f[at] * s.rate_hz));
+    test.of_motion.back().of_room = of_room;
+  }
+  if (test.p_value > kLikely && !of_motion.empty()) {
+    test.p_value = 1.0;
+    test.untested =
+        fmt::format("what stands at {:.4g} Hz follows the motion, which repeats itself so often",
+                    test.of_motion.front().f_hz);
+    return test;
+  }
+  if (test.p_value > kLikely) return test;
   if (const double second = second_line(p, heights, best.at, s.rate_hz);
       second > 0.2 * test.statistic &&
       p_of_maximum(p, whole_band(p), second, best.standing.sigma) < 0.01) {
@@ -343,11 +421,15 @@ NoiseTest test_line(const NoiseSeries& s, const Cleaned& c, bool of_room) {
 }  // namespace
 
 NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
-  NoiseTest own = test_line(s, c, false);
+  NoiseTest own = test_line(s, c, s.change, false);
   if (s.to_n.empty()) return own;
   Cleaned in_n = c;
-  for (std::size_t k = 0; k < s.size(); ++k) in_n.residual[k] = s.to_n[k] * c.residual[k];
-  NoiseTest room = test_line(s, in_n, true);
+  std::vector<Vector3> change = s.change;
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    in_n.residual[k] = s.to_n[k] * c.residual[k];
+    if (!change.empty()) change[k] = s.to_n[k] * change[k];
+  }
+  NoiseTest room = test_line(s, in_n, change, true);
   // Where the sensor hardly turns the frames are alike.
   const bool is_of_room =
       room.p_value <= own.p_value && room.statistic > own.statistic + 2.0 * std::log(kOdds);

@@ -10,7 +10,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kRateWindow = 2.0;   // s: longer than noise is remembered
+constexpr double kRateBlock = 2.0;    // s: longer than the correlation time of noise
 constexpr std::size_t kFewest = 300;  // samples
 
 double mean_of(const std::vector<double>& x, std::size_t begin, std::size_t end) {
@@ -33,27 +33,27 @@ NoiseByRate noise_by_rate(const ResidualSeries& series, const Recording& recordi
   }
   const double mean_rate = mean_of(rate, 0, n), mean_square = mean_of(square, 0, n);
   if (!(mean_square > 0.0)) return out;
-  // The score of a variance that grows with the rate, in windows.
-  double score = 0.0, in_window = 0.0, squares = 0.0, spread = 0.0, begin = series.t.front();
-  int windows = 0;
+  // The score of a variance that grows with the rate, in blocks.
+  double score = 0.0, in_block = 0.0, squares = 0.0, spread = 0.0, begin = series.t.front();
+  int blocks = 0;
   for (std::size_t k = 0; k < n; ++k) {
-    if (series.t[k] - begin > kRateWindow) {
-      squares += in_window * in_window;
-      in_window = 0.0;
+    if (series.t[k] - begin > kRateBlock) {
+      squares += in_block * in_block;
+      in_block = 0.0;
       begin = series.t[k];
-      ++windows;
+      ++blocks;
     }
     const double x = rate[k] - mean_rate, s = x * (square[k] / mean_square - 1.0);
-    in_window += s;
+    in_block += s;
     score += s;
     spread += x * x;
   }
-  squares += in_window * in_window;
-  if (windows < 10 || !(squares > 0.0) || !(spread > 0.0)) return out;
+  squares += in_block * in_block;
+  if (blocks < 10 || !(squares > 0.0) || !(spread > 0.0)) return out;
   // |r|^2 over its mean has the variance 2/3.
   out.statistic = score * score / (spread * 2.0 / 3.0);
   if (score > 0.0) {
-    out.log10_p = log10_student_tail(score / std::sqrt(squares), windows);
+    out.log10_p = log10_student_tail(score / std::sqrt(squares), blocks);
   }
   std::vector<std::size_t> order(n);
   for (std::size_t k = 0; k < n; ++k) order[k] = k;

@@ -13,7 +13,7 @@
 namespace magimu {
 
 inline constexpr std::size_t kLeastSamples = 300;
-inline constexpr double kDensityKnownTo = 0.005;  // half a per cent is as good as one can be
+inline constexpr double kDensityKnownTo = 0.005;  // relative: as well as a density can be given
 
 // A test that was not made.
 NoiseTest untested(const std::string& effect, Channel channel, const std::string& why);
@@ -22,7 +22,8 @@ std::string sensor_name(Channel channel);
 
 // Sizes of jumps are a mixture of two Gaussian scales: of high-passed samples, so that neither
 // slow errors nor colour make outliers. (outliers.cpp)
-// shares: what the mixture says of the cleaned series, which still has the smaller outliers.
+// shares: variances by the mixture, over that of the cleaned series, which still has the smaller
+// outliers.
 struct OutlierShares {
   double core_of_cleaned = 1.0;  // variance without any outliers, in parts of the cleaned one's
   double all_of_cleaned = 1.0;   // variance with all of them
@@ -39,8 +40,8 @@ NoiseTest test_correlated_noise(const NoiseSeries& series, const PieceSpectra& s
 NoiseTest test_noise_scale(const NoiseSeries& series, const PieceSpectra& spectra,
                            bool correlated = false, double core_variance = 1.0);
 
-// A line in the spectrum: the largest of all frequencies above 5 Hz, each against its
-// neighbourhood, in the sensor's frame or in n. (mains.cpp)
+// A line in the spectrum: the largest of all frequencies above 5 Hz (above a tenth of a rate below
+// 50 Hz), each against its neighbourhood, in the sensor's frame or in n. (mains.cpp)
 NoiseTest test_mains(const NoiseSeries& series, const Cleaned& cleaned);
 Mains found_mains(const NoiseTest& test);
 bool is_of_room(const std::vector<FoundParameter>& mains);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Noise that remembers, and noise of another size than given: both from the spectrum.
+// Noise that is correlated in time, and noise of another size than given: both from the spectrum.
 #include <fmt/format.h>
 #include <algorithm>
 #include <array>
@@ -13,11 +13,11 @@
 namespace magimu {
 namespace {
 
-// Of noise that is less than given more is forgiven than of noise that is more: a fit takes degrees
-// of freedom, and a strong slow error some of the noise with it.
+// Relative. Residuals may be so much smaller than the given noise: a fit takes degrees of freedom,
+// and a strong slow error takes some of the noise with it.
 constexpr double kLessBy = 0.06;
-constexpr double kBeyondChance = 3.0;  // standard deviations: at rest it is less
-constexpr double kOpposite = 1e-4;     // p: neighbours are, and not by chance
+constexpr double kBeyondChance = 3.0;  // standard deviations by which it is less at rest
+constexpr double kOpposite = 1e-4;     // p of a negative correlation that is told
 
 std::vector<char> first_half(const PieceSpectra& spectra, bool other) {
   std::vector<char> chosen(spectra.power.size());
@@ -70,9 +70,9 @@ double level_scatter(const PieceSpectra& spectra) {
   return std::sqrt(std::max(0.0, m * square / (sum * sum) - 1.0) * 0.5 * kOverlap / m);
 }
 
-// Noise is there at rest, too. Where the trajectory follows the sensor, fast turns read slowly
-// leave as much of themselves in its samples as colour would.
-bool rests_contradict(const NoiseSeries& s, const SpectrumFit& ar) {
+// Coloured noise is coloured at rest, too. Where the trajectory follows the sensor, fast turns that
+// are sampled slowly leave residuals that look coloured, but only in motion.
+bool rests_contradict(const NoiseSeries& s, const ColourFit& ar) {
   if (s.readings_at_rest == 0.0) return false;
   const double sigma =
       std::hypot(ar.rho_sigma, std::sqrt((1.0 - ar.rho * ar.rho) / s.readings_at_rest));
@@ -86,7 +86,7 @@ NoiseTest test_correlated_noise(const NoiseSeries& s, const PieceSpectra& spectr
   test.effect = "correlated_noise";
   test.channel = s.channel;
   const MeanSpectrum mean = mean_spectrum(spectra);
-  const SpectrumFit white = fit_white(spectra, mean), ar = fit_correlated(spectra, mean);
+  const ColourFit white = fit_white(spectra, mean), ar = fit_correlated(spectra, mean);
   test.statistic = std::max(0.0, 2.0 * (ar.log_likelihood - white.log_likelihood));
   test.p_value = 0.5 * chi_square_tail(test.statistic, 1);
   // Sensors' filters make neighbours alike, none makes them opposite.
@@ -132,7 +132,7 @@ NoiseTest test_noise_scale(const NoiseSeries& s, const PieceSpectra& spectra, bo
     return correlated ? fit_correlated(spectra, mean) : fit_white(spectra, mean);
   };
   const MeanSpectrum mean = mean_spectrum(spectra);
-  const SpectrumFit whole = fit(mean);
+  const ColourFit whole = fit(mean);
   const double unit = spectra.unit.squaredNorm() / 3.0 * core_variance;
   const double variance_ratio = whole.v * unit / (s.sigma * s.sigma);
   const double scale = std::sqrt(variance_ratio);
@@ -145,7 +145,7 @@ NoiseTest test_noise_scale(const NoiseSeries& s, const PieceSpectra& spectra, bo
   test.p_value = std::min(1.0, 2.0 * normal_tail(z));
   const Halves in_time = halves(spectra, first_half);
   for (std::size_t i = 0; i < 2; ++i) {
-    SpectrumFit other = fit(in_time[1 - i]);
+    ColourFit other = fit(in_time[1 - i]);
     test.nll_after -= log_likelihood(spectra, in_time[i], other);
     other.v = s.sigma * s.sigma / unit;
     test.nll_before -= log_likelihood(spectra, in_time[i], other);

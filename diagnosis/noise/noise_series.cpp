@@ -26,8 +26,8 @@ std::vector<std::size_t> grid_places(const std::vector<double>& t, double rate_h
   return place;
 }
 
-// Mean interval of the samples where none is missing: the median is no better than the clock's
-// ticks.
+// From the mean interval of the samples where none is missing. (The median has the resolution of
+// the clock's ticks.)
 double even_rate_hz(const std::vector<double>& t) {
   std::vector<double> dt(t.size() - 1);
   for (std::size_t k = 0; k < dt.size(); ++k) dt[k] = t[k + 1] - t[k];
@@ -106,6 +106,7 @@ NoiseSeries make_noise_series(const SampleResiduals& r) {
   s.residual.assign(n, Vector3::Zero());
   s.used.assign(n, 0);
   if (!r.to_n.empty()) s.to_n.assign(n, Matrix3::Identity());
+  if (!r.change.empty()) s.change.assign(n, Vector3::Zero());
   for (std::size_t i = 0; i < place.size(); ++i) {
     const std::size_t k = place[i];
     s.t[k] = r.t[i];
@@ -114,6 +115,7 @@ NoiseSeries make_noise_series(const SampleResiduals& r) {
     s.residual[k] = r.residual[i];
     s.used[k] = 1;
     if (!r.to_n.empty()) s.to_n[k] = r.to_n[i];
+    if (!r.change.empty() && r.change[i].allFinite()) s.change[k] = r.change[i];
   }
   return s;
 }
@@ -130,8 +132,8 @@ Vector3 robust_scale(const std::vector<Vector3>& values, const std::vector<char>
   return scale;
 }
 
-// Like a radio astronomer's CLEAN: the largest of a neighbourhood is taken out with all that the
-// filter makes of it, then what is the largest now.
+// The algorithm CLEAN of radio astronomy: the largest value of each neighbourhood is a jump. The
+// filter's response to that jump is subtracted, and the search goes on in what is left.
 Cleaned clean(const NoiseSeries& s) {
   const std::size_t n = s.size();
   constexpr std::size_t kReach = kHighPassReach;
@@ -160,7 +162,7 @@ Cleaned clean(const NoiseSeries& s) {
         const int lag = static_cast<int>(j) - static_cast<int>(k);
         c.own[j] -= ((lag == 0 ? 1.0 : 0.0) - smoothing_weight(lag)) * jump;
       }
-      // Close ones of this sweep would count what this one has left.
+      // Samples within its reach wait for the next sweep: their sizes were taken before.
       k = last;
     }
     if (!found) break;

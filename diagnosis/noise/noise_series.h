@@ -22,7 +22,9 @@ struct NoiseSeries {
   std::vector<Vector3> reading;   // as recorded
   std::vector<Vector3> residual;  // zero where not in use
   std::vector<char> used;
-  std::vector<Matrix3> to_n;  // of each place in use, or empty: SampleResiduals
+  // Of each place in use, or empty: SampleResiduals.
+  std::vector<Vector3> change;
+  std::vector<Matrix3> to_n;
 
   std::size_t size() const { return t.size(); }
   std::size_t used_count() const;
@@ -35,8 +37,8 @@ NoiseSeries make_noise_series(const SampleResiduals& residuals);
 // Squared length of a sample, in units of the scales of high-passed residuals, beyond which it
 // sticks out: one in 6000 of Gaussian ones does.
 inline constexpr double kSticksOut = 20.0;
-// And beyond which it is taken out of the cleaned ones: so far out that what its neighbours happen
-// to be has no part in it; else the choice itself would correlate what remains.
+// And beyond which it is taken out of the cleaned residuals: so far out that its neighbours' noise
+// does not decide about it. A choice that depends on neighbours would correlate the rest.
 inline constexpr double kTakenOut = 80.0;
 
 // What sticks out, found in the high-passed residuals.

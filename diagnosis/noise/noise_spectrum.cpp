@@ -22,7 +22,7 @@ constexpr double kLowestHz = 2.5;    // hardly anything slow reaches beyond
 constexpr double kLeastGain = 0.1;   // of the high-pass: below, the filter's skirts count
 constexpr double kLeastUsed = 0.75;  // of a piece's samples
 // Independent ordinates in the mean of m half-overlapping pieces, an axis: m / 2 pieces' worth of
-// samples, less what Hann's window loses, 2 / (35/18 + 2 * 1/12).
+// samples, less what Hann's taper loses, 2 / (35/18 + 2 * 1/12).
 constexpr double kLooks = 0.5 * 2.0 / (35.0 / 18.0 + 1.0 / 6.0);
 
 double lowest_hz(double rate_hz) { return std::min(kLowestHz, 0.1 * rate_hz); }
@@ -68,7 +68,7 @@ double whittle(const MeanSpectrum& mean, const Terms& t, double v, double b) {
 }
 
 // Of log v, from the information of log S on log v and b; b at its bound is held there.
-double log_v_sigma(const PieceSpectra& s, const MeanSpectrum& mean, const SpectrumFit& fit) {
+double log_v_sigma(const PieceSpectra& s, const MeanSpectrum& mean, const ColourFit& fit) {
   const Terms t = terms(s, fit.rho);
   double vv = 0.0, vb = 0.0, bb = 0.0;
   for (std::size_t j = 0; j < s.omega.size(); ++j) {
@@ -81,7 +81,7 @@ double log_v_sigma(const PieceSpectra& s, const MeanSpectrum& mean, const Spectr
   return 1.0 / std::sqrt(fit.b > 0.0 ? vv - vb * vb / bb : vv);
 }
 
-std::vector<double> window(int length) {
+std::vector<double> hann_taper(int length) {
   std::vector<double> w(static_cast<std::size_t>(length));
   for (int k = 0; k < length; ++k) {
     w[static_cast<std::size_t>(k)] =
@@ -97,7 +97,7 @@ int piece_length(double rate_hz, std::size_t samples) {
   return length;
 }
 
-// Mean over the axes, window's power taken out; not where too few samples are in use.
+// Mean over the axes, the taper's power taken out; not where too few samples are in use.
 void add_piece(const NoiseSeries& s, const std::vector<Vector3>& residual, std::size_t first,
                const std::vector<double>& w, int lowest, PieceSpectra& spectra) {
   const std::size_t length = w.size();
@@ -154,7 +154,7 @@ void drop_loud_pieces(PieceSpectra& s) {
 PieceSpectra piece_spectra(const NoiseSeries& s, const Cleaned& cleaned) {
   PieceSpectra spectra;
   spectra.length = piece_length(s.rate_hz, s.size());
-  const std::vector<double> w = window(spectra.length);
+  const std::vector<double> w = hann_taper(spectra.length);
   const std::size_t length = w.size();
   spectra.unit = cleaned.scale / std::sqrt(kHighPassVariance);
   const double bin = 2.0 * std::numbers::pi / spectra.length;
@@ -191,10 +191,10 @@ MeanSpectrum mean_spectrum(const PieceSpectra& s, const std::vector<char>& chose
 }
 
 // Fisher scoring for v > 0 and b >= 0, rho held.
-SpectrumFit fit_levels(const PieceSpectra& s, const MeanSpectrum& mean, double rho) {
+ColourFit fit_levels(const PieceSpectra& s, const MeanSpectrum& mean, double rho) {
   const Terms t = terms(s, rho);
   const std::size_t n = mean.power.size();
-  SpectrumFit fit;
+  ColourFit fit;
   fit.rho = rho;
   double v_alone = 0.0;
   for (std::size_t j = 0; j < n; ++j) v_alone += mean.power[j] / t.noise[j] / double(n);
@@ -228,14 +228,14 @@ SpectrumFit fit_levels(const PieceSpectra& s, const MeanSpectrum& mean, double r
   return fit;
 }
 
-SpectrumFit fit_white(const PieceSpectra& spectra, const MeanSpectrum& mean) {
-  SpectrumFit fit = fit_levels(spectra, mean, 0.0);
+ColourFit fit_white(const PieceSpectra& spectra, const MeanSpectrum& mean) {
+  ColourFit fit = fit_levels(spectra, mean, 0.0);
   fit.log_v_sigma = log_v_sigma(spectra, mean, fit);
   return fit;
 }
 
 // rho = tanh z: the best near that of a grid.
-SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean) {
+ColourFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean) {
   const auto at = [&](double z) { return fit_levels(spectra, mean, std::tanh(z)); };
   constexpr double kStep = 0.5, kMost = 3.8;  // |rho| < 0.999
   double best = 0.0, best_value = at(0.0).log_likelihood;
@@ -248,7 +248,7 @@ SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean
   }
   const double z = golden_section_minimum(best - kStep, best + kStep, 1e-3,
                                           [&](double x) { return -at(x).log_likelihood; });
-  SpectrumFit fit = at(z);
+  ColourFit fit = at(z);
   // Two standard deviations: where the likelihood, of the best v and b, has fallen by 2. Towards
   // rho = 1 v and rho are hardly told apart, and v goes far where rho does not.
   double v_sigma = 0.0;
@@ -263,7 +263,7 @@ SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean
       const double middle = 0.5 * (near + far);
       (likely(middle) ? near : far) = middle;
     }
-    const SpectrumFit there = at(z + side * near);
+    const ColourFit there = at(z + side * near);
     fit.rho_sigma = std::max(fit.rho_sigma, 0.5 * std::abs(fit.rho - there.rho));
     v_sigma = std::max(v_sigma, 0.5 * std::abs(std::log(fit.v / there.v)));
   }
@@ -272,7 +272,7 @@ SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean
 }
 
 double log_likelihood(const PieceSpectra& spectra, const MeanSpectrum& mean,
-                      const SpectrumFit& model) {
+                      const ColourFit& model) {
   return whittle(mean, terms(spectra, model.rho), model.v, model.b);
 }
 

@@ -19,7 +19,7 @@
 
 namespace magimu {
 
-// Periodograms of half-overlapping pieces (Welch 1967) of about 2.5 s with Hann's window, all axes
+// Periodograms of half-overlapping pieces (Welch 1967) of about 2.5 s with Hann's taper, all axes
 // together, each in units of its noise; white noise: 1.
 struct PieceSpectra {
   int length = 0;             // samples a piece
@@ -38,17 +38,17 @@ struct MeanSpectrum {
 // Of all pieces, or of those chosen.
 MeanSpectrum mean_spectrum(const PieceSpectra& spectra, const std::vector<char>& chosen = {});
 
-struct SpectrumFit {
+struct ColourFit {
   double v = 0.0, rho = 0.0, b = 0.0;
   double log_v_sigma = 0.0, rho_sigma = 0.0;
   double log_likelihood = 0.0;  // up to a constant
 };
-SpectrumFit fit_white(const PieceSpectra& spectra, const MeanSpectrum& mean);
-SpectrumFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean);
+ColourFit fit_white(const PieceSpectra& spectra, const MeanSpectrum& mean);
+ColourFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean);
 // With rho held.
-SpectrumFit fit_levels(const PieceSpectra& spectra, const MeanSpectrum& mean, double rho);
+ColourFit fit_levels(const PieceSpectra& spectra, const MeanSpectrum& mean, double rho);
 // Of the spectrum under a model that was fitted elsewhere.
 double log_likelihood(const PieceSpectra& spectra, const MeanSpectrum& mean,
-                      const SpectrumFit& model);
+                      const ColourFit& model);
 
 }  // namespace magimu

@@ -83,8 +83,9 @@ class Explanation {
   }
 
  private:
+  // What predicts left-out samples worse than without is none of them.
   bool accept(NoiseTest test) {
-    if (!(test.p_value < level_)) return false;
+    if (!(test.p_value < level_) || test.nll_after > test.nll_before) return false;
     found_.push_back(std::move(test));
     return true;
   }
@@ -98,19 +99,23 @@ class Explanation {
     if (accept(test_quantization(series_, cleaned_))) step_ = found_.back().parameters[0].value;
     NoiseTest mains_test = test_mains(series_, cleaned_);
     if (step_ > 0.0) {
-      // Rounding makes whistles of a steady motion.
+      // In a steady motion rounding makes lines of its own.
       const NoiseSeries rounded = imitation(series_, cleaned_, step_);
       const double whistle = test_mains(rounded, clean(rounded)).statistic;
       if (mains_test.statistic < 2.0 * whistle) mains_test.p_value = 1.0;
     }
-    if (accept(mains_test)) {
-      const Mains mains = found_mains(found_.back());
-      for (std::size_t k = 0; k < series_.size(); ++k) {
-        if (!series_.used[k]) continue;
-        const Vector3 field = mains.at(series_.t[k]);
-        series_.residual[k] -= mains.of_room ? Vector3(series_.to_n[k].inverse() * field) : field;
-      }
-      cleaned_ = clean(series_);
+    std::vector<Mains> lines = mains_test.of_motion;
+    if (accept(mains_test)) lines.push_back(found_mains(found_.back()));
+    // What follows the motion is no noise, either.
+    for (const Mains& line : lines) take_out(line);
+    if (!lines.empty()) cleaned_ = clean(series_);
+  }
+
+  void take_out(const Mains& line) {
+    for (std::size_t k = 0; k < series_.size(); ++k) {
+      if (!series_.used[k]) continue;
+      const Vector3 field = line.at(series_.t[k]);
+      series_.residual[k] -= line.of_room ? Vector3(series_.to_n[k].inverse() * field) : field;
     }
   }
 
@@ -136,7 +141,8 @@ class Explanation {
     NoiseTest scale = test_scale_if_given(series_, spectra, is_correlated, shares.core_of_cleaned);
     if (scale.parameters.empty()) return;
     const double s = scale.parameters[0].value;
-    // Heavy tails of the right size as a whole are not noise that is too small.
+    // Outliers are outside of the core's variance. A small core with the given variance in all is
+    // no noise that is smaller than given.
     const double whole = s * std::sqrt(shares.all_of_cleaned / shares.core_of_cleaned);
     if (has_outliers && s < 1.0 && whole > 0.95) scale.p_value = 1.0;
     if (step_ > 0.0) {
@@ -148,10 +154,10 @@ class Explanation {
     accept(scale);
   }
 
-  // K counts in sigmas of the noise as a whole, and that of neighbours' differences is less where
-  // it is correlated.
+  // K was found in units of the high-passed noise. That is smaller than the whole noise where
+  // neighbours are correlated, and K counts in units of the whole.
   void resize_outliers(const PieceSpectra& spectra, NoiseTest& outliers) {
-    const SpectrumFit fit = fit_correlated(spectra, mean_spectrum(spectra));
+    const ColourFit fit = fit_correlated(spectra, mean_spectrum(spectra));
     outliers.parameters[1].value /= std::sqrt(fit.v);
     outliers.parameters[1].sigma /= std::sqrt(fit.v);
   }

@@ -9,6 +9,7 @@
 
 #include "diagnosis/noise/fit_spectrum.h"
 #include "diagnosis/result/diagnosis.h"
+#include "factors/effects/noise_effects.h"
 #include "recording/data/recording.h"
 
 namespace magimu {
@@ -51,6 +52,8 @@ struct NoiseTest {
   std::string untested = {};
   // Of outliers: they come several at a time, as blows do; then they are no outliers.
   bool in_bursts = false;
+  // Of mains: the lines that were likelier, and are the motion's.
+  std::vector<Mains> of_motion = {};
   // Negative log-likelihood of the residuals, up to a constant, by halves of the recording:
   // parameters from one half judged on the other, without and with this cause (mains: by alternate
   // stretches of 5 s). The finding's held-out gain. 0 where nothing is seen.

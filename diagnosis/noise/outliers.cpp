@@ -21,8 +21,9 @@ namespace {
 
 constexpr int kLeastEvents = 5;
 constexpr double kMostOutliers = 0.3;
+// Dispersion from which they come in bursts; K from which no motion makes them.
 constexpr double kInBursts = 2.0, kBeyondMotion = 20.0;
-constexpr double kPlain = 30.0;  // statistic of what is seen without what a fit may have followed
+constexpr double kPlain = 30.0;  // statistic of the high-passed samples from which they decide
 constexpr double kSeen = 0.05;   // p from which on nothing is seen
 
 // Squared lengths of 3-vectors, counted in narrow bins of their logarithm: the likelihood needs no
@@ -148,7 +149,8 @@ std::array<double, 2> sigmas(const Sizes& sizes, const Mixture& m, double kept, 
     const double eps = std::min(0.999, m.eps * std::exp(log_eps));
     return log_likelihood(sizes, with_best_core(sizes, {m.core, ratio * m.core, eps})) / factor;
   };
-  // A grid as wide as many sigmas of the curvature's.
+  // A grid of kSteps steps to each side, kPerSigma of them in a standard deviation by the
+  // curvature.
   constexpr double h = 0.02, kFar = 3.0;  // natural logarithms
   constexpr int kSteps = 12;
   constexpr double kPerSigma = 1.5;
@@ -347,7 +349,7 @@ struct Search {
   }
 };
 
-// Where no model has taken the motion away, it bends here and there.
+// Without the samples about bends of the motion, which no model has taken away here.
 NoiseSeries without_bends(const NoiseSeries& series, const Cleaned& c) {
   NoiseSeries out = series;
   const std::vector<char> bent = near_bends(series, c);
@@ -408,6 +410,12 @@ NoiseTest test_outliers(const NoiseSeries& given, const Cleaned& c, OutlierShare
   }
   if (shares != nullptr && high_passed.two.eps > 0.0) *shares = high_passed.shares();
   const double K = std::sqrt((two.far / two.core - 1.0) / search.kept);
+  // The noise has tails that are a little heavier; in a smaller error than itself nothing sticks
+  // out.
+  if (test.p_value < kSeen && K < 1.0) {
+    test.p_value = 1.0;
+    test.untested = "what is more than noise is smaller than the noise itself: no outliers";
+  }
   // Impulses far beyond any motion are named all the same.
   if (test.p_value < kSeen && K < kBeyondMotion && dispersion(s, c) > kInBursts) {
     test.p_value = 1.0;

@@ -29,10 +29,10 @@ double sawtooth(double t, double period_s, double share) {
   return period_s * (turns - std::floor(turns));
 }
 
-// What is projected on the changes: weights of a sample's age, and what it says of it.
+// The residuals e projected on the reading's change d and on c across it, sample by sample.
 struct Ages {
-  std::vector<double> t, said, across;  // -d' e and -c' e, in units of the noise
-  std::vector<double> weight;           // d' d
+  std::vector<double> t, said, across;  // s; -d' e and -c' e over the noise's variance
+  std::vector<double> weight;           // d' d over it: information on the sample's age, 1/s^2
   double rate_hz = 0.0;
 };
 
@@ -148,9 +148,9 @@ Clock refined(const Ages& a, double hz, const std::vector<char>& chosen) {
   return best;
 }
 
-// What a sawtooth explains is jagged, as its jumps pass one sample after the other: the neighbours
-// of a clock that was found, in period and share together, on ever finer grids. One in a hundred
-// samples on the wrong side of a jump would pass for outliers.
+// The likelihood of a sawtooth is jagged, since its jumps pass one sample after the other. So the
+// neighbours of a clock that was found are tried on ever finer grids, in period and share together.
+// (One sample in a hundred on the wrong side of a jump would look like outliers.)
 void polish(const Ages& a, Clock& clock) {
   constexpr int kSteps = 5, kRounds = 4;  // to each side
   constexpr double kFirst = 0.02, kFiner = 0.3;

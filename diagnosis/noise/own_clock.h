@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Does the magnetometer measure on a clock of its own, and is it read on another? Then what is read
-// is up to T old, a sawtooth in the time (factors/effects/times/mag_own_clock.cpp), and the model,
+// Does the magnetometer measure on a clock of its own, and is it read on another? Then a reading is
+// up to T old, a sawtooth in the time (factors/effects/times/mag_own_clock.cpp), and the model,
 // which has one lag for all samples, leaves
 //
 //   e_k = (mean age - T frac(t_k / T + p)) d_k + noise,   d_k = d reading / dt.
@@ -20,8 +20,8 @@ namespace magimu {
 struct OwnClock {
   double period_s = 0.0, share = 0.0;  // T and p
   double period_sigma_s = 0.0, share_sigma = 0.0;
-  // Held until the next one, as the effect has it; else what is read is interpolated or smoothed,
-  // and the ages are another function of the phase.
+  // The reading is held until the next one, as the effect has it; else readings are interpolated or
+  // smoothed, and their ages are another function of the phase.
   bool held = true;
   double reach_s = 0.0;    // how much older or newer than its time a sample is
   double pattern_s = 0.0;  // after which the samples' ages repeat: as the samples show it
@@ -34,11 +34,11 @@ struct OwnClock {
 // level: of p_value.
 std::optional<OwnClock> find_own_clock(const SampleResiduals& mag, double level);
 
-// Whether nothing of its pattern is left where the model has the clock, as one that holds what it
-// measured. A model without it may have taken up a part: what folds to slow times.
+// Whether the residuals of a model with this clock (held readings) show no pattern of its period.
+// (A model without the clock may have taken a slow part of the pattern into its attitudes.)
 bool leaves_no_pattern(const OwnClock& clock, const SampleResiduals& mag, double level);
 
-// What the clock leaves of the samples, its mean age apart, which a lag has taken.
+// Subtracts the clock's errors from the residuals, but for the mean age, which is the model's lag.
 void take_out_own_clock(double period_s, double share, SampleResiduals& mag);
 
 NoiseTest own_clock_test(const OwnClock& clock);

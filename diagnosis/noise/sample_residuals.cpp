@@ -12,7 +12,7 @@
 namespace magimu {
 namespace {
 
-// About the mean of each rest; all axes together.
+// Fills in lag1_at_rest and readings_at_rest, about the mean of each rest, all axes together.
 void look_at_rests(const VectorSeries& series, const std::vector<TimeSpan>& rests,
                    SampleResiduals& out) {
   constexpr std::size_t kLeast = 20;  // readings in a rest

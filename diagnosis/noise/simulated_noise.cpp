@@ -7,48 +7,76 @@ namespace magimu {
 
 namespace {
 
-// Means of coloured or heavy-tailed samples, of one standard deviation.
-void add_shaped(const SimulatedNoise::OfSensor& s, std::mt19937_64& random, VectorXd& e) {
-  std::normal_distribution<double> normal;
-  std::uniform_real_distribution<double> uniform;
-  // The variance of a mean of n samples: sum over all pairs of rho^|i - j|, over n^2.
+// One sensor's samples: coloured or heavy-tailed noise, in units of its Gaussian core.
+class Samples {
+ public:
+  explicit Samples(const SimulatedNoise::OfSensor& s) : s_(s) {}
+
+  void begin(int recording) {
+    first_ = first_ || recording != recording_;
+    recording_ = recording;
+  }
+
+  Vector3 next(std::mt19937_64& random) {
+    Vector3 x = gaussian(random);
+    if (s_.eps > 0.0 && uniform_(random) < s_.eps) x += s_.K * gaussian(random);
+    state_ = first_ ? x : Vector3(s_.rho * state_ + std::sqrt(1.0 - s_.rho * s_.rho) * x);
+    first_ = false;
+    return state_;
+  }
+
+ private:
+  Vector3 gaussian(std::mt19937_64& random) {
+    return {normal_(random), normal_(random), normal_(random)};
+  }
+
+  const SimulatedNoise::OfSensor& s_;
+  std::normal_distribution<double> normal_;
+  std::uniform_real_distribution<double> uniform_;
+  Vector3 state_ = Vector3::Zero();
+  int recording_ = -1;
+  bool first_ = true;
+};
+
+// Of a sample, in units of its core.
+double variance_of_sample(const SimulatedNoise::OfSensor& s) { return 1.0 + s.eps * s.K * s.K; }
+
+// Of a mean of n samples: the sum over all pairs of rho^|i - j|, over n^2.
+double variance_of_mean(const SimulatedNoise::OfSensor& s) {
   const int n = s.samples;
   double variance = double(n);
   for (int lag = 1; lag < n; ++lag) variance += 2.0 * (n - lag) * std::pow(s.rho, lag);
-  variance *= (1.0 + s.eps * s.K * s.K) / (double(n) * n);
-  Vector3 state = Vector3::Zero();
-  int recording = -1;
+  return variance * variance_of_sample(s) / (double(n) * n);
+}
+
+// Means of coloured or heavy-tailed samples: of one standard deviation, or, where the density of
+// the core was given, of what that makes of them.
+void add_shaped(const SimulatedNoise::OfSensor& s, std::mt19937_64& random, VectorXd& e) {
+  const double unit = s.given ? 1.0 / std::sqrt(double(s.samples)) : std::sqrt(variance_of_mean(s));
+  Samples samples(s);
   for (std::size_t k = 0; k < s.sensor->rows().size(); ++k) {
+    samples.begin(s.sensor->recording_of_rows()[k]);
     Vector3 mean = Vector3::Zero();
-    for (int i = 0; i < n; ++i) {
-      Vector3 x(normal(random), normal(random), normal(random));
-      if (s.eps > 0.0 && uniform(random) < s.eps) {
-        x += s.K * Vector3(normal(random), normal(random), normal(random));
-      }
-      const bool first = s.sensor->recording_of_rows()[k] != recording;
-      recording = s.sensor->recording_of_rows()[k];
-      state = first ? x : Vector3(s.rho * state + std::sqrt(1.0 - s.rho * s.rho) * x);
-      mean += state / double(n);
-    }
-    e.segment<3>(s.sensor->rows()[k]) = mean / std::sqrt(variance);
+    for (int i = 0; i < s.samples; ++i) mean += samples.next(random) / double(s.samples);
+    e.segment<3>(s.sensor->rows()[k]) = mean / unit;
   }
 }
 
-// Means of samples that were rounded to the converter's steps. In slow motion their errors
-// remember.
+// Means of samples that were rounded to the converter's steps. In slow motion rounding errors are
+// correlated in time.
 void add_rounded(const SimulatedNoise::OfSensor& s, std::mt19937_64& random, VectorXd& e) {
-  std::normal_distribution<double> normal;
   // Where between two steps the prediction lies is known less well than to a step.
   std::uniform_real_distribution<double> phase(-0.5 * s.step, 0.5 * s.step);
   const Vector3 offset(phase(random), phase(random), phase(random));
+  const double before = s.before / std::sqrt(variance_of_sample(s));
+  Samples samples(s);
   for (std::size_t k = 0; k < s.sensor->rows().size(); ++k) {
     if (s.predicted[k].empty()) continue;
+    samples.begin(s.sensor->recording_of_rows()[k]);
     Vector3 sum = Vector3::Zero();
     for (const Vector3& exact : s.predicted[k]) {
-      const Vector3 p = exact + offset;
-      for (int i = 0; i < 3; ++i) {
-        sum[i] += s.step * std::round((p[i] + s.before * normal(random)) / s.step) - p[i];
-      }
+      const Vector3 p = exact + offset, noise = before * samples.next(random);
+      for (int i = 0; i < 3; ++i) sum[i] += s.step * std::round((p[i] + noise[i]) / s.step) - p[i];
     }
     e.segment<3>(s.sensor->rows()[k]) = sum / (std::sqrt(double(s.predicted[k].size())) * s.sigma);
   }
@@ -66,8 +94,11 @@ VectorXd SimulatedNoise::draw(std::mt19937_64& random) const {
     for (const int row : s.sensor->rows()) {
       for (int i = 0; i < 3; ++i) e[row + i] = normal(random);
     }
-    if (s.rho != 0.0 || s.eps > 0.0) add_shaped(s, random, e);
-    if (!s.predicted.empty()) add_rounded(s, random, e);
+    if (!s.predicted.empty()) {
+      add_rounded(s, random, e);
+    } else if (s.rho != 0.0 || s.eps > 0.0) {
+      add_shaped(s, random, e);
+    }
     if (s.scale == 1.0) continue;
     for (const int row : s.sensor->rows()) e.segment<3>(row) *= s.scale;
   }

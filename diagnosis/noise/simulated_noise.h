@@ -11,13 +11,14 @@ namespace magimu {
 
 class SimulatedNoise {
  public:
-  // samples: of the sensor, about each node.
+  // samples: of the sensor as recorded, about each node.
   struct OfSensor {
     const ChannelStatistics* sensor = nullptr;
     int samples = 1;
     double rho = 0.0;         // of neighbouring samples
     double eps = 0.0, K = 0;  // outliers
     double scale = 1.0;       // of the residuals against what the fit assumed
+    bool given = false;       // the fit's density is that of a sample without colour and outliers
     // A magnetometer that rounds: what the model predicts of each sample of each row's node, uT;
     // step, and noise before it; and the standard deviation of a sample in the fit.
     std::vector<std::vector<Vector3>> predicted = {};
@@ -28,7 +29,8 @@ class SimulatedNoise {
   // is no noise.
   SimulatedNoise(VectorXd residual, std::vector<OfSensor> sensors);
 
-  // One standard deviation each, whatever its colour, times the scale.
+  // One standard deviation each, whatever its colour (but where a density was given), times the
+  // scale.
   VectorXd draw(std::mt19937_64& random) const;
 
  private:

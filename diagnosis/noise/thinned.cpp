@@ -10,7 +10,7 @@ namespace magimu {
 namespace {
 
 constexpr double kLong = 6.0, kKeptRest = 4.0, kAtEnd = 3.0, kLeast = 20.0;  // s
-// As a search for causes takes them: it makes hundreds of fits.
+// Sensors faster than the first are taken at the second or above.
 constexpr double kFast = 150.0, kEnough = 75.0;  // Hz
 constexpr SlowerRates kForSearch{kFast, kEnough};
 

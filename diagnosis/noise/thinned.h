@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What of a recording a search for causes takes: fits take a fraction of the time. The noise is
-// tested on the samples as they are.
+// Recordings as the search for causes uses them: at a lower rate, so that its hundreds of fits take
+// a fraction of the time. The noise is tested on the samples as they are.
 #pragma once
 
 #include "recording/data/recording.h"

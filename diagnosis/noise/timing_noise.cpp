@@ -11,8 +11,8 @@
 namespace magimu {
 namespace {
 
-constexpr double kTimingWindow = 2.0;  // s: longer than noise is remembered
-constexpr double kFurthest = 4.0;      // standard deviations: what is farther off counts as there
+constexpr double kTimingBlock = 2.0;  // s: longer than noise is remembered
+constexpr double kFurthest = 4.0;     // standard deviations: what is farther off counts as there
 constexpr std::size_t kFewestSamples = 300;
 constexpr double kLongestPattern = 0.5;  // s
 constexpr double kSamePattern = 0.6;     // of j^2: what returns after a period
@@ -45,7 +45,7 @@ Scaled scale(const SampleResiduals& samples, const std::vector<Vector3>& residua
   return out;
 }
 
-// The six numbers of a symmetric matrix, as many units long as it.
+// The six numbers of a symmetric matrix, scaled so that their norm is the matrix's (Frobenius).
 constexpr int kNumbers = 6, kUnknowns = 10, kJitter = kUnknowns - 1;
 using Square = Eigen::Matrix<double, kNumbers, 1>;
 using Regressors = Eigen::Matrix<double, kNumbers, kUnknowns>;
@@ -74,12 +74,12 @@ struct Equations {
   Eigen::Matrix<double, kUnknowns, 1> sum = decltype(sum)::Zero();
 };
 
-// Window by window.
+// Block by block of kTimingBlock.
 std::vector<Equations> equations(const std::vector<double>& t, const Scaled& s) {
   std::vector<Equations> out(1);
   double begin = t.front();
   for (std::size_t k = 0; k < t.size(); ++k) {
-    if (t[k] - begin > kTimingWindow) {
+    if (t[k] - begin > kTimingBlock) {
       begin = t[k];
       out.emplace_back();
     }
@@ -126,10 +126,10 @@ TimingNoise timing_noise(const SampleResiduals& samples) {
   for (std::size_t k = 0; k < n; ++k) series.push_back(samples.t[k], samples.residual[k]);
   const Scaled s = scale(samples, high_passed(series));
   if (s.e.empty()) return out;
-  const std::vector<Equations> windows = equations(samples.t, s);
-  if (windows.size() < 2 * kUnknowns) return out;
+  const std::vector<Equations> blocks = equations(samples.t, s);
+  if (blocks.size() < 2 * kUnknowns) return out;
   Equations all;
-  for (const Equations& own : windows) {
+  for (const Equations& own : blocks) {
     all.N += own.N;
     all.sum += own.sum;
   }
@@ -141,13 +141,13 @@ TimingNoise timing_noise(const SampleResiduals& samples) {
   if (!(variance > 0.0)) return out;
   out.jitter_s = std::sqrt(variance) / s.rate;
   out.added = variance / 3.0;
-  // The estimate's error is a sum over windows, and scatters as they do.
+  // The estimate's error is a sum over blocks, and scatters as they do.
   double squares = 0.0;
-  for (const Equations& own : windows) {
+  for (const Equations& own : blocks) {
     squares += std::pow(weights.dot(own.sum - own.N * theta), 2);
   }
-  const auto dof = double(windows.size() - kUnknowns);
-  const double sigma = std::sqrt(squares * double(windows.size()) / dof);
+  const auto dof = double(blocks.size() - kUnknowns);
+  const double sigma = std::sqrt(squares * double(blocks.size()) / dof);
   out.log10_p = log10_student_tail(variance / sigma, dof);
   constexpr double kWorthLooking = -4.0;
   if (out.log10_p < kWorthLooking) out.period_s = period_of(s, variance, series.rate_hz());

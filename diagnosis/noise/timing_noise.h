@@ -23,7 +23,7 @@ namespace magimu {
 struct TimingNoise {
   double jitter_s = 0.0;  // j
   double added = 0.0;     // mean variance that it adds to an axis, in parts of the variance seen
-  double log10_p = 0.0;   // by the scatter of windows
+  double log10_p = 0.0;   // by the scatter of blocks of 2 s
   double period_s = 0.0;  // of the pattern; 0: none is seen
 };
 

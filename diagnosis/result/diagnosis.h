@@ -77,7 +77,7 @@ struct Confusable {
 struct Finding {
   std::string effect = {}, channel = {}, sentence = {};
   std::vector<FoundParameter> parameters = {};  // as in the model at the end, beside all others
-  // What speaks for it: as it entered the model, beside those before it.
+  // The evidence for it when it entered the model, beside the findings before it.
   double p_value = 1.0;      // corrected for the number of candidates
   double probability = 0.0;  // among the candidates and "nothing", by left-out data
   Gain gain = {};
@@ -96,13 +96,13 @@ struct MissingState {
   std::string channel = {}, frame = {}, unit = {};  // frame: "navigation", "sensor"
   double gain_nats = 0.0;                           // G of the first model
   double left_nats = 0.0;                           // of the last
-  double taken_by_place = 0.0;                      // of it by the confirmed field of the place
+  double taken_by_place = 0.0;                      // by the confirmed field of the place
   double taken_by_findings() const { return gain_nats - left_nats - taken_by_place; }
   // Standard deviation and memory, beside the last model where something is left, else the first.
   double size = 0.0, memory_s = 0.0;
   std::string noise = {};  // the finding about this sensor's noise that it is, too; empty: none
-  // What is left where the accelerometer may be early or late, too, and by how much it then is:
-  // half a sample of it looks like a field that differs from place to place. NaN: not asked for.
+  // What is left when the accelerometer's time offset is a parameter, too, and that offset: half a
+  // sample of it looks like a field that differs from place to place. NaN: not asked for.
   double left_beside_acc_offset = std::numeric_limits<double>::quiet_NaN();
   double acc_offset_s = 0.0;
 };
@@ -129,9 +129,9 @@ struct PlaceCheck {
   int order = 0;               // of the harmonic polynomials
   double reach_m = 0.0;        // root mean square distance from the middle of the path
   double field_uT = 0.0;       // of the place, root mean square along the path
-  double gradient_uT_m = 0.0;  // in the middle of the path
-  // What the function of place adds to the evidence of the process in the field; the process's gain
-  // without the place and beside it.
+  double gradient_uT_m = 0.0;  // root mean square along the path
+  // Evidence that the function of place adds to a model with the process in the field; gain of that
+  // process without the function of place, and beside it.
   double gain_nats = 0.0, process_nats = 0.0, left_nats = 0.0;
   double taken_share() const {
     return process_nats > 0.0 ? std::max(0.0, 1.0 - left_nats / process_nats) : 0.0;
@@ -230,8 +230,8 @@ struct DiagnosisOptions {
   std::optional<NoiseDensities> noise;
   double gravity = kStandardGravity;
   MotionModel motion = MotionModel::kAuto;
-  double false_alarm_rate = 0.01;
-  int max_findings = 6;
+  double false_alarm_rate = 0.01;  // family-wise: of naming any cause where there is none
+  int max_findings = 6;            // causes named at most
   // A stored calibration that the recordings are compared with; its name goes into the result.
   std::optional<Calibration> against;
   std::string against_name;

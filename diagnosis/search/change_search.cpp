@@ -19,7 +19,7 @@ constexpr double kEndAdds = 0.05;  // of the statistic: an end that adds less is
 constexpr int kMostWindows = 24;
 constexpr double kInvisible = 1e-9;     // of the largest eigenvalue, columns scaled alike
 constexpr double kRounding = 1e-7;      // of a column's information before others are eliminated
-constexpr double kOneOrTheOther = 2.0;  // one that lasts, or one that ends: as likely before
+constexpr double kOneOrTheOther = 2.0;  // kinds: one that lasts, one that ends
 
 // The first moment of every window, and of what comes after the last.
 std::vector<Moment> window_begins(const std::vector<NodePlan>& plans, double seconds) {
@@ -63,7 +63,8 @@ MatrixXd columns_of_form(ChangeForm form, ChangeForm richest) {
   return M;
 }
 
-// What spans of windows say of one candidate, calibration and accepted effects eliminated.
+// Score statistics of one candidate over spans of windows, calibration and accepted effects
+// eliminated.
 class SpanScores {
  public:
   SpanScores(const Scan& scan, std::size_t candidate, const MatrixXd& P, const VectorXd& others) {
@@ -280,8 +281,9 @@ double LikelyChange::log10_p() const {
   return std::min(0.0, log10_chi_square_tail(statistic, double(dof)) + std::log10(tried));
 }
 
-// Of draws of white noise in 12 and 24 windows, p from 1e-4 to 1e-2, the largest statistic has the
-// tail of 0.71 to 0.94 times, and of 0.48 to 0.86 times as many.
+// Simulated with white noise in 12 and 24 windows, p from 1e-4 to 1e-2: the largest statistic has
+// the tail of 0.71 to 0.94 times as many independent tests as there are spans that last, and of
+// 0.48 to 0.86 times as many as there are spans that end.
 double lasting_spans(int windows) { return std::max(1.0, 0.8 * (windows - 1)); }
 double ended_spans(int windows) {
   return std::max(1.0, 0.65 * 0.5 * (windows - 1) * (windows - 2));
@@ -351,8 +353,8 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
   Stage fitted = stage;
   for (;;) {
     const double grid = within / kPieces;
-    // A large step at a wrong time bends the fit, and what that leaves shows the right time only by
-    // and by: on the same grid, as long as it moves.
+    // A large step at a wrong time distorts the fit, and its residuals lead to the right time in
+    // several rounds only: the same grid again, as long as the time moves.
     for (int round = 0; round < kRounds; ++round) {
       const ChangeSpan before = times.span;
       times = likely_times(recordings, fitted, change, times, grid, within);
@@ -363,7 +365,8 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
     if (grid <= kFine) break;
     within = kBeyondGrid * grid;
   }
-  // A large step whose times are wrong by samples bends the fit, and that hides the right ones.
+  // The same to the sample: a large step whose times are off by a few samples distorts the fit,
+  // too.
   const double rate = samples_of_channel(*recordings.front(), channel).rate_hz();
   const double sample = rate > 0.0 ? 1.0 / rate : kFine;
   for (int round = 0; round < kRounds; ++round) {

@@ -22,7 +22,7 @@ namespace {
 constexpr double kBeside = 4.0;  // s to each side of a step
 constexpr double kWhite = 1.5;   // times the jumps that white noise makes: no slow changes
 constexpr double kMatters = 1e-9;
-constexpr double kChance = -3.0;       // log10 of a probability: apart as often by chance
+constexpr double kChance = -3.0;       // log10 of a probability of such a distance by chance
 constexpr double kBeyondChance = 3.0;  // standard deviations
 
 // Mean over [a, b); nothing where there are too few samples.
@@ -161,7 +161,7 @@ SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings) {
   };
   out.acc = density(0);
   out.gyr = density(1);
-  // Of the threes formed about one in a piece's length tells something of its own.
+  // Threes of pieces overlap: about one in a piece's length is independent of the others.
   out.freedom = kOfMedian * 3.0 * kStep / kPiece * double(squares[1].size());
   return out;
 }
@@ -179,7 +179,7 @@ std::array<double, 3> excess_of_samples(const std::vector<const Recording*>& rec
       }
       if (series.size() == 0 || !(samples.sigma > 0.0)) continue;
       const auto channel = std::size_t(samples.channel);
-      // Slow errors, of whatever cause, are none of the noise's.
+      // High-passed: slow errors, of whatever cause, are not noise.
       for (const Vector3& x : samples.high_passed ? series.v : high_passed(series)) {
         squares[channel] += x.squaredNorm();
       }

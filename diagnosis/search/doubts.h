@@ -20,10 +20,9 @@ double contradiction_of_halves(const Stage& stage, std::size_t effect);
 // jumps at all other times; infinite where those are no more than white noise.
 double sharpness(const Option& option, const Stage& stage);
 
-// The noise that means over most of a second have where the sensor rests, from their second
-// differences (the Hadamard deviation there, to which a steady drift is no noise): densities as of
-// white noise that would scatter them as much. Coloured noise is slower than it looks sample by
-// sample.
+// Noise on the scale of a second where the sensor rests, from second differences of means over 0.75
+// s (the Hadamard deviation, to which a steady drift is no noise), as the density of white noise
+// that would scatter these means as much. Coloured noise has more of it than single samples show.
 struct SlowNoise {
   double acc = 0.0, gyr = 0.0;  // m/s^2, rad/s per sqrt(Hz); 0: no rest is long enough
   double freedom = 0.0;         // degrees of freedom of their squares

@@ -10,7 +10,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kConcentrated = 0.1;  // of the squares across the line: up to here they are few
+constexpr double kConcentrated = 0.1;  // share of squares across the line, below which axes agree
 
 }  // namespace
 

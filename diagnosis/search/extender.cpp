@@ -20,8 +20,8 @@ namespace magimu {
 namespace {
 
 constexpr double kWorthTrying = 0.4;  // of the best candidate's statistic
-// The same of a change of gains: half a window beside its time it has most of its statistic, and
-// each trial takes several fits.
+// The same of a change of gains: each trial takes several fits, and half a window off its true time
+// it still has most of its statistic.
 constexpr double kChangeWorthTrying = 0.7;
 constexpr double kAsLikely = 4.0;  // nats within which a second answer counts as one
 
@@ -224,7 +224,7 @@ void Extender::extend(const Stage& from) {
   if (given_.noise) {
     in_samples_ = excess_of_samples(recordings_, from, *given_.noise);
   }
-  // What cannot be scanned has nothing to offer.
+  // A model that cannot be scanned (its numbers fail) has no candidates.
   const auto scanned = [&] {
     return attempt([&] { return scan_options(recordings_, *stage_, candidates(*stage_)); })
         .value_or(std::vector<Option>{});

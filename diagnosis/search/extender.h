@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The extension of a model by effects, one after another: scan, refit the best candidates; of those
-// that predict left-out data better than the model without them accept the most likely one, scan
-// again; where none passes by itself, look for two that hide each other (extender_pairs.cpp); what
-// has entered is looked at again beside what came later (extender_revision.cpp).
+// The extension of a model by effects, one after another: scan; refit the best candidates; of those
+// that predict left-out data better than the model without them accept the most likely one; scan
+// again. Where none passes by itself, look for two that hide each other (extender_pairs.cpp). What
+// has entered is tested again beside what came later (extender_revision.cpp).
 #pragma once
 
 #include <map>
@@ -30,9 +30,9 @@ class Extender {
   void extend(const Stage& from);
   // A better model found elsewhere is the stage from now on.
   void replace(const Stage& stage);
-  // What has lost its name leaves the model.
+  // Effects whose finding was withdrawn leave the model.
   void keep_named();
-  // The findings' parameters as they are in the model that it has become. after: stage()'s summary.
+  // Gives the findings the parameters that they have in the final model. after: stage()'s summary.
   void restate(const Calibration& after);
   // Candidates that could be tested under this model, and the scan of them; nothing is accepted.
   std::vector<std::shared_ptr<const Effect>> candidates(const Stage& stage) const;
@@ -45,7 +45,6 @@ class Extender {
   void set_base(const Stage& stage) { base_ = stage; }
   const Stage& base() const { return *base_; }    // the model that the diagnosis started from
   const Stage& stage() const { return *stage_; }  // the model as extended so far
-  double heldout_nll() const { return nll_; }     // of stage()
   // log10 of the level that one test among all must pass.
   double log10_level() const;
 
@@ -59,10 +58,11 @@ class Extender {
     Option option;
     Stage stage;
     double nll;
-    bool coloured;      // under noise that is not white
-    double left_out;    // nats that left-out data gain, windows or whole quarters
-    double left = 0.0;  // nats that the process that gains most without it gains with it
-    // Nats on all data over the model without it, and what of them it gains beside that process.
+    bool coloured;    // under noise that is not white
+    double left_out;  // nats that left-out data gain, windows or whole quarters
+    // G, nats, beside the model with the option, of the process that gains most without it.
+    double left = 0.0;
+    // Nats on all data over the model without the option; the same beside that process.
     double alone = 0.0, gain = 0.0;
 
     VectorXd parameters() const;
@@ -76,7 +76,7 @@ class Extender {
   bool is_all(const Stage& stage) const;
   bool is_put_down(const Moment& at) const;
   bool passes_by(const Option& option, const Stage& stage) const;
-  // Of a stage, which is refitted where need be; what that gives is kept for the next time.
+  // A stage whose left-out data are predicted; its refit, if one was needed, is kept.
   struct LeftOut {
     const Stage& stage;
     std::optional<Stage> refitted;
@@ -88,9 +88,9 @@ class Extender {
   bool enough_beyond(const Option& option, double gain) const;
   // may_refit: whether times of a change may be sought by refits; false after they have been.
   std::optional<Trial> trial(Option option, bool& may_refit) const;
-  // By how many nats an effect of one model explains more of all data than another model does that
-  // lacks it, each parameter at the nat that it gains left-out data by chance; a random process
-  // with its states integrated out. searched: Option::searched.
+  // Nats on all data that an effect gains over a model that lacks it, less one for each parameter
+  // (the gain by chance) and less `searched` (Option::searched). A random process: with its states
+  // integrated out.
   double explains(const Stage& with, std::size_t effect, const Stage& without,
                   double searched) const;
   double likelier(const Trial& trial) const;
@@ -131,7 +131,7 @@ class Extender {
   std::vector<Option> refused_changes_;            // whose times were sought, each with many fits
   std::vector<std::string> rejected_;              // looked significant, predicts no better
   struct Entered {
-    VectorXd apart;         // by how much other parameters differ that are about as likely
+    VectorXd apart;         // distance of other parameters of it that are about as likely
     double searched = 0.0;  // Option::searched
   };
   std::map<std::string, Entered> entered_;  // by the effect's name

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A cause is ranked without the process and judged with it: what a disturbance explains by itself,
-// and is needed for beside the cause as much as before, the cause explains by chance of its shape.
+// A cause is ranked without the process and judged with it. Where a disturbance explains as much
+// beside the cause as without it, the cause only resembles what is missing.
 #include <algorithm>
 
 #include "calibration/fit/disturbance.h"
@@ -36,8 +36,8 @@ void Extender::judge_beside_process(std::vector<Trial>& trials) const {
   });
 }
 
-// Is something missing with it of which what it explains is but a crumb? A walk is such a process
-// and gains nothing beside one.
+// False where the option explains less than kCrumb of what is still missing beside it. A walk is
+// such a process itself and gains nothing beside one, so it is not refused.
 bool Extender::stands_beside_process(const Trial& t) {
   return t.option.effect->description().random_process || t.left < kNullGain ||
          t.gain > kCrumb * t.left;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Two causes can hide each other: what one leaves scatters as coloured noise does, under which the
-// test of the other has no power. Where none passes by itself, the best are put into the model one
-// by one, on trial, and what holds beside them is looked for.
+// test of the other has no power. Where none passes by itself, those are put into the model one by
+// one, on trial, that leave white noise beside one of the others or that explain most of what there
+// is, and what holds beside them is looked for.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -16,9 +17,12 @@
 namespace magimu {
 namespace {
 
-// Scatter of two causes' scores with both in the model, one step away: of white noise it is 1.
+// Scatter of two causes' scores with both in the model (by one step), below which the rest counts
+// as white: white noise has 1. The second for a bias that stands in for a change, below.
 constexpr double kWhiteBeside = 1.5;
 constexpr double kWhiteWithin = 1.0;
+// Of all squares that a fit leaves: more than everything else together.
+constexpr double kMost = 0.5;
 
 // As many windows as the search for changes has.
 int bias_windows(const Stage& stage) {
@@ -30,9 +34,10 @@ int bias_windows(const Stage& stage) {
 
 }  // namespace
 
-// Those that leave white noise beside one of the others. A change's times are wrong as long as the
-// other cause is not in the model: a magnetometer's bias that is another one in every window stands
-// for it, and takes what is slow of coloured noise with it.
+// Options that leave white noise beside one of the others, or explain most of all. Instead of a
+// change, whose times are wrong as long as the other cause is not in the model, stands a
+// magnetometer bias of its own in every window. That takes slow coloured noise with it, hence the
+// lower kWhiteWithin.
 std::vector<Option> Extender::firsts_of_pairs(const std::vector<Option>& options) const {
   std::vector<Option> firsts;
   std::vector<std::shared_ptr<const Effect>> effects;
@@ -51,13 +56,16 @@ std::vector<Option> Extender::firsts_of_pairs(const std::vector<Option>& options
   const Scan scan(recordings_, *stage_, effects);
   std::vector<Option> out;
   for (std::size_t i = 0; i < firsts.size(); ++i) {
-    bool white = false;
+    const double squares = 2.0 * stage_->result().cost_final;
+    bool white = firsts[i].score.statistic > kMost * squares;
     for (std::size_t j = 0; j < effects.size() && !white; ++j) {
       const bool stands_in = j == firsts.size();
       if (i == j) continue;
       white = scan.scatter_with(i, j) < (stands_in ? kWhiteWithin : kWhiteBeside);
     }
-    if (white) out.push_back(firsts[i]);
+    const bool again = std::ranges::any_of(
+        out, [&](const Option& o) { return same_class(*o.effect, *firsts[i].effect); });
+    if (white && !again) out.push_back(firsts[i]);
   }
   return out;
 }
@@ -99,7 +107,7 @@ bool Extender::try_beside(const Option& first, const Stage& alone) {
                              VectorXd::Zero(second->option.effect->size()));
   finding.probability = 1.0 / (1.0 + std::exp(std::min(700.0, -second->alone)));
   entered_[finding.effect].searched = second->option.searched;
-  // Which cause it is that stands beside the second is asked as if that had been found first.
+  // The first is chosen once more, as if the second had been found before it.
   if (!put_in(second->option, second->parameters())) return false;
   std::optional<Finding> other =
       try_options(scan_options(recordings_, *stage_, candidates(*stage_)));

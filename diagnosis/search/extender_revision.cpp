@@ -69,9 +69,9 @@ bool Extender::name_simpler(std::size_t finding, std::shared_ptr<const Effect> n
   return true;
 }
 
-// Two that entered one after the other, and one of the first one's class that explains as much as
-// both do, each parameter at a nat, but for a draw: a lag beside the offset that it was taken for,
-// and beside what the offset left of it.
+// Replaces two findings by one of the first one's class that explains as much as both, with a nat
+// for each parameter that it needs less (and kDraw). For example a lag, which was first taken for
+// an offset, and then for a second cause that explains what the offset left of it.
 bool Extender::name_one_for_two(std::size_t first, std::size_t second) {
   const Stage both = *stage_;
   const auto effect_of = [&](std::size_t finding) {
@@ -104,8 +104,8 @@ bool Extender::name_one_for_two(std::size_t first, std::size_t second) {
   return true;
 }
 
-// The first that entered were named while the later ones were not in the model, and may have taken
-// what these explain: a simpler cause, where it now predicts as well, takes the place of a richer.
+// The first findings entered while the later ones were not in the model, and may have explained a
+// part of these, too. Where a simpler cause now predicts as well, it replaces the richer one.
 void Extender::reconsider() {
   const auto in_model = [&](std::size_t finding) -> std::shared_ptr<const Effect> {
     for (const auto& e : stage_->spec().effects) {
@@ -172,7 +172,7 @@ void Extender::keep_named() {
   }
 }
 
-// From its states in a fit, without what their prior says.
+// The density of a walk from its states in a fit, their prior taken off.
 RandomWalk Extender::walk_in(const Stage& stage, std::size_t effect) const {
   const Effect& walk = *stage.spec().effects[effect];
   const double duration = longest_s(recordings_);
@@ -203,7 +203,8 @@ double Extender::worth(std::size_t effect, const Stage& without) const {
                   entered == entered_.end() ? 0.0 : entered->second.searched);
 }
 
-// The density of a walk is that of all it had to explain as it entered.
+// A walk's density was estimated when it entered, with all that later findings explain: it is
+// estimated anew beside these.
 void Extender::estimate_walk_anew() {
   ModelSpec spec = stage_->spec();
   const auto walk = std::ranges::find_if(

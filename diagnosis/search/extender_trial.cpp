@@ -26,11 +26,12 @@ constexpr int kOnceMore = 3;            // fits that have not converged
 constexpr double kOfPlaces = 5.0;       // uT: two places in a room hardly differ by more
 constexpr double kCare = 2.0;           // log10 of a probability, where noise is coloured
 constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a change
-constexpr double kSharp = 4.0;          // a change over those at other times
+constexpr double kSharp = 4.0;          // times the changes at other times
 constexpr double kBent = 2.0;           // residuals over their noise
 constexpr double kColour = 0.15;        // correlation of neighbouring nodes' residuals
 constexpr double kBends = 400.0;        // statistic of a source that bends the trajectory
-constexpr double kContradiction = 1.0;  // of the halves: half of the effect each way
+constexpr double kContradiction = 1.0;  // distance of halves over the effect, squared: one has none
+constexpr double kHardlyAny = 0.1;      // of the squares, with a cause that is all there is
 
 // Does the fit leave far more than noise? Then it has followed what it should not.
 bool is_bent(const Stage& stage) {
@@ -48,8 +49,7 @@ bool are_near(const ChangeSpan& a, const ChangeSpan& b) {
   return near(a.begin, b.begin) && near(a.end, b.end);
 }
 
-// Beyond what parts differ by, as the prior has it: no gains of a sensor, but a fit that lost its
-// way.
+// Far beyond the prior, which is what parts differ by: such gains mean that the fit lost its way.
 bool is_beyond_parts(const Effect& effect, const VectorXd& theta) {
   constexpr double kPriorSigmas = 5.0;
   for (int i = 0; i < effect.size(); ++i) {
@@ -73,14 +73,14 @@ VectorXd Extender::Trial::parameters() const {
   return effect_parameters(stage.result().values, effect_keys(stage.spec().effects).back());
 }
 
-// Of the noise over that in the model, as far as it shows elsewhere than in the windows' scatter.
+// How much larger the noise is than the model's, by single samples and by rests.
 KnownScatter Extender::excess(Channel channel, const Stage& stage) const {
   const double white = in_samples_[std::size_t(channel)];
   return {white, std::max(1.0, at_rest_.excess(channel, stage.spec().noise) / white)};
 }
 
-// A bias that differs by less than half a step of a coarse converter: where the sensor rests or
-// turns slowly, rounding alone makes such.
+// A change of the bias by less than half a step of a coarse converter: where the sensor rests or
+// turns slowly, rounding alone makes such changes.
 bool Extender::is_rounding(const Option& option, const Stage& stage) const {
   const std::string& name = option.effect->name();
   if (!(step_uT_ > 0.0) || (name != "hard_iron_change" && name != "hard_iron_drift")) return false;
@@ -94,8 +94,8 @@ bool Extender::survives(Option& option, const Stage& stage, const Score& w) cons
   if (is_rounding(option, stage)) return false;
   const double level = log10_level();
   if (option.effect->description().random_process) {
-    // A walk that is not in the model scatters windows as coloured noise does: the noise is what it
-    // is beside the walk.
+    // Without the random walk in the model its drift looks like coloured noise, so the scatter of
+    // the fit with the walk is used.
     const Score& s = option.score;
     option.score.log10_p = estimate_random_walk(s.information, s.information * s.theta,
                                                 option.effect->prior_sigma(longest_s(recordings_)),
@@ -105,32 +105,41 @@ bool Extender::survives(Option& option, const Stage& stage, const Score& w) cons
     return option.score.log10_p < level - (w.coloured ? kCare : 0.0);
   }
   const double penalty =
-      option.rank - log10_chi_square_tail(option.score.statistic, option.score.dof);
-  option.score.log10_p = std::min(0.0, w.log10_p + std::max(0.0, penalty));
-  // The F distribution's far tail is not to be trusted as far as that of white noise.
-  if (option.score.log10_p > level - (w.coloured ? kCare : 0.0)) return false;
+      std::max(0.0, option.rank - log10_chi_square_tail(option.score.statistic, option.score.dof));
+  const bool of_time = option.effect->with_terms(1) != nullptr;
+  // What leaves hardly anything is no shape that noise happened to have: windows that scatter, as
+  // they do for what is there in some of them, say no more of it.
+  const bool is_all_there_is =
+      !of_time && stage.result().cost_final < kHardlyAny * stage_->result().cost_final;
+  if (is_all_there_is) {
+    option.score.log10_p = option.rank;
+  } else {
+    option.score.log10_p = std::min(0.0, w.log10_p + penalty);
+    // The F distribution's far tail is not to be trusted as far as that of white noise.
+    if (option.score.log10_p > level - (w.coloured ? kCare : 0.0)) return false;
+  }
   if (is_change(option.effect->name())) {
-    // Few windows have it: their noise is that of the others.
-    const double by_others = log10_p_by_scatter_of(stage, bias_key(option.effect->channel()),
-                                                   option.score.statistic, option.score.dof);
-    option.score.log10_p = std::max(option.score.log10_p, by_others + std::max(0.0, penalty));
-    if (option.score.log10_p > level) return false;
+    if (!is_all_there_is) {
+      // Too few windows have the change to show their scatter: that of the others is used.
+      const double by_others = log10_p_by_scatter_of(stage, bias_key(option.effect->channel()),
+                                                     option.score.statistic, option.score.dof);
+      option.score.log10_p = std::max(option.score.log10_p, by_others + penalty);
+      if (option.score.log10_p > level) return false;
+    }
     if (is_magnet(*option.effect)) return sharpness(option, stage) > kSharp;
     if (as_change(*option.effect)->form() == ChangeForm::kOffset &&
-        log10_p_by_blocks(stage) + std::max(0.0, penalty) > level) {
+        log10_p_by_blocks(stage) + penalty > level) {
       return false;
     }
     return stands_out(option, stage, w.statistic);
   }
-  const bool of_time = option.effect->with_terms(1) != nullptr;
   return of_time ||
          contradiction_of_halves(stage, stage.spec().effects.size() - 1) < kContradiction;
 }
 
-// How much better left-out data are predicted than by the model without the effect, in nats. Where
-// the hand's motion is estimated, too, its reach is estimated anew if that is needed: an error of
-// the accelerometer makes the hand seem to reach further than it did. The model without the effect
-// gets as many rounds.
+// How much better left-out data are predicted than by the model without the effect, in nats. In the
+// hand-held model both are refitted with a new estimate of the reach if there is no gain without
+// that: an error of the accelerometer makes the hand seem to reach further than it did.
 double Extender::gain(LeftOut& left_out, std::optional<double> window_s) const {
   const auto nll = [&](const Stage& s) {
     return sum_of(window_s ? held_out_nll(s, *window_s) : held_out_nll(s));
@@ -168,8 +177,8 @@ double Extender::log10_p_by_blocks(const Stage& stage) const {
   return log10_chi_square_tail(squares, double(last.parameters.size()));
 }
 
-// With a change in the model, is that all that changed? Slow errors of any kind look like a change
-// now and like another one at another time; one that is there leaves no second one nearly as large.
+// With a change in the model, does no second one nearly as large remain? Slow errors of any kind
+// look like changes at many times. A real change leaves no other.
 bool Extender::stands_out(const Option& option, const Stage& stage, double statistic) const {
   const std::vector<LikelyChange> left =
       likely_changes(recordings_, stage, {option.effect->name()});
@@ -268,8 +277,7 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
     stage = refit(found);
   }
   ChangeSpan span = found.span;
-  // What was so before the first sample and is so after the last has not changed: another effect,
-  // which lasts.
+  // A change whose times all lie outside of the recordings is none.
   const auto is_inside = [&](const Moment& at) {
     const Moment beginning{0, recordings_.front()->gyr.t.front()};
     const Moment ending{int(recordings_.size()) - 1, recordings_.back()->gyr.t.back()};
@@ -332,10 +340,10 @@ void Extender::find_source(Option& option, Stage& stage) const {
   }
 }
 
-// Of a change before its times are sought, which takes a dozen fits: is neither by its windows'
-// scatter nor by its robust standard deviations anything there? One that is there shows in one of
-// them even at the time of a window: of simulated changes of all sensors the second was 1e-51 and
-// less wherever the first was as large as this.
+// Is a change significant neither by its windows' scatter nor by its robust standard deviations?
+// Then its times are not sought, which takes a dozen fits. A real change is significant by one of
+// the two even at the time of a window: of simulated changes of all sensors p by the second was
+// 1e-51 and less wherever the first said nothing.
 bool Extender::is_hopeless(const Option& option, const Stage& stage) const {
   const Score w =
       wald_test(stage, stage.spec().effects.size() - 1, excess(option.effect->channel(), stage));
@@ -370,9 +378,8 @@ std::optional<Extender::Trial> Extender::trial(Option option, bool& may_refit) c
     return std::nullopt;
   }
   LeftOut left_out{stage, {}};
-  // An error that lasts must be foretold through whole quarters of the recording: what comes and
-  // goes with the place where the sensor is held is not. Where noise is coloured a slow change,
-  // too.
+  // An error that lasts must help to predict whole quarters of the recording: what comes and goes
+  // with the place where the sensor is held does not. So must a drift where noise is coloured.
   double gained = gain(left_out);
   const double nll = nll_ - gained;
   if (lasts(*option.effect) || (option.effect->with_terms(1) != nullptr && w.coloured)) {
@@ -392,8 +399,8 @@ double Extender::likelier(const Trial& t) const {
   return explains(t.stage, t.stage.spec().effects.size() - 1, *stage_, t.option.searched) - density;
 }
 
-// A change that was refused, and of which the scan says the same now: nothing that bears on it has
-// changed.
+// Was the same change refused before, and is its statistic nearly the same now? Then a new trial
+// would end as the last one.
 bool Extender::was_refused(const Option& option) const {
   constexpr double kTheSame = 0.1;  // of its statistic
   return std::ranges::any_of(refused_changes_, [&](const Option& old) {
@@ -404,10 +411,10 @@ bool Extender::was_refused(const Option& option) const {
   });
 }
 
-// Those of the options that hold, predict left-out data better and are judged beside the process
-// that explains most. Which of them it is, the likelihood of all data tells best: windows cut from
-// each other show little of what needs minutes to be seen.
-// They are tried side by side, with the answers of one after another.
+// Trials of the options that hold, predict left-out data better and stand beside the process that
+// explains most. Trial::gain, by which the best is chosen, is of the likelihood of all data:
+// windows that are cut from each other show little of what takes minutes. The options are tried in
+// parallel, with the same result as one after another.
 std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options) {
   struct Tried {
     std::optional<Trial> trial;
@@ -416,7 +423,7 @@ std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options
   const auto tried = [&](const Option& o, bool may_refit) {
     Tried out;
     bool left = may_refit;
-    // One whose numbers fail has lost.
+    // An option whose numbers fail is refused.
     out.trial = attempt([&] { return trial(o, left); }).value_or(std::nullopt);
     out.refits_spent = left != may_refit;
     return out;
@@ -432,7 +439,7 @@ std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options
   for (std::size_t i = 0; i < options.size(); ++i) {
     const Option& o = options[i];
     if (refused(o)) continue;
-    // Those of one before it count.
+    // In order, an option before this one would have spent the refits.
     if (all[i].refits_spent && refits_spent_) all[i] = tried(o, false);
     refits_spent_ |= all[i].refits_spent;
     std::optional<Trial>& t = all[i].trial;

@@ -9,8 +9,8 @@
 
 namespace magimu {
 
-// In standard deviations, what is found nine times out of ten: where the tail of the chi-square
-// distribution reaches the level, and 1.28 above it.
+// The size, in standard deviations, that is found nine times out of ten: the root of the statistic
+// at which the tail of the chi-square distribution reaches the level, and 1.28 more.
 double detectable_size(int dof, double log10_level);
 
 std::string walk_sentence(const FoundParameter& density);

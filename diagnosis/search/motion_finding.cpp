@@ -38,8 +38,9 @@ struct Restlessness {
   double left = 0.0, squares = 0.0;  // whitened: all, and beyond those of noise as at rest
 };
 
-// Is there more of it, and more that is slow, in motion than in the rests, each about its mean?
-// What is there, too, no motion has made. By the median: tails do not count. Without rests: yes.
+// Are the residuals larger, and is more of them slow, in motion than in the rests (about the mean
+// of each)? If not, no motion has made them. By the median, so that tails do not count. True
+// without rests.
 bool more_in_motion(const NodeResiduals& r) {
   std::vector<double> moving, still;
   const auto add = [](std::vector<double>& to, const Vector3& x) {
@@ -67,7 +68,7 @@ Restlessness restlessness(const Stage& rotation, const AccNoise& noise) {
   const double rms = sums.rms(Sensor::kAcc);
   out.excess = rotation.spec().noise.acc * rms / noise.density;
   out.left = out.rows * rms * rms;
-  // Where no rest shows the noise, what neighbours have in common is none.
+  // Where no rest shows the noise, the correlation of neighbours tells what is not noise.
   out.squares = out.left * std::max(out.colour, 1.0 - 1.0 / std::pow(std::max(1.0, out.excess), 2));
   return out;
 }
@@ -84,10 +85,10 @@ double acceleration_rms(const Stage& rotation) {
   return noise * std::sqrt(nodes_per_s) * std::sqrt(3.0);
 }
 
-// Velocity and position make likelihoods under the two models incomparable. What can be compared is
-// what the accelerometer costs if its residual under pure rotation is noise as at rest, and if it
-// is as large as it is: no parameter has been fitted to that. unknowns: of its coefficients, those
-// that are; times: their mean square over that at rest.
+// Likelihoods under the two models cannot be compared, since one has velocities and positions.
+// Instead the cost of the accelerometer's residual under pure rotation is compared for noise as at
+// rest and for noise as large as the residual. unknowns: number of coefficients of the residual;
+// times: their mean square over that at rest.
 Finding finding_of_motion(const Stage& moving, double rms, double unknowns, double times,
                           double residual_before) {
   const double after = sum_of(held_out_nll(moving));
@@ -107,7 +108,8 @@ Finding finding_of_motion(const Stage& moving, double rms, double unknowns, doub
   return f;
 }
 
-// Where no rest shows the noise: what is left beside gravity is no white noise, of whatever size.
+// The finding where no rest shows the noise: by the correlation of neighbours, which white noise of
+// any size does not have.
 void tell_by_colour(const Restlessness& restless, double rms, Finding& f) {
   const double alike = 1.0 - std::pow(std::min(restless.colour, 0.999), 2);
   const double nats = -0.5 * restless.rows * std::log(alike);
@@ -157,9 +159,9 @@ Finding small_motion_finding(const Stage& rotation, const Stage& moving, const S
 
 bool is_calm(const Restlessness& r) { return r.excess < kCalm && r.colour < kCalmColour; }
 
-// May causes that are known stand for a moved hand: do they take nearly all of what the
-// accelerometer leaves, one beside the other, each time the one that takes most? (Most of what a
-// cause explains may be another sensor's misfit.) Whether they are the causes is not asked here.
+// Can known causes explain nearly all of the accelerometer's residual instead of a moved hand? They
+// enter one after another, each time the one that takes most of that residual. (Most of what a
+// cause explains may be another sensor's misfit.) Whether they are the causes is decided elsewhere.
 bool has_rivals(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                 const Extender& extender, const Stage& rotation, Restlessness now,
                 const AccNoise& noise) {
@@ -189,7 +191,7 @@ bool has_rivals(const std::vector<const Recording*>& recordings, const Pipeline&
   return true;
 }
 
-// Does what the accelerometer leaves follow the way the sensor is held and turned? A hand does not.
+// Does the accelerometer's residual depend on attitude and rate? A hand's motion does not.
 // (Products of the rate are left out: a sensor swung about a point beside it is moved so.)
 bool follows_the_attitude(const std::vector<const Recording*>& recordings, const Stage& rotation,
                           double misfit) {

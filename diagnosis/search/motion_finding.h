@@ -12,9 +12,9 @@ namespace magimu {
 Stage choose_motion_model(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                           const DiagnosisOptions& options, Extender& extender, Diagnosis& d);
 
-// What the effects that were found leave may still be a motion of millimetres: of accelerations
-// below the noise of single samples, but slow. A finding is added to d then, and the motion is
-// modelled from there on: the stage of that model without effects.
+// Beside the effects that were found there may still be a motion of millimetres, whose
+// accelerations are slow and below the noise of single samples. Then a finding is added to d, the
+// extender gets the model with the motion, and the stage of that model without effects is returned.
 std::optional<Stage> find_small_motion(const std::vector<const Recording*>& recordings,
                                        const Pipeline& pipeline, Extender& extender, Diagnosis& d);
 

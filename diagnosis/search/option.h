@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A candidate as the scan leaves it: what would enter the model, where it would start, how well the
-// data speak for it.
+// A candidate after the scan: the effect that would enter the model, the start of its parameters,
+// and its score.
 #pragma once
 
 #include "calibration/scan/scan.h"
@@ -17,7 +17,8 @@ struct Option {
   std::vector<FoundParameter> extra = {};  // instead of the effect's own parameters
   ChangeSpan span = {};                    // of a change
   double sigma_t = 0.0;                    // of its times, s
-  double searched = 0.0;  // nats: what it costs that these times were chosen among all others
+  double searched =
+      0.0;  // nats: the cost of choosing these times, terms or this place among others
 };
 
 // Of the longest recording, s.
@@ -30,8 +31,8 @@ bool contains(const Effect& effect, const std::string& name);
 double allowance(const Effect& one, const Effect& other, double gain, double other_gain);
 inline constexpr double kDraw = 2.0;     // nats within which the simpler of two effects is taken
 inline constexpr double kAsMuch = 0.85;  // of the gain, for a nested cause to be the one named
-// Beside a large cause its own approximations show: what is left of a misfit counts as nothing from
-// so much of it down.
+// Beside a large cause the approximations of its model show: what is left of a misfit counts as
+// nothing below this share of it.
 inline constexpr double kCrumb = 0.03;
 // Of the same sensor, and to be named where it predicts as well.
 bool is_simpler(const Effect& one, const Effect& other);
@@ -42,9 +43,9 @@ bool replaces(const Effect& effect, const std::string& name);
 bool same_class(const Effect& a, const Effect& b);
 // Of the magnetometer, whatever its form.
 bool is_lag(const std::string& name);
-// Any function of time, among which one may always be found that a cause resembles.
+// A family of functions of time or a change: one of them resembles almost any cause.
 bool of_any_time(const Effect& effect);
-// The same error as long as the recording; not what happens at some time or by chance.
+// An error that is the same throughout the recording: no function of time, no random process.
 bool lasts(const Effect& effect);
 // The magnetometer's residuals in one of the recordings, all its parts, without the term of the
 // effect that entered last, whose parameters go to theta.

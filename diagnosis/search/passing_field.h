@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What comes near and goes again, for comparison: within a span the magnetometer reads more by a
-// polynomial of time, each axis its own. It has nine numbers, as a change of gains has, and says
-// nothing of them.
+// Something magnetic that comes near and goes again, for comparison: within a span the magnetometer
+// reads more by a polynomial of time on each axis. It has nine numbers, as many as a change of
+// gains, and no physical model.
 #pragma once
 
 #include <memory>

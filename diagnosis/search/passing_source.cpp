@@ -21,7 +21,7 @@ constexpr double kBlock = 0.5;   // s
 constexpr double kOut = 2.0;     // times the usual size of the residual
 constexpr double kLongest = 10.0;     // s: what lasts longer is no passing by
 constexpr double kException = 0.35;   // of the recording, all excursions together
-constexpr double kByChance = 0.01;    // that lines of a frame are alike
+constexpr double kByChance = 0.01;    // p of axes that agree so well in the sensor's frame
 constexpr double kMostlyDelay = 0.5;  // of what turned: a delay makes more than all else
 constexpr double kLeastField = 3.5;   // uT at the peak: what a room's own field does not do
 
@@ -245,7 +245,7 @@ PassingSource source_passed_in(const Recording& recording, const Stage& stage, s
                   {"at", largest->begin, kBlock, "s"}};
   f.p_value = std::pow(10.0, std::max(-300.0, log10_chi_square_tail(squares, rows)));
   f.probability = 1.0 - f.p_value;
-  // Their samples with the size that they have there, instead of the noise's.
+  // The likelihood of their samples with the variance that they have, instead of the noise's.
   const double after = 0.5 * rows * (1.0 + std::log(squares / rows));
   f.gain = {.heldout_nll_before = 0.5 * squares,
             .heldout_nll_after = after,

@@ -13,9 +13,8 @@ namespace magimu {
 
 struct PassingSource {
   std::optional<Finding> finding;
-  // Where the departures only turn the field, or lie along one line of the sensor's own frame: an
-  // error of the attitude or of time, or of the device, and no name is known; in a sentence. Else
-  // empty.
+  // A sentence where the departures only turn the field (an error of the attitude or of time) or
+  // lie along one line of the sensor's own frame (the device makes them); else empty.
   std::string evidence = {};
   Channel channel = Channel::kMag;  // of the evidence
 };

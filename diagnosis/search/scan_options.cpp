@@ -15,7 +15,7 @@ namespace magimu {
 namespace {
 
 constexpr double kOrders = 3.0;   // of a family: one, two or three terms
-constexpr double kPlaces = 10.0;  // of a source, beyond its three parameters: some independent ones
+constexpr double kPlaces = 10.0;  // of a source: independent tests, beyond the place's 3 parameters
 
 // Columns first .. first + count - 1 of all.
 MatrixXd selection(Eigen::Index all, int first, int count) {
@@ -24,7 +24,7 @@ MatrixXd selection(Eigen::Index all, int first, int count) {
   return C;
 }
 
-// Each effect's by windows that show what its sensor lacks.
+// The effects' scores, each by windows of the length that its sensor needs.
 std::vector<Score> scores_by_channel(const std::vector<const Recording*>& recordings,
                                      const Stage& stage, const Scan& scan,
                                      const std::vector<std::shared_ptr<const Effect>>& effects) {
@@ -97,7 +97,7 @@ Option change_option(const LikelyChange& change, const Score& score) {
   return option;
 }
 
-// Of what begins or ends all kinds; of those that the model has already, another magnet.
+// The best changes of all kinds that the model does not have yet, and of another magnet.
 std::vector<LikelyChange> changes_to_scan(const std::vector<const Recording*>& recordings,
                                           const Stage& stage) {
   std::vector<std::string> names = change_names();

@@ -6,8 +6,8 @@
 
 namespace magimu {
 
-// Best first. effects: candidates as they are in the catalogue; families with as many terms as the
-// data want, a change at the times that explain most, a source at a few likely places.
+// Best first. effects: candidates as they are in the catalogue. A family gets the number of terms
+// that is most significant, a change the times that explain most, a source a few likely places.
 std::vector<Option> scan_options(const std::vector<const Recording*>& recordings,
                                  const Stage& stage,
                                  const std::vector<std::shared_ptr<const Effect>>& effects);

@@ -16,8 +16,9 @@ constexpr double kHandsSlowest = 0.5, kHandsFastest[kHandsBands] = {1.0, 1.25, 1
 constexpr double kSlower[2] = {0.05, 0.3};  // Hz
 constexpr std::size_t kFewestNodes = 8;
 constexpr double kCut = 3.0;  // standard deviations
-// Standard deviations of the ratio at rest: of noise that may be coloured, and of what is less slow
-// in motion than coloured noise is. A rest lasts seconds, and a hand begins to move before it ends.
+// Standard deviations of the ratio at rest from which the noise counts as coloured; the second
+// where the residuals in motion have less slow power than coloured noise. (A rest lasts seconds,
+// and a hand begins to move before it ends.)
 constexpr double kNotWhite = 2.0, kSurelyNotWhite = 4.0;
 constexpr double kLessSlow = 3.0;  // standard deviations of over_slower
 
@@ -60,8 +61,8 @@ struct BandPower {
   }
 };
 
-// One axis of a piece: the orthonormal discrete cosine transform, of which coefficient k turns k/2
-// times a piece. What is fast is the rest of all.
+// One axis of a piece by the orthonormal discrete cosine transform, whose coefficient k has k/2
+// periods in the piece. The fast band's power is the total less that of the other coefficients.
 void add_power(const std::vector<double>& x, double interval_s, BandPower& out) {
   const auto n = double(x.size());
   double mean = 0.0, total = 0.0;
@@ -154,7 +155,7 @@ NodeResiduals node_residuals(const Stage& stage, const std::vector<const Recordi
         continue;
       }
       if (rest != last) pieces.emplace_back();
-      // Where the hand's motion has its band: to a sensor that turns it is smeared.
+      // In n, since in the frame of a sensor that turns the hand's frequencies are shifted.
       pieces.back().push_back(values.at<Rot3>(R(int(first + k))) * of_node[first + k]);
       last = rest;
     }

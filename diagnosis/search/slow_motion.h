@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is left of a sensor under a fitted model, node by node: while the sensor is turned and while
-// it is at rest. And whether there is more of it in the band of a hand's motion than noise has.
+// The residuals of a sensor under a fitted model, node by node, while the sensor is turned and
+// while it is at rest. Have they more power in the band of a hand's motion than noise has?
 #pragma once
 
 #include <cmath>
@@ -19,13 +19,13 @@ struct NodeResiduals {
 NodeResiduals node_residuals(const Stage& stage, const std::vector<const Recording*>& recordings,
                              Sensor sensor);
 
-// Power from 0.5 to 1, 1.25 or 1.5 Hz over that beyond 2.5 Hz, which a hand hardly reaches,
-// weighted by the fourth power of the frequency: a hand's place moves about as far at each
-// frequency of its band. Of the three bands the one that shows most. White noise has as much in
-// all; coloured noise has not, but it has none more in motion than at rest, nor more than below 0.3
-// Hz, where a hand, which stays within its reach, hardly accelerates. Values beyond three standard
-// deviations count as those: blows are not slow. All zero without a rest of eight nodes, or where
-// nodes are too slow for these bands.
+// Power from 0.5 to 1, 1.25 or 1.5 Hz over that beyond 2.5 Hz, which a hand hardly reaches. It is
+// weighted by the fourth power of the frequency, since a hand moves about as far at each frequency
+// of its band. Of the three bands the one with the largest z is taken. White noise has the same
+// power in all bands. Coloured noise has not, but it has no more in motion than at rest, and no
+// more than below 0.3 Hz, where a hand, which stays within its reach, hardly accelerates. Values
+// are clipped at three standard deviations: blows are not slow. All zero without a rest of eight
+// nodes, or where nodes are too slow for these bands.
 inline constexpr int kHandsBands = 3;
 struct SlowPower {
   double log_ratio = 0.0, sigma = 0.0;  // beyond the ratio at rest, where that is more than white

@@ -24,8 +24,8 @@ constexpr double kApart = 0.6;            // of the distance to the path's centr
 constexpr double kSteps[] = {0.35, 0.2};  // from the best of them, of the distance to the path
 constexpr int kCalibration = 12;          // D and o_m adapt to whatever the source adds everywhere
 
-// What is left of the magnetometer in n, in uT at the strength of the field, means of blocks of
-// neighbouring samples; D and o_m eliminated.
+// The magnetometer's residuals in n, uT, as means of blocks of neighbouring samples, with D and o_m
+// eliminated.
 class Leftover {
  public:
   Leftover(const Recording& recording, const Stage& stage) {

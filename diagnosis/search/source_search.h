@@ -16,8 +16,8 @@ struct LikelySource {
 std::vector<LikelySource> likely_sources(const std::vector<const Recording*>& recordings,
                                          const Stage& stage);
 
-// The same with the trajectory taken as it is: coarser, but for
-// a stage that has a source in its model already, which is looked for anew.
+// The same with the trajectory taken as it is, which is coarser. For a stage that has a source in
+// its model already: that source is looked for anew.
 std::vector<LikelySource> sources_by_residual(const Recording& recording, const Stage& stage);
 
 }  // namespace magimu

@@ -3,8 +3,9 @@
 // the square of the force along the axis: gyr_i + k_i f_i^2. One class says so; readings are
 // simulated with it, and a fit of the model that has it finds k.
 //
-// In the library this class would be factors/effects/gyroscope/gyro_rectification.cpp, ended by
-// `std::unique_ptr<Effect> make_gyro_rectification()`; docs/effects.md tells what that gives.
+// In the library this class would be a file of factors/effects/gyroscope/, gyro_rectification, with
+// `std::unique_ptr<Effect> make_gyro_rectification()` at its end; docs/effects.md tells what that
+// gives.
 #include <cmath>
 #include <cstdio>
 

@@ -14,8 +14,6 @@ std::vector<std::shared_ptr<const Effect>> make_catalogue();
 // A change of that name (change.h) in this span.
 std::shared_ptr<const Effect> make_change(const std::string& name, ChangeForm form,
                                           const ChangeSpan& span);
-// o_m + s for t0 <= t < t1, s, of a single recording.
-std::shared_ptr<const Effect> make_hard_iron_change_between(double t0, double t1);
 // A random walk of the gyroscope's bias with that density as its prior, rad/s per sqrt(s).
 std::shared_ptr<const Effect> make_gyro_bias_walk(int terms, double density);
 // The dipole at a known place, m: three parameters, its moment.

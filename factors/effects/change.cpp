@@ -233,8 +233,4 @@ std::shared_ptr<const Effect> make_change(const std::string& name, ChangeForm fo
       form, span);
 }
 
-std::shared_ptr<const Effect> make_hard_iron_change_between(double t0, double t1) {
-  return make_change("hard_iron_change", ChangeForm::kOffset, {.begin = {0, t0}, .end = {0, t1}});
-}
-
 }  // namespace magimu

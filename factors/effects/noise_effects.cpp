@@ -58,10 +58,6 @@ Vector3 Mains::at(double t) const {
   return a * std::cos(phase) + d * std::sin(phase);
 }
 
-void add_mains(const std::vector<double>& t, const Mains& mains, std::vector<Vector3>& samples) {
-  for (std::size_t k = 0; k < samples.size(); ++k) samples[k] += mains.at(t[k]);
-}
-
 void quantize(std::vector<Vector3>& samples, double q) {
   if (!(q > 0.0)) return;
   for (Vector3& sample : samples) sample = q * (sample / q).array().round();

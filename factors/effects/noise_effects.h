@@ -40,7 +40,6 @@ struct Mains {
 
   Vector3 at(double t) const;  // t in s; in that frame
 };
-void add_mains(const std::vector<double>& t, const Mains& mains, std::vector<Vector3>& samples);
 
 // mag_quantization: q round(x / q); q = 0 leaves the samples as they are.
 void quantize(std::vector<Vector3>& samples, double q);

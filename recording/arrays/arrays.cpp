@@ -238,7 +238,8 @@ class ArrayRecording {
     for (std::size_t i = 0; i < readable.size(); ++i) {
       const auto given = options_.columns.find(file_.names[i]);
       const bool by_option = given != options_.columns.end();
-      const CsvName is = csv_name(by_option ? given->second : readable[i]);
+      CsvName is = csv_name(by_option ? given->second : readable[i]);
+      if (is.name.empty()) is = csv_name(last_word(readable[i]));  // "log/imu.ax"
       const std::string sensor = is.name.substr(0, is.name.find('_'));
       if (is.name.size() < 5 || sensor == "pos" || sensor == "temp" || has_sensor(sensor)) continue;
       BroadField field;
@@ -281,7 +282,9 @@ class ArrayRecording {
     options.keep_origin = true;
     options.row = "row";
     // Its own, those of its structure, those of all.
-    const auto beside = times_beside_.find(parent_of(sensor.name));
+    // Of three axes the first one's.
+    const auto beside =
+        times_beside_.find(parent_of(sensor.name.substr(0, sensor.name.find(", "))));
     const bool fits = beside != times_beside_.end() && beside->second.size() == sensor.v.size();
     if (fits && !times_.contains(kind)) times_[kind] = beside->second;
     const auto own = times_.find(kind), common = times_.find("");

@@ -22,7 +22,7 @@ namespace magimu {
 
 // Both throw InputError: no such file, another or a damaged format, missing or misshapen fields.
 // They may be called from several threads; the HDF5 library then serves one after the other.
-// Other files of named arrays are read by files/arrays.h, with these options.
+// Other files of named arrays are read by arrays/arrays.h, with these options.
 Recording read_hdf5(const std::string& path, const CsvOptions& options);
 // Versions 5 to 7.3; the latter are HDF5 inside.
 Recording read_mat(const std::string& path, const CsvOptions& options);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Fields of HDF5 files: datasets of the root group, and its attributes (BROAD's sampling_rate).
+// Fields of HDF5 files: datasets, columns of tables, and the root's attributes (BROAD's
+// sampling_rate).
 // MATLAB 7.3 files are HDF5 files whose arrays lie the other way round.
 //
 // A file may point to others (external links, external and virtual storage), which may be anything,
@@ -8,7 +9,10 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <map>
 #include <mutex>
+#include <string>
+#include <vector>
 
 #include "recording/arrays/broad.h"
 #include "recording/arrays/broad_fields.h"
@@ -100,18 +104,86 @@ void check_storage(const std::string& path, const std::string& name, hid_t layou
   }
 }
 
+// A column of a table, which is a dataset of structures (PyTables, structured arrays of h5py).
+struct TableColumn {
+  std::string table, member;
+};
+
+// What of a column is read: a number of each row, or three.
+Hdf5Handle column_in_memory(hid_t table_type, const std::string& member, bool& three) {
+  constexpr hsize_t kThree[] = {3};
+  const int index = H5Tget_member_index(table_type, member.c_str());
+  const Hdf5Handle type(index < 0 ? -1 : H5Tget_member_type(table_type, unsigned(index)), H5Tclose);
+  three = false;
+  if (!type.ok()) return {-1, H5Tclose};
+  bool numbers = is_numeric(type);
+  if (H5Tget_class(type) == H5T_ARRAY && H5Tget_array_ndims(type) == 1) {
+    hsize_t dimension = 0;
+    const Hdf5Handle of(H5Tget_super(type), H5Tclose);
+    three = H5Tget_array_dims2(type, &dimension) == 1 && dimension == 3 && is_numeric(of);
+    numbers = three;
+  }
+  if (!numbers) return {-1, H5Tclose};
+  const Hdf5Handle vector(three ? H5Tarray_create2(H5T_NATIVE_DOUBLE, 1, kThree) : -1, H5Tclose);
+  const hid_t column = H5Tcreate(H5T_COMPOUND, sizeof(double) * (three ? 3 : 1));
+  if (column >= 0) {
+    H5Tinsert(column, member.c_str(), 0, three ? hid_t(vector) : H5T_NATIVE_DOUBLE);
+  }
+  return {column, H5Tclose};
+}
+
+bool is_table(hid_t type) {
+  constexpr std::size_t kLargestRow = 1 << 16;
+  return H5Tget_class(type) == H5T_COMPOUND && H5Tget_size(type) <= kLargestRow;
+}
+
+// The columns of all tables, by the names under which they are read: "imu/table.acc_x".
+std::map<std::string, TableColumn> table_columns(const std::string& path, hid_t file,
+                                                 const std::vector<std::string>& names) {
+  constexpr std::size_t kMostTables = 1000;
+  constexpr int kMostColumns = 1000;
+  std::map<std::string, TableColumn> out;
+  for (std::size_t i = 0; i < names.size() && i < kMostTables; ++i) {
+    if (H5Lexists(file, names[i].c_str(), H5P_DEFAULT) <= 0) continue;
+    hid_t dataset = -1;
+    try {
+      dataset = open_dataset(path, file, names[i]);
+    } catch (const InputError&) {
+      continue;  // in another file
+    }
+    const Hdf5Handle data(dataset, H5Dclose);
+    const Hdf5Handle type(data.ok() ? H5Dget_type(data) : -1, H5Tclose);
+    if (!type.ok() || !is_table(type)) continue;
+    for (int m = 0; m < std::min(H5Tget_nmembers(type), kMostColumns); ++m) {
+      char* const member = H5Tget_member_name(type, unsigned(m));
+      if (member == nullptr) continue;
+      out.emplace(names[i] + "." + member, TableColumn{names[i], member});
+      H5free_memory(member);
+    }
+  }
+  return out;
+}
+
 // The library converts whatever numbers the file holds (an enumeration, for `movement`).
+// member: of a table, the column; empty: the dataset holds numbers.
 BroadField read_dataset(const std::string& path, hid_t file, const std::string& name,
-                        BroadRoom& room) {
+                        const std::string& member, BroadRoom& room) {
   const Hdf5Handle data(open_dataset(path, file, name), H5Dclose);
   const Hdf5Handle layout(data.ok() ? H5Dget_create_plist(data) : -1, H5Pclose);
   if (!layout.ok()) fail_to_read(path, name);
   check_storage(path, name, layout);
   const Hdf5Handle space(H5Dget_space(data), H5Sclose);
   const Hdf5Handle type(H5Dget_type(data), H5Tclose);
-  if (!space.ok() || !type.ok() || !is_numeric(type)) fail_to_read(path, name);
+  if (!space.ok() || !type.ok()) fail_to_read(path, name);
+  bool three = false;
+  const Hdf5Handle column = !member.empty() && is_table(type)
+                                ? column_in_memory(type, member, three)
+                                : Hdf5Handle(-1, H5Tclose);
+  if (!column.ok() && (!member.empty() || !is_numeric(type))) fail_to_read(path, name);
   const std::vector<std::size_t> dimensions = dimensions_of(space);
-  BroadField field = room.field(name, dimensions);
+  std::vector<std::size_t> of_field = dimensions;
+  if (three) of_field.push_back(3);
+  BroadField field = room.field(name, of_field);
   switch (check_chunks(data, layout, dimensions, H5Tget_size(type), room.left())) {
     case Hdf5Chunks::kGood:
       break;
@@ -123,7 +195,8 @@ BroadField read_dataset(const std::string& path, hid_t file, const std::string& 
     case Hdf5Chunks::kDamaged:
       fail_to_read(path, name);
   }
-  if (H5Dread(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, field.values.data()) < 0) {
+  const hid_t in_memory = column.ok() ? hid_t(column) : H5T_NATIVE_DOUBLE;
+  if (H5Dread(data, in_memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, field.values.data()) < 0) {
     fail_to_read(path, name);
   }
   return field;
@@ -161,15 +234,31 @@ Recording read_hdf5(const std::string& path, const CsvOptions& options) {
   if (!file.ok()) throw InputError(path, 0, 0, "the HDF5 file cannot be opened", kDamagedHdf5);
 
   BroadRoom room(path);
+  std::map<std::string, TableColumn> columns;
   BroadFile fields{path, {}, [&](const std::string& name) {
+                     if (const auto column = columns.find(name); column != columns.end()) {
+                       return read_dataset(path, file, column->second.table, column->second.member,
+                                           room);
+                     }
                      const bool link = H5Lexists(file, name.c_str(), H5P_DEFAULT) > 0;
-                     return link ? read_dataset(path, file, name, room)
+                     return link ? read_dataset(path, file, name, "", room)
                                  : read_attribute(path, file, name, room);
                    }};
   if (H5Lvisit(file, H5_INDEX_NAME, H5_ITER_INC, collect_link, &fields.names) < 0 ||
       H5Aiterate2(file, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_attribute, &fields.names) <
           0) {
     throw InputError(path, 0, 0, "the fields of the HDF5 file cannot be listed", kDamagedHdf5);
+  }
+  try {
+    return recording_from_broad(fields, options);
+  } catch (const InputError&) {
+    // Tables are looked into where arrays do not make a recording.
+    columns = table_columns(path, file, fields.names);
+    if (columns.empty()) throw;
+  }
+  for (const auto& [name, column] : columns) {
+    std::erase(fields.names, column.table);
+    fields.names.push_back(name);
   }
   return recording_from_broad(fields, options);
 }

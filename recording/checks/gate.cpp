@@ -32,9 +32,8 @@ class Passage {
   Passage(const VectorSeries& series, std::string name, Sensor sensor, bool keep_clipped,
           const GateWitnesses& witnesses)
       : series_(series), name_(std::move(name)), sensor_(sensor), gone_(series.size(), 0) {
-    SensorGate::Sentinels sentinels;
-    std::array<int, 3> turns = {0, 0, 0};
-    std::size_t jumps = 0;
+    SensorGate::Known known;
+    JumpSizes gone;
     for (int pass = 0; pass < kPasses; ++pass) {
       const bool last = pass + 1 == kPasses;
       const SensorHabits habits = habits_of_the_rest();
@@ -43,24 +42,30 @@ class Passage {
            .habits = &habits,
            .keep_clipped = keep_clipped || !last,
            .turned = [&](double begin, double end) { return witnesses.turned(sensor, begin, end); },
+           .turned_by = [&](double begin, double end,
+                            const Vector3& more) { return witnesses.turned_by(begin, end, more); },
            .others_change =
                [&](double begin, double end) {
                  return witnesses.others_change(sensor, begin, end);
                }});
-      gate.know(sentinels, turns, jumps);
+      gate.know(known);
       send_the_rest(gate, last);
-      sentinels = gate.sentinels();
-      jumps = gate.jumps_seen();
+      known.sentinels = gate.sentinels();
+      known.jumps_seen = gate.jumps_seen();
+      gone.add(gate.gone());
+      known.sizes = gone;
+      known.sizes.add(gate.tail());
+      known.sizes_known = true;
       if (pass + 2 == kPasses) {
-        turns = gate.usual_turns();
-        for (int& t : turns) t = -t;
+        known.first_turns = gate.usual_turns();
+        for (int& t : known.first_turns) t = -t;
       }
     }
     // The first ones were taken for jumps.
     const bool dead_zone = sensor == Sensor::kGyr && zeros_are_told() && zeroes_small_rates(series);
     for (auto& [k, j] : judged_) {
       if (j.kind == "zeros" && dead_zone) j.kind = "dead_zone";
-      const std::vector<double>& values = sentinels[std::size_t(j.axis)];
+      const std::vector<double>& values = known.sentinels[std::size_t(j.axis)];
       if (j.kind == "spike" && std::ranges::find(values, j.v[j.axis]) != values.end()) {
         j.kind = "sentinel";
       }

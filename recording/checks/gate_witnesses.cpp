@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recording/checks/gate_witnesses.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace magimu {
 namespace {
@@ -11,6 +13,12 @@ constexpr double kTurningRate = 0.2;    // rad/s: the device turns
 constexpr double kTurnedEnough = 0.15;  // rad: and has turned so far, which changes any reading
 constexpr double kSlowly = 5.0;         // times slower than the fastest tenth
 constexpr double kTurningShare = 0.3;   // of gravity or the field, by which they turn meanwhile
+
+// A step of gravity or the field is looked for so far to either side, but of so many readings.
+constexpr double kStepReach_s = 0.1, kFewReadings = 6.0, kManyReadings = 32.0;
+constexpr double kFewestReadings = 3.0, kSameRow = 0.25;
+// A turn of one sample leaves a tail as a rule: garbage is likelier, ten to one.
+constexpr double kLogOddsOfTurn = 2.3;
 
 std::pair<std::size_t, std::size_t> span_within(const VectorSeries& s, double begin, double end) {
   const auto first = std::ranges::lower_bound(s.t, begin),
@@ -49,6 +57,44 @@ bool changed(const VectorSeries& s, double begin, double end) {
   return std::sqrt(squares) > kTurningShare * size_quantile(lengths_within(s, begin, end), 0.5);
 }
 
+// A step of a series at a time, about a parabola through its readings to either side.
+struct Step {
+  Vector3 size, mean;
+  double variance;  // of each axis of the size
+};
+
+std::optional<Step> step_at(const VectorSeries& s, double begin, double end) {
+  const double interval = 1.0 / std::max(s.rate_hz(), 1e-9);
+  const double reach = std::clamp(kStepReach_s, kFewReadings * interval, kManyReadings * interval);
+  const double middle = 0.5 * (begin + end);
+  const auto [first, last] = span_within(s, middle - reach, middle + reach);
+  Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
+  Eigen::Matrix<double, 4, 3> b = Eigen::Matrix<double, 4, 3>::Zero();
+  Step out{Vector3::Zero(), Vector3::Zero(), 0.0};
+  double squares = 0.0, n = 0.0, after = 0.0;
+  for (std::size_t k = first; k < last; ++k) {
+    // A transfer that failed may have been one of all sensors.
+    const double x = (s.t[k] - middle) / reach;
+    if (!s.v[k].allFinite() || std::abs(s.t[k] - begin) < kSameRow * interval) continue;
+    const Eigen::Vector4d row(1.0, x, x * x, x > 0.0 ? 1.0 : 0.0);
+    A += row * row.transpose();
+    b += row * s.v[k].transpose();
+    squares += s.v[k].squaredNorm();
+    out.mean += s.v[k];
+    after += row[3];
+    n += 1.0;
+  }
+  if (after < kFewestReadings || n - after < kFewestReadings) return std::nullopt;
+  const Eigen::LDLT<Eigen::Matrix4d> ldlt(A);
+  const Eigen::Matrix<double, 4, 3> c = ldlt.solve(b);
+  const Eigen::Vector4d last_column = ldlt.solve(Eigen::Vector4d::UnitW());
+  const double left = std::max(squares - (c.array() * b.array()).sum(), 1e-12 * squares);
+  out.size = c.row(3).transpose();
+  out.mean /= n;
+  out.variance = left / (3.0 * (n - 4.0)) * last_column[3];
+  return out;
+}
+
 }  // namespace
 
 GateWitnesses::GateWitnesses(const Recording& recording)
@@ -62,6 +108,26 @@ bool GateWitnesses::turned(SensorGate::Sensor hung, double begin, double end) co
   if (hung == SensorGate::Sensor::kMag || recording_.mag.empty()) return false;
   return changed(recording_.mag.front(), begin, end) &&
          (hung == SensorGate::Sensor::kAcc || changed(recording_.acc, begin, end));
+}
+
+bool GateWitnesses::turned_by(double begin, double end, const Vector3& more) const {
+  const Vector3 angle = more * (end - begin);
+  double log_odds = 0.0;
+  // What stands still in n goes round by -angle x itself.
+  if (const auto force = step_at(recording_.acc, begin, end)) {
+    const Vector3 turned = -angle.cross(force->mean);
+    log_odds +=
+        0.5 * (force->size.squaredNorm() - (force->size - turned).squaredNorm()) / force->variance;
+  }
+  // Its hard iron is not known, so neither is the direction of this step: on each axis it may be
+  // as large as if the field were across.
+  if (recording_.mag.empty()) return log_odds > kLogOddsOfTurn;
+  if (const auto field = step_at(recording_.mag.front(), begin, end)) {
+    const double wide = field->variance + angle.squaredNorm() * field->mean.squaredNorm();
+    log_odds += 0.5 * field->size.squaredNorm() * (1.0 / field->variance - 1.0 / wide) -
+                1.5 * std::log(wide / field->variance);
+  }
+  return log_odds > kLogOddsOfTurn;
 }
 
 bool GateWitnesses::others_change(SensorGate::Sensor hung, double begin, double end) const {

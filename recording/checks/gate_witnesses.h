@@ -15,6 +15,9 @@ class GateWitnesses {
   explicit GateWitnesses(const Recording& recording);
 
   bool turned(SensorGate::Sensor hung, double begin_s, double end_s) const;
+  // Whether gravity and the field say that the device turned at so much more, rad/s in its own
+  // axes, than before and after: by Bayes' factor against a gyroscope that read what was not.
+  bool turned_by(double begin_s, double end_s, const Vector3& more) const;
   // Most readings of another sensor differ from the one before.
   bool others_change(SensorGate::Sensor hung, double begin_s, double end_s) const;
 

@@ -12,11 +12,11 @@
 namespace magimu {
 namespace {
 
-constexpr std::size_t kRepeatWindow = 10;  // samples over which changes are of one size
-constexpr double kCoarse = 0.01;           // chance of a repeat where they say nothing
-constexpr double kSigmas = 5.0;            // of a count by chance
-constexpr double kFewest = 5.0;            // repeats
-constexpr double kTimes = 3.0;             // what is expected, which no model of noise gives well
+constexpr std::size_t kRepeatBlock = 10;  // samples over which changes are of one size
+constexpr double kCoarse = 0.01;          // chance of a repeat where they say nothing
+constexpr double kSigmas = 5.0;           // of a count by chance
+constexpr double kFewest = 5.0;           // repeats
+constexpr double kTimes = 3.0;            // what is expected, which no model of noise gives well
 constexpr double kMedianToSigma = 1.4826;
 
 // Of a normal change of this size, rounded to the step.
@@ -58,8 +58,8 @@ Repeats repeats_in(const VectorSeries& series) {
   if (n < 2) return out;
   const Vector3 step = least_steps(series);
   std::size_t counted = 0;
-  for (std::size_t begin = 1; begin < n; begin += kRepeatWindow) {
-    const std::size_t end = std::min(n, begin + kRepeatWindow);
+  for (std::size_t begin = 1; begin < n; begin += kRepeatBlock) {
+    const std::size_t end = std::min(n, begin + kRepeatBlock);
     std::size_t repeats = 0;
     std::array<std::vector<double>, 3> changes;
     for (std::size_t k = begin; k < end; ++k) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "recording/checks/local_course.h"
+
 namespace magimu {
 namespace {
 
@@ -14,18 +16,19 @@ constexpr double kBeyondAnyRange = 4294967296.0;
 
 constexpr std::size_t kSide = 4, kLongestRun = 3;  // readings on either side; of a jump
 
-// An isolated jump, in standard deviations of the reading. Outliers that are noise have up to 30
+// An isolated jump, in standard deviations of the noise. Outliers that are noise have up to 30
 // times the usual standard deviation; the largest of 1e7 normal numbers is 5.3 of theirs, 160 in
-// all. Up to 200 a sample moves no parameter of a recording of 10,000 by more than
-// 200 / sqrt(10,000) = 2 of its standard deviations, however it is weighed. Where such jumps recur,
-// smaller ones are of their kind.
+// all. Where jumps of more than that recur, smaller ones are of their kind.
 constexpr double kFarthestOutlier = 200.0;
+// How far the tail of this sensor's noise reaches is found from readings beyond what a normal
+// distribution gives once in 1e9 (jump_sizes.h). Without a tail kSomeJump is enough. In standard
+// deviations, and in spreads of neighbours.
+constexpr double kTail = 6.0, kTailToSpread = 2.0;
+constexpr double kSideGap = 4.0;     // times the shortest step: what is beyond is no neighbour
+constexpr double kForgetting = 0.8;  // from one reading to the next: some five are remembered
 // Against what the neighbours differ by, on any axis. The device's inertia and each sensor's filter
 // give a blow a tail, a twentieth of it two samples later. The magnetic field knows no blows.
 constexpr double kBlowToTail = 20.0, kJumpToSpread = 5.0;
-// A turn of one sample is lost for good where it is taken for a jump: what is no faster than a hand
-// turns now and then stays, unless such jumps recur. Times the rate that one in fifty exceeds.
-constexpr double kBeyondTurns = 2.0, kFastShare = 0.98;
 // Nearer to others, or some in a row: only what no blow gives. Parts reach 16 g, one end of the
 // range to the other is 32; no hand changes a rate by ten times the fastest, or the field by three
 // times the strongest, for one sample.
@@ -34,7 +37,6 @@ constexpr double kGravities = 32.0, kTimesLargest[] = {3.0, 10.0, 3.0};
 constexpr double kSomeJump = 10.0;           // standard deviations: counted, to see what recurs
 constexpr std::size_t kRecurs = 5;           // times
 constexpr double kMostJumps = 0.5;           // of the axis's jumps go to a value that means nothing
-constexpr double kOutOfReach = 2.0;          // times the largest reading
 constexpr std::size_t kDifferentJumps = 64;  // remembered
 
 constexpr double kZeroJump = 20.0;  // standard deviations, of a gyroscope that reads 0 in motion
@@ -54,6 +56,30 @@ constexpr double kLookUpAfter = 1.05;  // of the samples of which the habits wer
 
 constexpr double kBelowItsLimit = 4.0;  // standard deviations: noise kept what is left there
 
+// Readings around some others.
+struct Neighbours {
+  std::array<const Vector3*, kMostNeighbours> v{};
+  std::array<double, kMostNeighbours> t{};
+  std::size_t n = 0;
+  double usual_s = 0.0;  // from one to the next
+
+  // False: it lies beyond a gap.
+  bool add(const Vector3& reading, double at, double from, double now) {
+    if (std::abs(at - from) > kSideGap * usual_s) return false;
+    v[n] = &reading;
+    t[n++] = at - now;
+    return true;
+  }
+  // Of each of them against the two beside it.
+  Vector3 largest_bend(std::size_t first) const {
+    Vector3 out = Vector3::Zero();
+    for (std::size_t i = first + 1; i + 1 < n; ++i) {
+      out = out.cwiseMax((*v[i] - 0.5 * (*v[i - 1] + *v[i + 1])).cwiseAbs());
+    }
+    return out;
+  }
+};
+
 int index_of(Sensor sensor) { return sensor == Sensor::kAcc ? 0 : sensor == Sensor::kGyr ? 1 : 2; }
 
 }  // namespace
@@ -71,8 +97,8 @@ void SensorGate::look_up(const SensorHabits& habits) {
   usual_.settled = habits.settled();
   usual_.length = habits.usual_length();
   usual_.largest = std::max(habits.largest_length(), options_.largest_at_least);
-  usual_.fast = std::max(habits.length(kFastShare), options_.largest_at_least);
-  usual_.repeated = habits.repeated();
+  usual_.repeats = habits.repeats();
+  usual_.same_noise = habits.same_noise();
   usual_.lively = habits.lively(0) || habits.lively(1) || habits.lively(2);
   for (int axis = 0; axis < 3; ++axis) {
     usual_.roughness[axis] = habits.roughness(axis);
@@ -85,6 +111,16 @@ void SensorGate::look_up(const SensorHabits& habits) {
       if (habits.clipped(axis, sign)) limit = habits.limit(axis, sign);
     }
   }
+  find_end_of_tail();
+}
+
+void SensorGate::know(const Known& known) {
+  known_ = known.sentinels;
+  turns_over_ = known.first_turns;
+  jumps_seen_ = known.jumps_seen;
+  known_sizes_ = known.sizes;
+  sizes_known_ = known.sizes_known;
+  find_end_of_tail();
 }
 
 void SensorGate::push(double t, const Vector3& v) {
@@ -138,14 +174,14 @@ std::size_t SensorGate::judge_front() {
   };
   if (reads_zero(front)) return judged(1, "zeros");
   if (usual_.settled) {
-    if (wrapped(front, why)) return judged(1, "wrap");
     if (is_sentinel(front, why)) return judged(1, "sentinel");
     if (front.v.cwiseAbs().maxCoeff(&why.axis) > kAbsurd * usual_.largest) {
       if (!kept_.empty()) why.neighbours = kept_.back().v[why.axis];
       return judged(1, "range");
     }
     if (const std::size_t run = jumped(why); run > 0) return judged(run, "spike");
-    if (hung() || turned_while_still() || stopped_for_good()) {
+    if (wrapped(front, why)) return judged(1, "wrap");
+    if (hung() || turned_while_still() || frozen()) {
       keep({front.v, front.begin_s, front.begin_s, 1});
       return judged(1, "stuck");
     }
@@ -168,7 +204,13 @@ std::size_t SensorGate::jumped(Judged& why) {
   }
   const Sides sides = sides_of(1);
   const bool new_value = count_jumps(units_.front(), sides);
-  if (away(units_.front(), sides, !sides.both, why)) {
+  const double size = size_of_jump(units_.front(), sides);
+  const bool gone = away(units_.front(), sides, false, why);
+  if (size > 0.0) {
+    (gone ? gone_ : tail_).add(size);
+    if (options_.habits == nullptr) find_end_of_tail();
+  }
+  if (gone) {
     jumps_seen_ += new_value ? 1 : 0;
     return 1;
   }
@@ -181,55 +223,98 @@ std::size_t SensorGate::jumped(Judged& why) {
   return 0;
 }
 
-// Middle and spread of the readings around the first `run` units, but for one of them that itself
-// may be far away; about a straight line where there are some on both sides, for a hand moves on
-// meanwhile.
+// What stands around the first `run` units. A hand moves on meanwhile; what lies beyond a gap says
+// nothing. On one side alone there is no course: how far apart they are has the motion in it.
 SensorGate::Sides SensorGate::sides_of(std::size_t run) const {
   const std::size_t before = std::min(kSide, kept_.size());
   const std::size_t after = std::min(kSide, units_.size() - run);
-  Sides out{Vector3::Zero(), Vector3::Constant(std::numeric_limits<double>::infinity()),
-            before >= 2 && after >= 2};
-  if (before + after < kSide) return out;
-  std::array<const Unit*, 2 * kSide> around{};
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < before; ++i) around[n++] = &kept_[kept_.size() - 1 - i];
-  for (std::size_t i = 0; i < after; ++i) around[n++] = &units_[run + i];
   const double now = 0.5 * (units_.front().begin_s + units_[run - 1].begin_s);
+  Neighbours around;
+  around.usual_s = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < before; ++i) {
+    around.usual_s = std::min(
+        around.usual_s, kept_[kept_.size() - i].begin_s - kept_[kept_.size() - i - 1].begin_s);
+  }
+  for (std::size_t i = 1; i < after; ++i) {
+    around.usual_s =
+        std::min(around.usual_s, units_[run + i].begin_s - units_[run + i - 1].begin_s);
+  }
+  Sides out{Vector3::Zero(), Vector3::Constant(std::numeric_limits<double>::infinity()),
+            Vector3::Zero(), false, false};
+  double from = units_.front().begin_s;
+  for (std::size_t i = 0; i < before; ++i) {
+    const Unit& unit = kept_[kept_.size() - 1 - i];
+    if (!around.add(unit.v, unit.begin_s, from, now)) break;
+    out.before = i > 0;
+    from = unit.begin_s;
+  }
+  out.bend = around.largest_bend(0);
+  const std::size_t n_before = around.n;
+  from = units_[run - 1].begin_s;
+  for (std::size_t i = 0; i < after; ++i) {
+    const Unit& unit = units_[run + i];
+    if (!around.add(unit.v, unit.begin_s, from, now)) break;
+    out.after = i > 0;
+    from = unit.begin_s;
+  }
+  out.bend = out.bend.cwiseMax(around.largest_bend(n_before));
+  if (around.n < kSide) return out;
+  if (out.both()) {
+    const LocalCourse course =
+        local_course({around.t.data(), around.n}, {around.v.data(), around.n});
+    out.middle = course.middle;
+    out.spread = course.spread;
+    return out;
+  }
   for (int axis = 0; axis < 3; ++axis) {
-    const double slope = out.both ? median_slope({around.data(), n}, axis) : 0.0;
-    std::array<double, 2 * kSide> x{};
-    for (std::size_t i = 0; i < n; ++i) {
-      x[i] = around[i]->v[axis] - slope * (around[i]->begin_s - now);
-    }
-    std::sort(x.begin(), x.begin() + std::ptrdiff_t(n));
-    out.middle[axis] = 0.5 * (x[(n - 1) / 2] + x[n / 2]);
-    out.spread[axis] = std::min(x[n - 1] - x[1], x[n - 2] - x[0]);
+    std::array<double, kMostNeighbours> x{};
+    for (std::size_t i = 0; i < around.n; ++i) x[i] = (*around.v[i])[axis];
+    std::sort(x.begin(), x.begin() + std::ptrdiff_t(around.n));
+    out.middle[axis] = 0.5 * (x[(around.n - 1) / 2] + x[around.n / 2]);
+    out.spread[axis] = std::min(x[around.n - 1] - x[1], x[around.n - 2] - x[0]);
   }
   return out;
 }
 
-// Of all pairs (Theil and Sen): no single reading counts.
-double SensorGate::median_slope(std::span<const Unit* const> units, int axis) {
-  std::vector<double> slopes;
-  for (std::size_t i = 0; i < units.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      const double time = units[i]->begin_s - units[j]->begin_s;
-      if (time != 0.0) slopes.push_back((units[i]->v[axis] - units[j]->v[axis]) / time);
-    }
-  }
-  if (slopes.empty()) return 0.0;
-  const auto middle = slopes.begin() + std::ptrdiff_t(slopes.size() / 2);
-  std::ranges::nth_element(slopes, middle);
-  return *middle;
+// From where on an isolated jump is no measurement.
+double SensorGate::farthest(int axis) const {
+  const double some = kSomeJump * usual_.roughness[axis];
+  return jumps_recur() ? some : std::max(some, end_of_tail_ * usual_.noise[axis]);
 }
 
-bool SensorGate::away(const Unit& unit, const Sides& sides, bool absurd_only, Judged& why) const {
+// In standard deviations of the noise; 0 where it may be motion.
+double SensorGate::size_of_jump(const Unit& unit, const Sides& sides) const {
+  double size = 0.0;
+  bool isolated = false;
+  for (int axis = 0; axis < 3 && sides.both(); ++axis) {
+    const double jump = std::abs(unit.v[axis] - sides.middle[axis]);
+    size = std::max(size, jump / usual_.noise[axis]);
+    isolated = isolated ||
+               jump > std::max(kTail * usual_.roughness[axis], kTailToSpread * sides.spread[axis]);
+  }
+  return isolated ? size : 0.0;
+}
+
+// A file's first pass knows of no sizes, and a stream of those so far.
+void SensorGate::find_end_of_tail() {
+  end_of_tail_ = kFarthestOutlier;
+  if (!usual_.settled || (options_.habits != nullptr && !sizes_known_)) return;
+  JumpSizes all = known_sizes_;
+  if (options_.habits == nullptr) {
+    all.add(gone_);
+    all.add(tail_);
+  }
+  const double least = kTail * usual_.roughness.cwiseQuotient(usual_.noise).maxCoeff();
+  const double most = 2.0 * usual_.extreme.cwiseQuotient(usual_.noise).maxCoeff();
+  end_of_tail_ = std::min(kFarthestOutlier, all.end_of_tail(least, most));
+}
+
+bool SensorGate::away(const Unit& unit, const Sides& sides, bool in_a_row, Judged& why) const {
   const Vector3 jump = (unit.v - sides.middle).cwiseAbs();
   double largest = 0.0;
-  const double farthest = jumps_recur() ? kSomeJump : kFarthestOutlier;
   for (int axis = 0; axis < 3; ++axis) {
-    const double outlier = farthest * usual_.roughness[axis];
-    if (jump[axis] > std::max({outlier, kJumpToSpread * sides.spread[axis], largest})) {
+    const double around = std::max(sides.spread[axis], lately_[axis]);
+    if (jump[axis] > std::max({farthest(axis), kJumpToSpread * around, largest})) {
       why.axis = axis;
       largest = jump[axis];
     }
@@ -240,23 +325,22 @@ bool SensorGate::away(const Unit& unit, const Sides& sides, bool absurd_only, Ju
   const double most =
       options_.sensor == Sensor::kAcc ? std::max(kGravities * usual_.length, reach) : reach;
   if (largest > most) return true;
-  if (may_be_a_turn(jump, why.axis)) return false;
-  const bool no_blow = options_.sensor == Sensor::kMag || jumps_recur();
-  const double times = no_blow ? kJumpToSpread : kBlowToTail;
-  return !absurd_only && largest > times * sides.spread.maxCoeff();
-}
-
-// One of a gyroscope, of more than one axis alone.
-bool SensorGate::may_be_a_turn(const Vector3& jump, int largest) const {
-  if (options_.sensor != Sensor::kGyr || jumps_recur() ||
-      jump[largest] > kBeyondTurns * usual_.fast) {
+  if (in_a_row) return false;
+  const bool field = options_.sensor == Sensor::kMag;
+  if (!sides.both() && !field) return false;
+  // A blow leaves a tail; whoever has none, or is of a kind that recurs, is no blow.
+  if (sides.both() && (field || jumps_recur())) {
+    if (largest <= kJumpToSpread * sides.spread.maxCoeff()) return false;
+  } else if (largest <= kBlowToTail * sides.spread.cwiseMax(sides.bend).maxCoeff()) {
     return false;
   }
-  for (int axis = 0; axis < 3; ++axis) {
-    const double quiet = std::max(kSomeJump * usual_.roughness[axis], jump[largest] / kBlowToTail);
-    if (axis != largest && jump[axis] > quiet) return true;
-  }
-  return false;
+  return !is_a_turn(unit, sides);
+}
+
+// A hand does not turn for one sample alone, but a slow sensor may have no other.
+bool SensorGate::is_a_turn(const Unit& unit, const Sides& sides) const {
+  if (options_.sensor != Sensor::kGyr || !options_.turned_by || !sides.both()) return false;
+  return options_.turned_by(unit.begin_s, units_[1].begin_s, unit.v - sides.middle);
 }
 
 bool SensorGate::jumps_recur() const { return jumps_seen_ >= kRecurs; }
@@ -283,19 +367,22 @@ bool SensorGate::is_sentinel(const Unit& unit, Judged& why) const {
     }
     why.axis = axis;
     why.neighbours = kept_.back().v[axis];
-    return true;
+    // A reading may be the same by chance.
+    if (std::abs(unit.v[axis] - why.neighbours) > kSomeJump * usual_.roughness[axis]) return true;
   }
   return false;
 }
 
 // Whether it jumped to where no reading had jumped to before.
 bool SensorGate::count_jumps(const Unit& unit, const Sides& sides) {
-  if (!sides.both) return false;
+  if (!sides.both()) return false;
+  // Blows may be clipped, again and again.
+  const double times = options_.sensor == Sensor::kMag ? kJumpToSpread : kBlowToTail;
   bool new_value = true;
   for (int axis = 0; axis < 3; ++axis) {
     const double jump = std::abs(unit.v[axis] - sides.middle[axis]);
     const double usual = kSomeJump * usual_.roughness[axis];
-    if (!(jump > std::max(usual, kJumpToSpread * sides.spread[axis]))) continue;
+    if (!(jump > std::max(usual, times * sides.spread[axis]))) continue;
     auto& jumps = jumps_[std::size_t(axis)];
     const auto at = std::ranges::find(jumps, unit.v[axis], &Jump::value);
     if (at != jumps.end()) {
@@ -314,8 +401,7 @@ SensorGate::Sentinels SensorGate::sentinels() const {
     std::size_t all = 0;
     for (const Jump& jump : jumps_[axis]) all += jump.count;
     for (const Jump& jump : jumps_[axis]) {
-      if (jump.count >= kRecurs && double(jump.count) > kMostJumps * double(all) &&
-          std::abs(jump.value) > kOutOfReach * usual_.length) {
+      if (jump.count >= kRecurs && double(jump.count) > kMostJumps * double(all)) {
         out[axis].push_back(jump.value);
       }
     }
@@ -355,6 +441,9 @@ bool SensorGate::wrapped(const Unit& unit, Judged& why) {
     if (a * b < 0.0 && std::abs(b - a) > kWrapToStep * step && nearer > range - kSteps * step &&
         farther < range + kSteps * step && goes_on_from_there(axis, kSteps * step)) {
       turns_over_[std::size_t(axis)] += b < a ? 1 : -1;
+    } else if (const int turns = turns_over_[std::size_t(axis)];
+               turns != 0 && a * b < 0.0 && (b < a) == (turns < 0) && std::abs(b - a) > range) {
+      turns_over_[std::size_t(axis)] += b < a ? 1 : -1;  // what came was garbage
     }
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -405,8 +494,7 @@ void SensorGate::follow(const Unit& unit) {
 // Readings that each repeat with the chance that this sensor shows.
 bool SensorGate::longer_than_chance(const Unit& unit) const {
   if (unit.count < kShortestRun) return false;
-  if (!(usual_.repeated > 0.0)) return true;
-  return double(unit.count - 1) * std::log(usual_.repeated) < kLogChanceOfRun;
+  return double(unit.count - 1) * std::log(usual_.repeats) < kLogChanceOfRun;
 }
 
 // Whether what follows the first unit lies much further from it than readings usually change.
@@ -449,14 +537,17 @@ bool SensorGate::turned_while_still() const {
   return options_.turned(unit.begin_s, unit.end_s);
 }
 
-// The last unit of all, of a sensor whose noise alone would have moved it: other sensors still do.
-bool SensorGate::stopped_for_good() const {
+// Its noise alone would have moved the sensor; other sensors still do move.
+bool SensorGate::frozen() const {
   const Unit& unit = units_.front();
-  if (!usual_.lively || units_.size() > 1 || !options_.others_change) return false;
+  if (!options_.others_change || !longer_than_chance(unit) ||
+      double(unit.count - 1) * std::log(usual_.same_noise) > kLogChanceOfRun) {
+    return false;
+  }
   std::size_t longest = 1;
   for (const Unit& before : kept_) longest = std::max(longest, before.count);
-  if (!longer_than_chance(unit) || unit.count < kShortestRun * longest) return false;
-  return options_.others_change(unit.begin_s, unit.end_s);
+  for (std::size_t i = 1; i < units_.size(); ++i) longest = std::max(longest, units_[i].count);
+  return unit.count >= kShortestRun * longest && options_.others_change(unit.begin_s, unit.end_s);
 }
 
 // At the limit, or so near it that noise alone keeps a magnetometer's reading below.
@@ -481,6 +572,10 @@ bool SensorGate::at_its_limit(const Unit& unit, Judged& why) const {
 
 void SensorGate::keep(const Unit& unit) {
   kept_.push_back(unit);
+  if (const std::size_t n = kept_.size(); n >= 3) {
+    const Vector3 mean = 0.5 * (kept_[n - 1].v + kept_[n - 3].v);
+    lately_ = (kForgetting * lately_).cwiseMax((kept_[n - 2].v - mean).cwiseAbs());
+  }
   if (kept_.size() > kSide) kept_.pop_front();
   if (options_.habits != nullptr) return;
   for (std::size_t i = 0; i < unit.count; ++i) own_.add(unit.begin_s, unit.v);

@@ -8,9 +8,9 @@
 //   gate.push(t, v);                                    // again and again, then gate.finish()
 //   for (const SensorGate::Judged& s : gate.take()) ... // kind empty: a measurement
 //
-// A blow to the sensor, a magnet that passes, a current that is switched, an outlier of some
-// hundred standard deviations are measurements. The rules are conservative: a sample that a fit
-// survives may stay.
+// A blow to the sensor, a magnet that passes, a current that is switched, an outlier of a sensor
+// that has many (jump_sizes.h) are measurements. A jump is one against the course of its neighbours
+// (local_course.h): only what departs from them counts.
 #pragma once
 
 #include <array>
@@ -19,11 +19,11 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "recording/checks/jump_sizes.h"
 #include "recording/checks/sensor_habits.h"
 
 namespace magimu {
@@ -44,6 +44,9 @@ class SensorGate {
     double largest_at_least = 0.0;
     // Whether the device certainly turned from one time to another, as other sensors say.
     std::function<bool(double begin_s, double end_s)> turned = {};
+    // Whether they say that the device was turned at so much more, rad/s in its own axes, from one
+    // time to another than before and after: of a gyroscope.
+    std::function<bool(double begin_s, double end_s, const Vector3& more)> turned_by = {};
     // Whether other sensors' readings changed between two times.
     std::function<bool(double begin_s, double end_s)> others_change = {};
   };
@@ -71,14 +74,19 @@ class SensorGate {
   Sentinels sentinels() const;
   // By how many whole ranges most readings of an axis are off, if the first ones were not.
   std::array<int, 3> usual_turns() const;
-  // Isolated jumps to different values.
+  // Isolated jumps to different values, further than heavy-tailed noise takes a reading.
   std::size_t jumps_seen() const { return jumps_seen_; }
-  void know(const Sentinels& sentinels, const std::array<int, 3>& first_turns,
-            std::size_t jumps_seen) {
-    known_ = sentinels;
-    turns_over_ = first_turns;
-    jumps_seen_ = jumps_seen;
-  }
+  // Sizes of jumps, those that were set aside and those that stay.
+  const JumpSizes& gone() const { return gone_; }
+  const JumpSizes& tail() const { return tail_; }
+  struct Known {
+    Sentinels sentinels;
+    std::array<int, 3> first_turns = {0, 0, 0};
+    std::size_t jumps_seen = 0;
+    JumpSizes sizes;  // of all of them
+    bool sizes_known = false;
+  };
+  void know(const Known& known);
 
  private:
   // A reading, and the same again and again.
@@ -98,7 +106,10 @@ class SensorGate {
   // What stands around some units.
   struct Sides {
     Vector3 middle, spread;
-    bool both;
+    Vector3 bend;        // the largest of one of them against the two beside it
+    bool before, after;  // two readings and more
+
+    bool both() const { return before && after; }
   };
 
   // What the habits say, looked up anew when there are many more samples.
@@ -106,7 +117,8 @@ class SensorGate {
     std::size_t samples = 0;
     bool settled = false, lively = false;
     Vector3 roughness, noise, extreme, step;
-    double length = 0.0, fast = 0.0, largest = 0.0, repeated = 0.0;
+    double length = 0.0, largest = 0.0;
+    double repeats = 0.0, same_noise = 0.0;
     std::array<std::optional<double>, 6> limits;  // of x, y, z, upper and lower
   };
 
@@ -115,8 +127,10 @@ class SensorGate {
   std::size_t judge_front();
   std::size_t jumped(Judged& why);
   Sides sides_of(std::size_t run) const;
-  static double median_slope(std::span<const Unit* const> units, int axis);
-  bool away(const Unit& unit, const Sides& sides, bool absurd_only, Judged& why) const;
+  bool away(const Unit& unit, const Sides& sides, bool in_a_row, Judged& why) const;
+  double farthest(int axis) const;
+  void find_end_of_tail();
+  double size_of_jump(const Unit& unit, const Sides& sides) const;
   bool reads_zero(const Unit& unit) const;
   bool is_sentinel(const Unit& unit, Judged& why) const;
   bool wrapped(const Unit& unit, Judged& why);
@@ -126,10 +140,10 @@ class SensorGate {
   bool hung() const;
   bool resumes_elsewhere(const Vector3& usual_change) const;
   bool turned_while_still() const;
-  bool stopped_for_good() const;
+  bool frozen() const;
   bool at_its_limit(const Unit& unit, Judged& why) const;
   bool jumps_recur() const;
-  bool may_be_a_turn(const Vector3& jump, int largest) const;
+  bool is_a_turn(const Unit& unit, const Sides& sides) const;
   bool count_jumps(const Unit& unit, const Sides& sides);
   void decide(std::size_t units, const std::string& kind, const Judged& why);
   void keep(const Unit& unit);
@@ -142,9 +156,13 @@ class SensorGate {
   Sentinels known_;
   std::array<std::vector<Jump>, 3> jumps_;
   std::size_t jumps_seen_ = 0;
-  std::deque<Unit> units_;  // not judged yet
-  long first_unit_ = 0;     // number of the first of them
-  std::deque<Unit> kept_;   // the last ones that were kept
+  JumpSizes tail_, gone_, known_sizes_;
+  bool sizes_known_ = false;
+  double end_of_tail_ = 0.0;          // standard deviations of the noise
+  std::deque<Unit> units_;            // not judged yet
+  long first_unit_ = 0;               // number of the first of them
+  std::deque<Unit> kept_;             // the last ones that were kept
+  Vector3 lately_ = Vector3::Zero();  // how far these bend, the older ones less
   std::deque<Waiting> waiting_;
   std::vector<Judged> done_;
   std::array<int, 3> turns_over_ = {0, 0, 0};  // wrapped: by how many whole ranges

@@ -11,6 +11,13 @@ namespace {
 // sigma^2. Quantiles of the absolute value of a standard normal number: 1.645 for 0.9, 0.6745 for
 // 0.5.
 constexpr double kBendOfNoise = 1.2247448713915890, kNineTenths = 1.645, kHalf = 0.6745;
+// A value by which a driver says that it has none bends three of the readings about it, so that one
+// in thirty of them is in a tenth of all bends. Three quarters of all suffer one in twelve; motion
+// makes the others larger by so much at most.
+constexpr double kThreeQuarters = 1.1503, kMostMotion = 4.0;
+// Two normal numbers of one standard deviation differ by less than half of a small step with the
+// density 1 / (2 sqrt(pi)); the tenth of all that is next to 0 is below 0.1257.
+constexpr double kSameStep = 0.28209479177387814, kOneTenth = 0.1257;
 constexpr double kRounding = 1e-12;  // of the value: no step of a converter
 constexpr double kLivelySteps = 2.0;
 constexpr double kStepsToLimit = 20.0;  // from the mean: else it is the usual value of a coarse one
@@ -55,9 +62,12 @@ void SensorHabits::add(double t, const Vector3& v) {
     ends_[std::size_t(2 * axis + 1)].add(t, -v[axis], moved);
   }
   if (known_before_ > 0 && v == before_[1]) {
-    ++repeats_;
+    long_runs_ += in_run_ ? 0 : 1;
+    in_run_ = true;
     return;
   }
+  ++runs_;
+  in_run_ = false;
   if (known_before_ > 0) {
     for (int axis = 0; axis < 3; ++axis) {
       const double change = std::abs(v[axis] - before_[1][axis]);
@@ -85,8 +95,10 @@ bool SensorHabits::others_moved(int axis, const Vector3& v) const {
 }
 
 double SensorHabits::roughness(int axis) const {
-  const double bend = bends_[std::size_t(axis)].quantile(0.9);
-  return std::max(bend / (kBendOfNoise * kNineTenths), 0.5 * step_[axis]);
+  const SizeHistogram& bends = bends_[std::size_t(axis)];
+  const double most = bends.quantile(0.9) / kNineTenths;
+  const double usual = bends.quantile(0.75) / kThreeQuarters;
+  return std::max(std::min(most, kMostMotion * usual) / kBendOfNoise, 0.5 * step_[axis]);
 }
 
 double SensorHabits::noise(int axis) const {
@@ -96,8 +108,15 @@ double SensorHabits::noise(int axis) const {
 
 bool SensorHabits::lively(int axis) const { return noise(axis) > kLivelySteps * step_[axis]; }
 
-double SensorHabits::repeated() const {
-  return lengths_.count() < 2 ? 0.0 : double(repeats_) / double(lengths_.count() - 1);
+double SensorHabits::repeats() const { return (double(long_runs_) + 0.5) / (double(runs_) + 1.0); }
+
+double SensorHabits::same_noise() const {
+  double chance = 1.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double quiet = bends_[std::size_t(axis)].quantile(0.1) / (kBendOfNoise * kOneTenth);
+    if (quiet > kSameStep * step_[axis]) chance *= kSameStep * step_[axis] / quiet;
+  }
+  return chance;
 }
 
 bool SensorHabits::clipped(int axis, int sign) const {
@@ -123,11 +142,11 @@ bool SensorHabits::far_from_mean(int axis, int sign) const {
 bool SensorHabits::clipped_by_itself(int axis, int sign) const {
   // With noise of a step and more the same step comes again in 0.4 of samples: no run of many at
   // the end of what is read is chance.
-  constexpr double kSameStep = 0.4, kExpectedRuns = 1e-6;
+  constexpr double kSameAtMost = 0.4, kExpectedRuns = 1e-6;
   const ExtremeValues& values = end(axis, sign);
   const auto no_chance = [&](std::size_t run) {
     return noise(axis) > step_[axis] &&
-           double(lengths_.count()) * std::pow(kSameStep, run) < kExpectedRuns;
+           double(lengths_.count()) * std::pow(kSameAtMost, run) < kExpectedRuns;
   };
   // Once is enough where the other axes go on.
   return values.looks_clipped(no_chance(values.top().longest_run) || lively(axis)) ||

@@ -52,8 +52,12 @@ class SensorHabits {
   }
   // Largest absolute value of an axis.
   double extreme(int axis) const { return extreme_[axis]; }
-  // Share of readings that equal the one before in all axes.
-  double repeated() const;
+  // Share of readings that are followed by the same in all axes; those that are the same again
+  // count once, so that a sensor that hangs now and then, for however long, does not count much.
+  double repeats() const;
+  // Probability of that where the device is at rest: of a reading whose noise, as the quietest
+  // tenth of all has it, is rounded.
+  double same_noise() const;
 
   // The value at which an axis is clipped, at its upper end (sign 1) or the lower one (-1).
   bool clipped(int axis, int sign) const;
@@ -77,7 +81,8 @@ class SensorHabits {
   Vector3 sum_ = Vector3::Zero(), extreme_ = Vector3::Zero(), step_ = Vector3::Zero();
   std::array<Vector3, 2> before_;  // the last two readings that differ
   int known_before_ = 0;
-  std::size_t repeats_ = 0;
+  std::size_t runs_ = 0, long_runs_ = 0;  // of equal readings
+  bool in_run_ = false;
 };
 
 }  // namespace magimu

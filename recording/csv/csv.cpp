@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <fstream>
 #include <string_view>
 #include <utility>
 
@@ -77,6 +78,24 @@ void append_fields(std::string& text, Column& column, double t) {
   if (has_sample) ++column.next;
 }
 
+// A few whole lines at each of some places: sensors that come one after the other in a file are not
+// all in its head.
+std::string lines_from_all_over(const std::string& path, std::size_t size) {
+  constexpr std::size_t kPlaces = 16, kBytes = 1 << 12;
+  std::string out;
+  if (size < kPlaces * kBytes) return out;  // the head is enough
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes(kBytes, '\0');
+  for (std::size_t i = 1; i <= kPlaces; ++i) {
+    file.seekg(static_cast<std::streamoff>(i * (size / kPlaces) - kBytes));
+    if (!file.read(bytes.data(), kBytes)) break;
+    std::string_view piece = bytes;
+    piece = piece.substr(std::min(piece.find('\n') + 1, piece.size()));
+    out += piece.substr(0, piece.rfind('\n') + 1);
+  }
+  return out;
+}
+
 void refuse_binary_pipe(const std::string& path, std::string_view head) {
   if (!head.starts_with("\x89HDF\r\n\x1a\n") && !head.starts_with("MATLAB ")) return;
   throw InputError(path, 0, 0, "HDF5 and MAT files cannot be read from a pipe",
@@ -89,7 +108,10 @@ Recording read_csv(const std::string& path, const CsvOptions& options) {
   CsvReader reader(path, options);
   bool begun = false;
   read_file_in_pieces(path, [&](std::string_view piece, std::size_t size) {
-    if (!std::exchange(begun, true) && size == 0) refuse_binary_pipe(path, piece);
+    if (!std::exchange(begun, true)) {
+      if (size == 0) refuse_binary_pipe(path, piece);
+      if (size > 0) reader.elsewhere(lines_from_all_over(path, size));
+    }
     reader.push(piece, size);
   });
   return reader.finish();

@@ -57,7 +57,7 @@ CsvColumns read_csv_header(const std::vector<std::string>& headers, char separat
                            const std::string& file, long line, const CsvOptions& options);
 
 // A file that is only a part of a recording: InputError's own remedy, and whoever has the other
-// files may join them (files/one_clock.h).
+// files may join them (several_files.h).
 class MissingSensor : public InputError {
  public:
   using InputError::InputError;

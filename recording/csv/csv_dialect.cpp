@@ -12,6 +12,7 @@
 #include "recording/csv/head_lines.h"
 #include "recording/csv/labelled_dialect.h"
 #include "recording/csv/stamped_lines.h"
+#include "recording/csv/teleplot.h"
 #include "recording/csv/text_fields.h"
 #include "recording/csv/words.h"
 #include "recording/data/error.h"
@@ -53,10 +54,17 @@ bool are_units(const std::vector<std::string>& fields) {
 
 class Recogniser {
  public:
-  Recogniser(std::string_view head, const std::string& file, const CsvOptions& options)
-      : lines_(head_lines(head)), file_(file), options_(options) {}
+  Recogniser(std::string_view head, std::string_view elsewhere, const std::string& file,
+             const CsvOptions& options)
+      : lines_(head_lines(head)),
+        elsewhere_(head_lines(elsewhere)),
+        file_(file),
+        options_(options) {}
 
   CsvDialect recognised() {
+    if (std::optional<CsvDialect> teleplot = teleplot_dialect(lines_, options_)) {
+      return *std::move(teleplot);
+    }
     if (std::optional<CsvDialect> labelled = labelled_dialect(lines_, options_)) {
       return *std::move(labelled);
     }
@@ -228,8 +236,11 @@ class Recogniser {
     const std::size_t columns = shape_.fields;
     std::vector<std::vector<std::string>> words(columns);  // of each column, in their order
     std::vector<std::size_t> numbers(columns, 0), rows_of(columns, 0);
-    for (std::size_t i = shape_.first_row; i < lines_.size(); ++i) {
-      const std::vector<std::string> fields = text_fields(lines_[i].text, shape_.separator);
+    std::vector<HeadLine> rows(lines_.begin() + std::ptrdiff_t(shape_.first_row), lines_.end());
+    rows.insert(rows.end(), elsewhere_.begin(), elsewhere_.end());
+    for (const HeadLine& row : rows) {
+      if (is_comment(row.text)) continue;
+      const std::vector<std::string> fields = text_fields(row.text, shape_.separator);
       for (std::size_t c = 0; c < columns && c < fields.size(); ++c) {
         const FieldKind kind = field_kind(fields[c]);
         ++rows_of[c];
@@ -241,7 +252,10 @@ class Recogniser {
       }
     }
     for (std::size_t c = 0; c < columns; ++c) {
-      if (numbers[c] == 0 && long_format_by(c, words[c], numbers, rows_of)) return true;
+      if (numbers[c] == 0 && long_format_by(c, words[c], numbers, rows_of)) {
+        if (one_sensor_after_the_other(rows)) times_of_words();
+        return true;
+      }
     }
     return false;
   }
@@ -259,6 +273,7 @@ class Recogniser {
       single += csv_name(word).name.empty() ? 0 : 1;
     }
     if (std::max(whole, single) < 2) return false;
+    header_of_a_word(word_column, words);
     const bool components = single > whole;
     std::vector<std::size_t> others;
     std::optional<std::size_t> time;
@@ -310,8 +325,67 @@ class Recogniser {
     dialect_.one_sensor_a_line = !time;
     dialect_.header.clear();
     dialect_.separator = ',';
-    dialect_.translator = long_format_translator(std::move(format));
+    dialect_.translator = long_format_translator(format);
+    long_ = std::move(format);
     return true;
+  }
+
+  // Android's GnssLogger says behind '#' what the rows of a word hold:
+  // # UncalAccel,utcTimeMillis,elapsedRealtimeNanos,UncalAccelXMps2,...
+  void header_of_a_word(std::size_t word_column, const std::vector<std::string>& words) {
+    for (const HeadLine& line : lines_) {
+      if (!is_comment(line.text)) continue;
+      std::vector<std::string> fields =
+          text_fields(without_comment_mark(line.text), shape_.separator);
+      if (fields.size() < shape_.fields || fields.size() <= word_column) continue;
+      const std::string word = fields[word_column];
+      const bool sensor = !csv_name(word + "_x").name.empty();
+      if (!sensor || std::ranges::find(words, word) == words.end()) continue;
+      dialect_.names = std::move(fields);
+      for (std::string& name : dialect_.names) {
+        // Both are times; the elapsed one goes on while the other one is set.
+        if (name == "elapsedRealtimeNanos") name = "time (ns)";
+        if (name == "utcTimeMillis") name.clear();
+        // "UncalAccelXMps2", and not "BiasXMps2"
+        const std::string_view rest = std::string_view(name).substr(
+            std::min(name.starts_with(word) ? word.size() : name.size(), name.size()));
+        for (const char axis : {'X', 'Y', 'Z'}) {
+          if (rest.starts_with(axis)) name = std::string(1, static_cast<char>(axis - 'X' + 'x'));
+        }
+      }
+      return;
+    }
+  }
+
+  // All rows of one sensor, then all of the next.
+  bool one_sensor_after_the_other(const std::vector<HeadLine>& rows) const {
+    std::vector<std::string> order;
+    for (const HeadLine& row : rows) {
+      const std::vector<std::string> fields = text_fields(row.text, shape_.separator);
+      if (long_.word >= fields.size()) continue;
+      const std::string& word = fields[long_.word];
+      const bool known = std::ranges::find(long_.words, word) != long_.words.end();
+      if (known && (order.empty() || order.back() != word)) order.push_back(word);
+    }
+    return long_.time && long_.values.size() == 3 && order.size() > 1 &&
+           order.size() == long_.words.size();
+  }
+
+  // Their times go back where the next sensor begins, which is no clock that was set.
+  void times_of_words() {
+    const std::string time = dialect_.names.front();
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < long_.words.size(); ++i) {
+      const std::string first = dialect_.names[1 + 3 * i], meaning = csv_name(first).name;
+      const std::string own = long_.words[i] + " " + time;
+      names.push_back(own);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        names.push_back(dialect_.names[1 + 3 * i + axis]);
+      dialect_.times_of.emplace(meaning.substr(0, meaning.rfind('_')), own);
+    }
+    dialect_.names = std::move(names);
+    long_.own_times = true;
+    dialect_.translator = long_format_translator(long_);
   }
 
   // Columns "acc_time", "gyr_time": one each for two sensors or more.
@@ -427,9 +501,11 @@ class Recogniser {
   }
 
   std::vector<HeadLine> lines_;
+  std::vector<HeadLine> elsewhere_;  // lines from the rest of the file; their numbers mean nothing
   const std::string& file_;
   const CsvOptions& options_;
   TableShape shape_;
+  LongFormat long_;
   CsvDialect dialect_;
   std::size_t header_rows_ = 0;
   bool stamped_ = false;    // lines_ are without the clock that a terminal put before them
@@ -439,8 +515,8 @@ class Recogniser {
 }  // namespace
 
 CsvDialect recognised_dialect(std::string_view head, const std::string& file,
-                              const CsvOptions& options) {
-  return Recogniser(head, file, options).recognised();
+                              const CsvOptions& options, std::string_view elsewhere) {
+  return Recogniser(head, elsewhere, file, options).recognised();
 }
 
 }  // namespace magimu

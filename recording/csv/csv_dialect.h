@@ -34,7 +34,8 @@ struct CsvDialect {
 
 // head: the first lines of the file, whole ones (but the last, if the file ends there). InputError
 // where there is no header and none is given.
+// elsewhere: whole lines from all over the rest of the file, where that is known.
 CsvDialect recognised_dialect(std::string_view head, const std::string& file,
-                              const CsvOptions& options);
+                              const CsvOptions& options, std::string_view elsewhere = {});
 
 }  // namespace magimu

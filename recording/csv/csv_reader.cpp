@@ -50,7 +50,7 @@ void CsvReader::begin(bool whole) {
   const bool all = whole && head.size() == head_.size();
   if (!all) head = head.substr(0, head.rfind('\n') + 1);
   if (head.find('\0') == std::string_view::npos) {
-    dialect_ = recognised_dialect(head, path_, options_);
+    dialect_ = recognised_dialect(head, path_, options_, elsewhere_);
   }
   expected_rows_ = expected_rows();
   if (dialect_.times_of.empty()) {

@@ -19,6 +19,8 @@ class CsvReader {
   // path: for messages, as long as the reader lives.
   CsvReader(const std::string& path, const CsvOptions& options) : path_(path), options_(options) {}
 
+  // Whole lines from all over the text, before its first piece: what its head does not show.
+  void elsewhere(std::string lines) { elsewhere_ = std::move(lines); }
   // size: of the whole text, 0 if that is not known.
   void push(std::string_view piece, std::size_t size);
   Recording finish();
@@ -36,6 +38,7 @@ class CsvReader {
 
   const std::string& path_;
   const CsvOptions& options_;
+  std::string elsewhere_;
   std::string head_;  // until the dialect is known
   bool has_begun_ = false;
   bool returns_ = false;  // lines end with a carriage return alone (old spreadsheets)

@@ -99,6 +99,7 @@ class LongRows final : public LineTranslator {
     }
     const auto word = std::ranges::find(format_.words, fields[format_.word]);
     if (word == format_.words.end()) return std::nullopt;
+    if (format_.own_times) return with_own_time(fields, *word);
     out_ = format_.time ? number(fields[*format_.time]) : "";
     for (auto other = format_.words.begin(); other != format_.words.end(); ++other) {
       for (const std::size_t value : format_.values) {
@@ -112,6 +113,19 @@ class LongRows final : public LineTranslator {
   }
 
  private:
+  std::string_view with_own_time(const std::vector<std::string>& fields, const std::string& word) {
+    out_.clear();
+    for (const std::string& other : format_.words) {
+      if (&other != &format_.words.front()) out_ += ',';
+      if (other == word) out_ += number(fields[*format_.time]);
+      for (const std::size_t value : format_.values) {
+        out_ += ',';
+        if (other == word && value < fields.size()) out_ += number(fields[value]);
+      }
+    }
+    return out_;
+  }
+
   std::string number(std::string text) const {
     if (format_.decimal_comma) std::ranges::replace(text, ',', '.');
     return text;

@@ -36,6 +36,7 @@ struct LongFormat {
   std::size_t word = 0;             // the sensor's word
   std::vector<std::size_t> values;  // fields: its numbers
   std::vector<std::string> words;   // one a sensor: its numbers come in this order in the row
+  bool own_times = false;           // each sensor's numbers have the time before them
 };
 std::shared_ptr<LineTranslator> long_format_translator(LongFormat format);
 

@@ -43,7 +43,7 @@ void require_known_or_empty(const Recording& r, const char* name, std::size_t ti
 }
 
 void require_names(const Recording& r) {
-  if (r.mag_names.empty() || r.mag.empty()) return;  // that there is none, others say
+  if (r.mag_names.empty() || r.mag.empty()) return;  // a missing magnetometer is reported elsewhere
   if (r.mag_names.size() != r.mag.size()) {
     throw InputError(r.name, 0, 0,
                      fmt::format("it has {} magnetometers and {} names of magnetometers",

@@ -21,7 +21,7 @@ class JournalFile {
   std::uint64_t size() const;
   // At least one byte; at most `bytes`, and at most a block.
   std::string read(std::uint64_t at, std::uint64_t bytes) const;
-  // At its end, which is known to be there.
+  // `end` is the file's size, which the caller keeps.
   void append(std::uint64_t end, std::string_view bytes) const;
   void cut(std::uint64_t size) const;
 

@@ -56,6 +56,12 @@ LiveGate::LiveGate(const std::vector<std::string>& mag_names)
     options.turned = [sensor, recent = recent_.get()](double begin, double end) {
       return GateWitnesses(*recent).turned(sensor, begin, end);
     };
+    options.turned_by = [recent = recent_.get()](double begin, double end, const Vector3& more) {
+      return GateWitnesses(*recent).turned_by(begin, end, more);
+    };
+    options.others_change = [sensor, recent = recent_.get()](double begin, double end) {
+      return GateWitnesses(*recent).others_change(sensor, begin, end);
+    };
     lanes_.push_back(std::make_unique<Lane>(name, sensor, options));
   };
   add("acc", Sensor::kAcc);

@@ -54,6 +54,9 @@ constexpr FlashVector kFlashVectors[] = {
      "ArduPilot had added its offsets (OfsX, MOX and the like); they are taken off here, so that "
      "the "
      "bias found is the whole one: the new COMPASS_OFS is minus the bias"},
+    // Of the battery, A: what flows to the motors.
+    {"BAT", "current", {"Curr", "Curr", "Curr"}, "", 20, 1.0, ""},
+    {"CURR", "current", {"Curr", "Curr", "Curr"}, "", 20, 1.0, ""},
     {"GYR", "gyr", {"GyrX", "GyrY", "GyrZ"}, "SampleUS", 10, 1.0, "as measured, not corrected"},
     {"ACC", "acc", {"AccX", "AccY", "AccZ"}, "SampleUS", 10, 1.0, "as measured, not corrected"},
 };
@@ -178,8 +181,12 @@ class FlashReader {
       }
       if (!whole || time == nullptr) continue;
       reading.time = *time;
-      if (const FlashField* instance = type.find("I")) reading.instance = *instance;
+      for (const char* name : {"I", "Inst", "Instance"}) {
+        if (const FlashField* instance = type.find(name)) reading.instance = *instance;
+      }
       reading.unit = types_.unit_of(reading.axes[0], is.kind, is.unit);
+      // Firmware before 3.4 has integers of 0.01 A.
+      if (is.kind == "current" && reading.axes[0].kind == 'h') reading.unit = 0.01;
       out.push_back(std::move(reading));
     }
     return out;

@@ -62,7 +62,7 @@ class FlashText {
   static bool is_read(std::string_view name) {
     if (name == "PARM") return true;
     if (!name.empty() && name.back() >= '1' && name.back() <= '9') name.remove_suffix(1);
-    return name == "IMU" || name == "MAG" || name == "ACC" || name == "GYR";
+    return name == "IMU" || name == "MAG" || name == "ACC" || name == "GYR" || name == "BAT";
   }
 
   // FMT, 66, 50, MAG, QBhhh, TimeUS,I,MagX,MagY,MagZ

@@ -19,7 +19,12 @@ namespace magimu {
 namespace {
 
 constexpr std::size_t kMostSensors = 60000;
+// In the order in which they are chosen: an accelerometer goes with the gyroscope of its name.
+constexpr const char* kKinds[] = {"gyr", "acc", "mag", "temp", "current"};
 constexpr double kFew = 0.02;  // of the samples of the best: not the sensor that is meant
+
+// One number a sample, and nothing that a calibration needs.
+bool is_scalar(std::string_view kind) { return kind == "temp" || kind == "current"; }
 
 // `numbers = {}` would keep its memory.
 template <class T>
@@ -50,9 +55,10 @@ VectorSeries in_order_of_time(std::vector<Vector3> v, const std::vector<std::uin
 
 LogRecording::LogRecording(const std::string& path, std::string what, const CsvOptions& options)
     : path_(path), what_(std::move(what)), options_(options) {
-  if (!options.columns.empty() || options.rate_hz || !options.header.empty()) {
+  if (!options.columns.empty() || options.rate_hz || !options.header.empty() || options.time_unit) {
     throw InputError(path, 0, 0, "this is " + what_ + ", which has names and times of its own",
-                     "give no --map, --columns and --rate with it; --sensor chooses sensors");
+                     "give no --map, --columns, --rate and --unit t= with it; --sensor chooses "
+                     "sensors");
   }
 }
 
@@ -120,7 +126,7 @@ std::vector<std::size_t> LogRecording::of_kind(const std::string& kind) const {
 
 std::string LogRecording::listed() const {
   std::vector<std::string> all;
-  for (const char* kind : {"acc", "gyr", "mag", "temp"}) {
+  for (const char* kind : {"acc", "gyr", "mag", "temp", "current"}) {
     for (const std::size_t i : of_kind(kind)) {
       all.push_back(
           fmt::format("{}={} ({})", kind, printable(sensors_[i].name), sensors_[i].samples));
@@ -151,17 +157,17 @@ void LogRecording::choose() {
     }
   }
   std::string gyr_name;
-  for (const char* kind : {"gyr", "acc", "mag", "temp"}) {
+  for (const char* kind : kKinds) {
     const std::vector<std::size_t> all = of_kind(kind);
     choose_named(kind, all);
-    const bool mag = kind == std::string_view("mag"), temp = kind == std::string_view("temp");
+    const bool mag = kind == std::string_view("mag"), scalar = is_scalar(kind);
     std::size_t named = 0;
     for (const std::size_t i : all) {
       named += sensors_[i].wanted ? 1 : 0;
       if (named > 1 && !mag) sensors_[i].wanted = false;
     }
     if (all.empty()) {
-      if (temp || !(mag ? options_.require_mag : options_.require_imu)) continue;
+      if (scalar || !(mag ? options_.require_mag : options_.require_imu)) continue;
       throw MissingSensor(
           path_, 0, 0,
           fmt::format("this is {} without a {}; the sensors there are (samples): {}", what_,
@@ -223,7 +229,7 @@ Recording LogRecording::finish() {
     said.push_back(fmt::format("{} from {}", entry.kind, printable(entry.name)));
     const double unit = unit_of(entry);
     for (Vector3& v : entry.v) v *= unit;
-    if (unit != 1.0 && entry.kind != "temp") out.file_units[entry.kind] = unit;
+    if (unit != 1.0 && !is_scalar(entry.kind)) out.file_units[entry.kind] = unit;
   }
   for (const auto& [kind, required] : {std::pair("acc", options_.require_imu),
                                        {"gyr", options_.require_imu},
@@ -281,10 +287,11 @@ void LogRecording::set_times(Recording& out) {
   std::optional<std::int64_t> first;
   for (const std::size_t i : read_) {
     const Entry& entry = sensors_[i];
-    const std::uint32_t bit = entry.kind == "acc"   ? RawRows::kAcc
-                              : entry.kind == "gyr" ? RawRows::kGyr
-                              : entry.kind == "mag" ? RawRows::mag(mags)
-                                                    : RawRows::kTemperature;
+    const std::uint32_t bit = entry.kind == "acc"    ? RawRows::kAcc
+                              : entry.kind == "gyr"  ? RawRows::kGyr
+                              : entry.kind == "mag"  ? RawRows::mag(mags)
+                              : entry.kind == "temp" ? RawRows::kTemperature
+                                                     : RawRows::kCurrent;
     mags += entry.kind == "mag" && !entry.t.empty() ? 1 : 0;
     times.push_back({bit, &entry.t});
     if (!entry.t.empty()) first = std::min(first.value_or(entry.t.front()), entry.t.front());
@@ -336,10 +343,10 @@ void LogRecording::take_series(Recording& out, Entry& entry, VectorSeries series
     out.acc = std::move(series);
   } else if (entry.kind == "gyr") {
     out.gyr = std::move(series);
-  } else if (entry.kind == "temp") {
-    ScalarSeries& temp = out.aux["temp"];
-    for (const Vector3& v : series.v) temp.v.push_back(v[0]);
-    temp.t = std::move(series.t);
+  } else if (is_scalar(entry.kind)) {
+    ScalarSeries& scalar = out.aux[entry.kind];
+    for (const Vector3& v : series.v) scalar.v.push_back(v[0]);
+    scalar.t = std::move(series.t);
   } else {
     out.mag.push_back(std::move(series));
     out.mag_names.push_back(one_mag ? "mag" : fmt::format("mag{}", out.mag.size()));

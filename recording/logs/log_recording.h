@@ -20,7 +20,8 @@
 namespace magimu {
 
 struct LogSensor {
-  std::string kind;   // "acc", "gyr", "mag", "temp"
+  std::string
+      kind;  // "acc", "gyr", "mag", "temp", "current" (of a temperature and a current: v[0])
   std::string name;   // as --sensor takes it: "/imu/data", "sensor_mag[1]"
   int rank = 0;       // of several of a kind the one with the highest is read
   double unit = 1.0;  // one of the log's in ours
@@ -36,6 +37,8 @@ class LogRecording {
   // A number for a sensor of this kind and name; the same one every time.
   std::size_t sensor(const LogSensor& sensor);
   void add(std::size_t sensor, std::int64_t t_ns, const Vector3& reading);
+  // The first time through: so many samples, without their readings.
+  void count(std::size_t sensor, std::size_t samples) { sensors_[sensor].samples += samples; }
   // Whether a reading of it that is not zero was counted: one that never has one is what a device
   // fills in for a sensor that it lacks.
   bool reads(std::size_t sensor) const { return sensors_[sensor].reads; }

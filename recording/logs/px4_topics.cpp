@@ -53,6 +53,7 @@ const std::vector<Px4Reading>& px4_readings() {
        "filtered for the controllers, corrected by CAL_ACCn_* and the estimator's bias"},
       {"sensor_mag", "temp", "temperature", 2, 1.0, ""},
       {"sensor_accel", "temp", "temperature", 1, 1.0, ""},
+      {"battery_status", "current", "current_a", 1, 1.0, ""},
   };
   return all;
 }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Records one after another, as written: the index at the end is not needed, so that a bag that
-// was never closed is read as well.
+// was never closed is read as well. The indices behind the chunks are used where they are there.
 #include <fmt/format.h>
 
 #include <map>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "recording/data/error.h"
 #include "recording/files/log_file.h"
@@ -16,7 +18,13 @@ namespace magimu {
 namespace {
 
 constexpr std::string_view kBagMagic = "#ROSBAG V2.0\n";
-enum BagOp : unsigned char { kMessage = 2, kBagHeader = 3, kChunk = 5, kConnection = 7 };
+enum BagOp : unsigned char {
+  kMessage = 2,
+  kBagHeader = 3,
+  kIndex = 4,
+  kChunk = 5,
+  kConnection = 7
+};
 
 // The fields of a record's header, "name=value" with a length in front of each.
 class BagHeader {
@@ -49,7 +57,9 @@ class BagHeader {
 class BagReader {
  public:
   BagReader(const std::string& path, const CsvOptions& options)
-      : path_(path), file_(path), log_(path, "a ROS bag", options) {}
+      : file_(path),
+        log_(path, "a ROS bag", options),
+        chunks_(path, [this](std::string_view bytes, bool whole) { chunk(bytes, whole); }) {}
 
   Recording read() {
     scan();
@@ -60,44 +70,86 @@ class BagReader {
 
  private:
   void scan() {
+    records();
+    chunks_.finish();
+  }
+
+  struct Record {
+    std::uint64_t at = 0, header_size = 0, data_size = 0;
+    std::uint64_t data() const { return at + 8 + header_size; }
+    std::uint64_t end() const { return data() + data_size; }
+  };
+  // Lengths are looked at before anything of that length is fetched.
+  std::optional<Record> record_at(std::uint64_t at) {
+    const std::string_view length = file_.at(at, 4);
+    if (length.size() < 4) return std::nullopt;
+    Record out{at, bytes_as<std::uint32_t>(length, 0), 0};
+    const std::string_view data_length = file_.at(at + 4 + out.header_size, 4);
+    if (data_length.size() < 4) return std::nullopt;
+    out.data_size = bytes_as<std::uint32_t>(data_length, 0);
+    if (out.end() > file_.size()) return std::nullopt;
+    return out;
+  }
+  std::string header_of(const Record& record) {
+    if (record.header_size >= kLargestRecord) return {};
+    return std::string(file_.at(record.at + 4, record.header_size));
+  }
+
+  void records() {
     std::uint64_t at = kBagMagic.size();
     while (at < file_.size()) {
-      // Lengths are looked at before anything of that length is fetched.
-      const std::string_view length = file_.at(at, 4);
-      if (length.size() < 4) return cut_off();
-      const std::uint64_t header_size = bytes_as<std::uint32_t>(length, 0);
-      const std::string_view data_length = file_.at(at + 4 + header_size, 4);
-      if (data_length.size() < 4) return cut_off();
-      const std::uint64_t data_size = bytes_as<std::uint32_t>(data_length, 0);
-      const std::uint64_t whole = 8 + header_size + data_size;
-      if (whole > file_.size() - at) return cut_off();
-      constexpr std::uint64_t kLargestRecord = 1ULL << 28;
-      const std::string header_bytes(header_size < kLargestRecord ? file_.at(at + 4, header_size)
-                                                                  : std::string_view());
+      const std::optional<Record> next = record_at(at);
+      if (!next) return cut_off();
+      at = next->end();
+      const std::string header_bytes = header_of(*next);
       const BagHeader header(header_bytes);
       const auto op = header.number<unsigned char>("op");
-      if ((op == kMessage || op == kChunk || op == kConnection) && data_size < kLargestRecord) {
-        const std::string_view data = file_.at(at + 8 + header_size, data_size);
-        if (op == kChunk) {
-          chunk(header, data);
-        } else {
-          record(op, header, data);
-        }
+      const bool read = op == kMessage || op == kChunk || op == kConnection;
+      if (!read || next->data_size >= kLargestRecord) continue;
+      if (op == kChunk) {
+        const auto size = header.number<std::uint32_t>("size");
+        if (!log_.chosen() && counted_by_index(*next, size)) continue;
+        chunks_.add(std::string(header.text("compression")),
+                    file_.at(next->data(), next->data_size), size);
+      } else {
+        chunks_.finish();
+        record(op, header, file_.at(next->data(), next->data_size));
       }
-      at += whole;
     }
+  }
+
+  // Behind a chunk its index says how many messages of which connection are in it. Where nothing
+  // else is to be learnt in the first pass, the chunk need not be unpacked.
+  bool counted_by_index(const Record& chunk, std::uint64_t size) {
+    std::vector<std::pair<RosTopic*, std::size_t>> counts;
+    std::size_t messages = 0;
+    std::optional<Record> next = record_at(chunk.end());
+    for (; next; next = record_at(next->end())) {
+      const std::string header_bytes = header_of(*next);
+      const BagHeader header(header_bytes);
+      if (header.number<unsigned char>("op") != kIndex) break;
+      const auto topic = topics_.find(header.number<std::uint32_t>("conn"));
+      if (topic == topics_.end() || topic->second.looks_into(log_)) return false;
+      counts.emplace_back(&topic->second, header.number<std::uint32_t>("count"));
+      messages += counts.back().second;
+    }
+    // No more than there can be: memory is made for all that are counted.
+    constexpr std::size_t kLeastMessage = 46;  // bytes, of a message without content
+    if (counts.empty() || messages > size / kLeastMessage ||
+        !may_unpack_to(chunk.data_size, size)) {
+      return false;
+    }
+    for (const auto& [topic, count] : counts) topic->count(log_, count);
+    return true;
   }
 
   void cut_off() { log_.note("the bag is cut off or was never closed; what is before is read"); }
 
-  void chunk(const BagHeader& header, std::string_view packed) {
-    const std::string method(header.text("compression"));
-    const auto size = header.number<std::uint32_t>("size");
-    if (!unpack_chunk(method, packed, size, unpacked_, path_)) {
+  void chunk(std::string_view bytes, bool whole) {
+    if (!whole) {
       log_.note("chunks that are damaged are left out");
       return;
     }
-    std::string_view bytes = unpacked_;
     while (bytes.size() >= 8) {
       const std::uint64_t header_size = bytes_as<std::uint32_t>(bytes, 0);
       if (header_size > bytes.size() - 8) break;
@@ -128,11 +180,11 @@ class BagReader {
   }
 
   static constexpr std::size_t kMostTopics = 20000;
-  const std::string& path_;
+  static constexpr std::uint64_t kLargestRecord = 1ULL << 28;
   LogFile file_;
   LogRecording log_;
   std::map<std::uint32_t, RosTopic> topics_;
-  std::string unpacked_;
+  ChunkQueue chunks_;
 };
 
 }  // namespace

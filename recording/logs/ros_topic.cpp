@@ -115,14 +115,20 @@ void RosTopic::message(LogRecording& log, std::string_view bytes, std::int64_t r
 // Messages are looked into until each sensor has read something: a device with an accelerometer and
 // a gyroscope in topics of their own fills in zeros for the other one.
 void RosTopic::count(LogRecording& log, std::string_view bytes, std::int64_t received_ns) {
-  const bool look = std::ranges::any_of(
-      readings_, [&](const Reading& reading) { return !log.reads(reading.sensor); });
-  const bool seen = look && layout_->read(bytes, ros2_, values_);
+  const bool seen = looks_into(log) && layout_->read(bytes, ros2_, values_);
   for (const Reading& reading : readings_) {
     const bool absent = seen && reading.absent && values_[*reading.absent] == -1.0;
     const bool there = seen && !absent;
     log.add(reading.sensor, received_ns, there ? vector_of(reading) : Vector3::Zero());
   }
+}
+
+bool RosTopic::looks_into(const LogRecording& log) const {
+  return std::ranges::any_of(readings_, [&](const Reading& r) { return !log.reads(r.sensor); });
+}
+
+void RosTopic::count(LogRecording& log, std::size_t messages) const {
+  for (const Reading& reading : readings_) log.count(reading.sensor, messages);
 }
 
 Vector3 RosTopic::vector_of(const Reading& reading) const {

@@ -27,6 +27,10 @@ class RosTopic {
   // received_ns: when it was recorded; counts where the message has no time of its own.
   void message(LogRecording& log, std::string_view bytes, std::int64_t received_ns);
 
+  // In the first pass: are messages looked into, or only counted? See LogRecording::reads().
+  bool looks_into(const LogRecording& log) const;
+  void count(LogRecording& log, std::size_t messages) const;
+
  private:
   struct Reading {
     std::size_t sensor = 0;             // of the log

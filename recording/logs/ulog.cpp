@@ -217,7 +217,7 @@ class UlogReader {
       }
       return true;
     }
-    if (is.kind == std::string_view("temp")) {
+    if (is.kind == std::string_view("temp") || is.kind == std::string_view("current")) {
       const UlogField* const scalar = field_named(format, name);
       if (scalar == nullptr) return false;
       axes.fill(*scalar);
@@ -266,6 +266,8 @@ class UlogReader {
         const UlogField& axis = reading.axes[std::size_t(i)];
         v[i] = struct_number(data, axis.kind, axis.offset);
       }
+      // What battery_status says where nothing measures the current.
+      if (reading.is->kind == std::string_view("current") && v[0] == -1.0) continue;
       std::int64_t t = t_us;
       if (!reading.is->per_time.empty()) {  // an increment, and the time that it took, in us
         const UlogField* const dt = field_named(topic.format, reading.is->per_time);

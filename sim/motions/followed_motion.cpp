@@ -16,7 +16,7 @@ constexpr double kEnd = 3.0;       // knots that a spline begins before what it 
 constexpr double kTiny = 1e-9;     // weight of "zero" where no sample says anything
 constexpr double kUnlikely = 3.0;  // standard deviations of a sum of squares
 
-// Of a function or one of its derivatives.
+// Samples of a function or of one of its derivatives, for a spline to follow.
 struct SplineSamples {
   std::vector<double> t;
   std::vector<Vector3> x;

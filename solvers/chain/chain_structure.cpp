@@ -15,7 +15,7 @@ namespace magimu::chain {
 namespace {
 
 constexpr int kMaxWidth = 40, kMaxGlobals = 512;
-constexpr int kFar = 8;            // times as far as the variables of most
+constexpr int kFar = 8;            // times the usual distance between variables of one factor
 constexpr int kMinBranch = 32;     // levels; shorter chains are eliminated in one go
 constexpr int kRunFactors = 1024;  // factors whose globals' products are one task
 
@@ -62,9 +62,9 @@ class Analysis {
     return true;
   }
 
-  // These globals, and those that few factors share (where on a stick the sensor is, seen every few
-  // seconds), which are told by where these are: what else is in its factors is far from it in the
-  // order of variables, while a node is near most of what its factors touch.
+  // These globals, and those that only few factors share (a lever arm, which one factor every few
+  // seconds sees). Their factors' other variables are far from them in the order of variables,
+  // while a node is near most variables of its factors.
   std::vector<int> with_far_reaching(std::vector<int> globals) const {
     std::vector<std::vector<int>> distances(static_cast<std::size_t>(variables_));
     for_each_factor([&](const LinearSystem::RowBlocks& b, int entry) {
@@ -352,8 +352,8 @@ class Analysis {
   std::vector<int> level_of_;  // of each position
 };
 
-// A second opinion on the globals, for short or many recordings: columns with many more rows than
-// most have.
+// Another guess at the globals, for short or many recordings: columns with more than four times the
+// median number of rows.
 std::vector<int> crowded_columns(const LinearSystem& system) {
   std::vector<int> count(std::size_t(system.cols()), 0);
   for (const int c : system.column()) ++count[std::size_t(c)];

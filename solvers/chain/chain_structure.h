@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The form that the chain back end needs, found from a system's structure alone: variables in
-// levels of which each is coupled only to the next, and a few globals that all may share. Numbers
-// play no part here; what is worked out once (where each product of a factor's columns goes) is not
-// worked out again in any factorization.
+// levels of which each is coupled only to the next, and a few globals that all may share. It does
+// not depend on the system's numbers, so it is found once (with the place of each product of a
+// factor's columns) and serves all factorizations.
 #pragma once
 
 #include <cstddef>
@@ -33,7 +33,7 @@ struct Product {
   Into into;
   int row, col;
 };
-// What factors have in common whose columns lie alike relative to their level.
+// The products of factors whose columns have the same places relative to their level.
 struct Shape {
   int rows, columns;
   std::vector<Product> products;

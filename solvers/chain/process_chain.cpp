@@ -14,6 +14,7 @@ namespace magimu {
 namespace {
 
 constexpr double kFlatDirection = 1e-12;  // an eigenvalue of what nothing determines
+constexpr std::size_t kTogether = 32;     // segments of the grid that are condensed in one task
 
 double log_det_of_pivots(const RowStack& A, int begin, const std::vector<int>& pivot_row) {
   double out = 0.0;
@@ -161,14 +162,12 @@ ProcessChain::ProcessChain(const LinearSystem& system, const Values& values,
   for (const int n : grid.node) node_dim_.push_back(layout.dim[std::size_t(n)]);
 
   segments_.resize(grid.node.size());
-  std::vector<double> log_dets(segments_.size(), 0.0);
-  std::vector<MatrixXd> borders(segments_.size());
-  parallel::for_each(segments_.size(), 8, [&](std::size_t j) {
+  // Between a node of the grid and the next; what says nothing of the two adds to sum and log_det.
+  const auto condense = [&](std::size_t j, RowStack& A, SquareSum& sum, double& log_det) {
     Segment& s = segments_[j];
     s.node_a = int(j);
     const int a = grid.node[j];
     const bool ends = j + 1 == grid.node.size() || grid.begins[j + 1];
-    RowStack A;
     const int da = dim(int(j));
     if (ends) {
       const auto& own = factors.own[std::size_t(a)];
@@ -180,7 +179,6 @@ ProcessChain::ProcessChain(const LinearSystem& system, const Values& values,
     s.node_b = int(j) + 1;
     const int b = grid.node[j + 1], db = dim(s.node_b);
     const int tail = da + db + globals_ + 1;  // [u_a x_a | u_b x_b | globals | residual]
-    SquareSum sum(globals_ + 1);
     RowBlock carried(0, tail);
     std::vector<int> pivots;
     for (int k = a; k < b; ++k) {
@@ -213,7 +211,7 @@ ProcessChain::ProcessChain(const LinearSystem& system, const Values& values,
       int top = 0;
       if (dk > 0) {
         top = triangularize(A, 0, 0, dk, pivots);
-        log_dets[j] += log_det_of_pivots(A, 0, pivots);
+        log_det += log_det_of_pivots(A, 0, pivots);
       }
       // Rows that say nothing of the ends are the border's.
       int rest = filled;
@@ -226,9 +224,19 @@ ProcessChain::ProcessChain(const LinearSystem& system, const Values& values,
         throw std::invalid_argument("nodes of a chain differ in size");
       }
     }
-    s.rows = carried;
+    s.rows = std::move(carried);
+  };
+  // Many with one sum: with a wide border one of its own would cost as much as the rows.
+  const std::size_t parts = (segments_.size() + kTogether - 1) / kTogether;
+  std::vector<double> log_dets(parts, 0.0);
+  std::vector<MatrixXd> borders(parts);
+  parallel::for_each(parts, [&](std::size_t part) {
+    SquareSum sum(globals_ + 1);
+    RowStack A;
+    const std::size_t end = std::min(segments_.size(), (part + 1) * kTogether);
+    for (std::size_t j = part * kTogether; j < end; ++j) condense(j, A, sum, log_dets[part]);
     sum.finish();
-    if (a + 1 < b) borders[j] = symmetric(sum);
+    borders[part] = symmetric(sum);
   });
   SquareSum priors(globals_ + 1);
   RowStack A(writer.count(factors.priors), kProcess + globals_ + 1);
@@ -242,9 +250,7 @@ ProcessChain::ProcessChain(const LinearSystem& system, const Values& values,
   border_.diagonal()
       .segment(Eigen::Index(layout.globals.size()), rows.more_globals.cols())
       .array() += 1.0;
-  for (const MatrixXd& b : borders) {
-    if (b.size() > 0) border_ += b;
-  }
+  for (const MatrixXd& b : borders) border_ += b;
   for (const double l : log_dets) log_det_ += l;
 }
 

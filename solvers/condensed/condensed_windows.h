@@ -48,8 +48,8 @@ struct CondensedChain {
 // system: linearized. node_of: the node that a variable belongs to, or -1 for a global; nodes are
 // numbered along the chains, and a factor touches one node or two neighbours. window_of: the window
 // of each node, not decreasing; negative: none. Factors between two windows are in `linked` only.
-// form: without one, the square-root form is taken where the other would lose too many digits: a
-// sensor held by hand whose way a window hardly tells.
+// form: without one, the square-root form is taken where the information form would lose too many
+// digits (a hand-held sensor's position and velocity are weakly determined within a window).
 CondensedChain condense(const LinearSystem& system, const Values& values,
                         const std::function<int(Key)>& node_of, const std::vector<int>& window_of,
                         std::optional<EliminationForm> form = {});

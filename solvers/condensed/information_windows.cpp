@@ -9,7 +9,7 @@
 namespace magimu {
 namespace {
 
-// What a window says of its two ends and the globals.
+// A window's information on its two end nodes and the globals.
 struct Ends {
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   int first = 0, last = 0;  // their unknowns, counted once
@@ -135,7 +135,7 @@ double condense_information(const WindowedSystem& s, double enough, CondensedCha
     if (s.windows[w].first < 0) return;
     pivot[w] = condense_window(s, s.windows[w], ends[w], out.windows[w]);
   };
-  // Where the digits do not suffice in one, they hardly do in any.
+  // If one window loses too many digits, others do, too: no more are computed.
   if (!s.windows.empty()) condense_one(0);
   if (s.windows.empty() || pivot.front() >= enough) {
     parallel::for_each(std::max<std::size_t>(1, s.windows.size()) - 1,

@@ -11,17 +11,17 @@
 namespace magimu {
 namespace {
 
-constexpr int kGatheredRows = 96;
-constexpr double kKnown = 1e-7;  // of a column's norm
+constexpr int kGatheredRows = 96;    // reduced to a triangle at a time
+constexpr double kWeakPrior = 1e-7;  // of a column's norm
 
 using Window = WindowedSystem::Window;
 
-// What a window says of its two ends and the globals it touches, as a triangle.
+// A window's information on its two end nodes and the globals it touches, as a triangle.
 struct EndRows {
   std::vector<int> globals;
-  RowBlock rows;         // [last | first | globals | residual]; last: none where there is but one
+  RowBlock rows;         // [last | first | globals | residual]; no `last` in a window of one node
   double log_det = 0.0;  // of the nodes between
-  CondensedWindow rest;  // what it says of the globals wherever the ends are
+  CondensedWindow rest;  // information on the globals alone, whatever the ends are
 };
 
 double log_det_of(const RowStack& A, int begin, const std::vector<int>& pivot_row) {
@@ -78,7 +78,7 @@ class RowWriter {
   }
 
   const WindowedSystem& s_;
-  std::vector<int> place_;  // of a global among those that are there, -1: none
+  std::vector<int> place_;  // of each global of the system among the given ones; -1: not given
   int globals_;
 };
 
@@ -91,15 +91,16 @@ void sum_rows(const RowStack& A, int begin, int end, int skip, SquareSum& sum) {
   }
 }
 
-// Rows over [first | globals | residual] that inner nodes leave behind. Where many have come
-// together, what they say of the first node is condensed, and the rest goes to a sum of squares.
+// Rows over [first | globals | residual] that inner nodes leave behind. As soon as kGatheredRows
+// are there they are reduced to a triangle on the first node; the other rows go to a sum of
+// squares.
 class LeftRows {
  public:
   LeftRows(int first, int globals) : first_(first), sum_(globals + 1) {
     rows_.reset(kGatheredRows, first + globals + 1);
   }
 
-  // Rows begin <= i < end, of which those are the last columns.
+  // Rows begin <= i < end of A, whose last columns are [first | globals | residual].
   void push(const RowStack& A, int begin, int end) {
     for (int i = begin; i < end; ++i) {
       if (filled_ == rows_.rows()) condense();
@@ -131,10 +132,10 @@ void copy_rows(const RowBlock& from, RowStack& A, int at, int column) {
   }
 }
 
-// The window by itself. What it does not tell of its first node (where a hand is and how fast it
-// moves that is measured once) it tells by rounding errors, which would pass for information and
-// take with them a part of the residuals that is left to chance: a weak prior about where the node
-// is now leaves it to the globals.
+// The window by itself, both end nodes eliminated. A window that barely constrains its first node
+// (a hand's position and velocity) leaves near-zero pivots there. Rounding in those pivots would
+// look like information, and would take a random part of the residuals with it. A weak prior at the
+// node's present value keeps them out.
 // of_last: rows of the last node's pivots.
 CondensedWindow by_itself(const WindowedSystem& s, const EndRows& ends, int first, int of_last) {
   const int columns = int(ends.rows.cols()), there = int(ends.rows.rows());
@@ -143,7 +144,7 @@ CondensedWindow by_itself(const WindowedSystem& s, const EndRows& ends, int firs
   copy_rows(ends.rows, A, 0, 0);
   for (int j = 0; j < first; ++j) {
     const int column = ends_columns - first + j;
-    A.row(there + j)[column] = kKnown * ends.rows.col(column).tail(there - of_last).norm();
+    A.row(there + j)[column] = kWeakPrior * ends.rows.col(column).tail(there - of_last).norm();
   }
   std::vector<int> pivots;
   const int below = triangularize(A, 0, 0, ends_columns, pivots);
@@ -155,8 +156,8 @@ CondensedWindow by_itself(const WindowedSystem& s, const EndRows& ends, int firs
   return out;
 }
 
-// Inner nodes are eliminated one after the other, each from the few rows that touch it: those that
-// came from the node before (carried), its own, and those to the next.
+// Inner nodes are eliminated one after the other, each from the few rows that touch it: those left
+// by the elimination of the node before (carried), its own, and those it shares with the next.
 CondensedWindow condense_window(const WindowedSystem& s, const Window& window, EndRows& ends) {
   const auto [first, last] = window;
   ends.globals = s.touched(s.factors(window));
@@ -239,8 +240,8 @@ void copy_ends(const EndRows& ends, int before, int first, int last, RowStack& A
   }
 }
 
-// The windows' ends and what links them are eliminated along the chain. What a window says of the
-// globals alone it says with links or without.
+// Eliminates the windows' end nodes along the chain, with the factors that link two windows. A
+// window's information on the globals alone (`rest`) is added as it is.
 CondensedWindow link(const WindowedSystem& s, const std::vector<EndRows>& ends,
                      const std::vector<CondensedWindow>& windows) {
   const std::vector<int> all = s.all_globals();
@@ -256,8 +257,7 @@ CondensedWindow link(const WindowedSystem& s, const std::vector<EndRows>& ends,
     if (s.windows[w].first < 0) continue;
     const int first = s.windows[w].first;
     const int last = s.windows[w].last > first ? s.windows[w].last : -1;
-    // The window's only node is its last.
-    const std::array<int, 3> nodes = {before, first, last};
+    const std::array<int, 3> nodes = {before, first, last};  // last = -1 in a window of one node
     const std::vector<FactorAt>& factors = s.sorted.links(int(w));
     const int there = int(carried.rows()), between = s.count_rows(factors);
     links += between;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Windows condensed in the square-root form (condensed_windows.h): reflections of the rows
-// themselves, node after node, so that a direction of which the rows say a millionth of what they
-// say of others loses no more than six digits of sixteen. What is left on the globals alone adds up
-// as squares.
+// themselves, node after node. A direction with a millionth of the norm of others then loses six
+// digits of sixteen; in the information form it would lose twelve. Rows that are left on the
+// globals alone are added up as squares.
 #pragma once
 
 #include "solvers/condensed/windowed_system.h"

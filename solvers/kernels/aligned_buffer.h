@@ -24,7 +24,7 @@ class AlignedBuffer {
     bytes = (bytes / alignment + 1) * alignment;
     data_.reset(static_cast<double*>(std::aligned_alloc(alignment, bytes)));
     if (!data_) throw std::bad_alloc();
-#ifdef MADV_HUGEPAGE  // where it fails it does not help
+#ifdef MADV_HUGEPAGE  // only an advice: without it the buffer is slower, not wrong
     if (alignment == kLargePage) madvise(data_.get(), bytes, MADV_HUGEPAGE);
 #endif
     if (fill == Fill::kZero) std::memset(data_.get(), 0, bytes);

@@ -64,7 +64,7 @@ class WindowEngine {
 
  private:
   struct Group {
-    double *nodes[2], *kept;  // current, candidate; in memory_
+    double *nodes[2], *kept;  // current, proposed; in memory_
     AlignedBuffer left[2], out, delta_left, delta_right, sums;
   };
   WindowEngine(const FactorGraph& graph, const Values& values, lanes::Layout layout, Isa isa,

@@ -12,9 +12,9 @@ namespace magimu {
 struct OptimizerOptions {
   Backend backend = Backend::kAuto;
   std::optional<Isa> isa;  // of the windows' code; unless given, the best of this machine
-  // Of the windows; unless given, information, and square root from where a pivot, relative to its
-  // diagonal, falls below 1e-13. kInformation: such steps are refused as singular. kSquareRoot: of
-  // kAuto's other back ends, too (SPQR).
+  // Form of the windows' elimination. Not given: the information form, and the square-root form as
+  // soon as a pivot falls below 1e-13 of its diagonal. kInformation: a step with such a pivot is
+  // refused as singular. kSquareRoot: kAuto's other back ends take that form, too (SPQR).
   std::optional<EliminationForm> form;
   // Stop when the step is this small in standard deviations: sqrt(2 x predicted decrease of the
   // cost), the step's length in the metric J'J. 1e-6: a millionth of a sigma.

@@ -46,11 +46,9 @@ class WindowElimination {
   // the layout, zero for boundary nodes and globals.
   VectorXd solve(const std::vector<EliminatedNode>& nodes, const WindowCoordinates& to) const;
 
-  // Residual rows of the part, and degrees of freedom of the last node, the first and the globals.
+  // Residual rows of the part, and degrees of freedom of the last node.
   int rows(std::size_t graph) const { return rows_[graph]; }
   int last_width() const { return levels_.back().width; }
-  int first_width() const { return first_; }
-  int globals_width() const { return globals_; }
 
   // Where each variable of `values` belongs.
   enum class Place { kGlobal, kFirst, kInner, kLast };

@@ -3,8 +3,15 @@
 // cannot be written is an error.
 #include <gmock/gmock.h>
 
+#include <chrono>
+#include <csignal>
+#include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <thread>
 
+#include "tests/apps/child.h"
 #include "tests/apps/program.h"
 
 namespace magimu {
@@ -95,6 +102,38 @@ TEST(Commands, that_are_unknown_are_said_to_be) {
   const Outcome run = magimu("calibrat rec.csv");
   EXPECT_EQ(run.exit_code, kUnusable);
   EXPECT_THAT(run.err, AllOf(HasSubstr("\"calibrat\""), HasSubstr("calibrate")));
+}
+
+// Ctrl-C at any time of a fit: it ends at once, and leaves whole outputs or none.
+TEST_F(Outputs, of_a_fit_that_is_interrupted_are_whole_or_not_there) {
+  const auto names = [this] {
+    std::set<std::string> all;
+    for (const auto& entry : std::filesystem::directory_iterator(magimu.folder().path(""))) {
+      const std::string name = entry.path().filename().string();
+      // What is left of a write that was cut short; the next run removes it.
+      if (!name.starts_with(".magimu-")) all.insert(name);
+    }
+    return all;
+  };
+  magimu.folder().write(".out", "");
+  magimu.folder().write(".err", "");
+  const std::set<std::string> before = names();
+  using Clock = std::chrono::steady_clock;
+  for (int ms = 5, code = -SIGINT; code == -SIGINT && ms < 60000; ms = ms * 3 / 2) {
+    test::Child child(magimu.folder(), {"calibrate", "rec.csv", "-o", "cal.json"});
+    std::this_thread::sleep_for(std::chrono::milliseconds(ms));
+    const Clock::time_point interrupted = Clock::now();
+    child.kill(SIGINT);
+    code = child.wait();
+    if (code != -SIGINT) break;  // it was through with all
+    EXPECT_LT(Clock::now() - interrupted, std::chrono::seconds(1)) << ms;
+    std::set<std::string> after = names();
+    after.erase("cal.json");
+    EXPECT_EQ(after, before) << ms;
+    if (std::filesystem::exists(magimu.folder().path("cal.json"))) {
+      EXPECT_TRUE(nlohmann::json::accept(magimu.text("cal.json"))) << ms;
+    }
+  }
 }
 
 }  // namespace

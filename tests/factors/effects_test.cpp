@@ -111,7 +111,6 @@ VectorXd random_parameters(const Effect& effect, RandomValue& random) {
 // The catalogue, and those that are made for given times, places and frequencies.
 std::vector<std::shared_ptr<const Effect>> all_effects() {
   std::vector<std::shared_ptr<const Effect>> all = effect_catalogue();
-  all.push_back(make_hard_iron_change_between(10.0, 40.0));
   for (const std::string& name : change_names()) {
     for (const ChangeForm form : forms_of_change(name)) {
       all.push_back(make_change(name, form, {.begin = {0, 10.0}, .end = {0, 40.0}}));

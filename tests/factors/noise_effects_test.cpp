@@ -59,8 +59,7 @@ TEST(NoiseEffects, outliers_hit_all_axes_of_a_sample_and_leave_the_others) {
 
 TEST(NoiseEffects, mains_converter_and_neutral_parameters) {
   const Mains mains{Vector3(1, 2, 3), Vector3(4, 5, 6), 50.0};
-  std::vector<Vector3> x(2, Vector3::Zero());
-  add_mains({0.0, 0.005}, mains, x);
+  std::vector<Vector3> x = {mains.at(0.0), mains.at(0.005)};
   EXPECT_LT((x[0] - mains.a).norm(), 1e-12);
   EXPECT_LT((x[1] - mains.d).norm(), 1e-12);
   quantize(x, 0.3);
@@ -70,8 +69,8 @@ TEST(NoiseEffects, mains_converter_and_neutral_parameters) {
   const std::vector<Vector3> before = x;
   quantize(x, 0.0);
   saturate(x, 1e300);
-  add_mains({0.0, 0.005}, Mains(), x);
   EXPECT_EQ(x, before);
+  EXPECT_EQ(Mains().at(0.005), Vector3::Zero());
 }
 
 }  // namespace

@@ -130,6 +130,13 @@ inline std::string bag_messages(int count) {
   }
   return out;
 }
+// Behind a chunk: so many of a connection's messages are in it (their times and places are not
+// read).
+inline std::string bag_index(std::uint32_t connection, std::uint32_t messages) {
+  return bag_record({bag_field("op", '\4'), bag_field("ver", std::uint32_t(1)),
+                     bag_field("conn", connection), bag_field("count", messages)},
+                    std::string(12 * std::size_t(messages), '\0'));
+}
 // packed: bag_messages, by `method`.
 inline std::string bag(const std::string& packed, const std::string& method, std::size_t size) {
   return "#ROSBAG V2.0\n" + bag_record({bag_field("op", '\3')}, std::string(100, ' ')) +

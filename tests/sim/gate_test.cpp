@@ -53,6 +53,29 @@ TEST(GateOfSimulations, leaves_effects_to_the_diagnosis) {
   }
 }
 
+// One sample in five hundred, as a mean of several would hide it; at any rate.
+TEST(GateOfSimulations, finds_readings_of_another_time) {
+  std::mt19937 bits(6);
+  for (const double rate : {50.0, 100.0, 1000.0}) {
+    for (const SimulatedMotion motion : kMotions) {
+      Recording r = simulated(motion, rate, 40 + std::uint64_t(rate));
+      VectorSeries& s = r.mag[0];
+      const VectorSeries own = s;
+      std::size_t far = 0, bad = 0;
+      for (std::size_t k = 250; k + 10 < s.size(); k += 500, ++bad) {
+        s.v[k] = own.v[bits() % own.size()];
+        far += (s.v[k] - own.v[k]).cwiseAbs().maxCoeff() > 10.0 ? 1 : 0;
+      }
+      const std::optional<Recording> kept = gated(r);
+      ASSERT_TRUE(kept);
+      ASSERT_EQ(kept->set_aside.size(), 1u);
+      EXPECT_EQ(kept->set_aside[0].sensor, "mag");
+      EXPECT_GE(kept->set_aside[0].count, far) << rate << ' ' << to_string(motion);
+      EXPECT_LE(kept->set_aside[0].count, bad);
+    }
+  }
+}
+
 // One sample of one axis, multiplied as by a lost decimal point: found wherever it is.
 TEST(GateOfSimulations, finds_a_lost_decimal_point_anywhere) {
   std::mt19937 bits(4);

@@ -39,5 +39,24 @@ TEST(HeldOutNll, of_a_moved_sensor_is_that_of_the_data_and_not_of_rounding) {
   }
 }
 
+// Velocity and position over an interval have the gyroscope's noise, too: where the accelerometer
+// is good, that is the larger part.
+TEST(HeldOutNll, prefers_the_true_noise_of_a_moved_sensor) {
+  SimulationOptions options;
+  options.motion = SimulatedMotion::kHandHeld;
+  options.rate_hz = 100.0;
+  options.duration_s = 75.0;
+  options.noise = {.acc = 0.0006, .gyr = 7e-5, .mag = 0.015};
+  const Simulation s = simulate(options);
+  const std::vector<const Recording*> recordings = {&s.recording};
+  const auto nll = [&](double times) {
+    CalibrationOptions given = test::same_model_and_noise(s, 1);
+    given.noise->gyr *= times;
+    return sum_of(held_out_nll(Pipeline(recordings, given).coarse_fit(MotionModel::kHandHeld)));
+  };
+  const double truth = nll(1.0);
+  for (const double times : {30.0, 100.0}) EXPECT_GT(nll(times), truth + 50.0) << times;
+}
+
 }  // namespace
 }  // namespace magimu

@@ -10,6 +10,15 @@
 namespace magimu {
 namespace {
 
+// r_l of the header, of white noise of variance 1.
+double high_pass_autocovariance(int lag) {
+  double r = (lag == 0 ? 1.0 : 0.0) - 2.0 * smoothing_weight(lag);
+  for (int j = -kHighPassReach; j <= kHighPassReach; ++j) {
+    r += smoothing_weight(j) * smoothing_weight(j + lag);
+  }
+  return r;
+}
+
 TEST(HighPass, takes_quadratics_away_also_at_the_ends_and_beside_gaps) {
   VectorSeries series;
   for (int k = 0; k < 60; ++k) {

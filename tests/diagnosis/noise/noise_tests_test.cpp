@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "diagnosis/noise/high_pass.h"
@@ -341,6 +342,50 @@ TEST(ExplainNoise, finds_mains_next_to_half_the_sampling_rate) {
     expect_parameter(found[0], i, (i >= 3 && f < 50.0 ? -1.0 : 1.0) * truth[i]);
   }
   EXPECT_THAT(found[0].sentence, testing::HasSubstr("50 Hz"));
+}
+
+// A sensor that is waved, and what a model lacks of it, which has the motion's harmonics.
+SampleResiduals waved(SampleResiduals r) {
+  constexpr double kWaves = 1.855;  // Hz
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise(0.0, 0.1);  // uT/s, by the gyroscope's
+  for (std::size_t k = 0; k < r.t.size(); ++k) {
+    const double phase = 2.0 * std::numbers::pi * kWaves * r.t[k];
+    r.change.push_back(Vector3(noise(random), noise(random), noise(random)) +
+                       Vector3(40.0, -25.0, 10.0) * std::cos(phase) +
+                       Vector3(2.0, 3.0, -1.0) * std::sin(4.0 * phase));
+    r.residual[k] += Vector3(0.3, -0.2, 0.1) * std::cos(4.0 * phase);
+  }
+  return r;
+}
+
+TEST(ExplainNoise, takes_no_harmonic_of_the_motion_for_mains) {
+  const SampleResiduals r = waved(mag_residuals(oracle::simulate(options(61, {}))));
+  EXPECT_THAT(names(explain_noise({r}, kNoiseLevel)), testing::IsEmpty());
+  for (const NoiseTest& t : test_noise({r})) {
+    if (t.effect != "mains_interference") continue;
+    EXPECT_THAT(t.untested, testing::HasSubstr("follows the motion"));
+  }
+}
+
+TEST(ExplainNoise, finds_mains_beside_a_harmonic_of_the_motion) {
+  const std::vector<double> truth{0.2, -0.1, 0.05, 0.05, 0.1, 0.1, 31.3};
+  const SampleResiduals r =
+      waved(mag_residuals(oracle::simulate(options(62, {effect("mains_interference", truth)}))));
+  const std::vector<NoiseTest> found = explain_noise({r}, kNoiseLevel);
+  ASSERT_THAT(names(found), testing::ElementsAre("mag mains_interference"));
+  EXPECT_NEAR(found[0].parameters[6].value, 31.3, 4.0 * found[0].parameters[6].sigma);
+}
+
+TEST(ExplainNoise, names_no_outliers_that_are_smaller_than_the_noise) {
+  SampleResiduals r = mag_residuals(oracle::simulate(options(63, {})));
+  std::mt19937_64 random(7);
+  std::bernoulli_distribution more(0.2);
+  std::normal_distribution<double> error(0.0, 0.9 * r.sigma);
+  for (Vector3& e : r.residual) {
+    if (more(random)) e += Vector3(error(random), error(random), error(random));
+  }
+  for (const NoiseTest& t : explain_noise({r}, kNoiseLevel)) EXPECT_NE(t.effect, "outliers");
 }
 
 TEST(ExplainNoise, tells_causes_apart_that_come_together) {

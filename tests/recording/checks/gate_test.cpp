@@ -3,6 +3,7 @@
 // measurements alone, however odd. tests/sim/gate_test.cpp does the same with simulations.
 #include "recording/checks/gate.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -425,6 +426,18 @@ void round_to(VectorSeries& s, double step) {
   for (Vector3& v : s.v) v = (v / step).array().round() * step;
 }
 
+// To one side at rest for one sample, and back; gravity and the field may go along.
+void twitch(Recording& r, std::size_t there, std::size_t back, bool really) {
+  const Vector3 rate(1.8, -1.2, 0.75);
+  r.gyr.v[there] += rate;
+  r.gyr.v[back] -= rate;
+  const Rot3 turned = Rot3::Exp(0.01 * rate);
+  for (std::size_t k = there + 1; k <= back && really; ++k) {
+    r.acc.v[k] = turned.unrotate(r.acc.v[k]);
+    r.mag[0].v[k] = turned.unrotate(r.mag[0].v[k]);
+  }
+}
+
 const std::vector<Oddity> kOddities{
     {"a_magnetometer_polled_seven_times_as_often_as_it_measures",
      [](Recording& r) {
@@ -443,7 +456,7 @@ const std::vector<Oddity> kOddities{
        for (Vector3& v : r.mag[0].v) v *= 6.67;
        for (auto* s : {&r.acc, &r.gyr, &r.mag[0]}) round_to(*s, 1.0);
      }},
-    {"a_twitch_of_one_sample", [](Recording& r) { r.gyr.v[450] += Vector3(1.2, -0.8, 0.5); }},
+    {"a_twitch_of_one_sample_and_back", [](Recording& r) { twitch(r, 430, 460, true); }},
     {"a_current_that_is_switched",
      [](Recording& r) {
        for (std::size_t k = 0; k < r.mag[0].size(); ++k) {
@@ -512,6 +525,87 @@ TEST_P(Oddities, are_measurements) {
 
 INSTANTIATE_TEST_SUITE_P(Of, Oddities, testing::ValuesIn(kOddities),
                          [](const auto& oddity) { return oddity.param.name; });
+
+TEST(Gate, a_turn_that_gravity_does_not_show_is_none) {
+  Recording r = turning(3);
+  twitch(r, 430, 460, false);
+  const std::optional<Recording> kept = gated(r);
+  ASSERT_TRUE(kept);
+  ASSERT_EQ(kept->set_aside.size(), 1u);
+  EXPECT_EQ(kept->set_aside[0].sensor, "gyr");
+  EXPECT_EQ(kept->set_aside[0].kind, "spike");
+  EXPECT_EQ(kept->set_aside[0].count, 2u);
+}
+
+// Any counts within the range that the sensor was seen to use, as a transfer that failed gives
+// them, in a few samples: all but those that happen to be near, and nothing else.
+TEST(Gate, garbage_within_the_range_is_set_aside) {
+  const struct {
+    const char* sensor;
+    double range, near;
+  } kCases[] = {{"acc", 10.0, 3.0}, {"gyr", 2.0, 0.3}, {"mag", 50.0, 6.0}};
+  for (const auto& c : kCases) {
+    for (const std::size_t count : {1U, 3U, 12U}) {
+      for (unsigned seed = 1; seed <= 4; ++seed) {
+        SCOPED_TRACE(fmt::format("{} {} {}", c.sensor, count, seed));
+        Recording r = turning(20 + seed);
+        std::mt19937 bits(seed);
+        std::uniform_real_distribution<double> any(-c.range, c.range);
+        VectorSeries& s = series_of(r, c.sensor);
+        std::set<std::size_t> bad;
+        std::size_t far = 0;
+        while (bad.size() < count) {
+          const std::size_t k = 20 + bits() % (s.size() - 40);
+          if (!bad.insert(k).second) continue;
+          const Vector3 before = s.v[k];
+          s.v[k] = Vector3(any(bits), any(bits), any(bits));
+          far += (s.v[k] - before).cwiseAbs().maxCoeff() > c.near ? 1 : 0;
+        }
+        std::size_t found = 0;
+        if (const auto kept = gated(r)) {
+          for (const SetAside& of : kept->set_aside) {
+            EXPECT_EQ(of.sensor, c.sensor);
+            found += of.count;
+          }
+        }
+        // Of many a small one may be of a tail.
+        EXPECT_GE(found + far / 10, far);
+        EXPECT_LE(found, bad.size());
+      }
+    }
+  }
+}
+
+// 42 uT is what this field may well be on this axis, at another time.
+TEST(Gate, one_value_of_a_driver_within_the_range_is_set_aside) {
+  Recording r = turning(9);
+  for (const std::size_t k : {700U, 2500U, 4100U}) r.mag[0].v[k].setConstant(42.0);
+  const auto kept = gated(r);
+  ASSERT_TRUE(kept);
+  ASSERT_EQ(kept->set_aside.size(), 1u);
+  EXPECT_EQ(kept->set_aside[0].count, 3u);
+  EXPECT_THAT(sentence(kept->set_aside[0]), HasSubstr("= 42 uT at 7.00 s"));
+}
+
+// It resumes where it hung: the device hardly moved. Its noise should have moved it, unless it is
+// too coarse for that.
+TEST(Gate, a_sensor_that_hangs_at_rest_and_goes_on_is_set_aside_if_its_noise_would_show) {
+  for (const std::string sensor : {"acc", "gyr", "mag"}) {
+    SCOPED_TRACE(sensor);
+    Recording r = turning(4);
+    hold(series_of(r, sensor), 200, 240);
+    const auto kept = gated(r);
+    ASSERT_TRUE(kept);
+    ASSERT_EQ(kept->set_aside.size(), 1u);
+    EXPECT_EQ(kept->set_aside[0].sensor, sensor);
+    EXPECT_EQ(kept->set_aside[0].kind, "stuck");
+    EXPECT_EQ(kept->set_aside[0].count, 39u);
+    Recording coarse = turning(4);
+    const double step = sensor == "acc" ? 0.2 : sensor == "gyr" ? 0.03 : 2.0;
+    round_to(series_of(coarse, sensor), step);
+    EXPECT_FALSE(gated(coarse));
+  }
+}
 
 // Sample by sample, as they arrive.
 TEST(GateForStreams, judges_each_sample_after_a_few_more_and_in_order) {

@@ -13,13 +13,11 @@
 #include "calibration/calibrate.h"
 #include "calibration/fit/parameter_prior.h"
 #include "factors/effects/effect.h"
-#include "study/error_statistics.h"
+#include "tests/calibration/truth_distance.h"
 #include "tests/oracle/sensors.h"
 
 namespace magimu {
 namespace {
-
-constexpr double kOutside = 43.820;  // chi-square of 19 degrees of freedom, 99.9 %
 
 // Of a family alone.
 MatrixXd unseen(const MatrixXd& A, const VectorXd& z, const VectorXd& sigma) {
@@ -91,18 +89,9 @@ oracle::Options waved(std::uint64_t seed, const std::vector<oracle::Effect>& eff
   return o;
 }
 
-VectorXd error_of(const Calibration& c, const oracle::Device& device) {
-  SensorParameters truth;
-  truth.acc_bias = device.acc_bias;
-  truth.gyr_bias = device.gyr_bias;
-  truth.dip_rad = device.dip_rad;
-  truth.mag = {{device.distortion, device.mag_bias}};
-  return in_calibration_order(c).head(19) - in_calibration_order(truth, {device.dip_rad});
-}
-
 // Squared Mahalanobis distance of the truth.
 double distance(const Calibration& c, const oracle::Device& device) {
-  const VectorXd e = error_of(c, device);
+  const VectorXd e = test::error_of(c, device);
   return e.dot(MatrixXd(c.covariance.topLeftCorner(19, 19)).ldlt().solve(e));
 }
 
@@ -121,7 +110,7 @@ TEST(UnseenTolerances, a_sensor_that_stays_level_is_not_more_sure_than_its_parts
     const oracle::Simulation s = oracle::simulate(waved(9501 + i, {errors[i]}));
     const Calibration c = calibrate(s.recording);
     EXPECT_NE(c.trust.verdict, Verdict::kNo);
-    EXPECT_LT(distance(c, s.truth.device), kOutside) << i;
+    EXPECT_LT(distance(c, s.truth.device), test::kOutside) << i;
   }
 }
 

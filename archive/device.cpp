@@ -198,9 +198,14 @@ double birge_ratio(const DeviceProblem& problem, const ChangeHistory& history) {
 
 // The device's file is a calibration like any other: that of its last used recording with the
 // device's parameters in it.
+// Of the device's parameters and places.
+struct JointCovariances {
+  MatrixXd robust, model, common;
+};
+
 Calibration calibration_of(const Device& device, const RecordingSummary& last,
                            const DeviceRecording& recording, const VectorXd& x,
-                           const MatrixXd& robust, const MatrixXd& model) {
+                           const JointCovariances& of_joint) {
   Calibration c = recording.calibration;
   const int magnetometers = int(c.parameters.mag.size());
   const auto p = Eigen::Index(std::ranges::count_if(
@@ -230,8 +235,9 @@ Calibration calibration_of(const Device& device, const RecordingSummary& last,
     c.order.push_back(device.order[std::size_t(at)]);
     T(i, at++) = 1.0;
   }
-  c.covariance = T * robust * T.transpose();
-  c.covariance_model = T * model * T.transpose();
+  c.covariance = T * of_joint.robust * T.transpose();
+  c.covariance_model = T * of_joint.model * T.transpose();
+  c.covariance_common = T * of_joint.common * T.transpose();
   c.covariance(dip, dip) += std::pow(own_noise[dip] * device.birge, 2);
   c.covariance_model(dip, dip) += std::pow(own_noise[dip], 2);
   double dip_deg = last.dip_at;
@@ -350,9 +356,12 @@ Device make_device(const std::string& name, std::vector<DeviceRecording> recordi
     const auto S = problem.scale.asDiagonal();
     model = S * device.history.smoothed.back().covariance() * S;
     robust = device.birge * device.birge * model;
+    model += joint.beyond_independent;
+    robust += joint.beyond_independent;
     x = device.at.back();
   }
-  device.calibration = calibration_of(device, summaries.back(), all[last], x, robust, model);
+  device.calibration =
+      calibration_of(device, summaries.back(), all[last], x, {robust, model, joint.common});
   device.calibration->trust = trust_of(device);
   return device;
 }

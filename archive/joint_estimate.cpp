@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <map>
 
+#include "calibration/fit/common_errors.h"
 #include "calibration/model/parameter_names.h"
 #include "solvers/tree/condensed_triangle.h"
 
@@ -48,6 +49,18 @@ CondensedTriangle leaf_of(const MatrixXd& R, const VectorXd& d) {
   padded.R.topLeftCorner(R.rows(), R.cols()) = R;
   padded.R.col(R.cols()).head(R.rows()) = d;
   return padded;
+}
+
+// What the recordings' common errors are in the joint estimate, one each. V: its covariance.
+std::vector<MatrixXd> common_parts(const std::vector<RecordingSummary>& recordings,
+                                   const SharedParameters& shared, const MatrixXd& V) {
+  std::vector<MatrixXd> out;
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    if (recordings[r].common.size() == 0) continue;
+    const MatrixXd K = V * (recordings[r].information() * shared.embed[r]).transpose();
+    out.push_back(K * recordings[r].common * K.transpose());
+  }
+  return out;
 }
 
 }  // namespace
@@ -142,6 +155,12 @@ JointEstimate joint_estimate(const std::vector<RecordingSummary>& recordings,
   }
   meat += P.transpose() * P;
   out.covariance = out.covariance_model * meat * out.covariance_model;
+  const std::vector<MatrixXd> parts = common_parts(recordings, shared, out.covariance_model);
+  out.common = covariance_of_common(parts, out.covariance_model);
+  out.beyond_independent = out.common;
+  for (const MatrixXd& part : parts) out.beyond_independent -= part;
+  out.covariance += out.beyond_independent;
+  out.covariance_model += out.beyond_independent;
   return out;
 }
 

@@ -12,8 +12,10 @@
 //
 //   V = A^-1 (sum_r A_r V_r A_r) A^-1,   A = sum_r A_r
 //
-// which is the sandwich over all blocks of all recordings. It does not see what differs between
-// recordings and not within them; device.h widens it by that.
+// which is the sandwich over all blocks of all recordings. A part of V_r may be one and the same
+// error in all of them (RecordingSummary::common): it counts as such (common_errors.h).
+//
+// It does not see what differs between recordings and not within them; device.h widens it by that.
 #pragma once
 
 #include "archive/recording_summary.h"
@@ -39,6 +41,9 @@ struct JointEstimate {
   std::vector<std::string> order;
   VectorXd value;
   MatrixXd covariance, covariance_model;  // undetermined directions count as zero
+  // Parts of both: the errors that all recordings share, and what these are more than independent
+  // ones would be.
+  MatrixXd common, beyond_independent;
   bool determined = true;
 };
 

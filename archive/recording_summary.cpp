@@ -52,15 +52,17 @@ bool is_dip(const std::string& name) { return name == "field.dip_deg"; }
 }  // namespace
 
 SummaryJson to_json(const CondensedRecording& c) {
-  return {{"order", c.order},
-          {"at", numbers(c.at)},
-          {"triangle", upper(c.R)},
-          {"d", numbers(c.d)},
-          {"squares", c.squares},
-          {"rows", c.rows},
-          {"covariance", upper(c.covariance)},
-          {"prior_mean", numbers(c.prior_mean)},
-          {"prior_sigma", numbers(c.prior_sigma)}};
+  SummaryJson out = {{"order", c.order},
+                     {"at", numbers(c.at)},
+                     {"triangle", upper(c.R)},
+                     {"d", numbers(c.d)},
+                     {"squares", c.squares},
+                     {"rows", c.rows},
+                     {"covariance", upper(c.covariance)},
+                     {"prior_mean", numbers(c.prior_mean)},
+                     {"prior_sigma", numbers(c.prior_sigma)}};
+  if (c.common.size() > 0) out["common"] = upper(c.common);
+  return out;
 }
 
 CondensedRecording condensed_from_json(const SummaryJson& json, const std::string& file) {
@@ -75,6 +77,9 @@ CondensedRecording condensed_from_json(const SummaryJson& json, const std::strin
     out.rows = json.at("rows").get<int>();
     const MatrixXd U = upper_in(json, "covariance", n);
     out.covariance = U.selfadjointView<Eigen::Upper>();
+    if (json.contains("common")) {
+      out.common = upper_in(json, "common", n).selfadjointView<Eigen::Upper>();
+    }
     out.prior_mean = vector_in(json, "prior_mean", n);
     out.prior_sigma = vector_in(json, "prior_sigma", n);
     return out;
@@ -131,6 +136,7 @@ RecordingSummary summary_of(const CondensedRecording& c, double widened) {
   out.R = triangle.block(first, first, m, m);
   out.d = triangle.col(n).tail(m);
   out.covariance = V;
+  if (c.common.size() > 0) out.common = c.common(kept, kept);
   out.dip_row = VectorXd::Zero(m);
   if (dip >= 0 && std::abs(triangle(0, 0)) > 0.0) {
     out.dip_at = c.at[dip] - triangle(0, n) / triangle(0, 0);

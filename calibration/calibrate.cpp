@@ -155,7 +155,8 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   Calibration c;
   std::vector<double> mag_squares;
   std::vector<Check> checks;
-  std::vector<MissingEffect> missing;
+  SearchedEffects searched;
+  std::vector<MissingEffect>& missing = searched.missing;
   int node_every = pipeline.node_every();
   std::optional<Stage> fine;
   std::optional<MissingEffect> lacking;
@@ -179,8 +180,8 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
       [&] { checks = pipeline.check_prediction(coarse); },
       [&] {
         if (!coarse.result().converged()) return;
-        if (auto seen = attempt([&] { return find_missing_effects(few.get(), coarse); })) {
-          missing = *std::move(seen);
+        if (auto seen = attempt([&] { return search_effects(few.get(), coarse); })) {
+          searched = *std::move(seen);
         }
       },
       [&] {
@@ -202,11 +203,20 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
     }
   }
   if (lacking) missing.push_back(*lacking);
-  for (MissingEffect& effect : missing) {
+  for (std::vector<MissingEffect>* effects : {&searched.missing, &searched.unseen}) {
     if (few.are_all()) break;
-    effect = of_all_magnetometers(effect, coarse.spec(), field_count(recordings), c);
+    for (MissingEffect& effect : *effects) {
+      effect = of_all_magnetometers(effect, coarse.spec(), field_count(recordings), c);
+    }
   }
-  if (coarse.result().converged()) add_missing_effects(c, missing);
+  if (coarse.result().converged()) {
+    add_missing_effects(c, missing);
+    const MatrixXd more = add_unseen_tolerances(c, searched.unseen);
+    if (condensed != nullptr && *condensed) {
+      widen(**condensed, more);
+      (*condensed)->common = more;
+    }
+  }
   add_prior(c, recordings, *fine, options, mag_squares);
   if (c.prior.source != "none") {
     for (std::string& reason : unknown) reason = "By this recording alone: " + reason;

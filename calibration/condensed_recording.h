@@ -26,6 +26,7 @@ struct CondensedRecording {
   double squares = 0.0;
   int rows = 0;         // residuals
   MatrixXd covariance;  // robust (uncertainty.h), of the optimum
+  MatrixXd common;      // Calibration::covariance_common, part of the triangle; empty: none
   // Of each parameter as the fit had it: mean and standard deviation; 0: none.
   VectorXd prior_mean, prior_sigma;
 };

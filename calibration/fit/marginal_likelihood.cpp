@@ -8,7 +8,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kFlat = 1e-12;  // an eigenvalue of what nothing determines
+constexpr double kUndeterminedEigenvalue = 1e-12;  // an eigenvalue of what nothing determines
 
 double log_det_whitening(const FactorGraph& graph) {
   double sum = 0.0;
@@ -39,8 +39,8 @@ double log_marginal_likelihood(const Stage& stage) {
       Eigen::SelfAdjointEigenSolver<MatrixXd>(
           MatrixXd(unit.asDiagonal() * all.information * unit.asDiagonal()))
           .eigenvalues();
-  const double log_det =
-      all.log_det + diagonal.array().log().sum() + eigenvalues.array().max(kFlat).log().sum();
+  const double log_det = all.log_det + diagonal.array().log().sum() +
+                         eigenvalues.array().max(kUndeterminedEigenvalue).log().sum();
   return log_det_whitening(stage.graph()) - 0.5 * (2.0 * stage.result().cost_final + log_det);
 }
 

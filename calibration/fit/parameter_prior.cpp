@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "calibration/fit/common_errors.h"
 #include "calibration/fit/uncertainty.h"
 #include "calibration/result/parameter_vector.h"
 #include "graph/decompositions.h"
@@ -173,6 +174,7 @@ LinearPrior believable(const LinearPrior& prior, const VectorXd& theta, const Ma
   out.H = MatrixXd(prior.H(kept, Eigen::all));
   out.mean = VectorXd(prior.mean(kept));
   out.covariance = MatrixXd(prior.covariance(kept, kept));
+  if (prior.common.size() > 0) out.common = MatrixXd(prior.common(kept, kept));
   return out;
 }
 
@@ -221,6 +223,22 @@ void record(Calibration& c, const LinearPrior& prior, const MatrixXd& before) {
 MatrixXd updated(const MatrixXd& V, const MatrixXd& K, const LinearPrior& prior) {
   const MatrixXd A = MatrixXd::Identity(V.rows(), V.rows()) - K * prior.H;
   return A * V * A.transpose() + K * prior.covariance * K.transpose();
+}
+
+// The errors that the recording and the prior may have in common: in `updated` they are
+// independent.
+void count_common(Calibration& c, const MatrixXd& K, const LinearPrior& prior) {
+  const Eigen::Index n = c.covariance.rows();
+  const MatrixXd A = MatrixXd::Identity(n, n) - K * prior.H;
+  std::vector<MatrixXd> parts;
+  if (c.covariance_common.size() > 0) parts.push_back(A * c.covariance_common * A.transpose());
+  if (prior.common.size() > 0) parts.push_back(K * prior.common * K.transpose());
+  if (parts.empty()) return;
+  c.covariance_common = covariance_of_common(parts, c.covariance_model);
+  MatrixXd more = c.covariance_common;
+  for (const MatrixXd& part : parts) more -= part;
+  c.covariance_model += more;
+  c.covariance += more;
 }
 
 }  // namespace
@@ -285,6 +303,7 @@ LinearPrior prior_of(const GivenPrior& given, const Calibration& c) {
   LinearPrior prior = rows.prior();
   const MatrixXd all = weighing_covariance(old.covariance_model, old.covariance, old.prior.blocks);
   prior.covariance = MatrixXd(all(from, from));
+  if (old.covariance_common.size() > 0) prior.common = old.covariance_common(from, from);
   prior.blocks = old.prior.blocks;
   widen(given, names, prior);
   return prior;
@@ -323,6 +342,7 @@ double take_prior(Calibration& c, const LinearPrior& all, int blocks) {
   set_parameters(c, estimate + shift);
   c.covariance_model = updated(c.covariance_model, K, prior);
   c.covariance = updated(before, K, prior);
+  count_common(c, K, prior);
   take_over_sigmas(c);
   record(c, prior, before);
   return cost;

@@ -10,6 +10,8 @@
 //
 //   K = V H' (H V H' + P0)^-1,  theta = t - K (H t - m)
 //   covariance (1 - K H) V (1 - K H)' + K P0 K'
+//
+// What both have in common is no independent error (common_errors.h).
 #pragma once
 
 #include <memory>
@@ -39,6 +41,7 @@ struct LinearPrior {
   MatrixXd H;
   VectorXd mean;
   MatrixXd covariance;
+  MatrixXd common;  // Calibration::covariance_common of an older calibration; empty: none
   std::vector<Group> groups;
   int blocks = 0;  // independent pieces behind an older calibration's robust covariance
 };

@@ -124,7 +124,11 @@ Calibration StreamingCalibration::State::finish(const StreamParts& parts) {
   if (c.fit.converged() && c.undetermined.empty()) {
     c.checks.push_back(check_held_out(block_errors(stage), c.strength_uT));
     unknown = unknown_directions(c);
-    if (changes_.empty()) add_missing_effects(c, find_missing_effects(recordings, stage));
+    if (changes_.empty()) {
+      const SearchedEffects searched = search_effects(recordings, stage);
+      add_missing_effects(c, searched.missing);
+      add_unseen_tolerances(c, searched.unseen);
+    }
     take_known_beforehand(c, batch_);
   }
   judge(c, unknown);

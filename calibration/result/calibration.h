@@ -135,6 +135,10 @@ struct Calibration {
   // count as zero in both and are named in `undetermined`.
   std::vector<std::string> order;
   MatrixXd covariance, covariance_model;
+  // The part of both that all recordings of the device may share: what its parts' tolerances do
+  // where the motion does not show them (unseen_tolerances.h). No mean over recordings makes it
+  // smaller. Empty: none, or not known.
+  MatrixXd covariance_common;
   // Of a file that has them in blocks (calibration_json.h): what the blocks leave out is zero here.
   bool covariance_in_blocks = false;
   std::vector<std::string> undetermined;

@@ -258,6 +258,10 @@ Calibration calibration_from_json(const Json& json, const std::string& file) {
   c.covariance_model = read_covariance(root["covariance_model"], n, model_in_blocks);
   // Beside the whole of one, blocks of the other would be another thing.
   if (model_in_blocks && !c.covariance_in_blocks) c.covariance_model = c.covariance;
+  if (root.has("covariance_common")) {
+    bool in_blocks = false;
+    c.covariance_common = read_covariance(root["covariance_common"], n, in_blocks);
+  }
   if (root.has("prior")) {
     const double blocks = root["prior"]["blocks"].finite();
     if (!(blocks >= 0.0 && blocks < 1e9)) root["prior"]["blocks"].wrong("a count");
@@ -279,6 +283,9 @@ Calibration calibration_from_json(const Json& json, const std::string& file) {
   c.trust = read_trust(root["trust"]);
   check_covariance(root["covariance"], c.covariance, c);
   check_covariance(root["covariance_model"], c.covariance_model, c);
+  if (c.covariance_common.size() > 0) {
+    check_covariance(root["covariance_common"], c.covariance_common, c);
+  }
   return c;
 }
 

@@ -237,6 +237,9 @@ Json to_json(const Calibration& c, bool joint) {
   }
   out["covariance"] = covariance_json(c, c.covariance, joint);
   out["covariance_model"] = covariance_json(c, c.covariance_model, false);
+  if (c.covariance_common.size() > 0 && c.mag_names.size() <= kWrittenWhole) {
+    out["covariance_common"] = {{"lower", lower_triangle(c.covariance_common)}};
+  }
   const char* source = c.noise_given ? "given" : "estimated";
   out["prior"] = prior(c.prior);
   out["noise"] = {

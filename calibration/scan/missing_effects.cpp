@@ -14,6 +14,7 @@
 #include "calibration/scan/general_dependence.h"
 #include "calibration/scan/scan.h"
 #include "calibration/scan/testable.h"
+#include "calibration/scan/unseen_tolerances.h"
 #include "graph/decompositions.h"
 #include "graph/parallel.h"
 #include "statistics/tails.h"
@@ -50,6 +51,36 @@ std::vector<std::shared_ptr<const Effect>> candidates(
   return out;
 }
 
+// A family of tolerances that is not seen to be missing. influence: by how much its parameters move
+// the calibration's.
+struct ToleranceFamily {
+  std::string name;
+  Channel channel = Channel::kAcc;
+  ToleranceDirections directions;
+  MatrixXd influence;
+};
+
+std::vector<MissingEffect> unseen_of(const std::vector<ToleranceFamily>& families) {
+  std::vector<ToleranceDirections> directions;
+  for (const ToleranceFamily& f : families) directions.push_back(f.directions);
+  const std::vector<MatrixXd> sizes = unseen_tolerances(directions);
+  std::vector<MissingEffect> out;
+  for (std::size_t i = 0; i < families.size(); ++i) {
+    const MatrixXd& influence = families[i].influence;
+    MissingEffect& unseen = out.emplace_back();
+    unseen.name = families[i].name;
+    unseen.channel = families[i].channel;
+    unseen.shift = VectorXd::Zero(influence.rows());
+    unseen.covariance = influence * sizes[i] * influence.transpose();
+  }
+  return out;
+}
+
+struct FoundByScan {
+  std::vector<MissingEffect> missing;
+  std::vector<ToleranceFamily> families;
+};
+
 // What one scan says of the calibration, candidate by candidate.
 class Search {
  public:
@@ -70,14 +101,32 @@ class Search {
                     window_s(effects.front()->channel(), stage_.spec().motion));
     for (std::size_t i = 0; i < effects.size(); ++i) look_at(scan, i, *effects[i]);
   }
-  std::vector<MissingEffect> found() && { return std::move(found_); }
+  FoundByScan found() && { return std::move(found_); }
 
  private:
   void look_at(const Scan& scan, std::size_t i, const Effect& effect) {
     const Score s = scan.with_own_scatter(i);
+    if (!is_missing(scan, i, effect, s)) look_for_unseen(scan, i, effect, s);
+  }
+  // By how much each of the effect's parameters moves the calibration's.
+  MatrixXd influence_of(const Scan& scan, std::size_t i, const Effect& effect) const {
+    MatrixXd out = scan.influence().middleCols(scan.first(i), effect.size());
+    out.middleRows(first_dip(), dips()) /= kDegree;
+    return out;
+  }
+  void look_for_unseen(const Scan& scan, std::size_t i, const Effect& effect, const Score& s) {
+    if (!is_tolerance(effect)) return;
+    const VectorXd z = scan.score().segment(scan.first(i), effect.size());
+    found_.families.push_back(
+        {effect.name(), effect.channel(),
+         tolerance_directions(s.information, z, s.coloured ? s.scatter : 1.0,
+                              effect.prior_sigma(recordings_.front()->duration_s())),
+         influence_of(scan, i, effect)});
+  }
+  bool is_missing(const Scan& scan, std::size_t i, const Effect& effect, const Score& s) {
     const bool named = find_effect(effect.name()) != nullptr, coloured = s.coloured;
     // Strongly coloured noise has little dependences on everything; the robust covariance knows.
-    if (!named && s.scatter > kStronglyColoured) return;
+    if (!named && s.scatter > kStronglyColoured) return false;
     const double excess = coloured ? s.scatter : 1.0, duration = recordings_.front()->duration_s();
     const VectorXd z = scan.score().segment(scan.first(i), effect.size());
     VectorXd prior = kWidened * effect.prior_sigma(duration);
@@ -89,7 +138,7 @@ class Search {
       // A bias that wanders is somewhere else at another time.
       wandered = walk.density * walk.density * duration / 3.0;
     }
-    if (log10_p > log10_level_) return;
+    if (log10_p > log10_level_) return false;
     // What the motion does not show is no more uncertain than it was: the model has it already.
     const MatrixXd& P = s.visible;
     const MatrixXd weight = prior.cwiseAbs2().cwiseInverse().asDiagonal();
@@ -103,10 +152,9 @@ class Search {
     // distribution under no effect therefore bounds it.
     if (!effect.description().random_process &&
         log10_chi_square_tail(z.dot(posterior * z) / excess, s.dof) > log10_level_) {
-      return;
+      return false;
     }
-    MatrixXd influence = scan.influence().middleCols(scan.first(i), effect.size());
-    influence.middleRows(first_dip(), dips()) /= kDegree;
+    const MatrixXd influence = influence_of(scan, i, effect);
     MissingEffect found;
     found.name = named ? effect.name() : "";
     found.channel = effect.channel();
@@ -120,7 +168,8 @@ class Search {
     found.shift = influence * (posterior * z) / excess;
     found.covariance = influence * posterior * influence.transpose();
     found.covariance.diagonal().segment<3>(3).array() += wandered;
-    found_.push_back(std::move(found));
+    found_.missing.push_back(std::move(found));
+    return true;
   }
   Eigen::Index first_dip() const { return 6 + 12 * Eigen::Index(recordings_.front()->mag.size()); }
   Eigen::Index dips() const { return Eigen::Index(field_count(recordings_)); }
@@ -129,13 +178,12 @@ class Search {
   const Stage& stage_;
   double log10_level_;
   double squares_ = 0.0, mean_square_uT_ = 0.0;  // of the magnetometers, of one reading's axis
-  std::vector<MissingEffect> found_;
+  FoundByScan found_;
 };
 
 // Of the effects on one sensor.
-std::vector<MissingEffect> look(const std::vector<const Recording*>& recordings, const Stage& stage,
-                                const std::vector<std::shared_ptr<const Effect>>& effects,
-                                double log10_level) {
+FoundByScan look(const std::vector<const Recording*>& recordings, const Stage& stage,
+                 const std::vector<std::shared_ptr<const Effect>>& effects, double log10_level) {
   if (effects.empty()) return {};
   Search search(recordings, stage, log10_level);
   search.look(effects);
@@ -155,6 +203,35 @@ VectorXd hidden_part(const Calibration& c, double seen_uT) {
   return out;
 }
 
+// The parameters whose sigmas are most of all the doubt: "its bias", "0.07 m/s^2".
+struct Doubted {
+  std::string what, size;
+  double ratio = 0.0;  // of the doubt's variance over that without it, at most
+};
+Doubted most_doubted(const Calibration& c, const MatrixXd& without, const MatrixXd& doubt) {
+  struct Group {
+    const char *what, *unit;
+    Eigen::Index first, size;
+  };
+  const auto mags = 12 * Eigen::Index(c.parameters.mag.size());
+  const Group groups[] = {{"accelerometer's bias", "m/s^2", 0, 3},
+                          {"gyroscope's bias", "rad/s", 3, 3},
+                          {"magnetometer's distortion and bias", "uT", 6, mags},
+                          {"dip", "deg", 6 + mags, Eigen::Index(c.fields.size())}};
+  Doubted out;
+  for (const Group& g : groups) {
+    double ratio = 0.0, largest = 0.0;
+    for (Eigen::Index i = g.first; i < g.first + g.size; ++i) {
+      ratio = std::max(ratio, doubt(i, i) / std::max(without(i, i), 1e-300));
+      largest = std::max(largest, doubt(i, i));
+    }
+    if (ratio > out.ratio) {
+      out = {g.what, fmt::format("{:.2g} {}", std::sqrt(largest), g.unit), ratio};
+    }
+  }
+  return out;
+}
+
 std::string in_words(const MissingEffect& f) {
   constexpr const char* kSensors[] = {"accelerometer", "gyroscope", "magnetometer"};
   if (!f.name.empty()) return f.cause;
@@ -163,8 +240,8 @@ std::string in_words(const MissingEffect& f) {
 
 }  // namespace
 
-std::vector<MissingEffect> find_missing_effects(const std::vector<const Recording*>& recordings,
-                                                const Stage& stage) {
+SearchedEffects search_effects(const std::vector<const Recording*>& recordings,
+                               const Stage& stage) {
   const bool moving = stage.spec().motion == MotionModel::kHandHeld;
   std::vector<std::shared_ptr<const Effect>> all = candidates(recordings, stage);
   for (const auto& unnamed : general_dependences(moving)) {
@@ -181,15 +258,20 @@ std::vector<MissingEffect> find_missing_effects(const std::vector<const Recordin
   // Each sensor's by themselves: a candidate's test takes no notice of the others, and columns cost
   // their square.
   const double log10_level = std::log10(kFalseAlarms / double(all.size()));
-  std::array<std::vector<MissingEffect>, 3> found;
+  std::array<FoundByScan, 3> found;
   parallel::for_each(found.size(), [&](std::size_t channel) {
     std::vector<std::shared_ptr<const Effect>> own;
     std::ranges::copy_if(all, std::back_inserter(own),
                          [&](const auto& e) { return std::size_t(e->channel()) == channel; });
     found[channel] = look(recordings, stage, own, log10_level);
   });
-  std::vector<MissingEffect> out;
-  for (auto& own : found) out.insert(out.end(), own.begin(), own.end());
+  SearchedEffects out;
+  std::vector<ToleranceFamily> families;
+  for (const FoundByScan& own : found) {
+    out.missing.insert(out.missing.end(), own.missing.begin(), own.missing.end());
+    families.insert(families.end(), own.families.begin(), own.families.end());
+  }
+  out.unseen = unseen_of(families);
   return out;
 }
 
@@ -230,6 +312,32 @@ void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found
   c.checks.push_back(check);
   if (seen_uT > 0.0) more.diagonal() += hidden_part(c, seen_uT);
   if (!found.empty()) add_to_covariance(c, more);
+}
+
+MatrixXd add_unseen_tolerances(Calibration& c, const std::vector<MissingEffect>& unseen) {
+  Check check{"tolerances", CheckStatus::kOk, 0.0,
+              "The motion tells the errors that parts usually have from the calibration."};
+  const MatrixXd without = c.covariance;
+  MatrixXd more = MatrixXd::Zero(without.rows(), without.cols());
+  for (const MissingEffect& u : unseen) {
+    more += u.covariance;
+    const Doubted most = most_doubted(c, without, u.covariance);
+    if (!(most.ratio > std::max(1.0, check.value))) continue;
+    const std::shared_ptr<const Effect> effect = find_effect(u.name);
+    check = {
+        "tolerances", CheckStatus::kCaution, most.ratio,
+        fmt::format("This motion does not show whether {}. By as much as parts usually have of "
+                    "that, the {} may be off by {} (one standard deviation, which the sigmas "
+                    "contain). To be sure, {}.",
+                    effect->description().cause, most.what, most.size,
+                    effect->description().separating_motion)};
+  }
+  c.checks.push_back(check);
+  if (unseen.empty()) return more;
+  c.covariance_model += more;
+  c.covariance_common = more;
+  add_to_covariance(c, more);
+  return more;
 }
 
 }  // namespace magimu

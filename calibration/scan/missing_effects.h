@@ -32,12 +32,22 @@ struct MissingEffect {
   MatrixXd covariance;  // Calibration::order, most probably; and how sure that is
 };
 
+struct SearchedEffects {
+  std::vector<MissingEffect> missing;
+  // Families of errors that parts usually have and that are not among the missing: shift zero, and
+  // the covariance of what they may do without being seen (unseen_tolerances.h).
+  std::vector<MissingEffect> unseen;
+};
+
 // stage: fitted, with few nodes (a scan costs as much as several fits).
-std::vector<MissingEffect> find_missing_effects(const std::vector<const Recording*>& recordings,
-                                                const Stage& stage);
+SearchedEffects search_effects(const std::vector<const Recording*>& recordings, const Stage& stage);
 
 // Widens the robust covariance of a calibration by what was found, so that it covers where the
 // calibration would be with it, and adds the check "model".
 void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found);
+
+// Widens both covariances by what is unseen, adds the check "tolerances", and returns what it
+// added.
+MatrixXd add_unseen_tolerances(Calibration& c, const std::vector<MissingEffect>& unseen);
 
 }  // namespace magimu

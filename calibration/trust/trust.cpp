@@ -243,6 +243,13 @@ void judge_uncertainty(Calibration& c) {
   }
 }
 
+// Where sigmas are too large, and most of that is what parts may have and the motion does not show.
+void tell_of_tolerances(Calibration& c) {
+  const auto check = std::ranges::find(c.checks, "tolerances", &Check::name);
+  if (check == c.checks.end() || check->status == CheckStatus::kOk) return;
+  c.trust.lower(Verdict::kLimited, check->sentence);
+}
+
 void judge_blows(Calibration& c) {
   if (c.blows_per_minute < kManyBlows) return;
   c.trust.lower(Verdict::kLimited,
@@ -412,7 +419,9 @@ void judge(Calibration& c, const std::vector<std::string>& unknown, const KnownO
   judge_gyroscope(c, known.gyr_unit);
   judge_field(c, known);
   for (const std::string& reason : unknown) c.trust.lower(Verdict::kNo, reason);
+  const std::size_t before = c.trust.reasons.size();
   judge_uncertainty(c);
+  if (c.trust.reasons.size() > before) tell_of_tolerances(c);
   judge_blows(c);
   judge_set_aside(c);
   tell_of_a_change(c);

@@ -136,6 +136,25 @@ TEST(JointEstimate, of_summaries_is_close_to_the_calibration_of_the_samples) {
   }
 }
 
+TEST(JointEstimate, an_error_that_all_recordings_share_does_not_average_out) {
+  constexpr double kSigma = 0.07;  // m/s^2, of the accelerometer's bias in z
+  std::vector<CondensedRecording> condensed = three().summaries;
+  for (CondensedRecording& c : condensed) {
+    const auto n = Eigen::Index(c.order.size());
+    MatrixXd shared = MatrixXd::Zero(n, n);
+    shared(2, 2) = kSigma * kSigma;
+    widen(c, shared);
+    c.common = shared;
+    c = condensed_from_json(nlohmann::ordered_json::parse(to_json(c).dump()), "file");
+  }
+  const auto all = summaries(condensed);
+  const JointEstimate joint = joint_estimate(all, share(all));
+  for (const MatrixXd* V : {&joint.covariance, &joint.covariance_model}) {
+    EXPECT_GT(std::sqrt((*V)(2, 2)), 0.99 * kSigma);
+    EXPECT_LT(std::sqrt((*V)(2, 2)), 1.05 * kSigma);
+  }
+}
+
 TEST(JointEstimate, has_the_same_bits_in_any_order) {
   auto all = summaries(three().summaries);
   const JointEstimate joint = joint_estimate(all, share(all));

@@ -119,11 +119,25 @@ Spline draw_turns(const MotionOptions& o, const Vector3d& only, Random& random) 
   return Spline(kTurnKnots, c);
 }
 
-Spline draw_bounded_turn(const MotionOptions& o, double farthest, Random& random) {
-  const Spline curve(kWanderKnots, wandering(o, 0.1, 0.5, random));
+namespace {
+
+Spline bounded(const MotionOptions& o, double farthest, double low_hz, double high_hz,
+               Random& random) {
+  const Spline curve(kWanderKnots, wandering(o, low_hz, high_hz, random));
   const std::vector<double> n = norms(o, curve);
   const double most = n.empty() ? 0.0 : *std::max_element(n.begin(), n.end());
   return curve.scaled(most > 0.0 ? farthest / most : 0.0);
+}
+
+}  // namespace
+
+Spline draw_bounded_turn(const MotionOptions& o, double farthest, Random& random) {
+  return bounded(o, farthest, 0.1, 0.5, random);
+}
+
+Spline draw_heading(const MotionOptions& o, Random& random) {
+  // The curve's length is that of three components, of which one is the heading.
+  return bounded(o, std::sqrt(3.0) * 2.0 * kPi, 0.01, 0.08, random);
 }
 
 Spline draw_displacement(const MotionOptions& o, Random& random) {

@@ -15,6 +15,9 @@ Spline draw_turns(const MotionOptions& options, const Vector3d& axis, Random& ra
 // Bounded turning: the curve's farthest point is `farthest` from 0. 0.1 to 0.5 Hz.
 Spline draw_bounded_turn(const MotionOptions& options, double farthest, Random& random);
 
+// The heading of what stays level, in z: to and fro by up to a whole turn. 0.01 to 0.08 Hz.
+Spline draw_heading(const MotionOptions& options, Random& random);
+
 // The position: root mean square options.displacement_m within options.band_hz while moving, and
 // the way out and back of options.carry_m.
 Spline draw_displacement(const MotionOptions& options, Random& random);

@@ -49,6 +49,8 @@ std::string to_string(MotionKind kind) {
       return "short_turn";
     case MotionKind::kStill:
       return "still";
+    case MotionKind::kLevel:
+      return "level";
   }
   return "unknown";
 }
@@ -78,9 +80,12 @@ Motion::Motion(const MotionOptions& options, std::uint64_t seed) : options_(opti
   if (turns_freely(kind)) {
     rate_ = draw_turns(options, kind == MotionKind::kOneAxis ? axis : Vector3d::Zero(), turning);
   } else if (kind != MotionKind::kStill) {
-    const double usual = kind == MotionKind::kTranslation ? 8.0 : 35.0;
+    const double usual = kind == MotionKind::kTranslation ? 8.0
+                         : kind == MotionKind::kLevel     ? 10.0
+                                                          : 35.0;
     const double farthest = options.farthest_turn_deg > 0.0 ? options.farthest_turn_deg : usual;
     angle_ = draw_bounded_turn(options, farthest * kDegree, turning);
+    if (kind == MotionKind::kLevel) heading_ = draw_heading(options, turning);
   }
   if (kind == MotionKind::kHandHeld || kind == MotionKind::kTranslation) {
     displacement_ = draw_displacement(options, moving);
@@ -97,7 +102,10 @@ Motion::Motion(const MotionOptions& options, std::uint64_t seed) : options_(opti
 
 Vector3d Motion::omega(double t) const {
   if (angle_.empty()) return rate_(t);
-  return right_jacobian_so3(angle_(t)) * angle_(t, 1);
+  const Vector3d own = right_jacobian_so3(angle_(t)) * angle_(t, 1);
+  if (heading_.empty()) return own;
+  const Quaterniond level = grid_.front() * exp_so3(angle_(t));
+  return own + level.conjugate() * Vector3d(0, 0, heading_(t, 1).z());
 }
 
 Vector3d Motion::angular_acceleration(double t) const {
@@ -114,7 +122,10 @@ Vector3d Motion::turn(double t, double h) const {
 }
 
 Quaterniond Motion::nRb(double t) const {
-  if (!angle_.empty()) return grid_.front() * exp_so3(angle_(t));
+  if (!angle_.empty()) {
+    const Quaterniond turned = grid_.front() * exp_so3(angle_(t));
+    return heading_.empty() ? turned : exp_so3(Vector3d(0, 0, heading_(t).z())) * turned;
+  }
   const double x = std::clamp(t / kGrid, 0.0, static_cast<double>(grid_.size() - 1));
   const auto i = static_cast<std::size_t>(x);
   const double rest = (x - static_cast<double>(i)) * kGrid;

@@ -31,6 +31,7 @@ enum class MotionKind {
   kTranslation,  // moved about, hardly turned
   kShortTurn,    // turned on the spot about all axes, but only a little
   kStill,        // lies where it is
+  kLevel,        // stays about level and turns about the vertical, as a boat or a car does
 };
 std::string to_string(MotionKind kind);  // "rotation", "hand_held", ...
 
@@ -41,7 +42,8 @@ struct MotionOptions {
   double pause_s = 2.0;       // a rest in the middle; 0: none
   // |omega| hardly exceeds it, rad/s: kRotation, kHandHeld, kOneAxis. A usual hand: 2.5.
   double fastest_rad_s = 2.5;
-  // The farthest from the attitude at the start, deg: kTranslation, kShortTurn. 0: 8 and 35.
+  // The farthest from the attitude at the start, deg: kTranslation, kShortTurn; kLevel:
+  // roll and pitch. 0: 8, 35 and 10.
   double farthest_turn_deg = 0.0;
   // Body axis of kOneAxis; zero: a random one.
   Vector3d axis = Vector3d::Zero();
@@ -72,8 +74,9 @@ class Motion {
   Vector3d turn(double t, double h) const;
 
   MotionOptions options_;
-  Spline rate_;   // omega, or
-  Spline angle_;  // phi with R(t) = R(0) Exp(phi(t)), for motions whose turn is bounded
+  Spline rate_;     // omega, or
+  Spline angle_;    // phi with R(t) = R(0) Exp(phi(t)), for motions whose turn is bounded
+  Spline heading_;  // of kLevel, rad: R(t) = Rz(heading) R(0) Exp(phi(t)), in z; else empty
   Spline displacement_;
   std::vector<Quaterniond> grid_;  // at 0, 1 ms, 2 ms, ...; R(0) alone where rate_ does not lead
 };

@@ -7,13 +7,11 @@
 #include <Eigen/Cholesky>
 
 #include "calibration/calibrate.h"
-#include "study/error_statistics.h"
+#include "tests/calibration/truth_distance.h"
 #include "tests/oracle/sensors.h"
 
 namespace magimu {
 namespace {
-
-constexpr double kOutside = 43.820;  // chi-square of 19 degrees of freedom, 99.9 %
 
 oracle::Simulation hidden(const std::vector<oracle::Effect>& effects,
                           oracle::MotionKind motion = oracle::MotionKind::kRotation) {
@@ -27,15 +25,6 @@ oracle::Simulation hidden(const std::vector<oracle::Effect>& effects,
   o.motion.fastest_rad_s = 2.0;
   o.effects = effects;
   return oracle::simulate(o);
-}
-
-VectorXd error_of(const Calibration& c, const oracle::Device& device) {
-  SensorParameters truth;
-  truth.acc_bias = device.acc_bias;
-  truth.gyr_bias = device.gyr_bias;
-  truth.dip_rad = device.dip_rad;
-  truth.mag = {{device.distortion, device.mag_bias}};
-  return in_calibration_order(c).head(19) - in_calibration_order(truth, {device.dip_rad});
 }
 
 double distance(const VectorXd& error, const MatrixXd& covariance) {
@@ -57,8 +46,8 @@ TEST(MissingEffects, a_filter_in_the_magnetometer_is_seen_and_the_sigmas_hold) {
                 oracle::make_effect("mag_time_offset", {0.5 * width})},
                oracle::MotionKind::kHandHeld);
     const Calibration c = calibrate(s.recording);
-    const VectorXd error = error_of(c, s.truth.device);
-    EXPECT_LT(distance(error, c.covariance), kOutside) << width;
+    const VectorXd error = test::error_of(c, s.truth.device);
+    EXPECT_LT(distance(error, c.covariance), test::kOutside) << width;
   }
 }
 
@@ -79,9 +68,9 @@ TEST(MissingEffects, a_gyroscope_with_scale_errors_is_covered_by_the_reported_si
   options.motion = MotionModel::kRotation;  // which has no such matrix
   options.gyr_matrix = false;
   const Calibration c = calibrate(s.recording, options);
-  const VectorXd e = error_of(c, s.truth.device);
-  EXPECT_GT(distance(e, c.covariance_model), kOutside) << "the effect must do harm";
-  EXPECT_LT(distance(e, c.covariance), kOutside);
+  const VectorXd e = test::error_of(c, s.truth.device);
+  EXPECT_GT(distance(e, c.covariance_model), test::kOutside) << "the effect must do harm";
+  EXPECT_LT(distance(e, c.covariance), test::kOutside);
   EXPECT_NE(model_check(c).status, CheckStatus::kOk);
 }
 
@@ -93,9 +82,9 @@ TEST(MissingEffects, a_gyroscope_that_is_turned_is_in_the_model) {
       hidden({oracle::make_effect("gyro_scale_misalignment", S)}, oracle::MotionKind::kHandHeld);
   const Calibration c = calibrate(s.recording);
   EXPECT_EQ(c.trust.verdict, Verdict::kYes) << testing::PrintToString(c.trust.reasons);
-  const VectorXd e = error_of(c, s.truth.device);
-  EXPECT_LT(distance(e, c.covariance_model), kOutside);
-  EXPECT_LT(distance(e, c.covariance), kOutside);
+  const VectorXd e = test::error_of(c, s.truth.device);
+  EXPECT_LT(distance(e, c.covariance_model), test::kOutside);
+  EXPECT_LT(distance(e, c.covariance), test::kOutside);
   EXPECT_THAT(model_check(c).sentence,
               testing::Not(testing::HasSubstr("the gyroscope's axes have scale errors")));
   ASSERT_FALSE(c.effects.empty());
@@ -112,9 +101,9 @@ TEST(MissingEffects, a_gyroscope_that_rectifies_vibration_is_told_without_a_name
   const oracle::Simulation s =
       hidden({oracle::make_effect("gyro_rectification", {2e-4, -1e-4, 3e-4})});
   const Calibration c = calibrate(s.recording);
-  const VectorXd e = error_of(c, s.truth.device);
-  EXPECT_GT(distance(e, c.covariance_model), kOutside) << "the effect must do harm";
-  EXPECT_TRUE(c.trust.verdict != Verdict::kYes || distance(e, c.covariance) < kOutside)
+  const VectorXd e = test::error_of(c, s.truth.device);
+  EXPECT_GT(distance(e, c.covariance_model), test::kOutside) << "the effect must do harm";
+  EXPECT_TRUE(c.trust.verdict != Verdict::kYes || distance(e, c.covariance) < test::kOutside)
       << distance(e, c.covariance);
   EXPECT_THAT(model_check(c).sentence, testing::HasSubstr("missing in the model"));
 }

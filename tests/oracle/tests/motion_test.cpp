@@ -14,9 +14,9 @@
 namespace magimu::oracle {
 namespace {
 
-constexpr MotionKind kAll[] = {MotionKind::kRotation,  MotionKind::kHandHeld,
-                               MotionKind::kOneAxis,   MotionKind::kTranslation,
-                               MotionKind::kShortTurn, MotionKind::kStill};
+constexpr MotionKind kAll[] = {
+    MotionKind::kRotation,  MotionKind::kHandHeld, MotionKind::kOneAxis, MotionKind::kTranslation,
+    MotionKind::kShortTurn, MotionKind::kStill,    MotionKind::kLevel};
 
 Motion motion_of(MotionKind kind, std::uint64_t seed = 3, double duration_s = 40.0) {
   MotionOptions options;
@@ -68,7 +68,8 @@ TEST(Motion, integrated_acceleration_is_the_velocity_and_integrated_velocity_the
 
 // Runge and Kutta's fourth order on the matrix at 4 kHz, an integrator of another kind.
 TEST(Motion, attitude_solves_the_kinematic_equation) {
-  for (const MotionKind kind : {MotionKind::kHandHeld, MotionKind::kShortTurn}) {
+  for (const MotionKind kind :
+       {MotionKind::kHandHeld, MotionKind::kShortTurn, MotionKind::kLevel}) {
     const Motion motion = motion_of(kind, 5);
     const auto slope = [&](const Matrix3d& R, double t) -> Matrix3d {
       const Vector3d w = motion.omega(t);

@@ -263,6 +263,28 @@ bool is_motion(const SampleResiduals& gyr, const Stage& stage) {
          seen < std::sqrt(as_noise);
 }
 
+// Most of what is faster than the trajectory: a hand's tremor has its own colour, and as noise it
+// would be far more than the fit finds.
+bool is_mostly_motion(const SampleResiduals& acc, const Stage& stage) {
+  if (!acc.high_passed || acc.t.size() < 2) return false;
+  const Vector3 scale = robust_scale(acc.residual, std::vector<char>(acc.residual.size(), 1));
+  const double interval = (acc.t.back() - acc.t.front()) / double(acc.t.size() - 1);
+  const double variance = std::pow(stage.spec().noise.acc, 2) / interval * kHighPassVariance;
+  return scale.squaredNorm() / 3.0 > 2.0 * variance;
+}
+
+void take_colour_as_motion(NoiseOf& of) {
+  const auto is_colour = [](const NoiseTest& t) {
+    return t.channel == Channel::kAcc && t.effect == "correlated_noise";
+  };
+  std::erase_if(of.causes, is_colour);
+  for (NoiseTest& t : of.tests) {
+    if (!is_colour(t)) continue;
+    t = untested(t.effect, t.channel,
+                 "most of what is faster than the trajectory is the hand's tremor, not noise");
+  }
+}
+
 void take_as_motion(NoiseOf& of) {
   std::erase_if(of.causes, [](const NoiseTest& t) { return t.channel == Channel::kGyr; });
   for (NoiseTest& t : of.tests) {
@@ -400,6 +422,9 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
     all[r].causes = explain_noise(all[r].residuals, level / double(recordings.size()));
     for (const SampleResiduals& s : all[r].residuals) {
       if (s.channel == Channel::kGyr && is_motion(s, extender.stage())) take_as_motion(all[r]);
+      if (s.channel == Channel::kAcc && is_mostly_motion(s, extender.stage())) {
+        take_colour_as_motion(all[r]);
+      }
     }
   }
   const std::vector<NoiseTest> tests = strongest(all);

@@ -529,10 +529,13 @@ bool SensorGate::hung() const {
   return unit.count >= kShortestRun * longest && resumes_elsewhere(change);
 }
 
+// A dead sensor, which is told as such.
+bool SensorGate::never_changed() const { return kept_.empty() && units_.size() == 1; }
+
 // The device turned meanwhile, and the sensor goes on elsewhere; or never.
 bool SensorGate::turned_while_still() const {
   const Unit& unit = units_.front();
-  if (!options_.turned || !longer_than_chance(unit)) return false;
+  if (never_changed() || !options_.turned || !longer_than_chance(unit)) return false;
   if (units_.size() > 1 && !resumes_elsewhere(Vector3::Zero())) return false;
   return options_.turned(unit.begin_s, unit.end_s);
 }
@@ -540,7 +543,7 @@ bool SensorGate::turned_while_still() const {
 // Its noise alone would have moved the sensor; other sensors still do move.
 bool SensorGate::frozen() const {
   const Unit& unit = units_.front();
-  if (!options_.others_change || !longer_than_chance(unit) ||
+  if (never_changed() || !options_.others_change || !longer_than_chance(unit) ||
       double(unit.count - 1) * std::log(usual_.same_noise) > kLogChanceOfRun) {
     return false;
   }

@@ -139,6 +139,7 @@ class SensorGate {
   bool longer_than_chance(const Unit& unit) const;
   bool hung() const;
   bool resumes_elsewhere(const Vector3& usual_change) const;
+  bool never_changed() const;
   bool turned_while_still() const;
   bool frozen() const;
   bool at_its_limit(const Unit& unit, Judged& why) const;

@@ -2,9 +2,10 @@
 // How well a fitted model predicts another recording of the same device: -log p(y | model), the
 // new trajectory integrated out (Laplace),
 //
-//   sum log sigma + 1/2 |whitened residuals|^2 + 1/2 log det(trajectory's information)
+//   log det N + 1/2 |whitened residuals|^2 + 1/2 log det(trajectory's information)
 //
-// at the trajectory's optimum. What belongs to the device is held as it was found: biases,
+// at the trajectory's optimum, N the root of the noise's covariance (log_noise in
+// diagnosis/held/log_noise.h). What belongs to the device is held as it was found: biases,
 // distortion, lag, scale, sensitivities, temperature coefficients, nonlinearities, densities of the
 // noise. What belongs to one recording has a prior and is integrated out as well:
 //

@@ -143,6 +143,9 @@ bool is_mean_age(const Finding& lag, const OwnClock& clock, double level) {
 // the samples, and a lag of their mean age is its part in the model.
 void extend_by_clock(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                      Extender& extender, const OwnClock& clock, double level, Diagnosis& d) {
+  // Of the standard deviations that single samples give: the prior in the fit. So the clock stays
+  // where the samples have it; the fit sees means of samples, which know less of it.
+  constexpr double kOfPrior = 1.0 / 30.0;
   if (recordings.size() != 1 || is_thinned(recordings.front()->mag.front())) {
     std::erase_if(d.findings, [&](const Finding& f) {
       return is_lag(f.effect) && is_mean_age(f, clock, level);
@@ -151,11 +154,9 @@ void extend_by_clock(const std::vector<const Recording*>& recordings, const Pipe
   }
   const std::vector<double>& t = recordings.front()->mag.front().t;
   ModelSpec spec = extender.stage().spec();
-  // The fit sees means of samples, which know less of the clock: what single samples say is its
-  // prior.
-  spec.effects.push_back(make_own_clock_at(clock.period_s, clock.share,
-                                           0.5 * (t.front() + t.back()), clock.period_sigma_s,
-                                           clock.share_sigma));
+  spec.effects.push_back(
+      make_own_clock_at(clock.period_s, clock.share, 0.5 * (t.front() + t.back()),
+                        kOfPrior * clock.period_sigma_s, kOfPrior * clock.share_sigma));
   attempt([&] {
     Stage best = pipeline.refit_with_same_noise(extender.stage(), spec);
     if (!best.result().converged()) return false;

@@ -96,7 +96,9 @@ oracle::Effect scaled(const oracle::Effect& effect, double times, double largest
   oracle::Effect e = effect;
   switch (e.kind) {
     case EffectKind::kHardIronChange:
-      e.parameters.head<3>() *= times;  // its times stay
+    case EffectKind::kAccBiasChange:
+    case EffectKind::kGyroBiasChange:
+      e.parameters.head<3>() *= times;  // their times stay
       break;
     case EffectKind::kMagGainChange:
     case EffectKind::kGyroGainChange:

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "diagnosis/conclude/departures.h"
 #include "diagnosis/conclude/unexplained.h"
@@ -240,6 +241,12 @@ std::optional<Finding> take_out_saturated(Recording& recording, const DiagnosisO
   return std::nullopt;
 }
 
+// Of high-passed samples of white noise with this density.
+double high_passed_variance(const SampleResiduals& samples, double density) {
+  const double interval = (samples.t.back() - samples.t.front()) / double(samples.t.size() - 1);
+  return kHighPassVariance * density * density / interval;
+}
+
 // Is what the gyroscope's samples have beyond a smooth motion no noise, but motion? As noise it
 // would be so many times the fit's own that its residuals would show it (a hand that trembles, a
 // table that turns in steps): errors of v times the variance leave at least v (1 - h) times the
@@ -255,43 +262,47 @@ bool is_motion(const SampleResiduals& gyr, const Stage& stage) {
     n += 3.0;
   }
   if (n == 0.0 || gyr.t.size() < 2 || !(sums.rows[s] > 0.0)) return false;
-  const double interval = (gyr.t.back() - gyr.t.front()) / double(gyr.t.size() - 1);
-  const double density = stage.spec().noise.gyr;
-  const double times = squares / (n * kHighPassVariance) * interval / (density * density);
+  const double times = squares / n / high_passed_variance(gyr, stage.spec().noise.gyr);
   const double as_noise = times * (1.0 - sums.absorbed[s] / sums.rows[s]);
   const double seen = std::pow(sums.rms(Sensor::kGyr), 2);
   return as_noise > 1.0 + kBeyondChance * std::sqrt(2.0 / sums.rows[s]) &&
          seen < std::sqrt(as_noise);
 }
 
-// Most of what is faster than the trajectory: a hand's tremor has its own colour, and as noise it
-// would be far more than the fit finds.
+// Is most of what is faster than the trajectory a hand's tremor? As noise it would be far more than
+// the fit finds.
 bool is_mostly_motion(const SampleResiduals& acc, const Stage& stage) {
+  constexpr double kMostly = 2.0;  // times the noise: more than half is something else
   if (!acc.high_passed || acc.t.size() < 2) return false;
-  const Vector3 scale = robust_scale(acc.residual, std::vector<char>(acc.residual.size(), 1));
-  const double interval = (acc.t.back() - acc.t.front()) / double(acc.t.size() - 1);
-  const double variance = std::pow(stage.spec().noise.acc, 2) / interval * kHighPassVariance;
-  return scale.squaredNorm() / 3.0 > 2.0 * variance;
+  std::vector<char> used;
+  for (const Vector3& x : acc.residual) used.push_back(x.allFinite() ? 1 : 0);
+  const double seen = robust_scale(acc.residual, used).squaredNorm() / 3.0;
+  return seen > kMostly * high_passed_variance(acc, stage.spec().noise.acc);
 }
 
-void take_colour_as_motion(NoiseOf& of) {
-  const auto is_colour = [](const NoiseTest& t) {
-    return t.channel == Channel::kAcc && t.effect == "correlated_noise";
-  };
-  std::erase_if(of.causes, is_colour);
+// Takes the chosen tests for untested.
+void take_as_motion(NoiseOf& of, const std::function<bool(const NoiseTest&)>& chosen,
+                    const std::string& why) {
+  std::erase_if(of.causes, chosen);
   for (NoiseTest& t : of.tests) {
-    if (!is_colour(t)) continue;
-    t = untested(t.effect, t.channel,
-                 "most of what is faster than the trajectory is the hand's tremor, not noise");
+    if (chosen(t)) t = untested(t.effect, t.channel, why);
   }
 }
 
-void take_as_motion(NoiseOf& of) {
-  std::erase_if(of.causes, [](const NoiseTest& t) { return t.channel == Channel::kGyr; });
-  for (NoiseTest& t : of.tests) {
-    if (t.channel != Channel::kGyr) continue;
-    t = untested(t.effect, t.channel,
-                 "the sensor itself turned as irregularly as noise, as the others confirm");
+void take_motion_out(const SampleResiduals& samples, const Stage& stage, NoiseOf& of) {
+  if (samples.channel == Channel::kGyr && is_motion(samples, stage)) {
+    take_as_motion(
+        of, [](const NoiseTest& t) { return t.channel == Channel::kGyr; },
+        "the sensor itself turned as irregularly as noise, as the others confirm");
+  }
+  // A tremor has a colour of its own.
+  if (samples.channel == Channel::kAcc && is_mostly_motion(samples, stage)) {
+    take_as_motion(
+        of,
+        [](const NoiseTest& t) {
+          return t.channel == Channel::kAcc && t.effect == "correlated_noise";
+        },
+        "most of what is faster than the trajectory is the hand's tremor, not noise");
   }
 }
 
@@ -422,10 +433,7 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
     all[r].tests = test_noise(all[r].residuals);
     all[r].causes = explain_noise(all[r].residuals, level / double(recordings.size()));
     for (const SampleResiduals& s : all[r].residuals) {
-      if (s.channel == Channel::kGyr && is_motion(s, extender.stage())) take_as_motion(all[r]);
-      if (s.channel == Channel::kAcc && is_mostly_motion(s, extender.stage())) {
-        take_colour_as_motion(all[r]);
-      }
+      take_motion_out(s, extender.stage(), all[r]);
     }
   }
   const std::vector<NoiseTest> tests = strongest(all);

@@ -55,17 +55,18 @@ std::vector<Option> Extender::firsts_of_pairs(const std::vector<Option>& options
   if (effects.size() < 2) return {};
   const Scan scan(recordings_, *stage_, effects);
   std::vector<Option> out;
+  const double squares = 2.0 * stage_->result().cost_final;
   for (std::size_t i = 0; i < firsts.size(); ++i) {
-    const double squares = 2.0 * stage_->result().cost_final;
-    bool white = firsts[i].score.statistic > kMost * squares;
-    for (std::size_t j = 0; j < effects.size() && !white; ++j) {
-      const bool stands_in = j == firsts.size();
-      if (i == j) continue;
-      white = scan.scatter_with(i, j) < (stands_in ? kWhiteWithin : kWhiteBeside);
-    }
     const bool again = std::ranges::any_of(
         out, [&](const Option& o) { return same_class(*o.effect, *firsts[i].effect); });
-    if (white && !again) out.push_back(firsts[i]);
+    if (again) continue;
+    bool chosen = firsts[i].score.statistic > kMost * squares;
+    for (std::size_t j = 0; j < effects.size() && !chosen; ++j) {
+      const bool stands_in = j == firsts.size();
+      if (i == j) continue;
+      chosen = scan.scatter_with(i, j) < (stands_in ? kWhiteWithin : kWhiteBeside);
+    }
+    if (chosen) out.push_back(firsts[i]);
   }
   return out;
 }

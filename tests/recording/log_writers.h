@@ -230,21 +230,24 @@ inline std::string ulog(int count, int first = 0) {
   return out;
 }
 
+inline std::string dataflash_format(unsigned char type, unsigned char size, const std::string& name,
+                                    const std::string& kinds, const std::string& names) {
+  return Bytes()
+      .add("\xA3\x95\x80")
+      .put(type)
+      .put(size)
+      .padded(name, 4)
+      .padded(kinds, 16)
+      .padded(names, 64)
+      .text;
+}
+
 inline std::string dataflash(int count, int first = 0) {
-  const auto fmt = [](unsigned char type, unsigned char size, const std::string& name,
-                      const std::string& kinds, const std::string& names) {
-    return Bytes()
-        .add("\xA3\x95\x80")
-        .put(type)
-        .put(size)
-        .padded(name, 4)
-        .padded(kinds, 16)
-        .padded(names, 64)
-        .text;
-  };
-  std::string out = fmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns");
-  out += fmt(130, 3 + 8 + 1 + 24, "IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ");
-  out += fmt(131, 3 + 8 + 1 + 12, "MAG", "QBhhhhhh", "TimeUS,I,MagX,MagY,MagZ,OfsX,OfsY,OfsZ");
+  std::string out = dataflash_format(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns");
+  out += dataflash_format(130, 3 + 8 + 1 + 24, "IMU", "QBffffff",
+                          "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ");
+  out += dataflash_format(131, 3 + 8 + 1 + 12, "MAG", "QBhhhhhh",
+                          "TimeUS,I,MagX,MagY,MagZ,OfsX,OfsY,OfsZ");
   for (int k = first; k < first + count; ++k) {
     Bytes imu, mag;
     imu.add("\xA3\x95\x82").put(std::uint64_t(1'000'000 + std::int64_t(10'000) * k)).put('\0');

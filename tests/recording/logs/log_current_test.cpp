@@ -31,21 +31,9 @@ void expect_current(const Recording& r) {
   }
 }
 
-std::string flash_format(unsigned char type, unsigned char size, const std::string& name,
-                         const std::string& kinds, const std::string& names) {
-  return test::Bytes()
-      .add("\xA3\x95\x80")
-      .put(type)
-      .put(size)
-      .padded(name, 4)
-      .padded(kinds, 16)
-      .padded(names, 64)
-      .text;
-}
-
 TEST(LogCurrent, of_ardupilot_is_in_amperes) {
-  std::string log =
-      test::dataflash(600) + flash_format(140, 3 + 8 + 1 + 8, "BAT", "QBff", "TimeUS,I,Volt,Curr");
+  std::string log = test::dataflash(600) +
+                    test::dataflash_format(140, 3 + 8 + 1 + 8, "BAT", "QBff", "TimeUS,I,Volt,Curr");
   for (int k = 0; k < kCurrentCount; ++k) {
     log += test::Bytes()
                .add("\xA3\x95\x8C")
@@ -59,8 +47,8 @@ TEST(LogCurrent, of_ardupilot_is_in_amperes) {
 }
 
 TEST(LogCurrent, of_old_ardupilot_is_in_hundredths) {
-  std::string log =
-      test::dataflash(600) + flash_format(140, 3 + 4 + 4, "CURR", "Ihh", "TimeMS,Volt,Curr");
+  std::string log = test::dataflash(600) +
+                    test::dataflash_format(140, 3 + 4 + 4, "CURR", "Ihh", "TimeMS,Volt,Curr");
   for (int k = 0; k < kCurrentCount; ++k) {
     log += test::Bytes()
                .add("\xA3\x95\x8C")

@@ -28,6 +28,7 @@
 #include "calibration/scan/misfit_cause.h"
 #include "calibration/scan/missing_effects.h"
 #include "calibration/trust/check_axes.h"
+#include "calibration/trust/disturbances.h"
 #include "calibration/trust/magnetometer_trust.h"
 #include "calibration/trust/no_fit.h"
 #include "calibration/trust/trust.h"

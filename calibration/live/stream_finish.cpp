@@ -15,6 +15,7 @@
 #include "calibration/motion/blows.h"
 #include "calibration/scan/missing_effects.h"
 #include "calibration/trust/check_axes.h"
+#include "calibration/trust/disturbances.h"
 #include "calibration/trust/no_fit.h"
 #include "calibration/trust/trust.h"
 #include "graph/numerical_error.h"
@@ -23,12 +24,12 @@
 namespace magimu {
 namespace {
 
-// Of a stream that nothing could be estimated of: ten minutes at 200 Hz.
+// Samples that are looked at if nothing could be estimated: 10 minutes at 200 Hz.
 constexpr std::size_t kLastSamples = 120000;
 
 }  // namespace
 
-// As a user of calibrate() would give them.
+// The options with which a user would call calibrate().
 CalibrationOptions StreamingCalibration::State::final_options() const {
   CalibrationOptions options = batch_;
   options.motion = options_.motion;
@@ -66,7 +67,7 @@ Calibration StreamingCalibration::State::finish() {
   const Recording* const raw = samples_.raw();
   const bool is_long = samples_.node_t().size() > std::size_t(options_.long_stream);
   if (!estimator_) {
-    // A fit of hours would need gigabytes, and what came last tells as well what is missing.
+    // A fit of hours would need gigabytes; the last samples show as well what is missing.
     const Recording& all = samples_.all();
     const std::vector<double>& t = all.gyr.empty() ? all.mag.front().t : all.gyr.t;
     if (raw != nullptr || t.size() <= kLastSamples) {

@@ -4,53 +4,24 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
+#include <optional>
 #include <utility>
 
 #include "recording/csv/csv_columns.h"
 #include "recording/csv/csv_names.h"
 #include "recording/csv/head_lines.h"
 #include "recording/csv/labelled_dialect.h"
+#include "recording/csv/long_format_dialect.h"
 #include "recording/csv/stamped_lines.h"
+#include "recording/csv/table_header.h"
 #include "recording/csv/teleplot.h"
 #include "recording/csv/text_fields.h"
 #include "recording/csv/words.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
-#include "recording/data/units.h"
 
 namespace magimu {
 namespace {
-
-// How many quantities of ours these headers name.
-std::size_t named_quantities(const std::vector<std::string>& headers, const CsvOptions& options) {
-  std::set<std::string> names;
-  for (const std::string& header : with_axes_for_numbers(headers)) {
-    const auto given = options.columns.find(header);
-    if (given != options.columns.end()) names.insert(given->second);
-    for (const std::string& text : {header, options.sensor + '_' + header}) {
-      if (const std::string name = csv_name(text).name; !name.empty()) names.insert(name);
-    }
-    if (!csv_time_of(header).empty()) names.insert(header);
-  }
-  return names.size();
-}
-
-bool is_unit(const std::string& text) {
-  std::string bare = text;
-  std::erase_if(bare, [](char c) { return c == '(' || c == ')' || c == '[' || c == ']'; });
-  if (bare.empty() || bare == "-") return true;
-  return std::ranges::any_of(std::initializer_list<const char*>{"t", "acc", "gyr", "mag"},
-                             [&](const char* q) { return unit_in_ours(q, bare).has_value(); });
-}
-
-// Most of them: a few may be words of the logger's own ("local_flux").
-bool are_units(const std::vector<std::string>& fields) {
-  const auto known = std::ranges::count_if(fields, is_unit);
-  const bool numbers = std::ranges::any_of(
-      fields, [](const std::string& f) { return field_kind(f) == FieldKind::kNumber; });
-  return !numbers && 3 * static_cast<std::size_t>(known) >= 2 * fields.size();
-}
 
 class Recogniser {
  public:
@@ -78,7 +49,7 @@ class Recogniser {
       given_header();
     } else if (!header) {
       if (long_format()) return with_stamps();
-      // A first line of words that does not fit the rows: the fast reader says how.
+      // The first line holds words but does not fit the rows: CsvParser will name the error.
       if (shape_.first_row > 0 && !stamped_ && !is_comment(lines_.front().text)) return {};
       no_header();
     } else if (long_format()) {
@@ -92,7 +63,7 @@ class Recogniser {
   }
 
  private:
-  // The terminal's clock before each line, if there is one: the time where there is no other.
+  // Adds the clock that a terminal wrote before each line: it is the time if there is no other.
   CsvDialect with_stamps() {
     if (!stamped_) return std::move(dialect_);
     const bool has_time = std::ranges::any_of(dialect_.names, [this](const std::string& name) {
@@ -110,95 +81,14 @@ class Recogniser {
     return std::move(dialect_);
   }
 
-  // The fields of a line above the rows, if they are as many as those of the rows.
-  std::optional<std::vector<std::string>> header_fields(std::size_t line) const {
-    const std::string_view text = without_comment_mark(lines_[line].text);
-    std::vector<char> separators = {shape_.separator, ',', ';', '\t', '|', ' '};
-    for (const char separator : separators) {
-      std::vector<std::string> fields = text_fields(text, separator);
-      const bool words = std::ranges::any_of(
-          fields, [](const std::string& f) { return field_kind(f) == FieldKind::kWord; });
-      if (!words || fields.size() < 2) continue;
-      if (fields.size() == shape_.fields) return fields;
-      if (fields.size() == shape_.fields + 1 && fields.back().empty()) {
-        fields.pop_back();  // that column never has a field
-        return fields;
-      }
-      if (fields.size() + 1 == shape_.fields && shape_.empty_last) {
-        fields.emplace_back();
-        return fields;
-      }
-      // R writes no name for the rows' own names.
-      if (fields.size() + 1 == shape_.fields && separator == shape_.separator &&
-          field_kind(text_fields(lines_[shape_.first_row].text, separator).front()) ==
-              FieldKind::kWord) {
-        fields.insert(fields.begin(), "");
-        return fields;
-      }
-    }
-    return std::nullopt;
-  }
-
-  // One row or two, with units in one of them: whatever names most of what we know.
   bool find_header() {
-    std::size_t best_score = 0, above = shape_.first_row;
-    bool found = false;
-    const auto consider = [&](std::vector<std::string> names, std::size_t line, std::size_t rows) {
-      const std::size_t score = named_quantities(names, options_);
-      if (found && score <= best_score) return;
-      found = true;
-      best_score = score;
-      dialect_.names = std::move(names);
-      dialect_.header_line = lines_[line].number;
-      dialect_.header = std::string(csv_trimmed(lines_[line].text));
-      header_rows_ = rows;
-    };
-    if (above == 0) return false;
-    const auto lower = header_fields(above - 1);
-    const auto upper = above > 1 ? header_fields(above - 2) : std::nullopt;
-    if (lower) consider(*lower, above - 1, 1);
-    if (upper && lower) {
-      if (are_units(*lower)) consider(with_units(*upper, *lower), above - 2, 2);
-      consider(with_groups(*upper, *lower), above - 2, 2);
-    }
-    if (upper) consider(*upper, above - 2, 2);
-    // A header that something stands below: another line that names more.
-    constexpr std::size_t kFar = 6;
-    for (std::size_t up = 3; up <= above && up <= kFar && best_score < 4; ++up) {
-      if (const auto other = header_fields(above - up)) consider(*other, above - up, up);
-    }
-    return found;
-  }
-
-  static std::vector<std::string> with_units(std::vector<std::string> names,
-                                             const std::vector<std::string>& units) {
-    for (std::size_t i = 0; i < names.size() && i < units.size(); ++i) {
-      std::string unit = units[i];
-      std::erase_if(unit, [](char c) { return c == '(' || c == ')' || c == '[' || c == ']'; });
-      if (!unit.empty() && unit != "-") names[i] += " (" + unit + ")";
-    }
-    return names;
-  }
-
-  // A sensor's name stands above the first of its axes.
-  static std::vector<std::string> with_groups(const std::vector<std::string>& groups,
-                                              std::vector<std::string> names) {
-    std::string group;
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (i < groups.size() && !groups[i].empty()) group = groups[i];
-      // The group's unit goes behind the axis.
-      const std::size_t bracket = std::min(group.find_first_of("(["), group.size());
-      const std::string_view word = csv_trimmed(std::string_view(group).substr(0, bracket));
-      if (names[i].empty()) {
-        names[i] = group;
-      } else if (!group.empty()) {
-        const bool has_unit = names[i].find_first_of("([") != std::string::npos;
-        names[i] =
-            fmt::format("{} {}{}", word, names[i],
-                        has_unit || bracket == group.size() ? "" : " " + group.substr(bracket));
-      }
-    }
-    return names;
+    std::optional<TableHeader> found = table_header(lines_, shape_, options_);
+    if (!found) return false;
+    dialect_.names = std::move(found->names);
+    dialect_.header_line = lines_[found->line].number;
+    dialect_.header = std::string(csv_trimmed(lines_[found->line].text));
+    header_rows_ = found->rows;
+    return true;
   }
 
   void given_header() {
@@ -230,165 +120,11 @@ class Recogniser {
         "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z");
   }
 
-  // A column of words that name sensors, and columns of their numbers.
   bool long_format() {
-    if (!options_.header.empty()) return false;
-    const std::size_t columns = shape_.fields;
-    std::vector<std::vector<std::string>> words(columns);  // of each column, in their order
-    std::vector<std::size_t> numbers(columns, 0), rows_of(columns, 0);
-    std::vector<HeadLine> rows(lines_.begin() + std::ptrdiff_t(shape_.first_row), lines_.end());
-    rows.insert(rows.end(), elsewhere_.begin(), elsewhere_.end());
-    for (const HeadLine& row : rows) {
-      if (is_comment(row.text)) continue;
-      const std::vector<std::string> fields = text_fields(row.text, shape_.separator);
-      for (std::size_t c = 0; c < columns && c < fields.size(); ++c) {
-        const FieldKind kind = field_kind(fields[c]);
-        ++rows_of[c];
-        if (kind != FieldKind::kWord && kind != FieldKind::kEmpty) ++numbers[c];
-        if (kind == FieldKind::kWord && words[c].size() < 64 &&
-            std::ranges::find(words[c], fields[c]) == words[c].end()) {
-          words[c].push_back(fields[c]);
-        }
-      }
-    }
-    for (std::size_t c = 0; c < columns; ++c) {
-      if (numbers[c] == 0 && long_format_by(c, words[c], numbers, rows_of)) {
-        if (one_sensor_after_the_other(rows)) times_of_words();
-        return true;
-      }
-    }
-    return false;
+    return options_.header.empty() && long_format_dialect(lines_, elsewhere_, shape_, dialect_);
   }
 
-  bool long_format_by(std::size_t word_column, const std::vector<std::string>& words,
-                      const std::vector<std::size_t>& numbers,
-                      const std::vector<std::size_t>& rows) {
-    LongFormat format;
-    format.separator = shape_.separator;
-    format.decimal_comma = shape_.decimal_comma;
-    format.word = word_column;
-    std::size_t whole = 0, single = 0;  // words that name a sensor, or one component
-    for (const std::string& word : words) {
-      whole += csv_name(word + "_x").name.empty() ? 0 : 1;
-      single += csv_name(word).name.empty() ? 0 : 1;
-    }
-    if (std::max(whole, single) < 2) return false;
-    header_of_a_word(word_column, words);
-    const bool components = single > whole;
-    std::vector<std::size_t> others;
-    std::optional<std::size_t> time;
-    for (std::size_t c = 0; c < numbers.size(); ++c) {
-      if (2 * numbers[c] < rows[c]) continue;
-      const std::string name = c < dialect_.names.size() ? dialect_.names[c] : "";
-      if (!time && (dialect_.names.empty() || csv_name(name).name == "t")) {
-        time = c;
-      } else {
-        others.push_back(c);
-      }
-    }
-    const std::size_t values = components ? 1 : 3;
-    // Without times, if there is a rate. Numbers alone without a name may be a time.
-    if (dialect_.names.empty() && others.size() < values && time) {
-      others.insert(others.begin(), *time);
-      time.reset();
-    }
-    if (others.size() < values || (components && !time)) return false;
-    std::vector<std::size_t> axes;
-    for (const std::size_t c : others) {
-      const std::string name = c < dialect_.names.size() ? dialect_.names[c] : "";
-      if (!components && !csv_name("acc_" + name).name.empty()) axes.push_back(c);
-    }
-    const auto axis_of = [this](std::size_t c) {
-      return csv_name("acc_" + dialect_.names[c]).name.back();
-    };
-    if (axes.size() == 3) std::ranges::sort(axes, {}, axis_of);  // "z,y,x" (Sensor Logger)
-    format.time = time;
-    format.values = axes.size() == 3 ? axes
-                                     : std::vector<std::size_t>(
-                                           others.end() - std::ptrdiff_t(values), others.end());
-    std::vector<std::string> names, ignored;
-    if (time) names.push_back(*time < dialect_.names.size() ? dialect_.names[*time] : "t");
-    for (const std::string& word : words) {
-      if (csv_name(components ? word : word + "_x").name.empty()) {
-        ignored.push_back(quoted_text(word));
-        continue;
-      }
-      format.words.push_back(word);
-      for (std::size_t axis = 0; axis < values; ++axis) {
-        names.push_back(components ? word : word + '_' + "xyz"[axis]);
-      }
-    }
-    dialect_.notes.push_back(
-        "every row is one sensor's: " + fmt::format("{}", fmt::join(format.words, ", ")) +
-        (ignored.empty() ? "" : fmt::format("; ignored: {}", fmt::join(ignored, ", "))));
-    dialect_.names = std::move(names);
-    dialect_.one_sensor_a_line = !time;
-    dialect_.header.clear();
-    dialect_.separator = ',';
-    dialect_.translator = long_format_translator(format);
-    long_ = std::move(format);
-    return true;
-  }
-
-  // Android's GnssLogger says behind '#' what the rows of a word hold:
-  // # UncalAccel,utcTimeMillis,elapsedRealtimeNanos,UncalAccelXMps2,...
-  void header_of_a_word(std::size_t word_column, const std::vector<std::string>& words) {
-    for (const HeadLine& line : lines_) {
-      if (!is_comment(line.text)) continue;
-      std::vector<std::string> fields =
-          text_fields(without_comment_mark(line.text), shape_.separator);
-      if (fields.size() < shape_.fields || fields.size() <= word_column) continue;
-      const std::string word = fields[word_column];
-      const bool sensor = !csv_name(word + "_x").name.empty();
-      if (!sensor || std::ranges::find(words, word) == words.end()) continue;
-      dialect_.names = std::move(fields);
-      for (std::string& name : dialect_.names) {
-        // Both are times; the elapsed one goes on while the other one is set.
-        if (name == "elapsedRealtimeNanos") name = "time (ns)";
-        if (name == "utcTimeMillis") name.clear();
-        // "UncalAccelXMps2", and not "BiasXMps2"
-        const std::string_view rest = std::string_view(name).substr(
-            std::min(name.starts_with(word) ? word.size() : name.size(), name.size()));
-        for (const char axis : {'X', 'Y', 'Z'}) {
-          if (rest.starts_with(axis)) name = std::string(1, static_cast<char>(axis - 'X' + 'x'));
-        }
-      }
-      return;
-    }
-  }
-
-  // All rows of one sensor, then all of the next.
-  bool one_sensor_after_the_other(const std::vector<HeadLine>& rows) const {
-    std::vector<std::string> order;
-    for (const HeadLine& row : rows) {
-      const std::vector<std::string> fields = text_fields(row.text, shape_.separator);
-      if (long_.word >= fields.size()) continue;
-      const std::string& word = fields[long_.word];
-      const bool known = std::ranges::find(long_.words, word) != long_.words.end();
-      if (known && (order.empty() || order.back() != word)) order.push_back(word);
-    }
-    return long_.time && long_.values.size() == 3 && order.size() > 1 &&
-           order.size() == long_.words.size();
-  }
-
-  // Their times go back where the next sensor begins, which is no clock that was set.
-  void times_of_words() {
-    const std::string time = dialect_.names.front();
-    std::vector<std::string> names;
-    for (std::size_t i = 0; i < long_.words.size(); ++i) {
-      const std::string first = dialect_.names[1 + 3 * i], meaning = csv_name(first).name;
-      const std::string own = long_.words[i] + " " + time;
-      names.push_back(own);
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        names.push_back(dialect_.names[1 + 3 * i + axis]);
-      dialect_.times_of.emplace(meaning.substr(0, meaning.rfind('_')), own);
-    }
-    dialect_.names = std::move(names);
-    long_.own_times = true;
-    dialect_.translator = long_format_translator(long_);
-  }
-
-  // Columns "acc_time", "gyr_time": one each for two sensors or more.
+  // Finds columns "acc_time", "gyr_time", ... if two sensors or more have one.
   void own_times() {
     std::map<std::string, std::string> times;
     for (const std::string& name : dialect_.names) {
@@ -400,7 +136,8 @@ class Recogniser {
     if (times.size() >= 2) dialect_.times_of = std::move(times);
   }
 
-  // The column whose name ends so, in lower case; as many as there are if there is none.
+  // The first column whose name, in lower case, ends with one of these; the number of columns if
+  // there is none.
   std::size_t column(std::initializer_list<const char*> ends) const {
     for (std::size_t i = 0; i < dialect_.names.size(); ++i) {
       std::string name = plain_words(dialect_.names[i]);
@@ -413,7 +150,8 @@ class Recogniser {
     return dialect_.names.size();
   }
 
-  // Seconds, and behind them what is beyond them in ns, us or ms.
+  // Whether the time stands in two columns, seconds and their fraction in ns, us or ms: then they
+  // become one.
   bool fraction_of_seconds() {
     const std::size_t s = column({"sec", "secs", "seconds"});
     if (s == dialect_.names.size() || shape_.separator == ' ') return false;
@@ -435,7 +173,8 @@ class Recogniser {
     return false;
   }
 
-  // Milliseconds beside seconds may be all of the time once more.
+  // Whether the second column begins anew with each second. (A column of ms or us beside one of
+  // seconds may also hold the whole time again.)
   bool begins_anew_each_second(std::size_t s, std::size_t fraction, std::size_t digits) const {
     std::string second, before;
     std::size_t anew = 0;
@@ -465,7 +204,8 @@ class Recogniser {
     }
   }
 
-  // What the fast reader does by itself: the first line that is no comment is the header.
+  // Whether CsvParser can read the file without a dialect: its first line that is no comment is the
+  // header.
   bool is_plain() const {
     if (stamped_ || dialect_.translator || !dialect_.times_of.empty() || header_rows_ != 1)
       return false;
@@ -505,7 +245,6 @@ class Recogniser {
   const std::string& file_;
   const CsvOptions& options_;
   TableShape shape_;
-  LongFormat long_;
   CsvDialect dialect_;
   std::size_t header_rows_ = 0;
   bool stamped_ = false;    // lines_ are without the clock that a terminal put before them

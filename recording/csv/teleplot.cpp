@@ -20,7 +20,7 @@ struct TeleplotLine {
   std::string_view name, time, value, unit;
 };
 
-// Of one point; lines of text, of several points and of planes are none.
+// A line with one point. Nothing for lines of text, several points or shapes.
 std::optional<TeleplotLine> teleplot_line(std::string_view line) {
   line = csv_trimmed(line);
   if (!line.starts_with('>')) return std::nullopt;
@@ -47,7 +47,7 @@ std::optional<TeleplotLine> teleplot_line(std::string_view line) {
 
 class TeleplotRows final : public LineTranslator {
  public:
-  // A sensor: the columns of its numbers. columns: of all, without the time.
+  // `column_of`: name -> column, the time not counted. `sensors`: the columns of each sensor.
   TeleplotRows(std::map<std::string, std::size_t, std::less<>> column_of,
                std::vector<std::vector<std::size_t>> sensors, bool with_time)
       : column_of_(std::move(column_of)),
@@ -64,7 +64,7 @@ class TeleplotRows final : public LineTranslator {
       return std::ranges::find(columns, column->second) != columns.end();
     });
     if (sensor == sensors_.end()) return std::nullopt;
-    // An axis that comes again before the others have come: they are lost.
+    // An axis comes again before the others: this sample was not complete, and is dropped.
     if (!values_[column->second].empty()) clear(*sensor);
     const bool first =
         std::ranges::all_of(*sensor, [this](std::size_t c) { return values_[c].empty(); });
@@ -90,8 +90,9 @@ class TeleplotRows final : public LineTranslator {
   std::map<std::string, std::size_t, std::less<>> column_of_;
   std::vector<std::vector<std::size_t>> sensors_;
   bool with_time_;
-  std::vector<std::string> values_;           // of the rows that are not whole yet
-  std::map<std::size_t, std::string> times_;  // of these, by a sensor's first column
+  std::vector<std::string> values_;  // by column, of samples that are not complete yet
+  std::map<std::size_t, std::string>
+      times_;  // times of these samples, by the first column of their sensor
   std::string out_;
 };
 

@@ -15,6 +15,7 @@
 #include "calibration/model/extension.h"
 #include "calibration/motion/rests.h"
 #include "calibration/trust/better_than_none.h"
+#include "calibration/worth_of_effect.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
 #include "recording/checks/repeats.h"
@@ -47,6 +48,11 @@ constexpr double kLeastAcc = 1e-6, kLeastGyr = 1e-8;  // m/s^2, rad/s per sqrt(H
 // Sampling intervals. No further: what exceeds one is no matter of sampling.
 constexpr double kAccJitter[] = {0.25, 0.5, 1.0};
 constexpr double kWorthJitter = 3.3;  // nats; about 1 % by chance
+// In nats. A part's error that is worth less leaves the calibration where it is, and its doubt is
+// in the sigmas (scan/unseen_tolerances.h).
+constexpr double kWorthPart = 3.3;  // about 1 % by chance
+constexpr const char* kErrorsOfParts[] = {"acc_scale_misalignment", "gyro_g_sensitivity"};
+constexpr double kWorse = 2.0;        // standard errors of a gain below zero
 constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
 // Standard deviations of a lag that is believed; of one that may be, with noise estimated anew.
 constexpr double kOffsetShown = 4.0, kOffsetPossible = 2.0;
@@ -360,7 +366,8 @@ Stage Pipeline::choose(std::string& reason) const {
 Stage Pipeline::coarse(std::string& motion_reason) const {
   Stage stage = choose(motion_reason);
   for (const auto step :
-       {&Pipeline::with_offset, &Pipeline::with_acc_jitter, &Pipeline::with_gyr_matrix}) {
+       {&Pipeline::with_offset, &Pipeline::with_acc_jitter, &Pipeline::with_gyr_matrix,
+        &Pipeline::with_errors_of_parts, &Pipeline::with_offset}) {
     if (auto next = attempt([&] { return (this->*step)(stage); })) stage = *std::move(next);
   }
   return with_fixed_symmetries(stage);
@@ -368,7 +375,7 @@ Stage Pipeline::coarse(std::string& motion_reason) const {
 
 // The stage with a lag of the magnetometers, if the data show one.
 Stage Pipeline::with_offset(const Stage& stage) const {
-  if (!options_.mag_time_offset.value_or(true)) return stage;
+  if (!options_.mag_time_offset.value_or(true) || stage.spec().mag_time_offset) return stage;
   ModelSpec spec = stage.spec();
   spec.mag_time_offset = true;
   Stage delayed(stage, spec);
@@ -418,6 +425,32 @@ Stage Pipeline::with_gyr_matrix(const Stage& stage) const {
   }
   fit_with_noise(scaled, Values(scaled.result().values), true);
   return scaled;
+}
+
+// The stage with errors that parts have as a rule, each if it is worth it and left-out magnetometer
+// samples are not predicted worse. Without them a hand's motion is bent until it explains what they
+// do to gravity. Jolts were looked for before: what they seemed to be may have been these.
+Stage Pipeline::with_errors_of_parts(const Stage& stage) const {
+  const bool possible = stage.spec().motion == MotionModel::kHandHeld;
+  if (!possible || !options_.gyr_matrix.value_or(true)) return stage;
+  Stage best = stage;
+  for (const char* const name : kErrorsOfParts) {
+    ModelSpec spec = best.spec();
+    spec.effects.push_back(find_effect(name));
+    Stage next(best, spec);
+    next.fit(carry_over(recordings_, best, next), true);
+    if (!next.result().converged()) continue;
+    if (!(worth_of_last_effect(recordings_, best, next, options_) > kWorthPart)) continue;
+    const HeldOutGain held = held_out_gain(best, next);
+    if (held.mean < -kWorse * held.error) continue;
+    best = std::move(next);
+  }
+  if (best.spec().effects.size() == stage.spec().effects.size()) return stage;
+  ModelSpec spec = best.spec();
+  spec.acc_jitter = 0.0;
+  Stage prompt(best, spec);
+  fit_with_noise(prompt, carry_over(recordings_, best, prompt), true);
+  return with_acc_jitter(prompt);
 }
 
 bool Pipeline::may_show_offset(const Stage& stage) const {

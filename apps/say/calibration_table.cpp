@@ -112,13 +112,14 @@ std::string said_of_prior(const Calibration& c) {
   return out.empty() ? out : out + "\n";
 }
 
-// A long label uses the blanks before its value.
+// A long label uses the blanks before its value but one.
 std::string label_and_columns(const std::string& label, double value, double sigma) {
   constexpr std::size_t kLabel = 26;
   const std::string columns = in_columns(value, sigma);
   const std::size_t over = label.size() > kLabel ? label.size() - kLabel : 0;
+  const std::size_t blanks = columns.find_first_not_of(' ');
   return fmt::format("{:<{}}", label, kLabel) +
-         columns.substr(std::min(over, columns.find_first_not_of(' ')));
+         columns.substr(std::min(over, std::max<std::size_t>(blanks, 1) - 1));
 }
 
 // Of effects in the model: the effect's name once, a parameter's where there are several.

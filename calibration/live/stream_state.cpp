@@ -228,7 +228,8 @@ StreamUpdate StreamingCalibration::State::update() {
     u.checks.push_back({"sensor_change", CheckStatus::kCaution, changed_->log_odds,
                         sentence(*changed_, samples_.all().mag_names)});
   }
-  if (to_go <= 1.0 && c.trust.verdict != Verdict::kNo) {
+  if (to_go > 1.0) borne_out_ = false;
+  if (to_go <= 1.0 && c.trust.verdict != Verdict::kNo && is_good_enough()) {
     u.phase = StreamPhase::kConverged;
     u.guidance = "Good enough; what follows makes it better still.";
     u.headline = "Good enough";
@@ -236,6 +237,7 @@ StreamUpdate StreamingCalibration::State::update() {
     const Guidance guidance = guide(*estimator_, spec_, R(samples_.windows().back().last), c,
                                     [this](const Calibration& with) { return distance(with); });
     put(guidance, u);
+    if (to_go <= 1.0 && !not_yet_.empty()) u.guidance += " Not good enough yet: " + not_yet_;
   }
   u.theta = std::move(c);
   return u;

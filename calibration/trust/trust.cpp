@@ -38,7 +38,15 @@ void judge_turns(Calibration& c) {
     all.insert(all.end(), trajectory.nRb.begin(), trajectory.nRb.end());
   }
   const std::string reason = turned_too_little(turned_axes(all));
-  if (!reason.empty()) c.trust.lower(Verdict::kNo, reason);
+  if (reason.empty()) return;
+  const bool older_calibration = c.prior.source != "none" && c.prior.source != "default";
+  if (older_calibration && c.undetermined.empty()) {
+    c.trust.lower(Verdict::kLimited,
+                  fmt::format("{} What this motion does not show is as it was known before ({}).",
+                              reason, c.prior.source));
+    return;
+  }
+  c.trust.lower(Verdict::kNo, reason);
 }
 
 void judge_fit(Calibration& c) {

@@ -427,30 +427,61 @@ Stage Pipeline::with_gyr_matrix(const Stage& stage) const {
   return scaled;
 }
 
-// The stage with errors that parts have as a rule, each if it is worth it and left-out magnetometer
-// samples are not predicted worse. Without them a hand's motion is bent until it explains what they
-// do to gravity. Jolts were looked for before: what they seemed to be may have been these.
+// The stage with these effects, too, with the noise as it is; nothing where there is no optimum.
+std::optional<Stage> Pipeline::with_effects(const Stage& stage,
+                                            const std::vector<std::string>& names) const {
+  ModelSpec spec = stage.spec();
+  for (const std::string& name : names) spec.effects.push_back(find_effect(name));
+  Stage next(stage, spec);
+  next.fit(carry_over(recordings_, stage, next), true);
+  return next.result().converged() ? std::optional(std::move(next)) : std::nullopt;
+}
+
+// Are the effects that `with` has more worth it, and left-out magnetometer samples not predicted
+// worse? Or predicted so much better that nothing else need be asked?
+bool Pipeline::pays(const Stage& without, const Stage& with) const {
+  if (!(log_marginal_likelihood(with) > log_marginal_likelihood(without) + kWorthPart)) {
+    return false;
+  }
+  const HeldOutGain held = held_out_gain(without, with);
+  if (held.better(kMatrixShown)) return true;
+  return held.mean >= -kWorse * held.error &&
+         worth_of_effects(recordings_, without, with, options_) > kWorthPart;
+}
+
+// With the noise, and the jolts, that belong to its effects.
+Stage Pipeline::with_noise_anew(const Stage& stage) const {
+  ModelSpec spec = stage.spec();
+  spec.acc_jitter = 0.0;
+  Stage prompt(stage, spec);
+  fit_with_noise(prompt, carry_over(recordings_, stage, prompt), true);
+  return with_acc_jitter(prompt);
+}
+
+// The stage with errors that parts have as a rule, each that is worth it. Without them a hand's
+// motion is bent until it explains what they do to gravity, and what one of them leaves looks like
+// errors that persist, or like jolts: where none is worth it by itself all are tried, with the
+// noise that is left then.
 Stage Pipeline::with_errors_of_parts(const Stage& stage) const {
   const bool possible = stage.spec().motion == MotionModel::kHandHeld;
   if (!possible || !options_.gyr_matrix.value_or(true)) return stage;
   Stage best = stage;
-  for (const char* const name : kErrorsOfParts) {
-    ModelSpec spec = best.spec();
-    spec.effects.push_back(find_effect(name));
-    Stage next(best, spec);
-    next.fit(carry_over(recordings_, best, next), true);
-    if (!next.result().converged()) continue;
-    if (!(worth_of_last_effect(recordings_, best, next, options_) > kWorthPart)) continue;
-    const HeldOutGain held = held_out_gain(best, next);
-    if (held.mean < -kWorse * held.error) continue;
-    best = std::move(next);
+  std::vector<std::string> left(std::begin(kErrorsOfParts), std::end(kErrorsOfParts));
+  for (bool again = true; again && !left.empty();) {
+    again = std::erase_if(left, [&](const std::string& name) {
+              std::optional<Stage> next = with_effects(best, {name});
+              if (!next || !pays(best, *next)) return false;
+              best = *std::move(next);
+              return true;
+            }) > 0;
   }
-  if (best.spec().effects.size() == stage.spec().effects.size()) return stage;
-  ModelSpec spec = best.spec();
-  spec.acc_jitter = 0.0;
-  Stage prompt(best, spec);
-  fit_with_noise(prompt, carry_over(recordings_, best, prompt), true);
-  return with_acc_jitter(prompt);
+  if (left.empty() || left.size() < std::size(kErrorsOfParts)) return with_noise_anew(best);
+  const std::optional<Stage> all = with_effects(best, left);
+  if (!all || !(log_marginal_likelihood(*all) > log_marginal_likelihood(best) + kWorthPart)) {
+    return stage;
+  }
+  Stage settled = with_noise_anew(*all);
+  return settled.result().converged() && pays(stage, settled) ? settled : stage;
 }
 
 bool Pipeline::may_show_offset(const Stage& stage) const {

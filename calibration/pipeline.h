@@ -105,6 +105,10 @@ class Pipeline {
   Stage with_acc_jitter(const Stage& stage) const;
   Stage with_gyr_matrix(const Stage& stage) const;
   Stage with_errors_of_parts(const Stage& stage) const;
+  std::optional<Stage> with_effects(const Stage& stage,
+                                    const std::vector<std::string>& names) const;
+  bool pays(const Stage& without, const Stage& with) const;
+  Stage with_noise_anew(const Stage& stage) const;
   bool may_show_offset(const Stage& stage) const;
   bool shows_offset(const Stage& stage) const;
 

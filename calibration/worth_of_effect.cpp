@@ -10,13 +10,17 @@
 
 namespace magimu {
 
-double worth_of_last_effect(const std::vector<const Recording*>& recordings, const Stage& without,
-                            const Stage& with, const CalibrationOptions& options) {
+double worth_of_effects(const std::vector<const Recording*>& recordings, const Stage& without,
+                        const Stage& with, const CalibrationOptions& options) {
   const double gain = log_marginal_likelihood(with) - log_marginal_likelihood(without);
   if (!(gain > 0.0)) return gain;
   const Calibration c = summarize_parameters(recordings, with, options);
-  const VectorXd theta =
-      effect_parameters(with.result().values, effect_keys(with.spec().effects).back());
+  std::vector<Key> keys;
+  const std::vector<std::vector<Key>> all = effect_keys(with.spec().effects);
+  for (std::size_t e = without.spec().effects.size(); e < all.size(); ++e) {
+    keys.insert(keys.end(), all[e].begin(), all[e].end());
+  }
+  const VectorXd theta = effect_parameters(with.result().values, keys);
   const auto squares = [&](const MatrixXd& covariance) {
     const Eigen::Index n = theta.size();
     return theta.dot(MatrixXd(covariance.bottomRightCorner(n, n)).ldlt().solve(theta));

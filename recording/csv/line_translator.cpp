@@ -5,6 +5,7 @@
 #include <cctype>
 #include <charconv>
 
+#include "recording/csv/axis_gatherer.h"
 #include "recording/csv/csv_columns.h"
 #include "recording/csv/text_fields.h"
 #include "recording/data/units.h"
@@ -17,6 +18,11 @@ bool is_alnum(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0;
 // Also the letters beyond ASCII.
 bool is_letter(char c) {
   return std::isalpha(static_cast<unsigned char>(c)) != 0 || static_cast<unsigned char>(c) > 127;
+}
+
+std::string plain_number(std::string text, bool decimal_comma) {
+  if (decimal_comma) std::ranges::replace(text, ',', '.');
+  return text;
 }
 
 class PlainNumbers final : public LineTranslator {
@@ -126,13 +132,35 @@ class LongRows final : public LineTranslator {
     return out_;
   }
 
-  std::string number(std::string text) const {
-    if (format_.decimal_comma) std::ranges::replace(text, ',', '.');
-    return text;
+  std::string number(const std::string& text) const {
+    return plain_number(text, format_.decimal_comma);
   }
 
   LongFormat format_;
   std::string out_;
+};
+
+class ComponentRows final : public LineTranslator {
+ public:
+  explicit ComponentRows(LongFormat format)
+      : format_(std::move(format)), gatherer_(format_.components, format_.time.has_value()) {}
+
+  std::optional<std::string_view> row(std::string_view line) override {
+    const std::vector<std::string> fields = text_fields(line, format_.separator);
+    const std::size_t value = format_.values.front(), time = format_.time.value_or(0);
+    if (std::max({format_.word, value, time}) >= fields.size()) return std::nullopt;
+    const auto word = std::ranges::find(format_.words, fields[format_.word]);
+    if (word == format_.words.end() || field_kind(fields[value]) == FieldKind::kEmpty) {
+      return std::nullopt;
+    }
+    return gatherer_.add(static_cast<std::size_t>(word - format_.words.begin()),
+                         plain_number(fields[time], format_.decimal_comma),
+                         plain_number(fields[value], format_.decimal_comma));
+  }
+
+ private:
+  LongFormat format_;
+  AxisGatherer gatherer_;
 };
 
 class LabelledRows final : public LineTranslator {
@@ -311,6 +339,7 @@ std::shared_ptr<LineTranslator> fraction_translator(char separator, std::size_t 
 }
 
 std::shared_ptr<LineTranslator> long_format_translator(LongFormat format) {
+  if (!format.components.empty()) return std::make_shared<ComponentRows>(std::move(format));
   return std::make_shared<LongRows>(std::move(format));
 }
 

@@ -37,6 +37,9 @@ struct LongFormat {
   std::vector<std::size_t> values;  // fields: its numbers
   std::vector<std::string> words;   // one a sensor: its numbers come in this order in the row
   bool own_times = false;           // each sensor's numbers have the time before them
+  // Our names ("acc_x") where a word is one component's: a row is made of a sensor's lines. Empty:
+  // a line is a row.
+  std::vector<std::string> components;
 };
 std::shared_ptr<LineTranslator> long_format_translator(LongFormat format);
 

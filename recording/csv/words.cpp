@@ -29,6 +29,8 @@ constexpr CsvWord kScalars[] = {
     {"stamp", "t", 1},
     {"timestamp_unix", "t", 1},    // Shimmer
     {"header_stamp", "t", 2},      // ROS: when it was measured, not when it was received
+    {"apptimestamp", "t"},         // GetSensorData: when it arrived,
+    {"sensortimestamp", "t", 1},   // and when it was measured
     {"timestamp_sample", "t", 1},  // PX4: the same
     {"timeus", "t", 0, "us"},      // ArduPilot
     {"time_usec", "t", 0, "us"},   // MAVLink
@@ -77,6 +79,7 @@ constexpr CsvWord kScalars[] = {
 constexpr CsvWord kVectors[] = {
     {"acc", "acc"},
     {"accel", "acc"},
+    {"acce", "acc"},  // GetSensorData
     {"accelerometer", "acc"},
     {"acceleration", "acc", 1},               // phyphox: with gravity
     {"totalacceleration", "acc", 3},          // Sensor Logger: with gravity

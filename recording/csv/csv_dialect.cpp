@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <utility>
 
+#include "recording/csv/checksum_lines.h"
 #include "recording/csv/csv_columns.h"
 #include "recording/csv/csv_names.h"
 #include "recording/csv/head_lines.h"
@@ -70,6 +72,7 @@ class Recogniser {
       return *std::move(labelled);
     }
     stamped_ = take_stamps(lines_);
+    checksums_ = take_checksums(lines_);
     shape_ = table_shape(lines_);
     if (shape_.fields == 0) return {};
     dialect_.separator = shape_.separator;
@@ -77,6 +80,8 @@ class Recogniser {
     const bool header = find_header();
     if (!options_.header.empty()) {
       given_header();
+    } else if (!header && checksums_ && checksums_->names.size() == shape_.fields) {
+      dialect_.names = checksums_->names;
     } else if (!header) {
       if (long_format()) return with_stamps();
       // A first line of words that does not fit the rows: the fast reader says how.
@@ -93,8 +98,18 @@ class Recogniser {
   }
 
  private:
+  // Lines in the manner of NMEA are rows once the checksum is taken from them.
+  void without_checksums() {
+    if (!checksums_) return;
+    dialect_.notes.insert(dialect_.notes.begin(), checksums_->notes.begin(),
+                          checksums_->notes.end());
+    dialect_.translator =
+        checksum_translator(*std::move(checksums_), std::move(dialect_.translator));
+  }
+
   // The terminal's clock before each line, if there is one: the time where there is no other.
   CsvDialect with_stamps() {
+    without_checksums();
     if (!stamped_) return std::move(dialect_);
     const bool has_time = std::ranges::any_of(dialect_.names, [this](const std::string& name) {
       const auto given = options_.columns.find(name);
@@ -315,7 +330,8 @@ class Recogniser {
 
   // What the fast reader does by itself: the first line that is no comment is the header.
   bool is_plain() const {
-    if (stamped_ || dialect_.translator || !dialect_.times_of.empty() || header_rows_ != 1)
+    if (stamped_ || checksums_ || dialect_.translator || !dialect_.times_of.empty() ||
+        header_rows_ != 1)
       return false;
     const auto first = std::ranges::find_if(
         lines_, [](const HeadLine& l) { return !csv_trimmed(l.text).starts_with('#'); });
@@ -355,6 +371,7 @@ class Recogniser {
   TableShape shape_;
   CsvDialect dialect_;
   std::size_t header_rows_ = 0;
+  std::optional<ChecksumLines> checksums_;  // lines_ are without them
   bool stamped_ = false;    // lines_ are without the clock that a terminal put before them
   std::string clock_name_;  // given to it by an option
 };

@@ -7,6 +7,7 @@
 
 #include "recording/csv/axis_gatherer.h"
 #include "recording/csv/csv_columns.h"
+#include "recording/csv/csv_names.h"
 #include "recording/csv/text_fields.h"
 #include "recording/data/units.h"
 
@@ -204,7 +205,8 @@ bool is_axis_word(std::string_view word) {
 class Label {
  public:
   // Words that are left over from the label before: "Accel" of "Accel X".
-  void read(std::string_view between, LabelledNumber* before) {
+  void read(std::string_view text, LabelledNumber* before) {
+    const std::string between = without_unit(text);
     std::vector<std::string> pieces(1);
     for (const char c : between) {
       const bool breaks = std::string_view(":={[(").find(c) != std::string_view::npos;
@@ -224,13 +226,14 @@ class Label {
       return;
     }
     component_ = 0;
+    unit_ = unit_in_brackets_;
     take_unit(pieces.front(), before);
     if (pieces.front().empty()) pieces.erase(pieces.begin());
     if (pieces.empty()) {
       ++component_;
       return;
     }
-    const std::string last = pieces.back();
+    const std::string last = without_sentence(pieces.back());
     pieces.pop_back();
     if (!pieces.empty()) group_ = pieces.back();
     const std::size_t blank = last.find_last_of(" _");
@@ -246,8 +249,39 @@ class Label {
 
   const std::string& text() const { return text_; }
   std::size_t component() const { return component_; }
+  // Of the numbers that follow, where it is in brackets before them: "Acc (mg) [ 1, 2, 3 ]".
+  const std::string& unit() const { return unit_; }
 
  private:
+  // "Acc (mg) [", "Acc [mg]:" -> "Acc  [", "Acc :", and its unit is remembered. In brackets right
+  // behind a number is the unit of that one.
+  std::string without_unit(std::string_view text) {
+    unit_in_brackets_.clear();
+    std::string out(text);
+    const std::size_t close = out.find_last_of(")]");
+    if (close == std::string::npos) return out;
+    const std::size_t open = out.rfind(out[close] == ')' ? '(' : '[', close);
+    if (open == std::string::npos) return out;
+    const std::string unit(csv_trimmed(std::string_view(out).substr(open + 1, close - open - 1)));
+    const bool known = std::ranges::any_of(
+        std::initializer_list<const char*>{"acc", "gyr", "mag", "t"},
+        [&](const char* quantity) { return unit_in_ours(quantity, unit).has_value(); });
+    if (!known || std::none_of(out.begin(), out.begin() + std::ptrdiff_t(open), is_letter)) {
+      return out;
+    }
+    unit_in_brackets_ = unit;
+    return out.erase(open, close + 1 - open);
+  }
+
+  // "Scaled. Acc" -> "Acc", but not the end of "Acc. x".
+  static std::string without_sentence(const std::string& label) {
+    const std::size_t end = label.rfind(". ");
+    if (end == std::string::npos || !csv_name(label.substr(0, end) + "_x").name.empty()) {
+      return label;
+    }
+    return std::string(csv_trimmed(std::string_view(label).substr(end + 1)));
+  }
+
   // "m/s^2  Gyro X" -> "Gyro X"
   static void take_unit(std::string& piece, LabelledNumber* before) {
     if (before == nullptr) return;
@@ -261,7 +295,7 @@ class Label {
     }
   }
 
-  std::string text_, group_;
+  std::string text_, group_, unit_, unit_in_brackets_;
   std::size_t component_ = 0;
 };
 
@@ -300,7 +334,8 @@ std::vector<LabelledNumber> labelled_numbers(std::string_view line) {
     }
     label.read(line.substr(from, i - from), out.empty() ? nullptr : &out.back());
     if (!label.text().empty()) {
-      out.push_back({label.text(), label.component(), line.substr(first, after - first), {}});
+      out.push_back(
+          {label.text(), label.component(), line.substr(first, after - first), label.unit()});
     }
     from = i = after;
   }

@@ -49,7 +49,7 @@ struct LabelledNumber {
   std::string label;          // "ax", "Accel X", "acc"
   std::size_t component = 0;  // of several numbers behind one label
   std::string_view text;      // the number
-  std::string unit;           // behind it, where a known one is there
+  std::string unit;           // behind it or in brackets before it, where a known one is there
 };
 std::vector<LabelledNumber> labelled_numbers(std::string_view line);
 

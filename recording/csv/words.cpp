@@ -120,6 +120,7 @@ constexpr CsvWord kVectors[] = {
     {"w_rs_s", "gyr"},           // EuRoC
     {"angularvelocity", "gyr"},  // MATLAB Mobile
     {"angular_rate", "gyr"},
+    {"gyro_rate", "gyr", -1},
     {"rotation_rate", "gyr", -1},
     {"rotationrate", "gyr", -1},
     {"gyrorotation", "gyr", 1},      // SensorLog
@@ -151,6 +152,7 @@ constexpr CsvWord kVectors[] = {
     {"magneto", "mag"},
     {"magnetometer", "mag"},
     {"magnetic_field", "mag"},
+    {"mag_field", "mag", -1},
     {"magneticfield", "mag"},
     {"compass", "mag"},
     {"magadc", "mag"},  // Betaflight

@@ -38,7 +38,7 @@ const Unit kUnits[] = {
     {"gyr",
      kDeg,
      {"deg/s", "dps", "degs", "deg/sec", "degps", "deg_s", "deg", "deg s^-1", "deg s-1", "degree/s",
-      "degrees/s", "deg/second", "degrees per second"}},
+      "degrees/s", "degrees/sec", "deg/second", "degrees per second"}},
     {"gyr", 1e-3, {"mrad/s", "mrads"}},
     {"gyr", 1e-3 * kDeg, {"mdeg/s", "mdps"}},
     {"mag", 1.0, {"uT", "microtesla", "micro tesla", "micro-tesla"}},

@@ -16,6 +16,7 @@
 #include "graph/decompositions.h"
 #include "recording/checks/quality_checks.h"
 #include "recording/checks/turn_regression.h"
+#include "recording/checks/turns_in_time.h"
 #include "recording/data/told_units.h"
 #include "recording/data/units.h"
 #include "statistics/quantiles.h"
@@ -84,6 +85,8 @@ Issue unit_issue(const Recording& r, const std::string& sensor, const std::strin
 constexpr double kGyrCounts[] = {10, 131, 65.5, 32.8, 16.4, 114.286, 57.143, 28.571, 14.286};
 constexpr double kAccCounts[] = {16384, 8192, 4096, 2048, 1024, 512, 256};
 constexpr double kSameCounts = 0.03;
+// What ranges of a gyroscope differ by.
+constexpr double kRangeFactors[] = {2.0, 4.0, 8.0, 0.5, 0.25, 0.125};
 // Of an accelerometer these are a factor of two apart, and a bias of 150 mg is as usual.
 constexpr double kSameAccCounts = 0.15;
 
@@ -512,11 +515,19 @@ std::vector<Issue> check_gyr(const Recording& r) {
   const bool named = std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
                      off(unit, *unit_in_ours("gyr", name)) <
                          off(kDeg / unit, of_converter) + (is_whole(r.gyr, given) ? -odds : odds);
-  if (named && std::abs(unit / given - 1.0) > kNear) {
+  const bool other_unit = named && std::abs(unit / given - 1.0) > kNear;
+  const bool other_range = std::ranges::any_of(
+      kRangeFactors, [gain](double range) { return std::abs(gain / range - 1.0) <= kNear; });
+  const bool counts_known = std::abs(kDeg / unit / of_converter - 1.0) < kSameCounts;
+  if (auto time = time_unit_of_turns(
+          r, gain, other_unit || other_range || counts_known || is_whole(r.gyr, given))) {
+    return {*std::move(time)};
+  }
+  if (other_unit) {
     return {
         unit_issue(r, "gyr", "gyr", fmt::format("{}: it seems to be in {}", turns, name), name)};
   }
-  for (const double range : {2.0, 4.0, 8.0, 0.5, 0.25, 0.125}) {
+  for (const double range : kRangeFactors) {
     if (std::abs(gain / range - 1.0) > kNear) continue;
     return {
         unit_issue(r, "gyr", "gyr",

@@ -449,6 +449,7 @@ void CsvParser::set_times(Recording& recording) {
         line_ = line;
         fail(line > 0 && columns_.has_time ? field_of(0) + 1 : 0, problem, remedy);
       });
+  if (times.unit != 1.0) recording.file_units["t"] = times.unit;
   for (VectorSeries* series : {&recording.acc, &recording.gyr}) give_times(*series, times.t);
   for (VectorSeries& series : recording.mag) give_times(series, times.t);
   for (auto& [name, series] : recording.aux) give_times(series, times.t);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -246,13 +247,22 @@ class LongFormatFinder {
   void times_of_words() {
     const std::string time = dialect_.names.front();
     std::vector<std::string> names;
+    std::map<std::string, int> claims;  // of several words for one sensor one is read
     for (std::size_t i = 0; i < long_.words.size(); ++i) {
-      const std::string first = dialect_.names[1 + 3 * i], meaning = csv_name(first).name;
-      const std::string own = long_.words[i] + " " + time;
+      const std::string first = dialect_.names[1 + 3 * i], own = long_.words[i] + " " + time;
       names.push_back(own);
       for (std::size_t axis = 0; axis < 3; ++axis)
         names.push_back(dialect_.names[1 + 3 * i + axis]);
-      dialect_.times_of.emplace(meaning.substr(0, meaning.rfind('_')), own);
+      const CsvName meaning = csv_name(first);
+      const auto given = options_.columns.find(first);
+      const bool by_option = given != options_.columns.end();
+      const std::string& axis = by_option ? given->second : meaning.name;
+      const std::string sensor = axis.substr(0, axis.rfind('_'));
+      const int claim = by_option ? kByOption : meaning.preference;
+      const auto [best, is_new] = claims.try_emplace(sensor, claim);
+      if (!is_new && claim <= best->second) continue;
+      best->second = claim;
+      dialect_.times_of[sensor] = own;
     }
     dialect_.names = std::move(names);
     long_.own_times = true;

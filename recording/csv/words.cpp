@@ -81,6 +81,8 @@ constexpr CsvWord kVectors[] = {
     {"accel", "acc"},
     {"acce", "acc"},  // GetSensorData
     {"accelerometer", "acc"},
+    {"accelerometers", "acc"},
+    {"accl", "acc"},                          // Bosch, GoPro
     {"acceleration", "acc", 1},               // phyphox: with gravity
     {"totalacceleration", "acc", 3},          // Sensor Logger: with gravity
     {"accelerometeracceleration", "acc", 1},  // SensorLog
@@ -116,6 +118,7 @@ constexpr CsvWord kVectors[] = {
     {"gyr", "gyr"},
     {"gyro", "gyr"},
     {"gyroscope", "gyr"},
+    {"gyroscopes", "gyr"},
     {"angular_velocity", "gyr"},
     {"w_rs_s", "gyr"},           // EuRoC
     {"angularvelocity", "gyr"},  // MATLAB Mobile
@@ -151,6 +154,7 @@ constexpr CsvWord kVectors[] = {
     {"magn", "mag"},
     {"magneto", "mag"},
     {"magnetometer", "mag"},
+    {"magnetometers", "mag"},
     {"magnetic_field", "mag"},
     {"mag_field", "mag", -1},
     {"magneticfield", "mag"},

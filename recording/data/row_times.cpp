@@ -80,6 +80,7 @@ class RowTimeReader {
     }
     usual_ = usual_interval(rows_);
     const double unit = options_.unit_known ? unit_beside_header() : recognised_unit();
+    out_.unit = unit * (options_.unit_known ? options_.unit : 1.0);
     convert(unit);
     order();
     headers();

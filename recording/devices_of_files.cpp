@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <iterator>
 #include <set>
 
 #include "recording/data/error.h"
@@ -85,13 +84,6 @@ std::set<std::string> sensors_of(const Recording& part) {
   return sensors;
 }
 
-bool are_rivals(const Device& a, const Device& b) {
-  if (a.words.empty() || b.words.empty()) return false;
-  std::vector<std::string> both;
-  std::ranges::set_intersection(a.sensors, b.sensors, std::back_inserter(both));
-  return both.size() >= 2 || differ_in_one_device_word(a.words, b.words);
-}
-
 [[noreturn]] void refuse_two_devices(const std::string& path, const std::vector<Recording>& parts,
                                      const Device& device, const std::string& sensor,
                                      const Device& other) {
@@ -138,7 +130,7 @@ std::vector<Recording> of_one_device(std::vector<Recording> parts, const std::st
   std::vector<bool> left_out(parts.size(), false);
   std::set<std::string> there;
   for (const Device& device : devices) {
-    const bool rival = &device != &*taken && are_rivals(device, *taken);
+    const bool rival = &device != &*taken && differ_in_one_device_word(device.words, taken->words);
     for (const std::size_t i : device.parts) {
       left_out[i] = rival && !is_chosen_file(parts[i].name, options);
       if (!left_out[i]) there.merge(sensors_of(parts[i]));

@@ -17,8 +17,8 @@ namespace magimu {
 std::vector<Recording> of_one_device(std::vector<Recording> parts, const std::string& path,
                                      const CsvOptions& options, std::vector<std::string>& notes);
 
-// Whether two files are of different devices, as their names say: both name the same sensors, or
-// they differ in one word that looks like a device's own ("C8F4", "IMU1").
+// Whether two files are of different devices, as their names say: they differ in one word, which
+// looks like a device's own ("C8F4", "IMU1").
 bool differ_in_device(const std::string& name, const std::string& other);
 
 }  // namespace magimu

@@ -90,6 +90,7 @@ class Recogniser {
     } else if (long_format()) {
       return with_stamps();
     }
+    name_index();
     own_times();
     translate();
     if (is_plain()) return {};
@@ -249,6 +250,24 @@ class Recogniser {
   bool long_format() {
     return options_.header.empty() &&
            long_format_dialect(lines_, elsewhere_, shape_, options_, dialect_);
+  }
+
+  // pandas writes no name above its index, which is the time where no other column is.
+  void name_index() {
+    if (dialect_.header_line == 0 || dialect_.names.empty() || !dialect_.names.front().empty()) {
+      return;
+    }
+    const bool has_time = std::ranges::any_of(dialect_.names, [this](const std::string& name) {
+      const auto given = options_.columns.find(name);
+      return (given != options_.columns.end() && given->second == "t") ||
+             csv_name(name).name == "t" || !csv_time_of(name).empty();
+    });
+    const FieldKind kind =
+        field_kind(text_fields(lines_[shape_.first_row].text, shape_.separator).front());
+    if (!has_time && kind != FieldKind::kEmpty && kind != FieldKind::kWord) {
+      dialect_.names.front() = "t";
+      dialect_.notes.emplace_back("the first column has no name: it is read as t");
+    }
   }
 
   // Columns "acc_time", "gyr_time": one each for two sensors or more.

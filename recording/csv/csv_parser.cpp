@@ -244,6 +244,10 @@ void CsvParser::number(std::size_t field, std::string_view text) {
   }
   if (error == std::errc::invalid_argument || end != last) {
     if (clock_time(field, text)) return;
+    if (const std::optional<double> fortran = fortran_number(digits);
+        fortran && std::isfinite(*fortran * column.unit)) {
+      return put(column, *fortran);
+    }
     fail(field + 1,
          fmt::format("{} in column {} is not a number", quoted_text(text), column.header),
          "write it like -1.25e-3, or leave the field empty where the sensor has no sample");

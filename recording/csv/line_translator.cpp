@@ -299,6 +299,17 @@ class Label {
   std::size_t component_ = 0;
 };
 
+// "g" of "0.01g AY:", without a blank before it: then a single letter is a unit, too.
+std::string_view unit_at(std::string_view text) {
+  const std::string_view word = text.substr(0, text.find_first_of(" \t,;:|=])}"));
+  if (word.empty() || !is_letter(word.front())) return {};
+  const bool known =
+      std::ranges::any_of(std::initializer_list<const char*>{"acc", "gyr", "mag", "t"},
+                          [word](const char* q) { return unit_in_ours(q, word).has_value(); });
+  return known && (word.size() == text.size() || text[word.size()] != ':') ? word
+                                                                           : std::string_view();
+}
+
 }  // namespace
 
 std::vector<LabelledNumber> labelled_numbers(std::string_view line) {
@@ -337,7 +348,9 @@ std::vector<LabelledNumber> labelled_numbers(std::string_view line) {
       out.push_back(
           {label.text(), label.component(), line.substr(first, after - first), label.unit()});
     }
-    from = i = after;
+    const std::string_view glued = unit_at(line.substr(after));
+    if (!glued.empty() && !label.text().empty()) out.back().unit = glued;
+    from = i = after + glued.size();
   }
   if (!out.empty()) label.read(line.substr(from), &out.back());  // the last one's unit
   return out;

@@ -92,6 +92,8 @@ constexpr CsvWord kVectors[] = {
     {"specific_force", "acc", 1},
     {"a_rs_s", "acc", 1},    // EuRoC
     {"accel_ln", "acc", 1},  // Shimmer: low noise, wide range
+    {"low_noise_accelerometer", "acc", 1},
+    {"wide_range_accelerometer", "acc"},
     {"accel_wr", "acc"},
     {"uncompacc", "acc", 1},  // VectorNav: not compensated
     {"uncompaccel", "acc", 1},

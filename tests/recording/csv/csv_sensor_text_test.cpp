@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <functional>
 #include <string>
 
 #include "recording/csv/csv.h"
@@ -81,6 +82,13 @@ TEST(CsvSensorText, has_units_in_square_brackets_or_behind_the_numbers) {
                              "field: {2} mG"),
                     "log.txt", at_100_hz()),
       kMilliG, kDps, 0.1);
+}
+
+TEST(CsvSensorText, has_units_glued_to_the_numbers) {
+  expect_waves(csv_recording(lines_of("AX:{0}g AY:{1}g AZ:{2}g GX:{0}dps GY:{1}dps GZ:{2}dps "
+                                      "MX:{0}uT MY:{1}uT MZ:{2}uT"),
+                             "log.txt", at_100_hz()),
+               1e3 * kMilliG, kDps, 1.0);
 }
 
 TEST(CsvSensorText, labels_keep_what_is_no_unit) {
@@ -166,6 +174,32 @@ TEST(CsvSensorText, of_mt_manager_has_comments_and_columns_that_stay_empty) {
     expect_waves(r, 1.0, 1.0, 1.0);
     EXPECT_NEAR(r.acc.t.back() - r.acc.t.front(), 0.01 * (kLines - 1), 1e-9);
   }
+}
+
+// A table with these texts for times, 0.02 s apart.
+void expect_times(const std::string& header, const std::function<std::string(int)>& time) {
+  std::string text = header + ",acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z\n";
+  for (int k = 0; k < kLines; ++k) {
+    text += fmt::format("{0},{1},{2},{3},{1},{2},{3},{1},{2},{3}\n", time(k), wave(k, 0),
+                        wave(k, 1), wave(k, 2));
+  }
+  const Recording r = csv_recording(text, "log.csv");
+  expect_waves(r, 1.0, 1.0, 1.0);
+  for (int k = 0; k < kLines; ++k) {
+    ASSERT_NEAR(r.acc.t[std::size_t(k)] - r.acc.t[0], 0.02 * k, 1e-6) << time(k);
+  }
+}
+
+TEST(CsvTimeTexts, of_matlab_pandas_excel_and_fortran_are_seconds) {
+  expect_times("Time", [](int k) { return fmt::format("{:g} sec", 0.02 * k); });
+  expect_times("time", [](int k) { return fmt::format("{:.10f} min", 0.02 * k / 60.0); });
+  expect_times("time", [](int k) { return fmt::format("1 days 00:00:{:09.6f}", 0.02 * k); });
+  expect_times("t", [](int k) { return fmt::format("07:{:05.2f}", 0.02 * k); });
+  expect_times("t", [](int k) { return fmt::format("{:.2f}D+00", 0.02 * k); });
+}
+
+TEST(CsvTimeTexts, may_stand_in_a_first_column_without_a_name) {
+  expect_times("", [](int k) { return fmt::format("2023-05-01 12:00:{:06.3f}", 0.02 * k); });
 }
 
 }  // namespace

@@ -106,7 +106,8 @@ std::vector<std::size_t> axes_by_name(const std::vector<NumberColumn>& columns) 
   }
   for (const std::array<char, 3>& letters :
        {std::array<char, 3>{'x', 'y', 'z'}, {'0', '1', '2'}, {'1', '2', '3'}}) {
-    for (const auto& [front, fields] : groups) {
+    for (const auto& group : groups) {
+      const std::map<char, std::size_t>& fields = group.second;
       if (!std::ranges::all_of(letters, [&](char c) { return fields.contains(c); })) continue;
       return {fields.at(letters[0]), fields.at(letters[1]), fields.at(letters[2])};
     }

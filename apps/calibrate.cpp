@@ -219,7 +219,8 @@ void add_calibrate(CLI::App& app, int& exit_code) {
   cmd->add_option(
          "--gyro-matrix", args->gyro_matrix,
          "estimate the gyroscope's scale errors and misalignment: auto (where left-out data "
-         "are predicted better), on, off")
+         "are predicted better; with them the accelerometer's, and the gyroscope's response to "
+         "gravity, where the data show them), on, off (none of these)")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "on", "off"}));
   cmd->add_option("--method", args->method,

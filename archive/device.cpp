@@ -14,6 +14,7 @@
 #include "archive/device_groups.h"
 #include "archive/manifest.h"
 #include "calibration/fit/uncertainty.h"
+#include "calibration/model/parameter_names.h"
 
 namespace magimu {
 namespace {
@@ -250,12 +251,12 @@ Calibration calibration_of(const Device& device, const RecordingSummary& last,
   c.effects.clear();
   for (std::size_t i = 0; i < c.order.size(); ++i) {
     const std::string& name = c.order[i];
-    const bool lag = name.find("time_offset") != std::string::npos;
-    if (!lag && name.find("scale_misalignment") == std::string::npos) continue;
-    const std::string effect = lag ? "mag_time_offset" : "gyro_scale_misalignment";
-    if (c.effects.empty() || c.effects.back().name != effect) c.effects.push_back({effect, {}});
+    const EffectParameter of = effect_parameter_of(name);
+    if (of.effect.empty()) continue;
+    if (c.effects.empty() || c.effects.back().name != of.effect)
+      c.effects.push_back({of.effect, {}});
     const auto column = std::ranges::find(device.order, name) - device.order.begin();
-    c.effects.back().parameters.push_back({name, lag ? "s" : "1", x[column]});
+    c.effects.back().parameters.push_back({name, of.unit, x[column]});
   }
   for (ActiveEffect& effect : c.effects) {
     for (ActiveEffect::Parameter& q : effect.parameters) q.sigma_model = c.sigma_model(q.name);

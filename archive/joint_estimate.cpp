@@ -6,6 +6,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "calibration/fit/common_errors.h"
 #include "calibration/model/parameter_names.h"
@@ -21,15 +22,19 @@ constexpr double kSingular = 1e-9;   // of the largest singular value, columns o
 std::vector<std::string> shared_order(const std::vector<RecordingSummary>& recordings) {
   int magnetometers = 1;
   ModelSpec spec;
+  std::set<std::string> effects;
   for (const RecordingSummary& r : recordings) {
     for (const std::string& name : r.order) {
-      spec.mag_time_offset |= name.find("time_offset") != std::string::npos;
-      spec.gyr_matrix |= name.find("scale_misalignment") != std::string::npos;
+      spec.mag_time_offset |= name == time_offset_name(0);
+      spec.gyr_matrix |= name == gyr_matrix_name(0);
+      if (name.starts_with("effects.")) effects.insert(effect_parameter_of(name).effect);
       if (name.starts_with("magnetometers[")) {
         magnetometers = std::max(magnetometers, std::stoi(name.substr(14)) + 1);
       }
     }
   }
+  effects.erase("");
+  for (const std::string& effect : effects) spec.effects.push_back(find_effect(effect));
   std::vector<std::string> out = parameter_names(magnetometers, 1, spec);
   std::erase(out, "field.dip_deg");
   return out;

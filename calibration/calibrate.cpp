@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 
 #include "calibration/array_fit.h"
 #include "calibration/beginning.h"
@@ -28,6 +29,7 @@
 #include "calibration/scan/misfit_cause.h"
 #include "calibration/scan/missing_effects.h"
 #include "calibration/trust/check_axes.h"
+#include "calibration/trust/disturbances.h"
 #include "calibration/trust/magnetometer_trust.h"
 #include "calibration/trust/no_fit.h"
 #include "calibration/trust/trust.h"
@@ -218,7 +220,10 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
     }
   }
   add_prior(c, recordings, *fine, options, mag_squares);
-  if (c.prior.source != "none") {
+  // An older calibration of the device may tell what this recording does not; what is usual may
+  // not.
+  if (options.prior == PriorKind::kGiven) unknown = unknown_directions(c);
+  if (options.prior == PriorKind::kUsual) {
     for (std::string& reason : unknown) reason = "By this recording alone: " + reason;
   }
   for (const Recording* r : checked.get()) {
@@ -260,9 +265,20 @@ Calibration calibrate_judged(const std::vector<const Recording*>& given,
   return c;
 }
 
+// Throws std::invalid_argument: what no data could make up for.
+void require_sound(const CalibrationOptions& options) {
+  if (options.prior == PriorKind::kGiven && options.given_prior == nullptr) {
+    throw std::invalid_argument("CalibrationOptions: prior is kGiven, so given_prior must be set");
+  }
+  if (!(options.gravity > 0.0) || !std::isfinite(options.gravity)) {
+    throw std::invalid_argument("CalibrationOptions: gravity must be positive, in m/s^2");
+  }
+}
+
 Calibration calibrate_anyhow(const std::vector<const Recording*>& given,
                              const CalibrationOptions& options,
                              std::optional<CondensedRecording>* condensed) {
+  require_sound(options);
   const WellFormed recordings(given);
   try {
     return calibrate_judged(recordings.get(), options, condensed);

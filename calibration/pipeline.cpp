@@ -11,22 +11,20 @@
 #include "calibration/fit/held_out.h"
 #include "calibration/fit/marginal_likelihood.h"
 #include "calibration/fit/summary.h"
+#include "calibration/model/exact_symmetries.h"
 #include "calibration/model/extension.h"
 #include "calibration/motion/rests.h"
 #include "calibration/trust/better_than_none.h"
+#include "calibration/worth_of_effect.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"
-#include "recording/checks/interpolated.h"
-#include "recording/checks/quality.h"
 #include "recording/checks/repeats.h"
-#include "recording/data/error.h"
 #include "recording/data/parts.h"
 #include "solvers/marginals.h"
 
 namespace magimu {
 namespace {
 
-constexpr double kMinDuration = 5.0;     // s
 constexpr double kCoarseRate = 12.0;     // nodes a second while the noise is being found
 constexpr double kCoarseStep = 1e-3;     // standard deviations: that fit is no end in itself
 constexpr double kFullRate = 101.0;      // up to here every magnetometer sample is a node
@@ -44,142 +42,20 @@ constexpr double kUnlimited = 1e30;
 // the fit leaves free: at 0.1 the density comes out 0.99 of the truth, at 0.3 0.94, at 2/3 0.82.
 // Of arrays: one magnetometer alone sees little of it, and its density is lost in the scatter.
 constexpr double kGyrSeen = 0.1;
+// m/s^2, rad/s per sqrt(Hz): where a search for the noise begins that no rest tells.
+constexpr double kUsualAcc = 0.01, kUsualGyr = 1e-3;
 constexpr double kLeastAcc = 1e-6, kLeastGyr = 1e-8;  // m/s^2, rad/s per sqrt(Hz): no part has less
 // Sampling intervals. No further: what exceeds one is no matter of sampling.
 constexpr double kAccJitter[] = {0.25, 0.5, 1.0};
 constexpr double kWorthJitter = 3.3;  // nats; about 1 % by chance
+// In nats. A part's error that is worth less leaves the calibration where it is, and its doubt is
+// in the sigmas (scan/unseen_tolerances.h).
+constexpr double kWorthPart = 3.3;  // about 1 % by chance
+constexpr const char* kErrorsOfParts[] = {"acc_scale_misalignment", "gyro_g_sensitivity"};
+constexpr double kWorse = 2.0;        // standard errors of a gain below zero
 constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
-constexpr double kManyRepeats = 0.3;  // of a magnetometer's samples: it is read too fast
 // Standard deviations of a lag that is believed; of one that may be, with noise estimated anew.
 constexpr double kOffsetShown = 4.0, kOffsetPossible = 2.0;
-
-[[noreturn]] void refuse_short(const Recording& recording, double length) {
-  throw TooLittle(
-      recording.name, 0, 0,
-      fmt::format("{:.1f} s of the recording have all sensors in them without a long gap, which is "
-                  "too short to calibrate",
-                  length),
-      "turn the sensor about all three axes for a minute or more, and look at the logger");
-}
-
-void require_sensors(const Recording& r) {
-  const auto require = [&](const VectorSeries& series, const std::string& of,
-                           const std::string& columns) {
-    if (!series.empty()) return;
-    throw InputError(
-        r.name, 0, 0, fmt::format("there are no {} samples", of),
-        fmt::format("record them as well (in a table: columns {0}_x, {0}_y, {0}_z)", columns));
-  };
-  if (r.mag.empty()) require({}, "magnetometer", "mag");
-  for (std::size_t m = 0; m < r.mag.size(); ++m) {
-    require(r.mag[m], r.mag.size() == 1 ? "magnetometer" : r.mag_names[m], r.mag_names[m]);
-  }
-  require(r.acc, "accelerometer", "acc");
-  require(r.gyr, "gyroscope", "gyr");
-}
-
-void check(const std::vector<const Recording*>& recordings) {
-  if (recordings.empty()) throw InputError("", 0, 0, "no recording was given", "name at least one");
-  for (const Recording* r : recordings) {
-    require_sensors(*r);
-    if (r->acc.size() < 10 || r->gyr.size() < 10 || r->mag.front().size() < 10 ||
-        r->duration_s() < kMinDuration) {
-      throw TooLittle(r->name, 0, 0,
-                      fmt::format("the recording lasts {:.1f} s, which is too short to calibrate",
-                                  r->duration_s()),
-                      "turn the sensor about all three axes for a minute or more");
-    }
-    if (r->mag.size() != recordings.front()->mag.size()) {
-      throw InputError(r->name, 0, 0,
-                       fmt::format("it has {} magnetometers, the first recording {}", r->mag.size(),
-                                   recordings.front()->mag.size()),
-                       "calibrate only recordings of one device together");
-    }
-  }
-}
-
-// Magnetometers that are read faster than they measure, or of which samples came twice: each repeat
-// would count as a sample, of a wrong time. A copy without the repeats where there are many or more
-// than a coarse quantization makes by chance, and what was done.
-std::optional<Recording> without_repeats(const Recording& recording,
-                                         std::vector<std::string>& warnings) {
-  std::optional<Recording> copy;
-  for (std::size_t m = 0; m < recording.mag.size(); ++m) {
-    const VectorSeries& all = recording.mag[m];
-    VectorSeries own = without_repeats(all);
-    const double repeats = 1.0 - double(own.size()) / double(all.size());
-    // A coarse converter's samples are samples; those kept would be the ones that just changed, so
-    // that the sensor would seem to be ahead.
-    if (repeats < kFewRepeats || own.size() < 10 || made_by_rounding(all)) continue;
-    if (repeats >= kManyRepeats) {
-      warnings.push_back(
-          fmt::format("{}: {:.0f} % of the samples of {} repeat the one before, so its own rate is "
-                      "about {:.3g} "
-                      "Hz, not {:.3g}; the repeats are left out.",
-                      recording.name, 100.0 * repeats, recording.mag_names[m],
-                      all.rate_hz() * (1.0 - repeats), all.rate_hz()));
-    } else if (repeats < kSomeRepeats && repeats_in(all).beyond_chance()) {
-      warnings.push_back(fmt::format(
-          "{}: {:.2g} % of the samples of {} are the one before once more, lost on their way or "
-          "read twice; they are left out.",
-          recording.name, 100.0 * repeats, recording.mag_names[m]));
-    } else {
-      continue;
-    }
-    if (!copy) copy = recording;
-    copy->mag[m] = std::move(own);
-  }
-  return copy;
-}
-
-// Magnetometers that a logger has interpolated to the times of its rows: a copy with the readings
-// between which it did so, where they can be told (recording/checks/interpolated.h). A fit that
-// counts what lies between them is too sure of itself. check_recording() tells of it.
-std::optional<Recording> without_interpolated(const Recording& recording) {
-  std::optional<Recording> copy;
-  for (std::size_t m = 0; m < recording.mag.size(); ++m) {
-    std::optional<VectorSeries> own = readings_of_lines(recording.mag[m]);
-    if (!own) continue;
-    if (!copy) copy = recording;
-    copy->mag[m] = std::move(*own);
-  }
-  return copy;
-}
-
-// The two exact symmetries are removed (docs/theory.md): cos(alpha) > 0, and det D > 0 of
-// magnetometer 0.
-void fix_symmetries(Values& values, int magnetometers, const std::vector<NodePlan>& plans) {
-  const int fields = plans.back().field + 1;
-  const Rot3 half_turn = Rot3::from_unit_quaternion(Vector4(0.0, 0.0, 0.0, 1.0));
-  const auto turn = [&](const NodePlan& plan) {
-    for (int k = 0; k < int(plan.t.size()); ++k) {
-      const int id = plan.first + k;
-      values.update(R(id), half_turn * values.at<Rot3>(R(id)));
-      if (!values.contains(V(id))) continue;
-      values.update(V(id), Vector3(half_turn * values.at<Vector3>(V(id))));
-      values.update(P(id), Vector3(half_turn * values.at<Vector3>(P(id))));
-    }
-  };
-  if (values.at<Matrix3>(key::distortion).determinant() < 0.0) {
-    for (int m = 0; m < magnetometers; ++m) {
-      values.update(key::distortion_of(m), Matrix3(-values.at<Matrix3>(key::distortion_of(m))));
-    }
-    for (int f = 0; f < fields; ++f) {
-      values.update(dip_of(f), -values.at<double>(dip_of(f)));
-    }
-    for (const NodePlan& plan : plans) turn(plan);
-  }
-  for (int f = 0; f < fields; ++f) {
-    double dip = std::remainder(values.at<double>(dip_of(f)), 2.0 * M_PI);
-    if (std::cos(dip) < 0.0) {
-      dip = std::remainder(M_PI - dip, 2.0 * M_PI);
-      for (const NodePlan& plan : plans) {
-        if (plan.field == f) turn(plan);
-      }
-    }
-    values.update(dip_of(f), dip);
-  }
-}
 
 NoiseDensities noise_of_rests(const std::vector<const Recording*>& recordings) {
   NoiseDensities noise;
@@ -195,8 +71,8 @@ NoiseDensities noise_of_rests(const std::vector<const Recording*>& recordings) {
 // Where the rests do not tell: values of ordinary parts, and what the magnetometer's ellipsoid
 // leaves unexplained, for the residuals to correct.
 NoiseDensities completed(NoiseDensities noise, const InitialGuess& guess) {
-  if (noise.acc <= 0.0) noise.acc = 0.01;
-  if (noise.gyr <= 0.0) noise.gyr = 1e-3;
+  if (noise.acc <= 0.0) noise.acc = kUsualAcc;
+  if (noise.gyr <= 0.0) noise.gyr = kUsualGyr;
   if (noise.mag <= 0.0) {
     noise.mag = std::max(guess.ellipsoid_rms_uT / std::sqrt(kCoarseRate), 1e-6);
   }
@@ -247,50 +123,6 @@ std::vector<double> largest_mag_noise(const std::vector<const Recording*>& recor
     out.push_back(rest[m] > 0.0 ? kMagInMotion * std::hypot(rest[m], rounding[m]) : kUnlimited);
   }
   return out;
-}
-
-CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given,
-                                     const GateOptions& gate) {
-  check(given);
-  for (const Recording* recording : given) {
-    if (std::optional<Recording> kept = gated(*recording, gate)) {
-      copies_.push_back(std::move(*kept));
-      recording = &copies_.back();
-    }
-    const std::vector<Issue> issues = check_recording(*recording);
-    refuse_fatal(*recording, issues);
-    for (const std::string& text : recording->cautions) {
-      warnings_.push_back(recording->name + ": " + text + ".");
-    }
-    for (const Issue& issue : issues) {
-      if (issue.severity == Severity::kCaution || issue.kind == "set_aside")
-        warnings_.push_back(recording->name + ": " + issue.text());
-      if (damages(issue)) faults_.push_back(known_fault(recording->name, issue));
-    }
-    std::optional<Recording> copy = without_repeats(*recording, warnings_);
-    if (copy) copies_.push_back(std::move(*copy));
-    const Recording& fresh = copy ? copies_.back() : *recording;
-    std::optional<Recording> measured = without_interpolated(fresh);
-    if (measured) copies_.push_back(std::move(*measured));
-    add(measured ? copies_.back() : fresh);
-  }
-}
-
-// The recording, or its parts.
-void CheckedRecordings::add(const Recording& recording) {
-  std::optional<std::vector<Recording>> parts = parts_of(recording, warnings_);
-  if (!parts) {
-    if (!tells_something(recording)) refuse_short(recording, recording.duration_s());
-    recordings_.push_back(&recording);
-    return;
-  }
-  double length = 0.0;
-  for (const Recording& part : *parts) length += part.duration_s();
-  if (length < kMinDuration) refuse_short(recording, length);
-  for (Recording& part : *parts) {
-    copies_.push_back(std::move(part));
-    recordings_.push_back(&copies_.back());
-  }
 }
 
 Pipeline::Pipeline(const std::vector<const Recording*>& recordings,
@@ -534,7 +366,8 @@ Stage Pipeline::choose(std::string& reason) const {
 Stage Pipeline::coarse(std::string& motion_reason) const {
   Stage stage = choose(motion_reason);
   for (const auto step :
-       {&Pipeline::with_offset, &Pipeline::with_acc_jitter, &Pipeline::with_gyr_matrix}) {
+       {&Pipeline::with_offset, &Pipeline::with_acc_jitter, &Pipeline::with_gyr_matrix,
+        &Pipeline::with_errors_of_parts, &Pipeline::with_offset}) {
     if (auto next = attempt([&] { return (this->*step)(stage); })) stage = *std::move(next);
   }
   return with_fixed_symmetries(stage);
@@ -542,7 +375,7 @@ Stage Pipeline::coarse(std::string& motion_reason) const {
 
 // The stage with a lag of the magnetometers, if the data show one.
 Stage Pipeline::with_offset(const Stage& stage) const {
-  if (!options_.mag_time_offset.value_or(true)) return stage;
+  if (!options_.mag_time_offset.value_or(true) || stage.spec().mag_time_offset) return stage;
   ModelSpec spec = stage.spec();
   spec.mag_time_offset = true;
   Stage delayed(stage, spec);
@@ -592,6 +425,32 @@ Stage Pipeline::with_gyr_matrix(const Stage& stage) const {
   }
   fit_with_noise(scaled, Values(scaled.result().values), true);
   return scaled;
+}
+
+// The stage with errors that parts have as a rule, each if it is worth it and left-out magnetometer
+// samples are not predicted worse. Without them a hand's motion is bent until it explains what they
+// do to gravity. Jolts were looked for before: what they seemed to be may have been these.
+Stage Pipeline::with_errors_of_parts(const Stage& stage) const {
+  const bool possible = stage.spec().motion == MotionModel::kHandHeld;
+  if (!possible || !options_.gyr_matrix.value_or(true)) return stage;
+  Stage best = stage;
+  for (const char* const name : kErrorsOfParts) {
+    ModelSpec spec = best.spec();
+    spec.effects.push_back(find_effect(name));
+    Stage next(best, spec);
+    next.fit(carry_over(recordings_, best, next), true);
+    if (!next.result().converged()) continue;
+    if (!(worth_of_last_effect(recordings_, best, next, options_) > kWorthPart)) continue;
+    const HeldOutGain held = held_out_gain(best, next);
+    if (held.mean < -kWorse * held.error) continue;
+    best = std::move(next);
+  }
+  if (best.spec().effects.size() == stage.spec().effects.size()) return stage;
+  ModelSpec spec = best.spec();
+  spec.acc_jitter = 0.0;
+  Stage prompt(best, spec);
+  fit_with_noise(prompt, carry_over(recordings_, best, prompt), true);
+  return with_acc_jitter(prompt);
 }
 
 bool Pipeline::may_show_offset(const Stage& stage) const {

@@ -104,6 +104,7 @@ class Pipeline {
   Stage with_offset(const Stage& stage) const;
   Stage with_acc_jitter(const Stage& stage) const;
   Stage with_gyr_matrix(const Stage& stage) const;
+  Stage with_errors_of_parts(const Stage& stage) const;
   bool may_show_offset(const Stage& stage) const;
   bool shows_offset(const Stage& stage) const;
 

@@ -20,7 +20,8 @@ using namespace error_at;
 // not told apart by readings of 1e-3 relative noise.
 constexpr double kIndependent = 1e-6;
 
-// uT/m^degree: far more than any field has, and than rounding loses beside readings' noise.
+// uT/m^degree, standard deviation of an unknown coefficient: far more than any field has, yet small
+// enough that rounding stays below the readings' noise.
 constexpr double kNothingKnown = 1e3;
 
 struct GaussianUpdate {
@@ -28,8 +29,8 @@ struct GaussianUpdate {
   double nis = 0.0, log_density = 0.0;
 };
 
-// Of an observation with the derivatives H on the error from `first` on, and white noise; the
-// covariance in Joseph's form.
+// Kalman update for an observation with derivatives H by the error states from `first` on, and
+// white noise. The covariance is updated in Joseph's form.
 GaussianUpdate gaussian_update(MatrixXd& P, const MatrixXd& H, Eigen::Index first,
                                const VectorXd& innovation, double variance) {
   const Eigen::Index m = H.rows();
@@ -69,8 +70,8 @@ FieldProcess ArrayFilterOptions::published_process(int order, double strength_uT
 
 namespace {
 
-// phi: a field's coefficients to readings. One equation more than unknowns: the residuals give the
-// noise.
+// Whether readings determine the coefficients. `phi`: coefficients to readings. One equation more
+// than unknowns is needed, as the residuals give the noise.
 bool tells_apart(const MatrixXd& phi) {
   if (phi.rows() <= phi.cols()) return false;
   const MatrixXd r = Eigen::HouseholderQR<MatrixXd>(phi).matrixQR();

@@ -20,10 +20,11 @@
 
 namespace magimu {
 
-// How the coefficients of the field change beyond the transport, which is exact for the model's
-// polynomials but not for the rest of the field. One entry per coefficient.
+// Process noise of the field's coefficients. (Transport is exact for the model's polynomials, but
+// not for the rest of the field.) One entry per coefficient.
 struct FieldProcess {
-  VectorXd step_sigma;  // white noise a step: the published filters' way
+  VectorXd
+      step_sigma;  // standard deviation of white noise added per step, as in the published filters
   // A Gauss-Markov process over distance: standard deviation, and 0 for none. Such a coefficient
   // forgets what it was over memory_m, and keeps it while the body rests.
   VectorXd spread;
@@ -33,7 +34,8 @@ struct FieldProcess {
 struct ArrayFilterOptions {
   // Degree of the field's polynomials, 1 to 4 (4 needs an array that tells 35 coefficients apart).
   int order = 2;
-  // OC-MAINS: yaw's uncertainty does not shrink where nothing observes it (observability.h).
+  // OC-MAINS: keeps the uncertainty of yaw from shrinking, as nothing observes it
+  // (observability.h).
   bool constrain_yaw = false;
   double gravity = 9.82;  // m/s^2
   // White noise, standard deviation a sample, m/s^2 and rad/s; and random walks of the biases, per
@@ -44,8 +46,9 @@ struct ArrayFilterOptions {
   double position_sigma = 0.01, velocity_sigma = 1.0, attitude_sigma = 5.0 * kDegreeInRad;
   double acc_bias_sigma = 0.5, gyr_bias_sigma = 0.5 * kDegreeInRad, field_sigma = 0.2;
   FieldProcess field = published_process(2);
-  // Derivatives are taken at gradients without the part that their errors add to their size; else
-  // at the estimated ones, as published: noise in a gradient passes for information about velocity.
+  // True: take derivatives at gradients shrunk by the part of their size that comes from their
+  // errors. False: at the estimated ones, as published; noise in a gradient then counts as
+  // information about velocity.
   bool shrink_gradients = false;
   // The bias of every magnetometer but the last (whose bias is the field's) as further states,
   // with this standard deviation, uT; 0: none.
@@ -63,19 +66,19 @@ int highest_order(const std::vector<Vector3>& positions);
 
 class ArrayFilter {
  public:
-  // positions: of the magnetometers, m, in b. InputError where they cannot tell the field's
-  // coefficients apart.
+  // `positions`: of the magnetometers, m, in b. Throws InputError if they cannot distinguish the
+  // field's coefficients.
   ArrayFilter(const ArrayFilterOptions& options, const std::vector<Vector3>& positions);
 
   // Coefficients that fit the readings best (3 M, uT).
   VectorXd fit_field(const VectorXd& readings) const;
-  // The same with the variance of a reading's noise, uT^2, from what the fit leaves.
+  // Such a fit, with the variance of a reading's noise, uT^2, from its residuals.
   struct Fit {
     VectorXd theta;
     double variance = 0.0;
   };
   Fit fit(const VectorXd& readings) const;
-  // Variances of such coefficients, of readings with noise of variance 1.
+  // Variances of such coefficients, for readings with noise of variance 1.
   VectorXd fit_variance() const;
   void start(const NavigationState& state);
   // The field at the start, by the first readings, uT. Published: the best fit, with field_sigma.
@@ -92,12 +95,12 @@ class ArrayFilter {
   struct Innovation {
     double nis = 0.0;  // of the field's coefficients: chi-square with `dof` numbers
     int dof = 0;
-    double residual = 0.0;  // sum of squares of what the best fit leaves, uT^2
+    double residual = 0.0;  // sum of squared residuals of the best fit, uT^2
     int residual_dof = 0;
     double log_density = 0.0;  // of the coefficients' innovation
   };
   Innovation update(const VectorXd& readings);
-  // Another system knows the position, m.
+  // Updates with a position, m, known from another system.
   void aid_position(const Vector3& p, double sigma);
 
   const NavigationState& state() const { return state_; }

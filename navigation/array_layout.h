@@ -10,7 +10,7 @@
 
 namespace magimu {
 
-// InputError with the line where it is something else.
+// Throws InputError, with the line, for any other text.
 std::vector<Vector3> read_array_layout(const std::string& path);
 
 }  // namespace magimu

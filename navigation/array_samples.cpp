@@ -14,7 +14,7 @@ namespace {
 // Between samples that are further apart, in usual intervals, nothing is interpolated.
 constexpr double kLongestInterval = 2.5;
 
-// Walks along a series as the times asked for rise.
+// Interpolates a series at times that increase from call to call.
 class Interpolator {
  public:
   explicit Interpolator(const VectorSeries& series) : series_(series) {
@@ -31,7 +31,7 @@ class Interpolator {
     const double part = (t - before) / width;
     return (1.0 - part) * series_.v[next_ - 1] + part * series_.v[next_];
   }
-  // The samples before the time last asked for.
+  // Number of samples before the last time asked for.
   std::size_t passed() const { return next_; }
 
  private:

@@ -21,7 +21,7 @@
 namespace magimu {
 
 enum class StepReadings {
-  kMean,  // of the step, as said above
+  kMean,  // the mean over the step, as explained above
   kHeld,  // the sample at the step's start, as published
 };
 

@@ -20,7 +20,8 @@ struct NavigationOptions {
   // None: at the origin, at rest, yaw 0, roll and pitch by the first sample of the accelerometer.
   std::optional<NavigationStart> start;
   bool use_magnetometers = true;  // false: inertial navigation alone
-  // The true position aids the filter for so long from the start, s, with this standard deviation.
+  // Seconds from the start during which the true position aids the filter, and its standard
+  // deviation, m.
   double aided_s = 0.0, aid_sigma = 0.01;
   // For studies: the field's coefficients at each sample at which the filter takes its derivatives;
   // none: the estimated ones.
@@ -35,8 +36,8 @@ struct NavigationRun {
   double seconds = 0.0;                                    // of the processor
 };
 
-// InputError where the layout does not permit the order, or the filter lost all sense (readings
-// that are not in uT, say).
+// Throws InputError if the layout does not permit the order, or if the filter diverged (for example
+// with readings that are not in uT).
 NavigationRun navigate(const ArraySamples& samples, const NavigationOptions& options);
 
 }  // namespace magimu

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far a trajectory is from the truth, and whether it says so: the metrics of the literature on
-// magnetic-field-aided navigation, and those of consistency. NEES: squared error in the metric of
+// How far a trajectory is from the truth, and whether its covariance is honest: the metrics of the
+// literature on magnetic-field-aided navigation, and those of consistency. NEES: squared error in
+// the metric of
 // the claimed covariance, on average the number of its coordinates where the claim is right.
 #pragma once
 
@@ -25,8 +26,8 @@ struct NavigationMetrics {
   double duration_s = 0.0;
   double distance_m = 0.0, unaided_distance_m = 0.0;  // of the true path
   double final_3d_m = 0.0, final_horizontal_m = 0.0;
-  double mean_horizontal_m = 0.0;                                            // after the aid
-  double mean_position_nees = 0.0;                                           // over all times
+  double mean_horizontal_m = 0.0;   // after the aid has ended
+  double mean_position_nees = 0.0;  // over all times
   double final_3d_over_distance() const { return final_3d_m / distance_m; }  // of the whole path
   // Of the innovations, per number: of the field's coefficients; of all readings, with the noise
   // taken from this sample's residuals; of the residuals with the noise taken from the sample

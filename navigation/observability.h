@@ -18,9 +18,9 @@ namespace magimu {
 // 15 + kappa numbers, of length about g.
 VectorXd yaw_direction(const NavigationState& predicted, double gravity);
 
-// Changes the derivatives `by_error` of a step from `updated` to `next`, where `predicted` is what
-// `updated` was before its update, so that the yaw's direction at `predicted` becomes that at
-// `next`, up to the position, whose error is unobservable in every direction anyhow.
+// Changes the derivatives `by_error` of a step from `updated` to `next` so that they map the
+// direction of yaw at `predicted` (`updated` before its update) to that at `next`. Position is left
+// out: its error is unobservable in every direction.
 void constrain_yaw(NavigationStep& step, const NavigationState& predicted,
                    const NavigationState& updated, const Vector3& phi, double dt, double gravity);
 

@@ -30,8 +30,8 @@ FieldProcess truncation_process(const ArraySamples& samples, int order) {
     ++fits;
   }
   const auto n = static_cast<double>(std::max<std::size_t>(1, fits));
-  // Less than its own standard error is not told from noise: 2 / (fits * count) is the relative
-  // variance of a mean of squares.
+  // A spread below its own standard error cannot be distinguished from noise. (2 / (fits * count)
+  // is the relative variance of a mean of squares.)
   const double least = noise * std::sqrt(2.0 / (n * count));
   const double size = std::sqrt(std::max(squares - noise, least) / (n * count));
 

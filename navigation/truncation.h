@@ -15,8 +15,8 @@
 
 namespace magimu {
 
-// For a filter of order `order` + 1, whose highest degree is the truncated one. InputError where
-// the layout does not permit `order`.
+// The process for a filter of order `order` + 1, whose highest degree is the truncated one. Throws
+// InputError if the layout does not permit `order`.
 FieldProcess truncation_process(const ArraySamples& samples, int order);
 
 // Options with order + 1 and that process in place of the published white noise.

@@ -7,7 +7,7 @@ set(magimu_public_headers
     factors/keys.h factors/magnetometer_factor.h factors/prior_factor.h
     factors/relative_rotation_factor.h factors/effects/effect.h
     solvers/levenberg_marquardt.h solvers/marginals.h solvers/tree/incremental_qr.h
-    recording/read.h recording/csv/csv.h recording/data/recording.h
+    recording/read.h recording/csv/csv.h recording/data/error.h recording/data/recording.h
     sim/simulate.h
     calibration/calibrate.h calibration/fit/stage.h calibration/live/streaming.h
     calibration/model/extension.h calibration/result/calibration_json.h calibration/survey/survey.h

@@ -8,12 +8,13 @@
 
 namespace magimu {
 
-// Throws std::invalid_argument if the back end was not built in. With kAuto and kChain the first
-// factorize() looks at the system; kChain's throws std::invalid_argument if it has no such form.
+// A new solver, owned by the caller. Throws std::invalid_argument if the back end was not built in.
+// With kAuto and kChain the structure is found at the first factorize(); for kChain that call
+// throws std::invalid_argument if the system is not of its form.
 std::unique_ptr<LinearSolver> make_linear_solver(Backend backend);
 
-// The one that works on J itself by orthogonal transformations, for problems close to singular;
-// the most careful that there is where SuiteSparse is not built in.
+// The back end for problems close to singular: orthogonal transformations of J itself (SPQR).
+// Without SuiteSparse, the most careful one that was built in.
 Backend square_root_backend();
 
 }  // namespace magimu

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A factorization that is wanted even where the system leaves directions free: with as little
-// damping as it takes, and an end where no damping helps.
+// A factorization that also works where the system leaves directions free: with as little damping
+// as possible, and with an error where no damping helps.
 #pragma once
 
 #include "solvers/linear/linear_solver.h"
 
 namespace magimu {
 
-// Are residuals, Jacobian and the squares of its columns finite? Some back ends take what is not
-// without a word.
+// Whether residuals, Jacobian and the squared norms of its columns are finite. (Some back ends
+// accept numbers that are not.)
 bool is_finite(const LinearSystem& system);
 
 // Factorizes undamped, or with the first damping of 1e-12, 1e-11, ..., 1 that makes the matrix

@@ -8,19 +8,14 @@
 #include "calibration/pipeline.h"
 #include "calibration/use/apply.h"
 #include "graph/thread_time.h"
+#include "study/rotation_model.h"
 
 namespace magimu {
 namespace {
 
 CalibrationOptions array_options(const ArrayDevice& device) {
-  CalibrationOptions options;
-  options.noise = device.options.noise;
-  options.gravity = device.simulation.truth.gravity;
-  options.motion = MotionModel::kRotation;
-  options.mag_time_offset = false;
-  options.gyr_matrix = false;
-  options.node_every = device.options.node_every;
-  return options;
+  return rotation_model(device.options.noise, device.simulation.truth.gravity,
+                        device.options.node_every);
 }
 
 // The IMU with one of the magnetometers.

@@ -10,6 +10,7 @@
 #include "graph/numerical_error.h"
 #include "study/experiments.h"
 #include "study/method_table.h"
+#include "study/rotation_model.h"
 
 namespace magimu {
 namespace {
@@ -25,13 +26,7 @@ struct SchemeResult {
 
 // From the identity with the start's bias; D, o_m and dip by ellipsoid and alignment.
 SchemeResult published_scheme(const Simulation& s, const Vector3& start, const Calibration& map) {
-  CalibrationOptions options;
-  options.noise = s.truth.noise;
-  options.gravity = s.truth.gravity;
-  options.motion = MotionModel::kRotation;
-  options.mag_time_offset = false;
-  options.gyr_matrix = false;
-  options.node_every = 1;
+  CalibrationOptions options = rotation_model(s.truth.noise, s.truth.gravity, 1);
   options.initialization.gyr_bias = start;
   SchemeResult out;
   std::string why;

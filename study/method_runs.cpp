@@ -13,6 +13,7 @@
 #include "calibration/pipeline.h"
 #include "graph/thread_time.h"
 #include "sim/draws/random.h"
+#include "study/rotation_model.h"
 
 namespace magimu {
 namespace {
@@ -46,13 +47,8 @@ MethodRun run_one(Method method, const MethodSetting& setting, int index) {
   simulated.seed = static_cast<std::uint64_t>(setting.first_seed + index);
   const Simulation s = simulate(simulated);
   const std::vector<const Recording*> recordings{&s.recording};
-  CalibrationOptions options;
-  options.noise = s.truth.noise;
-  options.gravity = s.truth.gravity;
-  options.motion = MotionModel::kRotation;
+  CalibrationOptions options = rotation_model(s.truth.noise, s.truth.gravity, 1);
   options.mag_time_offset = setting.estimate_mag_time_offset;
-  options.gyr_matrix = false;
-  options.node_every = 1;
   if (setting.gyr_bias_error) {
     options.initialization.gyr_bias = s.truth.parameters.gyr_bias + *setting.gyr_bias_error;
   }

@@ -11,6 +11,7 @@
 #include "calibration/pipeline.h"
 #include "study/experiments.h"
 #include "study/method_table.h"
+#include "study/rotation_model.h"
 #include "study/streamed_person.h"
 
 namespace magimu {
@@ -64,11 +65,7 @@ Recording moved_recording(SimulatedMotion motion, std::uint64_t seed, double sec
 
 // Standard deviations (root mean square of a group) of o_a, o_w, o_m, D.
 std::array<double, 4> sigmas(const Recording& recording) {
-  CalibrationOptions options;
-  options.noise = kPaperNoise;
-  options.motion = MotionModel::kRotation;
-  options.mag_time_offset = false;
-  options.gyr_matrix = false;
+  const CalibrationOptions options = rotation_model(kPaperNoise, kStandardGravity);
   std::array<double, 4> out{kNoValue, kNoValue, kNoValue, kNoValue};
   try {
     const CheckedRecordings checked({&recording});

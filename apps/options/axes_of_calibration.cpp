@@ -17,7 +17,7 @@ using Turns = std::map<std::string, std::string>;
 
 const std::string kAsTheyCome = "x,y,z";
 
-// Of a sensor that is turned several times the turn that they make together.
+// The turns of each sensor; several turns of one sensor are combined.
 Turns turns_of(const ReadingOptions& options) {
   std::map<std::string, Matrix3> all;
   for (const auto& [sensor, axes] : options.turns()) {
@@ -73,7 +73,8 @@ void check_same_axes(const std::string& path, const ReadingOptions& options) {
   all.insert(now.begin(), now.end());
   for (const auto& [sensor, axes] : all) {
     const std::string then = turn_of(*made, sensor), here = turn_of(now, sensor);
-    // Whoever says that a sensor comes in the device's axes knows of a turn that was made before.
+    // If the user says explicitly that a sensor comes in the device's axes, the turn was made
+    // before.
     const bool said = now.contains(sensor) && here == kAsTheyCome;
     if (then == here || said) continue;
     throw InputError(

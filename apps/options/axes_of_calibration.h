@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A calibration holds for readings in the axes in which it was made. Its file says which turns of
-// --axes came before it, and whoever uses it on another recording has to make the same.
+// A calibration holds for readings in the axes in which it was made. Its file names the turns of
+// --axes with which its recordings were read; another recording must be read with the same.
 #pragma once
 
 #include <map>
@@ -13,10 +13,10 @@ namespace magimu::apps {
 
 // The field `axes` of a calibration's file: sensor to "y,-x,z".
 nlohmann::ordered_json axes_json(const ReadingOptions& options);
-// The same of the file of a calibration; empty where it has none.
+// The field `axes` of the calibration file at `path`; empty if it has none.
 std::map<std::string, std::string> axes_in(const std::string& path);
-// InputError where a recording is to be read otherwise than those the file at `path` was made from.
-// A file without the field (of the Python module, or older) is taken as it is.
+// Throws InputError if a recording is to be read with other turns than those of the calibration
+// file at `path`. A file without the field (by the Python module, or older) is accepted.
 void check_same_axes(const std::string& path, const ReadingOptions& options);
 
 }  // namespace magimu::apps

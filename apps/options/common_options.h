@@ -32,15 +32,15 @@ inline constexpr const char* kRecordingFormats =
     "CSV, logs of ROS, PX4 or ArduPilot, phone folders, zip, MATLAB, HDF5, numpy; - is standard\n"
     "input (text)";
 
-// recordings, --noise, --gravity, --motion, and those of reading_options.h; options must live as
-// long as cmd.
+// Adds the recordings, --noise, --gravity, --motion and the options of reading_options.h. `options`
+// must outlive `cmd`.
 void add_recording_options(CLI::App& cmd, RecordingOptions& options);
-// Of these --noise, --gravity and --motion.
+// Adds only --noise, --gravity and --motion.
 void add_model_options(CLI::App& cmd, RecordingOptions& options);
 // --threads, --json (what it prints instead of text), -q.
 void add_output_options(CLI::App& cmd, RecordingOptions& options, const std::string& json_prints);
 
-// All of them, by read_with.
+// Reads all recordings, by read_with().
 std::vector<Recording> read_recordings(const RecordingOptions& options);
 // The words of the command line, the last first, as CLI11 takes them. `--noise NOISE.json` becomes
 // --noise-file, since --noise takes three numbers; `--page` without a port --page-here, so that it

@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kStandardOutput = "/dev/stdout";
 
-// Pipes, terminals and /dev/null take any number of writers.
+// Whether a path is, or will be, a regular file. (Pipes, terminals and /dev/null may have several
+// writers.)
 bool is_file_to_be(const std::string& path) {
   std::error_code error;
   if (is_standard_output(path)) return false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The files that a command writes: looked at before any work, so that minutes of computing do not
-// end in a mistyped path, and no recording is overwritten by what was made of it.
+// Checks the files that a command writes before any work: minutes of computing must not end at a
+// mistyped path, and no result may overwrite its recording.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -14,16 +14,16 @@ namespace magimu::apps {
 CLI::Option* add_output(CLI::App& cmd, const std::string& option, std::string& path,
                         const std::string& description, const std::string& type);
 
-// Of what names a file to be read: - is standard input.
+// Validator for an option that names a file to be read: - is standard input.
 CLI::Validator standard_input();
 
-// Whether it is what a command's words go to as well, so that these have to go elsewhere.
+// Whether this output is standard output, so that the command's messages must go elsewhere.
 bool is_standard_output(const std::string& path);
-// Where they go: what is said must not end in the middle of the data.
+// Where messages go: to standard error if the data go to standard output.
 std::FILE* where_words_go(const std::string& output);
 
-// Throws InputError where two outputs are one file, or an output is one of the inputs (or lies in
-// an input that is a folder). Empty paths: that output was not asked for.
+// Throws InputError if two outputs are the same file, or if an output is one of the inputs or lies
+// in an input folder. An empty path: that output is not wanted.
 void check_outputs(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
 
 }  // namespace magimu::apps

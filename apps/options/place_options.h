@@ -14,15 +14,15 @@ struct PlaceOptions {
   std::optional<Place> place;
   std::string hemisphere;  // "north", "south"; empty: not given
   bool prior = false;
-  bool gravity_given = false;  // by --gravity, which then holds
+  bool gravity_given = false;  // --gravity was given, and wins over the place
 
   KnownField known_field() const;
   int dip_sign() const;  // 1 in the north, -1 in the south, 0: nothing given
-  // The place's gravity, if there is a place and no gravity was given.
+  // Gravity of the place, m/s^2, if a place but no gravity was given; else `gravity`.
   double gravity_or(double gravity) const;
 };
 
-// After --gravity has been added to cmd; options must live as long as cmd.
+// Call after --gravity has been added to `cmd`. `options` must outlive `cmd`.
 void add_place_options(CLI::App& cmd, PlaceOptions& options);
 
 }  // namespace magimu::apps

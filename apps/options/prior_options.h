@@ -12,12 +12,12 @@ namespace magimu::apps {
 
 struct PriorArguments {
   std::string prior = "default";
-  double age_days = -1.0;  // negative: by the date of the file
+  double age_days = -1.0;  // negative: computed from the date in the file
   double drift = 1.0;
   bool has_age = false, has_drift = false;
 
-  // Reads the calibration that is named. Throws InputError, also where the recording is not read in
-  // its axes. Options: of a calibration or a stream.
+  // Reads the calibration that is named into `Options` (of a calibration or a stream). Throws
+  // InputError, also if the recording is read in other axes.
   template <class Options>
   void apply_to(Options& options, const ReadingOptions& reading) const {
     const CalibrationOptions known = read(reading);
@@ -29,7 +29,7 @@ struct PriorArguments {
   CalibrationOptions read(const ReadingOptions& reading) const;
 };
 
-// arguments must live as long as cmd.
+// Adds the options. `arguments` must outlive `cmd`.
 void add_prior_options(CLI::App& cmd, PriorArguments& arguments);
 
 }  // namespace magimu::apps

@@ -21,14 +21,14 @@ struct ReadingOptions {
   std::string columns;   // the header that a file lacks
   std::vector<std::string> sensors;
 
-  // InputError if one of `map` or `unit` cannot be understood.
+  // Options for readers. Throws InputError if one of `map` or `unit` cannot be understood.
   CsvOptions csv() const;
-  // Of `axes`: sensors, and what their readings are to be multiplied by (recording/data/axes.h).
+  // From `axes`: sensors, and the matrices that multiply their readings (recording/data/axes.h).
   std::vector<std::pair<std::string, Matrix3>> turns() const;
 };
 
-// --map, --unit, --axes, --rate and --columns; with --gyro-interval and --sensor. options must live
-// as long as cmd.
+// Adds --map, --unit, --axes, --rate, --columns, --gyro-interval and --sensor. `options` must
+// outlive `cmd`.
 void add_column_options(CLI::App& cmd, ReadingOptions& options);
 void add_reading_options(CLI::App& cmd, ReadingOptions& options);
 

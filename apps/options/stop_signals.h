@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The wish to end: the first SIGINT (Ctrl-C), SIGTERM or SIGHUP is noted, so that work can be ended
-// with its result written; a second one ends the program at once, as without this.
+// Ending on request: the first SIGINT (Ctrl-C), SIGTERM or SIGHUP is only noted, so that the
+// program can write its result and end. A second signal ends the program at once.
 #pragma once
 
 namespace magimu::apps {
 
-// From now on. SIGHUP stays ignored where it was (nohup). SIGPIPE is ignored, too: who writes to a
-// pipe that nobody reads learns it from the write.
+// Begins to watch. SIGHUP stays ignored if it was (nohup). SIGPIPE is ignored, too: a write to a
+// pipe without readers then fails with an error.
 void watch_stop_signals();
 bool stop_requested();
 

@@ -11,13 +11,13 @@ namespace magimu::apps {
 
 // One chart an axis, as SVG.
 std::string disturbance_picture(const MissingSeries& series);
-// Under it.
+// The caption below it.
 std::string disturbance_caption(const MissingSeries& series);
 
 // The field's departure against the place, along the direction in which it changes most.
 std::string place_picture(const PlaceCheck& place);
 std::string place_caption(const PlaceCheck& place);
-// How (a), (b) and (c) came out, one sentence each.
+// The results of the place's tests (a), (b) and (c), one sentence each.
 std::vector<std::string> place_words(const Diagnosis& d);
 
 }  // namespace magimu::apps

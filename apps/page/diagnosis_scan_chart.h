@@ -11,7 +11,7 @@ namespace magimu::apps {
 // -log10 of the chance that noise alone would look so much like this cause; from the statistic
 // where the p-value is too small for a double.
 double evidence(const ScanEntry& entry);
-// What it takes where so many causes are tested.
+// The evidence that a cause needs, as so many are tested.
 double evidence_needed(const Diagnosis& diagnosis);
 
 std::string scan_chart(const Diagnosis& diagnosis);

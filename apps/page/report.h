@@ -23,7 +23,7 @@ std::string element(std::string_view tag, std::string_view text, std::string_vie
 std::string wrap(std::string_view tag, std::string_view html, std::string_view css = "");
 // <li>text</li> for each.
 std::string items(const std::vector<std::string>& texts);
-// A number that catches the eye, with what it is below.
+// A large number with its label below.
 std::string fact(const std::string& value, const std::string& label);
 
 class Page {

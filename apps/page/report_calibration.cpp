@@ -79,7 +79,7 @@ void answer(Page& page, const Calibration& c) {
   if (!c.warnings.empty()) page.html(wrap("ul", items(c.warnings), "soft"));
 }
 
-// Two digits, but no more than tens of them.
+// Per cent with two digits.
 std::string percent_of(double share) { return fmt::format("{:.2g}", 100.0 * share); }
 std::string degrees_of(double deg) {
   return fmt::format("{:.{}f}", deg, deg < 0.1 ? 3 : deg < 1.0 ? 2 : deg < 10.0 ? 1 : 0);
@@ -258,7 +258,7 @@ void use(Page& page, const Calibration& c, const std::vector<const Recording*>& 
 }  // namespace
 
 std::string calibration_report(const Calibration& c, const std::vector<const Recording*>& given) {
-  // Readings that were set aside would set the scale of every picture.
+  // Without the readings that were set aside, which would set the scale of every picture.
   std::deque<Recording> kept;
   std::vector<const Recording*> recordings;
   for (const Recording* r : given) {

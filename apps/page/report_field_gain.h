@@ -12,11 +12,12 @@
 namespace magimu::apps {
 
 struct FieldGain {
-  double length_before = 0.0, length_after = 0.0;  // RMS deviation of the length, of its mean
+  double length_before = 0.0,
+         length_after = 0.0;  // RMS deviation of the length from its mean, as a share of the mean
   double heading_before_deg = 0.0, heading_after_deg = 0.0;  // RMS
 };
 
-// Not a number where a recording has no readings or no trajectory.
+// NaN if the recordings have no readings or no trajectory.
 FieldGain field_gain(const Calibration& calibration,
                      const std::vector<const Recording*>& recordings, std::size_t magnetometer);
 

@@ -9,7 +9,7 @@
 
 namespace magimu::apps {
 
-// The words of this run of the program; whoever does not tell them (the Python module) has none.
+// Remembers the command line of this run. Without it (in the Python module) `command` is empty.
 void remember_command(int argc, const char* const* argv);
 
 struct Provenance {
@@ -17,7 +17,7 @@ struct Provenance {
   std::string command;  // "magimu calibrate 'my file.csv'"; empty: not by the program
   std::string date;     // "2026-07-31T12:00:00Z"
 };
-// Of now.
+// The provenance of a result made now.
 Provenance provenance();
 // With the files that were read.
 nlohmann::ordered_json provenance_json(const std::vector<std::string>& files);

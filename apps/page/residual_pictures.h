@@ -13,7 +13,7 @@ struct ResidualPictures {
   std::string traces, correlation, spectrum;  // SVG
 };
 
-// extended: whether the model was, so that there is an "after".
+// `extended`: the model was extended, so there is an "after".
 ResidualPictures residual_pictures(const ResidualTrace& trace, bool extended);
 
 }  // namespace magimu::apps

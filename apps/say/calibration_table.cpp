@@ -14,7 +14,8 @@
 namespace magimu::apps {
 namespace {
 
-constexpr std::size_t kPrintedMagnetometers = 4;  // whose parameters are printed one by one
+constexpr std::size_t kPrintedMagnetometers =
+    4;  // magnetometers whose parameters are printed one by one
 
 std::string in_columns(double value, double sigma) {
   const int n = decimals(sigma);
@@ -74,9 +75,10 @@ void add_name(std::string& names, std::string& last, const std::string& name) {
   last = stem;
 }
 
-// What a recording by itself says of a parameter, beside what was known before.
+// What the recording alone says about a parameter, next to what was known before.
 std::string known_by_itself(const PriorRecord::Parameter& p) {
-  constexpr double kNotKnown = 100.0;  // times what was known before
+  constexpr double kNotKnown =
+      100.0;  // times the sigma known before: the recording says next to nothing
   if (!(p.before < kNotKnown * p.sigma)) return "by itself not known";
   const std::string unit = calibration_parameter_unit(p.name);
   return "by itself known to " + two_figures(p.before) + (unit.empty() ? "" : " " + unit);
@@ -110,13 +112,14 @@ std::string said_of_prior(const Calibration& c) {
   return out.empty() ? out : out + "\n";
 }
 
-// A long label takes the blanks in front of its value.
+// A long label uses the blanks before its value but one.
 std::string label_and_columns(const std::string& label, double value, double sigma) {
   constexpr std::size_t kLabel = 26;
   const std::string columns = in_columns(value, sigma);
   const std::size_t over = label.size() > kLabel ? label.size() - kLabel : 0;
+  const std::size_t blanks = columns.find_first_not_of(' ');
   return fmt::format("{:<{}}", label, kLabel) +
-         columns.substr(std::min(over, columns.find_first_not_of(' ')));
+         columns.substr(std::min(over, std::max<std::size_t>(blanks, 1) - 1));
 }
 
 // Of effects in the model: the effect's name once, a parameter's where there are several.

@@ -14,7 +14,7 @@
 namespace magimu::apps {
 namespace {
 
-constexpr double kBeyondDoubt = 1e5;  // nats of left-out data, of which nobody reads the digits
+constexpr double kBeyondDoubt = 1e5;  // nats: a gain beyond is written without digits
 
 std::string counted(std::size_t n) {
   constexpr const char* kWords[] = {"no", "one", "two", "three", "four", "five", "six"};
@@ -95,7 +95,7 @@ std::string sensor_name(const std::string& channel) {
 
 std::string effect_title(const std::string& effect, const std::string& channel) {
   const std::string out = effect_words(effect);
-  // These exist for every sensor.
+  // Effects that exist for every sensor.
   const bool needs_sensor =
       effect == "noise_scale" || effect == "correlated_noise" || effect == "outliers";
   return needs_sensor && !channel.empty() ? out + ", " + sensor_name(channel) : out;
@@ -174,7 +174,8 @@ std::string heldout_words(const Gain& gain) {
   if (nats <= 0.0) {
     return fmt::format("left-out data are not predicted better (log-likelihood {:+.1f})", nats);
   }
-  // The digits of what no chance does: noise taken for far too small counts in millions.
+  // No digits for what is certain anyway. (If the noise was assumed far too small, gains are
+  // millions of nats.)
   if (nats >= kBeyondDoubt) {
     return fmt::format("left-out data are predicted far better (log-likelihood {})",
                        heldout_number(gain));

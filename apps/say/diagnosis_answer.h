@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a diagnosis says, in words and in the order in which people ask: the terminal
-// (diagnosis_table.h) and the page (diagnosis_report.h) have them from here.
+// What a diagnosis says, in words, in the order in which people ask. The terminal
+// (diagnosis_table.h) and the page (diagnosis_report.h) use these words.
 #pragma once
 
 #include <string>
@@ -13,10 +13,10 @@ namespace magimu::apps {
 // The answer in a sentence; its reasons, and the findings' sentences, are in the diagnosis.
 std::string headline(const Diagnosis& diagnosis);
 
-// What a user does about what is not explained; empty where nothing is.
+// What a user can do about what is not explained; empty if all is explained.
 std::string next_step(const Diagnosis& diagnosis);
 
-// Why the calibration is trusted no more than it is, as far as the diagnosis has not said it.
+// Reasons of the calibration's verdict that the diagnosis has not given.
 std::vector<std::string> unsaid_reasons(const Diagnosis& diagnosis);
 
 // Does the stored calibration still hold: a sentence.
@@ -34,7 +34,7 @@ std::vector<const ScanEntry*> entries_with(Outcome outcome, const Diagnosis& dia
 
 // Why it could not be tested.
 std::string needs_words(const ScanEntry& entry);
-// The size from which on it would have been found nine times out of ten.
+// The size at which it would be found in nine of ten cases.
 std::string detectable_words(const ScanEntry& entry);
 
 // "0.0110 ± 0.0001 s"
@@ -43,14 +43,14 @@ std::string size_words(const FoundParameter& parameter);
 // "Field drift, clock scale: why. To separate: a motion; another one." A sentence for every reason.
 std::vector<std::string> confusable_words(const std::vector<Confusable>& confusable);
 
-// How much better data that the fit had not seen are predicted: nats.
+// By how much left-out data are predicted better, in nats.
 double heldout_gain(const Gain& gain);
-std::string heldout_number(const Gain& gain);  // as people read it
+std::string heldout_number(const Gain& gain);  // the same, as text
 std::string heldout_words(const Gain& gain);
 
-// Are the residuals of its gain those of the whole model without and with it? Those of a source
-// that is not in the model are of its excursions alone, beside which another finding's have no
-// order.
+// Whether the residuals in a finding's gain are those of the whole model, without and with it.
+// (Those of a source that is not in the model are of its excursions only, and cannot be compared
+// with others.)
 bool residual_of_model(const Finding& finding);
 
 // One parameter of the calibration, before and after the extensions.

@@ -25,7 +25,7 @@ std::string unbroken(std::string text) {
   return text;
 }
 
-// As people read it, a value with its uncertainty on one line.
+// Text for people: a value and its uncertainty stay on one line.
 std::string readable(const std::string& text) {
   constexpr std::string_view kSign = " ± ";
   std::string out = plus_minus(text);
@@ -59,7 +59,7 @@ std::string wrapped(const std::string& text, const std::string& first) {
   return out;
 }
 
-// As many as one reads, in their order; of more those that are clearest.
+// At most kShown parameters, in their order; of more than these, the clearest.
 std::vector<FoundParameter> clearest_of(const std::vector<FoundParameter>& all) {
   if (all.size() <= kShown) return all;
   const auto clear = [](const FoundParameter& p) { return std::abs(p.value) / p.sigma; };

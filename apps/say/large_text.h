@@ -10,8 +10,8 @@
 
 namespace magimu::apps {
 
-// Rows of at most so many columns, each line of words followed by an empty row; nothing where the
-// text takes more rows than there are, or has a letter that we cannot draw.
+// Rows of at most `columns` characters, with an empty row after each line of words. Empty if the
+// text needs more than `rows` rows, or has a letter that cannot be drawn.
 std::vector<std::string> large_text(std::string_view text, std::size_t columns, std::size_t rows);
 
 }  // namespace magimu::apps

@@ -155,6 +155,8 @@ std::string calibration_parameter_words(const std::string& name,
   replace("accelerometer.bias", "accelerometer bias o_a");
   replace("gyroscope.bias", "gyroscope bias o_w");
   replace("gyroscope.scale_misalignment", "gyroscope scale, misalignment S");
+  replace("effects.acc_scale_misalignment.L", "accelerometer scale, misalignment L");
+  replace("effects.gyro_g_sensitivity.G", "gyroscope g-sensitivity G");
   replace(".distortion", " distortion D");
   replace(".bias", " bias o_m");
   replace(".time_offset_s", " lag");

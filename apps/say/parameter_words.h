@@ -7,11 +7,11 @@
 
 namespace magimu::apps {
 
-// Of an effect's parameter, with its symbol behind it: who looks for it in the file finds it.
+// Words for a parameter of an effect, followed by its name in the file.
 std::string parameter_words(const std::string& effect, const std::string& parameter);
 
-// Of a calibration, by its name in the file: "magnetometers[0].bias[2]" -> "mag bias o_m z". Its
-// unit; empty: it has none.
+// Words for a parameter of a calibration, by its name in the file: "magnetometers[0].bias[2]" ->
+// "mag bias o_m z"; and its unit, empty if it has none.
 std::string calibration_parameter_words(const std::string& name,
                                         const std::vector<std::string>& mag_names);
 std::string calibration_parameter_unit(const std::string& name);

@@ -19,7 +19,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  // What is being done, and how far the whole is, 0 to 1; negative: nobody knows.
+  // Sets what is being done, and the share of the whole that is done, 0 to 1; negative: unknown.
   void operator()(const std::string& what, double share = -1.0);
 
  private:
@@ -28,14 +28,14 @@ class ProgressBar {
   const bool wanted_;
   const std::chrono::steady_clock::time_point begin_;
   bool shown_ = false;
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // guards the members below
   std::condition_variable_any ended_;
   std::string what_;
   double share_ = -1.0;
-  std::jthread drawing_;  // the last: it ends before the others go
+  std::jthread drawing_;  // last member: the thread ends before the others are destroyed
 };
 
-// What make() returns, with a bar while it works.
+// Returns make(), with a bar while it works.
 template <class Make>
 auto with_bar(bool wanted, const std::string& what, const Make& make) {
   ProgressBar bar(wanted);

@@ -165,7 +165,7 @@ nlohmann::json mounting_json(const Mounting& m) {
   return j;
 }
 
-// What `info` cannot see, and a calibration would need to be good; empty: nothing.
+// What a good calibration needs and `info` cannot see; empty if there is nothing.
 std::string open_question(const Survey& s) {
   for (const AxesFit& fit : s.mounting.fits) {
     if (fit.gyr_axes.empty()) {
@@ -178,7 +178,7 @@ std::string open_question(const Survey& s) {
         "bias and the field look much alike; `magimu calibrate` tells how well it knows them",
         100.0 * s.coverage.up);
   }
-  // Axes that may be right stand against nothing, in a calibration either.
+  // Axes that may be right are no objection; calibrate does not object to them either.
   return std::ranges::all_of(s.mounting.fits, &AxesFit::may_be_straight)
              ? ""
              : "this motion does not tell which axes of the sensors are the same";

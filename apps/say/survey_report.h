@@ -9,7 +9,7 @@
 
 namespace magimu::apps {
 
-// May it be calibrated? A sentence.
+// A sentence: may the recording be calibrated?
 std::string survey_verdict(const Survey& survey);
 std::string survey_text(const Survey& survey);
 nlohmann::json survey_json(const Survey& survey, const std::vector<std::string>& notes);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A calibration that says of itself that it must not be used is not used, unless the user insists.
+// Refuses a calibration whose own verdict is "no", unless the user insists (--force).
 #pragma once
 
 #include <string>
@@ -8,7 +8,8 @@
 
 namespace magimu::apps {
 
-// False, with the reasons on standard error, where the verdict is "no" and nobody insists.
+// False if the verdict is "no" and `force` is not given. The reasons of a "no" go to standard error
+// in either case.
 bool may_be_used(const Calibration& calibration, const std::string& file, bool force);
 
 }  // namespace magimu::apps

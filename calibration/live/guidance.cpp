@@ -14,11 +14,13 @@
 namespace magimu {
 namespace {
 
-constexpr double kTurnRate = 1.0;    // rad/s, of a person who turns a board
-constexpr double kStill = 3.0;       // s
-constexpr double kStep = 0.4;        // s between the attitudes at which a motion is played through
-constexpr double kHandAcc = 0.3;     // m/s^2: what a hand adds to gravity
-constexpr double kWorthIt = 0.05;    // relative fall of the target's sigma: a motion that helps
+constexpr double kTurnRate = 1.0;  // rad/s: rate at which a person turns a board
+constexpr double kStill = 3.0;     // s
+constexpr double kStep = 0.4;      // s between the attitudes of a motion that is played through
+constexpr double kHandAcc =
+    0.3;  // m/s^2: standard deviation of the acceleration that a hand adds to gravity
+constexpr double kWorthIt =
+    0.05;  // relative decrease of the target's sigma by a motion that is worth naming
 constexpr double kHorizontal = 0.6;  // sine: turns about such an axis turn it upside down
 constexpr double kThreeQuarters = 1.5 * M_PI;
 constexpr double kTurnedEnough = 1.4 * M_PI;  // nearly three quarters of a turn
@@ -83,7 +85,7 @@ std::string heading_of(const Vector3& axis, const Vector3& north, const Vector3&
   return names[(int(std::lround(8.0 * turn)) + 8) % 8];
 }
 
-// What is known of parameters before any measurement, so that undetermined ones do no harm.
+// Information from weak priors on all parameters, so that undetermined ones do no harm.
 MatrixXd ordinary_information(int mags, Eigen::Index size) {
   VectorXd sigma = VectorXd::Constant(size, 0.1);                                  // lags, s
   sigma.head<3>().setConstant(3.0);                                                // attitude, rad
@@ -106,7 +108,7 @@ class PlayedThrough {
     gyr_density_ = spec.noise.gyr;
   }
 
-  // What it has added after each step.
+  // The information added up to each step.
   std::vector<MatrixXd> information(const Motion& motion, double sign) const {
     MatrixXd sum = MatrixXd::Zero(size_, size_);
     std::vector<MatrixXd> out;
@@ -248,7 +250,8 @@ Guidance guide(const Vector3& turned_rad, const Vector3& up, bool rested) {
   for (int axis = 0; axis < 3; ++axis) {
     if (turned_rad[axis] >= kTurnedEnough) continue;
     out.missing.push_back(fmt::format("turn about {}", kAxis[axis]));
-    // About a level axis the field and gravity turn most; what was begun goes on.
+    // Turn about the most level axis: there gravity and the field turn most. An axis about which
+    // the sensor was turned already is preferred, so that a motion once begun is finished.
     const double steep = std::abs(up[axis]) - kBegun * turned_rad[axis] / kTurnedEnough;
     if (next >= 0 && steep >= least) continue;
     next = axis;

@@ -35,9 +35,10 @@ std::vector<Motion> motions_from(const Rot3& nRb);
 struct Guidance {
   Motion motion;                     // the best
   std::vector<std::string> missing;  // of all motions that would help
-  std::string which;                 // which axis that is, for who holds the board; may be empty
+  std::string
+      which;  // a sentence that shows the axis to the person who holds the board; may be empty
 
-  // The motion's sentence, and which axis that is.
+  // The sentence of the motion, and the one that says which axis it is.
   std::string text() const { return motion.sentence + (which.empty() ? "" : " " + which); }
 };
 

@@ -8,40 +8,35 @@
 #include <cmath>
 #include <utility>
 
+#include "calibration/live/certain_issues.h"
+#include "calibration/live/live_mounting.h"
 #include "calibration/trust/check_axes.h"
 #include "calibration/trust/field_check.h"
 #include "recording/checks/gate.h"
-#include "recording/checks/repeats.h"
 #include "recording/data/arrival_stamps.h"
 #include "recording/data/axes.h"
-#include "recording/data/parts.h"
 #include "recording/data/row_times.h"
-#include "recording/data/units.h"
-#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {
 
-// s of data; then every kEvery.
+// s of data after which the samples are looked at; then every kEvery.
 constexpr double kLooks[] = {2.0, 3.0, 4.0, 4.8, 6.5, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0};
 constexpr double kEvery = 30.0;  // s
-// What is kept: a minute, at least some samples (a time in a wrong unit), at most some (memory).
+// Samples that are kept: those of the last minute, but at least so many (if times are in a wrong
+// unit) and at most so many (memory).
 constexpr double kKept = 60.0;  // s
 constexpr std::size_t kKeptAtLeast = 400, kKeptAtMost = 60000;
-// New samples before the next look: an eighth of all so far, so that a wrong clock costs no more
-// than a right one.
+// New samples before the next look: an eighth of all so far, within these bounds, so that a wrong
+// clock costs no more time than a right one.
 constexpr long kNewAtLeast = 20, kNewAtMost = 500;
-// s of data before what is said of a whole recording can be said of its beginning: rates and
-// spreads, from some hundred intervals; where sensors begin and end, as a tenth of the whole.
-constexpr double kForRates = 4.0, kForSpans = 15.0, kForAbsence = 4.0, kForUnits = 15.0;
-// Sum of all turns from which on the magnetometer's range tells a unit that has no name.
-constexpr double kTurnedEnoughToTell = M_PI;
-constexpr double kTurnedRate = 0.2;    // rad/s, mean: the sensor is being turned
-constexpr double kChangedShare = 0.3;  // of the usual reading, by which turning changes one
-// Rows of slower sensors come late by less; after a longer gap, or a reset, a new part begins.
+// s of data before a sensor without samples is reported.
+constexpr double kForAbsence = 4.0;
+// Rows of slower sensors are late by less than kLate. After a gap of kOtherPart, or a reset, a new
+// part begins.
 constexpr double kLate = 1.0, kOtherPart = kPartGap - 1.0;  // s
-constexpr double kDipKnown = 5.0;  // standard deviations of a dip whose sign counts
-constexpr double kNearby = 1.0;    // s around windows, in which a fault explains them
+constexpr double kDipKnown = 5.0;  // standard deviations from 0 of a dip whose sign is known
+constexpr double kNearby = 1.0;    // s: a fault so near to a window may explain it
 
 bool has_place(const Issue& issue) { return issue.begin_s != 0.0 || issue.end_s != 0.0; }
 
@@ -50,17 +45,13 @@ bool any_fatal(const std::vector<Issue>& issues) {
                              [](const Issue& issue) { return issue.severity == Severity::kFatal; });
 }
 
-bool is_any_of(const std::string& kind, std::initializer_list<const char*> kinds) {
-  return std::ranges::any_of(kinds, [&](const char* k) { return kind == k; });
-}
-
 bool same(const Issue& a, const Issue& b) {
-  // What is set aside for different reasons has different remedies.
+  // Samples set aside for different reasons are different issues, and have different remedies.
   return a.kind == b.kind && a.sensor == b.sensor && a.axis == b.axis &&
          (a.kind != "set_aside" || a.remedy == b.remedy);
 }
 
-// The gravest of each.
+// Of issues that are the same, only the gravest.
 std::vector<Issue> without_doubles(std::vector<Issue> issues) {
   std::ranges::stable_sort(issues,
                            [](const Issue& a, const Issue& b) { return a.severity > b.severity; });
@@ -72,95 +63,8 @@ std::vector<Issue> without_doubles(std::vector<Issue> issues) {
   return out;
 }
 
-// The unit or the axes that a remedy names; empty where it is a number, which changes with every
-// look.
-std::string named_option(const Issue& issue) {
-  if (!is_any_of(issue.kind, {"axes", "unit"})) return "";
-  const std::size_t at = issue.remedy.find('=');
-  if (at == std::string::npos || at + 1 >= issue.remedy.size()) return "";
-  const char first = issue.remedy[at + 1];
-  const bool name = std::isalpha(static_cast<unsigned char>(first)) != 0 || first == '-';
-  return name ? issue.remedy : "";
-}
-
-bool changes(const VectorSeries& s) {
-  if (s.empty()) return false;
-  Vector3 low = s.v.front(), high = low;
-  double usual = 0.0;
-  for (const Vector3& v : s.v) {
-    low = low.cwiseMin(v);
-    high = high.cwiseMax(v);
-    usual += v.norm() / double(s.size());
-  }
-  return (high - low).norm() > kChangedShare * usual;
-}
-
-bool is_turned(const Recording& r) {
-  double rate = 0.0;
-  for (const Vector3& v : r.gyr.v) rate += v.norm() / double(r.gyr.size());
-  return rate > kTurnedRate || changes(r.acc) || std::ranges::any_of(r.mag, changes);
-}
-
-double turns_of(const VectorSeries& gyr) {
-  double sum = 0.0;
-  for (std::size_t k = 1; k < gyr.size(); ++k) sum += gyr.v[k].norm() * (gyr.t[k] - gyr.t[k - 1]);
-  return sum;
-}
-
-double usual_length(const VectorSeries& s) {
-  std::vector<double> lengths;
-  for (const Vector3& v : s.v) lengths.push_back(v.norm());
-  return median(std::move(lengths));
-}
-
-// The unit that a remedy gives, in the one that is given now; 0: none.
-double unit_ratio(const Issue& issue, const Recording& piece) {
-  const std::string quantity = issue.sensor.substr(0, 3), option = "--unit " + quantity + "=";
-  const std::size_t at = issue.remedy.find(option);
-  if (at == std::string::npos) return 0.0;
-  const std::string rest = issue.remedy.substr(at + option.size());
-  const auto given = piece.file_units.find(quantity);
-  return unit_in_ours(quantity, rest.substr(0, rest.find(' '))).value_or(0.0) /
-         (given == piece.file_units.end() ? 1.0 : given->second);
-}
-
-// Of a few seconds.
-bool certain_unit(const Issue& issue, const Recording& piece, double length_s) {
-  if (length_s >= kForUnits) return true;
-  const bool named = !named_option(issue).empty();
-  if (issue.sensor.starts_with("mag")) return named || turns_of(piece.gyr) > kTurnedEnoughToTell;
-  const double ratio = unit_ratio(issue, piece);
-  // A hand that shakes the board makes much of gravity, but hardly 16 g.
-  if (issue.sensor == "acc") return named || ratio < 1.0 / 16.0;
-  // Noise, and accelerations, turn directions: a gyroscope may seem to read too little; and the few
-  // turns at the beginning are known to a factor of two.
-  return named || ratio < 0.25;
-}
-
-// Whether what was found in a piece of length_s seconds will be found in a longer one.
-bool certain(const Issue& issue, const Recording& piece, double length_s) {
-  if (issue.severity == Severity::kNote) {
-    const bool clipped =
-        issue.kind == "set_aside" && issue.problem.find("clipped") != std::string::npos;
-    if (issue.kind != "repeats") return clipped;
-  }
-  // At rest a coarse converter repeats itself.
-  if (issue.kind == "repeats" && !is_turned(piece)) return false;
-  if (issue.kind == "constant" || issue.kind == "copied") return is_turned(piece);
-  if (issue.kind == "unit") return certain_unit(issue, piece, length_s);
-  // A hand that swings the board halves gravity, but not for long.
-  if (issue.kind == "gravity") return length_s >= kForUnits || usual_length(piece.acc) < 2.0;
-  // A sphere through all attitudes: a minute hardly has them.
-  if (issue.kind == "acc_scale") return false;
-  if (issue.kind == "span") return length_s >= kForSpans;
-  if (is_any_of(issue.kind, {"jitter", "interpolation", "repeats", "field_size"})) {
-    return length_s >= kForRates;
-  }
-  return true;
-}
-
-// Samples stamped on arrival get even times, as a file's do (row_times.h), and one issue for all of
-// them.
+// Gives samples that were stamped on arrival even times, as for a file (row_times.h), and returns
+// one issue for all of them.
 std::vector<Issue> with_even_times(Recording& r) {
   std::vector<Issue> out;
   const auto mend = [&](VectorSeries& series, const std::string& name) {
@@ -196,74 +100,6 @@ std::vector<Issue> absent_sensors(const Recording& r) {
   return out;
 }
 
-// As calibrate() looks at the axes: without repeats of slower sensors, in the parts that gaps make.
-Mounting mounting_of(Recording r, const std::vector<Issue>& issues) {
-  for (std::size_t m = 0; m < r.mag.size(); ++m) {
-    const bool repeats = std::ranges::any_of(issues, [&](const Issue& issue) {
-      return issue.kind == "repeats" && issue.sensor == r.mag_names[m];
-    });
-    if (repeats) r.mag[m] = without_repeats(r.mag[m]);
-  }
-  std::vector<std::string> ignored;
-  const std::optional<std::vector<Recording>> parts = parts_of(r, ignored);
-  if (!parts) return check_mounting(r);
-  std::vector<const Recording*> all;
-  for (const Recording& part : *parts) all.push_back(&part);
-  return all.empty() ? Mounting() : check_mounting(all);
-}
-
-// Of less than a dozen seconds the pairs of directions that mounting.h compares are few and close:
-// a hand's accelerations may make wrong axes fit better than the right ones. Two root mean squares
-// of twelve pairs differ by a factor of four in a few of a million cases (F distribution); wrong
-// axes differ by the turns themselves, tens of degrees against a few.
-constexpr double kClearly = 4.0;
-
-// How much better the best axes fit than the axes as they are, as a factor; of sensors that say the
-// same of the gyroscope all together, since what misleads one does not mislead the other.
-double clearness(const AxesFit& fit, const std::vector<AxesFit>& all) {
-  double product = 1.0;
-  for (const AxesFit& other : all) {
-    if (other.gyr_axes.empty() || other.may_be_straight()) continue;
-    if (other.gyr_axes.front() == fit.gyr_axes.front()) {
-      product *= other.rms_straight_rad / std::max(1e-9, other.rms_rad);
-    }
-  }
-  return product;
-}
-
-bool sure(const Mounting& mounting, double length_s) {
-  constexpr double kWhole = 24.0;  // s, from which on mounting.h has pairs of its usual distance
-  return length_s >= kWhole || std::ranges::all_of(mounting.fits, [&](const AxesFit& fit) {
-           if (fit.may_be_straight()) return true;
-           if (fit.gyr_axes.empty()) return fit.rms_straight_rad > kClearly * fit.rms_rad;
-           return clearness(fit, mounting.fits) > kClearly;
-         });
-}
-
-// Before the motion tells which axes are meant, it may tell that they are not what they are taken
-// for.
-std::vector<Issue> axes_that_do_not_fit(const Mounting& mounting) {
-  std::vector<Issue> out;
-  if (mounting.status != MountingStatus::kUndecided || !likely_findings(mounting).empty())
-    return out;
-  for (const AxesFit& fit : mounting.fits) {
-    // The field's directions are known once the sensor was turned to all sides.
-    const bool clearly = fit.rms_straight_rad > kClearly * fit.rms_rad && fit.sensor == "acc";
-    if (fit.gyr_axes.empty() || fit.may_be_straight() || !clearly) continue;
-    std::string so_far;
-    for (const AxesFinding& f : findings_so_far(mounting)) {
-      if (f.sensor == fit.sensor) so_far = "; so far this fits best: " + f.text_of_remedy;
-    }
-    out.push_back(
-        {"axes", fit.sensor, -1, Severity::kCaution, 0.0, 0.0,
-         fmt::format("the directions of {} do not turn as the gyroscope says: the axes of "
-                     "one of them are others",
-                     fit.sensor),
-         "turn it about all three of its axes, and the option that mends it is certain" + so_far});
-  }
-  return out;
-}
-
 std::string capitalised(std::string text) {
   for (const char* word : {"the ", "every ", "samples ", "there "}) {
     if (!text.starts_with(word)) continue;
@@ -278,7 +114,8 @@ LiveChecks::LiveChecks(LiveChecksOptions options) : options_(std::move(options))
 
 void LiveChecks::add(const StreamSample& sample) {
   if (!std::isfinite(sample.t)) return;
-  // (Times in a wrong unit are further apart than that: they shall be looked at.)
+  // (With times in a wrong unit all samples are so far apart, and must be looked at: hence
+  // kNewAtLeast.)
   const bool gap = sample.t > latest_s_ + kOtherPart && in_part_ >= kNewAtLeast;
   if (samples_.empty() || sample.t < latest_s_ - kLate || gap) {
     samples_.clear();
@@ -362,7 +199,7 @@ void LiveChecks::look() {
   }
   const std::vector<Issue> seen = without_doubles(issues_in(r));
   take_back(seen);
-  // Where something is fatal, the rest may follow from it.
+  // A fatal fault may be the cause of all others.
   const bool fatal = any_fatal(seen);
   for (const Issue& issue : seen) {
     if (!fatal || issue.severity == Severity::kFatal) see(issue);
@@ -385,7 +222,8 @@ void LiveChecks::see(const Issue& issue) {
       issue.severity > before->issue.severity ||
       (!named_option(issue).empty() && named_option(issue) != named_option(before->issue));
   if (graver && !said_elsewhere) news_.push_back(capitalised(issue.text()));
-  // A graver fault before stands, unless the same samples with more behind them say otherwise.
+  // A graver fault found before stands, unless the same samples and later ones now show a lesser
+  // one.
   if (issue.severity >= before->issue.severity || first_s <= before->first_s) {
     *before = {issue, first_s};
   }
@@ -396,10 +234,11 @@ void LiveChecks::take_back(const std::vector<Issue>& seen) {
   std::erase_if(found_, [&](const Found& f) {
     const Issue& issue = f.issue;
     const bool still = std::ranges::any_of(seen, [&](const Issue& s) { return same(s, issue); });
-    // With more samples the gate has found another reason to set these aside.
+    // With more samples the gate may give another reason for setting the same ones aside.
     const bool otherwise = issue.kind == "set_aside" && samples_.front().t <= f.first_s;
     if (!still && otherwise) return true;
-    // Only what was looked at again, and more: a motion that tells nothing takes nothing back.
+    // Take back only what was looked at again with more samples. A motion that shows nothing takes
+    // nothing back.
     if (still || has_place(issue) || samples_.front().t > f.first_s) return false;
     if (fatal && issue.severity != Severity::kFatal) return false;
     if (issue.kind == "axes" && mounting_.status == MountingStatus::kUndecided) return false;
@@ -412,7 +251,7 @@ void LiveChecks::take_back(const std::vector<Issue>& seen) {
 void LiveChecks::judge(const Calibration& estimate) {
   if (options_.dip_sign == 0 || samples_.empty() || estimate.fields.empty()) return;
   const double dip = estimate.parameters.dip_rad;
-  // As check_axes.h: a flat dip tells nothing.
+  // As in check_axes.h, the sign of a flat dip is not known.
   const double sigma =
       std::max(estimate.fields.front().dip_sigma_rad, kFlatDip_deg / kDipKnown * M_PI / 180.0);
   dip_rad_ = std::abs(dip) > kDipKnown * sigma ? std::optional(dip) : std::nullopt;
@@ -422,8 +261,8 @@ void LiveChecks::judge(const Calibration& estimate) {
   rank();
 }
 
-// Of the mounting, and of the sign of the dip where it is known, which tells a magnetometer that is
-// turned from one that is inverted.
+// Issues of the mounting. The sign of the dip, where it is known, distinguishes a turned
+// magnetometer from an inverted one.
 std::vector<Issue> LiveChecks::axes_issues() const {
   std::vector<Issue> out;
   out = axes_that_do_not_fit(mounting_);
@@ -475,7 +314,7 @@ std::vector<KnownFault> LiveChecks::faults() const {
 
 std::string LiveChecks::explanation(double begin_s, double end_s) {
   look();
-  // What has been there all the time explains no sudden misfit, unless nothing fits with it.
+  // A fault that was there all the time does not explain a sudden misfit, unless it is fatal.
   const auto explains = [&](const Issue& issue, bool mag) {
     if (issue.sensor.starts_with("mag") != mag) return false;
     if (!has_place(issue)) return issue.severity == Severity::kFatal;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What `magimu info` would say of a recording, said of a stream while it runs: units, axes, clipped
 // and hung sensors, gaps, rates. The samples of the last minute are looked at as a recording, by
-// the same checks (recording/checks/quality.h, mounting.h), after 2, 3, 4, 5, 8, 15 and 30 s and
-// then every half minute. A fault is said once, and once more where it has become graver; one that
+// the same checks (recording/checks/quality.h, mounting.h), eleven times in the first 30 s (kLooks
+// in live_checks.cpp) and then every 30 s. A fault is said once, and once more where it has become
+// graver; one that
 // the first seconds suggested and the same seconds with more behind them do not is taken back.
 //
 //   LiveChecks checks({"mag"});
@@ -26,11 +27,13 @@ namespace magimu {
 
 struct LiveChecksOptions {
   std::vector<std::string> mag_names = {"mag"};
-  // The source's units in ours, as Recording::file_units: what was given is not asked for again.
+  // The source's units in ours, as Recording::file_units: no remedy proposes a unit that was given
+  // already.
   std::map<std::string, double> file_units = {};
-  // Of the true dip, where it is known (calibrate.h); 0: unknown.
+  // Sign of the true dip (calibrate.h); 0: unknown.
   int dip_sign = 0;
-  // Somebody else says what is set aside (streaming.h does), unless next to nothing is left.
+  // Do not report samples that were set aside: the caller does (streaming.h), except where nearly
+  // all are.
   bool set_aside_is_said = false;
 };
 
@@ -39,18 +42,21 @@ class LiveChecks {
  public:
   explicit LiveChecks(LiveChecksOptions options = {});
 
-  // A sample as it came, its unit and axes as the user gave them. Rows of some sensors may be late
-  // by less than a second; a time that goes back further, or on by many seconds, begins a new part.
+  // Adds a sample as it came, in the units and axes that the user gave. Rows of some sensors may be
+  // late by less than 1 s. A time that goes back further, or ahead by more than kOtherPart, begins
+  // a new part.
   void add(const StreamSample& sample);
-  // Looks now, at the end of a stream or where something does not fit; add() does when it is time.
+  // Looks at the samples now: at the end of a stream, or where something does not fit. add() calls
+  // it from time to time.
   void look();
-  // The estimate so far. With it a magnetometer that is inverted as a whole is told, by the sign of
-  // the dip.
+  // Takes the estimate so far: the sign of its dip shows a magnetometer whose axes are all
+  // inverted.
   void judge(const Calibration& estimate);
 
   // Sentences since the last call: faults found, and faults taken back.
   std::vector<std::string> take_news();
-  // What stands, the gravest first. Its kinds are those of recording/checks/quality.h, "axes"
+  // The issues found so far and not taken back, the gravest first. Their kinds are those of
+  // recording/checks/quality.h, "axes"
   // (fatal where accelerometer and gyroscope disagree, as in check_axes.h), "arrival" (samples
   // stamped when they arrived) and "absent" (a sensor without samples).
   const std::vector<Issue>& issues() const { return issues_; }
@@ -58,14 +64,14 @@ class LiveChecks {
   const Issue* fatal() const;
   // Faults that a calibration suffers from (damages() in quality.h), in sentences.
   std::vector<KnownFault> faults() const;
-  // A fault of the samples that explains why the magnetometer does not fit the rest between these
-  // times, in a sentence; empty: none is known. Looks first.
+  // The fault of the samples that explains why the magnetometer does not fit between these times,
+  // s, in a sentence; empty if none is known. Calls look() first.
   std::string explanation(double begin_s, double end_s);
 
  private:
   struct Found {
     Issue issue;
-    double first_s = 0.0;  // of the samples in which it was seen
+    double first_s = 0.0;  // s: time of the first sample of those in which it was seen
   };
 
   bool due() const;

@@ -12,25 +12,29 @@
 namespace magimu {
 namespace {
 
-// A beginning in one window of so many, and the odds that are told: false in one of a hundred
-// sessions of a minute and a half.
+// Prior: a change begins in one window of so many. Odds from which a change is reported: wrong in
+// one of a hundred sessions of 90 s.
 constexpr double kWindowsPerChange = 100.0, kToldOdds = 100.0;
-constexpr double kHardlyLess = 20.0;   // times: odds of another sensor that is named beside
+constexpr double kHardlyLess = 20.0;   // ratio of odds up to which another sensor is named as well
 constexpr double kSizeRatio = 10.0;    // of one size to the next
 constexpr double kScatterRatio = 4.0;  // of one scatter to the next; the first is none
-constexpr double kNoScatter = 0.7;     // probability of none; the others share the rest
-constexpr double kWander = 0.25;       // of its size, from one stretch to the next
-constexpr double kAnyError = 0.01;     // of the stretches have an error of any size,
-constexpr double kDecades = 20.0;      // uniform in so many e-foldings
-// m/s^2, rad/s, uT: of an accelerometer, a gyroscope and a magnetometer. No bias of a part that
-// works changes by more, and a stretch that tells no more tells nothing. A magnet may be strong.
+constexpr double kNoScatter =
+    0.7;  // prior probability of no scatter; the other sizes share the rest
+constexpr double kWander =
+    0.25;  // of its size: random walk of a change from one stretch to the next
+constexpr double kAnyError = 0.01;  // share of the stretches with an error of any size,
+constexpr double kDecades = 20.0;   // uniform in so many e-foldings
+// m/s^2, rad/s, uT: largest change of the bias of an accelerometer, a gyroscope, a magnetometer. (A
+// magnet may be strong; parts that work change less.) A stretch that determines a bias less well
+// than that shows nothing.
 constexpr double kLargest[] = {0.5, 0.1, 200.0};
 constexpr double kUndetermined = 1e-9;   // of the largest information: directions not seen at all
 constexpr std::size_t kBeginnings = 14;  // that are kept apart
-constexpr std::size_t kNewest = 5;       // of them, whatever their weight
-constexpr double kNegligible = 40.0;     // nats: what is less likely by that adds no digit,
-constexpr double kNotFollowed = 30.0;    // and a scatter by that is given up
-constexpr double kOutside = 0.05;        // of the odds, earlier than the earliest, and so on
+constexpr std::size_t kNewest = 5;       // of them are the newest, kept whatever their weight
+constexpr double kNegligible = 40.0;     // nats: a term less likely by this adds no digit,
+constexpr double kNotFollowed = 30.0;    // and a scatter less likely by this is dropped
+constexpr double kOutside =
+    0.05;  // share of the odds before the earliest time, and after the latest
 
 template <class Range, class Of>
 double log_sum(const Range& all, const Of& of) {
@@ -77,7 +81,7 @@ SensorChanges::Reading::Reading(const Vector3& z_given, const Matrix3& C_given, 
   }
 }
 
-// Under that b: mean and covariance.
+// Log density of the reading if b has this mean and covariance.
 double SensorChanges::Reading::log_density(int v, const Vector3& mean, const Matrix3& P,
                                            Eigen::LLT<Matrix3>& of_b) const {
   of_b.compute(C[std::size_t(v)] + P);
@@ -90,7 +94,7 @@ double SensorChanges::Reading::with_any_error(int v, double own) const {
   return std::max(any, own) + std::log1p(std::exp(-std::abs(any - own)));
 }
 
-// A reading that is more likely an error of any size tells nothing of b.
+// Updates b by a reading. One that is probably an error of any size says nothing about b.
 void SensorChanges::take_in(const Reading& reading, int v, State& state) {
   Eigen::Map<Vector3> mean(state.mean.data());
   Eigen::Map<Matrix3> P(state.covariance.data());
@@ -116,7 +120,7 @@ double SensorChanges::Watched::log_odds() const {
                             : log_sum(beginnings, [](const Beginning& b) { return b.log_weight; });
 }
 
-// The lightest but for the newest is one with its neighbour before it, or after it.
+// Merges the beginning with the least weight, except the newest ones, into its neighbour.
 void SensorChanges::prune(std::vector<Beginning>& beginnings) {
   if (beginnings.size() <= kBeginnings) return;
   const auto lightest = std::ranges::min_element(beginnings.begin(), beginnings.end() - kNewest, {},
@@ -233,7 +237,7 @@ void SensorChanges::add(Stretch stretch, const std::vector<GlobalColumns>& biase
 
 int SensorChanges::sensors() const { return int(lengths_.front().series[0].size()); }
 
-// All series have the same weight, begun or not.
+// All series count the same, whether a change has begun in them or not.
 double SensorChanges::log_odds(int sensor) const {
   std::vector<double> all;
   for (const Length& l : lengths_) {

@@ -31,14 +31,16 @@ namespace magimu {
 
 struct SensorChange {
   int sensor = -1;  // 0: accelerometer, 1: gyroscope, 2 and on: magnetometers; -1: nothing yet
-  std::vector<int> also_likely;                            // others whose odds are hardly less
-  double since_s = 0.0, earliest_s = 0.0, latest_s = 0.0;  // in nine of ten cases between these
+  std::vector<int> also_likely;  // other sensors that are nearly as likely
+  double since_s = 0.0, earliest_s = 0.0,
+         latest_s =
+             0.0;  // s: the most probable time; in nine of ten cases it is between the other two
   bool stays = true;
   Vector3 size = Vector3::Zero();  // of its bias by now (stays), else root mean square in each axis
-  double log_odds = -1e300;        // that it reads otherwise, against as before
+  double log_odds = -1e300;        // log odds of a change against none
 
   bool is_told() const;
-  // More likely than as before, and by far than of any other sensor.
+  // Whether a change is more likely than none, and far more likely than one of any other sensor.
   bool clearly() const { return sensor >= 0 && log_odds > 0.0 && also_likely.empty(); }
   void save(ByteWriter& out) const;
   void load(ByteReader& in);
@@ -51,11 +53,11 @@ std::string advice(const SensorChange& d);
 // Not thread safe.
 class SensorChanges {
  public:
-  // A window beside all before it, and where the sensors' biases are among the globals, in the
-  // order of SensorChange::sensor. Windows in order; what does not begin where the last one ended
-  // begins a stretch anew.
+  // Adds a window as it stands against all windows before it. `biases`: columns of the sensors'
+  // biases among the globals, in the order of SensorChange::sensor. Windows must come in order of
+  // time. One that does not begin where the last one ended begins a new stretch.
   void add(Stretch window, const std::vector<GlobalColumns>& biases, double begin_s, double end_s);
-  // The sensor that is likeliest, whatever its odds.
+  // The likeliest change, whatever its odds are.
   SensorChange likeliest() const;
   void forget();
 

@@ -15,10 +15,12 @@ namespace magimu {
 namespace {
 
 constexpr double kSpan = 10.0, kLeastSpan = 2.5;  // s
-constexpr double kHardly = 0.98;                  // of the distance then
-constexpr double kUnlikely = 4.5;  // standard deviations, of the largest of some twenty changes
-constexpr double kRounding = 0.1;  // of a standard deviation: what linearizing again may move
-constexpr double kMuchMore = 2.0;  // times the innovations that are expected
+constexpr double kHardly = 0.98;  // of the earlier distance: the uncertainty hardly falls
+constexpr double kUnlikely =
+    4.5;  // standard deviations: the largest of some twenty changes is less
+constexpr double kRounding =
+    0.1;  // of a standard deviation: relinearization alone may move parameters so far
+constexpr double kMuchMore = 2.0;  // times the expected innovations
 constexpr double kManyLeftOut = 0.3;
 
 std::string name_of(Eigen::Index parameter, Eigen::Index count) {

@@ -14,10 +14,11 @@ class ByteReader;
 
 class StreamChecks {
  public:
-  // The estimate after a window; distance: the target's largest standard deviation over what is
-  // wanted (1: reached).
+  // Adds the estimate after a window. `distance`: largest standard deviation of the target over the
+  // wanted one (1: reached).
   void add(double t, const Calibration& c, double distance, const WindowFit& window);
-  // Parameters or noise are others from now on (a magnet was attached, all windows fitted anew).
+  // Forgets earlier estimates: parameters or noise have changed (a magnet was attached, or all
+  // windows were fitted again).
   void forget() { moments_.clear(); }
   void save(ByteWriter& out) const;  // stream_snapshot.cpp
   void load(ByteReader& in);

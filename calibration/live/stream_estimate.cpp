@@ -17,8 +17,8 @@ namespace {
 
 constexpr double kFewBlocks = 45.0;  // s, nine blocks of the robust covariance
 
-// P as much wider as the robust covariance of `last` is than its model's, direction by direction:
-// in coordinates in which the model's is the identity; on the whole no less than `least`.
+// P, widened direction by direction as the robust covariance of `last` is wider than its model's
+// (in coordinates in which the model's is the identity); on the whole at least by `least`.
 MatrixXd widened_like(const Calibration& last, double last_s, double least, const MatrixXd& P) {
   const Eigen::LLT<MatrixXd> before(last.covariance_model), now(P);
   if (before.info() != Eigen::Success || now.info() != Eigen::Success) return P * least;
@@ -26,8 +26,8 @@ MatrixXd widened_like(const Calibration& last, double last_s, double least, cons
   before.matrixL().solveInPlace(M);
   M.transposeInPlace();
   before.matrixL().solveInPlace(M);
-  // A few blocks tell by how much on the whole, not in which direction. Over all directions there
-  // is scatter enough: the allowance for its uncertainty in a single one is taken out.
+  // From few blocks only the mean widening over all directions is known. That mean is known well,
+  // so the allowance for the uncertainty in a single direction is taken out.
   if (last_s < kFewBlocks) {
     const int blocks = std::max(1, int(last_s / CalibrationOptions{}.block_s));
     return P * std::max(least, M.trace() / double(M.rows()) / student_variance(blocks));

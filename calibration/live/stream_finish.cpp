@@ -15,25 +15,51 @@
 #include "calibration/motion/blows.h"
 #include "calibration/scan/missing_effects.h"
 #include "calibration/trust/check_axes.h"
+#include "calibration/trust/disturbances.h"
 #include "calibration/trust/no_fit.h"
 #include "calibration/trust/trust.h"
 #include "graph/numerical_error.h"
 #include "recording/checks/gate.h"
+#include "recording/data/error.h"
 
 namespace magimu {
 namespace {
 
-// Of a stream that nothing could be estimated of: ten minutes at 200 Hz.
+// Samples that are looked at if nothing could be estimated: 10 minutes at 200 Hz.
 constexpr std::size_t kLastSamples = 120000;
+// Before the target is called met, again and again: the samples are then so many times as long.
+constexpr double kAskedAgain = 1.25;
 
 }  // namespace
 
-// As a user of calibrate() would give them.
+// The options with which a user would call calibrate().
 CalibrationOptions StreamingCalibration::State::final_options() const {
   CalibrationOptions options = batch_;
   options.motion = options_.motion;
   options.node_every = 0;
   return options;
+}
+
+// The estimate of the stream knows nothing of what the motion so far cannot show: errors that parts
+// have as a rule, a model that something is missing in. calibrate() does, and so it is asked, where
+// the samples are kept as they came, before anybody is told to stop.
+bool StreamingCalibration::State::is_good_enough() {
+  const Recording* const raw = samples_.raw();
+  if (borne_out_ || raw == nullptr || !changes_.empty()) return true;
+  const double now = samples_.last_t();
+  if (now < next_asked_) return false;
+  next_asked_ = raw->gyr.t.front() + kAskedAgain * (now - raw->gyr.t.front());
+  try {
+    const Calibration c =
+        calibrate(flagged_.empty() ? *raw : without_flagged(*raw), final_options());
+    borne_out_ = c.trust.verdict != Verdict::kNo && distance(c) <= 1.0;
+    not_yet_ = c.trust.reasons.empty() ? "" : c.trust.reasons.front();
+  } catch (const InputError& error) {
+    not_yet_ = error.problem;
+  } catch (const NumericalError& error) {
+    not_yet_ = error.what();
+  }
+  return borne_out_;
 }
 
 // Without the magnetometers' samples in windows that were left out.
@@ -66,7 +92,7 @@ Calibration StreamingCalibration::State::finish() {
   const Recording* const raw = samples_.raw();
   const bool is_long = samples_.node_t().size() > std::size_t(options_.long_stream);
   if (!estimator_) {
-    // A fit of hours would need gigabytes, and what came last tells as well what is missing.
+    // A fit of hours would need gigabytes; the last samples show as well what is missing.
     const Recording& all = samples_.all();
     const std::vector<double>& t = all.gyr.empty() ? all.mag.front().t : all.gyr.t;
     if (raw != nullptr || t.size() <= kLastSamples) {

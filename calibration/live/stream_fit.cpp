@@ -15,11 +15,12 @@
 namespace magimu {
 namespace {
 
-constexpr double kNodeRate = 12.0;        // a second, at the most: as in the pipeline's coarse fits
-constexpr double kRateUncertain = 1.05;   // the rate may turn out to be so much higher
+constexpr double kNodeRate = 12.0;  // a second, at the most: as in the pipeline's coarse fits
+constexpr double kRateUncertain =
+    1.05;  // factor by which the sampling rate may turn out to be higher
 constexpr double kRepeatsDropped = 0.3;   // of a magnetometer's samples
-constexpr double kTriedOften = 20.0;      // s: while the stream is that short,
-constexpr double kTryAgain = 1.15;        // and after that at so many times its length
+constexpr double kTriedOften = 20.0;      // s: a stream this short is fitted at every update,
+constexpr double kTryAgain = 1.15;        // and later each time it is longer by this factor
 constexpr double kUsable = 15.0;          // deg, accuracy of a first calibration
 constexpr double kResidualUsable = 0.15;  // of the field
 constexpr double kAccBiasSigma = 1.0;     // m/s^2: of any part that works
@@ -45,12 +46,12 @@ void StreamingCalibration::State::try_to_start() {
   if (!samples_.windows().empty()) fit_all_windows();
 }
 
-// False where the data do not permit it; everything is then as before.
+// False, and no change, if the data do not permit a fit.
 bool StreamingCalibration::State::fit_all_windows() {
   const StreamParts parts = samples_.parts(int(samples_.windows().size()));
   const std::vector<const Recording*> recordings = parts.pointers();
   std::optional<Stage> stage;
-  // A blind start sees all samples; where some are left out the present estimate must do.
+  // A blind start would use all samples. If windows are left out, start from the present estimate.
   const bool blind = flagged_.empty() && changes_.empty();
   const bool fitted = attempt([&] {
                         return (blind ? fit_from_blind_start(recordings, parts.plans, stage)
@@ -62,8 +63,7 @@ bool StreamingCalibration::State::fit_all_windows() {
   return true;
 }
 
-// From a blind start: what was taken for the minimum when there was less to go by is given up if
-// another is found.
+// Fits from a blind start: a minimum found with less data is given up if there is a better one.
 bool StreamingCalibration::State::fit_from_blind_start(
     const std::vector<const Recording*>& recordings, const std::vector<NodePlan>& plans,
     std::optional<Stage>& stage) const {

@@ -21,6 +21,7 @@
 #include "calibration/model/parameter_names.h"
 #include "calibration/motion/blows.h"
 #include "calibration/trust/check_axes.h"
+#include "calibration/trust/disturbances.h"
 #include "calibration/trust/trust.h"
 #include "factors/prior_factor.h"
 
@@ -65,8 +66,8 @@ void add_sums(SensorSums& all, const SensorSums& more) {
 
 }  // namespace
 
-// As a fit of all samples does, only closer: windows whose samples were integrated at other biases
-// than these are integrated again.
+// Integrates again the windows whose samples were integrated at other biases, as a fit of all
+// samples does, but with a closer tolerance.
 void StreamingCalibration::State::integrate_again() {
   ModelSpec spec = spec_;
   spec.gyr_bias = estimator_->globals().at<Vector3>(key::gyr_bias);
@@ -77,7 +78,7 @@ void StreamingCalibration::State::integrate_again() {
   }
 }
 
-// The estimator's own solution as the fit.
+// Settles the estimator and returns its solution as the result of the fit.
 Result StreamingCalibration::State::settle_at_end() {
   const auto begin = std::chrono::steady_clock::now();
   Result fit;
@@ -144,7 +145,7 @@ SensorSums StreamingCalibration::State::look_at_residuals(const VectorXd& sigma,
     }
     const Recording part = samples_.part(span);
     NodePlan plan = samples_.plan(span);
-    plan.continues = false;  // it stands alone here
+    plan.continues = false;  // in this fit the part stands alone
     const Values values = estimator_->estimate(begin, window);
     Stage stage({&part}, spec, std::vector<NodePlan>{plan}, batch_.optimizer);
     stage.fit(values, true);

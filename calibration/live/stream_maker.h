@@ -19,11 +19,11 @@ class StreamMaker {
   StreamMaker(const StreamSamples& samples, const ModelSpec& spec)
       : samples_(samples), spec_(spec) {}
 
-  // This window's factors were made with the biases in spec.
+  // Remembers that this window's factors were made with the biases in `spec`.
   void made(int window, const ModelSpec& spec);
   WindowParts again(int window);
-  // again() is to make them with the biases in spec. False, and nothing changes: they are made with
-  // biases as near as that (rad/s, m/s^2).
+  // Lets again() make the factors with the biases in `spec`. False, and no change, if they are made
+  // with biases nearer than `gyr` (rad/s) and `acc` (m/s^2) already.
   bool integrate_at(int window, const ModelSpec& spec, double gyr, double acc);
 
   using Biases = std::array<double, 6>;  // gyroscope's, accelerometer's

@@ -14,9 +14,10 @@
 namespace magimu {
 namespace {
 
-constexpr double kFarLess = 1e-2;  // in our units: than a window tells of any parameter
-// s: three measures in the first second of a part tell its velocity from its tilt, however soon it
-// ends.
+constexpr double kFarLess =
+    1e-2;  // in our units: less information than a window has on any parameter
+// s: positions are measured at three times in the first second of a part, so that velocity and tilt
+// are distinguished even in a short part.
 constexpr double kStart = 0.6, kReachAtStart = 0.4;
 
 SensorParameters parameters_of(const Values& values, int magnetometers) {
@@ -38,7 +39,7 @@ bool is_field(const FactorBatch& batch) {
          dynamic_cast<const FactorBatchOf<DelayedMagnetometerFactor>*>(&batch) != nullptr;
 }
 
-// Where accelerometer and gyroscope lead from a window's first node.
+// Propagates a window's first node by accelerometer and gyroscope.
 void lead_on(const FactorGraph& motion, int first, Rot3 nRb, Vector3 v, Vector3 p, Values& to) {
   int k = first;
   for (const PreintegratedImuFactor& factor : motion.factors<PreintegratedImuFactor>()) {

@@ -23,7 +23,7 @@ std::function<bool(int node)> reach_every_few_seconds(const StreamSamples& sampl
 WindowFactors window_factors(const StreamSamples& samples, const StreamWindow& window,
                              const ModelSpec& spec, const Values* front,
                              std::span<const double> ends = {});
-// Values known for all nodes, and of the globals where the stream begins.
+// Takes known values for all nodes of a window; and for the globals, if the stream begins with it.
 void take_over(const StreamWindow& window, const ModelSpec& spec, const Values& known,
                WindowFactors& w);
 

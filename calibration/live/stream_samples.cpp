@@ -15,10 +15,11 @@
 namespace magimu {
 namespace {
 
-constexpr double kMargin = 0.3;  // s around a window: lags, and neighbours of its samples
-constexpr double kGapWithoutSamples = 1.0;  // s: slower boards are not streamed
-constexpr double kMotion = 60.0;            // s before a gap that tell how fast the sensor turns
-constexpr double kSomeGap = 0.05;           // s: less is bridged in any case
+constexpr double kMargin = 0.3;  // s around a window: for lags, and for neighbours of its samples
+constexpr double kGapWithoutSamples = 1.0;  // s: a longer interval counts as a gap
+constexpr double kMotion =
+    60.0;  // s before a gap, from which it is known how fast the sensor turns
+constexpr double kSomeGap = 0.05;  // s: a shorter gap is always bridged
 constexpr double kEver = std::numeric_limits<double>::infinity();
 
 Recording named(int magnetometers) {
@@ -87,7 +88,8 @@ void StreamSamples::check(const StreamSample& s) {
 void StreamSamples::add(const StreamSample& s) {
   check(s);
   if (count_++ == 0) first_t_ = last_t_ = s.t;
-  // By the time in which samples came, not by the clock: a gap, or a clock set forward, holds none.
+  // Counts the time in which samples came. (By the clock, a gap or a clock set forward would
+  // count.)
   flowing_s_ += std::clamp(s.t - last_t_, 0.0, kGapWithoutSamples);
   last_t_ = std::max(last_t_, s.t);
   if (raw_) {
@@ -148,7 +150,7 @@ void StreamSamples::look_for_break(const VectorSeries& series, double next) {
   }
 }
 
-// As plan_nodes() has them: where accelerometer and gyroscope have not come to yet, there is none.
+// Adds nodes as plan_nodes() does, up to where accelerometer and gyroscope have samples.
 void StreamSamples::add_nodes() {
   const VectorSeries& mag = all_.mag.front();
   for (; next_mag_ < mag.size(); next_mag_ += std::size_t(every_)) {
@@ -182,7 +184,7 @@ void StreamSamples::add_node(double t) {
   node_t_.push_back(t);
 }
 
-// What is left of a part is a window; a part without a whole one tells nothing.
+// The rest of a part becomes a window. A part without a whole window is dropped.
 void StreamSamples::end_part() {
   const int last = int(node_t_.size()) - 1;
   if (begins_) {

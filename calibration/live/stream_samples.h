@@ -36,7 +36,7 @@ class StreamSamples {
   // Throws InputError where time does not increase for a sensor or the number of magnetometers
   // differs.
   void add(const StreamSample& sample);
-  // None waits any more for later ones.
+  // No more samples will come: releases those that wait for later ones.
   void finish();
   // Share of the first magnetometer's samples that repeat the one before; and leaves them out, from
   // now on and of all before.
@@ -49,12 +49,12 @@ class StreamSamples {
   long count() const { return count_; }
   double first_t() const { return first_t_; }
   double last_t() const { return last_t_; }
-  // Those that passed the gate, and what it says of the others.
+  // The samples that passed the gate; set_aside has the others.
   const Recording& all() const { return all_; }
   std::vector<SetAside> set_aside() const { return gate_.set_aside(); }
-  // As they came; null where there were too many to keep.
+  // All samples as they came; null if there were too many to keep.
   const Recording* raw() const { return raw_ ? &*raw_ : nullptr; }
-  // The attitude is unknown from one to the other, s.
+  // Times, s, between which the attitude is lost.
   struct Break {
     double begin, end;
   };
@@ -67,7 +67,7 @@ class StreamSamples {
   // Seconds from the first node of its part to this node of a window.
   double since_begin_of_part(int node) const;
 
-  // All that lies in the first `windows` windows; and their nodes alone.
+  // Samples and nodes of the first `windows` windows.
   StreamParts parts(int windows) const;
   std::vector<NodePlan> plans(int windows) const;
   // What a window's factors are made of: its samples and some before and after. ends: as it was

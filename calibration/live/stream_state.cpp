@@ -21,18 +21,20 @@
 namespace magimu {
 namespace {
 
-constexpr double kFirstWord = 0.2;       // s until the first sentence
+constexpr double kFirstWord = 0.2;       // s of stream time until the first sentence
 constexpr double kFirstTry = 5.0;        // s
-constexpr double kTryAgainAfter = 1.05;  // times the length of the stream
-constexpr double kTurned = 2.5;  // uT, scatter of the magnetometer along every direction of space
-constexpr double kStillRate = 0.2;       // rad/s; biases are smaller
+constexpr double kTryAgainAfter = 1.05;  // the next try, at this factor of the stream's length
+constexpr double kTurned =
+    2.5;  // uT: scatter of the magnetometer in every direction, for a first try
+constexpr long kForFirstFit = 10;        // samples of each sensor; any fit needs more
+constexpr double kStillRate = 0.2;       // rad/s: a sensor that lies still reads less (its bias)
 constexpr double kStillEnough = 2.5;     // s
 constexpr double kLongGap = 0.1;         // s
 constexpr double kLately = 0.3;          // s
-constexpr double kFeasible = 1e3;        // m/s^2, rad/s: no motion of a hand
+constexpr double kFeasible = 1e3;        // m/s^2, rad/s: readings beyond are no motion of a hand
 constexpr int kMostIdle = 8;             // updates at the end
 constexpr double kSettled = 0.003;       // sigmas
-constexpr int kRefits[] = {16, 32, 64};  // windows at which all are fitted again
+constexpr int kRefits[] = {16, 32, 64};  // numbers of windows at which all windows are fitted again
 
 void put(const Guidance& guidance, StreamUpdate& u) {
   u.guidance = guidance.text();
@@ -81,7 +83,7 @@ std::optional<StreamUpdate> StreamingCalibration::State::add(const StreamSample&
 
 int StreamingCalibration::State::last_refit() { return std::end(kRefits)[-1]; }
 
-// False if there are none.
+// Takes new windows; false if there are none.
 bool StreamingCalibration::State::take_windows() {
   bool any = false;
   while (estimator_ && windows_done() < int(samples_.windows().size())) {
@@ -98,7 +100,7 @@ bool StreamingCalibration::State::take_windows() {
   return any;
 }
 
-// A fit of all windows finds a start of its own.
+// The next fit of all windows then finds a start of its own.
 void StreamingCalibration::State::begin_anew() {
   estimator_.reset();
   maker_.reset();
@@ -141,12 +143,12 @@ void StreamingCalibration::State::look_at_field() {
 }
 
 bool StreamingCalibration::State::time_to_try() const {
-  if (samples_.last_t() - samples_.first_t() < next_try_ || mags_ < 10) return false;
+  if (samples_.last_t() - samples_.first_t() < next_try_ || mags_ < kForFirstFit) return false;
   const Vector3 mean = mag_sum_ / double(mags_);
   const Matrix3 scatter = mag_squares_ / double(mags_) - mean * mean.transpose();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(scatter), Eigen::EigenvaluesOnly);
-  return eigen.eigenvalues()[0] > kTurned * kTurned && samples_.all().acc.size() > 10 &&
-         samples_.all().gyr.size() > 10;
+  return eigen.eigenvalues()[0] > kTurned * kTurned && samples_.all().acc.size() > kForFirstFit &&
+         samples_.all().gyr.size() > kForFirstFit;
 }
 
 std::optional<Calibration> StreamingCalibration::State::estimate() const {
@@ -154,7 +156,7 @@ std::optional<Calibration> StreamingCalibration::State::estimate() const {
   return stream_estimate(*estimator_, spec_, last_fit_, last_fit_s_, consistency_.overdispersion());
 }
 
-// The largest of the target's standard deviations in terms of what is wanted.
+// The largest standard deviation of the target over the wanted one.
 double StreamingCalibration::State::distance(const Calibration& c) const {
   const StreamTarget& t = options_.target;
   const auto largest = [&](Eigen::Index first) {
@@ -170,7 +172,8 @@ double StreamingCalibration::State::distance(const Calibration& c) const {
   return out;
 }
 
-// In the sensor's frame, by what the accelerometer read lately; zero without one.
+// The upward direction in the sensor's frame, from the last readings of the accelerometer; zero if
+// there are none.
 Vector3 StreamingCalibration::State::upward() const {
   Vector3 sum = Vector3::Zero();
   for (const auto& [t, acc] : felt_) sum += acc;
@@ -225,7 +228,8 @@ StreamUpdate StreamingCalibration::State::update() {
     u.checks.push_back({"sensor_change", CheckStatus::kCaution, changed_->log_odds,
                         sentence(*changed_, samples_.all().mag_names)});
   }
-  if (to_go <= 1.0 && c.trust.verdict != Verdict::kNo) {
+  if (to_go > 1.0) borne_out_ = false;
+  if (to_go <= 1.0 && c.trust.verdict != Verdict::kNo && is_good_enough()) {
     u.phase = StreamPhase::kConverged;
     u.guidance = "Good enough; what follows makes it better still.";
     u.headline = "Good enough";
@@ -233,6 +237,7 @@ StreamUpdate StreamingCalibration::State::update() {
     const Guidance guidance = guide(*estimator_, spec_, R(samples_.windows().back().last), c,
                                     [this](const Calibration& with) { return distance(with); });
     put(guidance, u);
+    if (to_go <= 1.0 && !not_yet_.empty()) u.guidance += " Not good enough yet: " + not_yet_;
   }
   u.theta = std::move(c);
   return u;

@@ -93,6 +93,7 @@ class StreamingCalibration::State {
   CalibrationOptions final_options() const;
   Recording without_flagged(const Recording& raw) const;
   Calibration finish(const StreamParts& parts);
+  bool is_good_enough();
 
   // stream_news.cpp
   void tell_news();
@@ -122,6 +123,12 @@ class StreamingCalibration::State {
   Calibration last_fit_;     // of all windows there were then; without trajectory and values
   double last_fit_s_ = 0.0;  // how long the stream was
   int last_fit_windows_ = 0;
+
+  // What calibrate() makes of the samples so far bears the target out; s of stream time when it is
+  // asked again, and why it did not.
+  bool borne_out_ = false;
+  double next_asked_ = 0.0;
+  std::string not_yet_;
 
   StreamChecks on_the_way_;
   WindowConsistency consistency_;

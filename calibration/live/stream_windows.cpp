@@ -14,24 +14,26 @@
 namespace magimu {
 namespace {
 
-constexpr int kChangeAfter = 8;         // windows in a row that do not fit
-constexpr double kMostLeftOut = 0.2;    // of the windows of the first fit
-constexpr double kTurning = 0.2;        // rad/s, root mean square: a window with less is a rest
-constexpr double kBeyondAll = 100.0;    // m/s^2, rad/s
-constexpr double kStepShown = 30.7;     // chi-square of three, one in a million
-constexpr double kStillFlagged = 0.25;  // at most so many of them, once they have their own bias
+constexpr int kChangeAfter = 8;       // windows in a row that do not fit
+constexpr double kMostLeftOut = 0.2;  // share of the windows of the first fit that may be left out
+constexpr double kTurning = 0.2;      // rad/s, root mean square: a window with less is a rest
+constexpr double kBeyondAll = 100.0;  // m/s^2, rad/s: biases beyond are those of a broken estimate
+constexpr double kStepShown = 30.7;   // chi-square with three degrees of freedom: one in a million
+constexpr double kStillFlagged =
+    0.25;  // share of them that may still not fit once they have their own bias
 
 bool contains(const std::vector<int>& all, int i) {
   return std::find(all.begin(), all.end(), i) != all.end();
 }
 
-// Of the first magnetometer's bias, from before to since.
+// Step of the first magnetometer's bias at the change.
 Vector3 bias_step(const IncrementalQr& estimator) {
   const Values& globals = estimator.globals();
   return globals.at<Vector3>(key::mag_bias) - globals.at<Vector3>(key::mag_bias_of(0, 1));
 }
 
-// By its covariance: chi-square of three if there was none.
+// Square of the step in its covariance: chi-square with three degrees of freedom if there was no
+// step.
 double step_squares(const IncrementalQr& estimator) {
   const Vector3 step = bias_step(estimator);
   const MatrixXd P = estimator.covariance({key::mag_bias, key::mag_bias_of(0, 1)});
@@ -65,7 +67,7 @@ bool StreamingCalibration::State::turned(int window) const {
   return squares > kTurning * kTurning * n;
 }
 
-// False where its numbers, or what the estimate has become with it, cannot be used.
+// Adds a window; false if its numbers, or the estimate with it, cannot be used.
 bool StreamingCalibration::State::add_window(const StreamWindow& window) {
   std::string why = "the parameters are beyond all that a sensor has";
   if (attempt([&] { return take_in(window); }, &why) && is_sane()) return true;
@@ -131,7 +133,8 @@ std::vector<GlobalColumns> StreamingCalibration::State::biases() const {
   return out;
 }
 
-// All windows of a fit, by each other: the usual first, then who does not belong.
+// Judges all windows of a fit by each other: first learns what is usual, then finds windows that do
+// not belong.
 void StreamingCalibration::State::judge_all_windows() {
   consistency_ = {};
   std::vector<Innovation> innovations;

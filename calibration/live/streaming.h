@@ -55,13 +55,14 @@ struct StreamingOptions {
   // A fault of the samples that explains why the magnetometer does not fit the rest between these
   // times, s, in a sentence (live_checks.h); empty: none is known.
   std::function<std::string(double begin_s, double end_s)> known_fault = {};
-  // Up to so many seconds the samples are kept as they came, and finish() is calibrate().
+  // s: a stream up to this length keeps its samples as they came, and finish() is calibrate() of
+  // them.
   double kept_s = 1200.0;
   // From so many nodes on (20 minutes at 12 a second) finish() takes the estimator's own solution
   // (calibration/live/stream_long.cpp); below, it fits all samples at once, which needs some 20 kB
   // a node.
   int long_stream = 15000;
-  // Windows, the newest, that keep all that they are made of, 300 kB each; old ones keep 12 kB. The
+  // Number of newest windows that keep their factors, 300 kB each; older ones keep 12 kB. The
   // estimate does not depend on it.
   int awake = 256;
 };
@@ -92,7 +93,7 @@ struct StreamUpdate {
   std::vector<std::string> events;   // sentences: a window excluded, a magnet attached at 12.3 s
   std::vector<Check> checks;         // of the stream so far: diagnostics.h
   std::vector<int> flagged_windows;  // all windows excluded at present
-  // A sensor that has begun to read otherwise, as long as its odds are to be told.
+  // A sensor whose readings have changed, as long as the odds for that are high enough.
   std::optional<SensorChange> sensor_change;
 };
 
@@ -125,11 +126,12 @@ class StreamingCalibration {
 
   // The estimate as it stands, as in updates; nothing while collecting.
   std::optional<Calibration> estimate() const;
-  // Linearizes again what has drifted, as finish() does first.
+  // Relinearizes windows whose linearization has drifted, as finish() does first.
   void settle();
   // Begin and end of each window, s; flagged_windows count through these.
   std::vector<std::pair<double, double>> windows() const;
-  // Behind it all, for those who want the graph or the trajectory; null while collecting.
+  // The estimator, for callers that want its graph or trajectory; null while collecting. Owned by
+  // the stream.
   const IncrementalQr* estimator() const;
 
  private:

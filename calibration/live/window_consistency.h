@@ -20,16 +20,17 @@ class ByteReader;
 
 class WindowConsistency {
  public:
-  // Not used: less probable than one in ten thousand.
+  // Judges a window: its `used` is false if its p-value is below 1e-4.
   WindowFit judge(const Innovation& innovation) const;
-  // Would a window that was left out be taken back? It must be more probable than that by far.
+  // Whether a window that was left out is taken back: its p-value must be far larger than 1e-4.
   bool fits_again(const WindowFit& fit) const { return fit.p_value > kTakenBack; }
-  // Any window in which the sensor turned; one at rest says little of the model's errors.
+  // Learns from any window in which the sensor turned. One at rest says little about the model's
+  // errors.
   void learn(const Innovation& innovation);
-  // How many times as large as the model says the squares are, on the median of what was learnt; at
-  // least 1, and 1 as long as that is little.
+  // Median of (squares over those of the model) of the windows learnt; at least 1, and 1 until
+  // there are enough windows.
   double overdispersion() const;
-  // Has it seen enough windows to judge by? Until then only what is far off is found.
+  // Whether it has seen enough windows. Before, it only finds windows that are far off.
   bool knows() const { return ratios_.size() >= kEnough; }
   void save(ByteWriter& out) const;
   void load(ByteReader& in);

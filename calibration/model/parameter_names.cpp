@@ -23,6 +23,22 @@ std::string effect_parameter_name(const Effect& effect, int i) {
                      effect.description().parameters[std::size_t(i)].name);
 }
 
+EffectParameter effect_parameter_of(const std::string& name) {
+  if (name.ends_with("].time_offset_s")) return {"mag_time_offset", "s"};
+  if (name.starts_with("gyroscope.scale_misalignment")) return {"gyro_scale_misalignment", "1"};
+  constexpr std::string_view kEffects = "effects.";
+  if (!name.starts_with(kEffects)) return {};
+  const std::string effect =
+      name.substr(kEffects.size(), name.find('.', kEffects.size()) - kEffects.size());
+  const auto known = find_effect(effect);
+  if (!known) return {};
+  for (int i = 0; i < known->size(); ++i) {
+    if (effect_parameter_name(*known, i) == name)
+      return {effect, known->description().parameters[std::size_t(i)].unit};
+  }
+  return {};
+}
+
 std::vector<Key> parameter_keys(int magnetometers, int recordings, const ModelSpec& spec) {
   std::vector<Key> keys{key::acc_bias, key::gyr_bias};
   for (int m = 0; m < magnetometers; ++m) {

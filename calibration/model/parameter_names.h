@@ -10,7 +10,7 @@
 namespace magimu {
 
 // acc_bias, gyr_bias, then distortion and bias of each magnetometer, then the dips, then (where
-// they are estimated) the lag of each magnetometer and the gyroscope's matrix.
+// they are estimated) the lag of each magnetometer, the gyroscope's matrix and the effects.
 std::vector<Key> parameter_keys(int magnetometers, int recordings, const ModelSpec& spec);
 
 // One name a degree of freedom, in the order of parameter_keys: "accelerometer.bias[0]",
@@ -23,5 +23,12 @@ std::string time_offset_name(int magnetometer);
 std::string gyr_matrix_name(int entry);
 // "effects.lever_arm.r[0]".
 std::string effect_parameter_name(const Effect& effect, int i);
+
+// The effect that a parameter of such a name belongs to, and the parameter's unit; an empty effect
+// where it is of the calibration itself.
+struct EffectParameter {
+  std::string effect, unit;
+};
+EffectParameter effect_parameter_of(const std::string& name);
 
 }  // namespace magimu

@@ -32,6 +32,8 @@ struct CalibrationOptions {
   std::optional<bool> mag_time_offset;
   // Scale errors and misalignment of the gyroscope are estimated (hand_held only): always, never,
   // or (nothing given) where left-out samples of the magnetometer are predicted better with them.
+  // So are the accelerometer's, and the gyroscope's response to gravity, where the residuals show
+  // them; never: none of these.
   std::optional<bool> gyr_matrix;
   // Magnetometer samples a node; 0: every sample up to 100 Hz, above at most 40 nodes a second.
   // All samples are used in any case, as means about the nodes.

@@ -20,6 +20,7 @@ constexpr double kMainCause = 0.5;        // of the squares: no other cause expl
 constexpr double kByChance = 0.01;        // outlying readings in a recording of noise alone
 constexpr double kMedianOfThree = 2.366;  // of chi-square with three degrees of freedom
 constexpr double kHandBelow_hz = 5.0;     // motion, and what follows it
+constexpr double kHandBelow = 0.1;        // of the sampling rate: likewise, for slow sensors
 constexpr double kMainsWithin_hz = 0.25;  // of 50 or 60 Hz: the grid, and the logger's clock
 constexpr std::size_t kFewReadings = 32;
 
@@ -88,7 +89,7 @@ StrongestLine strongest_line(const std::vector<double>& t, const std::vector<Vec
   const double all = squares_of(whitened) * double(n);
   for (std::size_t k = kBeside; k < power.size(); ++k) {
     const double hz = double(k) * rate / double(n);
-    if (hz < std::min(kHandBelow_hz, 0.1 * rate)) continue;
+    if (hz < std::min(kHandBelow_hz, kHandBelow * rate)) continue;
     double own = 0.0;
     for (std::size_t i = k - kBeside; i <= std::min(k + kBeside, power.size() - 1); ++i) {
       own += (2 * i == n ? 1.0 : 2.0) * power[i];

@@ -24,17 +24,19 @@ std::string looked_for_without(const Effect& effect, const Stage& stage) {
              : "";
 }
 
+constexpr double kVaries = 1e-3;  // m, deg C, A: a column that changes by less is constant
+
 // Does a column vary at all?
 bool varies(const Recording& r, const std::string& column) {
   if (column == "pos") {
     return r.pos && std::any_of(r.pos->v.begin(), r.pos->v.end(), [&](const Vector3& p) {
-             return (p - r.pos->v.front()).norm() > 1e-3;
+             return (p - r.pos->v.front()).norm() > kVaries;
            });
   }
   const auto it = r.aux.find(column);
   if (it == r.aux.end() || it->second.v.empty()) return false;
   const auto [least, most] = std::minmax_element(it->second.v.begin(), it->second.v.end());
-  return *most - *least > 1e-3;
+  return *most - *least > kVaries;
 }
 
 bool present(const Recording& r, const std::string& column) {

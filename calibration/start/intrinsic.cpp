@@ -13,9 +13,10 @@
 namespace magimu {
 namespace {
 
-constexpr double kFlat = 1e-12;     // of a variance: the readings lie in a plane
-constexpr double kExact = 1e-14;    // of the sum of squares: rounding
-constexpr double kOfLengths = 0.1;  // of what lengths would show of a misfit: next to nothing
+constexpr double kFlat = 1e-12;      // of a variance: the readings lie in a plane
+constexpr double kExact = 1e-14;     // of the sum of squares: rounding
+constexpr double kOfLengths = 0.1;   // of what lengths would show of a misfit: next to nothing
+constexpr double kPlausible = 0.01;  // of squared axes: no part's gains differ by ten times
 constexpr Key kLower{'L', 0}, kBias{'m', 0};
 constexpr Key direction_key(std::size_t k) { return {'u', std::uint32_t(k)}; }
 
@@ -100,7 +101,7 @@ IntrinsicCalibration fit_ellipsoid(const std::vector<Vector3>& mag) {
       Eigen::SelfAdjointEigenSolver<MatrixXd>(MatrixXd(A / level), Eigen::EigenvaluesOnly)
           .eigenvalues();
   const bool plausible = shape.info() == Eigen::Success && out.distortion.allFinite() &&
-                         axes.minCoeff() > 0.01 * axes.maxCoeff();  // axes within a factor of 10
+                         axes.minCoeff() > kPlausible * axes.maxCoeff();
   if (!plausible) out = sphere;
   out.residual_rms_uT = distance_rms(mag, out);
   return out;

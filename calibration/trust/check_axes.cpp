@@ -64,6 +64,7 @@ std::string about_the_dip(double dip_rad, int dip_sign) {
 // Packages are misaligned by some 5 deg about each axis, and soft iron skewed by 10 deg turns the
 // polar factor of D by up to 5 more (Huang et al. 2025, Table I): beyond is a mounting.
 constexpr double kMounted_deg = 12.0;
+constexpr double kAboutAxis = 0.95;  // cosine from which a turn is told as one about this axis
 
 // The rotation in D, where D turns vectors of the IMU frame into the magnetometer's: nearest
 // rotation, by the polar decomposition.
@@ -77,7 +78,7 @@ std::string mounted_text(const Matrix3& distortion, const std::string& sensor) {
   if (angle < kMounted_deg) return "";
   const Vector3 axis = -turn / turn.norm();  // how the sensor is turned, not the readings
   for (int i = 0; i < 3; ++i) {
-    if (std::abs(axis[i]) < 0.95) continue;
+    if (std::abs(axis[i]) < kAboutAxis) continue;
     return fmt::format("{} is turned by {:.1f} deg about {} against the IMU.", sensor,
                        axis[i] > 0.0 ? angle : -angle, "xyz"[i]);
   }

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "calibration/fit/diagnostics.h"
+#include "calibration/trust/disturbances.h"
 #include "calibration/trust/trust.h"
 #include "recording/data/set_aside.h"
 

@@ -11,9 +11,9 @@
 #include "calibration/fit/diagnostics.h"
 #include "calibration/start/intrinsic.h"
 #include "calibration/start/turned_axes.h"
+#include "calibration/trust/disturbances.h"
 #include "calibration/trust/lasting_change.h"
 #include "recording/data/set_aside.h"
-#include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {
@@ -26,9 +26,6 @@ constexpr double kLargestAccBias = 1.5;          // m/s^2, of an axis: 150 mg
 constexpr double kLargestGyrGain = 0.05;         // of 1, of all axes: tolerance and temperature
 constexpr double kFieldResidualLimited = 0.025;  // of the strength
 constexpr double kFieldResidualNo = 0.1;
-constexpr double kDisturbedTimes = 4.0;     // times the usual residual
-constexpr double kDisturbedShare = 0.03;    // of the strength, too
-constexpr double kDisturbedBlock = 1.0;     // s
 constexpr double kManyBlows = 3.0;          // a minute; careful hands: 1 at the most
 constexpr double kChangeOfDisturbed = 0.1;  // of the squares
 constexpr double kAheadNats = 10.0;         // by which one of two answers counts as decided
@@ -41,7 +38,15 @@ void judge_turns(Calibration& c) {
     all.insert(all.end(), trajectory.nRb.begin(), trajectory.nRb.end());
   }
   const std::string reason = turned_too_little(turned_axes(all));
-  if (!reason.empty()) c.trust.lower(Verdict::kNo, reason);
+  if (reason.empty()) return;
+  const bool older_calibration = c.prior.source != "none" && c.prior.source != "default";
+  if (older_calibration && c.undetermined.empty()) {
+    c.trust.lower(Verdict::kLimited,
+                  fmt::format("{} What this motion does not show is as it was known before ({}).",
+                              reason, c.prior.source));
+    return;
+  }
+  c.trust.lower(Verdict::kNo, reason);
 }
 
 void judge_fit(Calibration& c) {
@@ -271,10 +276,6 @@ void judge_set_aside(Calibration& c) {
   }
 }
 
-double unit_of_residuals(const ResidualSummary& of) {
-  return of.rms > 0.0 ? of.rms_unit / of.rms : 0.0;
-}
-
 // The sigmas hold for one bias all the time; who reads the checks must know that there were two.
 void tell_of_a_change(Calibration& c) {
   const auto change = change_of_magnetometer(c);
@@ -296,87 +297,11 @@ void judge_checks(Calibration& c) {
   }
 }
 
-// Of squared residuals of every node, whitened, over so many axes; unit: of one in uT.
-std::vector<Disturbance> disturbances_in(const Calibration& c,
-                                         const std::vector<double>& mag_squares, double axes,
-                                         double unit) {
-  struct Stretch {
-    std::size_t trajectory;
-    double begin, end, sum;
-    int count;
-  };
-  std::vector<Stretch> blocks;
-  std::size_t node = 0;
-  for (std::size_t r = 0; r < c.trajectories.size(); ++r) {
-    for (const double t : c.trajectories[r].t) {
-      const bool same = !blocks.empty() && blocks.back().trajectory == r &&
-                        t < blocks.back().begin + kDisturbedBlock;
-      if (!same) blocks.push_back({r, t, t, 0.0, 0});
-      blocks.back().end = t;
-      blocks.back().sum += mag_squares[node++];
-      ++blocks.back().count;
-    }
-  }
-  std::vector<double> rms;
-  for (const Stretch& b : blocks) rms.push_back(unit * std::sqrt(b.sum / (axes * b.count)));
-  const double limit =
-      std::max(kDisturbedTimes * quantile(rms, 0.5), kDisturbedShare * c.strength_uT);
-
-  std::vector<Disturbance> out;
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    if (rms[i] < limit) continue;
-    const Stretch& b = blocks[i];
-    const std::string& name = c.trajectories[b.trajectory].recording;
-    if (!out.empty() && out.back().recording == name &&
-        b.begin - out.back().end_s < 2.0 * kDisturbedBlock) {
-      out.back().end_s = b.end;
-      out.back().rms_uT = std::max(out.back().rms_uT, rms[i]);
-    } else {
-      out.push_back({name, b.begin, b.end, rms[i]});
-    }
-  }
-  return out;
-}
-
 }  // namespace
-
-std::vector<Disturbance> find_disturbances(const Calibration& c,
-                                           const std::vector<double>& mag_squares) {
-  return disturbances_in(c, mag_squares, 3.0 * double(c.parameters.mag.size()),
-                         unit_of_residuals(c.residuals[2]));
-}
-
-std::vector<Disturbance> find_disturbances(const Calibration& c, std::size_t magnetometer) {
-  const ResidualSeries& own = c.residual_series[2 + magnetometer];
-  std::vector<double> squares;
-  std::size_t k = 0;
-  for (const TrajectoryEstimate& trajectory : c.trajectories) {
-    for (const double t : trajectory.t) {
-      const bool measured = k < own.t.size() && own.t[k] == t;
-      squares.push_back(measured ? own.whitened[k].squaredNorm() : 0.0);
-      k += measured ? 1 : 0;
-    }
-  }
-  return disturbances_in(c, squares, 3.0,
-                         unit_of_residuals(c.magnetometers[magnetometer].residuals));
-}
 
 Verdict verdict_on_misfit(double share) {
   if (share < kFieldResidualLimited) return Verdict::kYes;
   return share > kFieldResidualNo ? Verdict::kNo : Verdict::kLimited;
-}
-
-std::string when_disturbed(const std::vector<Disturbance>& disturbances, bool with_recording) {
-  std::string out;
-  double worst = 0.0;
-  for (std::size_t i = 0; i < disturbances.size() && i < 6; ++i) {
-    const Disturbance& d = disturbances[i];
-    out += fmt::format("{}{:.0f}-{:.0f} s{}", i == 0 ? " at " : ", ", d.begin_s, d.end_s,
-                       with_recording ? " of " + d.recording : "");
-    worst = std::max(worst, d.rms_uT);
-  }
-  if (disturbances.size() > 6) out += fmt::format(" and {} more", disturbances.size() - 6);
-  return out.empty() ? out : out + fmt::format(" (up to {:.1f} uT)", worst);
 }
 
 std::vector<std::string> unknown_directions(const Calibration& c) {

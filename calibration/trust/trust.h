@@ -13,14 +13,6 @@
 
 namespace magimu {
 
-// Stretches in which the magnetometer's residual stands out from the rest of the recording.
-// mag_squares: squared whitened residuals of every node (Stage::mag_squares).
-std::vector<Disturbance> find_disturbances(const Calibration& c,
-                                           const std::vector<double>& mag_squares);
-
-// The same of one magnetometer of an array, by its residual_series.
-std::vector<Disturbance> find_disturbances(const Calibration& c, std::size_t magnetometer);
-
 // What is known of a misfit of the magnetometer beside the fit.
 struct KnownOfMisfit {
   std::string cause;  // cause_of_misfit()
@@ -40,9 +32,6 @@ Verdict verdict_on_misfit(double share);
 // deg, of the corrected direction and of the dip: a board with a hard iron of 10 uT in a field of
 // 50 uT is wrong by as much as it comes, so that such a calibration is worth nothing.
 inline constexpr double kUselessDirection_deg = 10.0;
-// " at 12-17 s and 31-34 s (up to 9.1 uT)"; empty where there are none.
-std::string when_disturbed(const std::vector<Disturbance>& disturbances, bool with_recording);
-
 // Sentences where direction or dip are hardly known: asked before sigmas are widened for what may
 // be missing in the model.
 std::vector<std::string> unknown_directions(const Calibration& c);

@@ -15,7 +15,11 @@
 namespace magimu {
 namespace {
 
-constexpr double kHarmless = 0.3;  // step in units of the noise: adds 0.4 % to its size
+constexpr double kHarmless = 0.3;         // step in units of the noise: adds 0.4 % to its size
+constexpr double kOffLattice = 0.01;      // share of readings that are on no step
+constexpr double kToleranceToStep = 4.0;  // a tolerance that is more than a fourth tells no step
+constexpr double kOwnDecimals = 1.5;      // decimals; a step below is that of the file's numbers
+constexpr double kNothingSeen = 0.2;      // p from which on
 
 // Readings at the largest value, for it to be a limit: a few equal readings have other causes.
 constexpr int kLeastPiledUp = 10;
@@ -91,7 +95,8 @@ Lattice find_lattice(const std::vector<double>& x) {
   // As many different values as readings: nothing coincides.
   if (gaps.empty() || gaps.size() > x.size() * 9 / 10) return best;
   // Where the file's own decimals are the steps there is no rounding on top.
-  if (const double least = *std::min_element(gaps.begin(), gaps.end()); least < 1.5 * decimals) {
+  if (const double least = *std::min_element(gaps.begin(), gaps.end());
+      least < kOwnDecimals * decimals) {
     return fit_lattice(x, decimals, 1e-9 * most);
   }
   const double least = *std::min_element(gaps.begin(), gaps.end());
@@ -215,7 +220,8 @@ double coarse_step(const VectorSeries& mag) {
   const Lattice lattice = find_lattice(x);
   const Vector3 scale = robust_scale(s.residual, s.used);
   const double sd = std::sqrt(scale.squaredNorm() / 3.0 / kHighPassVariance);
-  const bool exact = lattice.off <= 0.01 && 4.0 * lattice.tolerance <= lattice.step;
+  const bool exact =
+      lattice.off <= kOffLattice && kToleranceToStep * lattice.tolerance <= lattice.step;
   return exact && lattice.step > kHarmless * sd ? lattice.step : 0.0;
 }
 
@@ -226,7 +232,8 @@ NoiseTest test_quantization(const NoiseSeries& s, const Cleaned& c) {
   const std::vector<double> x = all_readings(s);
   const Lattice lattice = find_lattice(x);
   const double q = lattice.step, sd = standard_deviation(s, c);
-  if (lattice.off > 0.01 || q <= kHarmless * sd || 4.0 * lattice.tolerance > q) return test;
+  if (lattice.off > kOffLattice || q <= kHarmless * sd || kToleranceToStep * lattice.tolerance > q)
+    return test;
   // A reading of continuous noise is as near to the lattice with probability 2 tolerance / q.
   const double chance = 2.0 * lattice.tolerance / q, n = double(x.size());
   test.statistic = -2.0 * n * (1.0 - lattice.off) * std::log(chance);
@@ -266,10 +273,10 @@ NoiseTest test_saturation(const NoiseSeries& s, const Cleaned& c) {
   // more than the reading. Without a limit the largest readings are those whose noise points
   // outwards, and the model expects less.
   const double inwards = (p.beyond - 0.5 * step) / std::hypot(sd, step);
-  if (step > 0.3 * sd)
+  if (step > kHarmless * sd)
     test.p_value = inwards > 0.0 ? normal_tail(inwards * std::sqrt(p.count)) : 1.0;
   test.statistic = -2.0 * std::log(std::max(test.p_value, 1e-300));
-  if (test.p_value > 0.2) return test;
+  if (test.p_value > kNothingSeen) return test;
   judge_saturation(s, p.most, sd, test);
   test.parameters = {{"M", p.most, std::max(0.3 * decimal_step(x), 1e-9 * p.most), "uT"}};
   std::string axes;

@@ -11,6 +11,8 @@
 namespace magimu {
 namespace {
 
+constexpr double kUneven =
+    0.1;  // of an interval: there the quadratic is fitted at the samples' own times
 constexpr int kFilterLength = 2 * kHighPassReach + 1;
 constexpr std::array<double, kHighPassReach + 1> kWeights = {
     59.0 / 231.0, 54.0 / 231.0, 39.0 / 231.0, 14.0 / 231.0, -21.0 / 231.0};
@@ -50,7 +52,7 @@ std::vector<Vector3> high_passed(const VectorSeries& series) {
   const double dt = 1.0 / series.rate_hz();
   const auto even = [&](std::size_t first) {
     for (std::size_t k = first + 1; k < first + kFilterLength; ++k) {
-      if (std::abs(series.t[k] - series.t[k - 1] - dt) > 0.1 * dt) return false;
+      if (std::abs(series.t[k] - series.t[k - 1] - dt) > kUneven * dt) return false;
     }
     return true;
   };

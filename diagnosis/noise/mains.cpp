@@ -32,8 +32,15 @@ namespace {
 constexpr double kLowestMainsHz = 5.0;
 double lowest_mains_hz(double rate_hz) { return std::min(kLowestMainsHz, 0.1 * rate_hz); }
 
-constexpr double kMedian2 = 1.386294;   // of chi-square with two degrees of freedom
-constexpr double kTaper = 0.03;         // of the length, at each end
+constexpr double kMedian2 = 1.386294;    // of chi-square with two degrees of freedom
+constexpr double kTaper = 0.03;          // of the length, at each end
+constexpr double kNearHarmonic = 0.004;  // of its frequency, to be told as such
+constexpr double kLeastRate = 10.0, kLeastLength = 20.0;  // Hz, s
+// A second line as large as this part of the first, with a p below this, makes it something that
+// repeats itself.
+constexpr double kSecondLine = 0.2, kSecondLineP = 0.01;
+constexpr double kLastBand = 0.7;  // of a band's width: what is left is part of the last
+constexpr double kMains_hz[] = {50.0, 60.0};
 constexpr double kGridHz = 0.25;        // to each side of 50 and 60 Hz
 constexpr double kOdds = 20.0;          // for the room's frame over the sensor's, to name the room
 constexpr double kLikely = 0.2;         // p, to be looked at
@@ -123,7 +130,7 @@ Level local_level(const Periodogram& p, const std::vector<double>& power) {
     const auto over = double(p.oversampling);
     const double wide = std::clamp(0.35 * p.f[first] / step, 60.0 * over, 800.0 * over);
     std::size_t last = first + static_cast<std::size_t>(wide);
-    if (double(p.f.size() - std::min(last, p.f.size())) < 0.7 * wide) last = p.f.size();
+    if (double(p.f.size() - std::min(last, p.f.size())) < kLastBand * wide) last = p.f.size();
     const double middle = quantile(std::vector<double>(power.begin() + std::ptrdiff_t(first),
                                                        power.begin() + std::ptrdiff_t(last)),
                                    0.5);
@@ -309,7 +316,7 @@ double second_line(const Periodogram& p, const std::vector<double>& heights, std
 // appear.
 std::string where_from(double f_hz, double rate_hz, double resolution_hz) {
   for (const double line : {50.0, 60.0, 16.667, 100.0, 120.0, 150.0, 180.0}) {
-    if (std::abs(alias(line, rate_hz) - f_hz) > 0.004 * line + resolution_hz) continue;
+    if (std::abs(alias(line, rate_hz) - f_hz) > kNearHarmonic * line + resolution_hz) continue;
     return fmt::format(", where {:.4g} Hz appear at this sampling rate", line);
   }
   return "";
@@ -366,7 +373,7 @@ Lines find_lines(const NoiseSeries& s, const Spectrum& spectrum, const std::vect
 // In the frame in which the residuals and `change` are.
 NoiseTest test_line(const NoiseSeries& s, const Cleaned& c, const std::vector<Vector3>& change,
                     bool of_room) {
-  if (s.rate_hz < 10.0 || double(s.size()) < 20.0 * s.rate_hz) {
+  if (s.rate_hz < kLeastRate || double(s.size()) < kLeastLength * s.rate_hz) {
     return untested("mains_interference", s.channel, "needs 20 s at 10 samples a second or more");
   }
   NoiseTest test;
@@ -393,8 +400,8 @@ NoiseTest test_line(const NoiseSeries& s, const Cleaned& c, const std::vector<Ve
   }
   if (test.p_value > kLikely) return test;
   if (const double second = second_line(p, heights, best.at, s.rate_hz);
-      second > 0.2 * test.statistic &&
-      p_of_maximum(p, whole_band(p), second, best.standing.sigma) < 0.01) {
+      second > kSecondLine * test.statistic &&
+      p_of_maximum(p, whole_band(p), second, best.standing.sigma) < kSecondLineP) {
     test.p_value = 1.0;
     test.untested = "several lines stand side by side: something that repeats itself, not mains";
     return test;
@@ -439,8 +446,8 @@ NoiseTest test_mains(const NoiseSeries& s, const Cleaned& c) {
 }
 
 bool is_mains(double f_hz, double rate_hz) {
-  return std::abs(f_hz - alias(50.0, rate_hz)) < kGridHz ||
-         std::abs(f_hz - alias(60.0, rate_hz)) < kGridHz;
+  return std::ranges::any_of(
+      kMains_hz, [&](double mains) { return std::abs(f_hz - alias(mains, rate_hz)) < kGridHz; });
 }
 
 bool is_of_room(const std::vector<FoundParameter>& mains) {

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kRateBlock = 2.0;    // s: longer than the correlation time of noise
 constexpr std::size_t kFewest = 300;  // samples
+constexpr int kFewestBlocks = 10;     // whose scatter gives a standard deviation
 
 double mean_of(const std::vector<double>& x, std::size_t begin, std::size_t end) {
   double sum = 0.0;
@@ -49,7 +50,7 @@ NoiseByRate noise_by_rate(const ResidualSeries& series, const Recording& recordi
     spread += x * x;
   }
   squares += in_block * in_block;
-  if (blocks < 10 || !(squares > 0.0) || !(spread > 0.0)) return out;
+  if (blocks < kFewestBlocks || !(squares > 0.0) || !(spread > 0.0)) return out;
   // |r|^2 over its mean has the variance 2/3.
   out.statistic = score * score / (spread * 2.0 / 3.0);
   if (score > 0.0) {

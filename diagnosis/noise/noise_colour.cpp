@@ -17,6 +17,8 @@ namespace {
 // and a strong slow error takes some of the noise with it.
 constexpr double kLessBy = 0.06;
 constexpr double kBeyondChance = 3.0;  // standard deviations by which it is less at rest
+constexpr double kLooked = 0.05;       // p below which a colour is looked at in halves
+constexpr double kContradict = 16.0;   // chi-square of one degree of freedom: one in 16,000
 constexpr double kOpposite = 1e-4;     // p of a negative correlation that is told
 
 std::vector<char> first_half(const PieceSpectra& spectra, bool other) {
@@ -50,7 +52,7 @@ bool same_in_both(const PieceSpectra& s, const Halves& parts, double rho) {
     if (common < fit_levels(s, part, 0.0).log_likelihood - 2.0) return false;
     disagreement += 2.0 * (fit_correlated(s, part).log_likelihood - common);
   }
-  return disagreement < 16.0;  // chi-square 1: one in 16000
+  return disagreement < kContradict;
 }
 
 // Relative standard deviation of the level, from how it changes from piece to piece: more than
@@ -102,14 +104,14 @@ NoiseTest test_correlated_noise(const NoiseSeries& s, const PieceSpectra& spectr
     test.nll_after -= log_likelihood(spectra, in_time[i], fit_correlated(spectra, in_time[1 - i]));
   }
   test.parameters = {{"rho", ar.rho, ar.rho_sigma, ""}};
-  if (test.p_value < 0.05 && !(same_in_both(spectra, in_time, ar.rho) &&
-                               same_in_both(spectra, halves(spectra, quiet_half), ar.rho))) {
+  if (test.p_value < kLooked && !(same_in_both(spectra, in_time, ar.rho) &&
+                                  same_in_both(spectra, halves(spectra, quiet_half), ar.rho))) {
     test.p_value = 1.0;
     test.untested =
         "the correlation of neighbouring samples changes within the recording, so it is "
         "an error of the model rather than noise";
   }
-  if (test.p_value < 0.05 && rests_contradict(s, ar)) {
+  if (test.p_value < kLooked && rests_contradict(s, ar)) {
     test.p_value = 1.0;
     test.untested =
         "where the sensor rests neighbouring samples are less alike, so it is what the motion "

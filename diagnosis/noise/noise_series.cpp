@@ -6,12 +6,15 @@
 #include <cmath>
 
 #include "diagnosis/noise/high_pass.h"
+#include "statistics/median_to_sigma.h"
 #include "statistics/quantiles.h"
 
 namespace magimu {
 namespace {
 
 constexpr int kSweeps = 12;
+constexpr double kMissing = 1.5;       // usual intervals: a longer one lacks a sample
+constexpr std::size_t kForScale = 10;  // values; of fewer no scale is made
 
 // Places of the samples on an even grid; every sample the next place where the times allow none.
 std::vector<std::size_t> grid_places(const std::vector<double>& t, double rate_hz) {
@@ -35,7 +38,7 @@ double even_rate_hz(const std::vector<double>& t) {
   double sum = 0.0;
   int count = 0;
   for (const double d : dt) {
-    if (d > 1.5 * usual) continue;
+    if (d > kMissing * usual) continue;
     sum += d;
     ++count;
   }
@@ -45,8 +48,8 @@ double even_rate_hz(const std::vector<double>& t) {
 // The standard deviation sigma for which values within 2.5 sigma have the mean square that
 // Gaussian ones have there, from the median on.
 double scale_of_sizes(std::vector<double> size) {
-  if (size.size() < 10) return 0.0;
-  double sigma = 1.4826 * quantile(size, 0.5);
+  if (size.size() < kForScale) return 0.0;
+  double sigma = kMedianToSigma * quantile(size, 0.5);
   constexpr double kWithin = 2.5, kMeanSquare = 0.911257;  // of N(0, 1) within 2.5
   for (int i = 0; i < 6; ++i) {
     double sum = 0.0;

@@ -18,6 +18,7 @@ namespace magimu {
 namespace {
 
 constexpr double kPieceSeconds = 2.5;
+constexpr int kShortestPiece = 32;   // samples
 constexpr double kLowestHz = 2.5;    // hardly anything slow reaches beyond
 constexpr double kLeastGain = 0.1;   // of the high-pass: below, the filter's skirts count
 constexpr double kLeastUsed = 0.75;  // of a piece's samples
@@ -91,9 +92,9 @@ std::vector<double> hann_taper(int length) {
 }
 
 int piece_length(double rate_hz, std::size_t samples) {
-  int length = 32;
+  int length = kShortestPiece;
   while (1.5 * length < kPieceSeconds * rate_hz && std::size_t(length) < samples) length *= 2;
-  while (length > 32 && std::size_t(length) * 6 > samples) length /= 2;
+  while (length > kShortestPiece && std::size_t(length) * 6 > samples) length /= 2;
   return length;
 }
 

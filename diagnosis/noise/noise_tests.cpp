@@ -10,6 +10,13 @@
 namespace magimu {
 namespace {
 
+// What a colour, a scale and outliers must have beyond those that rounding alone makes: standard
+// deviations of the difference and this much of the parameter; the statistic of outliers.
+constexpr double kBeyondSigmas = 4.0, kBeyondShare = 0.1, kBeyondStatistic = 20.0;
+// Of the given scale: a core with outliers is not noise smaller than given.
+constexpr double kAsGiven = 0.95;
+constexpr double kRoundingDivisor = 12.0;  // step^2 over this is the variance of rounding
+
 // Why the series cannot be tested at all; empty if it can.
 std::string obstacle(const NoiseSeries& s) {
   if (s.size() < kLeastSamples || s.used_count() < kLeastSamples) return "too few samples";
@@ -48,7 +55,7 @@ NoiseTest spectrum_test(const NoiseSeries& s, const PieceSpectra& spectra) {
 NoiseSeries imitation(const NoiseSeries& s, const Cleaned& c, double q) {
   const double seen = std::sqrt(c.scale.squaredNorm() / 3.0 / kHighPassVariance);
   const double white =
-      s.sigma > 0.0 ? s.sigma : std::sqrt(std::max(seen * seen - q * q / 12.0, 0.0));
+      s.sigma > 0.0 ? s.sigma : std::sqrt(std::max(seen * seen - q * q / kRoundingDivisor, 0.0));
   NoiseSeries copy = s;
   for (std::size_t k = 0; k < s.size(); ++k) copy.reading[k] = s.reading[k] - s.residual[k];
   const std::vector<Vector3> predicted = copy.reading;
@@ -65,7 +72,7 @@ bool beyond(const NoiseTest& seen, const NoiseTest& imitated, double least) {
   if (seen.parameters.empty()) return false;
   if (imitated.parameters.empty()) return true;
   const FoundParameter &a = seen.parameters[0], &b = imitated.parameters[0];
-  return a.value - b.value > 4.0 * std::hypot(a.sigma, b.sigma) + least;
+  return a.value - b.value > kBeyondSigmas * std::hypot(a.sigma, b.sigma) + least;
 }
 
 class Explanation {
@@ -129,9 +136,10 @@ class Explanation {
       rounded = imitation(series_, cleaned_, step_);
       const Cleaned rounded_clean = clean(rounded);
       const NoiseTest imitated = spectrum_test(rounded, piece_spectra(rounded, rounded_clean));
-      if (!beyond(correlated, imitated, 0.1)) correlated.p_value = 1.0;
+      if (!beyond(correlated, imitated, kBeyondShare)) correlated.p_value = 1.0;
       const NoiseTest as_rounded = test_outliers(rounded, rounded_clean);
-      if (outliers.statistic < 2.0 * as_rounded.statistic + 20.0) outliers.p_value = 1.0;
+      if (outliers.statistic < 2.0 * as_rounded.statistic + kBeyondStatistic)
+        outliers.p_value = 1.0;
     }
     const bool has_outliers = accept(outliers);
     const bool is_correlated = accept(correlated);
@@ -144,12 +152,12 @@ class Explanation {
     // Outliers are outside of the core's variance. A small core with the given variance in all is
     // no noise that is smaller than given.
     const double whole = s * std::sqrt(shares.all_of_cleaned / shares.core_of_cleaned);
-    if (has_outliers && s < 1.0 && whole > 0.95) scale.p_value = 1.0;
+    if (has_outliers && s < 1.0 && whole > kAsGiven) scale.p_value = 1.0;
     if (step_ > 0.0) {
       const NoiseTest imitated =
           test_scale_if_given(rounded, piece_spectra(rounded, clean(rounded)));
       const FoundParameter& other = imitated.parameters[0];
-      if (s < 1.0 || !beyond(scale, imitated, 0.1 * other.value)) scale.p_value = 1.0;
+      if (s < 1.0 || !beyond(scale, imitated, kBeyondShare * other.value)) scale.p_value = 1.0;
     }
     accept(scale);
   }

@@ -23,6 +23,10 @@ constexpr int kLeastEvents = 5;
 constexpr double kMostOutliers = 0.3;
 // Dispersion from which they come in bursts; K from which no motion makes them.
 constexpr double kInBursts = 2.0, kBeyondMotion = 20.0;
+constexpr double kFewestOfMixture = 0.3;  // outliers; fewer are none
+// Variance of the noise's level, over that by chance, from which sizes are levelled.
+constexpr double kLevelChanges = 4.0;
+constexpr double kFewestPairs = 100.0;  // of neighbours, at each lag
 constexpr double kPlain = 30.0;  // statistic of the high-passed samples from which they decide
 constexpr double kSeen = 0.05;   // p from which on nothing is seen
 
@@ -100,7 +104,7 @@ Mixture expectation_maximization(const Sizes& sizes, Mixture m) {
                        far / sizes.total};
     const double change = std::abs(next.eps / m.eps - 1.0) + std::abs(next.far / m.far - 1.0);
     m = next;
-    if (!(m.eps * sizes.total > 0.3)) return one_scale(sizes);
+    if (!(m.eps * sizes.total > kFewestOfMixture)) return one_scale(sizes);
     if (change < 1e-7) break;
   }
   return m.far > m.core ? m : one_scale(sizes);
@@ -206,7 +210,7 @@ void level(const NoiseSeries& s, std::vector<double>& squared) {
   if (median.size() < 5) return;
   mean /= double(median.size());
   for (const double m : median) variance += (m - mean) * (m - mean) / double(median.size() - 1);
-  if (variance < 4.0 * kMedianVariance / double(block)) return;
+  if (variance < kLevelChanges * kMedianVariance / double(block)) return;
   for (std::size_t k = 0; k < squared.size(); ++k) {
     const double u = std::clamp(double(k) / double(block) - 0.5, 0.0, double(median.size()) - 1.0);
     const std::size_t i = std::min(std::size_t(u), median.size() - 2);
@@ -299,7 +303,7 @@ Neighbours neighbours_of(const NoiseSeries& s) {
       squares += 0.5 * (x[k].cwiseAbs2() + x[k + lag].cwiseAbs2());
       pairs += 1.0;
     }
-    if (pairs < 100.0) return Neighbours::kAlike;
+    if (pairs < kFewestPairs) return Neighbours::kAlike;
     const Vector3 r = products.cwiseQuotient(squares);
     alike += std::sqrt(pairs) * r.sum();
     statistic += pairs * r.squaredNorm();

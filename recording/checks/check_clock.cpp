@@ -17,13 +17,15 @@
 namespace magimu {
 namespace {
 
-constexpr double kManyRepeats = 0.3;         // share of samples; a few are chance
-constexpr double kManyOnLines = 0.3;         // likewise
-constexpr double kOnLine = 1e-3;             // second difference against a large one
+constexpr double kManyRepeats = 0.3;  // share of samples; a few are chance
+constexpr double kManyOnLines = 0.3;  // likewise
+constexpr double kOnLine =
+    1e-3;  // second difference over a large one: below, the sample is on the line
 constexpr std::size_t kEnoughForClock = 50;  // samples
-constexpr double kQuantum = 2.01;            // second differences of rounded numbers: so many steps
-constexpr double kFineQuantum = 0.02;        // steps against a large bend, to speak of lines
-constexpr double kLargeBend = 0.97;          // quantile
+constexpr double kQuantum = 2.01;  // steps: rounding alone makes second differences as large
+constexpr double kFineQuantum =
+    0.02;  // step over a large second difference: above, lines cannot be told
+constexpr double kLargeBend = 0.97;  // quantile
 
 // The step in which the numbers are written: the least change of any axis; a double's own
 // resolution is no step.
@@ -78,7 +80,7 @@ std::vector<Issue> check_clock(const NamedSeries& sensor) {
   const double large = quantile(bends, kLargeBend);
   const double step = kQuantum * std::sqrt(3.0) * quantum(s);
   const double limit = std::max(kOnLine * large, step < kFineQuantum * large ? step : 0.0);
-  // Where nothing moves every sample is on a line: that alone shows nothing.
+  // Where nothing moves every sample lies on a line, so only moving samples count.
   std::size_t on_line = 0, moving = 0;
   for (std::size_t k = 0; k < bends.size(); ++k) {
     if (bends[k] > limit) continue;

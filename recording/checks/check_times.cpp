@@ -14,12 +14,18 @@ namespace magimu {
 namespace {
 
 constexpr double kGapIntervals = 4.0;  // usual intervals without a sample
-constexpr double kGapSeconds = 0.03;   // and at least so long: what a hand does in it is not known
-constexpr double kLongGap = 0.3;       // s; a turning hand is then anywhere
-constexpr double kJitter = 0.5;        // of the usual interval, 5 % of all intervals are off by it
-constexpr double kInHeaps = 0.5;       // of the mean interval: most are shorter
-constexpr std::size_t kShown = 3;      // places that a sentence names
-constexpr double kCommonSpan = 0.9;    // of the longest sensor
+constexpr double kGapSeconds =
+    0.03;                         // s: shorter ones are no gaps, as a hand hardly moves meanwhile
+constexpr double kLongGap = 0.3;  // s; a turning hand is then anywhere
+constexpr double kJitter = 0.5;   // of the usual interval: 5 % of all intervals are off by more
+constexpr double kInHeaps =
+    0.5;  // of the mean interval: samples come in heaps if most intervals are shorter
+constexpr std::size_t kShown = 3;  // places that a sentence names
+constexpr double kFastest = 2e-5;  // s: no IMU has shorter intervals
+// Intervals, in the unit of the file, from which on its times seem to be in us, or in ns; below, in
+// ms.
+constexpr double kInMicroseconds = 300.0, kInNanoseconds = 3e5;
+constexpr double kCommonSpan = 0.9;  // of the time that all sensors cover together
 
 std::vector<double> intervals(const VectorSeries& series) {
   std::vector<double> out;
@@ -43,7 +49,7 @@ std::string places(const std::vector<Gap>& gaps) {
   return out;
 }
 
-// Whether samples were there, and were set aside: that is said already.
+// Whether samples were there and were set aside, which another issue says.
 bool left_by(const std::vector<SetAside>& set_aside, const std::string& sensor, const Gap& gap) {
   return std::ranges::any_of(set_aside, [&](const SetAside& s) {
     return s.sensor == sensor && s.begin_s < gap.end && s.end_s > gap.begin;
@@ -80,21 +86,21 @@ Issue gap_issue(const NamedSeries& sensor, std::vector<Gap> gaps, double usual) 
   return issue;
 }
 
-// How far intervals differ from the usual one, of which one in twenty differs by more; a share.
+// The share of the usual interval by which one interval in twenty differs from it, or more.
 double spread_of(std::vector<double> dt, double usual, double allowed) {
   for (double& d : dt) d = std::max(0.0, std::abs(d - usual) - allowed) / usual;
   return quantile(std::move(dt), 0.95);
 }
 
-// A slower sensor whose readings stand in the rows of a steady faster one is written in the first
-// row after it measured. Each interval is then right to one row, however its own rate divides.
+// A slower sensor whose readings are written in the rows of a faster, steady one: in the first row
+// after each measurement. Its intervals are then right to one row of the faster sensor.
 std::optional<Issue> written_in_rows(const NamedSeries& sensor, const std::vector<double>& dt,
                                      const VectorSeries& rows) {
   constexpr double kSlower = 1.1;     // rows an interval
   constexpr double kSameTime = 1e-3;  // of a row
   constexpr double kOneRow = 1.05;    // rows are steady to some per cent
   const std::vector<double> between = intervals(rows);
-  if (sensor.series == &rows || between.size() < 20) return std::nullopt;
+  if (sensor.series == &rows || between.size() < kFewestToJudge) return std::nullopt;
   const double row = median(std::vector<double>(between));
   const double usual = median(std::vector<double>(dt));
   double sum = 0.0, count = 0.0;
@@ -160,7 +166,7 @@ std::vector<Issue> check_intervals(const NamedSeries& sensor,
                                    const std::vector<SetAside>& set_aside,
                                    const VectorSeries& rows) {
   const std::vector<double> dt = intervals(*sensor.series);
-  if (dt.size() < 20) return {};
+  if (dt.size() < kFewestToJudge) return {};
   const double usual = 1.0 / sensor.series->rate_hz(), most_often = median(std::vector<double>(dt));
   std::vector<Issue> issues;
   std::vector<Gap> gaps;
@@ -213,7 +219,7 @@ std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors, double t
   const double dt = 1.0 / sensors.front().series->rate_hz();
   if (dt > 1.0) {
     const double step = dt / time_unit;  // in the file
-    const char* unit = step < 300.0 ? "ms" : step < 3e5 ? "us" : "ns";
+    const char* unit = step < kInMicroseconds ? "ms" : step < kInNanoseconds ? "us" : "ns";
     const double factor = *unit_in_ours("t", unit) / time_unit;
     issues.push_back({"time_unit", sensors.front().name, -1, Severity::kFatal, 0.0, 0.0,
                       fmt::format("{} has a sample every {:.4g} s, if its time is in {}; it "
@@ -225,7 +231,7 @@ std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors, double t
                                                  unit, factor)
                                    : "give the rate of the samples, --rate HZ, or their unit of "
                                      "time, --unit t=NUMBER (one of it in s)"});
-  } else if (dt > 0.0 && dt < 2e-5) {
+  } else if (dt > 0.0 && dt < kFastest) {
     issues.push_back(
         {"time_unit", sensors.front().name, -1, Severity::kCaution, 0.0, 0.0,
          fmt::format("{} has {:.4g} samples a second, if its time is in seconds",

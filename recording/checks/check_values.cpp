@@ -32,7 +32,7 @@ double mean_rate(const VectorSeries& gyr, double begin, double end) {
   return last > first ? sum / static_cast<double>(last - first) : 0.0;
 }
 
-// Readings of 0, 0, 0 that cannot be: a gyroscope at rest may well read that.
+// Readings of 0, 0, 0 that are no measurement. (A gyroscope at rest may read 0, 0, 0.)
 std::optional<Issue> zeros_issue(const NamedSeries& sensor) {
   const VectorSeries& s = *sensor.series;
   const double least = sensor.name == "gyr" ? kTurning : 0.0;
@@ -64,8 +64,8 @@ bool all_constant(const VectorSeries& s) {
 
 namespace {
 
-// Did the axis jump to the value of samples [begin, end) and away from it, further than it ever
-// steps elsewhere? At the end of its range a sensor arrives and leaves in steps as it takes them.
+// Did the axis jump to the value of samples [begin, end) and away from it, by more than it steps
+// anywhere else? (A sensor that is clipped arrives and leaves in its usual steps.)
 bool jumped_there(const VectorSeries& s, int axis, std::size_t begin, std::size_t end) {
   double in_and_out = INFINITY, elsewhere = 0.0;
   for (std::size_t k = 1; k < s.size(); ++k) {
@@ -79,7 +79,7 @@ bool jumped_there(const VectorSeries& s, int axis, std::size_t begin, std::size_
   return std::isfinite(in_and_out) && in_and_out > elsewhere;
 }
 
-// Does another axis take up a good part of its range from one sample to another?
+// Does another axis change by a good part of its range during these samples?
 bool others_move(const VectorSeries& s, int axis, std::size_t begin, std::size_t end) {
   constexpr double kGoodPart = 0.3;
   Vector3 low = s.v.front(), high = low, low_there = s.v[begin], high_there = low_there;
@@ -97,19 +97,20 @@ bool others_move(const VectorSeries& s, int axis, std::size_t begin, std::size_t
   return false;
 }
 
-// At an end of an axis's range: noise would move the readings even where they do not change, and
-// no range ends there.
+// Whether an axis cannot stay at its largest (sign 1) or smallest value: noise would move the
+// reading, and the range does not end there.
 bool cannot_stay(const VectorSeries& s, int axis, int sign) {
   SensorHabits habits;
   for (std::size_t k = 0; k < s.size(); ++k) habits.add(s.t[k], s.v[k]);
   return habits.lively(axis) && !habits.clipped(axis, sign);
 }
 
-// An axis that stands still while the others go on: a run of one value that is longer than repeats
-// come by chance. In n samples with a share r of repeats elsewhere, a run of m repeats is expected
-// n r^m times. At an end of its range it may be clipped, or the sensor rests.
+// An axis that stands still while the others change: a run of one value that is longer than chance
+// makes it. In n samples with a share r of repeats elsewhere, a run of m repeats is expected n r^m
+// times. A run at an end of the range may be clipping or a rest, and does not count.
 std::optional<Issue> stuck_axis(const NamedSeries& sensor, int axis) {
-  constexpr double kExpected = 1e-6;  // such runs by chance, in a recording
+  constexpr double kExpected =
+      1e-6;  // runs by chance that a recording may have, to count one as a fault
   const VectorSeries& s = *sensor.series;
   std::size_t longest = 0, at = 0, repeats = 0, lively = 0;
   double low = s.v.front()[axis], high = low;
@@ -153,8 +154,9 @@ std::optional<Issue> stuck_axis(const NamedSeries& sensor, int axis) {
                "the axis or its wire hung: cut that time out, or record again"};
 }
 
-// Two axes with the same numbers, or one with the other's sign: a column that was written twice.
-// Noise makes them differ in nearly all samples, so half of those in which they change is proof.
+// Two axes with the same numbers, or with inverted ones: a column that was written twice. Noise
+// makes two axes differ in nearly all samples, so the same numbers in half of the changes are
+// proof.
 std::optional<Issue> copied_axis(const NamedSeries& sensor) {
   constexpr double kProof = 0.5;
   const VectorSeries& s = *sensor.series;
@@ -166,7 +168,7 @@ std::optional<Issue> copied_axis(const NamedSeries& sensor) {
         ++changes;
         same += s.v[k][a] != 0.0 && std::abs(s.v[k][a]) == std::abs(s.v[k][b]) ? 1 : 0;
       }
-      if (changes < 20 || double(same) < kProof * double(changes)) continue;
+      if (changes < kFewestToJudge || double(same) < kProof * double(changes)) continue;
       return Issue{
           "copied",
           sensor.name,
@@ -189,7 +191,7 @@ std::optional<Issue> copied_axis(const NamedSeries& sensor) {
 std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr) {
   const VectorSeries& s = *sensor.series;
   std::vector<Issue> issues;
-  if (s.size() < 20) return issues;
+  if (s.size() < kFewestToJudge) return issues;
   for (int axis = 0; axis < 3; ++axis) {
     if (!constant_axis(s, axis)) continue;
     issues.push_back({"constant", sensor.name, axis, Severity::kFatal, 0.0, 0.0,

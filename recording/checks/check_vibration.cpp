@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An accelerometer on something that vibrates: a motor, a fan, an engine. Faster than any hand, in
-// nearly every second, most of what it reads is then one line of the spectrum. Knocks are isolated
-// in time, and have no line (calibration/motion/blows.h).
+// An accelerometer on something that vibrates: a motor, a fan, an engine. Above the frequencies of
+// a hand, one line of the spectrum then holds most of what it reads, in nearly every second. Knocks
+// are isolated in time and have no line (calibration/motion/blows.h).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,9 +17,13 @@ namespace {
 constexpr std::size_t kStretch = 128, kMostStretches = 300;  // samples; evenly over the recording
 constexpr std::size_t kFewestStretches = 8;
 constexpr double kFasterThanHands = 15.0;  // Hz; tremor ends at 12
-constexpr std::size_t kBesideLine = 2;     // bins to either side that a Hann window spreads it to
-constexpr double kMostOfIt = 0.5;          // more is in the line than beside it; of stretches, too
-constexpr double kFelt = 0.35;             // m/s^2 RMS
+constexpr double kBandsToRate =
+    4.0;  // times kFasterThanHands: with a lower sampling rate no line can be told
+constexpr std::size_t kBesideLine =
+    2;  // bins on either side over which a Hann window spreads a line
+constexpr double kMostOfIt =
+    0.5;  // share of the squares in the line, and share of stretches with a line
+constexpr double kFelt = 0.35;  // m/s^2 RMS
 
 struct Line {
   double hz = 0.0, squares = 0.0;  // of all axes together, (m/s^2)^2
@@ -35,8 +39,8 @@ class Spectrum {
     }
   }
 
-  // The line that holds most of what is faster than hands in samples from `begin` on; none where no
-  // line does.
+  // The line that holds most of what is faster than a hand, in the stretch that begins at `begin`;
+  // size 0 if no line does.
   Line line_of(const VectorSeries& s, std::size_t begin) const {
     const auto first = std::size_t(std::ceil(kFasterThanHands * double(kStretch) / rate_hz_));
     std::vector<double> power(kStretch / 2 + 1, 0.0);
@@ -81,7 +85,7 @@ std::vector<Issue> check_vibration(const NamedSeries& sensor) {
   if (sensor.name != "acc") return {};
   const VectorSeries& s = *sensor.series;
   const double rate = s.rate_hz();
-  if (rate < 4.0 * kFasterThanHands || s.size() < kFewestStretches * kStretch) return {};
+  if (rate < kBandsToRate * kFasterThanHands || s.size() < kFewestStretches * kStretch) return {};
   const Spectrum spectrum(rate);
   const std::size_t all = s.size() / kStretch, stretches = std::min(all, kMostStretches);
   std::vector<double> hz, squares;

@@ -11,14 +11,14 @@ namespace {
 
 constexpr std::size_t kEnoughZeros = 20;  // readings
 constexpr std::size_t kEnoughEdges = 5;   // times that readings become 0, or cease to be
-// A rate comes down to the edge of the zone before it is 0: the readings beside zeros are at most
-// so many times the smallest ones that are none. Where rows are empty they are of any size.
+// With a dead zone a rate falls to the edge of the zone before it is 0. So readings beside zeros
+// are at most so many times the smallest readings that are not 0. Beside empty rows they have any
+// size.
 constexpr double kAtTheEdge = 2.0;
-// The smallest reading that is not 0, in the smallest changes there are: a coarse converter's is
-// one.
+// Least size of the zone, in steps of the converter: a coarse converter without a zone has one.
 constexpr double kSteps = 3.0;
 
-// sizes: of an axis, or of the whole vector.
+// `sizes`: absolute readings of an axis, or lengths of the whole vector.
 bool falls_to_zero(const std::vector<double>& sizes) {
   double least = INFINITY, step = INFINITY;
   std::size_t zeros = 0;

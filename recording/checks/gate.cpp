@@ -19,12 +19,13 @@ namespace {
 using Sensor = SensorGate::Sensor;
 using Judged = SensorGate::Judged;
 
-// The first finds what spoils the habits; the second what recurs and which readings have turned
-// over; the third has all of that.
+// The first pass finds samples that spoil the habits. The second finds values that recur and
+// readings that have wrapped. The third judges with all of that known.
 constexpr int kPasses = 3;
-constexpr double kMostlyWrapped = 0.4;   // of the samples: then it is not known which of them are
-constexpr std::size_t kFewestLeft = 10;  // samples
-constexpr std::size_t kTakenAtOnce = 4096;  // judgements of samples that stay need not be kept
+constexpr double kMostlyWrapped =
+    0.4;  // of the samples: if more wrapped, it is not known which side did
+constexpr std::size_t kFewestLeft = 10;     // samples
+constexpr std::size_t kTakenAtOnce = 4096;  // samples, so that memory stays bounded
 
 // One sensor on its way through the gate.
 class Passage {
@@ -61,7 +62,7 @@ class Passage {
         for (int& t : known.first_turns) t = -t;
       }
     }
-    // The first ones were taken for jumps.
+    // The first samples with a sentinel were taken for spikes: the value was not known yet.
     const bool dead_zone = sensor == Sensor::kGyr && zeros_are_told() && zeroes_small_rates(series);
     for (auto& [k, j] : judged_) {
       if (j.kind == "zeros" && dead_zone) j.kind = "dead_zone";
@@ -80,7 +81,7 @@ class Passage {
     return out.all(series_.size());
   }
 
-  // All of them where next to none would be left.
+  // All samples if next to none would be left.
   VectorSeries kept() const {
     if (all_stay()) return sensor_ == Sensor::kGyr ? bridged(series_, {}) : series_;
     VectorSeries out;
@@ -156,7 +157,8 @@ std::optional<Recording> gated(const Recording& recording, const GateOptions& op
   const auto pass = [&](const VectorSeries& series, const std::string& name, Sensor sensor,
                         bool keep_clipped, const auto& place) {
     const Passage passage(series, name, sensor, keep_clipped, witnesses);
-    if (passage.all_stay() && sensor != Sensor::kGyr) return;  // whose holes are bridged
+    if (passage.all_stay() && sensor != Sensor::kGyr)
+      return;  // a gyroscope's holes are bridged even then
     const std::vector<SetAside> set_aside = passage.set_aside();
     VectorSeries kept = passage.kept();
     if (set_aside.empty() && kept.size() == series.size()) return;

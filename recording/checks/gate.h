@@ -13,17 +13,16 @@
 namespace magimu {
 
 struct GateOptions {
-  // Clipped readings of magnetometers stay: for whoever wants to know that they are clipped.
+  // Keep clipped readings of magnetometers: the diagnosis looks for them. Default false.
   bool keep_clipped_mag = false;
 };
 
-// The recording without them, and with its set_aside filled; nothing where all may stay, or where
-// the recording has been here before. A sensor of which next to nothing would be left stays as it
-// is, and set_aside says so: check_recording() refuses the recording.
+// A copy of the recording without those samples, with set_aside filled. Nothing if all samples may
+// stay, or if the recording is such a copy already. A sensor that would lose nearly all samples
+// keeps them, set_aside says so, and check_recording() then refuses the recording.
 std::optional<Recording> gated(const Recording& recording, const GateOptions& options = {});
 
-// Throws an InputError where most samples of a sensor are set aside: what is left is no recording
-// of it, for whatever purpose.
+// Throws InputError if most samples of a sensor were set aside.
 void refuse_mostly_set_aside(const Recording& recording);
 
 }  // namespace magimu

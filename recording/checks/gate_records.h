@@ -15,9 +15,9 @@ class GateRecords {
   GateRecords(std::string name, SensorGate::Sensor sensor)
       : name_(std::move(name)), sensor_(sensor) {}
 
-  // A sample whose kind is not empty.
+  // Counts a sample that was set aside: its kind is not empty.
   void add(const SensorGate::Judged& judged);
-  // of: samples that the sensor had.
+  // The records; `of`: samples of the sensor before any was set aside.
   std::vector<SetAside> all(std::size_t of) const;
 
  private:

@@ -10,14 +10,17 @@ namespace magimu {
 namespace {
 
 constexpr double kTurningRate = 0.2;    // rad/s: the device turns
-constexpr double kTurnedEnough = 0.15;  // rad: and has turned so far, which changes any reading
-constexpr double kSlowly = 5.0;         // times slower than the fastest tenth
-constexpr double kTurningShare = 0.3;   // of gravity or the field, by which they turn meanwhile
+constexpr double kTurnedEnough = 0.15;  // rad: a turn by which any reading changes
+constexpr double kSlowly = 5.0;  // a rate is slow that is so many times below the fastest tenth
+constexpr double kTurningShare =
+    0.3;  // change of gravity or the field, as a share, that shows a turn
 
-// A step of gravity or the field is looked for so far to either side, but of so many readings.
+// A step of gravity or the field is looked for in readings up to kStepReach_s on either side, with
+// at least and at most so many readings.
 constexpr double kStepReach_s = 0.1, kFewReadings = 6.0, kManyReadings = 32.0;
 constexpr double kFewestReadings = 3.0, kSameRow = 0.25;
-// A turn of one sample leaves a tail as a rule: garbage is likelier, ten to one.
+// Prior odds, ln 10, for garbage against a turn that lasts one sample: a real turn usually leaves a
+// tail.
 constexpr double kLogOddsOfTurn = 2.3;
 
 std::pair<std::size_t, std::size_t> span_within(const VectorSeries& s, double begin, double end) {
@@ -57,10 +60,10 @@ bool changed(const VectorSeries& s, double begin, double end) {
   return std::sqrt(squares) > kTurningShare * size_quantile(lengths_within(s, begin, end), 0.5);
 }
 
-// A step of a series at a time, about a parabola through its readings to either side.
+// The step of a series at a time: constant on either side, beside a parabola through all readings.
 struct Step {
   Vector3 size, mean;
-  double variance;  // of each axis of the size
+  double variance;  // variance of the step, of each axis
 };
 
 std::optional<Step> step_at(const VectorSeries& s, double begin, double end) {
@@ -73,7 +76,7 @@ std::optional<Step> step_at(const VectorSeries& s, double begin, double end) {
   Step out{Vector3::Zero(), Vector3::Zero(), 0.0};
   double squares = 0.0, n = 0.0, after = 0.0;
   for (std::size_t k = first; k < last; ++k) {
-    // A transfer that failed may have been one of all sensors.
+    // The reading at that time is left out: a failed transfer may have spoilt all sensors.
     const double x = (s.t[k] - middle) / reach;
     if (!s.v[k].allFinite() || std::abs(s.t[k] - begin) < kSameRow * interval) continue;
     const Eigen::Vector4d row(1.0, x, x * x, x > 0.0 ? 1.0 : 0.0);
@@ -103,7 +106,8 @@ GateWitnesses::GateWitnesses(const Recording& recording)
 
 bool GateWitnesses::turned(SensorGate::Sensor hung, double begin, double end) const {
   const double rate = size_quantile(lengths_within(recording_.gyr, begin, end), 0.5);
-  const double usual = usual_rate_ / kSlowly;  // its unit is not known for certain
+  const double usual =
+      usual_rate_ / kSlowly;  // relative to the usual rate, as the unit may be wrong
   if (rate > std::max({kTurningRate, kTurnedEnough / (end - begin), usual})) return true;
   if (hung == SensorGate::Sensor::kMag || recording_.mag.empty()) return false;
   return changed(recording_.mag.front(), begin, end) &&
@@ -113,14 +117,14 @@ bool GateWitnesses::turned(SensorGate::Sensor hung, double begin, double end) co
 bool GateWitnesses::turned_by(double begin, double end, const Vector3& more) const {
   const Vector3 angle = more * (end - begin);
   double log_odds = 0.0;
-  // What stands still in n goes round by -angle x itself.
+  // A vector u that is fixed in the navigation frame changes by -angle x u in the device.
   if (const auto force = step_at(recording_.acc, begin, end)) {
     const Vector3 turned = -angle.cross(force->mean);
     log_odds +=
         0.5 * (force->size.squaredNorm() - (force->size - turned).squaredNorm()) / force->variance;
   }
-  // Its hard iron is not known, so neither is the direction of this step: on each axis it may be
-  // as large as if the field were across.
+  // Hard iron is unknown, and so is the direction of the field. On each axis the step may be as
+  // large as if the field were perpendicular to the turn.
   if (recording_.mag.empty()) return log_odds > kLogOddsOfTurn;
   if (const auto field = step_at(recording_.mag.front(), begin, end)) {
     const double wide = field->variance + angle.squaredNorm() * field->mean.squaredNorm();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether the device turned while one of its sensors read the same all the time, as the other
-// sensors say: rates, or gravity and the field together, for each alone may be shaken or disturbed
-// (an accelerometer that does not even show its noise needs the field alone). Medians and
-// quantiles, so that no single reading counts. Internal to the gate.
+// What the other sensors say while one sensor repeats a reading or jumps: whether the device
+// turned. The gyroscope shows it, or gravity and the field together, as each of these alone may be
+// shaken or disturbed. (Against an accelerometer that hangs the field alone counts.) Medians and
+// quantiles, so that no single reading decides. Internal to the gate.
 #pragma once
 
 #include "recording/checks/sensor_gate.h"
@@ -15,15 +15,16 @@ class GateWitnesses {
   explicit GateWitnesses(const Recording& recording);
 
   bool turned(SensorGate::Sensor hung, double begin_s, double end_s) const;
-  // Whether gravity and the field say that the device turned at so much more, rad/s in its own
-  // axes, than before and after: by Bayes' factor against a gyroscope that read what was not.
+  // Whether gravity and the field agree that the rate was larger by `more` (rad/s, in the device's
+  // axes) between these times than before and after. By the Bayes factor against a wrong reading of
+  // the gyroscope.
   bool turned_by(double begin_s, double end_s, const Vector3& more) const;
-  // Most readings of another sensor differ from the one before.
+  // Whether most readings of another sensor differ from the reading before.
   bool others_change(SensorGate::Sensor hung, double begin_s, double end_s) const;
 
  private:
   const Recording& recording_;
-  double usual_rate_;  // rad/s, of the fastest tenth, at least
+  double usual_rate_;  // rad/s: the rate that the fastest tenth of all samples exceeds
 };
 
 }  // namespace magimu

@@ -8,7 +8,8 @@ namespace magimu {
 namespace {
 
 constexpr double kLeastScale = 2.0, kMostScale = 30.0, kScaleStep = 1.25;
-constexpr double kSmallestTail = 5.0;  // readings: as a diagnosis asks for
+constexpr double kSmallestTail = 5.0;   // readings: as a diagnosis asks for
+constexpr double kSettledShare = 1e-4;  // where the iteration ends
 constexpr double kOddsOfGarbage = 100.0;
 
 // Of the largest of three half-normal numbers of scale K.
@@ -39,7 +40,7 @@ Tail best_share(const std::vector<double>& u, double K, double least, double uni
       log_likelihood += std::log(both);
     }
     const double next = std::clamp(tail / double(u.size()), 1e-9, 1.0 - 1e-9);
-    const bool done = std::abs(next - share) < 1e-4;
+    const bool done = std::abs(next - share) < kSettledShare;
     share = next;
     if (done) break;
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far single readings of a sensor are from what their neighbours say, and from where on they
-// are no noise of it. Two things make them: a heavy tail of the noise, which is the sensor's and
-// which a diagnosis names; and transfers that failed, which may read anything within the range.
+// How far single readings of a sensor are from the course of their neighbours, and from which
+// distance on they are no noise. Large distances have two causes: a heavy tail of the sensor's
+// noise, which a diagnosis names; and failed transfers, which give any value within the range.
 //
 //   p(u) = w K-normal(u) + (1 - w) uniform(u),    u > u0
 //
@@ -24,8 +24,8 @@ class JumpSizes {
     for (const double u : other.u_) add(u);
   }
   std::size_t size() const { return u_.size(); }
-  // The size from which on a reading is no noise: 0 where the noise has no tail. All are larger
-  // than `least`; no reading can be further off than `most`.
+  // The size from which a reading is no noise; 0 if the noise has no heavy tail. All sizes added
+  // are larger than `least`; none can exceed `most`.
   double end_of_tail(double least, double most) const;
 
  private:

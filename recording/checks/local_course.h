@@ -16,10 +16,10 @@
 namespace magimu {
 
 struct LocalCourse {
-  // Where the course is at the time 0.
+  // The course at time 0.
   Vector3 middle;
-  // From the lowest to the highest of the neighbours about the course, as of as many independent
-  // numbers, times the standard deviation of a reading less `middle` over that of a reading.
+  // Range of the neighbours about the course, scaled to that of as many independent numbers with
+  // the standard deviation of (reading - middle).
   Vector3 spread;
 };
 

@@ -36,21 +36,23 @@ struct Issue {
   std::string text() const { return problem + "; " + remedy + "."; }
 };
 
-// Whether a calibration suffers from it in ways that look like other causes: samples that clip,
+// Whether the issue harms a calibration in a way that looks like another cause: samples that clip,
 // hang or are missing. A verdict names such faults first.
 bool damages(const Issue& issue);
 
-// One of these, told; ruins: it leaves no calibration worth anything, however well that fits.
+// Such a fault, in a sentence. `ruins`: no calibration from these samples can be trusted, however
+// well it fits.
 struct KnownFault {
   std::string text;
   bool ruins = false;
 };
-KnownFault known_fault(const std::string& source, const Issue& issue);  // source: a name
+KnownFault known_fault(const std::string& source,
+                       const Issue& issue);  // `source`: a name, for the sentence
 
-// Everything found, the gravest first, else in the order of sensors.
+// All issues, the gravest first, and then in the order of sensors.
 std::vector<Issue> check_recording(const Recording& recording);
 
-// Of these, only what is wrong with units, whatever the motion.
+// Only the issues about units.
 std::vector<Issue> check_units(const Recording& recording);
 
 // Throws the fatal issues, if any, as one InputError that names the recording.

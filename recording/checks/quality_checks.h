@@ -9,6 +9,9 @@
 
 namespace magimu {
 
+// Samples, intervals or changes: with fewer a check says nothing.
+inline constexpr std::size_t kFewestToJudge = 20;
+
 struct NamedSeries {
   std::string name;  // "acc", "gyr", "mag", "mag1", ...
   const VectorSeries* series;
@@ -19,13 +22,13 @@ struct NamedSeries {
 // Times that are not finite or do not increase, values that are not finite: nothing else can be
 // judged then.
 std::vector<Issue> check_order_and_finiteness(const NamedSeries& sensor);
-// Gaps, jitter. set_aside: what was, of this recording, and left gaps. rows: of a sensor that may
-// have set the times at which a slower one's readings were written.
+// Gaps and jitter. `set_aside`: of this recording; their gaps are not reported again. `rows`: the
+// series in whose rows a slower sensor's readings may have been written.
 std::vector<Issue> check_intervals(const NamedSeries& sensor,
                                    const std::vector<SetAside>& set_aside,
                                    const VectorSeries& rows);
-// Sensors that do not cover the same time; times that are no seconds.
-// time_unit: of the file, s, as it was taken.
+// Sensors that do not cover the same time; times that are no seconds. `time_unit`: that of the
+// file, s, as the reader took it.
 std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors, double time_unit);
 // Samples that were set aside before (gate.h).
 std::vector<Issue> check_set_aside(const Recording& recording);

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "statistics/median_to_sigma.h"
 #include "statistics/quantiles.h"
 
 namespace magimu {
@@ -17,7 +18,6 @@ constexpr double kCoarse = 0.01;          // chance of a repeat where they say n
 constexpr double kSigmas = 5.0;           // of a count by chance
 constexpr double kFewest = 5.0;           // repeats
 constexpr double kTimes = 3.0;            // what is expected, which no model of noise gives well
-constexpr double kMedianToSigma = 1.4826;
 
 // Of a normal change of this size, rounded to the step.
 double chance_of_none(double step, double size) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Samples that are the one before once more, all three axes: lost on their way and filled in, or
-// read twice. A coarse quantization does so by chance: that is allowed for, and where it is common
-// nothing is counted.
+// Samples that repeat the sample before in all three axes: it was lost and filled in, or read
+// twice. A coarse quantization also makes repeats by chance: their expected number is allowed for,
+// and where it is large nothing is counted.
 #pragma once
 
 #include <cstddef>
@@ -10,14 +10,15 @@
 
 namespace magimu {
 
-// Of a magnetometer's samples: fewer than few do no harm. From some on they are mostly the mark of
-// a slower clock that was resampled, and which of them are right is not known.
+// Shares of a magnetometer's samples. Fewer repeats than the first do no harm. From the second on
+// they usually come from a slower clock that was resampled, and which samples are right is not
+// known.
 inline constexpr double kFewRepeats = 0.002, kSomeRepeats = 0.25;
 
 struct Repeats {
   std::size_t seen = 0;
-  double expected = 0.0;  // by quantization, of samples that change as these do
-  double share = 0.0;     // seen, of the samples counted
+  double expected = 0.0;  // share expected from quantization, for samples that change as these do
+  double share = 0.0;     // share seen
 
   bool beyond_chance() const;
 };

@@ -20,7 +20,8 @@ constexpr double kThreeQuarters = 1.1503, kMostMotion = 4.0;
 constexpr double kSameStep = 0.28209479177387814, kOneTenth = 0.1257;
 constexpr double kRounding = 1e-12;  // of the value: no step of a converter
 constexpr double kLivelySteps = 2.0;
-constexpr double kStepsToLimit = 20.0;  // from the mean: else it is the usual value of a coarse one
+constexpr double kStepsToLimit =
+    20.0;  // from the mean to a limit: nearer, it is the usual value of a coarse sensor
 constexpr double kNoiseToLimit = 10.0;  // likewise, in standard deviations
 constexpr double kSameRange = 1.5;      // steps
 
@@ -83,7 +84,7 @@ void SensorHabits::add(double t, const Vector3& v) {
   known_before_ = std::min(known_before_ + 1, 2);
 }
 
-// By more than a converter's noise does at rest.
+// Whether the other axes changed by more than a converter's noise at rest.
 bool SensorHabits::others_moved(int axis, const Vector3& v) const {
   constexpr double kMovedSteps = 5.0;
   if (known_before_ == 0) return false;
@@ -122,7 +123,7 @@ double SensorHabits::same_noise() const {
 bool SensorHabits::clipped(int axis, int sign) const {
   if (!settled() || !far_from_mean(axis, sign)) return false;
   if (clipped_by_itself(axis, sign)) return true;
-  // One range for all axes, but for a count of two's complement.
+  // All axes have one range; its two ends may differ by one count (two's complement).
   if (!end(axis, sign).has_run()) return false;
   for (int i = 0; i < 6; ++i) {
     const int other = i / 2, way = i % 2 == 0 ? 1 : -1;
@@ -148,7 +149,7 @@ bool SensorHabits::clipped_by_itself(int axis, int sign) const {
     return noise(axis) > step_[axis] &&
            double(lengths_.count()) * std::pow(kSameAtMost, run) < kExpectedRuns;
   };
-  // Once is enough where the other axes go on.
+  // One run is enough if the other axes change meanwhile.
   return values.looks_clipped(no_chance(values.top().longest_run) || lively(axis)) ||
          (values.piles_up() && no_chance(values.top().longest_held));
 }

@@ -19,7 +19,7 @@ class SizeHistogram {
  public:
   void add(double x);
   std::size_t count() const { return count_; }
-  // A number that this share of all does not exceed, to a fifth.
+  // A number that this share of all does not exceed, accurate to 20 %.
   double quantile(double share) const;
 
  private:
@@ -33,18 +33,18 @@ class SensorHabits {
   // A sample, later than the one before.
   void add(double t, const Vector3& v);
   std::size_t samples() const { return lengths_.count(); }
-  // Enough of them to speak of habits.
+  // Whether there are enough samples to speak of habits.
   bool settled() const { return lengths_.count() >= kSettled; }
 
-  // Standard deviation of a reading against the mean of its neighbours' (readings that repeat count
-  // once): with the motion in it, as nine tenths of all have it; and of noise alone, as half have.
+  // Standard deviation of a reading about the mean of its two neighbours (repeated readings count
+  // once): including motion, from the 90 % quantile; and of noise alone, from the median.
   double roughness(int axis) const;
   double noise(int axis) const;
-  // The smallest change of an axis; and whether noise moves it by several of them, so that it
-  // changes even where what is measured does not.
+  // The smallest change of an axis; and whether noise moves the axis by several of these, so that
+  // readings change even at rest.
   double step(int axis) const { return step_[axis]; }
   bool lively(int axis) const;
-  // Length of a reading that this share of all does not exceed: half of all, and nearly all.
+  // Length that this share of all readings does not exceed; for half of them, and for nearly all.
   double length(double share) const { return lengths_.quantile(share); }
   double usual_length() const { return length(0.5); }
   double largest_length() const {
@@ -52,11 +52,11 @@ class SensorHabits {
   }
   // Largest absolute value of an axis.
   double extreme(int axis) const { return extreme_[axis]; }
-  // Share of readings that are followed by the same in all axes; those that are the same again
-  // count once, so that a sensor that hangs now and then, for however long, does not count much.
+  // Share of readings that repeat once or more, in all axes. A run of repeats counts once, so that
+  // a sensor that hangs for a long time does not count much.
   double repeats() const;
-  // Probability of that where the device is at rest: of a reading whose noise, as the quietest
-  // tenth of all has it, is rounded.
+  // Probability of a repeat at rest: that the rounding of a noise as small as the quietest tenth
+  // shows gives the same reading.
   double same_noise() const;
 
   // The value at which an axis is clipped, at its upper end (sign 1) or the lower one (-1).

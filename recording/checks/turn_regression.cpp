@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "graph/decompositions.h"
+#include "statistics/median_to_sigma.h"
 #include "statistics/quantiles.h"
 
 namespace magimu {
@@ -15,16 +16,16 @@ namespace {
 
 constexpr int kGroups = 8;                // stretches of time, for the standard error
 constexpr std::size_t kEnoughPairs = 60;  // three equations each for at most 21 unknowns
-// rad from block to block, nine in ten: second-order terms, a twelfth of the square, stay below 1
+// rad from block to block, of nine in ten: second-order terms, a twelfth of the square, stay below
+// 1
 // %.
-constexpr double kLargeTurn = 0.3;
+constexpr double kLargeTurn = 0.3, kNineInTen = 0.9;
 constexpr double kLongestBlock = 1.0;     // s
 constexpr double kLeastTurnShare = 0.02;  // of the squared turns, about the least turned axis
 constexpr double kLeastVariation = 0.1;   // of the squared rates, about their mean
 constexpr double kHuber = 3.0;            // robust standard deviations
 // Of gravity: bias of an accelerometer. Data sheets allow 20 to 80 mg, old parts 150.
 constexpr double kAccOffset = 0.05;
-constexpr double kRobustToSigma = 1.4826;  // of a normal distribution's absolute values
 
 // Integral of the gyroscope's readings, axis by axis; times without samples count nothing.
 class IntegratedReadings {
@@ -147,7 +148,7 @@ double block_length(const VectorSeries& directions, const IntegratedReadings& gy
       turns.push_back((blocks[i].u - blocks[i - 1].u).norm());
     }
     if (turns.size() < kEnoughPairs) break;
-    if (quantile(std::move(turns), 0.9) > kLargeTurn) break;
+    if (quantile(std::move(turns), kNineInTen) > kLargeTurn) break;
     length *= 2.0;
   }
   return length;
@@ -275,7 +276,7 @@ std::optional<TurnRegression> regress_turns(const VectorSeries& gyr, const Vecto
       residual += weight[i] * r.squaredNorm();
     }
     out.explained = 1.0 - residual / std::max(squares, 1e-300);
-    const double limit = kHuber * kRobustToSigma * median(std::vector<double>(left));
+    const double limit = kHuber * kMedianToSigma * median(std::vector<double>(left));
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       weight[i] = left[i] > limit ? limit / left[i] : 1.0;
     }

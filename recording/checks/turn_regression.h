@@ -14,16 +14,17 @@ namespace magimu {
 
 struct TurnRegression {
   double scale = 1.0;  // true rate over the gyroscope's reading: cube root of |det M|
-  // Standard error of scale: jackknife over eight stretches of time, and what an accelerometer's
-  // unknown bias makes of it, which is nearly all where gravity hardly changes in the sensor.
+  // Standard error of `scale`: from a jackknife over eight stretches of time, and from the unknown
+  // bias of an accelerometer. (The bias is nearly all of it where gravity hardly turns in the
+  // sensor.)
   double sigma = 0.0;
   double explained = 0.0;  // share of the squared changes of direction that the gyroscope explains
 };
 
-// directions: readings of a sensor that sees a fixed direction, in any unit. offset_unknown: they
-// are those of a magnetometer, whose bias is not known. Empty where there are too few samples, or
-// nothing turns. Where the sensor did not turn about all three axes, M is taken for a multiple of
-// the identity: axes that are swapped then leave little explained.
+// `directions`: readings of a sensor that sees a direction fixed in space, in any unit.
+// `offset_unknown`: estimate an offset of these readings (a magnetometer's bias). Empty if there
+// are too few samples, or nothing turns. If the sensor did not turn about all three axes, M is
+// assumed to be a multiple of the identity; swapped axes then show as a small `explained`.
 std::optional<TurnRegression> regress_turns(const VectorSeries& gyr, const VectorSeries& directions,
                                             bool offset_unknown);
 

@@ -20,7 +20,7 @@ constexpr double kSlowest = 0.05;  // rad/s
 // Rates of an IMU's samples, Hz (row_times.h).
 constexpr double kLeastRate = 1.0, kMostRate = 1e4;
 // How well directions tell the rate of a hand that swings.
-constexpr double kNear = 0.1;
+constexpr double kNearUnit = 0.1;
 
 struct TimeUnit {
   double seconds;
@@ -83,7 +83,7 @@ std::optional<Issue> time_unit_of_turns(const Recording& r, double gain, bool ex
   const auto* const usual = std::ranges::min_element(
       kTimeUnits, {},
       [unit](const TimeUnit& candidate) { return std::abs(std::log(unit / candidate.seconds)); });
-  if (std::abs(unit / usual->seconds - 1.0) > kNear) {
+  if (std::abs(unit / usual->seconds - 1.0) > kNearUnit) {
     if (!impossible) return std::nullopt;
     return time_issue(fmt::format("{}: the times are in another unit than was thought", problem),
                       fmt::format("give the unit of time: --unit t={:.4g} would fit (one of it in "

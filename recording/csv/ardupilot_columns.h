@@ -21,4 +21,9 @@ bool is_ardupilot_compass(const std::string& header);
 // The axis of "OfsX" or "MOX": what was added to the compass's reading.
 std::optional<std::size_t> ardupilot_offset_axis(const std::string& header);
 
+// ArduPilot logs readings with its offsets added, which are no part of what was measured: the
+// columns of the offsets are taken off the first magnetometer's, with a note, and column "I"
+// becomes the number of the device. mag_x: the column that is read as mag_x.
+void take_off_ardupilot_offsets(CsvColumns& columns, std::optional<std::size_t> mag_x);
+
 }  // namespace magimu

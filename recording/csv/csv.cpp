@@ -66,7 +66,8 @@ void append_header(std::string& text, const std::vector<Column>& columns) {
   text += "\n";
 }
 
-// The fields of one column in the row of time t; empty ones if it has no sample then.
+// Appends the fields of one column to the row of time t; empty fields if the column has no sample
+// at t.
 void append_fields(std::string& text, Column& column, double t) {
   const bool has_sample = !column.done() && !(column.time() > t);
   for (int axis = 0; axis < (column.vectors != nullptr ? 3 : 1); ++axis) {
@@ -78,8 +79,8 @@ void append_fields(std::string& text, Column& column, double t) {
   if (has_sample) ++column.next;
 }
 
-// A few whole lines at each of some places: sensors that come one after the other in a file are not
-// all in its head. read: so many bytes from there, or none.
+// Some whole lines from places all over a text: where sensors come one after the other, the head
+// does not show all of them. read: so many bytes from there, or none.
 template <class Read>
 std::string lines_from_all_over(std::size_t size, const Read& read) {
   constexpr std::size_t kPlaces = 16, kBytes = 1 << 12;

@@ -29,9 +29,10 @@
 namespace magimu {
 
 struct CsvOptions {
-  // A file without magnetometer samples is an error. Default true: it is what we calibrate.
+  // A file without magnetometer samples is an error. Default true.
   bool require_mag = true;
-  // Likewise one without accelerometer or gyroscope: only a part of a recording.
+  // A file without accelerometer or gyroscope samples is an error. Default true; false for one file
+  // of several that make a recording.
   bool require_imu = true;
   // The file's column name -> ours ("t", "acc_x", "mag2_z", "temp", ...), for headers that no
   // alias covers. Default none. An entry wins over names and aliases.
@@ -49,16 +50,16 @@ struct CsvOptions {
   // The header that a file lacks, "t,acc_x,acc_y,...", in our names or the file's; a column named -
   // or with an empty name is ignored. Default: the file has one.
   std::string header;
-  // Whose file it is ("acc", "gyr", "mag"): what columns that are called just x, y, z belong to.
-  // Default: nobody's, they are ignored.
+  // The sensor whose file it is ("acc", "gyr", "mag"): columns that are only called x, y, z are
+  // read as this sensor's. Default: none, and such columns are ignored.
   std::string sensor;
-  // Of logs with several sensors of a kind, or of a folder with several files: what to read, as
-  // `magimu info` lists it ("/imu/data", "mag=sensor_mag[1]"). Default: the best of each kind.
+  // Which sensors of a log, or files of a folder, to read where there are several of a kind: names
+  // as `magimu info` lists them ("/imu/data", "mag=sensor_mag[1]"). Default: the best of each kind.
   std::vector<std::string> sensors;
 };
 
-// Reads a file (or a pipe, until its end). InputError with line, field and remedy for what cannot
-// be understood; nothing is guessed or skipped silently.
+// Reads a file (or a pipe, until its end). Throws InputError with line, field and remedy for text
+// that cannot be understood. Whatever is guessed or left out, recording.notes says so.
 Recording read_csv(const std::string& path, const CsvOptions& options = {});
 
 // The same from the content of a file, which messages call `path`.

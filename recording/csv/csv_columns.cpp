@@ -11,6 +11,7 @@
 
 #include "recording/csv/ardupilot_columns.h"
 #include "recording/csv/csv_names.h"
+#include "recording/csv/missing_columns.h"
 #include "recording/csv/text_fields.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
@@ -50,12 +51,16 @@ class HeaderReader {
     const bool ardupilot = are_ardupilot_columns(columns_.fields);
     if (ardupilot) name_compass_unit();
     give_slots();
-    if (ardupilot) take_off_offsets();
+    if (ardupilot) {
+      const auto mag = where_.find("mag_x");
+      take_off_ardupilot_offsets(columns_,
+                                 mag == where_.end() ? std::nullopt : std::optional(mag->second));
+    }
     note_mapping();
     return std::move(columns_);
   }
 
-  // How sure it is that a column is what we take it for; kAlias and the alias's preference.
+  // How good the claim of a column to a name is. An alias has kAlias plus its preference (CsvName).
   enum Claim { kNone = -100, kAlias = 0, kExact = 50, kOption = 100 };
   struct Column {
     std::string name;  // ours
@@ -84,7 +89,7 @@ class HeaderReader {
     }
   }
 
-  // What the header says, of the file whose sensor is known also where it says no more than "x".
+  // What a header means. In the file of one known sensor "x" alone is an axis of that sensor.
   CsvName name_of(const std::string& header) const {
     CsvName name = csv_name(header);
     if (!name.name.empty() || options_.sensor.empty()) return name;
@@ -126,14 +131,15 @@ class HeaderReader {
     if (sensor(said.name) == sensor(column.name)) column.header = said;
   }
 
-  // Every name of ours goes to the column with the best claim to it.
+  // Gives each of our names to the column with the best claim to it.
   void assign() {
     for (std::size_t i = 0; i < named_.size(); ++i) {
       if (named_[i].claim == kNone) continue;
       const auto [entry, is_new] = where_.try_emplace(named_[i].name, i);
       if (is_new) continue;
       const std::size_t other = entry->second;
-      // Beside readings as they were measured even a column with our own name holds corrected ones.
+      // If another column has the readings as measured, a column with exactly our name holds
+      // corrected ones, and loses.
       const auto as_measured = [this](std::size_t c) { return named_[c].header.uncalibrated; };
       if (as_measured(i) != as_measured(other) && named_[i].claim != kOption &&
           named_[other].claim != kOption) {
@@ -143,8 +149,8 @@ class HeaderReader {
         }
       }
       if (named_[i].claim == named_[other].claim && named_[i].name == "t") {
-        // Of several times the first one with a unit ("timestamp", "TimeUS"), and of several behind
-        // other words ("imu.stamp", "mag.stamp") the first.
+        // Of several time columns take the first that has a unit ("timestamp", "TimeUS"); of
+        // several with other words before them ("imu.stamp", "mag.stamp") the first.
         const auto has_unit = [this](std::size_t c) { return !named_[c].header.unit_text.empty(); };
         if (has_unit(i) && !has_unit(other)) entry->second = i;
         if (has_unit(i) || has_unit(other) || named_[i].claim < kAlias) continue;
@@ -161,11 +167,11 @@ class HeaderReader {
     }
   }
 
-  std::string headers() const {
-    std::vector<std::string> shown;
-    for (const auto& field : columns_.fields) shown.push_back(quoted_text(field.header));
-    if (shown.size() > 40) shown.resize(40);
-    return fmt::format("{}", fmt::join(shown, ", "));
+  HeaderColumns header_columns() const {
+    HeaderColumns out{{}, {}, where_};
+    for (const CsvColumns::Field& field : columns_.fields) out.headers.push_back(field.header);
+    for (const Column& column : named_) out.named.push_back(column.claim != kNone);
+    return out;
   }
 
   void check_options() const {
@@ -174,9 +180,10 @@ class HeaderReader {
           columns_.fields.end()) {
         continue;
       }
-      if (!options_.require_imu && !options_.require_mag) continue;  // it is in another file
+      if (!options_.require_imu && !options_.require_mag)
+        continue;  // the column may be in another file of the recording
       fail(0, fmt::format("there is no column {}, to be read as {}", quoted_text(header), name),
-           "the columns there are: " + headers());
+           "the columns there are: " + header_columns().shown());
     }
   }
 
@@ -194,8 +201,8 @@ class HeaderReader {
       mags.push_back(sensor);
     }
     std::ranges::sort(mags, {}, mag_number);
-    if (!options_.require_imu && !options_.require_mag && mags.empty() && !has("acc") &&
-        !has("gyr")) {
+    if (!options_.require_imu && !options_.require_mag && mags.empty() &&
+        !header_columns().has("acc") && !header_columns().has("gyr")) {
       throw MissingSensor(file_, line_, 0, "no column is a sensor's", "give another file");
     }
     add_sensor("acc");
@@ -205,89 +212,18 @@ class HeaderReader {
     add_sensor("pos");
   }
 
-  // All that is missing at once.
   void check_needed() const {
-    const bool no_time = !columns_.has_time && !options_.rate_hz;
-    const std::vector<std::string> sensors = missing_sensors();
-    if (!no_time && sensors.empty()) return;
-    std::vector<std::string> names;
-    for (const std::string& sensor : sensors) {
-      for (const char axis : {'x', 'y', 'z'}) names.push_back(sensor + '_' + axis);
-    }
-    const std::string all =
-        names.empty() ? ""
-                      : fmt::format("the columns {} and {} are missing",
-                                    fmt::join(names.begin(), names.end() - 1, ", "), names.back());
-    const std::string there = "; the columns there are: " + headers();
-    if (no_time) {
-      fail(0, "there is no column t, the time" + (all.empty() ? "" : ", and " + all) + there,
-           "name the time column t (in seconds), or map it to t (--map t=NAME); without times give "
-           "the rate, --rate HZ" +
-               (sensors.empty() ? "" : "; map the others, too (" + map_line(sensors) + ")"));
-    }
-    throw MissingSensor(file_, line_, 0, all + there,
-                        "add them, or map the file's own names to these (" + map_line(sensors) +
-                            "); of an app that writes one file a sensor (phyphox, Sensor Logger) "
-                            "give the folder");
+    const std::optional<MissingColumns> missing = missing_columns(header_columns(), options_);
+    if (!missing) return;
+    if (missing->time) fail(0, missing->problem, missing->remedy);
+    throw MissingSensor(file_, line_, 0, missing->problem, missing->remedy);
   }
 
-  std::vector<std::string> missing_sensors() const {
-    std::vector<std::string> missing;
-    for (const char* sensor : {"acc", "gyr"}) {
-      if (options_.require_imu && !has(sensor)) missing.emplace_back(sensor);
-    }
-    const bool mag = std::ranges::any_of(
-        where_, [](const auto& entry) { return entry.first.starts_with("mag"); });
-    if (options_.require_mag && !mag) missing.emplace_back("mag");
-    return missing;
-  }
-
-  // One line of options for them: with the names that are left, where these are as many sensors, in
-  // the usual order.
-  std::string map_line(const std::vector<std::string>& sensors) const {
-    const std::vector<std::array<std::string, 3>> left = unnamed_sensors();
-    std::vector<std::string> maps;
-    for (std::size_t i = 0; i < sensors.size(); ++i) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const std::string ours = sensors[i] + '_' + "xyz"[axis];
-        maps.push_back("--map " + (left.size() == sensors.size()
-                                       ? shell_word(ours + '=' + left[i][axis])
-                                       : ours + "=NAME"));
-      }
-    }
-    return fmt::format("{}", fmt::join(maps, " "));
-  }
-
-  // Columns that mean nothing here, but whose names differ in x, y and z alone.
-  std::vector<std::array<std::string, 3>> unnamed_sensors() const {
-    std::vector<std::pair<std::string, std::array<std::string, 3>>> groups;
-    for (std::size_t i = 0; i < columns_.fields.size(); ++i) {
-      const std::string& header = columns_.fields[i].header;
-      std::string stem = header.substr(0, header.find_first_of("(["));
-      while (!stem.empty() && stem.back() == ' ') stem.pop_back();
-      const std::size_t axis =
-          stem.empty() ? std::string::npos : std::string_view("xyzXYZ").find(stem.back());
-      if (named_[i].claim != kNone || axis == std::string::npos) continue;
-      stem.pop_back();
-      auto group = std::ranges::find(groups, stem, [](const auto& g) { return g.first; });
-      if (group == groups.end()) group = groups.insert(groups.end(), {stem, {}});
-      group->second[axis % 3] = header;
-    }
-    std::vector<std::array<std::string, 3>> whole;
-    for (const auto& [stem, axes] : groups) {
-      if (std::ranges::none_of(axes, &std::string::empty)) whole.push_back(axes);
-    }
-    return whole;
-  }
-
-  bool has(const std::string& sensor) const {
-    const auto first = where_.lower_bound(sensor + '_');
-    return first != where_.end() && first->first.starts_with(sensor + '_');
-  }
-
-  // A column behind other words is no claim where the sensor's other axes are not there.
+  // Drops sensors with less than three axes whose columns were all recognised by a word behind
+  // other words only: that was chance.
   void drop_doubtful() {
-    std::map<std::string, std::pair<int, int>> axes;  // all, and those of doubtful claims
+    std::map<std::string, std::pair<int, int>>
+        axes;  // number of axes, and how many of them are doubtful
     const auto sensor_of = [](const std::string& name) { return name.substr(0, name.rfind('_')); };
     for (const auto& [name, field] : where_) {
       if (name.size() < 5) continue;
@@ -309,7 +245,7 @@ class HeaderReader {
       (where_.contains(name) ? there : missing).push_back(name);
     }
     if (there.empty()) {
-      // The first two vectors are these in any case; without columns they have no samples.
+      // vectors[0] and vectors[1] always are "acc" and "gyr"; without columns they get no samples.
       if (sensor == "acc" || sensor == "gyr") columns_.vectors.push_back(sensor);
       return;
     }
@@ -382,32 +318,7 @@ class HeaderReader {
     }
   }
 
-  // ArduPilot logs readings with its offsets added, which are no part of what was measured.
-  void take_off_offsets() {
-    const auto mag = where_.find("mag_x");
-    const bool compass =
-        mag != where_.end() && is_ardupilot_compass(columns_.fields[mag->second].header);
-    for (std::size_t i = 0; i < columns_.fields.size(); ++i) {
-      CsvColumns::Field& field = columns_.fields[i];
-      if (field.header == "I" && field.slot == CsvColumns::kIgnored) columns_.device = i;
-      const std::optional<std::size_t> axis = ardupilot_offset_axis(field.header);
-      if (!compass || !axis || field.slot != CsvColumns::kIgnored) continue;
-      field.slot = static_cast<int>(columns_.vector_slot(2) + *axis);
-      field.unit = columns_.fields[mag->second].unit;
-      field.taken_off = columns_.takes_off = true;
-    }
-    if (!compass) return;
-    columns_.notes.emplace_back(
-        columns_.takes_off
-            ? "ArduPilot had added its offsets (OfsX, MOX and the like); they are taken off, so "
-              "that the bias found is the whole one: the new COMPASS_OFS is minus the bias. A "
-              "matrix (COMPASS_DIA, COMPASS_ODI), if it had one, is not taken off: the "
-              "parameters are not in this file, but in the .bin"
-            : "ArduPilot adds its offsets (COMPASS_OFS) to what it logs, and this file lacks them "
-              "(OfsX, OfsY, OfsZ): the bias found is what they leave");
-  }
-
-  // unit: given by option; else what the header says.
+  // `unit`: given by option; without it the header's unit counts.
   void give(const std::string& name, std::size_t slot, const std::optional<double>& unit) {
     if (!where_.contains(name)) return;
     const std::size_t i = where_.at(name);
@@ -454,8 +365,8 @@ class HeaderReader {
     }
   }
 
-  // Of a sensor that stands there twice (as measured, and as corrected): which is read, and how the
-  // other one is.
+  // For a sensor with two sets of columns (as measured, and corrected): a note says which one is
+  // read, and with which options the other one would be.
   void note_others() {
     std::map<std::string, std::array<std::string, 3>> others;
     for (std::size_t i = 0; i < named_.size(); ++i) {

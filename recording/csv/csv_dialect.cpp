@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "recording/csv/checksum_lines.h"
@@ -15,45 +14,15 @@
 #include "recording/csv/labelled_dialect.h"
 #include "recording/csv/long_format_dialect.h"
 #include "recording/csv/stamped_lines.h"
+#include "recording/csv/table_header.h"
 #include "recording/csv/teleplot.h"
 #include "recording/csv/text_fields.h"
 #include "recording/csv/words.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
-#include "recording/data/units.h"
 
 namespace magimu {
 namespace {
-
-// How many quantities of ours these headers name.
-std::size_t named_quantities(const std::vector<std::string>& headers, const CsvOptions& options) {
-  std::set<std::string> names;
-  for (const std::string& header : with_axes_for_numbers(headers)) {
-    const auto given = options.columns.find(header);
-    if (given != options.columns.end()) names.insert(given->second);
-    for (const std::string& text : {header, options.sensor + '_' + header}) {
-      if (const std::string name = csv_name(text).name; !name.empty()) names.insert(name);
-    }
-    if (!csv_time_of(header).empty()) names.insert(header);
-  }
-  return names.size();
-}
-
-bool is_unit(const std::string& text) {
-  std::string bare = text;
-  std::erase_if(bare, [](char c) { return c == '(' || c == ')' || c == '[' || c == ']'; });
-  if (bare.empty() || bare == "-") return true;
-  return std::ranges::any_of(std::initializer_list<const char*>{"t", "acc", "gyr", "mag"},
-                             [&](const char* q) { return unit_in_ours(q, bare).has_value(); });
-}
-
-// Most of them: a few may be words of the logger's own ("local_flux").
-bool are_units(const std::vector<std::string>& fields) {
-  const auto known = std::ranges::count_if(fields, is_unit);
-  const bool numbers = std::ranges::any_of(
-      fields, [](const std::string& f) { return field_kind(f) == FieldKind::kNumber; });
-  return !numbers && 3 * static_cast<std::size_t>(known) >= 2 * fields.size();
-}
 
 class Recogniser {
  public:
@@ -84,7 +53,7 @@ class Recogniser {
       dialect_.names = checksums_->names;
     } else if (!header) {
       if (long_format()) return with_stamps();
-      // A first line of words that does not fit the rows: the fast reader says how.
+      // The first line holds words but does not fit the rows: CsvParser will name the error.
       if (shape_.first_row > 0 && !stamped_ && !is_comment(lines_.front().text)) return {};
       no_header();
     } else if (long_format()) {
@@ -108,7 +77,7 @@ class Recogniser {
         checksum_translator(*std::move(checksums_), std::move(dialect_.translator));
   }
 
-  // The terminal's clock before each line, if there is one: the time where there is no other.
+  // Adds the clock that a terminal wrote before each line: it is the time if there is no other.
   CsvDialect with_stamps() {
     without_checksums();
     if (!stamped_) return std::move(dialect_);
@@ -127,95 +96,14 @@ class Recogniser {
     return std::move(dialect_);
   }
 
-  // The fields of a line above the rows, if they are as many as those of the rows.
-  std::optional<std::vector<std::string>> header_fields(std::size_t line) const {
-    const std::string_view text = without_comment_mark(lines_[line].text);
-    std::vector<char> separators = {shape_.separator, ',', ';', '\t', '|', ' '};
-    for (const char separator : separators) {
-      std::vector<std::string> fields = text_fields(text, separator);
-      const bool words = std::ranges::any_of(
-          fields, [](const std::string& f) { return field_kind(f) == FieldKind::kWord; });
-      if (!words || fields.size() < 2) continue;
-      if (fields.size() == shape_.fields) return fields;
-      if (fields.size() == shape_.fields + 1 && fields.back().empty()) {
-        fields.pop_back();  // that column never has a field
-        return fields;
-      }
-      if (fields.size() + 1 == shape_.fields && shape_.empty_last) {
-        fields.emplace_back();
-        return fields;
-      }
-      // R writes no name for the rows' own names.
-      if (fields.size() + 1 == shape_.fields && separator == shape_.separator &&
-          field_kind(text_fields(lines_[shape_.first_row].text, separator).front()) ==
-              FieldKind::kWord) {
-        fields.insert(fields.begin(), "");
-        return fields;
-      }
-    }
-    return std::nullopt;
-  }
-
-  // One row or two, with units in one of them: whatever names most of what we know.
   bool find_header() {
-    std::size_t best_score = 0, above = shape_.first_row;
-    bool found = false;
-    const auto consider = [&](std::vector<std::string> names, std::size_t line, std::size_t rows) {
-      const std::size_t score = named_quantities(names, options_);
-      if (found && score <= best_score) return;
-      found = true;
-      best_score = score;
-      dialect_.names = std::move(names);
-      dialect_.header_line = lines_[line].number;
-      dialect_.header = std::string(csv_trimmed(lines_[line].text));
-      header_rows_ = rows;
-    };
-    if (above == 0) return false;
-    const auto lower = header_fields(above - 1);
-    const auto upper = above > 1 ? header_fields(above - 2) : std::nullopt;
-    if (lower) consider(*lower, above - 1, 1);
-    if (upper && lower) {
-      if (are_units(*lower)) consider(with_units(*upper, *lower), above - 2, 2);
-      consider(with_groups(*upper, *lower), above - 2, 2);
-    }
-    if (upper) consider(*upper, above - 2, 2);
-    // A header that something stands below: another line that names more.
-    constexpr std::size_t kFar = 6;
-    for (std::size_t up = 3; up <= above && up <= kFar && best_score < 4; ++up) {
-      if (const auto other = header_fields(above - up)) consider(*other, above - up, up);
-    }
-    return found;
-  }
-
-  static std::vector<std::string> with_units(std::vector<std::string> names,
-                                             const std::vector<std::string>& units) {
-    for (std::size_t i = 0; i < names.size() && i < units.size(); ++i) {
-      std::string unit = units[i];
-      std::erase_if(unit, [](char c) { return c == '(' || c == ')' || c == '[' || c == ']'; });
-      if (!unit.empty() && unit != "-") names[i] += " (" + unit + ")";
-    }
-    return names;
-  }
-
-  // A sensor's name stands above the first of its axes.
-  static std::vector<std::string> with_groups(const std::vector<std::string>& groups,
-                                              std::vector<std::string> names) {
-    std::string group;
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (i < groups.size() && !groups[i].empty()) group = groups[i];
-      // The group's unit goes behind the axis.
-      const std::size_t bracket = std::min(group.find_first_of("(["), group.size());
-      const std::string_view word = csv_trimmed(std::string_view(group).substr(0, bracket));
-      if (names[i].empty()) {
-        names[i] = group;
-      } else if (!group.empty()) {
-        const bool has_unit = names[i].find_first_of("([") != std::string::npos;
-        names[i] =
-            fmt::format("{} {}{}", word, names[i],
-                        has_unit || bracket == group.size() ? "" : " " + group.substr(bracket));
-      }
-    }
-    return names;
+    std::optional<TableHeader> found = table_header(lines_, shape_, options_);
+    if (!found) return false;
+    dialect_.names = std::move(found->names);
+    dialect_.header_line = lines_[found->line].number;
+    dialect_.header = std::string(csv_trimmed(lines_[found->line].text));
+    header_rows_ = found->rows;
+    return true;
   }
 
   void given_header() {
@@ -270,7 +158,7 @@ class Recogniser {
     }
   }
 
-  // Columns "acc_time", "gyr_time": one each for two sensors or more.
+  // Finds columns "acc_time", "gyr_time", ... if two sensors or more have one.
   void own_times() {
     std::map<std::string, std::string> times;
     for (const std::string& name : dialect_.names) {
@@ -282,7 +170,8 @@ class Recogniser {
     if (times.size() >= 2) dialect_.times_of = std::move(times);
   }
 
-  // The column whose name ends so, in lower case; as many as there are if there is none.
+  // The first column whose name, in lower case, ends with one of these; the number of columns if
+  // there is none.
   std::size_t column(std::initializer_list<const char*> ends) const {
     for (std::size_t i = 0; i < dialect_.names.size(); ++i) {
       std::string name = plain_words(dialect_.names[i]);
@@ -295,7 +184,8 @@ class Recogniser {
     return dialect_.names.size();
   }
 
-  // Seconds, and behind them what is beyond them in ns, us or ms.
+  // Whether the time stands in two columns, seconds and their fraction in ns, us or ms: then they
+  // become one.
   bool fraction_of_seconds() {
     const std::size_t s = column({"sec", "secs", "seconds"});
     if (s == dialect_.names.size() || shape_.separator == ' ') return false;
@@ -317,7 +207,8 @@ class Recogniser {
     return false;
   }
 
-  // Milliseconds beside seconds may be all of the time once more.
+  // Whether the second column begins anew with each second. (A column of ms or us beside one of
+  // seconds may also hold the whole time again.)
   bool begins_anew_each_second(std::size_t s, std::size_t fraction, std::size_t digits) const {
     std::string second, before;
     std::size_t anew = 0;
@@ -347,7 +238,8 @@ class Recogniser {
     }
   }
 
-  // What the fast reader does by itself: the first line that is no comment is the header.
+  // Whether CsvParser can read the file without a dialect: its first line that is no comment is the
+  // header.
   bool is_plain() const {
     if (stamped_ || checksums_ || dialect_.translator || !dialect_.times_of.empty() ||
         header_rows_ != 1)

@@ -20,11 +20,11 @@ struct CsvDialect {
   // Names of the columns, one a field. Empty: the file is plain, and its first line its header.
   std::vector<std::string> names;
   long header_line = 0;  // 0: it has none
-  std::string header;    // that line, which may come again
+  std::string header;    // the text of that line: it may come again within the rows
   long first_row = 1;    // lines before it hold no samples
   char separator = ',';
   std::shared_ptr<LineTranslator> translator;  // null: lines are rows as they are
-  // Sensors with a column of times of their own, and that column.
+  // Sensor -> its own column of times. Empty: one time column serves all.
   std::map<std::string, std::string> times_of;
   bool one_sensor_a_line = false;
   std::vector<std::string> notes;
@@ -32,9 +32,9 @@ struct CsvDialect {
   bool plain() const { return names.empty(); }
 };
 
-// head: the first lines of the file, whole ones (but the last, if the file ends there). InputError
-// where there is no header and none is given.
-// elsewhere: whole lines from all over the rest of the file, where that is known.
+// `head`: the first lines of the file, all of them whole (the last one may be cut off if the file
+// ends there). `elsewhere`: whole lines from the rest of the file, if they are known. Throws
+// InputError if there is no header and options give none.
 CsvDialect recognised_dialect(std::string_view head, const std::string& file,
                               const CsvOptions& options, std::string_view elsewhere = {});
 

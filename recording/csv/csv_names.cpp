@@ -10,11 +10,12 @@
 namespace magimu {
 namespace {
 
-// A word behind others, such as a topic's: less sure than the word alone.
+// Preference of a sensor's word behind other words ("imu_data_acc"): it is less sure than the word
+// alone.
 constexpr int kBehindOthers = -4;
-// No name is longer; looking for words in one takes the square of its length.
+// Characters. Longer headers are not looked at: the search takes the square of their length.
 constexpr std::size_t kLongestName = 256;
-// As it was measured, before the device corrected it: surer than what it made of it.
+// Preference of readings as measured over those that the device has corrected.
 constexpr int kUncalibrated = 2;
 
 bool is_separator(char c) { return std::string_view("_. -/:").find(c) != std::string_view::npos; }

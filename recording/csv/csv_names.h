@@ -14,15 +14,14 @@ namespace magimu {
 
 struct CsvName {
   std::string name;  // ours; empty: none
-  // Of several columns for one quantity the one with the highest: acceleration with gravity before
-  // acceleration without, readings as measured before those a phone has corrected.
+  // Of several columns for one quantity the one with the highest preference is read: acceleration
+  // with gravity rather than without, readings as measured rather than corrected by a phone.
   int preference = 0;
   double unit = 1.0;      // the header's unit in ours
   std::string unit_text;  // as in the header; empty: it names none
   bool unknown_unit = false;
-  bool unit_of_word = false;  // the header names none, but its word usually has this one
-  bool uncalibrated =
-      false;  // the header says so: as measured, where a device corrects its readings
+  bool unit_of_word = false;  // the header names no unit; its word usually has this one
+  bool uncalibrated = false;  // the header says that the device has not corrected these readings
 };
 
 CsvName csv_name(std::string_view header);
@@ -30,8 +29,8 @@ CsvName csv_name(std::string_view header);
 // The sensor whose own time a column is: "acc_time" -> "acc"; empty if it is none.
 std::string csv_time_of(std::string_view header);
 
-// Headers of a line, with axes in place of the numbers where three belong together: "gyro_rad[0]",
-// [1], [2] and "acc_1", "acc_2", "acc_3" end in x, y, z; every other header stays.
+// Headers with numbers replaced by axes where three belong together: "gyro_rad[0]", [1], [2] and
+// "acc_1", "acc_2", "acc_3" then end in x, y, z. Other headers stay as they are.
 std::vector<std::string> with_axes_for_numbers(std::vector<std::string> headers);
 
 }  // namespace magimu

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Parsing rows: every number is the nearest double, in every locale. Short ones take a way of their
-// own, twice as fast as std::from_chars; one pass over a row, so long as nothing is odd in it.
+// Parsing rows: one pass over a row, as long as nothing is odd in it.
 #include "recording/csv/csv_parser.h"
 
 #include <fmt/format.h>
@@ -11,7 +10,9 @@
 #include <cstdint>
 #include <utility>
 
+#include "recording/csv/plain_number.h"
 #include "recording/csv/text_fields.h"
+#include "recording/csv/timed_rows.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 
@@ -19,72 +20,6 @@ namespace magimu {
 namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
-
-// Most numbers of a log: a sign, digits and a point, with no more digits than fit a double exactly;
-// one division by a power of ten, which is exact as well, then rounds correctly. Returns the end of
-// the number, or null for any other, which is left to std::from_chars.
-const char* short_decimal(const char* at, const char* end, double& value) {
-  constexpr std::uint64_t kExact = std::uint64_t(1) << 53;
-  constexpr std::ptrdiff_t kDigits = 18;  // these fit 64 bits
-  constexpr double kPowers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8, 1e9,
-                                1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18};
-  const bool negative = *at == '-';
-  at += negative ? 1 : 0;
-  const char* const begin = at;
-  const char* const limit = end - at > kDigits ? at + kDigits : end;
-  std::uint64_t digits = 0;
-  while (at != limit && *at >= '0' && *at <= '9') digits = 10 * digits + std::uint64_t(*at++ - '0');
-  std::ptrdiff_t count = at - begin, decimals = 0;
-  if (at != limit && *at == '.') {
-    const char* const point = at++;
-    while (at != limit && *at >= '0' && *at <= '9') {
-      digits = 10 * digits + std::uint64_t(*at++ - '0');
-    }
-    decimals = at - point - 1;
-    count += decimals;
-  }
-  // A point alone; digits cut by the limit; too many of them; an exponent.
-  const bool whole = at == end || (at != limit && *at != 'e' && *at != 'E');
-  if (count == 0 || !whole || digits > kExact) return nullptr;
-  value = double(digits) / kPowers[decimals];
-  if (negative) value = -value;
-  return at;
-}
-
-// The number that begins here, if it is a finite one in the plainest notation; returns its end, or
-// null.
-const char* plain_number(const char* at, const char* end, double& value) {
-  if (const char* const after = short_decimal(at, end, value)) return after;
-  const auto [after, error] = std::from_chars(at, end, value);
-  return error == std::errc() && std::isfinite(value) ? after : nullptr;
-}
-
-// The rows of a series by their times, those without a time left out, and all but the first of one
-// time.
-template <class Series>
-void give_times(Series& series, const std::vector<double>& times) {
-  const auto time = [&](std::size_t i) { return times[static_cast<std::size_t>(series.t[i])]; };
-  bool increases = true;
-  for (std::size_t i = 0; i < series.t.size() && increases; ++i) {
-    increases = i == 0 ? !std::isnan(time(i)) : time(i) > time(i - 1);
-  }
-  if (increases) {
-    for (double& t : series.t) t = times[static_cast<std::size_t>(t)];
-    return;
-  }
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < series.t.size(); ++i) {
-    if (!std::isnan(time(i))) order.push_back(i);
-  }
-  std::ranges::stable_sort(order, {}, time);
-  Series sorted;
-  for (const std::size_t i : order) {
-    if (!sorted.t.empty() && !(time(i) > sorted.t.back())) continue;
-    sorted.t.push_back(time(i));
-    sorted.v.push_back(series.v[i]);
-  }
-  series = std::move(sorted);
-}
 
 }  // namespace
 
@@ -260,7 +195,7 @@ void CsvParser::number(std::size_t field, std::string_view text) {
   put(column, value);
 }
 
-// Of several devices in one file (two compasses) the first one's rows count.
+// If a file holds several devices (two compasses), only rows of the first are read.
 bool CsvParser::is_of_other_device(std::string_view text) {
   const char* at = text.data();
   const char* const end = at + text.size();
@@ -280,7 +215,7 @@ bool CsvParser::is_of_other_device(std::string_view text) {
 bool CsvParser::check_time() const {
   if (options_.rate_hz) return true;
   if (present_[0] != kNumber) {
-    if (!dialect_.times_of.empty()) return false;  // the other sensors have more rows
+    if (!dialect_.times_of.empty()) return false;  // this sensor has fewer rows than others
     fail(field_of(0) + 1, fmt::format("the time (column {}) is empty", header_of(0)),
          "give every row a time, or delete the row");
   }
@@ -305,9 +240,9 @@ bool CsvParser::clock_time(std::size_t field, std::string_view text) {
   return true;
 }
 
-// Whether a row of a file is the one before once more, time and all.
+// Whether a row repeats the one before, with its time.
 bool CsvParser::repeats_last_row() {
-  // Without, equal readings are nothing odd; nor where a rate stands for a coarse clock.
+  // Without a time equal rows are no error; nor where --rate replaces a clock that is too coarse.
   const bool has_time = present_[0] == kNumber && !options_.rate_hz;
   const auto same_numbers = [this] {
     for (std::size_t slot = 0; slot < values_.size(); ++slot) {
@@ -325,7 +260,7 @@ bool CsvParser::repeats_last_row() {
   return false;
 }
 
-// All axes of a sensor have a number, or none has; false where none has.
+// Whether all axes of a sensor have a number. Fails if only some have.
 bool CsvParser::whole_sample(std::size_t slot) const {
   int axes = 0;
   bool no_number = false;
@@ -354,7 +289,7 @@ std::uint32_t CsvParser::bit_of_scalar(std::size_t i) const {
   return columns_.scalars[i] == "temp" ? RawRows::kTemperature : RawRows::kCurrent;
 }
 
-// Bits of the sensors that read what an earlier row of this row's time says; the others' readings
+// Bits of the sensors whose reading stands in an earlier row of the same time already. New readings
 // are remembered.
 std::uint32_t CsvParser::read_again() {
   std::uint32_t again = 0;
@@ -378,7 +313,7 @@ std::uint32_t CsvParser::read_again() {
   return again;
 }
 
-// A sensor that comes again begins the next cycle.
+// The number of the cycle; a sensor that comes a second time begins the next one.
 std::size_t CsvParser::cycle_of(std::uint32_t sensors) {
   if ((sensors_of_cycle_ & sensors) != 0) {
     ++cycle_;
@@ -388,12 +323,13 @@ std::size_t CsvParser::cycle_of(std::uint32_t sensors) {
   return cycle_;
 }
 
-// Whole samples go to their series; a sensor with an empty field has none at this time.
+// Adds the samples of a row to their series. A sensor with empty fields has no sample in it.
 void CsvParser::keep_row() {
   std::uint32_t sensors = 0;
   for (std::size_t i = 0; i < columns_.vectors.size(); ++i) {
     if (!whole_sample(columns_.vector_slot(i))) {
-      present_[columns_.vector_slot(i)] = kEmpty;  // the first axis stands for all below
+      present_[columns_.vector_slot(i)] =
+          kEmpty;  // below, the first axis tells whether there is a sample
       continue;
     }
     sensors |= bit_of_vector(i);
@@ -454,10 +390,7 @@ void CsvParser::set_times(Recording& recording) {
         fail(line > 0 && columns_.has_time ? field_of(0) + 1 : 0, problem, remedy);
       });
   if (times.unit != 1.0) recording.file_units["t"] = times.unit;
-  for (VectorSeries* series : {&recording.acc, &recording.gyr}) give_times(*series, times.t);
-  for (VectorSeries& series : recording.mag) give_times(series, times.t);
-  for (auto& [name, series] : recording.aux) give_times(series, times.t);
-  if (recording.pos) give_times(*recording.pos, times.t);
+  give_times(recording, times.t);
   const auto append = [](std::vector<std::string>& to, const std::vector<std::string>& more) {
     to.insert(to.end(), more.begin(), more.end());
   };
@@ -493,23 +426,6 @@ std::string CsvParser::header_of(std::size_t slot) const {
   return columns_.fields[field_of(slot)].header;
 }
 
-// What ROS writes: no magnetometer on earth reads less than a nanotesla in every attitude.
-void CsvParser::recognise_tesla(Recording& recording) const {
-  constexpr double kNanotesla = 1e-3, kTesla = 1e6;
-  if (options_.mag_unit || recording.file_units.contains("mag") || recording.mag.empty()) return;
-  double largest = 0.0;
-  for (const VectorSeries& mag : recording.mag) {
-    for (const Vector3& v : mag.v) largest = std::max(largest, v.cwiseAbs().maxCoeff());
-  }
-  if (largest == 0.0 || largest > kNanotesla) return;
-  for (VectorSeries& mag : recording.mag) {
-    for (Vector3& v : mag.v) v *= kTesla;
-  }
-  recording.file_units["mag"] = kTesla;
-  recording.notes.push_back(
-      fmt::format("mag is read as tesla: its largest reading is {:.3g}", largest));
-}
-
 Recording CsvParser::take() {
   Recording taken = std::exchange(recording_, Recording{});
   recording_.mag.resize(taken.mag.size());
@@ -519,7 +435,7 @@ Recording CsvParser::take() {
 }
 
 Recording CsvParser::finish() {
-  line_ = 0;  // what follows concerns no single line
+  line_ = 0;  // errors below concern no single line
   if (!has_header_) {
     fail(0, "the file is empty", "record again, or give a file with a header line and samples");
   }
@@ -528,7 +444,7 @@ Recording CsvParser::finish() {
   }
   Recording recording = take();
   if (whole_file_) set_times(recording);
-  recognise_tesla(recording);
+  if (!options_.mag_unit) recognise_tesla(recording);
   for (const auto& [name, series] : {std::pair("acc", &recording.acc), {"gyr", &recording.gyr}}) {
     if (!series->empty() || !options_.require_imu) continue;
     fail(0, fmt::format("the columns {0}_x, {0}_y and {0}_z are all empty", name),

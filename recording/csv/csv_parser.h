@@ -26,7 +26,7 @@
 
 namespace magimu {
 
-// A row with fewer fields than the header: cut off, if it is the last one.
+// A row with fewer fields than the header. If it is the last one, the recording was cut off there.
 class ShortRow : public InputError {
  public:
   using InputError::InputError;
@@ -44,22 +44,22 @@ class CsvParser {
     expected_rows_ = rows;
   }
 
-  // What the first lines say (csv/csv_dialect.h), before any of them comes. InputError as of a
-  // header.
+  // Sets what the first lines say (csv_dialect.h); call it before the first line(). Throws
+  // InputError for a header that is not usable.
   void dialect(CsvDialect dialect);
 
   // One line, with or without its line end. InputError names the line, the field and the column.
   void line(std::string_view text);
 
-  // The samples since the last take(); the times must go on increasing all the same. Empty series
-  // for the sensors that had none, no magnetometers before the header has come.
+  // Returns the samples since the last take(). Times must go on increasing across calls. A sensor
+  // without samples has an empty series; before the header there are no magnetometers.
   Recording take();
 
-  // What the header says.
+  // The columns, once the header has been read.
   const CsvColumns& columns() const { return columns_; }
 
-  // take() for readers of whole files: InputError if there was no header, no data, or a needed
-  // sensor has no sample. Magnetometers without any are left out, with a note.
+  // The whole recording, at the end of a file. Throws InputError if there was no header, no row, or
+  // if a needed sensor has no sample. Magnetometers without samples are left out, with a note.
   Recording finish();
 
   // Whether any row has been read.
@@ -85,7 +85,6 @@ class CsvParser {
   std::uint32_t bit_of_scalar(std::size_t i) const;
   bool clock_time(std::size_t field, std::string_view text);
   void set_times(Recording& recording);
-  void recognise_tesla(Recording& recording) const;
   std::size_t field_of(std::size_t slot) const;
   std::string header_of(std::size_t slot) const;
 
@@ -110,8 +109,8 @@ class CsvParser {
   std::size_t other_devices_ = 0;                    // rows of other devices
   bool has_time_ = false;
   double last_time_ = 0.0;
-  std::size_t row_ = 0;    // of the stream, where it has no times
-  std::size_t cycle_ = 0;  // of lines that hold one sensor each
+  std::size_t row_ = 0;    // number of the row, the time of a stream without times
+  std::size_t cycle_ = 0;  // number of the cycle, where a line holds one sensor
   std::uint32_t sensors_of_cycle_ = 0;
   std::size_t no_numbers_ = 0, infinite_ = 0;
   long first_no_number_ = 0;

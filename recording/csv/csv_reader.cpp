@@ -13,18 +13,18 @@
 namespace magimu {
 namespace {
 
-// Of a text, to tell the dialect: more lines than any header has.
+// Bytes from which the dialect is recognised: more than any header has.
 constexpr std::size_t kHeadBytes = 1 << 16;
 // A thousand magnetometers take 50 kB. What goes on without a line end (/dev/zero) would fill all
 // memory.
 constexpr std::size_t kLongestTextLine = 1 << 20;
 
-// Of the lines may be broken, as a serial port breaks them: more, and it is the format that is not
-// understood. That share of so many lines is waited for before a file is given up.
+// Share of lines that may be broken, as a serial port breaks some. With more, the format is not
+// understood. A file is not given up before so many lines.
 constexpr double kFewBroken = 0.01;
 constexpr std::size_t kLinesToGiveUp = 10000;
 
-// A file's rate tells a forgotten time unit: no IMU samples once in minutes.
+// A rate of less than one sample in a minute shows that the unit of time is wrong.
 void note_odd_rate(Recording& recording) {
   const double rate = recording.acc.rate_hz();
   if (rate == 0.0 || rate >= 1.0) return;
@@ -160,7 +160,8 @@ void CsvReader::tell_set_aside(Recording& recording) const {
 }
 
 void CsvReader::refuse_long_line() {
-  if (begun_.find('\0') != std::string::npos) parsers_.front().line(begun_);  // it says so
+  if (begun_.find('\0') != std::string::npos)
+    parsers_.front().line(begun_);  // line() fails with a message about binary content
   throw InputError(path_, lines_ + 1, 0,
                    fmt::format("this line is longer than {} bytes", kLongestTextLine),
                    "check that this is a CSV file, with a line for each sample");

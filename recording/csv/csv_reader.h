@@ -16,12 +16,13 @@ namespace magimu {
 
 class CsvReader {
  public:
-  // path: for messages, as long as the reader lives.
+  // `path`, for messages, must outlive the reader.
   CsvReader(const std::string& path, const CsvOptions& options) : path_(path), options_(options) {}
 
-  // Whole lines from all over the text, before its first piece: what its head does not show.
+  // Whole lines from all over the text, to be given before the first piece: they show sensors that
+  // the head does not have.
   void elsewhere(std::string lines) { elsewhere_ = std::move(lines); }
-  // size: of the whole text, 0 if that is not known.
+  // `size`: bytes of the whole text; 0 if unknown.
   void push(std::string_view piece, std::size_t size);
   Recording finish();
 
@@ -44,12 +45,12 @@ class CsvReader {
   bool returns_ = false;  // lines end with a carriage return alone (old spreadsheets)
   std::size_t size_ = 0;
   CsvDialect dialect_;
-  std::vector<CsvParser> parsers_;  // one; or one for each sensor with times of its own
+  std::vector<CsvParser> parsers_;  // one; or one for each sensor that has a time column
   std::string begun_;               // a line whose end has not come yet
   long lines_ = 0;                  // that have ended
-  // Of the line before, if it could not be read: it may be the last one, and cut off.
+  // The error of the line before, if it could not be read. If no line follows, it was cut off.
   std::optional<InputError> failed_;
-  std::optional<InputError> first_broken_;  // of those that are no last line
+  std::optional<InputError> first_broken_;  // the first error in a line that is not the last one
   std::size_t broken_ = 0, expected_rows_ = 0;
   bool failed_short_ = false, at_end_ = false;
   long cut_off_ = 0;

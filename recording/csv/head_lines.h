@@ -10,11 +10,11 @@
 namespace magimu {
 
 struct HeadLine {
-  std::string_view text;  // without blanks around it and line end
+  std::string_view text;  // without line end and the blanks around it
   long number = 0;        // in the file, from 1
 };
 
-// Those that are not blank.
+// The lines of a text that are not blank.
 std::vector<HeadLine> head_lines(std::string_view head);
 
 // "# t,acc_x" and "// t,acc_x" -> "t,acc_x"
@@ -24,10 +24,11 @@ bool is_comment(std::string_view text);
 struct TableShape {
   char separator = ',';
   bool decimal_comma = false;
-  char group_mark = 0;        // between groups of three digits, 0: none
-  bool quoted = false;        // numbers in quotation marks
-  bool empty_last = false;    // every row ends with a separator
-  bool single_blanks = true;  // with separator ' ': no row has two in a row, a tab, one at its end
+  char group_mark = 0;      // between groups of three digits, 0: none
+  bool quoted = false;      // numbers in quotation marks
+  bool empty_last = false;  // every row ends with a separator
+  bool single_blanks =
+      true;  // with separator ' ': rows have single blanks only, no tabs, none at the end
   std::size_t fields = 0;     // of most rows; 0: there are no rows
   std::size_t first_row = 0;  // index in the lines
 };

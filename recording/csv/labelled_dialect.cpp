@@ -40,7 +40,7 @@ struct Labels {
     return name;
   }
 
-  // A unit stands behind the last axis as a rule, and is meant for all.
+  // A unit usually stands behind the last axis only, and is that of all axes.
   std::string name(std::size_t i) const {
     const auto sensor = [this](std::size_t k) {
       const std::string its = csv_name(bare_name(k)).name;
@@ -82,7 +82,7 @@ std::optional<CsvDialect> labelled_dialect(const std::vector<HeadLine>& lines,
     std::string_view line = lines[i].text;
     clocks += leading_clock(line) ? 1 : 0;
     const std::vector<LabelledNumber> numbers = labelled_numbers(line);
-    // A row of a table may hold a word or two; here labels are as many as numbers or nearly.
+    // A row of a table may hold a word or two; a labelled line has about as many labels as numbers.
     const bool marks = line.find_first_of(":=[") != std::string_view::npos;
     if (numbers.size() < 2 || !marks || field_kind(line) != FieldKind::kWord) continue;
     ++labelled;

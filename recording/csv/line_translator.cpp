@@ -53,7 +53,7 @@ class PlainNumbers final : public LineTranslator {
   }
 
  private:
-  // Three digits follow, and no fourth.
+  // Whether exactly three digits follow.
   static bool groups_digits(std::string_view line, std::size_t mark) {
     const auto digit = [&](std::size_t i) {
       return i < line.size() && std::isdigit(static_cast<unsigned char>(line[i])) != 0;
@@ -201,10 +201,10 @@ bool is_axis_word(std::string_view word) {
          std::string_view("xyzXYZ").find(word.front()) != std::string_view::npos;
 }
 
-// The words between two numbers: the unit of the first, the label of the second.
+// The words between two numbers: the unit of the number before, and the label of the number after.
 class Label {
  public:
-  // Words that are left over from the label before: "Accel" of "Accel X".
+  // Keeps words of the label before: "Accel" of "Accel X" also belongs to "Y".
   void read(std::string_view text, LabelledNumber* before) {
     const std::string between = without_unit(text);
     std::vector<std::string> pieces(1);

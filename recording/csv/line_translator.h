@@ -18,12 +18,12 @@ class LineTranslator {
   virtual std::optional<std::string_view> row(std::string_view line) = 0;
 };
 
-// Runs of blanks become one blank, decimal commas become points; quotation marks are taken away,
-// and separators within them, and what separates groups of three digits.
+// Makes one blank of several, points of decimal commas. Removes quotation marks, separators between
+// them, and marks between groups of three digits.
 std::shared_ptr<LineTranslator> plain_numbers_translator(char separator, bool decimal_comma,
                                                          char group_mark = 0);
 
-// Seconds and their fraction in two fields become one field. digits: of the fraction, 9 for
+// Joins two fields, seconds and their fraction, to one. `digits`: of the fraction; 9 for
 // nanoseconds (ROS).
 std::shared_ptr<LineTranslator> fraction_translator(char separator, std::size_t seconds,
                                                     std::size_t fraction, std::size_t digits);
@@ -32,11 +32,12 @@ std::shared_ptr<LineTranslator> fraction_translator(char separator, std::size_t 
 struct LongFormat {
   char separator = ',';
   bool decimal_comma = false;
-  std::optional<std::size_t> time;  // fields: the time,
-  std::size_t word = 0;             // the sensor's word
-  std::vector<std::size_t> values;  // fields: its numbers
-  std::vector<std::string> words;   // one a sensor: its numbers come in this order in the row
-  bool own_times = false;           // each sensor's numbers have the time before them
+  std::optional<std::size_t> time;  // field of the time; none: rows have no time
+  std::size_t word = 0;             // field of the word that names the sensor
+  std::vector<std::size_t> values;  // fields of the numbers
+  std::vector<std::string>
+      words;               // of the sensors, in the order of their numbers in the row that is made
+  bool own_times = false;  // in the row each sensor has its own time before its numbers
   // Our names ("acc_x") where a word is one component's: a row is made of a sensor's lines. Empty:
   // a line is a row.
   std::vector<std::string> components;
@@ -62,7 +63,8 @@ struct LabelledField {
 std::shared_ptr<LineTranslator> labelled_translator(std::vector<LabelledField> fields,
                                                     bool with_clock);
 
-// A time of the day that a terminal has put before a line, and what follows it.
+// Takes a time of the day, and what separates it from the rest, from the beginning of a line;
+// nothing if it begins otherwise.
 std::optional<std::string_view> leading_clock(std::string_view& line);
 
 }  // namespace magimu

@@ -11,14 +11,13 @@
 
 namespace magimu {
 
-// A part's times are those of its source (CsvOptions::keep_origin); its name is for messages.
-// Of a sensor that several parts have, the first is taken, and `notes` tells. All magnetometers are
-// kept if they come from one part. path: of the whole, for messages. MissingSensor if together they
-// lack what `options` requires.
+// `parts` have the times of their sources (CsvOptions::keep_origin) and names for messages. Of a
+// sensor that several parts have the first is taken, with a note. All magnetometers of one part are
+// kept. `path`: for messages. Throws MissingSensor if a sensor is lacking that `options` requires.
 Recording joined(std::vector<Recording> parts, const std::string& path, const CsvOptions& options);
 
-// Seconds since 1970 are so large that a double holds them less exactly than times are told apart:
-// huge times count from the first sample instead, and a note says so.
+// Lets huge times, such as seconds since 1970, count from the first sample, with a note: a double
+// holds huge times with too few decimals.
 void count_from_first(Recording& recording);
 
 }  // namespace magimu

@@ -18,17 +18,20 @@
 
 namespace magimu {
 
-// The clock before a line, which is left without it; nothing where there is none.
+// Takes the clock from the beginning of a line and returns it; nothing, and the line as it was, if
+// there is none.
 std::optional<std::string_view> take_stamp(std::string_view& line);
 
-// Whether most of the lines have one. They are left without it; blank ones are taken out.
+// Whether most of the lines have one. If so, it is taken from all lines, and blank lines are
+// dropped.
 bool take_stamps(std::vector<HeadLine>& lines);
 
 struct StampedLines {
-  std::shared_ptr<LineTranslator> inner;  // of the lines without clock; null: they are rows
-  bool with_clock = false;                // in front of the row
-  char separator = ',';                   // behind it
-  std::string header;                     // a line without clock that is no row
+  std::shared_ptr<LineTranslator>
+      inner;                // translates lines without their clock; null: these are rows
+  bool with_clock = false;  // put the clock before the row
+  char separator = ',';     // between clock and row
+  std::string header;       // skip lines that, without their clock, equal this
 };
 std::shared_ptr<LineTranslator> stamped_translator(StampedLines lines);
 

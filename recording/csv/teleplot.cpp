@@ -21,7 +21,7 @@ struct TeleplotLine {
   std::string_view name, time, value, unit;
 };
 
-// Of one point; lines of text, of several points and of planes are none.
+// A line with one point. Nothing for lines of text, several points or shapes.
 std::optional<TeleplotLine> teleplot_line(std::string_view line) {
   line = csv_trimmed(line);
   if (!line.starts_with('>')) return std::nullopt;

@@ -10,8 +10,8 @@
 
 namespace magimu {
 
-// Fields without the blanks and the quotation marks around them; a separator within quotation marks
-// separates nothing. separator ' ': any number of blanks and tabs.
+// The fields of a line, without blanks and quotation marks around them. A separator between
+// quotation marks belongs to the field. Separator ' ': any number of blanks and tabs.
 std::vector<std::string> text_fields(std::string_view line, char separator);
 
 enum class FieldKind {
@@ -29,14 +29,15 @@ FieldKind field_kind(std::string_view field);
 // other text. A date alone is no time.
 std::optional<double> clock_seconds(std::string_view text);
 
-// The mark between groups of three digits: ',' of "1,036.664", '.' of "1.036,664"; 0 if there is
-// none beyond doubt ("1,036" may have a decimal comma).
+// The mark between groups of three digits: ',' in "1,036.664", '.' in "1.036,664". 0 if there is
+// none, or if it is not certain ("1,036" may have a decimal comma).
 char group_mark(std::string_view number);
 
 // "1.5D+00", whose exponent is Fortran's; nothing for any other text.
 std::optional<double> fortran_number(std::string_view text);
 
-// What programs write where there is no number: numpy, pandas, R, JavaScript.
+// Whether a text is what numpy, pandas, R or JavaScript write in place of a number that is not
+// there.
 bool says_no_number(std::string_view text);
 
 }  // namespace magimu

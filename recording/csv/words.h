@@ -19,7 +19,7 @@ struct CsvWord {
 const CsvWord* scalar_word(std::string_view word);
 // "acc", "gyr", "mag", "pos": null if the word is none.
 const CsvWord* vector_word(std::string_view word);
-// Words that make another quantity of the one behind them: "bias" of "bias_gyro_x".
+// Whether a word makes the words behind it another quantity: "bias" in "bias_gyro_x".
 bool is_other_quantity(std::string_view word);
 
 // Lower case, micro and power signs as units.h has them, letters without their accents.

@@ -10,6 +10,7 @@ namespace magimu {
 namespace {
 
 constexpr double kOffBeat = 0.25;  // of the usual interval: a clock is steady where few differ so
+constexpr std::size_t kForClock = 10;    // samples; of fewer no clock is known
 constexpr std::size_t kFewOffBeat = 10;  // one in so many
 
 struct Clock {
@@ -53,7 +54,7 @@ Vector3 cubic(const VectorSeries& s, std::size_t k, double t) {
 }  // namespace
 
 VectorSeries bridged(const VectorSeries& series, const std::vector<double>& taken_out) {
-  if (series.size() < 10) return series;
+  if (series.size() < kForClock) return series;
   const Clock clock = clock_of(series.t);
   const double near = (kLongestHole + 2) * clock.usual_s;
   VectorSeries out;

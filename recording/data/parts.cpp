@@ -16,6 +16,7 @@ constexpr double kFreshStart = 0.1;
 constexpr double kBridgeStep = 0.05;  // s, of the lengths tried
 constexpr double kBridgeIntervals =
     4.0;  // usual intervals that are no gap in any case (check_times)
+constexpr double kUpperQuartile = 0.75;      // of the turn's errors: three in four are less
 constexpr std::size_t kBridgeStarts = 2000;  // instants looked at
 constexpr double kLeastPart = 1.0;  // s: of a part; its first velocity alone takes half of that
 constexpr std::size_t kLeastSamples = 10;
@@ -95,8 +96,8 @@ double longest_bridge(const Recording& recording) {
       errors.push_back((turned[j] - turned[k] - gyr.v[k] * dt).norm());
     }
     if (errors.empty()) continue;
-    // The upper quartile: most recordings have rests.
-    if (quantile(std::move(errors), 0.75) > kFreshStart) return std::max(length, least);
+    // The upper quartile, since most recordings have rests.
+    if (quantile(std::move(errors), kUpperQuartile) > kFreshStart) return std::max(length, least);
   }
   return std::max(kLongestBridge, least);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Chunks of logs, unpacked: bz2, lz4 (frames) and zstd. No more than the size that is claimed, and
-// that no more than the packed bytes can hold.
+// Unpacks chunks of logs: bz2, lz4 (frames) and zstd. A chunk is never unpacked to more than the
+// size that the file claims, and that size must be possible for the packed bytes.
 #pragma once
 
 #include <cstdint>
@@ -11,24 +11,25 @@
 
 namespace magimu {
 
-// Into `out`, `size` bytes (claimed by the file). False if the chunk is damaged, or the claim
-// impossible. method: "none", "", "bz2", "lz4", "zstd"; any other: InputError naming `path`.
+// Unpacks to `out`, which gets `size` bytes (the file's claim). False if the chunk is damaged or
+// the claim impossible. `method`: "none", "", "bz2", "lz4" or "zstd"; any other throws InputError
+// with `path`.
 bool unpack_chunk(const std::string& method, std::string_view packed, std::uint64_t size,
                   std::string& out, const std::string& path);
 
-// May so many packed bytes hold so many?
+// Whether `packed` bytes can hold `size` bytes.
 bool may_unpack_to(std::uint64_t packed, std::uint64_t size);
 
-// Chunks that are unpacked side by side, and taken in the file's order: bzip2 needs longer for its
-// bytes than all else that a log is read by. A few MB at a time are in memory.
+// Unpacks several chunks in parallel and hands them over in the file's order. (bzip2 takes longer
+// than all other steps of reading a log.) A few MB are in memory at a time.
 class ChunkQueue {
  public:
-  // Gets the bytes of a chunk, or that it is damaged.
+  // Receives the bytes of each chunk; `whole` is false for a damaged one.
   using Take = std::function<void(std::string_view bytes, bool whole)>;
   ChunkQueue(const std::string& path, Take take) : path_(path), take_(std::move(take)) {}
 
   void add(const std::string& method, std::string_view packed, std::uint64_t size);
-  // All that were added are unpacked and taken.
+  // Unpacks and hands over all chunks that are left.
   void finish();
 
  private:

@@ -24,9 +24,9 @@ namespace {
 struct FlashVector {
   std::string_view message, kind;  // message: with an instance number behind it in old logs
   std::array<std::string_view, 3> axes;
-  std::string_view time;  // if it has another than TimeUS
+  std::string_view time;  // field of the time, if it is not TimeUS
   int rank;
-  double unit;  // where no FMTU says it
+  double unit;  // if no FMTU message names it
   std::string_view said;
 };
 constexpr FlashVector kFlashVectors[] = {
@@ -239,7 +239,7 @@ class FlashReader {
       if (reading.offsets[i]) offset[int(i)] = flash_number(data, *reading.offsets[i]);
       if (reading.motor[i]) v[int(i)] -= flash_number(data, *reading.motor[i]);
     }
-    // Logged is matrix * (measured + offset) + motor.
+    // ArduPilot logs matrix * (measured + offset) + motor; all three are taken off.
     if (log_.chosen() && reading.is->kind == "mag") {
       v = matrix_taken_off(std::max(instance, reading.number - 1), v) - offset;
     }

@@ -15,14 +15,15 @@ namespace magimu {
 struct FlashField {
   std::string name;
   char kind = 0;  // LogStructure.h's letter: 'f' a float, 'h' int16_t, 'c' int16_t times 0.01, ...
-  std::size_t offset = 0;       // behind a message's head
-  char unit = 0, multiple = 0;  // of FMTU
+  std::size_t offset = 0;       // bytes after the message's head
+  char unit = 0, multiple = 0;  // letters of FMTU messages
 };
 
-// A field's number out of a message without its head; NaN for one that is none.
+// The number in a field of a message, whose head is not part of `data`; NaN for a field that holds
+// none.
 double flash_number(std::string_view data, const FlashField& field);
 
-// Of a text that ends with its field or with a NUL.
+// A text up to its first NUL, or to the end of its field.
 std::string_view flash_text(std::string_view text);
 
 struct FlashType {
@@ -37,15 +38,16 @@ class FlashTypes {
  public:
   static constexpr std::size_t kHead = 3;
 
-  // Of a whole message, with head; 0 for a type that is not known.
+  // Bytes of a message of this type, with its head; 0 for an unknown type.
   std::size_t size_of(unsigned char type) const;
   const FlashType* find(unsigned char type) const;
   bool empty() const { return types_.empty(); }
 
-  // Takes what a message says of types. False: it says nothing of them.
+  // Learns from FMT, FMTU and MULT messages. False for any other message.
   bool take(unsigned char type, std::string_view data);
 
-  // One of a field in our unit of acc, gyr or mag; `otherwise` if the log does not say.
+  // The unit of a field in our unit of `kind` ("acc", "gyr", "mag"); `otherwise` if the log does
+  // not name it.
   double unit_of(const FlashField& field, std::string_view kind, double otherwise) const;
 
  private:

@@ -21,9 +21,10 @@ namespace {
 constexpr std::size_t kMostSensors = 60000;
 // In the order in which they are chosen: an accelerometer goes with the gyroscope of its name.
 constexpr const char* kKinds[] = {"gyr", "acc", "mag", "temp", "current"};
-constexpr double kFew = 0.02;  // of the samples of the best: not the sensor that is meant
+constexpr double kFew =
+    0.02;  // share of the samples of the best sensor: one with fewer is not meant
 
-// One number a sample, and nothing that a calibration needs.
+// Kinds with one number per sample, which no calibration needs.
 bool is_scalar(std::string_view kind) { return kind == "temp" || kind == "current"; }
 
 // `numbers = {}` would keep its memory.
@@ -105,7 +106,7 @@ void LogRecording::note(const std::string& text) {
     notes_.push_back(text);
 }
 
-// The best first.
+// Sensors of this kind, the best first.
 std::vector<std::size_t> LogRecording::of_kind(const std::string& kind) const {
   std::vector<std::size_t> all;
   std::size_t most = 0;
@@ -190,7 +191,7 @@ void LogRecording::choose() {
   start_reading();
 }
 
-// Memory for the samples that were counted, no more.
+// Reserves memory for exactly the samples that were counted.
 void LogRecording::start_reading() {
   constexpr std::size_t kMostRead = 250;
   std::size_t all = 0;

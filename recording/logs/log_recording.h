@@ -23,31 +23,40 @@ struct LogSensor {
   std::string
       kind;  // "acc", "gyr", "mag", "temp", "current" (of a temperature and a current: v[0])
   std::string name;   // as --sensor takes it: "/imu/data", "sensor_mag[1]"
-  int rank = 0;       // of several of a kind the one with the highest is read
-  double unit = 1.0;  // one of the log's in ours
-  std::string said;   // what is known of its readings: where and by what they are corrected
-  std::string corrected_by = {};  // parameters that are in the readings, with their values
+  int rank = 0;       // of several sensors of a kind, the one with the highest rank is read
+  double unit = 1.0;  // the log's unit in ours
+  std::string said;   // for notes: what was done to the readings before they were logged
+  std::string corrected_by =
+      {};  // for notes: parameters with which the device has corrected the readings
 };
 
 class LogRecording {
  public:
-  // what: of the file, for messages, "a ROS bag". Both strings must live as long as this.
+  // `what`: the kind of file, for messages ("a ROS bag"). Both strings must outlive this object.
   LogRecording(const std::string& path, std::string what, const CsvOptions& options);
 
-  // A number for a sensor of this kind and name; the same one every time.
+  // The number of the sensor with this kind and name, the same in both passes.
   std::size_t sensor(const LogSensor& sensor);
   void add(std::size_t sensor, std::int64_t t_ns, const Vector3& reading);
-  // The first time through: so many samples, without their readings.
+  // In the first pass: counts samples of a sensor without reading them.
   void count(std::size_t sensor, std::size_t samples) { sensors_[sensor].samples += samples; }
-  // Whether a reading of it that is not zero was counted: one that never has one is what a device
-  // fills in for a sensor that it lacks.
+  // Whether a reading other than zero was seen. Devices write zeros for a sensor that they do not
+  // have.
   bool reads(std::size_t sensor) const { return sensors_[sensor].reads; }
-  // Something to be told; the same words once.
+  // Adds a note; the same words only once.
   void note(const std::string& text);
 
-  // Between the passes. InputError if there is nothing to choose, or --sensor names what is not
-  // there; MissingSensor if a needed kind is missing.
+  // Call between the passes: chooses the sensors that are read. Throws InputError if there are
+  // none, or if --sensor names one that is not there; MissingSensor if a needed kind is missing.
   void choose();
+  // Both passes: `scan` goes through the file and calls sensor(), count() and add().
+  template <class Scan>
+  Recording read(const Scan& scan) {
+    scan();
+    choose();
+    scan();
+    return finish();
+  }
   bool wanted(std::size_t sensor) const { return !chosen_ || sensors_[sensor].wanted; }
   bool chosen() const { return chosen_; }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The times of a log's sensors. Most logs are in order: each sensor's times increase, and nothing
-// is to be mended. Then nothing is needed beside the times themselves, which matters where there
-// are gigabytes of them; else the rules of a file's rows apply (row_times.h).
+// The times of a log's sensors. In most logs the times of each sensor increase, and are used as
+// they are, without more memory (logs may have gigabytes). For all other logs the rules for the
+// rows of a text file apply (row_times.h).
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace magimu {
 
-// One sensor's.
+// Times of one sensor.
 struct LogTimes {
   std::uint32_t bit = 0;  // RawRows'
   const std::vector<std::int64_t>* t_ns = nullptr;
@@ -26,12 +26,14 @@ struct LogTimes {
 std::optional<std::size_t> late_rows_of_orderly(const std::vector<LogTimes>& sensors,
                                                 const std::vector<std::uint8_t>& order);
 
-// For row_times(): time in s from origin_ns (and shift_s), row: of each sensor's samples.
+// Input for row_times(): times in s from origin_ns plus shift_s. `row`: the row of each sample, by
+// sensor.
 RawRows rows_of_log(const std::vector<LogTimes>& sensors, const std::vector<std::uint8_t>& order,
                     std::int64_t origin_ns, double shift_s,
                     std::vector<std::vector<std::uint32_t>>& row);
 
-// Seconds from an origin; of far-off times differences may not fit.
+// Seconds from an origin. Computed in doubles: the difference of far-off times may overflow 64
+// bits.
 inline double log_seconds(std::int64_t t_ns, std::int64_t origin_ns) {
   const double s = double(t_ns) * 1e-9 - double(origin_ns) * 1e-9;
   return s > -1e9 && s < 1e9 ? double(t_ns - origin_ns) * 1e-9 : s;

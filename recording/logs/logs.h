@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Logs that robots and flight controllers write, each from its own specification; what they share
-// is log_recording.h. InputError for a file that is none or is damaged from its beginning; of one
-// that is cut off what is before the cut is read, and a note says so. Files are gone through twice,
-// a piece in memory at a time.
+// Readers of logs that robots and flight controllers write, one for each specification;
+// log_recording.h has what they share. They throw InputError for a file that is no such log or is
+// damaged at its beginning. Of a file that was cut off they read what is there, with a note. They
+// read the file twice, one piece in memory at a time.
 #pragma once
 
 #include <string>
@@ -21,7 +21,7 @@ Recording read_mcap(const std::string& path, const CsvOptions& options);
 Recording read_ulog(const std::string& path, const CsvOptions& options);
 // ArduPilot DataFlash, binary (ardupilot.org/dev: self-describing by FMT messages).
 Recording read_dataflash(const std::string& path, const CsvOptions& options);
-// The same log as text (.log): lines "FMT, ...", "IMU, ...".
+// ArduPilot DataFlash as text (.log): lines "FMT, ...", "IMU, ...".
 Recording read_dataflash_text(const std::string& path, const CsvOptions& options);
 
 }  // namespace magimu

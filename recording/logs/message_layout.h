@@ -14,17 +14,17 @@ namespace magimu {
 
 class MessageLayout {
  public:
-  // text: the definition with those of the types it uses behind it ("MSG: std_msgs/Header" between
-  // lines of '='), as bags hold it. Empty: that of a common type. Nothing if it cannot be
-  // understood.
+  // `text`: the definition, followed by those of the types it uses ("MSG: std_msgs/Header" after a
+  // line of '='), as bags hold it. Empty: the built-in definition of `type`. Returns nothing if the
+  // text cannot be understood.
   static std::optional<MessageLayout> parse(const std::string& type, std::string_view text);
 
-  // Numbers of the message that always are where they are, by name: "linear_acceleration.x",
-  // "values[0]". Of arrays of numbers the first four.
+  // Names of the numbers in a message: "linear_acceleration.x", "values[0]". Of an array of numbers
+  // the first four.
   const std::vector<std::string>& names() const { return names_; }
 
-  // The numbers of a message, one a name, NaN for one that is not there. False if the bytes are
-  // fewer than the definition says. ros2: CDR with its four bytes in front.
+  // Reads the numbers of a message in the order of names(); NaN for one that is not there. False if
+  // the message is shorter than its definition. `ros2`: CDR, with its four bytes of header.
   bool read(std::string_view message, bool ros2, std::vector<double>& values) const;
 
  private:

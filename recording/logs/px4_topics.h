@@ -10,11 +10,12 @@ namespace magimu {
 
 struct Px4Reading {
   std::string_view topic, kind, field;  // field empty: x, y and z
-  int rank = 0;                         // which is read if several are there
+  int rank = 0;                         // the topic with the highest rank is read
   double unit = 1.0;
-  std::string_view said;                // whether and by what it is corrected
-  bool fifo = false;                    // integers times a scale, several in a message
-  std::string_view per_time = {};       // an increment: the field of its time, us
+  std::string_view said;  // for notes: what PX4 has done to the readings
+  bool fifo = false;      // integers times a scale, several in a message
+  std::string_view per_time =
+      {};  // field with the time, us, over which an increment was integrated
   std::string_view relative_time = {};  // field: us after the message's time
 };
 

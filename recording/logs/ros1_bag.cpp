@@ -62,10 +62,7 @@ class BagReader {
         chunks_(path, [this](std::string_view bytes, bool whole) { chunk(bytes, whole); }) {}
 
   Recording read() {
-    scan();
-    log_.choose();
-    scan();
-    return log_.finish();
+    return log_.read([this] { scan(); });
   }
 
  private:

@@ -17,17 +17,18 @@ namespace magimu {
 
 class RosTopic {
  public:
-  // definition: in the file; may be empty. A topic without sensors is one that wanted() is false
-  // of.
+  // `definition`: of the message type, as the file has it; may be empty. For a topic without
+  // sensors wanted() is false.
   RosTopic(LogRecording& log, const std::string& name, const std::string& type,
            std::string_view definition, bool ros2);
 
   // Whether its messages are to be read.
   bool wanted(const LogRecording& log) const;
-  // received_ns: when it was recorded; counts where the message has no time of its own.
+  // `received_ns`: when the message was recorded; used if it has no time stamp.
   void message(LogRecording& log, std::string_view bytes, std::int64_t received_ns);
 
-  // In the first pass: are messages looked into, or only counted? See LogRecording::reads().
+  // Whether the first pass must look into messages, and not only count them
+  // (LogRecording::reads()).
   bool looks_into(const LogRecording& log) const;
   void count(LogRecording& log, std::size_t messages) const;
 

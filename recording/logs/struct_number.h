@@ -8,9 +8,9 @@
 
 namespace magimu {
 
-// Bytes of one; 0: there is no such letter.
+// Bytes of a number with this letter; 0 for an unknown letter.
 std::size_t struct_size(char letter);
-// The number from byte `at` on; not a number: there is no such letter.
+// The number that begins at byte `at`; NaN for an unknown letter.
 double struct_number(std::string_view data, char letter, std::size_t at);
 
 }  // namespace magimu

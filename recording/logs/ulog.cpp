@@ -65,10 +65,7 @@ class UlogReader {
       : file_(path), log_(path, "a PX4 log (ULog)", options) {}
 
   Recording read() {
-    scan();
-    log_.choose();
-    scan();
-    return log_.finish();
+    return log_.read([this] { scan(); });
   }
 
  private:

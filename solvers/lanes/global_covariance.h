@@ -12,8 +12,8 @@
 
 namespace magimu {
 
-// In the order of the keys, in their tangent coordinates. Nothing where the graph is no chain with
-// globals, or a key is none of these, or the problem is too close to singular for it.
+// The joint covariance in the order of `keys`, in their tangent coordinates. Nothing if the graph
+// is no chain with globals, if a key is no global, or if the problem is too close to singular.
 std::optional<MatrixXd> global_covariance(const FactorGraph& graph, const Values& values,
                                           const std::vector<Key>& keys);
 

@@ -33,14 +33,14 @@ struct EliminatedNode {
   VectorXd solve(const VectorXd& last_x, const VectorXd& first_x, const VectorXd& globals_x) const;
 };
 
-// The two stretches as one, without their shared node (left's last, right's first). globals: how
-// many there are by now. shared, unless null, receives the node's rows.
+// Merges two stretches and eliminates their shared node (left's last, right's first). `globals`:
+// their number by now. `shared`, unless null, receives the eliminated node's rows.
 CondensedTriangle merge(const CondensedTriangle& left, const CondensedTriangle& right, int globals,
                         EliminatedNode* shared);
 
 // What the chain says about the globals alone: without its last node. The chain has no first.
 CondensedTriangle without_last(const CondensedTriangle& chain);
-// Two statements about globals alone.
+// The sum of two triangles on globals alone.
 CondensedTriangle sum(const CondensedTriangle& a, const CondensedTriangle& b, int globals);
 
 // x with R x + d = 0 as nearly as possible; where R is singular (to `tolerance`, columns of unit

@@ -58,34 +58,36 @@ struct WindowParts {
 };
 
 struct IncrementalQrOptions {
-  // Which variables all windows share; all others are nodes of chains, named by their index. It
-  // has to be given.
+  // Required. Whether all windows share a variable; all other variables are nodes of chains,
+  // numbered by their index.
   std::function<bool(Key)> is_global;
-  int eager_windows = 60;      // of a shorter stream, all that have drifted are linearized again
-  int relinearized = 2;        // of a longer one, this number an update: those that drifted most
-  int looked_at = 6;           // windows whose drift is determined anew in an update
-  double tolerance = 0.01;     // sigmas of one residual, root mean square
+  int eager_windows =
+      60;  // windows: in a shorter stream every update relinearizes all that have drifted
+  int relinearized = 2;     // windows per update in a longer stream: those that have drifted most
+  int looked_at = 6;        // windows per update whose drift is computed again
+  double tolerance = 0.01;  // sigmas of one residual, root mean square
   double max_rotation = 1e-4;  // rad
-  // The factors of an old window again, by its number; without it all windows stay awake.
+  // Makes the factors of an old window again, by its number. Without it all windows stay awake.
   std::function<WindowParts(int window)> make_again = nullptr;
-  // Windows that stay awake, the newest. By then old ones hardly drift any more: a new window moves
+  // Number of newest windows that stay awake. Older ones hardly drift any more: a new window moves
   // the residuals of one of N before it by sqrt(globals / (N rows)) sigmas or so, rms; with 19
   // globals and 700 rows that is a tolerance of 0.01 at N = 271.
   int awake = 256;
 };
 
-// What an update has done.
+// The work that an update has done.
 struct UpdateResult {
   int window = -1;                // the new one's number
-  int variables = 0;              // linearized, in new windows and old
+  int variables = 0;              // variables relinearized, in new and old windows
   std::vector<int> relinearized;  // old windows
   int merges = 0;                 // of triangles
   int steps = 0;                  // solutions of the root
   double step_sigma = 0.0;        // how far the globals moved, in standard deviations
-  double largest_drift = 0.0;     // of those that were not linearized again; 1 is tolerable
+  double largest_drift = 0.0;     // drift of windows not relinearized, over the tolerance
 };
 
-// Of part of a window, against all else: chi-square with dof degrees of freedom if it fits.
+// The innovation of some factors of a window against all others: chi-square with `dof` degrees of
+// freedom if they fit.
 struct Innovation {
   double squares = 0.0;
   int dof = 0;
@@ -105,21 +107,21 @@ class IncrementalQr {
   // update, and the estimate may wait for it.
   UpdateResult update(FactorGraph factors, const Values& new_values, FactorGraph removable = {},
                       bool hold_back = false);
-  // The same, but the estimate waits for the next update() or idle(): for a start with many windows
-  // at once, of which the first alone would leave too much undetermined.
+  // As update(), but the estimate is not computed before the next update() or idle(). For a start
+  // with many windows, of which the first ones alone would leave too much undetermined.
   void append(FactorGraph factors, const Values& new_values, FactorGraph removable = {},
               bool hold_back = false);
   // The window that was held back is taken in or stays as it is, and old windows have their turn.
   UpdateResult conclude(int window, bool take_in);
-  // Nothing new, and time for all old windows: every one that has drifted, if by a tenth of what is
-  // tolerated, is linearized again.
+  // Relinearizes every old window that has drifted by more than a tenth of the tolerance; for times
+  // without new data.
   UpdateResult idle();
 
-  // Takes the window's removable factors out, or puts them back; what was solved changes at once.
+  // Takes the window's removable factors out, or puts them back. The estimate changes at once.
   void remove(int window);
   void restore(int window);
-  // The window's factors are others from now on: those that make_again() makes now, of the same
-  // variables, linearized where the estimate is. It takes effect with the next update or idle().
+  // Replaces the window's factors by those that make_again() makes now, of the same variables,
+  // linearized at the estimate. Takes effect with the next update() or idle().
   void replace_factors(int window);
   bool removed(int window) const { return windows_[std::size_t(window)].removed; }
   // The removable factors of a window against all other factors.
@@ -128,7 +130,7 @@ class IncrementalQr {
   // The newest window with its removable factors, while it is held back and continues a chain,
   // beside all before it.
   std::optional<Stretch> held() const;
-  // Of one global in what held() gives.
+  // The columns of one global in the Stretch that held() returns.
   GlobalColumns columns_of(Key global) const;
 
   int windows() const { return int(windows_.size()); }
@@ -138,7 +140,7 @@ class IncrementalQr {
   Values estimate() const;
   // Of the globals, and of the nodes of the windows begin <= w < end with the first one's first.
   Values estimate(int begin, int end) const;
-  // All factors that count, as one graph: its optimum is where idle() leads.
+  // All factors in use, as one graph. Repeated idle() converges to its optimum.
   FactorGraph graph() const;
   // The least cost, half the sum of squares, of the linearized graph.
   double cost() const { return 0.5 * root_.squares; }
@@ -148,7 +150,7 @@ class IncrementalQr {
   // and std::invalid_argument for other variables, which Marginals(graph(), estimate()) has.
   MatrixXd covariance(const std::vector<Key>& keys) const;
   MatrixXd covariance(Key key) const { return covariance(std::vector<Key>{key}); }
-  // The information of the same, all others eliminated.
+  // The information of these variables, all others eliminated.
   MatrixXd information(const std::vector<Key>& keys) const;
   // Directions of the globals that the data leave undetermined; components in their order.
   std::vector<NullDirection> null_space() const;
@@ -162,8 +164,8 @@ class IncrementalQr {
   // back has been concluded. False, and of no use what was written: a variable is of a type that
   // cannot be kept.
   bool save(ByteWriter& out) const;
-  // Into an estimator without windows. Throws std::runtime_error where it cannot be right; the
-  // estimator is then of no use.
+  // Reads what save() wrote into an estimator without windows. Throws std::runtime_error if it is
+  // damaged; the estimator must then be discarded.
   void load(ByteReader& in);
 
  private:

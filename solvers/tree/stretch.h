@@ -11,7 +11,7 @@ namespace magimu {
 class ByteReader;
 class ByteWriter;
 
-// A few rows of the globals.
+// A few columns among the globals.
 struct GlobalColumns {
   int offset = 0, width = 0;
 };
@@ -28,8 +28,9 @@ struct Stretch {
 // The second follows the first.
 Stretch joined(const Stretch& first, const Stretch& second);
 
-// Some globals may have been others in the stretch than before it: gradient of the cost and
-// information of that difference at zero, in the order of the columns, all else at its best.
+// If some globals had other values in the stretch than before it: gradient of the cost by that
+// difference at zero, and its information, in the order of `columns`, with all other variables
+// optimal.
 BlockScore difference(const Stretch& stretch, const std::vector<GlobalColumns>& columns);
 
 }  // namespace magimu

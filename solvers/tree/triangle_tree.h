@@ -30,11 +30,11 @@ class TriangleTree {
   double moved_squares(int leaf, const VectorXd& delta) const;
   // Merges what has changed; globals: how many there are by now. Returns the number of merges.
   int refresh(int globals);
-  // All stretches that end before leaf `end` sleep from now on. All is to be refreshed.
+  // Puts all stretches that end before leaf `end` to sleep. Call after refresh().
   void sleep(int end);
 
   const CondensedTriangle& root() const { return triangle(int(levels_.size()), 0); }
-  // The root if another triangle stood in the place of one leaf. Nothing changes.
+  // The root with another triangle in the place of one leaf. The tree does not change.
   CondensedTriangle root_with(int leaf, const CondensedTriangle& instead, int globals) const;
 
   // The solution at the root: coordinates of the chain's last node and of the globals.

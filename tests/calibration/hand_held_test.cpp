@@ -4,8 +4,12 @@
 // bench/answers/verdicts.cpp have the same in full.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <map>
+#include <memory>
+#include <stdexcept>
 
+#include "calibration/fit/parameter_prior.h"
 #include "sim/draws/random.h"
 #include "tests/calibration/cases.h"
 #include "tests/oracle/sensors.h"
@@ -197,6 +201,80 @@ TEST(HandHeld, a_lag_and_scale_errors_of_the_gyroscope_are_found_and_measured) {
     EXPECT_LT(p.sigma, 2e-3);
   }
   EXPECT_LT(distance(c, s.truth.device), 60.0);
+}
+
+bool has_effect(const Calibration& c, const std::string& name) {
+  return std::ranges::any_of(c.effects, [&](const ActiveEffect& e) { return e.name == name; });
+}
+
+// As data sheets of consumer parts give them: 2 % of scale, 0.6 deg, 0.05 deg/s per m/s^2.
+TEST(HandHeld, errors_of_ordinary_parts_are_estimated_instead_of_bending_the_motion) {
+  oracle::Options options = realistic(oracle::MotionKind::kHandHeld, 71);
+  const std::vector<double> L = {0.011, 0.010, -0.012, 0.004, -0.006, -0.021};
+  const std::vector<double> G = {8e-4, -3e-4, 2e-4, 5e-4, -9e-4, 1e-4, -2e-4, 4e-4, 7e-4};
+  options.effects = {oracle::make_effect("acc_scale_misalignment", L),
+                     oracle::make_effect("gyro_g_sensitivity", G)};
+  const oracle::Simulation s = simulate(options);
+  const Calibration c = calibrate(s.recording);
+  EXPECT_EQ(c.trust.verdict, Verdict::kYes) << testing::PrintToString(c.trust.reasons);
+  for (const auto& [name, truth] : {std::pair(std::string("acc_scale_misalignment"), L),
+                                    {std::string("gyro_g_sensitivity"), G}}) {
+    SCOPED_TRACE(name);
+    ASSERT_TRUE(has_effect(c, name));
+    for (const ActiveEffect& effect : c.effects) {
+      if (effect.name != name) continue;
+      ASSERT_EQ(effect.parameters.size(), truth.size());
+      for (std::size_t i = 0; i < truth.size(); ++i) {
+        const ActiveEffect::Parameter& p = effect.parameters[i];
+        EXPECT_NEAR(p.value, truth[i], 4.5 * p.sigma) << p.name;
+      }
+    }
+  }
+  EXPECT_LT(distance(c, s.truth.device), 60.0);
+  CalibrationOptions without;
+  without.gyr_matrix = false;
+  EXPECT_NE(calibrate(s.recording, without).trust.verdict, Verdict::kYes);
+}
+
+TEST(HandHeld, errors_that_a_part_does_not_have_are_not_estimated) {
+  for (std::uint64_t seed = 72; seed <= 74; ++seed) {
+    const oracle::Simulation s = simulate(realistic(oracle::MotionKind::kHandHeld, seed));
+    const Calibration c = calibrate(s.recording);
+    EXPECT_FALSE(has_effect(c, "acc_scale_misalignment")) << seed;
+    EXPECT_FALSE(has_effect(c, "gyro_g_sensitivity")) << seed;
+  }
+}
+
+// Turned about one axis, a recording says little; with an older calibration of the device it is
+// said what is known of both.
+TEST(HandHeld, an_older_calibration_tells_what_a_turn_about_one_axis_does_not) {
+  const oracle::Options rich = realistic(oracle::MotionKind::kHandHeld, 75);
+  const oracle::Simulation before = simulate(rich);
+  oracle::Options poor = rich;
+  poor.motion.kind = oracle::MotionKind::kOneAxis;
+  const oracle::Simulation now = simulate(poor);
+  CalibrationOptions options;
+  EXPECT_EQ(calibrate(now.recording, options).trust.verdict, Verdict::kNo);
+  auto given = std::make_shared<GivenPrior>();
+  given->calibration = calibrate(before.recording);
+  given->name = "older.json";
+  given->age_days = 1.0;
+  options.prior = PriorKind::kGiven;
+  options.given_prior = given;
+  const Calibration c = calibrate(now.recording, options);
+  EXPECT_EQ(c.trust.verdict, Verdict::kLimited) << testing::PrintToString(c.trust.reasons);
+  EXPECT_THAT(c.trust.reasons, testing::Contains(testing::HasSubstr("older.json")));
+  EXPECT_LT(distance(c, now.truth.device), 60.0);
+}
+
+TEST(CalibrationOptions, what_no_data_could_make_up_for_is_refused) {
+  const oracle::Simulation s = simulate(realistic(oracle::MotionKind::kRotation, 76));
+  CalibrationOptions options;
+  options.prior = PriorKind::kGiven;
+  EXPECT_THROW(calibrate(s.recording, options), std::invalid_argument);
+  options = {};
+  options.gravity = 0.0;
+  EXPECT_THROW(calibrate(s.recording, options), std::invalid_argument);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "study/method_runs.h"
 #include "study/method_table.h"
 #include "study/published.h"
+#include "study/rotation_model.h"
 
 namespace magimu {
 namespace {
@@ -97,13 +98,7 @@ TEST(Study, the_map_is_that_of_calibrate) {
   SimulationOptions simulated = setting.simulated;
   simulated.seed = 1;
   const Simulation s = simulate(simulated);
-  CalibrationOptions options;
-  options.noise = s.truth.noise;
-  options.gravity = s.truth.gravity;
-  options.motion = MotionModel::kRotation;
-  options.mag_time_offset = false;
-  options.gyr_matrix = false;
-  options.node_every = 1;
+  CalibrationOptions options = rotation_model(s.truth.noise, s.truth.gravity, 1);
   options.prior = PriorKind::kNone;
   const Calibration whole = calibrate(s.recording, options);
   EXPECT_LT(distance(run.calibration, whole).joint, 1e-9);

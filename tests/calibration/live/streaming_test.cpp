@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "bench/streamed.h"
+#include "calibration/live/stream_estimate.h"
 #include "recording/data/error.h"
 #include "solvers/marginals.h"
 #include "solvers/tree/incremental_qr.h"
@@ -82,6 +83,29 @@ TEST(Streaming, ends_where_batch_calibration_of_the_same_factors_ends) {
     EXPECT_EQ(c.trust.verdict, Verdict::kYes) << testing::PrintToString(c.trust.reasons);
     test::expect_consistent(c, s.truth.parameters);
   }
+}
+
+// The estimate on the way knows nothing of what parts have as a rule: a person must not be told to
+// stop at what calibrate() of the same samples does not bear out.
+TEST(Streaming, is_good_enough_when_the_calibration_of_the_samples_so_far_says_so) {
+  SimulationOptions simulated;
+  simulated.motion = SimulatedMotion::kHandHeld;
+  simulated.rate_hz = 50.0;
+  simulated.seed = 9503;
+  const Simulation s = simulate(simulated);
+  StreamingOptions options;
+  options.gravity = s.truth.gravity;
+  StreamingCalibration stream(1, options);
+  bool converged = false;
+  for (const StreamSample& sample : samples_of(s.recording)) {
+    const auto update = stream.add(sample);
+    converged = update && update->phase == StreamPhase::kConverged;
+    if (converged) break;
+  }
+  ASSERT_TRUE(converged);
+  const Calibration c = stream.finish();
+  EXPECT_LE(heading_sigma_deg(c), 0.5);
+  EXPECT_NE(c.trust.verdict, Verdict::kNo) << testing::PrintToString(c.trust.reasons);
 }
 
 TEST(Streaming, a_real_recording_ends_at_the_batch_solution_too) {

@@ -7,6 +7,7 @@
 #include "recording/data/error.h"
 #include "sim/simulate.h"
 #include "study/error_statistics.h"
+#include "study/rotation_model.h"
 
 namespace magimu {
 namespace {
@@ -21,13 +22,7 @@ Simulation rival_simulation(std::uint64_t seed, int mag_ratio = 1) {
 }
 
 CalibrationOptions rival_given(const Simulation& s) {
-  CalibrationOptions options;
-  options.noise = s.truth.noise;
-  options.gravity = s.truth.gravity;
-  options.motion = MotionModel::kRotation;
-  options.mag_time_offset = false;
-  options.gyr_matrix = false;
-  return options;
+  return rotation_model(s.truth.noise, s.truth.gravity);
 }
 
 // The largest departure of a parameter, in the MAP's standard deviations.

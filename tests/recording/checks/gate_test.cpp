@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the gate sets aside of recordings that were spoilt in one way each, and that it leaves
-// measurements alone, however odd. tests/sim/gate_test.cpp does the same with simulations.
+// What the gate sets aside of recordings that were spoilt in one way each (gate_oddities_test.cpp:
+// what it leaves). tests/sim/gate_test.cpp does the same with simulations.
 #include "recording/checks/gate.h"
 
 #include <fmt/format.h>
@@ -18,6 +18,7 @@
 #include "recording/data/set_aside.h"
 #include "recording/live/live_gate.h"
 #include "recording/read.h"
+#include "tests/recording/checks/turning_device.h"
 
 namespace magimu {
 namespace {
@@ -27,32 +28,9 @@ using testing::HasSubstr;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// A device that turns about slowly changing axes for 60 s at 100 Hz and rests for 5 s before.
-Recording turning(unsigned seed = 1) {
-  constexpr double kRate = 100.0, kRest = 5.0;
-  std::mt19937 bits(seed);
-  std::normal_distribution<double> noise;
-  const auto random = [&] { return Vector3(noise(bits), noise(bits), noise(bits)); };
-  Recording r;
-  r.name = "turning.csv";
-  r.mag.resize(1);
-  r.mag_names = {"mag"};
-  Rot3 nRb;
-  for (int k = 0; k < 6500; ++k) {
-    const double t = k / kRate, s = std::max(0.0, t - kRest), on = std::min(1.0, s);
-    const Vector3 omega =
-        on * Vector3(1.5 * std::sin(0.7 * s), 1.2 * std::cos(0.5 * s), std::sin(0.3 * s + 1.0));
-    r.acc.push_back(t, nRb.unrotate(Vector3(0, 0, 9.81)) + 0.03 * random());
-    r.gyr.push_back(t, omega + 0.005 * random());
-    r.mag[0].push_back(t, nRb.unrotate(Vector3(0, 18, -45)) + Vector3(5, -3, 2) + 0.3 * random());
-    nRb = (nRb * Rot3::Exp(omega / kRate)).normalized();
-  }
-  return r;
-}
-
-VectorSeries& series_of(Recording& r, const std::string& sensor) {
-  return sensor == "acc" ? r.acc : sensor == "gyr" ? r.gyr : r.mag[0];
-}
+using test::round_to;
+using test::series_of;
+using test::turning;
 
 struct Fault {
   std::string name, sensor, kind;
@@ -413,128 +391,6 @@ TEST(GateForFiles, may_keep_clipped_readings_of_magnetometers_for_a_diagnosis) {
   ASSERT_TRUE(gated(r));
   EXPECT_EQ(gated(r)->set_aside.front().kind, "clipped");
   EXPECT_FALSE(gated(r, {.keep_clipped_mag = true}));
-}
-
-// What is odd, but measured.
-struct Oddity {
-  std::string name;
-  std::function<void(Recording&)> change;
-};
-void PrintTo(const Oddity& oddity, std::ostream* out) { *out << oddity.name; }
-
-void round_to(VectorSeries& s, double step) {
-  for (Vector3& v : s.v) v = (v / step).array().round() * step;
-}
-
-// To one side at rest for one sample, and back; gravity and the field may go along.
-void twitch(Recording& r, std::size_t there, std::size_t back, bool really) {
-  const Vector3 rate(1.8, -1.2, 0.75);
-  r.gyr.v[there] += rate;
-  r.gyr.v[back] -= rate;
-  const Rot3 turned = Rot3::Exp(0.01 * rate);
-  for (std::size_t k = there + 1; k <= back && really; ++k) {
-    r.acc.v[k] = turned.unrotate(r.acc.v[k]);
-    r.mag[0].v[k] = turned.unrotate(r.mag[0].v[k]);
-  }
-}
-
-const std::vector<Oddity> kOddities{
-    {"a_magnetometer_polled_seven_times_as_often_as_it_measures",
-     [](Recording& r) {
-       for (std::size_t k = 0; k < r.mag[0].size(); ++k) r.mag[0].v[k] = r.mag[0].v[k / 7 * 7];
-     }},
-    {"coarse_steps",
-     [](Recording& r) {
-       round_to(r.acc, 0.15);
-       round_to(r.gyr, 0.02);
-       round_to(r.mag[0], 1.0);
-     }},
-    {"counts",
-     [](Recording& r) {
-       for (Vector3& v : r.acc.v) v *= 2048.0 / 9.81;
-       for (Vector3& v : r.gyr.v) v *= 939.7;
-       for (Vector3& v : r.mag[0].v) v *= 6.67;
-       for (auto* s : {&r.acc, &r.gyr, &r.mag[0]}) round_to(*s, 1.0);
-     }},
-    {"a_twitch_of_one_sample_and_back", [](Recording& r) { twitch(r, 430, 460, true); }},
-    {"a_current_that_is_switched",
-     [](Recording& r) {
-       for (std::size_t k = 0; k < r.mag[0].size(); ++k) {
-         if (k / 250 % 2 == 1) r.mag[0].v[k] += Vector3(15.0, -8.0, 3.0);
-       }
-     }},
-    {"a_magnet_that_passes",
-     [](Recording& r) {
-       for (std::size_t k = 0; k < r.mag[0].size(); ++k) {
-         const double s = (double(k) - 3000.0) / 12.0;
-         r.mag[0].v[k] += 300.0 * std::exp(-0.5 * s * s) * Vector3(0.8, 0.1, -0.5);
-       }
-     }},
-    {"blows_that_ring_and_clip",
-     [](Recording& r) {
-       for (std::size_t k0 = 700; k0 < 6400; k0 += 331) {
-         const double way = 0.1 * double(k0 % 10) - 0.4;
-         const Vector3 along = Vector3(0.8, way, 0.5).normalized();
-         for (std::size_t k = k0; k < k0 + 20; ++k) {
-           const double s = double(k - k0);
-           const double ring = 170.0 * std::exp(-s / 1.2) * std::cos(2.1 * s);
-           r.acc.v[k] = (r.acc.v[k] + ring * along).cwiseMin(156.9).cwiseMax(-156.9);
-           r.gyr.v[k] += 0.02 * ring * Vector3(along[1], along[2], along[0]);
-         }
-       }
-     }},
-    {"outliers_thirty_times_as_large_as_noise",
-     [](Recording& r) {
-       std::mt19937 bits(7);
-       std::normal_distribution<double> noise;
-       const double sigma[] = {0.03, 0.005, 0.3};
-       int i = 0;
-       for (auto* s : {&r.acc, &r.gyr, &r.mag[0]}) {
-         for (Vector3& v : s->v) {
-           if (bits() % 50 != 0) continue;
-           v += 30.0 * sigma[i] * Vector3(noise(bits), noise(bits), noise(bits));
-         }
-         ++i;
-       }
-     }},
-    {"a_magnetometer_interpolated_from_a_slow_clock",
-     [](Recording& r) {
-       const VectorSeries own = r.mag[0];
-       for (std::size_t k = 0; k + 10 < own.size(); ++k) {
-         const double share = double(k % 10) / 10.0;
-         r.mag[0].v[k] = (1.0 - share) * own.v[k / 10 * 10] + share * own.v[k / 10 * 10 + 10];
-       }
-     }},
-    {"a_rest_without_noise",
-     [](Recording& r) {
-       for (auto* s : {&r.acc, &r.gyr, &r.mag[0]}) {
-         for (std::size_t k = 0; k < 500; ++k) s->v[k] = s->v[0];
-       }
-     }},
-};
-
-class Oddities : public testing::TestWithParam<Oddity> {};
-
-TEST_P(Oddities, are_measurements) {
-  Recording r = turning(3);
-  GetParam().change(r);
-  const std::optional<Recording> kept = gated(r);
-  if (!kept) return;
-  for (const SetAside& s : kept->set_aside) ADD_FAILURE() << sentence(s);
-}
-
-INSTANTIATE_TEST_SUITE_P(Of, Oddities, testing::ValuesIn(kOddities),
-                         [](const auto& oddity) { return oddity.param.name; });
-
-TEST(Gate, a_turn_that_gravity_does_not_show_is_none) {
-  Recording r = turning(3);
-  twitch(r, 430, 460, false);
-  const std::optional<Recording> kept = gated(r);
-  ASSERT_TRUE(kept);
-  ASSERT_EQ(kept->set_aside.size(), 1u);
-  EXPECT_EQ(kept->set_aside[0].sensor, "gyr");
-  EXPECT_EQ(kept->set_aside[0].kind, "spike");
-  EXPECT_EQ(kept->set_aside[0].count, 2u);
 }
 
 // Any counts within the range that the sensor was seen to use, as a transfer that failed gives

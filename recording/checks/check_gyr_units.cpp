@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A gyroscope's unit: the directions of gravity and of the field turn as fast as the device.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <optional>
+#include <utility>
+
+#include "recording/checks/turn_regression.h"
+#include "recording/checks/turns_in_time.h"
+#include "recording/checks/unit_issues.h"
+#include "recording/data/units.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kDeg = M_PI / 180.0;
+// Gain from which the range is wrong. Ranges differ by a factor of 2 at least, and this is halfway
+// (as a factor). On real recordings the regression is off by up to 15 %.
+constexpr double kWrongScale = M_SQRT2;
+constexpr double kExplained =
+    0.5;  // of the turns that the gyroscope explains: with less, its scale is not judged
+// A gyroscope's gain is within this share of a named unit. The gain is measured by how directions
+// turn, to a tenth in a hand that swings; units are 17 times apart and more.
+constexpr double kNearRate = 0.1;
+// Relative error of the gain, and the odds that whole numbers are counts of a converter (and that
+// other numbers are in a unit).
+constexpr double kRateSigma = 0.02, kOdds = 10.0;
+// Counts per deg/s in data sheets (10: the file holds tenths of a degree).
+constexpr double kGyrCounts[] = {10, 131, 65.5, 32.8, 16.4, 114.286, 57.143, 28.571, 14.286};
+constexpr double kSameCounts = 0.03;
+// What ranges of a gyroscope differ by.
+constexpr double kRangeFactors[] = {2.0, 4.0, 8.0, 0.5, 0.25, 0.125};
+
+// The series without clipped samples: those at an extreme that many samples share. A clipped rate
+// does not tell the size of the rate.
+VectorSeries without_clipped(const VectorSeries& s) {
+  constexpr std::size_t kShared = 10;  // samples: noise does not make so many equal extremes
+  Vector3 low = s.v.front(), high = low;
+  for (const Vector3& v : s.v) {
+    low = low.cwiseMin(v);
+    high = high.cwiseMax(v);
+  }
+  std::array<std::size_t, 3> at_low{}, at_high{};
+  for (const Vector3& v : s.v) {
+    for (int i = 0; i < 3; ++i) {
+      at_low[std::size_t(i)] += v[i] == low[i] ? 1 : 0;
+      at_high[std::size_t(i)] += v[i] == high[i] ? 1 : 0;
+    }
+  }
+  VectorSeries out;
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    bool clipped = false;
+    for (int i = 0; i < 3; ++i) {
+      clipped = clipped || (at_low[std::size_t(i)] > kShared && s.v[k][i] == low[i]) ||
+                (at_high[std::size_t(i)] > kShared && s.v[k][i] == high[i]);
+    }
+    if (!clipped) out.push_back(s.t[k], s.v[k]);
+  }
+  return out;
+}
+
+// The gyroscope's reading over the true rate, as the directions of the other sensors show it, and
+// its standard error.
+struct GyroscopeGain {
+  double gain, sigma;
+};
+
+// Empty if the gain is in order, or not known.
+std::optional<GyroscopeGain> gyroscope_gain(const Recording& r) {
+  std::vector<GyroscopeGain> seen;
+  const VectorSeries gyr = without_clipped(r.gyr);
+  const auto look = [&](const VectorSeries& directions, bool offset_unknown) {
+    if (directions.size() < kFewestToJudge) return;
+    const auto found = regress_turns(gyr, directions, offset_unknown);
+    if (!found || found->explained < kExplained || found->scale <= 0.0) return;
+    const double relative = found->sigma / found->scale;
+    seen.push_back({1.0 / found->scale, relative / found->scale});
+  };
+  look(r.acc, false);
+  if (!r.mag.empty()) look(r.mag.front(), true);
+  if (seen.empty()) return std::nullopt;
+  // If accelerometer and magnetometer disagree, one of them has a fault; then nothing is said of
+  // the gyroscope.
+  for (const GyroscopeGain& s : seen) {
+    const double size = std::abs(std::log(s.gain));
+    if (size < std::log(kWrongScale) || size < kScaleSigmas * s.sigma / s.gain) return std::nullopt;
+    if (std::abs(std::log(s.gain / seen.front().gain)) > std::log(kWrongScale)) return std::nullopt;
+  }
+  return *std::ranges::min_element(seen, {},
+                                   [](const GyroscopeGain& s) { return s.sigma / s.gain; });
+}
+
+}  // namespace
+
+std::vector<Issue> check_gyr_unit(const Recording& r) {
+  const std::optional<GyroscopeGain> seen = gyroscope_gain(r);
+  if (!seen) return {};
+  const double gain = seen->gain;
+  const double given = file_unit(r, "gyr"), unit = given / gain;  // that makes it the true rate
+  const std::string turns = fmt::format(
+      "the gyroscope reads {:.4g} +- {:.2g} times the rate at which the other sensors' directions "
+      "turn",
+      gain, seen->sigma);
+  const std::string name = unit_text("gyr", unit, kNearRate);
+  const double of_converter = nearest(kGyrCounts, kDeg / unit);
+  const auto off = [&](double a, double b) { return std::pow(std::log(a / b), 2); };
+  // mrad/s and 16.4 counts per deg/s differ by 6 % only. The nearer one is taken, with odds for
+  // whole numbers to be counts.
+  const double odds = 2.0 * kRateSigma * kRateSigma * std::log(kOdds);
+  const bool named = std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
+                     off(unit, *unit_in_ours("gyr", name)) <
+                         off(kDeg / unit, of_converter) + (is_whole(r.gyr, given) ? -odds : odds);
+  const bool other_unit = named && std::abs(unit / given - 1.0) > kNear;
+  const bool other_range = std::ranges::any_of(
+      kRangeFactors, [gain](double range) { return std::abs(gain / range - 1.0) <= kNear; });
+  const bool counts_known = std::abs(kDeg / unit / of_converter - 1.0) < kSameCounts;
+  if (auto time = time_unit_of_turns(
+          r, gain, other_unit || other_range || counts_known || is_whole(r.gyr, given))) {
+    return {*std::move(time)};
+  }
+  if (other_unit) {
+    return {
+        unit_issue(r, "gyr", "gyr", fmt::format("{}: it seems to be in {}", turns, name), name)};
+  }
+  for (const double range : kRangeFactors) {
+    if (std::abs(gain / range - 1.0) > kNear) continue;
+    return {
+        unit_issue(r, "gyr", "gyr",
+                   fmt::format("{}: its range was set to {} of what the driver takes it for", turns,
+                               range > 1.0 ? fmt::format("1/{:.0f}", range)
+                                           : fmt::format("{:.0f} times", 1.0 / range)),
+                   unit_text("gyr", given / range))};
+  }
+  const double counts =
+      snapped(kGyrCounts, kDeg / unit, kSameCounts);  // readings of the file a deg/s
+  return {unit_issue(
+      r, "gyr", "gyr",
+      fmt::format("{}; perhaps these are counts of the converter, {:.4g} a deg/s", turns, counts),
+      fmt::format("{:.6g} (one count in rad/s)", kDeg / counts))};
+}
+
+}  // namespace magimu

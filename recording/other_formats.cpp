@@ -35,6 +35,10 @@ constexpr OtherFormat kOtherFormats[] = {
      "make a CSV file of it (python3: nptdms.TdmsFile.read(FILE).as_dataframe().to_csv(NEW))"},
     {"\xFA\xFF"sv, "this is a log in Xsens' own format (mtb)",
      "export it as text with Xsens MT Manager"},
+    {"LabVIEW Measurement"sv, "this is a measurement file of LabVIEW (lvm)",
+     "keep the table of numbers alone, with a line of names above it, as CSV"},
+    {"MD\xFC\x03"sv, "this is a log of an Axivity device (cwa)",
+     "export it as CSV with OmGui, with accelerometer, gyroscope and magnetometer"},
     {"#ROSBAG V1"sv, "this is a ROS bag of an old version (1.x)",
      "rosbag migrate makes one of 2.0"},
     {"\xFF\xFE"sv, "this text is in UTF-16",
@@ -69,6 +73,11 @@ void refuse_other_formats(std::string_view head, const std::string& path) {
     throw InputError(path, 0, 0, "this is a result of magimu (a calibration or the like)",
                      "give the recording that it was made of; a calibration goes with a recording "
                      "to apply, diagnose --against and navigate, and alone to export");
+  }
+  constexpr std::size_t kMagicOfTar = 257;
+  if (head.size() > kMagicOfTar && head.substr(kMagicOfTar).starts_with("ustar")) {
+    throw InputError(path, 0, 0, "this is a tar archive",
+                     "unpack it (tar xf FILE) and give the file in it, or the folder");
   }
   if (is_tlog(head)) {
     throw InputError(path, 0, 0, "this is a telemetry log of MAVLink (tlog)",

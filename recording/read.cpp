@@ -85,8 +85,9 @@ Recording read_zip(const std::string& path, const std::string& shown, const CsvO
   std::vector<TemporaryFile> unpacked_files;
   std::vector<NamedFile> files;
   const std::vector<ZipEntry> entries = zip_entries(path);
-  if (std::ranges::any_of(entries,
-                          [](const ZipEntry& e) { return e.name == "[Content_Types].xml"; })) {
+  if (std::ranges::any_of(entries, [](const ZipEntry& e) {
+        return e.name == "[Content_Types].xml" || e.name == "content.xml";
+      })) {
     refuse_spreadsheet(shown);
   }
   constexpr std::size_t kMostUnpacked = 256;  // open files

@@ -15,6 +15,7 @@
 #include "recording/csv/words.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
+#include "recording/devices_of_files.h"
 #include "recording/read.h"
 
 namespace magimu {
@@ -64,11 +65,21 @@ CsvName meaning_of(std::string stem) {
   }
 }
 
+// "HighGAccelerometer" (x-IMU3), "acc_high_g", "H3LIS331": for shocks of hundreds of g, and noisy.
+bool has_high_range(const std::string& stem) {
+  std::string words = plain_words(stem);
+  std::erase_if(words, [](char c) { return c == '_' || c == '-' || c == ' '; });
+  return std::ranges::any_of(std::initializer_list<const char*>{"highg", "h3lis", "adxl37"},
+                             [&](const char* word) { return words.find(word) != words.npos; });
+}
+
 int rank_of(const std::string& name) {
   const std::string stem = stem_of(name);
   for (const TopicRank& topic : kTopicRanks) {
     if (stem.ends_with(topic.ending)) return topic.rank;
   }
+  constexpr int kHighRange = -10;  // only where there is no other
+  if (has_high_range(stem)) return kHighRange;
   const CsvName meaning = meaning_of(stem);
   return meaning.name.empty() ? -5 : meaning.preference;
 }
@@ -79,20 +90,20 @@ bool is_without_gravity(const std::string& name) {
   return lower.starts_with("linear") || lower.starts_with("user");
 }
 
-bool is_chosen(const std::string& name, const CsvOptions& options) {
-  return std::ranges::any_of(options.sensors, [&](const std::string& s) {
-    return name ==
-               s.substr(std::min(s.find('='), s.size() - 1) + (s.find('=') < s.size() ? 1 : 0)) ||
-           name == s || stem_of(name) == s;
-  });
-}
-
 }  // namespace
 
 std::string sensor_of_name(const std::string& name) {
   std::string meaning = meaning_of(stem_of(name)).name;
   meaning = meaning.substr(0, meaning.find('_'));
   return meaning == "pos" ? "" : meaning;
+}
+
+bool is_chosen_file(const std::string& name, const CsvOptions& options) {
+  return std::ranges::any_of(options.sensors, [&](const std::string& s) {
+    return name ==
+               s.substr(std::min(s.find('='), s.size() - 1) + (s.find('=') < s.size() ? 1 : 0)) ||
+           name == s || stem_of(name) == s;
+  });
 }
 
 std::vector<NamedFile> files_of_folder(const std::string& path) {
@@ -113,7 +124,7 @@ Recording read_several(const std::vector<NamedFile>& files, const std::string& p
   std::vector<NamedFile> order = files;
   std::ranges::sort(order, [&](const NamedFile& a, const NamedFile& b) {
     const auto key = [&](const NamedFile& f) {
-      return std::tuple(is_chosen(f.name, options) ? 0 : 1, -rank_of(f.name), f.name);
+      return std::tuple(is_chosen_file(f.name, options) ? 0 : 1, -rank_of(f.name), f.name);
     };
     return key(a) < key(b);
   });
@@ -156,7 +167,10 @@ Recording read_several(const std::vector<NamedFile>& files, const std::string& p
   constexpr std::size_t kShown = 3;
   if (unread.size() > kShown) unread.resize(kShown);
   try {
+    std::vector<std::string> other_devices;
+    parts = of_one_device(std::move(parts), path, options, other_devices);
     Recording out = joined(std::move(parts), path, options);
+    out.notes.insert(out.notes.begin(), other_devices.begin(), other_devices.end());
     if (first_error) throw *first_error;
     out.notes.insert(out.notes.end(), unread.begin(), unread.end());
     std::filesystem::path folder(path);

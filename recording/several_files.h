@@ -33,4 +33,7 @@ bool is_folder_of_sensors(const std::string& path);
 // "log_5_sensor_mag_0.csv"; empty if none.
 std::string sensor_of_name(const std::string& name);
 
+// Whether --sensor names this file.
+bool is_chosen_file(const std::string& name, const CsvOptions& options);
+
 }  // namespace magimu

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
+#include <utility>
 
 #include "recording/csv/csv_columns.h"
 #include "recording/csv/csv_names.h"
@@ -73,6 +75,7 @@ struct SensorArray {
   std::string name, meaning;  // meaning: "acc", "gyr", "mag", "mag2"
   double unit = 1.0;
   std::vector<Vector3> v;
+  int preference = 0;  // of several with one meaning the one with the highest is read
 };
 
 class ArrayRecording {
@@ -88,6 +91,7 @@ class ArrayRecording {
       }
     }
     for (const std::string& name : file_.names) take(name);
+    choose();
     take_axes();
     if (sensors_.empty()) {
       if (unread_) throw *unread_;
@@ -101,7 +105,9 @@ class ArrayRecording {
     std::vector<Recording> parts;
     for (SensorArray& sensor : sensors_) parts.push_back(part_of(sensor));
     merge_mags(parts);
-    return joined(std::move(parts), file_.path, options_);
+    Recording out = joined(std::move(parts), file_.path, options_);
+    note_others(out);
+    return out;
   }
 
  private:
@@ -213,17 +219,56 @@ class ArrayRecording {
     if (!known || (!rows && !columns) || std::max(field.rows, field.columns) < 5) return;
     const int preference =
         csv_name(name + "_x").preference + (options_.columns.contains(name) ? 1000 : 0);
-    SensorArray sensor{name, meaning, csv_name(name + "_x").unit, {}};
+    SensorArray sensor{name, meaning, csv_name(name + "_x").unit, {}, preference};
     const std::size_t n = rows ? field.rows : field.columns;
     for (std::size_t k = 0; k < n; ++k) {
       const auto at = [&](std::size_t i) { return field.values[rows ? 3 * k + i : n * i + k]; };
       sensor.v.emplace_back(at(0), at(1), at(2));
     }
-    const auto [entry, is_new] = preference_.try_emplace(meaning, preference);
-    if (!is_new && entry->second >= preference) return;
-    entry->second = preference;
-    std::erase_if(sensors_, [&](const SensorArray& s) { return s.meaning == meaning; });
     sensors_.push_back(std::move(sensor));
+  }
+
+  // One array for each meaning: of those that are equally good (several devices in one file) the
+  // ones of the structure that has the most of them, so that no recording is made of two devices.
+  void choose() {
+    std::map<std::string, int> best;
+    for (const SensorArray& s : sensors_) {
+      const auto [entry, is_new] = best.try_emplace(s.meaning, s.preference);
+      entry->second = std::max(entry->second, s.preference);
+    }
+    const auto is_best = [&](const SensorArray& s) { return s.preference == best.at(s.meaning); };
+    std::map<std::string, std::set<std::string>> meanings;  // by structure
+    for (const SensorArray& s : sensors_) {
+      if (is_best(s)) meanings[parent_of(s.name)].insert(s.meaning);
+    }
+    std::vector<SensorArray> chosen;
+    for (SensorArray& s : sensors_) {
+      const auto rank = [&](const SensorArray& a) {
+        return std::pair(a.preference, is_best(a) ? meanings.at(parent_of(a.name)).size() : 0);
+      };
+      const auto other = std::ranges::find(chosen, s.meaning, &SensorArray::meaning);
+      if (other == chosen.end()) {
+        chosen.push_back(std::move(s));
+      } else {
+        if (rank(s) > rank(*other)) std::swap(*other, s);
+        others_.emplace_back(s.meaning, s.name);
+      }
+    }
+    sensors_ = std::move(chosen);
+  }
+
+  void note_others(Recording& out) const {
+    if (others_.empty()) return;
+    std::vector<std::string> maps;
+    for (const auto& [meaning, name] : others_) {
+      maps.push_back("--map " + shell_word(meaning + '=' + name));
+    }
+    constexpr std::size_t kMost = 12;
+    const std::size_t more = maps.size() > kMost ? maps.size() - kMost : 0;
+    maps.resize(maps.size() - more);
+    out.notes.push_back(fmt::format(
+        "arrays of other sensors, or the same ones once more, are not read; to read them: {}{}",
+        fmt::join(maps, " "), more > 0 ? fmt::format(" (and {} more)", more) : ""));
   }
 
   // Arrays of one axis each: "ax", "mag_z", or those that --map names so.
@@ -263,7 +308,8 @@ class ArrayRecording {
       SensorArray array{fmt::format("{}, {}, {}", axes.name[0], axes.name[1], axes.name[2]),
                         sensor,
                         axes.unit,
-                        {}};
+                        {},
+                        0};
       for (std::size_t k = 0; k < n; ++k) {
         array.v.emplace_back(axes.values[0][k], axes.values[1][k], axes.values[2][k]);
       }
@@ -339,6 +385,8 @@ class ArrayRecording {
                       printable(sensor.name), left_out));
     }
     if (unit != 1.0) part.file_units[kind] = unit;
+    const double time_unit = times.unit * (has_time ? options_.time_unit.value_or(1.0) : 1.0);
+    if (time_unit != 1.0) part.file_units["t"] = time_unit;
     part.notes.insert(part.notes.end(), times.notes.begin(), times.notes.end());
     part.cautions = times.cautions;
     if (sensor.meaning != sensor.name) {
@@ -375,8 +423,8 @@ class ArrayRecording {
   std::optional<double> rate_;
   std::map<std::string, std::vector<double>> times_;         // of a sensor; "": of all
   std::map<std::string, std::vector<double>> times_beside_;  // by the structure they are in
-  std::map<std::string, int> preference_;
   std::vector<SensorArray> sensors_;
+  std::vector<std::pair<std::string, std::string>> others_;  // meaning and name, not read
   std::optional<InputError> unread_;  // of the first array that is called as a sensor
 };
 

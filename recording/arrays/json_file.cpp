@@ -79,9 +79,10 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
     std::string out;
     for (const std::string& column : columns_) out += (out.empty() ? "" : ",") + quoted(column);
     out += '\n';
-    for (const auto& [text, cells] : rows_) {
-      out += text;
-      out.append(columns_.size() - cells, ',');
+    for (const Row& row : rows_) {
+      if (is_about_the_recording(row)) continue;
+      out += row.text;
+      out.append(columns_.size() - row.cells, ',');
       out += '\n';
     }
     return out;
@@ -107,6 +108,12 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
     std::string prefix;  // its name
     std::size_t count;   // of an array: what is in it so far
     std::string key = {};
+  };
+  struct Row {
+    std::string text;
+    std::size_t cells = 0;              // of the text
+    std::size_t filled = 0;             // of them
+    std::vector<std::size_t> first_of;  // columns that have nothing in the rows before
   };
   struct Array {
     std::vector<double> values;
@@ -156,8 +163,25 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
   void end_row() {
     std::string text;
     for (std::size_t i = 0; i < cells_.size(); ++i) text += (i > 0 ? "," : "") + cells_[i];
-    if (!cells_.empty()) rows_.emplace_back(std::move(text), cells_.size());
+    Row row{std::move(text), cells_.size(), 0, {}};
+    filled_.resize(columns_.size());
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (cells_[i].empty()) continue;
+      ++row.filled;
+      if (filled_[i]++ == 0) row.first_of.push_back(i);
+    }
+    if (!cells_.empty()) rows_.push_back(std::move(row));
     cells_.clear();
+  }
+
+  // {"sensor": "Metadata", "version": "3", ...} of Sensor Logger: nothing of it is in other rows,
+  // but the word that says what a row is.
+  bool is_about_the_recording(const Row& row) const {
+    constexpr std::size_t kFewRows = 10;  // too few to tell
+    if (rows_.size() < kFewRows || row.filled < 2) return false;
+    std::size_t alone = 0;
+    for (const std::size_t column : row.first_of) alone += filled_[column] == 1 ? 1 : 0;
+    return alone + 1 >= row.filled;
   }
 
   // Of an array, or of an object with a key for each row (pandas).
@@ -180,7 +204,8 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
   std::size_t row_level_ = 0;  // how many levels are around the row; 0: no row is being read
   std::vector<std::string> columns_, cells_;
   std::map<std::string, std::size_t> number_of_;
-  std::vector<std::pair<std::string, std::size_t>> rows_;  // text and number of cells
+  std::vector<std::size_t> filled_;  // by column: in how many rows
+  std::vector<Row> rows_;
   std::map<std::string, Array> arrays_;
 };
 

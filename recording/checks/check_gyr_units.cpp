@@ -2,11 +2,14 @@
 // A gyroscope's unit: the directions of gravity and of the field turn as fast as the device.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <optional>
+#include <utility>
 
 #include "recording/checks/turn_regression.h"
+#include "recording/checks/turns_in_time.h"
 #include "recording/checks/unit_issues.h"
 #include "recording/data/units.h"
 
@@ -28,6 +31,8 @@ constexpr double kRateSigma = 0.02, kOdds = 10.0;
 // Counts per deg/s in data sheets (10: the file holds tenths of a degree).
 constexpr double kGyrCounts[] = {10, 131, 65.5, 32.8, 16.4, 114.286, 57.143, 28.571, 14.286};
 constexpr double kSameCounts = 0.03;
+// What ranges of a gyroscope differ by.
+constexpr double kRangeFactors[] = {2.0, 4.0, 8.0, 0.5, 0.25, 0.125};
 
 // The series without clipped samples: those at an extreme that many samples share. A clipped rate
 // does not tell the size of the rate.
@@ -108,11 +113,19 @@ std::vector<Issue> check_gyr_unit(const Recording& r) {
   const bool named = std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
                      off(unit, *unit_in_ours("gyr", name)) <
                          off(kDeg / unit, of_converter) + (is_whole(r.gyr, given) ? -odds : odds);
-  if (named && std::abs(unit / given - 1.0) > kNear) {
+  const bool other_unit = named && std::abs(unit / given - 1.0) > kNear;
+  const bool other_range = std::ranges::any_of(
+      kRangeFactors, [gain](double range) { return std::abs(gain / range - 1.0) <= kNear; });
+  const bool counts_known = std::abs(kDeg / unit / of_converter - 1.0) < kSameCounts;
+  if (auto time = time_unit_of_turns(
+          r, gain, other_unit || other_range || counts_known || is_whole(r.gyr, given))) {
+    return {*std::move(time)};
+  }
+  if (other_unit) {
     return {
         unit_issue(r, "gyr", "gyr", fmt::format("{}: it seems to be in {}", turns, name), name)};
   }
-  for (const double range : {2.0, 4.0, 8.0, 0.5, 0.25, 0.125}) {
+  for (const double range : kRangeFactors) {
     if (std::abs(gain / range - 1.0) > kNear) continue;
     return {
         unit_issue(r, "gyr", "gyr",

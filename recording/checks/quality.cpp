@@ -95,15 +95,19 @@ std::vector<Issue> check_recording(const Recording& recording) {
       append(issues, check_stuck(sensors[i], recording.gyr));
     }
     append(issues, check_spans(sensors, file_time_unit(recording)));
-    // Rates in another unit of time would look like a gyroscope in another unit.
-    const bool seconds =
-        std::ranges::none_of(issues, [](const Issue& issue) { return issue.kind == "time_unit"; });
-    if (seconds) append(issues, check_units(recording));
+    // Rates in another unit of time would look like a gyroscope in another unit, and motion like
+    // vibration.
+    const auto in_seconds = [&issues] {
+      return std::ranges::none_of(issues,
+                                  [](const Issue& issue) { return issue.kind == "time_unit"; });
+    };
+    if (in_seconds()) append(issues, check_units(recording));
+    const bool seconds = in_seconds();
     for (const NamedSeries& sensor : sensors) {
       append(issues, check_intervals(sensor, recording.set_aside, recording.gyr));
       if (still) continue;
       append(issues, check_saturation(sensor));
-      append(issues, check_vibration(sensor));
+      if (seconds) append(issues, check_vibration(sensor));
       std::vector<Issue> of_clock = check_clock(sensor);
       if (of_clock.empty()) of_clock = check_mixed(sensor);
       append(issues, std::move(of_clock));

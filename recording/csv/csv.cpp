@@ -79,22 +79,30 @@ void append_fields(std::string& text, Column& column, double t) {
   if (has_sample) ++column.next;
 }
 
-// Some whole lines from places all over the file: where sensors come one after the other, the head
-// does not show all of them.
-std::string lines_from_all_over(const std::string& path, std::size_t size) {
+// Some whole lines from places all over a text: where sensors come one after the other, the head
+// does not show all of them. read: so many bytes from there, or none.
+template <class Read>
+std::string lines_from_all_over(std::size_t size, const Read& read) {
   constexpr std::size_t kPlaces = 16, kBytes = 1 << 12;
   std::string out;
   if (size < kPlaces * kBytes) return out;  // the head is enough
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes(kBytes, '\0');
   for (std::size_t i = 1; i <= kPlaces; ++i) {
-    file.seekg(static_cast<std::streamoff>(i * (size / kPlaces) - kBytes));
-    if (!file.read(bytes.data(), kBytes)) break;
+    const std::string bytes = read(i * (size / kPlaces) - kBytes, kBytes);
     std::string_view piece = bytes;
     piece = piece.substr(std::min(piece.find('\n') + 1, piece.size()));
     out += piece.substr(0, piece.rfind('\n') + 1);
   }
   return out;
+}
+
+std::string lines_from_all_over(const std::string& path, std::size_t size) {
+  std::ifstream file(path, std::ios::binary);
+  return lines_from_all_over(size, [&file](std::size_t from, std::size_t count) {
+    std::string bytes(count, '\0');
+    file.seekg(static_cast<std::streamoff>(from));
+    if (!file.read(bytes.data(), static_cast<std::streamsize>(count))) bytes.clear();
+    return bytes;
+  });
 }
 
 void refuse_binary_pipe(const std::string& path, std::string_view head) {
@@ -121,6 +129,10 @@ Recording read_csv(const std::string& path, const CsvOptions& options) {
 Recording csv_recording(std::string_view content, const std::string& path,
                         const CsvOptions& options) {
   CsvReader reader(path, options);
+  reader.elsewhere(
+      lines_from_all_over(content.size(), [content](std::size_t from, std::size_t count) {
+        return std::string(content.substr(from, count));
+      }));
   reader.push(content, content.size());
   return reader.finish();
 }

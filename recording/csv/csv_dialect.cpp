@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "recording/csv/checksum_lines.h"
 #include "recording/csv/csv_columns.h"
 #include "recording/csv/csv_names.h"
 #include "recording/csv/head_lines.h"
@@ -40,6 +41,7 @@ class Recogniser {
       return *std::move(labelled);
     }
     stamped_ = take_stamps(lines_);
+    checksums_ = take_checksums(lines_);
     shape_ = table_shape(lines_);
     if (shape_.fields == 0) return {};
     dialect_.separator = shape_.separator;
@@ -47,6 +49,8 @@ class Recogniser {
     const bool header = find_header();
     if (!options_.header.empty()) {
       given_header();
+    } else if (!header && checksums_ && checksums_->names.size() == shape_.fields) {
+      dialect_.names = checksums_->names;
     } else if (!header) {
       if (long_format()) return with_stamps();
       // The first line holds words but does not fit the rows: CsvParser will name the error.
@@ -55,6 +59,7 @@ class Recogniser {
     } else if (long_format()) {
       return with_stamps();
     }
+    name_index();
     own_times();
     translate();
     if (is_plain()) return {};
@@ -63,8 +68,18 @@ class Recogniser {
   }
 
  private:
+  // Lines in the manner of NMEA are rows once the checksum is taken from them.
+  void without_checksums() {
+    if (!checksums_) return;
+    dialect_.notes.insert(dialect_.notes.begin(), checksums_->notes.begin(),
+                          checksums_->notes.end());
+    dialect_.translator =
+        checksum_translator(*std::move(checksums_), std::move(dialect_.translator));
+  }
+
   // Adds the clock that a terminal wrote before each line: it is the time if there is no other.
   CsvDialect with_stamps() {
+    without_checksums();
     if (!stamped_) return std::move(dialect_);
     const bool has_time = std::ranges::any_of(dialect_.names, [this](const std::string& name) {
       const auto given = options_.columns.find(name);
@@ -121,7 +136,26 @@ class Recogniser {
   }
 
   bool long_format() {
-    return options_.header.empty() && long_format_dialect(lines_, elsewhere_, shape_, dialect_);
+    return options_.header.empty() &&
+           long_format_dialect(lines_, elsewhere_, shape_, options_, dialect_);
+  }
+
+  // pandas writes no name above its index, which is the time where no other column is.
+  void name_index() {
+    if (dialect_.header_line == 0 || dialect_.names.empty() || !dialect_.names.front().empty()) {
+      return;
+    }
+    const bool has_time = std::ranges::any_of(dialect_.names, [this](const std::string& name) {
+      const auto given = options_.columns.find(name);
+      return (given != options_.columns.end() && given->second == "t") ||
+             csv_name(name).name == "t" || !csv_time_of(name).empty();
+    });
+    const FieldKind kind =
+        field_kind(text_fields(lines_[shape_.first_row].text, shape_.separator).front());
+    if (!has_time && kind != FieldKind::kEmpty && kind != FieldKind::kWord) {
+      dialect_.names.front() = "t";
+      dialect_.notes.emplace_back("the first column has no name: it is read as t");
+    }
   }
 
   // Finds columns "acc_time", "gyr_time", ... if two sensors or more have one.
@@ -207,7 +241,8 @@ class Recogniser {
   // Whether CsvParser can read the file without a dialect: its first line that is no comment is the
   // header.
   bool is_plain() const {
-    if (stamped_ || dialect_.translator || !dialect_.times_of.empty() || header_rows_ != 1)
+    if (stamped_ || checksums_ || dialect_.translator || !dialect_.times_of.empty() ||
+        header_rows_ != 1)
       return false;
     const auto first = std::ranges::find_if(
         lines_, [](const HeadLine& l) { return !csv_trimmed(l.text).starts_with('#'); });
@@ -247,6 +282,7 @@ class Recogniser {
   TableShape shape_;
   CsvDialect dialect_;
   std::size_t header_rows_ = 0;
+  std::optional<ChecksumLines> checksums_;  // lines_ are without them
   bool stamped_ = false;    // lines_ are without the clock that a terminal put before them
   std::string clock_name_;  // given to it by an option
 };

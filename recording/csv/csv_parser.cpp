@@ -179,6 +179,10 @@ void CsvParser::number(std::size_t field, std::string_view text) {
   }
   if (error == std::errc::invalid_argument || end != last) {
     if (clock_time(field, text)) return;
+    if (const std::optional<double> fortran = fortran_number(digits);
+        fortran && std::isfinite(*fortran * column.unit)) {
+      return put(column, *fortran);
+    }
     fail(field + 1,
          fmt::format("{} in column {} is not a number", quoted_text(text), column.header),
          "write it like -1.25e-3, or leave the field empty where the sensor has no sample");
@@ -385,6 +389,7 @@ void CsvParser::set_times(Recording& recording) {
         line_ = line;
         fail(line > 0 && columns_.has_time ? field_of(0) + 1 : 0, problem, remedy);
       });
+  if (times.unit != 1.0) recording.file_units["t"] = times.unit;
   give_times(recording, times.t);
   const auto append = [](std::vector<std::string>& to, const std::vector<std::string>& more) {
     to.insert(to.end(), more.begin(), more.end());

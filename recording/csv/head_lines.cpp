@@ -39,44 +39,31 @@ bool is_row(const LineShape& line, std::size_t fields, std::size_t usual_numbers
   return line.words == 0 || 2 * line.numbers >= usual_numbers;
 }
 
-}  // namespace
-
-std::vector<HeadLine> head_lines(std::string_view head) {
-  std::vector<HeadLine> lines;
-  if (head.starts_with("\xEF\xBB\xBF")) head.remove_prefix(3);
-  for (long number = 1; !head.empty(); ++number) {
-    const std::size_t end = std::min(head.find('\n'), head.size());
-    std::string_view text = head.substr(0, end);
-    head.remove_prefix(std::min(end + 1, head.size()));
-    while (text.ends_with('\r')) text.remove_suffix(1);
-    if (!csv_trimmed(text).empty()) lines.push_back({text, number});
-  }
-  return lines;
+// Whether a line names every field between tabs, also those that are empty in the rows (Xsens' UTC
+// columns), which runs of blanks would swallow.
+bool are_named_between_tabs(const std::vector<HeadLine>& lines,
+                            const std::vector<std::string_view>& rows) {
+  std::map<std::size_t, std::size_t> counts;
+  for (const std::string_view row : rows) ++counts[text_fields(row, '\t').size()];
+  if (counts.empty()) return false;
+  const std::size_t fields =
+      std::ranges::max_element(counts, {}, [](const auto& c) { return c.second; })->first;
+  return fields > 1 && std::ranges::any_of(lines, [fields](const HeadLine& line) {
+           std::vector<std::string> names = text_fields(without_comment_mark(line.text), '\t');
+           if (names.back().empty()) names.pop_back();
+           return (names.size() == fields || names.size() + 1 == fields) &&
+                  std::ranges::all_of(names, [](const std::string& name) {
+                    return field_kind(name) == FieldKind::kWord;
+                  });
+         });
 }
 
-bool is_comment(std::string_view text) {
-  text = csv_trimmed(text);
-  return text.starts_with('#') || text.starts_with("//");
-}
-
-std::string_view without_comment_mark(std::string_view text) {
-  text = csv_trimmed(text);
-  const std::size_t begin = std::min(text.find_first_not_of("#/%; \t"), text.size());
-  const bool marked = is_comment(text) || text.starts_with("% ") || text.starts_with(";;");
-  return marked ? text.substr(begin) : text;
-}
-
-TableShape table_shape(const std::vector<HeadLine>& lines) {
-  // The last lines are rows, if anything is.
-  std::vector<std::string_view> sample;
-  const std::size_t least = lines.size() / 2;
-  for (std::size_t i = lines.size(); i > least && sample.size() < kSampleLines; --i) {
-    if (!is_comment(lines[i - 1].text)) sample.push_back(lines[i - 1].text);
-  }
+TableShape shape_by(const std::vector<HeadLine>& lines, const std::vector<std::string_view>& sample,
+                    std::string_view separators) {
   TableShape best;
   double best_score = 0.0;
   std::size_t usual_numbers = 0;
-  for (const char separator : {',', ';', '\t', '|', ' '}) {
+  for (const char separator : separators) {
     double score = 0.0;
     std::size_t commas = 0, points = 0, numbers = 0;
     char mark = 0;
@@ -125,6 +112,46 @@ TableShape table_shape(const std::vector<HeadLine>& lines) {
     return best;
   }
   return {};
+}
+
+}  // namespace
+
+std::vector<HeadLine> head_lines(std::string_view head) {
+  std::vector<HeadLine> lines;
+  if (head.starts_with("\xEF\xBB\xBF")) head.remove_prefix(3);
+  for (long number = 1; !head.empty(); ++number) {
+    const std::size_t end = std::min(head.find('\n'), head.size());
+    std::string_view text = head.substr(0, end);
+    head.remove_prefix(std::min(end + 1, head.size()));
+    while (text.ends_with('\r')) text.remove_suffix(1);
+    if (!csv_trimmed(text).empty()) lines.push_back({text, number});
+  }
+  return lines;
+}
+
+bool is_comment(std::string_view text) {
+  text = csv_trimmed(text);
+  return text.starts_with('#') || text.starts_with("//");
+}
+
+std::string_view without_comment_mark(std::string_view text) {
+  text = csv_trimmed(text);
+  const std::size_t begin = std::min(text.find_first_not_of("#/%; \t"), text.size());
+  const bool marked = is_comment(text) || text.starts_with("% ") || text.starts_with(";;");
+  return marked ? text.substr(begin) : text;
+}
+
+TableShape table_shape(const std::vector<HeadLine>& lines) {
+  // The last lines are rows, if anything is.
+  std::vector<std::string_view> sample;
+  const std::size_t least = lines.size() / 2;
+  for (std::size_t i = lines.size(); i > least && sample.size() < kSampleLines; --i) {
+    if (!is_comment(lines[i - 1].text)) sample.push_back(lines[i - 1].text);
+  }
+  const TableShape shape = shape_by(lines, sample, ",;\t| ");
+  return shape.separator == ' ' && are_named_between_tabs(lines, sample)
+             ? shape_by(lines, sample, "\t")
+             : shape;
 }
 
 }  // namespace magimu

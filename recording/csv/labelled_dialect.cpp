@@ -83,7 +83,7 @@ std::optional<CsvDialect> labelled_dialect(const std::vector<HeadLine>& lines,
     clocks += leading_clock(line) ? 1 : 0;
     const std::vector<LabelledNumber> numbers = labelled_numbers(line);
     // A row of a table may hold a word or two; a labelled line has about as many labels as numbers.
-    const bool marks = line.find_first_of(":=") != std::string_view::npos;
+    const bool marks = line.find_first_of(":=[") != std::string_view::npos;
     if (numbers.size() < 2 || !marks || field_kind(line) != FieldKind::kWord) continue;
     ++labelled;
     most = std::max(most, numbers.size());

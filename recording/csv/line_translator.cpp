@@ -5,7 +5,9 @@
 #include <cctype>
 #include <charconv>
 
+#include "recording/csv/axis_gatherer.h"
 #include "recording/csv/csv_columns.h"
+#include "recording/csv/csv_names.h"
 #include "recording/csv/text_fields.h"
 #include "recording/data/units.h"
 
@@ -17,6 +19,11 @@ bool is_alnum(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0;
 // Also the letters beyond ASCII.
 bool is_letter(char c) {
   return std::isalpha(static_cast<unsigned char>(c)) != 0 || static_cast<unsigned char>(c) > 127;
+}
+
+std::string plain_number(std::string text, bool decimal_comma) {
+  if (decimal_comma) std::ranges::replace(text, ',', '.');
+  return text;
 }
 
 class PlainNumbers final : public LineTranslator {
@@ -126,13 +133,35 @@ class LongRows final : public LineTranslator {
     return out_;
   }
 
-  std::string number(std::string text) const {
-    if (format_.decimal_comma) std::ranges::replace(text, ',', '.');
-    return text;
+  std::string number(const std::string& text) const {
+    return plain_number(text, format_.decimal_comma);
   }
 
   LongFormat format_;
   std::string out_;
+};
+
+class ComponentRows final : public LineTranslator {
+ public:
+  explicit ComponentRows(LongFormat format)
+      : format_(std::move(format)), gatherer_(format_.components, format_.time.has_value()) {}
+
+  std::optional<std::string_view> row(std::string_view line) override {
+    const std::vector<std::string> fields = text_fields(line, format_.separator);
+    const std::size_t value = format_.values.front(), time = format_.time.value_or(0);
+    if (std::max({format_.word, value, time}) >= fields.size()) return std::nullopt;
+    const auto word = std::ranges::find(format_.words, fields[format_.word]);
+    if (word == format_.words.end() || field_kind(fields[value]) == FieldKind::kEmpty) {
+      return std::nullopt;
+    }
+    return gatherer_.add(static_cast<std::size_t>(word - format_.words.begin()),
+                         plain_number(fields[time], format_.decimal_comma),
+                         plain_number(fields[value], format_.decimal_comma));
+  }
+
+ private:
+  LongFormat format_;
+  AxisGatherer gatherer_;
 };
 
 class LabelledRows final : public LineTranslator {
@@ -176,7 +205,8 @@ bool is_axis_word(std::string_view word) {
 class Label {
  public:
   // Keeps words of the label before: "Accel" of "Accel X" also belongs to "Y".
-  void read(std::string_view between, LabelledNumber* before) {
+  void read(std::string_view text, LabelledNumber* before) {
+    const std::string between = without_unit(text);
     std::vector<std::string> pieces(1);
     for (const char c : between) {
       const bool breaks = std::string_view(":={[(").find(c) != std::string_view::npos;
@@ -196,13 +226,14 @@ class Label {
       return;
     }
     component_ = 0;
+    unit_ = unit_in_brackets_;
     take_unit(pieces.front(), before);
     if (pieces.front().empty()) pieces.erase(pieces.begin());
     if (pieces.empty()) {
       ++component_;
       return;
     }
-    const std::string last = pieces.back();
+    const std::string last = without_sentence(pieces.back());
     pieces.pop_back();
     if (!pieces.empty()) group_ = pieces.back();
     const std::size_t blank = last.find_last_of(" _");
@@ -218,8 +249,39 @@ class Label {
 
   const std::string& text() const { return text_; }
   std::size_t component() const { return component_; }
+  // Of the numbers that follow, where it is in brackets before them: "Acc (mg) [ 1, 2, 3 ]".
+  const std::string& unit() const { return unit_; }
 
  private:
+  // "Acc (mg) [", "Acc [mg]:" -> "Acc  [", "Acc :", and its unit is remembered. In brackets right
+  // behind a number is the unit of that one.
+  std::string without_unit(std::string_view text) {
+    unit_in_brackets_.clear();
+    std::string out(text);
+    const std::size_t close = out.find_last_of(")]");
+    if (close == std::string::npos) return out;
+    const std::size_t open = out.rfind(out[close] == ')' ? '(' : '[', close);
+    if (open == std::string::npos) return out;
+    const std::string unit(csv_trimmed(std::string_view(out).substr(open + 1, close - open - 1)));
+    const bool known = std::ranges::any_of(
+        std::initializer_list<const char*>{"acc", "gyr", "mag", "t"},
+        [&](const char* quantity) { return unit_in_ours(quantity, unit).has_value(); });
+    if (!known || std::none_of(out.begin(), out.begin() + std::ptrdiff_t(open), is_letter)) {
+      return out;
+    }
+    unit_in_brackets_ = unit;
+    return out.erase(open, close + 1 - open);
+  }
+
+  // "Scaled. Acc" -> "Acc", but not the end of "Acc. x".
+  static std::string without_sentence(const std::string& label) {
+    const std::size_t end = label.rfind(". ");
+    if (end == std::string::npos || !csv_name(label.substr(0, end) + "_x").name.empty()) {
+      return label;
+    }
+    return std::string(csv_trimmed(std::string_view(label).substr(end + 1)));
+  }
+
   // "m/s^2  Gyro X" -> "Gyro X"
   static void take_unit(std::string& piece, LabelledNumber* before) {
     if (before == nullptr) return;
@@ -233,9 +295,20 @@ class Label {
     }
   }
 
-  std::string text_, group_;
+  std::string text_, group_, unit_, unit_in_brackets_;
   std::size_t component_ = 0;
 };
+
+// "g" of "0.01g AY:", without a blank before it: then a single letter is a unit, too.
+std::string_view unit_at(std::string_view text) {
+  const std::string_view word = text.substr(0, text.find_first_of(" \t,;:|=])}"));
+  if (word.empty() || !is_letter(word.front())) return {};
+  const bool known =
+      std::ranges::any_of(std::initializer_list<const char*>{"acc", "gyr", "mag", "t"},
+                          [word](const char* q) { return unit_in_ours(q, word).has_value(); });
+  return known && (word.size() == text.size() || text[word.size()] != ':') ? word
+                                                                           : std::string_view();
+}
 
 }  // namespace
 
@@ -272,9 +345,12 @@ std::vector<LabelledNumber> labelled_numbers(std::string_view line) {
     }
     label.read(line.substr(from, i - from), out.empty() ? nullptr : &out.back());
     if (!label.text().empty()) {
-      out.push_back({label.text(), label.component(), line.substr(first, after - first), {}});
+      out.push_back(
+          {label.text(), label.component(), line.substr(first, after - first), label.unit()});
     }
-    from = i = after;
+    const std::string_view glued = unit_at(line.substr(after));
+    if (!glued.empty() && !label.text().empty()) out.back().unit = glued;
+    from = i = after + glued.size();
   }
   if (!out.empty()) label.read(line.substr(from), &out.back());  // the last one's unit
   return out;
@@ -311,6 +387,7 @@ std::shared_ptr<LineTranslator> fraction_translator(char separator, std::size_t 
 }
 
 std::shared_ptr<LineTranslator> long_format_translator(LongFormat format) {
+  if (!format.components.empty()) return std::make_shared<ComponentRows>(std::move(format));
   return std::make_shared<LongRows>(std::move(format));
 }
 

@@ -38,6 +38,9 @@ struct LongFormat {
   std::vector<std::string>
       words;               // of the sensors, in the order of their numbers in the row that is made
   bool own_times = false;  // in the row each sensor has its own time before its numbers
+  // Our names ("acc_x") where a word is one component's: a row is made of a sensor's lines. Empty:
+  // a line is a row.
+  std::vector<std::string> components;
 };
 std::shared_ptr<LineTranslator> long_format_translator(LongFormat format);
 
@@ -47,7 +50,7 @@ struct LabelledNumber {
   std::string label;          // "ax", "Accel X", "acc"
   std::size_t component = 0;  // of several numbers behind one label
   std::string_view text;      // the number
-  std::string unit;           // behind it, where a known one is there
+  std::string unit;           // behind it or in brackets before it, where a known one is there
 };
 std::vector<LabelledNumber> labelled_numbers(std::string_view line);
 

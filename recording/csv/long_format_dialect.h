@@ -16,6 +16,6 @@ namespace magimu {
 // first ones of the file; `elsewhere`: from the rest of it. The dialect's names are those of the
 // header, or none.
 bool long_format_dialect(const std::vector<HeadLine>& lines, const std::vector<HeadLine>& elsewhere,
-                         const TableShape& shape, CsvDialect& dialect);
+                         const TableShape& shape, const CsvOptions& options, CsvDialect& dialect);
 
 }  // namespace magimu

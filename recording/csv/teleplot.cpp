@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "recording/csv/axis_gatherer.h"
 #include "recording/csv/csv_columns.h"
 #include "recording/csv/csv_names.h"
 #include "recording/csv/text_fields.h"
@@ -47,53 +48,22 @@ std::optional<TeleplotLine> teleplot_line(std::string_view line) {
 
 class TeleplotRows final : public LineTranslator {
  public:
-  // `column_of`: name -> column, the time not counted. `sensors`: the columns of each sensor.
-  TeleplotRows(std::map<std::string, std::size_t, std::less<>> column_of,
-               std::vector<std::vector<std::size_t>> sensors, bool with_time)
-      : column_of_(std::move(column_of)),
-        sensors_(std::move(sensors)),
-        with_time_(with_time),
-        values_(column_of_.size()) {}
+  TeleplotRows(std::map<std::string, std::size_t, std::less<>> column_of, AxisGatherer gatherer,
+               bool with_time)
+      : column_of_(std::move(column_of)), gatherer_(std::move(gatherer)), with_time_(with_time) {}
 
   std::optional<std::string_view> row(std::string_view line) override {
     const std::optional<TeleplotLine> it = teleplot_line(line);
     if (!it || it->time.empty() == with_time_) return std::nullopt;
     const auto column = column_of_.find(it->name);
     if (column == column_of_.end()) return std::nullopt;
-    const auto sensor = std::ranges::find_if(sensors_, [&](const auto& columns) {
-      return std::ranges::find(columns, column->second) != columns.end();
-    });
-    if (sensor == sensors_.end()) return std::nullopt;
-    // An axis comes again before the others: this sample was not complete, and is dropped.
-    if (!values_[column->second].empty()) clear(*sensor);
-    const bool first =
-        std::ranges::all_of(*sensor, [this](std::size_t c) { return values_[c].empty(); });
-    if (first) times_[sensor->front()] = it->time;
-    values_[column->second] = it->value;
-    const bool whole =
-        std::ranges::none_of(*sensor, [this](std::size_t c) { return values_[c].empty(); });
-    if (!whole) return std::nullopt;
-    out_ = times_[sensor->front()];
-    for (std::size_t c = 0; c < values_.size(); ++c) {
-      if (with_time_ || c > 0) out_ += ',';
-      if (std::ranges::find(*sensor, c) != sensor->end()) out_ += values_[c];
-    }
-    clear(*sensor);
-    return out_;
+    return gatherer_.add(column->second, it->time, it->value);
   }
 
  private:
-  void clear(const std::vector<std::size_t>& sensor) {
-    for (const std::size_t c : sensor) values_[c].clear();
-  }
-
   std::map<std::string, std::size_t, std::less<>> column_of_;
-  std::vector<std::vector<std::size_t>> sensors_;
+  AxisGatherer gatherer_;
   bool with_time_;
-  std::vector<std::string> values_;  // by column, of samples that are not complete yet
-  std::map<std::size_t, std::string>
-      times_;  // times of these samples, by the first column of their sensor
-  std::string out_;
 };
 
 }  // namespace
@@ -119,26 +89,22 @@ std::optional<CsvDialect> teleplot_dialect(const std::vector<HeadLine>& lines,
   CsvDialect out;
   if (with_time) out.names.emplace_back("time (ms)");
   std::map<std::string, std::size_t, std::less<>> column_of;
-  std::map<std::string, std::vector<std::size_t>> sensors;
+  std::vector<std::string> ours;
   for (std::size_t c = 0; c < names.size(); ++c) {
     const auto& [name, unit] = names[c];
     column_of.emplace(name, c);
     out.names.push_back(unit.empty() ? name : name + " (" + unit + ")");
     const auto given = options.columns.find(out.names.back());
-    const std::string ours =
+    std::string its =
         given == options.columns.end() ? csv_name(out.names.back()).name : given->second;
-    // "acc_x" is an axis of "acc", "temp" is a number by itself.
-    const bool axis = ours.size() > 2 && ours[ours.size() - 2] == '_';
-    sensors[axis ? ours.substr(0, ours.size() - 2) : ours.empty() ? name : ours].push_back(c);
+    ours.push_back(its.empty() ? name : std::move(its));
   }
-  std::vector<std::vector<std::size_t>> groups;
-  for (auto& [name, columns] : sensors) groups.push_back(std::move(columns));
   out.first_row = lines.front().number;
   out.one_sensor_a_line = !with_time;
   out.notes.emplace_back(with_time ? "lines of Teleplot, with times in ms"
                                    : "lines of Teleplot, without times");
-  out.translator =
-      std::make_shared<TeleplotRows>(std::move(column_of), std::move(groups), with_time);
+  out.translator = std::make_shared<TeleplotRows>(std::move(column_of),
+                                                  AxisGatherer(ours, with_time), with_time);
   return out;
 }
 

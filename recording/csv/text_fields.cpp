@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <iterator>
+#include <utility>
 
 #include "recording/csv/csv_columns.h"
 
@@ -83,13 +85,20 @@ std::optional<double> take_date(std::string_view& text) {
   return days_since_1970(long(year), long(month), long(of_month));
 }
 
-// "12:00:00.25"
+// "12:00:00.25", "34:12.5"
 std::optional<double> take_time_of_day(std::string_view& text) {
   std::string_view at = text;
   double hour = 0.0, minute = 0.0, second = 0.0;
   if (take_digits(at, 2, hour) == 0 || !take_char(at, ":")) return std::nullopt;
-  if (take_digits(at, 2, minute) != 2 || !take_char(at, ":")) return std::nullopt;
-  if (take_digits(at, 2, second) != 2 || hour > 24 || minute > 59 || second > 60) {
+  if (take_digits(at, 2, minute) != 2) return std::nullopt;
+  const bool fraction_follows =
+      at.size() > 1 && (at[0] == '.' || at[0] == ',') && is_decimal_digit(at[1]);
+  if (fraction_follows) {  // "12:34.5" of Excel: no hours
+    second = std::exchange(minute, std::exchange(hour, 0.0));
+  } else if (!take_char(at, ":") || take_digits(at, 2, second) != 2) {
+    return std::nullopt;
+  }
+  if (hour > 24 || minute > 59 || second > 60) {
     return std::nullopt;
   }
   double fraction = 0.0;
@@ -122,7 +131,49 @@ std::optional<double> zone_seconds(std::string_view text, double time_of_day) {
   return (sign == '+' ? 1.0 : -1.0) * (3600.0 * hour + 60.0 * minute);
 }
 
+// "0.02 sec" of MATLAB's durations
+std::optional<double> duration_seconds(std::string_view text) {
+  struct Unit {
+    std::string_view word;
+    double seconds;
+  };
+  constexpr Unit kUnits[] = {{"s", 1.0},        {"sec", 1.0},   {"secs", 1.0},   {"seconds", 1.0},
+                             {"ms", 1e-3},      {"msec", 1e-3}, {"min", 60.0},   {"mins", 60.0},
+                             {"minutes", 60.0}, {"hr", 3600.0}, {"hrs", 3600.0}, {"hours", 3600.0}};
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc()) return std::nullopt;
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  if (!text.starts_with(' ')) return std::nullopt;
+  const auto* const unit = std::ranges::find(kUnits, csv_trimmed(text), &Unit::word);
+  return unit == std::end(kUnits) ? std::nullopt : std::optional(value * unit->seconds);
+}
+
+// The days of "0 days 00:00:00.02" (pandas), which are taken off the text.
+double take_days(std::string_view& text) {
+  std::string_view at = text;
+  double days = 0.0;
+  if (take_digits(at, 6, days) == 0 || !at.starts_with(" day")) return 0.0;
+  at.remove_prefix(at.starts_with(" days") ? 5 : 4);
+  if (!take_char(at, " ")) return 0.0;
+  text = at;
+  return days;
+}
+
+// Fortran's "1.5D+00"
+std::string with_exponent_of_c(std::string_view text) {
+  std::string out(text);
+  const std::size_t d = out.find_first_of("dD");
+  const bool between = d != std::string::npos && d > 0 && d + 1 < out.size() &&
+                       (is_decimal_digit(out[d - 1]) || out[d - 1] == '.') &&
+                       out.find_first_not_of("+-.0123456789", d + 1) == std::string::npos;
+  if (between) out[d] = 'e';
+  return out;
+}
+
 bool is_number(std::string_view text) {
+  const std::string c_text = with_exponent_of_c(text);
+  text = c_text;
   if (text.starts_with('+')) text.remove_prefix(1);
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -195,7 +246,13 @@ char group_mark(std::string_view number) {
 
 std::optional<double> clock_seconds(std::string_view text) {
   text = csv_trimmed(text);
-  if (text.size() < 7 || !is_decimal_digit(text.front())) return std::nullopt;
+  constexpr std::size_t kShortest = 3;  // "1 s"
+  if (text.size() < kShortest || !is_decimal_digit(text.front())) return std::nullopt;
+  if (const std::optional<double> duration = duration_seconds(text)) return duration;
+  if (const double days = take_days(text); !text.empty() && days > 0.0) {
+    const std::optional<double> rest = clock_seconds(text);
+    return rest ? std::optional(86400.0 * days + *rest) : std::nullopt;
+  }
   const std::optional<double> days = take_date(text);
   if (days && !take_char(text, "Tt _-")) return std::nullopt;
   text = csv_trimmed(text);
@@ -204,6 +261,15 @@ std::optional<double> clock_seconds(std::string_view text) {
   const std::optional<double> zone = zone_seconds(text, *time);
   if (!zone) return std::nullopt;
   return 86400.0 * days.value_or(0.0) + *time - *zone;
+}
+
+std::optional<double> fortran_number(std::string_view text) {
+  const std::string c_text = with_exponent_of_c(text);
+  double value = 0.0;
+  const char* const last = c_text.data() + c_text.size();
+  const auto [end, error] = std::from_chars(c_text.data(), last, value);
+  return c_text != text && error == std::errc() && end == last ? std::optional(value)
+                                                               : std::nullopt;
 }
 
 bool says_no_number(std::string_view text) {

@@ -25,12 +25,16 @@ FieldKind field_kind(std::string_view field);
 
 // Seconds since 1970 (or midnight, if there is no date) of "2023-05-01T12:00:00.25Z",
 // "12:00:00.25", "01.05.2023 12:00:00", "2023/05/01 12:00:00,25" and the like, with or without an
-// offset of its zone; nothing for any other text. A date alone is no time.
+// offset of its zone; of "34:12.5" (minutes), "0 days 00:00:00.02" and "0.02 sec"; nothing for any
+// other text. A date alone is no time.
 std::optional<double> clock_seconds(std::string_view text);
 
 // The mark between groups of three digits: ',' in "1,036.664", '.' in "1.036,664". 0 if there is
 // none, or if it is not certain ("1,036" may have a decimal comma).
 char group_mark(std::string_view number);
+
+// "1.5D+00", whose exponent is Fortran's; nothing for any other text.
+std::optional<double> fortran_number(std::string_view text);
 
 // Whether a text is what numpy, pandas, R or JavaScript write in place of a number that is not
 // there.

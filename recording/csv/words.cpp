@@ -29,6 +29,8 @@ constexpr CsvWord kScalars[] = {
     {"stamp", "t", 1},
     {"timestamp_unix", "t", 1},    // Shimmer
     {"header_stamp", "t", 2},      // ROS: when it was measured, not when it was received
+    {"apptimestamp", "t"},         // GetSensorData: when it arrived,
+    {"sensortimestamp", "t", 1},   // and when it was measured
     {"timestamp_sample", "t", 1},  // PX4: the same
     {"timeus", "t", 0, "us"},      // ArduPilot
     {"time_usec", "t", 0, "us"},   // MAVLink
@@ -77,7 +79,10 @@ constexpr CsvWord kScalars[] = {
 constexpr CsvWord kVectors[] = {
     {"acc", "acc"},
     {"accel", "acc"},
+    {"acce", "acc"},  // GetSensorData
     {"accelerometer", "acc"},
+    {"accelerometers", "acc"},
+    {"accl", "acc"},                          // Bosch, GoPro
     {"acceleration", "acc", 1},               // phyphox: with gravity
     {"totalacceleration", "acc", 3},          // Sensor Logger: with gravity
     {"accelerometeracceleration", "acc", 1},  // SensorLog
@@ -87,6 +92,8 @@ constexpr CsvWord kVectors[] = {
     {"specific_force", "acc", 1},
     {"a_rs_s", "acc", 1},    // EuRoC
     {"accel_ln", "acc", 1},  // Shimmer: low noise, wide range
+    {"low_noise_accelerometer", "acc", 1},
+    {"wide_range_accelerometer", "acc"},
     {"accel_wr", "acc"},
     {"uncompacc", "acc", 1},  // VectorNav: not compensated
     {"uncompaccel", "acc", 1},
@@ -113,10 +120,12 @@ constexpr CsvWord kVectors[] = {
     {"gyr", "gyr"},
     {"gyro", "gyr"},
     {"gyroscope", "gyr"},
+    {"gyroscopes", "gyr"},
     {"angular_velocity", "gyr"},
     {"w_rs_s", "gyr"},           // EuRoC
     {"angularvelocity", "gyr"},  // MATLAB Mobile
     {"angular_rate", "gyr"},
+    {"gyro_rate", "gyr", -1},
     {"rotation_rate", "gyr", -1},
     {"rotationrate", "gyr", -1},
     {"gyrorotation", "gyr", 1},      // SensorLog
@@ -147,7 +156,9 @@ constexpr CsvWord kVectors[] = {
     {"magn", "mag"},
     {"magneto", "mag"},
     {"magnetometer", "mag"},
+    {"magnetometers", "mag"},
     {"magnetic_field", "mag"},
+    {"mag_field", "mag", -1},
     {"magneticfield", "mag"},
     {"compass", "mag"},
     {"magadc", "mag"},  // Betaflight

@@ -31,6 +31,7 @@ class RowTimeReader {
     usual_ = usual_row_interval(rows_);
     const double unit = (options_.unit_known ? unit_beside_header : unit_of_times)(
         rows_, options_, usual_, fail_, out_.notes);
+    out_.unit = unit * (options_.unit_known ? options_.unit : 1.0);
     convert(unit);
     put_on_one_clock(rows_, options_, usual_, fail_, out_);
     headers();

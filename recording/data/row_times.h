@@ -52,6 +52,7 @@ struct RawRows {
 
 struct RowTimes {
   std::vector<double> t;  // s; NaN: the row's time is damaged and the row left out
+  double unit = 1.0;      // s that one of the column's numbers was taken for
   std::vector<std::string> notes, cautions;
 };
 

@@ -156,6 +156,23 @@ const std::vector<Spoilt> kSpoilt{
      [](Recording& r) {
        for (auto* s : {&r.acc, &r.gyr, &r.mag[0]}) scale_time(*s, 1e6);
      }},
+    // The gyroscope is in order, and what its rates are compared with is not.
+    {"minutes", "time_unit", "gyr", kFatal, "the times seem to be in minutes", "--unit t=60",
+     [](Recording& r) {
+       for (auto* s : {&r.acc, &r.gyr, &r.mag[0]}) scale_time(*s, 1.0 / 60.0);
+     }},
+    {"tenths_of_ms_read_as_ms", "time_unit", "gyr", kFatal, "tenths of a millisecond",
+     "--unit t=0.0001 (in memory: multiply the times by 0.1)",
+     [](Recording& r) {
+       for (auto* s : {&r.acc, &r.gyr, &r.mag[0]}) scale_time(*s, 10.0);
+       r.file_units["t"] = 1e-3;
+     }},
+    {"numbers_of_samples", "time_unit", "gyr", kFatal, "the times count samples", "--rate 1",
+     [](Recording& r) {
+       for (auto* s : {&r.acc, &r.gyr, &r.mag[0]}) {
+         for (std::size_t k = 0; k < s->size(); ++k) s->t[k] = double(k);
+       }
+     }},
     {"constant_axis", "constant", "gyr", kFatal, "gyr_z is 0 rad/s in all 3000 samples",
      "not measured",
      [](Recording& r) {

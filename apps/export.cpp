@@ -104,6 +104,7 @@ void add_export(CLI::App& app, int& exit_code) {
          "repeat); those of the others stay as they are on the vehicle")
       ->type_name("SENSOR")
       ->expected(1)
+      ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->check(CLI::IsMember({"mag", "acc", "gyr"}));
   cmd->add_flag("--allow-loss", args->allow_loss,

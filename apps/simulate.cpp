@@ -121,6 +121,7 @@ void add_simulate(CLI::App& app, int& exit_code) {
                   "=0.05:0:0.02: these parameters (0.012: for a single one); repeatable; "
                   "an unknown name lists all")
       ->expected(1)
+      ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("NAME[=SIZE]");
   CLI::Option* const like =

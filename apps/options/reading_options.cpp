@@ -86,18 +86,21 @@ void add_column_options(CLI::App& cmd, ReadingOptions& options) {
                  "CSV: our column is the file's, such as acc_x=ax (several: repeat)")
       ->type_name("OURS=THEIRS")
       ->expected(1)
+      ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   cmd.add_option("--unit", options.unit,
                  "CSV: the file's unit, such as gyr=deg/s, acc=g, mag=gauss, mG, nT or T, t=ms,\n"
                  "or a number: one of it in s, m/s^2, rad/s, uT (several: repeat)")
       ->type_name("SENSOR=UNIT")
       ->expected(1)
+      ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   cmd.add_option("--axes", options.axes,
                  "where the device's x, y, z are among a sensor's axes, such as mag=y,-x,z\n"
                  "(magimu info finds it out)")
       ->type_name("SENSOR=A,B,C")
       ->expected(1)
+      ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   cmd.add_option("--rate", options.rate_hz,
                  "CSV without times, or with a counter of samples in their place: times are k / HZ")
@@ -115,6 +118,7 @@ void add_reading_options(CLI::App& cmd, ReadingOptions& options) {
                  "mag=/imu/mag or sensor_mag[1] (several magnetometers: repeat)")
       ->type_name("[KIND=]NAME")
       ->expected(1)
+      ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   cmd.add_option("--gyro-interval", options.gyro_interval,
                  "a gyroscope sample is the mean rate over the interval that begins at its time\n"

@@ -52,6 +52,15 @@ TEST_F(Info, gives_the_same_as_json) {
   EXPECT_EQ(j["expected"]["sigma"].size(), 19u);
 }
 
+// As people write it, with the recording behind.
+TEST_F(Info, an_option_that_may_be_repeated_takes_one_word_each_time) {
+  for (const char* words : {"info --unit acc=g --unit gyr=deg/s rec.csv",
+                            "info --axes mag=y,x,z rec.csv", "info --map acc_x=acc_x rec.csv"}) {
+    const Outcome run = magimu_(words);
+    EXPECT_NE(run.exit_code, 2) << words << ": " << run.err;
+  }
+}
+
 // Before any fit: no more than a factor of two from what the fit then reports of white noise.
 TEST_F(Info, expects_the_sigmas_that_the_calibration_then_has) {
   const json before = info("rec.csv --motion rotation")["expected"]["sigma"];

@@ -113,6 +113,18 @@ Matrix3 gyr_scale_misalignment(const Calibration& c) {
   return S;
 }
 
+Matrix3 acc_scale_misalignment(const Calibration& c) {
+  Matrix3 L = Matrix3::Zero();
+  for (const ActiveEffect& effect : c.effects) {
+    if (effect.name != "acc_scale_misalignment") continue;
+    const VectorXd theta = effect_theta(effect);
+    for (int i = 0, e = 0; i < 3; ++i) {
+      for (int j = 0; j <= i; ++j) L(i, j) += theta[e++];
+    }
+  }
+  return L;
+}
+
 Vector3 corrected_gyr(const Calibration& c, const Vector3& gyr) {
   const Matrix3 scale = Matrix3::Identity() + gyr_scale_misalignment(c);
   return scale.inverse() * (gyr - c.parameters.gyr_bias);

@@ -45,6 +45,8 @@ Vector3 corrected_mag(const Calibration& calibration, std::size_t magnetometer,
 Vector3 corrected_gyr(const Calibration& calibration, const Vector3& gyr);
 // S of the above; zero where the calibration has none.
 Matrix3 gyr_scale_misalignment(const Calibration& calibration);
+// L of acc = (I + L) f + o_a, lower triangular; zero where the calibration has none.
+Matrix3 acc_scale_misalignment(const Calibration& calibration);
 // How long the magnetometer lags, s; 0 where the calibration has no lag.
 double mag_lag_s(const Calibration& calibration, std::size_t magnetometer);
 

@@ -109,11 +109,17 @@ std::vector<std::string> lost_effects(const Calibration& c, const Carries& carri
                                   c.mag_names[m], mag_lag_s(c, m)));
       }
     } else if (effect.name == "gyro_scale_misalignment") {
-      if (carries.gyr_matrix) continue;
+      if (carries.matrices) continue;
       out.push_back(
           fmt::format("the gyroscope's scale errors and misalignment (up to {:.2f} %), for which "
                       "there is no parameter.",
                       100.0 * S.cwiseAbs().maxCoeff()));
+    } else if (effect.name == "acc_scale_misalignment") {
+      if (carries.matrices) continue;
+      out.push_back(fmt::format(
+          "the accelerometer's scale errors and misalignment (up to {:.2f} %), beside which its "
+          "bias was found.",
+          100.0 * acc_scale_misalignment(c).cwiseAbs().maxCoeff()));
     } else {
       out.push_back("the effect " + effect.name + ".");
     }

@@ -33,7 +33,7 @@ std::string rows(const Matrix3& m, const std::string& between) {
 }  // namespace
 
 Exported export_ros(const Calibration& c, const ExportOptions& options) {
-  Exported out{"", lost_effects(c, {.gyr_matrix = true, .lag = true}), {}};
+  Exported out{"", lost_effects(c, {.matrices = true, .lag = true}), {}};
   std::string body;
   for (std::size_t m = 0; m < c.mag_names.size(); ++m) {
     const Vector3 bias = c.parameters.mag[m].bias / kTesla;
@@ -49,27 +49,30 @@ Exported export_ros(const Calibration& c, const ExportOptions& options) {
     const Matrix3 scale = (Matrix3::Identity() + gyr_scale_misalignment(c)).inverse();
     body += fmt::format("    accelerometer_bias: [{}]\n    gyroscope_bias: [{}]\n",
                         list(c.parameters.acc_bias), list(c.parameters.gyr_bias));
+    const Matrix3 of_acc = (Matrix3::Identity() + acc_scale_misalignment(c)).inverse();
+    body += fmt::format("    accelerometer_scaling_matrix: [{}]\n", rows(of_acc, ",\n      "));
     body += fmt::format("    gyroscope_scaling_matrix: [{}]\n", rows(scale, ",\n      "));
     body += fmt::format("    magnetometer_lag: {}\n", number(mag_lag_s(c, m)));
     body +=
         fmt::format("    field_strength: {}\n", number(export_strength_uT(c, options) / kTesla));
   }
   out.text =
-      comment_head(c, options,
-                   {"Parameters for ROS 2 (ros2 run ... --ros-args --params-file FILE).",
-                    "initial_mag_*: those of magnetometer_bias_remover (package "
-                    "magnetometer_pipeline), field = matrix (raw - bias), tesla.",
-                    raw_units("tesla", kTesla),
-                    "The others, for your own node: acceleration = raw - bias, m/s^2; angular "
-                    "velocity = matrix (raw - bias), rad/s; lag in s; all in the axes of the IMU.",
-                    "For ROS 1 leave out the lines /**: and ros__parameters:."},
-                   out.lost, "#") +
+      comment_head(
+          c, options,
+          {"Parameters for ROS 2 (ros2 run ... --ros-args --params-file FILE).",
+           "initial_mag_*: those of magnetometer_bias_remover (package "
+           "magnetometer_pipeline), field = matrix (raw - bias), tesla.",
+           raw_units("tesla", kTesla),
+           "The others, for your own node: acceleration = matrix (raw - bias), m/s^2; "
+           "angular velocity = matrix (raw - bias), rad/s; lag in s; all in the axes of the IMU.",
+           "For ROS 1 leave out the lines /**: and ros__parameters:."},
+          out.lost, "#") +
       body;
   return out;
 }
 
 Exported export_matlab(const Calibration& c, const ExportOptions& options) {
-  Exported out{"", lost_effects(c, {.gyr_matrix = true, .lag = true}), {}};
+  Exported out{"", lost_effects(c, {.matrices = true, .lag = true}), {}};
   std::string body;
   for (std::size_t m = 0; m < c.mag_names.size(); ++m) {
     const std::string suffix = c.mag_names.size() == 1 ? "" : fmt::format("{}", m + 1);
@@ -81,6 +84,8 @@ Exported export_matlab(const Calibration& c, const ExportOptions& options) {
   body += fmt::format("expmfs = {};  % uT\n", number(export_strength_uT(c, options)));
   body += fmt::format("acc_bias = [{}];\ngyr_bias = [{}];\n", list(c.parameters.acc_bias),
                       list(c.parameters.gyr_bias));
+  const Matrix3 of_acc = (Matrix3::Identity() + acc_scale_misalignment(c)).inverse();
+  body += fmt::format("acc_A = [{}];\n", rows(of_acc.transpose(), "; ...\n     "));
   body += fmt::format("gyr_A = [{}];\n", rows(scale.transpose(), "; ...\n     "));
   for (std::size_t m = 0; m < c.mag_names.size(); ++m) {
     const std::string suffix = c.mag_names.size() == 1 ? "" : fmt::format("{}", m + 1);
@@ -89,7 +94,7 @@ Exported export_matlab(const Calibration& c, const ExportOptions& options) {
   out.text = comment_head(c, options,
                           {"As magcal returns them: mag = (D - b)*A, one reading a row, uT, in the "
                            "axes of the IMU.",
-                           "acc = D - acc_bias, m/s^2; gyr = (D - gyr_bias)*gyr_A, rad/s.",
+                           "acc = (D - acc_bias)*acc_A, m/s^2; gyr = (D - gyr_bias)*gyr_A, rad/s.",
                            raw_units("uT", 1.0)},
                           out.lost, "%") +
              body;

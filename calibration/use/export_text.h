@@ -22,8 +22,8 @@ std::string raw_units(const std::string& field_unit, double uT);
 
 // What a target has a place for.
 struct Carries {
-  bool gyr_matrix = false;  // scale errors and misalignment of the gyroscope
-  bool lag = false;         // of the magnetometer
+  bool matrices = false;  // scale errors and misalignment of gyroscope and accelerometer
+  bool lag = false;       // of the magnetometer
 };
 // "mag lags the gyroscope by ..." and so on: effects for which the target has none.
 std::vector<std::string> lost_effects(const Calibration& calibration, const Carries& carries);

@@ -50,6 +50,18 @@ Calibration example(int magnetometers = 1, bool symmetric = false) {
   return c;
 }
 
+// As calibrate() finds it on boards.
+void add_acc_matrix(Calibration& c) {
+  ActiveEffect acc{"acc_scale_misalignment", {}};
+  const double L[] = {0.011, 0.004, -0.012, -0.006, 0.009, 0.021};
+  for (const double entry : L) acc.parameters.push_back({"effects.acc", "1", entry});
+  c.effects.push_back(acc);
+}
+Vector3 corrected_acc(const Calibration& c, const Vector3& raw) {
+  return (Matrix3::Identity() + acc_scale_misalignment(c)).inverse() *
+         (raw - c.parameters.acc_bias);
+}
+
 std::vector<Vector3> samples(double size) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal(0.0, size);
@@ -282,7 +294,8 @@ TEST(ExportArdupilot, carries_the_rotation_as_mounting_angles_where_asked) {
 }
 
 TEST(ExportRos, does_what_we_do_in_tesla) {
-  const Calibration c = example();
+  Calibration c = example();
+  add_acc_matrix(c);
   const Exported out = export_calibration(c, ExportTarget::kRos);
   const Vector3 bias(numbers_of(out.text, "initial_mag_bias_x:")[0],
                      numbers_of(out.text, "initial_mag_bias_y:")[0],
@@ -295,14 +308,17 @@ TEST(ExportRos, does_what_we_do_in_tesla) {
     const Vector3 rate = rows_of(out.text, "gyroscope_scaling_matrix:") *
                          (raw - vector_of(out.text, "gyroscope_bias:"));
     EXPECT_LT((rate - corrected_gyr(c, raw)).norm(), kSame);
-    EXPECT_LT((vector_of(out.text, "accelerometer_bias:") - c.parameters.acc_bias).norm(), kSame);
+    const Vector3 force = rows_of(out.text, "accelerometer_scaling_matrix:") *
+                          (raw - vector_of(out.text, "accelerometer_bias:"));
+    EXPECT_LT((force - corrected_acc(c, raw)).norm(), kSame);
   }
   EXPECT_NEAR(numbers_of(out.text, "magnetometer_lag:")[0], 0.011, 1e-12);
   EXPECT_THAT(out.lost, IsEmpty());
 }
 
 TEST(ExportMatlab, does_what_we_do_on_rows) {
-  const Calibration c = example();
+  Calibration c = example();
+  add_acc_matrix(c);
   const Exported out = export_calibration(c, ExportTarget::kMatlab);
   for (const Vector3& raw_uT : samples(60.0)) {
     const Eigen::RowVector3d D = raw_uT.transpose();
@@ -314,13 +330,17 @@ TEST(ExportMatlab, does_what_we_do_on_rows) {
     const Eigen::RowVector3d rate =
         (raw - vector_of(out.text, "gyr_bias = ")).transpose() * rows_of(out.text, "gyr_A = ");
     EXPECT_LT((rate.transpose() - corrected_gyr(c, raw)).norm(), kSame);
+    const Eigen::RowVector3d force =
+        (raw - vector_of(out.text, "acc_bias = ")).transpose() * rows_of(out.text, "acc_A = ");
+    EXPECT_LT((force.transpose() - corrected_acc(c, raw)).norm(), kSame);
   }
   EXPECT_NEAR(numbers_of(out.text, "expmfs = ")[0], c.strength_uT, 1e-9);
 }
 
 // Compiles a program around the header and lets it correct what it reads.
 TEST(ExportC, compiles_as_c99_and_does_what_we_do) {
-  const Calibration c = example(2);
+  Calibration c = example(2);
+  add_acc_matrix(c);
   const test::TempFolder folder;
   folder.write("magimu_calibration.h", export_calibration(c, ExportTarget::kC).text);
   folder.write("main.c", R"c(
@@ -360,7 +380,7 @@ int main(void) {
       for (int i = 0; i < 3; ++i) output >> (*v)[i];
     }
     ASSERT_TRUE(output.good());
-    EXPECT_LT((acc - (raw - c.parameters.acc_bias)).norm(), kSame);
+    EXPECT_LT((acc - corrected_acc(c, raw)).norm(), kSame);
     EXPECT_LT((gyr - corrected_gyr(c, raw)).norm(), kSame);
     EXPECT_LT((mag[0] - corrected_mag(c, 0, raw)).norm(), kSame);
     EXPECT_LT((mag[1] - corrected_mag(c, 1, raw)).norm(), kSame);

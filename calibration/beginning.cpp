@@ -32,11 +32,11 @@ std::vector<const Recording*> with_acc_earlier(const std::vector<const Recording
 }  // namespace
 
 Beginning::Fit::Fit(const std::vector<const Recording*>& given, double acc_late_s,
-                    const CalibrationOptions& options)
+                    const CalibrationOptions& options, const std::vector<std::string>& known)
     : recordings(with_acc_earlier(given, acc_late_s, copies)),
       few(recordings),
       pipeline(few.get(), options),
-      coarse(pipeline.coarse(motion_reason)) {}
+      coarse(pipeline.coarse(motion_reason, known)) {}
 
 std::optional<Beginning::Lag> Beginning::lag_of(const Fit& fit, const CalibrationOptions& options) {
   // Who says that there is no lag has one clock.
@@ -65,8 +65,10 @@ Beginning::Beginning(const std::vector<const Recording*>& all, const Calibration
   same_motion.motion = fit_->coarse.spec().motion;
   for (int shift = 0; shift < kMostShifts; ++shift) {
     if (!lag_ || !(std::abs(lag_->tau_s) > kSeen * lag_->robust_s)) return;
-    auto next =
-        attempt([&] { return std::make_unique<Fit>(all, late_s_ + lag_->tau_s, same_motion); });
+    std::vector<std::string> known;
+    for (const auto& effect : fit_->coarse.spec().effects) known.push_back(effect->name());
+    auto next = attempt(
+        [&] { return std::make_unique<Fit>(all, late_s_ + lag_->tau_s, same_motion, known); });
     if (!next || !(*next)->coarse.result().converged()) return;
     (*next)->motion_reason = fit_->motion_reason;
     late_s_ += lag_->tau_s;

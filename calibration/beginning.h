@@ -39,8 +39,9 @@ class Beginning {
 
  private:
   struct Fit {
+    // known: as in Pipeline::coarse().
     Fit(const std::vector<const Recording*>& given, double acc_late_s,
-        const CalibrationOptions& options);
+        const CalibrationOptions& options, const std::vector<std::string>& known = {});
 
     std::deque<Recording> copies;
     std::vector<const Recording*> recordings;

@@ -363,13 +363,16 @@ Stage Pipeline::choose(std::string& reason) const {
 
 // Few nodes first: most iterations, the search for the noise and the choices are cheap there. A
 // step whose trial fails leaves the stage as it was.
-Stage Pipeline::coarse(std::string& motion_reason) const {
+Stage Pipeline::coarse(std::string& motion_reason, const std::vector<std::string>& known) const {
   Stage stage = choose(motion_reason);
-  for (const auto step :
-       {&Pipeline::with_offset, &Pipeline::with_acc_jitter, &Pipeline::with_gyr_matrix,
-        &Pipeline::with_errors_of_parts, &Pipeline::with_offset}) {
-    if (auto next = attempt([&] { return (this->*step)(stage); })) stage = *std::move(next);
-  }
+  const auto take = [&](const auto& step) {
+    if (auto next = attempt([&] { return step(stage); })) stage = *std::move(next);
+  };
+  take([&](const Stage& from) { return with_offset(from); });
+  take([&](const Stage& from) { return with_acc_jitter(from); });
+  take([&](const Stage& from) { return with_gyr_matrix(from); });
+  take([&](const Stage& from) { return with_errors_of_parts(from, known); });
+  take([&](const Stage& from) { return with_offset(from); });
   return with_fixed_symmetries(stage);
 }
 
@@ -438,19 +441,20 @@ std::optional<Stage> Pipeline::with_effects(const Stage& stage,
 }
 
 // Are the effects that `with` has more worth it, and left-out magnetometer samples not predicted
-// worse? Or predicted so much better that nothing else need be asked?
+// worse?
 bool Pipeline::pays(const Stage& without, const Stage& with) const {
-  if (!(log_marginal_likelihood(with) > log_marginal_likelihood(without) + kWorthPart)) {
-    return false;
-  }
+  if (!(worth_of_effects(recordings_, without, with, options_) > kWorthPart)) return false;
   const HeldOutGain held = held_out_gain(without, with);
-  if (held.better(kMatrixShown)) return true;
-  return held.mean >= -kWorse * held.error &&
-         worth_of_effects(recordings_, without, with, options_) > kWorthPart;
+  return held.mean >= -kWorse * held.error;
 }
 
 // With the noise, and the jolts, that belong to its effects.
 Stage Pipeline::with_noise_anew(const Stage& stage) const {
+  if (!(stage.spec().acc_jitter > 0.0)) {
+    Stage out = stage;
+    fit_with_noise(out, Values(stage.result().values), true);
+    return out;
+  }
   ModelSpec spec = stage.spec();
   spec.acc_jitter = 0.0;
   Stage prompt(stage, spec);
@@ -459,15 +463,23 @@ Stage Pipeline::with_noise_anew(const Stage& stage) const {
 }
 
 // The stage with errors that parts have as a rule, each that is worth it. Without them a hand's
-// motion is bent until it explains what they do to gravity, and what one of them leaves looks like
-// errors that persist, or like jolts: where none is worth it by itself all are tried, with the
-// noise that is left then.
-Stage Pipeline::with_errors_of_parts(const Stage& stage) const {
+// motion is bent until it explains what they do to gravity, and jolts may be what they seemed.
+Stage Pipeline::with_errors_of_parts(const Stage& stage,
+                                     const std::vector<std::string>& known) const {
   const bool possible = stage.spec().motion == MotionModel::kHandHeld;
   if (!possible || !options_.gyr_matrix.value_or(true)) return stage;
   Stage best = stage;
   std::vector<std::string> left(std::begin(kErrorsOfParts), std::end(kErrorsOfParts));
+  if (!known.empty()) {
+    if (std::optional<Stage> next = with_effects(best, known)) {
+      best = *std::move(next);
+      std::erase_if(left, [&](const std::string& name) {
+        return std::ranges::find(known, name) != known.end();
+      });
+    }
+  }
   for (bool again = true; again && !left.empty();) {
+    // What was refused beside another's error may be worth it without that.
     again = std::erase_if(left, [&](const std::string& name) {
               std::optional<Stage> next = with_effects(best, {name});
               if (!next || !pays(best, *next)) return false;
@@ -475,13 +487,7 @@ Stage Pipeline::with_errors_of_parts(const Stage& stage) const {
               return true;
             }) > 0;
   }
-  if (left.empty() || left.size() < std::size(kErrorsOfParts)) return with_noise_anew(best);
-  const std::optional<Stage> all = with_effects(best, left);
-  if (!all || !(log_marginal_likelihood(*all) > log_marginal_likelihood(best) + kWorthPart)) {
-    return stage;
-  }
-  Stage settled = with_noise_anew(*all);
-  return settled.result().converged() && pays(stage, settled) ? settled : stage;
+  return left.size() < std::size(kErrorsOfParts) ? with_noise_anew(best) : stage;
 }
 
 bool Pipeline::may_show_offset(const Stage& stage) const {

@@ -73,7 +73,8 @@ class Pipeline {
   // All fits throw NumericalError where they cannot be made. The whole way: motion and why, lag,
   // jolts, gyroscope matrix, with few nodes; then the fit with all of them. What needs more fits
   // than one, for the checks: left-out data, and halves of each recording.
-  Stage coarse(std::string& motion_reason) const;
+  // known: errors of parts (effects' names) that are part of the model without being asked again.
+  Stage coarse(std::string& motion_reason, const std::vector<std::string>& known = {}) const;
   Stage fine(const Stage& coarse) const;
   std::vector<Check> check_prediction(const Stage& coarse) const;
   // Halves alone; nothing where one of them cannot be fitted.
@@ -104,7 +105,7 @@ class Pipeline {
   Stage with_offset(const Stage& stage) const;
   Stage with_acc_jitter(const Stage& stage) const;
   Stage with_gyr_matrix(const Stage& stage) const;
-  Stage with_errors_of_parts(const Stage& stage) const;
+  Stage with_errors_of_parts(const Stage& stage, const std::vector<std::string>& known) const;
   std::optional<Stage> with_effects(const Stage& stage,
                                     const std::vector<std::string>& names) const;
   bool pays(const Stage& without, const Stage& with) const;

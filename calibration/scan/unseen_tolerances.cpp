@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "graph/decompositions.h"
 
@@ -48,12 +47,9 @@ VectorXd probabilities(const VectorXd& log_odds) {
   return out;
 }
 
-// An error that is there is no tiny one of its kind: its density is x^2 times a normal one (Johnson
-// and Rossell 2010), whose variance is a third of that of x.
+// An error that is there is no tiny one: its density is x^2 times a normal one (Johnson and Rossell
+// 2010), whose variance is a third of that of x.
 constexpr double kOfVariance = 3.0;
-// Of the usual errors of parts: as they come, and of parts that are calibrated at the factory, as a
-// phone's are.
-constexpr double kSizes[] = {1.0, 0.1};
 
 }  // namespace
 
@@ -72,22 +68,14 @@ ToleranceDirections tolerance_directions(const MatrixXd& A, const VectorXd& z, d
                           sigma.asDiagonal() * eigen.eigenvectors()};
   const VectorXd y = out.axes.transpose() * z / excess;
   for (Eigen::Index i = 0; i < n; ++i) {
-    double odds = 0.0, mean = 0.0, second = 0.0;
-    for (const double size : kSizes) {
-      const double lambda = size * size * std::max(0.0, eigen.eigenvalues()[i]) / kOfVariance;
-      // A score has the information as its variance: without information it is rounding.
-      const double score = lambda > 0.0 ? size * y[i] / std::sqrt(kOfVariance) : 0.0;
-      const double v = 1.0 / (1.0 + lambda), m = score * v, square = m * m + v;
-      const double log_odds = 0.5 * (score * m + std::log(v)) + std::log(square);
-      const double own = std::exp(std::min(log_odds, kSure)) / double(std::size(kSizes));
-      const double scale = size / std::sqrt(kOfVariance);
-      odds += own;
-      mean += own * scale * (m * m + 3.0 * v) * m / square;
-      second += own * scale * scale * (m * m * m * m + 6.0 * m * m * v + 3.0 * v * v) / square;
-    }
-    out.log_odds[i] = std::log(odds);
-    out.mean[i] = mean / odds;
-    out.variance[i] = second / odds - out.mean[i] * out.mean[i];
+    const double lambda = std::max(0.0, eigen.eigenvalues()[i]) / kOfVariance;
+    // A score has the information as its variance: without information it is rounding.
+    const double score = lambda > 0.0 ? y[i] / std::sqrt(kOfVariance) : 0.0;
+    const double v = 1.0 / (1.0 + lambda), m = score * v, square = m * m + v;
+    out.log_odds[i] = 0.5 * (score * m + std::log(v)) + std::log(square);
+    out.mean[i] = (m * m + 3.0 * v) * m / square / std::sqrt(kOfVariance);
+    const double second = (m * m * m * m + 6.0 * m * m * v + 3.0 * v * v) / square / kOfVariance;
+    out.variance[i] = second - out.mean[i] * out.mean[i];
   }
   return out;
 }

@@ -98,15 +98,13 @@ void add_export(CLI::App& app, int& exit_code) {
   cmd->add_flag("--with-rotation", args->options.with_rotation,
                 "px4, ardupilot: carry the magnetometer's rotation against the IMU as mounting\n"
                 "angles (PX4 1.14, ArduPilot 4.2 and later; external magnetometers)");
-  cmd->add_option(
-         "--only", args->options.only,
-         "px4, ardupilot: write the parameters of this sensor only, such as mag (several:\n"
-         "repeat); those of the others stay as they are on the vehicle")
-      ->type_name("SENSOR")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->check(CLI::IsMember({"mag", "acc", "gyr"}));
+  repeatable(
+      cmd->add_option(
+             "--only", args->options.only,
+             "px4, ardupilot: write the parameters of this sensor only, such as mag (several:\n"
+             "repeat); those of the others stay as they are on the vehicle")
+          ->type_name("SENSOR")
+          ->check(CLI::IsMember({"mag", "acc", "gyr"})));
   cmd->add_flag("--allow-loss", args->allow_loss,
                 "px4, ardupilot: write a file that loses a large rotation of a magnetometer, too");
   cmd->add_flag("--force", args->force, "use a calibration whose verdict is \"no\"");

@@ -116,14 +116,12 @@ void add_simulate(CLI::App& app, int& exit_code) {
       ->expected(3)
       ->check(CLI::NonNegativeNumber)
       ->type_name("ACC GYR MAG");
-  cmd->add_option("--effect", args->effects,
-                  "hide an effect, of a random realistic size by the seed; =2: twice that; "
-                  "=0.05:0:0.02: these parameters (0.012: for a single one); repeatable; "
-                  "an unknown name lists all")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->type_name("NAME[=SIZE]");
+  repeatable(
+      cmd->add_option("--effect", args->effects,
+                      "hide an effect, of a random realistic size by the seed; =2: twice that; "
+                      "=0.05:0:0.02: these parameters (0.012: for a single one); repeatable; "
+                      "an unknown name lists all")
+          ->type_name("NAME[=SIZE]"));
   CLI::Option* const like =
       cmd->add_option(
              "--like", args->like,

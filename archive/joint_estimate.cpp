@@ -25,15 +25,19 @@ std::vector<std::string> shared_order(const std::vector<RecordingSummary>& recor
   std::set<std::string> effects;
   for (const RecordingSummary& r : recordings) {
     for (const std::string& name : r.order) {
-      spec.mag_time_offset |= name == time_offset_name(0);
-      spec.gyr_matrix |= name == gyr_matrix_name(0);
-      if (name.starts_with("effects.")) effects.insert(effect_parameter_of(name).effect);
+      const std::string effect = effect_parameter_of(name).effect;
+      if (effect == "mag_time_offset") {
+        spec.mag_time_offset = true;
+      } else if (effect == "gyro_scale_misalignment") {
+        spec.gyr_matrix = true;
+      } else if (!effect.empty()) {
+        effects.insert(effect);
+      }
       if (name.starts_with("magnetometers[")) {
         magnetometers = std::max(magnetometers, std::stoi(name.substr(14)) + 1);
       }
     }
   }
-  effects.erase("");
   for (const std::string& effect : effects) spec.effects.push_back(find_effect(effect));
   std::vector<std::string> out = parameter_names(magnetometers, 1, spec);
   std::erase(out, "field.dip_deg");

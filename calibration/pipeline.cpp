@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "calibration/fit/choose_motion.h"
 #include "calibration/fit/diagnostics.h"
@@ -14,6 +15,7 @@
 #include "calibration/model/exact_symmetries.h"
 #include "calibration/model/extension.h"
 #include "calibration/motion/rests.h"
+#include "calibration/scan/unseen_tolerances.h"
 #include "calibration/trust/better_than_none.h"
 #include "calibration/worth_of_effect.h"
 #include "graph/numerical_error.h"
@@ -48,10 +50,9 @@ constexpr double kLeastAcc = 1e-6, kLeastGyr = 1e-8;  // m/s^2, rad/s per sqrt(H
 // Sampling intervals. No further: what exceeds one is no matter of sampling.
 constexpr double kAccJitter[] = {0.25, 0.5, 1.0};
 constexpr double kWorthJitter = 3.3;  // nats; about 1 % by chance
-// In nats. A part's error that is worth less leaves the calibration where it is, and its doubt is
-// in the sigmas (scan/unseen_tolerances.h).
-constexpr double kWorthPart = 3.3;  // about 1 % by chance
-constexpr const char* kErrorsOfParts[] = {"acc_scale_misalignment", "gyro_g_sensitivity"};
+// Nats: odds of 27 to 1. A part's error that is worth less leaves the calibration where it is, and
+// its doubt is in the sigmas (scan/unseen_tolerances.h).
+constexpr double kWorthPart = 3.3;
 constexpr double kWorse = 2.0;        // standard errors of a gain below zero
 constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
 // Standard deviations of a lag that is believed; of one that may be, with noise estimated anew.
@@ -469,23 +470,25 @@ Stage Pipeline::with_errors_of_parts(const Stage& stage,
   const bool possible = stage.spec().motion == MotionModel::kHandHeld;
   if (!possible || !options_.gyr_matrix.value_or(true)) return stage;
   Stage best = stage;
-  std::vector<std::string> left(std::begin(kErrorsOfParts), std::end(kErrorsOfParts));
-  if (!known.empty()) {
-    if (std::optional<Stage> next = with_effects(best, known)) {
-      best = *std::move(next);
-      std::erase_if(left, [&](const std::string& name) {
-        return std::ranges::find(known, name) != known.end();
-      });
-    }
+  std::deque<std::string> left(std::begin(kErrorsOfParts), std::end(kErrorsOfParts));
+  if (std::optional<Stage> next = known.empty() ? std::nullopt : with_effects(best, known)) {
+    best = *std::move(next);
+    std::erase_if(left, [&](const std::string& name) {
+      return std::ranges::find(known, name) != known.end();
+    });
   }
-  for (bool again = true; again && !left.empty();) {
-    // What was refused beside another's error may be worth it without that.
-    again = std::erase_if(left, [&](const std::string& name) {
-              std::optional<Stage> next = with_effects(best, {name});
-              if (!next || !pays(best, *next)) return false;
-              best = *std::move(next);
-              return true;
-            }) > 0;
+  // What was refused beside another's error may be worth it without that.
+  for (std::size_t refused = 0; refused < left.size();) {
+    const std::string name = left.front();
+    left.pop_front();
+    std::optional<Stage> next = with_effects(best, {name});
+    if (next && pays(best, *next)) {
+      best = *std::move(next);
+      refused = 0;
+    } else {
+      left.push_back(name);
+      ++refused;
+    }
   }
   return left.size() < std::size(kErrorsOfParts) ? with_noise_anew(best) : stage;
 }

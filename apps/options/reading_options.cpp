@@ -81,27 +81,26 @@ std::vector<std::pair<std::string, Matrix3>> ReadingOptions::turns() const {
   return out;
 }
 
+CLI::Option* repeatable(CLI::Option* option) {
+  return option->expected(1)->allow_extra_args(false)->multi_option_policy(
+      CLI::MultiOptionPolicy::TakeAll);
+}
+
 void add_column_options(CLI::App& cmd, ReadingOptions& options) {
-  cmd.add_option("--map", options.map,
-                 "CSV: our column is the file's, such as acc_x=ax (several: repeat)")
-      ->type_name("OURS=THEIRS")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  cmd.add_option("--unit", options.unit,
-                 "CSV: the file's unit, such as gyr=deg/s, acc=g, mag=gauss, mG, nT or T, t=ms,\n"
-                 "or a number: one of it in s, m/s^2, rad/s, uT (several: repeat)")
-      ->type_name("SENSOR=UNIT")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  cmd.add_option("--axes", options.axes,
-                 "where the device's x, y, z are among a sensor's axes, such as mag=y,-x,z\n"
-                 "(magimu info finds it out)")
-      ->type_name("SENSOR=A,B,C")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  repeatable(cmd.add_option("--map", options.map,
+                            "CSV: our column is the file's, such as acc_x=ax (several: repeat)")
+                 ->type_name("OURS=THEIRS"));
+  repeatable(
+      cmd.add_option(
+             "--unit", options.unit,
+             "CSV: the file's unit, such as gyr=deg/s, acc=g, mag=gauss, mG, nT or T, t=ms,\n"
+             "or a number: one of it in s, m/s^2, rad/s, uT (several: repeat)")
+          ->type_name("SENSOR=UNIT"));
+  repeatable(
+      cmd.add_option("--axes", options.axes,
+                     "where the device's x, y, z are among a sensor's axes, such as mag=y,-x,z\n"
+                     "(magimu info finds it out)")
+          ->type_name("SENSOR=A,B,C"));
   cmd.add_option("--rate", options.rate_hz,
                  "CSV without times, or with a counter of samples in their place: times are k / HZ")
       ->type_name("HZ")
@@ -113,13 +112,11 @@ void add_column_options(CLI::App& cmd, ReadingOptions& options) {
 
 void add_reading_options(CLI::App& cmd, ReadingOptions& options) {
   add_column_options(cmd, options);
-  cmd.add_option("--sensor", options.sensors,
-                 "a log with several sensors: which to read, as info names them, such as\n"
-                 "mag=/imu/mag or sensor_mag[1] (several magnetometers: repeat)")
-      ->type_name("[KIND=]NAME")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  repeatable(
+      cmd.add_option("--sensor", options.sensors,
+                     "a log with several sensors: which to read, as info names them, such as\n"
+                     "mag=/imu/mag or sensor_mag[1] (several magnetometers: repeat)")
+          ->type_name("[KIND=]NAME"));
   cmd.add_option("--gyro-interval", options.gyro_interval,
                  "a gyroscope sample is the mean rate over the interval that begins at its time\n"
                  "(forward), has it in the middle (centred) or ends there (backward)")

@@ -27,6 +27,8 @@ struct ReadingOptions {
   std::vector<std::pair<std::string, Matrix3>> turns() const;
 };
 
+// An option that may be given several times takes one word each time, not what stands behind it.
+CLI::Option* repeatable(CLI::Option* option);
 // Adds --map, --unit, --axes, --rate, --columns, --gyro-interval and --sensor. `options` must
 // outlive `cmd`.
 void add_column_options(CLI::App& cmd, ReadingOptions& options);

@@ -40,18 +40,21 @@ CalibrationOptions StreamingCalibration::State::final_options() const {
   return options;
 }
 
+Calibration StreamingCalibration::State::calibrate_as_kept(const Recording& raw) const {
+  return calibrate(flagged_.empty() ? raw : without_flagged(raw), final_options());
+}
+
 // The estimate of the stream knows nothing of what the motion so far cannot show: errors that parts
 // have as a rule, a model that something is missing in. calibrate() does, and so it is asked, where
 // the samples are kept as they came, before anybody is told to stop.
 bool StreamingCalibration::State::is_good_enough() {
   const Recording* const raw = samples_.raw();
   if (borne_out_ || raw == nullptr || !changes_.empty()) return true;
-  const double now = samples_.last_t();
-  if (now < next_asked_) return false;
-  next_asked_ = raw->gyr.t.front() + kAskedAgain * (now - raw->gyr.t.front());
+  const double length = samples_.last_t() - samples_.first_t();
+  if (length < next_asked_) return false;
+  next_asked_ = kAskedAgain * length;
   try {
-    const Calibration c =
-        calibrate(flagged_.empty() ? *raw : without_flagged(*raw), final_options());
+    const Calibration c = calibrate_as_kept(*raw);
     borne_out_ = c.trust.verdict != Verdict::kNo && distance(c) <= 1.0;
     not_yet_ = c.trust.reasons.empty() ? "" : c.trust.reasons.front();
   } catch (const InputError& error) {
@@ -101,7 +104,7 @@ Calibration StreamingCalibration::State::finish() {
     return calibrate(slice(all, t[t.size() - kLastSamples], t.back()), final_options());
   }
   if (raw != nullptr && changes_.empty() && !is_long) {
-    return calibrate(flagged_.empty() ? *raw : without_flagged(*raw), final_options());
+    return calibrate_as_kept(*raw);
   }
   std::optional<CheckedRecordings> checked;
   if (raw != nullptr) checked.emplace(std::vector<const Recording*>{raw});

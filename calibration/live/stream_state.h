@@ -93,6 +93,7 @@ class StreamingCalibration::State {
   CalibrationOptions final_options() const;
   Recording without_flagged(const Recording& raw) const;
   Calibration finish(const StreamParts& parts);
+  Calibration calibrate_as_kept(const Recording& raw) const;
   bool is_good_enough();
 
   // stream_news.cpp
@@ -124,8 +125,8 @@ class StreamingCalibration::State {
   double last_fit_s_ = 0.0;  // how long the stream was
   int last_fit_windows_ = 0;
 
-  // What calibrate() makes of the samples so far bears the target out; s of stream time when it is
-  // asked again, and why it did not.
+  // Does what calibrate() makes of the samples so far bear the target out? The length of the
+  // stream, s, from which it is asked again, and why it did not.
   bool borne_out_ = false;
   double next_asked_ = 0.0;
   std::string not_yet_;

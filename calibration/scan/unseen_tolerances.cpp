@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "graph/decompositions.h"
 
@@ -54,8 +55,8 @@ constexpr double kOfVariance = 3.0;
 }  // namespace
 
 bool is_tolerance(const Effect& effect) {
-  return effect.name() == "acc_scale_misalignment" || effect.name() == "gyro_scale_misalignment" ||
-         effect.name() == "gyro_g_sensitivity";
+  return effect.name() == "gyro_scale_misalignment" ||
+         std::ranges::find(kErrorsOfParts, effect.name()) != std::end(kErrorsOfParts);
 }
 
 ToleranceDirections tolerance_directions(const MatrixXd& A, const VectorXd& z, double excess,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What parts' tolerances may have done to a calibration without being seen. The model takes gains
-// and axes of accelerometer and gyroscope as exact. Where the sensor stays about level (a boat, a
-// car, a figure of eight), a gain of the accelerometer looks like its bias: no residual shows it,
-// and the bias is wrong by 0.1 m/s^2 with a sigma of 0.003.
+// What parts' tolerances may have done to a calibration without being seen. The model may take
+// gains and axes of accelerometer and gyroscope as exact. Where the sensor stays about level (a
+// boat, a car, a figure of eight), a gain of the accelerometer looks like its bias: no residual
+// shows it, and the bias is wrong by 0.1 m/s^2 with a sigma of 0.003.
 //
 // In each direction that the motion shows or hides by itself, an error is either not there or as
 // large as parts usually have it: the eigenvectors of L A L, A the information of a family of
@@ -30,7 +30,9 @@
 
 namespace magimu {
 
-// Is it a family of errors that every part has within its tolerances?
+// Families of errors that every part has within its tolerances, beside the gyroscope's matrix.
+inline constexpr const char* kErrorsOfParts[] = {"acc_scale_misalignment", "gyro_g_sensitivity"};
+// Is it one of them, or that matrix?
 bool is_tolerance(const Effect& effect);
 
 // Directions of a family: the logarithm of the odds of an error at even odds beforehand, and its

@@ -125,9 +125,15 @@ Matrix3 acc_scale_misalignment(const Calibration& c) {
   return L;
 }
 
+Matrix3 gyr_correction(const Calibration& c) {
+  return (Matrix3::Identity() + gyr_scale_misalignment(c)).inverse();
+}
+Matrix3 acc_correction(const Calibration& c) {
+  return (Matrix3::Identity() + acc_scale_misalignment(c)).inverse();
+}
+
 Vector3 corrected_gyr(const Calibration& c, const Vector3& gyr) {
-  const Matrix3 scale = Matrix3::Identity() + gyr_scale_misalignment(c);
-  return scale.inverse() * (gyr - c.parameters.gyr_bias);
+  return gyr_correction(c) * (gyr - c.parameters.gyr_bias);
 }
 
 double mag_lag_s(const Calibration& c, std::size_t m) {

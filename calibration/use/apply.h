@@ -43,6 +43,9 @@ Vector3 corrected_mag(const Calibration& calibration, std::size_t magnetometer,
 // (I + S)^-1 (gyr - o_w), S the gyroscope's scale errors and misalignment where they are part of
 // the calibration.
 Vector3 corrected_gyr(const Calibration& calibration, const Vector3& gyr);
+// (I + S)^-1 of the above, and (I + L)^-1 of the accelerometer's: f = (I + L)^-1 (acc - o_a).
+Matrix3 gyr_correction(const Calibration& calibration);
+Matrix3 acc_correction(const Calibration& calibration);
 // S of the above; zero where the calibration has none.
 Matrix3 gyr_scale_misalignment(const Calibration& calibration);
 // L of acc = (I + L) f + o_a, lower triangular; zero where the calibration has none.

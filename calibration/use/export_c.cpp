@@ -64,10 +64,8 @@ static inline void magimu_correct(const magimu_real matrix[3][3], const magimu_r
 Exported export_c(const Calibration& c, const ExportOptions& options) {
   Exported out{"", lost_effects(c, {.matrices = true, .lag = true}), {}};
   std::string body = kBegin;
-  body += sensor("acc", c.parameters.acc_bias,
-                 (Matrix3::Identity() + acc_scale_misalignment(c)).inverse(), "m/s^2");
-  const Matrix3 scale = (Matrix3::Identity() + gyr_scale_misalignment(c)).inverse();
-  body += sensor("gyr", c.parameters.gyr_bias, scale, "rad/s");
+  body += sensor("acc", c.parameters.acc_bias, acc_correction(c), "m/s^2");
+  body += sensor("gyr", c.parameters.gyr_bias, gyr_correction(c), "rad/s");
   for (std::size_t m = 0; m < c.mag_names.size(); ++m) {
     const std::string name = identifier(c.mag_names[m]);
     body += sensor(name, c.parameters.mag[m].bias, export_matrix(c, m, options), "uT");

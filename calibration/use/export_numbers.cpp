@@ -46,12 +46,12 @@ Exported export_ros(const Calibration& c, const ExportOptions& options) {
     body += fmt::format("    initial_mag_scaling_matrix: [{}]\n",
                         rows(export_matrix(c, m, options), ",\n      "));
     if (m > 0) continue;
-    const Matrix3 scale = (Matrix3::Identity() + gyr_scale_misalignment(c)).inverse();
     body += fmt::format("    accelerometer_bias: [{}]\n    gyroscope_bias: [{}]\n",
                         list(c.parameters.acc_bias), list(c.parameters.gyr_bias));
-    const Matrix3 of_acc = (Matrix3::Identity() + acc_scale_misalignment(c)).inverse();
-    body += fmt::format("    accelerometer_scaling_matrix: [{}]\n", rows(of_acc, ",\n      "));
-    body += fmt::format("    gyroscope_scaling_matrix: [{}]\n", rows(scale, ",\n      "));
+    body += fmt::format("    accelerometer_scaling_matrix: [{}]\n",
+                        rows(acc_correction(c), ",\n      "));
+    body +=
+        fmt::format("    gyroscope_scaling_matrix: [{}]\n", rows(gyr_correction(c), ",\n      "));
     body += fmt::format("    magnetometer_lag: {}\n", number(mag_lag_s(c, m)));
     body +=
         fmt::format("    field_strength: {}\n", number(export_strength_uT(c, options) / kTesla));
@@ -80,13 +80,11 @@ Exported export_matlab(const Calibration& c, const ExportOptions& options) {
                         rows(export_matrix(c, m, options).transpose(), "; ...\n     "));
     body += fmt::format("b{} = [{}];\n", suffix, list(c.parameters.mag[m].bias));
   }
-  const Matrix3 scale = (Matrix3::Identity() + gyr_scale_misalignment(c)).inverse();
   body += fmt::format("expmfs = {};  % uT\n", number(export_strength_uT(c, options)));
   body += fmt::format("acc_bias = [{}];\ngyr_bias = [{}];\n", list(c.parameters.acc_bias),
                       list(c.parameters.gyr_bias));
-  const Matrix3 of_acc = (Matrix3::Identity() + acc_scale_misalignment(c)).inverse();
-  body += fmt::format("acc_A = [{}];\n", rows(of_acc.transpose(), "; ...\n     "));
-  body += fmt::format("gyr_A = [{}];\n", rows(scale.transpose(), "; ...\n     "));
+  body += fmt::format("acc_A = [{}];\n", rows(acc_correction(c).transpose(), "; ...\n     "));
+  body += fmt::format("gyr_A = [{}];\n", rows(gyr_correction(c).transpose(), "; ...\n     "));
   for (std::size_t m = 0; m < c.mag_names.size(); ++m) {
     const std::string suffix = c.mag_names.size() == 1 ? "" : fmt::format("{}", m + 1);
     body += fmt::format("mag_lag{} = {};  % s\n", suffix, number(mag_lag_s(c, m)));

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "recording/data/time_unit.h"
 #include "statistics/quantiles.h"
 
 namespace magimu {
@@ -17,8 +18,6 @@ namespace {
 constexpr double kFastest = 4000.0 * M_PI / 180.0;
 // A hand that calibrates turns faster than this at times.
 constexpr double kSlowest = 0.05;  // rad/s
-// Rates of an IMU's samples, Hz (row_times.h).
-constexpr double kLeastRate = 1.0, kMostRate = 1e4;
 // How well directions tell the rate of a hand that swings.
 constexpr double kNearUnit = 0.1;
 
@@ -62,7 +61,7 @@ std::optional<Issue> time_unit_of_turns(const Recording& r, double gain, bool ex
   const double fast = fast_rate(r.gyr), rate = gain * r.gyr.rate_hz();
   const bool impossible = fast / gain > kFastest;
   if ((explained && !impossible) || fast > kFastest || fast < kSlowest) return std::nullopt;
-  if (rate < kLeastRate || rate > kMostRate) return std::nullopt;
+  if (rate * kMostInterval < 1.0 || rate * kLeastInterval > 1.0) return std::nullopt;
   const auto given = r.file_units.find("t");
   const double was = given == r.file_units.end() ? 1.0 : given->second, unit = was / gain;
   const std::string problem = fmt::format(

@@ -13,8 +13,6 @@
 namespace magimu {
 namespace {
 
-// Rates of an IMU: below 1 Hz it cannot follow a hand, and above 10 kHz none delivers samples.
-constexpr double kLeastInterval = 1e-4, kMostInterval = 1.0;  // s
 // Seconds since 1970, of the years 2001 to 2049. In ms, us and ns these numbers are larger than
 // those of any clock that counts since boot with the same intervals.
 constexpr double kEpochBegin = 1e9, kEpochEnd = 2.5e9;

@@ -10,6 +10,9 @@
 
 namespace magimu {
 
+// Intervals of an IMU's samples, s: below 1 Hz it cannot follow a hand, and above 10 kHz none
+// delivers samples.
+inline constexpr double kLeastInterval = 1e-4, kMostInterval = 1.0;
 // Of the rows; more of them with the time of another row are no slip.
 inline constexpr double kManyOfOneTime = 0.05;
 

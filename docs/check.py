@@ -27,7 +27,7 @@ ROOMS = ("calibration/", "diagnosis/", "earth/", "recording/")
 JUDGES = ("calibration/beginning", "calibration/fit/", "calibration/live/", "calibration/motion/",
           "calibration/pipeline", "calibration/scan/", "calibration/start/", "calibration/survey/",
           "calibration/trust/", "calibration/turning", "calibration/use/", "diagnosis/",
-          "recording/checks/", "recording/data/", "recording/live/")
+          "recording/checks/", "recording/data/", "recording/live/", "recording/oddities/")
 THRESHOLDS = ROOT / "docs/thresholds.md"
 NUMBER = re.compile(
     r"(double|float|int|long|bool|unsigned( \w+)?|std::(size_t|ptrdiff_t|u?int\d+_t)"

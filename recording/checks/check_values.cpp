@@ -8,10 +8,10 @@
 #include <optional>
 #include <utility>
 
-#include "recording/checks/dead_zone.h"
 #include "recording/checks/quality_checks.h"
-#include "recording/checks/sensor_habits.h"
 #include "recording/data/set_aside.h"
+#include "recording/oddities/dead_zone.h"
+#include "recording/oddities/sensor_habits.h"
 
 namespace magimu {
 namespace {

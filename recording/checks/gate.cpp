@@ -7,11 +7,11 @@
 #include <map>
 #include <utility>
 
-#include "recording/checks/dead_zone.h"
-#include "recording/checks/gate_records.h"
-#include "recording/checks/gate_witnesses.h"
 #include "recording/checks/quality_checks.h"
 #include "recording/data/bridge.h"
+#include "recording/oddities/dead_zone.h"
+#include "recording/oddities/gate_records.h"
+#include "recording/oddities/gate_witnesses.h"
 
 namespace magimu {
 namespace {

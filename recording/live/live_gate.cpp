@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "recording/checks/gate_witnesses.h"
+#include "recording/oddities/gate_witnesses.h"
 
 namespace magimu {
 namespace {

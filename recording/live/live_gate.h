@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "recording/checks/gate_records.h"
 #include "recording/data/stream_sample.h"
+#include "recording/oddities/gate_records.h"
 
 namespace magimu {
 

@@ -14,9 +14,9 @@
 #include <set>
 
 #include "recording/checks/quality.h"
-#include "recording/checks/sensor_gate.h"
 #include "recording/data/set_aside.h"
 #include "recording/live/live_gate.h"
+#include "recording/oddities/sensor_gate.h"
 #include "recording/read.h"
 #include "tests/recording/checks/turning_device.h"
 

@@ -3,10 +3,10 @@
 // gyroscope's dead zone.
 #include <gmock/gmock.h>
 
-#include "recording/checks/dead_zone.h"
 #include "recording/checks/gate.h"
 #include "recording/checks/quality.h"
 #include "recording/data/error.h"
+#include "recording/oddities/dead_zone.h"
 #include "tests/recording/turned_board.h"
 
 namespace magimu {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "recording/checks/gate_witnesses.h"
+#include "recording/oddities/gate_witnesses.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "recording/checks/sensor_gate.h"
+#include "recording/oddities/sensor_gate.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "recording/checks/hangs.h"
+#include "recording/oddities/hangs.h"
 
 namespace magimu {
 namespace {

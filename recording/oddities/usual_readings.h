@@ -8,7 +8,7 @@
 #include <deque>
 #include <optional>
 
-#include "recording/checks/sensor_habits.h"
+#include "recording/oddities/sensor_habits.h"
 
 namespace magimu {
 

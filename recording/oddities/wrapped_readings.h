@@ -7,7 +7,7 @@
 #include <map>
 #include <optional>
 
-#include "recording/checks/usual_readings.h"
+#include "recording/oddities/usual_readings.h"
 
 namespace magimu {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "recording/checks/wrapped_readings.h"
+#include "recording/oddities/wrapped_readings.h"
 
 #include <algorithm>
 #include <cmath>

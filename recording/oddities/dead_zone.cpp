@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "recording/checks/dead_zone.h"
+#include "recording/oddities/dead_zone.h"
 
 #include <algorithm>
 #include <cmath>

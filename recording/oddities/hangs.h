@@ -6,7 +6,7 @@
 
 #include <functional>
 
-#include "recording/checks/usual_readings.h"
+#include "recording/oddities/usual_readings.h"
 
 namespace magimu {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "recording/checks/local_course.h"
+#include "recording/oddities/local_course.h"
 
 #include <Eigen/QR>
 #include <algorithm>

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "recording/checks/sensor_gate.h"
+#include "recording/oddities/sensor_gate.h"
 
 namespace magimu {
 

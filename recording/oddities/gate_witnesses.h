@@ -5,7 +5,7 @@
 // quantiles, so that no single reading decides. Internal to the gate.
 #pragma once
 
-#include "recording/checks/sensor_gate.h"
+#include "recording/oddities/sensor_gate.h"
 
 namespace magimu {
 

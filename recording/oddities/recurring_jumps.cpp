@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "recording/checks/recurring_jumps.h"
+#include "recording/oddities/recurring_jumps.h"
 
 #include <algorithm>
 #include <cmath>

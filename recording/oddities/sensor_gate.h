@@ -22,9 +22,9 @@
 #include <utility>
 #include <vector>
 
-#include "recording/checks/jump_sizes.h"
-#include "recording/checks/recurring_jumps.h"
-#include "recording/checks/wrapped_readings.h"
+#include "recording/oddities/jump_sizes.h"
+#include "recording/oddities/recurring_jumps.h"
+#include "recording/oddities/wrapped_readings.h"
 
 namespace magimu {
 

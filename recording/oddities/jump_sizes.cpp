@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "recording/checks/jump_sizes.h"
+#include "recording/oddities/jump_sizes.h"
 
 #include <algorithm>
 #include <cmath>

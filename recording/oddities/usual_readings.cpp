@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "recording/checks/usual_readings.h"
+#include "recording/oddities/usual_readings.h"
 
 #include <algorithm>
 

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "recording/checks/neighbours.h"
+#include "recording/oddities/neighbours.h"
 
 namespace magimu {
 

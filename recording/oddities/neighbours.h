@@ -3,7 +3,7 @@
 // gate (sensor_gate.h).
 #pragma once
 
-#include "recording/checks/usual_readings.h"
+#include "recording/oddities/usual_readings.h"
 
 namespace magimu {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "recording/checks/sensor_habits.h"
+#include "recording/oddities/sensor_habits.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "recording/checks/hangs.h"
+#include "recording/oddities/hangs.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "recording/checks/gate_records.h"
+#include "recording/oddities/gate_records.h"
 
 #include <fmt/format.h>
 

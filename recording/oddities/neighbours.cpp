@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "recording/checks/neighbours.h"
+#include "recording/oddities/neighbours.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "recording/checks/local_course.h"
+#include "recording/oddities/local_course.h"
 
 namespace magimu {
 namespace {

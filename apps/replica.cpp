@@ -7,7 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "diagnosis/compare/refitted_model.h"
 #include "factors/effects/catalogue.h"
 #include "factors/field_basis.h"

@@ -12,7 +12,7 @@
 #include <numeric>
 
 #include "archive/device_groups.h"
-#include "archive/manifest.h"
+#include "archive/inventory/manifest.h"
 #include "calibration/fit/uncertainty.h"
 #include "calibration/model/parameter_names.h"
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "archive/sha256.h"
+#include "archive/inventory/sha256.h"
 #include "calibration/result/calibration_json.h"
 #include "recording/data/error.h"
 #include "recording/files/read_file.h"

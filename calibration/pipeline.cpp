@@ -14,7 +14,7 @@
 #include "calibration/fit/summary.h"
 #include "calibration/model/exact_symmetries.h"
 #include "calibration/model/extension.h"
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "calibration/scan/unseen_tolerances.h"
 #include "calibration/trust/better_than_none.h"
 #include "calibration/worth_of_effect.h"

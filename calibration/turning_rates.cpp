@@ -8,7 +8,7 @@
 #include "calibration/array_fit.h"
 #include "calibration/fit/marginal_likelihood.h"
 #include "calibration/motion/coning.h"
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "calibration/pipeline.h"
 #include "graph/numerical_error.h"
 #include "graph/parallel.h"

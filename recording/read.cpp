@@ -10,7 +10,7 @@
 #include "recording/arrays/arrays.h"
 #include "recording/arrays/broad.h"
 #include "recording/arrays/json_file.h"
-#include "recording/csv/csv_columns.h"
+#include "recording/csv/columns/csv_columns.h"
 #include "recording/csv/one_clock.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"

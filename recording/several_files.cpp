@@ -9,10 +9,10 @@
 #include <optional>
 #include <set>
 
-#include "recording/csv/csv_columns.h"
-#include "recording/csv/csv_names.h"
+#include "recording/csv/columns/csv_columns.h"
+#include "recording/csv/columns/csv_names.h"
+#include "recording/csv/columns/words.h"
 #include "recording/csv/one_clock.h"
-#include "recording/csv/words.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 #include "recording/devices_of_files.h"

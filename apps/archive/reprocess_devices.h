@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "archive/fleet.h"
-#include "archive/manifest.h"
+#include "archive/inventory/manifest.h"
 
 namespace magimu::apps {
 

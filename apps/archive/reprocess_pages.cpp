@@ -11,7 +11,7 @@
 #include "apps/page/report.h"
 #include "apps/plot/plot.h"
 #include "apps/say/numbers.h"
-#include "archive/manifest.h"
+#include "archive/inventory/manifest.h"
 
 namespace magimu::apps {
 namespace {

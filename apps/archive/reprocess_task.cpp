@@ -23,7 +23,7 @@
 #include "apps/archive/reprocess_options.h"
 #include "apps/options/stop_signals.h"
 #include "apps/say/progress.h"
-#include "archive/found_units.h"
+#include "archive/inventory/found_units.h"
 #include "archive/result_file.h"
 #include "calibration/result/calibration_json.h"
 #include "graph/numerical_error.h"

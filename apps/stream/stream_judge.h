@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the faults of a stream's samples (calibration/live/live_checks.h) mean for its estimate: for
-// the program's streams and for those of the Python module.
+// What the faults of a stream's samples (calibration/live/checks/live_checks.h) mean for its
+// estimate: for the program's streams and for those of the Python module.
 #pragma once
 
-#include "calibration/live/live_checks.h"
+#include "calibration/live/checks/live_checks.h"
 #include "calibration/live/streaming.h"
 
 namespace magimu::apps {

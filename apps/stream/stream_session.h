@@ -15,7 +15,7 @@
 #include "apps/stream/stream_known.h"
 #include "apps/stream/stream_status.h"
 #include "apps/stream/stream_thinned_samples.h"
-#include "calibration/live/live_checks.h"
+#include "calibration/live/checks/live_checks.h"
 #include "recording/live/sample_journal.h"
 
 namespace magimu::apps {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a session says of the samples themselves while they arrive (calibration/live/live_checks.h),
-// and what that means for its estimate.
+// What a session says of the samples themselves while they arrive
+// (calibration/live/checks/live_checks.h), and what that means for its estimate.
 #include <algorithm>
 
 #include "apps/stream/stream_judge.h"

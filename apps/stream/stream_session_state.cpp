@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "apps/stream/stream_session.h"
-#include "recording/data/row_times.h"
+#include "recording/data/times/row_times.h"
 
 namespace magimu::apps {
 namespace {

@@ -15,7 +15,7 @@
 #include <chrono>
 #include <functional>
 
-#include "calibration/fit/disturbance.h"
+#include "calibration/fit/disturbances/disturbance.h"
 #include "calibration/pipeline.h"
 #include "diagnosis/noise/thinned.h"
 #include "diagnosis/result/diagnosis.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 
 namespace magimu {
 namespace {

@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "calibration/calibrate.h"
-#include "calibration/live/sensor_changes.h"
+#include "calibration/live/checks/sensor_changes.h"
 #include "calibration/result/calibration.h"
 #include "graph/bytes.h"
 #include "recording/data/stream_sample.h"

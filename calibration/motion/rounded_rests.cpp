@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "calibration/motion/integrated_rotation.h"
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "recording/checks/repeats.h"
 
 namespace magimu {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "calibration/rest_noise/allan.h"
 #include "recording/data/recording.h"
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-#include "calibration/fit/disturbance.h"
+#include "calibration/fit/disturbances/disturbance.h"
 #include "calibration/model/parameter_names.h"
 #include "graph/parallel.h"
 

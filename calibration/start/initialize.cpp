@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "calibration/start/alignment.h"
 #include "calibration/start/attitude.h"
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "calibration/calibrate.h"
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "calibration/start/turned_axes.h"
 #include "calibration/survey/coverage.h"
 #include "calibration/trust/mounting.h"

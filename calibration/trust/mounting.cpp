@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "calibration/motion/direction_steadiness.h"
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "calibration/start/intrinsic.h"
 #include "graph/decompositions.h"
 #include "recording/data/axes.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "diagnosis/conclude/unexplained.h"
 #include "diagnosis/noise/noise_causes.h"
 #include "factors/effects/change.h"

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "calibration/motion/integrated_rotation.h"
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "calibration/scan/scan.h"
 #include "diagnosis/conclude/departures.h"
 #include "diagnosis/conclude/unexplained.h"

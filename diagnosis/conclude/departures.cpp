@@ -9,7 +9,7 @@
 
 #include "calibration/fit/residual_series.h"
 #include "calibration/motion/block_means.h"
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "diagnosis/noise/channel_statistics.h"
 #include "diagnosis/noise/noise_causes.h"
 #include "diagnosis/noise/sample_residuals.h"

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "calibration/model/extension.h"
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "calibration/scan/general_dependence.h"
 #include "calibration/scan/scan.h"
 #include "calibration/start/intrinsic.h"

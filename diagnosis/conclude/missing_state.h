@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/fit/disturbance.h"
+#include "calibration/fit/disturbances/disturbance.h"
 #include "diagnosis/result/diagnosis.h"
 #include "diagnosis/search/option.h"
 

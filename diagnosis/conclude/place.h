@@ -2,7 +2,8 @@
 // `field_departure` is a claim about a place: that the field differs from place to place. A process
 // of the field does not say that; whatever changes readings gains as much. It is named where
 //
-//   a  a function of the estimated position (calibration/fit/field_of_place.h) and a process of the
+//   a  a function of the estimated position (calibration/fit/disturbances/field_of_place.h) and a
+//   process of the
 //      field beside it has 10 nats more evidence than every process elsewhere, with size and memory
 //      of its own: of the field without a place, the magnetometer (coloured noise is one of its),
 //      the gyroscope, the accelerometer, and each beside an accelerometer that is early or late;
@@ -22,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/fit/disturbance.h"
+#include "calibration/fit/disturbances/disturbance.h"
 #include "calibration/pipeline.h"
 #include "diagnosis/result/diagnosis.h"
 

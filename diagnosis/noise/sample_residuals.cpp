@@ -6,7 +6,7 @@
 
 #include "calibration/model/extension.h"
 #include "calibration/model/sensed_motion.h"
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "diagnosis/noise/high_pass.h"
 
 namespace magimu {

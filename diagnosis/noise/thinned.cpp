@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "calibration/motion/slower_recordings.h"
 
 namespace magimu {

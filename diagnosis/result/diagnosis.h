@@ -89,9 +89,9 @@ struct Unexplained {
   std::vector<std::string> channels = {}, evidence = {};  // evidence: sentences
 };
 
-// What the model lacks, as a process of one channel in one frame (calibration/fit/disturbance.h):
-// by how many nats it makes the readings more probable, beside the model that the diagnosis started
-// from and beside that at its end.
+// What the model lacks, as a process of one channel in one frame
+// (calibration/fit/disturbances/disturbance.h): by how many nats it makes the readings more
+// probable, beside the model that the diagnosis started from and beside that at its end.
 struct MissingState {
   std::string channel = {}, frame = {}, unit = {};  // frame: "navigation", "sensor"
   double gain_nats = 0.0;                           // G of the first model

@@ -9,7 +9,7 @@
 
 #include "calibration/model/extension.h"
 #include "calibration/model/windows.h"
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "diagnosis/noise/high_pass.h"
 #include "diagnosis/noise/sample_residuals.h"
 #include "graph/decompositions.h"

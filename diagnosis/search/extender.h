@@ -9,7 +9,7 @@
 #include <mutex>
 #include <optional>
 
-#include "calibration/fit/disturbance.h"
+#include "calibration/fit/disturbances/disturbance.h"
 #include "calibration/motion/random_walk.h"
 #include "calibration/pipeline.h"
 #include "diagnosis/result/diagnosis.h"

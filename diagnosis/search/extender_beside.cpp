@@ -3,7 +3,7 @@
 // beside the cause as without it, the cause only resembles what is missing.
 #include <algorithm>
 
-#include "calibration/fit/disturbance.h"
+#include "calibration/fit/disturbances/disturbance.h"
 #include "diagnosis/search/extender.h"
 #include "graph/parallel.h"
 

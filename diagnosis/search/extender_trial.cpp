@@ -7,7 +7,7 @@
 #include "calibration/model/extension.h"
 #include "calibration/model/parameter_names.h"
 #include "calibration/motion/random_walk.h"
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "diagnosis/held/held_out_nll.h"
 #include "diagnosis/search/change_search.h"
 #include "diagnosis/search/extender.h"

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "calibration/motion/sensor_rows.h"
 #include "diagnosis/search/excursion_kinds.h"
 #include "statistics/quantiles.h"

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "calibration/motion/rests.h"
+#include "calibration/motion/rests/rests.h"
 #include "statistics/quantiles.h"
 
 namespace magimu {

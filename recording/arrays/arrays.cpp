@@ -11,14 +11,14 @@
 #include <set>
 #include <utility>
 
-#include "recording/csv/csv_columns.h"
-#include "recording/csv/csv_names.h"
+#include "recording/csv/columns/csv_columns.h"
+#include "recording/csv/columns/csv_names.h"
+#include "recording/csv/columns/words.h"
 #include "recording/csv/one_clock.h"
-#include "recording/csv/words.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
-#include "recording/data/row_times.h"
 #include "recording/data/sensor_words.h"
+#include "recording/data/times/row_times.h"
 
 namespace magimu {
 namespace {

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "recording/arrays/arrays.h"
-#include "recording/csv/csv_columns.h"
+#include "recording/csv/columns/csv_columns.h"
 #include "recording/data/error.h"
 #include "recording/files/read_file.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "recording/data/time_unit.h"
+#include "recording/data/times/time_unit.h"
 #include "statistics/quantiles.h"
 
 namespace magimu {

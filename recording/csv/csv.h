@@ -5,58 +5,26 @@
 //   0,0.1,0.2,9.8,0.01,0,0,20.1,3.4,-41
 //   0.01,0.1,0.2,9.8,0.01,0,0,,,             <- the magnetometer has no sample at this time
 //
-// What other programs write is recognised by its first lines (csv/csv_dialect.h): other separators,
-// a decimal comma, lines above the header, units in a row of their own, labelled numbers, a sensor
-// a row. Columns come in any order. An array of magnetometers has mag1_x .. magN_z; temp, current
-// and pos_x..z are optional. Well-known other names (time, ax, Gyro_X, csv_names.h) are understood,
-// columns that mean nothing here are ignored, and recording.notes tells of both. Lines that start
-// with '#' and blank lines are skipped; ';' or a tab may stand for the comma if the header has
-// them. nan, null or NA stand for an empty field.
+// What other programs write is recognised by its first lines (csv/dialects/csv_dialect.h): other
+// separators, a decimal comma, lines above the header, units in a row of their own, labelled
+// numbers, a sensor a row. Columns come in any order. An array of magnetometers has mag1_x ..
+// magN_z; temp, current and pos_x..z are optional. Well-known other names (time, ax, Gyro_X,
+// csv_names.h) are understood, columns that mean nothing here are ignored, and recording.notes
+// tells of both. Lines that start with '#' and blank lines are skipped; ';' or a tab may stand for
+// the comma if the header has them. nan, null or NA stand for an empty field.
 //
 // Times in ms, us or ns are recognised, since 1970 or since boot; rows of one time that carry
 // different sensors are one; a clock that was set back, or a counter that rolled over, goes on
 // (row_times.h). recording.notes tells of all of it.
 #pragma once
 
-#include <map>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
+#include "recording/csv/columns/csv_options.h"
 #include "recording/data/recording.h"
 
 namespace magimu {
-
-struct CsvOptions {
-  // A file without magnetometer samples is an error. Default true.
-  bool require_mag = true;
-  // A file without accelerometer or gyroscope samples is an error. Default true; false for one file
-  // of several that make a recording.
-  bool require_imu = true;
-  // The file's column name -> ours ("t", "acc_x", "mag2_z", "temp", ...), for headers that no
-  // alias covers. Default none. An entry wins over names and aliases.
-  std::map<std::string, std::string> columns;
-  // The file's units in ours: 1e-3 for milliseconds, 9.80665 for g, pi/180 for deg/s, 100 for
-  // gauss (units.h). Default: what the header says ("Gyroscope x (deg/s)"), else s, m/s^2, rad/s,
-  // uT.
-  std::optional<double> time_unit, acc_unit, gyr_unit, mag_unit;
-  // Samples a second, for a file without times, or with a counter of samples in their place: the
-  // times are k / rate_hz. Default: the file has times.
-  std::optional<double> rate_hz;
-  // Times stay as large as they are, and a clock that was set back is an error: for files of one
-  // sensor each that share a clock. Default false.
-  bool keep_origin = false;
-  // The header that a file lacks, "t,acc_x,acc_y,...", in our names or the file's; a column named -
-  // or with an empty name is ignored. Default: the file has one.
-  std::string header;
-  // The sensor whose file it is ("acc", "gyr", "mag"): columns that are only called x, y, z are
-  // read as this sensor's. Default: none, and such columns are ignored.
-  std::string sensor;
-  // Which sensors of a log, or files of a folder, to read where there are several of a kind: names
-  // as `magimu info` lists them ("/imu/data", "mag=sensor_mag[1]"). Default: the best of each kind.
-  std::vector<std::string> sensors;
-};
 
 // Reads a file (or a pipe, until its end). Throws InputError with line, field and remedy for text
 // that cannot be understood. Whatever is guessed or left out, recording.notes says so.

@@ -10,8 +10,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "recording/csv/columns/text_fields.h"
 #include "recording/csv/plain_number.h"
-#include "recording/csv/text_fields.h"
 #include "recording/csv/timed_rows.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"

@@ -19,10 +19,10 @@
 #include <string_view>
 #include <vector>
 
-#include "recording/csv/csv_columns.h"
-#include "recording/csv/csv_dialect.h"
+#include "recording/csv/columns/csv_columns.h"
+#include "recording/csv/dialects/csv_dialect.h"
 #include "recording/data/error.h"
-#include "recording/data/row_times.h"
+#include "recording/data/times/row_times.h"
 
 namespace magimu {
 

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "recording/csv/csv_names.h"
+#include "recording/csv/columns/csv_names.h"
 #include "recording/csv/one_clock.h"
 
 namespace magimu {

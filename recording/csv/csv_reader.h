@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "recording/csv/csv_dialect.h"
 #include "recording/csv/csv_parser.h"
+#include "recording/csv/dialects/csv_dialect.h"
 #include "recording/data/error.h"
 
 namespace magimu {

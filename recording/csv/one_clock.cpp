@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "recording/csv/csv_columns.h"
+#include "recording/csv/columns/csv_columns.h"
 #include "recording/data/error.h"
 #include "recording/data/sensor_words.h"
 

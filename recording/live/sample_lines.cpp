@@ -11,7 +11,7 @@
 
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
-#include "recording/data/row_times.h"
+#include "recording/data/times/row_times.h"
 #include "recording/data/told_units.h"
 
 namespace magimu {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "recording/csv/head_lines.h"
+#include "recording/csv/dialects/head_lines.h"
 
 namespace magimu {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What kind of text a stream is, told from its first lines as they come, by the code that tells it
-// of a file (csv/csv_dialect.h): what a board prints when it starts, a terminal's time stamps,
-// labelled numbers, other separators, a decimal comma. A header in the plainest dialect is known
-// with the first row below it; all else once kLinesToTell lines are there. Afterwards no line
+// of a file (csv/dialects/csv_dialect.h): what a board prints when it starts, a terminal's time
+// stamps, labelled numbers, other separators, a decimal comma. A header in the plainest dialect is
+// known with the first row below it; all else once kLinesToTell lines are there. Afterwards no line
 // waits.
 //
 //   StreamHead head("serial:/dev/ttyUSB0", options);

@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "recording/csv/csv_columns.h"
-#include "recording/data/arrival_stamps.h"
-#include "recording/data/row_times.h"
+#include "recording/csv/columns/csv_columns.h"
 #include "recording/data/stream_sample.h"
+#include "recording/data/times/arrival_stamps.h"
+#include "recording/data/times/row_times.h"
 
 namespace magimu {
 

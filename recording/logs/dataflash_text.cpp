@@ -13,8 +13,8 @@
 #include <string_view>
 #include <vector>
 
-#include "recording/csv/csv_columns.h"
-#include "recording/csv/text_fields.h"
+#include "recording/csv/columns/csv_columns.h"
+#include "recording/csv/columns/text_fields.h"
 #include "recording/files/read_file.h"
 #include "recording/files/temporary_file.h"
 #include "recording/logs/logs.h"

@@ -8,11 +8,11 @@
 #include <tuple>
 #include <utility>
 
-#include "recording/csv/csv_columns.h"
+#include "recording/csv/columns/csv_columns.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
-#include "recording/data/row_times.h"
 #include "recording/data/sensor_words.h"
+#include "recording/data/times/row_times.h"
 #include "recording/logs/log_times.h"
 
 namespace magimu {

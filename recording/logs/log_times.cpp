@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "recording/data/arrival_stamps.h"
+#include "recording/data/times/arrival_stamps.h"
 
 namespace magimu {
 namespace {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "recording/data/row_times.h"
+#include "recording/data/times/row_times.h"
 
 namespace magimu {
 

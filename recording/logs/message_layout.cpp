@@ -8,7 +8,7 @@
 #include <map>
 #include <utility>
 
-#include "recording/csv/csv_columns.h"
+#include "recording/csv/columns/csv_columns.h"
 #include "recording/files/log_file.h"
 
 namespace magimu {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include "recording/csv/csv_names.h"
+#include "recording/csv/columns/csv_names.h"
 #include "recording/data/quoted_text.h"
 #include "recording/files/zstd_file.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Any text as a header, a unit, axes: the small languages of the command line and of other loggers.
-#include "recording/csv/csv_columns.h"
-#include "recording/csv/csv_names.h"
+#include "recording/csv/columns/csv_columns.h"
+#include "recording/csv/columns/csv_names.h"
 #include "recording/data/axes.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"

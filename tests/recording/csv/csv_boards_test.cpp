@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "recording/csv/columns/csv_names.h"
+#include "recording/csv/columns/text_fields.h"
 #include "recording/csv/csv.h"
-#include "recording/csv/csv_names.h"
-#include "recording/csv/text_fields.h"
 #include "recording/live/sample_lines.h"
 #include "recording/read.h"
 #include "recording/several_files.h"

@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <random>
 
+#include "recording/csv/columns/csv_columns.h"
 #include "recording/csv/csv.h"
-#include "recording/csv/csv_columns.h"
 #include "recording/csv/csv_parser.h"
 #include "tests/recording/test_files.h"
 

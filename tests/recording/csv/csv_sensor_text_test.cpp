@@ -9,7 +9,7 @@
 #include <string>
 
 #include "recording/csv/csv.h"
-#include "recording/csv/line_translator.h"
+#include "recording/csv/dialects/line_translator.h"
 #include "tests/recording/test_files.h"
 
 namespace magimu {

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "recording/csv/csv.h"
-#include "recording/data/row_times.h"
+#include "recording/data/times/row_times.h"
 #include "tests/recording/test_files.h"
 
 namespace magimu {

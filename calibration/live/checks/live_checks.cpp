@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/live/checks/live_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <utility>
+
+#include "calibration/live/checks/certain_issues.h"
+#include "calibration/live/checks/live_mounting.h"
+#include "calibration/trust/check_axes.h"
+#include "calibration/trust/field_check.h"
+#include "recording/checks/gate.h"
+#include "recording/data/axes.h"
+#include "recording/data/times/arrival_stamps.h"
+#include "recording/data/times/row_times.h"
+
+namespace magimu {
+namespace {
+
+// s of data after which the samples are looked at; then every kEvery.
+constexpr double kLooks[] = {2.0, 3.0, 4.0, 4.8, 6.5, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0};
+constexpr double kEvery = 30.0;  // s
+// Samples that are kept: those of the last minute, but at least so many (if times are in a wrong
+// unit) and at most so many (memory).
+constexpr double kKept = 60.0;  // s
+constexpr std::size_t kKeptAtLeast = 400, kKeptAtMost = 60000;
+// New samples before the next look: an eighth of all so far, within these bounds, so that a wrong
+// clock costs no more time than a right one.
+constexpr long kNewAtLeast = 20, kNewAtMost = 500;
+// s of data before a sensor without samples is reported.
+constexpr double kForAbsence = 4.0;
+// Rows of slower sensors are late by less than kLate. After a gap of kOtherPart, or a reset, a new
+// part begins.
+constexpr double kLate = 1.0, kOtherPart = kPartGap - 1.0;  // s
+constexpr double kDipKnown = 5.0;  // standard deviations from 0 of a dip whose sign is known
+constexpr double kNearby = 1.0;    // s: a fault so near to a window may explain it
+
+bool has_place(const Issue& issue) { return issue.begin_s != 0.0 || issue.end_s != 0.0; }
+
+bool any_fatal(const std::vector<Issue>& issues) {
+  return std::ranges::any_of(issues,
+                             [](const Issue& issue) { return issue.severity == Severity::kFatal; });
+}
+
+bool same(const Issue& a, const Issue& b) {
+  // Samples set aside for different reasons are different issues, and have different remedies.
+  return a.kind == b.kind && a.sensor == b.sensor && a.axis == b.axis &&
+         (a.kind != "set_aside" || a.remedy == b.remedy);
+}
+
+// Of issues that are the same, only the gravest.
+std::vector<Issue> without_doubles(std::vector<Issue> issues) {
+  std::ranges::stable_sort(issues,
+                           [](const Issue& a, const Issue& b) { return a.severity > b.severity; });
+  std::vector<Issue> out;
+  for (Issue& issue : issues) {
+    const bool there = std::ranges::any_of(out, [&](const Issue& o) { return same(o, issue); });
+    if (!there) out.push_back(std::move(issue));
+  }
+  return out;
+}
+
+// Gives samples that were stamped on arrival even times, as for a file (row_times.h), and returns
+// one issue for all of them.
+std::vector<Issue> with_even_times(Recording& r) {
+  std::vector<Issue> out;
+  const auto mend = [&](VectorSeries& series, const std::string& name) {
+    std::optional<EvenTimes> even = even_times(series.t);
+    if (!even) return;
+    series.t = std::move(even->t);
+    if (!out.empty()) return;
+    out.push_back(
+        {"arrival", name, -1, Severity::kCaution, 0.0, 0.0,
+         fmt::format("samples are stamped on arrival, about {:.3g} at a time every {:.3g} "
+                     "ms, not when they were measured",
+                     even->in_a_burst, 1e3 * even->burst_s),
+         fmt::format("give their rate, --rate {}, or send the time of each sample",
+                     rate_text(even->rate_hz))});
+  };
+  mend(r.gyr, "gyr");
+  mend(r.acc, "acc");
+  for (std::size_t m = 0; m < r.mag.size(); ++m) mend(r.mag[m], r.mag_names[m]);
+  return out;
+}
+
+std::vector<Issue> absent_sensors(const Recording& r) {
+  std::vector<Issue> out;
+  const auto look_for = [&](const VectorSeries& series, const std::string& name, bool needed) {
+    if (!series.empty()) return;
+    out.push_back({"absent", name, -1, needed ? Severity::kFatal : Severity::kCaution, 0.0, 0.0,
+                   fmt::format("there are no samples of {}: its columns are empty", name),
+                   "look at the board and its wires"});
+  };
+  look_for(r.acc, "acc", true);
+  look_for(r.gyr, "gyr", true);
+  for (std::size_t m = 0; m < r.mag.size(); ++m) look_for(r.mag[m], r.mag_names[m], m == 0);
+  return out;
+}
+
+std::string capitalised(std::string text) {
+  for (const char* word : {"the ", "every ", "samples ", "there "}) {
+    if (!text.starts_with(word)) continue;
+    text.front() = char(std::toupper(static_cast<unsigned char>(text.front())));
+  }
+  return text;
+}
+
+}  // namespace
+
+LiveChecks::LiveChecks(LiveChecksOptions options) : options_(std::move(options)) {}
+
+void LiveChecks::add(const StreamSample& sample) {
+  if (!std::isfinite(sample.t)) return;
+  // (With times in a wrong unit all samples are so far apart, and must be looked at: hence
+  // kNewAtLeast.)
+  const bool gap = sample.t > latest_s_ + kOtherPart && in_part_ >= kNewAtLeast;
+  if (samples_.empty() || sample.t < latest_s_ - kLate || gap) {
+    samples_.clear();
+    begin_s_ = latest_s_ = sample.t;
+    in_part_ = since_look_ = 0;
+    next_look_ = 0;
+  }
+  samples_.push_back(sample);
+  latest_s_ = std::max(latest_s_, sample.t);
+  ++in_part_;
+  ++since_look_;
+  while (samples_.size() > kKeptAtMost ||
+         (samples_.size() > kKeptAtLeast && samples_.front().t < sample.t - kKept)) {
+    samples_.pop_front();
+  }
+  if (due()) look();
+}
+
+bool LiveChecks::due() const {
+  if (since_look_ < std::clamp(in_part_ / 8, kNewAtLeast, kNewAtMost)) return false;
+  const std::size_t first = std::size(kLooks);
+  const double at = next_look_ < first
+                        ? kLooks[next_look_]
+                        : kLooks[first - 1] + kEvery * double(next_look_ - first + 1);
+  return latest_s_ - begin_s_ >= at;
+}
+
+Recording LiveChecks::piece() const {
+  Recording r;
+  r.name = "stream";
+  r.mag_names = options_.mag_names;
+  r.mag.resize(r.mag_names.size());
+  r.file_units = options_.file_units;
+  const auto put = [](VectorSeries& series, double t, const std::optional<Vector3>& v) {
+    if (v && (series.empty() || t > series.t.back())) series.push_back(t, *v);
+  };
+  for (const StreamSample& s : samples_) {
+    put(r.acc, s.t, s.acc);
+    put(r.gyr, s.t, s.gyr);
+    for (std::size_t m = 0; m < std::min(s.mag.size(), r.mag.size()); ++m) {
+      put(r.mag[m], s.t, s.mag[m]);
+    }
+  }
+  return r;
+}
+
+std::vector<Issue> LiveChecks::issues_in(const Recording& given) {
+  Recording r = given;
+  std::vector<Issue> issues = with_even_times(r);
+  if (std::optional<Recording> kept = gated(r)) r = *std::move(kept);
+  const double length_s = latest_s_ - samples_.front().t;
+  if (length_s >= kForAbsence) {
+    for (Issue& issue : absent_sensors(r)) issues.push_back(std::move(issue));
+  }
+  for (Issue& issue : check_recording(r)) {
+    if (certain(issue, r, length_s)) issues.push_back(std::move(issue));
+  }
+  mounting_ = {};
+  if (any_fatal(issues) || r.acc.empty() || r.gyr.empty()) return issues;
+  for (VectorSeries& mag : r.mag) {
+    if (mag.empty()) return issues;
+  }
+  mounting_ = mounting_of(std::move(r), issues);
+  if (!sure(mounting_, length_s)) mounting_ = {};
+  for (Issue& issue : axes_issues()) issues.push_back(std::move(issue));
+  return issues;
+}
+
+void LiveChecks::look() {
+  if (samples_.size() < std::size_t(kNewAtLeast) || since_look_ == 0) return;
+  since_look_ = 0;
+  const double elapsed = latest_s_ - begin_s_;
+  next_look_ = std::size_t(std::ranges::upper_bound(kLooks, elapsed) - std::begin(kLooks));
+  if (next_look_ == std::size(kLooks)) {
+    next_look_ += std::size_t((elapsed - kLooks[next_look_ - 1]) / kEvery);
+  }
+  const Recording r = piece();
+  if (r.acc.empty() && r.gyr.empty() &&
+      std::ranges::all_of(r.mag, [](const VectorSeries& s) { return s.empty(); })) {
+    return;
+  }
+  const std::vector<Issue> seen = without_doubles(issues_in(r));
+  take_back(seen);
+  // A fatal fault may be the cause of all others.
+  const bool fatal = any_fatal(seen);
+  for (const Issue& issue : seen) {
+    if (!fatal || issue.severity == Severity::kFatal) see(issue);
+  }
+  rank();
+}
+
+void LiveChecks::see(const Issue& issue) {
+  const double first_s = samples_.front().t;
+  const auto before =
+      std::ranges::find_if(found_, [&](const Found& f) { return same(f.issue, issue); });
+  const bool said_elsewhere =
+      issue.kind == "set_aside" && options_.set_aside_is_said && issue.severity != Severity::kFatal;
+  if (before == found_.end()) {
+    found_.push_back({issue, first_s});
+    if (!said_elsewhere) news_.push_back(capitalised(issue.text()));
+    return;
+  }
+  const bool graver =
+      issue.severity > before->issue.severity ||
+      (!named_option(issue).empty() && named_option(issue) != named_option(before->issue));
+  if (graver && !said_elsewhere) news_.push_back(capitalised(issue.text()));
+  // A graver fault found before stands, unless the same samples and later ones now show a lesser
+  // one.
+  if (issue.severity >= before->issue.severity || first_s <= before->first_s) {
+    *before = {issue, first_s};
+  }
+}
+
+void LiveChecks::take_back(const std::vector<Issue>& seen) {
+  const bool fatal = any_fatal(seen);
+  std::erase_if(found_, [&](const Found& f) {
+    const Issue& issue = f.issue;
+    const bool still = std::ranges::any_of(seen, [&](const Issue& s) { return same(s, issue); });
+    // With more samples the gate may give another reason for setting the same ones aside.
+    const bool otherwise = issue.kind == "set_aside" && samples_.front().t <= f.first_s;
+    if (!still && otherwise) return true;
+    // Take back only what was looked at again with more samples. A motion that shows nothing takes
+    // nothing back.
+    if (still || has_place(issue) || samples_.front().t > f.first_s) return false;
+    if (fatal && issue.severity != Severity::kFatal) return false;
+    if (issue.kind == "axes" && mounting_.status == MountingStatus::kUndecided) return false;
+    news_.push_back(fmt::format("Taken back, after {:.0f} s of data: {}.", latest_s_ - begin_s_,
+                                issue.problem));
+    return true;
+  });
+}
+
+void LiveChecks::judge(const Calibration& estimate) {
+  if (options_.dip_sign == 0 || samples_.empty() || estimate.fields.empty()) return;
+  const double dip = estimate.parameters.dip_rad;
+  // As in check_axes.h, the sign of a flat dip is not known.
+  const double sigma =
+      std::max(estimate.fields.front().dip_sigma_rad, kFlatDip_deg / kDipKnown * M_PI / 180.0);
+  dip_rad_ = std::abs(dip) > kDipKnown * sigma ? std::optional(dip) : std::nullopt;
+  if (!dip_rad_) return;
+  const std::vector<Issue> seen = axes_issues();
+  for (const Issue& issue : seen) see(issue);
+  rank();
+}
+
+// Issues of the mounting. The sign of the dip, where it is known, distinguishes a turned
+// magnetometer from an inverted one.
+std::vector<Issue> LiveChecks::axes_issues() const {
+  std::vector<Issue> out;
+  out = axes_that_do_not_fit(mounting_);
+  const bool wrong_sign = dip_rad_ && *dip_rad_ * options_.dip_sign < 0.0;
+  std::vector<AxesFinding> findings = mounting_.findings;
+  if (mounting_.status == MountingStatus::kUndecided) findings = likely_findings(mounting_);
+  for (const AxesFinding& f : findings) {
+    const bool imu = f.sensor == "acc" || f.sensor == "gyr";
+    out.push_back({"axes", f.sensor, -1, imu ? Severity::kFatal : Severity::kCaution, 0.0, 0.0,
+                   f.problem, f.text_of_remedy});
+    if (imu || !f.or_inverted || !dip_rad_) continue;
+    out.back().remedy = fmt::format("give --axes {}={}", f.sensor,
+                                    axes_text(wrong_sign ? Matrix3(-f.remedy) : f.remedy));
+  }
+  if (mounting_.status == MountingStatus::kConsistent && wrong_sign) {
+    out.push_back(
+        {"axes", options_.mag_names.front(), -1, Severity::kCaution, 0.0, 0.0,
+         fmt::format("the dip of {:+.0f} deg is that of the {} hemisphere, which yours is not: an "
+                     "odd number of the magnetometer's axes (or all of the accelerometer's) are "
+                     "inverted",
+                     *dip_rad_ * 180.0 / M_PI, *dip_rad_ > 0.0 ? "northern" : "southern"),
+         fmt::format("if it is all three of the magnetometer's, give --axes {}=-x,-y,-z",
+                     options_.mag_names.front())});
+  }
+  return out;
+}
+
+void LiveChecks::rank() {
+  issues_.clear();
+  for (const Found& f : found_) issues_.push_back(f.issue);
+  std::ranges::stable_sort(issues_,
+                           [](const Issue& a, const Issue& b) { return a.severity > b.severity; });
+}
+
+std::vector<std::string> LiveChecks::take_news() { return std::exchange(news_, {}); }
+
+const Issue* LiveChecks::fatal() const {
+  const bool any = !issues_.empty() && issues_.front().severity == Severity::kFatal;
+  return any ? &issues_.front() : nullptr;
+}
+
+std::vector<KnownFault> LiveChecks::faults() const {
+  std::vector<KnownFault> out;
+  for (const Issue& issue : issues_) {
+    if (damages(issue) && issue.kind != "axes") out.push_back(known_fault("stream", issue));
+  }
+  return out;
+}
+
+std::string LiveChecks::explanation(double begin_s, double end_s) {
+  look();
+  // A fault that was there all the time does not explain a sudden misfit, unless it is fatal.
+  const auto explains = [&](const Issue& issue, bool mag) {
+    if (issue.sensor.starts_with("mag") != mag) return false;
+    if (!has_place(issue)) return issue.severity == Severity::kFatal;
+    const bool there = issue.end_s > begin_s - kNearby && issue.begin_s < end_s + kNearby;
+    return there && (damages(issue) || issue.kind == "set_aside");
+  };
+  for (const bool mag : {true, false}) {
+    for (const Issue& issue : issues_) {
+      if (explains(issue, mag)) return issue.problem;
+    }
+  }
+  return "";
+}
+
+}  // namespace magimu

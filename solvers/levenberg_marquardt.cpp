@@ -14,6 +14,9 @@
 namespace magimu {
 namespace {
 
+// Steps after one that rose that may bring the cost below where that one began. Each has to lower
+// it.
+constexpr int kStepsDown = 4;
 constexpr int kMaxRises = 5;  // rising costs in a row after which Gauss-Newton gives up
 // The cost is known to about this relative precision: its sum has rounding errors.
 constexpr double kCostPrecision = 1e-12;
@@ -50,6 +53,12 @@ class Run {
   }
   void accept() {
     problem_->accept();
+    find_rounding();
+  }
+  // Where the steps of an excursion began, to go back to.
+  void set_out() { base_ = problem_->values(); }
+  void go_back(double damping) {
+    problem_->go_back(base_, damping);
     find_rounding();
   }
   double cost() const { return problem_->cost(); }
@@ -158,6 +167,7 @@ class Run {
   int columns_;
   std::unique_ptr<OptimizerProblem> problem_;
   double variables_rounding_ = 0.0;  // in standard deviations
+  Values base_;
   Result result_;
 };
 
@@ -181,6 +191,32 @@ std::string to_string(StopReason reason) {
   return "?";
 }
 
+namespace {
+
+// Goes on from where a step has led that rose. False, and all is as before, unless the cost comes
+// to be lower than where that step began, by what makes a step worth taking.
+bool comes_down(Run& run, const Step& rising, double damping, const OptimizerOptions& options) {
+  const double begin = run.cost();
+  run.set_out();
+  const auto take = [&](const Step& step) {
+    const double gradient_norm = run.gradient_norm(), before = run.cost();
+    run.accept();
+    run.record(step, (before - run.cost()) / step.predicted_decrease, true, gradient_norm);
+  };
+  take(rising);
+  for (int i = 0; i < kStepsDown && run.steps() < options.max_iterations; ++i) {
+    Step step;
+    if (!run.solve(damping) || !(run.try_step(step, damping) < run.cost())) break;
+    take(step);
+    const double decrease = begin - run.cost();
+    if (decrease > options.min_gain_ratio * rising.predicted_decrease) return true;
+  }
+  run.go_back(damping);
+  return false;
+}
+
+}  // namespace
+
 Result LevenbergMarquardt::optimize(const Values& initial) const {
   Run run(graph_, options_, initial);
   if (!run.start_is_finite()) return run.finish();
@@ -188,6 +224,7 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
   run.stop(StopReason::kMaxIterations,
            "The limit of " + std::to_string(options_.max_iterations) +
                " iterations was reached; the result is not the optimum.");
+  bool tried = false;  // to come down from a step that rose, from here
   while (run.steps() < options_.max_iterations) {
     const double used = damping < options_.min_damping ? 0.0 : damping;
     const double gradient_norm = run.gradient_norm();
@@ -202,6 +239,14 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
       gain_ratio = at_rounding ? 1.0 : decrease / step.predicted_decrease;
       accepted = std::isfinite(cost) && gain_ratio > options_.min_gain_ratio;
       if (accepted) run.accept();
+      if (options_.may_rise && !accepted && !tried && std::isfinite(cost) &&
+          step.damping <= kLightDamping && !run.small(step)) {
+        tried = true;
+        if (comes_down(run, step, used, options_)) {
+          tried = false;
+          continue;
+        }
+      }
     } else if (!run.linearization_is_finite()) {
       run.stop_not_finite(kNotFiniteMessage);
       break;
@@ -215,6 +260,7 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
       break;
     }
     if (accepted) {
+      tried = false;
       const double g = 2.0 * gain_ratio - 1.0;
       damping = std::max(options_.min_damping * 0.1,
                          damping * std::max(kFastestDecrease, 1.0 - g * g * g));

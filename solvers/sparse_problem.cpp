@@ -53,6 +53,7 @@ class SparseProblem final : public OptimizerProblem {
     return system_.cost(candidate_);
   }
   void accept() override { linearize(std::move(candidate_)); }
+  void go_back(const Values& values, double) override { linearize(values); }
   Values values() const override { return values_; }
   const VectorXd& norms() const override { return norms_; }
   const VectorXd& largest_norms() const override { return largest_; }

@@ -42,6 +42,8 @@ class OptimizerProblem {
   // last_sigma standard deviations is the last: what another one would need may wait.
   virtual double try_step(ProposedStep& step, double last_sigma) = 0;
   virtual void accept() = 0;
+  // Back to values where it has been, to be solved with this damping.
+  virtual void go_back(const Values& values, double damping) = 0;
   virtual Values values() const = 0;
   // Norms of the columns at the present values, and the largest that they have had; 0 for columns
   // that are not watched.

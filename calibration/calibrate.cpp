@@ -273,6 +273,18 @@ void require_sound(const CalibrationOptions& options) {
   if (!(options.gravity > 0.0) || !std::isfinite(options.gravity)) {
     throw std::invalid_argument("CalibrationOptions: gravity must be positive, in m/s^2");
   }
+  if (options.noise) {
+    for (const double density : {options.noise->acc, options.noise->gyr, options.noise->mag}) {
+      if (density > 0.0 && std::isfinite(density)) continue;
+      throw std::invalid_argument("CalibrationOptions: noise densities must be positive numbers");
+    }
+  }
+  if (!(options.block_s > 0.0)) {
+    throw std::invalid_argument("CalibrationOptions: block_s must be positive, in seconds");
+  }
+  if (options.node_every < 0) {
+    throw std::invalid_argument("CalibrationOptions: node_every must not be negative");
+  }
 }
 
 Calibration calibrate_anyhow(const std::vector<const Recording*>& given,

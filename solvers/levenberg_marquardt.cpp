@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "graph/checks/not_finite.h"
 #include "graph/numerical_error.h"
@@ -27,6 +28,19 @@ constexpr const char* kNotFiniteMessage = "A residual or a Jacobian is not a fin
 
 using Step = ProposedStep;
 
+// Options that mean nothing.
+void check(const OptimizerOptions& o) {
+  const auto need = [](bool right, const char* what) {
+    if (!right) throw std::invalid_argument(std::string("OptimizerOptions::") + what);
+  };
+  need(o.step_tolerance >= 0.0, "step_tolerance is in standard deviations, not negative");
+  need(o.max_iterations >= 0, "max_iterations is not negative");
+  need(o.initial_damping >= 0.0, "initial_damping is not negative");
+  need(o.min_damping >= 0.0, "min_damping is not negative");
+  need(o.max_damping >= o.min_damping, "max_damping is no less than min_damping");
+  need(o.min_gain_ratio >= 0.0, "min_gain_ratio is not negative");
+}
+
 class Run {
  public:
   Run(const FactorGraph& graph, const OptimizerOptions& options, const Values& initial)
@@ -34,7 +48,7 @@ class Run {
         options_(options),
         start_(std::chrono::steady_clock::now()),
         columns_(initial.dim()),
-        problem_(make_problem(graph, initial, options)) {
+        problem_((check(options), make_problem(graph, initial, options))) {
     result_.cost_initial = cost();
     result_.values = initial;
     find_rounding();
@@ -88,6 +102,11 @@ class Run {
     result_.message = message;
   }
   void stop_converged(const Step& step) {
+    if (problem_->is_flat() && cost() > 0.0) {
+      return stop(StopReason::kSingular,
+                  "No residual changes with any variable here: robust losses give every factor the "
+                  "weight 0, or the residuals are flat. Start nearer to the answer.");
+    }
     char text[96];
     std::snprintf(text, sizeof text, "Converged: the last step was %.1e standard deviations.",
                   step.sigma / sigma_unit());

@@ -52,6 +52,8 @@ struct Exported {
   std::vector<std::string> harmful;
 };
 
+// Look at Calibration::trust first: with the verdict `no` parameters may be placeholders.
+// InputError where the calibration is empty.
 Exported export_calibration(const Calibration& calibration, ExportTarget target,
                             const ExportOptions& options = {});
 

@@ -32,6 +32,9 @@ class OptimizerProblem {
   // Are the residuals and Jacobians there finite numbers?
   virtual bool is_finite() const = 0;
   virtual double gradient_norm() const = 0;  // in columns of unit norm
+  // No residual depends on any variable there: robust losses have left all factors out, or the
+  // residuals are flat.
+  virtual bool is_flat() const { return false; }
   // |value / sigma| of all variables together, 1 / sigma of a rotation.
   virtual double sizes_in_sigmas() const = 0;
   virtual int rows() const = 0;

@@ -273,5 +273,37 @@ TEST(Optimizers, converge_on_perfect_data_even_when_started_at_the_solution) {
   }
 }
 
+TEST(OptimizerOptions, what_means_nothing_is_refused_by_name) {
+  FactorGraph graph;
+  graph.add(test::residual(test::x_key(0), [](auto x) { return x - 1.0; }));
+  const Values start = test::scalars({0.0});
+  const auto refused = [&](auto change, const std::string& name) {
+    OptimizerOptions options;
+    change(options);
+    try {
+      LevenbergMarquardt(graph, options).optimize(start);
+      ADD_FAILURE() << name << " was taken";
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
+    }
+  };
+  const double nan = std::nan("");
+  for (const double x : {-1.0, nan}) {
+    refused([x](OptimizerOptions& o) { o.step_tolerance = x; }, "step_tolerance");
+    refused([x](OptimizerOptions& o) { o.initial_damping = x; }, "initial_damping");
+    refused([x](OptimizerOptions& o) { o.max_damping = x; }, "max_damping");
+    refused([x](OptimizerOptions& o) { o.min_gain_ratio = x; }, "min_gain_ratio");
+  }
+  refused([](OptimizerOptions& o) { o.max_iterations = -5; }, "max_iterations");
+}
+
+TEST(Result, says_which_solver_was_chosen) {
+  FactorGraph graph;
+  graph.add(test::residual(test::x_key(0), [](auto x) { return x - 1.0; }));
+  const Result result = LevenbergMarquardt(graph).optimize(test::scalars({0.0}));
+  EXPECT_NE(result.solver, "auto");
+  EXPECT_FALSE(result.solver.empty());
+}
+
 }  // namespace
 }  // namespace magimu

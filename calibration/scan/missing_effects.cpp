@@ -9,6 +9,7 @@
 #include <iterator>
 
 #include "calibration/fit/uncertainty.h"
+#include "calibration/model/parameter_names.h"
 #include "calibration/model/windows.h"
 #include "calibration/motion/random_walk.h"
 #include "calibration/scan/general_dependence.h"
@@ -112,6 +113,15 @@ class Search {
   MatrixXd influence_of(const Scan& scan, std::size_t i, const Effect& effect) const {
     MatrixXd out = scan.influence().middleCols(scan.first(i), effect.size());
     out.middleRows(first_dip(), dips()) /= kDegree;
+    // Of what the model has already the sum is told: what was estimated and what is unseen, which
+    // take from each other.
+    const auto names =
+        parameter_names(int(recordings_.front()->mag.size()), int(dips()), stage_.spec());
+    const auto own = std::ranges::find(names, effect_parameter_name(effect, 0));
+    if (own != names.end()) {
+      out.middleRows(own - names.begin(), effect.size()) +=
+          MatrixXd::Identity(effect.size(), effect.size());
+    }
     return out;
   }
   void look_for_unseen(const Scan& scan, std::size_t i, const Effect& effect, const Score& s) {

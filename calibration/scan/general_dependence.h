@@ -12,6 +12,8 @@ namespace magimu {
 // Each an "effect" whose cause says what it depends on, in words: "on products of the field's
 // directions".
 std::vector<std::shared_ptr<const Effect>> general_dependences(bool moving);
+// Is it the one of them that depends on time, whatever the sensor experiences?
+bool depends_on_time(const Effect& dependence);
 
 // A sensor's bias that is another one in each of `windows` windows of the recording, or of a part
 // of it (u: -1 at the start, 1 at the end; zero outside): 3 parameters each.

@@ -62,6 +62,18 @@ std::vector<std::shared_ptr<const Effect>> Extender::candidates(const Stage& sta
   return out;
 }
 
+void Extender::add_times(const ChangeSpan& span, double sigma_t, Finding& f) const {
+  const double sigma = std::hypot(sigma_t, 0.5 / recordings_.front()->mag.front().rate_hz());
+  f.parameters.push_back({"t0", span.begin.t, sigma, "s"});
+  f.parameters.push_back({"t1", span.end.t, sigma, "s"});
+  // Of several recordings, which: the first is 1.
+  const bool several = field_count(recordings_) > 1;
+  for (const auto& [name, at] :
+       {std::pair("recording_of_t0", span.begin), std::pair("recording_of_t1", span.end)}) {
+    if (several && at.finite()) f.parameters.push_back({name, double(at.recording + 1), 0.0, "1"});
+  }
+}
+
 Finding Extender::describe(const Option& option, const Stage& stage, double nll,
                            const std::vector<Option>& all, const VectorXd& least_sigma) const {
   const Effect& effect = *option.effect;
@@ -80,19 +92,7 @@ Finding Extender::describe(const Option& option, const Stage& stage, double nll,
     }
   }
   for (const FoundParameter& p : option.extra) f.parameters.push_back(p);
-  if (is_change(effect.name())) {
-    const double sigma_t =
-        std::hypot(option.sigma_t, 0.5 / recordings_.front()->mag.front().rate_hz());
-    f.parameters.push_back({"t0", option.span.begin.t, sigma_t, "s"});
-    f.parameters.push_back({"t1", option.span.end.t, sigma_t, "s"});
-    // Of several recordings, which: the first is 1.
-    const bool several = field_count(recordings_) > 1;
-    for (const auto& [name, at] : {std::pair("recording_of_t0", option.span.begin),
-                                   std::pair("recording_of_t1", option.span.end)}) {
-      if (several && at.finite())
-        f.parameters.push_back({name, double(at.recording + 1), 0.0, "1"});
-    }
-  }
+  if (is_change(effect.name())) add_times(option.span, option.sigma_t, f);
   f.sentence =
       option.extra.empty() ? effect.sentence(theta, sigma) : walk_sentence(option.extra.front());
   f.p_value = std::min(
@@ -212,6 +212,7 @@ void Extender::take(const Stage& stage, double nll) {
   nll_ = nll;
   refitted_.reset();
   processes_.clear();
+  explain_most_.clear();
 }
 
 void Extender::replace(const Stage& stage) { take(stage, sum_of(held_out_nll(stage))); }
@@ -244,6 +245,7 @@ void Extender::extend(const Stage& from) {
     }
     rejected_.clear();  // beside it another may hold
     prune();
+    refine_changes();
     options = scanned();
   }
   reconsider();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "diagnosis/held/held_out_nll.h"
+#include "diagnosis/search/change_fit.h"
 #include "diagnosis/search/extender.h"
 #include "diagnosis/search/finding_text.h"
 #include "diagnosis/search/scan_options.h"
@@ -67,6 +68,46 @@ bool Extender::name_simpler(std::size_t finding, std::shared_ptr<const Effect> n
   d_.findings[finding] = std::move(f);
   take(best->stage, best->nll);
   return true;
+}
+
+// Times and form of every change once more beside what came later, and with the noise as it is now:
+// what was not in the model has moved them, and told by too large a noise no time is certain.
+void Extender::refine_changes() {
+  const std::vector<std::shared_ptr<const Effect>> effects = stage_->spec().effects;
+  for (const auto& effect : effects) {
+    const ChangeEffect* change = as_change(*effect);
+    if (change == nullptr) continue;
+    const auto time_of = [](const Finding& f, const char* name) {
+      return std::ranges::find(f.parameters, name, &FoundParameter::name);
+    };
+    const auto finding = std::ranges::find_if(d_.findings, [&](const Finding& f) {
+      return f.effect == effect->name() && time_of(f, "t0")->value == change->span().begin.t &&
+             time_of(f, "t1")->value == change->span().end.t;
+    });
+    if (finding == d_.findings.end()) continue;
+    const auto refined = [&] {
+      ModelSpec spec = stage_->spec();
+      std::erase(spec.effects, effect);
+      spec.effects.push_back(effect);
+      const Stage last = pipeline_.refit_with_same_noise(*stage_, spec);
+      ChangeFit fit(recordings_, pipeline_, last, last, change->span(), {}, INFINITY);
+      fit.refine_times();
+      fit.take_better_form();
+      return fit.stage().result().converged() ? std::optional(std::pair(fit.stage(), fit.times()))
+                                              : std::nullopt;
+    };
+    const auto fit = attempt(refined).value_or(std::nullopt);
+    if (!fit) continue;
+    const auto& [stage, times] = *fit;
+    take(stage, sum_of(held_out_nll(stage)));
+    finding->parameters.clear();
+    const ActiveEffect now = summary(stage).effects.back();
+    for (const ActiveEffect::Parameter& p : now.parameters) {
+      finding->parameters.push_back({p.name, p.value, std::max(p.sigma, p.sigma_model), p.unit});
+    }
+    add_times(times.span, times.sigma_s, *finding);
+    entered_[effect->name()].apart = VectorXd();  // of other times
+  }
 }
 
 // Replaces two findings by one of the first one's class that explains as much as both, with a nat

@@ -211,6 +211,11 @@ bool is_change(const std::string& name) {
   return std::ranges::find(change_names(), name) != change_names().end();
 }
 
+const std::string& bias_change_of(Channel channel) {
+  static const std::string names[] = {"acc_bias_change", "gyro_bias_change", "hard_iron_change"};
+  return names[std::size_t(channel)];
+}
+
 std::vector<ChangeForm> forms_of_change(const std::string& name) {
   if (name == "hard_iron_change" || stays(name)) return {ChangeForm::kOffset};
   return {ChangeForm::kMatrix,          ChangeForm::kGains,          ChangeForm::kTurn,

@@ -201,8 +201,9 @@ Dependence dependence_of(const std::vector<const Recording*>& recordings, const 
                          double misfit) {
   auto dependences = general_dependences(true);
   std::erase_if(dependences, [](const auto& e) { return e->channel() != Channel::kAcc; });
+  const Scan scan(recordings, rotation, dependences);
   Dependence out;
-  for (const Score& s : Scan(recordings, rotation, dependences).scores()) {
+  for (const Score& s : scan.scores()) {
     if (!(s.statistic - s.dof > kMostOfIt * misfit)) continue;
     (depends_on_time(*s.effect) ? out.on_time : out.on_attitude) = true;
   }

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <random>
 
@@ -249,6 +250,72 @@ INSTANTIATE_TEST_SUITE_P(Oracle, LargeDrift,
                          [](const auto& test) {
                            return test.param == oracle::MotionKind::kRotation ? "turned" : "moved";
                          });
+
+// What was added to the readings of a hand-held sensor, with motion that no rest interrupts.
+Diagnosis diagnose_with(std::uint64_t seed, const std::function<void(Recording&)>& change) {
+  oracle::Options o;
+  o.seed = seed;
+  o.motion.kind = oracle::MotionKind::kHandHeld;
+  o.motion.duration_s = 60.0;
+  o.noise = oracle::kRealisticDensities;
+  Recording recording = oracle::simulate(o).recording;
+  change(recording);
+  return diagnose(recording, {});
+}
+
+void add_between(double t0, double t1, const Vector3& s, VectorSeries& series) {
+  for (std::size_t k = 0; k < series.size(); ++k) {
+    if (series.t[k] >= t0 && series.t[k] < t1) series.v[k] += s;
+  }
+}
+
+// Gains alone, or turns, take part of it: nothing but the bias changed.
+TEST(Changes, of_the_gyroscope_s_bias_that_come_and_go_are_changes_of_its_bias) {
+  const Diagnosis d = diagnose_with(
+      46, [](Recording& r) { add_between(22.1, 44.6, Vector3(0.004, -0.003, 0.03), r.gyr); });
+  const Finding* f = find(d, "gyro_bias_change");
+  ASSERT_NE(f, nullptr) << "named: " << names_of(d);
+  expect_time(*f, "t0", 22.1);
+  expect_time(*f, "t1", 44.6);
+  EXPECT_EQ(find(d, "gyro_change"), nullptr) << "named: " << names_of(d);
+}
+
+// What the accelerometer reads then depends on time, though the hand moves it as well.
+TEST(Changes, of_the_accelerometer_s_bias_are_found_beside_the_hand_s_motion) {
+  const Diagnosis d = diagnose_with(
+      47, [](Recording& r) { add_between(20.3, 41.7, Vector3(2.0, 0.0, 0.0), r.acc); });
+  EXPECT_NE(find(d, "linear_acceleration"), nullptr) << "named: " << names_of(d);
+  const Finding* f = find(d, "acc_bias_change");
+  ASSERT_NE(f, nullptr) << "named: " << names_of(d);
+  EXPECT_EQ(find(d, "correlated_noise"), nullptr) << "named: " << names_of(d);
+}
+
+// Ten times what parts differ by.
+TEST(Changes, of_a_gain_by_half_are_found) {
+  const Diagnosis d = diagnose_with(48, [](Recording& r) {
+    VectorSeries& mag = r.mag.front();
+    for (std::size_t k = 0; k < mag.size(); ++k) {
+      if (mag.t[k] >= 24.6 && mag.t[k] < 40.2) mag.v[k].z() *= 0.5;
+    }
+  });
+  const Finding* f = find(d, "mag_change");
+  ASSERT_NE(f, nullptr) << "named: " << names_of(d);
+  expect_time(*f, "t0", 24.6);
+  expect_time(*f, "t1", 40.2);
+  EXPECT_EQ(find(d, "mag_own_clock"), nullptr) << "named: " << names_of(d);
+}
+
+// A change of the accelerometer's gains for some time explains much of it by chance.
+TEST(Changes, are_not_named_for_rates_that_leak_into_the_accelerometer) {
+  const Diagnosis d = diagnose_with(49, [](Recording& r) {
+    Matrix3 leak;
+    leak << 0.08, -0.18, -0.11, -0.03, 0.10, -0.13, 0.21, 0.02, 0.0;
+    for (std::size_t k = 0; k < r.acc.size() && k < r.gyr.size(); ++k)
+      r.acc.v[k] += leak * r.gyr.v[k];
+  });
+  EXPECT_EQ(find(d, "acc_change"), nullptr) << "named: " << names_of(d);
+  EXPECT_NE(d.answer, Answer::kPredicts);
+}
 
 // A motor's current, of which there is no column: bursts along one line of the sensor's frame.
 TEST(PassingSource, bursts_along_a_line_of_the_device_are_no_magnet_that_was_passed) {

@@ -178,11 +178,17 @@ void ChangeFit::take_bias_alone() {
       std::ranges::any_of(from_.spec().effects, [&](const auto& e) { return e->name() == bias; });
   if (given == ChangeForm::kOffset || !has_offset(given) || known || !stays(bias)) return;
   const State before = now_;
-  const double most = now_.stage.result().cost_final + size_of(given);
+  const double all = now_.stage.result().cost_final;
   const auto as_good = [&] {
     now_.stage = fit_as(bias, ChangeForm::kOffset);
+    // Gains make up for times that are a little off: the bias gets times of its own, where it is
+    // most of the change.
+    const double its = now_.stage.result().cost_final;
+    if (cost_without_ - its < kMost * (cost_without_ - all)) return false;
+    refine_times();
     const Result& result = now_.stage.result();
-    return result.converged() && result.cost_final + size_of(ChangeForm::kOffset) < most + kDraw;
+    return result.converged() &&
+           result.cost_final + size_of(ChangeForm::kOffset) < all + size_of(given) + kDraw;
   };
   if (!attempt(as_good).value_or(false)) now_ = before;
 }

@@ -72,6 +72,7 @@ class Extender {
   bool survives(Option& option, const Stage& stage, const Score& w) const;
   double log10_p_by_blocks(const Stage& stage) const;
   bool explains_most(const Stage& with) const;
+  bool explains_most_of_two(const Stage& with) const;
   bool is_hopeless(const Option& option, const Stage& stage) const;
   bool stands_out(const Option& option, const Stage& stage, double statistic) const;
   bool is_all(const Stage& stage) const;
@@ -133,7 +134,8 @@ class Extender {
   mutable std::optional<Stage> refitted_;          // stage_, its noise estimated once more
   mutable std::vector<DisturbanceFit> processes_;  // beside stage_; empty: not asked for yet
   std::vector<Option> refused_changes_;            // whose times were sought, each with many fits
-  // Changes that were refused, with their times, though they explain most of what there is.
+  // Changes that were refused, with their times, though they explain most of what there is, alone
+  // or with another change.
   std::vector<Option> explain_most_;
   std::vector<std::string> rejected_;  // looked significant, predicts no better
   struct Entered {

@@ -93,6 +93,7 @@ void Extender::refine_changes() {
       ChangeFit fit(recordings_, pipeline_, last, last, change->span(), {}, INFINITY);
       fit.refine_times();
       fit.take_better_form();
+      fit.take_bias_alone();
       return fit.stage().result().converged() ? std::optional(std::pair(fit.stage(), fit.times()))
                                               : std::nullopt;
     };
@@ -101,12 +102,14 @@ void Extender::refine_changes() {
     const auto& [stage, times] = *fit;
     take(stage, sum_of(held_out_nll(stage)));
     finding->parameters.clear();
+    const std::string named = stage.spec().effects.back()->name();
+    entered_[named] = {VectorXd(), entered_[effect->name()].searched};  // apart: of other times
+    finding->effect = named;
     const ActiveEffect now = summary(stage).effects.back();
     for (const ActiveEffect::Parameter& p : now.parameters) {
       finding->parameters.push_back({p.name, p.value, std::max(p.sigma, p.sigma_model), p.unit});
     }
     add_times(times.span, times.sigma_s, *finding);
-    entered_[effect->name()].apart = VectorXd();  // of other times
   }
 }
 

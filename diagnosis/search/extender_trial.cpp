@@ -297,6 +297,17 @@ bool Extender::explains_most(const Stage& with) const {
          with.result().cost_final < (1.0 - kMost) * stage_->result().cost_final;
 }
 
+// Do the last change of the fit and another one, by one step, explain most together, the first at
+// least its half of that? Each keeps the other from standing out.
+bool Extender::explains_most_of_two(const Stage& with) const {
+  const double before = stage_->result().cost_final, after = with.result().cost_final;
+  if (!with.result().converged() || !(after < (1.0 - 0.5 * kMost) * before)) return false;
+  const std::vector<LikelyChange> left = likely_changes(recordings_, with, change_names());
+  return std::ranges::any_of(left, [&](const LikelyChange& other) {
+    return after - 0.5 * other.statistic < (1.0 - kMost) * before;
+  });
+}
+
 // Is a change significant neither by its windows' scatter nor by its robust standard deviations?
 // Then its times are not sought, which takes a dozen fits. A real change is significant by one of
 // the two even at the time of a window: of simulated changes of all sensors p by the second was
@@ -325,7 +336,9 @@ std::optional<Extender::Trial> Extender::trial(Option option, bool& may_refit,
       (!find_times(option, stage, may_refit) || passes_by(option, stage))) {
     return std::nullopt;
   }
-  if (is_change(option.effect->name()) && explains_most(stage)) most = option;
+  if (is_change(option.effect->name()) && (explains_most(stage) || explains_most_of_two(stage))) {
+    most = option;
+  }
   if (option.effect->name() == "stationary_source" && option.score.statistic > kBends) {
     find_source(option, stage);
   }

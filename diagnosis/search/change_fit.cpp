@@ -18,6 +18,11 @@ namespace {
 
 constexpr int kOnceMore = 3;  // fits that have not converged
 
+bool is_near(const Moment& x, const Moment& y) {
+  constexpr double kNear = 0.5;  // s
+  return x == y || (x.recording == y.recording && std::abs(x.t - y.t) < kNear);
+}
+
 // Far beyond the prior, which is what parts differ by.
 bool is_beyond_parts(const Effect& effect, const VectorXd& theta) {
   constexpr double kPriorSigmas = 5.0;
@@ -32,12 +37,17 @@ bool is_beyond_parts(const Effect& effect, const VectorXd& theta) {
 
 }  // namespace
 
+bool have_a_moment_in_common(const ChangeSpan& a, const ChangeSpan& b) {
+  for (const Moment& x : {a.begin, a.end}) {
+    for (const Moment& y : {b.begin, b.end}) {
+      if (x.finite() && is_near(x, y)) return true;
+    }
+  }
+  return false;
+}
+
 bool are_near(const ChangeSpan& a, const ChangeSpan& b) {
-  constexpr double kNear = 0.5;  // s
-  const auto near = [](const Moment& x, const Moment& y) {
-    return x == y || (x.recording == y.recording && std::abs(x.t - y.t) < kNear);
-  };
-  return near(a.begin, b.begin) && near(a.end, b.end);
+  return is_near(a.begin, b.begin) && is_near(a.end, b.end);
 }
 
 ChangeFit::ChangeFit(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,

@@ -66,6 +66,8 @@ class ChangeFit {
   State now_;
 };
 
+// Does a change begin or end when the other one does, about?
+bool have_a_moment_in_common(const ChangeSpan& a, const ChangeSpan& b);
 // Times from which a fit finds the way to others.
 bool are_near(const ChangeSpan& a, const ChangeSpan& b);
 

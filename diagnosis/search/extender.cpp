@@ -245,6 +245,7 @@ void Extender::extend(const Stage& from) {
     }
     rejected_.clear();  // beside it another may hold
     prune();
+    join_changes();
     refine_changes();
     options = scanned();
   }

@@ -18,6 +18,9 @@
 
 namespace magimu {
 
+class ChangeEffect;
+class ChangeFit;
+
 class Extender {
  public:
   // whole: the recordings as given, with long rests and all samples. All must outlive this.
@@ -116,6 +119,11 @@ class Extender {
   RandomWalk walk_in(const Stage& stage, std::size_t effect) const;
   bool name_simpler(std::size_t finding, std::shared_ptr<const Effect> named);
   void refine_changes();
+  // The end where it is not named.
+  std::vector<Finding>::iterator finding_of(const ChangeEffect& change);
+  void set_change(const ChangeFit& fit, Finding& finding);
+  bool one_of_two_changes_is_enough(std::size_t one, std::size_t other);
+  void join_changes();
   bool name_one_for_two(std::size_t first, std::size_t second);
   void take(const Stage& stage, double nll);
 

@@ -92,7 +92,7 @@ bool Extender::try_pairs(const std::vector<Option>& options) {
     entered_ = pair.entered;
   };
   const std::vector<std::string> rejected = std::exchange(rejected_, {});
-  const std::vector<Option> changes = explain_most_;
+  const std::vector<Option> changes = explain_most_, refused = refused_changes_;
   // Of pairs with one of the changes that explain most, the one that predicts best: beside one of
   // them the other cause may have the wrong times.
   std::optional<Pair> best;
@@ -104,6 +104,7 @@ bool Extender::try_pairs(const std::vector<Option>& options) {
     if (found && (!best || nll_ < best->nll)) best = {*stage_, nll_, d_.findings, entered_};
     put_back(alone);
     rejected_.clear();
+    refused_changes_ = refused;
   };
   for (const Option& first : changes) tried(first);
   const auto firsts = attempt([&] { return firsts_of_pairs(worth_trying(options)); });
@@ -130,7 +131,9 @@ bool Extender::try_beside(const Option& first, const Stage& alone) {
     return stage.result().converged();
   };
   if (!put_in(first, first.start)) return false;
-  refused_changes_.clear();  // without this one
+  // Refused without this one, which changes everything; any other cause leaves most refusals as
+  // they were (was_refused).
+  if (is_change(first.effect->name())) refused_changes_.clear();
   const std::vector<Option> seconds = scan_options(recordings_, *stage_, candidates(*stage_));
   const std::vector<Trial> found = trials(worth_trying(seconds));
   const Trial* second = best_of(found);
@@ -141,7 +144,7 @@ bool Extender::try_beside(const Option& first, const Stage& alone) {
   entered_[finding.effect].searched = second->option.searched;
   // The first is chosen once more, as if the second had been found before it.
   if (!put_in(second->option, second->parameters())) return false;
-  refused_changes_.clear();
+  if (is_change(first.effect->name())) refused_changes_.clear();
   std::optional<Finding> other =
       try_options(scan_options(recordings_, *stage_, candidates(*stage_)));
   if (!other) return false;

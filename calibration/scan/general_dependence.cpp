@@ -127,17 +127,22 @@ std::vector<std::shared_ptr<const Effect>> general_dependences(bool moving) {
     put(remembered(s, 4.0), x + 3);
   });
   add(Channel::kAcc, "on products of the force's directions", 6, forces);
-  add(Channel::kAcc, "on the rate", 3, [](const SampleState& s, double* x) { put(s.omega, x); });
   add(Channel::kAcc, "on whether the force rises or falls", 3,
       [](const SampleState& s, double* x) { put(Vector3(s.f.cross(s.omega).array().sign()), x); });
   if (!moving) add(Channel::kAcc, "on products of the rate", 6, rates);
   add(Channel::kGyr, "on products of the force", 6, forces);
   add(Channel::kGyr, "on products of the rates", 6, rates);
-  add(Channel::kGyr, "on the field", 3, [](const SampleState& s, double* x) { put(s.b, x); });
   add(Channel::kAcc, kOnTime, 4, [](const SampleState& s, double* x) {
     for (int j = 0; j < 4; ++j) x[j] = legendre(j + 1, s.u);
   });
   return out;
+}
+
+std::vector<std::shared_ptr<const Effect>> dependences_on_other_sensors() {
+  return {std::make_shared<Dependence>(Channel::kAcc, "on the rate", 3,
+                                       [](const SampleState& s, double* x) { put(s.omega, x); }),
+          std::make_shared<Dependence>(Channel::kGyr, "on the field", 3,
+                                       [](const SampleState& s, double* x) { put(s.b, x); })};
 }
 
 bool depends_on_time(const Effect& dependence) { return dependence.description().cause == kOnTime; }

@@ -61,10 +61,16 @@ double log10_p_of_clear_directions(const Score& s, double duration_s) {
   return dof > 0.0 ? log10_chi_square_tail(statistic / std::max(1.0, s.scatter), dof) : 0.0;
 }
 
+std::vector<std::shared_ptr<const Effect>> all_dependences(MotionModel motion) {
+  auto all = general_dependences(motion == MotionModel::kHandHeld);
+  for (auto& other : dependences_on_other_sensors()) all.push_back(std::move(other));
+  return all;
+}
+
 // Dependences without a name, each by the scatter that is left with it in the model.
 std::vector<Score> scores_of(const std::vector<const Recording*>& recordings, const Stage& stage,
                              MotionModel motion) {
-  auto all = general_dependences(motion == MotionModel::kHandHeld);
+  auto all = all_dependences(motion);
   const auto acc = std::stable_partition(
       all.begin(), all.end(), [](const auto& e) { return e->channel() != Channel::kAcc; });
   std::vector<Score> out;
@@ -274,7 +280,7 @@ void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extende
     const auto finding = std::ranges::find_if(
         d.findings, [&](const Finding& f) { return f.effect == effects[e]->name(); });
     if (finding == d.findings.end() || effects[e]->name() == "mains_interference") continue;
-    auto all = general_dependences(stage.spec().motion == MotionModel::kHandHeld);
+    auto all = all_dependences(stage.spec().motion);
     std::erase_if(all, [&](const auto& a) { return a->channel() != effects[e]->channel(); });
     const Stage without = extender.without(e);
     all.push_back(effects[e]);

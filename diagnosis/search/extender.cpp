@@ -233,10 +233,13 @@ void Extender::extend(const Stage& from) {
   std::vector<Option> options = scan_options(recordings_, *stage_, candidates(*stage_));
   // Of a model that has been extended before, the scan tells no more of what was found in it.
   if (d_.scan.empty()) d_.scan = scan_entries(options, recordings_, *stage_, log10_level());
+  bool to_refine = false;  // a cause has entered since changes were refined
   while (int(d_.findings.size()) < given_.max_findings) {
     const std::size_t rejected = rejected_.size();
+    bool now = true;  // changes are refined: a pair or a change has entered
     if (std::optional<Finding> finding =
             attempt([&] { return try_options(options); }).value_or(std::nullopt)) {
+      now = is_change(finding->effect);
       d_.findings.push_back(*std::move(finding));
     } else if (rejected_.size() > rejected) {
       continue;  // with the next best
@@ -245,10 +248,14 @@ void Extender::extend(const Stage& from) {
     }
     rejected_.clear();  // beside it another may hold
     prune();
-    join_changes();
-    refine_changes();
+    to_refine = !now;
+    if (now) {
+      join_changes();
+      refine_changes();
+    }
     options = scanned();
   }
+  if (to_refine) refine_changes();
   reconsider();
   estimate_walk_anew();
 }

@@ -7,6 +7,7 @@
 namespace magimu {
 namespace {
 
+constexpr const char* kOnTime = "on time";
 constexpr double kGravity = 9.8;  // m/s^2: forces as parts of it
 
 // How large what has no name may be in usual parts: m/s^2, rad/s, uT.
@@ -131,11 +132,20 @@ std::vector<std::shared_ptr<const Effect>> general_dependences(bool moving) {
   if (!moving) add(Channel::kAcc, "on products of the rate", 6, rates);
   add(Channel::kGyr, "on products of the force", 6, forces);
   add(Channel::kGyr, "on products of the rates", 6, rates);
-  add(Channel::kAcc, "on time", 4, [](const SampleState& s, double* x) {
+  add(Channel::kAcc, kOnTime, 4, [](const SampleState& s, double* x) {
     for (int j = 0; j < 4; ++j) x[j] = legendre(j + 1, s.u);
   });
   return out;
 }
+
+std::vector<std::shared_ptr<const Effect>> dependences_on_other_sensors() {
+  return {std::make_shared<Dependence>(Channel::kAcc, "on the rate", 3,
+                                       [](const SampleState& s, double* x) { put(s.omega, x); }),
+          std::make_shared<Dependence>(Channel::kGyr, "on the field", 3,
+                                       [](const SampleState& s, double* x) { put(s.b, x); })};
+}
+
+bool depends_on_time(const Effect& dependence) { return dependence.description().cause == kOnTime; }
 
 std::shared_ptr<const Effect> bias_in_windows(int windows, Channel channel, double u_begin,
                                               double u_end) {

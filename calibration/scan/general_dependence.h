@@ -12,6 +12,11 @@ namespace magimu {
 // Each an "effect" whose cause says what it depends on, in words: "on products of the field's
 // directions".
 std::vector<std::shared_ptr<const Effect>> general_dependences(bool moving);
+// On what another sensor reads: of crosstalk. (A hand that turns the sensor moves it, too, so that
+// these do not tell whether it was moved.)
+std::vector<std::shared_ptr<const Effect>> dependences_on_other_sensors();
+// Is it the one of general_dependences() that depends on time, whatever the sensor experiences?
+bool depends_on_time(const Effect& dependence);
 
 // A sensor's bias that is another one in each of `windows` windows of the recording, or of a part
 // of it (u: -1 at the start, 1 at the end; zero outside): 3 parameters each.

@@ -38,7 +38,7 @@ constexpr double kSameLine = 0.1;      // of the frequency of its pattern
 constexpr double kOwn = 0.5;  // of what a cause explains, beside a dependence without a name
 // In units of what a finding explains: with more than this left in its own channel, or in another
 // one, its name is doubtful.
-constexpr double kLeftOver = 0.3, kLeftElsewhere = 3.0;
+constexpr double kLeftElsewhere = 3.0;
 
 // log10 of the probability by those directions alone that the data show clearly. Columns are made
 // at estimated attitudes: an error eps of these (rad), which goes along with the node's own
@@ -61,10 +61,16 @@ double log10_p_of_clear_directions(const Score& s, double duration_s) {
   return dof > 0.0 ? log10_chi_square_tail(statistic / std::max(1.0, s.scatter), dof) : 0.0;
 }
 
+std::vector<std::shared_ptr<const Effect>> all_dependences(MotionModel motion) {
+  auto all = general_dependences(motion == MotionModel::kHandHeld);
+  for (auto& other : dependences_on_other_sensors()) all.push_back(std::move(other));
+  return all;
+}
+
 // Dependences without a name, each by the scatter that is left with it in the model.
 std::vector<Score> scores_of(const std::vector<const Recording*>& recordings, const Stage& stage,
                              MotionModel motion) {
-  auto all = general_dependences(motion == MotionModel::kHandHeld);
+  auto all = all_dependences(motion);
   const auto acc = std::stable_partition(
       all.begin(), all.end(), [](const auto& e) { return e->channel() != Channel::kAcc; });
   std::vector<Score> out;
@@ -248,12 +254,18 @@ void find_timing_noise(const std::vector<const Recording*>& full, const Diagnosi
   }
 }
 
-// Nats that the second candidate of a scan explains beside the first, its parameters paid for.
-double explained_beside(const Scan& scan) {
+// What the second candidate of a scan explains beside the first: nats, its parameters paid for, and
+// how many directions it adds. None: it is a special case of the first.
+struct Beside {
+  double nats;
+  int directions;
+};
+Beside explained_beside(const Scan& scan) {
   const Eigen::Index first = scan.first(1), all = scan.information().rows();
   const Score both = scan.combined(MatrixXd::Identity(all, all));
   const Score one = scan.combined(MatrixXd::Identity(all, first));
-  return 0.5 * (both.statistic - one.statistic) - double(both.dof - one.dof);
+  const int directions = both.dof - one.dof;
+  return {0.5 * (both.statistic - one.statistic) - double(directions), directions};
 }
 
 // An effect in the model can stand for another cause that looks alike in this motion, a function of
@@ -268,14 +280,19 @@ void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extende
     const auto finding = std::ranges::find_if(
         d.findings, [&](const Finding& f) { return f.effect == effects[e]->name(); });
     if (finding == d.findings.end() || effects[e]->name() == "mains_interference") continue;
-    auto all = general_dependences(stage.spec().motion == MotionModel::kHandHeld);
+    auto all = all_dependences(stage.spec().motion);
     std::erase_if(all, [&](const auto& a) { return a->channel() != effects[e]->channel(); });
     const Stage without = extender.without(e);
+    all.push_back(effects[e]);
     const Scan scan(recordings, without, all);
     const double worth = extender.worth(e, without);
-    double most = worth + kDraw;
+    // By one step as the dependences are: of a large effect one step promises more than a fit
+    // gives.
+    const Score& own = scan.scores().back();
+    const double own_worth = std::max(worth, 0.5 * own.statistic - double(own.dof));
+    double most = own_worth + kDraw;
     Score best;
-    for (std::size_t i = 0; i < all.size(); ++i) {
+    for (std::size_t i = 0; i + 1 < all.size(); ++i) {
       const Score s = scan.with_own_scatter(i);
       const double nameless = 0.5 * s.statistic - double(s.dof) * std::max(1.0, s.scatter);
       if (nameless <= most) continue;
@@ -283,8 +300,10 @@ void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extende
       best = s;
     }
     if (!best.effect) continue;
-    const double beside = explained_beside(Scan(recordings, without, {best.effect, effects[e]}));
-    if (beside > kOwn * worth) continue;
+    const Beside beside = explained_beside(Scan(recordings, without, {best.effect, effects[e]}));
+    // What contains the effect explains a little more of whatever it explains.
+    const bool is_special_case = beside.directions == 0 && kAsMuch * most < own_worth;
+    if (is_special_case || beside.nats > kOwn * worth) continue;
     add_evidence(
         d, best.effect->channel(),
         fmt::format("The {} depends {} (chi-square {:.0f} with {} degrees of freedom), as "

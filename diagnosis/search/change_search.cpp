@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "calibration/model/extension.h"
@@ -19,6 +20,7 @@ constexpr double kEndAdds = 0.05;  // of the statistic: an end that adds less is
 constexpr int kMostWindows = 24;
 constexpr double kInvisible = 1e-9;     // of the largest eigenvalue, columns scaled alike
 constexpr double kRounding = 1e-7;      // of a column's information before others are eliminated
+constexpr double kOneParameter = 1.0;   // nats: what the time of an end costs beside its choice
 constexpr double kOneOrTheOther = 2.0;  // kinds: one that lasts, one that ends
 
 // The first moment of every window, and of what comes after the last.
@@ -208,28 +210,54 @@ LikelyTime best_of(const std::vector<double>& t, const std::vector<double>& log_
           log_likelihood[std::size_t(best)]};
 }
 
+// Nats that it gains to have the change in the first 1, 2, ... of these pieces, too (added: 1), or
+// not to have it there (-1), everything else adapting.
+std::vector<double> gains_of_pieces(const Scan& scan, const std::vector<Eigen::Index>& pieces,
+                                    double added) {
+  std::vector<double> gains;
+  double score = 0.0, information = 0.0;
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    score += scan.score()[pieces[k]];
+    for (std::size_t i = 0; i < k; ++i)
+      information += 2.0 * scan.information()(pieces[k], pieces[i]);
+    information += scan.information()(pieces[k], pieces[k]);
+    gains.push_back(added * score - 0.5 * information);
+  }
+  return gains;
+}
+
 // rising: the change begins at `now`. The candidate: the change in pieces to both sides of it.
+// shorter_s: by how much it may become shorter. (Taken away from nearly all of its time it seems to
+// leave nothing: what the step adds to its size makes up for it.)
 LikelyTime likely_time(const Scan& scan, std::size_t candidate, int pieces, double grid, double now,
-                       bool rising) {
+                       bool rising, double shorter_s) {
   const Eigen::Index first = scan.first(candidate);
   std::vector<double> t = {now}, gains = {0.0};
   for (const int way : {-1, 1}) {
     // Earlier, a beginning adds the change to what it passes, and an end takes it away.
     const double added = (way < 0) == rising ? 1.0 : -1.0;
-    double score = 0.0;
     std::vector<Eigen::Index> passed;
-    double information = 0.0;
     for (int k = 1; k <= pieces / 2; ++k) {
-      const Eigen::Index at = first + (way < 0 ? pieces / 2 - k : pieces / 2 + k - 1);
-      score += scan.score()[at];
-      for (const Eigen::Index other : passed) information += 2.0 * scan.information()(at, other);
-      information += scan.information()(at, at);
-      passed.push_back(at);
+      if (added < 0.0 && k * grid > shorter_s) break;
+      passed.push_back(first + (way < 0 ? pieces / 2 - k : pieces / 2 + k - 1));
       t.push_back(now + way * k * grid);
-      gains.push_back(added * score - 0.5 * information);
     }
+    std::ranges::copy(gains_of_pieces(scan, passed, added), std::back_inserter(gains));
   }
   return best_of(t, gains, grid);
+}
+
+// How long the change is on, in the recordings.
+double length_s(const std::vector<const Recording*>& recordings, const ChangeSpan& span) {
+  const std::vector<int> fields = fields_of(recordings);
+  double sum = 0.0;
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    const std::vector<double>& t = recordings[r]->gyr.t;
+    const Moment begin = std::max(span.begin, Moment{fields[r], t.front()});
+    const Moment end = std::min(span.end, Moment{fields[r], t.back()});
+    if (begin < end) sum += end.t - begin.t;
+  }
+  return sum;
 }
 
 // The times nearby that make the readings the most probable, everything else adapting.
@@ -251,9 +279,10 @@ ChangeTimes likely_times(const std::vector<const Recording*>& recordings, const 
   // A finer grid tells more, unless it does not reach as far as the times are uncertain.
   const bool reaches = now.sigma_s < within_s;
   if (reaches) out.sigma_s = 0.0;
+  const double half_s = 0.5 * length_s(recordings, now.span);
   const auto take = [&](Moment& time, double& width, bool rising) {
     if (!time.finite()) return;
-    const LikelyTime likely = likely_time(scan, next++, pieces, grid, time.t, rising);
+    const LikelyTime likely = likely_time(scan, next++, pieces, grid, time.t, rising, half_s);
     time.t = likely.t;
     out.sigma_s = std::max(out.sigma_s, likely.sigma);
     // The likelihood that a coarser grid saw is as much lower beside a higher maximum.
@@ -341,26 +370,36 @@ double distance(const ChangeSpan& a, const ChangeSpan& b) {
 ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const Stage& stage,
                           const ChangeEffect& change, const ChangeTimes& now,
                           const std::function<Stage(const ChangeTimes&)>& refit) {
-  constexpr double kSearched = 1.5;                // windows, to each side
-  constexpr double kPieces = 15.0;                 // to each side
-  constexpr double kFine = 0.05;                   // s
-  constexpr double kBeyondGrid = 1.2;              // of the grid before
-  constexpr int kRounds = 3;                       // on each grid
-  constexpr double kSamples = 10.0, kMost = 20.0;  // of them, to each side
+  constexpr double kSearched = 1.5;                       // windows, to each side
+  constexpr double kPieces = 15.0;                        // to each side
+  constexpr double kFine = 0.05;                          // s
+  constexpr double kBeyondGrid = 1.2;                     // of the grid before
+  constexpr int kRounds = 3;                              // on each grid
+  constexpr double kSamples = 10.0, kMostSamples = 20.0;  // of them, to each side
   const Channel channel = change.channel();
-  double within = kSearched * change_window_s(stage.plans(), channel, stage.spec().motion);
   ChangeTimes times = now;
   Stage fitted = stage;
+  // One step to the times that are likely by the fit as it is; false where they are the old ones,
+  // or a fit with them explains less: one step says little of times that are far away.
+  double moved = 0.0;
+  const auto step = [&](double grid, double within) {
+    const ChangeTimes likely = likely_times(recordings, fitted, change, times, grid, within);
+    const bool same = likely.span.begin == times.span.begin && likely.span.end == times.span.end;
+    if (!same) {
+      const Stage there = refit(likely);
+      if (there.result().cost_final > fitted.result().cost_final) return false;
+      moved = distance(likely.span, times.span);
+      fitted = there;
+    }
+    times = likely;
+    return !same;
+  };
+  double within = kSearched * change_window_s(stage.plans(), channel, stage.spec().motion);
   for (;;) {
     const double grid = within / kPieces;
     // A large step at a wrong time distorts the fit, and its residuals lead to the right time in
     // several rounds only: the same grid again, as long as the time moves.
-    for (int round = 0; round < kRounds; ++round) {
-      const ChangeSpan before = times.span;
-      times = likely_times(recordings, fitted, change, times, grid, within);
-      if (times.span.begin == before.begin && times.span.end == before.end) break;
-      fitted = refit(times);
-      if (distance(times.span, before) <= grid) break;
+    for (int round = 0; round < kRounds && step(grid, within) && moved > grid; ++round) {
     }
     if (grid <= kFine) break;
     within = kBeyondGrid * grid;
@@ -370,11 +409,7 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
   const double rate = samples_of_channel(*recordings.front(), channel).rate_hz();
   const double sample = rate > 0.0 ? 1.0 / rate : kFine;
   for (int round = 0; round < kRounds; ++round) {
-    const ChangeSpan before = times.span;
-    times = likely_times(recordings, fitted, change, times, sample,
-                         sample * std::clamp(kFine / sample, kSamples, kMost));
-    if (times.span.begin == before.begin && times.span.end == before.end) break;
-    fitted = refit(times);
+    if (!step(sample, sample * std::clamp(kFine / sample, kSamples, kMostSamples))) break;
   }
   return times;
 }
@@ -417,6 +452,39 @@ ChangeTimes times_by_refits(const std::vector<const Recording*>& recordings,
     }
   }
   return best;
+}
+
+std::optional<ChangeSpan> with_both_ends(const std::vector<const Recording*>& recordings,
+                                         const Stage& stage, const ChangeEffect& change,
+                                         const ChangeSpan& now) {
+  if (now.begin.finite() == now.end.finite() || stays(change.name()) ||
+      field_count(recordings) > 1) {
+    return std::nullopt;
+  }
+  const bool ends = now.begin.finite();
+  const double known = (ends ? now.begin : now.end).t;
+  const VectorSeries& samples =
+      samples_of_channel(ends ? *recordings.back() : *recordings.front(), change.channel());
+  const double limit = ends ? samples.t.back() : samples.t.front();
+  const double grid = std::abs(limit - known) / kMostWindows;
+  if (!(grid > 0.0)) return std::nullopt;
+  const VectorXd theta =
+      effect_parameters(stage.result().values, effect_keys(stage.spec().effects).back());
+  const Moment middle = {(ends ? now.begin : now.end).recording, 0.5 * (known + limit)};
+  const Scan scan(recordings, stage,
+                  {std::make_shared<ChangeInPieces>(change, theta, middle, kMostWindows, grid)});
+  // Off from the recording's end (or start) inwards.
+  std::vector<Eigen::Index> off;
+  for (int k = 1; k < kMostWindows; ++k) {
+    off.push_back(scan.first(0) + (ends ? kMostWindows - k : k - 1));
+  }
+  const std::vector<double> gains = gains_of_pieces(scan, off, -1.0);
+  const auto best = std::ranges::max_element(gains);
+  if (*best < std::log(double(kMostWindows)) + kOneParameter) return std::nullopt;
+  const double off_s = double(best - gains.begin() + 1) * grid;
+  ChangeSpan span = now;
+  (ends ? span.end : span.begin) = {middle.recording, limit + (ends ? -off_s : off_s)};
+  return span;
 }
 
 double cost_of_times(const ChangeTimes& times, const std::vector<const Recording*>& recordings) {

@@ -12,6 +12,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 
 #include "calibration/scan/scan.h"
 #include "factors/effects/change.h"
@@ -56,6 +57,15 @@ struct ChangeTimes {
 ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const Stage& stage,
                           const ChangeEffect& change, const ChangeTimes& now,
                           const std::function<Stage(const ChangeTimes&)>& refit);
+
+// Does a change that is in the model as its last effect, and lasts, rather end (or one that was
+// there from the start rather begin)? The span with the end that makes the readings the most
+// probable when everything else adapts, by one step; nothing where no end is worth the choice among
+// so many. The windows of the first search are too long to tell: an end near to the recording's
+// adds little.
+std::optional<ChangeSpan> with_both_ends(const std::vector<const Recording*>& recordings,
+                                         const Stage& stage, const ChangeEffect& change,
+                                         const ChangeSpan& now);
 
 // The times by the cost of a fit with each, within some windows of those now: for a large change
 // that at a wrong time has distorted the fit so much that its residuals do not show the right one.

@@ -62,6 +62,18 @@ std::vector<std::shared_ptr<const Effect>> Extender::candidates(const Stage& sta
   return out;
 }
 
+void Extender::add_times(const ChangeSpan& span, double sigma_t, Finding& f) const {
+  const double sigma = std::hypot(sigma_t, 0.5 / recordings_.front()->mag.front().rate_hz());
+  f.parameters.push_back({"t0", span.begin.t, sigma, "s"});
+  f.parameters.push_back({"t1", span.end.t, sigma, "s"});
+  // Of several recordings, which: the first is 1.
+  const bool several = field_count(recordings_) > 1;
+  for (const auto& [name, at] :
+       {std::pair("recording_of_t0", span.begin), std::pair("recording_of_t1", span.end)}) {
+    if (several && at.finite()) f.parameters.push_back({name, double(at.recording + 1), 0.0, "1"});
+  }
+}
+
 Finding Extender::describe(const Option& option, const Stage& stage, double nll,
                            const std::vector<Option>& all, const VectorXd& least_sigma) const {
   const Effect& effect = *option.effect;
@@ -80,19 +92,7 @@ Finding Extender::describe(const Option& option, const Stage& stage, double nll,
     }
   }
   for (const FoundParameter& p : option.extra) f.parameters.push_back(p);
-  if (is_change(effect.name())) {
-    const double sigma_t =
-        std::hypot(option.sigma_t, 0.5 / recordings_.front()->mag.front().rate_hz());
-    f.parameters.push_back({"t0", option.span.begin.t, sigma_t, "s"});
-    f.parameters.push_back({"t1", option.span.end.t, sigma_t, "s"});
-    // Of several recordings, which: the first is 1.
-    const bool several = field_count(recordings_) > 1;
-    for (const auto& [name, at] : {std::pair("recording_of_t0", option.span.begin),
-                                   std::pair("recording_of_t1", option.span.end)}) {
-      if (several && at.finite())
-        f.parameters.push_back({name, double(at.recording + 1), 0.0, "1"});
-    }
-  }
+  if (is_change(effect.name())) add_times(option.span, option.sigma_t, f);
   f.sentence =
       option.extra.empty() ? effect.sentence(theta, sigma) : walk_sentence(option.extra.front());
   f.p_value = std::min(
@@ -212,6 +212,7 @@ void Extender::take(const Stage& stage, double nll) {
   nll_ = nll;
   refitted_.reset();
   processes_.clear();
+  explain_most_.clear();
 }
 
 void Extender::replace(const Stage& stage) { take(stage, sum_of(held_out_nll(stage))); }
@@ -232,10 +233,13 @@ void Extender::extend(const Stage& from) {
   std::vector<Option> options = scan_options(recordings_, *stage_, candidates(*stage_));
   // Of a model that has been extended before, the scan tells no more of what was found in it.
   if (d_.scan.empty()) d_.scan = scan_entries(options, recordings_, *stage_, log10_level());
+  bool to_refine = false;  // a cause has entered since changes were refined
   while (int(d_.findings.size()) < given_.max_findings) {
     const std::size_t rejected = rejected_.size();
+    bool now = true;  // changes are refined: a pair or a change has entered
     if (std::optional<Finding> finding =
             attempt([&] { return try_options(options); }).value_or(std::nullopt)) {
+      now = is_change(finding->effect);
       d_.findings.push_back(*std::move(finding));
     } else if (rejected_.size() > rejected) {
       continue;  // with the next best
@@ -244,8 +248,14 @@ void Extender::extend(const Stage& from) {
     }
     rejected_.clear();  // beside it another may hold
     prune();
+    to_refine = !now;
+    if (now) {
+      join_changes();
+      refine_changes();
+    }
     options = scanned();
   }
+  if (to_refine) refine_changes();
   reconsider();
   estimate_walk_anew();
 }

@@ -18,6 +18,9 @@
 
 namespace magimu {
 
+class ChangeEffect;
+class ChangeFit;
+
 class Extender {
  public:
   // whole: the recordings as given, with long rests and all samples. All must outlive this.
@@ -71,6 +74,8 @@ class Extender {
   bool is_rounding(const Option& option, const Stage& stage) const;
   bool survives(Option& option, const Stage& stage, const Score& w) const;
   double log10_p_by_blocks(const Stage& stage) const;
+  bool explains_most(const Stage& with) const;
+  bool explains_most_of_two(const Stage& with) const;
   bool is_hopeless(const Option& option, const Stage& stage) const;
   bool stands_out(const Option& option, const Stage& stage, double statistic) const;
   bool is_all(const Stage& stage) const;
@@ -87,7 +92,7 @@ class Extender {
   static bool stands_beside_process(const Trial& trial);
   bool enough_beyond(const Option& option, double gain) const;
   // may_refit: whether times of a change may be sought by refits; false after they have been.
-  std::optional<Trial> trial(Option option, bool& may_refit) const;
+  std::optional<Trial> trial(Option option, bool& may_refit, std::optional<Option>& most) const;
   // Nats on all data that an effect gains over a model that lacks it, less one for each parameter
   // (the gain by chance) and less `searched` (Option::searched). A random process: with its states
   // integrated out.
@@ -101,9 +106,11 @@ class Extender {
   std::optional<Finding> try_options(const std::vector<Option>& options);
   std::vector<Option> firsts_of_pairs(const std::vector<Option>& options) const;
   bool try_pairs(const std::vector<Option>& options);
+  bool predicts_better_than(const Stage& stage, double nll) const;
   bool try_beside(const Option& first, const Stage& alone);
   Finding describe(const Option& option, const Stage& stage, double nll,
                    const std::vector<Option>& all, const VectorXd& least_sigma) const;
+  void add_times(const ChangeSpan& span, double sigma_t, Finding& f) const;
   bool find_times(Option& option, Stage& stage, bool& may_refit) const;
   void find_source(Option& option, Stage& stage) const;
   void prune();
@@ -111,6 +118,12 @@ class Extender {
   void estimate_walk_anew();
   RandomWalk walk_in(const Stage& stage, std::size_t effect) const;
   bool name_simpler(std::size_t finding, std::shared_ptr<const Effect> named);
+  void refine_changes();
+  // The end where it is not named.
+  std::vector<Finding>::iterator finding_of(const ChangeEffect& change);
+  void set_change(const ChangeFit& fit, Finding& finding);
+  bool one_of_two_changes_is_enough(std::size_t one, std::size_t other);
+  void join_changes();
   bool name_one_for_two(std::size_t first, std::size_t second);
   void take(const Stage& stage, double nll);
 
@@ -129,7 +142,10 @@ class Extender {
   mutable std::optional<Stage> refitted_;          // stage_, its noise estimated once more
   mutable std::vector<DisturbanceFit> processes_;  // beside stage_; empty: not asked for yet
   std::vector<Option> refused_changes_;            // whose times were sought, each with many fits
-  std::vector<std::string> rejected_;              // looked significant, predicts no better
+  // Changes that were refused, with their times, though they explain most of what there is, alone
+  // or with another change.
+  std::vector<Option> explain_most_;
+  std::vector<std::string> rejected_;  // looked significant, predicts no better
   struct Entered {
     VectorXd apart;         // distance of other parameters of it that are about as likely
     double searched = 0.0;  // Option::searched

@@ -36,11 +36,16 @@ void Extender::judge_beside_process(std::vector<Trial>& trials) const {
   });
 }
 
-// False where the option explains less than kCrumb of what is still missing beside it. A walk is
-// such a process itself and gains nothing beside one, so it is not refused.
+// False where the option explains less than kCrumb of what is still missing beside it. Not so of a
+// drift that is as likely as the process and leaves little: it is a slow process, too, and the
+// cause that has a name is the simpler of the two. (A change is none: what a process explains as
+// well as a change does has neither a beginning nor an end.) Nor is a walk refused, which is such a
+// process itself.
 bool Extender::stands_beside_process(const Trial& t) {
-  return t.option.effect->description().random_process || t.left < kNullGain ||
-         t.gain > kCrumb * t.left;
+  const Effect& effect = *t.option.effect;
+  if (effect.description().random_process || t.left < kNullGain) return true;
+  const bool drifts = effect.with_terms(1) != nullptr;
+  return t.gain > kCrumb * t.left || (drifts && t.gain > -kDraw && t.left < kLeftOver * t.alone);
 }
 
 }  // namespace magimu

@@ -5,6 +5,7 @@
 // is, and what holds beside them is looked for.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "calibration/scan/general_dependence.h"
@@ -21,8 +22,6 @@ namespace {
 // as white: white noise has 1. The second for a bias that stands in for a change, below.
 constexpr double kWhiteBeside = 1.5;
 constexpr double kWhiteWithin = 1.0;
-// Of all squares that a fit leaves: more than everything else together.
-constexpr double kMost = 0.5;
 
 // As many windows as the search for changes has.
 int bias_windows(const Stage& stage) {
@@ -71,19 +70,51 @@ std::vector<Option> Extender::firsts_of_pairs(const std::vector<Option>& options
   return out;
 }
 
+// Each of a pair is judged beside the other; both together may still predict worse than neither:
+// what they gain in whole quarters of the recording must outweigh what they lose in windows.
+bool Extender::predicts_better_than(const Stage& stage, double nll) const {
+  const auto in_quarters = [&](const Stage& s) { return sum_of(held_out_nll(s, quarter_s())); };
+  return (nll - nll_) + (in_quarters(stage) - in_quarters(*stage_)) > kMinGain;
+}
+
 bool Extender::try_pairs(const std::vector<Option>& options) {
   if (int(d_.findings.size()) + 2 > given_.max_findings) return false;
-  const Stage alone = *stage_;
-  const double nll = nll_;
+  struct Pair {
+    Stage stage;
+    double nll;
+    std::vector<Finding> findings;
+    std::map<std::string, Entered> entered;
+  };
+  const Pair alone = {*stage_, nll_, d_.findings, entered_};
+  const auto put_back = [&](const Pair& pair) {
+    take(pair.stage, pair.nll);
+    d_.findings = pair.findings;
+    entered_ = pair.entered;
+  };
   const std::vector<std::string> rejected = std::exchange(rejected_, {});
+  const std::vector<Option> changes = explain_most_, refused = refused_changes_;
+  // Of pairs with one of the changes that explain most, the one that predicts best: beside one of
+  // them the other cause may have the wrong times.
+  std::optional<Pair> best;
+  const auto tried = [&](const Option& first) {
+    const auto holds = [&] {
+      return try_beside(first, alone.stage) && predicts_better_than(alone.stage, alone.nll);
+    };
+    const bool found = attempt(holds).value_or(false);
+    if (found && (!best || nll_ < best->nll)) best = {*stage_, nll_, d_.findings, entered_};
+    put_back(alone);
+    rejected_.clear();
+    refused_changes_ = refused;
+  };
+  for (const Option& first : changes) tried(first);
   const auto firsts = attempt([&] { return firsts_of_pairs(worth_trying(options)); });
   for (const Option& first : firsts.value_or(std::vector<Option>{})) {
-    if (attempt([&] { return try_beside(first, alone); }).value_or(false)) return true;
-    take(alone, nll);
-    rejected_.clear();
+    if (best) break;
+    tried(first);
   }
-  rejected_ = rejected;
-  return false;
+  if (best) put_back(*best);
+  if (!best) rejected_ = rejected;
+  return bool(best);
 }
 
 // alone: the stage without either.
@@ -100,6 +131,9 @@ bool Extender::try_beside(const Option& first, const Stage& alone) {
     return stage.result().converged();
   };
   if (!put_in(first, first.start)) return false;
+  // Refused without this one, which changes everything; any other cause leaves most refusals as
+  // they were (was_refused).
+  if (is_change(first.effect->name())) refused_changes_.clear();
   const std::vector<Option> seconds = scan_options(recordings_, *stage_, candidates(*stage_));
   const std::vector<Trial> found = trials(worth_trying(seconds));
   const Trial* second = best_of(found);
@@ -110,6 +144,7 @@ bool Extender::try_beside(const Option& first, const Stage& alone) {
   entered_[finding.effect].searched = second->option.searched;
   // The first is chosen once more, as if the second had been found before it.
   if (!put_in(second->option, second->parameters())) return false;
+  if (is_change(first.effect->name())) refused_changes_.clear();
   std::optional<Finding> other =
       try_options(scan_options(recordings_, *stage_, candidates(*stage_)));
   if (!other) return false;

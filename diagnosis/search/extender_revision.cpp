@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "diagnosis/held/held_out_nll.h"
+#include "diagnosis/search/change_fit.h"
 #include "diagnosis/search/extender.h"
 #include "diagnosis/search/finding_text.h"
 #include "diagnosis/search/scan_options.h"
@@ -67,6 +68,104 @@ bool Extender::name_simpler(std::size_t finding, std::shared_ptr<const Effect> n
   d_.findings[finding] = std::move(f);
   take(best->stage, best->nll);
   return true;
+}
+
+std::vector<Finding>::iterator Extender::finding_of(const ChangeEffect& change) {
+  const auto time_of = [](const Finding& f, const char* name) {
+    return std::ranges::find(f.parameters, name, &FoundParameter::name)->value;
+  };
+  return std::ranges::find_if(d_.findings, [&](const Finding& f) {
+    return f.effect == change.name() && time_of(f, "t0") == change.span().begin.t &&
+           time_of(f, "t1") == change.span().end.t;
+  });
+}
+
+// The model with the change as it was fitted now, and what its finding says of it.
+void Extender::set_change(const ChangeFit& fit, Finding& finding) {
+  const std::string& name = fit.change().name();
+  // Parameters that were about as likely belong to other times.
+  entered_[name] = {VectorXd(), entered_[finding.effect].searched};
+  take(fit.stage(), sum_of(held_out_nll(fit.stage())));
+  finding.effect = name;
+  finding.parameters.clear();
+  const ActiveEffect now = summary(*stage_).effects.back();
+  for (const ActiveEffect::Parameter& p : now.parameters) {
+    finding.parameters.push_back({p.name, p.value, std::max(p.sigma, p.sigma_model), p.unit});
+  }
+  add_times(fit.times().span, fit.times().sigma_s, finding);
+}
+
+// Does one of two changes, its times its own again, explain kAsMuch of what both do? Then the other
+// goes. A magnet takes a while to come, and a change of gains a little later may be what is left of
+// that.
+bool Extender::one_of_two_changes_is_enough(std::size_t one, std::size_t other) {
+  const Stage both = *stage_;
+  const auto effects = both.spec().effects;
+  ModelSpec spec = both.spec();
+  std::erase(spec.effects, effects[one]);
+  std::erase(spec.effects, effects[other]);
+  const double neither = pipeline_.refit_with_same_noise(both, spec).result().cost_final;
+  spec.effects.push_back(effects[one]);
+  const Stage alone = pipeline_.refit_with_same_noise(both, spec);
+  ChangeFit fit(recordings_, pipeline_, alone, alone, as_change(*effects[one])->span(), {},
+                INFINITY);
+  fit.refine_times();
+  const Result& result = fit.stage().result();
+  if (!result.converged() ||
+      neither - result.cost_final < kAsMuch * (neither - both.result().cost_final)) {
+    return false;
+  }
+  const auto finding = [&](const Effect& effect) { return finding_of(*as_change(effect)); };
+  const auto kept = finding(*effects[one]);
+  if (kept == d_.findings.end() || finding(*effects[other]) == d_.findings.end()) return false;
+  set_change(fit, *kept);
+  d_.findings.erase(finding(*effects[other]));
+  return true;
+}
+
+// Of two changes of one sensor that begin or end together the one that nearly suffices, the plainer
+// first.
+void Extender::join_changes() {
+  const auto& effects = stage_->spec().effects;
+  for (std::size_t i = 0; i < effects.size(); ++i) {
+    for (std::size_t j = 0; j < effects.size(); ++j) {
+      const ChangeEffect* plain = as_change(*effects[i]);
+      const ChangeEffect* rich = as_change(*effects[j]);
+      if (plain == nullptr || rich == nullptr || plain->channel() != rich->channel()) continue;
+      if (plain->size() >= rich->size() || !have_a_moment_in_common(plain->span(), rich->span())) {
+        continue;
+      }
+      const bool joined =
+          attempt([&] {
+            return one_of_two_changes_is_enough(i, j) || one_of_two_changes_is_enough(j, i);
+          }).value_or(false);
+      if (joined) return;
+    }
+  }
+}
+
+// Times and form of every change once more beside what came later, and with the noise as it is now:
+// what was not in the model has moved them, and told by too large a noise no time is certain.
+void Extender::refine_changes() {
+  const std::vector<std::shared_ptr<const Effect>> effects = stage_->spec().effects;
+  for (const auto& effect : effects) {
+    const ChangeEffect* change = as_change(*effect);
+    if (change == nullptr) continue;
+    const auto finding = finding_of(*change);
+    if (finding == d_.findings.end()) continue;
+    attempt([&] {
+      ModelSpec spec = stage_->spec();
+      std::erase(spec.effects, effect);
+      spec.effects.push_back(effect);
+      const Stage last = pipeline_.refit_with_same_noise(*stage_, spec);
+      ChangeFit fit(recordings_, pipeline_, last, last, change->span(), {}, INFINITY);
+      fit.refine_times();
+      fit.take_better_form();
+      fit.take_bias_alone();
+      if (fit.stage().result().converged()) set_change(fit, *finding);
+      return true;
+    });
+  }
 }
 
 // Replaces two findings by one of the first one's class that explains as much as both, with a nat

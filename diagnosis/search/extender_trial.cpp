@@ -9,7 +9,7 @@
 #include "calibration/motion/random_walk.h"
 #include "calibration/motion/rests/rests.h"
 #include "diagnosis/held/held_out_nll.h"
-#include "diagnosis/search/change_search.h"
+#include "diagnosis/search/change_fit.h"
 #include "diagnosis/search/extender.h"
 #include "diagnosis/search/passing_field.h"
 #include "diagnosis/search/source_search.h"
@@ -22,7 +22,6 @@ namespace magimu {
 namespace {
 
 constexpr double kPutDown = 5.0;        // s about the ends of a rest
-constexpr int kOnceMore = 3;            // fits that have not converged
 constexpr double kOfPlaces = 5.0;       // uT: two places in a room hardly differ by more
 constexpr double kCare = 2.0;           // log10 of a probability, where noise is coloured
 constexpr double kNoStep = -6.0;        // log10 of the probability of what is left beside a change
@@ -38,27 +37,6 @@ bool is_bent(const Stage& stage) {
   const SensorSums sums = stage.sums();
   return std::ranges::any_of(std::array{Sensor::kAcc, Sensor::kGyr, Sensor::kMag},
                              [&](Sensor s) { return sums.rms(s) > kBent; });
-}
-
-// Times from which a fit finds the way to others.
-bool are_near(const ChangeSpan& a, const ChangeSpan& b) {
-  constexpr double kNear = 0.5;  // s
-  const auto near = [](const Moment& x, const Moment& y) {
-    return x == y || (x.recording == y.recording && std::abs(x.t - y.t) < kNear);
-  };
-  return near(a.begin, b.begin) && near(a.end, b.end);
-}
-
-// Far beyond the prior, which is what parts differ by: such gains mean that the fit lost its way.
-bool is_beyond_parts(const Effect& effect, const VectorXd& theta) {
-  constexpr double kPriorSigmas = 5.0;
-  for (int i = 0; i < effect.size(); ++i) {
-    if (std::abs(theta[i]) >
-        kPriorSigmas * effect.description().parameters[std::size_t(i)].prior_sigma) {
-      return true;
-    }
-  }
-  return false;
 }
 
 Key bias_key(Channel channel) {
@@ -231,51 +209,23 @@ bool Extender::passes_by(const Option& option, const Stage& stage) const {
 // neither begins nor ends a rest, unless it is a large one: there the sensor was put down or taken
 // up, and the field of the two places differs. False where no change is left.
 bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
-  ModelSpec spec = stage.spec();
-  const ChangeForm form = as_change(*option.effect)->form();
   const Channel channel = option.effect->channel();
-  struct Fitted {
-    ChangeSpan span;
-    Stage stage;
-  };
-  std::optional<Fitted> last;
-  const auto refit = [&](const ChangeTimes& times) {
-    if (last && last->span.begin == times.span.begin && last->span.end == times.span.end)
-      return last->stage;
-    spec.effects.back() = make_change(option.effect->name(), form, times.span);
-    const auto parameters = [&](const Stage& fit) {
-      return effect_parameters(fit.result().values, effect_keys(spec.effects).back());
-    };
-    // From the last fit where the times have hardly moved. A magnet at another time bends the
-    // trajectory far, and the way back takes long.
-    const bool near = last && last->stage.result().converged() && are_near(last->span, times.span);
-    Stage fitted = near
-                       ? pipeline_.refit_with_same_noise(last->stage, spec, parameters(last->stage))
-                       : pipeline_.refit_with_same_noise(*stage_, spec, option.start);
-    for (int again = 0; again < kOnceMore && !fitted.result().converged(); ++again) {
-      fitted = pipeline_.refit_with_same_noise(fitted, spec, parameters(fitted));
-    }
-    // Gains of a few per cent bend nothing: where their fit finds no end, or one that no part has,
-    // few samples tell of them.
-    if (form != ChangeForm::kOffset &&
-        (!fitted.result().converged() ||
-         is_beyond_parts(*spec.effects.back(), parameters(fitted)))) {
-      throw NumericalError("no fit with a change of gains");
-    }
-    last = {times.span, fitted};
-    return fitted;
-  };
-  const ChangeEffect& change = *as_change(*option.effect);
-  ChangeTimes found = refined_times(recordings_, stage, change, {.span = option.span}, refit);
-  stage = refit(found);
+  ChangeFit fit(recordings_, pipeline_, *stage_, stage, option.span, option.start,
+                stage_->result().cost_final);
+  fit.refine_times();
+  if (!explains_most(fit.stage()) && is_hopeless(option, fit.stage())) return false;
+  fit.take_both_ends();
+  // It was chosen at the times of windows.
+  fit.take_better_form();
+  fit.take_bias_alone();
+  const bool offset = fit.change().form() == ChangeForm::kOffset;
   // Once a model: it takes a dozen fits and more.
-  if (form == ChangeForm::kOffset && stage.result().converged() && may_refit && is_bent(stage)) {
+  if (offset && fit.stage().result().converged() && may_refit && is_bent(fit.stage())) {
     may_refit = false;
-    const ChangeTimes nearer = times_by_refits(recordings_, change, {.span = option.span}, refit);
-    stage = refit(nearer);
-    found = refined_times(recordings_, stage, change, nearer, refit);
-    stage = refit(found);
+    fit.refine_by_refits(option.span);
   }
+  const ChangeTimes found = fit.times();
+  stage = fit.stage();
   ChangeSpan span = found.span;
   // A change whose times all lie outside of the recordings is none.
   const auto is_inside = [&](const Moment& at) {
@@ -285,21 +235,21 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
   };
   if (!is_inside(span.begin) && !is_inside(span.end)) return false;
   // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
-  const VectorXd theta = effect_parameters(stage.result().values, effect_keys(spec.effects).back());
+  const VectorXd theta = fit.parameters();
   const Matrix3& D = stage.result().values.at<Matrix3>(key::distortion);
-  const double strength = form == ChangeForm::kOffset ? 1.0 : std::cbrt(std::abs(D.determinant()));
+  const double strength = offset ? 1.0 : std::cbrt(std::abs(D.determinant()));
   const auto coloured = [&](const Stage& fitted) {
-    const Score w = wald_test(fitted, spec.effects.size() - 1, excess(channel, fitted));
+    const Score w = wald_test(fitted, fitted.spec().effects.size() - 1, excess(channel, fitted));
     return (w.coloured && !w.by_chance) || fitted.sums().lag1[std::size_t(Sensor::kMag)] > kColour;
   };
   // A lasting change of gains shows wherever the sensor turns, not only on the way to where it
   // lies.
-  const bool small = form != ChangeForm::kOffset || strength * theta.norm() < kOfPlaces;
+  const bool small = !offset || strength * theta.norm() < kOfPlaces;
   if (channel == Channel::kMag && small && (is_put_down(span.begin) || is_put_down(span.end)) &&
       coloured(stage)) {
     // The noise is still that of the model without the change: too large, and what the trajectory
     // then leaves to the magnetometer is coloured.
-    const std::optional<Stage> anew = attempt([&] { return pipeline_.refit(stage, spec); });
+    const std::optional<Stage> anew = attempt([&] { return pipeline_.refit(stage, stage.spec()); });
     if (!anew || coloured(*anew)) {
       if (is_put_down(span.begin)) span.begin = kFromTheStart;
       if (is_put_down(span.end)) span.end = kToTheEnd;
@@ -310,13 +260,15 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
   // A lasting change is on where the bias is the larger: a magnet came or went.
   const Vector3 bias = stage.result().values.at<Vector3>(key::mag_bias);
   option.start = theta;
-  if (form == ChangeForm::kOffset && !span.end.finite() && span.begin.finite() &&
-      (bias + theta).norm() < bias.norm()) {
+  if (offset && !span.end.finite() && span.begin.finite() && (bias + theta).norm() < bias.norm()) {
     span = {kFromTheStart, span.begin};
     option.start = -theta;
   }
-  if (span.begin != found.span.begin || span.end != found.span.end) stage = refit({.span = span});
-  option.effect = spec.effects.back();
+  if (span.begin != found.span.begin || span.end != found.span.end) {
+    fit.move_to(span, option.start);
+    stage = fit.stage();
+  }
+  option.effect = stage.spec().effects.back();
   option.span = span;
   option.sigma_t = found.sigma_s;
   option.searched += cost_of_times(found, recordings_);
@@ -340,6 +292,22 @@ void Extender::find_source(Option& option, Stage& stage) const {
   }
 }
 
+bool Extender::explains_most(const Stage& with) const {
+  return with.result().converged() &&
+         with.result().cost_final < (1.0 - kMost) * stage_->result().cost_final;
+}
+
+// Do the last change of the fit and another one, by one step, explain most together, the first at
+// least its half of that? Each keeps the other from standing out.
+bool Extender::explains_most_of_two(const Stage& with) const {
+  const double before = stage_->result().cost_final, after = with.result().cost_final;
+  if (!with.result().converged() || !(after < (1.0 - 0.5 * kMost) * before)) return false;
+  const std::vector<LikelyChange> left = likely_changes(recordings_, with, change_names());
+  return std::ranges::any_of(left, [&](const LikelyChange& other) {
+    return after - 0.5 * other.statistic < (1.0 - kMost) * before;
+  });
+}
+
 // Is a change significant neither by its windows' scatter nor by its robust standard deviations?
 // Then its times are not sought, which takes a dozen fits. A real change is significant by one of
 // the two even at the time of a window: of simulated changes of all sensors p by the second was
@@ -353,18 +321,23 @@ bool Extender::is_hopeless(const Option& option, const Stage& stage) const {
 }
 
 // The model with the option in it, fitted; nothing where it does not hold there.
-std::optional<Extender::Trial> Extender::trial(Option option, bool& may_refit) const {
+// most: the option with its times, where it explains most of all squares though it holds or not.
+std::optional<Extender::Trial> Extender::trial(Option option, bool& may_refit,
+                                               std::optional<Option>& most) const {
   ModelSpec spec = stage_->spec();
   std::erase_if(spec.effects, [&](const auto& e) { return replaces(*option.effect, e->name()); });
   spec.effects.push_back(option.effect);
   Stage stage = pipeline_.refit_with_same_noise(*stage_, spec, option.start);
-  if (is_change(option.effect->name()) && !is_magnet(*option.effect) &&
+  if (is_change(option.effect->name()) && !is_magnet(*option.effect) && !explains_most(stage) &&
       is_hopeless(option, stage)) {
     return std::nullopt;
   }
   if (is_change(option.effect->name()) &&
       (!find_times(option, stage, may_refit) || passes_by(option, stage))) {
     return std::nullopt;
+  }
+  if (is_change(option.effect->name()) && (explains_most(stage) || explains_most_of_two(stage))) {
+    most = option;
   }
   if (option.effect->name() == "stationary_source" && option.score.statistic > kBends) {
     find_source(option, stage);
@@ -418,13 +391,14 @@ bool Extender::was_refused(const Option& option) const {
 std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options) {
   struct Tried {
     std::optional<Trial> trial;
+    std::optional<Option> most;
     bool refits_spent = false;
   };
   const auto tried = [&](const Option& o, bool may_refit) {
     Tried out;
     bool left = may_refit;
     // An option whose numbers fail is refused.
-    out.trial = attempt([&] { return trial(o, left); }).value_or(std::nullopt);
+    out.trial = attempt([&] { return trial(o, left, out.most); }).value_or(std::nullopt);
     out.refits_spent = left != may_refit;
     return out;
   };
@@ -444,6 +418,7 @@ std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options
     refits_spent_ |= all[i].refits_spent;
     std::optional<Trial>& t = all[i].trial;
     if (!t && is_change(o.effect->name())) refused_changes_.push_back(o);
+    if (!t && all[i].most) explain_most_.push_back(*std::move(all[i].most));
     if (!t || !(t->left_out - t->option.searched > kMinGain)) continue;
     t->alone = t->gain = attempt([&] { return likelier(*t); }).value_or(-INFINITY);
     if (std::isfinite(t->gain)) out.push_back(*std::move(t));

@@ -191,15 +191,23 @@ bool has_rivals(const std::vector<const Recording*>& recordings, const Pipeline&
   return true;
 }
 
-// Does the accelerometer's residual depend on attitude and rate? A hand's motion does not.
+// What most of the accelerometer's residual depends on.
+struct Dependence {
+  bool on_attitude = false;  // and rate; a hand's motion does not
+  bool on_time = false;
+};
 // (Products of the rate are left out: a sensor swung about a point beside it is moved so.)
-bool follows_the_attitude(const std::vector<const Recording*>& recordings, const Stage& rotation,
-                          double misfit) {
+Dependence dependence_of(const std::vector<const Recording*>& recordings, const Stage& rotation,
+                         double misfit) {
   auto dependences = general_dependences(true);
   std::erase_if(dependences, [](const auto& e) { return e->channel() != Channel::kAcc; });
   const Scan scan(recordings, rotation, dependences);
-  return std::ranges::any_of(
-      scan.scores(), [&](const Score& s) { return s.statistic - s.dof > kMostOfIt * misfit; });
+  Dependence out;
+  for (const Score& s : scan.scores()) {
+    if (!(s.statistic - s.dof > kMostOfIt * misfit)) continue;
+    (depends_on_time(*s.effect) ? out.on_time : out.on_attitude) = true;
+  }
+  return out;
 }
 
 }  // namespace
@@ -236,13 +244,15 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
   }
 
   const Restlessness restless = restlessness(rotation, noise);
-  if (has_rivals(recordings, pipeline, extender, rotation, restless, noise)) {
+  // A bias that changes in mid-recording may be all that there is, or be there beside a motion.
+  const Dependence dependence = dependence_of(recordings, rotation, restless.squares);
+  if (dependence.on_time || has_rivals(recordings, pipeline, extender, rotation, restless, noise)) {
     const Diagnosis before = d;
     extender.extend(rotation);
     if (is_calm(restlessness(extender.stage(), noise))) return extender.stage();
     d = before;
   }
-  if (follows_the_attitude(recordings, rotation, restless.squares)) return rotation;
+  if (dependence.on_attitude) return rotation;
   d.findings.push_back(motion_finding(rotation, moving, restless));
   return moving;
 }
@@ -271,7 +281,8 @@ std::optional<Stage> find_small_motion(const std::vector<const Recording*>& reco
       return std::nullopt;
     }
   }
-  if (follows_the_attitude(recordings, stage, acc.squares)) return std::nullopt;
+  const Dependence dependence = dependence_of(recordings, stage, acc.squares);
+  if (dependence.on_attitude || dependence.on_time) return std::nullopt;
   std::optional<Stage> fitted;  // without effects
   const auto with_effects = attempt([&] {
     fitted = pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kHandHeld));

@@ -34,6 +34,10 @@ inline constexpr double kAsMuch = 0.85;  // of the gain, for a nested cause to b
 // Beside a large cause the approximations of its model show: what is left of a misfit counts as
 // nothing below this share of it.
 inline constexpr double kCrumb = 0.03;
+// Of all squares that a fit leaves: more than everything else together.
+inline constexpr double kMost = 0.5;
+// Of what a cause explains: with more than this left in its sensor its name is doubtful.
+inline constexpr double kLeftOver = 0.3;
 // Of the same sensor, and to be named where it predicts as well.
 bool is_simpler(const Effect& one, const Effect& other);
 // What a new effect takes the place of: what it contains, what is the same to first order (beside

@@ -148,10 +148,15 @@ Vector3 ChangeEffect::term(const SampleState& s, const VectorXd& theta) const {
 
 std::string ChangeEffect::sentence(const VectorXd& theta, const VectorXd& sigma) const {
   if (is_magnet(*this)) {
+    // With as many decimals as show the smallest standard deviation.
+    const double least = std::clamp(sigma.minCoeff(), 1e-5, 1.0);
+    const int decimals = std::max(2, 1 - int(std::floor(std::log10(least))));
+    const auto numbers = [decimals](const VectorXd& v) {
+      return fmt::format("[{1:.{0}f}, {2:.{0}f}, {3:.{0}f}]", decimals, v[0], v[1], v[2]);
+    };
     return fmt::format(
-        "A magnet (or a piece of iron) {}: the magnetometer's bias was different by "
-        "[{:.2f}, {:.2f}, {:.2f}] +- [{:.2f}, {:.2f}, {:.2f}] uT.",
-        span_of_magnet(span_), theta[0], theta[1], theta[2], sigma[0], sigma[1], sigma[2]);
+        "A magnet (or a piece of iron) {}: the magnetometer's bias was different by {} +- {} uT.",
+        span_of_magnet(span_), numbers(theta), numbers(sigma));
   }
   const char* sensor = named(name()).sensor;
   const std::string when = span_of_change(span_);
@@ -209,6 +214,11 @@ bool stays(const std::string& name) { return name.ends_with("_bias_change"); }
 
 bool is_change(const std::string& name) {
   return std::ranges::find(change_names(), name) != change_names().end();
+}
+
+const std::string& bias_change_of(Channel channel) {
+  static const std::string names[] = {"acc_bias_change", "gyro_bias_change", "hard_iron_change"};
+  return names[std::size_t(channel)];
 }
 
 std::vector<ChangeForm> forms_of_change(const std::string& name) {

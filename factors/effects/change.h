@@ -82,8 +82,11 @@ const std::vector<std::string>& change_names();
 bool is_change(const std::string& name);
 // Is it the change that a magnet makes?
 bool is_magnet(const Effect& effect);
-// A bias that a blow or a restart changed stays so: what comes and goes is another cause.
+// A bias that a blow or a restart changed stays so; one that comes and goes is searched for with
+// the gains only.
 bool stays(const std::string& name);
+// The change of a sensor's bias.
+const std::string& bias_change_of(Channel channel);
 // The plainest first; that of all columns of a form.
 std::vector<ChangeForm> forms_of_change(const std::string& name);
 ChangeForm richest_form(const std::string& name);

@@ -17,6 +17,7 @@
 #include "apps/archive/reprocess_task.h"
 #include "apps/commands.h"
 #include "apps/options/common_options.h"
+#include "apps/options/number_checks.h"
 #include "apps/options/outputs.h"
 #include "apps/options/stop_signals.h"
 #include "apps/version.h"
@@ -390,12 +391,12 @@ void add_reprocess(CLI::App& app, int& exit_code) {
       ->type_name("\"OPTIONS\"");
   cmd->add_option("--time-limit", args->seconds, "seconds for one recording")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->type_name("S");
   cmd->add_option("--memory-limit", args->megabytes,
                   "MB of address space for one recording (0: none; default: the machine's memory "
                   "over --jobs)")
-      ->check(CLI::NonNegativeNumber)
+      ->check(nonnegative_number())
       ->type_name("MB");
   cmd->add_option("--threads", args->threads, "of each recording (0: cores over --jobs)")
       ->check(CLI::Range(0, 1024))

@@ -49,6 +49,12 @@ struct Input {
 Input read_input(const NavigateArguments& args) {
   Input input;
   if (std::optional<ArrayFile> file = read_array_mat(args.recording)) {
+    if (!args.map.empty() || !args.unit.empty() || !args.axes.empty() || !args.sensors.empty() ||
+        !args.columns.empty() || args.rate_hz > 0.0) {
+      throw InputError(args.recording, 0, 0,
+                       "this is a file of the OC-MAINS set, whose fields and units are known",
+                       "leave --map, --unit, --axes, --rate, --columns and --sensor out");
+    }
     input.recording = std::move(file->recording);
     if (file->start)
       input.start = NavigationStart{file->start->p, file->start->v, file->start->nRb};

@@ -389,7 +389,8 @@ void add_reprocess(CLI::App& app, int& exit_code) {
   cmd->add_option("--options", args->options,
                   "options of magimu calibrate for all recordings, before a manifest's own")
       ->type_name("\"OPTIONS\"");
-  cmd->add_option("--time-limit", args->seconds, "seconds for one recording")
+  cmd->add_option("--time-limit", args->seconds,
+                  "seconds of processor time for one recording (ten times as many by the clock)")
       ->capture_default_str()
       ->check(positive_number())
       ->type_name("S");

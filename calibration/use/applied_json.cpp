@@ -11,6 +11,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr int kMostNumber = 16;  // of sensors of a kind on one vehicle
+
 AppliedCorrections applied_corrections(const Recording& r) {
   AppliedCorrections out;
   std::vector<std::string> sensors = r.mag_names;
@@ -81,7 +83,7 @@ AppliedCorrections applied_from_json(const Json& file, const std::string& name) 
       applied.rotation = matrix_from(is.at("rotation"));
       const bool usable = applied.matrix.allFinite() && applied.rotation.allFinite() &&
                           applied.offset.allFinite() && applied.matrix.determinant() > 0.0 &&
-                          applied.number >= 0 && applied.number < 16;
+                          applied.number >= 0 && applied.number < kMostNumber;
       if (!usable) throw InputError(name, 0, 0, "its field \"applied\" cannot be", "make it anew");
     }
   } catch (const nlohmann::json::exception&) {

@@ -15,7 +15,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kGravity = 9.80665;
+constexpr double kGravity = 9.80665, kCenti = 100.0, kMilliG = 1000.0;
 // m/s^2, the usual reading, that is gravity in whatever motion where no rest says otherwise. Below
 // the first one it may be acceleration without gravity.
 constexpr double kLeastGravity = 5.0, kMostGravity = 20.0;
@@ -96,7 +96,7 @@ Issue milli_g_issue(const Recording& r, const Reads& reads) {
   const std::optional<GravitySphere> sphere = gravity_sphere(r.acc);
   const double gravity = sphere ? sphere->radius : quietest_of(r.acc).length;
   std::vector<std::string> units = {"mg", "cm/s^2"};
-  if (std::abs(gravity - 1e2 * kGravity) < std::abs(gravity - 1e3)) {
+  if (std::abs(gravity - kCenti * kGravity) < std::abs(gravity - kMilliG)) {
     std::swap(units.front(), units.back());
   }
   return unit_issue(r, "acc", "acc",

@@ -29,8 +29,11 @@ constexpr double kNearRate = 0.1;
 // other numbers are in a unit).
 constexpr double kRateSigma = 0.02, kOdds = 10.0;
 // Counts per deg/s in data sheets (10: the file holds tenths of a degree).
-constexpr double kGyrCounts[] = {10, 131, 65.5, 32.8, 16.4, 114.286, 57.143, 28.571, 14.286};
+// (16 a deg/s and 900 a rad/s: the BNO055's.)
+constexpr double kGyrCounts[] = {
+    10, 131, 65.5, 32.8, 16.4, 114.286, 57.143, 28.571, 14.286, 900 * M_PI / 180, 16};
 constexpr double kSameCounts = 0.03;
+constexpr double kSeveralSigmas = 3.0;  // of the gain: sensitivities within them are all named
 // What ranges of a gyroscope differ by.
 constexpr double kRangeFactors[] = {2.0, 4.0, 8.0, 0.5, 0.25, 0.125};
 
@@ -93,6 +96,27 @@ std::optional<GyroscopeGain> gyroscope_gain(const Recording& r) {
                                    [](const GyroscopeGain& s) { return s.sigma / s.gain; });
 }
 
+// counts: of the file a deg/s, known to this relative sigma. Several sensitivities may be as near.
+Issue counts_issue(const Recording& r, const std::string& turns, double counts, double sigma) {
+  // Some are two per cent apart (16 and 16.4): what was measured tells them apart, or does not.
+  const double same = std::max(kRateSigma, kSeveralSigmas * sigma);
+  std::vector<double> known;
+  for (const double k : kGyrCounts) {
+    if (std::abs(counts / k - 1.0) < same) known.push_back(k);
+  }
+  if (known.empty()) known.push_back(snapped(kGyrCounts, counts, kSameCounts));
+  std::ranges::sort(known, {}, [counts](double k) { return std::abs(std::log(counts / k)); });
+  std::vector<std::string> per_degree, units;
+  for (const double k : known) {
+    per_degree.push_back(fmt::format("{:.4g}", k));
+    units.push_back(fmt::format("{:.6g} (one count in rad/s)", kDeg / k));
+  }
+  return unit_issue(r, "gyr", "gyr",
+                    fmt::format("{}; perhaps these are counts of the converter, {} a deg/s", turns,
+                                fmt::join(per_degree, " or ")),
+                    fmt::format("{}", fmt::join(units, " or --unit gyr=")));
+}
+
 }  // namespace
 
 std::vector<Issue> check_gyr_unit(const Recording& r) {
@@ -134,12 +158,7 @@ std::vector<Issue> check_gyr_unit(const Recording& r) {
                                            : fmt::format("{:.0f} times", 1.0 / range)),
                    unit_text("gyr", given / range))};
   }
-  const double counts =
-      snapped(kGyrCounts, kDeg / unit, kSameCounts);  // readings of the file a deg/s
-  return {unit_issue(
-      r, "gyr", "gyr",
-      fmt::format("{}; perhaps these are counts of the converter, {:.4g} a deg/s", turns, counts),
-      fmt::format("{:.6g} (one count in rad/s)", kDeg / counts))};
+  return {counts_issue(r, turns, kDeg / unit, seen->sigma / gain)};
 }
 
 }  // namespace magimu

@@ -2,6 +2,7 @@
 #include "archive/inventory/found_files.h"
 
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include "archive/result_file.h"
 #include "tests/recording/test_files.h"
@@ -33,6 +34,16 @@ TEST(FoundFiles, each_file_once_however_many_links_lead_to_it) {
   fs::create_directory_symlink("../elsewhere", folder.path("fleet/more"));
   fs::create_symlink("nowhere", folder.path("fleet/broken.csv"));
   EXPECT_THAT(names_below(folder, "fleet"), ElementsAre("a/1.csv", "broken.csv", "more/2.csv"));
+}
+
+// Opening a named pipe waits for a writer, for ever.
+TEST(FoundFiles, a_pipe_is_no_recording) {
+  const TempFolder folder;
+  fs::create_directories(folder.path("fleet"));
+  folder.write("fleet/1.csv", "");
+  ASSERT_EQ(::mkfifo(folder.path("fleet/pipe.csv").c_str(), 0600), 0);
+  EXPECT_THAT(names_below(folder, "fleet"), ElementsAre("1.csv"));
+  EXPECT_THROW(content_hash(folder.path("fleet/pipe.csv")), InputError);
 }
 
 TEST(FoundFiles, an_earlier_output_holds_no_recordings) {

@@ -190,7 +190,7 @@ def difference(before, after):
         if field in ("verdict", "answer", "motion"):
             return f"{a} -> {b}"
         if field == "refused":
-            return "refused" if b else "no longer refused"
+            return "no longer refused" if b is None else "refused"
         if field == "reasons":
             return "other reasons"
         gone, new = set(a or []) - set(b or []), set(b or []) - set(a or [])

@@ -24,14 +24,18 @@ constexpr RollPitchYaw kMounts[] = {
 
 }  // namespace
 
+Matrix3 rotation_by_angles(double roll_deg, double pitch_deg, double yaw_deg) {
+  constexpr double kDegree = M_PI / 180.0;
+  return (Eigen::AngleAxisd(yaw_deg * kDegree, Vector3::UnitZ()) *
+          Eigen::AngleAxisd(pitch_deg * kDegree, Vector3::UnitY()) *
+          Eigen::AngleAxisd(roll_deg * kDegree, Vector3::UnitX()))
+      .toRotationMatrix();
+}
+
 std::optional<Matrix3> mount_rotation(double number) {
   if (!(number >= 0.0 && number < double(std::size(kMounts)))) return std::nullopt;
-  constexpr double kDegree = M_PI / 180.0;
   const RollPitchYaw& is = kMounts[std::size_t(number)];
-  return Matrix3((Eigen::AngleAxisd(is.yaw * kDegree, Vector3::UnitZ()) *
-                  Eigen::AngleAxisd(is.pitch * kDegree, Vector3::UnitY()) *
-                  Eigen::AngleAxisd(is.roll * kDegree, Vector3::UnitX()))
-                     .toRotationMatrix());
+  return rotation_by_angles(is.roll, is.pitch, is.yaw);
 }
 
 }  // namespace magimu

@@ -12,4 +12,7 @@ namespace magimu {
 // From the sensor's axes to the vehicle's; empty for a number that says no fixed rotation.
 std::optional<Matrix3> mount_rotation(double number);
 
+// Rz(yaw) Ry(pitch) Rx(roll), of degrees.
+Matrix3 rotation_by_angles(double roll_deg, double pitch_deg, double yaw_deg);
+
 }  // namespace magimu

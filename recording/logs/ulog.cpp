@@ -297,7 +297,7 @@ class UlogReader {
     const auto of_kind = selected_.find(std::string(corrected.is->kind));
     const double id = device != devices_.end()     ? device->second
                       : of_kind != selected_.end() ? of_kind->second
-                                                   : 0.0;
+                                                   : parameter_or("CAL_" + name + "_PRIME", 0.0);
     constexpr int kMost = 4;
     int with_id = 0, last = 0;
     for (int n = 0; n < kMost; ++n) {
@@ -312,13 +312,17 @@ class UlogReader {
     return std::nullopt;
   }
 
-  // How the device is mounted: as its own parameter says, or with the board.
+  // How the device is mounted: as its own parameter says, or with the board, which may be trimmed
+  // by some degrees (PX4, src/lib/sensor_calibration/Utilities.cpp).
   std::optional<Matrix3> mounting(const std::string& start) const {
-    for (const char axis : {'X', 'Y', 'Z'}) {
-      if (parameter_or(fmt::format("SENS_BOARD_{}_OFF", axis), 0.0) != 0.0) return std::nullopt;
-    }
     const double own = parameter_or(start + "ROT", -1.0);
-    return mount_rotation(own < 0.0 ? parameter_or("SENS_BOARD_ROT", 0.0) : own);
+    if (own >= 0.0) return mount_rotation(own);
+    const std::optional<Matrix3> board = mount_rotation(parameter_or("SENS_BOARD_ROT", 0.0));
+    if (!board) return std::nullopt;
+    return Matrix3(rotation_by_angles(parameter_or("SENS_BOARD_X_OFF", 0.0),
+                                      parameter_or("SENS_BOARD_Y_OFF", 0.0),
+                                      parameter_or("SENS_BOARD_Z_OFF", 0.0)) *
+                   *board);
   }
 
   // The parameters that are not neutral, for people.
@@ -342,7 +346,9 @@ class UlogReader {
       return struct_number(data, field->kind, field->offset);
     };
     const std::pair<const char*, const char*> fields[] = {
-        {"acc", "accel_device_id"}, {"gyr", "gyro_device_id"}, {"mag", "device_id"}};
+        {"acc", "accel_device_id"},
+        {"gyr", "gyro_device_id"},
+        {"mag", topic.selection ? "mag_device_id" : "device_id"}};
     for (const auto& [kind, field] : fields) {
       const double device = id(field);
       if (device == 0.0) continue;

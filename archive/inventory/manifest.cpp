@@ -28,7 +28,17 @@ struct TableRow {
   std::vector<std::string> fields{""};
 };
 
+// A semicolon or a tab where a spreadsheet has written the table with these.
+char separator_of(const std::string& text) {
+  const std::string head = text.substr(0, text.find('\n'));
+  for (const char c : {',', ';', '\t'}) {
+    if (head.find(c) != std::string::npos) return c;
+  }
+  return ',';
+}
+
 std::vector<TableRow> rows_of(const std::string& text, const std::string& file) {
+  const char separator = separator_of(text);
   std::vector<TableRow> out{{}};
   long line = 1;
   bool quoted = false;
@@ -40,9 +50,9 @@ std::vector<TableRow> rows_of(const std::string& text, const std::string& file) 
       field.push_back(text[++i]);
     } else if (c == '"' && (quoted || field.empty())) {
       quoted = !quoted;
-    } else if (quoted || (c != ',' && c != '\n' && c != '\r')) {
+    } else if (quoted || (c != separator && c != '\n' && c != '\r')) {
       field.push_back(c);
-    } else if (c == ',') {
+    } else if (c == separator) {
       out.back().fields.emplace_back();
     } else if (c == '\n') {
       out.push_back({line + 1, {""}});

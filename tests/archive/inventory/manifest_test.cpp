@@ -47,6 +47,17 @@ TEST(Manifest, takes_columns_in_any_order_and_quoted_fields) {
   EXPECT_EQ(entries[1].shown, "say \"b\".csv");
 }
 
+TEST(Manifest, takes_the_semicolons_and_tabs_of_spreadsheets) {
+  const TempFolder folder;
+  folder.write("m.csv", "path;device;options\na.csv;b1;--unit gyr=deg/s\n");
+  folder.write("m.tsv", "path\tdevice\nb,c.csv\tb2\n");
+  const auto entries = read_manifest(folder.path("m.csv"));
+  ASSERT_EQ(entries.size(), 1u);
+  EXPECT_EQ(entries[0].device, "b1");
+  EXPECT_EQ(entries[0].options, "--unit gyr=deg/s");
+  EXPECT_EQ(read_manifest(folder.path("m.tsv"))[0].shown, "b,c.csv");
+}
+
 TEST(Manifest, names_a_column_that_it_does_not_know) {
   const TempFolder folder;
   folder.write("m.csv", "path,divice\na.csv,b\n");

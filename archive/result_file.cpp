@@ -107,6 +107,11 @@ std::string content_hash(const std::string& path) {
                      "give a file");
   }
   if (!fs::is_directory(path, error)) {
+    // Nobody may ever write into a pipe: whoever opens it waits for that.
+    if (fs::exists(path, error) && !fs::is_regular_file(path, error)) {
+      throw InputError(path, 0, 0, "it is a pipe, a socket or a device, not a file",
+                       "leave it out of the archive, or store what it gives in a file");
+    }
     read_file_in_pieces(path, [&](std::string_view piece, std::size_t) { hash.add(piece); });
     return hash.hex();
   }

@@ -38,7 +38,7 @@ NUMBER = re.compile(
     r"|std::array<double, ?\d+>|std::array<int, ?\d+>|Eigen::Index|NoiseDensities|Drift)"
 )
 DECLARATION = re.compile(r"\bconstexpr\s+(?P<type>[\w:<>, *]+?)\s*\b(?P<rest>k[A-Z]\w*\s*[\[={][^;]*);")
-FOREIGN = r"AP_|LogStructure\.h"  # ArduPilot's sources, which comments cite
+FOREIGN = r"AP_|LogStructure\.h|src/lib/"  # ArduPilot's and PX4's sources, which comments cite
 SOURCES = (".h", ".cpp", ".inc")
 MOST_FILES = 30  # of a folder; more have no overview
 UNCUT = ("bench", "tests")

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "calibration/fit/side_by_side.h"
 #include "calibration/fit/uncertainty.h"
 #include "calibration/model/parameter_names.h"
 #include "calibration/model/windows.h"
@@ -17,7 +18,6 @@
 #include "calibration/scan/testable.h"
 #include "calibration/scan/unseen_tolerances.h"
 #include "graph/decompositions.h"
-#include "graph/parallel.h"
 #include "statistics/tails.h"
 
 namespace magimu {
@@ -269,12 +269,14 @@ SearchedEffects search_effects(const std::vector<const Recording*>& recordings,
   // their square.
   const double log10_level = std::log10(kFalseAlarms / double(all.size()));
   std::array<FoundByScan, 3> found;
-  parallel::for_each(found.size(), [&](std::size_t channel) {
+  const auto look_at = [&](std::size_t channel) {
     std::vector<std::shared_ptr<const Effect>> own;
     std::ranges::copy_if(all, std::back_inserter(own),
                          [&](const auto& e) { return std::size_t(e->channel()) == channel; });
     found[channel] = look(recordings, stage, own, log10_level);
-  });
+  };
+  side_by_side(
+      stage.plans(), [&] { look_at(0); }, [&] { look_at(1); }, [&] { look_at(2); });
   SearchedEffects out;
   std::vector<ToleranceFamily> families;
   for (const FoundByScan& own : found) {

@@ -10,7 +10,7 @@
 #include "calibration/scan/general_dependence.h"
 #include "calibration/scan/testable.h"
 #include "diagnosis/held/held_out_nll.h"
-#include "diagnosis/search/slow_motion.h"
+#include "diagnosis/search/shapes/slow_motion.h"
 #include "diagnosis/search/stored_model.h"
 #include "factors/effects/catalogue.h"
 #include "graph/numerical_error.h"

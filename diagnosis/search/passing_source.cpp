@@ -9,7 +9,7 @@
 
 #include "calibration/motion/rests/rests.h"
 #include "calibration/motion/sensor_rows.h"
-#include "diagnosis/search/excursion_kinds.h"
+#include "diagnosis/search/shapes/excursion_kinds.h"
 #include "statistics/quantiles.h"
 #include "statistics/tails.h"
 

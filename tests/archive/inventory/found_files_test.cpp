@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "archive/result_file.h"
+#include "recording/data/error.h"
 #include "tests/recording/test_files.h"
 
 namespace magimu {
@@ -55,6 +56,15 @@ TEST(FoundFiles, an_earlier_output_holds_no_recordings) {
   fs::create_directories(folder.path("fleet/results"));
   folder.write("fleet/results/b.csv", "");
   EXPECT_THAT(names_below(folder, "fleet"), ElementsAre("a.csv", "results/b.csv"));
+}
+
+TEST(ResultFile, nobody_waits_for_who_writes_into_a_pipe) {
+  const TempFolder folder;
+  const std::string pipe = folder.path("pipe.csv");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THROW(content_hash(pipe), InputError);
+  folder.write("real.csv", "t\n");
+  EXPECT_EQ(content_hash(folder.path("real.csv")).size(), 64u);
 }
 
 TEST(ResultFile, what_ended_at_a_limit_is_tried_again_with_a_larger_one) {

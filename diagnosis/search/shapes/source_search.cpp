@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/source_search.h"
+#include "diagnosis/search/shapes/source_search.h"
 
 #include <algorithm>
 

@@ -71,8 +71,8 @@ struct GyroscopeGain {
   double gain, sigma;
 };
 
-// Empty if the gain is in order, or not known.
-std::optional<GyroscopeGain> gyroscope_gain(const Recording& r) {
+// By accelerometer and magnetometer, as far as each tells.
+std::vector<GyroscopeGain> gains_of(const Recording& r) {
   std::vector<GyroscopeGain> seen;
   const VectorSeries gyr = without_clipped(r.gyr);
   const auto look = [&](const VectorSeries& directions, bool offset_unknown) {
@@ -84,6 +84,34 @@ std::optional<GyroscopeGain> gyroscope_gain(const Recording& r) {
   };
   look(r.acc, false);
   if (!r.mag.empty()) look(r.mag.front(), true);
+  return seen;
+}
+
+const GyroscopeGain& best_known(const std::vector<GyroscopeGain>& seen) {
+  return *std::ranges::min_element(seen, {},
+                                   [](const GyroscopeGain& s) { return s.sigma / s.gain; });
+}
+
+// A unit is that of the whole file. A gain that becomes another one is a fault of the sensor, or
+// its range was switched.
+bool changes_meanwhile(const Recording& r) {
+  const double begin = r.gyr.t.front(), end = r.gyr.t.back(), middle = 0.5 * (begin + end);
+  const auto gains_from = [&](double from, double to) {
+    const Recording half = slice(r, from, to);
+    return half.gyr.size() < kFewestToJudge ? std::vector<GyroscopeGain>{} : gains_of(half);
+  };
+  const std::vector<GyroscopeGain> first = gains_from(begin, middle),
+                                   second = gains_from(middle, end);
+  if (first.empty() || second.empty()) return false;
+  const GyroscopeGain &a = best_known(first), &b = best_known(second);
+  const double change = std::abs(std::log(a.gain / b.gain));
+  return change > std::log(kWrongScale) &&
+         change > kScaleSigmas * std::hypot(a.sigma / a.gain, b.sigma / b.gain);
+}
+
+// Empty if the gain is in order, or not known.
+std::optional<GyroscopeGain> gyroscope_gain(const Recording& r) {
+  const std::vector<GyroscopeGain> seen = gains_of(r);
   if (seen.empty()) return std::nullopt;
   // If accelerometer and magnetometer disagree, one of them has a fault; then nothing is said of
   // the gyroscope.
@@ -92,8 +120,8 @@ std::optional<GyroscopeGain> gyroscope_gain(const Recording& r) {
     if (size < std::log(kWrongScale) || size < kScaleSigmas * s.sigma / s.gain) return std::nullopt;
     if (std::abs(std::log(s.gain / seen.front().gain)) > std::log(kWrongScale)) return std::nullopt;
   }
-  return *std::ranges::min_element(seen, {},
-                                   [](const GyroscopeGain& s) { return s.sigma / s.gain; });
+  if (changes_meanwhile(r)) return std::nullopt;
+  return best_known(seen);
 }
 
 // counts: of the file a deg/s, known to this relative sigma. Several sensitivities may be as near.

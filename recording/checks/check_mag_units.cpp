@@ -62,6 +62,27 @@ double radius_of(const VectorSeries& s) {
   return radius;
 }
 
+// Do readings of a third of the recording look like the Earth's field? A unit is that of the whole
+// file; a magnet that is near for a while only makes readings larger then.
+bool looks_like_earth_for_a_while(const VectorSeries& mag) {
+  constexpr std::size_t kThirds = 3;
+  for (std::size_t i = 0; i < kThirds; ++i) {
+    VectorSeries part;
+    std::vector<double> lengths;
+    for (std::size_t k = i * mag.size() / kThirds; k < (i + 1) * mag.size() / kThirds; ++k) {
+      part.push_back(mag.t[k], mag.v[k]);
+      lengths.push_back(mag.v[k].norm());
+    }
+    if (part.size() < kFewestToJudge) return false;
+    const double radius = radius_of(part);
+    if (radius > kSmallestRadius && radius < kLargestRadius &&
+        median(std::move(lengths)) < kImpossibleRadius) {
+      return true;
+    }
+  }
+  return false;
+}
+
 // The step in which an axis is written: the smallest change between samples.
 double step_of(const VectorSeries& s, int axis) {
   double least = 1e300;
@@ -174,7 +195,8 @@ std::vector<Issue> check_field_size(const Recording& r, const std::string& name,
         name, usual, radius, meaning);
   };
   const bool small = usual < kLeastField;
-  const bool large = radius > (whole && given == 1.0 ? kLargestRadius : kImpossibleRadius);
+  const bool large = radius > (whole && given == 1.0 ? kLargestRadius : kImpossibleRadius) &&
+                     !looks_like_earth_for_a_while(mag);
   if (!small && !large) {
     if (radius <= kUsualRadius) return {};
     return {{"field_size", name, -1, Severity::kCaution, 0.0, 0.0, reads("that is much"),

@@ -335,6 +335,27 @@ TEST(Quality, normalised_readings_are_found_where_the_sensor_mostly_lay_still) {
   EXPECT_TRUE(found());
 }
 
+// A unit is that of the whole file.
+TEST(Quality, what_changes_in_mid_recording_is_no_wrong_unit) {
+  const auto units_at_fault = [](const Recording& r) {
+    const auto issues = check_recording(r);
+    return std::ranges::count_if(issues, [](const Issue& i) { return i.kind == "unit"; });
+  };
+  for (const double begin : {8.0, 13.0, 18.0}) {
+    Recording switched = good();  // the gyroscope's range
+    for (std::size_t k = 0; k < switched.gyr.size(); ++k) {
+      if (switched.gyr.t[k] > begin) switched.gyr.v[k] *= 2.0;
+    }
+    EXPECT_EQ(units_at_fault(switched), 0) << begin;
+    Recording beside_magnet = good();
+    VectorSeries& mag = beside_magnet.mag[0];
+    for (std::size_t k = 0; k < mag.size(); ++k) {
+      if (mag.t[k] > begin && mag.t[k] < begin + 5.0) mag.v[k] += Vector3(500.0, -200.0, 300.0);
+    }
+    EXPECT_EQ(units_at_fault(beside_magnet), 0) << begin;
+  }
+}
+
 TEST(Quality, advice_does_not_ask_for_the_unit_that_was_given) {
   Recording r = good();
   scale(r.gyr, 2.0);

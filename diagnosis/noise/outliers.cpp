@@ -23,6 +23,9 @@ constexpr int kLeastEvents = 5;
 constexpr double kMostOutliers = 0.3;
 // Dispersion from which they come in bursts; K from which no motion makes them.
 constexpr double kInBursts = 2.0, kBeyondMotion = 20.0;
+// The same of their number in parts of the recording, over that of single outliers at random.
+constexpr double kUnevenBy = 1.5;
+constexpr double kShareShown = 2.0;       // standard deviations of a share that is there
 constexpr double kFewestOfMixture = 0.3;  // outliers; fewer are none
 // Variance of the noise's level, over that by chance, from which sizes are levelled.
 constexpr double kLevelChanges = 4.0;
@@ -261,30 +264,58 @@ double dispersion(const NoiseSeries& s, const Cleaned& c) {
   return sum > 0.0 ? (square - sum * sum / blocks) / sum : 1.0;
 }
 
+// Samples that one outlier makes stick out: their mean square over their mean number. K: its size,
+// in standard deviations of the noise; high-passed it shows in its neighbours, too. from: the
+// squared length from which a sample sticks out.
+double samples_of_one(double K, double from, bool high_passed) {
+  constexpr double kGrid = 0.05, kLongest = 5.0;  // of |z|, z a standard normal 3-vector
+  double number = 0.0, square = 0.0;
+  for (double z = 0.5 * kGrid; z < kLongest; z += kGrid) {
+    double count = 0.0;
+    for (int lag = -kHighPassReach; lag <= kHighPassReach; ++lag) {
+      const double own = lag == 0 ? 1.0 : 0.0;
+      const double share =
+          high_passed ? (own - smoothing_weight(lag)) / std::sqrt(kHighPassVariance) : own;
+      count += std::pow(share * K * z, 2) > from ? 1.0 : 0.0;
+    }
+    const double density = z * z * std::exp(-0.5 * z * z);
+    number += density * count;
+    square += density * count * count;
+  }
+  return number > 0.0 ? square / number : 1.0;
+}
+
 // Do samples of the wider scale come as often in one part of the recording as in another? What
 // hides in an interval of time (a sensor that hangs, bursts of a transmitter) bends a fit there,
-// and other sensors' samples scatter more widely as long as that lasts. factor: by how much their
-// number varies more than at random.
-bool at_any_time(const std::vector<double>& squared, const Mixture& m, double factor) {
-  constexpr std::size_t kParts = 20;
-  constexpr double kFewestFar = 40.0, kUneven = 1e-3;
+// and other sensors' samples scatter more widely as long as that lasts; a tremor is larger in one
+// second than in the next. squared: in the order of time, `second` of them a second.
+bool at_any_time(const std::vector<double>& squared, const Mixture& m, double K, double second,
+                 bool high_passed) {
+  constexpr double kFewestFar = 20.0, kUneven = 1e-3, kTwentieth = 0.05;
   // From which size on a sample is more likely one of the wider scale.
   const double wider = m.far / m.core;
   const double from =
-      2.0 * m.core * std::log((1.0 - m.eps) / m.eps * std::pow(wider, 1.5)) / (1.0 - 1.0 / wider);
-  std::array<double, kParts> count{};
-  for (std::size_t k = 0; k < squared.size(); ++k) {
-    count[k * kParts / squared.size()] += squared[k] > from ? 1.0 : 0.0;
+      2.0 * std::log((1.0 - m.eps) / m.eps * std::pow(wider, 1.5)) / (1.0 - 1.0 / wider);
+  const double own = samples_of_one(K, from, high_passed);
+  for (const double length : {kTwentieth * double(squared.size()), second}) {
+    const auto parts = std::size_t(double(squared.size()) / length);
+    if (parts < 2) continue;
+    std::vector<double> count(parts, 0.0);
+    double sum = 0.0, square = 0.0;
+    for (std::size_t k = 0; k < squared.size(); ++k) {
+      count[k * parts / squared.size()] += squared[k] > from * m.core ? 1.0 : 0.0;
+    }
+    for (const double c : count) {
+      sum += c;
+      square += c * c;
+    }
+    const double n = double(parts), chi_square = (n * square / sum - sum) / own;
+    if (sum > kFewestFar && chi_square > kUnevenBy * (n - 1.0) &&
+        chi_square_tail(chi_square, int(parts) - 1) < kUneven) {
+      return false;
+    }
   }
-  double sum = 0.0, square = 0.0;
-  for (const double c : count) {
-    sum += c;
-    square += c * c;
-  }
-  if (sum < kFewestFar) return true;
-  const double n = double(kParts), chi_square = (n * square / sum - sum) / factor;
-  return chi_square < kInBursts * (n - 1.0) ||
-         chi_square_tail(chi_square, int(kParts) - 1) > kUneven;
+  return true;
 }
 
 std::vector<double> within(std::vector<double> squared, double most) {
@@ -454,13 +485,18 @@ NoiseTest test_outliers(const NoiseSeries& given, const Cleaned& c, OutlierShare
     test.untested = "what sticks out comes in bursts, with the motion rather than at random";
   }
   if (test.p_value < kSeen && !(rare && K > kBeyondMotion) &&
-      !at_any_time(search.squared, two, search.factor)) {
+      !at_any_time(search.squared, two, K, s.rate_hz, !in_whole)) {
     test.p_value = 1.0;
     test.untested = "what sticks out comes in one part of the recording and not in another";
   }
   test.parameters = {{"eps", two.eps, 0.0, ""}, {"K", K, 0.0, "sigma"}};
   if (test.p_value > kSeen) return test;
   const auto [eps_sigma, K_sigma] = sigmas(search.all, two, search.kept, search.factor);
+  if (two.eps < kShareShown * eps_sigma) {
+    test.p_value = 1.0;
+    test.untested = "the share of what sticks out is not told from none";
+    return test;
+  }
   test.parameters[0].sigma = eps_sigma;
   test.parameters[1].sigma = K_sigma;
   test.sentence = sentence(s, two, K, eps_sigma, K_sigma);

@@ -95,18 +95,21 @@ const GyroscopeGain& best_known(const std::vector<GyroscopeGain>& seen) {
 // A unit is that of the whole file. A gain that becomes another one is a fault of the sensor, or
 // its range was switched.
 bool changes_meanwhile(const Recording& r) {
-  const double begin = r.gyr.t.front(), end = r.gyr.t.back(), middle = 0.5 * (begin + end);
-  const auto gains_from = [&](double from, double to) {
-    const Recording half = slice(r, from, to);
-    return half.gyr.size() < kFewestToJudge ? std::vector<GyroscopeGain>{} : gains_of(half);
-  };
-  const std::vector<GyroscopeGain> first = gains_from(begin, middle),
-                                   second = gains_from(middle, end);
-  if (first.empty() || second.empty()) return false;
-  const GyroscopeGain &a = best_known(first), &b = best_known(second);
-  const double change = std::abs(std::log(a.gain / b.gain));
+  constexpr int kQuarters = 4;
+  const double begin = r.gyr.t.front(), length = r.gyr.t.back() - begin;
+  std::vector<GyroscopeGain> gains;
+  for (int i = 0; i < kQuarters; ++i) {
+    const Recording part =
+        slice(r, begin + length * i / kQuarters, begin + length * (i + 1) / kQuarters);
+    if (part.gyr.size() < kFewestToJudge) continue;
+    const std::vector<GyroscopeGain> seen = gains_of(part);
+    if (!seen.empty()) gains.push_back(best_known(seen));
+  }
+  if (gains.size() < 2) return false;
+  const auto [least, most] = std::ranges::minmax_element(gains, {}, &GyroscopeGain::gain);
+  const double change = std::log(most->gain / least->gain);
   return change > std::log(kWrongScale) &&
-         change > kScaleSigmas * std::hypot(a.sigma / a.gain, b.sigma / b.gain);
+         change > kScaleSigmas * std::hypot(least->sigma / least->gain, most->sigma / most->gain);
 }
 
 // Empty if the gain is in order, or not known.

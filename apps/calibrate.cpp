@@ -18,6 +18,7 @@
 #include "calibration/result/calibration_json.h"
 #include "calibration/result/json_text.h"
 #include "calibration/rivals/rival_calibration.h"
+#include "calibration/use/applied_json.h"
 #include "graph/numerical_error.h"
 #include "navigation/array_layout.h"
 #include "recording/data/error.h"
@@ -162,6 +163,7 @@ int run(CalibrateArguments& args) {
   nlohmann::ordered_json file = to_json(c, args.joint_covariance);
   file["method"] = rival ? rival->method : "map";
   file["axes"] = axes_json(args);
+  add_applied(file, pointers(recordings));
   file["provenance"] = provenance_json(args.recordings);
   if (rival) file["not_estimated"] = rival->not_estimated;
   const std::string json = json_text(file);

@@ -14,7 +14,9 @@
 #include "apps/options/outputs.h"
 #include "apps/say/trusted.h"
 #include "calibration/result/calibration_json.h"
+#include "calibration/use/applied_json.h"
 #include "recording/files/atomic_file.h"
+#include "recording/files/read_file.h"
 
 namespace magimu::apps {
 namespace {
@@ -45,6 +47,8 @@ int run(ExportArguments& args) {
   const Calibration c = read_calibration(args.calibration);
   if (!may_be_used(c, args.calibration, args.force)) return kNoAnswer;
   args.options.turned = axes_in(args.calibration);
+  args.options.applied = applied_from_json(
+      nlohmann::ordered_json::parse(read_file(args.calibration), nullptr, false), args.calibration);
   args.options.source = std::filesystem::path(args.calibration).filename().string();
   const Exported out = export_calibration(c, kTargets.at(args.target), args.options);
   if (!may_be_written(out, args)) return kUnusable;

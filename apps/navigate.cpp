@@ -8,6 +8,7 @@
 
 #include "apps/commands.h"
 #include "apps/options/common_options.h"
+#include "apps/options/number_checks.h"
 #include "apps/options/outputs.h"
 #include "apps/say/progress.h"
 #include "apps/say/trusted.h"
@@ -48,6 +49,12 @@ struct Input {
 Input read_input(const NavigateArguments& args) {
   Input input;
   if (std::optional<ArrayFile> file = read_array_mat(args.recording)) {
+    if (!args.map.empty() || !args.unit.empty() || !args.axes.empty() || !args.sensors.empty() ||
+        !args.columns.empty() || args.rate_hz > 0.0) {
+      throw InputError(args.recording, 0, 0,
+                       "this is a file of the OC-MAINS set, whose fields and units are known",
+                       "leave --map, --unit, --axes, --rate, --columns and --sensor out");
+    }
     input.recording = std::move(file->recording);
     if (file->start)
       input.start = NavigationStart{file->start->p, file->start->v, file->start->nRb};
@@ -241,19 +248,19 @@ void add_filter_options(CLI::App& cmd, NavigateArguments& args) {
       ->capture_default_str()
       ->check(CLI::IsMember({"mean", "held"}));
   cmd.add_option("--aid", args.aided_s, "seconds from the start in which the position is known")
-      ->check(CLI::NonNegativeNumber)
+      ->check(nonnegative_number())
       ->type_name("S");
   cmd.add_option("--mag-bias", args.mag_bias_uT,
                  "estimate the magnetometers' biases, with this standard deviation, uT")
-      ->check(CLI::NonNegativeNumber)
+      ->check(nonnegative_number())
       ->type_name("UT");
   cmd.add_option("--noise", args.noise, "noise densities per sqrt(Hz): m/s^2 rad/s")
       ->expected(2)
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->type_name("ACC GYR");
   cmd.add_option("--gravity", args.gravity,
                  "m/s^2; else the calibration's, 9.82 with a published recording, or 9.80665")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->type_name("G");
 }
 

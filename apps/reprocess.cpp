@@ -17,6 +17,7 @@
 #include "apps/archive/reprocess_task.h"
 #include "apps/commands.h"
 #include "apps/options/common_options.h"
+#include "apps/options/number_checks.h"
 #include "apps/options/outputs.h"
 #include "apps/options/stop_signals.h"
 #include "apps/version.h"
@@ -388,14 +389,15 @@ void add_reprocess(CLI::App& app, int& exit_code) {
   cmd->add_option("--options", args->options,
                   "options of magimu calibrate for all recordings, before a manifest's own")
       ->type_name("\"OPTIONS\"");
-  cmd->add_option("--time-limit", args->seconds, "seconds for one recording")
+  cmd->add_option("--time-limit", args->seconds,
+                  "seconds of processor time for one recording (ten times as many by the clock)")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->type_name("S");
   cmd->add_option("--memory-limit", args->megabytes,
                   "MB of address space for one recording (0: none; default: the machine's memory "
                   "over --jobs)")
-      ->check(CLI::NonNegativeNumber)
+      ->check(nonnegative_number())
       ->type_name("MB");
   cmd->add_option("--threads", args->threads, "of each recording (0: cores over --jobs)")
       ->check(CLI::Range(0, 1024))

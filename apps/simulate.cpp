@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "apps/commands.h"
+#include "apps/options/number_checks.h"
 #include "apps/options/outputs.h"
 #include "apps/options/reading_options.h"
 #include "apps/replica.h"
@@ -114,7 +115,7 @@ void add_simulate(CLI::App& app, int& exit_code) {
       ->type_name("S");
   cmd->add_option("--noise", args->noise, "noise densities per sqrt(Hz): m/s^2 rad/s uT")
       ->expected(3)
-      ->check(CLI::NonNegativeNumber)
+      ->check(nonnegative_number())
       ->type_name("ACC GYR MAG");
   repeatable(
       cmd->add_option("--effect", args->effects,

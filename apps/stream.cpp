@@ -9,6 +9,7 @@
 #include "apps/live/page_view.h"
 #include "apps/options/axes_of_calibration.h"
 #include "apps/options/common_options.h"
+#include "apps/options/number_checks.h"
 #include "apps/options/outputs.h"
 #include "apps/options/place_options.h"
 #include "apps/options/prior_options.h"
@@ -229,10 +230,10 @@ void add_stream(CLI::App& app, int& exit_code) {
                 "a file: wait for more at its end; a FIFO: for the next writer");
   cmd->add_option("--timeout", s.timeout_s, "report a source that is silent for so long")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->type_name("S");
   cmd->add_option("--give-up", s.give_up_s, "... and end after so long (default: never)")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->type_name("S");
   cmd->add_option("--window", s.estimator.window_s, "length of a window")
       ->capture_default_str()

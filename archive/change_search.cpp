@@ -174,6 +174,25 @@ std::vector<FoundChange> search(const ChangeProblem& problem, const ChangeSearch
   return found;
 }
 
+// A change was found beside those before it only; what it is worth is told beside all others.
+void judge_beside_all(const ChangeProblem& problem, std::vector<FoundChange>& found) {
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    FoundChange& f = found[i];
+    const std::vector<ChangeClass> classes = classes_beside(problem, only_changes(found, i));
+    const auto own = std::ranges::find_if(classes, [&](const ChangeClass& c) {
+      return c.best.kind == f.change.kind && c.best.group == f.change.group;
+    });
+    if (own == classes.end()) continue;
+    std::vector<double> factors;
+    for (const ChangeClass& c : classes) factors.push_back(c.log_bayes_factor);
+    f.most_likely = own->log_bayes_factor >= *std::ranges::max_element(factors);
+    factors.push_back(std::log(double(classes.size())));  // no change, at even odds
+    f.log_bayes_factor = own->log_bayes_factor;
+    f.probability = share_of(own->log_bayes_factor, factors);
+    if (own->best.at == f.change.at) f.date_probability = own->date_probability;
+  }
+}
+
 // Logarithm of a model's evidence times its prior, up to a constant.
 double log_posterior(const ChangeProblem& problem, const std::vector<FoundChange>& found) {
   double out = ChangeModel(problem, only_changes(found, found.size())).log_evidence();
@@ -199,6 +218,7 @@ ChangeHistory find_changes(const ChangeProblem& problem, const ChangeSearchOptio
       }
     }
   }
+  if (out.changes.size() > 1) judge_beside_all(problem, out.changes);
   const ChangeModel model(problem, only_changes(out.changes, out.changes.size()));
   out.smoothed = model.smoothed();
   out.log_evidence = model.log_evidence();

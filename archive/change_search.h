@@ -17,9 +17,10 @@ namespace magimu {
 struct FoundChange {
   DeviceChange change;
   double log_bayes_factor = 0.0;  // of its class against the model without it
-  double probability = 1.0;       // of its class among all, no change included
+  double probability = 1.0;       // of its class among all, no change included; beside the others
   // kStep: of this date among all dates.
   double date_probability = 1.0;
+  bool most_likely = true;  // no other class is more probable
 };
 
 struct ChangeHistory {

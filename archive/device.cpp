@@ -141,6 +141,32 @@ std::string sentence_of_turns(const Device& device) {
       members.size(), members.size(), groups);
 }
 
+// What applies now of the magnetometers rests on the recordings since their last step alone: two of
+// them must tell it. A reason where they do not; empty where nothing stepped. (The biases of
+// gyroscope and accelerometer differ from day to day.)
+std::string unconfirmed_since_change(const Device& device) {
+  std::size_t since = 0;
+  for (const FoundChange& f : device.history.changes) {
+    const bool of_magnetometer = device.groups[f.change.group].name.starts_with("magnetometers[");
+    if (f.change.kind == ChangeKind::kStep && of_magnetometer) since = std::max(since, f.change.at);
+  }
+  if (since == 0) return "";
+  std::vector<std::string> names;
+  std::size_t yes = 0;
+  for (std::size_t k = since; k < device.used.size(); ++k) {
+    names.push_back(device.recordings[device.used[k]].shown);
+    yes += device.standing[device.used[k]].verdict == Verdict::kYes;
+  }
+  if (yes >= 2) return "";
+  return fmt::format(
+      "Something changed before {}, and what applies now is not confirmed: since then there {} "
+      "({}). It may be of another device.",
+      names.front(),
+      names.size() == 1 ? "is one recording"
+                        : "are no two recordings that can be relied on and agree",
+      some_of(names));
+}
+
 Trust trust_of(const Device& device) {
   std::size_t yes = 0, some = 0;
   const Standing* agreeing = nullptr;
@@ -162,6 +188,8 @@ Trust trust_of(const Device& device) {
     // One that comes back once may have been disturbed in between.
     out.lower(device.turns->turns > device.turns->groups ? Verdict::kNo : Verdict::kLimited,
               sentence_of_turns(device));
+  } else if (const std::string why = unconfirmed_since_change(device); !why.empty()) {
+    out.lower(Verdict::kLimited, why);
   } else if (yes < 2) {
     out.lower(Verdict::kLimited,
               device.recordings.size() == 1
@@ -383,7 +411,8 @@ std::string sentence_of(const Device& device, std::size_t i) {
   const std::string by = size.empty() ? "" : " by" + size;
   const double percent = 100.0 * found.probability;
   const bool clear = is_clear(found);
-  const char* unclear = "something changed; most likely ";
+  const char* unclear =
+      found.most_likely ? "something changed; most likely " : "something changed; it may be that ";
   if (c.kind == ChangeKind::kStep) {
     const std::string& date = device.recordings[device.used[c.at]].date;
     return fmt::format(

@@ -70,7 +70,8 @@ std::vector<GroupOf> families(const SharedParameters& shared) {
     out.back().parameters.push_back(Eigen::Index(i));
   }
   for (GroupOf& g : out) {
-    const bool several = shared.parameters > 30;
+    const bool several = std::ranges::any_of(
+        shared.order, [](const std::string& name) { return name.starts_with("magnetometers[1]"); });
     const std::string of = g.name.starts_with("magnetometers[") && several
                                ? " of magnetometer " + g.name.substr(14, g.name.find(']') - 14)
                                : "";

@@ -145,7 +145,8 @@ std::string devices_csv(const std::vector<FleetDevice>& devices) {
     out += row_text({d.name, d.verdict, d.reason, std::to_string(d.recordings),
                      std::to_string(d.calibrated), std::to_string(d.used), std::to_string(clear),
                      std::to_string(std::ssize(d.changes) - clear), number(d.birge),
-                     number(d.strength_uT), number(d.strength_sigma_uT)});
+                     d.used > 0 ? number(d.strength_uT) : "",
+                     d.used > 0 ? number(d.strength_sigma_uT) : ""});
   }
   return out;
 }

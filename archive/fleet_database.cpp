@@ -121,7 +121,12 @@ std::string fleet_database(const std::vector<FleetRecording>& rows,
   for (const FleetDevice& d : devices) {
     const auto clear = std::size_t(std::ranges::count_if(d.changes, &FleetChange::clear));
     device << d.name << d.verdict << d.reason << d.recordings << d.calibrated << d.used << clear
-           << d.changes.size() - clear << d.birge << d.strength_uT << d.strength_sigma_uT;
+           << d.changes.size() - clear << d.birge;
+    if (d.used > 0) {
+      device << d.strength_uT << d.strength_sigma_uT;
+    } else {
+      device.nothing(2);
+    }
     device.end();
     for (const FleetChange& c : d.changes) {
       change << d.name << c.kind << c.what << c.recording << c.date << c.size.value << c.size.sigma

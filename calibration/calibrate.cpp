@@ -17,6 +17,7 @@
 #include "calibration/fit/given_noise.h"
 #include "calibration/fit/parameter_prior.h"
 #include "calibration/fit/residual_series.h"
+#include "calibration/fit/side_by_side.h"
 #include "calibration/fit/summary.h"
 #include "calibration/fit/uncertainty.h"
 #include "calibration/model/held_globals.h"
@@ -162,34 +163,34 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   int node_every = pipeline.node_every();
   std::optional<Stage> fine;
   std::optional<MissingEffect> lacking;
-  parallel::invoke(
-      [&] {
-        fine = pipeline.fine(coarse);
-        if (!few.are_all()) {
-          node_every = options.node_every > 0 ? options.node_every
-                                              : array_node_every(*recordings.front(), node_every);
-          fine = fit_all_magnetometers(recordings, *fine, node_every, options.optimizer,
-                                       options.noise.has_value());
-        }
-        const Optimum optimum(*fine);
-        c = summarize(recordings, optimum, options);
-        if (condensed != nullptr) {
-          *condensed = condense_optimum(optimum, int(c.mag_names.size()), c.covariance);
-        }
-        c.residual_series = residual_series(optimum, c.mag_names);
-        mag_squares = fine->mag_squares(optimum.rows, optimum.system.residual());
-      },
-      [&] { checks = pipeline.check_prediction(coarse); },
-      [&] {
-        if (!coarse.result().converged()) return;
-        if (auto seen = attempt([&] { return search_effects(few.get(), coarse); })) {
-          searched = *std::move(seen);
-        }
-      },
-      [&] {
-        if (!coarse.result().converged()) return;
-        if (auto state = attempt([&] { return find_lacking_state(coarse); })) lacking = *state;
-      });
+  const auto fit_finely = [&] {
+    fine = pipeline.fine(coarse);
+    if (!few.are_all()) {
+      node_every = options.node_every > 0 ? options.node_every
+                                          : array_node_every(*recordings.front(), node_every);
+      fine = fit_all_magnetometers(recordings, *fine, node_every, options.optimizer,
+                                   options.noise.has_value());
+    }
+    const Optimum optimum(*fine);
+    c = summarize(recordings, optimum, options);
+    if (condensed != nullptr) {
+      *condensed = condense_optimum(optimum, int(c.mag_names.size()), c.covariance);
+    }
+    c.residual_series = residual_series(optimum, c.mag_names);
+    mag_squares = fine->mag_squares(optimum.rows, optimum.system.residual());
+  };
+  const auto predict = [&] { checks = pipeline.check_prediction(coarse); };
+  const auto search = [&] {
+    if (!coarse.result().converged()) return;
+    if (auto seen = attempt([&] { return search_effects(few.get(), coarse); })) {
+      searched = *std::move(seen);
+    }
+  };
+  const auto find_lacking = [&] {
+    if (!coarse.result().converged()) return;
+    if (auto state = attempt([&] { return find_lacking_state(coarse); })) lacking = *state;
+  };
+  side_by_side(coarse.plans(), fit_finely, predict, search, find_lacking);
   progress("the verdict", 0.95);
   c.motion_reason = begun->motion_reason();
   if (!rates.said().empty()) c.motion_reason += " " + rates.said();
@@ -272,6 +273,18 @@ void require_sound(const CalibrationOptions& options) {
   }
   if (!(options.gravity > 0.0) || !std::isfinite(options.gravity)) {
     throw std::invalid_argument("CalibrationOptions: gravity must be positive, in m/s^2");
+  }
+  if (options.noise) {
+    for (const double density : {options.noise->acc, options.noise->gyr, options.noise->mag}) {
+      if (density > 0.0 && std::isfinite(density)) continue;
+      throw std::invalid_argument("CalibrationOptions: noise densities must be positive numbers");
+    }
+  }
+  if (!(options.block_s > 0.0)) {
+    throw std::invalid_argument("CalibrationOptions: block_s must be positive, in seconds");
+  }
+  if (options.node_every < 0) {
+    throw std::invalid_argument("CalibrationOptions: node_every must not be negative");
   }
 }
 

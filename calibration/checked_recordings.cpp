@@ -123,27 +123,35 @@ CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given,
       copies_.push_back(std::move(*kept));
       recording = &copies_.back();
     }
-    const std::vector<Issue> issues = check_recording(*recording);
-    refuse_fatal(*recording, issues);
-    for (const std::string& text : recording->cautions) {
-      warnings_.push_back(recording->name + ": " + text + ".");
-    }
-    for (const Issue& issue : issues) {
-      if (issue.severity == Severity::kCaution || issue.kind == "set_aside")
-        warnings_.push_back(recording->name + ": " + issue.text());
-      if (damages(issue)) faults_.push_back(known_fault(recording->name, issue));
-    }
-    std::optional<Recording> copy = without_repeats(*recording, warnings_);
-    if (copy) copies_.push_back(std::move(*copy));
-    const Recording& fresh = copy ? copies_.back() : *recording;
-    std::optional<Recording> measured = without_interpolated(fresh);
-    if (measured) copies_.push_back(std::move(*measured));
-    add(measured ? copies_.back() : fresh);
+    add(*recording, check_recording(*recording));
   }
 }
 
+CheckedRecordings::CheckedRecordings(const Recording& gated, const std::vector<Issue>& issues) {
+  check({&gated});
+  add(gated, issues);
+}
+
+void CheckedRecordings::add(const Recording& recording, const std::vector<Issue>& issues) {
+  refuse_fatal(recording, issues);
+  for (const std::string& text : recording.cautions) {
+    warnings_.push_back(recording.name + ": " + text + ".");
+  }
+  for (const Issue& issue : issues) {
+    if (issue.severity == Severity::kCaution || issue.kind == "set_aside")
+      warnings_.push_back(recording.name + ": " + issue.text());
+    if (damages(issue)) faults_.push_back(known_fault(recording.name, issue));
+  }
+  std::optional<Recording> copy = without_repeats(recording, warnings_);
+  if (copy) copies_.push_back(std::move(*copy));
+  const Recording& fresh = copy ? copies_.back() : recording;
+  std::optional<Recording> measured = without_interpolated(fresh);
+  if (measured) copies_.push_back(std::move(*measured));
+  add_parts(measured ? copies_.back() : fresh);
+}
+
 // The recording, or its parts.
-void CheckedRecordings::add(const Recording& recording) {
+void CheckedRecordings::add_parts(const Recording& recording) {
   std::optional<std::vector<Recording>> parts = parts_of(recording, warnings_);
   if (!parts) {
     if (!tells_something(recording)) refuse_short(recording, recording.duration_s());

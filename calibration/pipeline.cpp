@@ -11,6 +11,7 @@
 #include "calibration/fit/diagnostics.h"
 #include "calibration/fit/held_out.h"
 #include "calibration/fit/marginal_likelihood.h"
+#include "calibration/fit/side_by_side.h"
 #include "calibration/fit/summary.h"
 #include "calibration/model/exact_symmetries.h"
 #include "calibration/model/extension.h"
@@ -19,7 +20,6 @@
 #include "calibration/trust/better_than_none.h"
 #include "calibration/worth_of_effect.h"
 #include "graph/numerical_error.h"
-#include "graph/parallel.h"
 #include "recording/checks/repeats.h"
 #include "recording/data/parts.h"
 #include "solvers/marginals.h"
@@ -31,6 +31,10 @@ constexpr double kCoarseRate = 12.0;     // nodes a second while the noise is be
 constexpr double kCoarseStep = 1e-3;     // standard deviations: that fit is no end in itself
 constexpr double kFullRate = 101.0;      // up to here every magnetometer sample is a node
 constexpr double kDecimatedRate = 40.0;  // above, so many nodes a second at most
+// Nodes of the last fit and of those before, of all recordings together, at most: a node takes some
+// 12 kB. The first is an hour at 17 nodes a second, the second an hour at kCoarseRate: with fewer,
+// effects were found in it that were not there.
+constexpr double kMostNodes = 60000.0, kMostCoarseNodes = 45000.0;
 // Noise in motion over that at rest, at the most (and at least that at rest: the trajectory follows
 // the gyroscope so closely that its residuals alone may let its noise vanish). What exceeds it is
 // not noise but something the model lacks; it must show in the residuals instead of being declared
@@ -98,9 +102,17 @@ double samples_a_second(const VectorSeries& s) {
   return std::min(s.rate_hz(), double(s.size()) / std::max(1e-3, s.t.back() - s.t.front()));
 }
 
-int automatic_node_every(const Recording& recording) {
-  const double rate = samples_a_second(recording.mag.front());
-  return rate <= kFullRate ? 1 : int(std::ceil(rate / kDecimatedRate));
+// Samples of the first magnetometer a node, with so many nodes at most.
+int fewest_a_node(const std::vector<const Recording*>& recordings, double most_nodes) {
+  double samples = 0.0;
+  for (const Recording* r : recordings) samples += double(r->mag.front().size());
+  return int(std::ceil(samples / most_nodes));
+}
+
+int automatic_node_every(const std::vector<const Recording*>& recordings) {
+  const double rate = samples_a_second(recordings.front()->mag.front());
+  const int usual = rate <= kFullRate ? 1 : int(std::ceil(rate / kDecimatedRate));
+  return std::max(usual, fewest_a_node(recordings, kMostNodes));
 }
 
 }  // namespace
@@ -140,8 +152,9 @@ Pipeline::Pipeline(const std::vector<const Recording*>& recordings,
   }
   coarse_optimizer_.step_tolerance = std::max(coarse_optimizer_.step_tolerance, kCoarseStep);
   const double mag_rate = samples_a_second(recordings.front()->mag.front());
-  every_ = options.node_every > 0 ? options.node_every : automatic_node_every(*recordings.front());
-  coarse_every_ = std::max(every_, int(std::ceil(mag_rate / kCoarseRate)));
+  every_ = options.node_every > 0 ? options.node_every : automatic_node_every(recordings);
+  coarse_every_ = std::max({every_, int(std::ceil(mag_rate / kCoarseRate)),
+                            fewest_a_node(recordings, kMostCoarseNodes)});
   coarse_plans_ =
       coarse_plans.empty() ? plan_nodes(recordings, coarse_every_) : std::move(coarse_plans);
 }
@@ -217,11 +230,12 @@ std::vector<Check> Pipeline::check_prediction(const Stage& coarse) const {
   const auto ask_without = [&] {
     return block_errors(with_readings_as_they_come(recordings_, coarse));
   };
-  parallel::invoke([&] { errors = attempt([&] { return block_errors(coarse); }, &why); },
-                   [&] {
-                     if (!obvious) as_they_come = attempt(ask_without);
-                   },
-                   [&] { agreement = halves(coarse); });
+  side_by_side(
+      coarse.plans(), [&] { errors = attempt([&] { return block_errors(coarse); }, &why); },
+      [&] {
+        if (!obvious) as_they_come = attempt(ask_without);
+      },
+      [&] { agreement = halves(coarse); });
   std::vector<Check> out;
   if (errors) {
     out.push_back(check_held_out(*errors, strength));
@@ -240,8 +254,9 @@ std::vector<Check> Pipeline::check_prediction(const Stage& coarse) const {
 std::optional<Check> Pipeline::halves(const Stage& coarse) const {
   if (!coarse.result().converged()) return std::nullopt;
   std::optional<Calibration> first, second;
-  parallel::invoke([&] { first = attempt([&] { return half(coarse, false); }); },
-                   [&] { second = attempt([&] { return half(coarse, true); }); });
+  side_by_side(
+      coarse.plans(), [&] { first = attempt([&] { return half(coarse, false); }); },
+      [&] { second = attempt([&] { return half(coarse, true); }); });
   if (!first || !second || !first->fit.converged() || !second->fit.converged()) return std::nullopt;
   return check_halves(*first, *second);
 }
@@ -340,7 +355,8 @@ Stage Pipeline::choose(std::string& reason) const {
   if (options_.motion != MotionModel::kAuto) return coarse_fit(options_.motion);
   std::optional<Stage> rotation, hand_held;
   std::string why_no_rotation, why_not_held;
-  parallel::invoke(
+  side_by_side(
+      coarse_plans_,
       [&] {
         hand_held = attempt([&] { return coarse_fit(MotionModel::kHandHeld); }, &why_not_held);
       },

@@ -21,6 +21,8 @@ class CheckedRecordings {
  public:
   explicit CheckedRecordings(const std::vector<const Recording*>& given,
                              const GateOptions& gate = {});
+  // One that has been through the gate, and what check_recording() said of it.
+  CheckedRecordings(const Recording& gated, const std::vector<Issue>& issues);
   CheckedRecordings(const CheckedRecordings&) = delete;
   CheckedRecordings& operator=(const CheckedRecordings&) = delete;
   const std::vector<const Recording*>& get() const { return recordings_; }
@@ -30,7 +32,8 @@ class CheckedRecordings {
   const std::vector<KnownFault>& faults() const { return faults_; }
 
  private:
-  void add(const Recording& recording);
+  void add(const Recording& recording, const std::vector<Issue>& issues);
+  void add_parts(const Recording& recording);
 
   std::deque<Recording> copies_;
   std::vector<const Recording*> recordings_;

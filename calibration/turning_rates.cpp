@@ -62,7 +62,10 @@ TurningRates::TurningRates(const std::vector<const Recording*>& all,
   std::optional<double> as_given, as_means;
   parallel::invoke([&] { as_given = log_likelihood_of(all, options); },
                    [&] { as_means = log_likelihood_of(constant, options); });
-  if (!as_means || (as_given && *as_given >= *as_means)) return;
+  if (!as_means || (as_given && *as_given >= *as_means)) {
+    copies_.clear();
+    return;
+  }
   recordings_ = constant;
   said_ = fmt::format(
       "At {:.3g} Hz the axis of turning moves between two samples of the gyroscope: they are "

@@ -8,7 +8,11 @@ docs/check.py            every constant of calibration/, diagnosis/, earth/ and 
                          options struct begins with; every
                          name "`name` in `file`" is in that file; every file that a document or a
                          comment names is there (a header in a comment by the end of its path); no
-                         room includes another one than the table of docs/design.md says
+                         section that a document or a comment cites is there; every file that lowers
+                         a verdict is in docs/theory.md, "The verdict"; no
+                         room includes another one than the table of docs/design.md says; no folder
+                         has more than 30 sources (but bench/ and tests/)
+docs/check.py --rooms    prints the rooms of docs/design.md with their files and lines
 docs/check.py --values   brings docs/thresholds.md up to the code: values anew, rows of constants that
                          are gone taken out, new ones under "Not described yet" with their comment,
                          for you to move to their place and to say what they decide
@@ -34,7 +38,10 @@ NUMBER = re.compile(
     r"|std::array<double, ?\d+>|std::array<int, ?\d+>|Eigen::Index|NoiseDensities|Drift)"
 )
 DECLARATION = re.compile(r"\bconstexpr\s+(?P<type>[\w:<>, *]+?)\s*\b(?P<rest>k[A-Z]\w*\s*[\[={][^;]*);")
-FOREIGN = r"AP_|LogStructure\.h"  # ArduPilot's sources, which comments cite
+FOREIGN = r"AP_|LogStructure\.h|src/lib/"  # ArduPilot's and PX4's sources, which comments cite
+SOURCES = (".h", ".cpp", ".inc")
+MOST_FILES = 30  # of a folder; more have no overview
+UNCUT = ("bench", "tests")
 BARE = "Numbers without a name"  # the heading over those
 DRAWN = "These decide nothing"  # the heading behind which the exceptions stand
 
@@ -284,6 +291,44 @@ def check_paths(file, text, tops, whole):
     return faults
 
 
+CITED = re.compile(r"""(?:\[[\w/.]*\]\(([\w/.]+\.md)\)|`?\b((?:docs|bench)/[\w/]+\.md|CONTRIBUTING\.md)`?)
+                       (?:,|:)?\s+(?://\s+|\#\s+)?"([^"\n]+)\"""", re.X)
+
+
+def sections_of(text):
+    """Headings, and the bold or slanted words that begin a paragraph."""
+    found = re.findall(r"^#+ (.+)$|^(?:- )?\*+([^*\n]+?)[.:]?\*+", text, re.M)
+    return [heading or words for heading, words in found]
+
+
+def check_sections(files):
+    """A document's section that is cited by its title: docs/theory.md, "The verdict"."""
+    faults, sections = [], {}
+    for file in files:
+        if not file.endswith((".md", ".h", ".cpp", ".inc", ".py")) or file == "docs/check.py":
+            continue
+        text = (ROOT / file).read_text()
+        for linked, plain, title in CITED.findall(text):
+            beside = str((ROOT / file).parent.joinpath(linked).resolve().relative_to(ROOT)) if linked else ""
+            target = plain or beside
+            if target not in sections:
+                path = ROOT / target
+                sections[target] = sections_of(path.read_text()) if path.is_file() else []
+            if not any(section.startswith(title.rstrip(",.")) for section in sections[target]):
+                faults.append(f"{file}: {target} has no section \"{title}\"")
+    return faults
+
+
+def check_verdicts(files):
+    """Whoever lowers a verdict stands in the table of docs/theory.md."""
+    text = (ROOT / "docs/theory.md").read_text().partition("\n## The verdict\n")[2].partition("\n## ")[0]
+    return [f"{file} lowers a verdict and is not in docs/theory.md, \"The verdict\""
+            for file in files if file.endswith(".cpp") and not file.startswith(("tests/", "bench/"))
+            and re.search(r"\blower\(\s*(?:\w+::max\()?(?:Verdict::|verdict|f\.verdict|check\.)",
+                          (ROOT / file).read_text())
+            and re.sub(r"\.cpp$", "", file) not in text]
+
+
 def ends_of(name):
     parts = name.split("/")
     return ["/".join(parts[i:]) for i in range(len(parts))]
@@ -346,15 +391,44 @@ def check_rooms(files):
     return faults
 
 
+def folders_of(files):
+    """Folder -> its own sources, without those of folders within it."""
+    folders = {}
+    for file in files:
+        if file.endswith(SOURCES):
+            folders.setdefault(str(pathlib.PurePosixPath(file).parent), []).append(file)
+    return folders
+
+
+def check_sizes(files):
+    return [f"{folder}/ has {len(own)} sources, more than {MOST_FILES}: cut it into rooms"
+            for folder, own in folders_of(files).items()
+            if len(own) > MOST_FILES and not folder.startswith(UNCUT)]
+
+
+def print_rooms(files):
+    folders, sums = folders_of(files), [0, 0, 0]
+    print("| room | files | lines | longest |\n|---|---|---|---|")
+    for room in rooms_of_table():
+        own = folders.get(room, [])
+        lines = [len((ROOT / file).read_text().splitlines()) for file in own]
+        print(f"| `{room}/` | {len(own)} | {sum(lines)} | {max(lines, default=0)} |")
+        sums = [sums[0] + len(own), sums[1] + sum(lines), max([sums[2], *lines])]
+    print(f"| in all | {sums[0]} | {sums[1]} | {sums[2]} |")
+
+
 def main():
-    write = sys.argv[1:] == ["--values"]
-    if sys.argv[1:] and not write:
+    write, rooms = sys.argv[1:] == ["--values"], sys.argv[1:] == ["--rooms"]
+    if sys.argv[1:] and not (write or rooms):
         sys.exit(__doc__)
     files = tracked()
+    if rooms:
+        print_rooms(files)
+        return
     if write:
         bring_up_to_date(files)
     faults = (check_thresholds(files) + check_bare_numbers(files) + check_names(files)
-              + check_rooms(files))
+              + check_sections(files) + check_verdicts(files) + check_rooms(files) + check_sizes(files))
     for fault in faults:
         print(fault, file=sys.stderr)
     sys.exit(1 if faults else 0)

@@ -124,4 +124,13 @@ struct NumTraits<magimu::Dual<N>> : NumTraits<double> {
   enum { IsComplex = 0, IsInteger = 0, IsSigned = 1, RequireInitialization = 1 };
   enum { ReadCost = N + 1, AddCost = N + 1, MulCost = 3 * N + 1 };
 };
+// A matrix of double times a vector of Dual: constants of a factor need no cast.
+template <int N, class Operation>
+struct ScalarBinaryOpTraits<magimu::Dual<N>, double, Operation> {
+  using ReturnType = magimu::Dual<N>;
+};
+template <int N, class Operation>
+struct ScalarBinaryOpTraits<double, magimu::Dual<N>, Operation> {
+  using ReturnType = magimu::Dual<N>;
+};
 }  // namespace Eigen

@@ -55,6 +55,7 @@ constexpr void check_number_of_keys() {
 template <int Dim, class... V>
 class Factor {
  public:
+  using AreVariables = std::bool_constant<(check_variable<V>() && ...)>;
   static constexpr int kDim = Dim;
   static constexpr int kKeys = int(sizeof...(V));
   static constexpr int kColumns = (VariableTraits<V>::kTangent + ...);
@@ -174,6 +175,38 @@ template <class F, class T>
 concept ResidualOver = requires(F& f) {
   residual_over<F, T>(f, kIndices<std::remove_const_t<F>>);
 };
+
+// Becomes a matrix of any other size than X. Eigen's matrices accept each other in a declaration,
+// and complain from deep inside where they are used.
+template <class X>
+struct OfOtherSize {};
+template <class T, int R, int C>
+struct OfOtherSize<Mat<T, R, C>> {
+  template <int M, int N>
+  requires(M != R || N != C) operator const Mat<T, M, N>&() const;
+};
+template <class F, std::size_t I, std::size_t J>
+auto argument() {
+  using X = typename VariableTraits<VariableOf<F, J>>::template Rebind<double>;
+  if constexpr (I == J) {
+    return OfOtherSize<X>();
+  } else {
+    return X();
+  }
+}
+template <class F, std::size_t I, std::size_t... J>
+auto with_other_size(const F& f, std::index_sequence<J...>)
+    -> decltype(f.template residual<double>(std::declval<decltype(argument<F, I, J>())>()...));
+// F's residual takes another size of vector or matrix than its I-th variable has.
+template <class F, std::size_t I>
+concept TakesOtherSize = requires(const F& f) {
+  with_other_size<F, I>(f, kIndices<F>);
+};
+template <class F, std::size_t... I>
+consteval bool takes_other_size(std::index_sequence<I...>) {
+  return (TakesOtherSize<F, I> || ...);
+}
+
 template <class F>
 using ReturnOfResidual =
     decltype(residual_over<const F, double>(std::declval<const F&>(), kIndices<F>));
@@ -194,7 +227,12 @@ consteval bool check_residual() {
       "one argument a variable, in the order of Factor<rows, variables...>: const Vec<T, n>& for "
       "a vector of n numbers, const Mat<T, m, n>&, const Rot3T<T>& for a rotation, const T& for "
       "a double");
-  if constexpr (callable) {
+  constexpr bool other_size = detail::takes_other_size<F>(detail::kIndices<F>);
+  static_assert(
+      !other_size,
+      "magimu: an argument of a factor's residual() has another size than the variable of "
+      "Factor<rows, variables...> in its place: Vec<T, n> for a Vec<double, n>");
+  if constexpr (callable && !other_size) {
     using Return = detail::ReturnOfResidual<F>;
     constexpr bool differentiable =
         detail::HasAnalyticJacobians<F> || detail::ResidualOver<const F, Dual<detail::kAtATime>>;
@@ -230,7 +268,8 @@ consteval bool check_factor() {
     static_assert(named,
                   "magimu: a factor has a residual: template <class T> Vec<T, rows> residual(const "
                   "Vec<T, n>& variable, ...) const");
-    if constexpr (copied && named) return check_residual<F>();
+    // Without variables Factor has said so.
+    if constexpr (copied && named && F::AreVariables::value) return check_residual<F>();
   }
   return false;
 }

@@ -4,12 +4,26 @@
 #include <vector>
 
 namespace magimu::detail {
+namespace {
+
+constexpr double kSymmetricWithin = 1e-6;  // correlation; rounding leaves far less
+
+}  // namespace
 
 bool find_whitening(const double* covariance, int n, double* whitening) {
   const bool finite =
       std::all_of(covariance, covariance + n * n, [](double x) { return std::isfinite(x); });
   if (!finite) return false;
   const auto at = [n](int row, int column) { return std::size_t(row + column * n); };
+  // Only the lower triangle is read below. Whoever filled in the upper one alone would get
+  // independent components.
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < i; ++j) {
+      const double apart = std::abs(covariance[at(i, j)] - covariance[at(j, i)]);
+      const double scale = std::sqrt(std::abs(covariance[at(i, i)] * covariance[at(j, j)]));
+      if (apart > kSymmetricWithin * scale) return false;
+    }
+  }
   std::fill_n(whitening, n * n, 0.0);
   // Row by row: L_ij for j < i from the rows above, then row i of W from L W = I.
   std::vector<double> L(std::size_t(n) * std::size_t(n));

@@ -69,7 +69,8 @@ struct Loss {
 
 namespace detail {
 // W = L^-1 of the n x n covariance S = L L', both column by column; false if S is not positive
-// definite or not finite. One function for all n: a decomposition each would take compilers long.
+// definite, not symmetric or not finite. One function for all n: a decomposition each would take
+// compilers long.
 bool find_whitening(const double* covariance, int n, double* whitening);
 }  // namespace detail
 
@@ -92,7 +93,7 @@ class Noise {
     Noise n;
     n.diagonal_ = false;
     if (!detail::find_whitening(covariance.data(), N, n.whitening_.data())) {
-      throw std::invalid_argument("noise needs a positive definite covariance");
+      throw std::invalid_argument("noise needs a symmetric, positive definite covariance");
     }
     return n;
   }

@@ -6,6 +6,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <stdexcept>
+#include <type_traits>
 
 #include "graph/so3.h"
 
@@ -27,8 +29,18 @@ class Rot3T {
     using std::sqrt;
     return from_unit_quaternion(wxyz / sqrt(wxyz.dot(wxyz)));
   }
-  // From a rotation matrix.
+  // From a rotation matrix. Throws std::invalid_argument where m of double is none: its columns are
+  // not orthonormal to within 0.01 (rounded data sheets are), or it is a reflection.
   static Rot3T from_matrix(const Mat3<T>& m) {
+    if constexpr (std::is_same_v<T, double>) {
+      const double off = (m.transpose() * m - Mat3<T>::Identity()).cwiseAbs().maxCoeff();
+      if (!(off < 0.01) || m.determinant() < 0.0) {
+        throw std::invalid_argument(
+            "Rot3::from_matrix: this matrix is no rotation: its columns are not orthonormal, or "
+            "they "
+            "are left-handed");
+      }
+    }
     const Eigen::Quaternion<T> q(m);
     return from_quaternion(Vec<T, 4>(q.w(), q.x(), q.y(), q.z()));
   }

@@ -30,8 +30,10 @@ class Values {
   template <class V>
   void insert(Key key, const V& value) {
     using Plain = PlainVariable<V>;
-    const Slot slot = append(key, VariableTraits<Plain>::type());
-    VariableTraits<Plain>::store(value, data_.data() + slot.stored);
+    if constexpr (check_variable<Plain>()) {
+      const Slot slot = append(key, VariableTraits<Plain>::type());
+      VariableTraits<Plain>::store(value, data_.data() + slot.stored);
+    }
   }
   // The variable of that name in other, whatever its type.
   void insert_from(const Values& other, Key key);
@@ -39,12 +41,16 @@ class Values {
   template <class V>
   void update(Key key, const V& value) {
     using Plain = PlainVariable<V>;
-    VariableTraits<Plain>::store(value, data_.data() + find(key, VariableTraits<Plain>::type()));
+    if constexpr (check_variable<Plain>()) {
+      VariableTraits<Plain>::store(value, data_.data() + find(key, VariableTraits<Plain>::type()));
+    }
   }
   template <class V>
   V at(Key key) const {
-    return VariableTraits<V>::template load<double>(data_.data() +
-                                                    find(key, VariableTraits<V>::type()));
+    if constexpr (check_variable<V>()) {
+      return VariableTraits<V>::template load<double>(data_.data() +
+                                                      find(key, VariableTraits<V>::type()));
+    }
   }
 
   bool contains(Key key) const { return layout_->index.contains(key); }
@@ -74,13 +80,19 @@ class Values {
     std::unordered_map<Key, int> index;
     int dim = 0;
   };
+  // Numbers are stored as double, Eigen's expressions by value, everything else as it is.
   template <class V>
   struct StoredAs {
-    using type = typename V::PlainObject;  // Eigen expressions are stored by value
+    using type = V;
   };
   template <class V>
-  requires(std::is_same_v<V, Rot3> || std::is_arithmetic_v<V>) struct StoredAs<V> {
-    using type = std::conditional_t<std::is_same_v<V, Rot3>, Rot3, double>;
+  requires(std::is_arithmetic_v<V>) struct StoredAs<V> {
+    using type = double;
+  };
+  template <class V>
+  requires requires { typename V::PlainObject; }
+  struct StoredAs<V> {
+    using type = typename V::PlainObject;
   };
   template <class V>
   using PlainVariable = typename StoredAs<V>::type;

@@ -74,8 +74,7 @@ struct VariableTraits<double> {
 };
 
 template <int R, int C>
-struct VariableTraits<Mat<double, R, C>> {
-  static_assert(R > 0 && C > 0, "variables have a fixed size");
+requires(R > 0 && C > 0) struct VariableTraits<Mat<double, R, C>> {
   static constexpr int kStored = R * C, kTangent = R * C;
   static constexpr VariableType type() { return {'V', R, C}; }
   template <class T>
@@ -98,5 +97,21 @@ struct VariableTraits<Mat<double, R, C>> {
 
 template <class V, class T>
 using Rebind = typename VariableTraits<V>::template Rebind<T>;
+
+template <class V>
+concept Variable = requires {
+  VariableTraits<V>::kTangent;
+};
+
+// Says at compile time that V is no variable; true if it is one.
+template <class V>
+consteval bool check_variable() {
+  static_assert(
+      Variable<V>,
+      "magimu: a variable is a double, a Rot3, or a vector or matrix of double whose size "
+      "is fixed (Vec<double, n>, Mat<double, m, n>): cast numbers of other types, make a "
+      "quaternion a Rot3 (Rot3::from_quaternion), a struct of your own a vector");
+  return Variable<V>;
+}
 
 }  // namespace magimu

@@ -3,15 +3,16 @@
 # those that they need, stand in the build folder's include/magimu with includes of that form; they
 # serve projects that take magimu in by add_subdirectory() or FetchContent, and are what is installed.
 set(magimu_public_headers
-    graph/factor.h graph/factor_graph.h graph/rot3.h graph/values.h
+    graph/factor.h graph/factor_graph.h graph/numerical_error.h graph/rot3.h graph/values.h
     factors/keys.h factors/magnetometer_factor.h factors/prior_factor.h
     factors/relative_rotation_factor.h factors/effects/effect.h
     solvers/levenberg_marquardt.h solvers/marginals.h solvers/tree/incremental_qr.h
     recording/read.h recording/csv/csv.h recording/data/error.h recording/data/recording.h
     sim/simulate.h
-    calibration/calibrate.h calibration/fit/stage.h calibration/live/streaming.h
-    calibration/model/extension.h calibration/result/calibration_json.h calibration/survey/survey.h
-    calibration/use/apply.h calibration/use/export.h
+    calibration/calibrate.h calibration/fit/parameter_prior.h calibration/fit/stage.h
+    calibration/live/streaming.h calibration/model/extension.h calibration/result/calibration_json.h
+    calibration/survey/survey.h
+    calibration/trust/field_check.h calibration/use/apply.h calibration/use/export.h
     diagnosis/result/diagnosis.h diagnosis/result/diagnosis_json.h)
 
 # How Eigen aligns and allocates depends on a file's flags: under -mavx it takes 32 bytes and an allocator
@@ -21,16 +22,22 @@ separate_arguments(flags UNIX_COMMAND "${CMAKE_CXX_FLAGS}")
 get_target_property(eigen Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 list(TRANSFORM eigen PREPEND -I)
 file(WRITE ${PROJECT_BINARY_DIR}/eigen_memory.cpp "#include <Eigen/Core>
-magimu_memory EIGEN_DEFAULT_ALIGN_BYTES EIGEN_MAX_STATIC_ALIGN_BYTES EIGEN_MALLOC_ALREADY_ALIGNED
+#ifdef _GLIBCXX_DEBUG
+#define CONTAINERS 1
+#else
+#define CONTAINERS 0
+#endif
+magimu_memory EIGEN_DEFAULT_ALIGN_BYTES EIGEN_MAX_STATIC_ALIGN_BYTES EIGEN_MALLOC_ALREADY_ALIGNED CONTAINERS
 ")
 execute_process(COMMAND ${CMAKE_CXX_COMPILER} ${flags} ${eigen} -E ${PROJECT_BINARY_DIR}/eigen_memory.cpp
                 OUTPUT_VARIABLE preprocessed COMMAND_ERROR_IS_FATAL ANY)
-if(NOT preprocessed MATCHES "magimu_memory ([0-9]+) ([0-9]+) ([01])")
+if(NOT preprocessed MATCHES "magimu_memory ([0-9]+) ([0-9]+) ([01]) ([01])")
   message(FATAL_ERROR "How Eigen aligns its matrices is not to be found out")
 endif()
 set(magimu_alignment ${CMAKE_MATCH_1})
 set(magimu_static_alignment ${CMAKE_MATCH_2})
 set(magimu_plain_malloc ${CMAKE_MATCH_3})
+set(magimu_debug_containers ${CMAKE_MATCH_4})
 configure_file(packaging/same_memory.h.in include/magimu/same_memory.h @ONLY)
 # Users of the installed library get Eigen's code for the instructions that it was built with.
 set(magimu_user_flags -DEIGEN_MALLOC_ALREADY_ALIGNED=${magimu_plain_malloc})

@@ -14,6 +14,7 @@
 #include "calibration/result/calibration_json.h"
 #include "calibration/result/json_text.h"
 #include "calibration/rivals/rival_calibration.h"
+#include "calibration/use/applied_json.h"
 #include "calibration/use/export.h"
 #include "diagnosis/result/diagnosis_json.h"
 #include "earth/world_magnetic_model.h"
@@ -46,6 +47,7 @@ std::string json_of(const Fitted& fitted) {
   }
   out["method"] = fitted.method;
   if (!fitted.axes.empty()) out["axes"] = nlohmann::ordered_json::parse(fitted.axes);
+  if (!fitted.applied.empty()) out["applied"] = nlohmann::ordered_json::parse(fitted.applied);
   if (!fitted.provenance.empty()) {
     out["provenance"] = nlohmann::ordered_json::parse(fitted.provenance);
   }
@@ -65,6 +67,7 @@ std::shared_ptr<Fitted> fitted_from(const std::string& json, const std::string& 
   out->calibration = calibration_from_json(parsed, name);
   out->method = parsed.value("method", "map");
   if (parsed.contains("axes")) out->axes = parsed["axes"].dump();
+  if (parsed.contains("applied")) out->applied = parsed["applied"].dump();
   if (parsed.contains("provenance")) out->provenance = parsed["provenance"].dump();
   out->file = json;
   return out;
@@ -145,6 +148,8 @@ void tell_origin(const Recordings& recordings, const std::optional<std::vector<s
   std::vector<std::string> names;
   for (const Recording* r : recordings) names.push_back(r->name);
   out.provenance = apps::provenance_json(names).dump(-1, ' ', false, kReplace);
+  const AppliedCorrections applied = applied_to_all(recordings);
+  if (!applied.empty()) out.applied = applied_json(applied).dump();
   if (!axes) return;
   apps::ReadingOptions reading;
   reading.axes = *axes;
@@ -279,6 +284,10 @@ py::tuple exported(const Fitted& f, const std::string& to, double strength_uT, b
   if (!f.axes.empty()) {
     const auto turns = nlohmann::json::parse(f.axes);
     for (const auto& [sensor, axes] : turns.items()) options.turned[sensor] = axes;
+  }
+  if (!f.applied.empty()) {
+    options.applied =
+        applied_from_json({{"applied", nlohmann::ordered_json::parse(f.applied)}}, "applied");
   }
   const Exported out = export_calibration(f.calibration, target->second, options);
   return py::make_tuple(out.text, out.lost, out.harmful);

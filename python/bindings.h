@@ -16,7 +16,7 @@ namespace magimu::python {
 struct Fitted {
   Calibration calibration;
   std::string method = "map";
-  std::string axes, provenance;  // JSON, as the program's file has them; empty: not known
+  std::string axes, applied, provenance;  // JSON, as the program's file has them; empty: not known
   std::string file;              // the file that it comes from, word by word; empty: from none
 };
 

@@ -11,11 +11,13 @@
 #include "recording/arrays/broad.h"
 #include "recording/arrays/json_file.h"
 #include "recording/csv/columns/csv_columns.h"
+#include "recording/csv/csv_reader.h"
 #include "recording/csv/one_clock.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 #include "recording/data/told_units.h"
 #include "recording/files/read_file.h"
+#include "recording/files/temporary_file.h"
 #include "recording/files/zip_archive.h"
 #include "recording/files/zstd_file.h"
 #include "recording/logs/logs.h"
@@ -121,9 +123,75 @@ void refuse_sensor_of_table(const std::string& shown, const CsvOptions& options)
                    "leave --sensor out; --map mag_x=NAME says which columns or arrays are read");
 }
 
+constexpr std::string_view kGzip = "\x1f\x8b", kZip = "PK\x03\x04";
+
+struct Format {
+  std::string_view begins;
+  Recording (*read)(const std::string&, const CsvOptions&);
+  bool has_sensors_by_name;
+};
+constexpr Format kFormats[] = {
+    {"#ROSBAG V2.0\n", read_ros1_bag, true},  {"\x89MCAP0\r\n", read_mcap, true},
+    {"SQLite format 3", read_ros2_db3, true}, {"ULog\x01\x12\x35", read_ulog, true},
+    {"\xA3\x95", read_dataflash, true},       {"FMT, 128,", read_dataflash_text, true},
+    {"\x89HDF\r\n\x1a\n", read_hdf5, false},  {"MATLAB 5.0", read_mat, false},
+    {"MATLAB 7.3", read_mat, false},          {"\x93NUMPY", read_npy, false}};
+
+const Format* format_of(std::string_view head) {
+  const auto* const found = std::ranges::find_if(
+      kFormats, [head](const Format& format) { return head.starts_with(format.begins); });
+  return found == std::end(kFormats) ? nullptr : found;
+}
+
+bool is_packed(std::string_view head) {
+  return head.starts_with(kGzip) || head.starts_with(kZip) || head.starts_with(kZstdMagic);
+}
+
+// Whether a file with these first bytes is no text that is read line by line.
+bool is_read_whole(std::string_view head) {
+  if (is_packed(head) || format_of(head) != nullptr) return true;
+  const std::size_t first = head.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && (head[first] == '[' || head[first] == '{');  // JSON
+}
+
+// What comes through a pipe can be read once only. Rows of text are read as they come; all else
+// goes into a file first.
+Recording read_pipe(const std::string& path, const std::string& shown, const CsvOptions& options,
+                    int depth) {
+  constexpr std::size_t kHead = 512;
+  std::optional<TemporaryFile> file;
+  CsvReader reader(path, options);
+  std::string head;
+  bool begun = false;
+  const auto begin = [&] {
+    begun = true;
+    if (is_read_whole(head)) {
+      file.emplace();
+      file->append(head);
+      return;
+    }
+    refuse_sensor_of_table(shown, options);
+    refuse_other_formats(head, shown);
+    reader.push(head, 0);
+  };
+  read_file_in_pieces(path, [&](std::string_view piece, std::size_t) {
+    if (!begun) {
+      head += piece;
+      if (head.size() >= kHead) begin();
+    } else if (file) {
+      file->append(piece);
+    } else {
+      reader.push(piece, 0);
+    }
+  });
+  if (!begun) begin();
+  return file ? read_unpacked(*file, shown, options, depth) : reader.finish();
+}
+
 Recording read_at_depth(const std::string& path, const std::string& shown,
                         const CsvOptions& options, int depth) {
   std::error_code error;
+  if (is_pipe_or_device(path)) return read_pipe(path, shown, options, depth);
   if (std::filesystem::is_directory(path, error)) {
     const std::vector<NamedFile> files = files_of_folder(path);
     if (files.empty()) {
@@ -133,30 +201,19 @@ Recording read_at_depth(const std::string& path, const std::string& shown,
     return read_several(files, shown, options);
   }
   const std::string head = read_file_head(path, 512);
-  const bool packed = head.starts_with("\x1f\x8b") || head.starts_with("PK\x03\x04") ||
-                      head.starts_with(kZstdMagic);
-  if (packed && depth >= kDeepest) {
+  if (is_packed(head) && depth >= kDeepest) {
     throw InputError(shown, 0, 0, "this is an archive in archives", "unpack it");
   }
-  if (head.starts_with("\x1f\x8b")) {
+  if (head.starts_with(kGzip)) {
     return read_packed(path, "gzip", unpacked_gzip, shown, options, depth + 1);
   }
-  if (head.starts_with("PK\x03\x04")) return read_zip(path, shown, options, depth + 1);
+  if (head.starts_with(kZip)) return read_zip(path, shown, options, depth + 1);
   if (head.starts_with(kZstdMagic)) {
     return read_packed(path, "zstd", unpacked_zstd, shown, options, depth + 1);
   }
-  if (head.starts_with("#ROSBAG V2.0\n")) return read_ros1_bag(path, options);
-  if (head.starts_with("\x89MCAP0\r\n")) return read_mcap(path, options);
-  if (head.starts_with("SQLite format 3")) return read_ros2_db3(path, options);
-  if (head.starts_with("ULog\x01\x12\x35")) return read_ulog(path, options);
-  if (head.starts_with("\xA3\x95")) return read_dataflash(path, options);
-  if (head.starts_with("FMT, 128,")) return read_dataflash_text(path, options);
-  refuse_sensor_of_table(shown, options);
-  if (head.starts_with("\x89HDF\r\n\x1a\n")) return read_hdf5(path, options);
-  if (head.starts_with("MATLAB 5.0") || head.starts_with("MATLAB 7.3")) {
-    return read_mat(path, options);
-  }
-  if (head.starts_with("\x93NUMPY")) return read_npy(path, options);
+  const Format* const format = format_of(head);
+  if (format == nullptr || !format->has_sensors_by_name) refuse_sensor_of_table(shown, options);
+  if (format != nullptr) return format->read(path, options);
   if (is_json_table(path, head)) return read_json(path, options);
   refuse_other_formats(head, shown);
   return read_csv(path, options);

@@ -27,6 +27,9 @@ class StructuredSolver final : public LinearSolver {
  public:
   explicit StructuredSolver(bool chain_only) : chain_only_(chain_only) {}
 
+  Backend backend() const override {
+    return chosen_ == nullptr ? Backend::kAuto : chosen_->backend();
+  }
   bool factorize(const LinearSystem& system, const VectorXd& scale, double lambda) override {
     if (chosen_ == nullptr) chosen_ = make_chain_solver(system);
     if (chosen_ == nullptr && chain_only_) {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "graph/checks/not_finite.h"
 #include "graph/numerical_error.h"
@@ -14,6 +15,9 @@
 namespace magimu {
 namespace {
 
+// Steps after one that rose that may bring the cost below where that one began. Each has to lower
+// it.
+constexpr int kStepsDown = 4;
 constexpr int kMaxRises = 5;  // rising costs in a row after which Gauss-Newton gives up
 // The cost is known to about this relative precision: its sum has rounding errors.
 constexpr double kCostPrecision = 1e-12;
@@ -24,6 +28,19 @@ constexpr const char* kNotFiniteMessage = "A residual or a Jacobian is not a fin
 
 using Step = ProposedStep;
 
+// Options that mean nothing.
+void check(const OptimizerOptions& o) {
+  const auto need = [](bool right, const char* what) {
+    if (!right) throw std::invalid_argument(std::string("OptimizerOptions::") + what);
+  };
+  need(o.step_tolerance >= 0.0, "step_tolerance is in standard deviations, not negative");
+  need(o.max_iterations >= 0, "max_iterations is not negative");
+  need(o.initial_damping >= 0.0, "initial_damping is not negative");
+  need(o.min_damping >= 0.0, "min_damping is not negative");
+  need(o.max_damping >= o.min_damping, "max_damping is no less than min_damping");
+  need(o.min_gain_ratio >= 0.0, "min_gain_ratio is not negative");
+}
+
 class Run {
  public:
   Run(const FactorGraph& graph, const OptimizerOptions& options, const Values& initial)
@@ -31,7 +48,7 @@ class Run {
         options_(options),
         start_(std::chrono::steady_clock::now()),
         columns_(initial.dim()),
-        problem_(make_problem(graph, initial, options)) {
+        problem_((check(options), make_problem(graph, initial, options))) {
     result_.cost_initial = cost();
     result_.values = initial;
     find_rounding();
@@ -50,6 +67,12 @@ class Run {
   }
   void accept() {
     problem_->accept();
+    find_rounding();
+  }
+  // Where the steps of an excursion began, to go back to.
+  void set_out() { base_ = problem_->values(); }
+  void go_back(double damping) {
+    problem_->go_back(base_, damping);
     find_rounding();
   }
   double cost() const { return problem_->cost(); }
@@ -79,6 +102,11 @@ class Run {
     result_.message = message;
   }
   void stop_converged(const Step& step) {
+    if (problem_->is_flat() && cost() > 0.0) {
+      return stop(StopReason::kSingular,
+                  "No residual changes with any variable here: robust losses give every factor the "
+                  "weight 0, or the residuals are flat. Start nearer to the answer.");
+    }
     char text[96];
     std::snprintf(text, sizeof text, "Converged: the last step was %.1e standard deviations.",
                   step.sigma / sigma_unit());
@@ -158,6 +186,7 @@ class Run {
   int columns_;
   std::unique_ptr<OptimizerProblem> problem_;
   double variables_rounding_ = 0.0;  // in standard deviations
+  Values base_;
   Result result_;
 };
 
@@ -181,6 +210,32 @@ std::string to_string(StopReason reason) {
   return "?";
 }
 
+namespace {
+
+// Goes on from where a step has led that rose. False, and all is as before, unless the cost comes
+// to be lower than where that step began, by what makes a step worth taking.
+bool comes_down(Run& run, const Step& rising, double damping, const OptimizerOptions& options) {
+  const double begin = run.cost();
+  run.set_out();
+  const auto take = [&](const Step& step) {
+    const double gradient_norm = run.gradient_norm(), before = run.cost();
+    run.accept();
+    run.record(step, (before - run.cost()) / step.predicted_decrease, true, gradient_norm);
+  };
+  take(rising);
+  for (int i = 0; i < kStepsDown && run.steps() < options.max_iterations; ++i) {
+    Step step;
+    if (!run.solve(damping) || !(run.try_step(step, damping) < run.cost())) break;
+    take(step);
+    const double decrease = begin - run.cost();
+    if (decrease > options.min_gain_ratio * rising.predicted_decrease) return true;
+  }
+  run.go_back(damping);
+  return false;
+}
+
+}  // namespace
+
 Result LevenbergMarquardt::optimize(const Values& initial) const {
   Run run(graph_, options_, initial);
   if (!run.start_is_finite()) return run.finish();
@@ -188,6 +243,7 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
   run.stop(StopReason::kMaxIterations,
            "The limit of " + std::to_string(options_.max_iterations) +
                " iterations was reached; the result is not the optimum.");
+  bool tried = false;  // to come down from a step that rose, from here
   while (run.steps() < options_.max_iterations) {
     const double used = damping < options_.min_damping ? 0.0 : damping;
     const double gradient_norm = run.gradient_norm();
@@ -202,6 +258,14 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
       gain_ratio = at_rounding ? 1.0 : decrease / step.predicted_decrease;
       accepted = std::isfinite(cost) && gain_ratio > options_.min_gain_ratio;
       if (accepted) run.accept();
+      if (options_.may_rise && !accepted && !tried && std::isfinite(cost) &&
+          step.damping <= kLightDamping && !run.small(step)) {
+        tried = true;
+        if (comes_down(run, step, used, options_)) {
+          tried = false;
+          continue;
+        }
+      }
     } else if (!run.linearization_is_finite()) {
       run.stop_not_finite(kNotFiniteMessage);
       break;
@@ -215,6 +279,7 @@ Result LevenbergMarquardt::optimize(const Values& initial) const {
       break;
     }
     if (accepted) {
+      tried = false;
       const double g = 2.0 * gain_ratio - 1.0;
       damping = std::max(options_.min_damping * 0.1,
                          damping * std::max(kFastestDecrease, 1.0 - g * g * g));

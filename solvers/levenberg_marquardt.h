@@ -4,6 +4,11 @@
 // J, and is taken if the cost really falls (gain ratio: actual over predicted decrease). A change
 // of the cost that rounding explains is no rise: near the optimum the model is believed.
 //
+// Where a narrow valley bends, only very short steps go downhill. With OptimizerOptions::may_rise a
+// full step that leaves the valley's floor is followed by others from there, and is taken with them
+// if they end lower than it began; else it is taken back (the watchdog technique of Chamberlain,
+// Powell, Lemarechal and Pedersen 1982).
+//
 //   FactorGraph graph;  Values values;   // ...
 //   const Result result = LevenbergMarquardt(graph).optimize(values);
 //   if (!result.converged()) std::cerr << result.message << "\n";

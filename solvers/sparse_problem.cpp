@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// An optimizer's problem as one sparse linear system and a back end, for any graph; and the choice
+// between this and windows in SIMD lanes (optimizer_problem.h).
 #include <cmath>
 #include <stdexcept>
 
@@ -13,8 +15,7 @@ class SparseProblem final : public OptimizerProblem {
   SparseProblem(const FactorGraph& graph, const Values& values, const OptimizerOptions& options)
       : by_largest_(options.damp_by_largest_norm),
         system_(graph, values),
-        solver_(make_linear_solver(options.backend)),
-        backend_(options.backend) {
+        solver_(make_linear_solver(options.backend)) {
     linearize(values);
   }
 
@@ -22,8 +23,10 @@ class SparseProblem final : public OptimizerProblem {
   bool is_finite() const override {
     return std::isfinite(cost_) && system_.residual().allFinite() && norms_.allFinite();
   }
+  bool is_flat() const override { return rows() > 0 && norms_.size() > 0 && !norms_.any(); }
   double gradient_norm() const override { return scale_.cwiseProduct(system_.gradient()).norm(); }
-  // What a change of a variable by its own size would change the residuals.
+  // Column norm times value, of all variables together: by how much the residuals would change if
+  // each variable changed by its own size.
   double sizes_in_sigmas() const override {
     VectorXd out = norms_;
     for (const Values::Slot& s : values_.slots()) {
@@ -53,10 +56,11 @@ class SparseProblem final : public OptimizerProblem {
     return system_.cost(candidate_);
   }
   void accept() override { linearize(std::move(candidate_)); }
+  void go_back(const Values& values, double) override { linearize(values); }
   Values values() const override { return values_; }
   const VectorXd& norms() const override { return norms_; }
   const VectorXd& largest_norms() const override { return largest_; }
-  std::string solver() const override { return to_string(backend_); }
+  std::string solver() const override { return to_string(solver_->backend()); }
 
  private:
   void linearize(Values values) {
@@ -73,7 +77,6 @@ class SparseProblem final : public OptimizerProblem {
   bool by_largest_;
   LinearSystem system_;
   std::unique_ptr<LinearSolver> solver_;
-  Backend backend_;
   Values values_, candidate_;
   ProposedStep step_;
   VectorXd norms_, largest_;        // of the columns: now, and at most so far

@@ -115,7 +115,11 @@ std::optional<std::vector<FleetDevice>> merge_archive(std::vector<FleetRecording
                                                       const std::string& folder,
                                                       const std::string& devices_by, bool quiet) {
   std::map<std::string, std::vector<FleetRecording*>> by_device;
-  for (FleetRecording& row : rows) by_device[row.device].push_back(&row);
+  std::map<std::string, std::set<std::string>> devices_of_result;
+  for (FleetRecording& row : rows) {
+    by_device[row.device].push_back(&row);
+    if (!row.result.empty()) devices_of_result[row.result].insert(row.device);
+  }
   std::vector<std::string> names;
   for (const auto& [name, own] : by_device) names.push_back(name);
   const std::vector<std::string> files = file_names(names);
@@ -138,6 +142,13 @@ std::optional<std::vector<FleetDevice>> merge_archive(std::vector<FleetRecording
           calibrated, [&](const FleetRecording* row) { return row->result == r.name; }));
     }
     FleetDevice summary = fleet_device(device, in_order);
+    for (FleetRecording* row : in_order) {
+      const std::set<std::string>& of = devices_of_result[row->result];
+      if (of.size() < 2) continue;
+      const std::string& other = *of.begin() == names[i] ? *std::next(of.begin()) : *of.begin();
+      row->reason += fmt::format("{}The same bytes stand under the device {}, too.",
+                                 row->reason.empty() ? "" : " ", other);
+    }
     summary.recordings = by_device[names[i]].size();
     std::vector<const FleetRecording*> all(in_order.begin(), in_order.end());
     for (const FleetRecording* row : by_device[names[i]]) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "apps/options/number_checks.h"
 #include "apps/options/outputs.h"
 #include "calibration/rest_noise/noise_at_rest.h"
 
@@ -36,7 +37,7 @@ void add_model_options(CLI::App& cmd, RecordingOptions& options) {
                      "noise densities per sqrt(Hz): m/s^2 rad/s uT, or a file that `magimu allan`\n"
                      "wrote (default: estimated)")
           ->expected(3)
-          ->check(CLI::PositiveNumber)
+          ->check(positive_number())
           ->type_name("ACC GYR MAG|NOISE.json");
   cmd.add_option("--noise-file", options.noise_file)->group("")->excludes(densities);
   cmd.add_option("--gravity", options.gravity, "local gravity, m/s^2")

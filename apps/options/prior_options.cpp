@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "apps/options/axes_of_calibration.h"
+#include "apps/options/number_checks.h"
 #include "calibration/fit/parameter_prior.h"
 #include "calibration/result/calibration_json.h"
 #include "recording/data/error.h"
@@ -65,7 +66,7 @@ void add_prior_options(CLI::App& cmd, PriorArguments& arguments) {
            arguments.has_age = true;
          },
          "age of that calibration in days (default: since the file was written)")
-      ->check(CLI::NonNegativeNumber)
+      ->check(nonnegative_number())
       ->type_name("DAYS");
   cmd.add_option_function<double>(
          "--prior-drift",
@@ -74,7 +75,7 @@ void add_prior_options(CLI::App& cmd, PriorArguments& arguments) {
            arguments.has_drift = true;
          },
          "times the usual change since; 0: nothing has changed, and it is the same place")
-      ->check(CLI::NonNegativeNumber)
+      ->check(nonnegative_number())
       ->type_name("TIMES");
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A stream's magnetometer samples for the pictures of its report: every so-many-th, so that however
-// long it runs there are enough for a picture, and no more.
+// A stream's magnetometer samples for the pictures of its report: each N-th sample, with N doubled
+// whenever there are more than a picture needs, so that memory does not grow with the stream.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ namespace magimu::apps {
 
 class ThinnedSamples {
  public:
-  // Without this nothing is kept.
+  // Before this call nothing is kept.
   void begin(int magnetometers) {
     recording_.name = "stream";
     recording_.mag.assign(std::size_t(magnetometers), {});

@@ -70,6 +70,8 @@ class Search {
     const bool folder = fs::is_directory(path, error);
     if (folder && !is_folder_of_sensors(path.string())) {
       if (!is_reprocess_output(path.string())) folders_.push_back(path);
+    } else if (!folder && fs::exists(path, error) && !fs::is_regular_file(path, error)) {
+      return;  // a pipe, a device: who opens it waits for its writer
     } else if (seen_.insert(true_path(path)).second && !searched_.contains(true_path(path))) {
       found_.push_back(path.string());
     }

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <set>
+#include <string_view>
 
 #include "archive/inventory/file_names.h"
 #include "archive/inventory/found_files.h"
@@ -22,6 +23,19 @@ namespace fs = std::filesystem;
 
 constexpr const char* kColumns[] = {"path", "device", "place", "date", "options"};
 
+// Spreadsheets of countries with a decimal comma write semicolons; the names of the columns have
+// neither.
+char separator_of(std::string_view text) {
+  while (text.starts_with('#') || text.starts_with('\n')) {
+    text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
+  }
+  const std::string_view head = text.substr(0, text.find('\n'));
+  for (const char c : {';', '\t'}) {
+    if (head.find(c) != std::string_view::npos) return c;
+  }
+  return ',';
+}
+
 // Rows of a CSV table (RFC 4180), each with the line on which it begins.
 struct TableRow {
   long line = 1;
@@ -33,6 +47,7 @@ std::vector<TableRow> rows_of(const std::string& text, const std::string& file) 
   long line = 1;
   bool quoted = false;
   std::size_t i = text.starts_with("\xEF\xBB\xBF") ? 3 : 0;
+  const char separator = separator_of(std::string_view(text).substr(i));
   for (; i < text.size(); ++i) {
     const char c = text[i];
     std::string& field = out.back().fields.back();
@@ -40,9 +55,9 @@ std::vector<TableRow> rows_of(const std::string& text, const std::string& file) 
       field.push_back(text[++i]);
     } else if (c == '"' && (quoted || field.empty())) {
       quoted = !quoted;
-    } else if (quoted || (c != ',' && c != '\n' && c != '\r')) {
+    } else if (quoted || (c != separator && c != '\n' && c != '\r')) {
       field.push_back(c);
-    } else if (c == ',') {
+    } else if (c == separator) {
       out.back().fields.emplace_back();
     } else if (c == '\n') {
       out.push_back({line + 1, {""}});

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "graph/parallel.h"
+#include "calibration/fit/side_by_side.h"
 
 namespace magimu {
 namespace {
@@ -47,14 +47,15 @@ BlockErrors block_errors(const Stage& stage) {
   };
   out.values = 3.0 * double(block.size() * stage.spec().mag_offset_s.size());
   add(stage, out.fitted, -1);
-  // The two leave out different blocks, so that none is written to by both.
-  parallel::for_each(2, [&](std::size_t odd) {
-    const int parity = int(odd);
+  const auto leave_out = [&](int parity) {
     Stage without = stage;
     without.fit_without(stage.result().values,
                         [&](int node) { return block[std::size_t(node)] % 2 == parity; });
     add(without, out.held_out, parity);
-  });
+  };
+  // The two leave out different blocks, so that none is written to by both.
+  side_by_side(
+      stage.plans(), [&] { leave_out(0); }, [&] { leave_out(1); });
   return out;
 }
 
@@ -62,7 +63,8 @@ double HeldOutGain::ratio() const { return std::exp(0.5 * mean); }
 
 HeldOutGain held_out_gain(const Stage& first, const Stage& second) {
   BlockErrors a, b;
-  parallel::invoke([&] { a = block_errors(first); }, [&] { b = block_errors(second); });
+  side_by_side(
+      first.plans(), [&] { a = block_errors(first); }, [&] { b = block_errors(second); });
   return held_out_gain(a, b);
 }
 

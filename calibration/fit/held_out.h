@@ -8,14 +8,19 @@
 
 namespace magimu {
 
+// Share of the error by which a model must predict better, or worse: less nobody notices.
+inline constexpr double kNoticedError = 0.02;
+
 // log of the ratio of squared errors, first model over second, over the blocks left out.
 struct HeldOutGain {
   double mean = 0.0, error = 0.0;  // with the standard error of the mean
   // How many times smaller the second model's error is (root mean square).
   double ratio() const;
-  // Better, or worse, beyond so many standard errors and a hundredth or two of the error itself.
-  bool better(double errors = 2.0) const { return mean > errors * error && ratio() > 1.02; }
-  bool worse() const { return mean < -2.0 * error && ratio() < 0.98; }
+  // Better, or worse, beyond so many standard errors, and by more than kNoticedError.
+  bool better(double errors = 2.0) const {
+    return mean > errors * error && ratio() > 1.0 + kNoticedError;
+  }
+  bool worse() const { return mean < -2.0 * error && ratio() < 1.0 - kNoticedError; }
 };
 
 // Squared magnetometer errors, uT^2, summed over each block of seconds: predicted without that

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "calibration/model/extension.h"
@@ -61,60 +62,80 @@ void append(Result& whole, Result&& round) {
   whole = std::move(round);
 }
 
-// Takes over the values at which to integrate, if any has moved far or all is integrated anyway.
-bool update(ModelSpec& spec, const Values& values, bool anyway) {
-  const auto move = [anyway](auto& old, const auto& now, double distance, double limit) {
-    const bool far = anyway || distance > limit;
-    if (far) old = now;
-    return far;
-  };
-  const Vector3 gyr = values.at<Vector3>(key::gyr_bias);
-  bool far = move(spec.gyr_bias, gyr, (gyr - spec.gyr_bias).norm(), kGyrBiasMoved);
-  if (spec.motion == MotionModel::kHandHeld) {
-    const Vector3 acc = values.at<Vector3>(key::acc_bias);
-    far |= move(spec.acc_bias, acc, (acc - spec.acc_bias).norm(), kAccBiasMoved);
-  }
-  if (spec.gyr_matrix) {
-    const auto S = values.at<GyroMatrix>(key::gyr_matrix);
-    far |= move(spec.gyr_matrix_value, S, (S - spec.gyr_matrix_value).norm(), kGyrMatrixMoved);
-  }
-  for (std::size_t m = 0; spec.mag_time_offset && m < spec.mag_offset_s.size(); ++m) {
-    const double offset = values.at<double>(key::mag_time_offset_of(int(m)));
-    far |=
-        move(spec.mag_offset_s[m], offset, std::abs(offset - spec.mag_offset_s[m]), kOffsetMoved);
-  }
-  return far;
-}
+// By how much a variable has moved away from where samples were integrated, over what is too far.
+struct Moved {
+  double gyr_bias = 0.0, acc_bias = 0.0, gyr_matrix = 0.0, offset = 0.0, effects = 0.0;
+  double farthest() const { return std::max({gyr_bias, acc_bias, gyr_matrix, offset, effects}); }
+};
 
-// Takes the effects' terms at these values; true if their parameters, or the positions that they
-// depend on, have moved far since the last time.
-bool update_effects(const std::vector<const Recording*>& recordings,
-                    const std::vector<NodePlan>& plans, ModelSpec& spec, const Values& values) {
-  if (spec.effects.empty()) return false;
-  bool far = spec.extended.empty();
+// Parameters of effects, and the positions and the bias that their terms depend on.
+double effects_moved(const std::vector<const Recording*>& recordings,
+                     const std::vector<NodePlan>& plans, const ModelSpec& spec,
+                     const Values& values) {
+  if (spec.effects.empty()) return 0.0;
+  if (spec.extended.empty()) return std::numeric_limits<double>::infinity();
+  double moved = 0.0;
   const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
   std::array<Eigen::Index, 3> next{};
-  for (std::size_t e = 0; e < keys.size() && !far; ++e) {
+  for (std::size_t e = 0; e < keys.size(); ++e) {
     const VectorXd now = effect_parameters(values, keys[e]);
     const auto c = std::size_t(spec.effects[e]->channel());
     const VectorXd then = spec.extended.front()->theta[c].segment(next[c], now.size());
     next[c] += now.size();
     const VectorXd scale = spec.effects[e]->prior_sigma(recordings.front()->duration_s());
-    far = (now - then).cwiseQuotient(scale).cwiseAbs().maxCoeff() > kEffectMoved;
+    moved = std::max(moved, (now - then).cwiseQuotient(scale).cwiseAbs().maxCoeff() / kEffectMoved);
   }
-  for (std::size_t r = 0; r < plans.size() && !far; ++r) {
+  for (std::size_t r = 0; r < plans.size(); ++r) {
     const std::vector<Vector3>& then = spec.extended[r]->position;
-    for (std::size_t i = 0; i < then.size() && !far; ++i) {
-      far = (values.at<Vector3>(P(plans[r].first + int(i))) - then[i]).norm() > kPlaceMoved;
+    for (std::size_t i = 0; i < then.size(); ++i) {
+      const Vector3 now = values.at<Vector3>(P(plans[r].first + int(i)));
+      moved = std::max(moved, (now - then[i]).norm() / kPlaceMoved);
     }
   }
-  if (!far) return false;
+  const Vector3 bias = values.at<Vector3>(key::acc_bias);
+  return std::max(moved, (bias - spec.extended.front()->acc_bias).norm() / kAccBiasMoved);
+}
+
+Moved how_far(const std::vector<const Recording*>& recordings, const std::vector<NodePlan>& plans,
+              const ModelSpec& spec, const Values& values) {
+  Moved out;
+  out.gyr_bias = (values.at<Vector3>(key::gyr_bias) - spec.gyr_bias).norm() / kGyrBiasMoved;
+  if (spec.motion == MotionModel::kHandHeld) {
+    out.acc_bias = (values.at<Vector3>(key::acc_bias) - spec.acc_bias).norm() / kAccBiasMoved;
+  }
+  if (spec.gyr_matrix) {
+    const auto S = values.at<GyroMatrix>(key::gyr_matrix);
+    out.gyr_matrix = (S - spec.gyr_matrix_value).norm() / kGyrMatrixMoved;
+  }
+  for (std::size_t m = 0; spec.mag_time_offset && m < spec.mag_offset_s.size(); ++m) {
+    const auto offset = values.at<double>(key::mag_time_offset_of(int(m)));
+    out.offset = std::max(out.offset, std::abs(offset - spec.mag_offset_s[m]) / kOffsetMoved);
+  }
+  out.effects = effects_moved(recordings, plans, spec, values);
+  return out;
+}
+
+// Takes over the values at which to integrate, those that have moved far or all of them.
+void move_there(const std::vector<const Recording*>& recordings, const std::vector<NodePlan>& plans,
+                const Moved& moved, bool all, ModelSpec& spec, const Values& values) {
+  if (all || moved.gyr_bias > 1.0) spec.gyr_bias = values.at<Vector3>(key::gyr_bias);
+  if (spec.motion == MotionModel::kHandHeld && (all || moved.acc_bias > 1.0)) {
+    spec.acc_bias = values.at<Vector3>(key::acc_bias);
+  }
+  if (spec.gyr_matrix && (all || moved.gyr_matrix > 1.0)) {
+    spec.gyr_matrix_value = values.at<GyroMatrix>(key::gyr_matrix);
+  }
+  for (std::size_t m = 0; spec.mag_time_offset && m < spec.mag_offset_s.size(); ++m) {
+    const auto offset = values.at<double>(key::mag_time_offset_of(int(m)));
+    const bool far = std::abs(offset - spec.mag_offset_s[m]) > kOffsetMoved;
+    if (all || far) spec.mag_offset_s[m] = offset;
+  }
+  if (!(moved.effects > 1.0)) return;
   spec.extended.clear();
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     spec.extended.push_back(
         std::make_shared<ExtendedRecording>(extend(*recordings[r], plans[r], spec, values)));
   }
-  return true;
 }
 
 // Residuals by sensor. solver: new, or one that has served a graph of the same form.
@@ -173,6 +194,7 @@ Stage::Stage(const std::vector<const Recording*>& recordings, const ModelSpec& s
   const std::size_t magnetometers = recordings.front()->mag.size();
   spec_.mag_offset_s.resize(magnetometers, 0.0);
   if (magnetometers > 1) spec_.mag_noise.resize(magnetometers, spec_.noise.mag);
+  spec_.extended.clear();
 }
 
 Stage::Stage(const Stage& like, const ModelSpec& spec) : Stage(like, spec, like.optimizer_) {}
@@ -180,6 +202,11 @@ Stage::Stage(const Stage& like, const ModelSpec& spec) : Stage(like, spec, like.
 Stage::Stage(const Stage& like, const ModelSpec& spec, const OptimizerOptions& optimizer)
     : Stage(like.recordings_, spec, like.plans_, optimizer) {
   gathered_ = like.gathered_;
+  const ModelSpec& before = like.spec_;
+  if (spec.effects == before.effects && spec.motion == before.motion &&
+      spec.mag_time_offset == before.mag_time_offset) {
+    spec_.extended = before.extended;
+  }
   gyr_freedom_ = like.gyr_freedom_;
 }
 
@@ -202,14 +229,19 @@ void Stage::fit(const Values& start, bool warm) { fit(start, warm, optimizer_.st
 
 void Stage::fit(const Values& start, bool warm, double step_tolerance) {
   Values values = start;
-  update(spec_, values, gathered_ == nullptr);
-  spec_.extended.clear();
-  update_effects(recordings_, plans_, spec_, values);
+  // Far from there attitudes are others, too.
+  if (!warm) spec_.extended.clear();
+  Moved moved = how_far(recordings_, plans_, spec_, values);
+  move_there(recordings_, plans_, moved, gathered_ == nullptr, spec_, values);
+  double last = 0.0;
   for (int round = 0; round < kIntegrationRounds; ++round) {
     build();
     OptimizerOptions optimizer = optimizer_;
     optimizer.step_tolerance = std::max(step_tolerance, optimizer_.step_tolerance);
-    if (warm || round > 0) optimizer.initial_damping = kWarmDamping;
+    if (warm || round > 0) {
+      optimizer.initial_damping = kWarmDamping;
+      optimizer.may_rise = true;
+    }
     Result result = LevenbergMarquardt(graph_, optimizer).optimize(values);
     if (result.reason == StopReason::kNotFinite) refuse(result);
     if (round == 0) {
@@ -218,9 +250,14 @@ void Stage::fit(const Values& start, bool warm, double step_tolerance) {
       append(result_, std::move(result));
     }
     values = result_.values;
-    bool moved = update(spec_, values, false);
-    moved |= update_effects(recordings_, plans_, spec_, values);
-    if (!result_.converged() || !moved) break;
+    if (!result_.converged()) break;
+    moved = how_far(recordings_, plans_, spec_, values);
+    // Each round moves them by about the same share of what the one before did.
+    const double now = moved.farthest();
+    const bool next_is_short = round > 0 && now * now <= last;
+    if (now <= 1.0 || next_is_short || round + 1 == kIntegrationRounds) break;
+    last = now;
+    move_there(recordings_, plans_, moved, false, spec_, values);
   }
 }
 

@@ -28,11 +28,12 @@ class StreamMaker {
 
   using Biases = std::array<double, 6>;  // gyroscope's, accelerometer's
   std::vector<Biases> biases;            // one a window
-  std::vector<double> ends;              // of StreamSamples::ends(), window by window
+  // StreamSamples::ends() when the window was made, window by window: later samples do not count.
+  std::vector<double> ends;
 
  private:
   const StreamSamples& samples_;
-  ModelSpec spec_;  // what it has found out about nodes is kept, so that no copy is made of it
+  ModelSpec spec_;  // a member, so that a window made again costs no copy; biases change
 };
 
 // For the windows of a stream, of which all but the newest fall asleep.

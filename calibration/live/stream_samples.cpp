@@ -60,10 +60,12 @@ StreamSamples::StreamSamples(int magnetometers, double window_s, double kept_s)
 
 void StreamSamples::check(const StreamSample& s) {
   if (s.mag.size() != all_.mag.size()) {
-    throw InputError("stream", 0, 0,
-                     fmt::format("the sample at {} s has {} magnetometers, those before had {}",
-                                 s.t, s.mag.size(), all_.mag.size()),
-                     "stream all magnetometers of the device, and no others");
+    throw InputError(
+        "stream", 0, 0,
+        fmt::format("the sample at {} s has {} magnetometers, the stream {}", s.t, s.mag.size(),
+                    all_.mag.size()),
+        "give each sample all magnetometers of the device, and no others; one that has "
+        "no reading then stays empty (std::nullopt)");
   }
   if (!std::isfinite(s.t)) {
     throw InputError("stream", 0, 0, fmt::format("the time of a sample is {}", s.t),

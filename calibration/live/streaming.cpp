@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/live/streaming.h"
 
+#include <stdexcept>
+
 #include "calibration/live/stream_state.h"
 
 namespace magimu {
@@ -16,8 +18,12 @@ std::string to_string(StreamPhase phase) {
   return "?";
 }
 
-StreamingCalibration::StreamingCalibration(int magnetometers, const StreamingOptions& options)
-    : state_(std::make_unique<State>(magnetometers, options)) {}
+StreamingCalibration::StreamingCalibration(int magnetometers, const StreamingOptions& options) {
+  if (!(options.window_s > 0.0)) {
+    throw std::invalid_argument("StreamingOptions: window_s must be positive, in seconds");
+  }
+  state_ = std::make_unique<State>(magnetometers, options);
+}
 StreamingCalibration::~StreamingCalibration() = default;
 StreamingCalibration::StreamingCalibration(StreamingCalibration&&) noexcept = default;
 StreamingCalibration& StreamingCalibration::operator=(StreamingCalibration&&) noexcept = default;

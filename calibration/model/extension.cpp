@@ -26,6 +26,17 @@ struct ActiveTerm {
   int first;  // its first column among those of its channel
 };
 
+// Of a sensor that only turns the force is that of its attitude.
+bool need_attitude(const std::vector<ActiveTerm>& active, bool moving) {
+  return !moving || !std::ranges::all_of(active, [](const ActiveTerm& a) {
+    return a.effect->description().without_attitude;
+  });
+}
+SampleState state_for(const SensedMotion& motion, Channel channel, std::size_t sample,
+                      bool attitude) {
+  return attitude ? motion.state(channel, sample) : motion.state_without_attitude(channel, sample);
+}
+
 // Is a part of the state this sensor's own reading? The force, where the accelerometer is moved.
 // (The rate is that of the estimated attitudes.)
 bool reads_state(Channel channel, bool moving) { return channel == Channel::kAcc && moving; }
@@ -66,8 +77,9 @@ void correct(const SensedMotion& motion, Channel channel, bool moving,
              const std::vector<ActiveTerm>& active, const VectorSeries& raw,
              VectorSeries& corrected) {
   const double delay_s = delay_of(active);
+  const bool attitude = need_attitude(active, moving);
   parallel::for_each(raw.size(), 512, [&](std::size_t k) {
-    SampleState state = motion.state(channel, k);
+    SampleState state = state_for(motion, channel, k, attitude);
     state.delay_s += delay_s;
     const Vector3 sum =
         sum_of_terms(active, raw.v[k], corrected.v[k], state, own_part(state, channel, moving));
@@ -78,8 +90,8 @@ void correct(const SensedMotion& motion, Channel channel, bool moving,
 // A motion and what it refers to.
 struct KeptMotion {
   KeptMotion(const Recording& of, const NodePlan& nodes, const ModelSpec& spec,
-             const Values& values)
-      : recording(of), plan(nodes), sensed(recording, plan, spec, values) {}
+             const Values& values, bool attitudes)
+      : recording(of), plan(nodes), sensed(recording, plan, spec, values, attitudes) {}
   const Recording recording;
   const NodePlan plan;
   const SensedMotion sensed;
@@ -92,9 +104,9 @@ EffectColumns columns_of(const std::shared_ptr<const KeptMotion>& motion, Channe
                          std::vector<Vector3> moved) {
   EffectColumns out;
   for (const ActiveTerm& a : active) out.parameters += int(a.theta.size());
-  out.write = [=, delay_s = delay_of(active), moved = std::move(moved)](
-                  std::size_t k, EffectColumns::Columns& columns) {
-    SampleState state = motion->sensed.state(channel, k);
+  out.write = [=, delay_s = delay_of(active), attitude = need_attitude(active, moving),
+               moved = std::move(moved)](std::size_t k, EffectColumns::Columns& columns) {
+    SampleState state = state_for(motion->sensed, channel, k, attitude);
     state.delay_s += delay_s;
     Vector3* const own = own_part(state, channel, moving);
     if (!moved.empty()) *own += moved[k];
@@ -159,6 +171,8 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, const
     return std::ranges::all_of(terms, [](const ActiveTerm& a) { return a.theta.isZero(0.0); });
   });
   const bool moving = spec.motion == MotionModel::kHandHeld;
+  const bool attitudes = std::ranges::any_of(
+      active, [&](const auto& terms) { return !terms.empty() && need_attitude(terms, moving); });
   std::shared_ptr<const KeptMotion> motion;
   // The gyroscope's terms depend on the force, too, and the accelerometer's on the rate: both a
   // second time with what the first has corrected. Then the magnetometer's.
@@ -171,7 +185,7 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, const
     const auto c = std::size_t(channel);
     if (active[c].empty() || (at_zero && !last)) continue;
     if (!motion || !at_zero) {
-      motion = std::make_shared<const KeptMotion>(out.corrected, plan, spec, values);
+      motion = std::make_shared<const KeptMotion>(out.corrected, plan, spec, values, attitudes);
     }
     std::vector<Vector3> moved;
     if (!at_zero) {
@@ -183,6 +197,7 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, const
     if (last) out.columns[c] = columns_of(motion, channel, moving, active[c], std::move(moved));
   }
   for (std::size_t c = 0; c < 3; ++c) out.theta[c] = effect_parameters(values, out.keys[c]);
+  out.acc_bias = values.at<Vector3>(key::acc_bias);
   const bool of_position =
       std::ranges::any_of(spec.effects, [](const auto& e) { return e->description().of_position; });
   if (of_position && moving && !recording.pos) {

@@ -18,7 +18,8 @@ struct ExtendedRecording {
   // By channel (acc, gyr, the first magnetometer): of all effects on it, in their order.
   std::array<EffectColumns, 3> columns;
   std::array<std::vector<Key>, 3> keys;
-  std::array<VectorXd, 3> theta;  // at which the terms were taken
+  std::array<VectorXd, 3> theta;       // at which the terms were taken
+  Vector3 acc_bias = Vector3::Zero();  // the same, m/s^2
   // Of each node, where effects on the magnetometer depend on the position that the fit estimates
   // (else empty): the position at which the terms were taken, and what they change by with it.
   std::vector<Vector3> position;

@@ -45,12 +45,11 @@ Series centred(const Series& series, const std::vector<double>& times, V mean) {
 }  // namespace
 
 SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, const ModelSpec& spec,
-                           const Values& values)
+                           const Values& values, bool attitudes)
     : recording_(recording),
       plan_(plan),
       moving_(spec.motion == MotionModel::kHandHeld),
       gravity_(spec.gravity),
-      gyr_(recording.gyr, values.at<Vector3>(key::gyr_bias), spec.gyr_matrix_value),
       gyr_bias_(values.at<Vector3>(key::gyr_bias)),
       acc_bias_(values.at<Vector3>(key::acc_bias)),
       mag_bias_(values.at<Vector3>(key::mag_bias)),
@@ -62,8 +61,9 @@ SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, con
       begin_(recording.gyr.t.front() - plan.before_s),
       duration_(recording.gyr.t.back() - recording.gyr.t.front()),
       whole_(plan.whole_s > 0.0 ? plan.whole_s : duration_) {
-  for (std::size_t i = 0; i < plan.t.size(); ++i) {
-    nodes_.push_back(values.at<Rot3>(R(plan.first + int(i))) * gyr_.at(plan.t[i]).inverse());
+  if (attitudes) gyr_.emplace(recording.gyr, gyr_bias_, spec.gyr_matrix_value);
+  for (std::size_t i = 0; attitudes && i < plan.t.size(); ++i) {
+    nodes_.push_back(values.at<Rot3>(R(plan.first + int(i))) * gyr_->at(plan.t[i]).inverse());
     if (i > 0) steps_.push_back((nodes_[i] * nodes_[i - 1].inverse()).Log());
     if (moving_ && !recording.pos) positions_.push_back(values.at<Vector3>(P(plan.first + int(i))));
   }
@@ -94,7 +94,7 @@ Rot3 SensedMotion::before_gyr(double t) const {
   return Rot3::Exp(b.share * steps_[b.before]) * nodes_[b.before];
 }
 
-Rot3 SensedMotion::attitude(double t) const { return before_gyr(t) * gyr_.at(t); }
+Rot3 SensedMotion::attitude(double t) const { return before_gyr(t) * gyr_->at(t); }
 
 // By how much the fit's attitudes turn faster than the gyroscope's, between two nodes. With the
 // gyroscope's reading for the rate its noise would stand on both sides of the equation: an effect
@@ -132,15 +132,11 @@ Vector3 SensedMotion::rate_about(double t, Vector3* derivative) const {
   return (1.0 - share) * g.v[before] + share * g.v[after] - gyr_bias_;
 }
 
-Vector3 SensedMotion::specific_force(Channel channel, std::size_t sample, const Rot3& nRb) const {
-  if (!moving_) return -nRb.unrotate(gravity_n(gravity_));
+// Of a sensor that is moved.
+Vector3 SensedMotion::read_force(Channel channel, std::size_t sample) const {
   const VectorSeries& acc = recording_.acc;
   if (channel == Channel::kAcc) return acc.v[sample] - acc_bias_;
-  const double t = series(channel).t[sample];
-  const double middle = channel == Channel::kGyr && sample + 1 < recording_.gyr.size()
-                            ? 0.5 * (t + recording_.gyr.t[sample + 1])
-                            : t;
-  return interpolated(acc.t, acc.v, middle) - acc_bias_;
+  return interpolated(acc.t, acc.v, instant_of(channel, sample)) - acc_bias_;
 }
 
 // A sensor that only turns shows gravity as the attitude has it. What moves is interpolated: by the
@@ -172,29 +168,41 @@ Vector3 SensedMotion::force_change(double t, double delay_s) const {
   return -delay_s / std::max(squares, 1e-18) * slope;
 }
 
-SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
-  const VectorSeries& own = series(channel);
+// Of the gyroscope the middle of what its sample is the mean of.
+double SensedMotion::instant_of(Channel channel, std::size_t sample) const {
+  const std::vector<double>& t = series(channel).t;
+  const bool mean = channel == Channel::kGyr && sample + 1 < t.size();
+  return mean ? 0.5 * (t[sample] + t[sample + 1]) : t[sample];
+}
+
+SampleState SensedMotion::state_without_attitude(Channel channel, std::size_t sample) const {
   SampleState s;
-  s.t = own.t[sample];
+  s.t = series(channel).t[sample];
   s.recording = plan_.field;
   s.bias = channel == Channel::kAcc ? acc_bias_ : channel == Channel::kGyr ? gyr_bias_ : mag_bias_;
-  double instant = s.t;
-  if (channel == Channel::kGyr && sample + 1 < own.size()) {
-    instant = 0.5 * (s.t + own.t[sample + 1]);
-  }
+  const double instant = instant_of(channel, sample);
   s.u = 2.0 * (instant - begin_) / whole_ - 1.0;
   s.duration_s = whole_;
+  if (moving_) s.f = read_force(channel, sample);
+  if (!temperature_.t.empty()) {
+    s.temperature = interpolated(temperature_.t, temperature_.v, instant);
+  }
+  if (!current_.t.empty()) s.current = interpolated(current_.t, current_.v, instant);
+  return s;
+}
+
+SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
+  const VectorSeries& own = series(channel);
+  SampleState s = state_without_attitude(channel, sample);
+  const double instant = instant_of(channel, sample);
   s.nRb = attitude(instant).normalized();
   s.omega = rate_about(instant, &s.omega_rate);
   if (channel == Channel::kGyr) s.omega = own.v[sample] - gyr_bias_;
   s.omega += beside_gyr(instant, s.nRb);
-  s.f = specific_force(channel, sample, s.nRb);
+  if (!moving_) s.f = -s.nRb.unrotate(gravity_n(gravity_));
   s.b = s.nRb.unrotate(field_);
   s.D = D_;
   s.strength_uT = strength_;
-  if (!temperature_.t.empty())
-    s.temperature = interpolated(temperature_.t, temperature_.v, instant);
-  if (!current_.t.empty()) s.current = interpolated(current_.t, current_.v, instant);
   if (recording_.pos) {
     s.position = interpolated(recording_.pos->t, recording_.pos->v, instant);
     s.position_mean = position_mean_;

@@ -5,6 +5,8 @@
 // reading and its residual do, and an effect made of one would be seen in the other.
 #pragma once
 
+#include <optional>
+
 #include "calibration/model/model.h"
 #include "calibration/motion/integrated_rotation.h"
 #include "graph/values.h"
@@ -13,13 +15,17 @@ namespace magimu {
 
 class SensedMotion {
  public:
-  // recording: with its readings corrected for the effects known so far.
+  // recording: with its readings corrected for the effects known so far. attitudes: false where
+  // state() is asked for without them only.
   // All must outlive this.
   SensedMotion(const Recording& recording, const NodePlan& plan, const ModelSpec& spec,
-               const Values& values);
+               const Values& values, bool attitudes = true);
 
   // At a sample of a sensor (the first magnetometer).
   SampleState state(Channel channel, std::size_t sample) const;
+  // Time, specific force, temperature and current alone; of a moved sensor, whose accelerometer
+  // reads its force (Effect::Description::without_attitude).
+  SampleState state_without_attitude(Channel channel, std::size_t sample) const;
   std::size_t samples(Channel channel) const;
 
  private:
@@ -28,14 +34,15 @@ class SensedMotion {
   Rot3 attitude(double t) const;
   Vector3 beside_gyr(double t, const Rot3& nRb) const;
   Vector3 rate_about(double t, Vector3* derivative) const;
-  Vector3 specific_force(Channel channel, std::size_t sample, const Rot3& nRb) const;
+  Vector3 read_force(Channel channel, std::size_t sample) const;
+  double instant_of(Channel channel, std::size_t sample) const;
   Vector3 force_change(double t, double delay_s) const;
 
   const Recording& recording_;
   const NodePlan& plan_;
   bool moving_;
   double gravity_;
-  IntegratedRotation gyr_;
+  std::optional<IntegratedRotation> gyr_;  // nothing without attitudes
   Vector3 gyr_bias_, acc_bias_, mag_bias_, field_;
   Matrix3 D_;
   double delay_s_;                              // of the magnetometer

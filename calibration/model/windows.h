@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The windows of a recording's nodes that the diagnosis tests with: longer than residuals stay
-// correlated and than the trajectory carries an error on.
+// Windows of a recording's nodes, which are condensed one by one (condensed_windows.h): for scans,
+// held-out likelihoods and robust covariances. A window is longer than residuals stay correlated
+// and than the trajectory carries an error on.
 #pragma once
 
 #include "calibration/model/model.h"
@@ -16,7 +17,8 @@ int node_of(Key key);
 // estimated, too, the accelerometer says little in few seconds.
 double window_s(Channel channel, MotionModel motion);
 
-// The window of each node, numbered through all recordings; each lasts about so long.
+// The window of each node, numbered through all recordings. A recording's windows are equally long,
+// and about `seconds`.
 std::vector<int> windows_of(const std::vector<NodePlan>& plans, double seconds = 5.0);
 
 }  // namespace magimu

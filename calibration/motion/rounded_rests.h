@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a sensor rests, a coarse converter says the same again and again: its rounding is one error
-// of the whole rest, not one a sample, and a fit that takes each of them for a measurement believes
-// the rest's rounding as if a thousand samples had seen it. Nodes between which the sensor turns by
-// less than a quarter of a step together have as many readings as are independent of each other.
+// While a sensor rests, a coarse converter gives the same reading again and again. Its rounding
+// error is one for the whole rest, not one a sample. A fit that counts every sample as a
+// measurement believes this one error a thousand times. So nodes between which the sensor turns by
+// less than a quarter of a step count together, as the number of readings that are independent of
+// each other.
 #pragma once
 
 #include <vector>

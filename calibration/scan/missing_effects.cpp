@@ -8,7 +8,9 @@
 #include <cmath>
 #include <iterator>
 
+#include "calibration/fit/side_by_side.h"
 #include "calibration/fit/uncertainty.h"
+#include "calibration/model/parameter_names.h"
 #include "calibration/model/windows.h"
 #include "calibration/motion/random_walk.h"
 #include "calibration/scan/general_dependence.h"
@@ -16,7 +18,6 @@
 #include "calibration/scan/testable.h"
 #include "calibration/scan/unseen_tolerances.h"
 #include "graph/decompositions.h"
-#include "graph/parallel.h"
 #include "statistics/tails.h"
 
 namespace magimu {
@@ -112,6 +113,15 @@ class Search {
   MatrixXd influence_of(const Scan& scan, std::size_t i, const Effect& effect) const {
     MatrixXd out = scan.influence().middleCols(scan.first(i), effect.size());
     out.middleRows(first_dip(), dips()) /= kDegree;
+    // Of what the model has already the sum is told: what was estimated and what is unseen, which
+    // take from each other.
+    const auto names =
+        parameter_names(int(recordings_.front()->mag.size()), int(dips()), stage_.spec());
+    const auto own = std::ranges::find(names, effect_parameter_name(effect, 0));
+    if (own != names.end()) {
+      out.middleRows(own - names.begin(), effect.size()) +=
+          MatrixXd::Identity(effect.size(), effect.size());
+    }
     return out;
   }
   void look_for_unseen(const Scan& scan, std::size_t i, const Effect& effect, const Score& s) {
@@ -259,12 +269,14 @@ SearchedEffects search_effects(const std::vector<const Recording*>& recordings,
   // their square.
   const double log10_level = std::log10(kFalseAlarms / double(all.size()));
   std::array<FoundByScan, 3> found;
-  parallel::for_each(found.size(), [&](std::size_t channel) {
+  const auto look_at = [&](std::size_t channel) {
     std::vector<std::shared_ptr<const Effect>> own;
     std::ranges::copy_if(all, std::back_inserter(own),
                          [&](const auto& e) { return std::size_t(e->channel()) == channel; });
     found[channel] = look(recordings, stage, own, log10_level);
-  });
+  };
+  side_by_side(
+      stage.plans(), [&] { look_at(0); }, [&] { look_at(1); }, [&] { look_at(2); });
   SearchedEffects out;
   std::vector<ToleranceFamily> families;
   for (const FoundByScan& own : found) {

@@ -131,7 +131,8 @@ Survey survey(const Recording& recording_given, const SurveyOptions& options) {
   progress("looking at the samples", 0.0);
   const std::optional<Recording> kept = gated(given);
   const Recording& recording = kept ? *kept : given;
-  out.issues = check_recording(recording);
+  const std::vector<Issue> issues = check_recording(recording);
+  out.issues = issues;
   if (!out.issues.empty() &&
       (out.issues.front().kind == "not_finite" || out.issues.front().kind == "time_order")) {
     out.recording = recording.name;
@@ -154,7 +155,7 @@ Survey survey(const Recording& recording_given, const SurveyOptions& options) {
     CalibrationOptions calibration;
     calibration.noise = options.noise;
     calibration.gravity = options.gravity;
-    const CheckedRecordings checked({&recording});
+    const CheckedRecordings checked(recording, issues);
     const std::vector<const Recording*>& parts = checked.get();
     progress("looking at the axes", 0.1);
     out.mounting = check_mounting(parts);

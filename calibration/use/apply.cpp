@@ -42,6 +42,7 @@ bool finite(const Calibration& c) {
 
 void check(const Calibration& c, const Recording& r) {
   require_well_formed(r);
+  require_complete(c);
   if (!finite(c)) {
     throw InputError(r.name, 0, 0, "the calibration has parameters that are not numbers",
                      "calibrate again");
@@ -94,6 +95,15 @@ void move_times(const Calibration& c, const ApplyOptions& options, Applied& out)
 }
 
 }  // namespace
+
+void require_complete(const Calibration& c) {
+  if (!c.parameters.mag.empty() && c.mag_names.size() == c.parameters.mag.size() &&
+      c.strength_uT > 0.0) {
+    return;
+  }
+  throw InputError("the calibration", 0, 0, "it is empty: nothing has been calibrated",
+                   "take what calibrate() or read_calibration() returns");
+}
 
 Matrix3 mag_correction(const Calibration& c, std::size_t m) {
   return c.strength_uT * c.parameters.mag.at(m).distortion.inverse();

@@ -30,8 +30,14 @@ struct Applied {
   std::vector<std::string> doubts;  // why it may be no recording of this device (apply_doubts.h)
 };
 
-// InputError where the recording has another number of magnetometers than the calibration, lacks a
-// column that one of its effects needs, or where its magnetometer has another unit.
+// Throws InputError where the calibration was never made (a Calibration as its constructor leaves
+// it).
+void require_complete(const Calibration& calibration);
+
+// Look at Calibration::trust first: with the verdict `no` parameters may be placeholders.
+// InputError where the calibration is empty, the recording has another number of magnetometers than
+// the calibration, lacks a column that one of its effects needs, or where its magnetometer has
+// another unit.
 Applied apply(const Calibration& calibration, const Recording& recording,
               const ApplyOptions& options = {});
 

@@ -22,6 +22,7 @@ constexpr std::size_t kWidth = 98;  // characters a comment line
 
 Exported export_calibration(const Calibration& c, ExportTarget target,
                             const ExportOptions& options) {
+  require_complete(c);
   switch (target) {
     case ExportTarget::kPx4:
       return export_px4(c, options);

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "calibration/result/calibration.h"
+#include "recording/data/applied_correction.h"
 
 namespace magimu {
 
@@ -38,6 +39,9 @@ struct ExportOptions {
   // Sensors that were turned before the calibration, and how: {"mag", "y,-x,z"}. Raw readings have
   // to be turned alike, which the comment says.
   std::map<std::string, std::string> turned = {};
+  // What the autopilot had applied to the readings of a sensor before they were logged. Its new
+  // parameters are those and what was found together.
+  std::map<std::string, AppliedCorrection> applied = {};
 
   bool writes(const std::string& sensor) const {
     return only.empty() || std::find(only.begin(), only.end(), sensor) != only.end();
@@ -52,6 +56,8 @@ struct Exported {
   std::vector<std::string> harmful;
 };
 
+// Look at Calibration::trust first: with the verdict `no` parameters may be placeholders.
+// InputError where the calibration is empty.
 Exported export_calibration(const Calibration& calibration, ExportTarget target,
                             const ExportOptions& options = {});
 

@@ -18,6 +18,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <tuple>
 
 #include "calibration/use/apply.h"
 #include "calibration/use/export_text.h"
@@ -60,6 +61,49 @@ class Parameters {
 Vector3 off_diagonal(const Matrix3& S) { return {S(0, 1), S(0, 2), S(1, 2)}; }
 
 double angle_deg(const Matrix3& Q) { return Eigen::AngleAxisd(Q).angle() / kDegree; }
+
+// corrected = matrix (raw - offset), with all that corrects a sensor: what the autopilot had
+// applied to the log, and what was found in it.
+struct WholeCorrection {
+  int number = 0;  // of the parameters
+  Matrix3 matrix = Matrix3::Identity();
+  Vector3 offset = Vector3::Zero();
+  Matrix3 mounted = Matrix3::Identity();  // the rotation that the autopilot has a parameter for
+};
+
+WholeCorrection whole_correction(const std::string& sensor, int number, const Matrix3& M,
+                                 const Vector3& bias, Autopilot target,
+                                 const ExportOptions& options) {
+  const auto before = options.applied.find(sensor);
+  if (before == options.applied.end() || before->second.by != target) {
+    return {number, M, bias, Matrix3::Identity()};
+  }
+  const AppliedCorrection& is = before->second;
+  return {is.number, M * is.matrix, is.offset + is.matrix.inverse() * bias, is.rotation};
+}
+
+WholeCorrection whole_mag(const Calibration& c, std::size_t m, Autopilot target,
+                          const ExportOptions& options) {
+  return whole_correction(c.mag_names[m], int(m), export_matrix(c, m, options),
+                          c.parameters.mag[m].bias, target, options);
+}
+
+// What the symmetric matrix cannot hold, in the vehicle's axes.
+Matrix3 rotation_left(const WholeCorrection& whole) {
+  return polar_parts(whole.matrix).rotation * whole.mounted.transpose();
+}
+
+void tell_applied(const ExportOptions& options, Autopilot target, std::vector<std::string>& head) {
+  std::vector<std::string> sensors;
+  for (const auto& [sensor, is] : options.applied) {
+    if (is.by == target) sensors.push_back(sensor);
+  }
+  if (sensors.empty()) return;
+  head.push_back(
+      fmt::format("The log's {} had been corrected by the vehicle's parameters; these are the new "
+                  "ones, with those and what was found in the log together.",
+                  fmt::join(sensors, ", ")));
+}
 
 std::string lost_rotation(const std::string& name, const Matrix3& Q) {
   const Vector3 rpy = roll_pitch_yaw_deg(Q);
@@ -105,23 +149,23 @@ std::string harm_of(const std::string& name, const Matrix3& Q) {
 }
 
 // Losses that make headings wrong. count: magnetometers the target has.
-std::vector<std::string> harms(const Calibration& c, const ExportOptions& options,
+std::vector<std::string> harms(const Calibration& c, Autopilot target, const ExportOptions& options,
                                std::size_t count) {
   std::vector<std::string> out;
   if (options.with_rotation || !options.writes("mag")) return out;
   for (std::size_t m = 0; m < std::min(count, c.mag_names.size()); ++m) {
-    const Matrix3 Q = polar_parts(export_matrix(c, m, options)).rotation;
+    const Matrix3 Q = rotation_left(whole_mag(c, m, target, options));
     if (angle_deg(Q) > harmful_angle_deg(c, m)) out.push_back(harm_of(c.mag_names[m], Q));
   }
   return out;
 }
 
 // What both lose. count: magnetometers the target has.
-std::vector<std::string> losses(const Calibration& c, const ExportOptions& options,
-                                std::size_t count) {
+std::vector<std::string> losses(const Calibration& c, Autopilot target,
+                                const ExportOptions& options, std::size_t count) {
   std::vector<std::string> lost;
   for (std::size_t m = 0; m < std::min(count, c.mag_names.size()); ++m) {
-    const Matrix3 Q = polar_parts(export_matrix(c, m, options)).rotation;
+    const Matrix3 Q = rotation_left(whole_mag(c, m, target, options));
     if (!options.with_rotation && angle_deg(Q) > kSmallAngle) {
       lost.push_back(lost_rotation(c.mag_names[m], Q));
     }
@@ -137,7 +181,8 @@ std::vector<std::string> losses(const Calibration& c, const ExportOptions& optio
 }  // namespace
 
 Exported export_px4(const Calibration& c, const ExportOptions& options) {
-  Exported out{"", losses(c, options, kPx4Mags), harms(c, options, kPx4Mags)};
+  constexpr Autopilot kTarget = Autopilot::kPx4;
+  Exported out{"", losses(c, kTarget, options, kPx4Mags), harms(c, kTarget, options, kPx4Mags)};
   std::vector<std::string> head{
       "Parameters of PX4 for QGroundControl (Parameters, Tools, Load from file).",
       "mag = S (raw - off), gauss; acc = raw - off, m/s^2; gyro = raw - off, rad/s.",
@@ -147,6 +192,7 @@ Exported export_px4(const Calibration& c, const ExportOptions& options) {
       "on "
       "the vehicle.",
       "PX4 may change the offsets later: SENS_MAG_AUTOCAL, SENS_IMU_AUTOCAL."};
+  tell_applied(options, kTarget, head);
   if (options.with_rotation) {
     head.push_back(
         "CAL_MAGn_ROLL/PITCH/YAW: PX4 1.14 and later, external magnetometers only; for "
@@ -159,9 +205,10 @@ Exported export_px4(const Calibration& c, const ExportOptions& options) {
   Parameters p(true);
   const std::size_t mags = options.writes("mag") ? std::min(kPx4Mags, c.mag_names.size()) : 0;
   for (std::size_t m = 0; m < mags; ++m) {
-    const std::string name = fmt::format("CAL_MAG{}_", m);
-    const PolarParts parts = polar_parts(export_matrix(c, m, options));
-    p.vector(name, "OFF", c.parameters.mag[m].bias / kGauss);
+    const WholeCorrection whole = whole_mag(c, m, kTarget, options);
+    const std::string name = fmt::format("CAL_MAG{}_", whole.number);
+    const PolarParts parts = polar_parts(whole.matrix);
+    p.vector(name, "OFF", whole.offset / kGauss);
     p.vector(name, "SCALE", parts.symmetric.diagonal());
     p.vector(name, "ODIAG", off_diagonal(parts.symmetric));
     if (!options.with_rotation) continue;
@@ -171,8 +218,13 @@ Exported export_px4(const Calibration& c, const ExportOptions& options) {
     p.real(name + "YAW", rpy[2]);
   }
   // Scales of the accelerometer are not estimated: those on the vehicle stay as they are.
-  if (options.writes("acc")) p.vector("CAL_ACC0_", "OFF", c.parameters.acc_bias);
-  if (options.writes("gyr")) p.vector("CAL_GYRO0_", "OFF", c.parameters.gyr_bias);
+  for (const auto& [sensor, name, bias] : {std::tuple("acc", "ACC", &c.parameters.acc_bias),
+                                           {"gyr", "GYRO", &c.parameters.gyr_bias}}) {
+    if (!options.writes(sensor)) continue;
+    const WholeCorrection whole =
+        whole_correction(sensor, 0, Matrix3::Identity(), *bias, kTarget, options);
+    p.vector(fmt::format("CAL_{}{}_", name, whole.number), "OFF", whole.offset);
+  }
   out.text = comment_head(c, options, head, out.lost, "#") + p.text;
   return out;
 }
@@ -180,7 +232,8 @@ Exported export_px4(const Calibration& c, const ExportOptions& options) {
 Exported export_ardupilot(const Calibration& c, const ExportOptions& options) {
   // One pair of custom rotations serves two magnetometers.
   const std::size_t count = options.with_rotation ? 2 : kArdupilotMags;
-  Exported out{"", losses(c, options, count), harms(c, options, count)};
+  constexpr Autopilot kTarget = Autopilot::kArdupilot;
+  Exported out{"", losses(c, kTarget, options, count), harms(c, kTarget, options, count)};
   std::vector<std::string> head{
       "Parameters of ArduPilot (Mission Planner: Full Parameter List, Load from file; MAVProxy: "
       "param load).",
@@ -190,6 +243,7 @@ Exported export_ardupilot(const Calibration& c, const ExportOptions& options) {
       "The gyroscope is calibrated anew at every start unless INS_GYR_CAL is 0.",
       "COMPASS_DEV_ID and INS_ACC_ID must already name these sensors: calibrate once on the "
       "vehicle."};
+  tell_applied(options, kTarget, head);
   if (options.with_rotation) {
     head.push_back(
         "CUST_ROT: ArduPilot 4.2 and later, external magnetometers only; offsets and "
@@ -216,8 +270,14 @@ Exported export_ardupilot(const Calibration& c, const ExportOptions& options) {
     p.real(fmt::format("CUST_ROT{}_YAW", m + 1), rpy[2]);
   }
   // Scales of the accelerometer are not estimated: those on the vehicle stay as they are.
-  if (options.writes("acc")) p.vector("INS_ACCOFFS_", "", c.parameters.acc_bias);
-  if (options.writes("gyr")) p.vector("INS_GYROFFS_", "", c.parameters.gyr_bias);
+  for (const auto& [sensor, name, bias] :
+       {std::tuple("acc", "ACC", &c.parameters.acc_bias), {"gyr", "GYR", &c.parameters.gyr_bias}}) {
+    if (!options.writes(sensor)) continue;
+    const WholeCorrection whole =
+        whole_correction(sensor, 0, Matrix3::Identity(), *bias, kTarget, options);
+    const std::string number = whole.number == 0 ? "" : std::to_string(whole.number + 1);
+    p.vector(fmt::format("INS_{}{}OFFS_", name, number), "", whole.offset);
+  }
   out.text = comment_head(c, options, head, out.lost, "#") + p.text;
   return out;
 }

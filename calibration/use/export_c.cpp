@@ -12,7 +12,8 @@ namespace magimu {
 namespace {
 
 std::string braced(const Vector3& v) {
-  return fmt::format("{{{:.12g}, {:.12g}, {:.12g}}}", v[0] + 0.0, v[1] + 0.0,
+  return fmt::format("{{MAGIMU_C({:.12g}), MAGIMU_C({:.12g}), MAGIMU_C({:.12g})}}", v[0] + 0.0,
+                     v[1] + 0.0,
                      v[2] + 0.0);  // no -0
 }
 
@@ -50,6 +51,7 @@ typedef MAGIMU_REAL magimu_real;
 #else
 typedef double magimu_real;
 #endif
+#define MAGIMU_C(x) ((magimu_real)(x)) /* no warning where it is float */
 
 static inline void magimu_correct(const magimu_real matrix[3][3], const magimu_real bias[3],
                                   const magimu_real raw[3], magimu_real out[3]) {
@@ -71,13 +73,14 @@ Exported export_c(const Calibration& c, const ExportOptions& options) {
     body += sensor(name, c.parameters.mag[m].bias, export_matrix(c, m, options), "uT");
     body += fmt::format(
         "/* s; a corrected reading shows the field so long before the gyroscope's time. */\n"
-        "static const magimu_real magimu_{}_lag_s = {:.12g};\n",
+        "static const magimu_real magimu_{}_lag_s = MAGIMU_C({:.12g});\n",
         name, mag_lag_s(c, m));
   }
   body += fmt::format(
       "\n/* Length of a corrected magnetometer reading, uT; dip, degrees, down positive. */\n"
-      "static const magimu_real magimu_field_strength_uT = {:.12g};\n"
-      "static const magimu_real magimu_field_dip_deg = {:.12g};\n\n#endif\n",
+      "static const magimu_real magimu_field_strength_uT = MAGIMU_C({:.12g});\n"
+      "static const magimu_real magimu_field_dip_deg = MAGIMU_C({:.12g});\n\n#undef "
+      "MAGIMU_C\n#endif\n",
       export_strength_uT(c, options), c.parameters.dip_rad / kDegree);
   std::string head =
       comment_head(c, options,

@@ -11,8 +11,8 @@
 #include "diagnosis/noise/noise_tests.h"
 #include "diagnosis/noise/sample_residuals.h"
 #include "diagnosis/noise/thinned.h"
-#include "diagnosis/search/change_search.h"
 #include "diagnosis/search/option.h"
+#include "diagnosis/search/shapes/change_search.h"
 #include "factors/effects/catalogue.h"
 
 namespace magimu {

@@ -29,6 +29,8 @@ constexpr double kOverlapScatter = 12870.0 / 4900.0;
 constexpr int kSimulated = 4;                   // fits of simulated noise
 constexpr int kFirstLater = 5, kLastLater = 8;  // samples later: beyond the differences' reach
 constexpr double kLog10Common = -3.0;           // of a cause that all have in common
+constexpr double kNumbers = 9.0;                // of a coupling
+constexpr double kFewest = 10.0;                // samples a number
 constexpr double kMostNeighbours = 2.0 / 3.0;   // of all pairs: three in a row
 
 // One row a magnetometer's axis, one column a node; differences in time.
@@ -201,7 +203,7 @@ CoupledPair pair_of(const Correlations& all, const Stage& stage, int i, int j, d
   CoupledPair out{.first = i, .second = j, .C = unit * rho};
   out.sigma = unit * std::sqrt(all.variance());
   out.statistic = rho.squaredNorm() / all.variance();
-  out.log10_p = std::min(0.0, log10_chi_square_tail(out.statistic, 9.0) + std::log10(pairs));
+  out.log10_p = std::min(0.0, log10_chi_square_tail(out.statistic, kNumbers) + std::log10(pairs));
   const Matrix3 a = all.of_half(i, j, false), b = all.of_half(i, j, true);
   out.nll_after = -gained(a, b, 2.0 * all.variance()) - gained(b, a, 2.0 * all.variance());
   return out;
@@ -222,7 +224,7 @@ bool is_common(const Correlations& all, const CouplingSearch& found, int magneto
   for (const Matrix3& rho : others) sum += rho;
   const double shared =
       others.empty() ? 0.0 : sum.squaredNorm() / (double(others.size()) * all.variance());
-  if (log10_chi_square_tail(shared, 9.0) < kLog10Common) return true;
+  if (log10_chi_square_tail(shared, kNumbers) < kLog10Common) return true;
   int dof = 0;
   const double later = all.later(found.strongest.first, found.strongest.second, dof);
   return log10_chi_square_tail(later, dof) < kLog10Common;
@@ -266,7 +268,7 @@ CouplingSearch find_coupling(const Stage& stage, double level) {
   out.tested = magnetometers * (magnetometers - 1) / 2;
   if (out.tested == 0) return out;
   const Correlations all(stage, magnetometers);
-  if (all.samples() < 9.0 * 10.0) return out;
+  if (all.samples() < kFewest * kNumbers) return out;
   for (int i = 0; i < magnetometers; ++i) {
     for (int j = i + 1; j < magnetometers; ++j) {
       const CoupledPair p = pair_of(all, stage, i, j, double(out.tested));

@@ -15,6 +15,7 @@
 namespace magimu {
 namespace {
 
+constexpr double kNear = 0.25;   // of an interval, to a convention; farther it is a filter's delay
 constexpr double kSigmas = 3.0;  // standard deviations within which two times, or lags, are equal
 
 Channel channel_of(const std::string& name) {
@@ -101,14 +102,14 @@ void name_interval_convention(const std::vector<const Recording*>& given, Diagno
     if (f.effect != "mag_time_offset" || f.parameters.empty()) continue;
     const double ahead = -f.parameters[0].value, sigma = f.parameters[0].sigma;
     const double interval = 1.0 / given.front()->gyr.rate_hz();
-    if (!(ahead > 0.0) || ahead > 1.25 * interval + kSigmas * sigma) continue;
+    if (!(ahead > 0.0) || ahead > (1.0 + kNear) * interval + kSigmas * sigma) continue;
     // The nearest of the two: what lies between is a filter's delay besides.
     const Convention& c = std::abs(ahead - 0.5 * interval) < std::abs(ahead - interval)
                               ? kConventions[0]
                               : kConventions[1];
     // Can these data tell the convention from none?
     const bool plain =
-        std::abs(ahead - c.intervals * interval) < std::max(0.25 * interval, kSigmas * sigma);
+        std::abs(ahead - c.intervals * interval) < std::max(kNear * interval, kSigmas * sigma);
     if (!plain) continue;
     const std::string amount =
         c.intervals < 1.0 ? "half a gyroscope interval" : "one gyroscope interval";
@@ -128,7 +129,7 @@ void name_acc_convention(const std::vector<const Recording*>& given, Diagnosis& 
     if (f.effect != "acc_time_offset" || f.parameters.empty()) continue;
     const double late = std::abs(f.parameters[0].value), sigma = f.parameters[0].sigma;
     const double half = 0.5 / given.front()->acc.rate_hz();
-    if (std::abs(late - half) > std::max(0.25 * half, kSigmas * sigma)) continue;
+    if (std::abs(late - half) > std::max(kNear * half, kSigmas * sigma)) continue;
     f.sentence = fmt::format(
         "The accelerometer {} the gyroscope by half a sampling interval ({:.2f} +- {:.2f} ms): are "
         "the samples of one of them means over an interval, given the time of its middle or its "

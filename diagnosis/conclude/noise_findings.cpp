@@ -208,7 +208,7 @@ namespace {
 
 std::optional<Finding> take_out_saturated(Recording& recording, const DiagnosisOptions& options) {
   VectorSeries& mag = recording.mag.front();
-  if (mag.size() < 300) return std::nullopt;
+  if (mag.size() < kLeastSamples) return std::nullopt;
   const SampleResiduals samples{.channel = Channel::kMag,
                                 .t = mag.t,
                                 .reading = mag.v,

@@ -39,7 +39,8 @@ constexpr double kLeastRate = 10.0, kLeastLength = 20.0;  // Hz, s
 // A second line as large as this part of the first, with a p below this, makes it something that
 // repeats itself.
 constexpr double kSecondLine = 0.2, kSecondLineP = 0.01;
-constexpr double kLastBand = 0.7;  // of a band's width: what is left is part of the last
+constexpr double kNearNyquist = 4.0;  // 1 / duration: there cosine and sine are not orthogonal
+constexpr double kLastBand = 0.7;     // of a band's width: what is left is part of the last
 constexpr double kMains_hz[] = {50.0, 60.0};
 constexpr double kGridHz = 0.25;        // to each side of 50 and 60 Hz
 constexpr double kOdds = 20.0;          // for the room's frame over the sensor's, to name the room
@@ -97,7 +98,7 @@ Periodogram periodogram(const NoiseSeries& s, const std::vector<Vector3>& series
   }
   // Close to Nyquist's frequency cosine and sine are not orthogonal: the power is too large by at
   // most this factor.
-  for (std::size_t j = p.f.size(); j-- > 0 && p.f[j] > 0.5 - 4.0 / double(n);) {
+  for (std::size_t j = p.f.size(); j-- > 0 && p.f[j] > 0.5 - kNearNyquist / double(n);) {
     std::complex<double> overlap = 0.0;
     const std::complex<double> turn = std::polar(1.0, 4.0 * std::numbers::pi * p.f[j]);
     std::complex<double> z = 1.0;

@@ -5,14 +5,14 @@
 #include <cmath>
 
 #include "calibration/motion/integrated_rotation.h"
+#include "diagnosis/noise/noise_causes.h"
 #include "statistics/tails.h"
 
 namespace magimu {
 namespace {
 
-constexpr double kRateBlock = 2.0;    // s: longer than the correlation time of noise
-constexpr std::size_t kFewest = 300;  // samples
-constexpr int kFewestBlocks = 10;     // whose scatter gives a standard deviation
+constexpr double kRateBlock = 2.0;  // s: longer than the correlation time of noise
+constexpr int kFewestBlocks = 10;   // whose scatter gives a standard deviation
 
 double mean_of(const std::vector<double>& x, std::size_t begin, std::size_t end) {
   double sum = 0.0;
@@ -25,7 +25,7 @@ double mean_of(const std::vector<double>& x, std::size_t begin, std::size_t end)
 NoiseByRate noise_by_rate(const ResidualSeries& series, const Recording& recording) {
   NoiseByRate out;
   const std::size_t n = series.t.size();
-  if (n < kFewest) return out;
+  if (n < kLeastSamples) return out;
   const IntegratedRotation gyr(recording.gyr, Vector3::Zero());
   std::vector<double> rate, square;
   for (std::size_t k = 0; k < n; ++k) {

@@ -18,6 +18,7 @@ namespace magimu {
 namespace {
 
 constexpr double kPieceSeconds = 2.5;
+constexpr double kRoundedUp = 1.5;   // a length that is a power of two may be so much too short
 constexpr int kShortestPiece = 32;   // samples
 constexpr double kLowestHz = 2.5;    // hardly anything slow reaches beyond
 constexpr double kLeastGain = 0.1;   // of the high-pass: below, the filter's skirts count
@@ -93,7 +94,8 @@ std::vector<double> hann_taper(int length) {
 
 int piece_length(double rate_hz, std::size_t samples) {
   int length = kShortestPiece;
-  while (1.5 * length < kPieceSeconds * rate_hz && std::size_t(length) < samples) length *= 2;
+  while (kRoundedUp * length < kPieceSeconds * rate_hz && std::size_t(length) < samples)
+    length *= 2;
   while (length > kShortestPiece && std::size_t(length) * 6 > samples) length /= 2;
   return length;
 }
@@ -238,9 +240,11 @@ ColourFit fit_white(const PieceSpectra& spectra, const MeanSpectrum& mean) {
 // rho = tanh z: the best near that of a grid.
 ColourFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean) {
   const auto at = [&](double z) { return fit_levels(spectra, mean, std::tanh(z)); };
-  constexpr double kStep = 0.5, kMost = 3.8;  // |rho| < 0.999
+  constexpr double kStep = 0.5, kLowest = -1.5, kMost = 3.8;  // -0.905 < rho < 0.999
+  constexpr double kBeyond = 0.2, kFarthest = 4.0 * kMost;    // of the search for a sigma
+  constexpr double kSettled = 1e-2;                           // of the sigma
   double best = 0.0, best_value = at(0.0).log_likelihood;
-  for (double z = -1.5; z <= kMost; z += kStep) {
+  for (double z = kLowest; z <= kMost; z += kStep) {
     const double value = at(z).log_likelihood;
     if (value > best_value) {
       best = z;
@@ -256,11 +260,11 @@ ColourFit fit_correlated(const PieceSpectra& spectra, const MeanSpectrum& mean) 
   for (const double side : {-1.0, 1.0}) {
     double near = 0.0, far = 0.02;
     const auto likely = [&](double distance) {
-      return std::abs(z + side * distance) < kMost + 0.2 &&
+      return std::abs(z + side * distance) < kMost + kBeyond &&
              at(z + side * distance).log_likelihood > fit.log_likelihood - 2.0;
     };
-    while (far < 4.0 * kMost && likely(far)) far *= 2.0;
-    while (far > 1e-6 && far - near > 1e-2 * far) {
+    while (far < kFarthest && likely(far)) far *= 2.0;
+    while (far > 1e-6 && far - near > kSettled * far) {
       const double middle = 0.5 * (near + far);
       (likely(middle) ? near : far) = middle;
     }

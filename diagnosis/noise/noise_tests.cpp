@@ -10,8 +10,9 @@
 namespace magimu {
 namespace {
 
-// What a colour, a scale and outliers must have beyond those that rounding alone makes: standard
-// deviations of the difference and this much of the parameter; the statistic of outliers.
+// Rounding alone looks like coloured, scaled or heavy-tailed noise. By how much the data must
+// exceed that: so many standard deviations and this share of the parameter; this much of the
+// outliers' statistic.
 constexpr double kBeyondSigmas = 4.0, kBeyondShare = 0.1, kBeyondStatistic = 20.0;
 // Of the given scale: a core with outliers is not noise smaller than given.
 constexpr double kAsGiven = 0.95;
@@ -90,7 +91,7 @@ class Explanation {
   }
 
  private:
-  // What predicts left-out samples worse than without is none of them.
+  // A cause that predicts left-out samples worse than the model without it is none.
   bool accept(NoiseTest test) {
     if (!(test.p_value < level_) || test.nll_after > test.nll_before) return false;
     found_.push_back(std::move(test));
@@ -113,7 +114,7 @@ class Explanation {
     }
     std::vector<Mains> lines = mains_test.of_motion;
     if (accept(mains_test)) lines.push_back(found_mains(found_.back()));
-    // What follows the motion is no noise, either.
+    // Lines of the motion are taken out, too: they are no noise.
     for (const Mains& line : lines) take_out(line);
     if (!lines.empty()) cleaned_ = clean(series_);
   }

@@ -261,6 +261,32 @@ double dispersion(const NoiseSeries& s, const Cleaned& c) {
   return sum > 0.0 ? (square - sum * sum / blocks) / sum : 1.0;
 }
 
+// Do samples of the wider scale come as often in one part of the recording as in another? What
+// hides in an interval of time (a sensor that hangs, bursts of a transmitter) bends a fit there,
+// and other sensors' samples scatter more widely as long as that lasts. factor: by how much their
+// number varies more than at random.
+bool at_any_time(const std::vector<double>& squared, const Mixture& m, double factor) {
+  constexpr std::size_t kParts = 20;
+  constexpr double kFewestFar = 40.0, kUneven = 1e-3;
+  // From which size on a sample is more likely one of the wider scale.
+  const double wider = m.far / m.core;
+  const double from =
+      2.0 * m.core * std::log((1.0 - m.eps) / m.eps * std::pow(wider, 1.5)) / (1.0 - 1.0 / wider);
+  std::array<double, kParts> count{};
+  for (std::size_t k = 0; k < squared.size(); ++k) {
+    count[k * kParts / squared.size()] += squared[k] > from ? 1.0 : 0.0;
+  }
+  double sum = 0.0, square = 0.0;
+  for (const double c : count) {
+    sum += c;
+    square += c * c;
+  }
+  if (sum < kFewestFar) return true;
+  const double n = double(kParts), chi_square = (n * square / sum - sum) / factor;
+  return chi_square < kInBursts * (n - 1.0) ||
+         chi_square_tail(chi_square, int(kParts) - 1) > kUneven;
+}
+
 std::vector<double> within(std::vector<double> squared, double most) {
   std::erase_if(squared, [&](double x) { return x >= most; });
   return squared;
@@ -426,6 +452,11 @@ NoiseTest test_outliers(const NoiseSeries& given, const Cleaned& c, OutlierShare
     test.p_value = 1.0;
     test.in_bursts = true;
     test.untested = "what sticks out comes in bursts, with the motion rather than at random";
+  }
+  if (test.p_value < kSeen && !(rare && K > kBeyondMotion) &&
+      !at_any_time(search.squared, two, search.factor)) {
+    test.p_value = 1.0;
+    test.untested = "what sticks out comes in one part of the recording and not in another";
   }
   test.parameters = {{"eps", two.eps, 0.0, ""}, {"K", K, 0.0, "sigma"}};
   if (test.p_value > kSeen) return test;

@@ -49,8 +49,8 @@ double variance_of_mean(const SimulatedNoise::OfSensor& s) {
   return variance * variance_of_sample(s) / (double(n) * n);
 }
 
-// Means of coloured or heavy-tailed samples: of one standard deviation, or, where the density of
-// the core was given, of what that makes of them.
+// Means of coloured or heavy-tailed samples. Their standard deviation is 1; where the density of
+// the Gaussian core was given, it is that of the whole noise over the core's.
 void add_shaped(const SimulatedNoise::OfSensor& s, std::mt19937_64& random, VectorXd& e) {
   const double unit = s.given ? 1.0 / std::sqrt(double(s.samples)) : std::sqrt(variance_of_mean(s));
   Samples samples(s);
@@ -65,7 +65,7 @@ void add_shaped(const SimulatedNoise::OfSensor& s, std::mt19937_64& random, Vect
 // Means of samples that were rounded to the converter's steps. In slow motion rounding errors are
 // correlated in time.
 void add_rounded(const SimulatedNoise::OfSensor& s, std::mt19937_64& random, VectorXd& e) {
-  // Where between two steps the prediction lies is known less well than to a step.
+  // The prediction is less well known than one step: its place between two steps is drawn.
   std::uniform_real_distribution<double> phase(-0.5 * s.step, 0.5 * s.step);
   const Vector3 offset(phase(random), phase(random), phase(random));
   const double before = s.before / std::sqrt(variance_of_sample(s));

@@ -5,15 +5,15 @@
 #include <cmath>
 
 #include "diagnosis/noise/high_pass.h"
+#include "diagnosis/noise/noise_causes.h"
 #include "graph/decompositions.h"
 #include "statistics/tails.h"
 
 namespace magimu {
 namespace {
 
-constexpr double kTimingBlock = 2.0;  // s: longer than noise is remembered
-constexpr double kFurthest = 4.0;     // standard deviations: what is farther off counts as there
-constexpr std::size_t kFewestSamples = 300;
+constexpr double kTimingBlock = 2.0;     // s: longer than noise is remembered
+constexpr double kFurthest = 4.0;        // standard deviations: what is farther off counts as there
 constexpr double kLongestPattern = 0.5;  // s
 constexpr double kSamePattern = 0.6;     // of j^2: what returns after a period
 
@@ -121,7 +121,7 @@ double period_of(const Scaled& s, double variance, double rate_hz) {
 TimingNoise timing_noise(const SampleResiduals& samples) {
   TimingNoise out;
   const std::size_t n = samples.t.size();
-  if (n < kFewestSamples || samples.change.size() != n) return out;
+  if (n < kLeastSamples || samples.change.size() != n) return out;
   VectorSeries series;
   for (std::size_t k = 0; k < n; ++k) series.push_back(samples.t[k], samples.residual[k]);
   const Scaled s = scale(samples, high_passed(series));

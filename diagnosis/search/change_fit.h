@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "calibration/pipeline.h"
-#include "diagnosis/search/change_search.h"
+#include "diagnosis/search/shapes/change_search.h"
 
 namespace magimu {
 

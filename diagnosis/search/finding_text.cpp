@@ -59,12 +59,13 @@ std::string text_of(const AlikeSizes& sizes) {
 std::string detectable(const Option& option, double log10_level) {
   const double size = detectable_size(option.score.dof, log10_level);
   const Effect& effect = *option.effect;
+  constexpr double kNotTold = 100.0;  // times the usual size
   std::vector<AlikeSizes> all;
   for (int i = 0; i < option.score.information.rows() && i < effect.size(); ++i) {
     const double a = option.score.information(i, i);
     const Effect::Parameter& p = effect.description().parameters[std::size_t(i)];
     const double least = a > 0.0 ? size / std::sqrt(a) : INFINITY;
-    if (least > 100.0 * p.prior_sigma) continue;
+    if (least > kNotTold * p.prior_sigma) continue;
     const AlikeSizes none = no_sizes_of(effect, p);
     auto same = std::ranges::find_if(
         all, [&](const AlikeSizes& s) { return s.symbol == none.symbol && s.unit == none.unit; });

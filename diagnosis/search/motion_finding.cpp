@@ -10,7 +10,7 @@
 #include "calibration/scan/general_dependence.h"
 #include "calibration/scan/testable.h"
 #include "diagnosis/held/held_out_nll.h"
-#include "diagnosis/search/slow_motion.h"
+#include "diagnosis/search/shapes/slow_motion.h"
 #include "diagnosis/search/stored_model.h"
 #include "factors/effects/catalogue.h"
 #include "graph/numerical_error.h"
@@ -23,9 +23,10 @@ namespace {
 constexpr double kCalm = 1.15;  // accelerometer noise in motion over that at rest
 constexpr double kCalmColour = 0.15;
 constexpr double kMoreInMotion = 1.2;
-constexpr double kMostOfIt = 0.5;     // of the misfit, for an effect to be tried in its stead
-constexpr double kSomeOfIt = 0.1;     // of the accelerometer's
-constexpr double kClearlyMore = 4.5;  // standard deviations
+constexpr std::size_t kFewestStill = 60;  // numbers at rest, for a median: 20 nodes
+constexpr double kMostOfIt = 0.5;         // of the misfit, for an effect to be tried in its stead
+constexpr double kSomeOfIt = 0.1;         // of the accelerometer's
+constexpr double kClearlyMore = 4.5;      // standard deviations
 constexpr double kSlowSigmas = 3.6, kLeastSlow = 0.1;  // of the slow power's logarithm
 constexpr double kTheirSigmas = 2.5;                   // of that of another sensor
 constexpr double kOfVertical = 1.0 / 6.0;  // of the whole: half of what a hand moves up and down
@@ -54,7 +55,7 @@ bool more_in_motion(const NodeResiduals& r) {
     for (const Vector3& x : piece) mean += x / double(piece.size());
     for (const Vector3& x : piece) add(still, x - mean);
   }
-  if (still.size() < 60 || moving.empty()) return true;
+  if (still.size() < kFewestStill || moving.empty()) return true;
   const SlowPower slow = slow_power(r);
   return median(moving) > kMoreInMotion * median(still) &&
          (slow.unknowns == 0.0 || slow.over_rest > kClearlyMore);

@@ -9,7 +9,7 @@
 
 #include "calibration/motion/rests/rests.h"
 #include "calibration/motion/sensor_rows.h"
-#include "diagnosis/search/excursion_kinds.h"
+#include "diagnosis/search/shapes/excursion_kinds.h"
 #include "statistics/quantiles.h"
 #include "statistics/tails.h"
 
@@ -18,7 +18,9 @@ namespace {
 
 constexpr std::size_t kFew = 3;  // one or two may be a hand with a phone, or a magnet being put on
 constexpr double kBlock = 0.5;   // s
-constexpr double kOut = 2.0;     // times the usual size of the residual
+constexpr std::size_t kFewestBlocks = 40;
+constexpr double kTogether = 1.25;    // s between the middles of blocks that are one excursion
+constexpr double kOut = 2.0;          // times the usual size of the residual
 constexpr double kLongest = 10.0;     // s: what lasts longer is no passing by
 constexpr double kException = 0.35;   // of the recording, all excursions together
 constexpr double kByChance = 0.01;    // p of axes that agree so well in the sensor's frame
@@ -161,7 +163,7 @@ PassingSource turned_field(const std::vector<Excursion>& excursions, const Excur
 PassingSource source_passed_in(const Recording& recording, const Stage& stage, std::size_t index) {
   if (recording.pos) return {};
   const std::vector<Block> blocks = blocks_of(recording, stage, index, find_rests(recording));
-  if (blocks.size() < 40) return {};
+  if (blocks.size() < kFewestBlocks) return {};
   std::vector<double> sizes;
   for (const Block& b : blocks) sizes.push_back(b.size);
   const double usual = median(sizes);
@@ -178,7 +180,7 @@ PassingSource source_passed_in(const Recording& recording, const Stage& stage, s
     squares += b.squares;
     rows += b.rows;
     out_s += kBlock;
-    if (!excursions.empty() && b.t - excursions.back().end < 1.5 * kBlock + 0.5) {
+    if (!excursions.empty() && b.t - excursions.back().end < kTogether) {
       Excursion& e = excursions.back();
       e.end = b.t;
       e.field = std::max(e.field, b.field);

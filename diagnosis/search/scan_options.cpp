@@ -6,8 +6,8 @@
 
 #include "calibration/model/windows.h"
 #include "calibration/motion/random_walk.h"
-#include "diagnosis/search/change_search.h"
-#include "diagnosis/search/source_search.h"
+#include "diagnosis/search/shapes/change_search.h"
+#include "diagnosis/search/shapes/source_search.h"
 #include "factors/effects/catalogue.h"
 #include "statistics/tails.h"
 

@@ -73,6 +73,9 @@ class Effect {
     bool random_process = false;
     // Its prior's size was found by the search, which is what a finding of it tells.
     bool proper_prior = false;
+    // Its term follows from time, specific force, temperature and current: not from attitude, rate
+    // or field, which are most of the work of finding a state.
+    bool without_attitude = false;
     // It depends on the position; what it changes by with that is by_position().
     bool of_position = false;
   };

@@ -59,6 +59,8 @@ def _model(noise: Optional[NoiseLike], gravity: Optional[float], motion: str,
     _typed(str, "a text", motion=motion, location=location, hemisphere=hemisphere)
     if gravity is not None:
         _typed(_NUMBER, "a number", gravity=gravity)
+        if not 0.0 < gravity < np.inf:
+            raise refused("gravity", f"it is {gravity}", "give a positive number, m/s^2")
     out = _core.ModelOptions()
     out.noise = _densities(noise)
     out.gravity = gravity
@@ -342,6 +344,13 @@ def simulate(*, motion: str = "paper", rate: float = 80.0, mag_ratio: int = 1,
     _typed(_NUMBER, "a number", rate=rate, duration=duration, rest=rest, gravity=gravity,
            displacement=displacement)
     _typed(_WHOLE, "a whole number", mag_ratio=mag_ratio, seed=seed, magnetometers=magnetometers)
+    if isinstance(effects, str):
+        raise refused("effects", "it is one text", f"give a list: [{effects!r}]")
+    if seed < 0:
+        raise refused("seed", f"it is {seed}", "give a whole number from 0 on")
+    if noise is not None and np.shape(noise) != (3,):
+        raise refused("noise", "it is not three numbers",
+                      "give densities per sqrt(Hz): m/s^2, rad/s, uT")
     made, truth, path = _core.simulate(motion, rate, mag_ratio, duration, rest, seed, gravity,
                                        None if noise is None else list(noise), magnetometers,
                                        displacement, list(effects))

@@ -2,7 +2,9 @@
 """Recordings: NumPy arrays in, one object that every function of magimu takes."""
 from __future__ import annotations
 
+import datetime
 import os
+import tempfile
 from dataclasses import dataclass
 from typing import Any, Iterable, Optional, Sequence, Union
 
@@ -40,21 +42,45 @@ class Motion:
     position: np.ndarray
 
 
+def _unmasked(value: np.ma.MaskedArray, name: str) -> np.ndarray:
+    """nan, no sample, for what is masked; InputError for times, which every row needs."""
+    if name.endswith("t") and np.ma.is_masked(value):
+        raise refused(name, "some times are masked",
+                      "leave those rows out of all arrays: t[~t.mask], acc[~t.mask], ...")
+    return value.astype(float).filled(np.nan)
+
+
 def numbers(value: Any, name: str) -> np.ndarray:
     """An array of numbers, or InputError."""
     if value is None:
         raise refused(name, "it is None", "give an array of numbers")
     try:
+        if isinstance(value, np.ma.MaskedArray):
+            value = _unmasked(value, name)
         array = np.asarray(value)
-        if array.dtype.kind in "mM":
+        if array.dtype.kind == "M" or (array.dtype.kind == "O" and array.size
+                                       and isinstance(array.flat[0], datetime.date)):
             raise refused(name, "these are dates, not numbers",
                           "give seconds, such as (t - t[0]) / np.timedelta64(1, 's')")
+        if array.dtype.kind == "m":
+            raise refused(name, "these are differences of dates, not numbers",
+                          "give seconds, such as dt / np.timedelta64(1, 's')")
+        if array.dtype.kind == "c":
+            raise refused(name, "these are complex numbers", "give real ones")
         return np.asarray(array, dtype=float)
     except (TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         raise refused(name, f"it is no array of numbers ({error})",
                       "give numbers, one row a sample") from None
+
+
+def one_dimension(times: np.ndarray, name: str) -> np.ndarray:
+    """Times of shape (n,), or InputError."""
+    if times.ndim != 1:
+        raise refused(name, f"its shape is {times.shape}",
+                      "give one time a sample, in seconds: shape (n,)")
+    return times
 
 
 def several(mag: Any, times: Optional[int]) -> list[np.ndarray]:
@@ -102,9 +128,9 @@ class Recording:
                  name: str = "recording") -> None:
         def times(own: Any, sensor: str) -> np.ndarray:
             if own is not None:
-                return numbers(own, f"{sensor}_t")
+                return one_dimension(numbers(own, f"{sensor}_t"), f"{sensor}_t")
             if t is not None:
-                return numbers(t, "t")
+                return one_dimension(numbers(t, "t"), "t")
             raise InputError(f"there are no times of {sensor}; give t, or {sensor}_t",
                              problem=f"there are no times of {sensor}",
                              remedy=f"give t, or {sensor}_t")
@@ -122,6 +148,23 @@ class Recording:
                                        aux)
         # As `read` was given them, SENSOR=A,B,C; None: not known.
         self._axes: Optional[list[str]] = None
+
+    @classmethod
+    def from_dataframe(cls, frame: Any, **reading: Any) -> Recording:
+        """Of a pandas DataFrame, whose columns and index are named as a file's may be.
+
+        ``reading`` is what :func:`read` takes: ``map``, ``unit``, ``axes``, ``rate``, ... Columns
+        of several levels (``("acc", "x")``) are joined; the index is the time where no column is.
+        """
+        from ._api import read  # which needs this module
+
+        if not hasattr(frame, "to_csv") or not hasattr(frame, "columns"):
+            raise refused("from_dataframe", f"{type(frame).__name__} is no DataFrame",
+                          "give one of pandas; arrays: magimu.Recording(t, acc=, gyr=, mag=)")
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "DataFrame")
+            frame.to_csv(path)
+            return read(path, **reading)
 
     @classmethod
     def _of(cls, native_recording: Any, axes: Optional[list[str]] = None) -> Recording:

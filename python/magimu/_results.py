@@ -34,7 +34,9 @@ def _convert(hint: Any, value: Any) -> Any:
         return float("nan") if hint is float else None
     origin = typing.get_origin(hint)
     if hint is np.ndarray:
-        return np.array(value, dtype=float)
+        array = np.array(value, dtype=float)
+        array.flags.writeable = False  # save(), apply() and export() would not see a change
+        return array
     if origin is Union:
         return _convert(next(a for a in typing.get_args(hint) if a is not type(None)), value)
     if origin is list:
@@ -56,8 +58,31 @@ def _build(cls: Any, values: dict[str, Any], **more: Any) -> Any:
     return cls(**known, **more)
 
 
-@dataclass
-class Trust:
+def _same(a: Any, b: Any) -> bool:
+    """Equal, arrays element by element; nan is nan."""
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return bool(np.array_equal(a, b, equal_nan=True))
+    if isinstance(a, (list, tuple)) and isinstance(b, (list, tuple)):
+        return len(a) == len(b) and all(_same(x, y) for x, y in zip(a, b))
+    if isinstance(a, dict) and isinstance(b, dict):
+        return a.keys() == b.keys() and all(_same(a[k], b[k]) for k in a)
+    return bool(a == b) or (isinstance(a, float) and a != a and b != b)
+
+
+class _Values:
+    """Results compare by their fields, arrays among them."""
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(_same(getattr(self, f.name), getattr(other, f.name))
+                   for f in fields(self) if f.compare)  # type: ignore[arg-type]
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+@dataclass(eq=False)
+class Trust(_Values):
     """May one believe it? ``verdict`` is "yes", "limited" or "no"; reasons, the gravest first."""
 
     verdict: str
@@ -67,8 +92,8 @@ class Trust:
         return self.verdict != "no"
 
 
-@dataclass
-class Bias:
+@dataclass(eq=False)
+class Bias(_Values):
     """A bias (3,) with its standard deviations: robust (to be used), and the model's own."""
 
     bias: np.ndarray
@@ -76,8 +101,8 @@ class Bias:
     bias_sigma_model: np.ndarray
 
 
-@dataclass
-class Magnetometer:
+@dataclass(eq=False)
+class Magnetometer(_Values):
     """mag = distortion @ R.T @ m + bias: distortion (3, 3) and bias (3,) in uT."""
 
     name: str
@@ -98,8 +123,8 @@ class Magnetometer:
         return np.linalg.solve(self.distortion, difference[..., None])[..., 0]
 
 
-@dataclass
-class Field:
+@dataclass(eq=False)
+class Field(_Values):
     """Dip in degrees, positive downward; strength in uT (cube root of det D)."""
 
     dip_deg: float
@@ -111,8 +136,8 @@ class Field:
     recording: str = ""
 
 
-@dataclass
-class Covariance:
+@dataclass(eq=False)
+class Covariance(_Values):
     """Joint covariance; ``order`` names the rows. Dips in degrees."""
 
     order: list[str]
@@ -124,8 +149,8 @@ class Covariance:
         return self.matrix[np.ix_(at, at)]
 
 
-@dataclass
-class Noise:
+@dataclass(eq=False)
+class Noise(_Values):
     """Densities per sqrt(Hz): m/s^2, rad/s, uT; ``source`` is "given" or "estimated"."""
 
     acc: float
@@ -134,8 +159,8 @@ class Noise:
     source: str = "given"
 
 
-@dataclass
-class Parameter:
+@dataclass(eq=False)
+class Parameter(_Values):
     """A named number with its standard deviation."""
 
     name: str
@@ -145,16 +170,16 @@ class Parameter:
     sigma_model: float = float("nan")
 
 
-@dataclass
-class Effect:
+@dataclass(eq=False)
+class Effect(_Values):
     """A model extension that is part of the calibration."""
 
     name: str
     parameters: list[Parameter]
 
 
-@dataclass
-class Step:
+@dataclass(eq=False)
+class Step(_Values):
     """One tried step of the optimizer."""
 
     iteration: int
@@ -167,8 +192,8 @@ class Step:
     accepted: bool
 
 
-@dataclass
-class Fit:
+@dataclass(eq=False)
+class Fit(_Values):
     """How the optimization went."""
 
     samples: int
@@ -185,8 +210,8 @@ class Fit:
     trace: list[Step]
 
 
-@dataclass
-class ResidualSummary:
+@dataclass(eq=False)
+class ResidualSummary(_Values):
     """Whitened residuals of a sensor: 1 is what the noise predicts. ``rms_unit`` in its unit."""
 
     rms: float
@@ -194,8 +219,8 @@ class ResidualSummary:
     rms_unit: float
 
 
-@dataclass
-class Check:
+@dataclass(eq=False)
+class Check(_Values):
     """One thing looked at: ``status`` is "ok", "caution" or "bad"."""
 
     name: str
@@ -204,8 +229,8 @@ class Check:
     sentence: str
 
 
-@dataclass
-class Disturbance:
+@dataclass(eq=False)
+class Disturbance(_Values):
     """A stretch of time in which the magnetometer reads something else than the model's field."""
 
     recording: str
@@ -214,8 +239,8 @@ class Disturbance:
     rms_uT: float
 
 
-@dataclass
-class SetAside:
+@dataclass(eq=False)
+class SetAside(_Values):
     """Samples that no measurement can have given, and that the fit did not see."""
 
     recording: str
@@ -228,8 +253,8 @@ class SetAside:
     example: str
 
 
-@dataclass
-class Trajectory:
+@dataclass(eq=False)
+class Trajectory(_Values):
     """The estimated motion of one recording at n nodes.
 
     t: (n,) s. quaternion: (n, 4), w x y z, and matrix: (n, 3, 3), of R_k, which turns vectors of
@@ -245,8 +270,8 @@ class Trajectory:
     position: np.ndarray
 
 
-@dataclass
-class ResidualSeries:
+@dataclass(eq=False)
+class ResidualSeries(_Values):
     """Measured less predicted at n nodes, in standard deviations: t (n,), whitened (n, 3)."""
 
     sensor: str
@@ -254,8 +279,8 @@ class ResidualSeries:
     whitened: np.ndarray
 
 
-@dataclass
-class Calibration:
+@dataclass(eq=False)
+class Calibration(_Values):
     """A calibration: what ``magimu calibrate -o`` writes, field by field.
 
     To use it: ``magnetometers[0].unit_field(mag)``, ``acc - accelerometer.bias``,
@@ -323,8 +348,8 @@ def calibration_of(fitted: Any) -> Calibration:
     return typing.cast(Calibration, _build(Calibration, json.loads(fitted.json()), _fitted=fitted))
 
 
-@dataclass
-class Gain:
+@dataclass(eq=False)
+class Gain(_Values):
     """What a cause gains, on data the fit has not seen (nats) and in the residuals' size."""
 
     heldout_nll_before: float
@@ -334,8 +359,8 @@ class Gain:
     residual_rms_after: float
 
 
-@dataclass
-class Confusable:
+@dataclass(eq=False)
+class Confusable(_Values):
     """Another cause that this motion cannot tell from the one found."""
 
     effect: str
@@ -343,8 +368,8 @@ class Confusable:
     motion_that_separates: str
 
 
-@dataclass
-class Finding:
+@dataclass(eq=False)
+class Finding(_Values):
     """A cause that was found, with its size and what it explains."""
 
     effect: str
@@ -357,8 +382,8 @@ class Finding:
     confusable_with: list[Confusable] = dataclasses.field(default_factory=list)
 
 
-@dataclass
-class ScanEntry:
+@dataclass(eq=False)
+class ScanEntry(_Values):
     """A candidate effect that was tested."""
 
     effect: str
@@ -372,8 +397,8 @@ class ScanEntry:
     detectable: str = ""
 
 
-@dataclass
-class Departure:
+@dataclass(eq=False)
+class Departure(_Values):
     """A statistic that lies outside of what the fitted model predicts."""
 
     channel: str
@@ -384,8 +409,8 @@ class Departure:
     z: float
 
 
-@dataclass
-class Unexplained:
+@dataclass(eq=False)
+class Unexplained(_Values):
     """Structure that no candidate explains."""
 
     detected: bool
@@ -393,8 +418,8 @@ class Unexplained:
     evidence: list[str]
 
 
-@dataclass
-class Change:
+@dataclass(eq=False)
+class Change(_Values):
     """One group of parameters against a stored calibration."""
 
     group: str
@@ -404,8 +429,8 @@ class Change:
     parameters: list[Parameter] = dataclasses.field(default_factory=list)
 
 
-@dataclass
-class Against:
+@dataclass(eq=False)
+class Against(_Values):
     """Does a stored calibration still hold?"""
 
     tested: bool
@@ -413,8 +438,8 @@ class Against:
     notes: list[str] = dataclasses.field(default_factory=list)
 
 
-@dataclass
-class Diagnosis:
+@dataclass(eq=False)
+class Diagnosis(_Values):
     """What the simulation gets wrong, and why: what ``magimu diagnose -o`` writes.
 
     ``answer``: "predicts", "explained", "partly", "unexplained" or "none".
@@ -462,8 +487,8 @@ def diagnosis_of(text: str, page: str, before: Any, after: Any) -> Diagnosis:
     return typing.cast(Diagnosis, out)
 
 
-@dataclass
-class Issue:
+@dataclass(eq=False)
+class Issue(_Values):
     """A fault of the samples, with the remedy."""
 
     kind: str
@@ -474,8 +499,8 @@ class Issue:
     axis: Optional[str] = None
 
 
-@dataclass
-class Sensor:
+@dataclass(eq=False)
+class Sensor(_Values):
     """What a recording holds of one sensor; ``noise_density`` per sqrt(Hz) at rest."""
 
     name: str
@@ -487,8 +512,8 @@ class Sensor:
     noise_density: float = float("nan")
 
 
-@dataclass
-class Expected:
+@dataclass(eq=False)
+class Expected(_Values):
     """How well each parameter would be known: standard deviations by the parameters' names."""
 
     motion: str
@@ -496,8 +521,8 @@ class Expected:
     undetermined: list[str]
 
 
-@dataclass
-class Info:
+@dataclass(eq=False)
+class Info(_Values):
     """What a recording holds and lacks, before a fit: what ``magimu info --json`` prints."""
 
     recording: str
@@ -523,8 +548,8 @@ def info_of(text: str) -> Info:
     return typing.cast(Info, _build(Info, json.loads(text), _json=text))
 
 
-@dataclass
-class Window:
+@dataclass(eq=False)
+class Window(_Values):
     """How well one window of a stream fits all others."""
 
     nis: float
@@ -533,8 +558,8 @@ class Window:
     used: bool
 
 
-@dataclass
-class Target:
+@dataclass(eq=False)
+class Target(_Values):
     """A standard deviation of a stream's estimate, and the limit that is good enough."""
 
     name: str
@@ -543,8 +568,8 @@ class Target:
     unit: str
 
 
-@dataclass
-class Estimate:
+@dataclass(eq=False)
+class Estimate(_Values):
     """The parameters so far."""
 
     accelerometer: Bias
@@ -555,8 +580,8 @@ class Estimate:
     trust: Trust
 
 
-@dataclass
-class SensorChange:
+@dataclass(eq=False)
+class SensorChange(_Values):
     """A sensor that reads otherwise than before: which, since when, by how much.
 
     ``also_likely``: others whose odds are hardly less. ``stays``: a step or a drift of its bias,
@@ -574,8 +599,8 @@ class SensorChange:
     advice: str
 
 
-@dataclass
-class Update:
+@dataclass(eq=False)
+class Update(_Values):
     """What a stream says at the end of a window (a second): the program's JSON line.
 
     ``phase``: "collecting", "calibrating" or "converged". ``headline`` and ``guidance`` are for

@@ -327,8 +327,8 @@ class ArrayRecording {
     RowTimesOptions options;
     options.keep_origin = true;
     options.row = "row";
-    // Its own, those of its structure, those of all.
-    // Of three axes the first one's.
+    // Times of the sensor itself, else of the structure that holds it, else of the file. A sensor
+    // in three arrays, one an axis, belongs where the first of them does.
     const auto beside =
         times_beside_.find(parent_of(sensor.name.substr(0, sensor.name.find(", "))));
     const bool fits = beside != times_beside_.end() && beside->second.size() == sensor.v.size();

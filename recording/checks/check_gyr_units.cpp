@@ -29,8 +29,11 @@ constexpr double kNearRate = 0.1;
 // other numbers are in a unit).
 constexpr double kRateSigma = 0.02, kOdds = 10.0;
 // Counts per deg/s in data sheets (10: the file holds tenths of a degree).
-constexpr double kGyrCounts[] = {10, 131, 65.5, 32.8, 16.4, 114.286, 57.143, 28.571, 14.286};
+// (16 a deg/s and 900 a rad/s: the BNO055's.)
+constexpr double kGyrCounts[] = {
+    10, 131, 65.5, 32.8, 16.4, 114.286, 57.143, 28.571, 14.286, 900 * M_PI / 180, 16};
 constexpr double kSameCounts = 0.03;
+constexpr double kSeveralSigmas = 3.0;  // of the gain: sensitivities within them are all named
 // What ranges of a gyroscope differ by.
 constexpr double kRangeFactors[] = {2.0, 4.0, 8.0, 0.5, 0.25, 0.125};
 
@@ -68,8 +71,8 @@ struct GyroscopeGain {
   double gain, sigma;
 };
 
-// Empty if the gain is in order, or not known.
-std::optional<GyroscopeGain> gyroscope_gain(const Recording& r) {
+// By accelerometer and magnetometer, as far as each tells.
+std::vector<GyroscopeGain> gains_of(const Recording& r) {
   std::vector<GyroscopeGain> seen;
   const VectorSeries gyr = without_clipped(r.gyr);
   const auto look = [&](const VectorSeries& directions, bool offset_unknown) {
@@ -81,6 +84,34 @@ std::optional<GyroscopeGain> gyroscope_gain(const Recording& r) {
   };
   look(r.acc, false);
   if (!r.mag.empty()) look(r.mag.front(), true);
+  return seen;
+}
+
+const GyroscopeGain& best_known(const std::vector<GyroscopeGain>& seen) {
+  return *std::ranges::min_element(seen, {},
+                                   [](const GyroscopeGain& s) { return s.sigma / s.gain; });
+}
+
+// A unit is that of the whole file. A gain that becomes another one is a fault of the sensor, or
+// its range was switched.
+bool changes_meanwhile(const Recording& r) {
+  const double begin = r.gyr.t.front(), end = r.gyr.t.back(), middle = 0.5 * (begin + end);
+  const auto gains_from = [&](double from, double to) {
+    const Recording half = slice(r, from, to);
+    return half.gyr.size() < kFewestToJudge ? std::vector<GyroscopeGain>{} : gains_of(half);
+  };
+  const std::vector<GyroscopeGain> first = gains_from(begin, middle),
+                                   second = gains_from(middle, end);
+  if (first.empty() || second.empty()) return false;
+  const GyroscopeGain &a = best_known(first), &b = best_known(second);
+  const double change = std::abs(std::log(a.gain / b.gain));
+  return change > std::log(kWrongScale) &&
+         change > kScaleSigmas * std::hypot(a.sigma / a.gain, b.sigma / b.gain);
+}
+
+// Empty if the gain is in order, or not known.
+std::optional<GyroscopeGain> gyroscope_gain(const Recording& r) {
+  const std::vector<GyroscopeGain> seen = gains_of(r);
   if (seen.empty()) return std::nullopt;
   // If accelerometer and magnetometer disagree, one of them has a fault; then nothing is said of
   // the gyroscope.
@@ -89,8 +120,29 @@ std::optional<GyroscopeGain> gyroscope_gain(const Recording& r) {
     if (size < std::log(kWrongScale) || size < kScaleSigmas * s.sigma / s.gain) return std::nullopt;
     if (std::abs(std::log(s.gain / seen.front().gain)) > std::log(kWrongScale)) return std::nullopt;
   }
-  return *std::ranges::min_element(seen, {},
-                                   [](const GyroscopeGain& s) { return s.sigma / s.gain; });
+  if (changes_meanwhile(r)) return std::nullopt;
+  return best_known(seen);
+}
+
+// counts: of the file a deg/s, known to this relative sigma. Several sensitivities may be as near.
+Issue counts_issue(const Recording& r, const std::string& turns, double counts, double sigma) {
+  // Some are two per cent apart (16 and 16.4): what was measured tells them apart, or does not.
+  const double same = std::max(kRateSigma, kSeveralSigmas * sigma);
+  std::vector<double> known;
+  for (const double k : kGyrCounts) {
+    if (std::abs(counts / k - 1.0) < same) known.push_back(k);
+  }
+  if (known.empty()) known.push_back(snapped(kGyrCounts, counts, kSameCounts));
+  std::ranges::sort(known, {}, [counts](double k) { return std::abs(std::log(counts / k)); });
+  std::vector<std::string> per_degree, units;
+  for (const double k : known) {
+    per_degree.push_back(fmt::format("{:.4g}", k));
+    units.push_back(fmt::format("{:.6g} (one count in rad/s)", kDeg / k));
+  }
+  return unit_issue(r, "gyr", "gyr",
+                    fmt::format("{}; perhaps these are counts of the converter, {} a deg/s", turns,
+                                fmt::join(per_degree, " or ")),
+                    fmt::format("{}", fmt::join(units, " or --unit gyr=")));
 }
 
 }  // namespace
@@ -134,12 +186,7 @@ std::vector<Issue> check_gyr_unit(const Recording& r) {
                                            : fmt::format("{:.0f} times", 1.0 / range)),
                    unit_text("gyr", given / range))};
   }
-  const double counts =
-      snapped(kGyrCounts, kDeg / unit, kSameCounts);  // readings of the file a deg/s
-  return {unit_issue(
-      r, "gyr", "gyr",
-      fmt::format("{}; perhaps these are counts of the converter, {:.4g} a deg/s", turns, counts),
-      fmt::format("{:.6g} (one count in rad/s)", kDeg / counts))};
+  return {counts_issue(r, turns, kDeg / unit, seen->sigma / gain)};
 }
 
 }  // namespace magimu

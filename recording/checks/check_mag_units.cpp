@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "recording/checks/unit_issues.h"
+#include "recording/data/told_units.h"
 #include "recording/data/units.h"
 #include "statistics/median_to_sigma.h"
 #include "statistics/quantiles.h"
@@ -40,15 +41,12 @@ struct MagCounts {
   const char* chips;
   double count_uT;
 };
-constexpr MagCounts kMagCounts[] = {{"AK8963, AK09916: MPU-9250, ICM-20948", 0.15},
-                                    {"AK8975: MPU-9150", 0.3},
-                                    {"HMC5883L", 100.0 / 1090},
-                                    {"LSM303DLHC", 100.0 / 1100},
-                                    {"QMC5883L at 8 G", 100.0 / 3000},
-                                    {"QMC5883L at 2 G", 100.0 / 12000},
-                                    {"LIS3MDL at 4 G", 100.0 / 6842},
-                                    {"LSM9DS1 at 4 G", 0.014},
-                                    {"RM3100", 1.0 / 75}};
+constexpr MagCounts kMagCounts[] = {
+    {"BNO055, BMM150", 1.0 / 16},       {"AK8963, AK09916: MPU-9250, ICM-20948", 0.15},
+    {"AK8975: MPU-9150", 0.3},          {"HMC5883L", 100.0 / 1090},
+    {"LSM303DLHC", 100.0 / 1100},       {"QMC5883L at 8 G", 100.0 / 3000},
+    {"QMC5883L at 2 G", 100.0 / 12000}, {"LIS3MDL at 4 G", 100.0 / 6842},
+    {"LSM9DS1 at 4 G", 0.014},          {"RM3100", 1.0 / 75}};
 
 // By how much turning changes the readings: half the range from the 3 % to the 97 % quantile, of
 // the axis with the largest one. A few wild values do not count.
@@ -62,6 +60,27 @@ double radius_of(const VectorSeries& s) {
     radius = std::max(radius, 0.5 * (values[n * 97 / 100] - values[n * 3 / 100]));
   }
   return radius;
+}
+
+// Do readings of a third of the recording look like the Earth's field? A unit is that of the whole
+// file; a magnet that is near for a while only makes readings larger then.
+bool looks_like_earth_for_a_while(const VectorSeries& mag) {
+  constexpr std::size_t kThirds = 3;
+  for (std::size_t i = 0; i < kThirds; ++i) {
+    VectorSeries part;
+    std::vector<double> lengths;
+    for (std::size_t k = i * mag.size() / kThirds; k < (i + 1) * mag.size() / kThirds; ++k) {
+      part.push_back(mag.t[k], mag.v[k]);
+      lengths.push_back(mag.v[k].norm());
+    }
+    if (part.size() < kFewestToJudge) return false;
+    const double radius = radius_of(part);
+    if (radius > kSmallestRadius && radius < kLargestRadius &&
+        median(std::move(lengths)) < kImpossibleRadius) {
+      return true;
+    }
+  }
+  return false;
 }
 
 // The step in which an axis is written: the smallest change between samples.
@@ -131,26 +150,38 @@ bool counts_of_converters(const Recording& r) {
   return a_g > kLeastCounts && !mg && is_whole(r.acc, acc) && is_whole(r.gyr, file_unit(r, "gyr"));
 }
 
-// size: of the field, in counts.
-Issue mag_counts_issue(const Recording& r, const std::string& name, const std::string& problem,
-                       double size) {
-  std::vector<std::string> factors;
+// What one of the file's numbers may be, as --unit takes it, with the field that it gives.
+std::string named_unit(const char* unit, const std::string& whose, double field_uT) {
+  return fmt::format("{} ({}: {:.0f} uT)", unit, whose, field_uT);
+}
+
+// The sensitivities of converters that make Earth's field of it. size: of the field, in counts.
+std::vector<std::string> sensitivities(double size) {
+  std::vector<std::string> out;
   for (const MagCounts& of : kMagCounts) {
     const double uT = size * of.count_uT;
     if (uT < kLeastEarth || uT > kMostEarth) continue;
-    factors.push_back(fmt::format("{:.6g} ({}: {:.0f} uT)", of.count_uT, of.chips, uT));
+    out.push_back(named_unit(fmt::format("{:.6g}", of.count_uT).c_str(), of.chips, uT));
   }
+  return out;
+}
+
+std::string one_of_units(const std::vector<std::string>& units) {
+  return fmt::format("{}", fmt::join(units, " or --unit mag="));
+}
+
+Issue mag_counts_issue(const Recording& r, const std::string& name, const std::string& problem,
+                       double size) {
+  const std::vector<std::string> factors = sensitivities(size);
   const std::string remedy =
       factors.empty()
           ? fmt::format("{:.3g} (a guess: it gives 45 uT; its data sheet tells)", 45.0 / size)
-          : fmt::format("{}", fmt::join(factors, " or --unit mag="));
+          : one_of_units(factors);
   return unit_issue(r, name, "mag", problem, remedy);
 }
 
-}  // namespace
-
-std::vector<Issue> check_mag_unit(const Recording& r, const std::string& name,
-                                  const VectorSeries& mag) {
+std::vector<Issue> check_field_size(const Recording& r, const std::string& name,
+                                    const VectorSeries& mag) {
   if (auto normalised = check_normalised(name, mag)) return {*normalised};
   std::vector<double> lengths;
   for (const Vector3& v : mag.v) lengths.push_back(v.norm());
@@ -164,7 +195,8 @@ std::vector<Issue> check_mag_unit(const Recording& r, const std::string& name,
         name, usual, radius, meaning);
   };
   const bool small = usual < kLeastField;
-  const bool large = radius > (whole && given == 1.0 ? kLargestRadius : kImpossibleRadius);
+  const bool large = radius > (whole && given == 1.0 ? kLargestRadius : kImpossibleRadius) &&
+                     !looks_like_earth_for_a_while(mag);
   if (!small && !large) {
     if (radius <= kUsualRadius) return {};
     return {{"field_size", name, -1, Severity::kCaution, 0.0, 0.0, reads("that is much"),
@@ -204,6 +236,20 @@ std::vector<Issue> check_mag_unit(const Recording& r, const std::string& name,
                     45.0 / size, fitting))};
   }
   if (count == 1) {
+    // Whole numbers without a unit are as well counts of a converter: a tenth of a microtesla is
+    // the size of a count of many.
+    std::vector<std::string> units;
+    if (whole && given == 1.0) units = sensitivities(size);
+    if (!units.empty()) {
+      const bool of_earth = field >= kLeastEarth && field <= kMostEarth;
+      units.insert(of_earth ? units.begin() : units.end(),
+                   named_unit(fitting.c_str(), words.at(fitting), field));
+      return {unit_issue(
+          r, name, "mag",
+          reads(fmt::format("it may be in {}, or in counts of its converter", words.at(fitting))),
+          one_of_units(units) +
+              "; the logger's maker says which, and any of them gives directions")};
+    }
     return {unit_issue(r, name, "mag",
                        reads(fmt::format("it seems to be in {}", words.at(fitting))), fitting)};
   }
@@ -215,6 +261,23 @@ std::vector<Issue> check_mag_unit(const Recording& r, const std::string& name,
                      fmt::format("{:.3g} (a guess: it gives 45 uT; the right number gives the "
                                  "strength, any gives directions)",
                                  45.0 / size))};
+}
+
+}  // namespace
+
+std::vector<Issue> check_mag_unit(const Recording& r, const std::string& name,
+                                  const VectorSeries& mag) {
+  std::vector<Issue> issues = check_field_size(r, name, mag);
+  const bool arbitrary =
+      file_unit(r, "mag") == kArbitraryField && !unit_was_told(r.file_units, "mag");
+  if (arbitrary && issues.empty()) {
+    issues.push_back({"arbitrary_unit", name, -1, Severity::kNote, 0.0, 0.0,
+                      fmt::format("{} is in arbitrary units, of which one is taken for {:g} uT: "
+                                  "directions are right, strengths and biases are in parts of it",
+                                  name, kArbitraryField),
+                      "where strengths matter give the unit: --unit mag=NUMBER, one of it in uT"});
+  }
+  return issues;
 }
 
 }  // namespace magimu

@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "graph/parallel.h"
 #include "recording/checks/quality_checks.h"
 #include "recording/data/bridge.h"
 #include "recording/oddities/dead_zone.h"
@@ -35,9 +36,9 @@ class Passage {
       : series_(series), name_(std::move(name)), sensor_(sensor), gone_(series.size(), 0) {
     SensorGate::Known known;
     JumpSizes gone;
+    SensorHabits habits = habits_of_the_rest();
     for (int pass = 0; pass < kPasses; ++pass) {
       const bool last = pass + 1 == kPasses;
-      const SensorHabits habits = habits_of_the_rest();
       SensorGate gate(
           {.sensor = sensor,
            .habits = &habits,
@@ -50,6 +51,7 @@ class Passage {
                  return witnesses.others_change(sensor, begin, end);
                }});
       gate.know(known);
+      const std::size_t before = judged_.size();
       send_the_rest(gate, last);
       known.sentinels = gate.sentinels();
       known.jumps_seen = gate.jumps_seen();
@@ -61,6 +63,7 @@ class Passage {
         known.first_turns = gate.usual_turns();
         for (int& t : known.first_turns) t = -t;
       }
+      if (!last && judged_.size() > before) habits = habits_of_the_rest();
     }
     // The first samples with a sentinel were taken for spikes: the value was not known yet.
     const bool dead_zone = sensor == Sensor::kGyr && zeros_are_told() && zeroes_small_rates(series);
@@ -153,28 +156,41 @@ void refuse_mostly_set_aside(const Recording& recording) {
 std::optional<Recording> gated(const Recording& recording, const GateOptions& options) {
   if (!recording.set_aside.empty()) return std::nullopt;
   const GateWitnesses witnesses(recording);
-  std::optional<Recording> out;
-  const auto pass = [&](const VectorSeries& series, const std::string& name, Sensor sensor,
-                        bool keep_clipped, const auto& place) {
-    const Passage passage(series, name, sensor, keep_clipped, witnesses);
-    if (passage.all_stay() && sensor != Sensor::kGyr)
-      return;  // a gyroscope's holes are bridged even then
-    const std::vector<SetAside> set_aside = passage.set_aside();
-    VectorSeries kept = passage.kept();
-    if (set_aside.empty() && kept.size() == series.size()) return;
-    if (!out) out = recording;
-    place(*out) = std::move(kept);
-    out->set_aside.insert(out->set_aside.end(), set_aside.begin(), set_aside.end());
+  struct Way {
+    const VectorSeries& series;
+    std::string name;
+    Sensor sensor;
+    bool keep_clipped;
+    std::vector<SetAside> set_aside;
+    std::optional<VectorSeries> kept;  // nothing: all of them
   };
-  pass(recording.acc, "acc", Sensor::kAcc, false,
-       [](Recording& r) -> VectorSeries& { return r.acc; });
-  pass(recording.gyr, "gyr", Sensor::kGyr, false,
-       [](Recording& r) -> VectorSeries& { return r.gyr; });
+  std::vector<Way> ways{{recording.acc, "acc", Sensor::kAcc, false, {}, {}},
+                        {recording.gyr, "gyr", Sensor::kGyr, false, {}, {}}};
   for (std::size_t m = 0; m < recording.mag.size(); ++m) {
     const bool named = m < recording.mag_names.size();
-    pass(recording.mag[m], named ? recording.mag_names[m] : "mag" + std::to_string(m + 1),
-         Sensor::kMag, options.keep_clipped_mag,
-         [m](Recording& r) -> VectorSeries& { return r.mag[m]; });
+    ways.push_back({recording.mag[m],
+                    named ? recording.mag_names[m] : "mag" + std::to_string(m + 1),
+                    Sensor::kMag,
+                    options.keep_clipped_mag,
+                    {},
+                    {}});
+  }
+  parallel::for_each(ways.size(), [&](std::size_t i) {
+    Way& way = ways[i];
+    const Passage passage(way.series, way.name, way.sensor, way.keep_clipped, witnesses);
+    // A gyroscope's holes are bridged even where all samples stay.
+    if (passage.all_stay() && way.sensor != Sensor::kGyr) return;
+    way.set_aside = passage.set_aside();
+    VectorSeries kept = passage.kept();
+    if (!way.set_aside.empty() || kept.size() != way.series.size()) way.kept = std::move(kept);
+  });
+  if (std::ranges::none_of(ways, [](const Way& way) { return way.kept.has_value(); })) return {};
+  Recording out = recording;
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    Way& way = ways[i];
+    if (!way.kept) continue;
+    (i == 0 ? out.acc : i == 1 ? out.gyr : out.mag[i - 2]) = *std::move(way.kept);
+    out.set_aside.insert(out.set_aside.end(), way.set_aside.begin(), way.set_aside.end());
   }
   return out;
 }

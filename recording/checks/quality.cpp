@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "graph/parallel.h"
 #include "recording/checks/quality_checks.h"
 #include "recording/data/error.h"
 
@@ -103,15 +104,19 @@ std::vector<Issue> check_recording(const Recording& recording) {
     };
     if (in_seconds()) append(issues, check_units(recording));
     const bool seconds = in_seconds();
-    for (const NamedSeries& sensor : sensors) {
-      append(issues, check_intervals(sensor, recording.set_aside, recording.gyr));
-      if (still) continue;
-      append(issues, check_saturation(sensor));
-      if (seconds) append(issues, check_vibration(sensor));
+    std::vector<std::vector<Issue>> of_sensor(sensors.size());
+    parallel::for_each(sensors.size(), [&](std::size_t i) {
+      const NamedSeries& sensor = sensors[i];
+      std::vector<Issue>& own = of_sensor[i];
+      own = check_intervals(sensor, recording.set_aside, recording.gyr);
+      if (still) return;
+      append(own, check_saturation(sensor));
+      if (seconds) append(own, check_vibration(sensor));
       std::vector<Issue> of_clock = check_clock(sensor);
       if (of_clock.empty()) of_clock = check_mixed(sensor);
-      append(issues, std::move(of_clock));
-    }
+      append(own, std::move(of_clock));
+    });
+    for (std::vector<Issue>& own : of_sensor) append(issues, std::move(own));
     tell_of_common_gap(issues, sensors.size());
   }
   std::ranges::stable_sort(issues,

@@ -31,14 +31,22 @@ constexpr double kAccOffset = 0.05;
 class IntegratedReadings {
  public:
   explicit IntegratedReadings(const VectorSeries& gyr) : gyr_(gyr), longest_(3.0 / gyr.rate_hz()) {
+    sums_.reserve(gyr.size());
     sums_.push_back(Vector3::Zero());
     for (std::size_t k = 0; k + 1 < gyr.size(); ++k) {
       sums_.push_back(sums_.back() + gyr.v[k] * std::min(gyr.t[k + 1] - gyr.t[k], longest_));
     }
   }
-  Vector3 at(double t) const {
-    const std::size_t k = index(t);
-    return sums_[k] + gyr_.v[k] * std::min(t - gyr_.t[k], longest_);
+  // At times in order.
+  std::vector<Vector3> at(const std::vector<double>& times) const {
+    std::vector<Vector3> out;
+    out.reserve(times.size());
+    std::size_t k = 0;
+    for (const double t : times) {
+      while (k + 1 < gyr_.size() && gyr_.t[k + 1] <= t) ++k;
+      out.push_back(sums_[k] + gyr_.v[k] * std::min(t - gyr_.t[k], longest_));
+    }
+    return out;
   }
   // Whether the gyroscope has samples all the way.
   bool covers(double begin, double end) const {
@@ -65,9 +73,11 @@ struct Block {
   Vector3 u = Vector3::Zero(), turned = Vector3::Zero();
 };
 
-std::vector<Block> blocks_of(const VectorSeries& directions, const IntegratedReadings& gyr,
+// turned: the gyroscope's integral at each of the directions' times.
+std::vector<Block> blocks_of(const VectorSeries& directions, const std::vector<Vector3>& turned,
                              double length) {
   std::vector<Block> out;
+  out.reserve(std::size_t((directions.t.back() - directions.t.front()) / length) + 1);
   for (std::size_t k = 0; k < directions.size();) {
     Block b;
     b.begin = directions.t[k];
@@ -76,7 +86,7 @@ std::vector<Block> blocks_of(const VectorSeries& directions, const IntegratedRea
       b.end = directions.t[k];
       b.t += directions.t[k];
       b.u += directions.v[k];
-      b.turned += gyr.at(directions.t[k]);
+      b.turned += turned[k];
     }
     b.t /= n;
     b.u /= n;
@@ -129,9 +139,13 @@ VectorSeries scaled(const VectorSeries& readings, bool offset_unknown) {
   double radius = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
+    values.reserve(readings.size());
     for (const Vector3& v : readings.v) values.push_back(v[axis]);
-    std::ranges::sort(values);
-    const double low = values[values.size() * 3 / 100], high = values[values.size() * 97 / 100];
+    const auto ranked = [&values](std::size_t rank) {
+      std::ranges::nth_element(values, values.begin() + std::ptrdiff_t(rank));
+      return values[rank];
+    };
+    const double low = ranked(values.size() * 3 / 100), high = ranked(values.size() * 97 / 100);
     middle[axis] = 0.5 * (low + high);
     radius = std::max(radius, 0.5 * (high - low));
   }
@@ -139,10 +153,10 @@ VectorSeries scaled(const VectorSeries& readings, bool offset_unknown) {
   return out;
 }
 
-double block_length(const VectorSeries& directions, const IntegratedReadings& gyr) {
+double block_length(const VectorSeries& directions, const std::vector<Vector3>& turned) {
   double length = 1.5 / directions.rate_hz();
   while (2.0 * length < kLongestBlock) {
-    const std::vector<Block> blocks = blocks_of(directions, gyr, 2.0 * length);
+    const std::vector<Block> blocks = blocks_of(directions, turned, 2.0 * length);
     std::vector<double> turns;
     for (std::size_t i = 1; i < blocks.size(); ++i) {
       turns.push_back((blocks[i].u - blocks[i - 1].u).norm());
@@ -224,9 +238,11 @@ std::optional<TurnRegression> regress_turns(const VectorSeries& gyr, const Vecto
   if (gyr.size() < kEnoughPairs || directions.size() < kEnoughPairs) return std::nullopt;
   const IntegratedReadings integrated(gyr);
   const VectorSeries u = scaled(directions, offset_unknown);
-  const double length = block_length(u, integrated);
+  // Once, not at each of the lengths that are tried.
+  const std::vector<Vector3> turned = integrated.at(u.t);
+  const double length = block_length(u, turned);
   const std::vector<Pair> pairs =
-      pairs_of(blocks_of(u, integrated, length), integrated, length, offset_unknown);
+      pairs_of(blocks_of(u, turned, length), integrated, length, offset_unknown);
   if (pairs.size() < kEnoughPairs) return std::nullopt;
   Matrix3 turns = Matrix3::Zero();
   for (const Pair& p : pairs) turns += p.phi * p.phi.transpose();

@@ -15,6 +15,7 @@
 #include "recording/csv/timed_rows.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
+#include "recording/data/units.h"
 
 namespace magimu {
 namespace {
@@ -87,6 +88,14 @@ void CsvParser::set_columns(CsvColumns columns, std::string header) {
                            : slot <= 3 * columns_.vectors.size() ? columns_.vectors[(slot - 1) / 3]
                                                                  : "";
     if (!of.empty()) recording_.file_units[of.starts_with("mag") ? "mag" : of] = field.unit;
+  }
+  const auto mag_unit = recording_.file_units.find("mag");
+  if (!options_.mag_unit && mag_unit != recording_.file_units.end() &&
+      mag_unit->second == kArbitraryField) {
+    recording_.cautions.push_back(
+        fmt::format("the magnetometer is in arbitrary units, of which one is taken for {:g} uT: "
+                    "directions are right, strengths and biases are in parts of it",
+                    kArbitraryField));
   }
   recording_.mag.resize(columns_.mags);
   for (VectorSeries* series : {&recording_.acc, &recording_.gyr}) {
@@ -371,6 +380,40 @@ void CsvParser::keep_row() {
   rows_.line.push_back(static_cast<std::uint32_t>(line_));
 }
 
+// Where a rate stands for the times: sensors that come one after the other, not in turns, each
+// begin at 0.
+bool CsvParser::count_each_sensor() {
+  std::vector<std::size_t> begins;  // of the stretches of one sensor
+  std::uint32_t seen = 0;
+  for (std::size_t k = 0; k < rows_.sensors.size(); ++k) {
+    if (k > 0 && rows_.sensors[k] == rows_.sensors[k - 1]) continue;
+    if ((seen & rows_.sensors[k]) != 0) return false;
+    seen |= rows_.sensors[k];
+    begins.push_back(k);
+  }
+  if (begins.size() < 2 || rows_.sensors.size() == begins.size()) return false;
+  begins.push_back(rows_.sensors.size());
+  std::size_t fewest = rows_.sensors.size(), most = 0;
+  for (std::size_t i = 0; i + 1 < begins.size(); ++i) {
+    fewest = std::min(fewest, begins[i + 1] - begins[i]);
+    most = std::max(most, begins[i + 1] - begins[i]);
+  }
+  constexpr double kFewLost = 0.02;  // of the samples, or they have different rates
+  if (double(most - fewest) > kFewLost * double(most)) {
+    constexpr std::size_t kFewestOfBlock = 20;  // rows; fewer are a logger's beginning
+    if (!columns_.counts_cycles || fewest < kFewestOfBlock) return false;
+    fail(0,
+         fmt::format("the sensors come one after the other, with {} to {} lines each: one rate "
+                     "does not say when each of them was measured",
+                     fewest, most),
+         "record the times, a column for them in every line");
+  }
+  for (std::size_t i = 0; i + 1 < begins.size(); ++i) {
+    for (std::size_t k = begins[i]; k < begins[i + 1]; ++k) rows_.time[k] = double(k - begins[i]);
+  }
+  return true;
+}
+
 // From numbers of rows to seconds.
 void CsvParser::set_times(Recording& recording) {
   RowTimesOptions options;
@@ -380,7 +423,8 @@ void CsvParser::set_times(Recording& recording) {
   options.unit_of_name = columns_.time_unit_of_name;
   options.rate_hz = options_.rate_hz;
   options.has_time = columns_.has_time;
-  options.counts_cycles = columns_.counts_cycles;
+  options.counts_each_sensor = options_.rate_hz && !columns_.has_time && count_each_sensor();
+  options.counts_cycles = columns_.counts_cycles && !options.counts_each_sensor;
   options.keep_origin = options_.keep_origin;
   if (options.has_time) options.column = header_of(0);
   if (clock_times_) recording.notes.push_back("the times are times of the day, read as seconds");

@@ -84,6 +84,7 @@ class CsvParser {
   std::uint32_t bit_of_vector(std::size_t i) const;
   std::uint32_t bit_of_scalar(std::size_t i) const;
   bool clock_time(std::size_t field, std::string_view text);
+  bool count_each_sensor();
   void set_times(Recording& recording);
   std::size_t field_of(std::size_t slot) const;
   std::string header_of(std::size_t slot) const;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 
+#include "recording/data/applied_correction.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 
@@ -79,8 +80,10 @@ void turn_axes(Recording& recording, const std::string& sensor, const Matrix3& a
   for (std::size_t i = 0; i < recording.mag.size(); ++i) {
     if (sensor != "mag" && sensor != recording.mag_names[i]) continue;
     turn(recording.mag[i], axes);
+    turn_applied(recording.file_units, recording.mag_names[i], axes);
     found = true;
   }
+  if (sensor == "acc" || sensor == "gyr") turn_applied(recording.file_units, sensor, axes);
   if (!found) {
     throw InputError(recording.name, 0, 0, "there is no sensor " + quoted_text(sensor),
                      fmt::format("name acc, gyr, mag{}{}", recording.mag.size() > 1 ? " or " : "",

@@ -33,7 +33,9 @@ class ExtremeValues {
   bool piles_up() const;
 
  private:
-  std::array<Value, 4> values_;  // falling: the largest, and the next ones, which a peak also has
+  // The largest value and the next three, falling. A peak of the motion has values just below its
+  // largest one, a limit of the converter hardly any.
+  std::array<Value, 4> values_;
   double last_ = 0.0, least_ = 0.0, least_since_ = 0.0;
   std::size_t run_ = 0, held_ = 0;
 };

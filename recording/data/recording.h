@@ -68,7 +68,8 @@ struct MotionTruth {
 // the recording (gate.h). What they leave is a gap of that sensor alone.
 struct SetAside {
   std::string sensor;  // "acc", "gyr", "mag", "mag2", ...
-  // "not_finite", "range", "spike", "stuck", "zeros", "sentinel", "wrap", "clipped", "disturbed"
+  // "not_finite", "range", "spike", "stuck", "zeros", "sentinel", "wrap", "clipped", "disturbed",
+  // "dead_zone"
   std::string kind;
   std::size_t count = 0, of = 0;      // samples taken out, and samples the sensor had
   double begin_s = 0.0, end_s = 0.0;  // times of the first and the last of them

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -49,6 +50,9 @@ const Unit kUnits[] = {
     {"mag", 1e-3, {"nT", "nanotesla"}},
     {"mag", 100.0, {"gauss", "G", "gs", "ga"}},
     {"mag", 0.1, {"mG", "mgauss", "milligauss", "mga"}},
+    {"mag",
+     kArbitraryField,
+     {"a.u.", "a.u", "au", "arb", "arb.", "arb. units", "arb.u.", "arbitrary", "arbitrary units"}},
     {"pos", 1.0, {"m", "meter", "metre"}},
     {"pos", 1e-2, {"cm"}},
     {"pos", 1e-3, {"mm"}},
@@ -116,6 +120,14 @@ std::optional<double> unit_in_ours(std::string_view quantity, std::string_view t
   const auto [last, error] = std::from_chars(text.data(), end, factor);
   if (error == std::errc() && last == end && factor > 0.0 && std::isfinite(factor)) return factor;
   return std::nullopt;
+}
+
+bool says_no_unit(std::string_view text) {
+  constexpr std::string_view kNone[] = {"lsb",  "lsbs",     "count", "counts", "cnt",
+                                        "raw",  "adc",      "digit", "digits", "bits",
+                                        "none", "unitless", "n/a"};
+  const std::string wanted = plain_letters(text);
+  return std::ranges::find(kNone, wanted) != std::end(kNone);
 }
 
 std::string units_known(std::string_view quantity) {

@@ -19,4 +19,11 @@ std::string units_known(std::string_view quantity);
 // ways.
 std::string plain_letters(std::string_view text);
 
+// uT that one "arbitrary unit" of a magnetometer is taken for. Devices that calibrate themselves
+// (x-IMU3) scale the field to one.
+inline constexpr double kArbitraryField = 50.0;
+
+// Words in the place of a unit that say there is none: numbers as the converter gives them.
+bool says_no_unit(std::string_view text);
+
 }  // namespace magimu

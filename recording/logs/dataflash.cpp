@@ -9,6 +9,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
@@ -16,6 +17,7 @@
 #include "recording/logs/dataflash_types.h"
 #include "recording/logs/log_recording.h"
 #include "recording/logs/logs.h"
+#include "recording/logs/mount_rotation.h"
 
 namespace magimu {
 namespace {
@@ -85,6 +87,9 @@ class FlashReader {
       throw InputError(path_, 0, 0, "this log does not say what its messages hold (no FMT)",
                        "give the whole log from its beginning");
     }
+    for (const auto& [sensor, is] : corrected_) {
+      log_.corrected(sensor, corrected_by(is.first, is.second), applied_by(is.first, is.second));
+    }
     log_.choose();
     scan();
     return log_.finish();
@@ -145,9 +150,12 @@ class FlashReader {
     const FlashField* const value = its.find("Value");
     if (name == nullptr || value == nullptr || name->kind != 'N') return;
     const std::string key(flash_text(data.substr(name->offset, 16)));
-    if ((key.starts_with("COMPASS_") || key.starts_with("INS_")) && parameters_.size() < 5000) {
-      parameters_[key] = flash_number(data, *value);
-    }
+    const bool of_sensors =
+        key.starts_with("COMPASS_") || key.starts_with("INS_") || key == "AHRS_ORIENTATION";
+    if (!of_sensors || parameters_.size() >= 5000) return;
+    const double number = flash_number(data, *value);
+    const auto [known, is_new] = parameters_.try_emplace(key, number);
+    if (!is_new && known->second != number) changed_.insert(key);
   }
 
   std::vector<FlashReading> readings_of(const FlashType& type) const {
@@ -201,22 +209,49 @@ class FlashReader {
                                  : reading.base;
     const int rank = reading.is->rank - std::min(instance + reading.number, 9);
     const std::size_t sensor = log_.sensor(
-        {std::string(reading.is->kind), name, rank, reading.unit, std::string(reading.is->said),
-         reading.is->message == "IMU"
-             ? corrected_by(reading.is->kind, std::max(instance, reading.number - 1))
-             : ""});
+        {std::string(reading.is->kind), name, rank, reading.unit, std::string(reading.is->said)});
     reading.sensor_of.emplace(instance, sensor);
+    if (reading.is->message == "IMU" && !log_.chosen()) {
+      corrected_[sensor] = {std::string(reading.is->kind), std::max(instance, reading.number - 1)};
+    }
     return sensor;
+  }
+
+  // INS_ACCOFFS_X of the first IMU, INS_ACC2OFFS_X of the second.
+  static std::string ins_name(std::string_view kind, int imu, std::string_view what) {
+    return fmt::format("INS_{}{}{}_", kind == "acc" ? "ACC" : "GYR",
+                       imu == 0 ? "" : std::to_string(imu + 1), what);
+  }
+
+  // The offsets, which are subtracted, then the scales, then the board's mounting
+  // (AP_InertialSensor_Backend.cpp).
+  std::optional<AppliedCorrection> applied_by(const std::string& kind, int imu) const {
+    AppliedCorrection out;
+    out.by = Autopilot::kArdupilot;
+    out.number = imu;
+    const std::optional<Matrix3> board = mount_rotation(parameter_or("AHRS_ORIENTATION", 0.0));
+    if (!board || imu > 2) return std::nullopt;
+    // With the temperature other offsets enter.
+    if (parameter_or(fmt::format("INS_TCAL{}_ENABLE", imu + 1), 0.0) != 0.0) return std::nullopt;
+    out.rotation = out.matrix = *board;
+    for (int i = 0; i < 3; ++i) {
+      const char axis = "XYZ"[i];
+      const std::string offset = ins_name(kind, imu, "OFFS") + axis,
+                        scale = ins_name(kind, imu, "SCAL") + axis;
+      if (changed_.contains(offset) || changed_.contains(scale)) return std::nullopt;
+      out.offset[i] = parameter_or(offset, 0.0);
+      const double gain = kind == "acc" ? parameter_or(scale, 1.0) : 1.0;
+      if (gain != 0.0) out.matrix.col(i) *= gain;
+    }
+    return out;
   }
 
   // INS_ACCOFFS_X, INS_ACC2SCAL_X and the like, which ArduPilot has applied before it logs IMU.
   std::string corrected_by(std::string_view kind, int imu) const {
-    const std::string n = imu == 0 ? "" : std::to_string(imu + 1);
     std::vector<std::string> values;
     for (const std::string_view what : {"OFFS", "SCAL"}) {
       for (const char axis : {'X', 'Y', 'Z'}) {
-        const std::string name =
-            fmt::format("INS_{}{}{}_{}", kind == "acc" ? "ACC" : "GYR", n, what, axis);
+        const std::string name = ins_name(kind, imu, what) + axis;
         const double neutral = what == "OFFS" ? 0.0 : 1.0, value = parameter_or(name, neutral);
         if (value != neutral && value != 0.0)
           values.push_back(fmt::format("{} {:.6g}", name, value));
@@ -239,7 +274,7 @@ class FlashReader {
       if (reading.offsets[i]) offset[int(i)] = flash_number(data, *reading.offsets[i]);
       if (reading.motor[i]) v[int(i)] -= flash_number(data, *reading.motor[i]);
     }
-    // ArduPilot logs matrix * (measured + offset) + motor; all three are taken off.
+    // ArduPilot logs matrix * scale * (measured + offset) + motor; all of it is taken off.
     if (log_.chosen() && reading.is->kind == "mag") {
       v = matrix_taken_off(std::max(instance, reading.number - 1), v) - offset;
     }
@@ -263,12 +298,17 @@ class FlashReader {
                    xy = value("ODI", "X", 0), xz = value("ODI", "Y", 0), yz = value("ODI", "Z", 0);
       Matrix3 matrix;
       matrix << dx, xy, xz, xy, dy, yz, xz, yz, dz;
+      // Neither is used where it is beyond what ArduPilot takes for possible.
+      constexpr double kMostScale = 1.5;
+      const double scale = parameter_or("COMPASS_SCALE" + n, 1.0);
+      if (scale > 1.0 / kMostScale && scale < kMostScale) matrix *= scale;
       const bool used = dx != 0.0 && dy != 0.0 && dz != 0.0 && matrix.determinant() > 0.1;
       if (used && !matrix.isIdentity()) {
         log_.note(
             fmt::format("compass {}: its matrix COMPASS_DIA{} ({:.5g}, {:.5g}, {:.5g}), "
-                        "COMPASS_ODI{} ({:.5g}, {:.5g}, {:.5g}) is taken off, too",
-                        compass + 1, n, dx, dy, dz, n, xy, xz, yz));
+                        "COMPASS_ODI{} ({:.5g}, {:.5g}, {:.5g}) and COMPASS_SCALE{} {:.5g} are "
+                        "taken off, too",
+                        compass + 1, n, dx, dy, dz, n, xy, xz, yz, n, scale));
       }
       const Matrix3 inverse = used ? Matrix3(matrix.inverse()) : Matrix3::Identity();
       known = inverses_.emplace(compass, inverse).first;
@@ -281,7 +321,9 @@ class FlashReader {
   LogRecording log_;
   FlashTypes types_;
   std::array<std::optional<std::vector<FlashReading>>, 256> readings_;  // of types
-  std::map<std::string, double> parameters_;
+  std::map<std::string, double> parameters_;                      // as they were at the beginning
+  std::set<std::string> changed_;                                 // later on
+  std::map<std::size_t, std::pair<std::string, int>> corrected_;  // sensor: its kind, its IMU
   std::map<int, Matrix3> inverses_;
 };
 

@@ -252,16 +252,7 @@ Recording LogRecording::finish() {
       out.notes.push_back(fmt::format("{}: {}", printable(entry->name), entry->said));
     }
   }
-  for (const Entry* entry : read) {
-    if (entry->corrected_by.empty()) continue;
-    const std::string text = fmt::format(
-        "{} of {} is corrected already, by {}: what is found comes on top of these. A file of "
-        "magimu export would replace them by the rest: add the two by hand, or calibrate readings "
-        "as measured",
-        entry->kind, printable(entry->name), entry->corrected_by);
-    out.notes.push_back(text);
-    out.cautions.push_back(text);
-  }
+  tell_corrections(out, read);
   std::vector<std::string> unique;
   for (const std::string& note : out.notes) {
     if (std::ranges::find(unique, note) == unique.end()) unique.push_back(note);
@@ -277,7 +268,35 @@ Recording LogRecording::finish() {
         "messages that repeat the one before, time and reading: {}; they are left out", repeated_));
   }
   set_times(out);
+  set_corrections(out, read);
   return out;
+}
+
+void LogRecording::tell_corrections(Recording& out, const std::vector<Entry*>& read) const {
+  for (const Entry* entry : read) {
+    if (entry->corrected_by.empty()) continue;
+    const char* const remedy =
+        entry->applied ? "magimu export gives the parameters that replace these, with both in them"
+                       : "A file of magimu export would replace them by the rest: add the two by "
+                         "hand, or calibrate readings as measured";
+    const std::string text =
+        fmt::format("{} of {} is corrected already, by {}: what is found comes on top of these. {}",
+                    entry->kind, printable(entry->name), entry->corrected_by, remedy);
+    out.notes.push_back(text);
+    out.cautions.push_back(text);
+  }
+}
+
+void LogRecording::set_corrections(Recording& out, const std::vector<Entry*>& read) {
+  std::size_t mags = 0;
+  for (const Entry* entry : read) {
+    const bool mag = entry->kind == "mag";
+    if (mag && mags == out.mag_names.size()) continue;
+    const std::string sensor = mag ? out.mag_names[mags++] : entry->kind;
+    if (entry->applied && !is_scalar(entry->kind)) {
+      set_applied(out.file_units, sensor, *entry->applied);
+    }
+  }
 }
 
 // By the same rules as those of a file's rows: late ones, damaged ones, clocks that were set.

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "recording/csv/csv.h"
+#include "recording/data/applied_correction.h"
 #include "recording/data/recording.h"
 
 namespace magimu {
@@ -28,6 +29,7 @@ struct LogSensor {
   std::string said;   // for notes: what was done to the readings before they were logged
   std::string corrected_by =
       {};  // for notes: parameters with which the device has corrected the readings
+  std::optional<AppliedCorrection> applied = {};  // the same in numbers, where all are known
 };
 
 class LogRecording {
@@ -43,6 +45,12 @@ class LogRecording {
   // Whether a reading other than zero was seen. Devices write zeros for a sensor that they do not
   // have.
   bool reads(std::size_t sensor) const { return sensors_[sensor].reads; }
+  // What had corrected a sensor's readings, where that is known only later.
+  void corrected(std::size_t sensor, const std::string& by,
+                 const std::optional<AppliedCorrection>& applied) {
+    sensors_[sensor].corrected_by = by;
+    sensors_[sensor].applied = applied;
+  }
   // Adds a note; the same words only once.
   void note(const std::string& text);
 
@@ -77,6 +85,8 @@ class LogRecording {
   void start_reading();
   double unit_of(const Entry& entry) const;
   void set_times(Recording& recording);
+  void tell_corrections(Recording& recording, const std::vector<Entry*>& read) const;
+  static void set_corrections(Recording& recording, const std::vector<Entry*>& read);
   void take_series(Recording& recording, Entry& entry, VectorSeries series, bool one_mag);
 
   const std::string& path_;

@@ -8,12 +8,14 @@
 #include <array>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
 #include "recording/files/log_file.h"
 #include "recording/logs/log_recording.h"
 #include "recording/logs/logs.h"
+#include "recording/logs/mount_rotation.h"
 #include "recording/logs/px4_topics.h"
 #include "recording/logs/struct_number.h"
 
@@ -50,7 +52,8 @@ const UlogField* field_named(const UlogFormat& format, std::string_view name) {
 // A subscription's sensors.
 struct UlogTopic {
   UlogFormat format;
-  std::size_t size = 0;  // bytes of a message at least
+  std::size_t size = 0;    // bytes of a message at least
+  bool selection = false;  // says which devices are in use, and has no readings
   struct Reading {
     std::size_t sensor = 0;
     const Px4Reading* is = nullptr;
@@ -65,7 +68,11 @@ class UlogReader {
       : file_(path), log_(path, "a PX4 log (ULog)", options) {}
 
   Recording read() {
-    return log_.read([this] { scan(); });
+    scan();
+    for (const Corrected& sensor : corrected_) tell_corrected(sensor);
+    log_.choose();
+    scan();
+    return log_.finish();
   }
 
  private:
@@ -134,11 +141,14 @@ class UlogReader {
     const std::string_view key = data.substr(1, length);
     if (data.size() < 1 + length + 4) return;
     const std::size_t gap = key.find(' ');
-    if (gap == std::string_view::npos || !key.substr(gap + 1).starts_with("CAL_")) return;
+    if (gap == std::string_view::npos) return;
+    const std::string_view name = key.substr(gap + 1);
+    if (!name.starts_with("CAL_") && !name.starts_with("SENS_BOARD_")) return;
     const bool is_float = key.substr(0, gap) == "float";
-    parameters_[std::string(key.substr(gap + 1))] =
-        is_float ? double(bytes_as<float>(data, 1 + length))
-                 : double(bytes_as<std::int32_t>(data, 1 + length));
+    const double value = is_float ? double(bytes_as<float>(data, 1 + length))
+                                  : double(bytes_as<std::int32_t>(data, 1 + length));
+    const auto [known, is_new] = parameters_.try_emplace(std::string(name), value);
+    if (!is_new && known->second != value) changed_.insert(known->first);
   }
 
   // Fields with their places; those of nested types with the outer name in front.
@@ -194,14 +204,18 @@ class UlogReader {
       reading.is = &is;
       if (!find_axes(topic.format, is, reading.axes)) continue;
       const std::string kind(is.kind);
-      reading.sensor = log_.sensor({kind, shown, is.rank - int(std::min(instance, 9U)), is.unit,
-                                    std::string(is.said), corrected_by(is, instance)});
+      reading.sensor = log_.sensor(
+          {kind, shown, is.rank - int(std::min(instance, 9U)), is.unit, std::string(is.said)});
+      if (!log_.chosen() && is.said.find("corrected by CAL_") != std::string_view::npos) {
+        corrected_.push_back({reading.sensor, &is, int(instance)});
+      }
       for (const UlogField& axis : reading.axes) {
         topic.size = std::max(topic.size, axis.offset + struct_size(axis.kind));
       }
       topic.readings.push_back(reading);
     }
-    if (!topic.readings.empty()) topics_[id] = std::move(topic);
+    topic.selection = name == "sensor_selection";
+    if (!topic.readings.empty() || topic.selection) topics_[id] = std::move(topic);
   }
 
   static bool find_axes(const UlogFormat& format, const Px4Reading& is,
@@ -229,23 +243,126 @@ class UlogReader {
     return true;
   }
 
-  // What has corrected the readings, with the log's own parameters.
-  std::string corrected_by(const Px4Reading& is, unsigned instance) const {
-    if (is.said.find("corrected by CAL_") == std::string_view::npos) return "";
-    const char* const sensor = is.kind == "acc" ? "ACC" : is.kind == "gyr" ? "GYRO" : "MAG";
-    const std::string start = fmt::format("CAL_{}{}_", sensor, instance);
+  // A sensor whose readings PX4 has corrected, by the n-th of CAL_MAGn and the like.
+  struct Corrected {
+    std::size_t sensor;
+    const Px4Reading* is;
+    int instance;
+  };
+
+  static constexpr int kNeverCalibrated = -1;  // no parameters are this device's
+
+  double parameter_or(const std::string& name, double otherwise) const {
+    const auto found = parameters_.find(name);
+    return found == parameters_.end() ? otherwise : found->second;
+  }
+
+  void tell_corrected(const Corrected& corrected) {
+    const Px4Reading& is = *corrected.is;
+    const bool mag = is.kind == std::string_view("mag");
+    const std::string name = is.kind == std::string_view("acc")   ? "ACC"
+                             : is.kind == std::string_view("gyr") ? "GYRO"
+                                                                  : "MAG";
+    const std::optional<int> number = number_of(corrected, name);
+    if (number == kNeverCalibrated) return;
+    const std::string start = fmt::format("CAL_{}{}_", name, number.value_or(corrected.instance));
+    AppliedCorrection applied;
+    applied.by = Autopilot::kPx4;
+    applied.number = number.value_or(corrected.instance);
+    Matrix3 S = Matrix3::Zero();
+    for (int i = 0; i < 3; ++i) {
+      const char axis = "XYZ"[i];
+      applied.offset[i] = is.unit * parameter_or(start + axis + "OFF", 0.0);
+      const double scale = parameter_or(start + axis + "SCALE", 1.0);
+      S(i, i) = scale == 0.0 ? 1.0 : scale;
+      if (!mag) continue;
+      const int row = i == 2 ? 1 : 0, column = i == 0 ? 1 : 2;
+      S(row, column) = S(column, row) = parameter_or(start + axis + "ODIAG", 0.0);
+    }
+    const std::optional<Matrix3> mounted = mounting(start);
+    if (mounted) {
+      applied.rotation = *mounted;
+      applied.matrix = *mounted * S;
+    }
+    const bool changed = std::ranges::any_of(
+        changed_, [&](const std::string& each) { return each.starts_with(start); });
+    const bool known = number && mounted && !changed && S.determinant() > 0.1;
+    log_.corrected(corrected.sensor, corrected_by(start),
+                   known ? std::optional(applied) : std::nullopt);
+  }
+
+  // n of the parameters that are this device's; empty where the log does not tell.
+  std::optional<int> number_of(const Corrected& corrected, const std::string& name) const {
+    const auto device = devices_.find(corrected.sensor);
+    const auto of_kind = selected_.find(std::string(corrected.is->kind));
+    const double id = device != devices_.end()     ? device->second
+                      : of_kind != selected_.end() ? of_kind->second
+                                                   : parameter_or("CAL_" + name + "_PRIME", 0.0);
+    constexpr int kMost = 4;
+    int with_id = 0, last = 0;
+    for (int n = 0; n < kMost; ++n) {
+      const double its = parameter_or(fmt::format("CAL_{}{}_ID", name, n), 0.0);
+      if (its == 0.0) continue;
+      if (its == id) return n;
+      ++with_id;
+      last = n;
+    }
+    if (id == 0.0 && with_id == 1) return last;  // there is no other
+    if (id != 0.0 && with_id > 0) return kNeverCalibrated;
+    return std::nullopt;
+  }
+
+  // How the device is mounted: as its own parameter says, or with the board, which may be trimmed
+  // by some degrees (PX4, src/lib/sensor_calibration/Utilities.cpp).
+  std::optional<Matrix3> mounting(const std::string& start) const {
+    const double own = parameter_or(start + "ROT", -1.0);
+    if (own >= 0.0) return mount_rotation(own);
+    const std::optional<Matrix3> board = mount_rotation(parameter_or("SENS_BOARD_ROT", 0.0));
+    if (!board) return std::nullopt;
+    return Matrix3(rotation_by_angles(parameter_or("SENS_BOARD_X_OFF", 0.0),
+                                      parameter_or("SENS_BOARD_Y_OFF", 0.0),
+                                      parameter_or("SENS_BOARD_Z_OFF", 0.0)) *
+                   *board);
+  }
+
+  // The parameters that are not neutral, for people.
+  std::string corrected_by(const std::string& start) const {
     std::vector<std::string> values;
     for (const auto& [name, value] : parameters_) {
       const bool offset = name.ends_with("OFF") && value != 0.0;
       const bool scale = name.ends_with("SCALE") && value != 0.0 && value != 1.0;
-      if (!name.starts_with(start) || !(offset || scale)) continue;
+      const bool beside = name.ends_with("ODIAG") && value != 0.0;
+      if (!name.starts_with(start) || !(offset || scale || beside)) continue;
       values.push_back(fmt::format("{} {:.6g}", name, value));
     }
     return fmt::format("{}", fmt::join(values, ", "));
   }
 
+  // Which devices the readings are of, in the first pass.
+  void device_of(const UlogTopic& topic, std::string_view data) {
+    const auto id = [&](const char* name) {
+      const UlogField* const field = field_named(topic.format, name);
+      if (field == nullptr || field->offset + struct_size(field->kind) > data.size()) return 0.0;
+      return struct_number(data, field->kind, field->offset);
+    };
+    const std::pair<const char*, const char*> fields[] = {
+        {"acc", "accel_device_id"},
+        {"gyr", "gyro_device_id"},
+        {"mag", topic.selection ? "mag_device_id" : "device_id"}};
+    for (const auto& [kind, field] : fields) {
+      const double device = id(field);
+      if (device == 0.0) continue;
+      if (topic.selection) selected_.try_emplace(kind, device);
+      for (const UlogTopic::Reading& reading : topic.readings) {
+        if (reading.is->kind == std::string_view(kind))
+          devices_.try_emplace(reading.sensor, device);
+      }
+    }
+  }
+
   void sample(const UlogTopic& topic, std::string_view data) {
     if (data.size() < topic.size) return;
+    if (!log_.chosen()) device_of(topic, data);
     std::int64_t t_us = std::int64_t(bytes_as<std::uint64_t>(data, 0));
     const UlogField* const measured = field_named(topic.format, "timestamp_sample");
     if (measured != nullptr && measured->kind == 'Q') {
@@ -318,7 +435,11 @@ class UlogReader {
   LogFile file_;
   LogRecording log_;
   std::map<std::string, std::string> formats_;
-  std::map<std::string, double> parameters_;
+  std::map<std::string, double> parameters_;  // as they were at the beginning
+  std::set<std::string> changed_;             // later on
+  std::vector<Corrected> corrected_;
+  std::map<std::size_t, double> devices_;   // of sensors
+  std::map<std::string, double> selected_;  // of a kind: the device in use
   std::map<std::uint16_t, UlogTopic> topics_;
   std::optional<std::uint64_t> appended_;
 };

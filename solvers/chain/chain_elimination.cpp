@@ -3,15 +3,20 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
 #include "graph/parallel.h"
+#include "solvers/kernels/square_sum.h"
 
 namespace magimu::chain {
 namespace {
 
 constexpr int kStrip = 96;  // rows of a long product that are taken at a time
+// Globals from which their square is worth a copy of the rows into SIMD registers' order: of an
+// array of magnetometers it is nearly all of the work.
+constexpr int kWideBorder = 64;
 
 using Pair = double __attribute__((vector_size(16)));
 
@@ -79,6 +84,38 @@ void add_square(int rows, const double* a, int n, int lda, double* c, int ldc, d
     add_product(std::min(kStrip, rows - k), ak, n, lda, ak, n, lda, c, ldc, sign, true);
   }
 }
+
+// C += A'A (upper triangle) for a tall A of n columns, side by side as C's are; gathered until
+// finish().
+class BorderSquare {
+ public:
+  BorderSquare(int n, double* c) : n_(n), c_(c) {
+    if (n >= kWideBorder) wide_.emplace(n);
+  }
+  void add(const double* a, int rows) {
+    if (!wide_) return add_square(rows, a, n_, n_, c_, n_, 1.0);
+    constexpr int kTogether = 32;
+    for (int k = 0; k < rows; k += kTogether) {
+      const int count = std::min(kTogether, rows - k);
+      double* to = wide_->rows(count);
+      for (int i = k; i < k + count; ++i, to += wide_->width()) {
+        std::copy_n(a + std::ptrdiff_t(i) * n_, n_, to);
+      }
+    }
+  }
+  void finish() {
+    if (!wide_) return;
+    wide_->finish();
+    for (int i = 0; i < n_; ++i) {
+      for (int j = i; j < n_; ++j) c_[std::ptrdiff_t(i) * n_ + j] += (*wide_)(i, j);
+    }
+  }
+
+ private:
+  int n_;
+  double* c_;
+  std::optional<SquareSum> wide_;
+};
 
 // x *= s; y -= s x.
 inline void scale_row(double* x, int n, double s) {
@@ -171,6 +208,7 @@ void Elimination::process(const Range& range, const LinearSystem& system, const 
   work.regular = true;
   std::fill(work.center.begin(), work.center.end(), 0.0);
   std::fill(work.spare.begin(), work.spare.end(), 0.0);
+  BorderSquare center(g, work.center.data());
   int begin = range.begin;  // of the levels whose border is not yet in work.center
   for (int l = range.begin; l < range.end && work.regular; ++l) {
     const Level& level = s_.levels[std::size_t(l)];
@@ -186,11 +224,11 @@ void Elimination::process(const Range& range, const LinearSystem& system, const 
     add_product(d, W, n, own.stride, own.border, g, g, parent.border, g, -1.0);
     const int first = s_.levels[std::size_t(begin)].first, rows = level.first + d - first;
     if (rows >= kStrip || l + 1 == range.end) {
-      add_square(rows, border_.data() + std::ptrdiff_t(first) * g, g, g, work.center.data(), g,
-                 1.0);
+      center.add(border_.data() + std::ptrdiff_t(first) * g, rows);
       begin = l + 1;
     }
   }
+  center.finish();
 }
 
 // Where a level's contributions to its parent go: to the next level, or to the branch's spare.

@@ -16,6 +16,7 @@ class ChainSolver final : public LinearSolver {
  public:
   explicit ChainSolver(chain::Structure structure) : u_(std::move(structure)) {}
 
+  Backend backend() const override { return Backend::kChain; }
   bool factorize(const LinearSystem& system, const VectorXd& scale, double lambda) override {
     return u_.factorize(system, scale, lambda);
   }

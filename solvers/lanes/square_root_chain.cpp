@@ -73,7 +73,8 @@ void SquareRootChain::add_global(const std::vector<int>& columns, int rows, cons
   }
 }
 
-// Stacked: what earlier windows say of the boundary, the window to the next one, damping.
+// Stacks three blocks of rows: those carried from earlier windows, those of the window to the next
+// boundary, and the damping. The rows that are left on the next boundary are carried on.
 bool SquareRootChain::eliminate_boundary(int boundary, double damping) {
   const bool link = linked(boundary);
   const int width = wide(), more = link ? 2 * d_ : 0, carried = int(carried_.rows());

@@ -64,6 +64,12 @@ class WindowProblem final : public OptimizerProblem {
     engine_->keep_candidate();
     watch();
   }
+  void go_back(const Values& values, double damping) override {
+    engine_->load(values);
+    cost_ = engine_->condense(damping);
+    here_ = true;
+    watch();
+  }
   Values values() const override {
     Values out = values_;
     engine_->store(out);

@@ -26,6 +26,8 @@ class LinearSolver {
  public:
   virtual ~LinearSolver() = default;
 
+  // Which one it is; of one that chooses by the system's structure, kAuto before it has chosen.
+  virtual Backend backend() const = 0;
   // Factorizes with the system's present numbers; the structure is analysed at the first call and
   // must not change afterwards. False if the matrix is singular to working precision.
   virtual bool factorize(const LinearSystem& system, const VectorXd& scale, double lambda) = 0;

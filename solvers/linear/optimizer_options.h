@@ -28,6 +28,9 @@ struct OptimizerOptions {
   double min_damping = 1e-12;     // below it the step is Gauss-Newton's
   double max_damping = 1e10;      // above it no downhill step is left
   double min_gain_ratio = 1e-3;
+  // For starts near the answer, in a narrow valley that bends: a step that leaves its floor is
+  // followed by others (levenberg_marquardt.h). Far away it may lead to another valley.
+  bool may_rise = false;
   // For starts far from the answer: damps each column by the largest norm that it has had (More
   // 1978), not by its present one, so that a variable whose influence fades does not run away.
   bool damp_by_largest_norm = false;

@@ -32,6 +32,9 @@ class OptimizerProblem {
   // Are the residuals and Jacobians there finite numbers?
   virtual bool is_finite() const = 0;
   virtual double gradient_norm() const = 0;  // in columns of unit norm
+  // No residual depends on any variable there: robust losses have left all factors out, or the
+  // residuals are flat.
+  virtual bool is_flat() const { return false; }
   // |value / sigma| of all variables together, 1 / sigma of a rotation.
   virtual double sizes_in_sigmas() const = 0;
   virtual int rows() const = 0;
@@ -42,6 +45,8 @@ class OptimizerProblem {
   // last_sigma standard deviations is the last: what another one would need may wait.
   virtual double try_step(ProposedStep& step, double last_sigma) = 0;
   virtual void accept() = 0;
+  // Back to values where it has been, to be solved with this damping.
+  virtual void go_back(const Values& values, double damping) = 0;
   virtual Values values() const = 0;
   // Norms of the columns at the present values, and the largest that they have had; 0 for columns
   // that are not watched.

@@ -21,6 +21,7 @@ class CholmodSolver final : public LinearSolver {
   CholmodSolver& operator=(const CholmodSolver&) = delete;
   ~CholmodSolver() override { cholmod_l_free_factor(&factor_, common_.get()); }
 
+  Backend backend() const override { return Backend::kCholmod; }
   bool factorize(const LinearSystem& system, const VectorXd& scale, double lambda) override {
     const std::lock_guard lock(one_at_a_time);
     if (factor_ == nullptr) {

@@ -13,6 +13,7 @@ using ColSparse = Eigen::SparseMatrix<double, Eigen::ColMajor>;
 
 class EigenSolver final : public LinearSolver {
  public:
+  Backend backend() const override { return Backend::kEigen; }
   bool factorize(const LinearSystem& system, const VectorXd& scale, double lambda) override {
     const bool first = position_.empty();
     if (first) analyse(system);

@@ -19,6 +19,7 @@ class SpqrSolver final : public LinearSolver {
   SpqrSolver& operator=(const SpqrSolver&) = delete;
   ~SpqrSolver() override { SuiteSparseQR_free<double>(&qr_, common_.get()); }
 
+  Backend backend() const override { return Backend::kSpqr; }
   bool factorize(const LinearSystem& system, const VectorXd& scale, double lambda) override {
     const std::lock_guard lock(one_at_a_time);
     const bool damped = lambda > 0.0;

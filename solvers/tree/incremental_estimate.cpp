@@ -89,6 +89,10 @@ FactorGraph IncrementalQr::graph() const {
 Values IncrementalQr::estimate() const { return estimate(0, windows()); }
 
 Values IncrementalQr::estimate(int begin, int end) const {
+  if (begin < end) {
+    at(begin);
+    at(end - 1);
+  }
   Values out = globals_;
   for (int i = begin; i < end; ++i) {
     std::optional<Window> awake;

@@ -17,6 +17,7 @@ VectorXd unit_columns(const RowBlock& T) {
 }
 
 std::vector<NullDirection> null_directions(const RowBlock& T) {
+  if (T.cols() == 0) return {};
   const VectorXd scale = unit_columns(T);
   const Eigen::JacobiSVD<MatrixXd> svd(T * scale.asDiagonal(), Eigen::ComputeFullV);
   std::vector<NullDirection> out;
@@ -117,6 +118,13 @@ MatrixXd IncrementalQr::covariance(const std::vector<Key>& keys) const {
 // (R dx/dg)' r. Rows of eliminated nodes stay zero.
 std::vector<BlockScore> IncrementalQr::scores(const std::vector<int>& block_of_window,
                                               int blocks) const {
+  const auto outside = [blocks](int b) { return b < 0 || b >= blocks; };
+  if (blocks < 0 || int(block_of_window.size()) < windows() ||
+      std::ranges::any_of(block_of_window, outside)) {
+    throw std::invalid_argument("scores() needs a block for each of the " +
+                                std::to_string(windows()) + " windows, from 0 to below " +
+                                std::to_string(blocks));
+  }
   const int globals = anchors_.dim();
   std::vector<BlockScore> out(std::size_t(blocks),
                               {VectorXd::Zero(globals), MatrixXd::Zero(globals, globals)});

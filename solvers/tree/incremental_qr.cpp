@@ -25,6 +25,15 @@ IncrementalQr::IncrementalQr(const IncrementalQrOptions& options) : options_(opt
       "windows share, such as [](Key k) { return k.symbol != 'R'; }");
 }
 
+const IncrementalQr::Window& IncrementalQr::at(int window) const {
+  if (window < 0 || window >= windows()) {
+    throw std::invalid_argument("there is no window " + std::to_string(window) +
+                                ": windows are numbered from 0, and there are " +
+                                std::to_string(windows()));
+  }
+  return windows_[std::size_t(window)];
+}
+
 // A window that has been linearized (again).
 void IncrementalQr::put(int window) {
   Window& w = windows_[std::size_t(window)];
@@ -253,6 +262,7 @@ UpdateResult IncrementalQr::update(FactorGraph factors, const Values& new_values
 }
 
 UpdateResult IncrementalQr::conclude(int window, bool take_in) {
+  at(window);
   UpdateResult result;
   result.window = window;
   if (window == held_.window) {
@@ -293,6 +303,7 @@ void IncrementalQr::remove(int window) { turn(window, true); }
 void IncrementalQr::restore(int window) { turn(window, false); }
 
 void IncrementalQr::turn(int window, bool removed) {
+  at(window);
   UpdateResult result;
   if (held_.window >= 0) {
     put_held(false);
@@ -333,7 +344,7 @@ std::optional<Stretch> IncrementalQr::held() const {
 }
 
 Innovation IncrementalQr::innovation(int window) {
-  Window& w = windows_[std::size_t(window)];
+  Window& w = at(window);
   if (w.chain < 0) throw std::invalid_argument("a window without nodes has no innovation");
   const int dof = w.rows[1], globals = anchors_.dim();
   // Squares of all, with this for the root of the window's chain.

@@ -42,6 +42,7 @@
 
 #include <deque>
 #include <optional>
+#include <utility>
 
 #include "solvers/kernels/packed_values.h"
 #include "solvers/null_space.h"
@@ -117,13 +118,15 @@ class IncrementalQr {
   // without new data.
   UpdateResult idle();
 
+  // Of these functions each throws std::invalid_argument for a window that is not there.
   // Takes the window's removable factors out, or puts them back. The estimate changes at once.
   void remove(int window);
   void restore(int window);
   // Replaces the window's factors by those that make_again() makes now, of the same variables,
-  // linearized at the estimate. Takes effect with the next update() or idle().
+  // linearized at the estimate. Takes effect with the next update() or idle(). Throws
+  // std::invalid_argument without make_again.
   void replace_factors(int window);
-  bool removed(int window) const { return windows_[std::size_t(window)].removed; }
+  bool removed(int window) const { return at(window).removed; }
   // The removable factors of a window against all other factors.
   // Not const: what it condenses is kept for remove() and restore().
   Innovation innovation(int window);
@@ -140,7 +143,8 @@ class IncrementalQr {
   Values estimate() const;
   // Of the globals, and of the nodes of the windows begin <= w < end with the first one's first.
   Values estimate(int begin, int end) const;
-  // All factors in use, as one graph. Repeated idle() converges to its optimum.
+  // All factors in use, as one graph. Repeated idle() leads to its optimum, to within what windows
+  // may drift there (a tenth of the tolerance).
   FactorGraph graph() const;
   // The least cost, half the sum of squares, of the linearized graph.
   double cost() const { return 0.5 * root_.squares; }
@@ -156,7 +160,8 @@ class IncrementalQr {
   std::vector<NullDirection> null_space() const;
   // Scores and information of the globals, all nodes eliminated, in their order: summed over the
   // windows of each block, 0 <= block_of_window[w] < blocks. Scores sum to zero where nothing has
-  // been put since the last step. What windows without nodes say is left out.
+  // been put since the last step. What windows without nodes say is left out. Throws
+  // std::invalid_argument where a window has no such block.
   std::vector<BlockScore> scores(const std::vector<int>& block_of_window, int blocks) const;
 
   // All that the estimate depends on, so that one with the same options goes on from there with the
@@ -221,6 +226,9 @@ class IncrementalQr {
     VectorXd last;                          // coordinates of its last node
   };
 
+  // Throws std::invalid_argument if there is no such window.
+  const Window& at(int window) const;
+  Window& at(int window) { return const_cast<Window&>(std::as_const(*this).at(window)); }
   bool is_past(Key key) const;
   [[noreturn]] void refuse_unknown(const std::string& factor, Key key) const;
   void require_in_front(const Values& front, const std::vector<Key>& keys) const;

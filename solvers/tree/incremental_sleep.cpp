@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Windows of an IncrementalQr that fall asleep, and what they are woken for.
+#include <stdexcept>
+
 #include "solvers/tree/incremental_qr.h"
 
 namespace magimu {
@@ -24,7 +26,12 @@ void IncrementalQr::wake(int window) {
 }
 
 void IncrementalQr::replace_factors(int window) {
-  Window& w = windows_[std::size_t(window)];
+  Window& w = at(window);
+  if (!options_.make_again) {
+    throw std::invalid_argument(
+        "replace_factors() asks IncrementalQrOptions::make_again for the factors, which is not "
+        "set");
+  }
   if (w.packed.empty()) {
     WindowParts parts = options_.make_again(window);
     w.factors = std::move(parts.factors);

@@ -85,6 +85,22 @@ TEST(ChangeSearch, finds_two_steps_at_their_dates) {
   EXPECT_THAT(dates, testing::UnorderedElementsAre(4u, 9u));
 }
 
+// The first of two steps is no better than a drift until the second is in the model, too: what is
+// told of it is what it is worth beside that.
+TEST(ChangeSearch, a_change_is_judged_beside_all_others) {
+  std::vector<VectorXd> truth = unchanging();
+  const DrawnDevice plain = draw_device(truth, 21);
+  const VectorXd first = test::step_of(plain, 60.0, 1), second = test::step_of(plain, 50.0, 2);
+  for (std::size_t k = 4; k < kRecordings; ++k) truth[k] += first;
+  for (std::size_t k = 9; k < kRecordings; ++k) truth[k] += second;
+  const ChangeHistory history = find_changes(draw_device(truth, 21).problem);
+  ASSERT_EQ(history.changes.size(), 2u);
+  for (const FoundChange& found : history.changes) {
+    EXPECT_TRUE(found.most_likely);
+    EXPECT_GT(found.probability, 0.5);
+  }
+}
+
 TEST(ChangeSearch, a_huge_step_has_a_probability_of_one_at_most_and_its_own_size) {
   std::vector<VectorXd> truth = unchanging();
   const DrawnDevice plain = draw_device(truth, 31);

@@ -213,5 +213,24 @@ TEST(Device, one_recording_is_limited_and_two_that_agree_are_to_be_relied_on) {
   EXPECT_EQ(make_device("d", recordings).standing[0].verdict, Verdict::kLimited);
 }
 
+TEST(Device, what_changed_before_its_last_recording_is_not_confirmed) {
+  std::vector<DeviceRecording> recordings;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::string name(1, char('a' + i));
+    recordings.push_back({name, name, "", "", three().own[i], three().summaries[i], 1.0});
+    recordings.back().calibration.trust = {};
+  }
+  EXPECT_EQ(make_device("d", recordings).calibration->trust.verdict, Verdict::kYes);
+  CondensedRecording& last = *recordings[2].condensed;
+  const auto bias = std::ranges::find(last.order, "magnetometers[0].bias[0]");
+  ASSERT_NE(bias, last.order.end());
+  last.at[bias - last.order.begin()] += 5.0;
+  recordings[2].calibration.parameters.mag[0].bias[0] += 5.0;
+  const Device changed = make_device("d", recordings);
+  ASSERT_FALSE(changed.history.changes.empty());
+  EXPECT_EQ(changed.calibration->trust.verdict, Verdict::kLimited);
+  EXPECT_THAT(changed.calibration->trust.reasons.front(), testing::HasSubstr("before c"));
+}
+
 }  // namespace
 }  // namespace magimu

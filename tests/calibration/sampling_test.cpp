@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Rates, ratios, clocks out of step, arrays: the result has to be right whatever the sampling.
+#include "calibration/pipeline.h"
 #include "sim/draws/random.h"
 #include "tests/calibration/cases.h"
 
@@ -137,6 +138,19 @@ TEST(Array, magnetometers_may_have_clocks_and_rates_of_their_own) {
   EXPECT_LT(
       test::sigmas_apart(c, in_calibration_order(s.truth.parameters, {s.truth.parameters.dip_rad})),
       8.0);  // its density is now 1.7 times the one given
+}
+
+TEST(Sampling, long_recordings_have_fewer_nodes_a_second) {
+  const Recording r = test::simulated_hand(100.0, 7, 650.0).recording;
+  const std::vector<const Recording*> once{&r}, often(4, &r);
+  const Pipeline one(once, {});
+  EXPECT_EQ(one.node_every(), 2);  // 65,000 samples, 60,000 nodes at the most
+  EXPECT_EQ(one.coarse_every(), 9);
+  const Pipeline four(often, {});
+  EXPECT_EQ(four.node_every(), 5);
+  EXPECT_EQ(four.coarse_every(), 9);
+  const std::vector<const Recording*> very_often(10, &r);
+  EXPECT_EQ(Pipeline(very_often, {}).coarse_every(), 15);
 }
 
 }  // namespace

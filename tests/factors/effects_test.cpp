@@ -204,6 +204,32 @@ TEST(Effects, are_linear_but_for_those_that_delay_scale_time_or_have_a_place) {
   }
 }
 
+// States are found without attitudes for these (SensedMotion::state_without_attitude).
+TEST(Effects, that_do_without_an_attitude_are_the_same_at_any) {
+  RandomValue random(8);
+  int without = 0;
+  for (const auto& effect : effect_catalogue()) {
+    if (!effect->description().without_attitude) continue;
+    ++without;
+    const VectorXd theta = VectorXd::LinSpaced(effect->size(), 0.3, 1.2);
+    const SampleState s = random_state(random);
+    SampleState alone;
+    alone.t = s.t;
+    alone.u = s.u;
+    alone.duration_s = s.duration_s;
+    alone.f = s.f;
+    alone.temperature = s.temperature;
+    alone.current = s.current;
+    alone.bias = s.bias;
+    EXPECT_EQ(effect->term(alone, theta), effect->term(s, theta)) << effect->name();
+    MatrixXd J(3, effect->size()), of_alone(3, effect->size());
+    effect->jacobian(s, theta, J);
+    effect->jacobian(alone, theta, of_alone);
+    EXPECT_EQ(of_alone, J) << effect->name();
+  }
+  EXPECT_GE(without, 8);
+}
+
 TEST(Effects, are_not_there_without_their_parameters) {
   RandomValue random(5);
   for (const auto& effect : all_effects()) {

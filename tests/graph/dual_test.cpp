@@ -154,5 +154,17 @@ TEST(Dual, eigen_computes_with_it) {
   EXPECT_LT((Eigen::Map<const Eigen::Vector3d>(f.d.data()) - gradient).norm(), 1e-14);
 }
 
+TEST(Dual, constants_of_double_need_no_cast) {
+  Eigen::Matrix2d A;
+  A << 1.0, 2.0, 3.0, 4.0;
+  const Vec<Dual<2>, 2> x(Dual<2>::variable(0.5, 0), Dual<2>::variable(-1.0, 1));
+  const Vec<Dual<2>, 2> y = A * x + 2 * x - Eigen::Vector2d(1.0, 1.0);
+  const Vec<Dual<2>, 2> same = A.cast<Dual<2>>() * x + Dual<2>(2.0) * x - Vec<Dual<2>, 2>(1.0, 1.0);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(y[i].v, same[i].v);
+    EXPECT_EQ(y[i].d, same[i].d);
+  }
+}
+
 }  // namespace
 }  // namespace magimu

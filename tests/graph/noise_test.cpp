@@ -126,6 +126,18 @@ TEST(Loss, rho_and_weight_are_continuous_at_k) {
   }
 }
 
+// Only one triangle would be read: whoever fills the other one in would get no correlation.
+TEST(Noise, refuses_a_covariance_of_which_one_triangle_is_filled_in) {
+  Matrix3 S = Matrix3::Identity();
+  S(0, 1) = 0.5;
+  for (const Matrix3& one : {S, Matrix3(S.transpose())}) {
+    EXPECT_THAT([&] { Noise<3>::full(one); },
+                ThrowsMessage<std::invalid_argument>(HasSubstr("symmetric")));
+  }
+  S(1, 0) = 0.5 + 1e-12;  // rounding
+  EXPECT_NO_THROW(Noise<3>::full(S));
+}
+
 TEST(Loss, small_residuals_count_in_full_and_large_ones_less) {
   for (const Loss& loss : kKindsOfLoss) {
     EXPECT_EQ(loss.rho(0.0), 0.0);

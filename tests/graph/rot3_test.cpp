@@ -143,5 +143,16 @@ TEST(Rot3, from_quaternion_normalizes) {
   EXPECT_LT((R.Log() - Vector3(0.0, kPi / 2.0, 0.0)).norm(), 1e-15);
 }
 
+TEST(Rot3, a_matrix_that_is_no_rotation_is_refused) {
+  Matrix3 sheared;
+  sheared << 1, 2, 3, 4, 5, 6, 7, 8, 10;
+  EXPECT_THROW(Rot3::from_matrix(sheared), std::invalid_argument);
+  EXPECT_THROW(Rot3::from_matrix(-Matrix3::Identity()), std::invalid_argument);
+  EXPECT_THROW(Rot3::from_matrix(Matrix3::Constant(std::nan(""))), std::invalid_argument);
+  const Rot3 R = Rot3::Exp(Vector3(0.3, -0.2, 0.7));
+  const Matrix3 rounded = (R.matrix() * 1000.0).array().round() / 1000.0;
+  EXPECT_LT(largest_difference(Rot3::from_matrix(rounded), R), 1e-3);
+}
+
 }  // namespace
 }  // namespace magimu

@@ -45,6 +45,12 @@ for flags in "" "-O0" "-march=native"; do
   "$folder/build/consumer" || fail "the program built with find_package and '$flags'"
 done
 
+# Taken in as sources it can be configured (consumers.sh builds it, which takes long).
+for way in subdirectory fetched; do
+  cmake -S "$source/tests/packaging/consumer" -B "$folder/$way" -DMAGIMU_TAKEN=$way \
+    -DMAGIMU_SOURCE="$source" >"$folder/log" 2>&1 || fail "$way: $(cat "$folder/log")"
+done
+
 if command -v pkg-config >/dev/null; then
   pc=$(dirname "$(find "$folder/usr" -name magimu.pc)")
   flags=$(PKG_CONFIG_PATH=$pc pkg-config --cflags --libs magimu) || fail "pkg-config"

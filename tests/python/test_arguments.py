@@ -119,5 +119,18 @@ class Copies(unittest.TestCase):
                                           magimu.apply(made, recording()).recording.mag.v)
 
 
+class Masked(unittest.TestCase):
+    def test_masked_samples_are_none_and_masked_times_are_refused(self):
+        n = 300
+        t, a = np.arange(n) * 0.02, np.random.default_rng(1).normal(size=(n, 3))
+        mag = np.ma.array(30.0 * a, mask=np.zeros((n, 3), dtype=bool))
+        mag[10:20] = np.ma.masked
+        r = magimu.Recording(t, acc=a, gyr=a, mag=mag)
+        self.assertEqual((len(r.acc), len(r.mag)), (n, n - 10))
+        late = np.ma.array(t, mask=[True] + [False] * (n - 1))
+        with self.assertRaisesRegex(magimu.InputError, "times are masked"):
+            magimu.Recording(late, acc=a, gyr=a, mag=mag)
+
+
 if __name__ == "__main__":
     unittest.main()

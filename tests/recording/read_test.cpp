@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <ctime>
@@ -122,16 +123,32 @@ TEST(ReadRecording, a_line_without_an_end_is_refused_with_its_number) {
   EXPECT_THAT(error.problem, HasSubstr("longer than"));
 }
 
-TEST(ReadRecording, a_folder_and_a_binary_file_from_a_pipe_are_named_as_such) {
+TEST(ReadRecording, a_folder_is_named_as_such) {
   const test::TempFolder folder;
   std::filesystem::create_directory(folder.path("sub"));
   EXPECT_THAT(test::error_of([&] { read_csv(folder.path("sub")); }).problem, HasSubstr("folder"));
-  const std::string path = folder.path("pipe");
+}
+
+// A pipe is read once: what is packed or binary is known by its first bytes all the same.
+TEST(ReadRecording, a_packed_file_comes_through_a_pipe) {
+  const test::TempFolder folder;
+  const std::string path = folder.path("pipe"), packed = folder.path("a.csv.gz");
+  std::string text = "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z\n";
+  for (int k = 0; k < 5000; ++k) text += std::to_string(0.01 * k) + ",0,0,9.8,0.1,0,0,20,0,40\n";
+  gzFile file = gzopen(packed.c_str(), "wb");
+  gzwrite(file, text.data(), static_cast<unsigned>(text.size()));
+  gzclose(file);
   ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
-  std::thread writer([&] { std::ofstream(path) << "\x89HDF\r\n\x1a\n..."; });
+  for (const std::string& bytes : {test::content_of(packed), text}) {
+    std::thread writer([&] { std::ofstream(path) << bytes; });
+    const Recording r = read_recording(path);
+    writer.join();
+    EXPECT_EQ(r.acc.size(), 5000u);
+  }
+  std::thread writer([&] { std::ofstream(path) << "PAR1 and so on"; });
   const InputError error = test::error_of([&] { read_recording(path); });
   writer.join();
-  EXPECT_THAT(error.problem, HasSubstr("HDF5 and MAT files cannot be read from a pipe"));
+  EXPECT_THAT(error.problem, HasSubstr("Parquet"));
 }
 
 TEST(ReadRecording, a_missing_file_is_an_error_with_a_remedy) {

@@ -184,14 +184,48 @@ TEST(Optimizers, converge_where_rounding_of_the_variables_exceeds_the_tolerance)
   }
 }
 
-TEST(LevenbergMarquardt, follows_rosenbrocks_valley) {
+// The full step leaves the valley's floor and rises; the one after it is at the minimum.
+TEST(LevenbergMarquardt, follows_rosenbrocks_valley_by_steps_that_rise_and_come_down) {
+  for (const double steepness : {10.0, 1e4}) {
+    FactorGraph graph;
+    graph.add(residual(x_key(0), x_key(1),
+                       [steepness](auto x, auto y) { return steepness * (y - x * x); }));
+    graph.add(residual(x_key(0), [](auto x) { return 1.0 - x; }));
+    for (const Backend backend : test::backends()) {
+      OptimizerOptions options = with(backend);
+      options.initial_damping = 0.0;
+      const Result creeping = LevenbergMarquardt(graph, options).optimize(scalars({-1.2, 1.0}));
+      options.may_rise = true;
+      const Result result = LevenbergMarquardt(graph, options).optimize(scalars({-1.2, 1.0}));
+      EXPECT_LE(result.iterations, 4) << to_string(backend);
+      EXPECT_GT(creeping.iterations, 10) << to_string(backend);
+      for (const Result& found : {creeping, result}) {
+        EXPECT_TRUE(found.converged()) << found.message;
+        EXPECT_NEAR(found.values.at<double>(x_key(0)), 1.0, 1e-6);
+        EXPECT_NEAR(found.values.at<double>(x_key(1)), 1.0, 1e-6);
+      }
+    }
+  }
+}
+
+// From beyond 1.39 each full step is further away than the one before it: what rose is taken back.
+TEST(LevenbergMarquardt, comes_back_where_steps_only_rise) {
   FactorGraph graph;
-  graph.add(residual(x_key(0), x_key(1), [](auto x, auto y) { return 10.0 * (y - x * x); }));
-  graph.add(residual(x_key(0), [](auto x) { return 1.0 - x; }));
-  const Result result = LevenbergMarquardt(graph).optimize(scalars({-1.2, 1.0}));
-  EXPECT_TRUE(result.converged()) << result.message;
-  EXPECT_NEAR(result.values.at<double>(x_key(0)), 1.0, 1e-6);
-  EXPECT_NEAR(result.values.at<double>(x_key(1)), 1.0, 1e-6);
+  graph.add(residual(x_key(0), [](auto x) {
+    using std::atan;
+    return atan(x);
+  }));
+  graph.add(residual(x_key(1), [](auto x) { return x - 3.0; }));
+  for (const Backend backend : test::backends()) {
+    for (const double start : {1.5, 2.0, 5.0, 30.0}) {
+      OptimizerOptions options = with(backend);
+      options.may_rise = true;
+      const Result result = LevenbergMarquardt(graph, options).optimize(scalars({start, 0.0}));
+      EXPECT_TRUE(result.converged()) << result.message;
+      EXPECT_NEAR(result.values.at<double>(x_key(0)), 0.0, 1e-6);
+      EXPECT_NEAR(result.values.at<double>(x_key(1)), 3.0, 1e-6);
+    }
+  }
 }
 
 // Powell's function: at its minimum, zero, the Jacobian has half its rank.
@@ -237,6 +271,38 @@ TEST(Optimizers, converge_on_perfect_data_even_when_started_at_the_solution) {
       EXPECT_TRUE(gn.converged()) << n << ": " << gn.message;
     }
   }
+}
+
+TEST(OptimizerOptions, what_means_nothing_is_refused_by_name) {
+  FactorGraph graph;
+  graph.add(test::residual(test::x_key(0), [](auto x) { return x - 1.0; }));
+  const Values start = test::scalars({0.0});
+  const auto refused = [&](auto change, const std::string& name) {
+    OptimizerOptions options;
+    change(options);
+    try {
+      LevenbergMarquardt(graph, options).optimize(start);
+      ADD_FAILURE() << name << " was taken";
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
+    }
+  };
+  const double nan = std::nan("");
+  for (const double x : {-1.0, nan}) {
+    refused([x](OptimizerOptions& o) { o.step_tolerance = x; }, "step_tolerance");
+    refused([x](OptimizerOptions& o) { o.initial_damping = x; }, "initial_damping");
+    refused([x](OptimizerOptions& o) { o.max_damping = x; }, "max_damping");
+    refused([x](OptimizerOptions& o) { o.min_gain_ratio = x; }, "min_gain_ratio");
+  }
+  refused([](OptimizerOptions& o) { o.max_iterations = -5; }, "max_iterations");
+}
+
+TEST(Result, says_which_solver_was_chosen) {
+  FactorGraph graph;
+  graph.add(test::residual(test::x_key(0), [](auto x) { return x - 1.0; }));
+  const Result result = LevenbergMarquardt(graph).optimize(test::scalars({0.0}));
+  EXPECT_NE(result.solver, "auto");
+  EXPECT_FALSE(result.solver.empty());
 }
 
 }  // namespace

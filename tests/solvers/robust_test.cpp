@@ -76,5 +76,21 @@ TEST(Robust, losses_change_little_where_there_are_no_outliers) {
   }
 }
 
+// Where every weight is zero nothing draws the estimate anywhere: that is no optimum.
+TEST(Robust, losses_that_leave_every_factor_out_are_not_called_converged) {
+  FactorGraph graph;
+  for (const double z : {100.0, 101.0, 99.0}) {
+    graph.add(residual(
+        x_key(0), [z](auto x) { return x - z; },
+        Noise<1>::isotropic(1.0).with_loss(Loss::tukey())));
+  }
+  const Result far = LevenbergMarquardt(graph).optimize(scalars({0.0}));
+  EXPECT_EQ(far.reason, StopReason::kSingular);
+  EXPECT_NE(far.message.find("weight 0"), std::string::npos) << far.message;
+  const Result near = LevenbergMarquardt(graph).optimize(scalars({98.0}));
+  EXPECT_TRUE(near.converged()) << near.message;
+  EXPECT_NEAR(near.values.at<double>(x_key(0)), 100.0, 1e-3);
+}
+
 }  // namespace
 }  // namespace magimu

@@ -19,6 +19,7 @@ constexpr double kObvious = 30.0;         // score (sigmas) from which no other 
 constexpr std::size_t kMostNodes = 6000;  // of the process: a sweep takes some 20 ms
 constexpr double kShortestMemory = 2.0;   // memory, intervals between the process's nodes
 constexpr double kNoticeable = 0.1;       // nats of the information's part at the score's sizes
+constexpr double kAsNoticeable = 5.0;     // times more or less of it are as good
 constexpr double kSettledNats = 0.01;     // of a maximum
 constexpr double kSettledShare = 2e-5;    // of G, promised by a step: along a ridge there are many
 constexpr double kRoughShare = 2e-2;      // the same of a search that another one follows
@@ -236,7 +237,7 @@ DisturbanceModel::Slope DisturbanceModel::slope(double memory_s, double& v) cons
   ProcessChain::Evidence e = at(v);
   for (int round = 0; round < 12; ++round) {
     const double cost = 0.5 * e.log_det;
-    if (cost > 0.2 * kNoticeable && cost < 5.0 * kNoticeable) break;
+    if (cost > kNoticeable / kAsNoticeable && cost < kNoticeable * kAsNoticeable) break;
     v *= std::clamp(kNoticeable / std::max(cost, 1e-12), 1e-3, 1e3);
     e = at(v);
   }

@@ -10,7 +10,8 @@ std::unique_ptr<Effect> make_acc_bias_drift() {
       Effect::Description{.name = "acc_bias_drift",
                           .channel = Channel::kAcc,
                           .cause = "the accelerometer's bias changes with time",
-                          .separating_motion = "hold every face of the sensor up, early and late"},
+                          .separating_motion = "hold every face of the sensor up, early and late",
+                          .without_attitude = true},
       3, "m/s^2", 0.05);
 }
 

@@ -12,7 +12,8 @@ class AccNonlinearity final : public Effect {
                 .channel = Channel::kAcc,
                 .parameters = vector_parameters("k", "1", 0.01),
                 .cause = "the accelerometer's scale depends on the force along the axis",
-                .separating_motion = "hold every face of the sensor up, and every edge"}) {}
+                .separating_motion = "hold every face of the sensor up, and every edge",
+                .without_attitude = true}) {}
 
   void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
     constexpr double kGravity = 9.80665;  // m/s^2

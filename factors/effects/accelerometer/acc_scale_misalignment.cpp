@@ -18,7 +18,8 @@ class AccScaleMisalignment final : public Effect {
                                {"L[2][2]", "1", 0.02}},
                 .cause = "the accelerometer's axes have scale errors or are not square",
                 .contains = {"gravity"},
-                .separating_motion = "hold every face of the sensor up in turn"}) {}
+                .separating_motion = "hold every face of the sensor up in turn",
+                .without_attitude = true}) {}
 
   void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
     J.setZero();

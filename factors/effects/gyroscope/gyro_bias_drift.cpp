@@ -26,7 +26,8 @@ class GyroBiasDrift final : public Effect {
                 .cause = "the gyroscope's bias wanders",
                 .separating_motion = "rest now and then",
                 .random_process = true,
-                .proper_prior = true}),
+                .proper_prior = true,
+                .without_attitude = true}),
         density_(density) {}
 
   void jacobian(const SampleState& s, const VectorXd& theta, EffectJacobian J) const override {

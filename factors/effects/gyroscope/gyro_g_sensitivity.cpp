@@ -12,7 +12,8 @@ class GyroGSensitivity final : public Effect {
                 .channel = Channel::kGyr,
                 .parameters = matrix_parameters("G", "(rad/s)/(m/s^2)", 1e-3),
                 .cause = "the gyroscope responds to gravity and acceleration",
-                .separating_motion = "hold every face of the sensor up for some seconds"}) {}
+                .separating_motion = "hold every face of the sensor up for some seconds",
+                .without_attitude = true}) {}
 
   void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
     matrix_jacobian(s.f, J);

@@ -10,7 +10,8 @@ std::unique_ptr<Effect> make_hard_iron_drift() {
       Effect::Description{.name = "hard_iron_drift",
                           .channel = Channel::kMag,
                           .cause = "the magnetometer's bias changes with time",
-                          .separating_motion = "go through the same orientations early and late"},
+                          .separating_motion = "go through the same orientations early and late",
+                          .without_attitude = true},
       3, "uT", 3.0);
 }
 

@@ -13,7 +13,8 @@ class MagCurrent final : public Effect {
                 .parameters = vector_parameters("c", "uT/A", 3.0),
                 .cause = "a current on the device makes a field of its own",
                 .needs = "current",
-                .separating_motion = "switch the load on and off while turning"}) {}
+                .separating_motion = "switch the load on and off while turning",
+                .without_attitude = true}) {}
 
   void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
     J = s.current * Matrix3::Identity();

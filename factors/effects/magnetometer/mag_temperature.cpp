@@ -8,13 +8,13 @@ namespace {
 class MagTemperature final : public Effect {
  public:
   MagTemperature()
-      : Effect(
-            {.name = "mag_temperature",
-             .channel = Channel::kMag,
-             .parameters = vector_parameters("c", "uT/K", 0.5),
-             .cause = "the magnetometer's bias follows the temperature",
-             .needs = "temp",
-             .separating_motion = "record while the device warms up, at different orientations"}) {}
+      : Effect({.name = "mag_temperature",
+                .channel = Channel::kMag,
+                .parameters = vector_parameters("c", "uT/K", 0.5),
+                .cause = "the magnetometer's bias follows the temperature",
+                .needs = "temp",
+                .separating_motion = "record while the device warms up, at different orientations",
+                .without_attitude = true}) {}
 
   void jacobian(const SampleState& s, const VectorXd&, EffectJacobian J) const override {
     J = s.temperature * Matrix3::Identity();

@@ -111,7 +111,8 @@ std::string quantity_of(const std::string& name) { return name.substr(0, name.fi
 
 // "time (+01:00)", "loggingTime(txt)", "Time (HH:mm:ss)": how times are written, no unit.
 bool is_way_to_write_times(std::string_view text) {
-  constexpr std::string_view kWays[] = {"txt", "utc", "gmt", "local", "iso", "iso8601", "iso 8601"};
+  constexpr std::string_view kWays[] = {"txt",     "utc",      "gmt",  "local", "iso",
+                                        "iso8601", "iso 8601", "tick", "ticks"};
   const bool zone = text.size() > 1 && (text[0] == '+' || text[0] == '-') && is_digit(text[1]);
   return zone || text.find("hh") != std::string_view::npos ||
          std::ranges::find(kWays, text) != std::end(kWays);
@@ -119,6 +120,7 @@ bool is_way_to_write_times(std::string_view text) {
 
 void set_unit(CsvName& name, std::string_view text) {
   if (name.name == "t" && is_way_to_write_times(text)) return;
+  if (name.name != "t" && says_no_unit(text)) return;
   name.unit_text = text;
   name.unit_of_word = false;
   if (name.name == "temp" || name.name == "current") return;

@@ -63,6 +63,18 @@ std::string map_line(const HeaderColumns& columns, const std::vector<std::string
   return fmt::format("{}", fmt::join(maps, " "));
 }
 
+// Where no column is left that could be a sensor, it was not recorded, and no option helps.
+std::string record_them(const HeaderColumns& columns, const std::vector<std::string>& sensors) {
+  if (sensors.empty() || unnamed_sensors(columns).size() >= sensors.size()) return "";
+  std::vector<std::string> words;
+  for (const std::string& sensor : sensors) {
+    words.push_back(sensor == "acc"   ? "an accelerometer"
+                    : sensor == "gyr" ? "a gyroscope"
+                                      : "a magnetometer");
+  }
+  return fmt::format("record {}, too; or, if it is in the file, ", fmt::join(words, " and "));
+}
+
 }  // namespace
 
 bool HeaderColumns::has(const std::string& sensor) const {
@@ -91,16 +103,19 @@ std::optional<MissingColumns> missing_columns(const HeaderColumns& columns,
                     : fmt::format("the columns {} and {} are missing",
                                   fmt::join(names.begin(), names.end() - 1, ", "), names.back());
   const std::string there = "; the columns there are: " + columns.shown();
+  const std::string record = record_them(columns, sensors);
   if (no_time) {
     return MissingColumns{
         true, "there is no column t, the time" + (all.empty() ? "" : ", and " + all) + there,
         "name the time column t (in seconds), or map it to t (--map t=NAME); without times give "
         "the rate, --rate HZ" +
-            (sensors.empty() ? "" : "; map the others, too (" + map_line(columns, sensors) + ")")};
+            (sensors.empty()
+                 ? ""
+                 : "; " + record + "map the others, too (" + map_line(columns, sensors) + ")")};
   }
   return MissingColumns{false, all + there,
-                        "add them, or map the file's own names to these (" +
-                            map_line(columns, sensors) +
+                        (record.empty() ? "add them, or " : record) +
+                            "map the file's own names to these (" + map_line(columns, sensors) +
                             "); of an app that writes one file a sensor (phyphox, Sensor Logger) "
                             "give the folder"};
 }

@@ -25,6 +25,8 @@ constexpr CsvWord kScalars[] = {
     {"datetime", "t", -1},
     {"date_time", "t", -1},
     {"ts", "t", -1},
+    {"ticks", "t", -1},
+    {"tick", "t", -2},
     {"datenum", "t", -1, "86400"},  // MATLAB: days
     {"stamp", "t", 1},
     {"timestamp_unix", "t", 1},    // Shimmer

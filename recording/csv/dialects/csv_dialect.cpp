@@ -103,6 +103,7 @@ class Recogniser {
     dialect_.header_line = lines_[found->line].number;
     dialect_.header = std::string(csv_trimmed(lines_[found->line].text));
     header_rows_ = found->rows;
+    several_levels_ = found->levels > 2;
     return true;
   }
 
@@ -265,10 +266,11 @@ class Recogniser {
     said.push_back(fmt::format("fields are separated by {}", name));
     if (shape_.decimal_comma) said.emplace_back("decimals by a comma");
     if (dialect_.header_line > 0) {
-      said.push_back(header_rows_ == 2 &&
-                             lines_[shape_.first_row - 1].number != dialect_.header_line
-                         ? fmt::format("names are in lines {} and {}", dialect_.header_line,
-                                       lines_[shape_.first_row - 1].number)
+      const long last = lines_[shape_.first_row - 1].number;
+      said.push_back(header_rows_ == 2 && last != dialect_.header_line
+                         ? fmt::format("names are in lines {} and {}", dialect_.header_line, last)
+                     : several_levels_
+                         ? fmt::format("names are in lines {} to {}", dialect_.header_line, last)
                          : fmt::format("names are in line {}", dialect_.header_line));
     }
     said.push_back(fmt::format("rows begin in line {}", dialect_.first_row));
@@ -282,6 +284,7 @@ class Recogniser {
   TableShape shape_;
   CsvDialect dialect_;
   std::size_t header_rows_ = 0;
+  bool several_levels_ = false;             // all of those rows hold names
   std::optional<ChecksumLines> checksums_;  // lines_ are without them
   bool stamped_ = false;    // lines_ are without the clock that a terminal put before them
   std::string clock_name_;  // given to it by an option

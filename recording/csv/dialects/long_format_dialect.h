@@ -10,11 +10,10 @@
 
 namespace magimu {
 
-// Whether a table is one, by a column of words that name sensors and columns of their numbers. Then
-// it gives the dialect the names of the columns, a translator of rows, notes and, where the file
-// holds all rows of one sensor before those of the next, each sensor's own times. `lines`: the
-// first ones of the file; `elsewhere`: from the rest of it. The dialect's names are those of the
-// header, or none.
+// True if a column of words names sensors and other columns hold their numbers. Then the dialect
+// gets the columns' names, a translator of rows, and notes; and each sensor's own times where the
+// file holds all rows of one sensor before those of the next. lines: the first ones of the file;
+// elsewhere: some from the rest of it. The dialect comes with the header's names, or none.
 bool long_format_dialect(const std::vector<HeadLine>& lines, const std::vector<HeadLine>& elsewhere,
                          const TableShape& shape, const CsvOptions& options, CsvDialect& dialect);
 

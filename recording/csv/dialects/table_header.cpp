@@ -108,6 +108,44 @@ std::vector<std::string> with_groups(const std::vector<std::string>& groups,
   return names;
 }
 
+// pandas writes the names of a table's index into a line of their own, below those of the columns.
+bool names_index(const std::vector<std::string>& fields) {
+  return fields.size() > 2 && !fields.front().empty() &&
+         std::all_of(fields.begin() + 1, fields.end(), [](const auto& f) { return f.empty(); });
+}
+
+// Columns of several levels (a MultiIndex of pandas): a line each, in every one of which all
+// columns have a name. Above the index stand the levels' names, or nothing.
+std::optional<TableHeader> levels_header(const std::vector<HeadLine>& lines,
+                                         const TableShape& shape, const CsvOptions& options) {
+  constexpr std::size_t kMostLevels = 4;
+  std::size_t line = shape.first_row;
+  std::optional<std::vector<std::string>> names, index;
+  if (line > 0) index = header_fields(lines, shape, line - 1);
+  if (index && names_index(*index)) {
+    --line;
+  } else {
+    index.reset();
+  }
+  std::size_t levels = 0;
+  for (; line > 0 && levels < kMostLevels; --line, ++levels) {
+    auto level = header_fields(lines, shape, line - 1);
+    const auto is_empty = [](const std::string& field) { return field.empty(); };
+    if (!level || std::any_of(level->begin() + 1, level->end(), is_empty)) break;
+    if (!names && are_units(*level)) break;
+    names = names ? with_groups(*level, std::move(*names)) : std::move(*level);
+  }
+  if (!names || levels < 2) return std::nullopt;
+  std::string& first = names->front();
+  if (index) first = index->front();
+  if (csv_name(first).name.empty() && csv_time_of(first).empty() &&
+      !options.columns.contains(first)) {
+    first.clear();  // a name of the index, or those of the levels, that says nothing
+  }
+  const std::size_t rows = shape.first_row - line;
+  return TableHeader{*std::move(names), line, rows, rows};
+}
+
 }  // namespace
 
 std::optional<TableHeader> table_header(const std::vector<HeadLine>& lines, const TableShape& shape,
@@ -129,6 +167,10 @@ std::optional<TableHeader> table_header(const std::vector<HeadLine>& lines, cons
     consider(with_groups(*upper, *lower), above - 2, 2);
   }
   if (upper) consider(*upper, above - 2, 2);
+  if (auto levels = levels_header(lines, shape, options)) {
+    // The index is a time by its place only.
+    if (named_quantities(levels->names, options) >= best_score) return levels;
+  }
   // A header that something stands below: another line that names more.
   constexpr std::size_t kFar = 6;
   for (std::size_t up = 3; up <= above && up <= kFar && best_score < 4; ++up) {

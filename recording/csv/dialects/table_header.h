@@ -16,6 +16,7 @@ struct TableHeader {
   std::vector<std::string> names;  // of the columns, as many as the rows have fields
   std::size_t line = 0;            // index of the header's first line
   std::size_t rows = 0;            // lines from there to the first row of numbers
+  std::size_t levels = 0;          // of them, with names that belong together (pandas)
 };
 
 // The header that names most of the quantities known here; empty if no line above the rows is one.

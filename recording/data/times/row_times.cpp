@@ -52,13 +52,14 @@ class RowTimeReader {
   void by_rate() {
     const double h = 1.0 / *options_.rate_hz;
     const std::size_t n = rows_.time.size();
-    const bool cycles = options_.counts_cycles;
-    const bool counter = cycles || (options_.has_time && counts_samples(rows_));
+    const bool cycles = options_.counts_cycles, each = options_.counts_each_sensor;
+    const bool counter = cycles || each || (options_.has_time && counts_samples(rows_));
     for (std::size_t k = 0; k < n; ++k) {
       out_.t.push_back(h * (counter ? rows_.time[k] - rows_.time.front() : double(k)));
     }
     note(fmt::format("the times are k / {:.6g} Hz, with k {}", *options_.rate_hz,
-                     cycles    ? "the number of the cycle of lines, one a sensor"
+                     cycles ? "the number of the cycle of lines, one a sensor"
+                     : each ? "the number of the row of its sensor: they come one after the other"
                      : counter ? "counted by column " + column()
                      : options_.has_time
                          ? "the number of the row (column " + column() + " is not used)"

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
 
@@ -23,10 +24,31 @@ constexpr double kMostlyOne = 0.95;         // of a counter's steps; the others 
 struct TimeUnit {
   const char* name;
   double seconds;
+  const char* since = nullptr;  // of a calendar: when it begins
+  double before_1970 = 0.0;     // s
 };
 constexpr TimeUnit kTimeUnits[] = {{"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}};
+constexpr TimeUnit kTick{"1e-7", 1e-7};  // of Windows and .NET
+constexpr TimeUnit kCalendars[] = {{"ms", 1e-3, "1970"},
+                                   {"us", 1e-6, "1970"},
+                                   {"ns", 1e-9, "1970"},
+                                   {"ticks of 100 ns", 1e-7, "the year 1 (.NET)", 62135596800.0},
+                                   {"ticks of 100 ns", 1e-7, "1601 (Windows)", 11644473600.0}};
 
-bool is_epoch(double t, double unit) { return t * unit > kEpochBegin && t * unit < kEpochEnd; }
+bool is_usual(double interval) { return interval >= kLeastInterval && interval <= kMostInterval; }
+
+// A date of our times with samples as often as an IMU's.
+const TimeUnit* calendar_of(double first, double usual) {
+  const auto* const found = std::ranges::find_if(kCalendars, [=](const TimeUnit& unit) {
+    const double t = first * unit.seconds - unit.before_1970;
+    return is_usual(usual * unit.seconds) && t > kEpochBegin && t < kEpochEnd;
+  });
+  return found == std::end(kCalendars) ? nullptr : found;
+}
+
+std::string hz_in(double usual, const TimeUnit& unit) {
+  return fmt::format("{:.4g} Hz if it is in {}", 1.0 / (usual * unit.seconds), unit.name);
+}
 
 // Faster than any IMU in seconds: spreadsheets and MATLAB's datenum count days.
 void too_fast(const std::string& column, double usual, const RowFailure& fail) {
@@ -103,16 +125,15 @@ double unit_of_times(const RawRows& rows, const RowTimesOptions& options, double
     too_fast(column, usual, fail);
   }
   if (usual <= kMostInterval) return 1.0;
-  const double first = rows.time.front();
+  const TimeUnit* const calendar = calendar_of(rows.time.front(), usual);
   std::vector<TimeUnit> possible;
-  for (const TimeUnit& unit : kTimeUnits) {
-    const double d = usual * unit.seconds;
-    if (d < kLeastInterval || d > kMostInterval) continue;
-    if (is_epoch(first, unit.seconds)) {
-      possible = {unit};
-      break;
-    }
-    possible.push_back(unit);
+  if (calendar != nullptr) {
+    possible = {*calendar};
+  } else {
+    std::ranges::copy_if(kTimeUnits, std::back_inserter(possible),
+                         [=](const TimeUnit& unit) { return is_usual(usual * unit.seconds); });
+    const bool ticks = options.column.find("ick") != std::string::npos;
+    if (ticks && is_usual(usual * kTick.seconds)) possible.push_back(kTick);
   }
   const std::string pace = fmt::format("there is a row every {:.6g} of column {}", usual, column);
   if (possible.empty()) {
@@ -120,17 +141,18 @@ double unit_of_times(const RawRows& rows, const RowTimesOptions& options, double
          "give the unit of time, --unit t=NUMBER (one of it in s), or the rate, --rate HZ");
   }
   if (possible.size() > 1) {
-    fail(0,
-         fmt::format("{}: {:.4g} Hz if it is in {}, {:.4g} Hz if it is in {}", pace,
-                     1.0 / (usual * possible[0].seconds), possible[0].name,
-                     1.0 / (usual * possible[1].seconds), possible[1].name),
-         fmt::format("give the unit of time, --unit t={} or --unit t={}", possible[0].name,
-                     possible[1].name));
+    std::vector<std::string> rates, remedies;
+    for (const TimeUnit& unit : possible) {
+      rates.push_back(hz_in(usual, unit));
+      remedies.push_back(fmt::format("--unit t={}", unit.name));
+    }
+    fail(0, fmt::format("{}: {}", pace, fmt::join(rates, ", ")),
+         fmt::format("give the unit of time, {}", fmt::join(remedies, " or ")));
   }
   const TimeUnit& unit = possible.front();
   notes.push_back(fmt::format("column {} is read as {}{}: {}, {:.4g} Hz", column, unit.name,
-                              is_epoch(first, unit.seconds) ? " since 1970" : "", pace,
-                              1.0 / (usual * unit.seconds)));
+                              unit.since != nullptr ? fmt::format(" since {}", unit.since) : "",
+                              pace, 1.0 / (usual * unit.seconds)));
   return unit.seconds;
 }
 

@@ -2,8 +2,10 @@
 #include "archive/inventory/found_files.h"
 
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include "archive/result_file.h"
+#include "recording/data/error.h"
 #include "tests/recording/test_files.h"
 
 namespace magimu {
@@ -35,6 +37,16 @@ TEST(FoundFiles, each_file_once_however_many_links_lead_to_it) {
   EXPECT_THAT(names_below(folder, "fleet"), ElementsAre("a/1.csv", "broken.csv", "more/2.csv"));
 }
 
+// Opening a named pipe waits for a writer, for ever.
+TEST(FoundFiles, a_pipe_is_no_recording) {
+  const TempFolder folder;
+  fs::create_directories(folder.path("fleet"));
+  folder.write("fleet/1.csv", "");
+  ASSERT_EQ(::mkfifo(folder.path("fleet/pipe.csv").c_str(), 0600), 0);
+  EXPECT_THAT(names_below(folder, "fleet"), ElementsAre("1.csv"));
+  EXPECT_THROW(content_hash(folder.path("fleet/pipe.csv")), InputError);
+}
+
 TEST(FoundFiles, an_earlier_output_holds_no_recordings) {
   const TempFolder folder;
   fs::create_directories(folder.path("fleet/out/results"));
@@ -44,6 +56,15 @@ TEST(FoundFiles, an_earlier_output_holds_no_recordings) {
   fs::create_directories(folder.path("fleet/results"));
   folder.write("fleet/results/b.csv", "");
   EXPECT_THAT(names_below(folder, "fleet"), ElementsAre("a.csv", "results/b.csv"));
+}
+
+TEST(ResultFile, nobody_waits_for_who_writes_into_a_pipe) {
+  const TempFolder folder;
+  const std::string pipe = folder.path("pipe.csv");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THROW(content_hash(pipe), InputError);
+  folder.write("real.csv", "t\n");
+  EXPECT_EQ(content_hash(folder.path("real.csv")).size(), 64u);
 }
 
 TEST(ResultFile, what_ended_at_a_limit_is_tried_again_with_a_larger_one) {

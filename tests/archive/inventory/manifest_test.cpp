@@ -47,6 +47,17 @@ TEST(Manifest, takes_columns_in_any_order_and_quoted_fields) {
   EXPECT_EQ(entries[1].shown, "say \"b\".csv");
 }
 
+TEST(Manifest, may_have_semicolons_or_tabs) {
+  const TempFolder folder;
+  for (const std::string separator : {";", "\t"}) {
+    folder.write("m.csv", "# of today\npath" + separator + "device\na,1.csv" + separator + "b\n");
+    const auto entries = read_manifest(folder.path("m.csv"));
+    ASSERT_EQ(entries.size(), 1u);
+    EXPECT_EQ(entries[0].shown, "a,1.csv");
+    EXPECT_EQ(entries[0].device, "b");
+  }
+}
+
 TEST(Manifest, names_a_column_that_it_does_not_know) {
   const TempFolder folder;
   folder.write("m.csv", "path,divice\na.csv,b\n");

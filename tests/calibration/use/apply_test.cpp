@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 
+#include "calibration/use/export.h"
 #include "recording/csv/csv.h"
 #include "sim/simulate.h"
 #include "tests/calibration/cases.h"
@@ -162,6 +163,13 @@ TEST(Apply, prints_the_formula_with_its_numbers) {
   ASSERT_EQ(applied.formulas.size(), 3u);
   EXPECT_THAT(applied.formulas[0], HasSubstr("acc - o_a, m/s^2\n  o_a = [0.5, 0.25, -0.125]"));
   EXPECT_THAT(applied.formulas[2], HasSubstr("mag_cal = s D^-1 (mag - o_m), uT"));
+}
+
+TEST(Apply, an_empty_calibration_is_refused) {
+  EXPECT_THAT(test::error_of([] { apply(Calibration(), exact({}).recording); }).what(),
+              HasSubstr("it is empty"));
+  EXPECT_THAT(test::error_of([] { export_calibration(Calibration(), ExportTarget::kPx4); }).what(),
+              HasSubstr("it is empty"));
 }
 
 TEST(Apply, refuses_a_recording_of_another_device) {

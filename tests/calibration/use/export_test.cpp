@@ -12,6 +12,7 @@
 #include <regex>
 #include <sstream>
 
+#include "calibration/use/applied_json.h"
 #include "calibration/use/apply.h"
 #include "recording/data/axes.h"
 #include "tests/recording/test_files.h"
@@ -400,6 +401,85 @@ TEST(Export, keeps_a_file_name_from_ending_its_comment) {
   const Exported out = export_calibration(example(), ExportTarget::kC, {.source = "a*/ int x;\n"});
   const std::string head = out.text.substr(0, out.text.find("#ifndef"));
   EXPECT_EQ(head.find("*/"), head.size() - 3) << head;
+}
+
+// PX4 had turned a compass by its mounting and corrected it; what is calibrated is its log.
+AppliedCorrection before(Autopilot by, bool mag) {
+  AppliedCorrection out;
+  out.by = by;
+  out.number = 1;
+  out.rotation = by == Autopilot::kPx4 ? rotation(180.0, 0.0, 90.0) : rotation(0.0, 0.0, 45.0);
+  const Matrix3 S = mag ? symmetric(Vector3(1.05, 0.97, 1.02), Vector3(0.02, -0.01, 0.03))
+                        : symmetric(Vector3(1.01, 0.99, 1.02), Vector3::Zero());
+  out.matrix = out.rotation * S;
+  out.offset = mag ? Vector3(25.0, -8.0, 14.0) : Vector3(0.2, -0.1, 0.3);
+  return out;
+}
+
+TEST(ExportPx4, of_a_corrected_log_gives_the_parameters_that_correct_raw_readings) {
+  const Calibration c = example(1, true);
+  ExportOptions options;
+  options.applied = {{"mag", before(Autopilot::kPx4, true)},
+                     {"acc", before(Autopilot::kPx4, false)}};
+  const AppliedCorrection mag = options.applied["mag"], acc = options.applied["acc"];
+  const Exported out = export_calibration(c, ExportTarget::kPx4, options);
+  const Numbers n = read_parameters(out.text, '\t', 2);
+  const Matrix3 S = symmetric(xyz(n, "CAL_MAG1_", "SCALE"), xyz(n, "CAL_MAG1_", "ODIAG"));
+  const Matrix3 M = c.strength_uT * c.parameters.mag[0].distortion.inverse();
+  for (const Vector3& raw : samples(60.0)) {
+    const Vector3 logged = mag.matrix * (raw - mag.offset);
+    const Vector3 ours = M * (logged - c.parameters.mag[0].bias);
+    const Vector3 theirs = 100.0 * S * (raw / 100.0 - xyz(n, "CAL_MAG1_", "OFF"));
+    EXPECT_NEAR(theirs.norm(), ours.norm(), 1e-5);
+    // Two symmetric matrices make one that also turns, by little; the mounting is not told anew.
+    EXPECT_LT((mag.rotation * theirs - ours).norm(), 0.02 * ours.norm());
+  }
+  EXPECT_THAT(out.harmful, IsEmpty());
+  for (const Vector3& raw : samples(9.0)) {
+    const Vector3 ours = acc.matrix * (raw - acc.offset) - c.parameters.acc_bias;
+    const Vector3 theirs = acc.matrix * (raw - xyz(n, "CAL_ACC1_", "OFF"));
+    EXPECT_LT((ours - theirs).norm(), kSame);
+  }
+  EXPECT_THAT(out.text, HasSubstr("these are the new ones"));
+  EXPECT_TRUE(n.contains("CAL_GYRO0_XOFF"));  // of which nothing was known
+}
+
+TEST(ExportArdupilot, of_a_corrected_log_adds_what_was_found_to_the_old_offsets) {
+  const Calibration c = example(1, true);
+  ExportOptions options;
+  options.applied = {{"acc", before(Autopilot::kArdupilot, false)}};
+  const AppliedCorrection acc = options.applied["acc"];
+  const Exported out = export_calibration(c, ExportTarget::kArdupilot, options);
+  const Numbers n = read_parameters(out.text, ',', 0);
+  for (const Vector3& raw : samples(9.0)) {
+    const Vector3 ours = acc.matrix * (raw - acc.offset) - c.parameters.acc_bias;
+    const Vector3 theirs = acc.matrix * (raw - xyz(n, "INS_ACC2OFFS_"));
+    EXPECT_LT((ours - theirs).norm(), kSame);
+  }
+  // Of another autopilot's log it takes nothing.
+  const Exported px4 = export_calibration(c, ExportTarget::kPx4, options);
+  EXPECT_TRUE(read_parameters(px4.text, '\t', 2).contains("CAL_ACC0_XOFF"));
+}
+
+TEST(AppliedCorrections, are_the_same_after_a_file) {
+  Recording r;
+  r.mag_names = {"mag"};
+  set_applied(r.file_units, "mag", before(Autopilot::kPx4, true));
+  turn_applied(r.file_units, "mag", rotation(0.0, 0.0, 90.0));
+  nlohmann::ordered_json file;
+  add_applied(file, {&r});
+  const AppliedCorrections again =
+      applied_from_json(nlohmann::ordered_json::parse(file.dump()), "cal.json");
+  ASSERT_EQ(again.size(), 1u);
+  const AppliedCorrection& is = again.at("mag");
+  EXPECT_EQ(is.number, 1);
+  EXPECT_EQ(is.offset, before(Autopilot::kPx4, true).offset);
+  EXPECT_LT((is.matrix - rotation(0.0, 0.0, 90.0) * before(Autopilot::kPx4, true).matrix).norm(),
+            1e-12);
+  const Recording other;
+  EXPECT_TRUE(applied_to_all({&r, &other}).empty());
+  file["applied"]["mag"]["matrix"] = "x";
+  EXPECT_THROW(applied_from_json(file, "cal.json"), InputError);
 }
 
 }  // namespace

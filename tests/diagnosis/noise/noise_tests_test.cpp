@@ -246,6 +246,21 @@ TEST(ExplainNoise, finds_outliers_among_starts_and_stops) {
               testing::Contains("gyr outliers"));
 }
 
+// As where a sensor hangs for a while and bends the fit: other sensors' samples scatter there.
+TEST(ExplainNoise, names_no_outliers_that_come_in_a_part_of_the_recording_alone) {
+  for (const std::uint64_t seed : {64u, 65u, 66u}) {
+    SampleResiduals r = mag_residuals(oracle::simulate(options(seed, {})));
+    std::mt19937_64 random(seed);
+    std::bernoulli_distribution more(0.15);
+    std::normal_distribution<double> error(0.0, 3.0 * r.sigma);
+    for (std::size_t k = 0; k < r.t.size(); ++k) {
+      if (r.t[k] < 40.0 || r.t[k] > 65.0 || !more(random)) continue;
+      r.residual[k] += Vector3(error(random), error(random), error(random));
+    }
+    for (const NoiseTest& t : explain_noise({r}, kNoiseLevel)) EXPECT_NE(t.effect, "outliers");
+  }
+}
+
 // Of one in ten thousand nobody knows how often they come.
 TEST(ExplainNoise, names_no_outliers_for_a_sample_or_two) {
   const oracle::Simulation s = oracle::simulate(options(14, {}));

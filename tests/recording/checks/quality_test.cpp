@@ -10,6 +10,7 @@
 #include <limits>
 #include <random>
 
+#include "recording/data/units.h"
 #include "recording/read.h"
 #include "tests/recording/test_files.h"
 
@@ -334,6 +335,27 @@ TEST(Quality, normalised_readings_are_found_where_the_sensor_mostly_lay_still) {
   EXPECT_TRUE(found());
 }
 
+// A unit is that of the whole file.
+TEST(Quality, what_changes_in_mid_recording_is_no_wrong_unit) {
+  const auto units_at_fault = [](const Recording& r) {
+    const auto issues = check_recording(r);
+    return std::ranges::count_if(issues, [](const Issue& i) { return i.kind == "unit"; });
+  };
+  for (const double begin : {8.0, 13.0, 18.0}) {
+    Recording switched = good();  // the gyroscope's range
+    for (std::size_t k = 0; k < switched.gyr.size(); ++k) {
+      if (switched.gyr.t[k] > begin) switched.gyr.v[k] *= 2.0;
+    }
+    EXPECT_EQ(units_at_fault(switched), 0) << begin;
+    Recording beside_magnet = good();
+    VectorSeries& mag = beside_magnet.mag[0];
+    for (std::size_t k = 0; k < mag.size(); ++k) {
+      if (mag.t[k] > begin && mag.t[k] < begin + 5.0) mag.v[k] += Vector3(500.0, -200.0, 300.0);
+    }
+    EXPECT_EQ(units_at_fault(beside_magnet), 0) << begin;
+  }
+}
+
 TEST(Quality, advice_does_not_ask_for_the_unit_that_was_given) {
   Recording r = good();
   scale(r.gyr, 2.0);
@@ -391,6 +413,77 @@ TEST(Quality, where_the_imu_counts_so_does_the_magnetometer) {
   const InputError error = test::error_of([&] { refuse_fatal(r, issues); });
   EXPECT_THAT(error.remedy, AllOf(HasSubstr("give the file's units: --unit acc=0.00059855"),
                                   HasSubstr("--unit gyr="), HasSubstr("--unit mag=0.15")));
+}
+
+TEST(Quality, whole_numbers_may_be_counts_or_a_unit_and_all_that_fit_are_named) {
+  for (const double count_uT : {1.0 / 16, 0.15}) {
+    Recording r = good();
+    count(r.mag[0], count_uT);
+    const std::vector<Issue> issues = check_recording(r);
+    ASSERT_EQ(issues.size(), 1u);
+    EXPECT_THAT(issues[0].problem, HasSubstr("milligauss, or in counts"));
+    EXPECT_THAT(issues[0].remedy, HasSubstr("mG (milligauss"));
+    EXPECT_THAT(issues[0].remedy, HasSubstr(count_uT == 0.15 ? "mag=0.15 (" : "mag=0.0625 ("));
+  }
+}
+
+TEST(Quality, counts_of_a_bno055_are_found_by_all_three_sensors) {
+  Recording r = good();
+  count(r.acc, 0.01);
+  count(r.gyr, M_PI / 180 / 16);
+  count(r.mag[0], 1.0 / 16);
+  const std::vector<Issue> issues = check_recording(r);
+  ASSERT_EQ(issues.size(), 3u);
+  EXPECT_THAT(issues[0].remedy, HasSubstr("--unit acc=cm/s^2 or --unit acc=mg"));
+  EXPECT_THAT(issues[1].remedy, HasSubstr("--unit gyr=0.00109083"));
+  EXPECT_THAT(issues[2].remedy, HasSubstr("--unit mag=0.0625 (BNO055"));
+}
+
+// A hand that turns the device and moves it: gravity is there, or not.
+Recording moved(double gravity, double size) {
+  Recording r = good(100.0, 40.0);
+  Rot3 nRb;
+  for (std::size_t k = 0; k < r.acc.size(); ++k) {
+    const double t = r.acc.t[k];
+    const Vector3 a = size * Vector3(std::sin(6.0 * t), std::cos(4.5 * t), std::sin(5.2 * t + 1.0));
+    r.acc.v[k] = nRb.unrotate(Vector3(0, 0, gravity) + a) + Vector3(0.02, -0.01, 0.03);
+    nRb = (nRb * Rot3::Exp(r.gyr.v[k] * 0.01)).normalized();
+  }
+  return r;
+}
+
+TEST(Quality, acceleration_without_gravity_is_told_by_the_numbers_whatever_their_size) {
+  for (const double size : {0.3, 1.0, 3.0, 9.8, 500.0, 9800.0}) {
+    const std::vector<Issue> issues = check_recording(moved(0.0, size));
+    ASSERT_FALSE(issues.empty()) << size;
+    EXPECT_TRUE(std::ranges::any_of(issues,
+                                    [](const Issue& issue) {
+                                      return issue.kind == "gravity" &&
+                                             issue.severity == Severity::kFatal;
+                                    }))
+        << size << issues.front().text();
+  }
+}
+
+TEST(Quality, gravity_is_seen_in_a_lively_hand_and_with_turned_axes) {
+  for (const double size : {0.0, 1.0, 5.0, 10.0}) {
+    for (const bool turned : {false, true}) {
+      Recording r = moved(9.81, size);
+      if (turned) {
+        for (Vector3& v : r.acc.v) v = Vector3(v[1], -v[0], v[2]);
+      }
+      for (const Issue& issue : check_recording(r)) EXPECT_NE(issue.kind, "gravity") << size;
+    }
+  }
+}
+
+TEST(Quality, arbitrary_units_of_the_file_are_told_of) {
+  Recording r = good();
+  r.file_units["mag"] = kArbitraryField;
+  const std::vector<Issue> issues = check_recording(r);
+  ASSERT_EQ(issues.size(), 1u);
+  EXPECT_EQ(issues[0].kind, "arbitrary_unit");
+  EXPECT_EQ(issues[0].severity, Severity::kNote);
 }
 
 TEST(Quality, a_unit_that_would_give_no_field_of_the_earth_is_no_advice) {

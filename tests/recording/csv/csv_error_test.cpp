@@ -71,11 +71,11 @@ TEST(ReadCsvErrors, every_sensor_needs_its_three_axes) {
 
 TEST(ReadCsvErrors, accelerometer_gyroscope_and_magnetometer_must_be_there) {
   expect_error("t,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z\n", 1, 0,
-               "the columns acc_x, acc_y and acc_z are missing", "add them");
+               "the columns acc_x, acc_y and acc_z are missing", "map the file");
   expect_error("t,acc_x,acc_y,acc_z,mag_x,mag_y,mag_z\n", 1, 0,
                "the columns gyr_x, gyr_y and gyr_z are missing", "map the file's own names");
   expect_error("t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z\n", 1, 0,
-               "the columns mag_x, mag_y and mag_z are missing", "add them");
+               "the columns mag_x, mag_y and mag_z are missing", "map the file");
 }
 
 TEST(ReadCsvErrors, all_that_is_missing_is_told_at_once_with_one_line_of_options) {

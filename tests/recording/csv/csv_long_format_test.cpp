@@ -155,5 +155,29 @@ TEST(LongFormat, of_one_axis_a_row_is_gathered) {
   }));
 }
 
+TEST(CsvLongFormat, sensors_one_after_the_other_each_begin_anew_with_a_rate) {
+  const auto text_of = [](int mags) {
+    std::string text = "sensor,x,y,z\n";
+    for (int s = 0; s < 3; ++s) {
+      for (int k = 0; k < (s == 2 ? mags : kRows); ++k) {
+        text += fmt::format("{},{}\n", s == 0 ? "ACC" : s == 1 ? "GYR" : "MAG", axes(s, k));
+      }
+    }
+    return text;
+  };
+  CsvOptions options;
+  options.rate_hz = 50.0;
+  const test::TempFolder folder;
+  const Recording r = read_recording(folder.write("log.csv", text_of(kRows)), options);
+  expect_readings(r);
+  EXPECT_EQ(r.acc.t.front(), 0.0);
+  EXPECT_EQ(r.mag[0].t.front(), 0.0);
+  EXPECT_NEAR(r.gyr.t.back(), 0.02 * (kRows - 1), 1e-9);
+  EXPECT_THAT(r.notes, Contains(HasSubstr("one after the other")));
+  const InputError error =
+      test::error_of([&] { read_recording(folder.write("few.csv", text_of(kRows / 5)), options); });
+  EXPECT_THAT(error.problem, HasSubstr("one rate does not say"));
+}
+
 }  // namespace
 }  // namespace magimu

@@ -11,6 +11,7 @@
 #include <zlib.h>
 #include <zstd.h>
 
+#include "recording/data/applied_correction.h"
 #include "recording/files/zip_archive.h"
 #include "recording/logs/message_layout.h"
 #include "recording/read.h"
@@ -451,6 +452,61 @@ TEST(Logs, readings_that_are_corrected_already_are_told_of_with_the_result) {
   }
   const Recording r = read_log(text);
   EXPECT_THAT(r.cautions, testing::ElementsAre(HasSubstr("by INS_ACCOFFS_X 0.5:")));
+}
+
+std::string px4_parameter(const std::string& key, float value) {
+  return test::ulog_message('P', test::Bytes().sized<std::uint8_t>("float " + key).put(value).text);
+}
+std::string px4_parameter(const std::string& key, std::int32_t value) {
+  return test::ulog_message('P',
+                            test::Bytes().sized<std::uint8_t>("int32_t " + key).put(value).text);
+}
+
+TEST(Logs, what_px4_had_applied_is_known_by_the_device_and_not_by_the_place_of_the_topic) {
+  std::string log = test::ulog(kLogCount);
+  const std::size_t head = 16;  // the magnetometer's device_id is 1
+  log.insert(head,
+             px4_parameter("CAL_MAG0_ID", 7) + px4_parameter("CAL_MAG2_ID", 1) +
+                 px4_parameter("CAL_MAG2_YOFF", 0.125F) + px4_parameter("CAL_MAG2_XSCALE", 1.25F) +
+                 px4_parameter("CAL_MAG2_YODIAG", 0.0625F) + px4_parameter("CAL_MAG2_ROT", 2));
+  const Recording r = read_log(log);
+  const auto applied = applied_to(r.file_units, "mag");
+  ASSERT_TRUE(applied);
+  EXPECT_EQ(applied->number, 2);
+  EXPECT_EQ(applied->offset, Vector3(0.0, 12.5, 0.0));
+  Matrix3 S, yaw;
+  S << 1.25, 0, 0.0625, 0, 1, 0, 0.0625, 0, 1;
+  yaw << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  EXPECT_LT((applied->matrix - yaw * S).norm(), 1e-12);
+  EXPECT_LT((applied->rotation - yaw).norm(), 1e-12);
+  EXPECT_THAT(r.cautions, Contains(testing::AllOf(HasSubstr("CAL_MAG2_YOFF 0.125"),
+                                                  HasSubstr("with both in them"))));
+  // Changed while it was logged: nobody knows which readings had which.
+  log += px4_parameter("CAL_MAG2_YOFF", 0.5F);
+  EXPECT_FALSE(applied_to(read_log(log).file_units, "mag"));
+}
+
+TEST(Logs, what_ardupilot_had_applied_to_its_imu_is_known) {
+  std::string text =
+      "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n"
+      "FMT, 65, 40, IMU, QBffffff, TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ\n"
+      "FMT, 66, 40, MAG, QBhhhhhh, TimeUS,I,MagX,MagY,MagZ,OfsX,OfsY,OfsZ\n"
+      "FMT, 67, 40, PARM, QNf, TimeUS,Name,Value\n"
+      "PARM, 1000, AHRS_ORIENTATION, 2\nPARM, 1000, INS_ACCOFFS_X, 0.5\n"
+      "PARM, 1000, INS_ACCSCAL_X, 1.25\nPARM, 1000, INS_GYROFFS_Z, 0.25\n"
+      "PARM, 1000, COMPASS_SCALE, 1.25\n";
+  for (int k = 0; k < kLogCount; ++k) {
+    text += fmt::format("IMU, {0}, 0, 0, 0, 0.1, 1, 2, 9\nMAG, {0}, 0, 100, 200, {1}, 10, 20, 30\n",
+                        1'000'000 + 10'000 * k, k);
+  }
+  const Recording r = read_log(text);
+  const auto acc = applied_to(r.file_units, "acc"), gyr = applied_to(r.file_units, "gyr");
+  ASSERT_TRUE(acc && gyr);
+  EXPECT_EQ(acc->offset, Vector3(0.5, 0, 0));
+  EXPECT_LT((acc->matrix * Vector3::UnitX() - Vector3(0, 1.25, 0)).norm(), 1e-12);
+  EXPECT_EQ(gyr->offset, Vector3(0, 0, 0.25));
+  // 1.25 (raw + ofs), in milligauss
+  EXPECT_LT((r.mag.at(0).v[0] - 0.1 * Vector3(70, 140, -30)).norm(), 1e-9);
 }
 
 TEST(Json, objects_in_an_array_are_rows_and_arrays_in_an_object_are_quantities) {

@@ -189,6 +189,47 @@ TEST(IncrementalQr, it_has_to_be_said_what_is_global) {
               testing::HasSubstr("is_global is not set"));
 }
 
+TEST(IncrementalQr, a_window_that_is_not_there_is_refused_by_its_number) {
+  const Stream s = test::rotations_in_windows(11, 60, 10);
+  IncrementalQr estimator({.is_global = is_global});
+  const auto refuses = [&](int window) {
+    const std::string number = "no window " + std::to_string(window);
+    const std::vector<std::function<void()>> calls = {
+        [&] { estimator.remove(window); },
+        [&] { estimator.restore(window); },
+        [&] { (void)estimator.removed(window); },
+        [&] { estimator.innovation(window); },
+        [&] { estimator.conclude(window, true); },
+        [&] { estimator.replace_factors(window); },
+        [&] { (void)estimator.estimate(window, window + 1); },
+    };
+    for (const auto& call : calls) EXPECT_THAT(complaint(call), testing::HasSubstr(number));
+  };
+  refuses(0);
+  run(s, estimator);
+  for (const int window : {-1, estimator.windows(), 9999}) refuses(window);
+  EXPECT_THAT(complaint([&] { estimator.replace_factors(0); }), testing::HasSubstr("make_again"));
+  const std::vector<int> blocks(std::size_t(estimator.windows()), 0);
+  for (const int n : {-1, 0})
+    EXPECT_THAT(complaint([&] { (void)estimator.scores(blocks, n); }),
+                testing::HasSubstr("a block for each"));
+  EXPECT_THAT(complaint([&] { (void)estimator.scores({}, 1); }),
+              testing::HasSubstr("a block for each"));
+}
+
+TEST(IncrementalQr, before_the_first_window_there_is_nothing_but_no_crash_either) {
+  IncrementalQr estimator({.is_global = is_global});
+  EXPECT_EQ(estimator.front().size(), 0);
+  EXPECT_EQ(estimator.estimate().size(), 0);
+  EXPECT_EQ(estimator.graph().size(), 0);
+  EXPECT_EQ(estimator.cost(), 0.0);
+  EXPECT_TRUE(estimator.null_space().empty());
+  EXPECT_FALSE(estimator.held().has_value());
+  estimator.idle();
+  EXPECT_THROW((void)estimator.covariance(key::mag_bias), std::invalid_argument);
+  EXPECT_THROW((void)estimator.columns_of(key::mag_bias), std::invalid_argument);
+}
+
 TEST(IncrementalQr, a_window_can_be_taken_out_and_put_back) {
   Stream s = test::rotations_in_windows(11, 120, 10);
   IncrementalQr estimator({.is_global = is_global});

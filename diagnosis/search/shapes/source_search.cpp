@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/source_search.h"
+#include "diagnosis/search/shapes/source_search.h"
 
 #include <algorithm>
 
@@ -17,6 +17,7 @@ constexpr int kGrid = 11;                 // places along each axis
 constexpr double kAround[] = {0.2, 0.7};  // m beyond the path; near sources need a finer grid
 constexpr std::size_t kBlocks = 600;
 constexpr double kNearest = 0.03;  // m: a place on the path itself would explain a single sample
+constexpr double kOnePlace = 1.5;  // grid steps within which two places are one
 constexpr int kKept = 3;
 constexpr int kHalvings = 5;              // of the grid's spacing about a place that is kept
 constexpr double kAway[] = {0.12, 0.45};  // m beyond the path, of places that are scanned
@@ -225,7 +226,8 @@ std::vector<LikelySource> sources_by_residual(const Recording& recording, const 
   for (const Spot& p : all) {
     if (int(kept.size()) >= kKept) break;
     const bool near = std::any_of(kept.begin(), kept.end(), [&](const Spot& o) {
-      return (o.at - p.at).norm() < 1.5 * std::max(o.spacing.maxCoeff(), p.spacing.maxCoeff());
+      return (o.at - p.at).norm() <
+             kOnePlace * std::max(o.spacing.maxCoeff(), p.spacing.maxCoeff());
     });
     if (!near) kept.push_back(p);
   }

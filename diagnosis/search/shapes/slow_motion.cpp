@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/slow_motion.h"
+#include "diagnosis/search/shapes/slow_motion.h"
 
 #include <algorithm>
 #include <array>

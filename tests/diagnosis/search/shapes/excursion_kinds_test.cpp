@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/excursion_kinds.h"
+#include "diagnosis/search/shapes/excursion_kinds.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/change_search.h"
+#include "diagnosis/search/shapes/change_search.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

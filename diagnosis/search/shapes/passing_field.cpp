@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/passing_field.h"
+#include "diagnosis/search/shapes/passing_field.h"
 
 #include <fmt/format.h>
 

@@ -131,9 +131,7 @@ bool Extender::try_beside(const Option& first, const Stage& alone) {
     return stage.result().converged();
   };
   if (!put_in(first, first.start)) return false;
-  // Refused without this one, which changes everything; any other cause leaves most refusals as
-  // they were (was_refused).
-  if (is_change(first.effect->name())) refused_changes_.clear();
+  refused_changes_.clear();  // without this one
   const std::vector<Option> seconds = scan_options(recordings_, *stage_, candidates(*stage_));
   const std::vector<Trial> found = trials(worth_trying(seconds));
   const Trial* second = best_of(found);
@@ -144,7 +142,7 @@ bool Extender::try_beside(const Option& first, const Stage& alone) {
   entered_[finding.effect].searched = second->option.searched;
   // The first is chosen once more, as if the second had been found before it.
   if (!put_in(second->option, second->parameters())) return false;
-  if (is_change(first.effect->name())) refused_changes_.clear();
+  refused_changes_.clear();
   std::optional<Finding> other =
       try_options(scan_options(recordings_, *stage_, candidates(*stage_)));
   if (!other) return false;

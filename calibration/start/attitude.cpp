@@ -2,6 +2,7 @@
 #include "calibration/start/attitude.h"
 #include "statistics/quantiles.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <functional>
@@ -56,7 +57,9 @@ Rot3 triad(const Vector3& up, const Vector3& b) {
   x.normalize();
   Matrix3 nR;
   nR << x.transpose(), z.cross(x).transpose(), z.transpose();
-  return Rot3::from_matrix(nR);
+  // Readings whose squares are no finite numbers have no attitude: a fit says so by their time.
+  const Eigen::Quaterniond q(nR);
+  return Rot3::from_quaternion({q.w(), q.x(), q.y(), q.z()});
 }
 
 }  // namespace

@@ -11,11 +11,12 @@ const char* words_for(const Issue& issue) {
   struct Words {
     const char *kind, *words;
   };
-  constexpr Words kWords[] = {
-      {"unit", "Wrong unit"},       {"time_unit", "Wrong time"},    {"axes", "Wrong axes"},
-      {"constant", "Sensor hangs"}, {"normalised", "Not raw data"}, {"gravity", "No gravity"},
-      {"absent", "Sensor missing"}, {"not_finite", "Bad numbers"},  {"set_aside", "Bad numbers"},
-      {"time_order", "Wrong time"}, {"copied", "Axis missing"}};
+  constexpr Words kWords[] = {{"unit", "Wrong unit"},         {"time_unit", "Wrong time"},
+                              {"axes", "Wrong axes"},         {"constant", "Sensor hangs"},
+                              {"normalised", "Not raw data"}, {"gravity", "No gravity"},
+                              {"absent", "Sensor missing"},   {"not_finite", "Bad numbers"},
+                              {"set_aside", "Bad numbers"},   {"time_order", "Wrong time"},
+                              {"copied", "Axis missing"},     {"gain_changes", "Gyro changed"}};
   for (const Words& w : kWords) {
     if (issue.kind == w.kind) return w.words;
   }

@@ -25,7 +25,6 @@ constexpr double kMostOutliers = 0.3;
 constexpr double kInBursts = 2.0, kBeyondMotion = 20.0;
 // The same of their number in parts of the recording, over that of single outliers at random.
 constexpr double kUnevenBy = 1.5;
-constexpr double kShareShown = 2.0;       // standard deviations of a share that is there
 constexpr double kFewestOfMixture = 0.3;  // outliers; fewer are none
 // Variance of the noise's level, over that by chance, from which sizes are levelled.
 constexpr double kLevelChanges = 4.0;
@@ -492,11 +491,6 @@ NoiseTest test_outliers(const NoiseSeries& given, const Cleaned& c, OutlierShare
   test.parameters = {{"eps", two.eps, 0.0, ""}, {"K", K, 0.0, "sigma"}};
   if (test.p_value > kSeen) return test;
   const auto [eps_sigma, K_sigma] = sigmas(search.all, two, search.kept, search.factor);
-  if (two.eps < kShareShown * eps_sigma) {
-    test.p_value = 1.0;
-    test.untested = "the share of what sticks out is not told from none";
-    return test;
-  }
   test.parameters[0].sigma = eps_sigma;
   test.parameters[1].sigma = K_sigma;
   test.sentence = sentence(s, two, K, eps_sigma, K_sigma);

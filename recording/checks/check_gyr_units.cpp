@@ -92,24 +92,51 @@ const GyroscopeGain& best_known(const std::vector<GyroscopeGain>& seen) {
                                    [](const GyroscopeGain& s) { return s.sigma / s.gain; });
 }
 
+// Gains of two parts of a recording that differ, with the times of the parts, s.
+struct GainChange {
+  struct Part {
+    double begin, end;
+    GyroscopeGain seen;
+  };
+  Part earlier, later;
+};
+
 // A unit is that of the whole file. A gain that becomes another one is a fault of the sensor, or
 // its range was switched.
-bool changes_meanwhile(const Recording& r) {
+std::optional<GainChange> change_meanwhile(const Recording& r) {
   constexpr int kQuarters = 4;
   const double begin = r.gyr.t.front(), length = r.gyr.t.back() - begin;
-  std::vector<GyroscopeGain> gains;
+  std::vector<GainChange::Part> parts;
   for (int i = 0; i < kQuarters; ++i) {
-    const Recording part =
-        slice(r, begin + length * i / kQuarters, begin + length * (i + 1) / kQuarters);
+    const double from = begin + length * i / kQuarters, to = from + length / kQuarters;
+    const Recording part = slice(r, from, to);
     if (part.gyr.size() < kFewestToJudge) continue;
     const std::vector<GyroscopeGain> seen = gains_of(part);
-    if (!seen.empty()) gains.push_back(best_known(seen));
+    if (!seen.empty()) parts.push_back({from, to, best_known(seen)});
   }
-  if (gains.size() < 2) return false;
-  const auto [least, most] = std::ranges::minmax_element(gains, {}, &GyroscopeGain::gain);
-  const double change = std::log(most->gain / least->gain);
-  return change > std::log(kWrongScale) &&
-         change > kScaleSigmas * std::hypot(least->sigma / least->gain, most->sigma / most->gain);
+  if (parts.size() < 2) return std::nullopt;
+  auto [a, b] =
+      std::ranges::minmax_element(parts, {}, [](const auto& part) { return part.seen.gain; });
+  const double change = std::log(b->seen.gain / a->seen.gain);
+  const double sigma = std::hypot(a->seen.sigma / a->seen.gain, b->seen.sigma / b->seen.gain);
+  if (change < std::log(kWrongScale) || change < kScaleSigmas * sigma) return std::nullopt;
+  if (a > b) std::swap(a, b);
+  return GainChange{*a, *b};
+}
+
+Issue gain_change_issue(const GainChange& c) {
+  return {"gain_changes",
+          "gyr",
+          -1,
+          Severity::kFatal,
+          0.0,
+          0.0,
+          fmt::format("from {:.1f} to {:.1f} s the gyroscope reads {:.2f} times the rate at which "
+                      "the other sensors' directions turn, and from {:.1f} to {:.1f} s {:.2f} "
+                      "times: its range was switched meanwhile, or it failed",
+                      c.earlier.begin, c.earlier.end, c.earlier.seen.gain, c.later.begin,
+                      c.later.end, c.later.seen.gain),
+          "cut the recording where it changed, and calibrate the parts one by one"};
 }
 
 // Empty if the gain is in order, or not known.
@@ -123,7 +150,6 @@ std::optional<GyroscopeGain> gyroscope_gain(const Recording& r) {
     if (size < std::log(kWrongScale) || size < kScaleSigmas * s.sigma / s.gain) return std::nullopt;
     if (std::abs(std::log(s.gain / seen.front().gain)) > std::log(kWrongScale)) return std::nullopt;
   }
-  if (changes_meanwhile(r)) return std::nullopt;
   return best_known(seen);
 }
 
@@ -153,6 +179,7 @@ Issue counts_issue(const Recording& r, const std::string& turns, double counts, 
 std::vector<Issue> check_gyr_unit(const Recording& r) {
   const std::optional<GyroscopeGain> seen = gyroscope_gain(r);
   if (!seen) return {};
+  if (const auto change = change_meanwhile(r)) return {gain_change_issue(*change)};
   const double gain = seen->gain;
   const double given = file_unit(r, "gyr"), unit = given / gain;  // that makes it the true rate
   const std::string turns = fmt::format(

@@ -17,7 +17,7 @@ struct Fitted {
   Calibration calibration;
   std::string method = "map";
   std::string axes, applied, provenance;  // JSON, as the program's file has them; empty: not known
-  std::string file;              // the file that it comes from, word by word; empty: from none
+  std::string file;  // the file that it comes from, word by word; empty: from none
 };
 
 // All of it as JSON, an array's whole covariances, too.

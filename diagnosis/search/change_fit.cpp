@@ -107,12 +107,6 @@ void ChangeFit::refine_times() {
   });
 }
 
-void ChangeFit::refine_to_the_sample() {
-  take_times([&](const ChangeEffect& effect, const Fits& fits) {
-    return refined_times(recordings_, now_.stage, effect, now_.times, fits, true);
-  });
-}
-
 void ChangeFit::refine_by_refits(const ChangeSpan& near) {
   take_times([&](const ChangeEffect& effect, const Fits& fits) {
     return times_by_refits(recordings_, effect, {.span = near}, fits);

@@ -30,8 +30,6 @@ class ChangeFit {
 
   // May throw NumericalError, as may move_to and refine_by_refits.
   void refine_times();
-  // The same of times that were refined before, about these.
-  void refine_to_the_sample();
   // By the cost of a fit with each of many times about `near`.
   void refine_by_refits(const ChangeSpan& near);
   // An end (or a beginning), where the change is more likely to have both.

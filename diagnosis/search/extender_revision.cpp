@@ -159,7 +159,7 @@ void Extender::refine_changes() {
       spec.effects.push_back(effect);
       const Stage last = pipeline_.refit_with_same_noise(*stage_, spec);
       ChangeFit fit(recordings_, pipeline_, last, last, change->span(), {}, INFINITY);
-      fit.refine_to_the_sample();
+      fit.refine_times();
       fit.take_better_form();
       fit.take_bias_alone();
       if (fit.stage().result().converged()) set_change(fit, *finding);

@@ -369,8 +369,7 @@ double distance(const ChangeSpan& a, const ChangeSpan& b) {
 
 ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const Stage& stage,
                           const ChangeEffect& change, const ChangeTimes& now,
-                          const std::function<Stage(const ChangeTimes&)>& refit,
-                          bool to_the_sample_only) {
+                          const std::function<Stage(const ChangeTimes&)>& refit) {
   constexpr double kSearched = 1.5;                       // windows, to each side
   constexpr double kPieces = 15.0;                        // to each side
   constexpr double kFine = 0.05;                          // s
@@ -396,7 +395,7 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
     return !same;
   };
   double within = kSearched * change_window_s(stage.plans(), channel, stage.spec().motion);
-  while (!to_the_sample_only) {
+  for (;;) {
     const double grid = within / kPieces;
     // A large step at a wrong time distorts the fit, and its residuals lead to the right time in
     // several rounds only: the same grid again, as long as the time moves.

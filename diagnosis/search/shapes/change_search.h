@@ -53,12 +53,10 @@ struct ChangeTimes {
 // The times, to the sample, of a change that is in the model as its last effect (perhaps with
 // another prior): those that make the readings the most probable when everything else adapts.
 // (Residuals tell less: a stretch of a few seconds shows few directions of the field, and a fit
-// with a wrong time adapts to it.) refit: the model with such times. to_the_sample_only: of times
-// that are known to a few samples, without the steps of half a second before.
+// with a wrong time adapts to it.) refit: the model with such times.
 ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const Stage& stage,
                           const ChangeEffect& change, const ChangeTimes& now,
-                          const std::function<Stage(const ChangeTimes&)>& refit,
-                          bool to_the_sample_only = false);
+                          const std::function<Stage(const ChangeTimes&)>& refit);
 
 // Does a change that is in the model as its last effect, and lasts, rather end (or one that was
 // there from the start rather begin)? The span with the end that makes the readings the most

@@ -22,6 +22,7 @@
 #include "recording/csv/columns/csv_columns.h"
 #include "recording/csv/dialects/csv_dialect.h"
 #include "recording/data/error.h"
+#include "recording/data/recording.h"
 #include "recording/data/times/row_times.h"
 
 namespace magimu {

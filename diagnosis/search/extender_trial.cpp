@@ -213,16 +213,7 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
   ChangeFit fit(recordings_, pipeline_, *stage_, stage, option.span, option.start,
                 stage_->result().cost_final);
   fit.refine_times();
-  // What explains little and does not hold as it is is not worth the fits with ends and other
-  // forms.
-  const double before = stage_->result().cost_final, after = fit.stage().result().cost_final;
-  Option as_it_is = option;
-  if (!(after < (1.0 - 0.5 * kMost) * before) &&
-      !survives(as_it_is, fit.stage(),
-                wald_test(fit.stage(), fit.stage().spec().effects.size() - 1,
-                          excess(channel, fit.stage())))) {
-    return false;
-  }
+  if (!explains_most(fit.stage()) && is_hopeless(option, fit.stage())) return false;
   fit.take_both_ends();
   // It was chosen at the times of windows.
   fit.take_better_form();

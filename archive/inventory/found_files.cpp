@@ -7,6 +7,7 @@
 #include <set>
 
 #include "recording/data/error.h"
+#include "recording/files/read_file.h"
 #include "recording/several_files.h"
 
 namespace magimu {
@@ -70,7 +71,7 @@ class Search {
     const bool folder = fs::is_directory(path, error);
     if (folder && !is_folder_of_sensors(path.string())) {
       if (!is_reprocess_output(path.string())) folders_.push_back(path);
-    } else if (!folder && fs::exists(path, error) && !fs::is_regular_file(path, error)) {
+    } else if (is_pipe_or_device(path.string())) {
       return;  // a pipe, a device: who opens it waits for its writer
     } else if (seen_.insert(true_path(path)).second && !searched_.contains(true_path(path))) {
       found_.push_back(path.string());

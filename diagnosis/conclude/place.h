@@ -3,10 +3,10 @@
 // of the field does not say that; whatever changes readings gains as much. It is named where
 //
 //   a  a function of the estimated position (calibration/fit/disturbances/field_of_place.h) and a
-//   process of the
-//      field beside it has 10 nats more evidence than every process elsewhere, with size and memory
-//      of its own: of the field without a place, the magnetometer (coloured noise is one of its),
-//      the gyroscope, the accelerometer, and each beside an accelerometer that is early or late;
+//      process of the field beside it has 10 nats more evidence than every process elsewhere, with
+//      size and memory of its own: of the field without a place, the magnetometer (coloured noise
+//      is one of its), the gyroscope, the accelerometer, and each beside an accelerometer that is
+//      early or late;
 //   b  while the sensor rests the departure stays, within its band;
 //   c  it comes back: blocks of 20 s and more, of which the fit has seen nothing (nor of the
 //      magnetometer within a memory about them), are predicted better with the function of the

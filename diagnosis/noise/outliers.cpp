@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "diagnosis/noise/bends.h"
@@ -246,21 +247,29 @@ Events events(const NoiseSeries& s, const Cleaned& c) {
   return out;
 }
 
-// Variance by mean of their number in half a second: 1 where they come at random, more where they
-// come with the motion.
+// Numbers of samples that stick out, in parts of equal length: their variance by their mean. 1
+// where such samples come at random; where there are none, too.
+double dispersion(const std::vector<double>& counts) {
+  double sum = 0.0, square = 0.0;
+  for (const double count : counts) {
+    sum += count;
+    square += count * count;
+  }
+  return sum > 0.0 ? (square - sum * sum / double(counts.size())) / sum : 1.0;
+}
+
+// Of those in half a second each: more than 1 where they come with the motion.
 double dispersion(const NoiseSeries& s, const Cleaned& c) {
   const std::size_t block = std::max<std::size_t>(20, std::size_t(0.5 * s.rate_hz));
-  double sum = 0.0, square = 0.0, blocks = 0.0;
+  std::vector<double> counts;
   for (std::size_t first = 0; first + block <= s.size(); first += block) {
     double count = 0.0;
     for (std::size_t k = first; k < first + block; ++k) {
       count += c.own[k].cwiseQuotient(c.scale).squaredNorm() > kSticksOut ? 1.0 : 0.0;
     }
-    sum += count;
-    square += count * count;
-    blocks += 1.0;
+    counts.push_back(count);
   }
-  return sum > 0.0 ? (square - sum * sum / blocks) / sum : 1.0;
+  return dispersion(counts);
 }
 
 // Samples that one outlier makes stick out: their mean square over their mean number. K: its size,
@@ -299,17 +308,13 @@ bool at_any_time(const std::vector<double>& squared, const Mixture& m, double K,
   for (const double length : {kTwentieth * double(squared.size()), second}) {
     const auto parts = std::size_t(double(squared.size()) / length);
     if (parts < 2) continue;
-    std::vector<double> count(parts, 0.0);
-    double sum = 0.0, square = 0.0;
+    std::vector<double> counts(parts, 0.0);
     for (std::size_t k = 0; k < squared.size(); ++k) {
-      count[k * parts / squared.size()] += squared[k] > from * m.core ? 1.0 : 0.0;
+      counts[k * parts / squared.size()] += squared[k] > from * m.core ? 1.0 : 0.0;
     }
-    for (const double c : count) {
-      sum += c;
-      square += c * c;
-    }
-    const double n = double(parts), chi_square = (n * square / sum - sum) / own;
-    if (sum > kFewestFar && chi_square > kUnevenBy * (n - 1.0) &&
+    const double chi_square = double(parts) * dispersion(counts) / own;
+    if (std::reduce(counts.begin(), counts.end()) > kFewestFar &&
+        chi_square > kUnevenBy * double(parts - 1) &&
         chi_square_tail(chi_square, int(parts) - 1) < kUneven) {
       return false;
     }

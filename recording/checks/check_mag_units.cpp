@@ -272,9 +272,7 @@ std::vector<Issue> check_mag_unit(const Recording& r, const std::string& name,
       file_unit(r, "mag") == kArbitraryField && !unit_was_told(r.file_units, "mag");
   if (arbitrary && issues.empty()) {
     issues.push_back({"arbitrary_unit", name, -1, Severity::kNote, 0.0, 0.0,
-                      fmt::format("{} is in arbitrary units, of which one is taken for {:g} uT: "
-                                  "directions are right, strengths and biases are in parts of it",
-                                  name, kArbitraryField),
+                      name + " is " + arbitrary_field_in_words(),
                       "where strengths matter give the unit: --unit mag=NUMBER, one of it in uT"});
   }
   return issues;

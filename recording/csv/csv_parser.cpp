@@ -92,10 +92,7 @@ void CsvParser::set_columns(CsvColumns columns, std::string header) {
   const auto mag_unit = recording_.file_units.find("mag");
   if (!options_.mag_unit && mag_unit != recording_.file_units.end() &&
       mag_unit->second == kArbitraryField) {
-    recording_.cautions.push_back(
-        fmt::format("the magnetometer is in arbitrary units, of which one is taken for {:g} uT: "
-                    "directions are right, strengths and biases are in parts of it",
-                    kArbitraryField));
+    recording_.cautions.push_back("the magnetometer is " + arbitrary_field_in_words());
   }
   recording_.mag.resize(columns_.mags);
   for (VectorSeries* series : {&recording_.acc, &recording_.gyr}) {

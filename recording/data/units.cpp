@@ -122,6 +122,13 @@ std::optional<double> unit_in_ours(std::string_view quantity, std::string_view t
   return std::nullopt;
 }
 
+std::string arbitrary_field_in_words() {
+  return fmt::format(
+      "in arbitrary units, of which one is taken for {:g} uT: directions are right, strengths and "
+      "biases are in parts of it",
+      kArbitraryField);
+}
+
 bool says_no_unit(std::string_view text) {
   constexpr std::string_view kNone[] = {"lsb",  "lsbs",     "count", "counts", "cnt",
                                         "raw",  "adc",      "digit", "digits", "bits",

@@ -22,6 +22,8 @@ std::string plain_letters(std::string_view text);
 // uT that one "arbitrary unit" of a magnetometer is taken for. Devices that calibrate themselves
 // (x-IMU3) scale the field to one.
 inline constexpr double kArbitraryField = 50.0;
+// "in arbitrary units, of which one is taken for 50 uT: ...", and what that means.
+std::string arbitrary_field_in_words();
 
 // Words in the place of a unit that say there is none: numbers as the converter gives them.
 bool says_no_unit(std::string_view text);

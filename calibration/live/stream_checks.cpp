@@ -36,6 +36,11 @@ std::string name_of(Eigen::Index parameter, Eigen::Index count) {
 
 void StreamChecks::add(double t, const Calibration& c, double distance, const WindowFit& window) {
   const VectorXd theta = parameter_vector(c).head(7 + 12 * Eigen::Index(c.parameters.mag.size()));
+  // What passed while there was nothing to see is not counted, nor a clock that was set.
+  const double passed = moments_.empty() ? 0.0 : t - moments_.back().t;
+  if (passed > kSpan || passed < 0.0) {
+    for (Moment& m : moments_) m.t += passed;
+  }
   moments_.push_back(
       {t, distance, theta, c.covariance.diagonal().head(theta.size()).cwiseMax(0.0), window});
   while (moments_.size() > 2 && moments_[1].t <= t - kSpan) moments_.pop_front();

@@ -104,11 +104,13 @@ struct GainChange {
 // A unit is that of the whole file. A gain that becomes another one is a fault of the sensor, or
 // its range was switched.
 std::optional<GainChange> change_meanwhile(const Recording& r) {
-  constexpr int kQuarters = 4;
-  const double begin = r.gyr.t.front(), length = r.gyr.t.back() - begin;
+  constexpr std::size_t kQuarters = 4;
   std::vector<GainChange::Part> parts;
-  for (int i = 0; i < kQuarters; ++i) {
-    const double from = begin + length * i / kQuarters, to = from + length / kQuarters;
+  // Of the samples, not of the clock, which may jump.
+  const std::vector<double>& t = r.gyr.t;
+  for (std::size_t i = 0; i < kQuarters; ++i) {
+    const double from = t[t.size() * i / kQuarters];
+    const double to = t[std::min(t.size() * (i + 1) / kQuarters, t.size() - 1)];
     const Recording part = slice(r, from, to);
     if (part.gyr.size() < kFewestToJudge) continue;
     const std::vector<GyroscopeGain> seen = gains_of(part);

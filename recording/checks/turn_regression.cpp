@@ -77,7 +77,10 @@ struct Block {
 std::vector<Block> blocks_of(const VectorSeries& directions, const std::vector<Vector3>& turned,
                              double length) {
   std::vector<Block> out;
-  out.reserve(std::size_t((directions.t.back() - directions.t.front()) / length) + 1);
+  // Clocks jump: never more than there are samples.
+  out.reserve(std::size_t(std::min((directions.t.back() - directions.t.front()) / length,
+                                   double(directions.size()))) +
+              1);
   for (std::size_t k = 0; k < directions.size();) {
     Block b;
     b.begin = directions.t[k];

@@ -69,6 +69,17 @@ TEST(StreamChecks, an_uncertainty_that_stays_is_a_caution_until_the_target_is_re
   }
 }
 
+TEST(StreamChecks, seconds_are_those_of_samples_whatever_the_clock) {
+  for (const double set_to : {1.79e9, -50.0}) {
+    StreamChecks checks;
+    checks.add(0.0, estimate_with(1.0, Vector3::Zero()), 2.0, kFits);
+    checks.add(3.0, estimate_with(0.9, Vector3::Zero()), 1.8, kFits);
+    checks.add(set_to, estimate_with(0.8, Vector3::Zero()), 1.6, kFits);
+    checks.add(set_to + 2.0, estimate_with(0.7, Vector3::Zero()), 1.4, kFits);
+    EXPECT_THAT(checks.checks().front().sentence, HasSubstr("In 5 s")) << set_to;
+  }
+}
+
 TEST(StreamChecks, windows_that_do_not_fit_are_counted) {
   StreamChecks checks;
   checks.add(0.0, estimate_with(1.0, Vector3::Zero()), 2.0, kFits);

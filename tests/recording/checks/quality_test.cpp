@@ -369,6 +369,21 @@ TEST(Quality, a_gyroscope_whose_range_is_switched_is_told_with_its_times) {
   EXPECT_THAT(found->remedy, HasSubstr("cut the recording"));
 }
 
+// A board asks the network for the time: memory follows the samples, quarters too.
+TEST(Quality, a_clock_that_was_set_ahead_by_decades_costs_nothing) {
+  Recording r = good(100.0, 120.0);
+  const auto set_ahead = [](VectorSeries& s, double from) {
+    for (double& t : s.t) t += t > from ? 1.79e9 : 0.0;
+  };
+  for (VectorSeries* s : {&r.acc, &r.gyr, &r.mag[0]}) set_ahead(*s, 70.0);
+  EXPECT_NO_THROW(check_recording(r));
+  for (std::size_t k = 0; k < r.gyr.size(); ++k) {
+    if (r.gyr.t[k] > 40.0) r.gyr.v[k] *= 2.0;
+  }
+  const auto issues = check_recording(r);
+  EXPECT_NE(std::ranges::find(issues, "gain_changes", &Issue::kind), issues.end());
+}
+
 TEST(Quality, advice_does_not_ask_for_the_unit_that_was_given) {
   Recording r = good();
   scale(r.gyr, 2.0);

@@ -26,7 +26,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-ROOMS = ("calibration/", "diagnosis/", "earth/", "recording/")
+ROOMS = ("apps/", "archive/", "calibration/", "diagnosis/", "earth/", "navigation/", "recording/")
 # Of these the bare numbers, too; readers of formats have many, and rivals are as published.
 JUDGES = ("calibration/beginning", "calibration/fit/", "calibration/live/", "calibration/motion/",
           "calibration/pipeline", "calibration/scan/", "calibration/start/", "calibration/survey/",

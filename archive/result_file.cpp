@@ -18,8 +18,8 @@ using ResultJson = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 constexpr const char* kFormat = "magimu-archive-result/1";
-constexpr const char* kStatusNames[] = {"calibrated", "refused", "too_long", "too_large",
-                                        "crashed"};
+constexpr const char* kStatusNames[] = {"calibrated", "refused",   "no_fit",
+                                        "too_long",   "too_large", "crashed"};
 
 [[noreturn]] void refuse_result(const std::string& path, const std::string& what) {
   throw InputError(path, 0, 0, "this is no result of magimu reprocess: " + what,

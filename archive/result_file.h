@@ -14,8 +14,9 @@ namespace magimu {
 
 // How a recording came out.
 enum class ResultStatus {
-  kCalibrated,  // there is a calibration, whatever its verdict
+  kCalibrated,  // there is a fit, whatever its verdict
   kRefused,     // it cannot be read, or holds no recording
+  kNoFit,       // it is read, and permits no fit
   kTooLong,     // stopped at the limit of time
   kTooLarge,    // stopped at the limit of memory
   kCrashed,     // a defect of the program

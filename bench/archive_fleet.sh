@@ -15,12 +15,20 @@ for d in $(seq "$devices"); do
   for r in $(seq "$recordings"); do
     n=$((n + 1))
     name=in/b$d-$r.csv day=$(date -d "2024-01-01 + $r days" +%F) options=""
-    "$magimu" simulate -o "$name" --motion hand --rate 20 --duration 60 --seed $((100 * d + r)) -q
-    case $((n % 4)) in # as other loggers write them
+    "$magimu" simulate -o "$name" --motion hand --rate 20 --duration 60 \
+      --device "$d" --seed $((100 * d + r)) -q
+    case $((n % 6)) in # as other loggers write them
       1) awk -F, -v OFS=, 'NR == 1 { print; next } { for (i = 5; i <= 7; ++i) $i *= 57.29577951; print }' \
            "$name" >t && mv t "$name"; options="--unit gyr=deg/s" ;;
       2) tr , ';' <"$name" >t && mv t "$name" ;;
       3) tr , '\t' <"$name" >t && mv t "$name" ;;
+      4) gzip "$name" && name=$name.gz ;;
+      5) /usr/bin/python3 - "$name" <<'PY' && rm "$name" && name=${name%.csv}.npz ;;
+import numpy, sys
+rows = numpy.genfromtxt(sys.argv[1], delimiter=",", names=True)
+def of(sensor): return numpy.column_stack([rows[f"{sensor}_{axis}"] for axis in "xyz"])
+numpy.savez(sys.argv[1][:-4], t=rows["t"], acc=of("acc"), gyr=of("gyr"), mag=of("mag"))
+PY
     esac
     echo "$name,b$d,lab,$day,$options" >>manifest.csv
   done

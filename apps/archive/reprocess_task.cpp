@@ -50,6 +50,14 @@ ArchiveResult refused(ResultStatus status, const std::string& reason, const std:
   return out;
 }
 
+// why: a reason, and behind a semicolon what to do, if that is known.
+ArchiveResult without_fit(const std::string& why) {
+  const std::size_t end = why.rfind("; ");
+  return refused(
+      ResultStatus::kNoFit, why.substr(0, end),
+      end == std::string::npos ? "look at the recording with magimu info" : why.substr(end + 2));
+}
+
 ArchiveResult calibrated(const ReprocessTask& task) {
   const ReprocessRowOptions row = parse_row_options(task.options);
   Recording recording = read_with(task.path, row, true);
@@ -59,6 +67,12 @@ ArchiveResult calibrated(const ReprocessTask& task) {
   const CalibrationOptions options = row.calibration();
   std::optional<CondensedRecording> condensed;
   Calibration c = calibrate_condensed(recording, options, condensed);
+  if (c.fit.reason == StopReason::kNotFinite) {  // calibration_without_fit()
+    ArchiveResult none = without_fit(c.fit.message);
+    none.found = out.found;
+    none.duration_s = out.duration_s;
+    return none;
+  }
   check_field(c, row.place_of_field.known_field());
   out.status = ResultStatus::kCalibrated;
   out.calibration = to_json(c);
@@ -75,8 +89,7 @@ ArchiveResult result_of(const ReprocessTask& task) {
     if (e.line > 0) where = fmt::format("line {}: ", e.line);
     return refused(ResultStatus::kRefused, where + e.problem, e.remedy);
   } catch (const NumericalError& e) {
-    return refused(ResultStatus::kRefused, std::string("no fit can be made: ") + e.what(),
-                   "look at the recording with magimu info");
+    return without_fit(e.what());
   } catch (const std::bad_alloc&) {
     return refused(ResultStatus::kTooLarge, "there is not enough memory for it",
                    "raise --memory-limit, use fewer --jobs, or give the option --node-every");

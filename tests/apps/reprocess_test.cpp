@@ -95,6 +95,18 @@ TEST(Reprocess, gives_each_file_a_result_or_a_reason_and_each_device_a_calibrati
   EXPECT_EQ(plain_results(magimu, "out3"), before);
 }
 
+// A recording that is too short has no calibration, and is not counted among those that have one.
+TEST(Reprocess, a_recording_that_permits_no_fit_is_no_calibration) {
+  const Program magimu;
+  simulate_board(magimu, "in");
+  magimu.folder().write("in/b3-1.csv", magimu.text("in/b1-1.csv").substr(0, 3000));
+  const Outcome run = magimu("reprocess in -o out --options '--gravity 9.8'");
+  ASSERT_EQ(run.exit_code, kDone) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("3 recordings: 2 with a calibration, 1 without one."));
+  EXPECT_THAT(run.out, HasSubstr("b3-1.csv (no_fit): "));
+  EXPECT_THAT(run.out, HasSubstr("which is too short to calibrate; turn the sensor"));
+}
+
 TEST(Reprocess, a_recording_that_takes_too_long_or_too_much_memory_is_a_row) {
   const Program magimu;
   simulate_board(magimu, "in");

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #ifdef __GLIBC__  // which the headers above tell
 #include <malloc.h>
@@ -70,6 +71,7 @@ int main(int given, char** given_words) {
   const int argc = static_cast<int>(words.size());
   char** const argv = words.data();
   // What goes to standard output and to standard error appears in the order in which it is said.
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that must not grow further is an error of writing
   std::setvbuf(stdout, nullptr, _IOLBF, 1 << 16);
 #ifdef __GLIBC__
   // Memory that is given back is asked for again at once: a fifth of the time, page by page.

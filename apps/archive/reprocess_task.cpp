@@ -128,7 +128,6 @@ rlim_t address_space() {
     const rlimit limit{bytes, bytes};
     ::setrlimit(RLIMIT_AS, &limit);
   }
-  ::signal(SIGXFSZ, SIG_IGN);  // a file that must not grow further is an error of writing
   const rlimit no_core{0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
   try {

@@ -86,6 +86,15 @@ TEST_F(Outputs, that_cannot_be_written_are_an_error) {
   EXPECT_THAT(magimu.text("said"), HasSubstr("standard output"));
 }
 
+// A limit of a file's size (here 4 kB) is told like a disk that is full; it does not kill.
+TEST_F(Outputs, that_must_not_grow_further_are_an_error) {
+  const Outcome run = magimu("--version; ulimit -f 8; " + std::string(MAGIMU_BINARY) +
+                             " simulate -q --duration 60 -o large.csv 2>said || exit $?; true");
+  EXPECT_EQ(run.exit_code, kUnusable);
+  EXPECT_THAT(magimu.text("said"), HasSubstr("cannot be written"));
+  EXPECT_FALSE(std::filesystem::exists(magimu.folder().path("large.csv")));
+}
+
 TEST_F(Outputs, of_a_terminal_show_no_control_codes_of_files) {
   magimu("calibrate rec.csv -q -o cal.json");
   auto json = magimu.json("cal.json");

@@ -112,10 +112,10 @@ bool StreamingCalibration::State::take_in(const StreamWindow& window) {
       tell(other);
     } else {
       cause += cause.empty() ? "magnets, iron or a device nearby?" : ".";
-      say(
-          fmt::format("From {:.1f} s on the magnetometer does not fit the rest (normalized "
-                      "innovation {:.0f}, expected {}): {} These windows are left out.",
-                      begin_of(number), innovation.squares, innovation.dof, cause));
+      say(fmt::format(
+          "From {:.1f} s on the magnetometer does not fit the rest (it is off by {:.2g} "
+          "times what noise explains): {} These windows are left out.",
+          begin_of(number), std::sqrt(innovation.squares / innovation.dof), cause));
     }
   }
   flagged_.push_back(number);

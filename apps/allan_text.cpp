@@ -9,14 +9,14 @@
 #include "apps/page/report.h"
 #include "apps/plot/plot.h"
 #include "apps/say/numbers.h"
+#include "graph/sensor.h"
 
 namespace magimu::apps {
 namespace {
 
 std::string sensor_title(const std::string& name) {
-  if (name == "acc") return "accelerometer";
-  if (name == "gyr") return "gyroscope";
-  return name == "mag" ? "magnetometer" : "magnetometer " + name;
+  const std::string words = in_words(name);
+  return words == name ? "magnetometer " + name : words;
 }
 
 // "0.00121 (0.00119 to 0.00123)", "at most 0.004".

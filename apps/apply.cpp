@@ -55,9 +55,10 @@ std::string own_rows_note(const Recording& before, const Recording& after) {
 
 int run(const ApplyArguments& args) {
   check_outputs({args.calibration, args.recordings.front()}, {args.output});
-  const Calibration c = read_calibration(args.calibration);
+  const nlohmann::ordered_json file = read_calibration_json(args.calibration);
+  const Calibration c = calibration_from_json(file, args.calibration);
   if (!may_be_used(c, args.calibration, args.force)) return kNoAnswer;
-  check_same_axes(args.calibration, args);
+  check_same_axes(file, args.calibration, args);
   const std::vector<Recording> recordings = read_recordings(args);
   refuse_fatal(recordings.front(), check_units(recordings.front()));
   const Applied applied = with_bar(!args.quiet, "correcting " + recordings.front().name, [&] {

@@ -55,13 +55,15 @@ int run(DiagnoseArguments& args) {
   options.motion = args.motion_model();
   options.false_alarm_rate = args.false_alarm_rate;
   if (!args.against.empty()) {
-    options.against = read_calibration(args.against);
+    const nlohmann::ordered_json file = read_calibration_json(args.against);
+    options.against = calibration_from_json(file, args.against);
     options.against_name = args.against;
-    check_same_axes(args.against, args);
+    check_same_axes(file, args.against, args);
   }
   if (!args.base.empty()) {
-    options.base = read_calibration(args.base);
-    check_same_axes(args.base, args);
+    const nlohmann::ordered_json file = read_calibration_json(args.base);
+    options.base = calibration_from_json(file, args.base);
+    check_same_axes(file, args.base, args);
   }
   const std::vector<GivenCopy> copies = leave_out_copies(args.recordings);
   std::vector<Recording> recordings = read_recordings(args);

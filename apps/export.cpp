@@ -16,7 +16,6 @@
 #include "calibration/result/calibration_json.h"
 #include "calibration/use/applied_json.h"
 #include "recording/files/atomic_file.h"
-#include "recording/files/read_file.h"
 
 namespace magimu::apps {
 namespace {
@@ -44,11 +43,11 @@ bool may_be_written(const Exported& out, const ExportArguments& args) {
 
 int run(ExportArguments& args) {
   check_outputs({args.calibration}, {args.output});
-  const Calibration c = read_calibration(args.calibration);
+  const nlohmann::ordered_json file = read_calibration_json(args.calibration);
+  const Calibration c = calibration_from_json(file, args.calibration);
   if (!may_be_used(c, args.calibration, args.force)) return kNoAnswer;
-  args.options.turned = axes_in(args.calibration);
-  args.options.applied = applied_from_json(
-      nlohmann::ordered_json::parse(read_file(args.calibration), nullptr, false), args.calibration);
+  args.options.turned = axes_in(file);
+  args.options.applied = applied_from_json(file, args.calibration);
   args.options.source = std::filesystem::path(args.calibration).filename().string();
   const Exported out = export_calibration(c, kTargets.at(args.target), args.options);
   if (!may_be_written(out, args)) return kUnusable;

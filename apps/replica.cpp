@@ -38,8 +38,8 @@ void shift_times(const HiddenEffect& hidden, double by, std::vector<double>& num
   }
 }
 
-std::optional<Channel> channel_named(const std::string& name) {
-  for (const Channel channel : {Channel::kAcc, Channel::kGyr, Channel::kMag}) {
+std::optional<Sensor> channel_named(const std::string& name) {
+  for (const Sensor channel : kSensors) {
     if (to_string(channel) == name) return channel;
   }
   return std::nullopt;

@@ -4,6 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 
+#include "graph/json_numbers.h"
 #include "recording/data/error.h"
 #include "solvers/tree/condensed_triangle.h"
 
@@ -13,12 +14,6 @@ namespace {
 using SummaryJson = nlohmann::ordered_json;
 
 constexpr double kUndetermined = 1e-9;  // singular values of scaled columns: rounding below
-
-SummaryJson numbers(const VectorXd& v) {
-  SummaryJson out = SummaryJson::array();
-  for (const double x : v) out.push_back(x);
-  return out;
-}
 
 // Row by row from the diagonal on.
 SummaryJson upper(const MatrixXd& m) {
@@ -53,14 +48,14 @@ bool is_dip(const std::string& name) { return name == "field.dip_deg"; }
 
 SummaryJson to_json(const CondensedRecording& c) {
   SummaryJson out = {{"order", c.order},
-                     {"at", numbers(c.at)},
+                     {"at", json_numbers<SummaryJson>(c.at)},
                      {"triangle", upper(c.R)},
-                     {"d", numbers(c.d)},
+                     {"d", json_numbers<SummaryJson>(c.d)},
                      {"squares", c.squares},
                      {"rows", c.rows},
                      {"covariance", upper(c.covariance)},
-                     {"prior_mean", numbers(c.prior_mean)},
-                     {"prior_sigma", numbers(c.prior_sigma)}};
+                     {"prior_mean", json_numbers<SummaryJson>(c.prior_mean)},
+                     {"prior_sigma", json_numbers<SummaryJson>(c.prior_sigma)}};
   if (c.common.size() > 0) out["common"] = upper(c.common);
   return out;
 }

@@ -352,9 +352,10 @@ def room_of(file, rooms):
 
 
 def is_named(room, names, own_folder):
-    """A name stands for all that is within it, but for rooms of the folder where it is used."""
+    """A name stands for all that is within it, but in rows of rooms within it, where it is meant alone."""
     for name in names:
-        if room == name or (room.startswith(name + "/") and name != own_folder):
+        alone = (own_folder + "/").startswith(name + "/")
+        if room == name or (room.startswith(name + "/") and not alone):
             return True
     return False
 
@@ -376,7 +377,7 @@ def check_rooms(files):
             continue
         own_folder = room.rpartition("/")[0] or room
         for number, line in enumerate((ROOT / file).read_text().split("\n")):
-            match = re.match(r'#include "([\w/.]+)"', line)
+            match = re.match(r'\s*#\s*include\s*["<](?:magimu/)?([\w/.]+)[">]', line)
             included = match and room_of(match[1], may)
             if not included or included == room:
                 continue

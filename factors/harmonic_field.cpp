@@ -23,7 +23,7 @@ class HarmonicFields final : public Effect {
  public:
   HarmonicFields(int order, std::vector<HarmonicField> fields)
       : Effect({.name = "field_departure",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = coefficients_of(fields),
                 .cause = "the field differs from place to place",
                 .separating_motion = "visit different places in the same orientation",

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "graph/key.h"
+#include "graph/sensor.h"
 
 namespace magimu {
 
@@ -35,6 +36,9 @@ constexpr Key lever_arm_of(int i) { return {'r', std::uint32_t(i)}; }
 constexpr Key effect(int i) { return {'e', std::uint32_t(i)}; }
 inline constexpr Key distortion = distortion_of(0);
 inline constexpr Key mag_bias = mag_bias_of(0);
+constexpr Key bias_of(Sensor sensor) {
+  return sensor == Sensor::kAcc ? acc_bias : sensor == Sensor::kGyr ? gyr_bias : mag_bias;
+}
 
 }  // namespace key
 }  // namespace magimu

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "graph/rot3.h"
+#include "graph/sensor.h"
 
 namespace magimu {
 
@@ -60,5 +61,8 @@ struct NoiseDensities {
   double gyr = 0.0;  // rad/s per sqrt(Hz)
   double mag = 0.0;  // uT per sqrt(Hz)
 };
+constexpr double density_of(const NoiseDensities& noise, Sensor sensor) {
+  return sensor == Sensor::kAcc ? noise.acc : sensor == Sensor::kGyr ? noise.gyr : noise.mag;
+}
 
 }  // namespace magimu

@@ -3,12 +3,12 @@
 
 #include <fmt/format.h>
 
+#include "graph/json_numbers.h"
+
 namespace magimu {
 namespace {
 
 constexpr const char* kErrorNames[] = {"px", "py", "pz", "vx", "vy", "vz", "rx", "ry", "rz"};
-
-std::vector<double> list_of(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
 }  // namespace
 
@@ -40,19 +40,18 @@ std::string navigation_csv(const NavigationRun& run) {
 
 nlohmann::ordered_json navigation_json(const NavigationRun& run) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  const auto numbers = [](const auto& of) { return json_numbers<nlohmann::ordered_json>(of); };
   for (std::size_t k = 0; k < run.t.size(); ++k) {
     const NavigationState& s = run.states[k];
     const Vector4& q = s.nRb.quaternion();
     const Eigen::Matrix<double, 9, 9> P = covariance_in_n(run, k);
-    std::vector<std::vector<double>> rows;
-    for (int i = 0; i < 9; ++i) rows.emplace_back(P.row(i).begin(), P.row(i).end());
     list.push_back({{"t", run.t[k]},
-                    {"q", std::vector<double>{q[0], q[1], q[2], q[3]}},
-                    {"v", list_of(s.v)},
-                    {"p", list_of(s.p)},
-                    {"acc_bias", list_of(s.acc_bias)},
-                    {"gyr_bias", list_of(s.gyr_bias)},
-                    {"covariance", rows}});
+                    {"q", numbers(q)},
+                    {"v", numbers(s.v)},
+                    {"p", numbers(s.p)},
+                    {"acc_bias", numbers(s.acc_bias)},
+                    {"gyr_bias", numbers(s.gyr_bias)},
+                    {"covariance", numbers(P)}});
   }
   return list;
 }

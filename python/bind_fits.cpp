@@ -18,6 +18,7 @@
 #include "calibration/use/export.h"
 #include "diagnosis/result/diagnosis_json.h"
 #include "earth/world_magnetic_model.h"
+#include "graph/json_numbers.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/interruptible.h"
@@ -38,12 +39,7 @@ std::string json_of(const Fitted& fitted) {
   for (const auto& [name, covariance] : {std::pair("covariance", &c.covariance),
                                          std::pair("covariance_model", &c.covariance_model)}) {
     if (out[name].contains("matrix")) continue;
-    auto rows = nlohmann::ordered_json::array();
-    for (Eigen::Index i = 0; i < covariance->rows(); ++i) {
-      const VectorXd row = covariance->row(i);
-      rows.push_back(std::vector<double>(row.begin(), row.end()));
-    }
-    out[name] = {{"order", c.order}, {"matrix", rows}};
+    out[name] = {{"order", c.order}, {"matrix", json_numbers<nlohmann::ordered_json>(*covariance)}};
   }
   out["method"] = fitted.method;
   if (!fitted.axes.empty()) out["axes"] = nlohmann::ordered_json::parse(fitted.axes);

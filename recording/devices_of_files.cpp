@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <set>
 
+#include "graph/sensor.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
-#include "recording/data/sensor_words.h"
 #include "recording/several_files.h"
 
 namespace magimu {
@@ -88,7 +88,7 @@ std::set<std::string> sensors_of(const Recording& part) {
                                      const Device& device, const std::string& sensor,
                                      const Device& other) {
   std::vector<std::string> has, choice;
-  for (const std::string& its : device.sensors) has.emplace_back(sensor_in_words(its));
+  for (const std::string& its : device.sensors) has.emplace_back(in_words(sensor_named(its)));
   for (const Device* d : {&device, &other}) {
     for (const std::size_t i : d->parts) {
       choice.push_back("--sensor " + shell_word(parts[i].name));
@@ -98,7 +98,7 @@ std::set<std::string> sensors_of(const Recording& part) {
       path, 0, 0,
       fmt::format("of one device there is the {} ({}), but the {} is of another one ({})",
                   fmt::join(has, " and the "), printable(parts[device.parts.front()].name),
-                  sensor_in_words(sensor), printable(parts[other.parts.front()].name)),
+                  in_words(sensor_named(sensor)), printable(parts[other.parts.front()].name)),
       fmt::format("give the files of one device in a folder of their own; if these are of one: {}",
                   fmt::join(choice, " ")));
 }

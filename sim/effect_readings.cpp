@@ -33,12 +33,12 @@ class EffectReadings {
 
   void add_to(Recording& recording) {
     move_sources_away();
-    for (const Channel channel : {Channel::kAcc, Channel::kGyr, Channel::kMag}) {
+    for (const Sensor channel : kSensors) {
       const std::vector<Active> active = active_on(channel);
       if (active.empty()) continue;
-      if (channel == Channel::kAcc) add_at_instants(active, 1, 0, recording.acc);
-      if (channel == Channel::kGyr) add_means(active, recording.gyr);
-      for (std::size_t m = 0; channel == Channel::kMag && m < recording.mag.size(); ++m) {
+      if (channel == Sensor::kAcc) add_at_instants(active, 1, 0, recording.acc);
+      if (channel == Sensor::kGyr) add_means(active, recording.gyr);
+      for (std::size_t m = 0; channel == Sensor::kMag && m < recording.mag.size(); ++m) {
         add_at_instants(active, std::size_t(options_.mag_ratio), m, recording.mag[m]);
       }
     }
@@ -49,7 +49,7 @@ class EffectReadings {
   }
 
  private:
-  std::vector<Active> active_on(Channel channel) const {
+  std::vector<Active> active_on(Sensor channel) const {
     std::vector<Active> out;
     for (const HiddenEffect& e : truth_.effects) {
       const auto effect = term_of(e);
@@ -64,7 +64,7 @@ class EffectReadings {
   }
 
   // What the magnetometer of that index, or the IMU, experiences at true time t.
-  SampleState state(Channel channel, double t, std::size_t index) const {
+  SampleState state(Sensor channel, double t, std::size_t index) const {
     const MagnetometerParameters& mag = truth_.parameters.mag[index];
     const Vector3 field = unit_field(truth_.parameters.dip_rad);
     SampleState s;
@@ -77,9 +77,9 @@ class EffectReadings {
     s.f = force(t);
     s.b = s.nRb.unrotate(field);
     s.D = mag.distortion;
-    s.bias = channel == Channel::kAcc   ? truth_.parameters.acc_bias
-             : channel == Channel::kGyr ? truth_.parameters.gyr_bias
-                                        : mag.bias;
+    s.bias = channel == Sensor::kAcc   ? truth_.parameters.acc_bias
+             : channel == Sensor::kGyr ? truth_.parameters.gyr_bias
+                                       : mag.bias;
     s.strength_uT = field_strength_uT(mag.distortion);
     s.temperature = warming_device(t) - mean_temperature_;
     s.current = switched_load(t);
@@ -115,7 +115,7 @@ class EffectReadings {
     const double outer = std::sqrt(0.15), h = 1.0 / motion_.rate_hz();
     for (std::size_t k = 0; k < gyr.size(); ++k) {
       const double middle = motion_.time(k) + 0.5 * h;
-      const auto sum = [&](double t) { return sum_of_terms(active, state(Channel::kGyr, t, 0)); };
+      const auto sum = [&](double t) { return sum_of_terms(active, state(Sensor::kGyr, t, 0)); };
       gyr.v[k] +=
           (5.0 * sum(middle - outer * h) + 8.0 * sum(middle) + 5.0 * sum(middle + outer * h)) /
           18.0;
@@ -208,7 +208,7 @@ void add_coupling(const std::vector<HiddenEffect>& effects, std::vector<VectorSe
   }
 }
 
-std::optional<NoiseShape> noise_shape(const std::vector<HiddenEffect>& effects, Channel channel) {
+std::optional<NoiseShape> noise_shape(const std::vector<HiddenEffect>& effects, Sensor channel) {
   std::optional<NoiseShape> shape;
   for (const HiddenEffect& e : effects) {
     if (!e.on_noise || e.channel != channel) continue;

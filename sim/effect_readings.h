@@ -28,7 +28,7 @@ void add_effects(const SimulationOptions& options, const TrueMotion& motion, Sim
 void add_coupling(const std::vector<HiddenEffect>& effects, std::vector<VectorSeries>& mags);
 
 // The shape of a sensor's noise; none where no effect changes it.
-std::optional<NoiseShape> noise_shape(const std::vector<HiddenEffect>& effects, Channel channel);
+std::optional<NoiseShape> noise_shape(const std::vector<HiddenEffect>& effects, Sensor channel);
 // Quantization and clipping of a magnetometer's samples.
 void convert_to_digital(const std::vector<HiddenEffect>& effects, VectorSeries& mag);
 

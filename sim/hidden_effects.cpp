@@ -125,7 +125,7 @@ EffectRequest parse_effect_request(const std::string& text) {
   if (const std::size_t at = request.name.find('@'); at != std::string::npos) {
     const std::string channel = request.name.substr(at + 1);
     request.name.resize(at);
-    for (const Channel c : {Channel::kAcc, Channel::kGyr, Channel::kMag}) {
+    for (const Sensor c : kSensors) {
       if (channel == to_string(c)) request.channel = c;
     }
     if (!request.channel) {
@@ -186,9 +186,9 @@ HiddenEffect hide(const EffectRequest& request, const SimulatedSurroundings& whe
   HiddenEffect hidden;
   hidden.name = request.name;
   hidden.on_noise = special && special->on_noise;
-  hidden.channel = effect ? effect->channel() : Channel::kMag;
-  if (hidden.on_noise) hidden.channel = request.channel.value_or(Channel::kMag);
-  if (hidden.name == "linear_acceleration") hidden.channel = Channel::kAcc;
+  hidden.channel = effect ? effect->channel() : Sensor::kMag;
+  if (hidden.on_noise) hidden.channel = request.channel.value_or(Sensor::kMag);
+  if (hidden.name == "linear_acceleration") hidden.channel = Sensor::kAcc;
   if (request.channel && *request.channel != hidden.channel) {
     refuse(fmt::format("{} is no effect on {}", request.name, to_string(*request.channel)),
            "leave the @ out: only noise_scale, correlated_noise and outliers take it");

@@ -29,9 +29,9 @@ namespace magimu {
 
 struct EffectRequest {
   std::string name;
-  std::optional<Channel> channel;  // of effects on the noise
-  double factor = 1.0;             // on the realistic size
-  std::vector<double> numbers;     // the parameters; empty: realistic ones
+  std::optional<Sensor> channel;  // of effects on the noise
+  double factor = 1.0;            // on the realistic size
+  std::vector<double> numbers;    // the parameters; empty: realistic ones
 };
 
 struct HiddenEffect {
@@ -40,7 +40,7 @@ struct HiddenEffect {
     double value;
   };
   std::string name;
-  Channel channel = Channel::kMag;
+  Sensor channel = Sensor::kMag;
   bool on_noise = false;  // one of those that any sensor's noise may have
   std::vector<Parameter> parameters;
 

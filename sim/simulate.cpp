@@ -78,13 +78,13 @@ void add_white_noise(VectorSeries& series, double sigma, RandomStream random) {
 }
 
 // The noise of one sensor, shaped where effects ask for it.
-void add_sensor_noise(const SimulationOptions& o, const SimulationTruth& truth, Channel channel,
+void add_sensor_noise(const SimulationOptions& o, const SimulationTruth& truth, Sensor channel,
                       std::size_t index, VectorSeries& series) {
   constexpr RandomPurpose kPurpose[] = {RandomPurpose::kAccelerometerNoise,
                                         RandomPurpose::kGyroscopeNoise,
                                         RandomPurpose::kMagnetometerNoise};
   const double densities[] = {truth.noise.acc, truth.noise.gyr, truth.noise.mag};
-  const double rate = channel == Channel::kMag ? o.rate_hz / o.mag_ratio : o.rate_hz;
+  const double rate = channel == Sensor::kMag ? o.rate_hz / o.mag_ratio : o.rate_hz;
   const double sigma = densities[int(channel)] * std::sqrt(rate);
   if (const auto shape = noise_shape(truth.effects, channel)) {
     RandomStream random(o.seed, RandomPurpose::kEffectNoise, std::uint64_t(channel) + 3 * index);
@@ -191,10 +191,10 @@ Simulation simulate(const SimulationOptions& asked) {
         recording);
   }
   add_effects(options, motion, truth, recording);
-  add_sensor_noise(options, truth, Channel::kAcc, 0, recording.acc);
-  add_sensor_noise(options, truth, Channel::kGyr, 0, recording.gyr);
+  add_sensor_noise(options, truth, Sensor::kAcc, 0, recording.acc);
+  add_sensor_noise(options, truth, Sensor::kGyr, 0, recording.gyr);
   for (std::size_t i = 0; i < recording.mag.size(); ++i) {
-    add_sensor_noise(options, truth, Channel::kMag, i, recording.mag[i]);
+    add_sensor_noise(options, truth, Sensor::kMag, i, recording.mag[i]);
   }
   add_coupling(truth.effects, recording.mag);
   for (VectorSeries& mag : recording.mag) convert_to_digital(truth.effects, mag);

@@ -2,16 +2,11 @@
 // A calibration file's names for the truth of a simulation: truth_json.h.
 #include "sim/truth_json.h"
 
+#include "graph/json_numbers.h"
 #include "sim/draws/parameters.h"
 
 namespace magimu {
 namespace {
-
-nlohmann::json array(const Vector3& v) { return {v[0], v[1], v[2]}; }
-
-nlohmann::json rows(const Matrix3& m) {
-  return {array(m.row(0).transpose()), array(m.row(1).transpose()), array(m.row(2).transpose())};
-}
 
 nlohmann::json to_json(const HiddenEffect& effect) {
   nlohmann::json json{{"name", effect.name}, {"parameters", nlohmann::json::array()}};
@@ -33,14 +28,15 @@ nlohmann::json to_json(const SimulationTruth& truth, const SimulationOptions& op
   json["mag_ratio"] = options.mag_ratio;
   json["motion"] = to_string(truth.p.empty() ? options.motion : SimulatedMotion::kHandHeld);
   json["gravity"] = truth.gravity;
-  json["accelerometer"]["bias"] = array(parameters.acc_bias);
-  json["gyroscope"]["bias"] = array(parameters.gyr_bias);
+  json["accelerometer"]["bias"] = json_numbers<nlohmann::json>(parameters.acc_bias);
+  json["gyroscope"]["bias"] = json_numbers<nlohmann::json>(parameters.gyr_bias);
   const std::vector<std::string> names = magnetometer_names(parameters.mag.size());
   json["magnetometers"] = nlohmann::json::array();
   for (std::size_t i = 0; i < parameters.mag.size(); ++i) {
-    json["magnetometers"].push_back({{"name", names[i]},
-                                     {"distortion", rows(parameters.mag[i].distortion)},
-                                     {"bias", array(parameters.mag[i].bias)}});
+    json["magnetometers"].push_back(
+        {{"name", names[i]},
+         {"distortion", json_numbers<nlohmann::json>(parameters.mag[i].distortion)},
+         {"bias", json_numbers<nlohmann::json>(parameters.mag[i].bias)}});
   }
   json["field"] = {{"dip_deg", parameters.dip_rad / kDegree}, {"strength_uT", truth.strength_uT}};
   json["noise"] = {{"acc", truth.noise.acc}, {"gyro", truth.noise.gyr}, {"mag", truth.noise.mag}};

@@ -8,7 +8,6 @@
 
 #include "recording/data/axes.h"
 #include "recording/data/error.h"
-#include "recording/files/read_file.h"
 
 namespace magimu::apps {
 namespace {
@@ -40,8 +39,7 @@ std::string in_words(const std::string& sensor, const std::string& axes) {
 }
 
 // Empty where the file has no such field.
-std::optional<Turns> turns_in(const std::string& path) {
-  const auto file = nlohmann::json::parse(read_file(path), nullptr, false);
+std::optional<Turns> turns_in(const nlohmann::ordered_json& file) {
   const auto it = file.find("axes");
   if (!file.is_object() || it == file.end() || !it->is_object()) return std::nullopt;
   Turns out;
@@ -61,12 +59,13 @@ nlohmann::ordered_json axes_json(const ReadingOptions& options) {
   return out;
 }
 
-std::map<std::string, std::string> axes_in(const std::string& path) {
-  return turns_in(path).value_or(Turns{});
+std::map<std::string, std::string> axes_in(const nlohmann::ordered_json& file) {
+  return turns_in(file).value_or(Turns{});
 }
 
-void check_same_axes(const std::string& path, const ReadingOptions& options) {
-  const std::optional<Turns> made = turns_in(path);
+void check_same_axes(const nlohmann::ordered_json& file, const std::string& path,
+                     const ReadingOptions& options) {
+  const std::optional<Turns> made = turns_in(file);
   if (!made) return;
   const Turns now = turns_of(options);
   Turns all = *made;

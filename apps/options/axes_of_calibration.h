@@ -13,10 +13,11 @@ namespace magimu::apps {
 
 // The field `axes` of a calibration's file: sensor to "y,-x,z".
 nlohmann::ordered_json axes_json(const ReadingOptions& options);
-// The field `axes` of the calibration file at `path`; empty if it has none.
-std::map<std::string, std::string> axes_in(const std::string& path);
-// Throws InputError if a recording is to be read with other turns than those of the calibration
-// file at `path`. A file without the field (by the Python module, or older) is accepted.
-void check_same_axes(const std::string& path, const ReadingOptions& options);
+// The field `axes` of a calibration's file; empty if it has none.
+std::map<std::string, std::string> axes_in(const nlohmann::ordered_json& file);
+// Throws InputError if a recording is to be read with other turns than those of the calibration's
+// file, which is at `path`. A file without the field (by the Python module, or older) is accepted.
+void check_same_axes(const nlohmann::ordered_json& file, const std::string& path,
+                     const ReadingOptions& options);
 
 }  // namespace magimu::apps

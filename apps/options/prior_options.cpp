@@ -33,8 +33,10 @@ CalibrationOptions PriorArguments::read(const ReadingOptions& reading) const {
   }
   options.prior = prior == "none" ? PriorKind::kNone : PriorKind::kUsual;
   if (!given) return options;
-  GivenPrior old{prior, read_calibration(prior), has_age ? age_days : days_since(prior), drift};
-  check_same_axes(prior, reading);
+  const nlohmann::ordered_json file = read_calibration_json(prior);
+  GivenPrior old{prior, calibration_from_json(file, prior), has_age ? age_days : days_since(prior),
+                 drift};
+  check_same_axes(file, prior, reading);
   if (old.calibration.trust.verdict == Verdict::kNo) {
     throw InputError(prior, 0, 0, "its verdict is `no`: it tells nothing of the device",
                      "name another one, or use --prior default");

@@ -162,7 +162,7 @@ std::string disturbance_picture(const MissingSeries& s) {
 std::string disturbance_caption(const MissingSeries& s) {
   const std::string where =
       in_field(s) ? "the field (east, magnetic north, up) would have to depart by this"
-                  : "this would have to be added to the readings of the " + sensor_name(s.channel) +
+                  : "this would have to be added to the readings of the " + in_words(s.channel) +
                         " (its own axes)";
   return fmt::format(
       "{}: so that the simulation predicts the data, {}. The shaded band is two standard "

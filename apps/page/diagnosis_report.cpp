@@ -25,12 +25,6 @@ std::string joined(const std::vector<std::string>& parts, const char* separator)
   return out;
 }
 
-// As channels are called in files.
-std::string code(Channel channel) {
-  constexpr const char* kCodes[] = {"acc", "gyr", "mag"};
-  return kCodes[int(channel)];
-}
-
 void answer(Page& page, const Diagnosis& d) {
   constexpr const char* kClass[] = {"answer predicts", "answer findings", "answer findings",
                                     "answer unexplained", "answer"};
@@ -69,7 +63,7 @@ void missing(Page& page, const Diagnosis& d) {
   std::vector<std::vector<std::string>> rows;
   for (const MissingState& m : d.missing) {
     const bool there = m.size > 0.0;
-    rows.push_back({m.frame == "navigation" ? "field (fixed axes)" : sensor_name(m.channel),
+    rows.push_back({m.frame == "navigation" ? "field (fixed axes)" : in_words(m.channel),
                     plain(m.gain_nats), plain(m.taken_by_findings()), plain(m.taken_by_place),
                     plain(m.left_nats), there ? plain(m.size) + " " + m.unit : "-",
                     there ? plain(m.memory_s) + " s" : "-", m.noise});
@@ -102,7 +96,7 @@ std::string finding_card(const Finding& f, std::size_t number) {
                    (residual_of_model(f)
                         ? fact(fmt::format("{} → {}", plain(g.residual_rms_before),
                                            plain(g.residual_rms_after)),
-                               "residual of the " + sensor_name(f.channel) + "; noise alone: 1")
+                               "residual of the " + in_words(f.channel) + "; noise alone: 1")
                         : std::string()),
                "facts");
   std::vector<std::vector<std::string>> rows;
@@ -129,7 +123,7 @@ void found(Page& page, const Diagnosis& d) {
   if (d.findings.empty()) page.section("What is there, and has no name");
   std::vector<std::string> sensors;
   for (const std::string& channel : d.unexplained.channels) {
-    sensors.push_back(sensor_name(channel));
+    sensors.push_back(in_words(channel));
   }
   page.html(
       wrap("div",
@@ -146,7 +140,7 @@ void departure_table(Page& page, const std::vector<Departure>& departures) {
   for (const Departure& e : departures) {
     if (rows.size() == kShown) break;
     rows.push_back(
-        {sensor_name(e.channel), e.statistic,
+        {in_words(e.channel), e.statistic,
          e.end_s > e.begin_s ? fmt::format("{:.0f} to {:.0f} s", e.begin_s, e.end_s) : "throughout",
          plain(e.observed), plain(e.predicted),
          plain(e.predicted_band[0]) + " to " + plain(e.predicted_band[1]),
@@ -195,14 +189,14 @@ void scan(Page& page, const Diagnosis& d) {
 
 void residuals(Page& page, const Diagnosis& d) {
   const auto departed = [&](const ResidualTrace& trace) {
-    const auto is_it = [&](const auto& x) { return x.channel == code(trace.channel); };
+    const auto is_it = [&](const auto& x) { return x.channel == to_string(trace.channel); };
     return std::any_of(d.departures.begin(), d.departures.end(), is_it) ||
            std::any_of(d.findings.begin(), d.findings.end(), is_it);
   };
   const bool all = std::none_of(d.traces.begin(), d.traces.end(), departed);
   for (const ResidualTrace& trace : d.traces) {
     if (trace.t.empty() || !(all || departed(trace))) continue;
-    page.section("What the simulation leaves of the " + sensor_name(code(trace.channel)));
+    page.section(std::string("What the simulation leaves of the ") + in_words(trace.channel));
     const ResidualPictures pictures = residual_pictures(trace, !d.findings.empty());
     page.figure(pictures.traces,
                 "Measured less simulated, in standard deviations of the noise. With the right "

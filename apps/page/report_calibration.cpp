@@ -121,7 +121,7 @@ void residuals(Page& page, const Calibration& c, const ResidualSeries& series) {
                            : c.mag_names.size() > 1 ? series.sensor
                                                     : "magnetometer";
   page.section("What the model leaves of the " + name);
-  const Channel channel = acc ? Channel::kAcc : gyr ? Channel::kGyr : Channel::kMag;
+  const Sensor channel = sensor_named(series.sensor);
   const ResidualPictures pictures =
       residual_pictures({channel, series.t, series.whitened, {}}, false);
   const std::string text =

@@ -11,6 +11,7 @@
 #include "apps/plot/plot.h"
 #include "apps/say/numbers.h"
 #include "apps/say/parameter_words.h"
+#include "graph/sensor.h"
 #include "recording/checks/gate.h"
 
 namespace magimu::apps {
@@ -30,12 +31,6 @@ std::vector<Series> sensors_of(const Recording& r) {
     out.push_back({r.mag.size() == 1 ? "magnetometer" : r.mag_names[m], "uT", &r.mag[m]});
   }
   return out;
-}
-
-std::string sensor_words(const std::string& name) {
-  if (name == "acc") return "accelerometer";
-  if (name == "gyr") return "gyroscope";
-  return name == "mag" ? "magnetometer" : name;
 }
 
 std::string capital(std::string text) {
@@ -93,7 +88,7 @@ void sensors(Page& page, const Survey& s) {
   std::vector<std::vector<std::string>> rows;
   for (const SensorSurvey& x : s.sensors) {
     const char* unit = x.name == "acc" ? "m/s²" : x.name == "gyr" ? "rad/s" : "uT";
-    rows.push_back({sensor_words(x.name), fmt::format("{}", x.samples),
+    rows.push_back({in_words(x.name), fmt::format("{}", x.samples),
                     fmt::format("{:.4g} Hz", x.rate_hz),
                     fmt::format("{:.1f} ms", 1e3 * x.longest_interval_s),
                     fmt::format("{:.4g} {}", x.largest, unit),

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/page/residual_statistics.h"
+#include "statistics/power_spectrum.h"
 #include "statistics/quantiles.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <complex>
 #include <numbers>
-#include <unsupported/Eigen/FFT>
 
 namespace magimu::apps {
 namespace {
@@ -74,14 +73,13 @@ Curve spectrum(const std::vector<Vector3>& residuals, double interval_s, int per
     window[i] = std::pow(std::sin(std::numbers::pi * (double(i) + 0.5) / double(n)), 2);
     square += window[i] * window[i];
   }
-  Eigen::FFT<double> fft;
+  PowerSpectrum power_of;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> v = centred(residuals, axis);
     for (std::size_t i = 0; i < n; ++i) v[i] *= window[i];
     v.resize(padded, 0.0);
-    std::vector<std::complex<double>> f;
-    fft.fwd(f, v);
-    for (std::size_t i = 0; i < power.size(); ++i) power[i] += std::norm(f[i]) / square / 3.0;
+    const std::vector<double> own = power_of(v);
+    for (std::size_t i = 0; i < power.size(); ++i) power[i] += own[i] / square / 3.0;
   }
   // Below two periods in the recording there is nothing but its mean and its window.
   Curve out;

@@ -10,6 +10,7 @@
 #include "apps/say/numbers.h"
 #include "diagnosis/compare/change_text.h"
 #include "diagnosis/result/sentence_words.h"
+#include "graph/sensor.h"
 
 namespace magimu::apps {
 namespace {
@@ -86,19 +87,12 @@ std::string headline(const Diagnosis& d) {
   return "These data do not permit an answer.";
 }
 
-std::string sensor_name(const std::string& channel) {
-  if (channel == "acc") return "accelerometer";
-  if (channel == "gyr" || channel == "gyro") return "gyroscope";
-  if (channel == "mag") return "magnetometer";
-  return channel;
-}
-
 std::string effect_title(const std::string& effect, const std::string& channel) {
   const std::string out = effect_words(effect);
   // Effects that exist for every sensor.
   const bool needs_sensor =
       effect == "noise_scale" || effect == "correlated_noise" || effect == "outliers";
-  return needs_sensor && !channel.empty() ? out + ", " + sensor_name(channel) : out;
+  return needs_sensor && !channel.empty() ? out + ", " + in_words(channel) : out;
 }
 
 bool is_finding_of(const ScanEntry& e, const Finding& f) {

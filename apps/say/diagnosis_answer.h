@@ -22,8 +22,7 @@ std::vector<std::string> unsaid_reasons(const Diagnosis& diagnosis);
 // Does the stored calibration still hold: a sentence.
 std::string against_headline(const Against& against);
 
-// "mag" -> "magnetometer"; ("noise_scale", "mag") -> "noise scale, magnetometer".
-std::string sensor_name(const std::string& channel);
+// ("noise_scale", "mag") -> "noise scale, magnetometer".
 std::string effect_title(const std::string& effect, const std::string& channel = "");
 
 // What became of a candidate.

@@ -81,7 +81,7 @@ std::string finding_text(const Finding& f, std::size_t number) {
   const std::string before = plain(f.gain.residual_rms_before),
                     after = plain(f.gain.residual_rms_after);
   if (residual_of_model(f) && before != after) {
-    gain += fmt::format("; residual of the {} {} (1: noise alone)", sensor_name(f.channel),
+    gain += fmt::format("; residual of the {} {} (1: noise alone)", in_words(f.channel),
                         unbroken(before + " -> " + after));
   }
   out += wrapped(gain + ".", indent);

@@ -7,25 +7,24 @@
 
 #include "apps/say/numbers.h"
 #include "calibration/trust/check_axes.h"
+#include "graph/json_numbers.h"
+#include "graph/sensor.h"
 #include "recording/data/axes.h"
 
 namespace magimu::apps {
 namespace {
-
-const char* unit_of(const std::string& sensor) {
-  return sensor == "acc" ? "m/s^2" : sensor == "gyr" ? "rad/s" : "uT";
-}
 
 std::string sensors_text(const Survey& s) {
   std::string out = fmt::format("{:<8} {:>8} {:>9} {:>13} {:>16}   {}\n", "Sensor", "samples",
                                 "rate", "longest gap", "largest reading", "noise at rest");
   for (const SensorSurvey& x : s.sensors) {
     const std::string noise =
-        x.noise_density > 0.0 ? fmt::format("{:.3g} {}/sqrt(Hz)", x.noise_density, unit_of(x.name))
-                              : "-";
+        x.noise_density > 0.0
+            ? fmt::format("{:.3g} {}/sqrt(Hz)", x.noise_density, unit_of(sensor_named(x.name)))
+            : "-";
     out += fmt::format("{:<8} {:>8} {:>6} Hz {:>10.1f} ms {:>16}   {}\n", x.name, x.samples,
                        fmt::format("{:.4g}", x.rate_hz), 1e3 * x.longest_interval_s,
-                       fmt::format("{:.4g} {}", x.largest, unit_of(x.name)), noise);
+                       fmt::format("{:.4g} {}", x.largest, unit_of(sensor_named(x.name))), noise);
   }
   return out;
 }
@@ -128,8 +127,6 @@ std::string issues_text(const Survey& s) {
   }
   return out;
 }
-
-nlohmann::json triple(const Vector3& v) { return {v[0], v[1], v[2]}; }
 
 nlohmann::json issue_json(const Issue& issue) {
   nlohmann::json j{
@@ -236,7 +233,7 @@ nlohmann::json survey_json(const Survey& s, const std::vector<std::string>& note
          {"rests", json::array()},     {"issues", json::array()},  {"usable", s.usable()}};
   for (const SensorSurvey& x : s.sensors) {
     j["sensors"].push_back({{"name", x.name},
-                            {"unit", unit_of(x.name)},
+                            {"unit", unit_of(sensor_named(x.name))},
                             {"samples", x.samples},
                             {"rate_hz", x.rate_hz},
                             {"longest_interval_s", x.longest_interval_s},
@@ -244,12 +241,13 @@ nlohmann::json survey_json(const Survey& s, const std::vector<std::string>& note
                             {"noise_density", x.noise_density}});
   }
   for (const TimeSpan& r : s.rests) j["rests"].push_back({r.begin_s, r.end_s});
-  if (s.gyr_bias_at_rest) j["gyroscope_at_rest"] = triple(*s.gyr_bias_at_rest);
+  if (s.gyr_bias_at_rest)
+    j["gyroscope_at_rest"] = json_numbers<nlohmann::json>(*s.gyr_bias_at_rest);
   for (const Issue& issue : s.issues) j["issues"].push_back(issue_json(issue));
   j["not_looked_further"] = s.not_looked_further;
   if (!s.not_looked_further.empty()) return j;
   j["axes"] = mounting_json(s.mounting);
-  j["motion"] = {{"turned_rad", triple(s.coverage.turned_rad)},
+  j["motion"] = {{"turned_rad", json_numbers<nlohmann::json>(s.coverage.turned_rad)},
                  {"fastest_rad_s", s.coverage.fastest_rad_s},
                  {"up_coverage", s.coverage.up},
                  {"field_coverage", s.coverage.field},

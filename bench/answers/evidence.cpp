@@ -65,7 +65,7 @@ Fits fits_of(const Case& c) {
 }
 
 std::string name_of(DisturbedPart part) {
-  return part == DisturbedPart::kField ? "field" : channel_of(part);
+  return part == DisturbedPart::kField ? "field" : to_string(sensor_of(part));
 }
 
 SimulatedMotion motion_of(const std::string& name) {
@@ -88,8 +88,8 @@ void null_table(const Case& like, int n) {
     for (const DisturbanceFit& f : all[i]) {
       if (f.gain_nats <= kNullGain) continue;
       fmt::print("seed {}: {} gains {:.2f} nats, size {:.3g} {}, memory {:.3g} s, score {:.1f}\n",
-                 like.seed + i, name_of(f.part), f.gain_nats, f.size, unit_of(f.part), f.memory_s,
-                 f.score);
+                 like.seed + i, name_of(f.part), f.gain_nats, f.size, unit_of(sensor_of(f.part)),
+                 f.memory_s, f.score);
     }
   }
   std::erase_if(all, [](const Fits& f) { return f.empty(); });

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "graph/json_numbers.h"
 #include "study/error_statistics.h"
 
 namespace magimu {
@@ -51,8 +52,6 @@ bool number_at(const json& object, const std::string& name, double& value) {
 
 // 99.9 % point of chi-square (Wilson and Hilferty 1931).
 double quantile_999(int dof) { return chi_square_band(dof, 3.0902).high * dof; }
-
-json array(const Vector3& v) { return {v[0], v[1], v[2]}; }
 
 std::string problem_of(const char* command, const Ended& ended) {
   const std::string what = ended.problem();
@@ -161,13 +160,12 @@ Distance distance(const json& calibration, const json& other) {
 
 json as_calibration(const SensorParameters& truth) {
   json out;
-  out["accelerometer"]["bias"] = array(truth.acc_bias);
-  out["gyroscope"]["bias"] = array(truth.gyr_bias);
+  out["accelerometer"]["bias"] = json_numbers<json>(truth.acc_bias);
+  out["gyroscope"]["bias"] = json_numbers<json>(truth.gyr_bias);
   out["magnetometers"] = json::array();
   for (const MagnetometerParameters& mag : truth.mag) {
-    json rows = json::array();
-    for (int i = 0; i < 3; ++i) rows.push_back(array(mag.distortion.row(i).transpose()));
-    out["magnetometers"].push_back({{"distortion", rows}, {"bias", array(mag.bias)}});
+    out["magnetometers"].push_back({{"distortion", json_numbers<json>(mag.distortion)},
+                                    {"bias", json_numbers<json>(mag.bias)}});
   }
   out["field"]["dip_deg"] = truth.dip_rad / kDegree;
   return out;

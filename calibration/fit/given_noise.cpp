@@ -16,14 +16,8 @@ namespace {
 // (milligauss for uT), or between a density and the noise of a sample (100 Hz).
 constexpr double kAbsurd = 10.0;
 
-constexpr const char* kNames[] = {"accelerometer", "gyroscope", "magnetometer"};
-constexpr const char* kUnits[] = {"m/s^2", "rad/s", "uT"};
 constexpr const char* kRemedy =
     " Give the noise (--noise) as densities, in SI units and uT per sqrt(Hz), or leave it out.";
-
-const VectorSeries& series_of(const Recording& recording, std::size_t sensor) {
-  return sensor == 0 ? recording.acc : sensor == 1 ? recording.gyr : recording.mag.front();
-}
 
 double largest_reading(const VectorSeries& series) {
   double largest = 0.0;
@@ -31,13 +25,13 @@ double largest_reading(const VectorSeries& series) {
   return largest;
 }
 
-std::string sentence(std::size_t sensor, double given, const std::string& against) {
+std::string sentence(Sensor sensor, double given, const std::string& against) {
   return fmt::format("The noise density given for the {}, {:.2g} {}/sqrt(Hz), {}.{}",
-                     kNames[sensor], given, kUnits[sensor], against, kRemedy);
+                     in_words(sensor), given, unit_of(sensor), against, kRemedy);
 }
 
 // What the samples alone contradict; empty: nothing.
-std::string against_samples(const Recording& recording, std::size_t sensor, double given) {
+std::string against_samples(const Recording& recording, Sensor sensor, double given) {
   const VectorSeries& series = series_of(recording, sensor);
   const double least = least_noise(series), largest = largest_reading(series);
   if (given * kAbsurd < least) {
@@ -52,7 +46,7 @@ std::string against_samples(const Recording& recording, std::size_t sensor, doub
 }
 
 // What the residuals of a fit contradict. rms: 1 where the noise is as given.
-std::string against_fit(std::size_t sensor, double given, double rms) {
+std::string against_fit(Sensor sensor, double given, double rms) {
   if (!(rms > 0.0) || (rms < kAbsurd && rms > 1.0 / kAbsurd)) return "";
   return sentence(
       sensor, given,
@@ -68,14 +62,14 @@ std::string against_fit(std::size_t sensor, double given, double rms) {
 void judge_given_noise(Calibration& c, const std::vector<const Recording*>& recordings,
                        const CalibrationOptions& options) {
   if (!options.noise) return;
-  const double given[] = {options.noise->acc, options.noise->gyr, options.noise->mag};
   const bool fitted = c.fit.values.size() > 0;
   std::vector<std::string> found;
-  for (std::size_t s = 0; s < 3; ++s) {
+  for (const Sensor s : kSensors) {
     // A trajectory in a hand follows its accelerometer: what is left of it says nothing.
-    if (fitted && s == 0 && c.motion == MotionModel::kHandHeld) continue;
-    found.push_back(fitted ? against_fit(s, given[s], c.residuals[s].rms)
-                           : against_samples(*recordings.front(), s, given[s]));
+    if (fitted && s == Sensor::kAcc && c.motion == MotionModel::kHandHeld) continue;
+    const double given = density_of(*options.noise, s);
+    found.push_back(fitted ? against_fit(s, given, c.residuals[std::size_t(s)].rms)
+                           : against_samples(*recordings.front(), s, given));
   }
   std::erase(found, "");
   for (const std::string& what : found) {

@@ -36,9 +36,9 @@ GroupSums squares_and_lags(const LinearSystem& system, const SensorRows& rows, s
 }
 
 void add_squares_and_lags(const LinearSystem& system, const SensorRows& rows, SensorSums& sums) {
-  const GroupSums of = squares_and_lags(system, rows, kSensors,
+  const GroupSums of = squares_and_lags(system, rows, kMeasuring,
                                         [&](std::size_t row) { return int(rows.sensor[row]); });
-  for (std::size_t s = 0; s < kSensors; ++s) {
+  for (std::size_t s = 0; s < kMeasuring; ++s) {
     sums.squares[s] = of.squares[s];
     sums.rows[s] = of.rows[s];
     sums.lag1[s] = of.lag1(s);
@@ -127,11 +127,11 @@ SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, Lin
   std::mt19937_64 random(20250917);
   std::vector<std::uint64_t> bits(rows.sensor.size());  // of each row, the signs of all probes
   for (std::size_t i = 0; i < bits.size(); ++i) {
-    if (std::size_t(rows.sensor[i]) < kSensors) bits[i] = random();
+    if (std::size_t(rows.sensor[i]) < kMeasuring) bits[i] = random();
   }
-  std::array<MatrixXd, kSensors> B;
-  std::array<double, kSensors> says{};  // how much a sensor says of the variables
-  parallel::for_each(kSensors, [&](std::size_t s) {
+  std::array<MatrixXd, kMeasuring> B;
+  std::array<double, kMeasuring> says{};  // how much a sensor says of the variables
+  parallel::for_each(kMeasuring, [&](std::size_t s) {
     if (sums.rows[s] == 0.0) return;
     B[s].setZero(system.cols(), kProbes);
     add_signed_rows(system, rows.sensor, Sensor(s), bits, scale, B[s]);
@@ -143,12 +143,12 @@ SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, Lin
   // Of an array each magnetometer's share is asked for, so that theirs is always estimated.
   const auto mag = std::size_t(Sensor::kMag);
   const bool array = !sums.magnetometers.empty();
-  std::array<double, kSensors> leading = says;
+  std::array<double, kMeasuring> leading = says;
   if (array) leading[mag] = 0.0;
   const auto most = std::size_t(std::ranges::max_element(leading) - leading.begin());
-  MatrixXd probes(system.cols(), kProbes * Eigen::Index(kSensors));
+  MatrixXd probes(system.cols(), kProbes * Eigen::Index(kMeasuring));
   Eigen::Index columns = 0;
-  for (std::size_t s = 0; s < kSensors; ++s) {
+  for (std::size_t s = 0; s < kMeasuring; ++s) {
     if (s == most || says[s] == 0.0) continue;
     probes.middleCols(columns, kProbes) = B[s];
     columns += kProbes;
@@ -157,7 +157,7 @@ SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, Lin
   const MatrixXd X = solver.solve_normal(probes);  // z'J P J'z = B'X, column by column
   sums.absorbed[most] = system.cols();
   columns = 0;
-  for (std::size_t s = 0; s < kSensors; ++s) {
+  for (std::size_t s = 0; s < kMeasuring; ++s) {
     if (s == most || says[s] == 0.0) continue;
     sums.absorbed[s] = B[s].cwiseProduct(X.middleCols(columns, kProbes)).sum() / kProbes;
     sums.absorbed[most] -= sums.absorbed[s];

@@ -53,7 +53,7 @@ MatrixXd part_of(const MatrixXd& P, const Values& values, const std::vector<Key>
 }
 
 void add_sums(SensorSums& all, const SensorSums& more) {
-  for (std::size_t s = 0; s < kSensors; ++s) {
+  for (std::size_t s = 0; s < kMeasuring; ++s) {
     const double rows = all.rows[s] + more.rows[s];
     if (rows > 0.0) {
       all.lag1[s] = (all.rows[s] * all.lag1[s] + more.rows[s] * more.lag1[s]) / rows;

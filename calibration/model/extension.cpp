@@ -11,12 +11,6 @@
 namespace magimu {
 namespace {
 
-// Of a recording that may be const.
-auto& series_of(auto& recording, Channel channel) {
-  if (channel == Channel::kAcc) return recording.acc;
-  return channel == Channel::kGyr ? recording.gyr : recording.mag.front();
-}
-
 constexpr int kRounds = 12;
 constexpr double kSettled = 1e-10;  // rad/s or m/s^2
 
@@ -32,15 +26,15 @@ bool need_attitude(const std::vector<ActiveTerm>& active, bool moving) {
     return a.effect->description().without_attitude;
   });
 }
-SampleState state_for(const SensedMotion& motion, Channel channel, std::size_t sample,
+SampleState state_for(const SensedMotion& motion, Sensor channel, std::size_t sample,
                       bool attitude) {
   return attitude ? motion.state(channel, sample) : motion.state_without_attitude(channel, sample);
 }
 
 // Is a part of the state this sensor's own reading? The force, where the accelerometer is moved.
 // (The rate is that of the estimated attitudes.)
-bool reads_state(Channel channel, bool moving) { return channel == Channel::kAcc && moving; }
-Vector3* own_part(SampleState& state, Channel channel, bool moving) {
+bool reads_state(Sensor channel, bool moving) { return channel == Sensor::kAcc && moving; }
+Vector3* own_part(SampleState& state, Sensor channel, bool moving) {
   return reads_state(channel, moving) ? &state.f : nullptr;
 }
 
@@ -73,7 +67,7 @@ Vector3 sum_of_terms(const std::vector<ActiveTerm>& active, const Vector3& raw,
 }
 
 // raw less the effects' terms.
-void correct(const SensedMotion& motion, Channel channel, bool moving,
+void correct(const SensedMotion& motion, Sensor channel, bool moving,
              const std::vector<ActiveTerm>& active, const VectorSeries& raw,
              VectorSeries& corrected) {
   const double delay_s = delay_of(active);
@@ -99,7 +93,7 @@ struct KeptMotion {
 
 // moved: by how much the last correction has moved readings that are part of the state, sample by
 // sample; the state moves with them. Empty: not at all.
-EffectColumns columns_of(const std::shared_ptr<const KeptMotion>& motion, Channel channel,
+EffectColumns columns_of(const std::shared_ptr<const KeptMotion>& motion, Sensor channel,
                          bool moving, const std::vector<ActiveTerm>& active,
                          std::vector<Vector3> moved) {
   EffectColumns out;
@@ -123,7 +117,7 @@ void add_positions(const SensedMotion& motion, const Recording& recording, const
                    ExtendedRecording& out) {
   for (std::size_t i = 0; i < plan.t.size(); ++i) {
     const std::size_t until = count_until(recording.mag.front().t, plan.t[i]);
-    const SampleState state = motion.state(Channel::kMag, until > 0 ? until - 1 : 0);
+    const SampleState state = motion.state(Sensor::kMag, until > 0 ? until - 1 : 0);
     Matrix3 sum = Matrix3::Zero();
     for (const ActiveTerm& a : active) {
       if (a.effect->description().of_position) sum += a.effect->by_position(state, a.theta);
@@ -176,11 +170,11 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, const
   std::shared_ptr<const KeptMotion> motion;
   // The gyroscope's terms depend on the force, too, and the accelerometer's on the rate: both a
   // second time with what the first has corrected. Then the magnetometer's.
-  constexpr std::pair<Channel, bool> kPasses[] = {{Channel::kGyr, false},
-                                                  {Channel::kAcc, false},
-                                                  {Channel::kGyr, true},
-                                                  {Channel::kAcc, true},
-                                                  {Channel::kMag, true}};
+  constexpr std::pair<Sensor, bool> kPasses[] = {{Sensor::kGyr, false},
+                                                 {Sensor::kAcc, false},
+                                                 {Sensor::kGyr, true},
+                                                 {Sensor::kAcc, true},
+                                                 {Sensor::kMag, true}};
   for (const auto& [channel, last] : kPasses) {
     const auto c = std::size_t(channel);
     if (active[c].empty() || (at_zero && !last)) continue;
@@ -201,7 +195,7 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, const
   const bool of_position =
       std::ranges::any_of(spec.effects, [](const auto& e) { return e->description().of_position; });
   if (of_position && moving && !recording.pos) {
-    const auto& mag = active[std::size_t(Channel::kMag)];
+    const auto& mag = active[std::size_t(Sensor::kMag)];
     add_positions(motion->sensed, recording, plan, values, mag, out);
   }
   return out;

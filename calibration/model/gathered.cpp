@@ -20,41 +20,41 @@ struct Source {
   const ModelSpec& spec;
   const ExtendedRecording* extended;  // null without effects
 
-  const EffectColumns* columns(Channel channel) const {
+  const EffectColumns* columns(Sensor channel) const {
     const auto c = std::size_t(channel);
     return extended == nullptr || extended->keys[c].empty() ? nullptr : &extended->columns[c];
   }
 };
 
 // Effects whose parameters are zero leave a sensor's readings as they are.
-bool corrects(const ModelSpec& spec, Channel channel) {
+bool corrects(const ModelSpec& spec, Sensor channel) {
   return !std::ranges::all_of(spec.extended, [&](const auto& extended) {
     return extended->theta[std::size_t(channel)].isZero(0.0);
   });
 }
-bool same_readings(const ModelSpec& a, const ModelSpec& b, Channel channel) {
+bool same_readings(const ModelSpec& a, const ModelSpec& b, Sensor channel) {
   return a.extended == b.extended || (!corrects(a, channel) && !corrects(b, channel));
 }
 bool integrates_columns(const ModelSpec& spec) {
   return std::ranges::any_of(spec.extended, [](const auto& extended) {
-    return !extended->keys[std::size_t(Channel::kGyr)].empty() ||
-           !extended->keys[std::size_t(Channel::kAcc)].empty();
+    return !extended->keys[std::size_t(Sensor::kGyr)].empty() ||
+           !extended->keys[std::size_t(Sensor::kAcc)].empty();
   });
 }
 bool same_attitudes(const ModelSpec& a, const ModelSpec& b) {
   return a.gyr_bias == b.gyr_bias && a.gyr_matrix_value == b.gyr_matrix_value &&
-         same_readings(a, b, Channel::kGyr);
+         same_readings(a, b, Sensor::kGyr);
 }
 std::vector<double> mag_offsets(const ModelSpec& spec) {
   const std::vector<double>& own = spec.mag_offset_s;
   return spec.mag_time_offset ? own : std::vector<double>(own.size(), 0.0);
 }
 bool same_mag(const ModelSpec& a, const ModelSpec& b) {
-  return same_attitudes(a, b) && same_readings(a, b, Channel::kMag) &&
+  return same_attitudes(a, b) && same_readings(a, b, Sensor::kMag) &&
          mag_offsets(a) == mag_offsets(b);
 }
 bool same_motion(const ModelSpec& a, const ModelSpec& b) {
-  if (a.motion != b.motion || !same_attitudes(a, b) || !same_readings(a, b, Channel::kAcc)) {
+  if (a.motion != b.motion || !same_attitudes(a, b) || !same_readings(a, b, Sensor::kAcc)) {
     return false;
   }
   if (a.extended != b.extended && (integrates_columns(a) || integrates_columns(b))) return false;
@@ -79,7 +79,7 @@ void for_each_interval(const NodePlan& plan, const Body& body) {
 
 void gather_turns(const Source& s, GatheredMotion& out) {
   const std::vector<double>& t = s.plan.t;
-  const EffectColumns* const effects = s.columns(Channel::kGyr);
+  const EffectColumns* const effects = s.columns(Sensor::kGyr);
   out.single.assign(t.size() - 1, -1);
   if (effects == nullptr) {
     for_each_interval(s.plan, [&](std::size_t i) {
@@ -99,14 +99,14 @@ void gather_imu(const Source& s, GatheredMotion& out) {
   const ModelSpec& spec = s.spec;
   // Of both channels or of none.
   const bool with_effects =
-      s.columns(Channel::kGyr) != nullptr || s.columns(Channel::kAcc) != nullptr;
-  const auto columns = [&](Channel channel) {
+      s.columns(Sensor::kGyr) != nullptr || s.columns(Sensor::kAcc) != nullptr;
+  const auto columns = [&](Sensor channel) {
     return with_effects ? &s.extended->columns[std::size_t(channel)] : nullptr;
   };
   out.imu.assign(t.size() - 1, PreintegratedImu(spec.gyr_bias, spec.acc_bias));
   for_each_interval(s.plan, [&](std::size_t i) {
     out.imu[i] = s.gyr.preintegrate(t[i], t[i + 1], s.recording.acc, spec.acc_bias, spec.gyr_matrix,
-                                    columns(Channel::kGyr), columns(Channel::kAcc));
+                                    columns(Sensor::kGyr), columns(Sensor::kAcc));
   });
 }
 

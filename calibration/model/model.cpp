@@ -49,7 +49,7 @@ struct Part {
   const ModelSpec& spec;
   const ExtendedRecording* extended;  // null without effects
 
-  const EffectColumns* columns(Channel channel) const {
+  const EffectColumns* columns(Sensor channel) const {
     return extended == nullptr ? nullptr : &extended->columns[std::size_t(channel)];
   }
   int nodes() const { return int(plan.t.size()); }
@@ -77,10 +77,10 @@ class Collector {
  public:
   using Gain = typename ExtendedBatch<F>::Gain;
 
-  Collector(FactorGraph& graph, const Part& part, std::initializer_list<Channel> channels)
+  Collector(FactorGraph& graph, const Part& part, std::initializer_list<Sensor> channels)
       : graph_(graph) {
     std::vector<Key> keys;
-    for (const Channel c : channels) {
+    for (const Sensor c : channels) {
       if (part.extended == nullptr) break;
       const auto& own = part.extended->keys[std::size_t(c)];
       keys.insert(keys.end(), own.begin(), own.end());
@@ -88,7 +88,7 @@ class Collector {
     if (keys.empty()) return;
     VectorXd theta(Eigen::Index(keys.size()));
     Eigen::Index next = 0;
-    for (const Channel c : channels) {
+    for (const Sensor c : channels) {
       const VectorXd& own = part.extended->theta[std::size_t(c)];
       theta.segment(next, own.size()) = own;
       next += own.size();
@@ -130,7 +130,7 @@ void add_accelerometer(FactorGraph& graph, const Part& part) {
   const double rate =
       part.spec.acc_rate_hz > 0.0 ? part.spec.acc_rate_hz : part.recording.acc.rate_hz();
   const Vector3 g_n = gravity_n(part.spec.gravity);
-  Collector<MeanAccelerometerFactor> means(graph, part, {Channel::kAcc});
+  Collector<MeanAccelerometerFactor> means(graph, part, {Sensor::kAcc});
   for (int i = 0; i < part.nodes(); ++i) {
     const NodeMean& b = of_nodes[std::size_t(i)];
     if (b.count == 0 || !part.measures(i)) continue;
@@ -141,7 +141,7 @@ void add_accelerometer(FactorGraph& graph, const Part& part) {
       graph.add(AccelerometerFactor(pose, key::acc_bias, b.mean, g_n, noise));
     } else {
       means.add(MeanAccelerometerFactor(pose, key::acc_bias, b.mean, b.C, g_n, noise),
-                [&part, &b] { return part.columns(Channel::kAcc)->mean(b.first, b.count); });
+                [&part, &b] { return part.columns(Sensor::kAcc)->mean(b.first, b.count); });
     }
   }
   means.finish();
@@ -156,7 +156,7 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
   const Key D = key::distortion_of(sensor);
   const Key dip = dip_of(part.plan.field);
   // Effects are those of the first magnetometer.
-  const std::initializer_list<Channel> mag = {Channel::kMag}, none = {};
+  const std::initializer_list<Sensor> mag = {Sensor::kMag}, none = {};
   Collector<DelayedMagnetometerFactor> lagging(graph, part, sensor == 0 && delayed ? mag : none);
   const bool placed = sensor == 0 && part.extended != nullptr && !part.extended->position.empty();
   if (placed && delayed) {
@@ -175,7 +175,7 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
     const Noise<3> noise =
         made_of_samples(part, part.recording.mag_names[std::size_t(sensor)], i,
                         [&] { return noise_of_mean(mag_density(part.spec, sensor), rate, b); });
-    const auto gain = [&part, &b] { return part.columns(Channel::kMag)->mean(b.first, b.count); };
+    const auto gain = [&part, &b] { return part.columns(Sensor::kMag)->mean(b.first, b.count); };
     if (delayed) {
       lagging.add(DelayedMagnetometerFactor(pose, D, bias, dip, key::mag_time_offset_of(sensor),
                                             b.mean, b.C, b.C_rate, offset, noise),
@@ -198,7 +198,7 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
 
 void add_gyroscope(FactorGraph& graph, const Part& part) {
   const VectorSeries& samples = part.recording.gyr;
-  Collector<PreintegratedGyroscopeFactor> integrated(graph, part, {Channel::kGyr});
+  Collector<PreintegratedGyroscopeFactor> integrated(graph, part, {Sensor::kGyr});
   const GatheredMotion& motion = part.gathered.motion(part.index);
   for (int i = 0; i + 1 < part.nodes(); ++i) {
     const Key pose = R(part.id(i)), next = R(part.id(i + 1));
@@ -226,8 +226,8 @@ void add_imu(FactorGraph& graph, const Part& part) {
   const ModelSpec& spec = part.spec;
   const std::vector<double> acc_density =
       acc_densities(part.recording.acc, part.plan.t, spec.noise.acc, spec.acc_jitter);
-  Collector<PreintegratedImuFactor> plain(graph, part, {Channel::kGyr, Channel::kAcc});
-  Collector<ScaledImuFactor> scaled(graph, part, {Channel::kGyr, Channel::kAcc});
+  Collector<PreintegratedImuFactor> plain(graph, part, {Sensor::kGyr, Sensor::kAcc});
+  Collector<ScaledImuFactor> scaled(graph, part, {Sensor::kGyr, Sensor::kAcc});
   for (int i = 1; i < part.nodes(); ++i) {
     const int a = part.id(i - 1), b = part.id(i);
     const GatheredMotion& motion = part.gathered.motion(part.index);

@@ -79,12 +79,11 @@ SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, con
   }
 }
 
-const VectorSeries& SensedMotion::series(Channel channel) const {
-  if (channel == Channel::kAcc) return recording_.acc;
-  return channel == Channel::kGyr ? recording_.gyr : recording_.mag.front();
+const VectorSeries& SensedMotion::series(Sensor channel) const {
+  return series_of(recording_, channel);
 }
 
-std::size_t SensedMotion::samples(Channel channel) const { return series(channel).size(); }
+std::size_t SensedMotion::samples(Sensor channel) const { return series(channel).size(); }
 
 // The attitude relative to the gyroscope's, from one node to the next: with the nearest node's
 // alone whatever attitudes follow would show as steps, at the nodes' rate.
@@ -133,9 +132,9 @@ Vector3 SensedMotion::rate_about(double t, Vector3* derivative) const {
 }
 
 // Of a sensor that is moved.
-Vector3 SensedMotion::read_force(Channel channel, std::size_t sample) const {
+Vector3 SensedMotion::read_force(Sensor channel, std::size_t sample) const {
   const VectorSeries& acc = recording_.acc;
-  if (channel == Channel::kAcc) return acc.v[sample] - acc_bias_;
+  if (channel == Sensor::kAcc) return acc.v[sample] - acc_bias_;
   return interpolated(acc.t, acc.v, instant_of(channel, sample)) - acc_bias_;
 }
 
@@ -169,17 +168,17 @@ Vector3 SensedMotion::force_change(double t, double delay_s) const {
 }
 
 // Of the gyroscope the middle of what its sample is the mean of.
-double SensedMotion::instant_of(Channel channel, std::size_t sample) const {
+double SensedMotion::instant_of(Sensor channel, std::size_t sample) const {
   const std::vector<double>& t = series(channel).t;
-  const bool mean = channel == Channel::kGyr && sample + 1 < t.size();
+  const bool mean = channel == Sensor::kGyr && sample + 1 < t.size();
   return mean ? 0.5 * (t[sample] + t[sample + 1]) : t[sample];
 }
 
-SampleState SensedMotion::state_without_attitude(Channel channel, std::size_t sample) const {
+SampleState SensedMotion::state_without_attitude(Sensor channel, std::size_t sample) const {
   SampleState s;
   s.t = series(channel).t[sample];
   s.recording = plan_.field;
-  s.bias = channel == Channel::kAcc ? acc_bias_ : channel == Channel::kGyr ? gyr_bias_ : mag_bias_;
+  s.bias = channel == Sensor::kAcc ? acc_bias_ : channel == Sensor::kGyr ? gyr_bias_ : mag_bias_;
   const double instant = instant_of(channel, sample);
   s.u = 2.0 * (instant - begin_) / whole_ - 1.0;
   s.duration_s = whole_;
@@ -191,13 +190,13 @@ SampleState SensedMotion::state_without_attitude(Channel channel, std::size_t sa
   return s;
 }
 
-SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
+SampleState SensedMotion::state(Sensor channel, std::size_t sample) const {
   const VectorSeries& own = series(channel);
   SampleState s = state_without_attitude(channel, sample);
   const double instant = instant_of(channel, sample);
   s.nRb = attitude(instant).normalized();
   s.omega = rate_about(instant, &s.omega_rate);
-  if (channel == Channel::kGyr) s.omega = own.v[sample] - gyr_bias_;
+  if (channel == Sensor::kGyr) s.omega = own.v[sample] - gyr_bias_;
   s.omega += beside_gyr(instant, s.nRb);
   if (!moving_) s.f = -s.nRb.unrotate(gravity_n(gravity_));
   s.b = s.nRb.unrotate(field_);
@@ -209,10 +208,10 @@ SampleState SensedMotion::state(Channel channel, std::size_t sample) const {
   } else if (moving_) {
     s.position = interpolated(plan_.t, positions_, instant);
   }
-  if (channel == Channel::kAcc) {
+  if (channel == Sensor::kAcc) {
     s.force_change = [this, t = s.t](double delay_s) { return force_change(t, delay_s); };
   }
-  if (channel == Channel::kMag) {
+  if (channel == Sensor::kMag) {
     s.delay_s = delay_s_;
     s.field_before = [this, t = s.t](double delay_s) {  // as much as a function holds by itself
       return attitude(t - delay_s).unrotate(field_);

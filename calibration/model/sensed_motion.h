@@ -22,20 +22,20 @@ class SensedMotion {
                const Values& values, bool attitudes = true);
 
   // At a sample of a sensor (the first magnetometer).
-  SampleState state(Channel channel, std::size_t sample) const;
+  SampleState state(Sensor channel, std::size_t sample) const;
   // Time, specific force, temperature and current alone; of a moved sensor, whose accelerometer
   // reads its force (Effect::Description::without_attitude).
-  SampleState state_without_attitude(Channel channel, std::size_t sample) const;
-  std::size_t samples(Channel channel) const;
+  SampleState state_without_attitude(Sensor channel, std::size_t sample) const;
+  std::size_t samples(Sensor channel) const;
 
  private:
-  const VectorSeries& series(Channel channel) const;
+  const VectorSeries& series(Sensor channel) const;
   Rot3 before_gyr(double t) const;
   Rot3 attitude(double t) const;
   Vector3 beside_gyr(double t, const Rot3& nRb) const;
   Vector3 rate_about(double t, Vector3* derivative) const;
-  Vector3 read_force(Channel channel, std::size_t sample) const;
-  double instant_of(Channel channel, std::size_t sample) const;
+  Vector3 read_force(Sensor channel, std::size_t sample) const;
+  double instant_of(Sensor channel, std::size_t sample) const;
   Vector3 force_change(double t, double delay_s) const;
 
   const Recording& recording_;

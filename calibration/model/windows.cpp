@@ -12,8 +12,8 @@ int node_of(Key key) {
   return node ? int(key.index) : -1;
 }
 
-double window_s(Channel channel, MotionModel motion) {
-  return channel == Channel::kAcc && motion == MotionModel::kHandHeld ? 20.0 : 5.0;
+double window_s(Sensor channel, MotionModel motion) {
+  return channel == Sensor::kAcc && motion == MotionModel::kHandHeld ? 20.0 : 5.0;
 }
 
 std::vector<int> windows_of(const std::vector<NodePlan>& plans, double seconds) {

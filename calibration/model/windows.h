@@ -15,7 +15,7 @@ int node_of(Key key);
 
 // Seconds in which a window by itself shows what an effect on this sensor does. Where the motion is
 // estimated, too, the accelerometer says little in few seconds.
-double window_s(Channel channel, MotionModel motion);
+double window_s(Sensor channel, MotionModel motion);
 
 // The window of each node, numbered through all recordings. A recording's windows are equally long,
 // and about `seconds`.

@@ -8,12 +8,9 @@
 #include <vector>
 
 #include "graph/linear_system.h"
+#include "graph/sensor.h"
 
 namespace magimu {
-
-// kReach: the weak measurements of position of a hand-held sensor. kNone: priors on parameters.
-enum class Sensor { kAcc = 0, kGyr = 1, kMag = 2, kReach = 3, kNone = 4 };
-inline constexpr std::size_t kSensors = 4;
 
 struct SensorRows {
   // One entry a row of the system.
@@ -39,12 +36,12 @@ struct MagnetometerSums {
   double rms() const;
 };
 
-// Per sensor, in the order of the enumeration.
+// Per sensor, in the order of the enumeration; of the reach, too.
 struct SensorSums {
-  std::array<double, kSensors> squares{};  // sum of squared whitened residuals
-  std::array<double, kSensors> rows{};
-  std::array<double, kSensors> absorbed{};      // degrees of freedom the fit has taken: tr(J P J')
-  std::array<double, kSensors> lag1{};          // correlation of residuals at neighbouring nodes
+  std::array<double, kMeasuring> squares{};  // sum of squared whitened residuals
+  std::array<double, kMeasuring> rows{};
+  std::array<double, kMeasuring> absorbed{};    // degrees of freedom the fit has taken: tr(J P J')
+  std::array<double, kMeasuring> lag1{};        // correlation of residuals at neighbouring nodes
   std::vector<MagnetometerSums> magnetometers;  // each by itself; empty where there is one
 
   // Root mean square with the degrees of freedom that are left; 1 if the noise is as assumed.

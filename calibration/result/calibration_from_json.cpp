@@ -290,9 +290,13 @@ Calibration calibration_from_json(const Json& json, const std::string& file) {
 }
 
 Calibration read_calibration(const std::string& path) {
+  return calibration_from_json(read_calibration_json(path), path);
+}
+
+Json read_calibration_json(const std::string& path) {
   const std::string text = read_file(path);
   try {
-    return calibration_from_json(Json::parse(text), path);
+    return Json::parse(text);
   } catch (const Json::parse_error& error) {
     const std::size_t at = std::min(error.byte, text.size());
     const std::string before = text.substr(0, at > 0 ? at - 1 : 0);

@@ -6,21 +6,16 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "graph/json_numbers.h"
+
 namespace magimu {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json array(const Vector3& v) { return {v[0], v[1], v[2]}; }
-
-Json array(const MatrixXd& m) {
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < m.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index j = 0; j < m.cols(); ++j) row.push_back(m(i, j));
-    rows.push_back(row);
-  }
-  return rows;
+template <class Numbers>
+Json array(const Numbers& numbers) {
+  return json_numbers<Json>(numbers);
 }
 
 // Magnetometers up to which the covariances are written whole: 1,849 numbers each.
@@ -111,9 +106,9 @@ Json magnetometer(const Calibration& c, std::size_t m) {
       model(i, j) = c.sigma_model(part);
     }
   }
-  out["distortion"] = array(MatrixXd(c.parameters.mag[m].distortion));
-  out["distortion_sigma"] = array(MatrixXd(sigma));
-  out["distortion_sigma_model"] = array(MatrixXd(model));
+  out["distortion"] = array(c.parameters.mag[m].distortion);
+  out["distortion_sigma"] = array(sigma);
+  out["distortion_sigma_model"] = array(model);
   put_vector(out, "bias", c.parameters.mag[m].bias, c, fmt::format("magnetometers[{}].bias", m));
   if (c.magnetometers.size() > m) put_record(out, c.magnetometers[m], c.magnetometers.size() > 1);
   return out;
@@ -261,9 +256,8 @@ Json to_json(const Calibration& c, bool joint) {
   out["effects"] = Json::array();
   for (const ActiveEffect& effect : c.effects) out["effects"].push_back(effect_json(effect));
   out["fit"] = fit(c);
-  const char* names[3] = {"acc", "gyr", "mag"};
-  for (std::size_t s = 0; s < 3; ++s) {
-    out["residuals"][names[s]] = residuals_json(c.residuals[s]);
+  for (const Sensor s : kSensors) {
+    out["residuals"][to_string(s)] = residuals_json(c.residuals[std::size_t(s)]);
   }
   out["checks"] = checks_json(c.checks);
   out["disturbances"] = Json::array();

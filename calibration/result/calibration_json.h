@@ -25,5 +25,7 @@ nlohmann::ordered_json set_aside_json(const std::vector<SetAsideOf>& set_aside);
 // one is missing or not what it should be.
 Calibration calibration_from_json(const nlohmann::ordered_json& json, const std::string& file);
 Calibration read_calibration(const std::string& path);
+// The file's JSON, for who needs more of it than a Calibration has. InputError: no JSON.
+nlohmann::ordered_json read_calibration_json(const std::string& path);
 
 }  // namespace magimu

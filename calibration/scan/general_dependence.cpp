@@ -11,7 +11,7 @@ constexpr const char* kOnTime = "on time";
 constexpr double kGravity = 9.8;  // m/s^2: forces as parts of it
 
 // How large what has no name may be in usual parts: m/s^2, rad/s, uT.
-double usual_size(Channel channel) {
+double usual_size(Sensor channel) {
   constexpr double kSizes[] = {0.1, 0.003, 1.0};
   return kSizes[int(channel)];
 }
@@ -22,7 +22,7 @@ class Dependence final : public Effect {
   // Writes the values of the n functions.
   using Functions = void (*)(const SampleState&, double* x);
   static constexpr int kMost = 9;
-  Dependence(Channel channel, const std::string& words, int n, Functions functions)
+  Dependence(Sensor channel, const std::string& words, int n, Functions functions)
       : Effect({.name = "dependence",
                 .channel = channel,
                 .parameters =
@@ -45,7 +45,7 @@ class Dependence final : public Effect {
 // A constant on each axis, another one in every window.
 class BiasInWindows final : public Effect {
  public:
-  BiasInWindows(int windows, Channel channel, double begin, double end)
+  BiasInWindows(int windows, Sensor channel, double begin, double end)
       : Effect({.name = "bias_in_windows",
                 .channel = channel,
                 .parameters = std::vector<Parameter>(std::size_t(3 * windows),
@@ -98,7 +98,7 @@ Vector3 remembered(const SampleState& s, double tau) {
 
 std::vector<std::shared_ptr<const Effect>> general_dependences(bool moving) {
   std::vector<std::shared_ptr<const Effect>> out;
-  const auto add = [&](Channel channel, const std::string& words, int n,
+  const auto add = [&](Sensor channel, const std::string& words, int n,
                        Dependence::Functions functions) {
     out.push_back(std::make_shared<Dependence>(channel, words, n, functions));
   };
@@ -108,46 +108,46 @@ std::vector<std::shared_ptr<const Effect>> general_dependences(bool moving) {
   const Dependence::Functions forces = [](const SampleState& s, double* x) {
     all_products(s.f / kGravity, x);
   };
-  add(Channel::kMag, "on products of the field's directions", 5,
+  add(Sensor::kMag, "on products of the field's directions", 5,
       [](const SampleState& s, double* x) { products(s.b, x); });
-  add(Channel::kMag, "on how the sensor is tilted and turned, beside the field itself", 6,
+  add(Sensor::kMag, "on how the sensor is tilted and turned, beside the field itself", 6,
       [](const SampleState& s, double* x) {
         const Vector3 d = down(s);
         put(d, x);
         put(d.cross(s.b), x + 3);
       });
-  add(Channel::kMag, "on products of the field and the vertical", 9,
+  add(Sensor::kMag, "on products of the field and the vertical", 9,
       [](const SampleState& s, double* x) {
         const Vector3 d = down(s);
         for (int i = 0; i < 3; ++i) put(d[i] * s.b, x + 3 * i);
       });
-  add(Channel::kMag, "on products of the rate", 6, rates);
-  add(Channel::kMag, "on the field some seconds before", 6, [](const SampleState& s, double* x) {
+  add(Sensor::kMag, "on products of the rate", 6, rates);
+  add(Sensor::kMag, "on the field some seconds before", 6, [](const SampleState& s, double* x) {
     put(remembered(s, 1.0), x);
     put(remembered(s, 4.0), x + 3);
   });
-  add(Channel::kAcc, "on products of the force's directions", 6, forces);
-  add(Channel::kAcc, "on whether the force rises or falls", 3,
+  add(Sensor::kAcc, "on products of the force's directions", 6, forces);
+  add(Sensor::kAcc, "on whether the force rises or falls", 3,
       [](const SampleState& s, double* x) { put(Vector3(s.f.cross(s.omega).array().sign()), x); });
-  if (!moving) add(Channel::kAcc, "on products of the rate", 6, rates);
-  add(Channel::kGyr, "on products of the force", 6, forces);
-  add(Channel::kGyr, "on products of the rates", 6, rates);
-  add(Channel::kAcc, kOnTime, 4, [](const SampleState& s, double* x) {
+  if (!moving) add(Sensor::kAcc, "on products of the rate", 6, rates);
+  add(Sensor::kGyr, "on products of the force", 6, forces);
+  add(Sensor::kGyr, "on products of the rates", 6, rates);
+  add(Sensor::kAcc, kOnTime, 4, [](const SampleState& s, double* x) {
     for (int j = 0; j < 4; ++j) x[j] = legendre(j + 1, s.u);
   });
   return out;
 }
 
 std::vector<std::shared_ptr<const Effect>> dependences_on_other_sensors() {
-  return {std::make_shared<Dependence>(Channel::kAcc, "on the rate", 3,
+  return {std::make_shared<Dependence>(Sensor::kAcc, "on the rate", 3,
                                        [](const SampleState& s, double* x) { put(s.omega, x); }),
-          std::make_shared<Dependence>(Channel::kGyr, "on the field", 3,
+          std::make_shared<Dependence>(Sensor::kGyr, "on the field", 3,
                                        [](const SampleState& s, double* x) { put(s.b, x); })};
 }
 
 bool depends_on_time(const Effect& dependence) { return dependence.description().cause == kOnTime; }
 
-std::shared_ptr<const Effect> bias_in_windows(int windows, Channel channel, double u_begin,
+std::shared_ptr<const Effect> bias_in_windows(int windows, Sensor channel, double u_begin,
                                               double u_end) {
   return std::make_shared<BiasInWindows>(windows, channel, u_begin, u_end);
 }

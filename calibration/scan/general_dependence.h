@@ -20,7 +20,7 @@ bool depends_on_time(const Effect& dependence);
 
 // A sensor's bias that is another one in each of `windows` windows of the recording, or of a part
 // of it (u: -1 at the start, 1 at the end; zero outside): 3 parameters each.
-std::shared_ptr<const Effect> bias_in_windows(int windows, Channel channel = Channel::kMag,
+std::shared_ptr<const Effect> bias_in_windows(int windows, Sensor channel = Sensor::kMag,
                                               double u_begin = -1.0, double u_end = 1.0);
 
 }  // namespace magimu

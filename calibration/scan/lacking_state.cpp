@@ -17,14 +17,9 @@ constexpr int kMostAskedNodes = 20000;  // half an hour at 12 a second: a few se
 constexpr std::array kAskedParts = {DisturbedPart::kField, DisturbedPart::kMag, DisturbedPart::kGyr,
                                     DisturbedPart::kAcc};
 
-// Where the bias of its sensor begins among the parameters, and which sensor it is.
+// Where the bias of its sensor begins among the parameters.
 Eigen::Index first_of_bias(DisturbedPart part) {
   return part == DisturbedPart::kAcc ? 0 : part == DisturbedPart::kGyr ? 3 : 15;
-}
-Channel sensor_of(DisturbedPart part) {
-  return part == DisturbedPart::kAcc   ? Channel::kAcc
-         : part == DisturbedPart::kGyr ? Channel::kGyr
-                                       : Channel::kMag;
 }
 
 std::string state_in_words(const DisturbanceFit& d) {
@@ -33,7 +28,7 @@ std::string state_in_words(const DisturbanceFit& d) {
   return fmt::format(
       "{} is disturbed by {:.2g} {} (standard deviation) for some {:.2g} s at a time, for a reason "
       "that this does not tell (the readings are more probable so by {:.0f} nats)",
-      kWhere[std::size_t(d.part)], d.size, unit_of(d.part), d.memory_s, d.gain_nats);
+      kWhere[std::size_t(d.part)], d.size, unit_of(sensor_of(d.part)), d.memory_s, d.gain_nats);
 }
 
 }  // namespace
@@ -61,7 +56,7 @@ std::optional<MissingEffect> find_lacking_state(const Stage& stage) {
     for (const double x : own) shift.push_back(unit * x);
   }
   MissingEffect out;
-  out.name = channel_of(kAskedParts[best]) + "_departure";
+  out.name = to_string(sensor_of(kAskedParts[best])) + "_departure";
   out.channel = sensor_of(kAskedParts[best]);
   out.cause = state_in_words(fits[best]);
   out.shift = Eigen::Map<const VectorXd>(shift.data(), Eigen::Index(shift.size()));

@@ -5,10 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
-#include <unsupported/Eigen/FFT>
 
 #include "statistics/alias.h"
+#include "statistics/power_spectrum.h"
 #include "statistics/quantiles.h"
 #include "statistics/tails.h"
 
@@ -76,13 +75,12 @@ StrongestLine strongest_line(const std::vector<double>& t, const std::vector<Vec
   if (n < kFewReadings || t.size() != n || !(t.back() > t.front())) return out;
   const double rate = double(n - 1) / (t.back() - t.front());
   std::vector<double> power(n / 2 + 1, 0.0);
-  Eigen::FFT<double> fft;
+  PowerSpectrum power_of;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> x(n);
     for (std::size_t k = 0; k < n; ++k) x[k] = whitened[k][axis];
-    std::vector<std::complex<double>> X;
-    fft.fwd(X, x);
-    for (std::size_t k = 0; k < power.size(); ++k) power[k] += std::norm(X[k]);
+    const std::vector<double> own = power_of(x);
+    for (std::size_t k = 0; k < power.size(); ++k) power[k] += own[k];
   }
   // A line between two frequencies of the transform is in both, and in those beside them.
   constexpr std::size_t kBeside = 3;

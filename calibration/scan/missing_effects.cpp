@@ -56,7 +56,7 @@ std::vector<std::shared_ptr<const Effect>> candidates(
 // the calibration's.
 struct ToleranceFamily {
   std::string name;
-  Channel channel = Channel::kAcc;
+  Sensor channel = Sensor::kAcc;
   ToleranceDirections directions;
   MatrixXd influence;
 };
@@ -172,7 +172,7 @@ class Search {
     found.log10_p = log10_p;
     found.share_of_misfit = s.statistic / std::max(squares_, 1e-30);
     found.needs = effect.description().needs;
-    if (!named && effect.channel() == Channel::kMag) {
+    if (!named && effect.channel() == Sensor::kMag) {
       found.seen_uT = std::sqrt(std::min(1.0, found.share_of_misfit) * mean_square_uT_);
     }
     found.shift = influence * (posterior * z) / excess;
@@ -243,9 +243,8 @@ Doubted most_doubted(const Calibration& c, const MatrixXd& without, const Matrix
 }
 
 std::string in_words(const MissingEffect& f) {
-  constexpr const char* kSensors[] = {"accelerometer", "gyroscope", "magnetometer"};
   if (!f.name.empty()) return f.cause;
-  return fmt::format("the {} depends {}", kSensors[int(f.channel)], f.cause);
+  return fmt::format("the {} depends {}", in_words(f.channel), f.cause);
 }
 
 }  // namespace
@@ -256,14 +255,14 @@ SearchedEffects search_effects(const std::vector<const Recording*>& recordings,
   std::vector<std::shared_ptr<const Effect>> all = candidates(recordings, stage);
   for (const auto& unnamed : general_dependences(moving)) {
     // Of the accelerometer the hand's motion takes up much, and shapes what is left.
-    if (!moving || unnamed->channel() != Channel::kAcc) all.push_back(unnamed);
+    if (!moving || unnamed->channel() != Sensor::kAcc) all.push_back(unnamed);
   }
   if (field_count(recordings) == 1) {
     double length = 0.0;
     for (const Recording* part : recordings) length += part->duration_s();
     const int windows = std::clamp(int(length / kBiasWindow), 2, kMaxWindows);
     all.push_back(bias_in_windows(windows));
-    all.push_back(bias_in_windows(windows, Channel::kGyr));
+    all.push_back(bias_in_windows(windows, Sensor::kGyr));
   }
   // Each sensor's by themselves: a candidate's test takes no notice of the others, and columns cost
   // their square.

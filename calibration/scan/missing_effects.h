@@ -19,7 +19,7 @@ namespace magimu {
 
 struct MissingEffect {
   std::string name;  // of the catalogue; empty: a dependence without a known cause
-  Channel channel = Channel::kMag;
+  Sensor channel = Sensor::kMag;
   std::string cause;     // "the gyroscope's bias wanders"; "on products of the force"
   double log10_p = 0.0;  // of the probability that chance does it
   // Of the magnetometer's squares, what the effect takes away where it enters the model; the column

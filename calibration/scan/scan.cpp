@@ -163,12 +163,6 @@ Reduced reduced_to(const CondensedChain& chain, const MatrixXd& K, const Values&
   return out;
 }
 
-Key bias_of(Channel channel) {
-  return channel == Channel::kAcc   ? key::acc_bias
-         : channel == Channel::kGyr ? key::gyr_bias
-                                    : key::mag_bias;
-}
-
 // How the windows' scores of some parameters scatter at the optimum, and the coordinates Q of it:
 // Q' A Q = I. The fit has followed each window: a score of the information K_w has, under white
 // noise, the covariance K_w - K_w G^-1 K_w there, G that of the whole.
@@ -383,7 +377,7 @@ Score wald_test(const Stage& stage, std::size_t effect, const KnownScatter& know
   const VectorXd x = Q.transpose() * in_windows * out.theta / std::sqrt(known.white);
   out.log10_p = log10_tail(statistic, out.dof, x, scatter);
   // White noise, too, may scatter windows so; its sensor's bias shows in every one.
-  const Key bias = bias_of(out.effect->channel());
+  const Key bias = key::bias_of(out.effect->channel());
   if (out.coloured && !scatter.surely_coloured(kNoChance) && values.contains(bias)) {
     Scatter witness =
         scatter_at_optimum(chain, G, values, bias, values.slot(bias).type.tangent()).scatter;

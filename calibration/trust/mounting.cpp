@@ -11,8 +11,8 @@
 #include "calibration/motion/rests/rests.h"
 #include "calibration/start/intrinsic.h"
 #include "graph/decompositions.h"
+#include "graph/sensor.h"
 #include "recording/data/axes.h"
-#include "recording/data/sensor_words.h"
 
 namespace magimu {
 namespace {
@@ -78,8 +78,7 @@ AxesFinding finding(const std::string& sensor, const Matrix3& remedy, bool or_in
   out.problem = fmt::format(
       "the {}'s axes are not those of the other sensors: x, y, z of the {} are "
       "its {}",
-      sensor.starts_with("mag") && sensor != "mag" ? sensor : sensor_in_words(sensor),
-      sensor == "gyr" ? "others" : "gyroscope", axes);
+      in_words(sensor), sensor == "gyr" ? "others" : "gyroscope", axes);
   if (or_inverted) {
     out.problem +=
         fmt::format(", or {}: no motion tells these two apart, but the dip has the opposite sign",
@@ -125,7 +124,7 @@ std::string undecided_sentence(const std::vector<AxesFit>& fits) {
     return fmt::format(
         "Whatever the axes, the {}'s directions do not turn as the gyroscope says (they are {:.0f} "
         "deg off): check units and clocks, and record slow turns far from iron.",
-        sensor_in_words(f.sensor), f.rms_rad * 180.0 / M_PI);
+        in_words(sensor_named(f.sensor)), f.rms_rad * 180.0 / M_PI);
   }
   std::string which;
   bool hardly_turned = false;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "graph/json_numbers.h"
 #include "recording/data/error.h"
 
 namespace magimu {
@@ -25,12 +26,6 @@ AppliedCorrections applied_corrections(const Recording& r) {
 
 bool same(const AppliedCorrections& a, const AppliedCorrections& b) {
   return applied_json(a) == applied_json(b);
-}
-
-Json rows_of(const Matrix3& M) {
-  Json out = Json::array();
-  for (int i = 0; i < 3; ++i) out.push_back(std::array<double, 3>{M(i, 0), M(i, 1), M(i, 2)});
-  return out;
 }
 
 Matrix3 matrix_from(const Json& rows) {
@@ -61,9 +56,9 @@ Json applied_json(const AppliedCorrections& applied) {
   for (const auto& [sensor, is] : applied) {
     out[sensor] = {{"by", is.by == Autopilot::kPx4 ? "px4" : "ardupilot"},
                    {"number", is.number},
-                   {"offset", std::array<double, 3>{is.offset[0], is.offset[1], is.offset[2]}},
-                   {"matrix", rows_of(is.matrix)},
-                   {"rotation", rows_of(is.rotation)}};
+                   {"offset", json_numbers<Json>(is.offset)},
+                   {"matrix", json_numbers<Json>(is.matrix)},
+                   {"rotation", json_numbers<Json>(is.rotation)}};
   }
   return out;
 }

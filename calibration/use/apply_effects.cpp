@@ -80,7 +80,7 @@ Vector3 without_terms(const Vector3& start, const std::vector<Active>& effects,
   return x;
 }
 
-std::vector<Active> on(const std::vector<Active>& all, Channel channel) {
+std::vector<Active> on(const std::vector<Active>& all, Sensor channel) {
   std::vector<Active> out;
   for (const Active& a : all) {
     if (a.effect->channel() == channel) out.push_back(a);
@@ -204,10 +204,10 @@ VectorXd effect_theta(const ActiveEffect& active) {
 void correct_readings(const Calibration& c, Applied& out) {
   Recording& r = out.recording;
   const std::vector<Active> effects = usable_effects(c, out);
-  correct_acc(c, on(effects, Channel::kAcc), r.acc);
-  correct_gyr(c, on(effects, Channel::kGyr), r.acc, r.gyr);
+  correct_acc(c, on(effects, Sensor::kAcc), r.acc);
+  correct_gyr(c, on(effects, Sensor::kGyr), r.acc, r.gyr);
   for (std::size_t m = 0; m < r.mag.size(); ++m) {
-    correct_mag(c, m, on(effects, Channel::kMag), r);
+    correct_mag(c, m, on(effects, Sensor::kMag), r);
   }
 }
 

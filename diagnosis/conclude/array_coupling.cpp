@@ -319,7 +319,7 @@ void find_array_coupling(const std::vector<const Recording*>& all,
     d.findings.push_back(finding_of(*found, names));
     return;
   }
-  add_evidence(d, Channel::kMag,
+  add_evidence(d, Sensor::kMag,
                fmt::format("What is left of the magnetometers at the same instant goes together "
                            "(of {} pairs {} beyond chance): something that they have in common, "
                            "such as the times of their samples, an alternating field or the "

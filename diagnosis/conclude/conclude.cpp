@@ -10,16 +10,15 @@
 
 #include "diagnosis/conclude/departures.h"
 #include "diagnosis/conclude/missing_state.h"
+#include "graph/sensor.h"
 #include "recording/data/set_aside.h"
 
 namespace magimu {
 namespace {
 
 std::string sensor_of(const std::string& channel) {
-  if (channel == "acc") return "accelerometer";
-  if (channel == "gyr") return "gyroscope";
-  if (channel == "mag") return "magnetometer";
-  return "magnetometer " + channel;
+  const std::string words = in_words(channel);
+  return words == channel ? "magnetometer " + channel : words;
 }
 
 std::string where(const Departure& e, bool several) {

@@ -18,10 +18,6 @@ namespace {
 constexpr double kNear = 0.25;   // of an interval, to a convention; farther it is a filter's delay
 constexpr double kSigmas = 3.0;  // standard deviations within which two times, or lags, are equal
 
-Channel channel_of(const std::string& name) {
-  return name == "acc" ? Channel::kAcc : name == "gyr" ? Channel::kGyr : Channel::kMag;
-}
-
 // The check that speaks against the times of a recording's gyroscope or magnetometer; empty: none.
 std::string bad_times(const std::vector<const Recording*>& given) {
   for (const Recording* r : given) {
@@ -42,7 +38,7 @@ void withdraw_clock_of_bad_times(const std::vector<const Recording*>& given, Dia
   if (clock == d.findings.end()) return;
   const std::string bad = bad_times(given);
   if (bad.empty()) return;
-  add_evidence(d, Channel::kGyr,
+  add_evidence(d, Sensor::kGyr,
                fmt::format("The times fit a clock that is wrong by {:.2g} %, but {}: whether the "
                            "clock is right these times do not tell, and it is not named.",
                            100.0 * std::abs(clock->parameters.front().value), bad));
@@ -55,7 +51,7 @@ void withdraw_of_mixtures(const std::vector<const Recording*>& given, Diagnosis&
     for (const Issue& issue : check_recording(*r)) {
       if (issue.kind != "mixed") continue;
       std::erase_if(d.findings, [&](const Finding& f) { return f.channel == issue.sensor; });
-      add_evidence(d, channel_of(issue.sensor),
+      add_evidence(d, sensor_named(issue.sensor),
                    fmt::format("{}{}. Nothing else is named of such samples; {}.",
                                char(std::toupper(issue.problem.front())), issue.problem.substr(1),
                                issue.remedy));
@@ -78,13 +74,13 @@ void withdraw_what_passed(Diagnosis& d) {
       ++f;
       continue;
     }
-    const Channel channel = channel_of(f->channel);
+    const Sensor channel = sensor_named(f->channel);
     add_evidence(
         d, channel,
         fmt::format("About {:.1f} s, for some {:.1f} s, the {} departs from the model, and "
                     "neither begins nor ends at once, as a change does{}",
-                    0.5 * (t0.value + t1.value), t1.value - t0.value, sensor_name(channel),
-                    channel == Channel::kMag ? ": something passed it?" : "."));
+                    0.5 * (t0.value + t1.value), t1.value - t0.value, in_words(channel),
+                    channel == Sensor::kMag ? ": something passed it?" : "."));
     f = d.findings.erase(f);
   }
 }

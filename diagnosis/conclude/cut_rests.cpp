@@ -127,7 +127,7 @@ int find_changes_in_cut_rests(const std::vector<const Recording*>& whole,
   for (const Found& f : found) {
     if (log10_chi_square_tail(f.change.statistic, 3) > level) continue;
     add_evidence(
-        d, Channel::kMag,
+        d, Sensor::kMag,
         fmt::format("While the sensor rested, {:.0f} to {:.0f} s{}, the field that it read "
                     "differed by up to {:.2g} uT (at {:.0f} s) from that in the part of this rest "
                     "that is used: a magnet or iron was moved near it, or the magnetometer drifts. "

@@ -67,16 +67,12 @@ class Replicates {
 double density_known_to(Sensor sensor, const std::vector<const Recording*>& recordings,
                         const NoiseDensities& rest_noise, bool noise_given) {
   if (noise_given) return kDensityKnownTo;
-  const double density = sensor == Sensor::kAcc   ? rest_noise.acc
-                         : sensor == Sensor::kGyr ? rest_noise.gyr
-                                                  : rest_noise.mag;
+  const double density = density_of(rest_noise, sensor);
   if (!(density > 0.0)) return 0.0;
   double samples = 0.0;
   for (const Recording* r : recordings) {
-    const VectorSeries& series = sensor == Sensor::kAcc   ? r->acc
-                                 : sensor == Sensor::kGyr ? r->gyr
-                                                          : r->mag.front();
-    for (const TimeSpan& rest : find_rests(*r)) samples += rest.length_s() * series.rate_hz();
+    const double rate_hz = series_of(*r, sensor).rate_hz();
+    for (const TimeSpan& rest : find_rests(*r)) samples += rest.length_s() * rate_hz;
   }
   return 1.0 / std::sqrt(6.0 * std::max(samples, 1.0));
 }
@@ -89,13 +85,11 @@ SimulatedNoise::OfSensor noise_of(const ChannelStatistics& sensor,
   SimulatedNoise::OfSensor out{.sensor = &sensor, .given = noise_given};
   double samples = 0.0;
   for (const Recording* r : full) {
-    samples += double(sensor.channel() == Channel::kAcc   ? r->acc.size()
-                      : sensor.channel() == Channel::kGyr ? r->gyr.size()
-                                                          : r->mag.front().size());
+    samples += double(series_of(*r, sensor.sensor()).size());
   }
   out.samples = std::max(1, int(std::lround(samples / double(sensor.rows().size()))));
   for (const Finding& f : findings) {
-    if (f.channel != to_string(sensor.channel()) || f.parameters.empty()) continue;
+    if (f.channel != to_string(sensor.sensor()) || f.parameters.empty()) continue;
     if (f.effect == "noise_scale") out.scale = f.parameters[0].value;
     if (f.effect == "correlated_noise") out.rho = std::clamp(f.parameters[0].value, 0.0, 0.999);
     if (f.effect == "outliers" && f.parameters.size() > 1) {
@@ -115,7 +109,7 @@ void add_rounding(double step, const std::vector<const Recording*>& full, const 
     const NodePlan& plan = stage.plans()[r];
     const std::vector<std::size_t> first = samples_of_nodes(full[r]->mag.front(), plan);
     for (const SampleResiduals& s : sample_residuals(*full[r], stage, int(r), {}, false)) {
-      if (s.channel != Channel::kMag) continue;
+      if (s.channel != Sensor::kMag) continue;
       for (const Vector3& x : s.residual) {
         if (!x.allFinite()) continue;
         squares += x.squaredNorm();
@@ -186,7 +180,7 @@ Comparison compare(const Stage& stage, const std::vector<Finding>& noise, const 
   const std::vector<const Recording*>& recordings = known.recordings;
   const Optimum at(stage);
   std::vector<ChannelStatistics> sensors;
-  for (const Sensor s : {Sensor::kAcc, Sensor::kGyr, Sensor::kMag}) {
+  for (const Sensor s : kSensors) {
     const int count = s == Sensor::kMag ? int(recordings.front()->mag.size()) : 1;
     for (int m = 0; m < count; ++m) {
       ChannelStatistics sensor(at, recordings, s, m);
@@ -223,8 +217,8 @@ Comparison compare(const Stage& stage, const std::vector<Finding>& noise, const 
   // A statistic that noise hardly moves is none: a rate where the sensor rests.
   constexpr double kMoves = 1e-6;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
-    const double known_to = density_known_to(Sensor(int(sensors[s].channel())), recordings,
-                                             known.rest_noise, known.noise_given);
+    const double known_to =
+        density_known_to(sensors[s].sensor(), recordings, known.rest_noise, known.noise_given);
     square[s] /= double(kReplicates - 1);
     square[s][0] += std::pow(2.0 / 3.0 * known_to * mean[s][0], 2);  // of the size's cube root
     out.statistics += int((square[s].array() > kMoves * kMoves).count());
@@ -277,9 +271,10 @@ void fill_departures(const std::vector<const Recording*>& recordings,
   const std::vector<std::string> first_magnetometer = {recordings.front()->mag_names.front()};
   const auto was = residual_series(extender.base(), first_magnetometer);
   const auto is = residual_series(extender.stage(), first_magnetometer);
-  for (std::size_t c = 0; c < 3; ++c) {
+  for (const Sensor sensor : kSensors) {
+    const auto c = std::size_t(sensor);
     if (was[c].t.empty() || was[c].t.size() != is[c].t.size()) continue;
-    d.traces.push_back({Channel(int(c)), was[c].t, was[c].whitened, is[c].whitened});
+    d.traces.push_back({sensor, was[c].t, was[c].whitened, is[c].whitened});
   }
 }
 

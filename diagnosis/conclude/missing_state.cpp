@@ -57,8 +57,7 @@ std::string named_as_noise(const MissingState& m, double shortest_s, const Recor
     if (!white && f.effect != "correlated_noise") continue;
     double memory = shortest_s;
     if (!white) {
-      const VectorSeries& series =
-          f.channel == "acc" ? full.acc : (f.channel == "gyr" ? full.gyr : full.mag.front());
+      const VectorSeries& series = series_of(full, sensor_named(f.channel));
       const double rho = f.parameters.empty() ? 0.0 : f.parameters.front().value;
       if (rho > 0.0 && rho < 1.0)
         memory = std::max(memory, -1.0 / (series.rate_hz() * std::log(rho)));
@@ -100,13 +99,8 @@ const MissingState* strongest(const Diagnosis& d) {
   return it == d.missing.end() || !(counted(*it) > 0.0) ? nullptr : &*it;
 }
 
-std::string sensor_name_of(const std::string& channel) {
-  if (channel == "acc") return "accelerometer";
-  return channel == "gyr" ? "gyroscope" : "magnetometer";
-}
-
 std::string process_name_of(DisturbedPart part) {
-  return part == DisturbedPart::kField ? "field" : sensor_name_of(channel_of(part));
+  return part == DisturbedPart::kField ? "field" : in_words(sensor_of(part));
 }
 
 // Evidence by which the sensors are compared to tell where something is missing.
@@ -153,7 +147,7 @@ std::string place_of(const Diagnosis& d, const MissingState& most) {
     if (m.channel == "mag") {
       (m.frame == "navigation" ? field : sensor) = true;
     } else {
-      places.push_back("in the " + sensor_name_of(m.channel));
+      places.push_back("in the " + in_words(m.channel));
     }
   }
   if (field && sensor) {
@@ -213,9 +207,9 @@ std::vector<MissingSeries> series_of(const std::vector<const Recording*>& record
   std::vector<MissingSeries> out(recordings.size());
   const DisturbanceSeries all = DisturbanceModel(stage, fit.part, options).smooth(fit);
   for (std::size_t r = 0; r < recordings.size(); ++r) {
-    out[r].channel = channel_of(fit.part);
+    out[r].channel = to_string(sensor_of(fit.part));
     out[r].frame = frame_of(fit.part);
-    out[r].unit = unit_of(fit.part);
+    out[r].unit = unit_of(sensor_of(fit.part));
     out[r].recording = recordings[r]->name;
   }
   for (std::size_t k = 0; k < all.t.size(); ++k) {
@@ -324,7 +318,7 @@ std::vector<PlaceRival> ask_for_acc_offset(const MissingStateInput& in,
 std::optional<PlaceRival> ask_for_attitude(const MissingStateInput& in,
                                            const DisturbanceFit& alone) {
   auto dependences = general_dependences(in.last.spec().motion == MotionModel::kHandHeld);
-  std::erase_if(dependences, [](const auto& e) { return e->channel() != Channel::kMag; });
+  std::erase_if(dependences, [](const auto& e) { return e->channel() != Sensor::kMag; });
   double nodes = 0.0;
   for (const NodePlan& plan : in.last.plans()) nodes += double(plan.t.size());
   const auto price = [&](Eigen::Index parameters) {
@@ -417,9 +411,9 @@ std::shared_ptr<const FieldOfPlace> find_missing_state(const MissingStateInput& 
     const DisturbanceFit& gained = same ? left : tasks[i + std::size(kDisturbedParts)].fit;
     const DisturbanceFit& shown = left.gain_nats > 0.0 ? left : gained;
     MissingState m;
-    m.channel = channel_of(left.part);
+    m.channel = to_string(sensor_of(left.part));
     m.frame = frame_of(left.part);
-    m.unit = unit_of(left.part);
+    m.unit = unit_of(sensor_of(left.part));
     m.gain_nats = gained.gain_nats;
     m.left_nats = left.gain_nats;
     m.size = shown.size;

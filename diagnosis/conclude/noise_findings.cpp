@@ -93,7 +93,7 @@ std::optional<OwnClock> strongest_clock(const std::vector<NoiseOf>& all, double 
   double before = 0.0;
   for (const NoiseOf& of : all) {
     for (const SampleResiduals& samples : of.residuals) {
-      if (samples.channel != Channel::kMag) continue;
+      if (samples.channel != Sensor::kMag) continue;
       const auto clock = find_own_clock(samples, level / double(all.size()));
       if (!clock) continue;
       before += clock->nll_before;
@@ -109,7 +109,7 @@ std::optional<OwnClock> strongest_clock(const std::vector<NoiseOf>& all, double 
 ScanEntry entry_of_clock(const std::optional<OwnClock>& clock, double level) {
   if (clock) return to_entry(own_clock_test(*clock), level);
   return {.effect = "mag_own_clock",
-          .channel = to_string(Channel::kMag),
+          .channel = to_string(Sensor::kMag),
           .parameters = {"T", "p"},
           .dof = 2};
 }
@@ -118,7 +118,7 @@ ScanEntry entry_of_clock(const std::optional<OwnClock>& clock, double level) {
 // of its noise. The hand's motion is no part of the model there.
 bool shows_blows(const SampleResiduals& acc, const std::vector<NoiseTest>& all) {
   return !acc.high_passed && std::ranges::any_of(all, [](const NoiseTest& t) {
-    return t.in_bursts && t.channel == Channel::kAcc && t.parameters[1].value > kMinTails;
+    return t.in_bursts && t.channel == Sensor::kAcc && t.parameters[1].value > kMinTails;
   });
 }
 
@@ -184,7 +184,7 @@ void extend_by_clock(const std::vector<const Recording*>& recordings, const Pipe
 // Does the model that has the clock, with held readings, explain all of the pattern?
 bool is_held(const OwnClock& clock, const NoiseOf& of, double level) {
   return std::ranges::all_of(of.residuals, [&](const SampleResiduals& s) {
-    return s.channel != Channel::kMag || leaves_no_pattern(clock, s, level);
+    return s.channel != Sensor::kMag || leaves_no_pattern(clock, s, level);
   });
 }
 
@@ -209,7 +209,7 @@ namespace {
 std::optional<Finding> take_out_saturated(Recording& recording, const DiagnosisOptions& options) {
   VectorSeries& mag = recording.mag.front();
   if (mag.size() < kLeastSamples) return std::nullopt;
-  const SampleResiduals samples{.channel = Channel::kMag,
+  const SampleResiduals samples{.channel = Sensor::kMag,
                                 .t = mag.t,
                                 .reading = mag.v,
                                 .residual = high_passed(mag),
@@ -290,17 +290,17 @@ void take_as_motion(NoiseOf& of, const std::function<bool(const NoiseTest&)>& ch
 }
 
 void take_motion_out(const SampleResiduals& samples, const Stage& stage, NoiseOf& of) {
-  if (samples.channel == Channel::kGyr && is_motion(samples, stage)) {
+  if (samples.channel == Sensor::kGyr && is_motion(samples, stage)) {
     take_as_motion(
-        of, [](const NoiseTest& t) { return t.channel == Channel::kGyr; },
+        of, [](const NoiseTest& t) { return t.channel == Sensor::kGyr; },
         "the sensor itself turned as irregularly as noise, as the others confirm");
   }
   // A tremor has a colour of its own.
-  if (samples.channel == Channel::kAcc && is_mostly_motion(samples, stage)) {
+  if (samples.channel == Sensor::kAcc && is_mostly_motion(samples, stage)) {
     take_as_motion(
         of,
         [](const NoiseTest& t) {
-          return t.channel == Channel::kAcc && t.effect == "correlated_noise";
+          return t.channel == Sensor::kAcc && t.effect == "correlated_noise";
         },
         "most of what is faster than the trajectory is the hand's tremor, not noise");
   }
@@ -365,7 +365,7 @@ void tell_what_has_no_name(const std::vector<NoiseTest>& tests,
   for (const NoiseTest& t : tests) {
     if (t.effect != "correlated_noise" || t.untested.empty()) continue;
     // Of a channel that the trajectory follows only what is faster is seen, and that may be motion.
-    if (t.channel == Channel::kGyr || (t.channel == Channel::kAcc && acc_high_passed)) continue;
+    if (t.channel == Sensor::kGyr || (t.channel == Sensor::kAcc && acc_high_passed)) continue;
     // Coloured or heavy-tailed noise that has a name makes one of the other tests doubtful.
     if (std::ranges::any_of(causes, [&](const auto& c) { return c.channel == t.channel; }))
       continue;
@@ -374,7 +374,7 @@ void tell_what_has_no_name(const std::vector<NoiseTest>& tests,
         d, t.channel,
         fmt::format("What is left of the {}'s samples is not white (chi-square {:.0f} with {} "
                     "degree{} of freedom), but it is not noise with a memory either: {}.",
-                    sensor_name(t.channel), t.statistic, std::max(1, t.dof), t.dof > 1 ? "s" : "",
+                    in_words(t.channel), t.statistic, std::max(1, t.dof), t.dof > 1 ? "s" : "",
                     t.untested));
   }
 }
@@ -401,7 +401,7 @@ void take_out_clock(const Diagnosis& d, const Stage& stage, double level,
       std::ranges::find(d.findings, "mag_own_clock", &Finding::effect) != d.findings.end();
   if (!found || has_clock(stage)) return;
   for (SampleResiduals& samples : residuals) {
-    if (samples.channel != Channel::kMag) continue;
+    if (samples.channel != Sensor::kMag) continue;
     if (const auto clock = find_own_clock(samples, level)) {
       take_out_own_clock(clock->period_s, clock->share, samples);
     }
@@ -444,10 +444,10 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
       all, [](const NoiseOf& of) { return shows_blows(of.residuals.front(), of.tests); });
   if (blows) {
     add_evidence(
-        d, Channel::kAcc,
+        d, Sensor::kAcc,
         "What sticks out of the accelerometer comes several samples at a time, as blows to "
         "the sensor make it: tapped, knocked, or put down?");
-    std::erase_if(causes, [](const NoiseTest& t) { return t.channel == Channel::kAcc; });
+    std::erase_if(causes, [](const NoiseTest& t) { return t.channel == Sensor::kAcc; });
   }
   tell_what_has_no_name(tests, causes, all.front().residuals.front().high_passed, d);
   for (const NoiseTest& t : causes) {
@@ -497,7 +497,7 @@ void withdraw_other_lines(const std::vector<const Recording*>& recordings, Diagn
   if (const int n = samples_of_pattern(*line, recordings.front()->mag.front().rate_hz()); n > 0) {
     constexpr const char* kOrdinal[] = {"second", "third", "fourth"};
     add_evidence(
-        d, Channel::kMag,
+        d, Sensor::kMag,
         fmt::format("Every {} sample of the magnetometer stands out by {:.2g} uT, all along "
                     "and in step with its clock, which no alternating field is: rows of two "
                     "sensors or devices are mixed, or the sensor takes turns. Separate them.",
@@ -515,7 +515,7 @@ void withdraw_other_lines(const std::vector<const Recording*>& recordings, Diagn
     });
   };
   if (std::ranges::none_of(recordings, interpolated)) return;
-  add_evidence(d, Channel::kMag,
+  add_evidence(d, Sensor::kMag,
                fmt::format("A line stands at {:.4g} Hz in the magnetometer's samples, which is "
                            "neither 50 nor 60 Hz. They are interpolated between measurements, "
                            "which makes such lines: it is not named mains.",

@@ -72,7 +72,7 @@ std::vector<Score> scores_of(const std::vector<const Recording*>& recordings, co
                              MotionModel motion) {
   auto all = all_dependences(motion);
   const auto acc = std::stable_partition(
-      all.begin(), all.end(), [](const auto& e) { return e->channel() != Channel::kAcc; });
+      all.begin(), all.end(), [](const auto& e) { return e->channel() != Sensor::kAcc; });
   std::vector<Score> out;
   const auto look = [&](auto begin, auto end) {
     if (begin == end) return;
@@ -99,7 +99,7 @@ double misfit_of(const Finding& f) {
 }
 
 // Of all findings in a channel but the hand's motion.
-double explained_of(const Diagnosis& d, Channel channel) {
+double explained_of(const Diagnosis& d, Sensor channel) {
   double explained = 0.0;
   for (const Finding& f : d.findings) {
     if (f.channel == to_string(channel) && f.effect != "linear_acceleration") {
@@ -164,12 +164,12 @@ void grow_with_rate(const std::vector<const Recording*>& recordings,
                     const DiagnosisOptions& options, const Stage& stage, Diagnosis& d) {
   const auto series = residual_series(stage, recordings.front()->mag_names);
   const double level = std::log10(options.false_alarm_rate / 3.0 / double(recordings.size()));
-  for (const std::size_t s : {0, 2}) {
-    const auto channel = Channel(int(s));
+  for (const Sensor channel : {Sensor::kAcc, Sensor::kMag}) {
     // The trajectory follows a hand-held accelerometer.
-    if (channel == Channel::kAcc && stage.spec().motion == MotionModel::kHandHeld) continue;
+    if (channel == Sensor::kAcc && stage.spec().motion == MotionModel::kHandHeld) continue;
     NoiseByRate seen;
-    const std::vector<ResidualSeries> parts = by_recording(series[s], stage.plans());
+    const std::vector<ResidualSeries> parts =
+        by_recording(series[std::size_t(channel)], stage.plans());
     for (std::size_t r = 0; r < recordings.size(); ++r) {
       const NoiseByRate here = noise_by_rate(parts[r], *recordings[r]);
       if (here.log10_p < seen.log10_p) seen = here;
@@ -180,7 +180,7 @@ void grow_with_rate(const std::vector<const Recording*>& recordings,
         d, channel,
         fmt::format("What is left of the {} is {:.2f} times as large where the sensor turns fast "
                     "as where it turns slowly (p = {:.1g}), beside what has a cause here.",
-                    sensor_name(channel), seen.fast_over_slow, std::pow(10.0, seen.log10_p)));
+                    in_words(channel), seen.fast_over_slow, std::pow(10.0, seen.log10_p)));
   }
 }
 
@@ -237,7 +237,7 @@ void find_timing_noise(const std::vector<const Recording*>& full, const Diagnosi
           fmt::format(
               "What is left of the {} lies along the change of its reading more than across it (p "
               "= {:.1g}), as if its samples' times were off by some {:.2g} ms: {}.",
-              sensor_name(samples.channel), std::pow(10.0, std::max(seen.log10_p, -99.0)),
+              in_words(samples.channel), std::pow(10.0, std::max(seen.log10_p, -99.0)),
               1e3 * seen.jitter_s, why_off(seen)));
       std::erase_if(d.findings, [&](const Finding& f) {
         if (f.channel != to_string(samples.channel) || !is_made_by(seen, f)) return false;
@@ -246,7 +246,7 @@ void find_timing_noise(const std::vector<const Recording*>& full, const Diagnosi
               d, samples.channel,
               fmt::format(
                   "The {}'s line at {:.1f} Hz is a harmonic of that pattern, not the mains.",
-                  sensor_name(samples.channel), f.parameters.back().value));
+                  in_words(samples.channel), f.parameters.back().value));
         }
         return true;
       });
@@ -309,7 +309,7 @@ void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extende
         fmt::format("The {} depends {} (chi-square {:.0f} with {} degrees of freedom), as "
                     "no cause does that is known here; the cause \"{}\" would explain less "
                     "of the same, and is not named.",
-                    sensor_name(best.effect->channel()), best.effect->description().cause,
+                    in_words(best.effect->channel()), best.effect->description().cause,
                     best.statistic, best.dof, effect_words(finding->effect)));
     d.findings.erase(finding);
   }
@@ -320,16 +320,16 @@ void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extende
 void withdraw_beside_blows(const Stage& stage, Diagnosis& d) {
   constexpr double kStruck = 0.01, kBlow = 10.0;  // of the samples; times the noise
   const auto blows = std::find_if(d.findings.begin(), d.findings.end(), [](const Finding& f) {
-    return f.effect == "outliers" && f.channel == to_string(Channel::kAcc);
+    return f.effect == "outliers" && f.channel == to_string(Sensor::kAcc);
   });
   if (stage.spec().motion != MotionModel::kHandHeld || blows == d.findings.end()) return;
   const double share = blows->parameters[0].value, times = blows->parameters[1].value;
   if (share < kStruck || times < kBlow) return;
   std::erase_if(d.findings, [&](const Finding& f) {
     const auto effect = find_effect(f.effect);
-    if (!effect || effect->channel() != Channel::kAcc) return false;
+    if (!effect || effect->channel() != Sensor::kAcc) return false;
     add_evidence(
-        d, Channel::kAcc,
+        d, Sensor::kAcc,
         fmt::format("The cause \"{}\" is not named: {:.2g} % of the accelerometer's samples "
                     "are blows, which move the sensor in ways that it can imitate.",
                     effect_words(f.effect), 100.0 * share));
@@ -338,7 +338,7 @@ void withdraw_beside_blows(const Stage& stage, Diagnosis& d) {
 }
 
 struct StrongestDependence {
-  Channel channel = Channel::kMag;
+  Sensor channel = Sensor::kMag;
   double misfit = 0.0;  // chi-square beyond its degrees of freedom
 };
 
@@ -358,7 +358,7 @@ StrongestDependence look_for_dependences(const std::vector<const Recording*>& re
     add_evidence(d, s.effect->channel(),
                  fmt::format("What is left of the {} depends {} (chi-square {:.0f} with {} degrees "
                              "of freedom): no cause that is known here acts so.",
-                             sensor_name(s.effect->channel()), s.effect->description().cause,
+                             in_words(s.effect->channel()), s.effect->description().cause,
                              s.statistic, s.dof));
     if (s.statistic - s.dof > strongest.misfit) {
       strongest = {s.effect->channel(), s.statistic - s.dof};
@@ -380,7 +380,7 @@ Unexplained apart(Diagnosis& d, const Search& search) {
 
 }  // namespace
 
-void add_evidence(Diagnosis& d, Channel channel, std::string sentence) {
+void add_evidence(Diagnosis& d, Sensor channel, std::string sentence) {
   auto& channels = d.unexplained.channels;
   d.unexplained.detected = true;
   if (std::ranges::find(channels, to_string(channel)) == channels.end()) {
@@ -390,14 +390,14 @@ void add_evidence(Diagnosis& d, Channel channel, std::string sentence) {
 }
 
 void find_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d) {
-  const auto count = [&](Channel channel, const VectorSeries& series, double least, double most) {
+  const auto count = [&](Sensor channel, const VectorSeries& series, double least, double most) {
     const Repeats repeats = repeats_in(series);
     if (!repeats.beyond_chance() || repeats.share < least || repeats.share > most) return;
     add_evidence(
         d, channel,
         fmt::format("{:.2g} % of the {}'s samples are the one before once more ({} of them): lost "
                     "on their way and filled in, or read twice? Look at the logger and the bus.",
-                    100.0 * repeats.share, sensor_name(channel), repeats.seen));
+                    100.0 * repeats.share, in_words(channel), repeats.seen));
     std::erase_if(d.findings, [&](const Finding& f) {
       return (f.effect == "correlated_noise" || f.effect == "outliers") &&
              f.channel == to_string(channel) &&
@@ -405,10 +405,10 @@ void find_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d)
     });
   };
   for (const Recording* recording : recordings) {
-    count(Channel::kAcc, recording->acc, kRepeats, 1.0);
-    count(Channel::kGyr, recording->gyr, kRepeats, 1.0);
+    count(Sensor::kAcc, recording->acc, kRepeats, 1.0);
+    count(Sensor::kGyr, recording->gyr, kRepeats, 1.0);
     for (const VectorSeries& mag : recording->mag) {
-      count(Channel::kMag, mag, kFewRepeats, kSomeRepeats);
+      count(Sensor::kMag, mag, kFewRepeats, kSomeRepeats);
     }
   }
 }

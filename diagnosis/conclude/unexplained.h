@@ -9,7 +9,7 @@
 namespace magimu {
 
 // Structure in a channel that has no name, in a sentence.
-void add_evidence(Diagnosis& d, Channel channel, std::string sentence);
+void add_evidence(Diagnosis& d, Sensor channel, std::string sentence);
 
 // What the final model leaves, and its place among the sentences of d.unexplained.evidence.
 struct Dependences {

@@ -215,7 +215,7 @@ void judge_saturation(const NoiseSeries& s, double most, double sd, NoiseTest& t
 double coarse_step(const VectorSeries& mag) {
   if (mag.size() < kLeastSamples) return 0.0;
   const NoiseSeries s = make_noise_series(
-      {.channel = Channel::kMag, .t = mag.t, .reading = mag.v, .residual = high_passed(mag)});
+      {.channel = Sensor::kMag, .t = mag.t, .reading = mag.v, .residual = high_passed(mag)});
   const std::vector<double> x = all_readings(s);
   const Lattice lattice = find_lattice(x);
   const Vector3 scale = robust_scale(s.residual, s.used);

@@ -33,7 +33,7 @@ double normal_kurtosis(double kurtosis, double n) {
 ChannelStatistics::ChannelStatistics(const Optimum& at,
                                      const std::vector<const Recording*>& recordings, Sensor sensor,
                                      int index)
-    : sensor_(sensor), name_(to_string(Channel(int(sensor)))) {
+    : sensor_(sensor), name_(to_string(sensor)) {
   if (sensor == Sensor::kMag) name_ = recordings.front()->mag_names[std::size_t(index)];
   find_rows(at, index);
   if (row_.empty()) return;

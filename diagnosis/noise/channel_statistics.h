@@ -33,7 +33,7 @@ class ChannelStatistics {
   ChannelStatistics(const Optimum& at, const std::vector<const Recording*>& recordings,
                     Sensor sensor, int index);
 
-  Channel channel() const { return Channel(int(sensor_)); }
+  Sensor sensor() const { return sensor_; }
   const std::string& name() const { return name_; }  // "acc", "gyr", "mag", "mag2", ...
   const std::vector<ChannelStatistic>& list() const { return list_; }
   // First rows of the sensor's residuals, three each, the node and the recording of each.

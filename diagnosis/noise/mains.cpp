@@ -16,12 +16,12 @@
 #include <complex>
 #include <numbers>
 #include <optional>
-#include <unsupported/Eigen/FFT>
 
 #include "diagnosis/noise/noise_causes.h"
 #include "graph/decompositions.h"
 #include "statistics/alias.h"
 #include "statistics/golden_section.h"
+#include "statistics/power_spectrum.h"
 #include "statistics/quantiles.h"
 
 namespace magimu {
@@ -86,15 +86,13 @@ Periodogram periodogram(const NoiseSeries& s, const std::vector<Vector3>& series
   const auto lowest =
       static_cast<std::size_t>(lowest_mains_hz(s.rate_hz) / s.rate_hz * double(padded));
   for (std::size_t j = lowest; j <= padded / 2; ++j) p.f.push_back(double(j) / double(padded));
-  Eigen::FFT<double> fft;
+  PowerSpectrum power_of;
   std::vector<double> x(padded, 0.0);
-  std::vector<std::complex<double>> X;
   for (int axis = 0; axis < 3; ++axis) {
     for (std::size_t k = 0; k < n; ++k) x[k] = w[k] * series[k][axis] / unit[axis];
-    fft.fwd(X, x);
+    const std::vector<double> own = power_of(x);
     std::vector<double>& power = p.power[std::size_t(axis)];
-    for (std::size_t j = 0; j < p.f.size(); ++j)
-      power.push_back(2.0 * std::norm(X[lowest + j]) / sum2);
+    for (std::size_t j = 0; j < p.f.size(); ++j) power.push_back(2.0 * own[lowest + j] / sum2);
   }
   // Close to Nyquist's frequency cosine and sine are not orthogonal: the power is too large by at
   // most this factor.

@@ -16,9 +16,7 @@ inline constexpr std::size_t kLeastSamples = 300;
 inline constexpr double kDensityKnownTo = 0.005;  // relative: as well as a density can be given
 
 // A test that was not made.
-NoiseTest untested(const std::string& effect, Channel channel, const std::string& why);
-// "magnetometer", ...
-std::string sensor_name(Channel channel);
+NoiseTest untested(const std::string& effect, Sensor channel, const std::string& why);
 
 // Sizes of jumps are a mixture of two Gaussian scales: of high-passed samples, so that neither
 // slow errors nor colour make outliers. (outliers.cpp)

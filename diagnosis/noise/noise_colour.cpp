@@ -120,7 +120,7 @@ NoiseTest test_correlated_noise(const NoiseSeries& s, const PieceSpectra& spectr
   test.sentence = fmt::format(
       "The noise of the {} is correlated: neighbouring samples by {:.3f} +- {:.3f}, so it takes "
       "{:.2g} s to forget.",
-      sensor_name(s.channel), ar.rho, ar.rho_sigma,
+      in_words(s.channel), ar.rho, ar.rho_sigma,
       ar.rho > 0.0 ? -1.0 / (std::log(ar.rho) * s.rate_hz) : 0.0);
   return test;
 }
@@ -154,7 +154,7 @@ NoiseTest test_noise_scale(const NoiseSeries& s, const PieceSpectra& spectra, bo
   }
   test.parameters = {{"s", scale, scale * log_sigma, ""}};
   test.sentence = fmt::format("The noise of the {} is {} times as large as given.",
-                              sensor_name(s.channel), value_and_sigma(scale, scale * log_sigma));
+                              in_words(s.channel), value_and_sigma(scale, scale * log_sigma));
   return test;
 }
 

@@ -11,7 +11,7 @@
 namespace magimu {
 
 struct NoiseSeries {
-  Channel channel = Channel::kMag;
+  Sensor channel = Sensor::kMag;
   double rate_hz = 0.0;
   double sigma = 0.0;  // as given or found at rest; 0: unknown
   bool sigma_given = false;

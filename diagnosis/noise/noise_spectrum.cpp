@@ -5,13 +5,12 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numbers>
 #include <numeric>
-#include <unsupported/Eigen/FFT>
 
 #include "diagnosis/noise/high_pass.h"
 #include "statistics/golden_section.h"
+#include "statistics/power_spectrum.h"
 #include "statistics/quantiles.h"
 
 namespace magimu {
@@ -110,10 +109,9 @@ void add_piece(const NoiseSeries& s, const std::vector<Vector3>& residual, std::
     weight += s.used[first + k] ? w[k] * w[k] : 0.0;
   }
   if (weight < kLeastUsed * full) return;
-  static thread_local Eigen::FFT<double> fft;
+  static thread_local PowerSpectrum power_of;
   std::vector<double> power(length / 2 - static_cast<std::size_t>(lowest), 0.0);
   std::vector<double> x(length);
-  std::vector<std::complex<double>> X;
   Vector3 least = Vector3::Constant(1e300), most = -least;
   for (int axis = 0; axis < 3; ++axis) {
     for (std::size_t k = 0; k < length; ++k) {
@@ -123,9 +121,9 @@ void add_piece(const NoiseSeries& s, const std::vector<Vector3>& residual, std::
       least[axis] = std::min(least[axis], model);
       most[axis] = std::max(most[axis], model);
     }
-    fft.fwd(X, x);
+    const std::vector<double> own = power_of(x);
     for (std::size_t j = 0; j < power.size(); ++j) {
-      power[j] += std::norm(X[j + static_cast<std::size_t>(lowest)]) / (3.0 * weight);
+      power[j] += own[j + static_cast<std::size_t>(lowest)] / (3.0 * weight);
     }
   }
   spectra.power.push_back(std::move(power));

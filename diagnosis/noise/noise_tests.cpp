@@ -31,7 +31,7 @@ std::string obstacle(const NoiseSeries& s) {
 
 std::vector<std::string> effects_of(const NoiseSeries& s) {
   std::vector<std::string> effects = {"noise_scale", "correlated_noise", "outliers"};
-  if (s.channel == Channel::kMag) {
+  if (s.channel == Sensor::kMag) {
     effects.insert(effects.end(), {"mag_quantization", "mag_saturation", "mains_interference"});
   }
   return effects;
@@ -84,7 +84,7 @@ class Explanation {
   std::vector<NoiseTest> run() {
     if (!obstacle(series_).empty()) return {};
     cleaned_ = clean(series_);
-    if (series_.channel == Channel::kMag) converter_and_mains();
+    if (series_.channel == Sensor::kMag) converter_and_mains();
     if (series_.used_count() < kLeastSamples) return found_;
     shape_of_noise();
     return found_;
@@ -191,7 +191,7 @@ std::vector<NoiseTest> test_channel(const SampleResiduals& residuals) {
   tests.push_back(test_scale_if_given(s, spectra));
   tests.push_back(spectrum_test(s, spectra));
   tests.push_back(test_outliers(s, cleaned));
-  if (s.channel != Channel::kMag) return tests;
+  if (s.channel != Sensor::kMag) return tests;
   tests.push_back(test_quantization(s, cleaned));
   tests.push_back(test_saturation(s, cleaned));
   tests.push_back(test_mains(s, cleaned));
@@ -200,18 +200,12 @@ std::vector<NoiseTest> test_channel(const SampleResiduals& residuals) {
 
 }  // namespace
 
-NoiseTest untested(const std::string& effect, Channel channel, const std::string& why) {
+NoiseTest untested(const std::string& effect, Sensor channel, const std::string& why) {
   NoiseTest test;
   test.effect = effect;
   test.channel = channel;
   test.untested = why;
   return test;
-}
-
-std::string sensor_name(Channel channel) {
-  return channel == Channel::kAcc   ? "accelerometer"
-         : channel == Channel::kGyr ? "gyroscope"
-                                    : "magnetometer";
 }
 
 std::vector<NoiseTest> test_noise(const std::vector<SampleResiduals>& channels) {

@@ -16,7 +16,7 @@ namespace magimu {
 
 // One sensor's samples with what the fitted model leaves of them.
 struct SampleResiduals {
-  Channel channel = Channel::kMag;
+  Sensor channel = Sensor::kMag;
   std::vector<double> t = {};          // s
   std::vector<Vector3> reading = {};   // as recorded
   std::vector<Vector3> residual = {};  // reading less the model's; in the sensor's unit
@@ -39,7 +39,7 @@ struct SampleResiduals {
 struct NoiseTest {
   std::string effect =
       {};  // "noise_scale", "correlated_noise", "outliers", "mag_quantization", ...
-  Channel channel = Channel::kMag;
+  Sensor channel = Sensor::kMag;
   double statistic = 0.0;
   int dof = 1;
   double p_value = 1.0;  // of this test alone

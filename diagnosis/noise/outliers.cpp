@@ -429,7 +429,7 @@ std::string sentence(const NoiseSeries& s, const Mixture& m, double K, double ep
   return fmt::format(
       "One in {:.3g} samples of the {} is an outlier ({} %), scattered {} times as widely as the "
       "noise.",
-      1.0 / m.eps, sensor_name(s.channel), value_and_sigma(100.0 * m.eps, 100.0 * eps_sigma),
+      1.0 / m.eps, in_words(s.channel), value_and_sigma(100.0 * m.eps, 100.0 * eps_sigma),
       value_and_sigma(K, K_sigma));
 }
 

@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 #include <numbers>
-#include <unsupported/Eigen/FFT>
 
 #include "diagnosis/noise/high_pass.h"
+#include "statistics/power_spectrum.h"
 #include "statistics/quantiles.h"
 #include "statistics/tails.h"
 
@@ -69,16 +68,14 @@ LinePower line_power(const Ages& a, const std::vector<double>& x) {
     const auto place = std::size_t(std::llround((a.t[k] - a.t.front()) * a.rate_hz));
     if (place < n) on_grid[place] += x[k];
   }
-  Eigen::FFT<double> fft;
-  std::vector<std::complex<double>> X;
-  fft.fwd(X, on_grid);
+  const std::vector<double> all = PowerSpectrum()(on_grid);
   LinePower out;
   const double step = a.rate_hz / double(n);
   const auto first = std::size_t(kSlowestPatternHz / step);
   std::vector<double> power;
   for (std::size_t j = first; j <= n / 2; ++j) {
     out.f_hz.push_back(double(j) * step);
-    power.push_back(std::norm(X[j]));
+    power.push_back(all[j]);
   }
   // Levels of pieces, medians: a line is too narrow to raise them.
   const auto wide = std::max<std::size_t>(50, std::size_t(2.0 * kNeighbourhoodHz / step));
@@ -288,7 +285,7 @@ void take_out_own_clock(double period_s, double share, SampleResiduals& mag) {
 NoiseTest own_clock_test(const OwnClock& clock) {
   NoiseTest test;
   test.effect = "mag_own_clock";
-  test.channel = Channel::kMag;
+  test.channel = Sensor::kMag;
   test.p_value = clock.p_value;
   test.statistic = -2.0 * std::log(std::max(clock.p_value, 1e-300));
   test.dof = 2;

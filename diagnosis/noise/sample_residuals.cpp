@@ -70,7 +70,7 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
   std::vector<SampleResiduals> out;
   const bool moving = spec.motion == MotionModel::kHandHeld;
 
-  SampleResiduals acc{.channel = Channel::kAcc,
+  SampleResiduals acc{.channel = Sensor::kAcc,
                       .t = recording.acc.t,
                       .reading = recording.acc.v,
                       .sigma = sigma(rest.acc, recording.acc),
@@ -81,7 +81,7 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
     acc.residual = high_passed(corrected.acc);
   } else {
     for (std::size_t k = 0; k < corrected.acc.size(); ++k) {
-      const SampleState s = motion.state(Channel::kAcc, k);
+      const SampleState s = motion.state(Sensor::kAcc, k);
       acc.residual.push_back(corrected.acc.v[k] - s.f - acc_bias);
       acc.change.push_back(s.f.cross(s.omega));
       acc.across.push_back(s.f.normalized().cross(acc.change.back()));
@@ -90,7 +90,7 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
   const std::vector<TimeSpan> rests = find_rests(recording);
   if (moving) look_at_rests(recording.acc, rests, acc);
   out.push_back(std::move(acc));
-  out.push_back({.channel = Channel::kGyr,
+  out.push_back({.channel = Sensor::kGyr,
                  .t = recording.gyr.t,
                  .reading = recording.gyr.v,
                  .residual = high_passed(corrected.gyr),
@@ -98,14 +98,14 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
                  .sigma_given = noise_given,
                  .high_passed = true});
   look_at_rests(recording.gyr, rests, out.back());
-  SampleResiduals mag{.channel = Channel::kMag,
+  SampleResiduals mag{.channel = Sensor::kMag,
                       .t = recording.mag.front().t,
                       .reading = recording.mag.front().v,
                       .sigma = sigma(rest.mag, recording.mag.front()),
                       .sigma_given = noise_given,
                       .of_white = fit_spectrum(stage, Sensor::kMag, index)};
   for (std::size_t k = 0; k < corrected.mag.front().size(); ++k) {
-    const SampleState s = motion.state(Channel::kMag, k);
+    const SampleState s = motion.state(Sensor::kMag, k);
     mag.residual.push_back(corrected.mag.front().v[k] - s.D * s.b - mag_bias);
     mag.change.push_back(s.D * s.b.cross(s.omega));
     mag.across.push_back(s.D * s.b.cross(s.b.cross(s.omega)));

@@ -158,7 +158,7 @@ struct PlaceCheck {
 
 // Residuals of one channel for pictures, whitened (unit: sigma), at its samples or nodes.
 struct ResidualTrace {
-  Channel channel = Channel::kMag;
+  Sensor channel = Sensor::kMag;
   std::vector<double> t = {};  // s
   std::vector<Vector3> before = {}, after = {};
 };

@@ -6,15 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "graph/sensor.h"
+
 namespace magimu {
 namespace {
 
-std::string sensor_word(const std::string& word) {
-  if (word == "acc") return "accelerometer";
-  if (word == "gyr" || word == "gyro") return "gyroscope";
-  if (word == "mag") return "magnetometer";
-  return word;
-}
+std::string sensor_word(const std::string& word) { return in_words(word == "gyro" ? "gyr" : word); }
 
 }  // namespace
 

@@ -124,9 +124,9 @@ double sharpness(const Option& option, const Stage& stage) {
   return rms < kWhite * white ? INFINITY : own / rms;
 }
 
-double SlowNoise::excess(Channel channel, const NoiseDensities& white) const {
-  const double density = channel == Channel::kAcc ? acc : channel == Channel::kGyr ? gyr : 0.0;
-  const double assumed = channel == Channel::kAcc ? white.acc : white.gyr;
+double SlowNoise::excess(Sensor channel, const NoiseDensities& white) const {
+  const double density = channel == Sensor::kAcc ? acc : channel == Sensor::kGyr ? gyr : 0.0;
+  const double assumed = channel == Sensor::kAcc ? white.acc : white.gyr;
   if (!(density > 0.0) || !(assumed > 0.0)) return 1.0;
   const double ratio = density * density / (assumed * assumed);
   return ratio > 1.0 + kBeyondChance * std::sqrt(2.0 / freedom) ? ratio : 1.0;

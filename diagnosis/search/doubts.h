@@ -28,7 +28,7 @@ struct SlowNoise {
   double freedom = 0.0;         // degrees of freedom of their squares
 
   // By how much its variance exceeds that of white noise of the density, beyond chance; else 1.
-  double excess(Channel channel, const NoiseDensities& white) const;
+  double excess(Sensor channel, const NoiseDensities& white) const;
 };
 SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings);
 

@@ -70,7 +70,7 @@ class Extender {
 
     VectorXd parameters() const;
   };
-  KnownScatter excess(Channel channel, const Stage& stage) const;
+  KnownScatter excess(Sensor channel, const Stage& stage) const;
   bool is_rounding(const Option& option, const Stage& stage) const;
   bool survives(Option& option, const Stage& stage, const Score& w) const;
   double log10_p_by_blocks(const Stage& stage) const;

@@ -27,7 +27,7 @@ constexpr double kWhiteWithin = 1.0;
 int bias_windows(const Stage& stage) {
   double all = 0.0;
   for (const NodePlan& plan : stage.plans()) all += plan.t.back() - plan.t.front();
-  const double seconds = change_window_s(stage.plans(), Channel::kMag, stage.spec().motion);
+  const double seconds = change_window_s(stage.plans(), Sensor::kMag, stage.spec().motion);
   return std::max(2, int(std::lround(all / seconds)));
 }
 

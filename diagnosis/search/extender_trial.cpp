@@ -35,14 +35,7 @@ constexpr double kHardlyAny = 0.1;      // of the squares, with a cause that is 
 // Does the fit leave far more than noise? Then it has followed what it should not.
 bool is_bent(const Stage& stage) {
   const SensorSums sums = stage.sums();
-  return std::ranges::any_of(std::array{Sensor::kAcc, Sensor::kGyr, Sensor::kMag},
-                             [&](Sensor s) { return sums.rms(s) > kBent; });
-}
-
-Key bias_key(Channel channel) {
-  return channel == Channel::kAcc   ? key::acc_bias
-         : channel == Channel::kGyr ? key::gyr_bias
-                                    : key::mag_bias;
+  return std::ranges::any_of(kSensors, [&](Sensor s) { return sums.rms(s) > kBent; });
 }
 
 }  // namespace
@@ -52,7 +45,7 @@ VectorXd Extender::Trial::parameters() const {
 }
 
 // How much larger the noise is than the model's, by single samples and by rests.
-KnownScatter Extender::excess(Channel channel, const Stage& stage) const {
+KnownScatter Extender::excess(Sensor channel, const Stage& stage) const {
   const double white = in_samples_[std::size_t(channel)];
   return {white, std::max(1.0, at_rest_.excess(channel, stage.spec().noise) / white)};
 }
@@ -99,7 +92,7 @@ bool Extender::survives(Option& option, const Stage& stage, const Score& w) cons
   if (is_change(option.effect->name())) {
     if (!is_all_there_is) {
       // Too few windows have the change to show their scatter: that of the others is used.
-      const double by_others = log10_p_by_scatter_of(stage, bias_key(option.effect->channel()),
+      const double by_others = log10_p_by_scatter_of(stage, key::bias_of(option.effect->channel()),
                                                      option.score.statistic, option.score.dof);
       option.score.log10_p = std::max(option.score.log10_p, by_others + penalty);
       if (option.score.log10_p > level) return false;
@@ -209,7 +202,7 @@ bool Extender::passes_by(const Option& option, const Stage& stage) const {
 // neither begins nor ends a rest, unless it is a large one: there the sensor was put down or taken
 // up, and the field of the two places differs. False where no change is left.
 bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
-  const Channel channel = option.effect->channel();
+  const Sensor channel = option.effect->channel();
   ChangeFit fit(recordings_, pipeline_, *stage_, stage, option.span, option.start,
                 stage_->result().cost_final);
   fit.refine_times();
@@ -245,7 +238,7 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
   // A lasting change of gains shows wherever the sensor turns, not only on the way to where it
   // lies.
   const bool small = !offset || strength * theta.norm() < kOfPlaces;
-  if (channel == Channel::kMag && small && (is_put_down(span.begin) || is_put_down(span.end)) &&
+  if (channel == Sensor::kMag && small && (is_put_down(span.begin) || is_put_down(span.end)) &&
       coloured(stage)) {
     // The noise is still that of the model without the change: too large, and what the trajectory
     // then leaves to the magnetometer is coloured.

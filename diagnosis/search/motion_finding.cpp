@@ -201,7 +201,7 @@ struct Dependence {
 Dependence dependence_of(const std::vector<const Recording*>& recordings, const Stage& rotation,
                          double misfit) {
   auto dependences = general_dependences(true);
-  std::erase_if(dependences, [](const auto& e) { return e->channel() != Channel::kAcc; });
+  std::erase_if(dependences, [](const auto& e) { return e->channel() != Sensor::kAcc; });
   const Scan scan(recordings, rotation, dependences);
   Dependence out;
   for (const Score& s : scan.scores()) {
@@ -310,7 +310,7 @@ bool withdraw_motion(const std::vector<const Recording*>& recordings, const Pipe
   ModelSpec spec = rotation.spec();
   spec.effects = stage.spec().effects;
   if (std::ranges::none_of(spec.effects,
-                           [](const auto& e) { return e->channel() == Channel::kAcc; })) {
+                           [](const auto& e) { return e->channel() == Sensor::kAcc; })) {
     return false;
   }
   const auto still = attempt([&] { return pipeline.refit(rotation, spec); });

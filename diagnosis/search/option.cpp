@@ -78,7 +78,7 @@ VectorSeries residual_without_last(const Stage& stage, int recording, VectorXd& 
     const SensedMotion motion(corrected, stage.plans()[r], spec, values);
     const VectorSeries& mag = corrected.mag.front();
     for (std::size_t k = 0; k < mag.size(); ++k) {
-      const SampleState s = motion.state(Channel::kMag, k);
+      const SampleState s = motion.state(Sensor::kMag, k);
       out.push_back(mag.t[k], mag.v[k] - s.D * s.b - s.bias + spec.effects.back()->term(s, theta));
     }
   }

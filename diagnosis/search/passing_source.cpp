@@ -150,7 +150,7 @@ PassingSource turned_field(const std::vector<Excursion>& excursions, const Excur
         100.0 * delay.share(), 1e3 * std::abs(delay.seconds()),
         delay.seconds() > 0.0 ? "older" : "newer");
   } else {
-    out.channel = Channel::kGyr;
+    out.channel = Sensor::kGyr;
     out.evidence += fmt::format(
         "The gyroscope read up to {:.1f} rad/s there: look whether that is near its range, or the "
         "acceleration near the accelerometer's, or rows were lost or interpolated before, and "

@@ -16,7 +16,7 @@ struct PassingSource {
   // A sentence where the departures only turn the field (an error of the attitude or of time) or
   // lie along one line of the sensor's own frame (the device makes them); else empty.
   std::string evidence = {};
-  Channel channel = Channel::kMag;  // of the evidence
+  Sensor channel = Sensor::kMag;  // of the evidence
 };
 // On what the extended model leaves. Nothing where positions are known (the scan looks for the
 // place then) or where the departures are the rule rather than the exception.

@@ -30,17 +30,17 @@ std::vector<Score> scores_by_channel(const std::vector<const Recording*>& record
                                      const std::vector<std::shared_ptr<const Effect>>& effects) {
   std::vector<Score> out(scan.scores().begin(),
                          scan.scores().begin() + std::ptrdiff_t(effects.size()));
-  const double longer = window_s(Channel::kAcc, stage.spec().motion);
-  if (longer == window_s(Channel::kMag, stage.spec().motion)) return out;
+  const double longer = window_s(Sensor::kAcc, stage.spec().motion);
+  if (longer == window_s(Sensor::kMag, stage.spec().motion)) return out;
   std::vector<std::shared_ptr<const Effect>> acc;
   for (const auto& e : effects) {
-    if (e->channel() == Channel::kAcc) acc.push_back(e);
+    if (e->channel() == Sensor::kAcc) acc.push_back(e);
   }
   if (acc.empty()) return out;
   const Scan again(recordings, stage, acc, longer);
   auto score = again.scores().begin();
   for (Score& s : out) {
-    if (s.effect->channel() == Channel::kAcc) s = *score++;
+    if (s.effect->channel() == Sensor::kAcc) s = *score++;
   }
   return out;
 }

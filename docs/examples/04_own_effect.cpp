@@ -21,7 +21,7 @@ class GyroRectification final : public Effect {
  public:
   GyroRectification()
       : Effect({.name = "gyro_rectification",
-                .channel = Channel::kGyr,
+                .channel = Sensor::kGyr,
                 .parameters = vector_parameters("k", "(rad/s)/(m/s^2)^2", 1e-3),
                 .cause = "force, squared, shows as a rate",
                 .separating_motion = "hold every face of the sensor up for some seconds"}) {}

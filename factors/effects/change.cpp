@@ -26,27 +26,27 @@ constexpr Offset kOffsets[] = {{"m/s^2", 0.1}, {"rad/s", 0.01}, {"uT", 20.0}};
 
 struct Named {
   const char* name;
-  Channel channel;
+  Sensor channel;
   const char* sensor;
   const char* cause;
   const char* motion;
 };
 constexpr Named kChanges[] = {
-    {"hard_iron_change", Channel::kMag, "magnetometer",
+    {"hard_iron_change", Sensor::kMag, "magnetometer",
      "a magnet was attached to the device or removed from it",
      "turn through the same orientations before and after"},
-    {"mag_change", Channel::kMag, "magnetometer",
+    {"mag_change", Sensor::kMag, "magnetometer",
      "the magnetometer's gains, misalignment or mounting changed",
      "turn through the same orientations before and after"},
-    {"gyro_change", Channel::kGyr, "gyroscope",
+    {"gyro_change", Sensor::kGyr, "gyroscope",
      "the gyroscope's gains, misalignment or mounting changed",
      "turn by several full turns about each axis, before and after"},
-    {"acc_change", Channel::kAcc, "accelerometer",
+    {"acc_change", Sensor::kAcc, "accelerometer",
      "the accelerometer's gains, misalignment or mounting changed",
      "hold every face of the sensor up, before and after"},
-    {"gyro_bias_change", Channel::kGyr, "gyroscope", "the gyroscope's bias changed at once",
+    {"gyro_bias_change", Sensor::kGyr, "gyroscope", "the gyroscope's bias changed at once",
      "rest before and after"},
-    {"acc_bias_change", Channel::kAcc, "accelerometer", "the accelerometer's bias changed at once",
+    {"acc_bias_change", Sensor::kAcc, "accelerometer", "the accelerometer's bias changed at once",
      "hold every face of the sensor up, before and after"}};
 
 const Named& named(const std::string& name) {
@@ -61,7 +61,7 @@ std::vector<Effect::Parameter> parameters_of_gains(ChangeForm form) {
   return out;
 }
 
-std::vector<Effect::Parameter> parameters_of_change(ChangeForm form, Channel channel) {
+std::vector<Effect::Parameter> parameters_of_change(ChangeForm form, Sensor channel) {
   std::vector<Effect::Parameter> out;
   if (form != ChangeForm::kOffset) out = parameters_of_gains(gains_of(form));
   if (has_offset(form)) {
@@ -216,7 +216,7 @@ bool is_change(const std::string& name) {
   return std::ranges::find(change_names(), name) != change_names().end();
 }
 
-const std::string& bias_change_of(Channel channel) {
+const std::string& bias_change_of(Sensor channel) {
   static const std::string names[] = {"acc_bias_change", "gyro_bias_change", "hard_iron_change"};
   return names[std::size_t(channel)];
 }

@@ -86,7 +86,7 @@ bool is_magnet(const Effect& effect);
 // the gains only.
 bool stays(const std::string& name);
 // The change of a sensor's bias.
-const std::string& bias_change_of(Channel channel);
+const std::string& bias_change_of(Sensor channel);
 // The plainest first; that of all columns of a form.
 std::vector<ChangeForm> forms_of_change(const std::string& name);
 ChangeForm richest_form(const std::string& name);

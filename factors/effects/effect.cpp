@@ -10,11 +10,6 @@
 
 namespace magimu {
 
-std::string to_string(Channel channel) {
-  constexpr const char* kNames[] = {"acc", "gyr", "mag"};
-  return kNames[int(channel)];
-}
-
 Vector3 Effect::term(const SampleState& state, const VectorXd& theta) const {
   Eigen::Matrix<double, 3, Eigen::Dynamic> J(3, theta.size());
   jacobian(state, theta, J);

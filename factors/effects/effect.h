@@ -17,11 +17,9 @@
 #include <vector>
 
 #include "graph/rot3.h"
+#include "graph/sensor.h"
 
 namespace magimu {
-
-enum class Channel { kAcc = 0, kGyr = 1, kMag = 2 };
-std::string to_string(Channel channel);  // "acc", "gyr", "mag"
 
 // What the sensors experience at one instant, as the basic models have it. IMU frame unless said
 // otherwise; of the gyroscope's samples: the mean over the sample's interval.
@@ -58,7 +56,7 @@ class Effect {
   };
   struct Description {
     std::string name = {};  // as in docs/effects.md
-    Channel channel = Channel::kMag;
+    Sensor channel = Sensor::kMag;
     std::vector<Parameter> parameters = {};
     std::string cause = {};  // half a sentence: "the magnetometer lags the gyroscope"
     std::string needs = {};  // auxiliary column: "temp", "current", "pos"; empty: none
@@ -85,7 +83,7 @@ class Effect {
 
   const Description& description() const { return description_; }
   const std::string& name() const { return description_.name; }
-  Channel channel() const { return description_.channel; }
+  Sensor channel() const { return description_.channel; }
   int size() const { return int(description_.parameters.size()); }
 
   // d term / d theta, 3 x size().

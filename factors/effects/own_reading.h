@@ -6,9 +6,9 @@
 
 namespace magimu {
 
-inline Vector3 own_reading(const SampleState& s, Channel channel) {
-  if (channel == Channel::kAcc) return s.f + s.bias;
-  return channel == Channel::kGyr ? Vector3(s.omega + s.bias) : Vector3(s.D * s.b + s.bias);
+inline Vector3 own_reading(const SampleState& s, Sensor channel) {
+  if (channel == Sensor::kAcc) return s.f + s.bias;
+  return channel == Sensor::kGyr ? Vector3(s.omega + s.bias) : Vector3(s.D * s.b + s.bias);
 }
 
 }  // namespace magimu

@@ -11,13 +11,13 @@
 #include <set>
 #include <utility>
 
+#include "graph/sensor.h"
 #include "recording/csv/columns/csv_columns.h"
 #include "recording/csv/columns/csv_names.h"
 #include "recording/csv/columns/words.h"
 #include "recording/csv/one_clock.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
-#include "recording/data/sensor_words.h"
 #include "recording/data/times/row_times.h"
 
 namespace magimu {
@@ -132,7 +132,7 @@ class ArrayRecording {
     for (const auto& [kind, needed] : {std::pair("acc", options_.require_imu),
                                        {"gyr", options_.require_imu},
                                        {"mag", options_.require_mag}}) {
-      if (needed && !has(kind)) missing.emplace_back(sensor_in_words(kind));
+      if (needed && !has(kind)) missing.emplace_back(in_words(sensor_named(kind)));
     }
     if (missing.empty()) return;
     if (unread_) throw *unread_;

@@ -17,7 +17,6 @@
 namespace magimu {
 namespace {
 
-using Sensor = SensorGate::Sensor;
 using Judged = SensorGate::Judged;
 
 // The first pass finds samples that spoil the habits. The second finds values that recur and

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "graph/sensor.h"
 #include "recording/checks/quality.h"
 
 namespace magimu {
@@ -16,7 +17,7 @@ struct NamedSeries {
   std::string name;  // "acc", "gyr", "mag", "mag1", ...
   const VectorSeries* series;
   bool is_mag() const { return name.starts_with("mag"); }
-  const char* unit() const { return name == "acc" ? "m/s^2" : name == "gyr" ? "rad/s" : "uT"; }
+  const char* unit() const { return unit_of(sensor_named(name)); }
 };
 
 // Times that are not finite or do not increase, values that are not finite: nothing else can be

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <utility>
 
+#include "graph/sensor.h"
 #include "recording/csv/columns/csv_columns.h"
 #include "recording/data/error.h"
-#include "recording/data/sensor_words.h"
 
 namespace magimu {
 namespace {
@@ -67,7 +67,7 @@ class Joiner {
       if (there || !required) continue;
       throw MissingSensor(
           path_, 0, 0,
-          fmt::format("there is no {}; there are: {}", sensor_in_words(sensor), sources()),
+          fmt::format("there is no {}; there are: {}", in_words(sensor_named(sensor)), sources()),
           "record it, too, or give the file that has it with this one");
     }
     check_overlap();

@@ -3,6 +3,7 @@
 #include "recording/data/recording.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "statistics/quantiles.h"
 
@@ -96,6 +97,14 @@ Recording slice(const Recording& recording, double t0, double t1) {
   part.set_aside = recording.set_aside;
   part.continues_previous = recording.continues_previous;
   return part;
+}
+
+const VectorSeries& series_of(const Recording& recording, Sensor sensor) {
+  if (sensor == Sensor::kAcc) return recording.acc;
+  return sensor == Sensor::kGyr ? recording.gyr : recording.mag.front();
+}
+VectorSeries& series_of(Recording& recording, Sensor sensor) {
+  return const_cast<VectorSeries&>(series_of(std::as_const(recording), sensor));
 }
 
 void convert_gyro_interval(Recording& recording, GyroInterval convention) {

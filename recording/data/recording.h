@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "graph/rot3.h"
+#include "graph/sensor.h"
 
 namespace magimu {
 
@@ -99,6 +100,10 @@ struct Recording {
   // Seconds from the first to the last IMU sample.
   double duration_s() const;
 };
+
+// Of an array: the first magnetometer's.
+const VectorSeries& series_of(const Recording& recording, Sensor sensor);
+VectorSeries& series_of(Recording& recording, Sensor sensor);
 
 // Which interval the rate of a gyroscope sample at t_k is the mean over.
 enum class GyroInterval {

@@ -11,8 +11,6 @@
 namespace magimu {
 namespace {
 
-using Sensor = SensorGate::Sensor;
-
 constexpr double kLongestWait = 1.0;  // s: for readings to compare one with
 // Until habits are known. A calibration begins after five seconds at the earliest, so that nobody
 // waits for this.

@@ -8,10 +8,10 @@
 #include <tuple>
 #include <utility>
 
+#include "graph/sensor.h"
 #include "recording/csv/columns/csv_columns.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
-#include "recording/data/sensor_words.h"
 #include "recording/data/times/row_times.h"
 #include "recording/logs/log_times.h"
 
@@ -172,7 +172,7 @@ void LogRecording::choose() {
       throw MissingSensor(
           path_, 0, 0,
           fmt::format("this is {} without a {}; the sensors there are (samples): {}", what_,
-                      sensor_in_words(kind), listed()),
+                      in_words(sensor_named(kind)), listed()),
           "log it, too, or give the file that has it with this one");
     }
     if (named == 0) {
@@ -240,7 +240,7 @@ Recording LogRecording::finish() {
       continue;
     }
     throw MissingSensor(path_, 0, 0,
-                        fmt::format("no {} reading is a number", sensor_in_words(kind)),
+                        fmt::format("no {} reading is a number", in_words(sensor_named(kind))),
                         "check the logger: this sensor is needed");
   }
   out.notes.push_back(fmt::format("this is {}; read: {}", what_, fmt::join(said, ", ")));

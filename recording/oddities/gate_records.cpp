@@ -6,16 +6,6 @@
 #include <algorithm>
 
 namespace magimu {
-namespace {
-
-const char* gate_unit(SensorGate::Sensor sensor) {
-  return sensor == SensorGate::Sensor::kAcc   ? "m/s^2"
-         : sensor == SensorGate::Sensor::kGyr ? "rad/s"
-                                              : "uT";
-}
-
-}  // namespace
-
 void GateRecords::add(const SensorGate::Judged& judged) {
   auto record = std::ranges::find(records_, judged.kind, &SetAside::kind);
   if (record == records_.end()) {
@@ -37,10 +27,10 @@ std::string GateRecords::example(const SensorGate::Judged& judged) const {
   const Vector3& v = judged.v;
   if (kind == "zeros" || kind == "dead_zone" || kind == "stuck") {
     return fmt::format("{} = ({:.6g}, {:.6g}, {:.6g}) {} at {:.2f} s", name_, v[0], v[1], v[2],
-                       gate_unit(sensor_), judged.t);
+                       unit_of(sensor_), judged.t);
   }
   std::string out = fmt::format("{}_{} = {:.6g} {} at {:.2f} s", name_, "xyz"[judged.axis],
-                                v[judged.axis], gate_unit(sensor_), judged.t);
+                                v[judged.axis], unit_of(sensor_), judged.t);
   if (kind != "clipped") out += fmt::format(" (neighbours read {:.4g})", judged.neighbours);
   return out;
 }

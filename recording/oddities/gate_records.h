@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
+#include "graph/sensor.h"
 #include "recording/oddities/sensor_gate.h"
 
 namespace magimu {
 
 class GateRecords {
  public:
-  GateRecords(std::string name, SensorGate::Sensor sensor)
-      : name_(std::move(name)), sensor_(sensor) {}
+  GateRecords(std::string name, Sensor sensor) : name_(std::move(name)), sensor_(sensor) {}
 
   // Counts a sample that was set aside: its kind is not empty.
   void add(const SensorGate::Judged& judged);
@@ -24,7 +24,7 @@ class GateRecords {
   std::string example(const SensorGate::Judged& judged) const;
 
   std::string name_;
-  SensorGate::Sensor sensor_;
+  Sensor sensor_;
   std::vector<SetAside> records_;  // in the order of their first samples
 };
 

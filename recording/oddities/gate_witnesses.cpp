@@ -104,14 +104,14 @@ GateWitnesses::GateWitnesses(const Recording& recording)
     : recording_(recording),
       usual_rate_(size_quantile(lengths_within(recording.gyr, -1e300, 1e300), 0.9)) {}
 
-bool GateWitnesses::turned(SensorGate::Sensor hung, double begin, double end) const {
+bool GateWitnesses::turned(Sensor hung, double begin, double end) const {
   const double rate = size_quantile(lengths_within(recording_.gyr, begin, end), 0.5);
   const double usual =
       usual_rate_ / kSlowly;  // relative to the usual rate, as the unit may be wrong
   if (rate > std::max({kTurningRate, kTurnedEnough / (end - begin), usual})) return true;
-  if (hung == SensorGate::Sensor::kMag || recording_.mag.empty()) return false;
+  if (hung == Sensor::kMag || recording_.mag.empty()) return false;
   return changed(recording_.mag.front(), begin, end) &&
-         (hung == SensorGate::Sensor::kAcc || changed(recording_.acc, begin, end));
+         (hung == Sensor::kAcc || changed(recording_.acc, begin, end));
 }
 
 bool GateWitnesses::turned_by(double begin, double end, const Vector3& more) const {
@@ -134,16 +134,16 @@ bool GateWitnesses::turned_by(double begin, double end, const Vector3& more) con
   return log_odds > kLogOddsOfTurn;
 }
 
-bool GateWitnesses::others_change(SensorGate::Sensor hung, double begin, double end) const {
+bool GateWitnesses::others_change(Sensor hung, double begin, double end) const {
   const auto changes = [&](const VectorSeries& s) {
     const auto [first, last] = span_within(s, begin, end);
     std::size_t differ = 0;
     for (std::size_t k = first + 1; k < last; ++k) differ += s.v[k] != s.v[k - 1] ? 1 : 0;
     return last > first + 1 && 2 * differ > last - first;
   };
-  return (hung != SensorGate::Sensor::kGyr && changes(recording_.gyr)) ||
-         (hung != SensorGate::Sensor::kAcc && changes(recording_.acc)) ||
-         (hung != SensorGate::Sensor::kMag && std::ranges::any_of(recording_.mag, changes));
+  return (hung != Sensor::kGyr && changes(recording_.gyr)) ||
+         (hung != Sensor::kAcc && changes(recording_.acc)) ||
+         (hung != Sensor::kMag && std::ranges::any_of(recording_.mag, changes));
 }
 
 }  // namespace magimu

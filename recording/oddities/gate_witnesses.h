@@ -14,13 +14,13 @@ class GateWitnesses {
   // The recording must outlive this.
   explicit GateWitnesses(const Recording& recording);
 
-  bool turned(SensorGate::Sensor hung, double begin_s, double end_s) const;
+  bool turned(Sensor hung, double begin_s, double end_s) const;
   // Whether gravity and the field agree that the rate was larger by `more` (rad/s, in the device's
   // axes) between these times than before and after. By the Bayes factor against a wrong reading of
   // the gyroscope.
   bool turned_by(double begin_s, double end_s, const Vector3& more) const;
   // Whether most readings of another sensor differ from the reading before.
-  bool others_change(SensorGate::Sensor hung, double begin_s, double end_s) const;
+  bool others_change(Sensor hung, double begin_s, double end_s) const;
 
  private:
   const Recording& recording_;

@@ -9,8 +9,6 @@
 namespace magimu {
 namespace {
 
-using Sensor = SensorGate::Sensor;
-
 // No converter counts further than 32 bits, whatever the unit.
 constexpr double kBeyondAnyRange = 4294967296.0;
 
@@ -41,8 +39,6 @@ constexpr double kLookUpAfter = 1.05;  // times the samples of the last look-up
 
 constexpr double kBelowItsLimit =
     4.0;  // standard deviations: so near the limit noise alone keeps a reading below it
-
-int index_of(Sensor sensor) { return sensor == Sensor::kAcc ? 0 : sensor == Sensor::kGyr ? 1 : 2; }
 
 }  // namespace
 
@@ -216,7 +212,7 @@ bool SensorGate::away(const RepeatedReading& unit, const Neighbours& sides, bool
   }
   if (largest == 0.0) return false;
   why.neighbours = sides.middle[why.axis];
-  const double reach = kTimesLargest[index_of(options_.sensor)] * usual_.largest;
+  const double reach = kTimesLargest[std::size_t(options_.sensor)] * usual_.largest;
   const double most =
       options_.sensor == Sensor::kAcc ? std::max(kGravities * usual_.length, reach) : reach;
   if (largest > most) return true;

@@ -4,7 +4,7 @@
 // (sensor_habits.h), and each reading with four others before it and after it, that is why a sample
 // waits for at most seven later ones that differ from it.
 //
-//   SensorGate gate({.sensor = SensorGate::Sensor::kMag});
+//   SensorGate gate({.sensor = Sensor::kMag});
 //   gate.push(t, v);                                    // again and again, then gate.finish()
 //   for (const SensorGate::Judged& s : gate.take()) ... // kind empty: a measurement
 //
@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "graph/sensor.h"
 #include "recording/oddities/jump_sizes.h"
 #include "recording/oddities/recurring_jumps.h"
 #include "recording/oddities/wrapped_readings.h"
@@ -30,7 +31,6 @@ namespace magimu {
 
 class SensorGate {
  public:
-  enum class Sensor { kAcc, kGyr, kMag };
   struct Options {
     Sensor sensor = Sensor::kMag;
     // Habits of the sensor in the whole recording; null for a stream, which learns them as it goes.

@@ -3,20 +3,15 @@
 
 #include <algorithm>
 #include <cstring>
-#include <optional>
 #include <type_traits>
 #include <utility>
 
 #include "graph/parallel.h"
-#include "solvers/kernels/square_sum.h"
 
 namespace magimu::chain {
 namespace {
 
 constexpr int kStrip = 96;  // rows of a long product that are taken at a time
-// Globals from which their square is worth a copy of the rows into SIMD registers' order: of an
-// array of magnetometers it is nearly all of the work.
-constexpr int kWideBorder = 64;
 
 using Pair = double __attribute__((vector_size(16)));
 
@@ -85,38 +80,6 @@ void add_square(int rows, const double* a, int n, int lda, double* c, int ldc, d
   }
 }
 
-// C += A'A (upper triangle) for a tall A of n columns, side by side as C's are; gathered until
-// finish().
-class BorderSquare {
- public:
-  BorderSquare(int n, double* c) : n_(n), c_(c) {
-    if (n >= kWideBorder) wide_.emplace(n);
-  }
-  void add(const double* a, int rows) {
-    if (!wide_) return add_square(rows, a, n_, n_, c_, n_, 1.0);
-    constexpr int kTogether = 32;
-    for (int k = 0; k < rows; k += kTogether) {
-      const int count = std::min(kTogether, rows - k);
-      double* to = wide_->rows(count);
-      for (int i = k; i < k + count; ++i, to += wide_->width()) {
-        std::copy_n(a + std::ptrdiff_t(i) * n_, n_, to);
-      }
-    }
-  }
-  void finish() {
-    if (!wide_) return;
-    wide_->finish();
-    for (int i = 0; i < n_; ++i) {
-      for (int j = i; j < n_; ++j) c_[std::ptrdiff_t(i) * n_ + j] += (*wide_)(i, j);
-    }
-  }
-
- private:
-  int n_;
-  double* c_;
-  std::optional<SquareSum> wide_;
-};
-
 // x *= s; y -= s x.
 inline void scale_row(double* x, int n, double s) {
   for (int j = 0; j < n; ++j) x[j] *= s;
@@ -127,20 +90,17 @@ inline void subtract_row(double* y, const double* x, int n, double s) {
 
 }  // namespace
 
-// [A B] and G of `width` rows become U and U^-T [B G], where U'U = A; A's upper triangle counts.
-bool Elimination::eliminate(double* panel, int width, int columns, double* border, int globals,
-                            double* inverse_diagonal, Pivots& pivots) {
-  for (int i = 0; i < width; ++i) {
-    double* row = panel + i * columns;
-    double* g = border + i * globals;
+// The globals' own block becomes U, by rows.
+bool Elimination::eliminate_center(Pivots& pivots) {
+  const int g = s_.globals;
+  double* const inverse_diagonal = inverse_diagonal_.data() + s_.chain;
+  for (int i = 0; i < g; ++i) {
+    double* const row = center_.data() + std::ptrdiff_t(i) * g;
     if (!pivots.add(row[i])) return false;
-    const double scale = 1.0 / std::sqrt(row[i]);
-    inverse_diagonal[i] = scale;
-    scale_row(row + i, columns - i, scale);
-    scale_row(g, globals, scale);
-    for (int k = i + 1; k < width; ++k) {
-      subtract_row(panel + k * columns + k, row + k, columns - k, row[k]);
-      subtract_row(border + k * globals, g, globals, row[k]);
+    inverse_diagonal[i] = 1.0 / std::sqrt(row[i]);
+    scale_row(row + i, g - i, inverse_diagonal[i]);
+    for (int k = i + 1; k < g; ++k) {
+      subtract_row(center_.data() + std::ptrdiff_t(k) * g + k, row + k, g - k, row[k]);
     }
   }
   return true;
@@ -155,10 +115,13 @@ Elimination::Elimination(Structure structure) : s_(std::move(structure)) {
   for (const Shape& shape : s_.shapes) {
     jacobian = std::max(jacobian, std::size_t(shape.rows) * std::size_t(shape.columns));
   }
-  work_.resize(s_.branches.size() + 1);
-  for (Work& w : work_) {
-    w.jacobian.resize(jacobian);
-    w.center.resize(center_.size());
+  int widest = 0;
+  for (const Level& level : s_.levels) widest = std::max(widest, level.width);
+  for (std::size_t i = 0; i <= s_.branches.size(); ++i) {
+    work_.push_back({BorderedChain(s_.globals, widest, 0.0),
+                     std::vector<double>(jacobian),
+                     {},
+                     std::vector<double>(center_.size())});
   }
   for (std::size_t i = 0; i < s_.branches.size(); ++i) {
     const auto width = std::size_t(s_.levels[std::size_t(s_.branches[i].root)].width);
@@ -183,11 +146,7 @@ bool Elimination::factorize(const LinearSystem& system, const VectorXd& scale, d
     pivots.max = std::max(pivots.max, w.pivots.max);
   }
   sum_center(system, scale, lambda);
-  const int g = s_.globals;
-  if (!eliminate(center_.data(), g, g, nullptr, 0, inverse_diagonal_.data() + s_.chain, pivots)) {
-    return false;
-  }
-  return pivots.min > s_.min_pivot * pivots.max;
+  return eliminate_center(pivots) && pivots.min > s_.min_pivot * pivots.max;
 }
 
 Elimination::Rows Elimination::rows_of(const Level& level) {
@@ -206,46 +165,55 @@ void Elimination::process(const Range& range, const LinearSystem& system, const 
   const int g = s_.globals;
   work.pivots = Pivots{};
   work.regular = true;
-  std::fill(work.center.begin(), work.center.end(), 0.0);
-  std::fill(work.spare.begin(), work.spare.end(), 0.0);
-  BorderSquare center(g, work.center.data());
-  int begin = range.begin;  // of the levels whose border is not yet in work.center
+  BorderedChain& chain = work.chain;
+  chain.clear();
+  const Level& first = s_.levels[std::size_t(range.begin)];
+  const Rows begin = rows_of(first);
+  chain.push(first.width);
+  for (int i = 0; i < first.width; ++i) {
+    const double* const from = begin.panel + i * begin.stride;
+    for (int j = i; j < first.width; ++j) chain.information(i, j) = from[j];
+    std::copy_n(begin.border + i * g, g, chain.row(i));
+  }
   for (int l = range.begin; l < range.end && work.regular; ++l) {
     const Level& level = s_.levels[std::size_t(l)];
-    const Rows own = rows_of(level);
-    const Rows parent = parent_rows(range, l, work);
-    assemble(level, own, parent, system, scale, work);
-    for (int i = 0; i < level.width; ++i) own.panel[i * (own.stride + 1)] += lambda;
-    work.regular = eliminate(own.panel, level.width, own.stride, own.border, g,
-                             inverse_diagonal_.data() + level.first, work.pivots);
-    const double* W = own.panel + level.width;
-    const int d = level.width, n = level.parent_width;
-    add_product(d, W, n, own.stride, W, n, own.stride, parent.panel, parent.stride, -1.0, true);
-    add_product(d, W, n, own.stride, own.border, g, g, parent.border, g, -1.0);
-    const int first = s_.levels[std::size_t(begin)].first, rows = level.first + d - first;
-    if (rows >= kStrip || l + 1 == range.end) {
-      center.add(border_.data() + std::ptrdiff_t(first) * g, rows);
-      begin = l + 1;
+    if (level.parent >= 0) chain.push(level.parent_width);
+    assemble(level, system, scale, work);
+    for (int i = 0; i < level.width; ++i) chain.information(i, i) += lambda;
+    chain.factorize();
+    keep(level, work);
+    chain.drop();
+  }
+  if (range.root >= 0) {
+    const int n = s_.levels[std::size_t(range.root)].width;
+    double* const spare = work.spare.data();
+    for (int i = 0; i < n; ++i) {
+      for (int j = i; j < n; ++j) spare[i * n + j] = chain.information(i, j);
+      std::copy_n(chain.row(i), g, spare + n * n + i * g);
     }
   }
-  center.finish();
-}
-
-// Where a level's contributions to its parent go: to the next level, or to the branch's spare.
-Elimination::Rows Elimination::parent_rows(const Range& range, int l, Work& work) {
-  const Level& level = s_.levels[std::size_t(l)];
-  if (level.parent < 0) return {};
-  if (l + 1 == range.end) {
-    const int n = level.parent_width;
-    return {work.spare.data(), n, work.spare.data() + n * n};
+  chain.finish();
+  for (int i = 0; i < g; ++i) {
+    for (int j = i; j < g; ++j) work.center[std::size_t(i * g + j)] = -chain.border()(i, j);
   }
-  const Level& next = s_.levels[std::size_t(l) + 1];
-  clear(next);
-  return rows_of(next);
 }
 
-void Elimination::assemble(const Level& level, const Rows& own, const Rows& parent,
-                           const LinearSystem& system, const VectorXd& scale, Work& work) const {
+// A level's rows of U.
+void Elimination::keep(const Level& level, Work& work) {
+  const Rows own = rows_of(level);
+  BorderedChain& chain = work.chain;
+  for (int i = 0; i < level.width; ++i) {
+    double* const to = own.panel + i * own.stride;
+    for (int j = i; j < own.stride; ++j) to[j] = chain.information(i, j);
+    std::copy_n(chain.row(i), s_.globals, own.border + i * s_.globals);
+    inverse_diagonal_[std::size_t(level.first + i)] = chain.inverse(i);
+    work.regular = work.regular && chain.inverse(i) > 0.0 && work.pivots.add(to[i] * to[i]);
+  }
+}
+
+void Elimination::assemble(const Level& level, const LinearSystem& system, const VectorXd& scale,
+                           Work& work) const {
+  BorderedChain& chain = work.chain;
   double* J = work.jacobian.data();
   for (int f = level.factor_begin; f < level.factor_end; ++f) {
     const ChainFactor& factor = s_.factors[std::size_t(f)];
@@ -259,11 +227,11 @@ void Elimination::assemble(const Level& level, const Rows& own, const Rows& pare
     for (const Product& p : shape.products) {
       const bool to_own = p.into == Into::kOwn || p.into == Into::kOwnBorder;
       const bool to_border = p.into == Into::kOwnBorder || p.into == Into::kParentBorder;
-      const Rows& rows = to_own ? own : parent;
-      const int stride = to_border ? s_.globals : rows.stride;
-      double* out = (to_border ? rows.border : rows.panel) + p.row * stride + p.col;
+      const int at = to_own ? 0 : chain.older();
+      double* const out =
+          to_border ? chain.row(at + p.row) + p.col : &chain.information(at + p.row, at + p.col);
       add_product(shape.rows, J + p.a, p.na, shape.columns, J + p.b, p.nb, shape.columns, out,
-                  stride, 1.0);
+                  to_border ? chain.border().width() : chain.stride(), 1.0);
     }
   }
 }

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The numbers of the chain back end: assembles S J'J S + lambda I level by level and factorizes it
-// into U'U on the way, from both ends of a chain to its middle, by small dense products. Same bits
-// for every number of threads.
+// into U'U on the way, from both ends of a chain to its middle (bordered_chain.h). Same bits for
+// every number of threads.
 #pragma once
 
 #include <cmath>
 
 #include "solvers/chain/chain_structure.h"
+#include "solvers/kernels/bordered_chain.h"
 
 namespace magimu::chain {
 
@@ -46,10 +47,11 @@ class Elimination {
     double* border = nullptr;
   };
   struct Work {
+    BorderedChain chain;
     std::vector<double> jacobian;  // of one factor, scaled
     std::vector<double> spare;     // what a branch adds to its root: A, then the border
     std::vector<double> center;    // what it subtracts from the globals' block
-    Pivots pivots;
+    Pivots pivots{};
     bool regular = true;
   };
 
@@ -57,14 +59,13 @@ class Elimination {
   void clear(const Level& level);
   void process(const Range& range, const LinearSystem& system, const VectorXd& scale, double lambda,
                Work& work);
-  Rows parent_rows(const Range& range, int l, Work& work);
-  void assemble(const Level& level, const Rows& own, const Rows& parent, const LinearSystem& system,
-                const VectorXd& scale, Work& work) const;
+  void assemble(const Level& level, const LinearSystem& system, const VectorXd& scale,
+                Work& work) const;
+  void keep(const Level& level, Work& work);
   void process_trunks(const LinearSystem& system, const VectorXd& scale, double lambda);
   void square_globals(const LinearSystem& system, std::size_t i);
   void sum_center(const LinearSystem& system, const VectorXd& scale, double lambda);
-  static bool eliminate(double* panel, int width, int columns, double* border, int globals,
-                        double* inverse_diagonal, Pivots& pivots);
+  bool eliminate_center(Pivots& pivots);
 
   Structure s_;
   std::vector<double> panels_, border_, inverse_diagonal_, center_;

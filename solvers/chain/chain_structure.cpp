@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "solvers/kernels/lists.h"
+#include "solvers/linear/chain_levels.h"
 #include "solvers/linear/ordering.h"
 #include "statistics/quantiles.h"
 
@@ -18,20 +18,6 @@ constexpr int kMaxWidth = 40, kMaxGlobals = 512;
 constexpr int kFar = 8;            // times the usual distance between variables of one factor
 constexpr int kMinBranch = 32;     // levels; shorter chains are eliminated in one go
 constexpr int kRunFactors = 1024;  // factors whose globals' products are one task
-
-// Which lists each number is in, in their order.
-Lists inverted(const Lists& lists, int numbers) {
-  Lists out;
-  std::vector<int> next(std::size_t(numbers) + 1, 0);
-  for (const int n : lists.entries) ++next[std::size_t(n) + 1];
-  std::partial_sum(next.begin(), next.end(), next.begin());
-  out.begin = next;
-  out.entries.resize(lists.entries.size());
-  for (int i = 0; i < lists.size(); ++i) {
-    for (const int n : lists[i]) out.entries[std::size_t(next[std::size_t(n)]++)] = i;
-  }
-  return out;
-}
 
 class Analysis {
  public:
@@ -55,7 +41,6 @@ class Analysis {
     for (int c = 0; c < system_.cols(); ++c) {
       if (is_global[std::size_t(c)] != 0) out.position[std::size_t(c)] = out.chain + next++;
     }
-    join_variables(is_global);
     if (!find_levels(is_global, out)) return false;
     assign_factors(out);
     find_runs(out);
@@ -101,70 +86,32 @@ class Analysis {
     }
   }
 
-  // Both lists of the bipartite graph of variables that are not global and factors.
-  void join_variables(const std::vector<int>& is_global) {
-    variables_in_ = {};
+  // Variables of each factor, not global.
+  Lists join_variables(const std::vector<int>& is_global) const {
+    Lists out;
     for_each_factor([&](const LinearSystem::RowBlocks& b, int entry) {
       for (int c = 0; c < b.columns;) {
         const int v = variable_of(entry + c);
-        if (is_global[std::size_t(begin(v))] == 0) variables_in_.entries.push_back(v);
+        if (is_global[std::size_t(begin(v))] == 0) out.entries.push_back(v);
         c += width(v);
       }
-      variables_in_.close();
+      out.close();
     });
-    factors_on_ = inverted(variables_in_, variables_);
-    seen_variable_.assign(std::size_t(variables_), 0);
-    seen_factor_.assign(std::size_t(variables_in_.size()), 0);
-    pass_ = 0;
-  }
-
-  // Breadth-first levels; all variables of a factor lie in one level or in two successive ones.
-  Lists levels_from(std::span<const int> start) {
-    ++pass_;
-    Lists levels;
-    for (const int v : start) seen_variable_[std::size_t(v)] = pass_;
-    levels.entries.assign(start.begin(), start.end());
-    for (std::size_t next = 0; next < levels.entries.size();) {
-      std::sort(levels.entries.begin() + std::ptrdiff_t(next), levels.entries.end());
-      levels.close();
-      for (const auto end = levels.entries.size(); next < end; ++next) {
-        for (const int f : factors_on_[levels.entries[next]]) {
-          if (std::exchange(seen_factor_[std::size_t(f)], pass_) == pass_) continue;
-          for (const int w : variables_in_[f]) {
-            if (std::exchange(seen_variable_[std::size_t(w)], pass_) == pass_) continue;
-            levels.entries.push_back(w);
-          }
-        }
-      }
-    }
-    return levels;
-  }
-  int level_width(std::span<const int> level) const {
-    return std::accumulate(level.begin(), level.end(), 0,
-                           [this](int sum, int v) { return sum + width(v); });
-  }
-  double work(const Lists& levels) const {
-    double sum = 0.0;
-    for (int l = 0; l < levels.size(); ++l) {
-      const double columns = level_width(levels[l]);
-      sum += columns * columns * columns;
-    }
-    return sum;
+    return out;
   }
 
   bool find_levels(const std::vector<int>& is_global, Structure& out) {
+    const Lists joined = join_variables(is_global);
+    std::vector<int> widths(std::size_t(variables_), 0);
+    for (int v = 0; v < variables_; ++v) widths[std::size_t(v)] = width(v);
+    ChainLevels finder(joined, std::move(widths));
     std::vector<char> done(std::size_t(variables_), 0);
     for (int v = 0; v < variables_; ++v) {
       if (done[std::size_t(v)] != 0 || is_global[std::size_t(begin(v))] != 0) continue;
-      // From an end; then back from the whole far end: where several variables make up a node, one
-      // alone would be a level before the others of its node.
-      const Lists from_here = levels_from({&v, 1});
-      const Lists there = levels_from(from_here.back().first(1));
-      const Lists back = levels_from(there.back());
-      const Lists& levels = work(back) <= work(there) ? back : there;
+      const Lists levels = finder.of(v);
       int columns = 0;
       for (int l = 0; l < levels.size(); ++l) {
-        const int level = level_width(levels[l]);
+        const int level = finder.width(levels[l]);
         if (level > kMaxWidth) return false;
         columns += level;
         for (const int w : levels[l]) done[std::size_t(w)] = 1;
@@ -343,9 +290,6 @@ class Analysis {
   const LinearSystem& system_;
   int variables_ = 0;
   std::vector<int> variable_of_;
-  Lists variables_in_, factors_on_;  // of each factor, not global; of each variable
-  std::vector<int> seen_variable_, seen_factor_;
-  int pass_ = 0;
   std::vector<Range> trunks_;
   std::vector<Lists> trunk_levels_;
   int next_position_ = 0;

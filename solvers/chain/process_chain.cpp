@@ -7,7 +7,7 @@
 
 #include "graph/decompositions.h"
 #include "graph/parallel.h"
-#include "solvers/kernels/square_sum.h"
+#include "solvers/kernels/row_chain.h"
 #include "solvers/linear/node_factors.h"
 
 namespace magimu {
@@ -16,56 +16,10 @@ namespace {
 constexpr double kFlatDirection = 1e-12;  // an eigenvalue of what nothing determines
 constexpr std::size_t kTogether = 32;     // segments of the grid that are condensed in one task
 
-double log_det_of_pivots(const RowStack& A, int begin, const std::vector<int>& pivot_row) {
-  double out = 0.0;
-  for (std::size_t p = 0; p < pivot_row.size(); ++p) {
-    if (pivot_row[p] >= 0) out += 2.0 * std::log(std::abs(A.row(pivot_row[p])[begin + int(p)]));
-  }
-  return out;
-}
-
-void add_squares(const RowStack& A, int begin, int end, int skip, SquareSum& sum) {
-  if (end <= begin) return;
-  double* to = sum.rows(end - begin);
-  for (int i = begin; i < end; ++i, to += sum.width()) {
-    std::copy_n(A.row(i) + skip, sum.columns(), to);
-  }
-}
-
 MatrixXd symmetric(const SquareSum& sum) {
   MatrixXd out(sum.columns(), sum.columns());
   for (int i = 0; i < sum.columns(); ++i) {
     for (int j = i; j < sum.columns(); ++j) out(i, j) = out(j, i) = sum(i, j);
-  }
-  return out;
-}
-
-// Factors by the nodes they touch.
-struct ByNode {
-  std::vector<std::vector<FactorAt>> own, to_next;  // of a node; of it and the next one
-  std::vector<FactorAt> priors;
-};
-
-ByNode sorted(const LinearSystem& system, const ColumnLayout& layout, std::size_t nodes) {
-  ByNode out;
-  out.own.resize(nodes);
-  out.to_next.resize(nodes);
-  for (int b = 0; b < int(system.row_blocks().size()); ++b) {
-    for (int i = 0; i < system.row_blocks()[std::size_t(b)].count; ++i) {
-      const FactorRows f = rows_of(system, {b, i});
-      int first = -1, last = -1;
-      for (int e = 0; e < f.columns; ++e) {
-        const int node = layout.node[std::size_t(f.column[e])];
-        if (node < 0) continue;
-        first = first < 0 ? node : std::min(first, node);
-        last = std::max(last, node);
-      }
-      if (first < 0) {
-        out.priors.push_back({b, i});
-      } else {
-        (first == last ? out.own : out.to_next)[std::size_t(first)].push_back({b, i});
-      }
-    }
   }
   return out;
 }
@@ -84,14 +38,13 @@ struct Writer {
   };
 
   double scale(std::size_t row) const { return process.scale.empty() ? 1.0 : process.scale[row]; }
-  int count(const std::vector<FactorAt>& factors) const {
+  int count(std::span<const FactorAt> factors) const {
     int rows = 0;
     for (const FactorAt f : factors) rows += system.row_blocks()[std::size_t(f.block)].rows;
     return rows;
   }
 
-  int write(const std::vector<FactorAt>& factors, const Places& places, RowStack& A,
-            int row) const {
+  int write(std::span<const FactorAt> factors, const Places& places, RowStack& A, int row) const {
     for (const FactorAt at : factors) {
       const FactorRows f = rows_of(system, at);
       const auto first = std::size_t(f.residual - system.residual().data());
@@ -156,75 +109,60 @@ ProcessChain::ProcessChain(const LinearSystem& system, const Values& values,
     : grid_(grid) {
   const auto nodes = std::size_t(grid.node.back()) + 1;
   const ColumnLayout layout(values, node_of, nodes);
-  const ByNode factors = sorted(system, layout, nodes);
+  const SortedFactors factors(system, layout, std::vector<int>(nodes, 0));
   const Writer writer{system, layout, rows};
   globals_ = int(layout.globals.size() + std::size_t(rows.more_globals.cols()));
   for (const int n : grid.node) node_dim_.push_back(layout.dim[std::size_t(n)]);
 
   segments_.resize(grid.node.size());
+  // Rows over [x_b | u_a x_a | u_b | globals | residual] as a segment has them.
+  const auto in_order = [](const auto& from, int xb, int ua_xa) {
+    RowBlock out(from.rows(), from.cols());
+    out << from.middleCols(xb, ua_xa + kProcess), from.leftCols(xb),
+        from.rightCols(from.cols() - xb - ua_xa - kProcess);
+    return out;
+  };
   // Between a node of the grid and the next; what says nothing of the two adds to sum and log_det.
-  const auto condense = [&](std::size_t j, RowStack& A, SquareSum& sum, double& log_det) {
+  const auto condense = [&](std::size_t j, RowChain& chain, SquareSum& sum, double& log_det) {
     Segment& s = segments_[j];
     s.node_a = int(j);
     const int a = grid.node[j];
     const bool ends = j + 1 == grid.node.size() || grid.begins[j + 1];
     const int da = dim(int(j));
     if (ends) {
-      const auto& own = factors.own[std::size_t(a)];
-      A.reset(writer.count(own), da + globals_ + 1);
+      const auto own = factors.own(a);
+      chain.reset(globals_ + 1);
+      RowStack& A = chain.stack(da, 0, writer.count(own));
       writer.write(own, {{a, -1, -1}, {kProcess, 0, 0}, {0, -1}, da}, A, 0);
       s.rows = A.view();
       return;
     }
     s.node_b = int(j) + 1;
-    const int b = grid.node[j + 1], db = dim(s.node_b);
-    const int tail = da + db + globals_ + 1;  // [u_a x_a | u_b x_b | globals | residual]
-    RowBlock carried(0, tail);
-    std::vector<int> pivots;
+    const int b = grid.node[j + 1];
+    const int kept = da + kProcess;  // [u_a x_a | u_b]
+    chain.reset(kept + globals_ + 1, kept);
     for (int k = a; k < b; ++k) {
-      // Over [x_k | u_a x_a | u_b (x_(k+1) or x_b) | globals | residual], x_k only where k is
-      // inside.
-      const bool inner = k > a, last = k + 1 == b;
-      const int dk = inner ? layout.dim[std::size_t(k)] : 0;
-      const int dn = layout.dim[std::size_t(k) + 1];  // every node of a chain has as many
-      const auto& own = factors.own[std::size_t(k)];
-      const auto& across = factors.to_next[std::size_t(k)];
-      const int columns = dk + tail;
-      A.reset(int(carried.rows()) + writer.count(own) + writer.count(across), columns);
-      const int u_b = dk + da, next = u_b + kProcess;
-      // What came from the node before has x_k where x_b will be.
-      for (Eigen::Index i = 0; i < carried.rows(); ++i) {
-        double* const to = A.row(int(i));
-        std::copy_n(carried.row(i).data(), tail, to + dk);
-        for (int c = 0; c < dk; ++c) {
-          to[c] = to[next + c];
-          to[next + c] = 0.0;
-        }
-      }
+      // Over [x_k | x_(k+1) | u_a x_a | u_b | globals | residual], x_k only where k is inside.
+      const int dk = k > a ? layout.dim[std::size_t(k)] : 0;
+      const int dn = layout.dim[std::size_t(k) + 1];
+      const auto own = factors.own(k), across = factors.across(k + 1);
+      RowStack& A = chain.stack(dk, dn, writer.count(own) + writer.count(across));
       Writer::Places places;
       places.node = {a, k == a ? -1 : k, k + 1};
-      places.at = {dk + kProcess, 0, next};
-      places.process_at = {dk, u_b};
-      places.globals_at = dk + da + db;
-      int filled = writer.write(own, places, A, int(carried.rows()));
-      filled = writer.write(across, places, A, filled);
-      int top = 0;
-      if (dk > 0) {
-        top = triangularize(A, 0, 0, dk, pivots);
-        log_det += log_det_of_pivots(A, 0, pivots);
+      places.at = {dk + dn + kProcess, 0, dk};
+      places.process_at = {dk + dn, dk + dn + da};
+      places.globals_at = dk + dn + kept;
+      writer.write(across, places, A, writer.write(own, places, A, chain.first_row()));
+      if (a + 1 == b) {  // nothing lies between
+        s.rows = in_order(A.view(), dn, da);
+        return;
       }
+      chain.eliminate();
+      log_det += chain.log_det();
       // Rows that say nothing of the ends are the border's.
-      int rest = filled;
-      if (!(a + 1 == b)) {
-        rest = triangularize(A, top, dk, dk + da + db, pivots);
-        add_squares(A, rest, filled, dk + da + db, sum);
-      }
-      carried = A.view().block(top, dk, rest - top, tail);
-      if (!last && dn != layout.dim[std::size_t(b)]) {
-        throw std::invalid_argument("nodes of a chain differ in size");
-      }
+      add_rows(A, chain.end_of_next(), A.rows(), places.globals_at, sum);
     }
-    s.rows = std::move(carried);
+    s.rows = in_order(chain.carried(), layout.dim[std::size_t(b)], da);
   };
   // Many with one sum: with a wide border one of its own would cost as much as the rows.
   const std::size_t parts = (segments_.size() + kTogether - 1) / kTogether;
@@ -232,19 +170,19 @@ ProcessChain::ProcessChain(const LinearSystem& system, const Values& values,
   std::vector<MatrixXd> borders(parts);
   parallel::for_each(parts, [&](std::size_t part) {
     SquareSum sum(globals_ + 1);
-    RowStack A;
+    RowChain chain;
     const std::size_t end = std::min(segments_.size(), (part + 1) * kTogether);
-    for (std::size_t j = part * kTogether; j < end; ++j) condense(j, A, sum, log_dets[part]);
+    for (std::size_t j = part * kTogether; j < end; ++j) condense(j, chain, sum, log_dets[part]);
     sum.finish();
     borders[part] = symmetric(sum);
   });
   SquareSum priors(globals_ + 1);
-  RowStack A(writer.count(factors.priors), kProcess + globals_ + 1);
+  RowStack A(writer.count(factors.priors()), kProcess + globals_ + 1);
   Writer::Places places;
   places.process_at = {0, -1};
   places.globals_at = kProcess;
-  writer.write(factors.priors, places, A, 0);
-  add_squares(A, 0, A.rows(), kProcess, priors);
+  writer.write(factors.priors(), places, A, 0);
+  add_rows(A, 0, A.rows(), kProcess, priors);
   priors.finish();
   border_ = symmetric(priors);
   border_.diagonal()
@@ -258,25 +196,18 @@ void ProcessChain::sweep(double size, double memory_s, Evidence& out, std::vecto
                          VectorXd* globals, MatrixXd* covariance) const {
   const int tail = globals_ + 1;
   SquareSum sum(tail);
-  RowStack A;
-  std::vector<int> pivots;
-  RowBlock carried;
+  RowChain chain(tail);
   double log_det = log_det_;
   for (const Segment& s : segments_) {
     const int da = dim(s.node_a), db = s.node_b < 0 ? 0 : dim(s.node_b);
-    if (grid_.begins[std::size_t(s.node_a)]) {
-      carried = RowBlock::Zero(kProcess, da + tail);
-      for (int i = 0; i < kProcess; ++i) carried(i, i) = 1.0;
-    }
-    const int there = int(carried.rows()), own = int(s.rows.rows());
-    const int link = s.node_b < 0 ? 0 : kProcess;
-    A.reset(there + own + link, da + db + tail);
-    for (int i = 0; i < there; ++i) {
-      std::copy_n(carried.row(i).data(), da, A.row(i));
-      std::copy_n(carried.row(i).data() + da, tail, A.row(i) + da + db);
-    }
+    const int own = int(s.rows.rows()), link = s.node_b < 0 ? 0 : kProcess;
+    const bool begins = grid_.begins[std::size_t(s.node_a)];
+    if (begins) chain.begin_chain();
+    RowStack& A = chain.stack(da, db, own + link + (begins ? kProcess : 0));
+    int row = chain.first_row();
+    for (int i = 0; begins && i < kProcess; ++i) A.row(row++)[i] = 1.0;
     for (int i = 0; i < own; ++i) {
-      double* const to = A.row(there + i);
+      double* const to = A.row(row++);
       std::copy_n(s.rows.row(i).data(), da + db + tail, to);
       for (int c = 0; c < kProcess; ++c) {
         to[c] *= size;
@@ -287,21 +218,18 @@ void ProcessChain::sweep(double size, double memory_s, Evidence& out, std::vecto
       const double h = grid_.time[std::size_t(s.node_b)] - grid_.time[std::size_t(s.node_a)];
       const double f = std::exp(-h / memory_s), q = -std::expm1(-2.0 * h / memory_s);
       const double w = 1.0 / std::sqrt(q);
-      for (int i = 0; i < kProcess; ++i) {
-        A.row(there + own + i)[i] = -f * w;
-        A.row(there + own + i)[da + i] = w;
+      for (int i = 0; i < kProcess; ++i, ++row) {
+        A.row(row)[i] = -f * w;
+        A.row(row)[da + i] = w;
       }
       log_det += kProcess * std::log(q);
     }
-    const int below = triangularize(A, 0, 0, da, pivots);
-    log_det += log_det_of_pivots(A, 0, pivots);
-    if (kept != nullptr) kept->push_back({s.node_a, s.node_b, A.view().topRows(below)});
-    int rest = below;
-    if (db > 0) {
-      rest = triangularize(A, below, da, da + db, pivots);
-      carried = A.view().block(below, da, rest - below, db + tail);
+    chain.eliminate();
+    log_det += chain.log_det();
+    if (kept != nullptr) {
+      kept->push_back({s.node_a, s.node_b, A.view().topRows(chain.end_of_node())});
     }
-    add_squares(A, rest, A.rows(), da + db, sum);
+    add_rows(A, chain.end_of_next(), A.rows(), da + db, sum);
   }
   sum.finish();
   const MatrixXd all = symmetric(sum) + border_;

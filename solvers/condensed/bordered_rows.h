@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Puts rows of a linearized graph into a chain with a border (bordered_chain.h): their products
-// among the chain's nodes, with the border, and within the border. There are most of the last, so
-// factors of one kind are gathered over their own columns, which are fewer than the border's.
+// Puts rows of a linearized graph into a chain with a border (kernels/bordered_chain.h): their
+// products among the chain's nodes, with the border, and within the border. There are most of the
+// last, so factors of one kind are gathered over their own columns, which are fewer than the
+// border's.
 #pragma once
 
 #include <optional>
 
-#include "solvers/condensed/bordered_chain.h"
+#include "solvers/kernels/bordered_chain.h"
 #include "solvers/linear/node_factors.h"
 
 namespace magimu {

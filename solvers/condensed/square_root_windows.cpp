@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "graph/parallel.h"
-#include "solvers/kernels/householder.h"
+#include "solvers/kernels/row_chain.h"
 
 namespace magimu {
 namespace {
@@ -24,15 +24,6 @@ struct EndRows {
   CondensedWindow rest;  // information on the globals alone, whatever the ends are
 };
 
-double log_det_of(const RowStack& A, int begin, const std::vector<int>& pivot_row) {
-  double out = 0.0;
-  for (std::size_t p = 0; p < pivot_row.size(); ++p) {
-    if (pivot_row[p] < 0) continue;
-    out += 2.0 * std::log(std::abs(A.row(pivot_row[p])[begin + int(p)]));
-  }
-  return out;
-}
-
 // Writes factors' rows over [up to three nodes | globals | residual].
 class RowWriter {
  public:
@@ -41,12 +32,8 @@ class RowWriter {
     for (int i = 0; i < globals_; ++i) place_[std::size_t(globals[std::size_t(i)])] = i;
   }
 
-  int columns(const std::array<int, 3>& nodes) const {
-    return s_.dim(nodes[0]) + s_.dim(nodes[1]) + s_.dim(nodes[2]) + globals_ + 1;
-  }
-
   // nodes: -1 for none. Returns the row after the last one written.
-  int write(const std::vector<FactorAt>& factors, const std::array<int, 3>& nodes, RowStack& A,
+  int write(std::span<const FactorAt> factors, const std::array<int, 3>& nodes, RowStack& A,
             int row) const {
     const int globals_at = A.columns() - 1 - globals_;
     for (const FactorAt at : factors) {
@@ -82,15 +69,6 @@ class RowWriter {
   int globals_;
 };
 
-// Rows begin <= i < end, from column `skip` on.
-void sum_rows(const RowStack& A, int begin, int end, int skip, SquareSum& sum) {
-  if (end <= begin) return;
-  double* to = sum.rows(end - begin);
-  for (int i = begin; i < end; ++i, to += sum.width()) {
-    std::copy_n(A.row(i) + skip, sum.columns(), to);
-  }
-}
-
 // Rows over [first | globals | residual] that inner nodes leave behind. As soon as kGatheredRows
 // are there they are reduced to a triangle on the first node; the other rows go to a sum of
 // squares.
@@ -115,7 +93,7 @@ class LeftRows {
   void condense() {
     std::vector<int> pivots;
     const int below = triangularize(rows_, 0, 0, first_, pivots);
-    sum_rows(rows_, below, filled_, first_, sum_);
+    add_rows(rows_, below, filled_, first_, sum_);
     std::fill(rows_.row(below), rows_.row(filled_ - 1) + rows_.columns(), 0.0);
     filled_ = below;
   }
@@ -149,7 +127,7 @@ CondensedWindow by_itself(const WindowedSystem& s, const EndRows& ends, int firs
   std::vector<int> pivots;
   const int below = triangularize(A, 0, 0, ends_columns, pivots);
   SquareSum sum(columns - ends_columns);
-  sum_rows(A, below, A.rows(), ends_columns, sum);
+  add_rows(A, below, A.rows(), ends_columns, sum);
   sum.finish();
   CondensedWindow out = condensed(sum, 0, ends.globals, s.layout.globals.size());
   add_to(out, ends.rest);
@@ -164,62 +142,44 @@ CondensedWindow condense_window(const WindowedSystem& s, const Window& window, E
   const RowWriter writer(s, ends.globals);
   const int edge = s.dim(first), border = edge + int(ends.globals.size()) + 1;
   LeftRows left(edge, int(ends.globals.size()));
-  thread_local RowStack A;
-  std::vector<int> pivots;
-  std::vector<FactorAt> own, across;  // of the node, and those that touch the one before, too
-  const auto sort = [&](int node) {
-    own.clear();
-    across.clear();
-    for (const FactorAt f : s.sorted.of(node, node)) {
-      const FactorRows rows = rows_of(s.system, f);
-      const bool touches = std::any_of(rows.column, rows.column + rows.columns, [&](int c) {
-        const int n = s.layout.node[std::size_t(c)];
-        return n >= 0 && n != node;
-      });
-      (touches ? across : own).push_back(f);
-    }
-  };
-  sort(first);
-  A.reset(s.count_rows(own), border);
-  left.push(A, 0, writer.write(own, {first, -1, -1}, A, 0));
-  RowBlock carried(0, border);
-  std::vector<FactorAt> waiting;  // of the node before
+  thread_local RowChain chain;
+  chain.reset(border);
+  {
+    const auto own = s.sorted.own(first);
+    RowStack A(s.count_rows(own), border);
+    left.push(A, 0, writer.write(own, {first, -1, -1}, A, 0));
+  }
   for (int node = first + 1; node <= last; ++node) {
-    sort(node);
+    // Factors of the first node alone were gathered above.
     const int before = node - 1 > first ? node - 1 : -1;
     const std::array<int, 3> nodes = {before, node, first};
-    const int there = int(carried.rows());
-    A.reset(there + s.count_rows(waiting) + s.count_rows(across), writer.columns(nodes));
-    copy_rows(carried.leftCols(s.dim(before)), A, 0, 0);
-    copy_rows(carried.rightCols(border), A, 0, A.columns() - border);
-    int rows = writer.write(waiting, nodes, A, there);
-    rows = writer.write(across, nodes, A, rows);
-    const int below = triangularize(A, 0, 0, s.dim(before), pivots);
-    ends.log_det += log_det_of(A, 0, pivots);
-    const int next = s.dim(before),
-              rest = triangularize(A, below, next, next + s.dim(node), pivots);
-    carried = A.view().block(below, next, rest - below, A.columns() - next);
-    left.push(A, rest, rows);
-    waiting = own;
+    const auto own = before < 0 ? std::span<const FactorAt>() : s.sorted.own(before);
+    const auto across = s.sorted.across(node);
+    RowStack& A = chain.stack(s.dim(before), s.dim(node), s.count_rows(own) + s.count_rows(across));
+    writer.write(across, nodes, A, writer.write(own, nodes, A, chain.first_row()));
+    chain.eliminate();
+    ends.log_det += chain.log_det();
+    left.push(A, chain.end_of_next(), A.rows());
   }
   const std::array<int, 3> nodes = {last > first ? last : -1, -1, first};
-  const int there = int(carried.rows()), gathered = left.size();
-  A.reset(there + s.count_rows(waiting) + gathered, writer.columns(nodes));
-  copy_rows(carried, A, 0, 0);
-  const int rows = writer.write(waiting, nodes, A, there);
+  const auto own = last > first ? s.sorted.own(last) : std::span<const FactorAt>();
+  const int gathered = left.size();
+  RowStack& A = chain.stack(s.dim(nodes[0]), 0, s.count_rows(own) + gathered);
+  const int rows = writer.write(own, nodes, A, chain.first_row());
   for (int i = 0; i < gathered; ++i) {
     std::copy_n(left.rows().row(i), border, A.row(rows + i) + A.columns() - border);
   }
+  std::vector<int> pivots;
   const int ends_columns = A.columns() - border + edge;
   const int below = triangularize(A, 0, 0, ends_columns, pivots);
   ends.rows = A.view().topRows(below);
-  sum_rows(A, below, A.rows(), ends_columns, left.sum());
+  add_rows(A, below, A.rows(), ends_columns, left.sum());
   left.sum().finish();
   ends.rest = condensed(left.sum(), 0, ends.globals, s.layout.globals.size());
   const auto of_last =
       std::count_if(pivots.begin(), pivots.end() - edge, [](int p) { return p >= 0; });
   CondensedWindow out = by_itself(s, ends, edge, int(of_last));
-  out.log_det = ends.log_det + log_det_of(A, 0, pivots);
+  out.log_det = ends.log_det + log_det_of_pivots(A, 0, pivots);
   out.rows = s.count_rows(s.factors(window));
   return out;
 }
@@ -247,9 +207,7 @@ CondensedWindow link(const WindowedSystem& s, const std::vector<EndRows>& ends,
   const std::vector<int> all = s.all_globals();
   const RowWriter writer(s, all);
   SquareSum sum(int(all.size()) + 1);
-  RowStack A;
-  RowBlock carried(0, Eigen::Index(all.size()) + 1);
-  std::vector<int> pivots;
+  RowChain chain(sum.columns());
   double log_det = 0.0, log_det_carried = 0.0;
   int before = -1, links = 0;
   CondensedWindow out = nothing_about(all.size());
@@ -259,21 +217,17 @@ CondensedWindow link(const WindowedSystem& s, const std::vector<EndRows>& ends,
     const int last = s.windows[w].last > first ? s.windows[w].last : -1;
     const std::array<int, 3> nodes = {before, first, last};  // last = -1 in a window of one node
     const std::vector<FactorAt>& factors = s.sorted.links(int(w));
-    const int there = int(carried.rows()), between = s.count_rows(factors);
+    const int between = s.count_rows(factors);
     links += between;
-    A.reset(there + between + int(ends[w].rows.rows()), writer.columns(nodes));
-    copy_rows(carried.leftCols(s.dim(before)), A, 0, 0);
-    copy_rows(carried.rightCols(sum.columns()), A, 0, A.columns() - sum.columns());
-    copy_ends(ends[w], s.dim(before), s.dim(first), s.dim(last), A,
-              writer.write(factors, nodes, A, there));
-    const int next = s.dim(before) + (last < 0 ? 0 : s.dim(first));
+    const int gone = s.dim(before) + (last < 0 ? 0 : s.dim(first));
     const int kept = last < 0 ? s.dim(first) : s.dim(last);
-    const int below = triangularize(A, 0, 0, next, pivots);
-    log_det += ends[w].log_det + log_det_of(A, 0, pivots);
-    const int rest = triangularize(A, below, next, next + kept, pivots);
-    log_det_carried = log_det_of(A, next, pivots);
-    carried = A.view().block(below, next, rest - below, A.columns() - next);
-    sum_rows(A, rest, A.rows(), next + kept, sum);
+    RowStack& A = chain.stack(gone, kept, between + int(ends[w].rows.rows()));
+    copy_ends(ends[w], s.dim(before), s.dim(first), s.dim(last), A,
+              writer.write(factors, nodes, A, chain.first_row()));
+    chain.eliminate();
+    log_det += ends[w].log_det + chain.log_det();
+    log_det_carried = chain.log_det_of_next();
+    add_rows(A, chain.end_of_next(), A.rows(), gone + kept, sum);
     before = s.windows[w].last;
     add_to(out, ends[w].rest);
     out.rows += windows[w].rows;

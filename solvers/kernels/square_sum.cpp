@@ -18,6 +18,11 @@ SquareSum::SquareSum(int columns)
       width_(lanes::padded(columns)),
       square_(numbers(width_, width_)) {}
 
+void SquareSum::clear() {
+  std::fill_n(square_.data(), square_.size(), 0.0);
+  filled_ = 0;
+}
+
 double* SquareSum::rows(int count) {
   if (filled_ + count > kTogether) finish();
   if (rows_.size() < numbers(filled_ + count, width_)) {

@@ -11,6 +11,8 @@ class SquareSum {
  public:
   explicit SquareSum(int columns);
 
+  // No row, as at first.
+  void clear();
   int columns() const { return columns_; }
   // Length of a row: its columns, and zeros.
   int width() const { return width_; }

@@ -6,7 +6,8 @@
 
 namespace magimu::lanes {
 
-InformationChain::InformationChain(const Layout& layout) : BoundaryChain(layout) {
+InformationChain::InformationChain(const Layout& layout)
+    : BoundaryChain(layout), chain_(g_ + 1, d_, 0.0) {
   gathered_.resize(rows_.size());
   root_.resize(g_ + 1, g_ + 1);
 }
@@ -63,52 +64,63 @@ void InformationChain::add_global(const std::vector<int>& columns, int rows, con
   }
 }
 
-void InformationChain::eliminate_boundary(int boundary, double damping) {
-  const int width = wide();
+// As the chain's newer node.
+void InformationChain::enter(int boundary, double damping) {
+  chain_.push(d_);
+  const int at = chain_.older();
   for (int i = 0; i < d_; ++i) {
-    row(rows_, boundary, i)[i] += damping * positive_diagonal(boundary, i);
-  }
-  for (int i = 0; i < d_; ++i) {
-    double* own = row(rows_, boundary, i);
-    pivot_ = std::min(pivot_, own[i] / (positive_diagonal(boundary, i) * (1.0 + damping)));
-    const double inverse = 1.0 / std::sqrt(own[i]);
-    inverse_[std::size_t(boundary * d_ + i)] = inverse;
-    for (int j = i; j < width; ++j) own[j] *= inverse;
-    for (int k = i + 1; k < d_; ++k) {
-      double* other = row(rows_, boundary, k);
-      for (int j = k; j < width; ++j) other[j] -= own[k] * own[j];
-    }
-    const double *border = own + 2 * d_, *next = own + d_;
-    gained_ += border[g_] * border[g_];
-    for (int p = 0; p < g_; ++p) {
-      for (int q = p; q <= g_; ++q) damped_root_(p, q) -= border[p] * border[q];
-    }
-    if (!linked(boundary)) continue;
-    for (int p = 0; p < d_; ++p) {
-      double* to = row(rows_, boundary + 1, p);
-      for (int q = p; q < d_; ++q) to[q] -= next[p] * next[q];
-      for (int q = 0; q <= g_; ++q) to[2 * d_ + q] -= next[p] * border[q];
-    }
+    const double* const from = row(gathered_, boundary, i);
+    for (int j = i; j < d_; ++j) chain_.information(at + i, at + j) = from[j];
+    const double diagonal = positive_diagonal(boundary, i);
+    chain_.information(at + i, at + i) += damping * diagonal;
+    // By the elimination of inner nodes.
+    chain_.taken(at + i) = diagonal * (1.0 + damping) - chain_.information(at + i, at + i);
+    std::copy_n(from + 2 * d_, g_ + 1, chain_.row(at + i));
   }
 }
 
+void InformationChain::eliminate_boundary(int boundary, double damping) {
+  if (chain_.nodes() == 0) enter(boundary, damping);
+  if (linked(boundary)) {
+    enter(boundary + 1, damping);
+    for (int i = 0; i < d_; ++i) {
+      const double* const next = row(gathered_, boundary, i) + d_;
+      for (int j = 0; j < d_; ++j) chain_.information(i, d_ + j) = next[j];
+    }
+  }
+  chain_.factorize();
+  for (int i = 0; i < d_; ++i) {
+    double* const to = row(rows_, boundary, i);
+    for (int j = i; j < chain_.unknowns(); ++j) to[j] = chain_.information(i, j);
+    std::copy_n(chain_.row(i), g_ + 1, to + 2 * d_);
+    inverse_[std::size_t(boundary * d_ + i)] = chain_.inverse(i);
+  }
+  chain_.drop();
+}
+
 bool InformationChain::eliminate(double damping) {
-  rows_ = gathered_;
-  damped_root_ = root_;
-  gained_ = root_(g_, g_);
-  pivot_ = 1.0;
+  chain_.clear();
+  SquareSum& border = chain_.border();
+  for (int i = 0; i < g_; ++i) {
+    for (int j = i; j <= g_; ++j) border(i, j) = root_(i, j);
+  }
   for (int i = 0; i < boundaries(); ++i) eliminate_boundary(i, damping);
+  chain_.finish();
+  gained_ = root_(g_, g_) - border(g_, g_);
+  pivot_ = chain_.least_pivot();
   // The root in columns of unit norm.
   scale_ = root_scale(damping);
-  for (int i = 0; i < g_; ++i) damped_root_(i, i) += damping * positive(root_diagonal_[i]);
-  damped_root_.topLeftCorner(g_, g_).triangularView<Eigen::StrictlyLower>() =
-      damped_root_.topLeftCorner(g_, g_).transpose();
-  llt_.compute(
-      MatrixXd(scale_.asDiagonal() * damped_root_.topLeftCorner(g_, g_) * scale_.asDiagonal()));
+  MatrixXd scaled(g_, g_);
+  VectorXd z(g_);
+  for (int i = 0; i < g_; ++i) {
+    border(i, i) += damping * positive(root_diagonal_[i]);
+    for (int j = i; j < g_; ++j) scaled(j, i) = scale_[i] * border(i, j) * scale_[j];
+    z[i] = -scale_[i] * border(i, g_);
+  }
+  llt_.compute(scaled);
   if (llt_.info() != Eigen::Success) return false;
   const VectorXd pivots = llt_.matrixLLT().diagonal();
   if (g_ > 0) pivot_ = std::min(pivot_, pivots.minCoeff() * pivots.minCoeff());
-  VectorXd z = -scale_.cwiseProduct(damped_root_.col(g_).head(g_));
   llt_.matrixL().solveInPlace(z);
   gained_ += z.squaredNorm();
   llt_.matrixU().solveInPlace(z);

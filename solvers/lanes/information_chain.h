@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Boundaries and root in the information form: Cholesky. Nothing is decided about rank here: where
-// a pivot may be rounding, the square-root form must serve (square_root_chain.h).
+// Boundaries and root in the information form (bordered_chain.h). Nothing is decided about rank
+// here: where a pivot may be rounding, the square-root form must serve (square_root_chain.h).
 #pragma once
 
 #include "graph/decompositions.h"
+#include "solvers/kernels/bordered_chain.h"
 #include "solvers/lanes/boundary_chain.h"
 
 namespace magimu::lanes {
@@ -19,10 +20,12 @@ class InformationChain final : public BoundaryChain {
   MatrixXd covariance_globals() const override;
 
  private:
+  void enter(int boundary, double damping);
   void eliminate_boundary(int boundary, double damping);
 
   std::vector<double> gathered_;  // rows_ before elimination
-  MatrixXd root_, damped_root_;   // globals and residual
+  BorderedChain chain_;
+  MatrixXd root_;  // globals and residual
   VectorXd scale_;
   Eigen::LLT<MatrixXd> llt_;
 };

@@ -11,9 +11,8 @@ constexpr int kMoreRows = 64;  // on the root before they are reduced to its tri
 
 }  // namespace
 
-SquareRootChain::SquareRootChain(const Layout& layout) : BoundaryChain(layout) {
+SquareRootChain::SquareRootChain(const Layout& layout) : BoundaryChain(layout), chain_(g_ + 1) {
   gathered_.resize(std::size_t(boundaries() * 2 * d_ * wide()));
-  carried_.resize(0, wide());
   for (Root* root : {&gathered_root_, &root_}) {
     root->rows = RowBlock::Zero(2 * g_ + kMoreRows, g_ + 1);
   }
@@ -76,31 +75,25 @@ void SquareRootChain::add_global(const std::vector<int>& columns, int rows, cons
 // Stacks three blocks of rows: those carried from earlier windows, those of the window to the next
 // boundary, and the damping. The rows that are left on the next boundary are carried on.
 bool SquareRootChain::eliminate_boundary(int boundary, double damping) {
-  const bool link = linked(boundary);
-  const int width = wide(), more = link ? 2 * d_ : 0, carried = int(carried_.rows());
-  stack_.setZero(carried + more + d_, width);
-  stack_.topRows(carried) = carried_;
+  const int width = wide(), of_window = linked(boundary) ? 2 * d_ : 0;
+  RowStack& A = chain_.stack(d_, d_, of_window + d_);
   const double* window = gathered_.data() + std::size_t(boundary * 2 * d_ * width);
-  std::copy(window, window + more * width, stack_.row(carried).data());
+  int filled = chain_.first_row();
+  for (int i = 0; i < of_window; ++i, window += width) std::copy_n(window, width, A.row(filled++));
   for (int i = 0; i < d_; ++i) {
-    stack_(carried + more + i, i) = std::sqrt(damping * positive_diagonal(boundary, i));
+    A.row(filled++)[i] = std::sqrt(damping * positive_diagonal(boundary, i));
   }
-  if (triangularize(stack_, 0, 0, d_, pivots_) < d_) return false;
+  chain_.eliminate();
+  if (chain_.end_of_node() < d_) return false;
   for (int i = 0; i < d_; ++i) {
-    const double pivot = stack_(i, i), z = stack_(i, width - 1);
+    const double pivot = A.row(i)[i], z = A.row(i)[width - 1];
     pivot_ = std::min(pivot_, pivot * pivot / (positive_diagonal(boundary, i) * (1.0 + damping)));
     inverse_[std::size_t(boundary * d_ + i)] = 1.0 / pivot;
     gained_ += z * z;
+    std::copy_n(A.row(i), width, row(rows_, boundary, i));
   }
-  std::copy_n(stack_.data(), d_ * width, row(rows_, boundary, 0));
-  const int end = link ? triangularize(stack_, d_, d_, 2 * d_, pivots_) : d_;
-  carried_.setZero(end - d_, width);
-  if (end > d_) {
-    carried_.leftCols(d_) = stack_.block(d_, d_, end - d_, d_);
-    carried_.rightCols(g_ + 1) = stack_.block(d_, 2 * d_, end - d_, g_ + 1);
-  }
-  for (int i = end; i < int(stack_.rows()); ++i) {
-    std::copy_n(stack_.row(i).data() + 2 * d_, g_ + 1, root_.next());
+  for (int i = chain_.end_of_next(); i < A.rows(); ++i) {
+    std::copy_n(A.row(i) + 2 * d_, g_ + 1, root_.next());
   }
   return true;
 }
@@ -111,7 +104,7 @@ bool SquareRootChain::eliminate(double damping) {
   root_.filled = gathered_root_.filled;
   gained_ = gathered_gain_;
   pivot_ = 1.0;
-  carried_.resize(0, wide());
+  chain_.begin_chain();
   for (int i = 0; i < boundaries(); ++i) {
     if (!eliminate_boundary(i, damping)) return false;
   }

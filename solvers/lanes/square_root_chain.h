@@ -5,7 +5,7 @@
 #pragma once
 
 #include "graph/decompositions.h"
-#include "solvers/kernels/householder.h"
+#include "solvers/kernels/row_chain.h"
 #include "solvers/lanes/boundary_chain.h"
 
 namespace magimu::lanes {
@@ -33,8 +33,7 @@ class SquareRootChain final : public BoundaryChain {
   std::vector<double> gathered_;  // of the window from each boundary: 2 d rows like rows_
   Root gathered_root_, root_;
   double gathered_gain_ = 0.0;  // of inner nodes
-  RowBlock carried_, stack_;
-  std::vector<int> pivots_;
+  RowChain chain_;
   VectorXd scale_;
   Eigen::ColPivHouseholderQR<MatrixXd> qr_;
 };

@@ -7,7 +7,7 @@
 
 #include "graph/parallel.h"
 #include "graph/slot_finder.h"
-#include "solvers/kernels/lists.h"
+#include "solvers/linear/chain_levels.h"
 #include "statistics/quantiles.h"
 
 namespace magimu::lanes {
@@ -81,51 +81,22 @@ class Search {
     return out.globals <= kMaxGlobals;
   }
 
-  // Variables joined to each one by a factor, globals aside.
-  void join(const Layout& out) {
-    std::vector<int> count(std::size_t(slots()) + 1, 0);
-    const auto for_pairs = [&](const auto& body) {
-      for (std::size_t f = 0; f < out.factor.size(); ++f) {
-        const std::size_t n = graph_.batches()[f]->types().size();
-        const std::vector<int>& list = out.factor[f];
-        for (std::size_t at = 0; at < list.size(); at += n) {
-          for (std::size_t i = at; i < at + n; ++i) {
-            if (is_global(out, list[i])) continue;
-            for (std::size_t j = at; j < at + n; ++j) {
-              if (j != i && !is_global(out, list[j])) body(list[i], list[j]);
-            }
-          }
+  // Variables of each factor, globals aside.
+  Lists join(const Layout& out) const {
+    Lists joined;
+    for (std::size_t f = 0; f < out.factor.size(); ++f) {
+      const std::size_t n = graph_.batches()[f]->types().size();
+      const std::vector<int>& list = out.factor[f];
+      for (std::size_t at = 0; at < list.size(); at += n) {
+        for (std::size_t i = at; i < at + n; ++i) {
+          if (!is_global(out, list[i])) joined.entries.push_back(list[i]);
         }
+        joined.close();
       }
-    };
-    for_pairs([&](int i, int) { ++count[std::size_t(i) + 1]; });
-    std::partial_sum(count.begin(), count.end(), count.begin());
-    joined_.begin = count;
-    joined_.entries.resize(std::size_t(count.back()));
-    for_pairs([&](int i, int j) { joined_.entries[std::size_t(count[std::size_t(i)]++)] = j; });
+    }
+    return joined;
   }
   static bool is_global(const Layout& out, int s) { return out.variables[std::size_t(s)].node < 0; }
-
-  // Breadth first: levels of which each is joined to its neighbours only.
-  Lists levels_from(std::span<const int> start) {
-    Lists out;
-    ++pass_;
-    out.entries.assign(start.begin(), start.end());
-    out.close();
-    for (const int s : start) seen_[std::size_t(s)] = pass_;
-    for (std::size_t next = 0; next < out.entries.size();) {
-      for (const auto end = std::size_t(out.begin.back()); next < end; ++next) {
-        for (const int other : joined_[out.entries[next]]) {
-          if (std::exchange(seen_[std::size_t(other)], pass_) != pass_)
-            out.entries.push_back(other);
-        }
-      }
-      if (int(out.entries.size()) == out.begin.back()) break;
-      std::sort(out.entries.begin() + out.begin.back(), out.entries.end());
-      out.close();
-    }
-    return out;
-  }
 
   // Mostly the variables of a node have one index, and the nodes follow each other by it: then one
   // look at each factor tells that it is so.
@@ -187,18 +158,14 @@ class Search {
     }
     chain_ends_.clear();
     types_.clear();
-    join(out);
-    seen_.assign(std::size_t(slots()), 0);
+    const Lists joined = join(out);
+    std::vector<int> widths;
+    for (int s = 0; s < slots(); ++s) widths.push_back(slot(s).type.tangent());
+    ChainLevels finder(joined, std::move(widths));
     std::vector<char> done(std::size_t(slots()), 0);
     for (int s = 0; s < slots(); ++s) {
       if (done[std::size_t(s)] != 0 || is_global(out, s)) continue;
-      const int one[] = {s};
-      const Lists there = levels_from(one);
-      const int end[] = {there.entries.back()};
-      const Lists far = levels_from(end);
-      // Back from all of the far end: where several variables make up a node, one alone would be a
-      // level before the others.
-      const Lists levels = levels_from(far.back());
+      const Lists levels = finder.of(s);
       for (const int v : levels.entries) done[std::size_t(v)] = 1;
       if (!append(levels, out)) return false;
     }
@@ -235,9 +202,6 @@ class Search {
 
   const FactorGraph& graph_;
   const Values& values_;
-  Lists joined_;
-  std::vector<int> seen_;
-  int pass_ = 0;
   std::vector<VariableType> types_;
   std::vector<int> chain_ends_;  // number of nodes after each chain
 };

@@ -56,13 +56,13 @@ FactorRows rows_of(const LinearSystem& system, FactorAt factor) {
 
 SortedFactors::SortedFactors(const LinearSystem& system, const ColumnLayout& layout,
                              const std::vector<int>& window_of)
-    : start_(window_of.size() + 1, 0) {
+    : start_(2 * window_of.size() + 1, 0) {
   const int windows =
       window_of.empty() ? 0 : *std::max_element(window_of.begin(), window_of.end()) + 1;
   links_.resize(std::size_t(std::max(windows, 0)));
   struct Found {
     FactorAt factor;
-    int last;
+    std::size_t list;
   };
   std::vector<Found> found;
   for (int b = 0; b < int(system.row_blocks().size()); ++b) {
@@ -79,14 +79,14 @@ SortedFactors::SortedFactors(const LinearSystem& system, const ColumnLayout& lay
         links_[std::size_t(last)].push_back({b, i});
         continue;
       }
-      found.push_back({{b, i}, span.last});
-      ++start_[std::size_t(span.last) + 1];
+      found.push_back({{b, i}, std::size_t(2 * span.last + (span.first < span.last ? 1 : 0))});
+      ++start_[found.back().list + 1];
     }
   }
   for (std::size_t n = 1; n < start_.size(); ++n) start_[n] += start_[n - 1];
   std::vector<int> next(start_.begin(), start_.end() - 1);
   within_.resize(found.size());
-  for (const Found& f : found) within_[std::size_t(next[std::size_t(f.last)]++)] = f.factor;
+  for (const Found& f : found) within_[std::size_t(next[f.list]++)] = f.factor;
 }
 
 }  // namespace magimu

@@ -45,17 +45,24 @@ class SortedFactors {
 
   // Those within a window whose last node is first <= node <= last.
   std::span<const FactorAt> of(int first, int last) const {
-    const auto begin = std::size_t(start_[std::size_t(first)]);
-    return std::span(within_).subspan(begin, std::size_t(start_[std::size_t(last) + 1]) - begin);
+    return between(2 * first, 2 * last + 2);
   }
+  // Of these, factors that touch this node alone, and those that touch the node before it, too.
+  std::span<const FactorAt> own(int node) const { return between(2 * node, 2 * node + 1); }
+  std::span<const FactorAt> across(int node) const { return between(2 * node + 1, 2 * node + 2); }
   const std::vector<FactorAt>& priors() const { return priors_; }  // those that touch no node
   // Those between this window and an earlier one.
   const std::vector<FactorAt>& links(int window) const { return links_[std::size_t(window)]; }
   int windows() const { return int(links_.size()); }
 
  private:
+  std::span<const FactorAt> between(int begin, int end) const {
+    const auto first = std::size_t(start_[std::size_t(begin)]);
+    return std::span(within_).subspan(first, std::size_t(start_[std::size_t(end)]) - first);
+  }
+
   std::vector<FactorAt> within_, priors_;
-  std::vector<int> start_;  // of each node
+  std::vector<int> start_;  // of each node's own factors, and of those across
   std::vector<std::vector<FactorAt>> links_;
 };
 

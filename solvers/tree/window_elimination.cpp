@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "graph/so3.h"
+#include "solvers/kernels/row_chain.h"
 
 namespace magimu {
 namespace {
@@ -229,26 +230,21 @@ CondensedTriangle WindowElimination::condense(const Linearized& linearized,
   const Assembly assembly(*this, linearized, point);
   const int border = first_ + globals_ + 1;
   Gathered gathered(border);
-  thread_local RowStack stack;
-  RowBlock carried(0, levels_.front().width + border);
+  thread_local RowChain chain;
+  chain.reset(border);
   if (nodes != nullptr) nodes->clear();
-  std::vector<int> pivots;
   for (std::size_t l = 0; l < levels_.size(); ++l) {
     const Level& level = levels_[l];
     const bool is_last = l + 1 == levels_.size();
     const int own = level.width, next = is_last ? 0 : levels_[l + 1].width;
-    int rows = int(carried.rows()) + (is_last ? gathered.size() : 0);
+    int rows = is_last ? gathered.size() : 0;
     for (const auto& f : level.factors) {
       const Batch& b = batches_[std::size_t(f.first)];
       if (used[b.graph]) rows += b.rows;
     }
-    stack.reset(rows, own + next + border);
+    RowStack& stack = chain.stack(own, next, rows);
     RowStack::View A = stack.view();
-    int row = int(carried.rows());
-    if (row > 0) {
-      A.topLeftCorner(row, own) = carried.leftCols(own);
-      A.topRightCorner(row, border) = carried.rightCols(border);
-    }
+    int row = chain.first_row();
     for (const auto& f : level.factors) {
       if (!used[batches_[std::size_t(f.first)].graph]) continue;
       assembly.add(f, int(l), own, next, A.data() + row * A.outerStride(), A.outerStride(),
@@ -257,6 +253,7 @@ CondensedTriangle WindowElimination::condense(const Linearized& linearized,
     }
     if (is_last) {
       A.bottomRightCorner(gathered.size(), border) = gathered.rows();
+      std::vector<int> pivots;
       const int below = triangularize(stack, 0, 0, own + border - 1, pivots);
       CondensedTriangle out{own, first_, globals_, RowBlock::Zero(own + border - 1, own + border),
                             gathered.squares()};
@@ -266,21 +263,19 @@ CondensedTriangle WindowElimination::condense(const Linearized& linearized,
       out.squares += A.col(A.cols() - 1).tail(A.rows() - below).squaredNorm();
       return out;
     }
-    const int below = triangularize(stack, 0, 0, own, pivots);
+    chain.eliminate();
     if (nodes != nullptr) {
       EliminatedNode node{own, next, first_, globals_, RowBlock(own, A.cols())};
-      for (std::size_t p = 0; p < pivots.size(); ++p) {
-        if (pivots[p] >= 0) {
-          node.R.row(Eigen::Index(p)) = A.row(pivots[p]);
+      for (std::size_t p = 0; p < chain.pivots().size(); ++p) {
+        if (chain.pivots()[p] >= 0) {
+          node.R.row(Eigen::Index(p)) = A.row(chain.pivots()[p]);
         } else {
           node.R.row(Eigen::Index(p)).setZero();
         }
       }
       nodes->push_back(std::move(node));
     }
-    const int rest = triangularize(stack, below, own, own + next, pivots);
-    carried = A.block(below, own, rest - below, next + border);
-    gathered.push(A, rest, int(A.rows()));
+    gathered.push(A, chain.end_of_next(), int(A.rows()));
   }
   return {};
 }

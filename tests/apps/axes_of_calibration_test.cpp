@@ -46,6 +46,19 @@ TEST_F(AxesOfCalibration, are_in_what_is_exported) {
   EXPECT_THAT(run.out, HasSubstr("mag = (y,-x,z)"));
 }
 
+TEST_F(AxesOfCalibration, are_known_of_a_calibration_that_comes_through_a_pipe) {
+  const auto piped = [&](const std::string& arguments) {
+    const std::string command = "cd '" + run_.folder().path("") + "' && cat turned.json | '" +
+                                MAGIMU_BINARY + "' " + arguments + " >.said 2>.err";
+    return WEXITSTATUS(std::system(command.c_str()));
+  };
+  EXPECT_EQ(piped("apply /dev/stdin rec.csv -o piped.csv"), kUnusable);
+  EXPECT_THAT(run_.text(".err"), HasSubstr("give --axes mag=y,-x,z"));
+  EXPECT_FALSE(run_.has("piped.csv"));
+  EXPECT_EQ(piped("export /dev/stdin --to c"), kDone);
+  EXPECT_THAT(run_.text(".said"), HasSubstr("mag = (y,-x,z)"));
+}
+
 TEST_F(AxesOfCalibration, are_not_asked_for_where_the_recording_is_said_to_have_the_devices) {
   EXPECT_EQ(run_("apply turned.json rec.csv -o out.csv --axes mag=x,y,z").exit_code, kDone);
 }

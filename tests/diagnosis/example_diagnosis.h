@@ -50,7 +50,7 @@ inline Calibration example_calibration(double shift) {
 }
 
 // Residuals that remember before and do not after.
-inline ResidualTrace example_trace(Channel channel, int samples, unsigned seed) {
+inline ResidualTrace example_trace(Sensor channel, int samples, unsigned seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   ResidualTrace trace;
@@ -142,7 +142,7 @@ inline Diagnosis example_diagnosis() {
   d.before = example_calibration(0.0);
   d.after = example_calibration(0.05);
   d.before.trust.lower(Verdict::kLimited, "The residuals are not white.");
-  d.traces = {example_trace(Channel::kMag, 4000, 1), example_trace(Channel::kGyr, 3000, 2)};
+  d.traces = {example_trace(Sensor::kMag, 4000, 1), example_trace(Sensor::kGyr, 3000, 2)};
   d.notes = {"No column temp: temperatures could not be tested."};
   d.seconds = 12.34;
   d.statistics = 477;

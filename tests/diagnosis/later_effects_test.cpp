@@ -441,7 +441,7 @@ TEST(Changes, between_two_recordings_are_found) {
 
 // Ages in a pattern, of exact and of white residuals.
 SampleResiduals turning(double period_s, double share, double noise_uT, std::uint64_t seed) {
-  SampleResiduals mag{.channel = Channel::kMag};
+  SampleResiduals mag{.channel = Sensor::kMag};
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   for (int k = 0; k < 12000; ++k) {

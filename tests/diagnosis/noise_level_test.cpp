@@ -33,7 +33,7 @@ SampleResiduals series(std::size_t n, const NoiseShape& shape, std::uint64_t see
 }
 
 SampleResiduals followed(SampleResiduals r) {
-  r.channel = Channel::kAcc;
+  r.channel = Sensor::kAcc;
   r.high_passed = true;
   r.residual = high_passed(r.residual);
   return r;

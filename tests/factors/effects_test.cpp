@@ -18,12 +18,12 @@ using test::RandomValue;
 
 struct Entry {
   int parameters;
-  Channel channel;
+  Sensor channel;
   std::string first_unit, needs;
 };
 // The table of docs/effects.md; of families and searches the parameters that a fit estimates.
 const std::map<std::string, Entry>& documented() {
-  constexpr Channel acc = Channel::kAcc, gyr = Channel::kGyr, mag = Channel::kMag;
+  constexpr Sensor acc = Sensor::kAcc, gyr = Sensor::kGyr, mag = Sensor::kMag;
   static const std::map<std::string, Entry> table = {
       {"acc_scale_misalignment", {6, acc, "1", ""}},
       {"gyro_scale_misalignment", {9, gyr, "1", ""}},

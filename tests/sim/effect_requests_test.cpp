@@ -44,8 +44,8 @@ TEST(EffectRequest, takes_explicit_parameters_in_order) {
 }
 
 TEST(EffectRequest, names_the_sensor_whose_noise_is_changed) {
-  EXPECT_EQ(hidden("noise_scale").channel, Channel::kMag);
-  EXPECT_EQ(hidden("noise_scale@acc=2:").channel, Channel::kAcc);
+  EXPECT_EQ(hidden("noise_scale").channel, Sensor::kMag);
+  EXPECT_EQ(hidden("noise_scale@acc=2:").channel, Sensor::kAcc);
   EXPECT_EQ(values(hidden("outliers@gyr=0.01:20")), (std::vector<double>{0.01, 20.0}));
 }
 

@@ -35,7 +35,7 @@ class OracleMotion {
     }
   }
 
-  SampleState state(Channel channel, double t) const {
+  SampleState state(Sensor channel, double t) const {
     const oracle::Device& device = plain.truth.device;
     const oracle::Instant at = oracle::instant(motion_, options_.gravity, t);
     SampleState s;
@@ -48,9 +48,9 @@ class OracleMotion {
     s.f = at.f;
     s.b = at.bRn * device.unit_field();
     s.D = device.distortion;
-    s.bias = channel == Channel::kAcc   ? device.acc_bias
-             : channel == Channel::kGyr ? device.gyr_bias
-                                        : device.mag_bias;
+    s.bias = channel == Sensor::kAcc   ? device.acc_bias
+             : channel == Sensor::kGyr ? device.gyr_bias
+                                       : device.mag_bias;
     s.strength_uT = device.strength_uT();
     s.temperature = oracle::warming_up(t) - mean_temperature_;
     s.current = oracle::switching_current(t);
@@ -117,25 +117,25 @@ TEST_P(EffectAndOracle, agree) {
   const auto [effect, theta] = same(hidden);
   ASSERT_EQ(effect->size(), theta.size());
   const oracle::Simulation with = motion.with(hidden);
-  const Channel channel = effect->channel();
+  const Sensor channel = effect->channel();
   const auto series = [&](const Recording& r) -> const VectorSeries& {
-    return channel == Channel::kAcc ? r.acc : channel == Channel::kGyr ? r.gyr : r.mag[0];
+    return channel == Sensor::kAcc ? r.acc : channel == Sensor::kGyr ? r.gyr : r.mag[0];
   };
   const VectorSeries &before = series(motion.plain.recording), &after = series(with.recording);
   // The mean over an interval within which a change begins is known to a point of the quadrature.
   const ChangeEffect* const change_of = as_change(*effect);
   const auto changes_within = [&](double t) {
     const auto within = [&](const Moment& m) { return m.t >= t && m.t < t + 0.01; };
-    return change_of != nullptr && channel == Channel::kGyr &&
+    return change_of != nullptr && channel == Sensor::kGyr &&
            (within(change_of->span().begin) || within(change_of->span().end));
   };
   double worst = 0.0, largest = 0.0;
   for (std::size_t k = 0; k < before.size(); k += 3) {
     if (changes_within(before.t[k])) continue;
     Vector3 term = Vector3::Zero();
-    const int points = channel == Channel::kGyr ? 20 : 1;
+    const int points = channel == Sensor::kGyr ? 20 : 1;
     for (int i = 0; i < points; ++i) {
-      const double share = channel == Channel::kGyr ? (i + 0.5) / points : 0.0;
+      const double share = channel == Sensor::kGyr ? (i + 0.5) / points : 0.0;
       term += effect->term(motion.state(channel, before.t[k] + 0.01 * share), theta) / points;
     }
     const Vector3 change = after.v[k] - before.v[k];
@@ -143,7 +143,7 @@ TEST_P(EffectAndOracle, agree) {
     worst = std::max(worst, (change - term).norm());
   }
   // Of a lag, quadrature against the filter in steps of 1 ms.
-  const double share = GetParam() == "mag_lag" ? 1e-3 : channel == Channel::kGyr ? 1e-5 : 1e-9;
+  const double share = GetParam() == "mag_lag" ? 1e-3 : channel == Sensor::kGyr ? 1e-5 : 1e-9;
   EXPECT_GT(largest, 1e-5);
   EXPECT_LT(worst, share * largest);
 }

@@ -73,24 +73,24 @@ class Hidden {
   }
 
   // The channel changes by expected(k), to `share` of the largest change; the others do not.
-  void changes(Channel channel, const std::function<Vector3(std::size_t)>& expected,
+  void changes(Sensor channel, const std::function<Vector3(std::size_t)>& expected,
                double share = 1e-9) const {
     const Recording &x = plain.recording, &y = with.recording;
-    if (channel != Channel::kAcc) {
+    if (channel != Sensor::kAcc) {
       EXPECT_EQ(x.acc.v, y.acc.v);
     }
-    if (channel != Channel::kGyr) {
+    if (channel != Sensor::kGyr) {
       EXPECT_EQ(x.gyr.v, y.gyr.v);
     }
-    if (channel != Channel::kMag) {
+    if (channel != Sensor::kMag) {
       EXPECT_EQ(x.mag[0].v, y.mag[0].v);
     }
-    const auto& before = channel == Channel::kAcc   ? x.acc.v
-                         : channel == Channel::kGyr ? x.gyr.v
-                                                    : x.mag[0].v;
-    const auto& after = channel == Channel::kAcc   ? y.acc.v
-                        : channel == Channel::kGyr ? y.gyr.v
-                                                   : y.mag[0].v;
+    const auto& before = channel == Sensor::kAcc   ? x.acc.v
+                         : channel == Sensor::kGyr ? x.gyr.v
+                                                   : x.mag[0].v;
+    const auto& after = channel == Sensor::kAcc   ? y.acc.v
+                        : channel == Sensor::kGyr ? y.gyr.v
+                                                  : y.mag[0].v;
     double worst = 0.0, largest = 0.0;
     for (std::size_t k = 20; k + 20 < before.size(); ++k) {
       const Vector3 change = after[k] - before[k];
@@ -107,19 +107,19 @@ class Hidden {
 
 TEST(HiddenEffects, of_the_accelerometer_follow_their_equations) {
   const Hidden L("acc_scale_misalignment");
-  L.changes(Channel::kAcc, [&](std::size_t k) -> Vector3 {
+  L.changes(Sensor::kAcc, [&](std::size_t k) -> Vector3 {
     Matrix3 m = Matrix3::Zero();
     m(0, 0) = L.theta[0], m(1, 0) = L.theta[1], m(1, 1) = L.theta[2];
     m(2, 0) = L.theta[3], m(2, 1) = L.theta[4], m(2, 2) = L.theta[5];
     return m * L.f(k);
   });
   const Hidden T("acc_temperature");
-  T.changes(Channel::kAcc, [&](std::size_t k) -> Vector3 {
+  T.changes(Sensor::kAcc, [&](std::size_t k) -> Vector3 {
     return T.vector() * T.centred(T.with.recording.aux.at("temp"), k);
   });
   const Hidden r("lever_arm");
   r.changes(
-      Channel::kAcc,
+      Sensor::kAcc,
       [&](std::size_t k) -> Vector3 {
         return r.omega_rate(k).cross(r.vector()) + r.omega(k).cross(r.omega(k).cross(r.vector()));
       },
@@ -129,14 +129,14 @@ TEST(HiddenEffects, of_the_accelerometer_follow_their_equations) {
 TEST(HiddenEffects, of_the_gyroscope_follow_their_equations) {
   const Hidden S("gyro_scale_misalignment");
   S.changes(
-      Channel::kGyr, [&](std::size_t k) -> Vector3 { return S.matrix() * S.mean_rate(k); }, 1e-4);
+      Sensor::kGyr, [&](std::size_t k) -> Vector3 { return S.matrix() * S.mean_rate(k); }, 1e-4);
   const Hidden G("gyro_g_sensitivity");
   G.changes(
-      Channel::kGyr,
+      Sensor::kGyr,
       [&](std::size_t k) -> Vector3 { return G.matrix() * (G.f(k) + G.f(k + 1)) / 2.0; }, 1e-3);
   const Hidden n("gyro_nonlinearity");
   n.changes(
-      Channel::kGyr,
+      Sensor::kGyr,
       [&](std::size_t k) -> Vector3 {
         const Vector3 w = n.mean_rate(k);
         return (n.vector().array() * w.array() * w.array().abs()).matrix();
@@ -144,7 +144,7 @@ TEST(HiddenEffects, of_the_gyroscope_follow_their_equations) {
       1e-3);
   const Hidden T("gyro_temperature");
   T.changes(
-      Channel::kGyr,
+      Sensor::kGyr,
       [&](std::size_t k) -> Vector3 {
         const ScalarSeries& temp = T.with.recording.aux.at("temp");
         return T.vector() * (T.centred(temp, k) + T.centred(temp, k + 1)) / 2.0;
@@ -155,7 +155,7 @@ TEST(HiddenEffects, of_the_gyroscope_follow_their_equations) {
 TEST(HiddenEffects, that_delay_the_magnetometer_follow_their_equations) {
   // Two samples late: the reading of then.
   const Hidden late("mag_time_offset=0.01:");
-  late.changes(Channel::kMag, [&](std::size_t k) -> Vector3 { return late.B(k - 2) - late.B(k); });
+  late.changes(Sensor::kMag, [&](std::size_t k) -> Vector3 { return late.B(k - 2) - late.B(k); });
   const Hidden lag("mag_lag=0.012:");
   std::vector<Vector3> s{lag.B(0)};
   const double x = 1.0 / (kRate * 0.012), left = std::exp(-x);
@@ -164,28 +164,28 @@ TEST(HiddenEffects, that_delay_the_magnetometer_follow_their_equations) {
     s.push_back(h1 - (h1 - h0) * ((1.0 - left) / x) + (s.back() - h0) * left);
   }
   lag.changes(
-      Channel::kMag, [&](std::size_t k) -> Vector3 { return s[k] - lag.B(k); }, 2e-3);
+      Sensor::kMag, [&](std::size_t k) -> Vector3 { return s[k] - lag.B(k); }, 2e-3);
 }
 
 TEST(HiddenEffects, of_the_magnetometer_follow_their_equations) {
   const Hidden E("mag_eddy_current");
   E.changes(
-      Channel::kMag,
-      [&](std::size_t k) -> Vector3 { return E.matrix() * E.omega(k).cross(E.b(k)); }, 1e-3);
+      Sensor::kMag, [&](std::size_t k) -> Vector3 { return E.matrix() * E.omega(k).cross(E.b(k)); },
+      1e-3);
   const Hidden k3("mag_nonlinearity");
-  k3.changes(Channel::kMag, [&](std::size_t k) -> Vector3 {
+  k3.changes(Sensor::kMag, [&](std::size_t k) -> Vector3 {
     return (k3.vector().array() * k3.B(k).array().cube() / 2500.0).matrix();
   });
   const Hidden T("mag_temperature");
-  T.changes(Channel::kMag, [&](std::size_t k) -> Vector3 {
+  T.changes(Sensor::kMag, [&](std::size_t k) -> Vector3 {
     return T.vector() * T.centred(T.with.recording.aux.at("temp"), k);
   });
   const Hidden I("mag_current");
-  I.changes(Channel::kMag, [&](std::size_t k) -> Vector3 {
+  I.changes(Sensor::kMag, [&](std::size_t k) -> Vector3 {
     return I.vector() * I.with.recording.aux.at("current").v[k];
   });
   const Hidden mains("mains_interference");
-  mains.changes(Channel::kMag, [&](std::size_t k) -> Vector3 {
+  mains.changes(Sensor::kMag, [&](std::size_t k) -> Vector3 {
     const double angle = 2.0 * M_PI * mains.theta[6] * double(k) / kRate;
     return mains.vector(0) * std::cos(angle) + mains.vector(3) * std::sin(angle);
   });
@@ -200,12 +200,12 @@ TEST(HiddenEffects, of_the_surroundings_follow_their_equations) {
     return h.vector(0) * x + h.vector(3) * (1.5 * x * x - 0.5);
   };
   const Hidden field("field_drift"), iron("hard_iron_drift");
-  field.changes(Channel::kMag, [&](std::size_t k) -> Vector3 {
+  field.changes(Sensor::kMag, [&](std::size_t k) -> Vector3 {
     return field.D() * field.nRb()[k].unrotate(drift(field, k));
   });
-  iron.changes(Channel::kMag, [&](std::size_t k) { return drift(iron, k); });
+  iron.changes(Sensor::kMag, [&](std::size_t k) { return drift(iron, k); });
   const Hidden magnet("hard_iron_change=3:-4:5:10:20");
-  magnet.changes(Channel::kMag, [&](std::size_t k) -> Vector3 {
+  magnet.changes(Sensor::kMag, [&](std::size_t k) -> Vector3 {
     return k >= 2000 && k < 4000 ? Vector3(3, -4, 5) : Vector3(0, 0, 0);
   });
 }
@@ -220,14 +220,14 @@ TEST(HiddenEffects, tied_to_a_place_follow_their_equations) {
     return h.D() * h.nRb()[k].unrotate(field_uT) / h.strength();
   };
   const Hidden G("field_gradient");
-  G.changes(Channel::kMag, [&](std::size_t k) {
+  G.changes(Sensor::kMag, [&](std::size_t k) {
     const auto& g = G.theta;
     Matrix3 m;
     m << g[0], g[2], g[3], g[2], g[1], g[4], g[3], g[4], -g[0] - g[1];
     return seen(G, k, m * place(G, k));
   });
   const Hidden source("stationary_source");
-  source.changes(Channel::kMag, [&](std::size_t k) {
+  source.changes(Sensor::kMag, [&](std::size_t k) {
     const Vector3 d = source.with.recording.pos->v[k] - source.vector(0), moment = source.vector(3);
     const double r = d.norm();
     return seen(source, k, 0.1 * (3.0 * d * d.dot(moment) / (r * r) - moment) / (r * r * r));
@@ -251,7 +251,7 @@ TEST(HiddenEffects, of_the_clock_are_a_gyroscope_that_is_too_slow) {
 TEST(HiddenEffects, hold_for_the_paper_motion_too) {
   const Hidden r("lever_arm", SimulatedMotion::kPaper);
   r.changes(
-      Channel::kAcc,
+      Sensor::kAcc,
       [&](std::size_t k) -> Vector3 {
         const Vector3 w = 0.5 * (r.mean_rate(k - 1) + r.mean_rate(k));
         return r.omega_rate(k).cross(r.vector()) + w.cross(w.cross(r.vector()));

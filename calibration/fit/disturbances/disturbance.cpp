@@ -58,16 +58,13 @@ Found find(const FactorBatch& batch, int factor, char symbol) {
 
 }  // namespace
 
-std::string channel_of(DisturbedPart part) {
-  if (part == DisturbedPart::kGyr) return "gyr";
-  return part == DisturbedPart::kAcc ? "acc" : "mag";
+Sensor sensor_of(DisturbedPart part) {
+  return part == DisturbedPart::kAcc   ? Sensor::kAcc
+         : part == DisturbedPart::kGyr ? Sensor::kGyr
+                                       : Sensor::kMag;
 }
 std::string frame_of(DisturbedPart part) {
   return part == DisturbedPart::kField ? "navigation" : "sensor";
-}
-std::string unit_of(DisturbedPart part) {
-  if (part == DisturbedPart::kGyr) return "rad/s";
-  return part == DisturbedPart::kAcc ? "m/s^2" : "uT";
 }
 
 DisturbanceModel::DisturbanceModel(const Stage& stage, DisturbedPart part,

@@ -22,6 +22,7 @@
 #include "calibration/fit/stage.h"
 #include "calibration/motion/rests/rests.h"
 #include "calibration/motion/sensor_rows.h"
+#include "graph/sensor.h"
 #include "solvers/chain/process_chain.h"
 
 namespace magimu {
@@ -38,9 +39,8 @@ enum class DisturbedPart {
 };
 inline constexpr DisturbedPart kDisturbedParts[] = {DisturbedPart::kField, DisturbedPart::kMag,
                                                     DisturbedPart::kGyr, DisturbedPart::kAcc};
-std::string channel_of(DisturbedPart part);  // "mag", "mag", "gyr", "acc"
-std::string frame_of(DisturbedPart part);    // "navigation", "sensor", "sensor", "sensor"
-std::string unit_of(DisturbedPart part);     // "uT", "uT", "rad/s", "m/s^2"
+Sensor sensor_of(DisturbedPart part);
+std::string frame_of(DisturbedPart part);  // "navigation", "sensor", "sensor", "sensor"
 
 struct DisturbanceFit {
   DisturbedPart part = DisturbedPart::kMag;

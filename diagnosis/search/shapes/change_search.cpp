@@ -294,10 +294,6 @@ ChangeTimes likely_times(const std::vector<const Recording*>& recordings, const 
   return {now.span, out.sigma_s, out.width_s};
 }
 
-const VectorSeries& samples_of_channel(const Recording& r, Channel channel) {
-  return channel == Channel::kAcc ? r.acc : channel == Channel::kGyr ? r.gyr : r.mag.front();
-}
-
 double all_seconds(const std::vector<const Recording*>& recordings) {
   double sum = 0.0;
   for (const Recording* r : recordings) sum += r->duration_s();
@@ -318,7 +314,7 @@ double ended_spans(int windows) {
   return std::max(1.0, 0.65 * 0.5 * (windows - 1) * (windows - 2));
 }
 
-double change_window_s(const std::vector<NodePlan>& plans, Channel channel, MotionModel motion) {
+double change_window_s(const std::vector<NodePlan>& plans, Sensor channel, MotionModel motion) {
   double all = 0.0;
   for (const NodePlan& plan : plans) all += plan.t.back() - plan.t.front();
   // Three at the least where there is so much.
@@ -376,7 +372,7 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
   constexpr double kBeyondGrid = 1.2;                     // of the grid before
   constexpr int kRounds = 3;                              // on each grid
   constexpr double kSamples = 10.0, kMostSamples = 20.0;  // of them, to each side
-  const Channel channel = change.channel();
+  const Sensor channel = change.channel();
   ChangeTimes times = now;
   Stage fitted = stage;
   // One step to the times that are likely by the fit as it is; false where they are the old ones,
@@ -406,7 +402,7 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
   }
   // The same to the sample: a large step whose times are off by a few samples distorts the fit,
   // too.
-  const double rate = samples_of_channel(*recordings.front(), channel).rate_hz();
+  const double rate = series_of(*recordings.front(), channel).rate_hz();
   const double sample = rate > 0.0 ? 1.0 / rate : kFine;
   for (int round = 0; round < kRounds; ++round) {
     if (!step(sample, sample * std::clamp(kFine / sample, kSamples, kMostSamples))) break;
@@ -428,7 +424,7 @@ ChangeTimes times_by_refits(const std::vector<const Recording*>& recordings,
     return fitted.result().converged() ? fitted.result().cost_final : double(INFINITY);
   };
   double least = cost(best);
-  const double rate = samples_of_channel(*recordings.front(), change.channel()).rate_hz();
+  const double rate = series_of(*recordings.front(), change.channel()).rate_hz();
   const double fine = std::max(kFine, rate > 0.0 ? 1.0 / rate : 0.0);
   for (Moment ChangeSpan::*const end : {&ChangeSpan::begin, &ChangeSpan::end}) {
     if (!(best.span.*end).finite()) continue;
@@ -464,7 +460,7 @@ std::optional<ChangeSpan> with_both_ends(const std::vector<const Recording*>& re
   const bool ends = now.begin.finite();
   const double known = (ends ? now.begin : now.end).t;
   const VectorSeries& samples =
-      samples_of_channel(ends ? *recordings.back() : *recordings.front(), change.channel());
+      series_of(ends ? *recordings.back() : *recordings.front(), change.channel());
   const double limit = ends ? samples.t.back() : samples.t.front();
   const double grid = std::abs(limit - known) / kMostWindows;
   if (!(grid > 0.0)) return std::nullopt;

@@ -41,7 +41,7 @@ std::vector<LikelyChange> likely_changes(const std::vector<const Recording*>& re
                                          const Stage& stage, const std::vector<std::string>& names);
 
 // Windows of the search for changes of a channel, s.
-double change_window_s(const std::vector<NodePlan>& plans, Channel channel, MotionModel motion);
+double change_window_s(const std::vector<NodePlan>& plans, Sensor channel, MotionModel motion);
 
 struct ChangeTimes {
   ChangeSpan span = {};

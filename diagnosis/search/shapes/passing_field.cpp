@@ -12,7 +12,7 @@ class PassingField final : public Effect {
  public:
   explicit PassingField(const ChangeSpan& span)
       : Effect({.name = "passing_field",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = shapes(),
                 .cause = "something magnetic came near and went again"}),
         span_(span) {}

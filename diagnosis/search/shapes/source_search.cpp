@@ -51,7 +51,7 @@ class Leftover {
     for (Eigen::Index k = 0; k < n; ++k) {
       Vector3 place = Vector3::Zero();
       for (std::size_t i = std::size_t(k) * each; i < std::size_t(k + 1) * each; ++i) {
-        const SampleState s = motion.state(Channel::kMag, i);
+        const SampleState s = motion.state(Sensor::kMag, i);
         const Matrix3 to_n = s.strength_uT / double(each) * s.nRb.matrix() * s.D.inverse();
         Vector3 left = mag.v[i] - s.D * s.b - bias;
         if (theta.size() > 0) left += (*known)->term(s, theta);

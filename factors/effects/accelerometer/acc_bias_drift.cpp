@@ -8,7 +8,7 @@ namespace magimu {
 std::unique_ptr<Effect> make_acc_bias_drift() {
   return std::make_unique<BiasDrift>(
       Effect::Description{.name = "acc_bias_drift",
-                          .channel = Channel::kAcc,
+                          .channel = Sensor::kAcc,
                           .cause = "the accelerometer's bias changes with time",
                           .separating_motion = "hold every face of the sensor up, early and late",
                           .without_attitude = true},

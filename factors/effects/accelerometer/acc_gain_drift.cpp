@@ -8,7 +8,7 @@ namespace magimu {
 std::unique_ptr<Effect> make_acc_gain_drift() {
   return std::make_unique<GainDrift>(
       Effect::Description{.name = "acc_gain_drift",
-                          .channel = Channel::kAcc,
+                          .channel = Sensor::kAcc,
                           .cause = "the accelerometer's gain changes with time",
                           .separating_motion = "go through the same orientations early and late"},
       2, 0);

@@ -9,7 +9,7 @@ class AccNonlinearity final : public Effect {
  public:
   AccNonlinearity()
       : Effect({.name = "acc_nonlinearity",
-                .channel = Channel::kAcc,
+                .channel = Sensor::kAcc,
                 .parameters = vector_parameters("k", "1", 0.01),
                 .cause = "the accelerometer's scale depends on the force along the axis",
                 .separating_motion = "hold every face of the sensor up, and every edge",

@@ -9,7 +9,7 @@ class AccScaleMisalignment final : public Effect {
  public:
   AccScaleMisalignment()
       : Effect({.name = "acc_scale_misalignment",
-                .channel = Channel::kAcc,
+                .channel = Sensor::kAcc,
                 .parameters = {{"L[0][0]", "1", 0.02},
                                {"L[1][0]", "1", 0.02},
                                {"L[1][1]", "1", 0.02},

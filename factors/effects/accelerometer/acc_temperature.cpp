@@ -9,7 +9,7 @@ class AccTemperature final : public Effect {
  public:
   AccTemperature()
       : Effect({.name = "acc_temperature",
-                .channel = Channel::kAcc,
+                .channel = Sensor::kAcc,
                 .parameters = vector_parameters("c", "m/s^2/K", 0.02),
                 .cause = "the accelerometer's bias follows the temperature",
                 .needs = "temp",

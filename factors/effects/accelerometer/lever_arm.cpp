@@ -9,7 +9,7 @@ class LeverArm final : public Effect {
  public:
   LeverArm()
       : Effect({.name = "lever_arm",
-                .channel = Channel::kAcc,
+                .channel = Sensor::kAcc,
                 .parameters = vector_parameters("r", "m", 0.1),
                 .cause = "the accelerometer sits away from the point about which the device turns",
                 .separating_motion = "turn fast and change direction quickly",

@@ -21,7 +21,7 @@ class GyroBiasDrift final : public Effect {
  public:
   explicit GyroBiasDrift(int terms, double density = kPriorDensity)
       : Effect({.name = "gyro_bias_drift",
-                .channel = Channel::kGyr,
+                .channel = Sensor::kGyr,
                 .parameters = drift_parameters(terms, "rad/s", 1e-3),
                 .cause = "the gyroscope's bias wanders",
                 .separating_motion = "rest now and then",

@@ -9,7 +9,7 @@ class GyroGSensitivity final : public Effect {
  public:
   GyroGSensitivity()
       : Effect({.name = "gyro_g_sensitivity",
-                .channel = Channel::kGyr,
+                .channel = Sensor::kGyr,
                 .parameters = matrix_parameters("G", "(rad/s)/(m/s^2)", 1e-3),
                 .cause = "the gyroscope responds to gravity and acceleration",
                 .separating_motion = "hold every face of the sensor up for some seconds",

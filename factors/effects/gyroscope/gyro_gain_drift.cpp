@@ -8,7 +8,7 @@ namespace magimu {
 std::unique_ptr<Effect> make_gyro_gain_drift() {
   return std::make_unique<GainDrift>(
       Effect::Description{.name = "gyro_gain_drift",
-                          .channel = Channel::kGyr,
+                          .channel = Sensor::kGyr,
                           .cause = "the gyroscope's gain changes with time",
                           .separating_motion = "go through the same orientations early and late"},
       2);

@@ -9,7 +9,7 @@ class GyroNonlinearity final : public Effect {
  public:
   GyroNonlinearity()
       : Effect({.name = "gyro_nonlinearity",
-                .channel = Channel::kGyr,
+                .channel = Sensor::kGyr,
                 .parameters = vector_parameters("k", "s/rad", 0.01),
                 .cause = "the gyroscope's scale depends on the rate",
                 .separating_motion = "turn about each axis slowly and fast"}) {}

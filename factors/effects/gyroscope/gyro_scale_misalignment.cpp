@@ -9,7 +9,7 @@ class GyroScaleMisalignment final : public Effect {
  public:
   GyroScaleMisalignment()
       : Effect({.name = "gyro_scale_misalignment",
-                .channel = Channel::kGyr,
+                .channel = Sensor::kGyr,
                 .parameters = matrix_parameters("S", "1", 0.02),
                 .cause = "the gyroscope's axes have scale errors or are not those of the IMU",
                 .contains = {"clock_scale"},

@@ -9,7 +9,7 @@ class GyroTemperature final : public Effect {
  public:
   GyroTemperature()
       : Effect({.name = "gyro_temperature",
-                .channel = Channel::kGyr,
+                .channel = Sensor::kGyr,
                 .parameters = vector_parameters("c", "rad/s/K", 0.002),
                 .cause = "the gyroscope's bias follows the temperature",
                 .needs = "temp",

@@ -8,7 +8,7 @@ namespace magimu {
 std::unique_ptr<Effect> make_hard_iron_drift() {
   return std::make_unique<BiasDrift>(
       Effect::Description{.name = "hard_iron_drift",
-                          .channel = Channel::kMag,
+                          .channel = Sensor::kMag,
                           .cause = "the magnetometer's bias changes with time",
                           .separating_motion = "go through the same orientations early and late",
                           .without_attitude = true},

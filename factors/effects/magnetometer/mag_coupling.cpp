@@ -14,7 +14,7 @@ class MagCoupling final : public Effect {
  public:
   MagCoupling()
       : Effect({.name = "mag_coupling",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = matrix_parameters("C", "1", 0.05),
                 .cause = "a magnetometer carries on to its neighbour what it reads",
                 .separating_motion = "a long recording: it shows in the magnetometers' noise"}) {}

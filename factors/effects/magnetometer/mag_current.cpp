@@ -9,7 +9,7 @@ class MagCurrent final : public Effect {
  public:
   MagCurrent()
       : Effect({.name = "mag_current",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = vector_parameters("c", "uT/A", 3.0),
                 .cause = "a current on the device makes a field of its own",
                 .needs = "current",

@@ -9,7 +9,7 @@ class MagEddyCurrent final : public Effect {
  public:
   MagEddyCurrent()
       : Effect({.name = "mag_eddy_current",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = matrix_parameters("E", "uT s", 0.5),
                 .cause = "turning induces currents in metal near the magnetometer",
                 .contains = {"mag_time_offset", "mag_lag", "mag_axis_time_offset"},

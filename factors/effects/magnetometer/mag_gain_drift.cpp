@@ -8,7 +8,7 @@ namespace magimu {
 std::unique_ptr<Effect> make_mag_gain_drift() {
   return std::make_unique<GainDrift>(
       Effect::Description{.name = "mag_gain_drift",
-                          .channel = Channel::kMag,
+                          .channel = Sensor::kMag,
                           .cause = "the magnetometer's gain changes with time",
                           .separating_motion = "go through the same orientations early and late"},
       2);

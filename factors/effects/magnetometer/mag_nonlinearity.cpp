@@ -9,7 +9,7 @@ class MagNonlinearity final : public Effect {
  public:
   MagNonlinearity()
       : Effect({.name = "mag_nonlinearity",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = vector_parameters("k", "1", 0.05),
                 .cause =
                     "the magnetometer's scale depends on the strength of the field along the axis",

@@ -9,7 +9,7 @@ class MagTemperature final : public Effect {
  public:
   MagTemperature()
       : Effect({.name = "mag_temperature",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = vector_parameters("c", "uT/K", 0.5),
                 .cause = "the magnetometer's bias follows the temperature",
                 .needs = "temp",

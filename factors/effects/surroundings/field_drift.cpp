@@ -11,7 +11,7 @@ class FieldDrift final : public Effect {
  public:
   explicit FieldDrift(int terms)
       : Effect({.name = "field_drift",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = drift_parameters(terms, "1", 0.05),
                 .cause = "the field of the place changes with time",
                 .separating_motion = "go through the same orientations early and late"}) {}

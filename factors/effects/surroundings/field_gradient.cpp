@@ -9,7 +9,7 @@ class FieldGradient final : public Effect {
  public:
   FieldGradient()
       : Effect({.name = "field_gradient",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = {{"G[x][x]", "uT/m", 5.0},
                                {"G[y][y]", "uT/m", 5.0},
                                {"G[x][y]", "uT/m", 5.0},

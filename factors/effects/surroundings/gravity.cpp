@@ -14,7 +14,7 @@ class Gravity final : public Effect {
  public:
   Gravity()
       : Effect({.name = "gravity",
-                .channel = Channel::kAcc,
+                .channel = Sensor::kAcc,
                 // At sea level it is 9.780 at the equator and 9.832 at the poles.
                 .parameters = {{"d", "m/s^2", 0.02}},
                 .cause = "gravity here is not the one that was assumed",

@@ -22,7 +22,7 @@ class MainsInterference final : public Effect {
  public:
   MainsInterference(double frequency_hz, bool of_room)
       : Effect({.name = "mains_interference",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = amplitudes(of_room),
                 .cause = "an alternating field, of the mains or a motor, reaches the magnetometer",
                 .separating_motion = "none is needed"}),

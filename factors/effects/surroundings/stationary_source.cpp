@@ -27,7 +27,7 @@ class StationarySource final : public Effect {
  public:
   StationarySource()
       : Effect({.name = "stationary_source",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = place_and_moment(),
                 .cause = "the sensor passes a magnet or iron that stays where it is",
                 .needs = "pos",
@@ -63,7 +63,7 @@ class SourceAt final : public Effect {
  public:
   explicit SourceAt(const Vector3& place)
       : Effect({.name = "stationary_source",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = vector_parameters("moment", "A m^2", 2.0),
                 .needs = "pos"}),
         place_(place) {}

@@ -11,7 +11,7 @@ class AccBandwidth final : public Effect {
  public:
   AccBandwidth()
       : Effect({.name = "acc_bandwidth",
-                .channel = Channel::kAcc,
+                .channel = Sensor::kAcc,
                 .parameters = {{"v", "s^2", kUsualSpread * kUsualSpread}},
                 .cause = "the accelerometer averages over some time",
                 .separating_motion = "turn fast, and start and stop abruptly"}) {}

@@ -14,7 +14,7 @@ class AccTimeOffset final : public Effect {
  public:
   AccTimeOffset()
       : Effect({.name = "acc_time_offset",
-                .channel = Channel::kAcc,
+                .channel = Sensor::kAcc,
                 .parameters = {{"tau", "s", 0.02}},
                 .cause = "the accelerometer lags the gyroscope",
                 .separating_motion = "turn fast, and start and stop abruptly"}) {}

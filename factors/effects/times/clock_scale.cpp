@@ -11,7 +11,7 @@ class ClockScale final : public Effect {
  public:
   ClockScale()
       : Effect({.name = "clock_scale",
-                .channel = Channel::kGyr,
+                .channel = Sensor::kGyr,
                 .parameters = {{"kappa", "1", 0.02}},
                 .cause = "the file's clock runs at a wrong rate",
                 .separating_motion = "turn by several full turns about each axis in turn"}) {}

@@ -11,7 +11,7 @@ class MagAxisTimeOffset final : public Effect {
  public:
   MagAxisTimeOffset()
       : Effect({.name = "mag_axis_time_offset",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = vector_parameters("tau", "s", 0.05),
                 .cause = "the magnetometer measures its axes one after another",
                 .contains = {"mag_time_offset", "mag_lag"},

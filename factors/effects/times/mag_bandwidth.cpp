@@ -12,7 +12,7 @@ class MagBandwidth final : public Effect {
  public:
   MagBandwidth()
       : Effect({.name = "mag_bandwidth",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = {{"v", "s^2", kUsualSpread * kUsualSpread}},
                 .cause = "the magnetometer averages over some time",
                 .separating_motion = "turn fast, and start and stop abruptly"}) {}

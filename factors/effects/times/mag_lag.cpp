@@ -19,7 +19,7 @@ class MagLag final : public Effect {
  public:
   MagLag()
       : Effect({.name = "mag_lag",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = {{"tau", "s", 0.05}},
                 .cause = "the magnetometer follows the field with a delay",
                 .same_class = {"mag_time_offset"},

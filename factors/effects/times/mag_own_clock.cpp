@@ -23,7 +23,7 @@ class MagOwnClock final : public Effect {
   MagOwnClock(double period_s, double share, double middle_s,
               std::vector<Parameter> parameters = {{"T", "s", 0.02}, {"p", "1", 1.0}})
       : Effect({.name = "mag_own_clock",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = std::move(parameters),
                 .cause = "the magnetometer measures on a clock of its own and is read on another",
                 .separating_motion = "turn fast"}),

@@ -11,7 +11,7 @@ class MagTimeOffset final : public Effect {
  public:
   MagTimeOffset()
       : Effect({.name = "mag_time_offset",
-                .channel = Channel::kMag,
+                .channel = Sensor::kMag,
                 .parameters = {{"tau", "s", 0.05}},
                 .cause = "the magnetometer lags the gyroscope",
                 .same_class = {"mag_lag"},

@@ -43,8 +43,8 @@ Values true_values(const oracle::Truth& truth, const NodePlan& plan, double rate
   return values;
 }
 
-const VectorSeries& series(const Recording& r, Channel channel) {
-  return channel == Channel::kAcc ? r.acc : channel == Channel::kGyr ? r.gyr : r.mag.front();
+const VectorSeries& series(const Recording& r, Sensor channel) {
+  return channel == Sensor::kAcc ? r.acc : channel == Sensor::kGyr ? r.gyr : r.mag.front();
 }
 
 struct Case {
@@ -92,7 +92,7 @@ TEST_P(ExtensionAtTheTruth, takes_away_what_the_effect_adds) {
   }
   const ExtendedRecording extended = extend(with.recording, plans[0], spec, values);
 
-  const Channel channel = spec.effects[0]->channel();
+  const Sensor channel = spec.effects[0]->channel();
   const auto& before = series(plain.recording, channel).v;
   const auto& raw = series(with.recording, channel).v;
   const auto& corrected = series(extended.corrected, channel).v;
@@ -114,7 +114,7 @@ TEST_P(ExtensionAtTheTruth, takes_away_what_the_effect_adds) {
     // The slope of a moved accelerometer's samples is that of the round before.
     const double round = c.hand_held && std::string(c.name) == "acc_time_offset" ? 2e-3 : 0.0;
     // So is the rate that attitudes have beside the gyroscope's: of second order in the effect.
-    const double rate = channel == Channel::kGyr ? 1e-4 : round;
+    const double rate = channel == Sensor::kGyr ? 1e-4 : round;
     const double norm = J.norm();
     EXPECT_LT((extended.columns[std::size_t(channel)].of(k) - J).norm(),
               (1e-4 + round) * norm + 1e-9);
@@ -159,11 +159,11 @@ TEST(SensedMotion, a_delay_does_not_jump_between_nodes) {
   }
   const SensedMotion motion(s.recording, plans[0], {}, values);
   constexpr double kDelay = 2.2e-3;
-  for (std::size_t k = 20; k + 20 < motion.samples(Channel::kMag); ++k) {
-    const SampleState state = motion.state(Channel::kMag, k);
+  for (std::size_t k = 20; k + 20 < motion.samples(Sensor::kMag); ++k) {
+    const SampleState state = motion.state(Sensor::kMag, k);
     const Vector3 step = state.field_before(kDelay) - state.b;
     // At a node the rate is that of the way on, and the delay reaches back.
-    const Vector3 omega = motion.state(Channel::kMag, k - 1).omega;
+    const Vector3 omega = motion.state(Sensor::kMag, k - 1).omega;
     EXPECT_LT((step - kDelay * omega.cross(state.b)).norm(), 2e-4) << "sample " << k;
   }
 }
@@ -184,7 +184,7 @@ TEST(SensedMotion, turns_as_the_fit_estimates_and_not_as_the_gyroscope_reads) {
     Rot3 estimated, read;
     for (; gyr.t[k] < plans[0].t[i + 1] - 1e-9; ++k) {
       const double h = gyr.t[k + 1] - gyr.t[k];
-      estimated = estimated * Rot3::Exp(h * motion.state(Channel::kGyr, k).omega);
+      estimated = estimated * Rot3::Exp(h * motion.state(Sensor::kGyr, k).omega);
       read = read * Rot3::Exp(h * (gyr.v[k] - bias));
     }
     const Rot3 turned = values.at<Rot3>(R(int(i))).inverse() * values.at<Rot3>(R(int(i + 1)));

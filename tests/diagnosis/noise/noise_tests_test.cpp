@@ -35,7 +35,7 @@ Vector3 slow_remainder(double t) {
   return Vector3(std::sin(4.1 * t), std::cos(2.3 * t + 1.0), std::sin(0.2 * t) + std::sin(5.5 * t));
 }
 
-SampleResiduals residuals(const VectorSeries& series, Channel channel, double density,
+SampleResiduals residuals(const VectorSeries& series, Sensor channel, double density,
                           const std::function<Vector3(std::size_t)>& model, double slow) {
   SampleResiduals r;
   r.channel = channel;
@@ -53,7 +53,7 @@ SampleResiduals residuals(const VectorSeries& series, Channel channel, double de
 SampleResiduals mag_residuals(const oracle::Simulation& s, double slow = 0.0) {
   const oracle::Device& device = s.truth.device;
   SampleResiduals r = residuals(
-      s.recording.mag[0], Channel::kMag, kNoise.mag,
+      s.recording.mag[0], Sensor::kMag, kNoise.mag,
       [&](std::size_t k) -> Vector3 {
         return device.distortion * s.truth.nRb[k].unrotate(device.unit_field()) + device.mag_bias;
       },
@@ -67,7 +67,7 @@ SampleResiduals mag_residuals(const oracle::Simulation& s, double slow = 0.0) {
 
 SampleResiduals acc_residuals(const oracle::Simulation& s, double slow = 0.0) {
   return residuals(
-      s.recording.acc, Channel::kAcc, kNoise.acc,
+      s.recording.acc, Sensor::kAcc, kNoise.acc,
       [&](std::size_t k) -> Vector3 {
         return s.truth.device.acc_bias + s.truth.nRb[k].unrotate(Vector3(0, 0, s.truth.gravity));
       },
@@ -75,7 +75,7 @@ SampleResiduals acc_residuals(const oracle::Simulation& s, double slow = 0.0) {
 }
 
 // What the trajectory leaves of a sensor that it follows.
-SampleResiduals followed(const VectorSeries& series, Channel channel, double density) {
+SampleResiduals followed(const VectorSeries& series, Sensor channel, double density) {
   SampleResiduals r;
   r.channel = channel;
   r.t = series.t;
@@ -88,8 +88,8 @@ SampleResiduals followed(const VectorSeries& series, Channel channel, double den
 }
 
 std::vector<SampleResiduals> all_channels(const oracle::Simulation& s) {
-  return {followed(s.recording.acc, Channel::kAcc, kNoise.acc),
-          followed(s.recording.gyr, Channel::kGyr, kNoise.gyr), mag_residuals(s)};
+  return {followed(s.recording.acc, Sensor::kAcc, kNoise.acc),
+          followed(s.recording.gyr, Sensor::kGyr, kNoise.gyr), mag_residuals(s)};
 }
 
 std::vector<std::string> names(const std::vector<NoiseTest>& tests) {
@@ -158,7 +158,7 @@ TEST(ExplainNoise, finds_noise_of_another_size) {
         oracle::simulate(options(8, {effect("noise_scale", {scale}),
                                      effect("noise_scale", {scale}, oracle::Channel::kGyr)}));
     expect_found(mag_residuals(s, 0.3), "noise_scale", {scale});
-    expect_found(followed(s.recording.gyr, Channel::kGyr, kNoise.gyr), "noise_scale", {scale});
+    expect_found(followed(s.recording.gyr, Sensor::kGyr, kNoise.gyr), "noise_scale", {scale});
   }
 }
 
@@ -180,7 +180,7 @@ TEST(ExplainNoise, finds_correlated_noise_where_the_trajectory_follows) {
   for (const double rho : {0.3, 0.5, 0.6}) {
     const oracle::Simulation s =
         oracle::simulate(options(11, {effect("correlated_noise", {rho}, oracle::Channel::kGyr)}));
-    expect_found(followed(s.recording.gyr, Channel::kGyr, kNoise.gyr), "correlated_noise", {rho});
+    expect_found(followed(s.recording.gyr, Sensor::kGyr, kNoise.gyr), "correlated_noise", {rho});
   }
 }
 
@@ -204,7 +204,7 @@ TEST(ExplainNoise, finds_outliers) {
         12, {effect("outliers", {eps, K}), effect("outliers", {eps, K}, oracle::Channel::kAcc)}));
     expect_found(mag_residuals(s), "outliers", {eps, K});
     expect_found(mag_residuals(s, 0.3), "outliers", {eps, K});
-    expect_found(followed(s.recording.acc, Channel::kAcc, kNoise.acc), "outliers", {eps, K});
+    expect_found(followed(s.recording.acc, Sensor::kAcc, kNoise.acc), "outliers", {eps, K});
   }
 }
 
@@ -230,7 +230,7 @@ VectorSeries starts_and_stops(std::uint64_t seed) {
 TEST(ExplainNoise, takes_no_start_or_stop_of_the_motion_for_outliers) {
   for (const std::uint64_t seed : {51u, 52u, 53u}) {
     const VectorSeries gyr = starts_and_stops(seed);
-    EXPECT_THAT(names(explain_noise({followed(gyr, Channel::kGyr, kNoise.gyr)}, kNoiseLevel)),
+    EXPECT_THAT(names(explain_noise({followed(gyr, Sensor::kGyr, kNoise.gyr)}, kNoiseLevel)),
                 testing::Not(testing::Contains("gyr outliers")));
   }
 }
@@ -242,7 +242,7 @@ TEST(ExplainNoise, finds_outliers_among_starts_and_stops) {
   for (Vector3& w : gyr.v) {
     if (random() % 100 == 0) w += Vector3(far(random), far(random), far(random));
   }
-  EXPECT_THAT(names(explain_noise({followed(gyr, Channel::kGyr, kNoise.gyr)}, kNoiseLevel)),
+  EXPECT_THAT(names(explain_noise({followed(gyr, Sensor::kGyr, kNoise.gyr)}, kNoiseLevel)),
               testing::Contains("gyr outliers"));
 }
 
@@ -266,7 +266,7 @@ TEST(ExplainNoise, names_no_outliers_for_a_sample_or_two) {
   const oracle::Simulation s = oracle::simulate(options(14, {}));
   for (const bool high_passed : {false, true}) {
     SampleResiduals r =
-        high_passed ? followed(s.recording.acc, Channel::kAcc, kNoise.acc) : mag_residuals(s);
+        high_passed ? followed(s.recording.acc, Sensor::kAcc, kNoise.acc) : mag_residuals(s);
     r.residual[1500] += 12.0 * r.sigma * Vector3(1.0, -0.5, 0.5);
     EXPECT_THAT(explain_noise({r}, kNoiseLevel), testing::IsEmpty());
     r.residual[3500] += 12.0 * r.sigma * Vector3(-0.5, 1.0, 0.5);

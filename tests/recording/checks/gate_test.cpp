@@ -471,7 +471,7 @@ TEST(GateForStreams, judges_each_sample_after_a_few_more_and_in_order) {
   mag.v[3300] = Vector3(1e20, 0, 0);
   mag.v[3500][0] = kNaN;
   mag.v[4000].setZero();
-  SensorGate gate({.sensor = SensorGate::Sensor::kMag});
+  SensorGate gate({.sensor = Sensor::kMag});
   std::vector<double> times, bad;
   std::size_t behind = 0;
   for (std::size_t k = 0; k < mag.size(); ++k) {
@@ -520,7 +520,7 @@ TEST(Gate, a_sensor_that_hangs_while_the_device_rests_to_the_end_is_set_aside) {
 TEST(GateForStreams, goes_on_when_a_sensor_hangs) {
   Recording r = turning();
   hold(r.mag[0], 2000, 6500);
-  SensorGate gate({.sensor = SensorGate::Sensor::kMag,
+  SensorGate gate({.sensor = Sensor::kMag,
                    .longest_wait_s = 1.0,
                    .turned = [](double begin, double end) { return end - begin > 0.5; }});
   std::size_t judged = 0, stuck = 0, behind = 0;

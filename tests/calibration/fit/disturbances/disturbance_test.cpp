@@ -87,9 +87,9 @@ TEST(Disturbance, evidence_over_none_is_one_in_the_mean_where_nothing_is_wrong) 
     for (const double x : ratio[p]) mean += x / kRecordings;
     for (const double x : ratio[p]) square += (x - mean) * (x - mean) / (kRecordings - 1);
     const double error = std::sqrt(square / kRecordings);
-    EXPECT_NEAR(mean, 1.0, 3.5 * error) << channel_of(all[p].part);
+    EXPECT_NEAR(mean, 1.0, 3.5 * error) << to_string(sensor_of(all[p].part));
     EXPECT_GT(error, 0.01) << "a size at which nothing changes tests nothing";
-    EXPECT_LT(error, 0.5) << channel_of(all[p].part);
+    EXPECT_LT(error, 0.5) << to_string(sensor_of(all[p].part));
   }
 }
 
@@ -100,7 +100,7 @@ TEST(Disturbance, gains_nothing_where_nothing_is_wrong) {
     const Fitted f(o);
     for (const DisturbedPart part : kDisturbedParts) {
       const DisturbanceFit by_score = f.fit(part), always = f.fit(part, {.least_gain = -1.0});
-      EXPECT_LT(always.gain_nats, kNullGain) << channel_of(part) << ", seed " << seed;
+      EXPECT_LT(always.gain_nats, kNullGain) << to_string(sensor_of(part)) << ", seed " << seed;
       EXPECT_NEAR(by_score.gain_nats, always.gain_nats, 1.5) << "the score decides what is fitted";
     }
   }
@@ -131,7 +131,7 @@ TEST(Disturbance, is_greatest_in_the_sensor_that_changes) {
     double own = 0.0, others = 0.0;
     for (const DisturbedPart part : kDisturbedParts) {
       const double gain = f.fit(part).gain_nats;
-      double& most = channel_of(part) == c.channel ? own : others;
+      double& most = to_string(sensor_of(part)) == c.channel ? own : others;
       most = std::max(most, gain);
     }
     EXPECT_GT(own, 30.0) << c.channel;

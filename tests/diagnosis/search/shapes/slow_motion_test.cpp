@@ -109,8 +109,8 @@ TEST(SlowNoise, of_white_noise_is_that_of_its_samples) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const Recording r = resting(0.0, kDensity, 0.0, seed);
     const SlowNoise slow = slow_noise_at_rest({&r});
-    EXPECT_EQ(slow.excess(Channel::kAcc, kWhiteNoise), 1.0) << "seed " << seed;
-    EXPECT_EQ(slow.excess(Channel::kGyr, kWhiteNoise), 1.0) << "seed " << seed;
+    EXPECT_EQ(slow.excess(Sensor::kAcc, kWhiteNoise), 1.0) << "seed " << seed;
+    EXPECT_EQ(slow.excess(Sensor::kGyr, kWhiteNoise), 1.0) << "seed " << seed;
     EXPECT_NEAR(slow.gyr, kDensity, 0.6 * kDensity) << "seed " << seed;
   }
 }
@@ -118,7 +118,7 @@ TEST(SlowNoise, of_white_noise_is_that_of_its_samples) {
 TEST(SlowNoise, of_coloured_noise_is_larger) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const Recording r = resting(0.95, kDensity, 0.0, seed);
-    EXPECT_GT(slow_noise_at_rest({&r}).excess(Channel::kGyr, kWhiteNoise), 5.0) << "seed " << seed;
+    EXPECT_GT(slow_noise_at_rest({&r}).excess(Sensor::kGyr, kWhiteNoise), 5.0) << "seed " << seed;
   }
 }
 
@@ -132,14 +132,14 @@ TEST(SlowNoise, of_a_sensor_that_warms_up_is_no_larger) {
       }
     }
     const SlowNoise slow = slow_noise_at_rest({&r});
-    EXPECT_EQ(slow.excess(Channel::kAcc, kWhiteNoise), 1.0) << "seed " << seed;
-    EXPECT_EQ(slow.excess(Channel::kGyr, kWhiteNoise), 1.0) << "seed " << seed;
+    EXPECT_EQ(slow.excess(Sensor::kAcc, kWhiteNoise), 1.0) << "seed " << seed;
+    EXPECT_EQ(slow.excess(Sensor::kGyr, kWhiteNoise), 1.0) << "seed " << seed;
   }
 }
 
 TEST(SlowNoise, does_not_count_what_the_hand_does_where_a_rest_ends) {
   const Recording r = resting(0.0, kDensity, 0.05, 1);
-  EXPECT_EQ(slow_noise_at_rest({&r}).excess(Channel::kAcc, kWhiteNoise), 1.0);
+  EXPECT_EQ(slow_noise_at_rest({&r}).excess(Sensor::kAcc, kWhiteNoise), 1.0);
 }
 
 // Ten seconds of rest, so long a turn, ten of rest; the bias wanders with this density.

@@ -20,4 +20,7 @@ struct Lists {
   void close() { begin.push_back(int(entries.size())); }
 };
 
+// Which lists each of so many numbers is in, in their order.
+Lists inverted(const Lists& lists, int numbers);
+
 }  // namespace magimu

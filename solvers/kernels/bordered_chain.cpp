@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "solvers/condensed/bordered_chain.h"
+#include "solvers/kernels/bordered_chain.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,15 +8,13 @@
 namespace magimu {
 namespace {
 
-// Of a diagonal before anything was eliminated: a pivot so small is rounding, and the direction is
-// free. It stays out of what follows.
-constexpr double kTiny = 1e-12;
 constexpr int kEliminated = 64;  // eliminated rows that are subtracted at once
 
 }  // namespace
 
-BorderedChain::BorderedChain(int border, int max_dim)
+BorderedChain::BorderedChain(int border, int max_dim, double tiny)
     : code_(lanes::rank_code(best_isa())),
+      tiny_(tiny),
       border_(border),
       stride_(2 * max_dim),
       A_(std::size_t(stride_ * stride_), 0.0),
@@ -27,6 +25,13 @@ BorderedChain::BorderedChain(int border, int max_dim)
 
 double* BorderedChain::row(int i) {
   return rows_.data() + std::ptrdiff_t(eliminated_ + i) * border_.width();
+}
+
+void BorderedChain::clear() {
+  border_.clear();
+  eliminated_ = nodes_ = older_ = newer_ = 0;
+  log_det_ = 0.0;
+  least_pivot_ = 1.0;
 }
 
 void BorderedChain::push(int dim) {
@@ -46,7 +51,7 @@ void BorderedChain::factorize(int n, int all) {
     const double before = information(i, i) + taken(i);
     double pivot = information(i, i);
     for (int k = 0; k < i; ++k) pivot -= information(k, i) * information(k, i);
-    const bool free = pivot <= kTiny * before + 1e-30;
+    const bool free = pivot <= tiny_ * before + 1e-30;
     if (before > 0.0) least_pivot_ = std::min(least_pivot_, std::max(0.0, pivot / before));
     const double root = free ? 1.0 : std::sqrt(pivot);
     log_det_ += 2.0 * std::log(root);
@@ -66,10 +71,14 @@ void BorderedChain::factorize(int n, int all) {
   }
 }
 
-void BorderedChain::eliminate() {
-  const int n = nodes_ > 1 ? older_ : newer_, all = unknowns();
+void BorderedChain::factorize() {
+  const int n = eliminating(), all = unknowns();
   factorize(n, all);
   code_.eliminate(A_.data(), stride_, inverse_.data(), n, all - n, row(0), border_.width());
+}
+
+void BorderedChain::drop() {
+  const int n = eliminating(), all = unknowns();
   eliminated_ += n;
   for (int i = n; i < all; ++i) {
     for (int j = i; j < all; ++j) information(i - n, j - n) = information(i, j);

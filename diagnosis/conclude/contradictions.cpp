@@ -11,6 +11,7 @@
 #include "diagnosis/noise/noise_causes.h"
 #include "factors/effects/change.h"
 #include "recording/checks/quality.h"
+#include "recording/oddities/dead_zone.h"
 
 namespace magimu {
 namespace {
@@ -196,6 +197,33 @@ void name_bias_of_change(Diagnosis& d) {
 }
 
 }  // namespace
+
+void name_dead_band(const std::vector<const Recording*>& given, Diagnosis& d) {
+  constexpr const char* kImitated[] = {"gyro_bias_change", "gyro_bias_drift", "gyro_nonlinearity",
+                                       "correlated_noise", "outliers",        "noise_scale"};
+  for (const Recording* r : given) {
+    const std::optional<DeadZone> zone = dead_zone_of(r->gyr);
+    if (!zone) continue;
+    std::erase_if(d.findings, [&](const Finding& f) {
+      return f.channel == "gyr" && std::ranges::count(kImitated, f.effect) > 0;
+    });
+    Finding f;
+    f.effect = "gyro_dead_band";
+    f.channel = to_string(Channel::kGyr);
+    f.sentence = fmt::format(
+        "The gyroscope has a dead band: {} it reads the same where it turns by less than some "
+        "{:.2g} rad/s ({:.2g} deg/s). Slow turns are lost, and with them its bias; it does not "
+        "hang.",
+        zone->reads.allFinite() ? "each time" : "on an axis", zone->edge,
+        zone->edge * 180.0 / M_PI);
+    f.parameters = {{"band", zone->edge, 0.0, "rad/s"}};
+    f.p_value = 0.0;
+    f.probability = 1.0;
+    f.gain = {NAN, NAN, NAN, NAN, NAN};
+    d.findings.push_back(std::move(f));
+    return;
+  }
+}
 
 void withdraw_contradicted(const std::vector<const Recording*>& given, Diagnosis& d) {
   withdraw_clock_of_bad_times(given, d);

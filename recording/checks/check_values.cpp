@@ -141,7 +141,10 @@ std::optional<Issue> stuck_axis(const NamedSeries& sensor, int axis) {
     return std::nullopt;
   }
   if (std::log(n) + double(longest) * std::log(share) > std::log(kExpected)) return std::nullopt;
-  if (value == 0.0 && sensor.name == "gyr" && zeroes_small_rates(s)) return std::nullopt;
+  if (sensor.name == "gyr") {
+    const std::optional<DeadZone> zone = dead_zone_of(s);
+    if (zone && value == zone->reads[axis]) return std::nullopt;
+  }
   return Issue{"stuck",
                sensor.name,
                axis,

@@ -34,9 +34,8 @@ TEST(Contradictions, what_ends_before_its_begin_is_known_did_not_change) {
   d.findings = {change_from(12.0, 14.7, 1.9)};
   withdraw_contradicted({&r}, d);
   EXPECT_THAT(d.findings, IsEmpty());
-  ASSERT_EQ(d.unexplained.evidence.size(), 1u);
-  EXPECT_THAT(d.unexplained.evidence[0],
-              HasSubstr("About 13.3 s, for some 2.7 s, the magnetometer"));
+  ASSERT_EQ(d.structure.evidence.size(), 1u);
+  EXPECT_THAT(d.structure.evidence[0], HasSubstr("About 13.3 s, for some 2.7 s, the magnetometer"));
 }
 
 TEST(Contradictions, a_change_of_known_times_stays) {
@@ -46,7 +45,7 @@ TEST(Contradictions, a_change_of_known_times_stays) {
                 change_from(12.0, std::numeric_limits<double>::infinity(), 1.9)};
   withdraw_contradicted({&r}, d);
   EXPECT_EQ(d.findings.size(), 2u);
-  EXPECT_FALSE(d.unexplained.detected);
+  EXPECT_FALSE(d.structure.detected);
 }
 
 TEST(Contradictions, nothing_is_named_of_rows_of_two_devices) {
@@ -61,8 +60,29 @@ TEST(Contradictions, nothing_is_named_of_rows_of_two_devices) {
   withdraw_contradicted({&r}, d);
   ASSERT_EQ(d.findings.size(), 1u);
   EXPECT_EQ(d.findings[0].effect, "linear_acceleration");
-  ASSERT_EQ(d.unexplained.evidence.size(), 1u);
-  EXPECT_THAT(d.unexplained.evidence[0], HasSubstr("Every third sample of mag stands out"));
+  ASSERT_EQ(d.structure.evidence.size(), 1u);
+  EXPECT_THAT(d.structure.evidence[0], HasSubstr("Every third sample of mag stands out"));
+}
+
+TEST(Contradictions, a_dead_band_is_named_and_not_what_it_imitates) {
+  Recording r = turned();
+  for (Vector3& v : r.gyr.v) {
+    for (double& x : v) x = std::abs(x) < 0.1 ? 0.0 : x;
+  }
+  Finding bias;
+  bias.effect = "gyro_bias_change";
+  bias.channel = "gyr";
+  Diagnosis d;
+  d.findings = {bias};
+  name_dead_band({&r}, d);
+  ASSERT_EQ(d.findings.size(), 1u);
+  EXPECT_EQ(d.findings[0].effect, "gyro_dead_band");
+  EXPECT_NEAR(d.findings[0].parameters[0].value, 0.1, 0.02);
+  EXPECT_THAT(d.findings[0].sentence, HasSubstr("it does not hang"));
+  const Recording whole = turned();
+  d.findings = {bias};
+  name_dead_band({&whole}, d);
+  EXPECT_EQ(d.findings[0].effect, "gyro_bias_change");
 }
 
 }  // namespace

@@ -191,7 +191,7 @@ std::optional<Issue> copied_axis(const NamedSeries& sensor) {
 
 }  // namespace
 
-std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr) {
+std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr, bool dead_band) {
   const VectorSeries& s = *sensor.series;
   std::vector<Issue> issues;
   if (s.size() < kFewestToJudge) return issues;
@@ -224,7 +224,8 @@ std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gy
                                   sensor.name, longest, at, total),
                       "the sensor or its bus hung: leave such samples out, or record again"});
   }
-  for (int axis = 0; axis < 3 && issues.empty(); ++axis) {
+  const bool slow = dead_band && sensor.series == &gyr;
+  for (int axis = 0; axis < 3 && issues.empty() && !slow; ++axis) {
     if (auto stuck = stuck_axis(sensor, axis)) issues.push_back(std::move(*stuck));
   }
   if (auto zeros = zeros_issue(sensor)) issues.push_back(std::move(*zeros));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "statistics/quantiles.h"
 
@@ -32,19 +33,25 @@ double most_frequent(std::vector<double> x) {
   return x.empty() ? NAN : x[at];
 }
 
+// The converter's step, or less: the smallest change from one reading to the next.
+double smallest_change(const std::vector<double>& x) {
+  double step = INFINITY;
+  for (std::size_t k = 1; k < x.size(); ++k) {
+    if (x[k] != x[k - 1]) step = std::min(step, std::abs(x[k] - x[k - 1]));
+  }
+  return step;
+}
+
 // The smallest of the others where readings fall to 0 from there. `sizes`: distances of an axis, or
-// of the whole vector, from the reading within the zone.
-std::optional<double> edge_of(const std::vector<double>& sizes) {
-  double least = INFINITY, step = INFINITY;
+// of the whole vector, from the reading within the zone; step: of the converter.
+std::optional<double> edge_of(const std::vector<double>& sizes, double step) {
+  double least = INFINITY;
   std::size_t zeros = 0;
   std::vector<double> beside;
   for (std::size_t k = 0; k < sizes.size(); ++k) {
     const double size = sizes[k], before = k > 0 ? sizes[k - 1] : size;
     zeros += size == 0.0 ? 1 : 0;
     if (size > 0.0) least = std::min(least, size);
-    if (size > 0.0 && before > 0.0 && size != before) {
-      step = std::min(step, std::abs(size - before));
-    }
     if ((size == 0.0) != (before == 0.0)) beside.push_back(std::max(size, before));
   }
   if (zeros < kEnoughZeros || beside.size() < kEnoughEdges || least < kSteps * step) return {};
@@ -57,20 +64,27 @@ std::optional<double> edge_of(const std::vector<double>& sizes) {
 std::optional<DeadZone> dead_zone_of(const VectorSeries& gyr) {
   DeadZone out{Vector3::Constant(NAN), 0.0};
   Vector3 usual;
+  double coarsest = 0.0;
+  std::vector<Vector3> all;
+  std::ranges::copy_if(gyr.v, std::back_inserter(all),
+                       [](const Vector3& v) { return v.allFinite(); });
+  if (all.empty()) return std::nullopt;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> x, sizes;
-    for (const Vector3& v : gyr.v) x.push_back(v[axis]);
+    for (const Vector3& v : all) x.push_back(v[axis]);
     usual[axis] = most_frequent(x);
-    for (const Vector3& v : gyr.v) sizes.push_back(std::abs(v[axis] - usual[axis]));
-    if (const auto edge = edge_of(sizes)) {
+    for (const Vector3& v : all) sizes.push_back(std::abs(v[axis] - usual[axis]));
+    const double step = smallest_change(x);
+    coarsest = std::max(coarsest, step);
+    if (const auto edge = edge_of(sizes, step)) {
       out.reads[axis] = usual[axis];
       out.edge = std::max(out.edge, *edge);
     }
   }
   // One band for the length of the rate: its axes come near to their reading elsewhere, too.
   std::vector<double> lengths;
-  for (const Vector3& v : gyr.v) lengths.push_back((v - usual).norm());
-  if (const auto edge = edge_of(lengths)) out = {usual, *edge};
+  for (const Vector3& v : all) lengths.push_back((v - usual).norm());
+  if (const auto edge = edge_of(lengths, coarsest)) out = {usual, *edge};
   if (out.reads.array().isNaN().all()) return std::nullopt;
   return out;
 }

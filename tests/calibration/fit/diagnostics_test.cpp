@@ -48,7 +48,7 @@ TEST(Checks, accuracy_is_the_angle_that_distortion_and_bias_leave_open) {
 // What `info` counts as visited a check does not call hardly visited.
 TEST(Checks, accuracy_blames_the_motion_only_where_an_attitude_is_missing) {
   Calibration c = with_covariance(0.01);
-  c.covariance(6, 6) = 9.0;  // D's first column: the field along x
+  c.covariance(7, 7) = 9.0;  // of D's first column: the field along x seems to have a y
   c.fields.resize(1);
   c.trajectories.resize(1);
   const Vector3 x = Vector3::UnitX(), north = Vector3::UnitY();

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "calibration/array_fit.h"
+#include "calibration/calibrate.h"
+#include "calibration/fit/given_noise.h"
 #include "calibration/start/turned_axes.h"
 #include "calibration/trust/check_axes.h"
 #include "calibration/trust/no_fit.h"
@@ -20,6 +22,7 @@
 #include "diagnosis/conclude/cut_rests.h"
 #include "diagnosis/conclude/departures.h"
 #include "diagnosis/conclude/missing_state.h"
+#include "diagnosis/conclude/next_step.h"
 #include "diagnosis/conclude/noise_findings.h"
 #include "diagnosis/conclude/place.h"
 #include "diagnosis/conclude/unexplained.h"
@@ -58,6 +61,8 @@ void take_conclusion(Diagnosis& d) {
   Conclusion conclusion = conclude(d);
   d.answer = conclusion.answer;
   d.evidence = std::move(conclusion.evidence);
+  d.unexplained = std::move(conclusion.unexplained);
+  d.next_step = next_step(d);
 }
 
 CalibrationOptions calibration_options(const DiagnosisOptions& options) {
@@ -65,6 +70,35 @@ CalibrationOptions calibration_options(const DiagnosisOptions& options) {
   out.noise = options.noise;
   out.gravity = options.gravity;
   return out;
+}
+
+// The verdict's: as `magimu calibrate` is asked, of the motion that was given.
+CalibrationOptions verdict_options(const DiagnosisOptions& options) {
+  CalibrationOptions out = calibration_options(options);
+  out.motion = options.base ? options.base->motion : options.motion;
+  if (!options.base) return out;
+  for (const ActiveEffect& effect : options.base->effects) {
+    if (effect.name == "mag_time_offset") out.mag_time_offset = true;
+    if (effect.name == "gyro_scale_misalignment") out.gyr_matrix = true;
+  }
+  return out;
+}
+
+// That of the model with the causes that were found. Where there are none, a calibration by that
+// model is the one that calibrate() makes.
+void judge_after(const CheckedRecordings& checked, const Mounting& mounting,
+                 const CalibrationOptions& calibration, const DiagnosisOptions& options,
+                 Diagnosis& d) {
+  Calibration& c = d.after;
+  if (options.calibrate_before && d.findings.empty() && c.fit.converged()) {
+    c.trust = d.before.trust;
+    return;
+  }
+  c.blows_per_minute = d.before.blows_per_minute;
+  judge(c);
+  judge_given_noise(c, checked.get(), calibration);
+  judge_axes(c, mounting, calibration);
+  judge_faults(c.trust, checked.faults());
 }
 
 std::string who_was_asked(const std::vector<std::string>& names) {
@@ -75,22 +109,26 @@ std::string who_was_asked(const std::vector<std::string>& names) {
       names.size(), names.front(), names[kFewMagnetometers - 1]);
 }
 
-// The diagnosis where the basic model has no fit.
-Diagnosis diagnosis_of(const Calibration& no_fit, const std::vector<const Recording*>& given,
+// The diagnosis where there is no model to begin with: only the verdict.
+Diagnosis diagnosis_of(const Calibration& before, Calibration after,
+                       const std::vector<const Recording*>& given,
                        const DiagnosisOptions& options) {
   Diagnosis d;
   d.false_alarm_rate = options.false_alarm_rate;
   for (const Recording* r : given) d.recordings.push_back(r->name);
-  d.notes = no_fit.warnings;
-  d.before = d.after = no_fit;
+  d.notes = before.warnings;
+  d.before = before;
+  d.after = std::move(after);
   take_conclusion(d);
   return d;
 }
 
+// The basic model has no fit.
 Diagnosis diagnosis_without_fit(const std::vector<const Recording*>& given,
                                 const DiagnosisOptions& options, const std::string& why) {
   const CheckedRecordings checked(given);
   return diagnosis_of(
+      calibrate(given, verdict_options(options)),
       calibration_without_fit(checked.get(), calibration_options(options), why, checked.warnings()),
       given, options);
 }
@@ -120,7 +158,8 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   const Mounting mounting = check_mounting(few.get());
   for (const AxesFinding& f : mounting.findings) {
     if (f.sensor != "acc" && f.sensor != "gyr") continue;
-    throw InputError(given.front()->name, 0, 0, f.problem, f.text_of_remedy);
+    const Calibration verdict = calibrate(given, verdict_options(options));
+    return diagnosis_of(verdict, verdict, given, options);
   }
 
   progress("fitting the basic model", 0.0);
@@ -173,6 +212,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   if (!passing.evidence.empty()) add_evidence(d, passing.channel, passing.evidence);
   withdraw_other_lines(few.get(), d);
   withdraw_contradicted(given, d);
+  name_dead_band(given, d);
   extender.keep_named();
   find_repeats(given, d);
   const int at_rest = find_changes_in_cut_rests(few.get(), full, extender.stage(), d);
@@ -191,18 +231,21 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   add_unexplained(std::move(dependences), d);
   fill_departures(recordings, full, extender, pipeline.rest_noise(), options.noise.has_value(),
                   at_rest, d);
-  d.before = extender.summary(extender.base());
   d.after = extender.summary(extender.stage());
   extender.restate(d.after);
-  // As calibrate() judges them.
-  for (Calibration* c : {&d.before, &d.after}) {
-    judge_axes(*c, mounting, calibration);
-    judge_faults(c->trust, checked.faults());
-  }
   reword_by_what_is_known(given, d);
   tell_shares_taken(d);
+  progress("may the calibration be trusted?", 0.9);
+  if (options.calibrate_before) {
+    d.before = calibrate(given, verdict_options(options));
+  } else {
+    d.before = extender.summary(extender.base());
+    judge(d.before);
+    d.before.samples = samples_of(full);
+  }
+  judge_after(checked, mounting, calibration, options, d);
   // The samples themselves, not the means of them that the fits were made of.
-  d.before.samples = d.after.samples = samples_of(full);
+  d.after.samples = samples_of(full);
   d.model_before = extended_model(extender.base(), {});
   d.model_motion = first.spec().effects.size() > extender.base().spec().effects.size()
                        ? d.model_before
@@ -214,10 +257,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   }
   take_conclusion(d);
   if (d.answer == Answer::kUnexplained || d.answer == Answer::kPartly) {
-    d.after.trust.lower(
-        Verdict::kLimited,
-        "Something in these data is not explained, and these standard deviations do "
-        "not know of it (those of `magimu calibrate` are widened for it).");
+    d.after.trust.lower(Verdict::kLimited, what_sigmas_know(d));
   }
   if (options.against) {
     progress("comparing with the stored calibration", 0.95);
@@ -252,8 +292,9 @@ Diagnosis diagnose(const std::vector<const Recording*>& recordings,
     std::optional<Diagnosis> made = attempt([&] { return diagnose_fitted(given, options); }, &why);
     return made ? *std::move(made) : diagnosis_without_fit(given, options, why);
   } catch (const TooLittle& too_little) {
-    return diagnosis_of(calibration_without_fit(given, calibration_options(options), too_little),
-                        given, options);
+    const Calibration none =
+        calibration_without_fit(given, calibration_options(options), too_little);
+    return diagnosis_of(none, none, given, options);
   }
 }
 

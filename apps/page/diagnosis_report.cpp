@@ -39,18 +39,19 @@ void answer(Page& page, const Diagnosis& d) {
         element("p", (d.answer == Answer::kPartly ? "Not explained: " : "") + plus_minus(sentence));
   }
   for (const std::string& reason : unsaid_reasons(d)) html += element("p", "Trust: " + reason);
-  if (const std::string next = next_step(d); !next.empty()) html += element("p", next);
+  for (const std::string& added : added_to_verdict(d)) html += element("p", added);
+  if (!d.next_step.empty()) html += element("p", d.next_step);
   page.html(wrap("div", html, kClass[int(d.answer)]));
-  const std::string before = to_string(d.before.trust.verdict),
-                    after = to_string(d.after.trust.verdict);
-  page.html(
-      wrap("ul",
-           fact(fmt::format("{}", d.before.samples), "IMU samples used") +
-               fact(d.after.motion == MotionModel::kHandHeld ? "moved by hand" : "turned",
-                    "motion, as modelled") +
-               fact(before == after ? after : before + " → " + after, "trust in the calibration") +
-               fact(percent(d.false_alarm_rate), "false alarms where nothing is wrong"),
-           "facts"));
+  page.html(wrap("ul",
+                 fact(fmt::format("{}", d.before.samples), "IMU samples used") +
+                     fact(d.after.motion == MotionModel::kHandHeld ? "moved by hand" : "turned",
+                          "motion, as modelled") +
+                     fact(to_string(d.before.trust.verdict), "trust in the calibration") +
+                     (d.findings.empty() ? std::string()
+                                         : fact(to_string(d.after.trust.verdict),
+                                                "trust, with what was found in the model")) +
+                     fact(percent(d.false_alarm_rate), "false alarms where nothing is wrong"),
+                 "facts"));
 }
 
 // How wrong, where, when.
@@ -128,7 +129,7 @@ void found(Page& page, const Diagnosis& d) {
   page.html(
       wrap("div",
            element("p", "not explained: " + joined(sensors, ", "), "kicker") +
-               element("h3", "Structure that none of the known causes explains") +
+               element("h3", "What none of the known causes explains") +
                wrap("ul", items(d.unexplained.evidence)) +
                element("p", "No name is given: a wrong one would be worse than none.", "soft"),
            "card unexplained"));

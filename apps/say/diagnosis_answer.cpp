@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <map>
 
 #include "apps/say/numbers.h"
@@ -203,36 +205,29 @@ std::vector<Moved> moved_parameters(const Diagnosis& d) {
   return out;
 }
 
-std::string next_step(const Diagnosis& d) {
-  if (d.answer != Answer::kPartly && d.answer != Answer::kUnexplained) return "";
-  std::string columns;
-  for (const auto& [column, what] : {std::pair("temp", "the temperature (column temp)"),
-                                     {"current", "the board's supply current (column current)"}}) {
-    const std::string needs = fmt::format("the column {}", column);
-    const bool lacks = std::ranges::any_of(
-        d.scan, [&](const ScanEntry& e) { return e.needs.find(needs) != std::string::npos; });
-    if (lacks) columns += (columns.empty() ? "" : " and ") + std::string(what);
-  }
-  const char* const trusted = d.after.trust.verdict == Verdict::kNo
-                                  ? "do not use the calibration"
-                                  : "use the calibration only as far as its trust goes";
-  return fmt::format(
-      "What to do next: {}. Record once more at another place, away from iron and from "
-      "electric devices, with turns about all axes, slow and fast, and a rest of ten "
-      "seconds at two or three places{}; give both recordings to one `magimu diagnose`. What "
-      "belongs "
-      "to the sensor comes back there, what belongs to the place or to the motion does not.",
-      trusted,
-      columns.empty() ? std::string() : ", and log " + columns + " where the board has them");
-}
-
 std::vector<std::string> unsaid_reasons(const Diagnosis& diagnosis) {
   std::vector<std::string> out;
-  for (const std::string& reason : diagnosis.after.trust.reasons) {
+  for (const std::string& reason : diagnosis.before.trust.reasons) {
     if (std::ranges::find(diagnosis.evidence, reason) == diagnosis.evidence.end()) {
       out.push_back(reason);
     }
   }
+  return out;
+}
+
+std::vector<std::string> added_to_verdict(const Diagnosis& d) {
+  std::vector<std::string> out;
+  if (!d.findings.empty()) {
+    out.push_back(fmt::format(
+        "With what was found in its model the calibration's verdict would be `{}` (it is "
+        "`calibration_after` of the file).",
+        to_string(d.after.trust.verdict)));
+  }
+  const auto said = [&](const std::string& reason) {
+    return std::ranges::find(d.evidence, reason) != d.evidence.end() ||
+           std::ranges::find(d.before.trust.reasons, reason) != d.before.trust.reasons.end();
+  };
+  std::ranges::copy_if(d.after.trust.reasons, std::back_inserter(out), std::not_fn(said));
   return out;
 }
 

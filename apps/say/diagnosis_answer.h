@@ -13,11 +13,12 @@ namespace magimu::apps {
 // The answer in a sentence; its reasons, and the findings' sentences, are in the diagnosis.
 std::string headline(const Diagnosis& diagnosis);
 
-// What a user can do about what is not explained; empty if all is explained.
-std::string next_step(const Diagnosis& diagnosis);
-
-// Reasons of the calibration's verdict that the diagnosis has not given.
+// Reasons of the verdict that the diagnosis has not given.
 std::vector<std::string> unsaid_reasons(const Diagnosis& diagnosis);
+
+// What the diagnosis adds to the verdict, which is calibrate()'s: the verdict with the causes that
+// were found, and that something is not explained. Empty: nothing.
+std::vector<std::string> added_to_verdict(const Diagnosis& diagnosis);
 
 // Does the stored calibration still hold: a sentence.
 std::string against_headline(const Against& against);

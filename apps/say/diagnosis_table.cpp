@@ -118,27 +118,29 @@ std::string reasons_text(const Diagnosis& d) {
   return out;
 }
 
-std::string calibration_text(const Diagnosis& d) {
-  const std::string before = to_string(d.before.trust.verdict),
-                    after = to_string(d.after.trust.verdict);
-  if (d.findings.empty()) {
-    return fmt::format("Trust in the calibration: {}.\n", after) + reasons_text(d);
-  }
-  std::string out =
-      fmt::format("Trust in the calibration: {} before, {} with what was found.", before, after);
+std::string moved_most(const Diagnosis& d) {
   const Moved* most = nullptr;
   const std::vector<Moved> all = moved_parameters(d);
   for (const Moved& m : all) {
     if (!std::isfinite(m.sigmas())) continue;
     if (most == nullptr || std::abs(m.sigmas()) > std::abs(most->sigmas())) most = &m;
   }
-  if (most != nullptr) {
-    out += fmt::format(" Moved most: {}, from {} to {} {} ({:.1f} sigma).", unbroken(most->name),
-                       with_sigma(most->before, most->sigma_before),
-                       with_sigma(most->after, most->sigma_after), most->unit,
-                       std::abs(most->sigmas()));
-  }
-  return wrapped(out, "") + reasons_text(d);
+  if (d.findings.empty() || most == nullptr) return "";
+  return fmt::format("Moved most by that: {}, from {} to {} {} ({:.1f} sigma).",
+                     unbroken(most->name), with_sigma(most->before, most->sigma_before),
+                     with_sigma(most->after, most->sigma_after), most->unit,
+                     std::abs(most->sigmas()));
+}
+
+std::string calibration_text(const Diagnosis& d) {
+  std::string out = fmt::format("Trust in the calibration, as `magimu calibrate` judges it: {}.\n",
+                                to_string(d.before.trust.verdict)) +
+                    reasons_text(d);
+  std::vector<std::string> added = added_to_verdict(d);
+  if (const std::string moved = moved_most(d); !moved.empty()) added.push_back(moved);
+  if (!added.empty()) out += "What this diagnosis adds:\n";
+  for (const std::string& sentence : added) out += wrapped(sentence, "  - ");
+  return out;
 }
 
 std::string against_text(const Against& a) {
@@ -180,7 +182,7 @@ std::string diagnosis_table(const Diagnosis& d) {
               entries_with(Outcome::kNotFound, d), detectable_words);
   out += calibration_text(d);
   for (const std::string& note : d.notes) out += wrapped(note, "Note: ");
-  if (const std::string next = next_step(d); !next.empty()) out += wrapped(next, "");
+  if (!d.next_step.empty()) out += wrapped(d.next_step, "");
   out += wrapped(fmt::format("False alarms: where nothing is wrong, something is named in {} of "
                              "recordings. Computed in {:.1f} s.",
                              percent(d.false_alarm_rate), d.seconds),

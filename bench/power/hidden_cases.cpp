@@ -188,6 +188,7 @@ HiddenCase draw_none(NoiseKind noise, std::uint64_t seed) {
 DiagnosisOptions diagnosis_options(const HiddenCase& c) {
   DiagnosisOptions options;
   options.gravity = c.options.gravity;
+  options.calibrate_before = false;  // causes are asked for
   if (c.noise_given) {
     options.noise = NoiseDensities{c.options.noise.acc, c.options.noise.gyr, c.options.noise.mag};
   }

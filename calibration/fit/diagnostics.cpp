@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "factors/sensor_model.h"
 #include "graph/decompositions.h"
 #include "statistics/quantiles.h"
 
@@ -56,8 +57,22 @@ Check check_optimum(const Result& fit) {
   return check;
 }
 
+bool field_came_near(const Calibration& c, const Vector3& direction) {
+  constexpr double kNear = 20.0 * kDegree;  // as coverage_of() counts
+  for (std::size_t r = 0; r < c.trajectories.size() && !c.fields.empty(); ++r) {
+    const Vector3 b = unit_field(c.fields[std::min(r, c.fields.size() - 1)].dip_rad);
+    if (std::ranges::any_of(c.trajectories[r].nRb, [&](const Rot3& nRb) {
+          return nRb.unrotate(b).dot(direction) > std::cos(kNear);
+        })) {
+      return true;
+    }
+  }
+  return false;
+}
+
 Check check_accuracy(const Calibration& c, std::size_t magnetometer) {
   double worst = 0.0;
+  Vector3 where = Vector3::UnitX();
   const Matrix3 D_inverse = c.parameters.mag[magnetometer].distortion.inverse();
   const Eigen::Index own = 6 + 12 * Eigen::Index(magnetometer);
   const MatrixXd P = c.covariance.block(own, own, 12, 12);  // of D, column by column, and o_m
@@ -69,24 +84,30 @@ Check check_accuracy(const Calibration& c, std::size_t magnetometer) {
     const Matrix3 across = Matrix3::Identity() - b * b.transpose();
     const MatrixXd V = across * (J * P * J.transpose()) * across;
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(V, Eigen::EigenvaluesOnly);
-    worst = std::max(worst, eigen.eigenvalues().maxCoeff());
+    if (eigen.eigenvalues().maxCoeff() > worst) {
+      worst = eigen.eigenvalues().maxCoeff();
+      where = b;
+    }
   }
   const double deg = std::sqrt(worst) / kDegree;
+  if (deg <= kAccuracyOk) {
+    return {"accuracy", CheckStatus::kOk, deg,
+            fmt::format("The corrected field's direction is known to {:.2g} deg or better (one "
+                        "standard deviation), however the sensor is held.",
+                        deg)};
+  }
+  const char* const why = field_came_near(c, where)
+                              ? ". The sensor was held so, too: what limits it is not the motion "
+                                "but noise, or what the model lacks."
+                              : ": turn the sensor through those that were hardly visited.";
   if (!(deg < kNotKnown)) {
-    return {
-        "accuracy", CheckStatus::kBad, deg,
-        "The corrected field's direction is not known in some attitudes: turn the sensor through "
-        "those that were hardly visited."};
+    return {"accuracy", CheckStatus::kBad, deg,
+            fmt::format("The corrected field's direction is not known in some attitudes{}", why)};
   }
   return {"accuracy", graded(deg, kAccuracyOk, kAccuracyPoor), deg,
-          deg <= kAccuracyOk
-              ? fmt::format("The corrected field's direction is known to {:.2g} deg or better (one "
-                            "standard deviation), however the sensor is held.",
-                            deg)
-              : fmt::format("The corrected field's direction is known to {:.2g} deg only (one "
-                            "standard deviation) in some attitudes: turn the sensor through those "
-                            "that were hardly visited.",
-                            deg)};
+          fmt::format("The corrected field's direction is known to {:.2g} deg only (one standard "
+                      "deviation) in some attitudes{}",
+                      deg, why)};
 }
 
 Check check_whiteness(const Calibration& c) {

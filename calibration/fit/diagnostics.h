@@ -12,6 +12,10 @@ namespace magimu {
 // Gradient and last step of the optimization, in standard deviations of the estimate.
 Check check_optimum(const Result& fit);
 
+// Did the field come within 20 degrees of this direction of the sensor (IMU frame)? false, too,
+// where c has no trajectories.
+bool field_came_near(const Calibration& c, const Vector3& direction);
+
 // Standard deviation of the corrected field's direction, D^-1 (mag - o_m), at the worst of all
 // directions of the field in the IMU frame. Of one magnetometer, by default the first.
 Check check_accuracy(const Calibration& c, std::size_t magnetometer = 0);

@@ -293,6 +293,8 @@ void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found
   Check check{"model", CheckStatus::kOk, 0.0, "Nothing is seen to be missing in the model."};
   MatrixXd more = MatrixXd::Zero(c.covariance.rows(), c.covariance.cols());
   double seen_uT = 0.0;
+  const MatrixXd without = c.covariance;
+  const MissingEffect* farthest = nullptr;
   for (const MissingEffect& f : found) {
     const VectorXd shift = f.shift.head(p);
     const double distance = std::sqrt(std::max(0.0, shift.dot(V.solve(shift))));
@@ -301,11 +303,13 @@ void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found
     more += std::pow(kBeyondOneStep * distance, 2) * c.covariance;
     const bool doubtful = f.name.empty() && distance > kMoved;
     check.status = std::max(check.status, doubtful ? CheckStatus::kBad : CheckStatus::kCaution);
+    if (farthest == nullptr || distance > check.value) farthest = &f;
     check.value = std::max(check.value, distance);
     seen_uT = std::max(seen_uT, f.seen_uT);
   }
   if (!found.empty()) {
     // Each was tried alone, and one cause shows in others' tests, too.
+    const Doubted most = most_doubted(c, without, farthest->shift * farthest->shift.transpose());
     const MissingEffect& plainest = *std::ranges::min_element(found, {}, &MissingEffect::log10_p);
     const std::string causes =
         found.size() == 1
@@ -313,11 +317,11 @@ void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found
             : fmt::format("{} causes would each explain some of it, that {} among them",
                           found.size(), in_words(plainest));
     check.sentence = fmt::format(
-        "Something is missing in the model; {}. With that the calibration would be up to {:.1f} "
-        "standard deviations elsewhere. The sigmas were widened by that{}; what looks like the "
-        "calibration itself no recording shows, and it may be more. `magimu diagnose` finds out "
-        "which cause it is.",
-        causes, check.value,
+        "Something is missing in the model; {}. With that the {} would be another by up to {}, "
+        "{:.1f} standard deviations of what noise alone leaves unknown. The sigmas given here were "
+        "widened by it{}, and contain it; what looks like the calibration itself no recording "
+        "shows, and it may be more. `magimu diagnose` finds out which cause it is.",
+        causes, most.what, most.size, check.value,
         seen_uT > 0.0 ? fmt::format(" and by the {:.2g} uT that are seen of it", seen_uT) : "");
   }
   c.checks.push_back(check);

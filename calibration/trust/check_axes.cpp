@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/result/gyr_matrix.h"
 #include "calibration/trust/field_check.h"
-#include "graph/decompositions.h"
-#include "graph/rot3.h"
+#include "factors/effects/turn_words.h"
 #include "recording/data/axes.h"
 
 namespace magimu {
@@ -64,32 +64,36 @@ std::string about_the_dip(double dip_rad, int dip_sign) {
 // Packages are misaligned by some 5 deg about each axis, and soft iron skewed by 10 deg turns the
 // polar factor of D by up to 5 more (Huang et al. 2025, Table I): beyond is a mounting.
 constexpr double kMounted_deg = 12.0;
-constexpr double kAboutAxis = 0.95;  // cosine from which a turn is told as one about this axis
+// An IMU's own axes agree to a degree or two.
+constexpr double kTurnedWithinImu_deg = 3.0;
 
-// The rotation in D, where D turns vectors of the IMU frame into the magnetometer's: nearest
-// rotation, by the polar decomposition.
-std::string mounted_text(const Matrix3& distortion, const std::string& sensor) {
-  const Eigen::JacobiSVD<MatrixXd> svd(MatrixXd(distortion),
-                                       Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Matrix3 Q = svd.matrixU() * svd.matrixV().transpose();
-  if (!Q.allFinite() || Q.determinant() < 0.0) return "";
-  const Vector3 turn = Rot3::from_matrix(Q).Log();
-  const double angle = turn.norm() / kDegree;
-  if (angle < kMounted_deg) return "";
-  const Vector3 axis = -turn / turn.norm();  // how the sensor is turned, not the readings
-  for (int i = 0; i < 3; ++i) {
-    if (std::abs(axis[i]) < kAboutAxis) continue;
-    return fmt::format("{} is turned by {:.1f} deg about {} against the IMU.", sensor,
-                       axis[i] > 0.0 ? angle : -angle, "xyz"[i]);
+// Turns of gyroscope and magnetometer against the accelerometer, whose axes are the IMU's. gyr:
+// I + S. Where both are turned alike it is the accelerometer that is turned.
+std::string mounted_text(const Matrix3& gyr, const Matrix3& distortion) {
+  const auto g = turn_and_rest(gyr), m = turn_and_rest(distortion);
+  const bool gyr_turned = g && g->angle() > kTurnedWithinImu_deg * kDegree && is_mostly_a_turn(*g);
+  const bool mag_turned = m && m->angle() > kMounted_deg * kDegree;
+  if (gyr_turned && mag_turned && (g->turn - m->turn).norm() < kMounted_deg * kDegree) {
+    TurnAndRest acc = *g;
+    acc.turn = -g->turn;
+    return fmt::format("The accelerometer is {} against the gyroscope and the magnetometer.",
+                       turned_words(acc));
   }
-  return fmt::format("{} is turned by {:.1f} deg about ({:.2f}, {:.2f}, {:.2f}) against the IMU.",
-                     sensor, angle, axis[0], axis[1], axis[2]);
+  std::string out;
+  if (gyr_turned) {
+    out = fmt::format("The gyroscope is {} against the accelerometer.", turned_words(*g));
+  }
+  if (mag_turned) {
+    out += fmt::format("{}The magnetometer is {} against the IMU.", out.empty() ? "" : " ",
+                       turned_words(*m));
+  }
+  return out;
 }
 
 }  // namespace
 
-Check check_axes(const Mounting& mounting, const Matrix3& distortion, double dip_rad,
-                 int dip_sign) {
+Check check_axes(const Mounting& mounting, const Matrix3& distortion, double dip_rad, int dip_sign,
+                 const Matrix3& gyr) {
   if (std::abs(dip_rad) < kFlatDip_deg * kDegree) dip_sign = 0;  // it says nothing
   Check out{"axes", CheckStatus::kOk, 0.0, ""};
   for (const AxesFit& fit : mounting.fits) {
@@ -100,13 +104,13 @@ Check check_axes(const Mounting& mounting, const Matrix3& distortion, double dip
     out.sentence = mounting.sentence;
   } else if (mounting.status == MountingStatus::kConsistent) {
     const std::string more = about_the_dip(dip_rad, dip_sign);
-    const std::string mounted = mounted_text(distortion, "The magnetometer");
+    const std::string mounted = mounted_text(gyr, distortion);
     out.sentence =
         mounted.empty()
             ? fmt::format("The sensors' axes agree (to {:.1f} deg).", out.value)
             : mounted +
-                  " The distortion matrix holds that turn: corrected readings are in the "
-                  "axes of the IMU.";
+                  " The calibration's matrices hold that: corrected readings are in the axes of "
+                  "the IMU, which are the accelerometer's.";
     if (!mounted.empty()) out.status = CheckStatus::kCaution;
     if (!more.empty()) out.sentence += " " + more;
     if (dip_sign != 0 && !more.empty()) out.status = CheckStatus::kBad;
@@ -136,8 +140,8 @@ void judge_axes(Calibration& c, const Mounting& mounting, const CalibrationOptio
   if (const auto& start = options.initialization.dip_rad; dip_sign == 0 && start) {
     dip_sign = *start > 0.0 ? 1 : -1;
   }
-  c.checks.push_back(
-      check_axes(mounting, c.parameters.mag.front().distortion, c.parameters.dip_rad, dip_sign));
+  c.checks.push_back(check_axes(mounting, c.parameters.mag.front().distortion, c.parameters.dip_rad,
+                                dip_sign, gyr_matrix(c)));
   if (c.checks.back().status != CheckStatus::kBad) return;
   const bool imu = std::ranges::any_of(mounting.findings, concerns_imu);
   c.trust.verdict = std::max(c.trust.verdict, imu ? Verdict::kNo : Verdict::kLimited);

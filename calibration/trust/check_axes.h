@@ -9,11 +9,12 @@
 
 namespace magimu {
 
-// The check "axes". distortion: of the first magnetometer, whose rotation is told where it is more
-// than a package's misalignment. dip_rad: as calibrated. dip_sign: that of the true dip where the
-// user knows it (1 on the northern hemisphere, -1 on the southern, 0: unknown), which tells a
-// magnetometer that is turned from one that is inverted.
-Check check_axes(const Mounting& mounting, const Matrix3& distortion, double dip_rad, int dip_sign);
+// The check "axes". distortion: of the first magnetometer; gyr: what multiplies the rates. Their
+// rotations are told where they are more than a package's misalignment. dip_rad: as calibrated.
+// dip_sign: that of the true dip where the user knows it (1 on the northern hemisphere, -1 on the
+// southern, 0: unknown), which tells a magnetometer that is turned from one that is inverted.
+Check check_axes(const Mounting& mounting, const Matrix3& distortion, double dip_rad, int dip_sign,
+                 const Matrix3& gyr = Matrix3::Identity());
 
 // Of the first recording whose motion tells.
 Mounting check_mounting(const std::vector<const Recording*>& recordings);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "calibration/fit/diagnostics.h"
+#include "calibration/result/gyr_matrix.h"
 #include "calibration/start/intrinsic.h"
 #include "calibration/start/turned_axes.h"
 #include "calibration/trust/disturbances.h"
@@ -108,23 +109,20 @@ void judge_motion(Calibration& c) {
 // A gyroscope that turns the sensor too far or not far enough, on all axes, by more than parts do:
 // what is wrong is its unit or the time.
 void judge_gyroscope(Calibration& c, double gyr_unit) {
-  for (const ActiveEffect& effect : c.effects) {
-    if (effect.name != "gyro_scale_misalignment" || effect.parameters.size() != 9) continue;
-    double gain = 0.0;
-    for (const std::size_t i : {0, 4, 8}) gain += effect.parameters[i].value / 3.0;
-    if (std::abs(gain) < kLargestGyrGain) continue;
-    const std::string unit =
-        gyr_unit > 0.0
-            ? fmt::format("--unit gyr={:.4g}, rad/s for one of the file's", gyr_unit / (1.0 + gain))
-            : fmt::format("{:.4g} times what it is taken for", 1.0 / (1.0 + gain));
-    c.trust.lower(
-        Verdict::kLimited,
-        fmt::format("The gyroscope reads {0:.3f} times what the sensor turned, as gravity and the "
-                    "field say, which no part in order does: its unit is another one ({1}), or the "
-                    "samples were taken at {0:.3f} times the rate that their times say (--rate, "
-                    "where a file has no times).",
-                    1.0 + gain, unit));
-  }
+  // Without a turn of its axes against the accelerometer's.
+  const double gain = std::cbrt(gyr_matrix(c).determinant());
+  if (std::abs(gain - 1.0) < kLargestGyrGain) return;
+  const std::string unit =
+      gyr_unit > 0.0
+          ? fmt::format("--unit gyr={:.4g}, rad/s for one of the file's", gyr_unit / gain)
+          : fmt::format("{:.4g} times what it is taken for", 1.0 / gain);
+  c.trust.lower(
+      Verdict::kLimited,
+      fmt::format("The gyroscope reads {0:.3f} times what the sensor turned, as gravity and the "
+                  "field say, which no part in order does: its unit is another one ({1}), or the "
+                  "samples were taken at {0:.3f} times the rate that their times say (--rate, "
+                  "where a file has no times).",
+                  gain, unit));
 }
 
 // Of a recording in one piece.
@@ -239,10 +237,18 @@ void judge_uncertainty(Calibration& c) {
     if (c.order[i].find(".distortion") == std::string::npos) continue;
     const double sigma = std::sqrt(c.covariance(Eigen::Index(i), Eigen::Index(i)));
     if (sigma > kMaxDistortionSigma * c.strength_uT) {
-      c.trust.lower(Verdict::kLimited,
-                    fmt::format("{} is known to {:.1f} uT only, {:.0f} % of the field: some "
-                                "directions were hardly visited.",
-                                c.order[i], sigma, 100.0 * sigma / c.strength_uT));
+      // "...distortion[row][column]": a column is what the field along that axis makes.
+      const int column = c.order[i][c.order[i].size() - 2] - '0';
+      const Vector3 axis = Vector3::Unit(std::clamp(column, 0, 2));
+      const bool visited = field_came_near(c, axis) && field_came_near(c, -axis);
+      c.trust.lower(
+          Verdict::kLimited,
+          fmt::format("{} is known to {:.1f} uT only, {:.0f} % of the field: {}.", c.order[i],
+                      sigma, 100.0 * sigma / c.strength_uT,
+                      visited ? "the field came along this axis both ways, so that it is not the "
+                                "motion but noise, or what the model lacks"
+                              : fmt::format("the field hardly came along {}{} of the sensor",
+                                            field_came_near(c, axis) ? "-" : "", "xyz"[column])));
       break;
     }
   }

@@ -99,6 +99,21 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& more) 
   }
 }
 
+// Sensors in which something is left.
+std::vector<std::string> channels_of(const Diagnosis& d, const std::vector<Departure>& left) {
+  std::vector<std::string> out = channels_of_missing_state(d);
+  append(out, d.structure.channels);
+  for (const Departure& e : left) append(out, {e.channel});
+  return out;
+}
+
+// Of the calibration, whose verdict is the one that counts; of the last model where only that has
+// any.
+const std::vector<std::string>& reasons_of_trust(const Diagnosis& d) {
+  return d.before.trust.verdict >= d.after.trust.verdict ? d.before.trust.reasons
+                                                         : d.after.trust.reasons;
+}
+
 }  // namespace
 
 std::string to_string(Answer answer) {
@@ -131,15 +146,17 @@ Conclusion conclude(const Diagnosis& d) {
       out.evidence.push_back(std::move(settle));
     }
   }
-  if (d.unexplained.detected) append(out.evidence, d.unexplained.evidence);
+  if (d.structure.detected) append(out.evidence, d.structure.evidence);
   append(out.evidence, sentences_of(left, several));
   if (halves != nullptr) out.evidence.push_back(halves->sentence);
-  const bool contrary = missing || d.unexplained.detected || !left.empty() || halves != nullptr;
+  const bool contrary = missing || d.structure.detected || !left.empty() || halves != nullptr;
+  const Unexplained unexplained = {contrary, channels_of(d, left), out.evidence};
   const std::vector<std::string> set_aside = sentences_of(d.after.set_aside, several);
   append(out.evidence, set_aside);
 
   if (named && !causes_take_nothing(d)) {
     out.answer = contrary ? Answer::kPartly : Answer::kExplained;
+    if (contrary) out.unexplained = unexplained;
     return out;
   }
   // What a fit leaves that has not come to its end says nothing of the simulation.
@@ -147,8 +164,9 @@ Conclusion conclude(const Diagnosis& d) {
     out.evidence = d.after.trust.reasons;
     return out;
   }
-  if (missing || d.unexplained.detected) {
+  if (missing || d.structure.detected) {
     out.answer = Answer::kUnexplained;
+    out.unexplained = unexplained;
     return out;
   }
   const std::size_t tested = std::size_t(
@@ -156,16 +174,17 @@ Conclusion conclude(const Diagnosis& d) {
   if (tested == 0 || d.statistics == 0) {
     out.evidence.clear();
     if (tested == 0) out.evidence.push_back("None of the possible causes could be tested.");
-    append(out.evidence, d.after.trust.reasons);
-    if (tested > 0 && d.after.trust.reasons.empty()) {
+    append(out.evidence, reasons_of_trust(d));
+    if (tested > 0 && reasons_of_trust(d).empty()) {
       out.evidence.push_back("The fit is singular: nothing can be compared with it.");
     }
     return out;
   }
   if (contrary) {
     out.answer = Answer::kUnexplained;
-  } else if (d.after.trust.verdict == Verdict::kNo) {
-    append(out.evidence, d.after.trust.reasons);
+    out.unexplained = unexplained;
+  } else if (std::max(d.before.trust.verdict, d.after.trust.verdict) == Verdict::kNo) {
+    append(out.evidence, reasons_of_trust(d));
   } else if (!set_aside.empty()) {
     out.answer = Answer::kExplained;
   } else {

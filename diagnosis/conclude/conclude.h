@@ -18,6 +18,7 @@ namespace magimu {
 struct Conclusion {
   Answer answer = Answer::kNone;
   std::vector<std::string> evidence;  // sentences, the gravest first
+  Unexplained unexplained;            // what of it speaks against the last model
 };
 Conclusion conclude(const Diagnosis& diagnosis);
 

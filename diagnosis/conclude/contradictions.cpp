@@ -11,6 +11,7 @@
 #include "diagnosis/noise/noise_causes.h"
 #include "factors/effects/change.h"
 #include "recording/checks/quality.h"
+#include "recording/oddities/dead_zone.h"
 
 namespace magimu {
 namespace {
@@ -191,7 +192,73 @@ void name_bias_of_change(Diagnosis& d) {
   }
 }
 
+// Another strength of the field multiplies what the magnetometer reads of it alike on all axes, and
+// leaves its bias; a change of the sensor's gains multiplies the bias, too.
+void name_change_of_field(Diagnosis& d) {
+  for (Finding& f : d.findings) {
+    if (f.effect != "mag_change" || f.parameters.size() < 6 || f.parameters[0].name != "k[0]" ||
+        f.parameters[3].name != "s[0]" || d.after.parameters.mag.empty()) {
+      continue;
+    }
+    double gain = 0.0, weight = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double w = 1.0 / std::pow(std::max(f.parameters[i].sigma, 1e-12), 2);
+      gain += w * f.parameters[i].value;
+      weight += w;
+    }
+    gain /= weight;
+    const double sigma = 1.0 / std::sqrt(weight);
+    bool alike = true;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const FoundParameter &k = f.parameters[i], &s = f.parameters[3 + i];
+      const double bias = d.after.parameters.mag.front().bias[Eigen::Index(i)];
+      const double of_bias = d.after.sigma(fmt::format("magnetometers[0].bias[{}]", i));
+      alike &= std::abs(k.value - gain) < kSigmas * k.sigma &&
+               std::abs(s.value + gain * bias) <
+                   kSigmas * std::hypot(s.sigma, gain * of_bias, bias * k.sigma);
+    }
+    if (!alike || !(std::abs(gain) > kSigmas * sigma)) continue;
+    std::string when;
+    for (const FoundParameter& p : f.parameters) {
+      if (p.name == "t0" && std::isfinite(p.value)) when += fmt::format(" from {:.2f} s", p.value);
+      if (p.name == "t1" && std::isfinite(p.value)) when += fmt::format(" until {:.2f} s", p.value);
+    }
+    f.sentence = fmt::format(
+        "The strength of the field was another{}: by {:.3f} +- {:.3f} % ({:.2f} uT) on all axes "
+        "alike, while the magnetometer's bias stayed. The field changed, or the sensor was taken "
+        "to another place; its gains did not change.",
+        when, 100.0 * gain, 100.0 * sigma, gain * d.after.strength_uT);
+  }
+}
+
 }  // namespace
+
+void name_dead_band(const std::vector<const Recording*>& given, Diagnosis& d) {
+  constexpr const char* kImitated[] = {"gyro_bias_change", "gyro_bias_drift", "gyro_nonlinearity",
+                                       "correlated_noise", "outliers",        "noise_scale"};
+  for (const Recording* r : given) {
+    const std::optional<DeadZone> zone = dead_zone_of(r->gyr);
+    if (!zone) continue;
+    std::erase_if(d.findings, [&](const Finding& f) {
+      return f.channel == "gyr" && std::ranges::count(kImitated, f.effect) > 0;
+    });
+    Finding f;
+    f.effect = "gyro_dead_band";
+    f.channel = to_string(Sensor::kGyr);
+    f.sentence = fmt::format(
+        "The gyroscope has a dead band: {} it reads the same where it turns by less than some "
+        "{:.2g} rad/s ({:.2g} deg/s). Slow turns are lost, and with them its bias; it does not "
+        "hang.",
+        zone->reads.allFinite() ? "each time" : "on an axis", zone->edge,
+        zone->edge * 180.0 / M_PI);
+    f.parameters = {{"band", zone->edge, 0.0, "rad/s"}};
+    f.p_value = 0.0;
+    f.probability = 1.0;
+    f.gain = {NAN, NAN, NAN, NAN, NAN};
+    d.findings.push_back(std::move(f));
+    return;
+  }
+}
 
 void withdraw_contradicted(const std::vector<const Recording*>& given, Diagnosis& d) {
   withdraw_clock_of_bad_times(given, d);
@@ -204,6 +271,7 @@ void reword_by_what_is_known(const std::vector<const Recording*>& given, Diagnos
   name_acc_convention(given, d);
   name_change_at_rest(given, d);
   name_bias_of_change(d);
+  name_change_of_field(d);
 }
 
 }  // namespace magimu

@@ -83,7 +83,8 @@ void name_echoes(std::vector<MissingState>& missing) {
 bool shows_elsewhere(const Finding& f) {
   constexpr const char* kElsewhere[] = {
       "linear_acceleration", "noise_scale",      "correlated_noise",   "outliers",
-      "mag_saturation",      "mag_quantization", "mains_interference", "stationary_source"};
+      "mag_saturation",      "mag_quantization", "mains_interference", "stationary_source",
+      "gyro_dead_band"};
   return std::ranges::count(kElsewhere, f.effect) > 0;
 }
 
@@ -123,7 +124,7 @@ bool keeps_its_length(const Diagnosis& d, const MissingState& m) {
          only_directions_depart(*d.off_ellipsoid_uT, m.size);
 }
 
-// Where it is: the sensors whose processes gain about as much, and of the magnetometer the frame.
+// Where it is, in words.
 std::string place_of(const Diagnosis& d, const MissingState& most) {
   if (is_acc_offset(d, most)) {
     return fmt::format(
@@ -138,27 +139,17 @@ std::string place_of(const Diagnosis& d, const MissingState& most) {
         "iron but the gyroscope, or the times of its samples",
         *d.off_ellipsoid_uT);
   }
-  double best = 0.0;
-  for (const MissingState& m : d.missing) best = std::max(best, deciding(m));
+  const Whereabouts at = whereabouts(d);
   std::vector<std::string> places;
-  bool field = false, sensor = false;
-  for (const MissingState& m : d.missing) {
-    if (deciding(m) < best - kDecided || !(deciding(m) > kNullGain)) continue;
-    if (m.channel == "mag") {
-      (m.frame == "navigation" ? field : sensor) = true;
-    } else {
-      places.push_back("in the " + in_words(m.channel));
-    }
+  if (at.field && at.magnetometer) {
+    places.push_back("in what the magnetometer reads, in itself or in the field about it");
+  } else if (at.field) {
+    places.push_back("in what the magnetometer reads, rather in the field about it than in itself");
+  } else if (at.magnetometer) {
+    places.push_back("in the magnetometer");
   }
-  if (field && sensor) {
-    places.insert(places.begin(),
-                  "in what the magnetometer reads, in itself or in the field about it");
-  } else if (field) {
-    places.insert(places.begin(),
-                  "in what the magnetometer reads, rather in the field about it than in itself");
-  } else if (sensor) {
-    places.insert(places.begin(), "in the magnetometer");
-  }
+  if (at.gyroscope) places.push_back("in the gyroscope");
+  if (at.accelerometer) places.push_back("in the accelerometer");
   std::string out;
   for (std::size_t i = 0; i < places.size(); ++i) out += (i > 0 ? " or " : "") + places[i];
   return out;
@@ -468,6 +459,35 @@ void tell_shares_taken(Diagnosis& d) {
         "be something that only resembles it.",
         100.0 * share);
   }
+}
+
+Whereabouts whereabouts(const Diagnosis& d) {
+  Whereabouts out;
+  const MissingState* const most = strongest(d);
+  if (most == nullptr) return out;
+  out.acc_time = is_acc_offset(d, *most);
+  out.directions = !out.acc_time && keeps_its_length(d, *most);
+  if (out.acc_time || out.directions) return out;
+  double best = 0.0;
+  for (const MissingState& m : d.missing) best = std::max(best, deciding(m));
+  for (const MissingState& m : d.missing) {
+    if (deciding(m) < best - kDecided || !(deciding(m) > kNullGain)) continue;
+    out.field |= m.channel == "mag" && m.frame == "navigation";
+    out.magnetometer |= m.channel == "mag" && m.frame != "navigation";
+    out.gyroscope |= m.channel == "gyr";
+    out.accelerometer |= m.channel == "acc";
+  }
+  return out;
+}
+
+std::vector<std::string> channels_of_missing_state(const Diagnosis& d) {
+  std::vector<std::string> out;
+  if (!state_is_missing(d)) return out;
+  const Whereabouts at = whereabouts(d);
+  if (at.field || at.magnetometer) out.push_back("mag");
+  if (at.gyroscope || at.directions) out.push_back("gyr");
+  if (at.accelerometer || at.acc_time) out.push_back("acc");
+  return out;
 }
 
 bool state_is_missing(const Diagnosis& d) {

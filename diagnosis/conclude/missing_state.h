@@ -28,6 +28,16 @@ std::shared_ptr<const FieldOfPlace> find_missing_state(const MissingStateInput& 
 // kDecided?
 bool state_is_missing(const Diagnosis& d);
 
+// Where what is missing may be: every sensor whose process gains about as much as the best.
+struct Whereabouts {
+  bool field = false, magnetometer = false, gyroscope = false, accelerometer = false;
+  bool acc_time = false;    // nothing but the time of the accelerometer's samples
+  bool directions = false;  // the field keeps its strength: the gyroscope, or times
+};
+Whereabouts whereabouts(const Diagnosis& d);
+// The same as channels.
+std::vector<std::string> channels_of_missing_state(const Diagnosis& d);
+
 // Withdraws findings about the noise of the sensor in which something is missing, if they explain
 // less than kCrumb of what is missing: any misfit gives residuals some tail or colour
 // (extender_beside.cpp does the same with causes).

@@ -124,7 +124,7 @@ void withdraw_doubtful(const std::string& channel, double left, Diagnosis& d) {
   std::erase_if(d.findings, [&](const Finding& f) {
     const double from = doubtful_from(f, channel);
     if (!(misfit_of(f) > 0.0) || !(left > from * misfit_of(f))) return false;
-    d.unexplained.evidence.push_back(
+    d.structure.evidence.push_back(
         from < 1.0
             ? fmt::format("The cause \"{}\" explained a part of it, and is not named because "
                           "more than {:.0f} % as much is left.",
@@ -370,23 +370,23 @@ StrongestDependence look_for_dependences(const std::vector<const Recording*>& re
   return strongest;
 }
 
-// What a search adds to d.unexplained, returned instead of added.
+// What a search adds to d.structure, returned instead of added.
 template <class Search>
 Unexplained apart(Diagnosis& d, const Search& search) {
-  const Unexplained before = std::exchange(d.unexplained, {});
+  const Unexplained before = std::exchange(d.structure, {});
   search();
-  return std::exchange(d.unexplained, before);
+  return std::exchange(d.structure, before);
 }
 
 }  // namespace
 
 void add_evidence(Diagnosis& d, Sensor channel, std::string sentence) {
-  auto& channels = d.unexplained.channels;
-  d.unexplained.detected = true;
+  auto& channels = d.structure.channels;
+  d.structure.detected = true;
   if (std::ranges::find(channels, to_string(channel)) == channels.end()) {
     channels.push_back(to_string(channel));
   }
-  d.unexplained.evidence.push_back(std::move(sentence));
+  d.structure.evidence.push_back(std::move(sentence));
 }
 
 void find_repeats(const std::vector<const Recording*>& recordings, Diagnosis& d) {
@@ -426,7 +426,7 @@ Dependences find_unexplained(const std::vector<const Recording*>& recordings,
   withdraw_beside_blows(extender.stage(), d);
   withdraw_stand_ins(recordings, extender, d);
   Dependences out;
-  out.at = d.unexplained.evidence.size();
+  out.at = d.structure.evidence.size();
   StrongestDependence strongest;
   out.left =
       apart(d, [&] { strongest = look_for_dependences(recordings, full, options, extender, d); });
@@ -435,7 +435,7 @@ Dependences find_unexplained(const std::vector<const Recording*>& recordings,
 }
 
 void add_unexplained(Dependences dependences, Diagnosis& d) {
-  Unexplained& to = d.unexplained;
+  Unexplained& to = d.structure;
   Unexplained& left = dependences.left;
   to.detected |= left.detected;
   to.evidence.insert(to.evidence.begin() + std::ptrdiff_t(dependences.at),

@@ -84,6 +84,7 @@ struct Finding {
   std::vector<Confusable> confusable_with = {};
 };
 
+// Of a diagnosis: detected exactly where the answer is `partly` or `unexplained`.
 struct Unexplained {
   bool detected = false;
   std::vector<std::string> channels = {}, evidence = {};  // evidence: sentences
@@ -201,15 +202,21 @@ struct Diagnosis {
   std::vector<std::string> recordings = {};  // names
   Answer answer = Answer::kNone;
   std::vector<std::string> evidence = {};  // sentences from which the answer follows
+  std::string next_step = {};              // what to do about what is not explained; or empty
   // Statistics beyond their bands, strongest first: of the model that the diagnosis started from,
   // and of that at its end.
   std::vector<Departure> departures = {}, departures_after = {};
   int statistics = 0;                  // that were compared for departures_after
   std::vector<ScanEntry> scan = {};    // largest statistic for its degrees of freedom first
   std::vector<Finding> findings = {};  // in the order in which they entered the model
+  // Dependences and readings that no cause explains, as they are found; with all other evidence
+  // conclude() makes `unexplained` of them.
+  Unexplained structure = {};
   Unexplained unexplained = {};
   std::vector<MissingState> missing = {};          // empty: not looked for
   std::vector<MissingSeries> missing_series = {};  // one a recording, where something is missing
+  // before: what calibrate() makes of these recordings, and the one verdict on them. after: of the
+  // model with the causes that were found; its verdict is of a calibration by that model.
   Calibration before = {}, after = {};
   // model_motion: the model of the motion that was settled on, before any effect.
   ExtendedModel model_before = {}, model_motion = {}, model_after = {};
@@ -232,6 +239,9 @@ struct DiagnosisOptions {
   MotionModel motion = MotionModel::kAuto;
   double false_alarm_rate = 0.01;  // family-wise: of naming any cause where there is none
   int max_findings = 6;            // causes named at most
+  // Diagnosis::before is calibrate()'s, which takes about as long again. false: for who asks for
+  // causes alone; `before` is then the model that the diagnosis starts from.
+  bool calibrate_before = true;
   // A stored calibration that the recordings are compared with; its name goes into the result.
   std::optional<Calibration> against;
   std::string against_name;

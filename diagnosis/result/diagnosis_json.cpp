@@ -163,6 +163,7 @@ Json to_json(const Diagnosis& d) {
   out["recordings"] = d.recordings;
   out["answer"] = to_string(d.answer);
   out["answer_evidence"] = d.evidence;
+  out["next_step"] = d.next_step;
   out["departures"] = departures(d.departures);
   out["departures_after"] = departures(d.departures_after);
   out["statistics"] = d.statistics;

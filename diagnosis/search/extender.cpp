@@ -7,7 +7,6 @@
 
 #include "calibration/fit/summary.h"
 #include "calibration/scan/testable.h"
-#include "calibration/trust/trust.h"
 #include "diagnosis/held/held_out_nll.h"
 #include "diagnosis/noise/noise_tests.h"
 #include "diagnosis/search/finding_text.h"
@@ -47,9 +46,7 @@ Calibration Extender::summary(const Stage& stage) const {
   CalibrationOptions options;
   options.noise = given_.noise;
   options.gravity = given_.gravity;
-  Calibration c = summarize(recordings_, stage, options);
-  judge(c);
-  return c;
+  return summarize(recordings_, stage, options);
 }
 
 std::vector<std::shared_ptr<const Effect>> Extender::candidates(const Stage& stage) const {

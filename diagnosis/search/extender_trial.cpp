@@ -227,6 +227,7 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
     return at.finite() && at > beginning && at < ending;
   };
   if (!is_inside(span.begin) && !is_inside(span.end)) return false;
+  if (!offset && !turns_outside(stage, span)) return false;
   // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
   const VectorXd theta = fit.parameters();
   const Matrix3& D = stage.result().values.at<Matrix3>(key::distortion);

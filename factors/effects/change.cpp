@@ -9,6 +9,7 @@
 
 #include "factors/effects/catalogue.h"
 #include "factors/effects/own_reading.h"
+#include "factors/effects/turn_words.h"
 
 namespace magimu {
 namespace {
@@ -186,6 +187,15 @@ std::string ChangeEffect::sentence(const VectorXd& theta, const VectorXd& sigma)
           100.0 * sigma[1], 100.0 * sigma[2], end);
     default:
       break;
+  }
+  using Rows = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
+  const Matrix3 M = Matrix3::Identity() + Matrix3(Rows(theta.data()));
+  if (const auto turn = turn_and_rest(M, Rows(sigma.data())); turn && is_mostly_a_turn(*turn)) {
+    return fmt::format(
+        "The {} sat otherwise on its board {}: {}; beside that its gains and the angles between "
+        "its axes differed by up to {:.2g} %{}",
+        sensor, when, turned_words(*turn),
+        100.0 * std::max(turn->rest, std::abs(turn->scale - 1.0)), end);
   }
   Eigen::Index most = 0;
   theta.head<9>().cwiseQuotient(sigma.head<9>().cwiseMax(1e-300)).cwiseAbs().maxCoeff(&most);

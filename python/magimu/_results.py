@@ -453,6 +453,7 @@ class Diagnosis(_Values):
     findings: list[Finding]
     unexplained: Unexplained
     departures_after: list[Departure] = dataclasses.field(default_factory=list)
+    next_step: str = ""
     notes: list[str] = dataclasses.field(default_factory=list)
     against: Optional[Against] = None
     seconds: float = float("nan")

@@ -141,7 +141,10 @@ std::optional<Issue> stuck_axis(const NamedSeries& sensor, int axis) {
     return std::nullopt;
   }
   if (std::log(n) + double(longest) * std::log(share) > std::log(kExpected)) return std::nullopt;
-  if (value == 0.0 && sensor.name == "gyr" && zeroes_small_rates(s)) return std::nullopt;
+  if (sensor.name == "gyr") {
+    const std::optional<DeadZone> zone = dead_zone_of(s);
+    if (zone && value == zone->reads[axis]) return std::nullopt;
+  }
   return Issue{"stuck",
                sensor.name,
                axis,
@@ -188,7 +191,7 @@ std::optional<Issue> copied_axis(const NamedSeries& sensor) {
 
 }  // namespace
 
-std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr) {
+std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr, bool dead_band) {
   const VectorSeries& s = *sensor.series;
   std::vector<Issue> issues;
   if (s.size() < kFewestToJudge) return issues;
@@ -221,7 +224,8 @@ std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gy
                                   sensor.name, longest, at, total),
                       "the sensor or its bus hung: leave such samples out, or record again"});
   }
-  for (int axis = 0; axis < 3 && issues.empty(); ++axis) {
+  const bool slow = dead_band && sensor.series == &gyr;
+  for (int axis = 0; axis < 3 && issues.empty() && !slow; ++axis) {
     if (auto stuck = stuck_axis(sensor, axis)) issues.push_back(std::move(*stuck));
   }
   if (auto zeros = zeros_issue(sensor)) issues.push_back(std::move(*zeros));

@@ -35,6 +35,7 @@ class Passage {
       : series_(series), name_(std::move(name)), sensor_(sensor), gone_(series.size(), 0) {
     SensorGate::Known known;
     JumpSizes gone;
+    if (sensor == Sensor::kGyr) set_dead_zone_aside();
     SensorHabits habits = habits_of_the_rest();
     for (int pass = 0; pass < kPasses; ++pass) {
       const bool last = pass + 1 == kPasses;
@@ -65,9 +66,7 @@ class Passage {
       if (!last && judged_.size() > before) habits = habits_of_the_rest();
     }
     // The first samples with a sentinel were taken for spikes: the value was not known yet.
-    const bool dead_zone = sensor == Sensor::kGyr && zeros_are_told() && zeroes_small_rates(series);
     for (auto& [k, j] : judged_) {
-      if (j.kind == "zeros" && dead_zone) j.kind = "dead_zone";
       const std::vector<double>& values = known.sentinels[std::size_t(j.axis)];
       if (j.kind == "spike" && std::ranges::find(values, j.v[j.axis]) != values.end()) {
         j.kind = "sentinel";
@@ -100,8 +99,13 @@ class Passage {
   }
 
  private:
-  bool zeros_are_told() const {
-    return std::ranges::any_of(judged_, [](const auto& j) { return j.second.kind == "zeros"; });
+  void set_dead_zone_aside() {
+    const std::optional<DeadZone> zone = dead_zone_of(series_);
+    for (std::size_t k = 0; zone && k < series_.size(); ++k) {
+      if (!zone->holds(series_.v[k])) continue;
+      gone_[k] = 1;
+      judged_[k] = {series_.t[k], series_.v[k], "dead_zone", 0, 0.0};
+    }
   }
 
   SensorHabits habits_of_the_rest() const {

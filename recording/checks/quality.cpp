@@ -53,6 +53,10 @@ void tell_of_common_gap(std::vector<Issue>& issues, std::size_t sensors) {
   }
 }
 
+bool has_dead_band(const Recording& recording) {
+  return std::ranges::count(recording.set_aside, "dead_zone", &SetAside::kind) > 0;
+}
+
 // Seconds that the file's numbers were taken for.
 double file_time_unit(const Recording& recording) {
   const auto unit = recording.file_units.find("t");
@@ -93,7 +97,7 @@ std::vector<Issue> check_recording(const Recording& recording) {
     const bool still = std::ranges::all_of(
         sensors, [](const NamedSeries& sensor) { return all_constant(*sensor.series); });
     for (std::size_t i = 0; i < sensors.size() && !still; ++i) {
-      append(issues, check_stuck(sensors[i], recording.gyr));
+      append(issues, check_stuck(sensors[i], recording.gyr, has_dead_band(recording)));
     }
     append(issues, check_spans(sensors, file_time_unit(recording)));
     // Rates in another unit of time would look like a gyroscope in another unit, and motion like

@@ -36,7 +36,9 @@ std::vector<Issue> check_set_aside(const Recording& recording);
 // Whether no axis ever changes.
 bool all_constant(const VectorSeries& series);
 // Axes that never change, stretches in which nothing changes, readings of zero.
-std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr);
+// dead_band: the gate has found that the gyroscope has one; its axes stand still where they turn
+// slowly.
+std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gyr, bool dead_band);
 std::vector<Issue> check_saturation(const NamedSeries& sensor);
 // An accelerometer on something that vibrates all the time, such as a motor.
 std::vector<Issue> check_vibration(const NamedSeries& sensor);

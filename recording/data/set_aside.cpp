@@ -18,8 +18,8 @@ constexpr KindText kKinds[] = {
      "the sensor or its bus hung: check the wires, and record again if it was for long"},
     {"zeros", "exactly 0, 0, 0, which is no measurement",
      "leave the fields empty where the sensor has no sample"},
-    {"dead_zone", "exactly 0, 0, 0, which the device writes for small rates (a dead zone)",
-     "switch the dead zone or the automatic zero off: slow turns are lost, and with them the bias"},
+    {"dead_zone", "one reading for all small rates (a dead band)",
+     "switch the dead band or the automatic zero off: slow turns are lost, and with them the bias"},
     {"sentinel", "one impossible value again and again, by which a driver says that it has none",
      "leave the fields empty where the sensor has no sample"},
     {"wrap", "off by its whole range: the number turned over", "choose a larger range"},
@@ -52,7 +52,7 @@ std::string sentence(const SetAside& s) {
 std::string remedy(const SetAside& s) { return text_of(s).remedy; }
 
 double lost_share(const SetAside& s) {
-  const bool no_loss = s.kind == "zeros" || s.kind == "dead_zone" || s.kind == "disturbed";
+  const bool no_loss = s.kind == "zeros" || s.kind == "disturbed";
   return s.of == 0 || no_loss ? 0.0 : double(s.count) / double(s.of);
 }
 

@@ -1,13 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether a gyroscope that reads exactly 0 does so because its device writes 0 for small rates, and
-// not because it had no sample: readings then come down to the same smallest size before they are
-// 0.
+// A gyroscope with a dead band: for small rates its device writes one reading, 0 or a constant.
+// That is neither a sample that is missing nor a sensor that hangs: readings come down to the same
+// smallest distance from that one before they are it, and none lies between.
 #pragma once
+
+#include <optional>
 
 #include "recording/data/recording.h"
 
 namespace magimu {
 
-bool zeroes_small_rates(const VectorSeries& gyr);
+struct DeadZone {
+  Vector3 reads;      // within the band; not a number: this axis has none
+  double edge = 0.0;  // smallest distance of all other readings from it, rad/s
+
+  // Is that a reading with all axes within?
+  bool holds(const Vector3& v) const { return v == reads; }
+};
+std::optional<DeadZone> dead_zone_of(const VectorSeries& gyr);
 
 }  // namespace magimu

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "diagnosis/conclude/conclude.h"
+#include "diagnosis/conclude/next_step.h"
 
 namespace magimu::test {
 
@@ -14,6 +15,8 @@ inline Diagnosis concluded(Diagnosis d) {
   Conclusion conclusion = conclude(d);
   d.answer = conclusion.answer;
   d.evidence = std::move(conclusion.evidence);
+  d.unexplained = std::move(conclusion.unexplained);
+  d.next_step = next_step(d);
   return d;
 }
 
@@ -135,10 +138,10 @@ inline Diagnosis example_diagnosis() {
   matrix.probability = 0.983;
   matrix.gain = {5712.9, 5641.5, -61.0, 1.08, 1.0};
   d.findings = {lag, matrix};
-  d.unexplained = {true,
-                   {"acc"},
-                   {"The accelerometer's residuals are 1.4 times as large as its "
-                    "noise while the sensor turns fast."}};
+  d.structure = {true,
+                 {"acc"},
+                 {"The accelerometer's residuals are 1.4 times as large as its "
+                  "noise while the sensor turns fast."}};
   d.before = example_calibration(0.0);
   d.after = example_calibration(0.05);
   d.before.trust.lower(Verdict::kLimited, "The residuals are not white.");
@@ -161,7 +164,7 @@ inline Diagnosis unexplained_diagnosis() {
 // The simulation predicts the data.
 inline Diagnosis clean_diagnosis() {
   Diagnosis d = unexplained_diagnosis();
-  d.unexplained = {};
+  d.structure = {};
   d.departures.clear();
   d.before = d.after = example_calibration(0.0);
   for (ResidualTrace& trace : d.traces) trace.before = trace.after;

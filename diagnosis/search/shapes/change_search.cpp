@@ -22,6 +22,8 @@ constexpr double kInvisible = 1e-9;     // of the largest eigenvalue, columns sc
 constexpr double kRounding = 1e-7;      // of a column's information before others are eliminated
 constexpr double kOneParameter = 1.0;   // nats: what the time of an end costs beside its choice
 constexpr double kOneOrTheOther = 2.0;  // kinds: one that lasts, one that ends
+// rad: attitudes so near to each other hold sin(10 deg)^2 = 3 % of what all to all sides tell.
+constexpr double kTurned = 10.0 * kDegree;
 
 // The first moment of every window, and of what comes after the last.
 std::vector<Moment> window_begins(const std::vector<NodePlan>& plans, double seconds) {
@@ -101,8 +103,9 @@ class SpanScores {
 };
 
 // The best of one name and form: that lasts, and that ends.
-std::array<LikelyChange, 2> best_spans(const SpanScores& scores, const std::vector<Moment>& begins,
-                                       const std::string& name, ChangeForm form, double forms) {
+std::array<LikelyChange, 2> best_spans(const Stage& stage, const SpanScores& scores,
+                                       const std::vector<Moment>& begins, const std::string& name,
+                                       ChangeForm form, double forms) {
   const std::size_t n = begins.size();
   const MatrixXd M = columns_of_form(form, richest_form(name));
   std::array<LikelyChange, 2> best;
@@ -117,8 +120,10 @@ std::array<LikelyChange, 2> best_spans(const SpanScores& scores, const std::vect
       LikelyChange& of_kind = best[b == n ? 0 : 1];
       const double statistic = scores.statistic(a, b, M);
       if (!(statistic > of_kind.statistic)) continue;
+      const ChangeSpan span = {begins[a], b == n ? kToTheEnd : begins[b]};
+      if (form != ChangeForm::kOffset && !turns_outside(stage, span)) continue;
       of_kind.statistic = statistic;
-      of_kind.span = {begins[a], b == n ? kToTheEnd : begins[b]};
+      of_kind.span = span;
     }
   }
   return best;
@@ -148,7 +153,7 @@ void search_channel(const std::vector<const Recording*>& recordings, const Stage
     const std::vector<ChangeForm> forms = forms_of_change(names[c]);
     std::array<LikelyChange, 2> best;
     for (const ChangeForm form : forms) {
-      const auto found = best_spans(scores, begins, names[c], form, double(forms.size()));
+      const auto found = best_spans(stage, scores, begins, names[c], form, double(forms.size()));
       for (std::size_t kind = 0; kind < 2; ++kind) {
         const bool better = best[kind].dof == 0 || found[kind].log10_p() < best[kind].log10_p();
         if (better) best[kind] = found[kind];
@@ -312,6 +317,19 @@ double LikelyChange::log10_p() const {
 double lasting_spans(int windows) { return std::max(1.0, 0.8 * (windows - 1)); }
 double ended_spans(int windows) {
   return std::max(1.0, 0.65 * 0.5 * (windows - 1) * (windows - 2));
+}
+
+bool turns_outside(const Stage& stage, const ChangeSpan& span) {
+  std::optional<Rot3> first;
+  for (const NodePlan& plan : stage.plans()) {
+    for (std::size_t k = 0; k < plan.t.size(); ++k) {
+      if (span.contains(Moment{plan.field, plan.t[k]})) continue;
+      const Rot3 nRb = stage.result().values.at<Rot3>(R(plan.first + int(k)));
+      if (!first) first = nRb;
+      if ((first->inverse() * nRb).Log().norm() > kTurned) return true;
+    }
+  }
+  return false;
 }
 
 double change_window_s(const std::vector<NodePlan>& plans, Sensor channel, MotionModel motion) {

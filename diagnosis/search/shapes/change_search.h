@@ -40,6 +40,10 @@ struct LikelyChange {
 std::vector<LikelyChange> likely_changes(const std::vector<const Recording*>& recordings,
                                          const Stage& stage, const std::vector<std::string>& names);
 
+// Does the sensor turn outside of this span, too? If not, a change of its gains in it is nothing
+// but gains that are the same throughout: the first rest tells of one attitude only.
+bool turns_outside(const Stage& stage, const ChangeSpan& span);
+
 // Windows of the search for changes of a channel, s.
 double change_window_s(const std::vector<NodePlan>& plans, Sensor channel, MotionModel motion);
 

@@ -45,6 +45,24 @@ TEST(Checks, accuracy_is_the_angle_that_distortion_and_bias_leave_open) {
   EXPECT_EQ(check_accuracy(with_covariance(3.0)).status, CheckStatus::kBad);
 }
 
+// What `info` counts as visited a check does not call hardly visited.
+TEST(Checks, accuracy_blames_the_motion_only_where_an_attitude_is_missing) {
+  Calibration c = with_covariance(0.01);
+  c.covariance(7, 7) = 9.0;  // of D's first column: the field along x seems to have a y
+  c.fields.resize(1);
+  c.trajectories.resize(1);
+  const Vector3 x = Vector3::UnitX(), north = Vector3::UnitY();
+  EXPECT_THAT(check_accuracy(c).sentence, testing::HasSubstr("hardly visited"));
+  for (const double sign : {1.0, -1.0}) {
+    c.trajectories[0].nRb.push_back(Rot3::Exp(Vector3(0.0, 0.0, sign * M_PI / 2.0)));
+    const Vector3 field = c.trajectories[0].nRb.back().unrotate(north);
+    EXPECT_NEAR(std::abs(field.dot(x)), 1.0, 1e-12);
+  }
+  EXPECT_TRUE(field_came_near(c, x));
+  EXPECT_FALSE(field_came_near(c, north));
+  EXPECT_THAT(check_accuracy(c).sentence, testing::HasSubstr("what the model lacks"));
+}
+
 TEST(Checks, a_window_that_does_not_fit_is_counted) {
   Calibration c;
   c.trajectories.resize(1);

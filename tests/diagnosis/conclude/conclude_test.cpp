@@ -66,7 +66,7 @@ TEST(Answer, is_never_predicts_above_evidence_to_the_contrary) {
 
 TEST(Answer, is_explained_where_a_cause_leaves_crumbs_only) {
   Diagnosis d = test::example_diagnosis();
-  d.unexplained = {};
+  d.structure = {};
   d.departures = {departure("mag", 200.0)};
   EXPECT_EQ(conclude(d).answer, Answer::kExplained);
   d.departures_after = {departure("mag", 6.0)};
@@ -123,8 +123,8 @@ TEST_F(Findings, a_wrong_clock_is_not_named_where_the_times_are_bad_one_by_one) 
   Diagnosis bursts = with("clock_scale", {{"kappa", 0.02, 1e-3, "1"}});
   withdraw_contradicted({&recording_}, bursts);
   EXPECT_TRUE(bursts.findings.empty());
-  EXPECT_TRUE(bursts.unexplained.detected);
-  EXPECT_THAT(bursts.unexplained.evidence.front(), HasSubstr("jitter"));
+  EXPECT_TRUE(bursts.structure.detected);
+  EXPECT_THAT(bursts.structure.evidence.front(), HasSubstr("jitter"));
 }
 
 TEST_F(Findings, nothing_is_attached_to_a_resting_sensor_that_is_brought_near_and_taken_away) {

@@ -73,7 +73,7 @@ TEST(MissingState, tells_which_part_a_cause_takes_that_is_alone_on_its_sensor) {
 
 TEST(MissingState, is_explained_where_causes_leave_what_decides_nothing) {
   Diagnosis d = test::example_diagnosis();
-  d.unexplained = {};
+  d.structure = {};
   d.departures_after = {};
   d.missing = missing({900.0, 1000.0, 100.0, 0.0}, {3.0, 5.0, 0.0, 0.0});
   EXPECT_EQ(conclude(d).answer, Answer::kExplained);

@@ -101,7 +101,7 @@ TEST(DeadZone, of_a_gyroscope_is_called_so) {
   }
   // At rest it reads its bias; what is less than that away from it is written as 0.
   for (Vector3& v : of_all.gyr.v) v = v.norm() < 0.3 ? Vector3::Zero() : v;
-  EXPECT_TRUE(zeroes_small_rates(of_axes.gyr));
+  EXPECT_TRUE(dead_zone_of(of_axes.gyr));
   const std::optional<Recording> kept = gated(of_axes);
   ASSERT_TRUE(kept);
   ASSERT_FALSE(kept->set_aside.empty());
@@ -111,15 +111,44 @@ TEST(DeadZone, of_a_gyroscope_is_called_so) {
   }
 }
 
+// Within the band a device may write its bias, or anything else.
+TEST(DeadZone, may_read_any_constant_and_is_no_sensor_that_hangs) {
+  Recording r = with_pauses();
+  const Vector3 constant(-0.00333, -0.00545, 0.0025);
+  for (Vector3& v : r.gyr.v) {
+    for (int i = 0; i < 3; ++i) v[i] = std::abs(v[i]) < 0.15 ? constant[i] : v[i];
+  }
+  r.gyr.v[7].setConstant(NAN);
+  ASSERT_TRUE(dead_zone_of(r.gyr));
+  EXPECT_EQ(dead_zone_of(r.gyr)->reads, constant);
+  const std::optional<Recording> kept = gated(r);
+  ASSERT_TRUE(kept);
+  for (const SetAside& s : kept->set_aside) {
+    EXPECT_EQ(s.kind, s.count > 1 ? "dead_zone" : "not_finite") << s.example;
+  }
+  for (const Vector3& v : kept->gyr.v) EXPECT_NE(v, constant);
+  for (const Issue& issue : check_recording(*kept)) {
+    EXPECT_THAT(issue.text(), testing::Not(HasSubstr("hung")));
+  }
+}
+
+TEST(DeadZone, is_not_what_a_sensor_does_that_hangs_again_and_again) {
+  Recording r = with_pauses();
+  for (std::size_t k = 0; k < r.gyr.size(); ++k) {
+    if (k % 500 > 100 && k % 500 < 180) r.gyr.v[k] = r.gyr.v[100];
+  }
+  EXPECT_FALSE(dead_zone_of(r.gyr));
+}
+
 TEST(DeadZone, is_no_row_without_a_sample_and_no_coarse_converter) {
   Recording empty = with_pauses(), coarse = empty;
   for (std::size_t k = 0; k < empty.gyr.size(); ++k) {
     if (k % 50 < 3) empty.gyr.v[k].setZero();
     coarse.gyr.v[k] = (coarse.gyr.v[k] / 0.02).array().round() * 0.02;
   }
-  EXPECT_FALSE(zeroes_small_rates(empty.gyr));
-  EXPECT_FALSE(zeroes_small_rates(coarse.gyr));
-  EXPECT_FALSE(zeroes_small_rates(with_pauses().gyr));
+  EXPECT_FALSE(dead_zone_of(empty.gyr));
+  EXPECT_FALSE(dead_zone_of(coarse.gyr));
+  EXPECT_FALSE(dead_zone_of(with_pauses().gyr));
 }
 
 TEST(Gate, refuses_a_sensor_that_is_mostly_clipped_for_every_purpose) {

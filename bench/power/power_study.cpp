@@ -146,7 +146,7 @@ PowerOutcome run_case(const PowerCase& p, bool second) {
     const Diagnosis d = diagnose(s.recording, diagnosis_options(c));
     out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     out.named = names_of(d);
-    out.unexplained = d.unexplained.detected;
+    out.unexplained = d.structure.detected;  // as before bands and processes counted
     HiddenCase judged = c;
     std::vector<std::string> allowed;
     if (p.group == Group::kOutside) {

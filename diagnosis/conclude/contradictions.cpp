@@ -196,8 +196,9 @@ void name_bias_of_change(Diagnosis& d) {
 // leaves its bias; a change of the sensor's gains multiplies the bias, too.
 void name_change_of_field(Diagnosis& d) {
   for (Finding& f : d.findings) {
-    if (f.effect != "mag_change" || f.parameters.size() < 6 || f.parameters[0].name != "k[0]" ||
-        f.parameters[3].name != "s[0]" || d.after.parameters.mag.empty()) {
+    if (f.effect != "mag_change" || f.parameters.size() < 6 ||
+        !f.parameters[0].name.ends_with("k[0]") || !f.parameters[3].name.ends_with("s[0]") ||
+        d.after.parameters.mag.empty()) {
       continue;
     }
     double gain = 0.0, weight = 0.0;

@@ -18,6 +18,8 @@ constexpr std::size_t kEnoughEdges = 5;   // times that readings become that one
 constexpr double kAtTheEdge = 2.0;
 // Least size of the zone, in steps of the converter: a coarse converter without a zone has one.
 constexpr double kSteps = 3.0;
+// Changes below this share of large ones (nine of ten are smaller) are rounding of one reading.
+constexpr double kRounding = 1e-3, kLarge = 0.9;
 
 // The value that is read most often.
 double most_frequent(std::vector<double> x) {
@@ -33,11 +35,18 @@ double most_frequent(std::vector<double> x) {
   return x.empty() ? NAN : x[at];
 }
 
-// The converter's step, or less: the smallest change from one reading to the next.
+// The converter's step, or less: the smallest change from one reading to the next that is more than
+// rounding of the same reading (a file's numbers may differ in their last digits).
 double smallest_change(const std::vector<double>& x) {
-  double step = INFINITY;
+  std::vector<double> changes;
   for (std::size_t k = 1; k < x.size(); ++k) {
-    if (x[k] != x[k - 1]) step = std::min(step, std::abs(x[k] - x[k - 1]));
+    if (x[k] != x[k - 1]) changes.push_back(std::abs(x[k] - x[k - 1]));
+  }
+  if (changes.empty()) return INFINITY;
+  const double rounding = kRounding * quantile(changes, kLarge);
+  double step = INFINITY;
+  for (const double change : changes) {
+    if (change > rounding) step = std::min(step, change);
   }
   return step;
 }

@@ -73,8 +73,10 @@ Diagnosis change_of_gains(const Vector3& k, const Vector3& s) {
   Finding f;
   f.effect = "mag_change";
   f.channel = "mag";
-  for (int i = 0; i < 3; ++i) f.parameters.push_back({fmt::format("k[{}]", i), k[i], 3e-4, "1"});
-  for (int i = 0; i < 3; ++i) f.parameters.push_back({fmt::format("s[{}]", i), s[i], 0.01, "uT"});
+  for (int i = 0; i < 3; ++i)
+    f.parameters.push_back({fmt::format("effects.mag_change.k[{}]", i), k[i], 3e-4, "1"});
+  for (int i = 0; i < 3; ++i)
+    f.parameters.push_back({fmt::format("effects.mag_change.s[{}]", i), s[i], 0.01, "uT"});
   f.parameters.push_back({"t0", 71.6, 0.1, "s"});
   f.sentence = "As it was.";
   d.findings = {f};

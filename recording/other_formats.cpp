@@ -35,8 +35,6 @@ constexpr OtherFormat kOtherFormats[] = {
      "make a CSV file of it (python3: nptdms.TdmsFile.read(FILE).as_dataframe().to_csv(NEW))"},
     {"\xFA\xFF"sv, "this is a log in Xsens' own format (mtb)",
      "export it as text with Xsens MT Manager"},
-    {"LabVIEW Measurement"sv, "this is a measurement file of LabVIEW (lvm)",
-     "keep the table of numbers alone, with a line of names above it, as CSV"},
     {"MD\xFC\x03"sv, "this is a log of an Axivity device (cwa)",
      "export it as CSV with OmGui, with accelerometer, gyroscope and magnetometer"},
     {"#ROSBAG V1"sv, "this is a ROS bag of an old version (1.x)",

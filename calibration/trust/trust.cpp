@@ -226,6 +226,15 @@ void judge_field(Calibration& c, const KnownOfMisfit& known) {
   c.trust.lower(std::max(verdict, Verdict::kLimited), text);
 }
 
+// "D xy" of "magnetometers[0].distortion[0][1]".
+std::string entry_of_matrix(const std::string& name) {
+  std::string out = "D ";
+  for (std::size_t at = name.find(".distortion"); at < name.size(); ++at) {
+    if (name[at] >= '0' && name[at] <= '2') out += "xyz"[name[at] - '0'];
+  }
+  return out;
+}
+
 void judge_uncertainty(Calibration& c) {
   for (const FieldEstimate& f : c.fields) {
     if (f.dip_sigma_rad > kMaxDipSigma_deg * kDegree) {
@@ -240,9 +249,10 @@ void judge_uncertainty(Calibration& c) {
     const double sigma = std::sqrt(c.covariance(Eigen::Index(i), Eigen::Index(i)));
     if (sigma > kMaxDistortionSigma * c.strength_uT) {
       c.trust.lower(Verdict::kLimited,
-                    fmt::format("{} is known to {:.1f} uT only, {:.0f} % of the field: some "
-                                "directions were hardly visited.",
-                                c.order[i], sigma, 100.0 * sigma / c.strength_uT));
+                    fmt::format("The distortion of {} ({}) is known to {:.1f} uT only, {:.0f} % of "
+                                "the field: some directions were hardly visited.",
+                                c.parameters.mag.size() > 1 ? "a magnetometer" : "the magnetometer",
+                                entry_of_matrix(c.order[i]), sigma, 100.0 * sigma / c.strength_uT));
       break;
     }
   }

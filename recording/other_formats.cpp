@@ -35,6 +35,8 @@ constexpr OtherFormat kOtherFormats[] = {
      "make a CSV file of it (python3: nptdms.TdmsFile.read(FILE).as_dataframe().to_csv(NEW))"},
     {"\xFA\xFF"sv, "this is a log in Xsens' own format (mtb)",
      "export it as text with Xsens MT Manager"},
+    {"# Created by Octave"sv, "this is a text file of Octave's save",
+     "save it in a form of MATLAB's: save('-v7', FILE, 't', 'acc', 'gyr', 'mag')"},
     {"MD\xFC\x03"sv, "this is a log of an Axivity device (cwa)",
      "export it as CSV with OmGui, with accelerometer, gyroscope and magnetometer"},
     {"#ROSBAG V1"sv, "this is a ROS bag of an old version (1.x)",

@@ -635,6 +635,7 @@ TEST(OtherFormats, are_named_with_the_converter_that_helps) {
   for (const auto& [head, word] :
        {std::pair("H Product:Blackbox flight data recorder", "blackbox_decode"),
         {"PAR1", "read_parquet"},
+        {"# Created by Octave 7.3.0, Sat Nov 28\n# name: t\n", "save('-v7'"},
         {"\xFF\xFEt", "iconv"},
         {"#ROSBAG V1.2\n", "rosbag migrate"}}) {
     const std::string content = head;

@@ -244,15 +244,17 @@ void judge_uncertainty(Calibration& c) {
                                            : "The dip is not known.");
     }
   }
+  // Of a poor fit it may be negative, as det D is.
+  const double strength = std::abs(c.strength_uT);
   for (std::size_t i = 0; i < c.order.size(); ++i) {
     if (c.order[i].find(".distortion") == std::string::npos) continue;
     const double sigma = std::sqrt(c.covariance(Eigen::Index(i), Eigen::Index(i)));
-    if (sigma > kMaxDistortionSigma * c.strength_uT) {
+    if (sigma > kMaxDistortionSigma * strength) {
       c.trust.lower(Verdict::kLimited,
                     fmt::format("The distortion of {} ({}) is known to {:.1f} uT only, {:.0f} % of "
                                 "the field: some directions were hardly visited.",
                                 c.parameters.mag.size() > 1 ? "a magnetometer" : "the magnetometer",
-                                entry_of_matrix(c.order[i]), sigma, 100.0 * sigma / c.strength_uT));
+                                entry_of_matrix(c.order[i]), sigma, 100.0 * sigma / strength));
       break;
     }
   }

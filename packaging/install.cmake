@@ -44,7 +44,15 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/magimuConfig.cmake
 # The libraries are static: whoever links them links what they need.
 foreach(library ${HDF5_C_LIBRARIES} ${ZLIB_LIBRARIES} ${BZ2_LIBRARY} ${SQLITE3_LIBRARY} ${LZ4_LIBRARY}
                 ${ZSTD_LIBRARY})
-  string(APPEND magimu_pc_libraries " ${library}")
+  # Without a machine's folder, which pkg-config adds: the file is the same for every architecture.
+  set(folder /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE})
+  if(library MATCHES "^${folder}/lib([^/]+)[.](so|a)$")
+    string(APPEND magimu_pc_libraries " -l${CMAKE_MATCH_1}")
+  elseif(library MATCHES "^${folder}/.*/libhdf5[.]so$" AND EXISTS ${folder}/pkgconfig/hdf5.pc)
+    set(magimu_pc_requires " hdf5")
+  else()
+    string(APPEND magimu_pc_libraries " ${library}")
+  endif()
 endforeach()
 if(MAGIMU_WITH_SUITESPARSE)
   string(APPEND magimu_pc_libraries " -lspqr -lcholmod")
@@ -87,16 +95,16 @@ foreach(line IN LISTS magimu_licence_lines)
   string(APPEND magimu_licence " ${line}\n")
 endforeach()
 configure_file(packaging/copyright.in copyright @ONLY)
-configure_file(packaging/changelog.in changelog.Debian @ONLY)
+configure_file(packaging/changelog.in changelog @ONLY)
 foreach(package magimu libmagimu-dev)
   string(REPLACE "libmagimu-dev" "dev" component ${package})
   string(REPLACE "magimu" "program" component ${component})
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/copyright COMPONENT ${component}
           DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package})
   if(GZIP)
-    execute_process(COMMAND ${GZIP} -9nkf changelog.Debian
+    execute_process(COMMAND ${GZIP} -9nkf changelog
                     WORKING_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR})
-    install(FILES ${CMAKE_CURRENT_BINARY_DIR}/changelog.Debian.gz COMPONENT ${component}
+    install(FILES ${CMAKE_CURRENT_BINARY_DIR}/changelog.gz COMPONENT ${component}
             DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package})
   endif()
 endforeach()
@@ -114,8 +122,9 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME magimu)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "Calibrates magnetometers and IMUs together
- Joint calibration of magnetometer, accelerometer and gyroscope from a recording of someone
- turning the sensor by hand, with the uncertainty of every number and a verdict.")
+Joint calibration of magnetometer, accelerometer and gyroscope from a
+recording of someone turning the sensor by hand, with the uncertainty of
+every number and a verdict.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libmagimu-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
@@ -124,7 +133,8 @@ if(MAGIMU_WITH_SUITESPARSE)
   string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", libsuitesparse-dev")
 endif()
 set(CPACK_DEBIAN_DEV_DESCRIPTION "Calibrates magnetometers and IMUs together (development files)
- Headers and static libraries of magimu: recordings, calibration, diagnosis, and the factor graph
- below them; with find_package() and pkg-config.")
+Headers and static libraries of magimu: recordings, calibration,
+diagnosis, and the factor graph below them; with find_package() and
+pkg-config.")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 include(CPack)

@@ -61,7 +61,10 @@ figure svg { display: block; max-width: 100%; height: auto; }
   .answer { padding: 12px 16px; } .answer li { font-size: 16px; } .card { padding: 12px 14px; }
   .facts li { flex-basis: 130px; } th, td { padding: 5px 6px; }
   .pair figure { flex-basis: 280px; }
-  figure { overflow-x: auto; } figure svg { max-width: max(100%, 620px); } }
+  figure { overflow-x: auto; } figure svg { max-width: max(100%, 620px); }
+  figure, .scroll { padding-right: 20px; /* more lies to the right: what is cut fades */
+    -webkit-mask-image: linear-gradient(to left, transparent, #000 20px);
+    mask-image: linear-gradient(to left, transparent, #000 20px); } }
 @media screen and (prefers-color-scheme: dark) {
   :root { --page: #12161b; --paper: #191e25; --text: #e6e9ed; --line: #353d47; --soft: #a0aab5; }
   figure svg { filter: invert(.9) hue-rotate(180deg); } }

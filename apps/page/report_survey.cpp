@@ -160,7 +160,7 @@ void spheres(Page& page, const VectorSeries& mag, const std::string& name) {
       "soft");
 }
 
-void expected(Page& page, const Survey& s) {
+void expected(Page& page, const Survey& s, const std::vector<std::string>& mag_names) {
   page.section("How well a calibration would know its parameters");
   if (!s.undetermined.empty()) {
     page.paragraph("This motion leaves free:");
@@ -172,9 +172,8 @@ void expected(Page& page, const Survey& s) {
                        : p.name.starts_with("gyroscope")             ? "rad/s"
                        : p.name.find("dip_deg") != std::string::npos ? "deg"
                                                                      : "uT";
-    std::string name = p.name == "field.dip_deg" ? "dip" : p.name;
-    std::ranges::replace(name, '.', ' ');
-    rows.push_back({axes_as_letters(name), fmt::format("{:.2g}", p.sigma), unit});
+    rows.push_back(
+        {calibration_parameter_words(p.name, mag_names), fmt::format("{:.2g}", p.sigma), unit});
   }
   page.table({"parameter", "standard deviation", "unit"}, rows);
 }
@@ -197,7 +196,7 @@ std::string survey_page(const std::vector<SurveyedRecording>& all) {
       spheres(page, kept.mag[m], kept.mag.size() == 1 ? "magnetometer" : kept.mag_names[m]);
     }
     readings(page, one.survey, kept);
-    if (one.survey.not_looked_further.empty()) expected(page, one.survey);
+    if (one.survey.not_looked_further.empty()) expected(page, one.survey, kept.mag_names);
   }
   return page.finish();
 }

@@ -224,6 +224,15 @@ void judge_field(Calibration& c, const KnownOfMisfit& known) {
   c.trust.lower(std::max(verdict, Verdict::kLimited), text);
 }
 
+// "D xy" of "magnetometers[0].distortion[0][1]".
+std::string entry_of_matrix(const std::string& name) {
+  std::string out = "D ";
+  for (std::size_t at = name.find(".distortion"); at < name.size(); ++at) {
+    if (name[at] >= '0' && name[at] <= '2') out += "xyz"[name[at] - '0'];
+  }
+  return out;
+}
+
 void judge_uncertainty(Calibration& c) {
   for (const FieldEstimate& f : c.fields) {
     if (f.dip_sigma_rad > kMaxDipSigma_deg * kDegree) {
@@ -233,22 +242,26 @@ void judge_uncertainty(Calibration& c) {
                                            : "The dip is not known.");
     }
   }
+  // Of a poor fit it may be negative, as det D is.
+  const double strength = std::abs(c.strength_uT);
   for (std::size_t i = 0; i < c.order.size(); ++i) {
     if (c.order[i].find(".distortion") == std::string::npos) continue;
     const double sigma = std::sqrt(c.covariance(Eigen::Index(i), Eigen::Index(i)));
-    if (sigma > kMaxDistortionSigma * c.strength_uT) {
+    if (sigma > kMaxDistortionSigma * strength) {
       // "...distortion[row][column]": a column is what the field along that axis makes.
       const int column = c.order[i][c.order[i].size() - 2] - '0';
       const Vector3 axis = Vector3::Unit(std::clamp(column, 0, 2));
       const bool visited = field_came_near(c, axis) && field_came_near(c, -axis);
       c.trust.lower(
           Verdict::kLimited,
-          fmt::format("{} is known to {:.1f} uT only, {:.0f} % of the field: {}.", c.order[i],
-                      sigma, 100.0 * sigma / c.strength_uT,
-                      visited ? "the field came along this axis both ways, so that it is not the "
-                                "motion but noise, or what the model lacks"
-                              : fmt::format("the field hardly came along {}{} of the sensor",
-                                            field_came_near(c, axis) ? "-" : "", "xyz"[column])));
+          fmt::format(
+              "The distortion of {} ({}) is known to {:.1f} uT only, {:.0f} % of the field: {}.",
+              c.parameters.mag.size() > 1 ? "a magnetometer" : "the magnetometer",
+              entry_of_matrix(c.order[i]), sigma, 100.0 * sigma / strength,
+              visited ? "the field came along this axis both ways, so that it is not the "
+                        "motion but noise, or what the model lacks"
+                      : fmt::format("the field hardly came along {}{} of the sensor",
+                                    field_came_near(c, axis) ? "-" : "", "xyz"[column])));
       break;
     }
   }

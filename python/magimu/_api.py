@@ -89,7 +89,7 @@ def _path(path: Any, function: str) -> str:
 def read(path: PathLike, *, map: Optional[Mapping[str, str]] = None,
          unit: Optional[Mapping[str, Union[str, float]]] = None,
          axes: Optional[Mapping[str, str]] = None, rate: Optional[float] = None,
-         gyro_interval: str = "forward", columns: Sequence[str] = (),
+         gyro_interval: str = "forward", columns: Union[str, Sequence[str]] = (),
          sensors: Sequence[str] = ()) -> Recording:
     """Reads a recording: every file that the program reads.
 
@@ -100,13 +100,15 @@ def read(path: PathLike, *, map: Optional[Mapping[str, str]] = None,
         rate: Hz, for a file without times.
         gyro_interval: a gyroscope sample is the mean rate over the interval that begins at its
             time ("forward"), has it in the middle ("centred") or ends there ("backward").
-        columns: the names that a file without a header lacks; "-" ignores a column.
+        columns: the names that a file without a header lacks, a list or "t,acc_x,..."; "-" ignores
+            a column.
         sensors: of a log with several of a kind those to read, as `info` lists them:
             ``["mag=sensor_mag[1]"]``.
     """
     turns = _pairs(axes, "axes")
     return Recording._of(_core.read(_path(path, "read"), _pairs(map, "map"), _pairs(unit, "unit"),
-                                    turns, rate or 0.0, gyro_interval, ",".join(columns),
+                                    turns, rate or 0.0, gyro_interval,
+                                    columns if isinstance(columns, str) else ",".join(columns),
                                     list(sensors)), turns)
 
 

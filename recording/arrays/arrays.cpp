@@ -39,12 +39,12 @@ std::string array_meaning(const std::string& name, const CsvOptions& options) {
   const auto given = options.columns.find(name);
   if (given != options.columns.end()) return given->second;
   if (csv_name(name).name == "t" || csv_name(last_word(name)).name == "t") return "t";
+  // "rec.mag.field"; "t/value" (Octave's HDF5)
+  constexpr std::string_view kContents[] = {"field", "data", "value", "values", "xyz", "samples"};
+  const bool content = std::ranges::find(kContents, last_word(name)) != std::end(kContents);
+  if (content && csv_name(last_word(parent_of(name))).name == "t") return "t";
   std::string component = csv_name(name + "_x").name;
-  if (component.empty()) {  // "rec.mag.field"
-    constexpr std::string_view kContents[] = {"field", "data", "value", "values", "xyz", "samples"};
-    const bool content = std::ranges::find(kContents, last_word(name)) != std::end(kContents);
-    if (content) component = csv_name(parent_of(name) + "_x").name;
-  }
+  if (component.empty() && content) component = csv_name(parent_of(name) + "_x").name;
   return component.substr(0, component.find('_'));
 }
 

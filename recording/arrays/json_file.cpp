@@ -15,6 +15,7 @@
 
 #include "recording/arrays/arrays.h"
 #include "recording/csv/columns/csv_columns.h"
+#include "recording/csv/columns/text_fields.h"
 #include "recording/data/error.h"
 #include "recording/files/read_file.h"
 
@@ -88,6 +89,34 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
     return out;
   }
 
+  // {"sensors": [{"name": "accX", "units": "m/s2"}, ...], "values": [[...], ...]} (Edge Impulse):
+  // the objects name the columns of the numbers. Empty where it is not so.
+  std::string table_of_named_columns() const {
+    if (!number_of_.contains("name") || rows_.empty()) return "";
+    const auto values = std::ranges::find_if(arrays_, [this](const auto& entry) {
+      const Array& array = entry.second;
+      return array.inner == rows_.size() && array.inner > 1 &&
+             array.values.size() % array.inner == 0;
+    });
+    if (values == arrays_.end()) return "";
+    double interval_ms = 0.0;
+    for (const auto& [name, array] : arrays_) {
+      if (array.values.size() != 1) continue;
+      if (name.ends_with("interval_ms")) interval_ms = array.values.front();
+      if (name.ends_with("frequency")) interval_ms = 1000.0 / array.values.front();
+    }
+    std::string out = interval_ms > 0.0 ? "t (ms)," : "";
+    for (const Row& row : rows_) out += (&row == &rows_.front() ? "" : ",") + column_name(row);
+    const std::vector<double>& all = values->second.values;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const std::size_t column = i % values->second.inner, line = i / values->second.inner;
+      out += column == 0 ? '\n' : ',';
+      if (column == 0 && interval_ms > 0.0) out += fmt::format("{},", interval_ms * double(line));
+      out += fmt::format("{}", all[i]);
+    }
+    return out + '\n';
+  }
+
   // N x 3 of arrays of three, else N x 1.
   BroadFile arrays(const std::string& path) const {
     BroadFile file{path, {}, [this](const std::string& name) {
@@ -136,6 +165,18 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
       out += c == '\n' || c == '\r' ? ' ' : c;
     }
     return out + '"';
+  }
+
+  // "accX (m/s2)" of a row with the cells name and units.
+  std::string column_name(const Row& row) const {
+    const std::vector<std::string> cells = text_fields(row.text, ',');
+    const auto cell = [&](const char* name) {
+      const auto column = number_of_.find(name);
+      const bool there = column != number_of_.end() && column->second < cells.size();
+      return there ? cells[column->second] : std::string();
+    };
+    const std::string unit = cell("units").empty() ? cell("unit") : cell("units");
+    return quoted(unit.empty() ? cell("name") : cell("name") + " (" + unit + ")");
   }
 
   bool value(const std::string& text) {
@@ -234,11 +275,14 @@ Recording read_json(const std::string& path, const CsvOptions& options) {
   Handler handler;
   const bool whole = nlohmann::json::sax_parse(file, &handler);
   constexpr const char* kCut = "the JSON text is cut off or damaged; what is before that is read";
-  Recording out = handler.has_rows() ? csv_recording(handler.table(), path, options)
-                                     : recording_from_arrays(handler.arrays(path), options);
-  out.notes.insert(out.notes.begin(), handler.has_rows()
-                                          ? "this is JSON, an object a row"
-                                          : "this is JSON, with an array a quantity");
+  const std::string named = handler.table_of_named_columns();
+  Recording out = !named.empty()       ? csv_recording(named, path, options)
+                  : handler.has_rows() ? csv_recording(handler.table(), path, options)
+                                       : recording_from_arrays(handler.arrays(path), options);
+  out.notes.insert(out.notes.begin(),
+                   !named.empty()       ? "this is JSON, an array a row, with names and units"
+                   : handler.has_rows() ? "this is JSON, an object a row"
+                                        : "this is JSON, with an array a quantity");
   if (!whole) {
     out.notes.emplace_back(kCut);
     out.cautions.emplace_back(kCut);

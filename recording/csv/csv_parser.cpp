@@ -43,7 +43,7 @@ void CsvParser::line(std::string_view text) {
          "MATLAB or HDF5, or a zip of such files");
   }
   const auto first = std::ranges::find_if_not(text, is_blank);
-  if (first == text.end() || *first == '#') return;
+  if (first == text.end() || (*first == '#' && !dialect_.marked_rows)) return;
   if (whole_file_ && has_header_ && csv_trimmed(text) == header_) {
     rows_.headers.push_back(rows_.time.size());
     return;
@@ -87,7 +87,9 @@ void CsvParser::set_columns(CsvColumns columns, std::string header) {
     const std::string of = slot == 0                             ? "t"
                            : slot <= 3 * columns_.vectors.size() ? columns_.vectors[(slot - 1) / 3]
                                                                  : "";
-    if (!of.empty()) recording_.file_units[of.starts_with("mag") ? "mag" : of] = field.unit;
+    if (!of.empty()) {
+      recording_.file_units[of.starts_with("mag") ? "mag" : of] = std::abs(field.unit);
+    }
   }
   const auto mag_unit = recording_.file_units.find("mag");
   if (!options_.mag_unit && mag_unit != recording_.file_units.end() &&

@@ -33,6 +33,15 @@ class Joiner {
  public:
   Joiner(const std::string& path, const CsvOptions& options) : path_(path), options_(options) {}
 
+  // The accelerometer of the gyroscope's file is on its board and has its rate: it goes before
+  // others (SBG repeats some accelerations beside the magnetometer's readings).
+  void accelerometer_of_gyroscope(std::vector<Recording>& parts) {
+    const auto part =
+        std::ranges::find_if(parts, [](const Recording& r) { return !r.gyr.empty(); });
+    if (part == parts.end() || part->acc.empty() || !options_.sensors.empty()) return;
+    take("acc", part->acc, out_.acc, part->name);
+  }
+
   void add(Recording& part) {
     take("acc", part.acc, out_.acc, part.name);
     take("gyr", part.gyr, out_.gyr, part.name);
@@ -127,6 +136,7 @@ class Joiner {
 
 Recording joined(std::vector<Recording> parts, const std::string& path, const CsvOptions& options) {
   Joiner joiner(path, options);
+  joiner.accelerometer_of_gyroscope(parts);
   for (Recording& part : parts) joiner.add(part);
   return joiner.finish();
 }

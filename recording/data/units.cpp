@@ -26,10 +26,10 @@ const Unit kUnits[] = {
     {"t", 1e-3, {"ms", "msec", "millis", "milliseconds"}},
     {"t", 1e-6, {"us", "usec", "micros", "microseconds"}},
     {"t", 1e-9, {"ns", "nsec", "nanos", "nanoseconds"}},
-    {"acc",
-     1.0,
-     {"m/s^2", "m/s2", "m/s/s", "ms^-2", "ms-2", "ms2", "mps2", "m/sec^2", "m_s2", "m_s^2",
-      "m s^-2", "m*s^-2", "m s-2", "m.s-2", "m.s^-2", "mps^2", "m/s**2", "m/s\xC2\xB2"}},
+    {"acc", 1.0, {"m/s^2",       "m/s2",         "m/s/s",      "ms^-2",      "ms-2",   "ms2",
+                  "mps2",        "m/sec^2",      "m_s2",       "m_s^2",      "m s^-2", "m*s^-2",
+                  "m s-2",       "m.s-2",        "m.s^-2",     "mps^2",      "m/s**2", "meters/s^2",
+                  "meters/sec2", "meters/sec^2", "metres/s^2", "m/s\xC2\xB2"}},
     {"acc", 1e-2, {"cm/s^2", "cm/s2"}},
     {"acc", 1e-3, {"mm/s^2", "mm/s2"}},
     {"acc", kG, {"g", "gs", "gee", "g0", "gn", "g's"}},
@@ -117,9 +117,22 @@ std::optional<double> unit_in_ours(std::string_view quantity, std::string_view t
   }
   double factor = 0.0;
   const char* const end = text.data() + text.size();
-  const auto [last, error] = std::from_chars(text.data(), end, factor);
-  if (error == std::errc() && last == end && factor > 0.0 && std::isfinite(factor)) return factor;
-  return std::nullopt;
+  auto [last, error] = std::from_chars(text.data(), end, factor);
+  if (error != std::errc()) return std::nullopt;
+  if (last != end && *last == '/') {  // "1/16 deg/s" (Tinkerforge)
+    double divisor = 0.0;
+    const auto [behind, bad] = std::from_chars(last + 1, end, divisor);
+    if (bad != std::errc() || divisor <= 0.0) return std::nullopt;
+    factor /= divisor;
+    last = behind;
+  }
+  if (factor <= 0.0 || !std::isfinite(factor)) return std::nullopt;
+  if (last == end) return factor;
+  const auto at = static_cast<std::size_t>(last - text.data());
+  const std::string_view unit = text.substr(std::min(text.find_first_not_of(' ', at), text.size()));
+  const bool letters = *last == ' ' && !unit.empty() && !(unit[0] >= '0' && unit[0] <= '9');
+  const std::optional<double> of_it = letters ? unit_in_ours(quantity, unit) : std::nullopt;
+  return of_it ? std::optional(factor * *of_it) : std::nullopt;
 }
 
 std::string arbitrary_field_in_words() {

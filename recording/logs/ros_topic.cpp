@@ -7,6 +7,7 @@
 #include "recording/csv/columns/csv_names.h"
 #include "recording/data/quoted_text.h"
 #include "recording/files/zstd_file.h"
+#include "recording/logs/struct_number.h"
 
 namespace magimu {
 namespace {
@@ -99,8 +100,9 @@ void RosTopic::message(LogRecording& log, std::string_view bytes, std::int64_t r
   }
   std::int64_t t = received_ns;
   if (sec_ && nanosec_ && (values_[*sec_] != 0.0 || values_[*nanosec_] != 0.0)) {
-    t = static_cast<std::int64_t>(values_[*sec_]) * 1'000'000'000 +
-        static_cast<std::int64_t>(values_[*nanosec_]);
+    constexpr double kMostSeconds = 9e9, kMostNanoseconds = 1e17;  // together in 63 bits
+    t = whole_number(values_[*sec_], kMostSeconds) * 1'000'000'000 +
+        whole_number(values_[*nanosec_], kMostNanoseconds);
   } else {
     log.note("messages of " + printable(name_) +
              " have no time of their own: the times are those of their arrival");

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recording/logs/struct_number.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -54,6 +56,10 @@ double struct_number(std::string_view data, char letter, std::size_t at) {
     default:
       return std::numeric_limits<double>::quiet_NaN();
   }
+}
+
+std::int64_t whole_number(double number, double most) {
+  return std::isnan(number) ? 0 : static_cast<std::int64_t>(std::clamp(number, -most, most));
 }
 
 }  // namespace magimu

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string_view>
 
 namespace magimu {
@@ -12,5 +13,9 @@ namespace magimu {
 std::size_t struct_size(char letter);
 // The number that begins at byte `at`; NaN for an unknown letter.
 double struct_number(std::string_view data, char letter, std::size_t at);
+
+// Without its fraction, and not beyond `most` either way; 0 for NaN. A damaged file may claim any
+// time.
+std::int64_t whole_number(double number, double most);
 
 }  // namespace magimu

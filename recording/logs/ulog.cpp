@@ -394,15 +394,15 @@ class UlogReader {
         constexpr double kInvalid = 2147483647.0;
         const double us = late == nullptr ? 0.0 : struct_number(data, late->kind, late->offset);
         if (us == kInvalid) continue;
-        t += static_cast<std::int64_t>(us);
+        t = std::clamp(t, -kMostTime, kMostTime) + whole_number(us, double(kMostTime));
       }
       log_.add(reading.sensor, micro_to_nano(t), v);
     }
   }
 
+  static constexpr std::int64_t kMostTime = 9'000'000'000'000'000;  // us; in ns 63 bits hold it
   static std::int64_t micro_to_nano(std::int64_t us) {
-    constexpr std::int64_t kMost = 9'000'000'000'000'000;
-    return std::clamp(us, -kMost, kMost) * 1000;
+    return std::clamp(us, -kMostTime, kMostTime) * 1000;
   }
 
   // Several samples in one message, the last of them at its time.
@@ -412,9 +412,9 @@ class UlogReader {
     const UlogField* const scale = field_named(topic.format, "scale");
     const UlogField* const samples = field_named(topic.format, "samples");
     if (dt == nullptr || scale == nullptr || samples == nullptr) return;
-    const auto count = std::min<std::size_t>(
-        std::size_t(std::max(0.0, struct_number(data, samples->kind, samples->offset))),
-        reading.axes[0].count);
+    const auto count = static_cast<std::size_t>(
+        std::max<std::int64_t>(0, whole_number(struct_number(data, samples->kind, samples->offset),
+                                               double(reading.axes[0].count))));
     const double us = struct_number(data, dt->kind, dt->offset),
                  one = struct_number(data, scale->kind, scale->offset);
     for (std::size_t i = 0; i < count; ++i) {
@@ -427,7 +427,7 @@ class UlogReader {
         v[a] = one * struct_number(data, axis.kind, at);
       }
       const auto before =
-          static_cast<std::int64_t>(std::clamp(1e3 * us * double(count - 1 - i), 0.0, 1e12));
+          std::max<std::int64_t>(0, whole_number(1e3 * us * double(count - 1 - i), 1e12));
       log_.add(reading.sensor, micro_to_nano(t_us) - before, v);
     }
   }

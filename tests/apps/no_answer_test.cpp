@@ -96,5 +96,17 @@ TEST(NoAnswer, the_exit_codes_are_listed) {
   }
 }
 
+// A fit of hopeless data may have a distortion that mirrors: its strength is negative.
+TEST(NoAnswer, names_an_entry_of_the_distortion_for_people_and_by_how_much_of_the_field) {
+  const test::Program magimu;
+  ASSERT_EQ(magimu("simulate -q -o rec.csv --motion hand --rate 25 --duration 9 --seed 3 --noise "
+                   "0.2 0.02 10")
+                .exit_code,
+            kDone);
+  const std::string said = magimu("calibrate rec.csv").out;
+  EXPECT_THAT(said, HasSubstr("The distortion of the magnetometer (D xx) is known to "));
+  EXPECT_THAT(said, Not(testing::ContainsRegex("-[0-9]+ % of the field")));
+}
+
 }  // namespace
 }  // namespace magimu

@@ -142,6 +142,8 @@ TEST_F(InfoReport, is_a_page_of_its_own_with_faults_and_remedies) {
   EXPECT_EQ(test::xml_error(page), "");
   EXPECT_THAT(page, HasSubstr("It can be calibrated."));
   EXPECT_THAT(page, HasSubstr("magimu info -q rec.csv --report look.html"));
+  EXPECT_THAT(page, HasSubstr(">mag distortion D zx<"));
+  EXPECT_THAT(page, testing::Not(HasSubstr("magnetometers x")));
   EXPECT_THAT(page, Not(HasSubstr("<script")));
 }
 

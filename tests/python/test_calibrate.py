@@ -44,6 +44,8 @@ class EqualToTheProgram(InFolder):
         (self.folder / "rows.csv").write_text(rows)
         read = magimu.read(self.folder / "rows.csv", columns=names.split(","))
         np.testing.assert_array_equal(read.mag.v, recording().mag.v)
+        as_one_text = magimu.read(self.folder / "rows.csv", columns=names)
+        np.testing.assert_array_equal(as_one_text.acc.v, recording().acc.v)
         with self.assertRaisesRegex(magimu.InputError, "columns"):
             magimu.read(self.folder / "rows.csv")
 

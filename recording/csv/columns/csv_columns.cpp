@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "recording/csv/columns/apple_columns.h"
 #include "recording/csv/columns/ardupilot_columns.h"
 #include "recording/csv/columns/csv_names.h"
 #include "recording/csv/columns/missing_columns.h"
@@ -45,12 +46,14 @@ class HeaderReader {
  private:
   CsvColumns read_fields() {
     name_columns();
+    join_acceleration();
     assign();
     check_options();
     group();
     const bool ardupilot = are_ardupilot_columns(columns_.fields);
     if (ardupilot) name_compass_unit();
     give_slots();
+    turn_apples_acceleration();
     if (ardupilot) {
       const auto mag = where_.find("mag_x");
       take_off_ardupilot_offsets(columns_,
@@ -131,6 +134,58 @@ class HeaderReader {
     if (sensor(said.name) == sensor(column.name)) column.header = said;
   }
 
+  // Without an accelerometer gravity and the acceleration of the motion give its readings together.
+  void join_acceleration() {
+    std::vector<std::string> headers;
+    bool alone = false;
+    for (std::size_t i = 0; i < named_.size(); ++i) {
+      headers.push_back(columns_.fields[i].header);
+      alone = alone || (named_[i].name.starts_with("acc_") && named_[i].claim >= kAlias);
+    }
+    if (alone) return;
+    parts_ = acceleration_in_parts(headers);
+    if (!parts_) return;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t gravity = parts_->gravity[axis], motion = parts_->motion[axis];
+      const std::string name = std::string("acc_") + "xyz"[axis];
+      const std::string& header = columns_.fields[gravity].header;
+      const std::size_t bracket = header.find_last_of("([");
+      named_[gravity] = {
+          name, kAlias,
+          csv_name(bracket == std::string::npos ? name : name + ' ' + header.substr(bracket))};
+      named_[motion] = {};
+    }
+  }
+
+  // Core Motion's accelerations have the opposite sign; the part of the motion is added to
+  // gravity's.
+  void turn_apples_acceleration() {
+    bool apple = false;
+    for (CsvColumns::Field& field : columns_.fields) {
+      if (field.slot == CsvColumns::kIgnored || !is_apples_accelerometer(field.header)) continue;
+      field.unit = -field.unit;
+      apple = true;
+    }
+    for (std::size_t axis = 0; parts_ && axis < 3; ++axis) {
+      CsvColumns::Field& gravity = columns_.fields[parts_->gravity[axis]];
+      CsvColumns::Field& motion = columns_.fields[parts_->motion[axis]];
+      motion.slot = gravity.slot;
+      motion.unit = parts_->apple ? gravity.unit : -gravity.unit;
+      if (parts_->apple) gravity.unit = -gravity.unit;
+      motion.taken_off = columns_.takes_off = true;
+    }
+    if (parts_) {
+      columns_.notes.push_back(
+          fmt::format("acc is the sum of gravity and of the acceleration without it ({})",
+                      quoted_text(columns_.fields[parts_->motion[0]].header)));
+    }
+    if (apple || (parts_ && parts_->apple)) {
+      columns_.notes.emplace_back(
+          "Apple's accelerations have the opposite sign of an accelerometer's (-1 g with the "
+          "screen up): they are turned");
+    }
+  }
+
   // Gives each of our names to the column with the best claim to it.
   void assign() {
     for (std::size_t i = 0; i < named_.size(); ++i) {
@@ -155,6 +210,13 @@ class HeaderReader {
         if (has_unit(i) && !has_unit(other)) entry->second = i;
         if (has_unit(i) || has_unit(other) || named_[i].claim < kAlias) continue;
       }
+      if (named_[i].claim == named_[other].claim && named_[i].claim < kAlias) {
+        const std::string mine = device_of(i), its = device_of(other);
+        if (mine != its) {
+          if (sensors_of(mine) > sensors_of(its)) entry->second = i;
+          continue;
+        }
+      }
       if (named_[i].claim == named_[other].claim) {
         fail(i + 1,
              fmt::format("columns {} ({}) and {} ({}) are both {}", other + 1,
@@ -165,6 +227,29 @@ class HeaderReader {
       }
       if (named_[i].claim > named_[other].claim) entry->second = i;
     }
+  }
+
+  // What stands before the words that name the sensor: "IMU(1):" of "IMU(1):accelX".
+  std::string device_of(std::size_t column) const {
+    const std::string& header = columns_.fields[column].header;
+    std::size_t begin = 0;
+    for (std::size_t i = 0; i + 1 < header.size(); ++i) {
+      if (std::string_view(":./_- ").find(header[i]) == std::string_view::npos) continue;
+      if (csv_name(std::string_view(header).substr(i + 1)).name == named_[column].name) {
+        begin = i + 1;
+      }
+    }
+    return header.substr(0, begin);
+  }
+
+  // How many axes of sensors that device has: of several devices the first with the most is read.
+  std::size_t sensors_of(const std::string& device) const {
+    std::size_t axes = 0;
+    for (std::size_t i = 0; i < named_.size(); ++i) {
+      const std::string& name = named_[i].name;
+      axes += name.size() > 4 && device_of(i) == device ? 1 : 0;
+    }
+    return axes;
   }
 
   HeaderColumns header_columns() const {
@@ -393,7 +478,8 @@ class HeaderReader {
   long line_;
   const CsvOptions& options_;
   CsvColumns columns_;
-  std::vector<Column> named_;                 // one a field
+  std::vector<Column> named_;  // one a field
+  std::optional<AccelerationInParts> parts_;
   std::vector<std::string> converted_;        // units that are not ours, in words
   std::map<std::string, std::size_t> where_;  // our name -> field
 };

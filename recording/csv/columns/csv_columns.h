@@ -22,7 +22,7 @@ struct CsvColumns {
     int slot = kIgnored;     // where its number goes
     double unit = 1.0;       // the file's unit in ours
     bool taken_off = false;  // its number is an offset that the device added to the reading of this
-                             // slot; it is subtracted
+                             // slot; it is subtracted (with a negative unit: added)
   };
 
   char separator = ',';

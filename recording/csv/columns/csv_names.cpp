@@ -98,6 +98,9 @@ SensorWord sensor_of(std::string_view words) {
       sensor = sensor_and_unit(words.substr(prefix.size()));
     }
   }
+  if (sensor.word == nullptr && words.ends_with("_sensor")) {  // "Accel Sensor X"
+    sensor = sensor_of(words.substr(0, words.rfind('_')));
+  }
   if (sensor.word != nullptr) return sensor;
   for_each_tail(words, [&sensor](std::string_view tail) {
     sensor = sensor_and_unit(tail);
@@ -118,8 +121,15 @@ bool is_way_to_write_times(std::string_view text) {
          std::ranges::find(kWays, text) != std::end(kWays);
 }
 
+// "T [degC]" is a temperature.
+bool is_unit_of_temperature(std::string_view text) {
+  constexpr std::string_view kDegrees[] = {"c", "degc", "deg c", "'c", "celsius", "k", "degf"};
+  return std::ranges::find(kDegrees, text) != std::end(kDegrees);
+}
+
 void set_unit(CsvName& name, std::string_view text) {
   if (name.name == "t" && is_way_to_write_times(text)) return;
+  if (name.name == "t" && is_unit_of_temperature(text)) name.name = "temp";
   if (name.name != "t" && says_no_unit(text)) return;
   name.unit_text = text;
   name.unit_of_word = false;
@@ -133,6 +143,14 @@ void set_unit(CsvName& name, std::string_view text) {
 CsvName component(std::string_view words) {
   if (words.ends_with("_axis")) words.remove_suffix(5);
   if (words.empty()) return {};
+  // "ACC.X 1" (Delsys): the sensor's number behind the axis.
+  std::string number_behind;
+  if (const std::size_t last = words.find_last_not_of("0123456789");
+      last != std::string_view::npos && last > 0 && words[last] == '_' && last + 1 < words.size() &&
+      is_axis(words[last - 1]) && last > 1 && is_separator(words[last - 2])) {
+    number_behind = words.substr(last + 1);
+    words = words.substr(0, last);
+  }
   char axis = words.back();
   if (is_axis(axis)) {
     words.remove_suffix(1);
@@ -156,6 +174,7 @@ CsvName component(std::string_view words) {
   if (!number.empty()) drop_separator();
   if (sensor.word == nullptr) sensor = sensor_of(words);
   if (sensor.word == nullptr) return {};
+  if (number.empty() && sensor.word->name == "mag") number = number_behind;
   if (!number.empty()) {
     if (sensor.word->name != "mag" || number.size() > 6) return {};
     number = std::to_string(std::stoi(number));  // mag01 is mag1
@@ -242,7 +261,32 @@ std::string csv_time_of(std::string_view header) {
   return {};
 }
 
+namespace {
+
+// "Accelerometer [m/s2]", "1", "2" (GoPro), or nothing above the other two: a sensor's name stands
+// above the first of its three columns.
+void name_axes_behind_a_sensor(std::vector<std::string>& headers) {
+  for (std::size_t i = 0; i + 2 < headers.size(); ++i) {
+    const std::string& second = headers[i + 1];
+    const std::string& third = headers[i + 2];
+    if (!(second.empty() && third.empty()) && !(second == "1" && third == "2")) continue;
+    const std::size_t bracket = std::min(headers[i].find_first_of("(["), headers[i].size());
+    std::string word = headers[i].substr(0, bracket);
+    while (word.ends_with(' ')) word.pop_back();
+    const std::string unit = headers[i].substr(bracket);
+    const CsvName first = csv_name(word + "_x " + unit);
+    if (word.size() < 3 || first.name.empty() || first.name.starts_with("pos")) continue;
+    if (!csv_name(headers[i]).name.empty()) continue;  // "Acc X"
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      headers[i + axis] = word + '_' + "xyz"[axis] + ' ' + unit;
+    }
+  }
+}
+
+}  // namespace
+
 std::vector<std::string> with_axes_for_numbers(std::vector<std::string> headers) {
+  name_axes_behind_a_sensor(headers);
   struct Group {
     std::string front, back;  // before and behind the number
     std::array<std::size_t, 4> at{};

@@ -27,6 +27,7 @@ constexpr CsvWord kScalars[] = {
     {"ts", "t", -1},
     {"ticks", "t", -1},
     {"tick", "t", -2},
+    {"x_value", "t", -2},           // LabVIEW
     {"datenum", "t", -1, "86400"},  // MATLAB: days
     {"stamp", "t", 1},
     {"timestamp_unix", "t", 1},    // Shimmer
@@ -99,7 +100,10 @@ constexpr CsvWord kVectors[] = {
     {"accel_wr", "acc"},
     {"uncompacc", "acc", 1},  // VectorNav: not compensated
     {"uncompaccel", "acc", 1},
-    {"accsmooth", "acc"},  // Betaflight
+    {"scaledaccel", "acc", 1, "g"},  // MicroStrain
+    {"a_r", "acc"},                  // Razor: raw,
+    {"a_c", "acc"},                  // and calibrated
+    {"accsmooth", "acc"},            // Betaflight
     {"a", "acc"},
     {"beschleunigung", "acc", 1},
     {"beschleunigungssensor", "acc"},
@@ -124,7 +128,12 @@ constexpr CsvWord kVectors[] = {
     {"gyroscope", "gyr"},
     {"gyroscopes", "gyr"},
     {"angular_velocity", "gyr"},
-    {"w_rs_s", "gyr"},           // EuRoC
+    {"w_rs_s", "gyr"},    // EuRoC
+    {"pqr", "gyr"},       // InertialSense: roll, pitch and yaw rate
+    {"rate", "gyr", -1},  // ACEINNA
+    {"scaledgyro", "gyr", 1, "rad/s"},
+    {"g_r", "gyr"},
+    {"g_c", "gyr"},
     {"angularvelocity", "gyr"},  // MATLAB Mobile
     {"angular_rate", "gyr"},
     {"gyro_rate", "gyr", -1},
@@ -157,6 +166,10 @@ constexpr CsvWord kVectors[] = {
     {"mag", "mag"},
     {"magn", "mag"},
     {"magneto", "mag"},
+    {"magnet", "mag"},  // RoNIN, RIDI
+    {"scaledmag", "mag", 1, "gauss"},
+    {"m_r", "mag"},
+    {"m_c", "mag"},
     {"magnetometer", "mag"},
     {"magnetometers", "mag"},
     {"magnetic_field", "mag"},

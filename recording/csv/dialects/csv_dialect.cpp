@@ -4,12 +4,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
+#include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "recording/csv/columns/csv_columns.h"
 #include "recording/csv/columns/csv_names.h"
+#include "recording/csv/columns/old_charset.h"
 #include "recording/csv/columns/text_fields.h"
+#include "recording/csv/columns/value_columns.h"
 #include "recording/csv/columns/words.h"
 #include "recording/csv/dialects/checksum_lines.h"
 #include "recording/csv/dialects/head_lines.h"
@@ -20,6 +25,7 @@
 #include "recording/csv/dialects/teleplot.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
+#include "recording/data/units.h"
 
 namespace magimu {
 namespace {
@@ -53,6 +59,11 @@ class Recogniser {
       dialect_.names = checksums_->names;
     } else if (!header) {
       if (long_format()) return with_stamps();
+      if (axes_without_header()) {
+        translate();
+        say();
+        return with_stamps();
+      }
       // The first line holds words but does not fit the rows: CsvParser will name the error.
       if (shape_.first_row > 0 && !stamped_ && !is_comment(lines_.front().text)) return {};
       no_header();
@@ -60,6 +71,8 @@ class Recogniser {
       return with_stamps();
     }
     name_index();
+    time_before_each_column();
+    time_of_another_name();
     own_times();
     translate();
     if (is_plain()) return {};
@@ -99,7 +112,11 @@ class Recogniser {
   bool find_header() {
     std::optional<TableHeader> found = table_header(lines_, shape_, options_);
     if (!found) return false;
-    dialect_.names = std::move(found->names);
+    std::string charset;
+    dialect_.names = names_in_utf8(found->names, charset);
+    if (!charset.empty()) {
+      dialect_.notes.push_back(fmt::format("the header is in {}, not in UTF-8", charset));
+    }
     dialect_.header_line = lines_[found->line].number;
     dialect_.header = std::string(csv_trimmed(lines_[found->line].text));
     header_rows_ = found->rows;
@@ -127,13 +144,15 @@ class Recogniser {
   }
 
   [[noreturn]] void no_header() const {
-    throw InputError(
+    // MissingSensor: it may be one of several files, whose name says the sensor.
+    throw MissingSensor(
         file_, dialect_.first_row, 0,
         fmt::format("there is no header: the first line holds numbers, not the names of the "
                     "columns ({} of them)",
                     shape_.fields),
-        "put a header line above it, or name the columns (- ignores one): --columns "
-        "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z");
+        std::string("put a header line above it, or name the columns (- ignores one): --columns ") +
+            (options_.sensor.empty() ? "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z"
+                                     : "t,x,y,z"));
   }
 
   bool long_format() {
@@ -141,19 +160,126 @@ class Recogniser {
            long_format_dialect(lines_, elsewhere_, shape_, options_, dialect_);
   }
 
+  bool has_time() const {
+    return std::ranges::any_of(dialect_.names, [this](const std::string& name) {
+      const auto given = options_.columns.find(name);
+      return (given != options_.columns.end() && given->second == "t") ||
+             csv_name(name).name == "t" || !csv_time_of(name).empty();
+    });
+  }
+
+  // The fields of a column, of the first rows.
+  std::vector<std::string> fields_of(std::size_t column) const {
+    std::vector<std::string> out;
+    for (std::size_t i = shape_.first_row; i < lines_.size(); ++i) {
+      if (is_comment(lines_[i].text)) continue;
+      std::vector<std::string> fields = text_fields(lines_[i].text, shape_.separator);
+      if (column < fields.size()) out.push_back(std::move(fields[column]));
+    }
+    return out;
+  }
+
+  bool never_falls(std::size_t column) const {
+    NumberColumn numbers{column, "", std::vector<std::vector<double>>(1), true};
+    for (std::string text : fields_of(column)) {
+      if (shape_.decimal_comma) std::ranges::replace(text, ',', '.');
+      double value = 0.0;
+      const char* const end = text.data() + text.size();
+      if (std::from_chars(text.data(), end, value).ptr == end && !text.empty()) {
+        numbers.of_sensor.front().push_back(value);
+      }
+    }
+    return is_clock_or_counter(numbers);
+  }
+
+  // The time has a name that says nothing to us: the first column of times of the day or dates;
+  // else of those whose numbers never fall the first whose header has a unit of time, or whose name
+  // ends with "time".
+  void time_of_another_name() {
+    if (dialect_.header_line == 0 || has_time() || options_.rate_hz) return;
+    const auto take = [this](std::size_t i, const std::string& name, const char* why) {
+      dialect_.notes.push_back(
+          fmt::format("column {} is the time: {}", quoted_text(dialect_.names[i]), why));
+      dialect_.names[i] = name;
+    };
+    for (std::size_t i = 0; i < dialect_.names.size(); ++i) {
+      const std::vector<std::string> fields = fields_of(i);
+      const bool clock = std::ranges::all_of(
+          fields, [](const std::string& field) { return clock_seconds(field).has_value(); });
+      if (clock && !fields.empty()) return take(i, "t", "it holds times of the day");
+    }
+    for (const bool by_unit : {true, false}) {
+      for (std::size_t i = 0; i < dialect_.names.size(); ++i) {
+        const std::string words = plain_words(dialect_.names[i]);
+        const std::string unit = time_unit_of(dialect_.names[i]);
+        const bool named = by_unit ? !unit.empty() : words.ends_with("time");
+        if (!named || !csv_name(dialect_.names[i]).name.empty() || !never_falls(i)) continue;
+        return take(i, by_unit ? "t (" + unit + ")" : "t",
+                    by_unit ? "its unit is one, and it never falls" : "it never falls");
+      }
+    }
+  }
+
+  // "ms" of "timeCntr (ms)"; empty where no unit of time is in brackets.
+  static std::string time_unit_of(const std::string& name) {
+    const std::size_t open = name.find_last_of("([");
+    if (open == std::string::npos || name.size() < open + 3) return "";
+    const std::string unit = name.substr(open + 1, name.size() - open - 2);
+    return field_kind(unit) == FieldKind::kWord && unit_in_ours("t", unit) ? unit : "";
+  }
+
+  // Of the file of one sensor, as its name says: one column is a clock, the other three are axes.
+  bool axes_without_header() {
+    if (options_.sensor.empty() || shape_.fields != 4) return false;
+    std::vector<std::size_t> clocks;
+    for (std::size_t i = 0; i < shape_.fields; ++i) {
+      if (never_falls(i)) clocks.push_back(i);
+    }
+    if (clocks.size() != 1) return false;
+    std::size_t axis = 0;
+    for (std::size_t i = 0; i < shape_.fields; ++i) {
+      dialect_.names.emplace_back(i == clocks.front() ? std::string("t")
+                                                      : std::string(1, "xyz"[axis++]));
+    }
+    dialect_.header_line = 0;
+    dialect_.notes.push_back(fmt::format(
+        "there is no header: column {}, which never falls, is the time, the others are x, y, z",
+        clocks.front() + 1));
+    return true;
+  }
+
+  // A time before every column, with the same name each (Delsys: "X[s]"): that before the first
+  // axis of a sensor is the sensor's.
+  void time_before_each_column() {
+    std::map<std::string, std::size_t> count;
+    for (const std::string& name : dialect_.names) ++count[name];
+    for (const auto& [name, times] : count) {
+      const std::string unit = time_unit_of(name);
+      const bool is_time = csv_name(name).name == "t" || !unit.empty();
+      if (times < 3 || !is_time) continue;
+      std::set<std::string> seen;
+      for (std::size_t i = 0; i + 1 < dialect_.names.size(); ++i) {
+        if (dialect_.names[i] != name) continue;
+        const std::string meaning = csv_name(dialect_.names[i + 1]).name;
+        std::string sensor = meaning.substr(0, meaning.find('_'));
+        if (sensor.starts_with("mag")) sensor = "mag";
+        const bool first = !sensor.empty() && sensor != "t" && seen.insert(sensor).second;
+        dialect_.names[i] =
+            first ? fmt::format("{} time{}", sensor, unit.empty() ? "" : " (" + unit + ")") : "";
+      }
+      if (dialect_.names.back() == name) dialect_.names.back().clear();
+      return;
+    }
+  }
+
   // pandas writes no name above its index, which is the time where no other column is.
   void name_index() {
     if (dialect_.header_line == 0 || dialect_.names.empty() || !dialect_.names.front().empty()) {
       return;
     }
-    const bool has_time = std::ranges::any_of(dialect_.names, [this](const std::string& name) {
-      const auto given = options_.columns.find(name);
-      return (given != options_.columns.end() && given->second == "t") ||
-             csv_name(name).name == "t" || !csv_time_of(name).empty();
-    });
     const FieldKind kind =
         field_kind(text_fields(lines_[shape_.first_row].text, shape_.separator).front());
-    if (!has_time && kind != FieldKind::kEmpty && kind != FieldKind::kWord) {
+    if (!has_time() && kind != FieldKind::kEmpty && kind != FieldKind::kWord) {
       dialect_.names.front() = "t";
       dialect_.notes.emplace_back("the first column has no name: it is read as t");
     }
@@ -176,6 +302,8 @@ class Recogniser {
   std::size_t column(std::initializer_list<const char*> ends) const {
     for (std::size_t i = 0; i < dialect_.names.size(); ++i) {
       std::string name = plain_words(dialect_.names[i]);
+      name.resize(std::min(name.find_first_of("(["), name.size()));
+      while (name.ends_with(' ')) name.pop_back();
       std::ranges::replace_if(
           name, [](char c) { return c == '.' || c == '/' || c == ' '; }, '_');
       for (const std::string end : ends) {
@@ -188,15 +316,19 @@ class Recogniser {
   // Whether the time stands in two columns, seconds and their fraction in ns, us or ms: then they
   // become one.
   bool fraction_of_seconds() {
-    const std::size_t s = column({"sec", "secs", "seconds"});
-    if (s == dialect_.names.size() || shape_.separator == ' ') return false;
+    if (shape_.separator == ' ') return false;
+    const std::size_t named = column({"sec", "secs", "seconds"});
     const std::pair<std::size_t, std::size_t> fractions[] = {
-        {column({"nsec", "nsecs", "nanosec", "nanosecs"}), 9},
-        {column({"usec", "usecs", "microseconds"}), 6},
-        {column({"msec", "msecs", "milliseconds"}), 3}};
+        {column({"nsec", "nsecs", "nanosec", "nanosecs", "nanoseconds", "ns"}), 9},
+        {column({"usec", "usecs", "microsec", "microseconds", "us"}), 6},
+        {column({"msec", "msecs", "millisec", "milliseconds", "ms"}), 3}};
     for (const auto& [fraction, digits] : fractions) {
-      if (fraction != s + 1 || fraction == dialect_.names.size()) continue;
-      if (digits < 9 && !begins_anew_each_second(s, fraction, digits)) continue;
+      if (fraction == dialect_.names.size() || fraction == 0) continue;
+      const std::size_t s = fraction - 1;
+      // "Unix Time", "Microseconds"
+      if (s != named && csv_name(dialect_.names[s]).name != "t") continue;
+      const bool of_ros = s == named && digits == 9;
+      if (!of_ros && !begins_anew_each_second(s, fraction, digits)) continue;
       dialect_.translator = fraction_translator(shape_.separator, s, fraction, digits);
       dialect_.notes.push_back(fmt::format("the time is {} and {} together",
                                            quoted_text(dialect_.names[s]),
@@ -216,6 +348,7 @@ class Recogniser {
     for (std::size_t i = shape_.first_row; i < lines_.size(); ++i) {
       const std::vector<std::string> fields = text_fields(lines_[i].text, shape_.separator);
       if (fields.size() <= fraction) continue;
+      if (fields[s].find_first_not_of("0123456789") != std::string::npos) return false;
       if (fields[fraction].size() > digits ||
           fields[fraction].find_first_not_of("0123456789") != std::string::npos) {
         return false;

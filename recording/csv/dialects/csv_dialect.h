@@ -27,6 +27,7 @@ struct CsvDialect {
   // Sensor -> its own column of times. Empty: one time column serves all.
   std::map<std::string, std::string> times_of;
   bool one_sensor_a_line = false;
+  bool marked_rows = false;  // rows begin with '#', as comments do elsewhere
   std::vector<std::string> notes;
 
   bool plain() const { return names.empty(); }

@@ -39,6 +39,19 @@ bool is_row(const LineShape& line, std::size_t fields, std::size_t usual_numbers
   return line.words == 0 || 2 * line.numbers >= usual_numbers;
 }
 
+// Whether a header follows soon: "Samples  100  100" above the names of the columns (LabVIEW) is no
+// row, although it has as many numbers.
+bool header_follows(const std::vector<HeadLine>& lines, std::size_t line, char separator,
+                    std::size_t fields) {
+  constexpr std::size_t kNear = 8;
+  for (std::size_t i = line + 1; i < std::min(line + kNear, lines.size()); ++i) {
+    const LineShape shape = shape_of(lines[i].text, separator);
+    const bool as_many = shape.fields >= fields && shape.fields <= fields + 1;
+    if (as_many && shape.words >= fields && !is_comment(lines[i].text)) return true;
+  }
+  return false;
+}
+
 // Whether a line names every field between tabs, also those that are empty in the rows (Xsens' UTC
 // columns), which runs of blanks would swallow.
 bool are_named_between_tabs(const std::vector<HeadLine>& lines,
@@ -107,7 +120,9 @@ TableShape shape_by(const std::vector<HeadLine>& lines, const std::vector<std::s
   }
   for (std::size_t i = 0; i < lines.size(); ++i) {
     if (is_comment(lines[i].text)) continue;
-    if (!is_row(shape_of(lines[i].text, best.separator), best.fields, usual_numbers)) continue;
+    const LineShape line = shape_of(lines[i].text, best.separator);
+    if (!is_row(line, best.fields, usual_numbers)) continue;
+    if (line.words > 0 && header_follows(lines, i, best.separator, best.fields)) continue;
     best.first_row = i;
     return best;
   }

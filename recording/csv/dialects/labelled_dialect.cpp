@@ -75,9 +75,12 @@ std::optional<CsvDialect> labelled_dialect(const std::vector<HeadLine>& lines,
                                            const CsvOptions& options) {
   constexpr std::size_t kSample = 200;
   Labels labels;
+  // Razor's lines begin with '#': "#A-C=1.0,2.0,3.0".
+  const bool marked =
+      std::ranges::all_of(lines, [](const HeadLine& line) { return is_comment(line.text); });
   std::size_t labelled = 0, looked_at = 0, clocks = 0, begun_by_label = 0, most = 0;
   for (std::size_t i = lines.size() > kSample ? lines.size() - kSample : 0; i < lines.size(); ++i) {
-    if (is_comment(lines[i].text)) continue;
+    if (is_comment(lines[i].text) != marked) continue;
     ++looked_at;
     std::string_view line = lines[i].text;
     clocks += leading_clock(line) ? 1 : 0;
@@ -121,6 +124,7 @@ std::optional<CsvDialect> labelled_dialect(const std::vector<HeadLine>& lines,
     std::vector<std::string> given = text_fields(options.header, ',');
     if (given.size() == out.names.size()) out.names = std::move(given);
   }
+  out.marked_rows = marked;
   out.first_row = lines.empty() ? 1 : lines.front().number;
   out.translator = labelled_translator(std::move(fields), clock);
   return out;

@@ -26,6 +26,9 @@ std::string plain_number(std::string text, bool decimal_comma) {
   return text;
 }
 
+// Commas in a time are decimal ones: "05.03.2024 14:22:07,125".
+std::string plain_time(const std::string& text) { return plain_number(text, true); }
+
 class PlainNumbers final : public LineTranslator {
  public:
   PlainNumbers(char separator, bool decimal_comma, char group_mark)
@@ -107,7 +110,7 @@ class LongRows final : public LineTranslator {
     const auto word = std::ranges::find(format_.words, fields[format_.word]);
     if (word == format_.words.end()) return std::nullopt;
     if (format_.own_times) return with_own_time(fields, *word);
-    out_ = format_.time ? number(fields[*format_.time]) : "";
+    out_ = format_.time ? plain_time(fields[*format_.time]) : "";
     for (auto other = format_.words.begin(); other != format_.words.end(); ++other) {
       for (const std::size_t value : format_.values) {
         if (format_.time || other != format_.words.begin() || value != format_.values.front()) {
@@ -124,7 +127,7 @@ class LongRows final : public LineTranslator {
     out_.clear();
     for (const std::string& other : format_.words) {
       if (&other != &format_.words.front()) out_ += ',';
-      if (other == word) out_ += number(fields[*format_.time]);
+      if (other == word) out_ += plain_time(fields[*format_.time]);
       for (const std::size_t value : format_.values) {
         out_ += ',';
         if (other == word && value < fields.size()) out_ += number(fields[value]);
@@ -155,7 +158,7 @@ class ComponentRows final : public LineTranslator {
       return std::nullopt;
     }
     return gatherer_.add(static_cast<std::size_t>(word - format_.words.begin()),
-                         plain_number(fields[time], format_.decimal_comma),
+                         plain_time(fields[time]),
                          plain_number(fields[value], format_.decimal_comma));
   }
 

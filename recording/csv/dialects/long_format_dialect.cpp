@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <utility>
@@ -14,9 +15,25 @@
 #include "recording/csv/columns/value_columns.h"
 #include "recording/csv/columns/words.h"
 #include "recording/data/quoted_text.h"
+#include "recording/data/units.h"
 
 namespace magimu {
 namespace {
+
+// Android's numbers of its sensors (Sensor.TYPE_...). Others, such as 9 for gravity, are passed
+// over.
+struct AndroidType {
+  std::string_view number, word;
+};
+constexpr AndroidType kAndroidTypes[] = {
+    {"1", "accelerometer"}, {"2", "magnetometer"},
+    {"4", "gyroscope"},     {"14", "magnetometer_uncalibrated"},
+    {"16", "gyro_uncal"},   {"35", "accelerometer_uncalibrated"}};
+
+std::string android_word(const std::string& number) {
+  const auto* const type = std::ranges::find(kAndroidTypes, number, &AndroidType::number);
+  return std::string(type == std::end(kAndroidTypes) ? "" : type->word);
+}
 
 bool names_sensor(const std::string& word) { return !csv_name(word + "_x").name.empty(); }
 
@@ -35,6 +52,7 @@ class LongFormatFinder {
   bool find() {
     for (std::size_t c = 0; c < shape_.fields; ++c) {
       const std::vector<std::string> words = words_of(c);
+      types_ = !words.empty() && is_type_of_sensor(c);
       if (words.empty() || !is_by(c, words)) continue;
       if (one_sensor_after_the_other()) times_of_words();
       return true;
@@ -43,6 +61,29 @@ class LongFormatFinder {
   }
 
  private:
+  // "sensorType", "sensor_type", "type", "sensor_id", above whole numbers: Android's.
+  bool is_type_of_sensor(std::size_t column) const {
+    const std::string words = plain_words(name_of(column));
+    if (words.find("type") == std::string::npos && !words.starts_with("sensor")) return false;
+    bool acc = false, gyr = false;
+    for (const std::vector<std::string>& row : rows_) {
+      if (column >= row.size()) continue;
+      const std::string word = android_word(row[column]);
+      if (word.empty() && (row[column].empty() ||
+                           row[column].find_first_not_of("0123456789") != std::string::npos)) {
+        return false;
+      }
+      acc = acc || word.starts_with("acc");
+      gyr = gyr || word.starts_with("gyro");
+    }
+    return acc && gyr;
+  }
+
+  // The word that names the sensor.
+  std::string meaning_of(const std::string& word) const {
+    return types_ ? android_word(word) : word;
+  }
+
   // The different words of a column without numbers, in their order.
   std::vector<std::string> words_of(std::size_t column) const {
     constexpr std::size_t kMostWords = 64;
@@ -51,7 +92,7 @@ class LongFormatFinder {
       if (column >= row.size()) continue;
       const FieldKind kind = field_kind(row[column]);
       if (kind == FieldKind::kEmpty) continue;
-      if (kind != FieldKind::kWord) return {};
+      if (kind != FieldKind::kWord && !is_type_of_sensor(column)) return {};
       if (words.size() < kMostWords && std::ranges::find(words, row[column]) == words.end()) {
         words.push_back(row[column]);
       }
@@ -61,9 +102,11 @@ class LongFormatFinder {
 
   // Whether the words of this column name what stands in their rows.
   bool is_by(std::size_t word_column, const std::vector<std::string>& words) {
-    const auto whole = std::ranges::count_if(words, names_sensor);
-    const auto single = std::ranges::count_if(
-        words, [](const std::string& word) { return !csv_name(word).name.empty(); });
+    const auto whole = std::ranges::count_if(
+        words, [this](const std::string& word) { return names_sensor(meaning_of(word)); });
+    const auto single = std::ranges::count_if(words, [this](const std::string& word) {
+      return !csv_name(meaning_of(word)).name.empty();
+    });
     if (std::max(whole, single) < 2) return false;
     header_of_a_word(word_column, words);
     long_ = {};
@@ -74,7 +117,8 @@ class LongFormatFinder {
     long_.decimal_comma = shape_.decimal_comma;
     long_.word = word_column;
     for (const std::string& word : words) {
-      (csv_name(components_ ? word : word + "_x").name.empty() ? ignored_ : long_.words)
+      const std::string meaning = meaning_of(word);
+      (csv_name(components_ ? meaning : meaning + "_x").name.empty() ? ignored_ : long_.words)
           .push_back(word);
     }
     if (!choose_columns(number_columns())) return false;
@@ -98,11 +142,12 @@ class LongFormatFinder {
   // about which columns the others have.
   std::vector<NumberColumn> number_columns() const {
     std::vector<std::string> sensors;
-    std::ranges::copy_if(long_.words, std::back_inserter(sensors), [](const std::string& word) {
-      return !csv_name(word + "_x").name.starts_with("pos");
+    std::ranges::copy_if(long_.words, std::back_inserter(sensors), [this](const std::string& word) {
+      return !csv_name(meaning_of(word) + "_x").name.starts_with("pos");
     });
     std::vector<NumberColumn> columns;
     for (std::size_t c = 0; c < shape_.fields; ++c) {
+      if (c == long_.word) continue;
       NumberColumn column{c, name_of(c), {}, true};
       column.of_sensor.resize(sensors.size());
       std::vector<std::size_t> rows_of(sensors.size(), 0);
@@ -177,14 +222,36 @@ class LongFormatFinder {
     return name.empty() ? std::to_string(field + 1) : quoted_text(name);
   }
 
+  // The unit that stands in a column of its own in all rows of a word.
+  std::string unit_of(const std::string& word) const {
+    const std::string meaning = meaning_of(word);
+    std::string quantity = csv_name(components_ ? meaning : meaning + "_x").name;
+    quantity.resize(std::min(quantity.find('_'), quantity.size()));
+    for (std::size_t c = 0; c < shape_.fields; ++c) {
+      if (c == long_.word || c == long_.time) continue;
+      std::string unit;
+      bool same = true;
+      for (const std::vector<std::string>& row : rows_) {
+        if (std::max(c, long_.word) >= row.size() || row[long_.word] != word) continue;
+        same = same && (unit.empty() || unit == row[c]);
+        unit = row[c];
+      }
+      const bool letters = field_kind(unit) == FieldKind::kWord;
+      if (same && letters && unit_in_ours(quantity, unit)) return unit;
+    }
+    return "";
+  }
+
   void name_columns() {
     std::vector<std::string> names, taken, ignored;
     for (const std::size_t field : long_.values) taken.push_back(shown(field));
     for (const std::string& word : ignored_) ignored.push_back(quoted_text(word));
     if (long_.time) names.push_back(name_of(*long_.time).empty() ? "t" : name_of(*long_.time));
     for (const std::string& word : long_.words) {
+      const std::string meaning = meaning_of(word), unit = unit_of(word);
       for (std::size_t axis = 0; axis < long_.values.size(); ++axis) {
-        names.push_back(components_ ? word : word + '_' + "xyz"[axis]);
+        names.push_back((components_ ? meaning : meaning + '_' + "xyz"[axis]) +
+                        (unit.empty() ? "" : " (" + unit + ")"));
       }
     }
     dialect_.notes.push_back(
@@ -196,7 +263,8 @@ class LongFormatFinder {
           components_ ? "is" : "are", components_ ? "" : " as x, y, z", fmt::join(left_, ", ")));
     }
     if (components_) {
-      for (const std::string& word : long_.words) long_.components.push_back(csv_name(word).name);
+      for (const std::string& word : long_.words)
+        long_.components.push_back(csv_name(meaning_of(word)).name);
     }
     dialect_.names = std::move(names);
     dialect_.one_sensor_a_line = !long_.time;
@@ -249,7 +317,8 @@ class LongFormatFinder {
     std::vector<std::string> names;
     std::map<std::string, int> claims;  // of several words for one sensor one is read
     for (std::size_t i = 0; i < long_.words.size(); ++i) {
-      const std::string first = dialect_.names[1 + 3 * i], own = long_.words[i] + " " + time;
+      const std::string first = dialect_.names[1 + 3 * i],
+                        own = meaning_of(long_.words[i]) + " " + time;
       names.push_back(own);
       for (std::size_t axis = 0; axis < 3; ++axis)
         names.push_back(dialect_.names[1 + 3 * i + axis]);
@@ -275,6 +344,7 @@ class LongFormatFinder {
   CsvDialect& dialect_;
   std::vector<std::vector<std::string>> rows_;  // fields of those that are looked at
   LongFormat long_;
+  bool types_ = false;       // words are Android's numbers
   bool components_ = false;  // words name one component each ("acc_x"), not a sensor
   std::vector<std::string> ignored_, left_;  // words, columns of numbers
 };

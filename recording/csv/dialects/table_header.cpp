@@ -62,6 +62,11 @@ std::optional<std::vector<std::string>> header_fields(const std::vector<HeadLine
       fields.pop_back();  // that column never has a field
       return fields;
     }
+    if (fields.size() == shape.fields + 1 && separator == shape.separator &&
+        csv_name(fields.back()).name.empty() && !csv_name(fields.front()).name.empty()) {
+      fields.pop_back();  // nothing is in it, and no separator before it ("Comment" of LabVIEW)
+      return fields;
+    }
     if (fields.size() + 1 == shape.fields && shape.empty_last) {
       fields.emplace_back();
       return fields;

@@ -36,6 +36,33 @@ void write_table(hid_t file, const char* name, hid_t type, const std::vector<Row
   ASSERT_GE(H5Dwrite(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, rows.data()), 0);
 }
 
+// save('-hdf5', ...) makes a group of each variable, with its type and its numbers.
+TEST(Hdf5Arrays, of_octave_are_a_recording) {
+  const test::TempFolder folder;
+  const std::string path = folder.path("rec.h5");
+  {
+    const Hdf5Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT),
+                          H5Fclose);
+    for (const auto& [name, columns] : {std::pair("t", 1), {"acc", 3}, {"gyr", 3}, {"mag", 3}}) {
+      const Hdf5Handle group(H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                             H5Gclose);
+      std::vector<double> numbers(std::size_t(columns) * kTableRows);
+      for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = 0.01 * double(i);
+      const hsize_t size[] = {hsize_t(columns), kTableRows};
+      const Hdf5Handle space(H5Screate_simple(2, size, nullptr), H5Sclose);
+      const Hdf5Handle data(H5Dcreate2(group, "value", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT,
+                                       H5P_DEFAULT, H5P_DEFAULT),
+                            H5Dclose);
+      ASSERT_GE(H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()),
+                0);
+    }
+  }
+  const Recording r = read_recording(path);
+  ASSERT_EQ(r.acc.size(), std::size_t(kTableRows));
+  EXPECT_NEAR(r.acc.t[7], 0.07, 1e-12);
+  EXPECT_NEAR(r.mag.at(0).v[7][2], 0.01 * double(2 * kTableRows + 7), 1e-12);
+}
+
 TEST(Hdf5Tables, of_axes_and_of_vectors_are_a_recording) {
   const test::TempFolder folder;
   const std::string path = folder.path("rec.h5");

@@ -79,10 +79,10 @@ TEST(ReadCsvErrors, accelerometer_gyroscope_and_magnetometer_must_be_there) {
 }
 
 TEST(ReadCsvErrors, all_that_is_missing_is_told_at_once_with_one_line_of_options) {
-  const std::string head = "t,acc_x,acc_y,acc_z,Rate X [deg/s],Rate Y [deg/s],Rate Z [deg/s]";
+  const std::string head = "t,acc_x,acc_y,acc_z,Spin X [deg/s],Spin Y [deg/s],Spin Z [deg/s]";
   expect_error(head + ",nx,ny,nz\n", 1, 0,
                "the columns gyr_x, gyr_y, gyr_z, mag_x, mag_y and mag_z are missing",
-               "--map 'gyr_x=Rate X [deg/s]' --map 'gyr_y=Rate Y [deg/s]' --map 'gyr_z=Rate Z "
+               "--map 'gyr_x=Spin X [deg/s]' --map 'gyr_y=Spin Y [deg/s]' --map 'gyr_z=Spin Z "
                "[deg/s]' --map mag_x=nx --map mag_y=ny --map mag_z=nz");
   expect_error("when,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,q1,q2,q3\n", 1, 0,
                "there is no column t, the time, and the columns mag_x, mag_y and mag_z are missing",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The times of a stream, by what their first rows show: as those of a file.
 #include "recording/live/stream_times.h"
+#include "recording/csv/csv.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -14,6 +14,7 @@
 #include "recording/data/applied_correction.h"
 #include "recording/files/zip_archive.h"
 #include "recording/logs/message_layout.h"
+#include "recording/logs/struct_number.h"
 #include "recording/read.h"
 #include "tests/recording/log_writers.h"
 #include "tests/recording/test_files.h"
@@ -228,6 +229,28 @@ TEST(Logs, with_damaged_bytes_end_with_a_reason) {
       for (const char value : {'\xFF', '\0'}) {
         std::string damaged = whole;
         damaged[at] = value;
+        try {
+          read_recording(folder.write("log", damaged));
+        } catch (const InputError&) {
+        }
+      }
+    }
+  }
+}
+
+// Found by the fuzzers: seconds whose nanoseconds do not fit into 63 bits, and a time whose sum
+// with that of its sensor does not.
+TEST(Logs, times_of_damaged_files_have_an_end) {
+  EXPECT_EQ(whole_number(NAN, 10.0), 0);
+  EXPECT_EQ(whole_number(-1e300, 10.0), -10);
+  EXPECT_EQ(whole_number(3.9, 10.0), 3);
+  const test::TempFolder folder;
+  for (std::string whole : {"\x89MCAP0\r\n" + test::mcap_messages(10), test::ulog(10)}) {
+    // Every eight bytes of the last message, that is its times, too.
+    for (std::size_t at = whole.size() - 90; at + 8 <= whole.size(); ++at) {
+      for (const char value : {'\x7F', '\x80', '\x6E'}) {
+        std::string damaged = whole;
+        std::fill_n(damaged.begin() + std::ptrdiff_t(at), 8, value);
         try {
           read_recording(folder.write("log", damaged));
         } catch (const InputError&) {
@@ -612,6 +635,7 @@ TEST(OtherFormats, are_named_with_the_converter_that_helps) {
   for (const auto& [head, word] :
        {std::pair("H Product:Blackbox flight data recorder", "blackbox_decode"),
         {"PAR1", "read_parquet"},
+        {"# Created by Octave 7.3.0, Sat Nov 28\n# name: t\n", "save('-v7'"},
         {"\xFF\xFEt", "iconv"},
         {"#ROSBAG V1.2\n", "rosbag migrate"}}) {
     const std::string content = head;

@@ -39,3 +39,11 @@ namespace Eigen {
 MAGIMU_DECOMPOSITIONS(extern template);
 
 }  // namespace Eigen
+
+namespace magimu {
+
+// Q of the polar decomposition M = Q P: the nearest orthogonal matrix in the Frobenius norm, a
+// reflection where det M < 0.
+Matrix3 nearest_orthogonal(const Matrix3& M);
+
+}  // namespace magimu

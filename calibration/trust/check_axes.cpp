@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/result/gyr_matrix.h"
+#include "calibration/result/gyr_errors.h"
 #include "calibration/trust/field_check.h"
 #include "factors/effects/turn_words.h"
 #include "recording/data/axes.h"
@@ -141,7 +141,7 @@ void judge_axes(Calibration& c, const Mounting& mounting, const CalibrationOptio
     dip_sign = *start > 0.0 ? 1 : -1;
   }
   c.checks.push_back(check_axes(mounting, c.parameters.mag.front().distortion, c.parameters.dip_rad,
-                                dip_sign, gyr_matrix(c)));
+                                dip_sign, Matrix3::Identity() + gyr_errors(c)));
   if (c.checks.back().status != CheckStatus::kBad) return;
   const bool imu = std::ranges::any_of(mounting.findings, concerns_imu);
   c.trust.verdict = std::max(c.trust.verdict, imu ? Verdict::kNo : Verdict::kLimited);

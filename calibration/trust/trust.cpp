@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "calibration/fit/diagnostics.h"
-#include "calibration/result/gyr_matrix.h"
+#include "calibration/result/gyr_errors.h"
 #include "calibration/start/intrinsic.h"
 #include "calibration/start/turned_axes.h"
 #include "calibration/trust/disturbances.h"
@@ -110,7 +110,7 @@ void judge_motion(Calibration& c) {
 // what is wrong is its unit or the time.
 void judge_gyroscope(Calibration& c, double gyr_unit) {
   // Without a turn of its axes against the accelerometer's.
-  const double gain = std::cbrt(gyr_matrix(c).determinant());
+  const double gain = std::cbrt((Matrix3::Identity() + gyr_errors(c)).determinant());
   if (std::abs(gain - 1.0) < kLargestGyrGain) return;
   const std::string unit =
       gyr_unit > 0.0

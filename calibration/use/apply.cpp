@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/result/gyr_errors.h"
 #include "calibration/use/apply_doubts.h"
 #include "calibration/use/apply_effects.h"
 #include "recording/data/error.h"
@@ -113,15 +114,7 @@ Vector3 corrected_mag(const Calibration& c, std::size_t m, const Vector3& mag_uT
   return mag_correction(c, m) * (mag_uT - c.parameters.mag.at(m).bias);
 }
 
-Matrix3 gyr_scale_misalignment(const Calibration& c) {
-  Matrix3 S = Matrix3::Zero();
-  for (const ActiveEffect& effect : c.effects) {
-    if (effect.name != "gyro_scale_misalignment") continue;
-    const VectorXd theta = effect_theta(effect);
-    for (int i = 0; i < 3; ++i) S.row(i) += theta.segment<3>(3 * i).transpose();
-  }
-  return S;
-}
+Matrix3 gyr_scale_misalignment(const Calibration& c) { return gyr_errors(c); }
 
 Matrix3 acc_scale_misalignment(const Calibration& c) {
   Matrix3 L = Matrix3::Zero();

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <cmath>
 
 #include "graph/decompositions.h"
@@ -17,11 +18,9 @@ constexpr double kSure = 3.0;        // standard deviations
 
 std::optional<TurnAndRest> turn_and_rest(const Matrix3& M, const Matrix3& sigma) {
   if (!M.allFinite()) return std::nullopt;
-  const Eigen::JacobiSVD<MatrixXd> svd(MatrixXd(M), Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Matrix3 Q = svd.matrixU() * svd.matrixV().transpose();
-  if (!Q.allFinite() || !(Q.determinant() > 0.0) || !(svd.singularValues()[2] > 0.0)) {
-    return std::nullopt;
-  }
+  if (!(M.determinant() > 0.0)) return std::nullopt;
+  const Matrix3 Q = nearest_orthogonal(M);
+  if (!Q.allFinite() || !(Q.determinant() > 0.0)) return std::nullopt;
   TurnAndRest out;
   out.turn = -Rot3::from_matrix(Q).Log();
   const Matrix3 P = Q.transpose() * M;

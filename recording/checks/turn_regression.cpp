@@ -183,11 +183,6 @@ MatrixXd with_axes(const Pair& p, const Matrix3& Q, bool offset_unknown) {
   return A;
 }
 
-Matrix3 nearest_orthogonal(const Matrix3& M) {
-  const Eigen::JacobiSVD<MatrixXd> svd(MatrixXd(M), Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return svd.matrixU() * svd.matrixV().transpose();
-}
-
 bool rate_varies(const std::vector<Pair>& pairs) {
   Vector3 mean = Vector3::Zero();
   double squares = 0.0;

@@ -49,7 +49,7 @@ Backend backend_named(const std::string& name) {
 
 std::string trajectory_csv(const Calibration& c) {
   const bool several = c.trajectories.size() > 1;
-  const bool moving = c.motion == MotionModel::kHandHeld;
+  const bool moving = is_moved(c.motion);
   std::string out = several ? "recording,t,qw,qx,qy,qz" : "t,qw,qx,qy,qz";
   out += moving ? ",vx,vy,vz,px,py,pz\n" : "\n";
   for (std::size_t r = 0; r < c.trajectories.size(); ++r) {
@@ -71,9 +71,9 @@ std::string trajectory_csv(const Calibration& c) {
 // By a rival of the MAP; what it does not estimate is said with the result.
 RivalCalibration run_rival(const CalibrateArguments& args,
                            const std::vector<const Recording*>& recordings) {
-  if (args.motion == "hand_held") {
-    throw InputError("--method", 0, 0, args.method + " knows no hand that moves the sensor",
-                     "leave out --motion hand_held, or use --method map");
+  if (is_moved(args.motion_model())) {
+    throw InputError("--method", 0, 0, args.method + " knows no sensor that is moved",
+                     "leave out --motion, or use --method map");
   }
   RivalOptions rival;
   rival.method = args.method == "wu" ? RivalMethod::kWu : RivalMethod::kKok;

@@ -147,9 +147,11 @@ void make_replica(const Recording& recording, const std::string& model, Simulati
     }
     causes = causes_of(diagnosis, recording.duration_s(), notes);
     place = place_of(diagnosis);
-    fit.motion = diagnosis["calibration_after"].value("motion", "") == "hand_held"
-                     ? MotionModel::kHandHeld
-                     : MotionModel::kRotation;
+    const std::string motion = diagnosis["calibration_after"].value("motion", "");
+    fit.motion = MotionModel::kRotation;
+    for (const MotionModel m : {MotionModel::kHandHeld, MotionModel::kTravelling}) {
+      if (motion == to_string(m)) fit.motion = m;
+    }
   }
   std::vector<ModelTerm> terms;
   for (const ReplicaCause& cause : causes) {

@@ -107,6 +107,11 @@ void add_simulate(CLI::App& app, int& exit_code) {
                   "how far hand_held moves, RMS (-1: drawn from 0.05 to 0.30)")
       ->capture_default_str()
       ->type_name("M");
+  cmd->add_option("--speed", args->options.speed_mps,
+                  "how fast whoever holds it walks, drives or flies, RMS, with hand_held")
+      ->check(nonnegative_number())
+      ->capture_default_str()
+      ->type_name("M/S");
   cmd->add_option("--duration", args->options.duration_s, "seconds (0: the motion's own)")
       ->capture_default_str()
       ->type_name("S");
@@ -131,7 +136,7 @@ void add_simulate(CLI::App& app, int& exit_code) {
           ->check(CLI::ExistingFile)
           ->type_name("REC");
   for (const char* other : {"--device", "--rate", "--mag-ratio", "--motion", "--displacement",
-                            "--duration", "--rest", "--noise"}) {
+                            "--speed", "--duration", "--rest", "--noise"}) {
     like->excludes(other);
   }
   cmd->add_option("--model", args->model,

@@ -66,7 +66,7 @@ CondensedRecording condense_system(const LinearSystem& system, const Values& val
     }
   }
   double squares = all.squares;
-  if (stage.spec().motion == MotionModel::kHandHeld) {
+  if (is_moved(stage.spec().motion)) {
     // The motion's own parameter goes with the motion, its prior included.
     const auto arm = Eigen::seqN(chain.position(values, key::lever_arm_of(0)), Eigen::fix<3>);
     const Matrix3 prior = chain.priors.information(arm, arm);

@@ -17,6 +17,7 @@
 #include "calibration/model/extension.h"
 #include "calibration/motion/rests/rests.h"
 #include "calibration/scan/unseen_tolerances.h"
+#include "calibration/travelling.h"
 #include "calibration/trust/better_than_none.h"
 #include "calibration/worth_of_effect.h"
 #include "graph/numerical_error.h"
@@ -57,7 +58,10 @@ constexpr double kWorthJitter = 3.3;  // nats; about 1 % by chance
 // Nats: odds of 27 to 1. A part's error that is worth less leaves the calibration where it is, and
 // its doubt is in the sigmas (scan/unseen_tolerances.h).
 constexpr double kWorthPart = 3.3;
-constexpr double kWorse = 2.0;        // standard errors of a gain below zero
+constexpr double kWorse = 2.0;  // standard errors of a gain below zero
+// Standard deviations of the correlation of neighbouring velocities that are not independent; so
+// many of them tell a speed to a fifth (two axes each).
+constexpr double kAlikeVelocities = 2.0, kFewestVelocities = 8.0;
 constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
 // Standard deviations of a lag that is believed; of one that may be, with noise estimated anew.
 constexpr double kOffsetShown = 4.0, kOffsetPossible = 2.0;
@@ -330,11 +334,40 @@ Stage Pipeline::coarse_fit(MotionModel motion) const {
   Stage stage(recordings_, spec, coarse_plans_, coarse_optimizer_);
   const Values start = initial_values(recordings_, stage.plans(), guess_, motion);
   fit_with_noise(stage, start, false);
+  if (motion == MotionModel::kTravelling) return with_independent_velocities(std::move(stage));
   return stage;
 }
 
+Stage Pipeline::with_independent_velocities(Stage stage) const {
+  double longest = 0.0;
+  for (const NodePlan& plan : stage.plans()) {
+    longest = std::max(longest, plan.t.back() - plan.t.front());
+  }
+  while (velocity_correlation(stage).sigmas > kAlikeVelocities &&
+         2.0 * kFewestVelocities * stage.spec().velocity_every_s < longest) {
+    ModelSpec spec = stage.spec();
+    spec.velocity_every_s *= 2.0;
+    Stage next(stage, spec);
+    fit_with_noise(next, carry_over(recordings_, stage, next), true);
+    stage = std::move(next);
+  }
+  return stage;
+}
+
+std::optional<Stage> Pipeline::travelling_instead(const Stage& hand_held, std::string& reason,
+                                                  const std::vector<std::string>& known) const {
+  if (hand_held.spec().motion != MotionModel::kHandHeld || !is_beyond_reach(hand_held)) return {};
+  std::optional<Stage> out =
+      attempt([&] { return with_what_it_needs(coarse_fit(MotionModel::kTravelling), known); });
+  if (!out || !out->result().converged()) return {};
+  const HeldOutGain gain = held_out_gain(hand_held, *out);
+  if (gain.worse()) return {};
+  reason = grounds_of_travelling(hand_held, *out, gain);
+  return out;
+}
+
 void Pipeline::fit_with_noise(Stage& stage, const Values& start, bool warm) const {
-  const bool moving = stage.spec().motion == MotionModel::kHandHeld;
+  const bool moving = is_moved(stage.spec().motion);
   if (options_.noise) {
     stage.fit_noise(start, warm, {.gyr_known = true, .acc_known = true, .mag_known = true});
   } else {
@@ -381,7 +414,14 @@ Stage Pipeline::choose(std::string& reason) const {
 // Few nodes first: most iterations, the search for the noise and the choices are cheap there. A
 // step whose trial fails leaves the stage as it was.
 Stage Pipeline::coarse(std::string& motion_reason, const std::vector<std::string>& known) const {
-  Stage stage = choose(motion_reason);
+  Stage stage = with_what_it_needs(choose(motion_reason), known);
+  if (options_.motion == MotionModel::kAuto) {
+    if (auto other = travelling_instead(stage, motion_reason, known)) stage = *std::move(other);
+  }
+  return with_fixed_symmetries(stage);
+}
+
+Stage Pipeline::with_what_it_needs(Stage stage, const std::vector<std::string>& known) const {
   const auto take = [&](const auto& step) {
     if (auto next = attempt([&] { return step(stage); })) stage = *std::move(next);
   };
@@ -390,7 +430,7 @@ Stage Pipeline::coarse(std::string& motion_reason, const std::vector<std::string
   take([&](const Stage& from) { return with_gyr_matrix(from); });
   take([&](const Stage& from) { return with_errors_of_parts(from, known); });
   take([&](const Stage& from) { return with_offset(from); });
-  return with_fixed_symmetries(stage);
+  return stage;
 }
 
 // The stage with a lag of the magnetometers, if the data show one.
@@ -411,7 +451,7 @@ Stage Pipeline::with_offset(const Stage& stage) const {
 // residuals hardly tell; the marginal likelihood does. Without them, what the hand's bounded reach
 // contradicts goes into bias and tilt.
 Stage Pipeline::with_acc_jitter(const Stage& stage) const {
-  if (stage.spec().motion != MotionModel::kHandHeld || options_.noise) return stage;
+  if (!is_moved(stage.spec().motion) || options_.noise) return stage;
   Stage best = stage;
   double likelihood = log_marginal_likelihood(best);
   for (const double jitter : kAccJitter) {
@@ -434,7 +474,7 @@ Stage Pipeline::with_acc_jitter(const Stage& stage) const {
 // The stage with the gyroscope's scale errors and misalignment, if that predicts left-out
 // magnetometer samples better: what fits better need not.
 Stage Pipeline::with_gyr_matrix(const Stage& stage) const {
-  const bool possible = stage.spec().motion == MotionModel::kHandHeld;
+  const bool possible = is_moved(stage.spec().motion);
   if (!possible || !options_.gyr_matrix.value_or(true)) return stage;
   ModelSpec spec = stage.spec();
   spec.gyr_matrix = true;
@@ -483,7 +523,7 @@ Stage Pipeline::with_noise_anew(const Stage& stage) const {
 // motion is bent until it explains what they do to gravity, and jolts may be what they seemed.
 Stage Pipeline::with_errors_of_parts(const Stage& stage,
                                      const std::vector<std::string>& known) const {
-  const bool possible = stage.spec().motion == MotionModel::kHandHeld;
+  const bool possible = is_moved(stage.spec().motion);
   if (!possible || !options_.gyr_matrix.value_or(true)) return stage;
   Stage best = stage;
   std::deque<std::string> left(std::begin(kErrorsOfParts), std::end(kErrorsOfParts));

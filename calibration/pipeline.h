@@ -85,6 +85,10 @@ class Pipeline {
 
   // Its steps, with few nodes.
   Stage coarse_fit(MotionModel motion) const;
+  // Another model of the motion where a hand-held one is beyond any hand's reach, with all steps
+  // after it, and why; nothing where the sensor may have been in a hand.
+  std::optional<Stage> travelling_instead(const Stage& hand_held, std::string& reason,
+                                          const std::vector<std::string>& known = {}) const;
   // Of the two motion models the one that the data prefer, and why.
   Stage choose(std::string& reason) const;
   // Another model of the same recordings, started from a fit, its noise estimated anew.
@@ -105,6 +109,10 @@ class Pipeline {
   void fit_with_noise(Stage& stage, const Values& start, bool warm) const;
   // Another model at the coarse nodes.
   Stage beside(const Stage& from, const ModelSpec& spec) const;
+  // What a model of the motion may need: lag, jolts, matrices of gyroscope and accelerometer.
+  Stage with_what_it_needs(Stage stage, const std::vector<std::string>& known) const;
+  // With measurements of the velocity as far apart as it takes for them to be independent.
+  Stage with_independent_velocities(Stage stage) const;
   Stage with_offset(const Stage& stage) const;
   Stage with_acc_jitter(const Stage& stage) const;
   Stage with_gyr_matrix(const Stage& stage) const;

@@ -177,7 +177,18 @@ class PreintegratedImuText {
   detail::ImuText<S> shared_;
 };
 
-// Densities: of the two sensors' noise, rad/s and m/s^2 per sqrt(Hz).
+// Noise of the three residuals. loose_m: standard deviation of what else may happen to the position
+// in this interval, m. Where nothing else depends on the position, any is right, and 1 keeps the
+// problem well conditioned: positions that are known to a micrometre from node to node and to
+// nobody as a whole use up the digits.
+inline Noise<9> imu_noise(const PreintegratedImu& imu, double gyr_density, double acc_density,
+                          double loose_m) {
+  PreintegratedImu::Matrix9 covariance = imu.covariance(gyr_density, acc_density);
+  covariance.bottomRightCorner<3, 3>().diagonal().array() += loose_m * loose_m;
+  return Noise<9>::full(covariance);
+}
+
+// Densities: of the two sensors' noise, rad/s and m/s^2 per sqrt(Hz). loose_m: imu_noise().
 class PreintegratedImuFactor
     : public Factor<9, Rot3, Vector3, Vector3, Rot3, Vector3, Vector3, Vector3, Vector3>,
       public PreintegratedImuText<double> {
@@ -187,9 +198,9 @@ class PreintegratedImuFactor
 
   PreintegratedImuFactor(Key R_i, Key v_i, Key p_i, Key R_j, Key v_j, Key p_j, Key gyr_bias,
                          Key acc_bias, const PreintegratedImu& imu, double gyr_density,
-                         double acc_density, const Vector3& g_n)
+                         double acc_density, const Vector3& g_n, double loose_m = 0.0)
       : Factor({R_i, v_i, p_i, R_j, v_j, p_j, gyr_bias, acc_bias},
-               Noise<9>::full(imu.covariance(gyr_density, acc_density))),
+               imu_noise(imu, gyr_density, acc_density, loose_m)),
         PreintegratedImuText(imu, g_n) {}
 };
 template <>
@@ -253,9 +264,9 @@ class ScaledImuFactor : public Factor<9, Rot3, Vector3, Vector3, Rot3, Vector3, 
   // imu: integrated with S.
   ScaledImuFactor(Key R_i, Key v_i, Key p_i, Key R_j, Key v_j, Key p_j, Key gyr_bias, Key acc_bias,
                   Key gyr_matrix, const PreintegratedImu& imu, double gyr_density,
-                  double acc_density, const Vector3& g_n)
+                  double acc_density, const Vector3& g_n, double loose_m = 0.0)
       : Factor({R_i, v_i, p_i, R_j, v_j, p_j, gyr_bias, acc_bias, gyr_matrix},
-               Noise<9>::full(imu.covariance(gyr_density, acc_density))),
+               imu_noise(imu, gyr_density, acc_density, loose_m)),
         ScaledImuText(imu, g_n) {}
 };
 template <>

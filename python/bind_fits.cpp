@@ -70,11 +70,12 @@ std::shared_ptr<Fitted> fitted_from(const std::string& json, const std::string& 
 }
 
 MotionModel motion_named(const std::string& name) {
-  for (const MotionModel m : {MotionModel::kAuto, MotionModel::kRotation, MotionModel::kHandHeld}) {
+  for (const MotionModel m : {MotionModel::kAuto, MotionModel::kRotation, MotionModel::kHandHeld,
+                              MotionModel::kTravelling}) {
     if (name == to_string(m)) return m;
   }
   throw InputError("motion", 0, 0, "\"" + name + "\" is no model of the motion",
-                   "use \"auto\", \"rotation\" or \"hand_held\"");
+                   "use \"auto\", \"rotation\", \"hand_held\" or \"travelling\"");
 }
 
 apps::PlaceOptions place_of(const std::string& location, const std::string& hemisphere,

@@ -33,6 +33,9 @@ void check(const SimulationOptions& o) {
           "ask for a longer duration or a shorter rest");
   require(std::isfinite(o.displacement_m), "the displacement is not finite",
           "give metres, or a negative number to have it drawn");
+  require(non_negative(o.speed_mps), "the speed is negative or not finite", "give m/s, or 0");
+  require(o.speed_mps == 0.0 || o.motion == SimulatedMotion::kHandHeld,
+          "only the motion hand_held travels", "add --motion hand_held");
   require(std::isfinite(o.gravity), "gravity is not finite", "give m/s^2, such as 9.8");
   require(non_negative(o.noise_factor) && non_negative(o.noise.acc) && non_negative(o.noise.gyr) &&
               non_negative(o.noise.mag),

@@ -41,6 +41,7 @@ TrueMotion::TrueMotion(const SimulationOptions& o, double clock) : rate_hz_(o.ra
       hand_.emplace(o.seed, duration, rest, moved);
     }
     if (moved) path_.emplace(o.seed, hand_->stretches(), o.displacement_m);
+    if (moved && o.speed_mps > 0.0) travel_.emplace(o.seed, hand_->stretches(), o.speed_mps);
     motion_ = sample_motion(
         hand_ ? hand_->initial_nRb() : sequence_->initial_nRb(),
         [this](double t) { return continuous_rate(t); }, rate_hz_, duration * clock);
@@ -56,9 +57,12 @@ Vector3 TrueMotion::continuous_rate(double t) const {
 Vector3 TrueMotion::place(double t, int derivative) const {
   if (followed_) return followed_->position(t, derivative);
   if (!path_) return Vector3::Zero();
-  return derivative == 0   ? path_->position(t)
-         : derivative == 1 ? path_->velocity(t)
-                           : path_->acceleration(t);
+  const auto of = [&](const auto& path) {
+    return derivative == 0   ? path.position(t)
+           : derivative == 1 ? path.velocity(t)
+                             : path.acceleration(t);
+  };
+  return travel_ ? Vector3(of(*path_) + of(*travel_)) : of(*path_);
 }
 
 Rot3 TrueMotion::attitude(double t) const {

@@ -14,6 +14,7 @@
 #include "sim/motions/hand_displacement.h"
 #include "sim/motions/hand_motion.h"
 #include "sim/motions/motion.h"
+#include "sim/motions/travelled_path.h"
 #include "sim/motions/turn_sequence.h"
 #include "sim/simulate.h"
 
@@ -56,6 +57,7 @@ class TrueMotion {
   std::optional<HandMotion> hand_;
   std::optional<TurnSequence> sequence_;
   std::optional<HandDisplacement> path_;
+  std::optional<TravelledPath> travel_;
   std::optional<FollowedMotion> followed_;
   AngularMotion motion_;
   std::vector<Rot3> nRb_;

@@ -19,6 +19,7 @@ std::optional<NoiseDensities> RecordingOptions::noise() const {
 MotionModel RecordingOptions::motion_model() const {
   if (motion == "rotation") return MotionModel::kRotation;
   if (motion == "hand_held") return MotionModel::kHandHeld;
+  if (motion == "travelling") return MotionModel::kTravelling;
   return MotionModel::kAuto;
 }
 
@@ -46,9 +47,9 @@ void add_model_options(CLI::App& cmd, RecordingOptions& options) {
       ->type_name("G");
   cmd.add_option("--motion", options.motion,
                  "rotation: the sensor only turned; hand_held: a hand moved it within its reach;\n"
-                 "auto: decided from the data")
+                 "travelling: it walked, drove or flew; auto: decided from the data")
       ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "rotation", "hand_held"}));
+      ->check(CLI::IsMember({"auto", "rotation", "hand_held", "travelling"}));
 }
 
 void add_output_options(CLI::App& cmd, RecordingOptions& options, const std::string& json_prints) {

@@ -44,8 +44,7 @@ void answer(Page& page, const Diagnosis& d) {
   page.html(wrap("div", html, kClass[int(d.answer)]));
   page.html(wrap("ul",
                  fact(fmt::format("{}", d.before.samples), "IMU samples used") +
-                     fact(d.after.motion == MotionModel::kHandHeld ? "moved by hand" : "turned",
-                          "motion, as modelled") +
+                     fact(moved_how(d.after.motion), "motion, as modelled") +
                      fact(to_string(d.before.trust.verdict), "trust in the calibration") +
                      (d.findings.empty() ? std::string()
                                          : fact(to_string(d.after.trust.verdict),

@@ -73,8 +73,7 @@ void answer(Page& page, const Calibration& c) {
   facts += fact(fmt::format("{}°", with_sigma(c.fields.front().dip_rad / kDegree,
                                               c.fields.front().dip_sigma_rad / kDegree)),
                 "dip, downward");
-  facts +=
-      fact(c.motion == MotionModel::kHandHeld ? "moved by hand" : "turned", "motion, as modelled");
+  facts += fact(moved_how(c.motion), "motion, as modelled");
   page.html(wrap("ul", facts, "facts"));
   if (!c.warnings.empty()) page.html(wrap("ul", items(c.warnings), "soft"));
 }
@@ -126,7 +125,7 @@ void residuals(Page& page, const Calibration& c, const ResidualSeries& series) {
       residual_pictures({channel, series.t, series.whitened, {}}, false);
   const std::string text =
       "Measured less predicted, in standard deviations of the noise that was assumed. ";
-  if (gyr || (acc && c.motion == MotionModel::kHandHeld)) {
+  if (gyr || (acc && is_moved(c.motion))) {
     page.figure(pictures.traces,
                 text +
                     "The estimated trajectory follows this sensor, so little is left of its "

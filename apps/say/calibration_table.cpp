@@ -142,9 +142,9 @@ std::string residuals_text(const Calibration& c) {
   std::string out = fmt::format(
       "Residuals (1 = as the noise predicts): acc {:.2f}, gyr {:.2f}, mag {:.2f} ({:.2f} uT)\n",
       c.residuals[0].rms, c.residuals[1].rms, c.residuals[2].rms, c.residuals[2].rms_unit);
-  if (c.motion != MotionModel::kHandHeld) return out;
+  if (!is_moved(c.motion)) return out;
   return out +
-         "  Of a sensor that a hand moves, the trajectory follows accelerometer and gyroscope:\n"
+         "  Of a sensor that is moved, the trajectory follows accelerometer and gyroscope:\n"
          "  their residuals say little, and far below 1 is as it should be. That of the\n"
          "  magnetometer says whether the model fits.\n";
 }
@@ -195,6 +195,13 @@ std::string calibration_table(const Calibration& c) {
         "stayed\n"
         "  within {:.2f} m (a standard deviation).\n",
         c.reach_m);
+  }
+  if (c.motion == MotionModel::kTravelling) {
+    out += fmt::format(
+        "  The sensor travelled: beside a steady velocity along its own axes it moved at {:.2g} "
+        "m/s\n"
+        "  (a standard deviation of each axis); nothing is assumed of where it was.\n",
+        c.speed_mps);
   }
   if (c.trust.verdict != Verdict::kNo) {
     out += "  To use it: the unit field in the IMU frame is D^-1 (mag - magnetometer bias).\n";

@@ -193,4 +193,9 @@ std::string axes_as_letters(const std::string& name) {
   return out;
 }
 
+std::string moved_how(MotionModel motion) {
+  if (motion == MotionModel::kTravelling) return "travelling";
+  return is_moved(motion) ? "moved by hand" : "turned";
+}
+
 }  // namespace magimu::apps

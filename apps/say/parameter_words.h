@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "calibration/model/model.h"
+
 namespace magimu::apps {
 
 // Words for a parameter of an effect, followed by its name in the file.
@@ -18,5 +20,8 @@ std::string calibration_parameter_unit(const std::string& name);
 
 // "accelerometer bias o_a[1]" -> "accelerometer bias o_a y"; two indices of a matrix: "D xy".
 std::string axes_as_letters(const std::string& name);
+
+// How the sensor moved, as modelled: "turned", "moved by hand", "travelling".
+std::string moved_how(MotionModel motion);
 
 }  // namespace magimu::apps

@@ -66,7 +66,7 @@ void judge_given_noise(Calibration& c, const std::vector<const Recording*>& reco
   std::vector<std::string> found;
   for (const Sensor s : kSensors) {
     // A trajectory in a hand follows its accelerometer: what is left of it says nothing.
-    if (fitted && s == Sensor::kAcc && c.motion == MotionModel::kHandHeld) continue;
+    if (fitted && s == Sensor::kAcc && is_moved(c.motion)) continue;
     const double given = density_of(*options.noise, s);
     found.push_back(fitted ? against_fit(s, given, c.residuals[std::size_t(s)].rms)
                            : against_samples(*recordings.front(), s, given));

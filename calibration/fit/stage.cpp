@@ -36,10 +36,6 @@ constexpr double kPlaceMoved = 2e-3;   // m: a field of the place bends within d
 // No damping on warm starts: it would hold back weakly known variables, such as the hand's
 // position, and the optimizer would report convergence there.
 constexpr double kWarmDamping = 0.0;
-// m, standard deviations: within the reach of an arm, 0.7 m to either side, all places alike have
-// 0.4. A wider one lets the sensor wander off for tens of metres where gravity and a field that is
-// not the same everywhere disagree, instead of holding the tilt by gravity.
-constexpr double kMinReach = 0.1, kMaxReach = 0.4;
 // Standard deviations, all variables together: a last step so short leaves errors far smaller, and
 // neither the noise nor a prediction of samples left out is known so well. Between two estimates of
 // the noise a hundred times as much.
@@ -100,7 +96,7 @@ Moved how_far(const std::vector<const Recording*>& recordings, const std::vector
               const ModelSpec& spec, const Values& values) {
   Moved out;
   out.gyr_bias = (values.at<Vector3>(key::gyr_bias) - spec.gyr_bias).norm() / kGyrBiasMoved;
-  if (spec.motion == MotionModel::kHandHeld) {
+  if (is_moved(spec.motion)) {
     out.acc_bias = (values.at<Vector3>(key::acc_bias) - spec.acc_bias).norm() / kAccBiasMoved;
   }
   if (spec.gyr_matrix) {
@@ -119,7 +115,7 @@ Moved how_far(const std::vector<const Recording*>& recordings, const std::vector
 void move_there(const std::vector<const Recording*>& recordings, const std::vector<NodePlan>& plans,
                 const Moved& moved, bool all, ModelSpec& spec, const Values& values) {
   if (all || moved.gyr_bias > 1.0) spec.gyr_bias = values.at<Vector3>(key::gyr_bias);
-  if (spec.motion == MotionModel::kHandHeld && (all || moved.acc_bias > 1.0)) {
+  if (is_moved(spec.motion) && (all || moved.acc_bias > 1.0)) {
     spec.acc_bias = values.at<Vector3>(key::acc_bias);
   }
   if (spec.gyr_matrix && (all || moved.gyr_matrix > 1.0)) {
@@ -154,20 +150,28 @@ double least(double density, const SensorSums& sums, Sensor sensor) {
   return density * std::sqrt(kFewFreedom / (kFewFreedom + freedom));
 }
 
+// The bound of the motion: the hand's reach, m, or the speed, m/s.
+double& bound_of(ModelSpec& spec) {
+  return spec.motion == MotionModel::kTravelling ? spec.speed_mps : spec.reach_m;
+}
+double bound_of(const ModelSpec& spec) {
+  return spec.motion == MotionModel::kTravelling ? spec.speed_mps : spec.reach_m;
+}
+
 // What fit_noise() estimates, as logarithms: densities (of each magnetometer of an array) and the
-// hand's reach, as far as it matters.
+// bound of the motion, as far as it matters.
 using LogNoise = VectorXd;
 LogNoise log_noise(const ModelSpec& spec) {
   const auto more = Eigen::Index(spec.mag_noise.size());
   LogNoise log(4 + std::max<Eigen::Index>(0, more - 1));
   log.head<4>() << std::log(spec.noise.acc), std::log(spec.noise.gyr), std::log(spec.noise.mag),
-      kReachCare * std::log(spec.reach_m);
+      kReachCare * std::log(bound_of(spec));
   for (Eigen::Index m = 1; m < more; ++m) log[3 + m] = std::log(spec.mag_noise[std::size_t(m)]);
   return log;
 }
 void set_noise(ModelSpec& spec, const LogNoise& log) {
   spec.noise = {std::exp(log[0]), std::exp(log[1]), std::exp(log[2])};
-  spec.reach_m = std::exp(log[3] / kReachCare);
+  bound_of(spec) = std::exp(log[3] / kReachCare);
   for (Eigen::Index m = 0; m < Eigen::Index(spec.mag_noise.size()); ++m) {
     spec.mag_noise[std::size_t(m)] = m == 0 ? spec.noise.mag : std::exp(log[3 + m]);
   }
@@ -279,7 +283,7 @@ void Stage::refuse(const Result& result) const {
 }
 
 void Stage::fit_noise(const Values& start, bool warm, const NoiseKnowledge& known) {
-  const bool reach = spec_.motion == MotionModel::kHandHeld;
+  const bool reach = is_moved(spec_.motion);
   if (known.gyr_known && known.acc_known && known.mag_known && !reach) return fit(start, warm);
   fit(start, warm, kNoiseStep);
   // Residuals away from the optimum are no measure of the noise.
@@ -310,10 +314,11 @@ void Stage::fit_noise(const Values& start, bool warm, const NoiseKnowledge& know
       }
       if (!spec_.mag_noise.empty()) noise.mag = spec_.mag_noise.front();
       spec_.reach_m = std::clamp(spec_.reach_m, kMinReach, kMaxReach);
+      spec_.speed_mps = std::clamp(spec_.speed_mps, kMinSpeed, kMaxSpeed);
     };
     spec_.noise = restricted_ml(old, now);
     spec_.mag_noise = restricted_ml(old_mags, now);
-    if (reach) spec_.reach_m *= now.rms(Sensor::kReach);
+    if (reach) bound_of(spec_) *= now.rms(Sensor::kReach);
     hold();
     const LogNoise step = log_noise(spec_) - from;
     double error = step.cwiseAbs().maxCoeff();
@@ -374,8 +379,8 @@ std::vector<double> Stage::mag_squares(const SensorRows& rows, const VectorXd& r
 Values carry_over(const std::vector<const Recording*>& recordings, const Stage& from,
                   const Stage& to, const std::vector<std::size_t>& of) {
   const Values& old = from.result().values;
-  const bool moving = to.spec().motion == MotionModel::kHandHeld;
-  const bool moved = from.spec().motion == MotionModel::kHandHeld;
+  const bool moving = is_moved(to.spec().motion);
+  const bool moved = is_moved(from.spec().motion);
   Values values;
   const bool same_nodes = of.empty() && from.is_of(recordings, to.plans());
   for (std::size_t r = 0; r < recordings.size(); ++r) {

@@ -16,7 +16,7 @@ namespace {
 void fill_parameters(Calibration& c, const std::vector<const Recording*>& recordings,
                      const Stage& stage) {
   const Values& values = c.fit.values;
-  const bool moving = c.motion == MotionModel::kHandHeld;
+  const bool moving = is_moved(c.motion);
   c.parameters.acc_bias = values.at<Vector3>(key::acc_bias);
   c.parameters.gyr_bias = values.at<Vector3>(key::gyr_bias);
   c.parameters.dip_rad = values.at<double>(dip_of(0));
@@ -59,7 +59,7 @@ void fill_parameters(Calibration& c, const std::vector<const Recording*>& record
       FieldEstimate& field = c.fields.emplace_back();
       field.recording = recordings[r]->name;
       field.dip_rad = values.at<double>(dip_of(plan.field));
-      if (moving) {
+      if (c.motion == MotionModel::kHandHeld) {
         const auto arm = values.at<Vector3>(key::lever_arm_of(plan.field));
         c.lever_arms.push_back({recordings[r]->name, arm, {}});
       }
@@ -87,8 +87,9 @@ Calibration without_uncertainty(const std::vector<const Recording*>& recordings,
   Calibration c;
   c.fit = stage.result();
   c.motion = stage.spec().motion;
-  if (c.motion == MotionModel::kHandHeld) {
-    c.reach_m = stage.spec().reach_m;
+  if (c.motion == MotionModel::kTravelling) c.speed_mps = stage.spec().speed_mps;
+  if (is_moved(c.motion)) {
+    if (c.motion == MotionModel::kHandHeld) c.reach_m = stage.spec().reach_m;
     c.acc_jitter = stage.spec().acc_jitter;
   }
   c.noise = stage.spec().noise;

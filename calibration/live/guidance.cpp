@@ -101,7 +101,7 @@ class PlayedThrough {
  public:
   PlayedThrough(const Calibration& now, const ModelSpec& spec, const Rot3& nRb, Eigen::Index size)
       : now_(now), nRb_(nRb), size_(size), g_n_(gravity_n(spec.gravity)) {
-    const bool moving = spec.motion == MotionModel::kHandHeld;
+    const bool moving = is_moved(spec.motion);
     const double mean = 1.0 / std::sqrt(kStep);
     acc_sigma_ = std::hypot(spec.noise.acc * mean, moving ? kHandAcc : 0.0);
     mag_sigma_ = spec.noise.mag * mean;

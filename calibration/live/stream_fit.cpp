@@ -106,7 +106,7 @@ bool StreamingCalibration::State::take_over_fit(const std::vector<const Recordin
   spec_.acc_rate_hz = recordings.front()->acc.rate_hz();
   spec_.mag_rate_hz = recordings.front()->mag.front().rate_hz();
   spec_.reach_at = reach_every_few_seconds(samples_);
-  if (spec_.motion == MotionModel::kHandHeld) {
+  if (is_moved(spec_.motion)) {
     // Holds it until a hand's reach does.
     spec_.also = [known = batch_.also](FactorGraph& graph) {
       if (known) known(graph);

@@ -155,7 +155,7 @@ SensorSums StreamingCalibration::State::look_at_residuals(const VectorXd& sigma,
       mag_squares.push_back(squares[std::size_t(k)]);
       trajectory.t.push_back(samples_.node_t()[std::size_t(k)]);
       trajectory.nRb.push_back(values.at<Rot3>(R(k)));
-      if (spec.motion != MotionModel::kHandHeld) continue;
+      if (!is_moved(spec.motion)) continue;
       trajectory.v.push_back(values.at<Vector3>(V(k)));
       trajectory.p.push_back(values.at<Vector3>(P(k)));
     }

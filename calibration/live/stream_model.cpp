@@ -67,7 +67,7 @@ Values start_of_part(const Recording& part, const NodePlan& plan, const FactorGr
   const Rot3 nRb = (in_the_middle * gyr.between(middle, plan.t.front())).normalized();
   Values nodes;
   nodes.insert(R(plan.first), nRb);
-  if (spec.motion == MotionModel::kHandHeld) {
+  if (is_moved(spec.motion)) {
     nodes.insert(V(plan.first), Vector3::Zero().eval());
     nodes.insert(P(plan.first), Vector3::Zero().eval());
     lead_on(factors, plan.first, nRb, Vector3::Zero(), Vector3::Zero(), nodes);
@@ -125,7 +125,7 @@ WindowFactors window_factors(const StreamSamples& samples, const StreamWindow& w
     return out;
   }
   const Rot3 nRb = front->at<Rot3>(R(window.first));
-  if (spec.motion == MotionModel::kHandHeld) {
+  if (is_moved(spec.motion)) {
     lead_on(all, window.first, nRb, front->at<Vector3>(V(window.first)),
             front->at<Vector3>(P(window.first)), out.values);
   } else {
@@ -143,7 +143,7 @@ void take_over(const StreamWindow& window, const ModelSpec& spec, const Values& 
   }
   for (int k = window.begins ? window.first : window.first + 1; k <= window.last; ++k) {
     w.values.insert_from(known, R(k));
-    if (spec.motion != MotionModel::kHandHeld) continue;
+    if (!is_moved(spec.motion)) continue;
     w.values.insert_from(known, V(k));
     w.values.insert_from(known, P(k));
   }

@@ -164,7 +164,7 @@ ExtendedRecording extend(const Recording& recording, const NodePlan& plan, const
   const bool at_zero = std::ranges::all_of(active, [](const auto& terms) {
     return std::ranges::all_of(terms, [](const ActiveTerm& a) { return a.theta.isZero(0.0); });
   });
-  const bool moving = spec.motion == MotionModel::kHandHeld;
+  const bool moving = is_moved(spec.motion);
   const bool attitudes = std::ranges::any_of(
       active, [&](const auto& terms) { return !terms.empty() && need_attitude(terms, moving); });
   std::shared_ptr<const KeptMotion> motion;

@@ -58,8 +58,7 @@ bool same_motion(const ModelSpec& a, const ModelSpec& b) {
     return false;
   }
   if (a.extended != b.extended && (integrates_columns(a) || integrates_columns(b))) return false;
-  return a.motion != MotionModel::kHandHeld ||
-         (a.acc_bias == b.acc_bias && a.gyr_matrix == b.gyr_matrix);
+  return !is_moved(a.motion) || (a.acc_bias == b.acc_bias && a.gyr_matrix == b.gyr_matrix);
 }
 
 // One gyroscope sample that spans exactly the two nodes, or -1.
@@ -113,7 +112,7 @@ void gather_imu(const Source& s, GatheredMotion& out) {
 GatheredMotion gather_motion(const Source& s) {
   GatheredMotion out;
   out.gyr_gap = gap_variances(s.recording.gyr, s.plan.t);
-  if (s.spec.motion == MotionModel::kHandHeld) {
+  if (is_moved(s.spec.motion)) {
     gather_imu(s, out);
     out.acc_gap = gap_variances(s.recording.acc, s.plan.t);
   } else {

@@ -224,6 +224,7 @@ void add_gyroscope(FactorGraph& graph, const Part& part) {
 void add_imu(FactorGraph& graph, const Part& part) {
   const Vector3 g_n = gravity_n(part.spec.gravity);
   const ModelSpec& spec = part.spec;
+  const double loose_m = spec.motion == MotionModel::kTravelling ? 1.0 : 0.0;  // no place is known
   const std::vector<double> acc_density =
       acc_densities(part.recording.acc, part.plan.t, spec.noise.acc, spec.acc_jitter);
   Collector<PreintegratedImuFactor> plain(graph, part, {Sensor::kGyr, Sensor::kAcc});
@@ -241,13 +242,13 @@ void add_imu(FactorGraph& graph, const Part& part) {
     if (spec.gyr_matrix) {
       const auto factor = made_of_samples(part, imu, i, [&] {
         return ScaledImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias, key::acc_bias,
-                               key::gyr_matrix, integrated, gyr, acc, g_n);
+                               key::gyr_matrix, integrated, gyr, acc, g_n, loose_m);
       });
       scaled.add(factor, gain);
     } else {
       const auto factor = made_of_samples(part, imu, i, [&] {
         return PreintegratedImuFactor(R(a), V(a), P(a), R(b), V(b), P(b), key::gyr_bias,
-                                      key::acc_bias, integrated, gyr, acc, g_n);
+                                      key::acc_bias, integrated, gyr, acc, g_n, loose_m);
       });
       plain.add(factor, gain);
     }
@@ -256,9 +257,11 @@ void add_imu(FactorGraph& graph, const Part& part) {
   scaled.finish();
 }
 
+// What is assumed of the motion: where it stays, or how fast it travels.
 void add_reach(FactorGraph& graph, const Part& part) {
-  const Noise<3> noise = Noise<3>::isotropic(part.spec.reach_m);
-  const Key lever_arm = key::lever_arm_of(part.plan.field);
+  const bool travels = part.spec.motion == MotionModel::kTravelling;
+  const Noise<3> noise = Noise<3>::isotropic(travels ? part.spec.speed_mps : part.spec.reach_m);
+  const Key own = key::lever_arm_of(part.plan.field);
   const std::vector<double>& t = part.plan.t;
   // Between two gaps a part may have a single node, and nothing tells how fast the hand was there.
   if (part.nodes() == 1) {
@@ -267,13 +270,19 @@ void add_reach(FactorGraph& graph, const Part& part) {
         PriorFactor<Vector3>(V(part.id(0)), Vector3::Zero(), Noise<3>::isotropic(kHandSpeed)));
   }
   // Three at the least: with two, velocity and tilt of a short part are not told apart.
-  const double every = std::min(kReachEvery, 0.5 * (t.back() - t.front()));
+  const double every =
+      std::min(travels ? part.spec.velocity_every_s : kReachEvery, 0.5 * (t.back() - t.front()));
+  // Where a travelling sensor begins nothing tells, and nothing depends on it.
+  if (travels) {
+    graph.add(PriorFactor<Vector3>(P(part.id(0)), Vector3::Zero(), Noise<3>::isotropic(1.0)));
+  }
   double due = t.front();
   for (int i = 0; i < part.nodes(); ++i) {
     const bool is_due = part.spec.reach_at ? part.measures(i) && part.spec.reach_at(part.id(i))
                                            : t[std::size_t(i)] >= due || i + 1 == part.nodes();
     if (!is_due) continue;
-    graph.add(ReachFactor(R(part.id(i)), P(part.id(i)), lever_arm, Vector3::Zero(), noise));
+    const Key bounded = travels ? V(part.id(i)) : P(part.id(i));
+    graph.add(ReachFactor(R(part.id(i)), bounded, own, Vector3::Zero(), noise));
     due = t[std::size_t(i)] + every;
   }
 }
@@ -288,6 +297,8 @@ std::string to_string(MotionModel motion) {
       return "rotation";
     case MotionModel::kHandHeld:
       return "hand_held";
+    case MotionModel::kTravelling:
+      return "travelling";
   }
   return "?";
 }
@@ -313,7 +324,7 @@ FactorGraph build_model(const GatheredSamples& gathered,
     const ExtendedRecording* extended = spec.extended.empty() ? nullptr : spec.extended[i].get();
     const Recording& recording = extended != nullptr ? extended->corrected : *recordings[i];
     const Part part{recording, plans[i], gathered, int(i), spec, extended};
-    if (spec.motion == MotionModel::kHandHeld) {
+    if (is_moved(spec.motion)) {
       add_imu(graph, part);
       add_reach(graph, part);
     } else {
@@ -331,10 +342,12 @@ FactorGraph build_model(const GatheredSamples& gathered,
       graph.add(PriorFactor<double>(keys[e][i], 0.0, Noise<1>::isotropic(sigma[Eigen::Index(i)])));
     }
   }
-  if (spec.motion == MotionModel::kHandHeld) {
+  if (is_moved(spec.motion)) {
     for (int r = 0; r <= plans.back().field; ++r) {
-      graph.add(PriorFactor<Vector3>(key::lever_arm_of(r), Vector3::Zero(),
-                                     Noise<3>::isotropic(kLeverArmPriorSigma)));
+      graph.add(PriorFactor<Vector3>(
+          key::lever_arm_of(r), Vector3::Zero(),
+          Noise<3>::isotropic(spec.motion == MotionModel::kTravelling ? kOwnVelocityPriorSigma
+                                                                      : kLeverArmPriorSigma)));
     }
   }
   if (spec.gyr_matrix) {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recordings of one device as a factor graph, under one of two models of the motion:
+// Recordings of one device as a factor graph, under one of three models of the motion:
 //
 //   rotation   the sensor only turns (the paper's): nodes R; the accelerometer reads gravity
 //   hand_held  a hand moves it within its reach: nodes R, v, p; accelerometer and gyroscope are
 //              integrated between nodes, and all that is assumed of the motion is that the position
 //              stays within a bound, a weak measurement of p every three seconds
+//   travelling a walk, a vehicle, a flight: the same nodes, with a bound on the velocity instead
 //
-// In both, a node stands at a magnetometer sample (every one, or every n-th with all samples
+// In all, a node stands at a magnetometer sample (every one, or every n-th with all samples
 // averaged in blocks about the nodes). Biases and distortion are shared; each recording has its
 // own dip.
 #pragma once
@@ -26,11 +27,23 @@ namespace magimu {
 
 struct ExtendedRecording;
 
-enum class MotionModel { kAuto, kRotation, kHandHeld };
+enum class MotionModel { kAuto, kRotation, kHandHeld, kTravelling };
 std::string to_string(MotionModel motion);
+// Not only turned: nodes R, v, p.
+constexpr bool is_moved(MotionModel motion) {
+  return motion == MotionModel::kHandHeld || motion == MotionModel::kTravelling;
+}
 
 constexpr double kReachEvery = 3.0;          // s between weak measurements of position
 constexpr double kLeverArmPriorSigma = 0.5;  // m, of each axis: a forearm, a stick, a robot's arm
+constexpr double kLongestArm = 2.0;          // m: four of these, no arm is longer
+constexpr double kOwnVelocityPriorSigma = 10.0;  // m/s, of each axis: people and vehicles in town
+// The point that a hand turns the sensor about, m, standard deviations: within the reach of an arm,
+// 0.7 m to either side, all places alike have 0.4. A wider one lets the sensor wander off for tens
+// of metres where gravity and a field that is not the same everywhere disagree, instead of holding
+// the tilt by gravity.
+constexpr double kMinReach = 0.1, kMaxReach = 0.4;
+constexpr double kMinSpeed = 0.1, kMaxSpeed = 100.0;  // m/s, of a travelling sensor, likewise
 
 // What a graph is built from, besides the recordings.
 struct ModelSpec {
@@ -39,11 +52,14 @@ struct ModelSpec {
   // Of each magnetometer of an array, uT per sqrt(Hz), where each has its own; noise.mag is then
   // the first one's. Empty: noise.mag of all.
   std::vector<double> mag_noise;
-  double reach_m = 0.3;     // hand_held: sigma of the point that the sensor is turned about
-  double acc_jitter = 0.0;  // hand_held: how far off in time, in sampling intervals (acc_jitter.h)
+  double reach_m = 0.3;  // hand_held: sigma of the point that the sensor is turned about
+  // travelling: sigma of v - R u, with u a velocity along the sensor's own axes that is estimated
+  // (a vehicle moves forward), and the time between two measurements of it that are independent.
+  double speed_mps = 2.0, velocity_every_s = kReachEvery;
+  double acc_jitter = 0.0;  // moved: how far off in time, in sampling intervals (acc_jitter.h)
   double gravity = kStandardGravity;  // m/s^2
   bool mag_time_offset = false;       // a lag of each magnetometer is unknown, too
-  bool gyr_matrix = false;  // hand_held: the gyroscope's scale errors and misalignment, too
+  bool gyr_matrix = false;            // moved: the gyroscope's scale errors and misalignment, too
   // Where samples are integrated and means taken: the values of these variables expected.
   Vector3 gyr_bias = Vector3::Zero(), acc_bias = Vector3::Zero();
   GyroMatrix gyr_matrix_value = GyroMatrix::Zero();

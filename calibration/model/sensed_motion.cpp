@@ -48,7 +48,7 @@ SensedMotion::SensedMotion(const Recording& recording, const NodePlan& plan, con
                            const Values& values, bool attitudes)
     : recording_(recording),
       plan_(plan),
-      moving_(spec.motion == MotionModel::kHandHeld),
+      moving_(is_moved(spec.motion)),
       gravity_(spec.gravity),
       gyr_bias_(values.at<Vector3>(key::gyr_bias)),
       acc_bias_(values.at<Vector3>(key::acc_bias)),

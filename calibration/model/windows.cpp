@@ -13,7 +13,7 @@ int node_of(Key key) {
 }
 
 double window_s(Sensor channel, MotionModel motion) {
-  return channel == Sensor::kAcc && motion == MotionModel::kHandHeld ? 20.0 : 5.0;
+  return channel == Sensor::kAcc && is_moved(motion) ? 20.0 : 5.0;
 }
 
 std::vector<int> windows_of(const std::vector<NodePlan>& plans, double seconds) {

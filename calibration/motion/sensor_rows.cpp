@@ -20,7 +20,7 @@ Sensor sensor_of(std::span<const Key> keys, int row) {
   if (gyr && acc) return row < 3 ? Sensor::kGyr : Sensor::kAcc;  // PreintegratedImuFactor
   if (gyr) return Sensor::kGyr;
   if (acc) return Sensor::kAcc;
-  return has(keys, P(0).symbol) ? Sensor::kReach : Sensor::kNone;
+  return has(keys, P(0).symbol) || has(keys, V(0).symbol) ? Sensor::kReach : Sensor::kNone;
 }
 
 // Root mean square of so many residuals, with the degrees of freedom that are left.

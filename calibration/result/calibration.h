@@ -153,7 +153,9 @@ struct Calibration {
   // from it, one a recording (reach_factor.h).
   double reach_m = 0.0;
   std::vector<LeverArm> lever_arms;
-  // hand_held: standard deviation of the accelerometer's sample times, in sampling intervals. It
+  // travelling: standard deviation of its velocity about one along the sensor's own axes, m/s.
+  double speed_mps = 0.0;
+  // Moved: standard deviation of the accelerometer's sample times, in sampling intervals. It
   // counts where the specific force changes fast (acc_jitter.h).
   double acc_jitter = 0.0;
   std::vector<ActiveEffect> effects;

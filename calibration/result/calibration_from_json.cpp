@@ -175,7 +175,8 @@ MotionModel read_motion(const JsonPlace& node) {
   const std::string text = node.text();
   if (text == "rotation") return MotionModel::kRotation;
   if (text == "hand_held") return MotionModel::kHandHeld;
-  node.wrong("\"rotation\" or \"hand_held\"");
+  if (text == "travelling") return MotionModel::kTravelling;
+  node.wrong("\"rotation\", \"hand_held\" or \"travelling\"");
 }
 
 // Strength and D are two of one thing.
@@ -276,6 +277,7 @@ Calibration calibration_from_json(const Json& json, const std::string& file) {
   c.noise_given = noise["source"].text() == "given";
   c.motion = read_motion(root["motion"]);
   if (root.has("reach_m")) c.reach_m = root["reach_m"].number();
+  if (root.has("speed_mps")) c.speed_mps = root["speed_mps"].number();
   if (root.has("acc_jitter")) c.acc_jitter = root["acc_jitter"].number();
   c.gravity = root["gravity"].finite();
   read_effects(root["effects"], c);

@@ -241,6 +241,10 @@ Json to_json(const Calibration& c, bool joint) {
       {"acc", c.noise.acc}, {"gyro", c.noise.gyr}, {"mag", c.noise.mag}, {"source", source}};
   out["motion"] = to_string(c.motion);
   out["motion_reason"] = c.motion_reason;
+  if (c.motion == MotionModel::kTravelling) {
+    out["speed_mps"] = c.speed_mps;
+    out["acc_jitter"] = c.acc_jitter;
+  }
   if (c.motion == MotionModel::kHandHeld) {
     out["reach_m"] = c.reach_m;
     out["lever_arms"] = Json::array();

@@ -251,7 +251,7 @@ std::string in_words(const MissingEffect& f) {
 
 SearchedEffects search_effects(const std::vector<const Recording*>& recordings,
                                const Stage& stage) {
-  const bool moving = stage.spec().motion == MotionModel::kHandHeld;
+  const bool moving = is_moved(stage.spec().motion);
   std::vector<std::shared_ptr<const Effect>> all = candidates(recordings, stage);
   for (const auto& unnamed : general_dependences(moving)) {
     // Of the accelerometer the hand's motion takes up much, and shapes what is left.

@@ -18,7 +18,7 @@ std::string looked_for_without(const Effect& effect, const Stage& stage) {
   if (effect.name() == "stationary_source") {
     return ", to say where it is; excursions of the field, as near one, are looked for without";
   }
-  return stage.spec().motion == MotionModel::kHandHeld
+  return is_moved(stage.spec().motion)
              ? ", to say its size; that the field differs from place to place is looked for over "
                "the estimated positions (field departure)"
              : "";
@@ -58,7 +58,7 @@ std::string reason_untested(const Effect& effect, const std::vector<const Record
         return fmt::format("the {} {} not vary", shown, pos ? "do" : "does");
     }
   }
-  if (d.rotation_only && stage.spec().motion == MotionModel::kHandHeld) {
+  if (d.rotation_only && is_moved(stage.spec().motion)) {
     return "the hand's motion, which is estimated, takes up whatever it adds";
   }
   const bool of_time = effect.with_terms(1) != nullptr || effect.name() == "stationary_source";

@@ -91,7 +91,7 @@ Values initial_values(const std::vector<const Recording*>& recordings,
     for (std::size_t k = 0; k < attitudes.size(); ++k) {
       const int id = plans[i].first + int(k);
       values.insert(R(id), guess.attitude_error * attitudes[k]);
-      if (motion != MotionModel::kHandHeld) continue;
+      if (!is_moved(motion)) continue;
       values.insert(V(id), Vector3::Zero());
       values.insert(P(id), Vector3::Zero());
     }
@@ -104,7 +104,7 @@ Values initial_values(const std::vector<const Recording*>& recordings,
   }
   for (int i = 0; i < field_count(recordings); ++i) {
     values.insert(dip_of(i), guess.dip_rad[std::size_t(i)]);
-    if (motion == MotionModel::kHandHeld) values.insert(key::lever_arm_of(i), Vector3::Zero());
+    if (is_moved(motion)) values.insert(key::lever_arm_of(i), Vector3::Zero());
   }
   return values;
 }

@@ -22,7 +22,6 @@ namespace {
 // The accelerometer must read gravity and its bias: so much else (RMS) is a hand that moves it.
 constexpr double kAccResidualNo = 1.0;           // m/s^2
 constexpr double kAccResidualLimited = 0.35;     // m/s^2
-constexpr double kLongestArm = 2.0;              // m: four standard deviations of its prior
 constexpr double kLargestAccBias = 1.5;          // m/s^2, of an axis: 150 mg
 constexpr double kLargestGyrGain = 0.05;         // of 1, of all axes: tolerance and temperature
 constexpr double kFieldResidualLimited = 0.025;  // of the strength
@@ -80,7 +79,7 @@ constexpr const char* kCarriesMotion =
     "Give --motion hand_held, whose model carries the motion, or turn it on the spot, slowly.";
 
 void judge_motion(Calibration& c) {
-  if (c.motion == MotionModel::kHandHeld) return judge_lever_arms(c);  // the model carries it
+  if (is_moved(c.motion)) return judge_lever_arms(c);  // the model carries it
   const double acc = c.residuals[0].rms_unit;
   const double bias = c.parameters.acc_bias.cwiseAbs().maxCoeff();
   if (acc <= kAccResidualLimited && bias > kLargestAccBias) {

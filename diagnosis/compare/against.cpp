@@ -127,7 +127,7 @@ Against compare_with(const Calibration& stored, const std::string& stored_name,
   options.gravity = stored.gravity;
   options.motion = stored.motion;
   options.mag_time_offset = has("mag_time_offset");
-  options.gyr_matrix = has("gyro_scale_misalignment") && stored.motion == MotionModel::kHandHeld;
+  options.gyr_matrix = has("gyro_scale_misalignment") && is_moved(stored.motion);
   const Calibration now = calibrate(recordings, options);
   double duration = 0.0;
   for (const Recording* r : recordings) duration += r->duration_s();

@@ -79,6 +79,8 @@ class Predictor {
   Fit fit(const std::vector<KnownEffect>& effects) const {
     ModelSpec spec = model_.spec;
     spec.reach_m = own_.spec().reach_m;
+    spec.speed_mps = own_.spec().speed_mps;
+    spec.velocity_every_s = own_.spec().velocity_every_s;
     Stage stage(recordings_, spec, pipeline_.coarse_every(), {});
     Values start = carry_over(recordings_, own_, stage);
     const std::vector<Integrated> free =

@@ -308,7 +308,7 @@ std::vector<PlaceRival> ask_for_acc_offset(const MissingStateInput& in,
 // parameters at what it gains by chance in as many nodes (Schwarz 1978).
 std::optional<PlaceRival> ask_for_attitude(const MissingStateInput& in,
                                            const DisturbanceFit& alone) {
-  auto dependences = general_dependences(in.last.spec().motion == MotionModel::kHandHeld);
+  auto dependences = general_dependences(is_moved(in.last.spec().motion));
   std::erase_if(dependences, [](const auto& e) { return e->channel() != Sensor::kMag; });
   double nodes = 0.0;
   for (const NodePlan& plan : in.last.plans()) nodes += double(plan.t.size());
@@ -368,6 +368,8 @@ Stage under_noise_of(const Stage& last, const Stage& first) {
   spec.noise = last.spec().noise;
   spec.mag_noise = last.spec().mag_noise;
   spec.reach_m = last.spec().reach_m;
+  spec.speed_mps = last.spec().speed_mps;
+  spec.velocity_every_s = last.spec().velocity_every_s;
   std::optional<Stage> refitted = attempt([&] {
     Stage stage(first, spec);
     stage.fit(Values(first.result().values), true);

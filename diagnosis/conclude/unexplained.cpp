@@ -62,7 +62,7 @@ double log10_p_of_clear_directions(const Score& s, double duration_s) {
 }
 
 std::vector<std::shared_ptr<const Effect>> all_dependences(MotionModel motion) {
-  auto all = general_dependences(motion == MotionModel::kHandHeld);
+  auto all = general_dependences(is_moved(motion));
   for (auto& other : dependences_on_other_sensors()) all.push_back(std::move(other));
   return all;
 }
@@ -166,7 +166,7 @@ void grow_with_rate(const std::vector<const Recording*>& recordings,
   const double level = std::log10(options.false_alarm_rate / 3.0 / double(recordings.size()));
   for (const Sensor channel : {Sensor::kAcc, Sensor::kMag}) {
     // The trajectory follows a hand-held accelerometer.
-    if (channel == Sensor::kAcc && stage.spec().motion == MotionModel::kHandHeld) continue;
+    if (channel == Sensor::kAcc && is_moved(stage.spec().motion)) continue;
     NoiseByRate seen;
     const std::vector<ResidualSeries> parts =
         by_recording(series[std::size_t(channel)], stage.plans());
@@ -322,7 +322,7 @@ void withdraw_beside_blows(const Stage& stage, Diagnosis& d) {
   const auto blows = std::find_if(d.findings.begin(), d.findings.end(), [](const Finding& f) {
     return f.effect == "outliers" && f.channel == to_string(Sensor::kAcc);
   });
-  if (stage.spec().motion != MotionModel::kHandHeld || blows == d.findings.end()) return;
+  if (!is_moved(stage.spec().motion) || blows == d.findings.end()) return;
   const double share = blows->parameters[0].value, times = blows->parameters[1].value;
   if (share < kStruck || times < kBlow) return;
   std::erase_if(d.findings, [&](const Finding& f) {

@@ -155,8 +155,10 @@ std::vector<Integrated> hold(const ExtendedModel& model, const std::vector<Known
   const double dip = start.at<double>(key::dip);
   const Rot3 first = start.at<Rot3>(R(0));
   free.push_back({key::dip, constant(1, dip), constant(1, kDipSigma)});
-  if (spec.motion == MotionModel::kHandHeld) {
-    free.push_back({key::lever_arm_of(0), constant(3, 0.0), constant(3, kLeverArmPriorSigma)});
+  if (is_moved(spec.motion)) {
+    const bool travels = spec.motion == MotionModel::kTravelling;
+    free.push_back({key::lever_arm_of(0), constant(3, 0.0),
+                    constant(3, travels ? kOwnVelocityPriorSigma : kLeverArmPriorSigma)});
   }
   spec.also = [=](FactorGraph& graph) {
     for (const Values::Slot& s : known.slots()) hold_parameter(graph, known, s.key, gyr_sigma);

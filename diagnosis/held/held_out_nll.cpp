@@ -12,15 +12,17 @@
 namespace magimu {
 namespace {
 
-// Priors of 1 m and 1 m/s on a hand's position and velocity at the beginning of each window:
-// nothing else in the window may determine them. (The logarithm of 1 adds nothing to the sums.)
+// Priors of 1 m and 1 m/s on a hand's position and velocity at the beginning of each window, or of
+// what travels: nothing else in the window may determine them.
 FactorGraph with_boundary_priors(const Stage& stage, const std::vector<int>& window_of) {
   FactorGraph graph = stage.graph();
-  if (stage.spec().motion != MotionModel::kHandHeld) return graph;
+  if (!is_moved(stage.spec().motion)) return graph;
   const Noise<3> wide = Noise<3>::isotropic(1.0);
+  const Noise<3> fast = Noise<3>::isotropic(
+      stage.spec().motion == MotionModel::kTravelling ? kOwnVelocityPriorSigma : 1.0);
   for (std::size_t node = 0; node < window_of.size(); ++node) {
     if (node > 0 && window_of[node] == window_of[node - 1]) continue;
-    graph.add(PriorFactor<Vector3>(V(int(node)), Vector3::Zero(), wide));
+    graph.add(PriorFactor<Vector3>(V(int(node)), Vector3::Zero(), fast));
     graph.add(PriorFactor<Vector3>(P(int(node)), Vector3::Zero(), wide));
   }
   return graph;

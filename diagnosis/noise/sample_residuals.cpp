@@ -68,7 +68,7 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
     return density * std::sqrt(s.rate_hz());
   };
   std::vector<SampleResiduals> out;
-  const bool moving = spec.motion == MotionModel::kHandHeld;
+  const bool moving = is_moved(spec.motion);
 
   SampleResiduals acc{.channel = Sensor::kAcc,
                       .t = recording.acc.t,

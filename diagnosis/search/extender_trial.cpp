@@ -116,7 +116,7 @@ double Extender::gain(LeftOut& left_out, std::optional<double> window_s) const {
     return sum_of(window_s ? held_out_nll(s, *window_s) : held_out_nll(s));
   };
   const double out = (window_s ? nll(*stage_) : nll_) - nll(left_out.stage);
-  if (out > kMinGain || left_out.stage.spec().motion != MotionModel::kHandHeld) return out;
+  if (out > kMinGain || !is_moved(left_out.stage.spec().motion)) return out;
   // Without a fit with the reach estimated anew, the one that there is counts.
   const auto refit = [&](const Stage& s) {
     return attempt([&] { return pipeline_.refit(s, s.spec()); });

@@ -9,6 +9,7 @@
 #include "calibration/fit/choose_motion.h"
 #include "calibration/scan/general_dependence.h"
 #include "calibration/scan/testable.h"
+#include "calibration/travelling.h"
 #include "diagnosis/held/held_out_nll.h"
 #include "diagnosis/search/shapes/slow_motion.h"
 #include "diagnosis/search/stored_model.h"
@@ -254,8 +255,20 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
     d = before;
   }
   if (dependence.on_attitude) return rotation;
-  d.findings.push_back(motion_finding(rotation, moving, restless));
-  return moving;
+  // Errors of the parts may imitate a way that the sensor travelled; calibrate() asks for them,
+  // too.
+  std::string reason;
+  std::optional<Stage> travelling;
+  if (is_beyond_reach(moving)) {
+    const auto whole = attempt([&] { return pipeline.coarse(reason); });
+    if (whole && whole->spec().motion == MotionModel::kTravelling) {
+      travelling = fitted(MotionModel::kTravelling);
+    }
+  }
+  d.findings.push_back(motion_finding(rotation, travelling ? *travelling : moving, restless));
+  if (!travelling) return moving;
+  d.notes.push_back(reason);
+  return *travelling;
 }
 
 std::optional<Stage> find_small_motion(const std::vector<const Recording*>& recordings,
@@ -303,8 +316,7 @@ bool withdraw_motion(const std::vector<const Recording*>& recordings, const Pipe
                      Extender& extender, Diagnosis& d) {
   const Stage& stage = extender.stage();
   const Stage& rotation = extender.base();
-  if (stage.spec().motion != MotionModel::kHandHeld ||
-      rotation.spec().motion != MotionModel::kRotation) {
+  if (!is_moved(stage.spec().motion) || rotation.spec().motion != MotionModel::kRotation) {
     return false;
   }
   ModelSpec spec = rotation.spec();

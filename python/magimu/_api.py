@@ -154,7 +154,7 @@ def calibrate(recordings: Recordings, *, noise: Optional[NoiseLike] = None,
         noise: densities per sqrt(Hz): m/s^2, rad/s, uT. Default: estimated.
         gravity: m/s^2. Default: of the location, else 9.80665.
         motion: "rotation" (the sensor only turned), "hand_held" (a hand moved it within its
-            reach) or "auto": decided from the data, and said in ``motion_reason``.
+            reach), "travelling" (it walked, drove or flew) or "auto": decided from the data, and said in ``motion_reason``.
         mag_time_offset: estimate the magnetometer's lag; None: where the data show one.
         gyro_matrix: estimate scale errors and misalignment of the gyroscope; None: where
             left-out data are predicted better.

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/travelling.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "statistics/tails.h"
+
+namespace magimu {
+namespace {
+
+constexpr double kBeyond = 1e-3;  // by chance, where the hand was within its reach
+
+double longest_arm(const Stage& stage) {
+  double longest = 0.0;
+  for (int r = 0; r <= stage.plans().back().field; ++r) {
+    longest = std::max(longest, stage.result().values.at<Vector3>(key::lever_arm_of(r)).norm());
+  }
+  return longest;
+}
+
+}  // namespace
+
+bool is_beyond_reach(const Stage& hand_held) {
+  if (longest_arm(hand_held) > kLongestArm) return true;
+  if (hand_held.spec().reach_m < kMaxReach) return false;
+  const SensorSums sums = hand_held.sums();
+  const auto reach = std::size_t(Sensor::kReach);
+  const double dof = std::max(1.0, sums.rows[reach] - sums.absorbed[reach]);
+  return log10_chi_square_tail(sums.squares[reach], dof) < std::log10(kBeyond);
+}
+
+VelocityCorrelation velocity_correlation(const Stage& travelling) {
+  const Values& values = travelling.result().values;
+  double products = 0.0, squares = 0.0;
+  VelocityCorrelation out;
+  for (const NodePlan& plan : travelling.plans()) {
+    const auto own = values.at<Vector3>(key::lever_arm_of(plan.field));
+    std::optional<Vector3> last;
+    double due = plan.t.front();
+    for (std::size_t k = 0; k < plan.t.size(); ++k) {
+      if (plan.t[k] < due) continue;
+      due = plan.t[k] + travelling.spec().velocity_every_s;
+      const int id = plan.first + int(k);
+      const Vector3 v = values.at<Vector3>(V(id)) - values.at<Rot3>(R(id)).matrix() * own;
+      squares += v.squaredNorm();
+      if (last) {
+        products += v.dot(*last);
+        ++out.pairs;
+      }
+      last = v;
+    }
+  }
+  if (squares > 0.0) out.sigmas = products / squares * std::sqrt(double(out.pairs));
+  return out;
+}
+
+std::string grounds_of_travelling(const Stage& hand_held, const Stage& travelling,
+                                  const HeldOutGain& gain) {
+  const double arm = longest_arm(hand_held);
+  std::string out = "The sensor travelled: held in a hand it would have been ";
+  out += arm > kLongestArm
+             ? fmt::format("{:.1f} m from the point that it was turned about", arm)
+             : fmt::format("farther away than a hand reaches ({:.1f} m, a standard deviation)",
+                           hand_held.spec().reach_m * hand_held.sums().rms(Sensor::kReach));
+  return out + fmt::format(
+                   "; with a velocity of {:.2g} m/s, wherever that leads, the "
+                   "magnetometer, where left out, is predicted {}.",
+                   travelling.spec().speed_mps,
+                   gain.better() ? fmt::format("{:.2f} times as well", gain.ratio()) : "no worse");
+}
+
+}  // namespace magimu

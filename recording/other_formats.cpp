@@ -74,6 +74,11 @@ void refuse_other_formats(std::string_view head, const std::string& path) {
                      "give the recording that it was made of; a calibration goes with a recording "
                      "to apply, diagnose --against and navigate, and alone to export");
   }
+  constexpr std::size_t kMagicOfFit = 8;
+  if (head.size() > kMagicOfFit && head.substr(kMagicOfFit).starts_with(".FIT")) {
+    throw InputError(path, 0, 0, "this is a FIT file (Garmin)",
+                     "java -jar FitCSVTool.jar FILE (of Garmin's FIT SDK) makes a CSV file of it");
+  }
   constexpr std::size_t kMagicOfTar = 257;
   if (head.size() > kMagicOfTar && head.substr(kMagicOfTar).starts_with("ustar")) {
     throw InputError(path, 0, 0, "this is a tar archive",

@@ -55,6 +55,7 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
   }
   bool end_object() override {
     levels_.pop_back();
+    if (!levels_.empty() && levels_.back().is_array) ++levels_.back().count;
     if (row_level_ > 0 && levels_.size() < row_level_) {
       end_row();
       row_level_ = 0;

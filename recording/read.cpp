@@ -12,7 +12,7 @@
 #include "recording/arrays/json_file.h"
 #include "recording/csv/columns/csv_columns.h"
 #include "recording/csv/csv_reader.h"
-#include "recording/csv/dialects/fit_messages.h"
+#include "recording/csv/fit_messages.h"
 #include "recording/csv/one_clock.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"

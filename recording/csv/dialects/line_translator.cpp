@@ -241,7 +241,9 @@ class Label {
       ++component_;
       return;
     }
-    const std::string last = without_sentence(pieces.back());
+    std::string last = without_sentence(pieces.back());
+    // "imu,device=a ax=" (InfluxDB): the word before the blank is a value.
+    if (std::ranges::count(text, '=') > 1) last = last.substr(last.find_last_of(" \t") + 1);
     pieces.pop_back();
     if (!pieces.empty()) group_ = pieces.back();
     const std::size_t blank = last.find_last_of(" _");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "recording/csv/dialects/fit_messages.h"
+#include "recording/csv/fit_messages.h"
 
 #include <fmt/format.h>
 

@@ -207,8 +207,8 @@ CsvName rate_by_name(std::string_view words) {
 // The name without a unit, in words of the tables.
 CsvName bare_name(std::string_view words) {
   if (const CsvWord* word = scalar_word(words)) return named(*word, std::string(word->name));
-  CsvName name = component(words);
-  if (name.name.empty()) name = rate_by_name(words);
+  CsvName name = rate_by_name(words);  // before the y of "yaw" is taken for an axis
+  if (name.name.empty()) name = component(words);
   if (!name.name.empty()) return name;
   for_each_tail(words, [&name](std::string_view tail) {
     const CsvWord* const word = scalar_word(tail);

@@ -113,6 +113,8 @@ endforeach()
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME magimu)
+# lintian asks for the address of a real mail host. The project has none, and an invented one would
+# reach a stranger or nobody: whoever distributes the packages puts their own here.
 set(CPACK_PACKAGE_CONTACT "magimu developers <magimu@localhost>")
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEB_COMPONENT_INSTALL ON)

@@ -14,6 +14,9 @@ struct OtherFormat {
   const char* remedy;
 };
 
+constexpr const char* kOfDatabase =
+    "export the table as CSV (sqlite3 -header -csv DATABASE \"SELECT * FROM table\" > NEW.csv)";
+
 constexpr OtherFormat kOtherFormats[] = {
     {"H Product:Blackbox"sv, "this is a raw log of Betaflight's blackbox",
      "make a CSV file of it with blackbox_decode (--unit-rotation deg/s), or export one from "
@@ -48,6 +51,15 @@ constexpr OtherFormat kOtherFormats[] = {
     {"%PDF"sv, "this is a PDF file", "give the recording itself"},
     {"\x80\x04\x95"sv, "this is a Python pickle",
      "save it with numpy.savez(FILE, t=..., acc=..., gyr=..., mag=...)"},
+    {"CREATE TABLE"sv, "these are statements of SQL", kOfDatabase},
+    {"INSERT INTO"sv, "these are statements of SQL", kOfDatabase},
+    {"PRAGMA foreign_keys"sv, "these are statements of SQL", kOfDatabase},
+    {"BEGIN TRANSACTION"sv, "these are statements of SQL", kOfDatabase},
+    {"-- MySQL dump"sv, "these are statements of SQL", kOfDatabase},
+    {"header:\n  stamp:"sv, "this is what ros2 topic echo prints",
+     "record a bag instead (ros2 bag record /imu/data_raw /imu/mag) and give it"},
+    {"header: \n  seq:"sv, "this is what rostopic echo prints",
+     "rostopic echo -p TOPIC > NEW.csv, or record a bag and give it"},
     {"<?xml"sv, "this is an XML file", "export CSV instead"},
     {"<!DOCTYPE"sv, "this is a web page, not the file it links to", "download the file itself"},
     {"version https://git-lfs"sv, "this is a pointer of Git LFS, not the file itself",
@@ -73,6 +85,16 @@ void refuse_other_formats(std::string_view head, const std::string& path) {
     throw InputError(path, 0, 0, "this is a result of magimu (a calibration or the like)",
                      "give the recording that it was made of; a calibration goes with a recording "
                      "to apply, diagnose --against and navigate, and alone to export");
+  }
+  if (head.starts_with("#group,") && head.find("_value,_field") != head.npos) {
+    throw InputError(path, 0, 0, "this is a table of InfluxDB with a row for each axis",
+                     "let the query end with pivot(rowKey: [\"_time\"], columnKey: [\"_field\"], "
+                     "valueColumn: \"_value\")");
+  }
+  constexpr std::size_t kMagicOfFit = 8;
+  if (head.size() > kMagicOfFit && head.substr(kMagicOfFit).starts_with(".FIT")) {
+    throw InputError(path, 0, 0, "this is a FIT file (Garmin)",
+                     "java -jar FitCSVTool.jar FILE (of Garmin's FIT SDK) makes a CSV file of it");
   }
   constexpr std::size_t kMagicOfTar = 257;
   if (head.size() > kMagicOfTar && head.substr(kMagicOfTar).starts_with("ustar")) {

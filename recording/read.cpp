@@ -12,6 +12,7 @@
 #include "recording/arrays/json_file.h"
 #include "recording/csv/columns/csv_columns.h"
 #include "recording/csv/csv_reader.h"
+#include "recording/csv/fit_messages.h"
 #include "recording/csv/one_clock.h"
 #include "recording/data/error.h"
 #include "recording/data/quoted_text.h"
@@ -149,7 +150,7 @@ bool is_packed(std::string_view head) {
 
 // Whether a file with these first bytes is no text that is read line by line.
 bool is_read_whole(std::string_view head) {
-  if (is_packed(head) || format_of(head) != nullptr) return true;
+  if (is_packed(head) || format_of(head) != nullptr || is_fit_messages(head)) return true;
   const std::size_t first = head.find_first_not_of(" \t\r\n");
   return first != std::string_view::npos && (head[first] == '[' || head[first] == '{');  // JSON
 }
@@ -215,6 +216,7 @@ Recording read_at_depth(const std::string& path, const std::string& shown,
   if (format == nullptr || !format->has_sensors_by_name) refuse_sensor_of_table(shown, options);
   if (format != nullptr) return format->read(path, options);
   if (is_json_table(path, head)) return read_json(path, options);
+  if (is_fit_messages(head)) return read_fit_messages(path, options);
   refuse_other_formats(head, shown);
   return read_csv(path, options);
 }

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "recording/arrays/arrays.h"
+#include "recording/arrays/json_blocks.h"
 #include "recording/csv/columns/csv_columns.h"
 #include "recording/csv/columns/text_fields.h"
 #include "recording/data/error.h"
@@ -27,6 +28,9 @@ constexpr std::size_t kMostJsonColumns = 1000, kMostLevels = 64, kMostArrays = 1
 // What nlohmann's parser calls. False ends it.
 class Handler : public nlohmann::json_sax<nlohmann::json> {
  public:
+  // by_line: every line is an object, and a row.
+  explicit Handler(bool by_line) : by_line_(by_line) {}
+
   bool null() override { return value(""); }
   bool boolean(bool v) override { return value(v ? "1" : "0"); }
   bool number_integer(number_integer_t v) override { return value(fmt::format("{}", v)); }
@@ -38,9 +42,10 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
   bool start_object(std::size_t) override {
     if (levels_.size() >= kMostLevels) return false;
     // The outermost object within an array is a row.
-    const bool row = row_level_ == 0 && !levels_.empty() && levels_.back().is_array;
-    if (row) row_level_ = levels_.size();
+    const bool row =
+        row_level_ == 0 && (levels_.empty() ? by_line_ : !by_line_ && levels_.back().is_array);
     levels_.push_back({false, row ? "" : path(), 0});
+    if (row) row_level_ = levels_.size();
     return true;
   }
   bool key(string_t& name) override {
@@ -50,7 +55,8 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
   }
   bool end_object() override {
     levels_.pop_back();
-    if (row_level_ > 0 && levels_.size() == row_level_) {
+    if (!levels_.empty() && levels_.back().is_array) ++levels_.back().count;
+    if (row_level_ > 0 && levels_.size() < row_level_) {
       end_row();
       row_level_ = 0;
     }
@@ -75,6 +81,14 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
   }
 
   bool has_rows() const { return !rows_.empty(); }
+
+  // Rows of several samples each (json_blocks.h). Empty where it is not so.
+  std::string table_of_blocks() const {
+    if (!has_blocks(columns_)) return "";
+    std::vector<std::vector<std::string>> cells;
+    for (const Row& row : rows_) cells.push_back(text_fields(row.text, ','));
+    return spread_blocks(columns_, cells);
+  }
 
   std::string table() const {
     std::string out;
@@ -242,13 +256,45 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
   }
 
   std::vector<Level> levels_;
-  std::size_t row_level_ = 0;  // how many levels are around the row; 0: no row is being read
+  bool by_line_;
+  std::size_t row_level_ = 0;  // how many levels are there in a row; 0: no row is being read
   std::vector<std::string> columns_, cells_;
   std::map<std::string, std::size_t> number_of_;
   std::vector<std::size_t> filled_;  // by column: in how many rows
   std::vector<Row> rows_;
   std::map<std::string, Array> arrays_;
 };
+
+// "ArrayAcc":[{"x":
+bool has_arrays_of_objects(std::string_view line) {
+  for (std::size_t at = line.find('['); at != line.npos; at = line.find('[', at + 1)) {
+    if (const std::size_t next = line.find_first_not_of(" \t", at + 1);
+        next != line.npos && line[next] == '{') {
+      return true;
+    }
+  }
+  return false;
+}
+
+// Whether a line is an object, and the next one begins another.
+bool has_objects_by_line(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string first, second;
+  std::getline(file, first);
+  std::getline(file, second);
+  return csv_trimmed(first).starts_with('{') && csv_trimmed(second).starts_with('{') &&
+         nlohmann::json::accept(first);
+}
+
+// False where the text is cut off or damaged.
+bool parse(const std::string& path, bool by_line, Handler& handler) {
+  std::ifstream file(path, std::ios::binary);
+  if (!by_line) return nlohmann::json::sax_parse(file, &handler);
+  for (std::string line; std::getline(file, line);) {
+    if (!csv_trimmed(line).empty() && !nlohmann::json::sax_parse(line, &handler)) return false;
+  }
+  return true;
+}
 
 }  // namespace
 
@@ -260,27 +306,31 @@ bool is_json_table(const std::string& path, std::string_view head) {
   const char after = second == std::string_view::npos ? '\0' : head[second];
   if (head[first] == '[') return after == '{';
   if (head[first] != '{' || after != '"') return false;
-  // Not where a line is an object, and another one follows.
+  // Not where a line is an object, and another one follows, but for objects of several samples.
   const std::string more = read_file_head(path, 1 << 16);
   const std::size_t end = more.find('\n', first);
   if (end == std::string::npos) return true;
   const std::size_t next = more.find_first_not_of(" \t\r\n", end);
   const std::string_view line = csv_trimmed(std::string_view(more).substr(first, end - first));
   return !(line.ends_with("}") || line.ends_with("}\r")) || next == std::string::npos ||
-         more[next] != '{';
+         more[next] != '{' || has_arrays_of_objects(line);
 }
 
 Recording read_json(const std::string& path, const CsvOptions& options) {
-  std::ifstream file(path, std::ios::binary);
-  Handler handler;
-  const bool whole = nlohmann::json::sax_parse(file, &handler);
+  const bool by_line = has_objects_by_line(path);
+  Handler handler(by_line);
+  const bool whole = parse(path, by_line, handler);
   constexpr const char* kCut = "the JSON text is cut off or damaged; what is before that is read";
   const std::string named = handler.table_of_named_columns();
+  const std::string blocks = named.empty() ? handler.table_of_blocks() : "";
   Recording out = !named.empty()       ? csv_recording(named, path, options)
+                  : !blocks.empty()    ? csv_recording(blocks, path, options)
                   : handler.has_rows() ? csv_recording(handler.table(), path, options)
                                        : recording_from_arrays(handler.arrays(path), options);
   out.notes.insert(out.notes.begin(),
-                   !named.empty()       ? "this is JSON, an array a row, with names and units"
+                   !named.empty()    ? "this is JSON, an array a row, with names and units"
+                   : !blocks.empty() ? "this is JSON, several samples a row: its time is that of "
+                                       "the first, and they are evenly spaced"
                    : handler.has_rows() ? "this is JSON, an object a row"
                                         : "this is JSON, with an array a quantity");
   if (!whole) {

@@ -12,6 +12,7 @@
 #include "recording/data/set_aside.h"
 #include "recording/oddities/dead_zone.h"
 #include "recording/oddities/sensor_habits.h"
+#include "recording/oddities/usual_readings.h"
 
 namespace magimu {
 namespace {
@@ -105,6 +106,18 @@ bool cannot_stay(const VectorSeries& s, int axis, int sign) {
   return habits.lively(axis) && !habits.clipped(axis, sign);
 }
 
+// Whether the reading after sample `last` is elsewhere, or none comes any more. An axis that a
+// coarse converter reads stands still, too, where it changes slowly, and goes on by a step.
+bool goes_on_elsewhere(const VectorSeries& s, int axis, std::size_t last) {
+  if (last + 1 >= s.size()) return true;
+  double step = INFINITY;
+  for (std::size_t k = 1; k < s.size(); ++k) {
+    const double change = std::abs(s.v[k][axis] - s.v[k - 1][axis]);
+    if (change > 0.0) step = std::min(step, change);
+  }
+  return std::abs(s.v[last + 1][axis] - s.v[last][axis]) > kSomeSteps * step;
+}
+
 // An axis that stands still while the others change: a run of one value that is longer than chance
 // makes it. In n samples with a share r of repeats elsewhere, a run of m repeats is expected n r^m
 // times. A run at an end of the range may be clipping or a rest, and does not count.
@@ -134,6 +147,7 @@ std::optional<Issue> stuck_axis(const NamedSeries& sensor, int axis) {
   const double n = double(s.size());
   const double share = double(repeats - longest + 1) / (n - double(longest));
   if (length < kStuckSeconds || 2 * lively < longest) return std::nullopt;
+  if (!goes_on_elsewhere(s, axis, at + longest)) return std::nullopt;
   const bool at_an_end = value == low || value == high;
   if (at_an_end && !jumped_there(s, axis, at, at + longest + 1) &&
       !(others_move(s, axis, at, at + longest + 1) &&
@@ -210,7 +224,8 @@ std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gy
     const double length = s.t[k] - s.t[begin];
     const bool own = sensor.series == &gyr;  // a gyroscope that hangs cannot testify
     if (length > kStuckSeconds &&
-        (own ? s.v[k].norm() : mean_rate(gyr, s.t[begin], s.t[k])) > kTurning) {
+        (own ? s.v[k].norm() : mean_rate(gyr, s.t[begin], s.t[k])) > kTurning &&
+        (goes_on_elsewhere(s, 0, k) || goes_on_elsewhere(s, 1, k) || goes_on_elsewhere(s, 2, k))) {
       total += length;
       if (length > longest) at = s.t[begin];
       longest = std::max(longest, length);

@@ -107,6 +107,13 @@ std::vector<Issue> check_recording(const Recording& recording) {
                                   [](const Issue& issue) { return issue.kind == "time_unit"; });
     };
     if (in_seconds()) append(issues, check_units(recording));
+    // In another unit a gyroscope turns while it rests.
+    const bool rates = std::ranges::none_of(issues, [](const Issue& issue) {
+      return issue.sensor == "gyr" && issue.kind == "unit" && issue.severity == Severity::kFatal;
+    });
+    if (!rates) {
+      std::erase_if(issues, [](const Issue& i) { return i.kind == "stuck" && i.axis < 0; });
+    }
     const bool seconds = in_seconds();
     std::vector<std::vector<Issue>> of_sensor(sensors.size());
     parallel::for_each(sensors.size(), [&](std::size_t i) {

@@ -40,8 +40,8 @@ const Unit kUnits[] = {
       "rads^-1", "rad/second", "radians/s", "radian/s", "1/s"}},
     {"gyr",
      kDeg,
-     {"deg/s", "dps", "d/s", "degs", "deg/sec", "degps", "deg_s", "deg", "deg s^-1", "deg s-1",
-      "degree/s", "degrees/s", "degrees/sec", "deg/second", "degrees per second"}},
+     {"deg/s", "dps", "d/s", "degs", "deg/sec", "degps", "deg_s", "deg", "deg s^-1", "deg*s^-1",
+      "deg s-1", "degree/s", "degrees/s", "degrees/sec", "deg/second", "degrees per second"}},
     {"gyr", 1e-3, {"mrad/s", "mrads"}},
     {"gyr", 1e-3 * kDeg, {"mdeg/s", "mdps"}},
     {"mag", 1.0, {"uT", "microtesla", "micro tesla", "micro-tesla"}},
@@ -62,9 +62,14 @@ struct Letter {
   std::string_view utf8, plain;
 };
 constexpr Letter kLetters[] = {
-    {"\xC2\xB5", "u"},      // micro sign
-    {"\xCE\xBC", "u"},      // Greek mu
-    {"\xC2\xB2", "^2"},     // superscript two
+    {"\xC2\xB5", "u"},                // micro sign
+    {"\xCE\xBC", "u"},                // Greek mu
+    {"\xE2\x81\xBB\xC2\xB9", "^-1"},  // superscripts
+    {"\xE2\x81\xBB\xC2\xB2", "^-2"},
+    {"\xC2\xB2", "^2"},
+    {"\xC2\xB7", "*"},      // middle dot
+    {"\xE2\x8B\x85", "*"},  // dot operator
+    {"\xCF\x89", "w"},      // Greek omega: a rate of turn
     {"\xC2\xB0", "deg"},    // degree
     {"\xE2\x88\x92", "-"},  // minus
 };

@@ -17,6 +17,7 @@ namespace {
 // Rows of measured numbers pack to a fifth, the most repetitive ones to a thirtieth.
 constexpr std::uint64_t kMostRatio = 100, kAlways = 1 << 20;
 constexpr std::size_t kUnpackPiece = 1 << 18;
+constexpr std::string_view kGzipMark = "\x1f\x8b";
 constexpr std::size_t kMostEntries = 65536;
 
 std::uint64_t little(const char* at, int bytes) {
@@ -59,10 +60,10 @@ class Inflater {
 
   // Unpacks a piece into the file. The result of zlib: Z_OK while more is to come, Z_STREAM_END.
   template <class Check>
-  int feed(std::string& piece, TemporaryFile& to, const Check& check) {
-    z_.next_in = reinterpret_cast<Bytef*>(piece.data());
+  int feed(std::string_view piece, TemporaryFile& to, const Check& check) {
+    z_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(piece.data()));
     z_.avail_in = static_cast<uInt>(piece.size());
-    std::string out(kUnpackPiece, '\0');
+    std::string& out = out_;
     int status = Z_OK;
     while (z_.avail_in > 0 && status == Z_OK) {
       z_.next_out = reinterpret_cast<Bytef*>(out.data());
@@ -83,6 +84,7 @@ class Inflater {
 
  private:
   z_stream z_{};
+  std::string out_ = std::string(kUnpackPiece, '\0');
   bool ok_ = false;
   std::uint64_t size_ = 0;
 };
@@ -194,21 +196,27 @@ TemporaryFile unpacked_gzip(const std::string& path, bool& truncated) {
   Inflater inflater(MAX_WBITS + 16);
   std::uint64_t at = 0;
   int status = Z_OK;
+  std::string piece;
+  std::string_view rest;  // of the piece; a member begins anywhere in it
   while (true) {
-    std::string piece = bytes_at(file, at, kUnpackPiece);
-    if (piece.empty()) break;
+    if (rest.size() < kGzipMark.size()) {
+      const std::string more = bytes_at(file, at, kUnpackPiece);
+      if (more.empty()) break;
+      at += more.size();
+      piece = std::string(rest) + more;
+      rest = piece;
+    }
     if (status == Z_STREAM_END) {  // another member, or padding
-      if (!piece.starts_with("\x1f\x8b")) break;
+      if (!rest.starts_with(kGzipMark)) break;
       inflater.reset();
     }
-    at += piece.size();
-    status = inflater.feed(piece, out, [&](std::uint64_t size) { check_ratio(path, size, at); });
-    if (status == Z_STREAM_END) {
-      at -= inflater.left();
-    } else if (status != Z_OK) {
+    status = inflater.feed(rest, out, [&](std::uint64_t size) { check_ratio(path, size, at); });
+    const bool stands = status == Z_OK && inflater.left() == rest.size();
+    if (stands || (status != Z_OK && status != Z_STREAM_END)) {
       throw InputError(path, 0, 0, "the gzip file is damaged",
                        "give another copy of it, or what gunzip makes of it");
     }
+    rest.remove_prefix(rest.size() - inflater.left());
   }
   truncated = status != Z_STREAM_END;
   return out;

@@ -276,11 +276,13 @@ void LogRecording::tell_corrections(Recording& out, const std::vector<Entry*>& r
   for (const Entry* entry : read) {
     if (entry->corrected_by.empty()) continue;
     const char* const remedy =
-        entry->applied ? "magimu export gives the parameters that replace these, with both in them"
-                       : "A file of magimu export would replace them by the rest: add the two by "
-                         "hand, or calibrate readings as measured";
+        entry->applied
+            ? "nothing has to be mended: the parameters that magimu export writes replace "
+              "these and hold both"
+            : "magimu export cannot put the two together here: add them by hand, or log "
+              "the readings as measured";
     const std::string text =
-        fmt::format("{} of {} is corrected already, by {}: what is found comes on top of these. {}",
+        fmt::format("{} of {} is corrected already, by {}: what is found comes on top of these; {}",
                     entry->kind, printable(entry->name), entry->corrected_by, remedy);
     out.notes.push_back(text);
     out.cautions.push_back(text);

@@ -11,7 +11,6 @@ namespace {
 // probability that the sensor shows; and the jump at its end, in usual changes.
 constexpr double kLogChanceOfRun = -13.8, kJumpAfterHanging = 5.0;
 constexpr std::size_t kShortestRun = 4;
-constexpr double kSomeSteps = 5.0;  // of the converter: what shows that it should have changed
 
 // Of readings that each repeat with the probability that this sensor shows.
 bool longer_than_chance(const RepeatedReading& unit, const UsualReadings& usual) {

@@ -44,6 +44,9 @@ struct UsualReadings {
 
 // A jump that is looked at at all, in standard deviations of the noise.
 inline constexpr double kSomeJump = 10.0;
+// Steps of the converter that a reading goes on by at least after a time in which it did not change
+// and should have. Fewer are what a slow change reads like.
+inline constexpr double kSomeSteps = 5.0;
 // Readings on either side that one is compared with.
 inline constexpr std::size_t kSide = 4;
 

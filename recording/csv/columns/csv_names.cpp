@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
+#include <utility>
 
 #include "recording/csv/columns/words.h"
 #include "recording/data/units.h"
@@ -186,10 +188,27 @@ CsvName component(std::string_view words) {
   return name;
 }
 
+// "roll rate", "PitchRate": the rate about x, about y, about z.
+CsvName rate_by_name(std::string_view words) {
+  constexpr std::pair<std::string_view, char> kRates[] = {
+      {"roll", 'x'}, {"pitch", 'y'}, {"yaw", 'z'}};
+  for (const auto& [word, axis] : kRates) {
+    if (!words.starts_with(word)) continue;
+    const std::string_view rest = words.substr(word.size());
+    if (rest != "rate" && rest != "_rate") continue;
+    CsvName name;
+    name.name = std::string("gyr_") + axis;
+    name.preference = kBehindOthers;  // an angle's rate, where a file has the gyroscope's, too
+    return name;
+  }
+  return {};
+}
+
 // The name without a unit, in words of the tables.
 CsvName bare_name(std::string_view words) {
   if (const CsvWord* word = scalar_word(words)) return named(*word, std::string(word->name));
-  CsvName name = component(words);
+  CsvName name = rate_by_name(words);  // before the y of "yaw" is taken for an axis
+  if (name.name.empty()) name = component(words);
   if (!name.name.empty()) return name;
   for_each_tail(words, [&name](std::string_view tail) {
     const CsvWord* const word = scalar_word(tail);
@@ -215,6 +234,17 @@ CsvName csv_name(std::string_view header) {
     in_brackets = words.substr(open + 1, words.size() - open - 2);
     words.resize(open);
     while (!words.empty() && is_separator(words.back())) words.pop_back();
+  }
+  // "B_x / \xC2\xB5T", as standards ask for.
+  if (const std::size_t slash = words.rfind(" / "); in_brackets.empty() && slash != words.npos) {
+    const std::string unit = words.substr(slash + 3);
+    const bool known = std::ranges::any_of(
+        std::initializer_list<const char*>{"acc", "gyr", "mag", "t"},
+        [&unit](const char* quantity) { return unit_in_ours(quantity, unit).has_value(); });
+    if (known) {
+      in_brackets = unit;
+      words.resize(slash);
+    }
   }
   std::ranges::replace_if(words, is_separator, '_');
   words.erase(

@@ -230,13 +230,20 @@ class Label {
     }
     component_ = 0;
     unit_ = unit_in_brackets_;
-    take_unit(pieces.front(), before);
+    // "ms:" alone is the name of what follows.
+    const std::size_t end = text.find_last_not_of(" \t");
+    const bool named = end != text.npos && (text[end] == ':' || text[end] == '=');
+    if (pieces.size() > 1 || !named || pieces.front().find_first_of(" \t") != std::string::npos) {
+      take_unit(pieces.front(), before);
+    }
     if (pieces.front().empty()) pieces.erase(pieces.begin());
     if (pieces.empty()) {
       ++component_;
       return;
     }
-    const std::string last = without_sentence(pieces.back());
+    std::string last = without_sentence(pieces.back());
+    // "imu,device=a ax=" (InfluxDB): the word before the blank is a value.
+    if (std::ranges::count(text, '=') > 1) last = last.substr(last.find_last_of(" \t") + 1);
     pieces.pop_back();
     if (!pieces.empty()) group_ = pieces.back();
     const std::size_t blank = last.find_last_of(" _");
@@ -313,6 +320,22 @@ std::string_view unit_at(std::string_view text) {
                                                                            : std::string_view();
 }
 
+// A number that stands for the time by its place: in brackets before all others ("[1234] Acc X: 1",
+// "I (1234) imu: acc 1 2 3"), or one since 1970 in ms and finer behind all others (InfluxDB).
+bool is_time_before(std::string_view line, std::size_t begin, std::size_t end) {
+  const std::string_view before = csv_trimmed(line.substr(0, begin));
+  if (before.empty() || end >= line.size()) return false;
+  const bool brackets =
+      (before.back() == '[' && line[end] == ']') || (before.back() == '(' && line[end] == ')');
+  return brackets && csv_trimmed(before.substr(0, before.size() - 1)).size() <= 1;
+}
+bool is_time_behind(std::string_view line, std::size_t begin, std::size_t end) {
+  constexpr std::size_t kDigitsOfMs = 13;
+  const std::string_view number = line.substr(begin, end - begin);
+  return number.size() >= kDigitsOfMs && csv_trimmed(line.substr(end)).empty() &&
+         number.find_first_not_of("0123456789") == number.npos;
+}
+
 }  // namespace
 
 std::vector<LabelledNumber> labelled_numbers(std::string_view line) {
@@ -346,7 +369,17 @@ std::vector<LabelledNumber> labelled_numbers(std::string_view line) {
       i = after;  // part of a word or of a time
       continue;
     }
+    if (out.empty() && is_time_before(line, first, after)) {
+      out.push_back({"tick", 0, line.substr(first, after - first), {}});
+      from = i = after;
+      continue;
+    }
     label.read(line.substr(from, i - from), out.empty() ? nullptr : &out.back());
+    if (label.component() > 0 && is_time_behind(line, first, after)) {
+      out.push_back({"tick", 0, line.substr(first, after - first), {}});
+      from = i = after;
+      continue;
+    }
     if (!label.text().empty()) {
       out.push_back(
           {label.text(), label.component(), line.substr(first, after - first), label.unit()});

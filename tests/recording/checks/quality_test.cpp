@@ -551,6 +551,34 @@ TEST(GoodRecordings, a_slower_magnetometer_and_coarse_steps_raise_no_alarm) {
   for (const Issue& issue : check_recording(r)) ADD_FAILURE() << issue.text();
 }
 
+// A coarse converter reads one value for a second where its axis changes slowly, and goes on by a
+// step: it does not hang. In counts a gyroscope "turns" while it rests.
+TEST(GoodRecordings, a_slow_axis_of_a_coarse_converter_does_not_hang) {
+  const auto hangs = [](const Recording& r) {
+    return std::ranges::any_of(check_recording(r),
+                               [](const Issue& issue) { return issue.kind == "stuck"; });
+  };
+  Recording slow = good();
+  VectorSeries& mag = slow.mag[0];
+  for (std::size_t k = 1000; k <= 1150; ++k) {
+    mag.v[k][1] = 0.1 * std::round(10.0 * mag.v[999][1]) + 4e-4 * double(k - 1000);
+  }
+  Recording hung = slow;
+  for (std::size_t k = 1150; k < 1300; ++k) hung.mag[0].v[k][1] = mag.v[1000][1];
+  for (Recording* r : {&slow, &hung}) {
+    for (Vector3& v : r->mag[0].v) v = (v / 0.1).array().round() * 0.1;
+  }
+  EXPECT_FALSE(hangs(slow));
+  EXPECT_TRUE(hangs(hung));
+  Recording counts = good();
+  for (std::size_t k = 0; k < 100; ++k) {
+    counts.gyr.v[k] = Vector3::Constant(k % 2 == 0 ? 0.002 : -0.002);
+    counts.mag[0].v[k] = counts.mag[0].v[100];
+  }
+  scale(counts.gyr, 16.4 * 180 / M_PI);
+  EXPECT_FALSE(hangs(counts));
+}
+
 TEST(GoodRecordings, a_sensor_at_rest_has_no_wrong_units) {
   Recording r = good();
   for (std::size_t k = 0; k < r.acc.size(); ++k) {

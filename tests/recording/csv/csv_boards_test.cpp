@@ -10,6 +10,7 @@
 #include "recording/csv/columns/csv_names.h"
 #include "recording/csv/columns/text_fields.h"
 #include "recording/csv/csv.h"
+#include "recording/data/error.h"
 #include "recording/live/sample_lines.h"
 #include "recording/read.h"
 #include "recording/several_files.h"
@@ -362,6 +363,128 @@ TEST(CsvBoards, months_have_names) {
   EXPECT_FALSE(clock_seconds("01-Foo-2025 12:34:56"));
   EXPECT_FALSE(clock_seconds("01-anf-2025 12:34:56"));
 }
+
+// Text of loggers that new users tried: read as it is, or answered with what helps.
+namespace trials {
+
+constexpr int kRows = 60;
+
+template <class Text>
+Recording read_lines(const std::string& head, const Text& text) {
+  const test::TempFolder folder;
+  std::string all = head;
+  for (int k = 0; k < kRows; ++k) all += text(k);
+  return read_recording(folder.write("log.txt", all));
+}
+
+void expect_rows(const Recording& r) {
+  ASSERT_EQ(r.acc.size(), std::size_t(kRows));
+  ASSERT_EQ(r.gyr.size(), r.acc.size());
+  ASSERT_EQ(r.mag.at(0).size(), r.acc.size());
+  for (std::size_t k = 0; k < r.acc.size(); ++k) {
+    EXPECT_NEAR(r.acc.t[k] - r.acc.t[0], 0.02 * double(k), 1e-6);
+    EXPECT_NEAR(r.acc.v[k][0], double(k) + 0.5, 1e-9);
+    EXPECT_NEAR(r.gyr.v[k][1], double(k) + 2.5, 1e-9);
+    EXPECT_NEAR(r.mag[0].v[k][2], double(k) + 4.5, 1e-9);
+  }
+}
+
+TEST(CsvTrials, ms_before_a_colon_is_a_name_and_no_unit) {
+  expect_rows(read_lines("", [](int k) {
+    return fmt::format("ax:{}\tay:0\taz:9\tgx:0\tgy:{}\tgz:0\tmx:0\tmy:0\tmz:{}\tms:{}\n", k + 0.5,
+                       k + 2.5, k + 4.5, 20 * k);
+  }));
+}
+
+TEST(CsvTrials, a_number_in_brackets_before_all_others_is_the_time) {
+  expect_rows(read_lines("", [](int k) {
+    return fmt::format("I ({}) imu: acc {} 0 9 gyr 0 {} 0 mag 0 0 {}\n", 312 + 20 * k, k + 0.5,
+                       k + 2.5, k + 4.5);
+  }));
+  expect_rows(read_lines("", [](int k) {
+    return fmt::format(
+        "[{0}] Accel X: {1} Y: 0 Z: 9 m/s^2\n[{0}] Gyro X: 0 Y: {2} Z: 0 rad/s\n"
+        "[{0}] Mag X: 0 Y: 0 Z: {3} uT\n",
+        20 * k, k + 0.5, k + 2.5, k + 4.5);
+  }));
+}
+
+TEST(CsvTrials, lines_of_influxdb_end_with_their_time) {
+  expect_rows(read_lines("", [](int k) {
+    return fmt::format("imu,device=a ax={},ay=0,az=9,gx=0,gy={},gz=0,mx=0,my=0,mz={} {}\n", k + 0.5,
+                       k + 2.5, k + 4.5, 1714744931000000000LL + 20'000'000LL * k);
+  }));
+}
+
+TEST(CsvTrials, units_behind_a_slash_and_with_superscripts) {
+  expect_rows(read_lines(
+      "time / s,a_x / m·s⁻²,a_y / m·s⁻²,a_z / m·s⁻²,ω_x / rad·s⁻¹,ω_y / rad·s⁻¹,ω_z / rad·s⁻¹,"
+      "B_x / µT,B_y / µT,B_z / µT\n",
+      [](int k) {
+        return fmt::format("{:.2f},{},0,9,0,{},0,0,0,{}\n", 0.02 * k, k + 0.5, k + 2.5, k + 4.5);
+      }));
+  EXPECT_NEAR(csv_name("ω_x / °·s⁻¹").unit, M_PI / 180.0, 1e-12);
+  EXPECT_EQ(csv_name("RollRate").name, "gyr_x");
+  EXPECT_EQ(csv_name("yaw rate (deg/s)").name, "gyr_z");
+  EXPECT_EQ(csv_name("pitch").name, "");
+}
+
+// Garmin's FitCSVTool: as many samples a message as it holds, sensors in messages of their own.
+TEST(CsvTrials, messages_of_a_fit_file) {
+  const auto message = [](int k, const char* name, const char* field, const char* unit,
+                          const std::string& x, const std::string& y, const std::string& z) {
+    return fmt::format(
+        "Data,3,{0},timestamp,\"{1}\",s,timestamp_ms,\"{2}\",ms,sample_time_offset,\"0|20|40\",ms,"
+        "{3}x,\"{5}\",{4},{3}y,\"{6}\",{4},{3}z,\"{7}\",{4},\n",
+        name, 1000000000 + 60 * k / 1000, 60 * k % 1000, field, unit, x, y, z);
+  };
+  const auto three = [](double first) {
+    return fmt::format("{}|{}|{}", first, first + 1.0, first + 2.0);
+  };
+  std::string text =
+      "Type,Local Number,Message,Field 1,Value 1,Units 1,Field 2,Value 2,Units 2\n"
+      "Definition,0,file_id,type,1,,manufacturer,1,\nData,0,file_id,type,\"4\",,,,\n";
+  for (int k = 0; k < kRows / 3; ++k) {
+    text +=
+        message(k, "accelerometer_data", "calibrated_accel_", "g", three(3 * k), "0|0|0", "9|9|9");
+    text +=
+        message(k, "gyroscope_data", "calibrated_gyro_", "deg/s", "0|0|0", three(3 * k), "0|0|0");
+    text += message(k, "magnetometer_data", "calibrated_mag_", "G", "0|0|0", "0|0|0", three(3 * k));
+    text += "Data,5,record,timestamp,\"1000000000\",s,heart_rate,\"80\",bpm\n";
+  }
+  const test::TempFolder folder;
+  const Recording r = read_recording(folder.write("activity.csv", text));
+  ASSERT_EQ(r.acc.size(), std::size_t(kRows));
+  ASSERT_EQ(r.mag.at(0).size(), std::size_t(kRows));
+  for (std::size_t k = 0; k < r.acc.size(); ++k) {
+    EXPECT_NEAR(r.acc.t[k] - r.acc.t[0], 0.02 * double(k), 1e-6);
+    EXPECT_NEAR(r.acc.v[k][0], 9.80665 * double(k), 1e-9);
+    EXPECT_NEAR(r.gyr.v[k][1], M_PI / 180.0 * double(k), 1e-9);
+    EXPECT_NEAR(r.mag[0].v[k][2], 100.0 * double(k), 1e-9);
+  }
+}
+
+TEST(CsvTrials, what_is_no_recording_is_named_with_the_remedy) {
+  const test::TempFolder folder;
+  const auto answer = [&folder](const std::string& text) -> std::string {
+    try {
+      read_recording(folder.write("log.txt", text));
+    } catch (const InputError& e) {
+      return e.problem + "; " + e.remedy;
+    }
+    return "";
+  };
+  EXPECT_THAT(answer("INSERT INTO imu VALUES(0.0,1,2,3);\n"), HasSubstr("-header -csv"));
+  EXPECT_THAT(answer("header:\n  stamp:\n    sec: 1\n"), HasSubstr("ros2 bag record"));
+  EXPECT_THAT(answer("#group,false,false\n,result,table,_time,_value,_field\n"),
+              HasSubstr("pivot"));
+  EXPECT_THAT(answer(std::string("\x0E\x20\x54\x08\x10\x00\x00\x00.FIT\x01\x02", 14)),
+              HasSubstr("FitCSVTool"));
+  EXPECT_THAT(answer("Type,Local Number,Message,Field 1,Value 1,Units 1\n"),
+              HasSubstr("accelerometer_data"));
+}
+
+}  // namespace trials
 
 }  // namespace
 }  // namespace magimu

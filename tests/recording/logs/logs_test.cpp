@@ -502,8 +502,8 @@ TEST(Logs, what_px4_had_applied_is_known_by_the_device_and_not_by_the_place_of_t
   yaw << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   EXPECT_LT((applied->matrix - yaw * S).norm(), 1e-12);
   EXPECT_LT((applied->rotation - yaw).norm(), 1e-12);
-  EXPECT_THAT(r.cautions, Contains(testing::AllOf(HasSubstr("CAL_MAG2_YOFF 0.125"),
-                                                  HasSubstr("with both in them"))));
+  EXPECT_THAT(r.cautions,
+              Contains(testing::AllOf(HasSubstr("CAL_MAG2_YOFF 0.125"), HasSubstr("hold both"))));
   // Changed while it was logged: nobody knows which readings had which.
   log += px4_parameter("CAL_MAG2_YOFF", 0.5F);
   EXPECT_FALSE(applied_to(read_log(log).file_units, "mag"));

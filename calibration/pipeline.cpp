@@ -497,11 +497,32 @@ std::optional<Stage> Pipeline::with_effects(const Stage& stage,
   return next.result().converged() ? std::optional(std::move(next)) : std::nullopt;
 }
 
+struct Pipeline::Compared {
+  Stage stage;
+  std::optional<double> likelihood{};
+  std::optional<BlockErrors> errors{};
+
+  double log_likelihood() {
+    if (!likelihood) likelihood = log_marginal_likelihood(stage);
+    return *likelihood;
+  }
+  const BlockErrors& left_out() {
+    if (!errors) errors = block_errors(stage);
+    return *errors;
+  }
+};
+
 // Are the effects that `with` has more worth it, and left-out magnetometer samples not predicted
 // worse?
-bool Pipeline::pays(const Stage& without, const Stage& with) const {
-  if (!(worth_of_effects(recordings_, without, with, options_) > kWorthPart)) return false;
-  const HeldOutGain held = held_out_gain(without, with);
+bool Pipeline::pays(Compared& without, Compared& with) const {
+  const double gain = with.log_likelihood() - without.log_likelihood();
+  const std::size_t first = without.stage.spec().effects.size();
+  if (!(worth_of_effects(recordings_, with.stage, first, gain, options_) > kWorthPart)) {
+    return false;
+  }
+  side_by_side(
+      coarse_plans_, [&] { without.left_out(); }, [&] { with.left_out(); });
+  const HeldOutGain held = held_out_gain(without.left_out(), with.left_out());
   return held.mean >= -kWorse * held.error;
 }
 
@@ -525,10 +546,10 @@ Stage Pipeline::with_errors_of_parts(const Stage& stage,
                                      const std::vector<std::string>& known) const {
   const bool possible = is_moved(stage.spec().motion);
   if (!possible || !options_.gyr_matrix.value_or(true)) return stage;
-  Stage best = stage;
+  Compared best{stage};
   std::deque<std::string> left(std::begin(kErrorsOfParts), std::end(kErrorsOfParts));
-  if (std::optional<Stage> next = known.empty() ? std::nullopt : with_effects(best, known)) {
-    best = *std::move(next);
+  if (std::optional<Stage> next = known.empty() ? std::nullopt : with_effects(stage, known)) {
+    best = {*std::move(next)};
     std::erase_if(left, [&](const std::string& name) {
       return std::ranges::find(known, name) != known.end();
     });
@@ -537,16 +558,18 @@ Stage Pipeline::with_errors_of_parts(const Stage& stage,
   for (std::size_t refused = 0; refused < left.size();) {
     const std::string name = left.front();
     left.pop_front();
-    std::optional<Stage> next = with_effects(best, {name});
-    if (next && pays(best, *next)) {
-      best = *std::move(next);
-      refused = 0;
-    } else {
-      left.push_back(name);
-      ++refused;
+    if (std::optional<Stage> fitted = with_effects(best.stage, {name})) {
+      Compared next{*std::move(fitted)};
+      if (pays(best, next)) {
+        best = std::move(next);
+        refused = 0;
+        continue;
+      }
     }
+    left.push_back(name);
+    ++refused;
   }
-  return left.size() < std::size(kErrorsOfParts) ? with_noise_anew(best) : stage;
+  return left.size() < std::size(kErrorsOfParts) ? with_noise_anew(best.stage) : stage;
 }
 
 bool Pipeline::may_show_offset(const Stage& stage) const {

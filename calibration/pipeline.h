@@ -119,7 +119,9 @@ class Pipeline {
   Stage with_errors_of_parts(const Stage& stage, const std::vector<std::string>& known) const;
   std::optional<Stage> with_effects(const Stage& stage,
                                     const std::vector<std::string>& names) const;
-  bool pays(const Stage& without, const Stage& with) const;
+  // A fit and what comparisons with others ask of it, each found once.
+  struct Compared;
+  bool pays(Compared& without, Compared& with) const;
   Stage with_noise_anew(const Stage& stage) const;
   bool may_show_offset(const Stage& stage) const;
   bool shows_offset(const Stage& stage) const;

@@ -4,20 +4,18 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "calibration/fit/marginal_likelihood.h"
 #include "calibration/fit/summary.h"
 #include "calibration/model/extension.h"
 
 namespace magimu {
 
-double worth_of_effects(const std::vector<const Recording*>& recordings, const Stage& without,
-                        const Stage& with, const CalibrationOptions& options) {
-  const double gain = log_marginal_likelihood(with) - log_marginal_likelihood(without);
+double worth_of_effects(const std::vector<const Recording*>& recordings, const Stage& with,
+                        std::size_t first, double gain, const CalibrationOptions& options) {
   if (!(gain > 0.0)) return gain;
   const Calibration c = summarize_parameters(recordings, with, options);
   std::vector<Key> keys;
   const std::vector<std::vector<Key>> all = effect_keys(with.spec().effects);
-  for (std::size_t e = without.spec().effects.size(); e < all.size(); ++e) {
+  for (std::size_t e = first; e < all.size(); ++e) {
     keys.insert(keys.end(), all[e].begin(), all[e].end());
   }
   const VectorXd theta = effect_parameters(with.result().values, keys);

@@ -8,11 +8,12 @@
 
 namespace magimu {
 
-// Nats. `with` has effects behind those of `without`, both at their optimum with the same noise.
-// The marginal likelihoods' ratio (Laplace; the effects' priors are in it), its quadratic part
-// theta' V^-1 theta / 2 taken with the robust covariance (fit/uncertainty.h) in place of the
-// model's, where that is wider. Throws NumericalError as summarize_parameters() does.
-double worth_of_effects(const std::vector<const Recording*>& recordings, const Stage& without,
-                        const Stage& with, const CalibrationOptions& options);
+// Nats. `with`: a fit whose effects from `first` on are weighed. gain: by how much its marginal
+// likelihood (Laplace; the effects' priors are in it) exceeds that of the fit without them, both at
+// their optimum with the same noise. The quadratic part of it, theta' V^-1 theta / 2, is taken with
+// the robust covariance (fit/uncertainty.h) in place of the model's, where that is wider. Throws
+// NumericalError as summarize_parameters() does.
+double worth_of_effects(const std::vector<const Recording*>& recordings, const Stage& with,
+                        std::size_t first, double gain, const CalibrationOptions& options);
 
 }  // namespace magimu

@@ -10,6 +10,7 @@
 
 #include "calibration/fit/common_errors.h"
 #include "calibration/model/parameter_names.h"
+#include "solvers/block_moves.h"
 #include "solvers/tree/condensed_triangle.h"
 
 namespace magimu {
@@ -157,13 +158,20 @@ JointEstimate joint_estimate(const std::vector<RecordingSummary>& recordings,
   out.determined = s.minCoeff() > kSingular * s[0] && norms.minCoeff() > 0.0;
   const MatrixXd half = scale.asDiagonal() * svd.matrixV() * inverse.asDiagonal();
   out.covariance_model = half * half.transpose();
-  MatrixXd meat = MatrixXd::Zero(n, n);
+  // What white noise would make, and what else there is.
+  MatrixXd white = MatrixXd::Zero(n, n), meat = P.transpose() * P, moved(n, 0);
   for (std::size_t r = 0; r < recordings.size(); ++r) {
-    const MatrixXd A = recordings[r].information() * shared.embed[r];
-    meat += A.transpose() * recordings[r].covariance * A;
+    const RecordingSummary& own = recordings[r];
+    const MatrixXd A = own.information(), K = A * shared.embed[r];
+    const MatrixXd beyond = K.transpose() * own.beyond_noise * K;
+    white += shared.embed[r].transpose() * K - beyond;
+    meat += beyond;
+    const Eigen::Index first = moved.cols();
+    moved.conservativeResize(Eigen::NoChange, first + own.moved.cols());
+    moved.rightCols(own.moved.cols()) = K.transpose() * own.moved;
   }
-  meat += P.transpose() * P;
-  out.covariance = out.covariance_model * meat * out.covariance_model;
+  const MatrixXd& C = out.covariance_model;
+  out.covariance = sandwich_of_moves(C * white * C, C * moved) + C * meat * C;
   const std::vector<MatrixXd> parts = common_parts(recordings, shared, out.covariance_model);
   out.common = covariance_of_common(parts, out.covariance_model);
   out.beyond_independent = out.common;

@@ -42,6 +42,26 @@ MatrixXd upper_in(const SummaryJson& json, const char* name, Eigen::Index n) {
   return out;
 }
 
+SummaryJson columns(const MatrixXd& m) {
+  SummaryJson out = SummaryJson::array();
+  for (Eigen::Index j = 0; j < m.cols(); ++j) {
+    out.push_back(json_numbers<SummaryJson>(VectorXd(m.col(j))));
+  }
+  return out;
+}
+
+MatrixXd columns_in(const SummaryJson& json, const char* name, Eigen::Index rows) {
+  const SummaryJson& list = json.at(name);
+  MatrixXd out(rows, Eigen::Index(list.size()));
+  for (std::size_t j = 0; j < list.size(); ++j) {
+    if (Eigen::Index(list[j].size()) != rows) throw std::out_of_range(name);
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      out(i, Eigen::Index(j)) = list[j][std::size_t(i)].get<double>();
+    }
+  }
+  return out;
+}
+
 bool is_dip(const std::string& name) { return name == "field.dip_deg"; }
 
 }  // namespace
@@ -54,6 +74,8 @@ SummaryJson to_json(const CondensedRecording& c) {
                      {"squares", c.squares},
                      {"rows", c.rows},
                      {"covariance", upper(c.covariance)},
+                     {"moved", columns(c.moved)},
+                     {"beyond_noise", upper(c.beyond_noise)},
                      {"prior_mean", json_numbers<SummaryJson>(c.prior_mean)},
                      {"prior_sigma", json_numbers<SummaryJson>(c.prior_sigma)}};
   if (c.common.size() > 0) out["common"] = upper(c.common);
@@ -72,6 +94,8 @@ CondensedRecording condensed_from_json(const SummaryJson& json, const std::strin
     out.rows = json.at("rows").get<int>();
     const MatrixXd U = upper_in(json, "covariance", n);
     out.covariance = U.selfadjointView<Eigen::Upper>();
+    out.moved = columns_in(json, "moved", n);
+    out.beyond_noise = upper_in(json, "beyond_noise", n).selfadjointView<Eigen::Upper>();
     if (json.contains("common")) {
       out.common = upper_in(json, "common", n).selfadjointView<Eigen::Upper>();
     }
@@ -132,6 +156,8 @@ RecordingSummary summary_of(const CondensedRecording& c, double widened) {
   out.d = triangle.col(n).tail(m);
   out.covariance = V;
   if (c.common.size() > 0) out.common = c.common(kept, kept);
+  out.moved = widened * c.moved(kept, Eigen::all);
+  out.beyond_noise = widened * widened * c.beyond_noise(kept, kept);
   out.dip_row = VectorXd::Zero(m);
   if (dip >= 0 && std::abs(triangle(0, 0)) > 0.0) {
     out.dip_at = c.at[dip] - triangle(0, n) / triangle(0, 0);

@@ -4,10 +4,12 @@
 // broken files.
 //
 //   build/bench_archive nees --devices 40 --recordings 25
+//   build/bench_archive together --devices 10 --recordings 4
 //   build/bench_archive changes --devices 200 --recordings 25
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "bench/archive_devices.h"
 
@@ -17,14 +19,25 @@ int main(int argc, char** argv) {
   int devices = 40, recordings = 25;
   std::vector<double> sizes{2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0};
   CLI::App* nees = app.add_subcommand("nees", "consistency of the devices' estimates");
+  CLI::App* together =
+      app.add_subcommand("together", "devices against all their samples calibrated together");
   CLI::App* changes = app.add_subcommand("changes", "steps of the hard iron, drifts of the scale");
-  for (CLI::App* cmd : {nees, changes}) {
+  for (CLI::App* cmd : {nees, together, changes}) {
     cmd->add_option("--devices", devices)->capture_default_str();
     cmd->add_option("--recordings", recordings)->capture_default_str();
   }
   changes->add_option("--sizes", sizes, "sigmas of one recording");
   CLI11_PARSE(app, argc, argv);
   if (nees->parsed()) fmt::print("{}", magimu::device_nees(devices, recordings).text());
+  if (together->parsed()) {
+    std::vector<double> distances = magimu::distances_from_together(devices, recordings);
+    std::ranges::sort(distances);
+    fmt::print(
+        "a device's estimate from the calibration of {} recordings together, in sigmas of one "
+        "parameter: at most {:.4f} in the median of {} devices, {:.4f} in the worst (0.01 is "
+        "asked)\n",
+        recordings, distances[distances.size() / 2], devices, distances.back());
+  }
   if (changes->parsed()) {
     fmt::print(
         "| change | size, sigmas | named | dated | flagged without cause "

@@ -73,6 +73,12 @@ Simulation archive_recording(const SensorParameters& device, std::uint64_t seed)
 
 NeesReport device_nees(int devices, int recordings) {
   NeesReport out;
+  const std::pair<const char*, std::pair<int, int>> groups[] = {{"accelerometer's bias", {0, 3}},
+                                                                {"gyroscope's bias", {3, 3}},
+                                                                {"distortion", {6, 9}},
+                                                                {"hard iron", {15, 3}},
+                                                                {"dip", {18, 1}}};
+  for (const auto& [name, of] : groups) out.groups.push_back({name, {}});
   for (int d = 0; d < devices; ++d) {
     const SensorParameters device = draw_parameters(std::uint64_t(1000 + d), 1);
     std::vector<DeviceRecording> all;
@@ -92,16 +98,51 @@ NeesReport device_nees(int devices, int recordings) {
     const VectorXd error = truth_vector(c.order, c.parameters, c.parameters.dip_rad / kDegree) -
                            truth_vector(c.order, device, dip);
     out.nees.push_back(error.dot(c.covariance.llt().solve(error)) / 19.0);
+    for (std::size_t g = 0; g < out.groups.size(); ++g) {
+      const auto [first, size] = groups[g].second;
+      const VectorXd own = error.segment(first, size);
+      const MatrixXd V = c.covariance.block(first, first, size, size);
+      out.groups[g].second.push_back(own.dot(V.llt().solve(own)) / size);
+    }
+  }
+  return out;
+}
+
+std::vector<double> distances_from_together(int devices, int recordings) {
+  std::vector<double> out;
+  for (int d = 0; d < devices; ++d) {
+    const SensorParameters device = draw_parameters(std::uint64_t(1000 + d), 1);
+    std::vector<Recording> samples;
+    std::vector<DeviceRecording> all;
+    for (int r = 0; r < recordings; ++r) {
+      samples.push_back(archive_recording(device, std::uint64_t(10000 + 100 * d + r)).recording);
+      all.push_back(calibrated_recording(samples.back(), fmt::format("{:03}", r)));
+    }
+    std::vector<const Recording*> given;
+    for (const Recording& r : samples) given.push_back(&r);
+    const Calibration together = calibrate(given, archive_options());
+    const Device made = make_device("d", std::move(all));
+    const VectorXd x = truth_vector(made.order, together.parameters, 0.0);
+    double farthest = 0.0;
+    for (Eigen::Index i = 0; i < 18; ++i) {
+      const double sigma = together.sigma_model(made.order[std::size_t(i)]);
+      farthest = std::max(farthest, std::abs(made.joint[i] - x[i]) / sigma);
+    }
+    out.push_back(farthest);
   }
   return out;
 }
 
 std::string NeesReport::text() const {
-  const double mean = std::accumulate(nees.begin(), nees.end(), 0.0) / double(nees.size());
+  const auto mean = [](const std::vector<double>& x) {
+    return std::accumulate(x.begin(), x.end(), 0.0) / double(x.size());
+  };
+  std::string by_group;
+  for (const auto& [name, of] : groups) by_group += fmt::format(", {} {:.3f}", name, mean(of));
   return fmt::format(
-      "NEES/19 of {} devices: {:.3f} (0.87 to 1.14 is asked); {} flagged without cause; {:.2f} "
+      "NEES/19 of {} devices: {:.3f} (0.87 to 1.14 is asked){}; {} flagged without cause; {:.2f} "
       "times the cost of calibrate\n",
-      nees.size(), mean, flagged, condensed_s / calibrate_s);
+      nees.size(), mean(nees), by_group, flagged, condensed_s / calibrate_s);
 }
 
 ChangesReport device_changes(int devices, int recordings, double sigmas, bool drift) {

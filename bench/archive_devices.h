@@ -15,12 +15,18 @@ Simulation archive_recording(const SensorParameters& device, std::uint64_t seed)
 
 struct NeesReport {
   std::vector<double> nees;  // a device, over 19
-  std::size_t flagged = 0;   // devices with a change, where there is none
+  // Of each group of parameters by its own covariance: its name, and a device's over its size.
+  std::vector<std::pair<std::string, std::vector<double>>> groups;
+  std::size_t flagged = 0;  // devices with a change, where there is none
   double calibrate_s = 0.0, condensed_s = 0.0;
   std::string text() const;
 };
 // NEES of the devices' parameters and last dip by the covariance in the device's file.
 NeesReport device_nees(int devices, int recordings);
+
+// Devices from summaries against calibrations of all samples together: the largest difference of a
+// parameter, in its standard deviations (the model's), device by device.
+std::vector<double> distances_from_together(int devices, int recordings);
 
 struct ChangesReport {
   int devices = 0, changed = 0, dated = 0, named_step = 0, false_alarms = 0;

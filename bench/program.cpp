@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How long a user waits: `bench_program [REPEATS]` runs the program itself, from its start to its
-// end, on files as they come from a logger. It must lie beside this one in the build folder.
+// end, on files as they come from a logger. `bench_program --hour [HZ]`: an hour of a fast sensor
+// (1000 Hz), with processor time and the peak of memory. The program must lie beside this one in
+// the build folder.
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
@@ -38,13 +44,53 @@ void time_command(const std::string& what, const fs::path& program, const std::s
              repeats, seconds.front());
 }
 
+double seconds(const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); }
+
+void cost_of_command(const std::string& what, const std::string& command) {
+  const auto start = std::chrono::steady_clock::now();
+  const pid_t child = fork();
+  if (child == 0) {
+    execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+    _exit(127);
+  }
+  int status = 0;
+  rusage usage{};
+  if (child < 0 || wait4(child, &status, 0, &usage) != child || status != 0) {
+    throw std::runtime_error("it failed: " + command);
+  }
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  fmt::print("{:<40} {:6.1f} s; processor {:.1f} s user, {:.1f} s system; peak {:.0f} MB\n", what,
+             took.count(), seconds(usage.ru_utime), seconds(usage.ru_stime),
+             double(usage.ru_maxrss) / 1024.0);
+  std::fflush(stdout);
+}
+
+void cost_of_an_hour(const fs::path& program, const fs::path& folder, double rate_hz) {
+  const std::string file = (folder / "hour.csv").string(), out = (folder / "out.json").string();
+  const auto run = [&](const std::string& what, const std::string& with) {
+    cost_of_command(what, fmt::format("'{}' {} -q", program.string(), with));
+  };
+  run("simulate", fmt::format("simulate --motion hand_held --duration 3600 --rate {} --seed 1 -o "
+                              "'{}'",
+                              rate_hz, file));
+  run("info", fmt::format("info '{}'", file));
+  run("calibrate", fmt::format("calibrate '{}' -o '{}'", file, out));
+  run("diagnose", fmt::format("diagnose '{}' -o '{}'", file, out));
+}
+
 }  // namespace
 
 int main(int arguments, char** argument) {
-  const int repeats = arguments > 1 ? std::stoi(argument[1]) : 9;
+  const bool hour = arguments > 1 && std::string(argument[1]) == "--hour";
+  const int repeats = arguments > 1 && !hour ? std::stoi(argument[1]) : 9;
   const fs::path program = fs::path(argument[0]).parent_path() / "magimu";
   const fs::path folder = fs::temp_directory_path() / "magimu_bench_program";
   fs::create_directories(folder);
+  if (hour) {
+    cost_of_an_hour(program, folder, arguments > 2 ? std::stod(argument[2]) : 1000.0);
+    fs::remove_all(folder);
+    return 0;
+  }
   const std::string paper = (folder / "paper.csv").string(), hand = (folder / "hand.csv").string();
   const std::string out = (folder / "out.json").string(), page = (folder / "page.html").string();
 

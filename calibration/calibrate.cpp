@@ -15,6 +15,7 @@
 #include "calibration/fit/bent_posterior.h"
 #include "calibration/fit/diagnostics.h"
 #include "calibration/fit/given_noise.h"
+#include "calibration/fit/moved_by_blocks.h"
 #include "calibration/fit/parameter_prior.h"
 #include "calibration/fit/residual_series.h"
 #include "calibration/fit/side_by_side.h"
@@ -172,9 +173,10 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
                                    options.noise.has_value());
     }
     const Optimum optimum(*fine);
-    c = summarize(recordings, optimum, options);
+    MatrixXd moved;
+    c = summarize(recordings, optimum, options, moved);
     if (condensed != nullptr) {
-      *condensed = condense_optimum(optimum, int(c.mag_names.size()), c.covariance);
+      *condensed = condense_optimum(optimum, int(c.mag_names.size()), c.covariance, moved);
     }
     c.residual_series = residual_series(optimum, c.mag_names);
     mag_squares = fine->mag_squares(optimum.rows, optimum.system.residual());
@@ -190,7 +192,8 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
     if (!coarse.result().converged()) return;
     if (auto state = attempt([&] { return find_lacking_state(coarse); })) lacking = *state;
   };
-  side_by_side(coarse.plans(), fit_finely, predict, search, find_lacking);
+  // The last fit stays: of a long recording it comes when the others are gone.
+  side_by_side(coarse.plans(), predict, search, find_lacking, fit_finely);
   progress("the verdict", 0.95);
   c.motion_reason = begun->motion_reason();
   if (!rates.said().empty()) c.motion_reason += " " + rates.said();

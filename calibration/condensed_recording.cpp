@@ -84,6 +84,22 @@ CondensedRecording condense_system(const LinearSystem& system, const Values& val
   return out;
 }
 
+// A file need not have every five seconds of hours: neighbours are added up, and longer stretches
+// tell the same.
+MatrixXd in_few_stretches(MatrixXd moved) {
+  constexpr Eigen::Index kMostStretches = 64;
+  while (moved.cols() > kMostStretches) {
+    const Eigen::Index pairs = moved.cols() / 2;
+    MatrixXd sums(moved.rows(), pairs);
+    for (Eigen::Index i = 0; i < pairs; ++i) {
+      sums.col(i) = moved.col(2 * i) + moved.col(2 * i + 1);
+    }
+    if (moved.cols() % 2 == 1) sums.col(pairs - 1) += moved.col(2 * pairs);
+    moved = std::move(sums);
+  }
+  return moved;
+}
+
 }  // namespace
 
 void triangle_of(const MatrixXd& information, const VectorXd& score, MatrixXd& R, VectorXd& d) {
@@ -109,10 +125,12 @@ void triangle_of(const MatrixXd& information, const VectorXd& score, MatrixXd& R
 }
 
 CondensedRecording condense_optimum(const Optimum& optimum, int magnetometers,
-                                    const MatrixXd& covariance) {
+                                    const MatrixXd& covariance, const MatrixXd& moved) {
   CondensedRecording out =
       condense_system(optimum.system, optimum.stage.result().values, optimum.stage, magnetometers);
   out.covariance = covariance;
+  out.moved = in_few_stretches(moved);
+  out.beyond_noise = MatrixXd::Zero(covariance.rows(), covariance.cols());
   return out;
 }
 
@@ -125,6 +143,7 @@ void widen(CondensedRecording& c, const MatrixXd& covariance) {
   const MatrixXd B = wider.solve(A);
   triangle_of(0.5 * (B + B.transpose()), wider.solve(score), c.R, c.d);
   c.covariance += covariance;
+  c.beyond_noise += covariance;
 }
 
 }  // namespace magimu

@@ -26,15 +26,19 @@ struct CondensedRecording {
   double squares = 0.0;
   int rows = 0;         // residuals
   MatrixXd covariance;  // robust (uncertainty.h), of the optimum
-  MatrixXd common;      // Calibration::covariance_common, part of the triangle; empty: none
+  // By how much stretches of seconds move the optimum, one column a stretch: what `covariance` is
+  // made of (solvers/block_moves.h). It has `beyond_noise`, too, by which both covariance and
+  // triangle were widened.
+  MatrixXd moved, beyond_noise;
+  MatrixXd common;  // Calibration::covariance_common, part of the triangle; empty: none
   // Of each parameter as the fit had it: mean and standard deviation; 0: none.
   VectorXd prior_mean, prior_sigma;
 };
 
-// stage: fitted to one recording (or its parts). covariance: robust, in the order of
-// parameter_names().
+// stage: fitted to one recording (or its parts). covariance, moved: as summarize() (summary.h)
+// gives them.
 CondensedRecording condense_optimum(const Optimum& optimum, int magnetometers,
-                                    const MatrixXd& covariance);
+                                    const MatrixXd& covariance, const MatrixXd& moved);
 
 // The parameters may lie elsewhere by what has this covariance, in order and units of
 // CondensedRecording::order.

@@ -8,6 +8,8 @@
 // model is extended so without a factor type for every combination of extensions.
 #pragma once
 
+#include <functional>
+
 #include "graph/factor_graph.h"
 
 namespace magimu {
@@ -24,12 +26,20 @@ class ExtendedBatch final : public FactorBatch {
     types_.resize(kTypes.size() + extra_.size(), VariableTraits<double>::type());
   }
 
+  // G of each factor, in their order, made whenever it is wanted instead of kept; with as many
+  // columns as the memory of a long recording does not hold. Without SIMD lanes. Called by several
+  // threads.
+  void find_gains_with(std::vector<std::function<Gain()>> gain_of) {
+    gain_of_ = std::move(gain_of);
+    gains_ = {};
+  }
+
   // Memory for so many factors.
-  void reserve(int factors) {
+  void reserve(int factors, bool with_gains = true) {
     const auto n = std::size_t(factors);
     factors_.reserve(n);
     keys_.reserve(n * stride());
-    gains_.reserve(n * std::size_t(F::kDim) * extra_.size());
+    if (with_gains) gains_.reserve(n * std::size_t(F::kDim) * extra_.size());
   }
   void add(const F& factor, const Eigen::Ref<const Gain>& G) {
     add(factor);
@@ -37,10 +47,14 @@ class ExtendedBatch final : public FactorBatch {
   }
   // G = 0 until it is written to gain().
   void add(const F& factor) {
+    add_without_gain(factor);
+    gains_.resize(gains_.size() + std::size_t(F::kDim) * extra_.size(), 0.0);
+  }
+  // find_gains_with() follows.
+  void add_without_gain(const F& factor) {
     factors_.push_back(factor);
     keys_.insert(keys_.end(), factor.keys().begin(), factor.keys().end());
     keys_.insert(keys_.end(), extra_.begin(), extra_.end());
-    gains_.resize(gains_.size() + std::size_t(F::kDim) * extra_.size(), 0.0);
   }
   Eigen::Map<Gain> gain(int i) {
     const auto n = Eigen::Index(extra_.size());
@@ -65,7 +79,11 @@ class ExtendedBatch final : public FactorBatch {
     for (int i = begin; i < end; ++i) {
       const F& f = factors_[std::size_t(i)];
       ResidualOf<F> r = evaluate(f, stored(data, keys, i));
-      r -= gain(i) * moved;
+      if (gain_of_.empty()) {
+        r -= gain(i) * moved;
+      } else {
+        r -= gain_of_[std::size_t(i)]() * moved;
+      }
       f.noise().whiten(r);
       sum += f.noise().loss().rho(r.squaredNorm());
       if (residuals == nullptr) continue;
@@ -85,7 +103,11 @@ class ExtendedBatch final : public FactorBatch {
     for (int i = begin; i < end; ++i) {
       const F& f = factors_[std::size_t(i)];
       ResidualOf<F> r = magimu::linearize(f, stored(data, keys, i), J);
-      G = gain(i);
+      if (gain_of_.empty()) {
+        G = gain(i);
+      } else {
+        G = gain_of_[std::size_t(i)]();
+      }
       r -= G * moved;
       f.noise().whiten(r);
       f.noise().whiten(J);
@@ -103,7 +125,9 @@ class ExtendedBatch final : public FactorBatch {
     return 0.5 * sum;
   }
 
-  LaneText lane_text(Isa isa) const override { return detail::lane_text_of(factors_, isa); }
+  LaneText lane_text(Isa isa) const override {
+    return gain_of_.empty() ? detail::lane_text_of(factors_, isa) : LaneText{};
+  }
   void copy_texts(std::span<const int> chosen, double* text) const override {
     detail::copy_texts(factors_, chosen, text);
   }
@@ -152,6 +176,7 @@ class ExtendedBatch final : public FactorBatch {
   std::vector<F> factors_;
   std::vector<Key> keys_;
   std::vector<double> gains_;
+  std::vector<std::function<Gain()>> gain_of_;
 };
 
 }  // namespace magimu

@@ -11,7 +11,8 @@ namespace {
 
 constexpr int kChunk = 512;  // factors linearized by one task
 
-// Throws where a variable is absent or of another type.
+}  // namespace
+
 ResolvedKeys resolve(const FactorBatch& batch, const Values& values, std::vector<char>& used) {
   const auto types = batch.types();
   const std::size_t n = types.size();
@@ -38,8 +39,6 @@ ResolvedKeys resolve(const FactorBatch& batch, const Values& values, std::vector
   }
   return out;
 }
-
-}  // namespace
 
 LinearSystem::LinearSystem(const FactorGraph& graph, const Values& values) : cols_(values.dim()) {
   std::vector<char> used(std::size_t(cols_), 0);

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "graph/factor_graph.h"
 #include "graph/values.h"
 
 namespace magimu {
@@ -35,5 +36,9 @@ class SlotFinder {
   const Values& values_;
   std::vector<Last> last_;
 };
+
+// Where a batch's variables are. used: set at the first column of each of them. Throws
+// std::invalid_argument where a variable is absent or of another type.
+ResolvedKeys resolve(const FactorBatch& batch, const Values& values, std::vector<char>& used);
 
 }  // namespace magimu

@@ -6,6 +6,7 @@
 
 #include "graph/decompositions.h"
 #include "graph/parallel.h"
+#include "solvers/block_moves.h"
 #include "solvers/kernels/square_sum.h"
 
 namespace magimu {
@@ -147,26 +148,19 @@ MatrixXd sandwich(const Root& root, const MatrixXd& u) {
   return root.L * at_least_identity(few * shrunk(u)) * root.L.transpose();
 }
 
-}  // namespace
-
-MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_columns,
-                             const MatrixXd& covariance, const std::vector<int>& block_of_row,
-                             int blocks) {
-  if (blocks < 2) return covariance;  // no scatter to go by
-  const Root root = root_of(covariance);
+MatrixXd adjusted_scores(const LinearSystem& system, const MatrixXd& H_columns, const Root& root,
+                         const std::vector<int>& block_of_row, int blocks) {
   BlockSums sums = sums_of(system, H_columns * root.inverse.transpose(), block_of_row, blocks);
   for (std::size_t b = 0; b < sums.leverage.size(); ++b) {
     const auto at = Eigen::Index(b);
     sums.score.col(at) = adjustment(sums.leverage[b]) * sums.score.col(at);
   }
-  return sandwich(root, sums.score);
+  return std::move(sums.score);
 }
 
-MatrixXd sandwich_covariance(const MatrixXd& covariance, const std::vector<BlockScore>& blocks) {
-  if (blocks.size() < 2) return covariance;
-  const Root root = root_of(covariance);
+MatrixXd adjusted_scores(const Root& root, const std::vector<BlockScore>& blocks) {
   MatrixXd u(root.L.cols(), Eigen::Index(blocks.size()));
-  const bool wide = covariance.rows() > kWideSandwich;
+  const bool wide = root.L.rows() > kWideSandwich;
   parallel::for_each(blocks.size(), [&](std::size_t b) {
     const VectorXd score = root.L.transpose() * blocks[b].score;
     const MatrixXd& A = blocks[b].information;
@@ -176,7 +170,51 @@ MatrixXd sandwich_covariance(const MatrixXd& covariance, const std::vector<Block
     u.col(Eigen::Index(b)) = wide ? adjusted(product, score)
                                   : VectorXd(adjustment(root.L.transpose() * A * root.L) * score);
   });
+  return u;
+}
+
+}  // namespace
+
+MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_columns,
+                             const MatrixXd& covariance, const std::vector<int>& block_of_row,
+                             int blocks, MatrixXd& moved) {
+  const Root root = root_of(covariance);
+  if (blocks < 2) {  // no scatter to go by
+    moved = root.L;
+    return covariance;
+  }
+  const MatrixXd u = adjusted_scores(system, H_columns, root, block_of_row, blocks);
+  moved = root.L * u;
   return sandwich(root, u);
+}
+
+MatrixXd sandwich_covariance(const MatrixXd& covariance, const std::vector<BlockScore>& blocks,
+                             MatrixXd& moved) {
+  const Root root = root_of(covariance);
+  if (blocks.size() < 2) {
+    moved = root.L;
+    return covariance;
+  }
+  const MatrixXd u = adjusted_scores(root, blocks);
+  moved = root.L * u;
+  return sandwich(root, u);
+}
+
+MatrixXd sandwich_covariance(const LinearSystem& system, const MatrixXd& H_columns,
+                             const MatrixXd& covariance, const std::vector<int>& block_of_row,
+                             int blocks) {
+  MatrixXd moved;
+  return sandwich_covariance(system, H_columns, covariance, block_of_row, blocks, moved);
+}
+
+MatrixXd sandwich_covariance(const MatrixXd& covariance, const std::vector<BlockScore>& blocks) {
+  MatrixXd moved;
+  return sandwich_covariance(covariance, blocks, moved);
+}
+
+MatrixXd sandwich_of_moves(const MatrixXd& covariance, const MatrixXd& moved) {
+  const Root root = root_of(covariance);
+  return sandwich(root, root.inverse * moved);
 }
 
 double student_variance(int blocks) { return blocks > 4 ? (blocks - 1.0) / (blocks - 3.0) : 3.0; }

@@ -13,8 +13,7 @@
 #include "calibration/model/parameter_names.h"
 #include "calibration/model/windows.h"
 #include "calibration/result/parameter_vector.h"
-#include "graph/linear_system.h"
-#include "solvers/condensed/condensed_windows.h"
+#include "solvers/condensed/windows_on_demand.h"
 
 namespace magimu {
 namespace {
@@ -34,9 +33,8 @@ struct Told {
 
 // What the recording tells of the parameters, trajectory eliminated, at these values.
 Told told_at(const Stage& stage, const Values& values, const std::vector<Key>& keys) {
-  LinearSystem system(stage.graph(), values);
-  system.linearize(values);
-  const CondensedChain chain = condense(system, values, node_of, windows_of(stage.plans()));
+  const FactorTable factors(stage.graph(), values);
+  const CondensedChain chain = condense(factors, values, node_of, windows_of(stage.plans()));
   const CondensedWindow whole = chain.whole();
   std::vector<int> own;
   for (const Key key : keys) {

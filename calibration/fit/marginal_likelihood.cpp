@@ -3,7 +3,7 @@
 
 #include "calibration/model/windows.h"
 #include "graph/decompositions.h"
-#include "graph/linear_system.h"
+#include "solvers/condensed/windows_on_demand.h"
 
 namespace magimu {
 namespace {
@@ -29,9 +29,8 @@ double log_det_whitening(const FactorBatch& batch, int i) {
 
 double log_marginal_likelihood(const Stage& stage) {
   const Values& values = stage.result().values;
-  LinearSystem system(stage.graph(), values);
-  system.linearize(values);
-  const CondensedWindow all = condense(system, values, node_of, windows_of(stage.plans())).whole();
+  const FactorTable factors(stage.graph(), values);
+  const CondensedWindow all = condense(factors, values, node_of, windows_of(stage.plans())).whole();
   // Parameters have different units: eigenvalues of the information with a unit diagonal.
   const VectorXd diagonal = all.information.diagonal();
   const VectorXd unit = diagonal.cwiseSqrt().cwiseInverse();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/fit/moved_by_blocks.h"
 #include "calibration/fit/uncertainty.h"
 #include "calibration/model/extension.h"
 #include "calibration/model/parameter_names.h"
@@ -100,9 +101,10 @@ Calibration without_uncertainty(const std::vector<const Recording*>& recordings,
 }
 
 Calibration with_uncertainty(const std::vector<const Recording*>& recordings, const Optimum& at,
-                             const Marginals& marginals, const CalibrationOptions& options) {
+                             const Marginals& marginals, const CalibrationOptions& options,
+                             MatrixXd& moved) {
   Calibration c = without_uncertainty(recordings, at.stage, options);
-  fill_uncertainty(c, at, marginals, options.block_s);
+  fill_uncertainty(c, at, marginals, options.block_s, moved);
   for (std::size_t r = 0; r < c.lever_arms.size(); ++r) {
     c.lever_arms[r].covariance = marginals.determined_covariance({key::lever_arm_of(int(r))});
   }
@@ -142,8 +144,14 @@ Calibration summarize(const std::vector<const Recording*>& recordings, const Sta
 
 Calibration summarize(const std::vector<const Recording*>& recordings, const Optimum& at,
                       const CalibrationOptions& options) {
+  MatrixXd moved;
+  return summarize(recordings, at, options, moved);
+}
+
+Calibration summarize(const std::vector<const Recording*>& recordings, const Optimum& at,
+                      const CalibrationOptions& options, MatrixXd& moved) {
   const Marginals marginals(at.system, at.stage.result().values, options.optimizer.backend);
-  Calibration c = with_uncertainty(recordings, at, marginals, options);
+  Calibration c = with_uncertainty(recordings, at, marginals, options, moved);
   fill_residuals(c, at.stage.plans(),
                  residual_sums(at.system, at.rows, marginals.solver(), marginals.scale()));
   return c;
@@ -152,7 +160,8 @@ Calibration summarize(const std::vector<const Recording*>& recordings, const Opt
 Calibration summarize_parameters(const std::vector<const Recording*>& recordings, const Optimum& at,
                                  const CalibrationOptions& options) {
   const Marginals marginals(at.system, at.stage.result().values, options.optimizer.backend);
-  return with_uncertainty(recordings, at, marginals, options);
+  MatrixXd moved;
+  return with_uncertainty(recordings, at, marginals, options, moved);
 }
 
 Calibration summarize_model(const std::vector<const Recording*>& recordings, const Stage& stage,

@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/fit/moved_by_blocks.h"
 #include "calibration/model/parameter_names.h"
 #include "calibration/model/windows.h"
 #include "calibration/result/spoken_names.h"
 #include "graph/decompositions.h"
+#include "solvers/block_moves.h"
 #include "solvers/condensed/condensed_windows.h"
-#include "solvers/sandwich.h"
 
 namespace magimu {
 namespace {
@@ -46,9 +47,9 @@ std::vector<int> blocks_of_rows(const SensorRows& rows, const std::vector<int>& 
 }
 
 // By what each block of rows moves these columns: (J'J)^-1 of its J'r, one column a block.
-MatrixXd moved_by_blocks(const LinearSystem& system, const Marginals& marginals,
-                         const std::vector<int>& columns, const std::vector<int>& block_of_row,
-                         int blocks) {
+MatrixXd moved_by_rows(const LinearSystem& system, const Marginals& marginals,
+                       const std::vector<int>& columns, const std::vector<int>& block_of_row,
+                       int blocks) {
   constexpr int kAtOnce = 32;  // columns of as many rows as the system has unknowns
   MatrixXd out{Eigen::Index(columns.size()), blocks};
   for (int first = 0; first < blocks; first += kAtOnce) {
@@ -75,7 +76,7 @@ MatrixXd moved_by_blocks(const LinearSystem& system, const Marginals& marginals,
 // What links two windows counts in the scores and in the model's covariance; it is left out of how
 // much the fit has followed a block. Nothing where the information is not positive definite.
 struct BothCovariances {
-  MatrixXd robust, model;
+  MatrixXd robust, model, moved;
 };
 std::optional<BothCovariances> by_condensed_blocks(const Optimum& at, const Marginals& marginals,
                                                    const std::vector<Key>& keys,
@@ -99,16 +100,24 @@ std::optional<BothCovariances> by_condensed_blocks(const Optimum& at, const Marg
   BothCovariances out;
   out.model = scale.asDiagonal() * llt.solve(MatrixXd(MatrixXd::Identity(A.rows(), A.cols()))) *
               scale.asDiagonal();
-  const MatrixXd moved = moved_by_blocks(at.system, marginals, columns,
-                                         blocks_of_rows(at.rows, block_of_node), blocks);
+  const MatrixXd moved =
+      moved_by_rows(at.system, marginals, columns, blocks_of_rows(at.rows, block_of_node), blocks);
   std::vector<BlockScore> scores;
   for (int b = 0; b < blocks; ++b) {
     // A megabyte each with thirty magnetometers: none is kept twice.
     MatrixXd own = std::move(chain.windows[std::size_t(b)].information);
     scores.push_back({A * moved.col(b), own(place, place)});
   }
-  out.robust = sandwich_covariance(out.model, scores);
+  out.robust = sandwich_covariance(out.model, scores, out.moved);
   return out;
+}
+
+// Of the parameters' own units, in those of Calibration::order: dips in degrees.
+VectorXd units_of_order(const Calibration& c) {
+  VectorXd unit = VectorXd::Ones(Eigen::Index(c.order.size()));
+  unit.segment(6 + 12 * Eigen::Index(c.parameters.mag.size()), Eigen::Index(c.fields.size()))
+      .setConstant(1.0 / kDegree);
+  return unit;
 }
 
 }  // namespace
@@ -128,6 +137,12 @@ double strength_sigma(const Matrix3& D, double strength, const MatrixXd& covaria
 
 void fill_uncertainty(Calibration& c, const Optimum& at, const Marginals& marginals,
                       double block_s) {
+  MatrixXd moved;
+  fill_uncertainty(c, at, marginals, block_s, moved);
+}
+
+void fill_uncertainty(Calibration& c, const Optimum& at, const Marginals& marginals, double block_s,
+                      MatrixXd& moved) {
   const ModelSpec& spec = at.stage.spec();
   const int magnetometers = int(c.parameters.mag.size()), recordings = int(c.fields.size());
   const std::vector<Key> keys = parameter_keys(magnetometers, recordings, spec);
@@ -140,6 +155,7 @@ void fill_uncertainty(Calibration& c, const Optimum& at, const Marginals& margin
   const std::vector<int> block_of_node = blocks_of_nodes(c, block_s, blocks);
   if (int(c.order.size()) > kManyParameters && c.undetermined.empty()) {
     if (const auto both = by_condensed_blocks(at, marginals, keys, block_of_node, blocks)) {
+      moved = units_of_order(c).asDiagonal() * both->moved;
       fill_covariance(c, both->robust, both->model);
       return;
     }
@@ -147,16 +163,15 @@ void fill_uncertainty(Calibration& c, const Optimum& at, const Marginals& margin
   const MatrixXd H = marginals.determined_columns(keys);
   c.covariance_model = marginals.covariance_in(H, keys);
 
-  const MatrixXd robust = sandwich_covariance(at.system, H, c.covariance_model,
-                                              blocks_of_rows(at.rows, block_of_node), blocks);
+  const std::vector<int> block_of_row = blocks_of_rows(at.rows, block_of_node);
+  const MatrixXd robust =
+      sandwich_covariance(at.system, H, c.covariance_model, block_of_row, blocks, moved);
+  moved = units_of_order(c).asDiagonal() * moved;
   fill_covariance(c, robust, c.covariance_model);
 }
 
 void fill_covariance(Calibration& c, const MatrixXd& robust, const MatrixXd& model) {
-  const int magnetometers = int(c.parameters.mag.size()), recordings = int(c.fields.size());
-  VectorXd unit = VectorXd::Ones(Eigen::Index(c.order.size()));
-  const Eigen::Index first_dip = 6 + 12 * magnetometers;
-  unit.segment(first_dip, recordings).setConstant(1.0 / kDegree);
+  const VectorXd unit = units_of_order(c);
   c.covariance = unit.asDiagonal() * robust * unit.asDiagonal();
   c.covariance_model = unit.asDiagonal() * MatrixXd(model) * unit.asDiagonal();
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "calibration/model/extension.h"
 #include "calibration/motion/bridged_gaps.h"
@@ -19,6 +20,7 @@ struct Source {
   const IntegratedRotation& gyr;
   const ModelSpec& spec;
   const ExtendedRecording* extended;  // null without effects
+  bool with_jacobians;                // of the effects
 
   const EffectColumns* columns(Sensor channel) const {
     const auto c = std::size_t(channel);
@@ -53,11 +55,16 @@ bool same_mag(const ModelSpec& a, const ModelSpec& b) {
   return same_attitudes(a, b) && same_readings(a, b, Sensor::kMag) &&
          mag_offsets(a) == mag_offsets(b);
 }
-bool same_motion(const ModelSpec& a, const ModelSpec& b) {
+// jacobians: of the effects, kept with the motion.
+bool same_motion(const ModelSpec& a, const ModelSpec& b, bool jacobians) {
   if (a.motion != b.motion || !same_attitudes(a, b) || !same_readings(a, b, Sensor::kAcc)) {
     return false;
   }
-  if (a.extended != b.extended && (integrates_columns(a) || integrates_columns(b))) return false;
+  // Without effects a turn of one sample is not integrated at all.
+  const bool needed = jacobians || !is_moved(a.motion);
+  if (needed && a.extended != b.extended && (integrates_columns(a) || integrates_columns(b))) {
+    return false;
+  }
   return !is_moved(a.motion) || (a.acc_bias == b.acc_bias && a.gyr_matrix == b.gyr_matrix);
 }
 
@@ -89,23 +96,30 @@ void gather_turns(const Source& s, GatheredMotion& out) {
   if (std::ranges::all_of(out.single, is_single)) return;
   out.turns.assign(out.single.size(), PreintegratedGyroscope(s.spec.gyr_bias));
   for_each_interval(s.plan, [&](std::size_t i) {
-    if (out.single[i] < 0) out.turns[i] = s.gyr.preintegrate(t[i], t[i + 1], effects);
+    const EffectColumns* const kept = s.with_jacobians ? effects : nullptr;
+    if (out.single[i] < 0) out.turns[i] = s.gyr.preintegrate(t[i], t[i + 1], kept);
   });
+}
+
+// Columns of both sensors or of none.
+struct ImuColumns {
+  const EffectColumns *gyr = nullptr, *acc = nullptr;
+};
+ImuColumns imu_columns(const ExtendedRecording* extended) {
+  if (extended == nullptr) return {};
+  const auto g = std::size_t(Sensor::kGyr), a = std::size_t(Sensor::kAcc);
+  if (extended->keys[g].empty() && extended->keys[a].empty()) return {};
+  return {&extended->columns[g], &extended->columns[a]};
 }
 
 void gather_imu(const Source& s, GatheredMotion& out) {
   const std::vector<double>& t = s.plan.t;
   const ModelSpec& spec = s.spec;
-  // Of both channels or of none.
-  const bool with_effects =
-      s.columns(Sensor::kGyr) != nullptr || s.columns(Sensor::kAcc) != nullptr;
-  const auto columns = [&](Sensor channel) {
-    return with_effects ? &s.extended->columns[std::size_t(channel)] : nullptr;
-  };
+  const auto [of_gyr, of_acc] = s.with_jacobians ? imu_columns(s.extended) : ImuColumns{};
   out.imu.assign(t.size() - 1, PreintegratedImu(spec.gyr_bias, spec.acc_bias));
   for_each_interval(s.plan, [&](std::size_t i) {
     out.imu[i] = s.gyr.preintegrate(t[i], t[i + 1], s.recording.acc, spec.acc_bias, spec.gyr_matrix,
-                                    columns(Sensor::kGyr), columns(Sensor::kAcc));
+                                    of_gyr, of_acc);
   });
 }
 
@@ -139,18 +153,25 @@ std::vector<std::vector<NodeMean>> gather_mag(const Source& s) {
 
 GatheredSamples::GatheredSamples(const std::vector<const Recording*>& recordings,
                                  const std::vector<NodePlan>& plans, const ModelSpec& spec,
-                                 const GatheredSamples* before)
-    : spec_(spec) {
-  if (before != nullptr && same_motion(before->spec_, spec)) motion_ = before->motion_;
+                                 const GatheredSamples* before, EffectJacobians jacobians)
+    : spec_(spec), on_demand_(jacobians == EffectJacobians::kOnDemand && !spec.extended.empty()) {
+  const bool integrals = on_demand_ && integrates_columns(spec);
+  if (before != nullptr && same_motion(before->spec_, spec, !on_demand_)) motion_ = before->motion_;
   if (before != nullptr && same_mag(before->spec_, spec)) mag_ = before->mag_;
-  if (motion_ && mag_) return;
+  if (motion_ && mag_ && !integrals) return;
   std::vector<GatheredMotion> motion;
   std::vector<std::vector<std::vector<NodeMean>>> mag;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const ExtendedRecording* extended = spec.extended.empty() ? nullptr : spec.extended[i].get();
     const Recording& recording = extended != nullptr ? extended->corrected : *recordings[i];
-    const IntegratedRotation gyr(recording.gyr, spec.gyr_bias, spec.gyr_matrix_value);
-    const Source source{recording, plans[i], gyr, spec, extended};
+    std::optional<IntegratedRotation> own;
+    if (integrals) {
+      integrals_.push_back(std::make_unique<Integrals>(recording, plans[i], spec, *extended));
+    } else {
+      own.emplace(recording.gyr, spec.gyr_bias, spec.gyr_matrix_value);
+    }
+    const Source source{recording, plans[i], integrals ? integrals_.back()->gyr : *own,
+                        spec,      extended, !on_demand_};
     if (!motion_) motion.push_back(gather_motion(source));
     if (!mag_) mag.push_back(gather_mag(source));
   }
@@ -158,6 +179,26 @@ GatheredSamples::GatheredSamples(const std::vector<const Recording*>& recordings
   if (!mag_) {
     mag_ = std::make_shared<const std::vector<std::vector<std::vector<NodeMean>>>>(std::move(mag));
   }
+}
+
+Eigen::Matrix<double, 3, Eigen::Dynamic> GatheredSamples::turn_by_effects(int recording,
+                                                                          std::size_t node) const {
+  const Integrals& own = *integrals_[std::size_t(recording)];
+  const std::vector<double>& t = own.plan.t;
+  return own.gyr
+      .preintegrate(t[node], t[node + 1], &own.extended.columns[std::size_t(Sensor::kGyr)])
+      .effect_jacobian();
+}
+
+Eigen::Matrix<double, 9, Eigen::Dynamic> GatheredSamples::imu_by_effects(int recording,
+                                                                         std::size_t node) const {
+  const Integrals& own = *integrals_[std::size_t(recording)];
+  const std::vector<double>& t = own.plan.t;
+  const auto [of_gyr, of_acc] = imu_columns(&own.extended);
+  return own.gyr
+      .preintegrate(t[node], t[node + 1], own.recording.acc, spec_.acc_bias, spec_.gyr_matrix,
+                    of_gyr, of_acc)
+      .effect_jacobian();
 }
 
 }  // namespace magimu

@@ -4,6 +4,7 @@
 // densities need not do it again.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -25,14 +26,24 @@ struct GatheredMotion {
   std::vector<double> gyr_gap, acc_gap;
 };
 
+// What effects' columns integrate to between nodes: kept with the rest, or found whenever a graph
+// asks for them, which takes time again but no memory. A graph of the latter must be gone before
+// recordings, plans, specification and gathered samples are.
+enum class EffectJacobians { kKept, kOnDemand };
+
 class GatheredSamples {
  public:
   // before: of the same recordings and nodes; what the specification leaves as it was is taken
   // over.
   GatheredSamples(const std::vector<const Recording*>& recordings,
                   const std::vector<NodePlan>& plans, const ModelSpec& spec,
-                  const GatheredSamples* before = nullptr);
+                  const GatheredSamples* before = nullptr,
+                  EffectJacobians jacobians = EffectJacobians::kKept);
 
+  bool on_demand() const { return on_demand_; }
+  // On demand: of the interval between a node and the next.
+  Eigen::Matrix<double, 3, Eigen::Dynamic> turn_by_effects(int recording, std::size_t node) const;
+  Eigen::Matrix<double, 9, Eigen::Dynamic> imu_by_effects(int recording, std::size_t node) const;
   const GatheredMotion& motion(int recording) const { return (*motion_)[std::size_t(recording)]; }
   // A magnetometer's blocks, one a node.
   const std::vector<NodeMean>& mag(int recording, int sensor) const {
@@ -40,7 +51,23 @@ class GatheredSamples {
   }
 
  private:
+  // All that intervals are integrated from.
+  struct Integrals {
+    Integrals(const Recording& of, const NodePlan& nodes, const ModelSpec& spec,
+              const ExtendedRecording& with)
+        : recording(of),
+          plan(nodes),
+          extended(with),
+          gyr(of.gyr, spec.gyr_bias, spec.gyr_matrix_value) {}
+    const Recording& recording;
+    const NodePlan& plan;
+    const ExtendedRecording& extended;
+    IntegratedRotation gyr;
+  };
+
   ModelSpec spec_;
+  bool on_demand_;
+  std::vector<std::unique_ptr<Integrals>> integrals_;
   std::shared_ptr<const std::vector<GatheredMotion>> motion_;
   std::shared_ptr<const std::vector<std::vector<std::vector<NodeMean>>>> mag_;
 };

@@ -53,6 +53,8 @@ struct Part {
     return extended == nullptr ? nullptr : &extended->columns[std::size_t(channel)];
   }
   int nodes() const { return int(plan.t.size()); }
+  // Factors of one type, at most.
+  std::size_t of_all_magnetometers() const { return plan.t.size() * recording.mag.size(); }
   bool measures(int i) const { return i > 0 || !plan.continues; }
   int id(int i) const { return plan.first + i; }
 };
@@ -71,14 +73,23 @@ auto made_of_samples(const Part& part, const std::string& sensor, int node, cons
   }
 }
 
+// Memory for so many factors of a type, before the first of them.
+template <class F>
+void reserve(FactorGraph& graph, std::size_t factors) {
+  std::vector<F>& all = graph.mutable_factors<F>();
+  if (all.empty()) all.reserve(factors);
+}
+
 // Takes factors of one type for the graph, with the columns of the effects on their channels.
 template <class F>
 class Collector {
  public:
   using Gain = typename ExtendedBatch<F>::Gain;
 
-  Collector(FactorGraph& graph, const Part& part, std::initializer_list<Sensor> channels)
-      : graph_(graph) {
+  // expected: factors, of all parts that are alike.
+  Collector(FactorGraph& graph, const Part& part, std::initializer_list<Sensor> channels,
+            std::size_t expected)
+      : graph_(graph), expected_(expected) {
     std::vector<Key> keys;
     for (const Sensor c : channels) {
       if (part.extended == nullptr) break;
@@ -94,34 +105,43 @@ class Collector {
       next += own.size();
     }
     batch_ = std::make_unique<ExtendedBatch<F>>(keys, theta);
-    batch_->reserve(part.nodes());
+    on_demand_ = part.gathered.on_demand();
+    batch_->reserve(part.nodes(), !on_demand_);
   }
   Collector(const Collector&) = delete;
   Collector& operator=(const Collector&) = delete;
   // After the last factor.
   void finish() {
     if (!batch_ || batch_->size() == 0) return;
+    if (on_demand_) {
+      batch_->find_gains_with(std::move(gains_));
+      graph_.add_batch(std::move(batch_));
+      return;
+    }
     parallel::for_each(std::size_t(batch_->size()),
                        [this](std::size_t i) { batch_->gain(int(i)) = gains_[i](); });
     graph_.add_batch(std::move(batch_));
   }
 
   bool extended() const { return batch_ != nullptr; }
-  // gain: returns it; called at the end, those of many factors side by side, and not without
-  // effects.
+  // gain: returns it; called at the end or on demand, those of many factors side by side, and not
+  // without effects.
   template <class GainOf>
   void add(const F& factor, const GainOf& gain) {
     if (batch_) {
-      batch_->add(factor);
+      on_demand_ ? batch_->add_without_gain(factor) : batch_->add(factor);
       gains_.push_back(gain);
     } else {
+      reserve<F>(graph_, expected_);
       graph_.add(factor);
     }
   }
 
  private:
   FactorGraph& graph_;
+  std::size_t expected_;
   std::unique_ptr<ExtendedBatch<F>> batch_;
+  bool on_demand_ = false;
   std::vector<std::function<Gain()>> gains_;
 };
 
@@ -130,7 +150,7 @@ void add_accelerometer(FactorGraph& graph, const Part& part) {
   const double rate =
       part.spec.acc_rate_hz > 0.0 ? part.spec.acc_rate_hz : part.recording.acc.rate_hz();
   const Vector3 g_n = gravity_n(part.spec.gravity);
-  Collector<MeanAccelerometerFactor> means(graph, part, {Sensor::kAcc});
+  Collector<MeanAccelerometerFactor> means(graph, part, {Sensor::kAcc}, part.plan.t.size());
   for (int i = 0; i < part.nodes(); ++i) {
     const NodeMean& b = of_nodes[std::size_t(i)];
     if (b.count == 0 || !part.measures(i)) continue;
@@ -140,8 +160,9 @@ void add_accelerometer(FactorGraph& graph, const Part& part) {
     if (b.at_node && !means.extended()) {
       graph.add(AccelerometerFactor(pose, key::acc_bias, b.mean, g_n, noise));
     } else {
-      means.add(MeanAccelerometerFactor(pose, key::acc_bias, b.mean, b.C, g_n, noise),
-                [&part, &b] { return part.columns(Sensor::kAcc)->mean(b.first, b.count); });
+      means.add(
+          MeanAccelerometerFactor(pose, key::acc_bias, b.mean, b.C, g_n, noise),
+          [columns = part.columns(Sensor::kAcc), &b] { return columns->mean(b.first, b.count); });
     }
   }
   means.finish();
@@ -157,14 +178,16 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
   const Key dip = dip_of(part.plan.field);
   // Effects are those of the first magnetometer.
   const std::initializer_list<Sensor> mag = {Sensor::kMag}, none = {};
-  Collector<DelayedMagnetometerFactor> lagging(graph, part, sensor == 0 && delayed ? mag : none);
+  const std::size_t all = part.of_all_magnetometers();
+  Collector<DelayedMagnetometerFactor> lagging(graph, part, sensor == 0 && delayed ? mag : none,
+                                               all);
   const bool placed = sensor == 0 && part.extended != nullptr && !part.extended->position.empty();
   if (placed && delayed) {
     throw NumericalError("a field of the place beside a lag of the magnetometer is no model");
   }
   Collector<MeanMagnetometerFactor> means(graph, part,
-                                          sensor == 0 && !delayed && !placed ? mag : none);
-  Collector<PlacedMagnetometerFactor> at_places(graph, part, placed ? mag : none);
+                                          sensor == 0 && !delayed && !placed ? mag : none, all);
+  Collector<PlacedMagnetometerFactor> at_places(graph, part, placed ? mag : none, all);
   for (int i = 0; i < part.nodes(); ++i) {
     const NodeMean& b = of_nodes[std::size_t(i)];
     if (!(b.independent > 0.0) || !part.measures(i)) continue;
@@ -175,7 +198,9 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
     const Noise<3> noise =
         made_of_samples(part, part.recording.mag_names[std::size_t(sensor)], i,
                         [&] { return noise_of_mean(mag_density(part.spec, sensor), rate, b); });
-    const auto gain = [&part, &b] { return part.columns(Sensor::kMag)->mean(b.first, b.count); };
+    const auto gain = [columns = part.columns(Sensor::kMag), &b] {
+      return columns->mean(b.first, b.count);
+    };
     if (delayed) {
       lagging.add(DelayedMagnetometerFactor(pose, D, bias, dip, key::mag_time_offset_of(sensor),
                                             b.mean, b.C, b.C_rate, offset, noise),
@@ -186,6 +211,7 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
                                              part.extended->by_position[std::size_t(i)], noise),
                     gain);
     } else if (b.at_node && !means.extended()) {
+      reserve<MagnetometerFactor>(graph, all);
       graph.add(MagnetometerFactor(pose, D, bias, dip, b.mean, noise));
     } else {
       means.add(MeanMagnetometerFactor(pose, D, bias, dip, b.mean, b.C, noise), gain);
@@ -198,7 +224,8 @@ void add_magnetometer(FactorGraph& graph, const Part& part, int sensor) {
 
 void add_gyroscope(FactorGraph& graph, const Part& part) {
   const VectorSeries& samples = part.recording.gyr;
-  Collector<PreintegratedGyroscopeFactor> integrated(graph, part, {Sensor::kGyr});
+  Collector<PreintegratedGyroscopeFactor> integrated(graph, part, {Sensor::kGyr},
+                                                     part.plan.t.size());
   const GatheredMotion& motion = part.gathered.motion(part.index);
   for (int i = 0; i + 1 < part.nodes(); ++i) {
     const Key pose = R(part.id(i)), next = R(part.id(i + 1));
@@ -215,7 +242,10 @@ void add_gyroscope(FactorGraph& graph, const Part& part) {
       const auto factor = made_of_samples(part, "the gyroscope", i, [&] {
         return PreintegratedGyroscopeFactor(pose, next, key::gyr_bias, gyr, density);
       });
-      integrated.add(factor, [&gyr] { return gyr.effect_jacobian(); });
+      integrated.add(factor, [&gyr, &gathered = part.gathered, r = part.index, i] {
+        return gathered.on_demand() ? gathered.turn_by_effects(r, std::size_t(i))
+                                    : gyr.effect_jacobian();
+      });
     }
   }
   integrated.finish();
@@ -227,8 +257,9 @@ void add_imu(FactorGraph& graph, const Part& part) {
   const double loose_m = spec.motion == MotionModel::kTravelling ? 1.0 : 0.0;  // no place is known
   const std::vector<double> acc_density =
       acc_densities(part.recording.acc, part.plan.t, spec.noise.acc, spec.acc_jitter);
-  Collector<PreintegratedImuFactor> plain(graph, part, {Sensor::kGyr, Sensor::kAcc});
-  Collector<ScaledImuFactor> scaled(graph, part, {Sensor::kGyr, Sensor::kAcc});
+  Collector<PreintegratedImuFactor> plain(graph, part, {Sensor::kGyr, Sensor::kAcc},
+                                          part.plan.t.size());
+  Collector<ScaledImuFactor> scaled(graph, part, {Sensor::kGyr, Sensor::kAcc}, part.plan.t.size());
   for (int i = 1; i < part.nodes(); ++i) {
     const int a = part.id(i - 1), b = part.id(i);
     const GatheredMotion& motion = part.gathered.motion(part.index);
@@ -237,7 +268,10 @@ void add_imu(FactorGraph& graph, const Part& part) {
     const double h = integrated.duration_s();
     const double acc = with_gap(acc_density[std::size_t(i)], motion.acc_gap, interval, h);
     const double gyr = with_gap(spec.noise.gyr, motion.gyr_gap, interval, h);
-    const auto gain = [&integrated] { return integrated.effect_jacobian(); };
+    const auto gain = [&integrated, &gathered = part.gathered, r = part.index, interval] {
+      return gathered.on_demand() ? gathered.imu_by_effects(r, interval)
+                                  : integrated.effect_jacobian();
+    };
     const std::string imu = "gyroscope and accelerometer";
     if (spec.gyr_matrix) {
       const auto factor = made_of_samples(part, imu, i, [&] {

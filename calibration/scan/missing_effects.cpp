@@ -26,6 +26,7 @@ namespace {
 constexpr double kFalseAlarms = 0.05;  // of all tests together, where nothing is missing
 constexpr double kBiasWindow = 10.0;   // s, in which a bias may be another one
 constexpr int kMaxWindows = 12;
+constexpr int kColumnsAtOnce = 64;       // of candidates
 constexpr double kBeyondOneStep = 0.02;  // of a shift
 constexpr double kStronglyColoured = 2.0;
 constexpr double kWidened = 3.0;  // priors of effects: what is there may be larger than usual
@@ -97,10 +98,22 @@ class Search {
         3.0 * nodes * double(std::max<std::size_t>(1, recordings.front()->mag.size()));
   }
 
+  // Where windows are many, few candidates at a time: each window's information has the square of
+  // their columns.
   void look(const std::vector<std::shared_ptr<const Effect>>& effects) {
-    const Scan scan(recordings_, stage_, effects,
-                    window_s(effects.front()->channel(), stage_.spec().motion));
-    for (std::size_t i = 0; i < effects.size(); ++i) look_at(scan, i, *effects[i]);
+    const bool many = are_many(stage_.plans());
+    for (std::size_t begin = 0, end = 0; begin < effects.size(); begin = end) {
+      int columns = 0;
+      for (; end < effects.size(); ++end) {
+        columns += effects[end]->size();
+        if (many && end > begin && columns > kColumnsAtOnce) break;
+      }
+      const std::vector<std::shared_ptr<const Effect>> own(effects.begin() + std::ptrdiff_t(begin),
+                                                           effects.begin() + std::ptrdiff_t(end));
+      const Scan scan(recordings_, stage_, own,
+                      window_s(own.front()->channel(), stage_.spec().motion));
+      for (std::size_t i = 0; i < own.size(); ++i) look_at(scan, i, *own[i]);
+    }
   }
   FoundByScan found() && { return std::move(found_); }
 

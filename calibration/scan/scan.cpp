@@ -12,6 +12,7 @@
 #include "calibration/model/parameter_names.h"
 #include "calibration/model/windows.h"
 #include "graph/decompositions.h"
+#include "solvers/condensed/windows_on_demand.h"
 #include "solvers/kernels/whitener.h"
 #include "statistics/tails.h"
 
@@ -218,13 +219,13 @@ Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
         extend(*recordings[r], stage.plans()[r], spec, values)));
   }
   // The accepted effects keep their priors; the candidates have none to speak of.
-  const GatheredSamples gathered(recordings, stage.plans(), spec, &stage.gathered());
+  // Rows of so many columns are looked at once, window by window.
+  const GatheredSamples gathered(recordings, stage.plans(), spec, &stage.gathered(),
+                                 EffectJacobians::kOnDemand);
   const FactorGraph graph =
       build_model(gathered, recordings, stage.plans(), spec, int(accepted), kPriorOff);
-  LinearSystem system(graph, values);
-  system.linearize(values);
-
-  CondensedChain chain = condense(system, values, node_of, windows_of(stage.plans(), window_s));
+  const FactorTable factors(graph, values);
+  CondensedChain chain = condense(factors, values, node_of, windows_of(stage.plans(), window_s));
   const auto g = Eigen::Index(chain.columns.size());
   Eigen::Index n = 0;
   for (const auto& c : candidates) n += c->size();
@@ -337,9 +338,8 @@ Score Scan::combined(const MatrixXd& C) const {
 
 double log10_p_by_scatter_of(const Stage& stage, Key parameter, double statistic, double dof) {
   const Values& values = stage.result().values;
-  LinearSystem system(stage.graph(), values);
-  system.linearize(values);
-  const CondensedChain chain = condense(system, values, node_of, windows_of(stage.plans()));
+  const FactorTable factors(stage.graph(), values);
+  const CondensedChain chain = condense(factors, values, node_of, windows_of(stage.plans()));
   const Scatter scatter = scatter_at_optimum(chain, chain.whole().information, values, parameter,
                                              values.slot(parameter).type.tangent())
                               .scatter;
@@ -349,8 +349,7 @@ double log10_p_by_scatter_of(const Stage& stage, Key parameter, double statistic
 
 Score wald_test(const Stage& stage, std::size_t effect, const KnownScatter& known) {
   const Values& values = stage.result().values;
-  LinearSystem system(stage.graph(), values);
-  system.linearize(values);
+  const FactorTable factors(stage.graph(), values);
   const std::vector<Key> keys = effect_keys(stage.spec().effects)[effect];
   const auto q = Eigen::Index(keys.size());
   Score out;
@@ -358,7 +357,7 @@ Score wald_test(const Stage& stage, std::size_t effect, const KnownScatter& know
   out.theta = effect_parameters(values, keys);
   const double seconds = window_s(out.effect->channel(), stage.spec().motion);
   const CondensedChain chain =
-      condense(system, values, node_of, windows_of(stage.plans(), seconds));
+      condense(factors, values, node_of, windows_of(stage.plans(), seconds));
   const MatrixXd G = chain.whole().information;
   const MatrixXd A = reduced_to(chain, G, values, keys.front(), q).information;
   out.information = A;

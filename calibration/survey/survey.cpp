@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "calibration/model/parameter_names.h"
+#include "calibration/motion/slower_recordings.h"
 #include "calibration/pipeline.h"
 #include "calibration/result/spoken_names.h"
 #include "calibration/start/attitude.h"
@@ -156,11 +157,12 @@ Survey survey(const Recording& recording_given, const SurveyOptions& options) {
     calibration.noise = options.noise;
     calibration.gravity = options.gravity;
     const CheckedRecordings checked(recording, issues);
-    const std::vector<const Recording*>& parts = checked.get();
+    const SlowerRecordings slower(checked.get());  // as calibrate() does
+    const std::vector<const Recording*>& parts = slower.get();
     progress("looking at the axes", 0.1);
     out.mounting = check_mounting(parts);
     progress("looking for the start of a calibration", 0.3);
-    const Pipeline pipeline(checked.get(), calibration);
+    const Pipeline pipeline(parts, calibration);
     progress("looking at the motion", 0.6);
     look_at_motion(out, parts, pipeline.guess());
     progress("looking at what it can determine", 0.7);

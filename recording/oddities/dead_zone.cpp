@@ -2,7 +2,9 @@
 #include "recording/oddities/dead_zone.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 
 #include "statistics/quantiles.h"
@@ -21,18 +23,35 @@ constexpr double kSteps = 3.0;
 // Changes below this share of large ones (nine of ten are smaller) are rounding of one reading.
 constexpr double kRounding = 1e-3, kLarge = 0.9;
 
-// The value that is read most often.
-double most_frequent(std::vector<double> x) {
-  std::ranges::sort(x);
-  std::size_t best = 0, at = 0;
-  for (std::size_t k = 0, begin = 0; k < x.size(); ++k) {
-    if (x[k] != x[begin]) begin = k;
-    if (k - begin > best) {
-      best = k - begin;
-      at = k;
+// The value that is read most often, the smallest of several; NAN where none is read often enough
+// for a dead zone. Values that share a counter with few others are no candidates: of an hour of a
+// fine converter hardly any is left to be sorted.
+double most_frequent(const std::vector<double>& x) {
+  const int bits = 22;
+  std::vector<std::uint8_t> count(std::size_t(1) << bits, 0);
+  const auto counter = [](double value) {  // 0.0 makes one value of both zeros
+    return std::size_t((std::bit_cast<std::uint64_t>(value + 0.0) * 0x9e3779b97f4a7c15u) >>
+                       (64 - bits));
+  };
+  for (const double value : x) {
+    std::uint8_t& own = count[counter(value)];
+    if (own < kEnoughZeros) ++own;
+  }
+  std::vector<double> candidates;
+  for (const double value : x) {
+    if (count[counter(value)] >= kEnoughZeros) candidates.push_back(value);
+  }
+  std::ranges::sort(candidates);
+  std::size_t best = kEnoughZeros - 1;
+  double out = NAN;
+  for (std::size_t k = 0, begin = 0; k < candidates.size(); ++k) {
+    if (candidates[k] != candidates[begin]) begin = k;
+    if (k + 1 - begin > best) {
+      best = k + 1 - begin;
+      out = candidates[k];
     }
   }
-  return x.empty() ? NAN : x[at];
+  return out;
 }
 
 // The converter's step, or less: the smallest change from one reading to the next that is more than
@@ -52,8 +71,9 @@ double smallest_change(const std::vector<double>& x) {
 }
 
 // The smallest of the others where readings fall to 0 from there. `sizes`: distances of an axis, or
-// of the whole vector, from the reading within the zone; step: of the converter.
-std::optional<double> edge_of(const std::vector<double>& sizes, double step) {
+// of the whole vector, from the reading within the zone; step(): of the converter.
+template <class Step>
+std::optional<double> edge_of(const std::vector<double>& sizes, const Step& step) {
   double least = INFINITY;
   std::size_t zeros = 0;
   std::vector<double> beside;
@@ -63,7 +83,7 @@ std::optional<double> edge_of(const std::vector<double>& sizes, double step) {
     if (size > 0.0) least = std::min(least, size);
     if ((size == 0.0) != (before == 0.0)) beside.push_back(std::max(size, before));
   }
-  if (zeros < kEnoughZeros || beside.size() < kEnoughEdges || least < kSteps * step) return {};
+  if (zeros < kEnoughZeros || beside.size() < kEnoughEdges || least < kSteps * step()) return {};
   if (!(median(std::move(beside)) < kAtTheEdge * least)) return {};
   return least;
 }
@@ -73,27 +93,35 @@ std::optional<double> edge_of(const std::vector<double>& sizes, double step) {
 std::optional<DeadZone> dead_zone_of(const VectorSeries& gyr) {
   DeadZone out{Vector3::Constant(NAN), 0.0};
   Vector3 usual;
-  double coarsest = 0.0;
   std::vector<Vector3> all;
   std::ranges::copy_if(gyr.v, std::back_inserter(all),
                        [](const Vector3& v) { return v.allFinite(); });
   if (all.empty()) return std::nullopt;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> x, sizes;
+  const auto readings = [&](int axis) {
+    std::vector<double> x;
+    x.reserve(all.size());
     for (const Vector3& v : all) x.push_back(v[axis]);
-    usual[axis] = most_frequent(x);
-    for (const Vector3& v : all) sizes.push_back(std::abs(v[axis] - usual[axis]));
-    const double step = smallest_change(x);
-    coarsest = std::max(coarsest, step);
-    if (const auto edge = edge_of(sizes, step)) {
+    return x;
+  };
+  const auto step_of = [&](int axis) { return smallest_change(readings(axis)); };
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> sizes = readings(axis);
+    usual[axis] = most_frequent(sizes);
+    if (std::isnan(usual[axis])) continue;
+    for (double& x : sizes) x = std::abs(x - usual[axis]);
+    if (const auto edge = edge_of(sizes, [&] { return step_of(axis); })) {
       out.reads[axis] = usual[axis];
       out.edge = std::max(out.edge, *edge);
     }
   }
   // One band for the length of the rate: its axes come near to their reading elsewhere, too.
-  std::vector<double> lengths;
-  for (const Vector3& v : all) lengths.push_back((v - usual).norm());
-  if (const auto edge = edge_of(lengths, coarsest)) out = {usual, *edge};
+  if (usual.allFinite()) {
+    std::vector<double> lengths;
+    lengths.reserve(all.size());
+    for (const Vector3& v : all) lengths.push_back((v - usual).norm());
+    const auto coarsest = [&] { return std::max({step_of(0), step_of(1), step_of(2)}); };
+    if (const auto edge = edge_of(lengths, coarsest)) out = {usual, *edge};
+  }
   if (out.reads.array().isNaN().all()) return std::nullopt;
   return out;
 }

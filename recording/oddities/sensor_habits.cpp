@@ -2,6 +2,7 @@
 #include "recording/oddities/sensor_habits.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace magimu {
@@ -34,9 +35,16 @@ void SizeHistogram::add(double x) {
     ++zeros_;
     return;
   }
-  // Clamped before it becomes an integer: a difference of huge readings may be infinite.
-  const double bin = std::floor(kBinsPerOctave * (std::log2(x) - kFirstOctave));
-  ++bins_[std::size_t(std::clamp(bin, 0.0, double(bins_.size() - 1)))];
+  // The octave is the exponent's, the quarter of it what the mantissa passes: a logarithm of every
+  // reading took longer than all else here.
+  const double quarters[] = {1.1892071150027210, 1.4142135623730951, 1.6817928305074290};
+  const std::uint64_t of_mantissa = (std::uint64_t(1) << 52) - 1;
+  const auto bits = std::bit_cast<std::uint64_t>(x);
+  const double mantissa =
+      std::bit_cast<double>((bits & of_mantissa) | std::bit_cast<std::uint64_t>(1.0));
+  int bin = kBinsPerOctave * (int(bits >> 52) - 1023 - kFirstOctave);
+  for (const double quarter : quarters) bin += mantissa >= quarter ? 1 : 0;
+  ++bins_[std::size_t(std::clamp(bin, 0, int(bins_.size()) - 1))];
 }
 
 double SizeHistogram::quantile(double share) const {

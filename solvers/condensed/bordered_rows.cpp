@@ -6,21 +6,20 @@
 
 namespace magimu {
 
-BorderedRows::BorderedRows(const LinearSystem& system, const ColumnLayout& layout,
-                           BorderedChain& chain, int edge, const std::vector<int>& globals)
-    : system_(system),
-      layout_(layout),
+BorderedRows::BorderedRows(std::size_t blocks, const ColumnLayout& layout, BorderedChain& chain,
+                           int edge, const std::vector<int>& globals)
+    : layout_(layout),
       chain_(chain),
       edge_(edge),
       edge_diagonal_(edge < 0 ? 0 : std::size_t(layout.dim[std::size_t(edge)]), 0.0),
       place_(layout.globals.size(), -1),
-      groups_(system.row_blocks().size()) {
+      groups_(blocks) {
   int next = int(edge_diagonal_.size());
   for (const int global : globals) place_[std::size_t(global)] = next++;
 }
 
-void BorderedRows::add(FactorAt at, int older, int newer) {
-  const FactorRows factor = rows_of(system_, at);
+void BorderedRows::add(const FactorsAtHand& factors, FactorAt at, int older, int newer) {
+  const FactorRows factor = factors.rows(at);
   sort_entries(factor, older, newer);
   Group& group = groups_[std::size_t(at.block)];
   if (!has_these(group, factor)) {

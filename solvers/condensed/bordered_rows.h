@@ -7,8 +7,8 @@
 
 #include <optional>
 
+#include "solvers/condensed/factors_at_hand.h"
 #include "solvers/kernels/bordered_chain.h"
-#include "solvers/linear/node_factors.h"
 
 namespace magimu {
 
@@ -16,11 +16,12 @@ class BorderedRows {
  public:
   // The chain's border is [the unknowns of the node `edge` | globals | residual]; edge: -1 for
   // none. globals: their positions in the layout; all others are taken for zero.
-  BorderedRows(const LinearSystem& system, const ColumnLayout& layout, BorderedChain& chain,
-               int edge, const std::vector<int>& globals);
+  // blocks: of all factors.
+  BorderedRows(std::size_t blocks, const ColumnLayout& layout, BorderedChain& chain, int edge,
+               const std::vector<int>& globals);
 
   // older, newer: which nodes the chain's two are, -1 for none.
-  void add(FactorAt factor, int older, int newer);
+  void add(const FactorsAtHand& factors, FactorAt factor, int older, int newer);
   void finish();
   // Of the edge's information, before anything was eliminated.
   const std::vector<double>& edge_diagonal() const { return edge_diagonal_; }
@@ -47,7 +48,6 @@ class BorderedRows {
   void add_within_border(Group& group, const FactorRows& factor);
   void add_to_nodes(const Group& group, const FactorRows& factor);
 
-  const LinearSystem& system_;
   const ColumnLayout& layout_;
   BorderedChain& chain_;
   int edge_;

@@ -39,14 +39,15 @@ void take_ends(BorderedChain& chain, const std::vector<int>& order, std::size_t 
 // least pivot.
 double condense_window(const WindowedSystem& s, const WindowedSystem::Window& window, Ends& ends,
                        CondensedWindow& out) {
-  const std::vector<int> order = s.touched(s.factors(window));
+  const FactorsAtHand factors = s.at_hand(s.factors(window));
+  const std::vector<int> order = s.touched(factors, s.factors(window));
   ends.first = s.dim(window.first);
   BorderedChain chain(ends.first + int(order.size()) + 1, s.layout.max_dim());
-  BorderedRows rows(s.system, s.layout, chain, window.first, order);
-  for (const FactorAt f : s.sorted.of(window.first, window.first)) rows.add(f, -1, -1);
+  BorderedRows rows(s.blocks.size(), s.layout, chain, window.first, order);
+  for (const FactorAt f : s.sorted.of(window.first, window.first)) rows.add(factors, f, -1, -1);
   for (int node = window.first + 1; node <= window.last; ++node) {
     chain.push(s.dim(node));
-    for (const FactorAt f : s.sorted.of(node, node)) rows.add(f, node - 1, node);
+    for (const FactorAt f : s.sorted.of(node, node)) rows.add(factors, f, node - 1, node);
     if (chain.nodes() == 2) chain.eliminate();
   }
   rows.finish();
@@ -97,52 +98,75 @@ CondensedWindow of_globals(const BorderedChain& chain, const std::vector<int>& a
 }
 
 // The windows' sum with the factors that link them: their ends are eliminated in one chain instead
-// of window by window. Returns the least pivot.
-double link(const WindowedSystem& s, const std::vector<Ends>& ends, CondensedChain& out) {
-  const std::vector<int> all = s.all_globals();
-  const int border = int(all.size()) + 1, dim = s.layout.max_dim();
-  BorderedChain linked(border, dim), apart(border, dim);
-  BorderedRows rows(s.system, s.layout, linked, -1, all);
-  int before = -1, links = 0;
-  for (std::size_t w = 0; w < s.windows.size(); ++w) {
-    const int first = s.windows[w].first;
-    if (first < 0) continue;
-    append(apart, ends[w], [] {});
-    apart.eliminate();
-    append(linked, ends[w], [&] {
-      for (const FactorAt f : s.sorted.links(int(w))) rows.add(f, before, first);
+// of window by window.
+class LinkOfEnds {
+ public:
+  explicit LinkOfEnds(const WindowedSystem& s)
+      : s_(s),
+        all_(s.all_globals()),
+        linked_(int(all_.size()) + 1, s.layout.max_dim()),
+        apart_(int(all_.size()) + 1, s.layout.max_dim()),
+        rows_(s.blocks.size(), s.layout, linked_, -1, all_) {}
+
+  // The windows one after another.
+  void add(std::size_t w, const Ends& ends) {
+    const int first = s_.windows[w].first;
+    if (first < 0) return;
+    append(apart_, ends, [] {});
+    apart_.eliminate();
+    const std::vector<FactorAt>& links = s_.sorted.links(int(w));
+    const FactorsAtHand factors = s_.at_hand(links);
+    append(linked_, ends, [&] {
+      for (const FactorAt f : links) rows_.add(factors, f, before_, first);
     });
-    links += s.count_rows(s.sorted.links(int(w)));
-    before = s.windows[w].last;
+    count_ += s_.count_rows(links);
+    before_ = s_.windows[w].last;
   }
-  if (linked.nodes() > 0) linked.eliminate();
-  rows.finish();
-  apart.finish();
-  out.linked = of_globals(linked, all);
-  out.linked.rows = links;
-  add_to(out.linked, of_globals(apart, all), -1.0);
-  for (const CondensedWindow& w : out.windows) add_to(out.linked, w);
-  return linked.least_pivot();
-}
+
+  // Returns the least pivot.
+  double finish(CondensedChain& out) {
+    if (linked_.nodes() > 0) linked_.eliminate();
+    rows_.finish();
+    apart_.finish();
+    out.linked = of_globals(linked_, all_);
+    out.linked.rows = count_;
+    add_to(out.linked, of_globals(apart_, all_), -1.0);
+    for (const CondensedWindow& w : out.windows) add_to(out.linked, w);
+    return linked_.least_pivot();
+  }
+
+ private:
+  const WindowedSystem& s_;
+  std::vector<int> all_;
+  BorderedChain linked_, apart_;
+  BorderedRows rows_;
+  int before_ = -1, count_ = 0;
+};
 
 }  // namespace
 
 double condense_information(const WindowedSystem& s, double enough, CondensedChain& out) {
-  std::vector<Ends> ends(s.windows.size());
-  std::vector<double> pivot(s.windows.size(), 1.0);
-  out.windows.assign(s.windows.size(), nothing_about(s.layout.globals.size()));
-  const auto condense_one = [&](std::size_t w) {
-    if (s.windows[w].first < 0) return;
-    pivot[w] = condense_window(s, s.windows[w], ends[w], out.windows[w]);
-  };
-  // If one window loses too many digits, others do, too: no more are computed.
-  if (!s.windows.empty()) condense_one(0);
-  if (s.windows.empty() || pivot.front() >= enough) {
-    parallel::for_each(std::max<std::size_t>(1, s.windows.size()) - 1,
-                       [&](std::size_t w) { condense_one(w + 1); });
+  const std::size_t n = s.windows.size();
+  out.windows.assign(n, {});
+  LinkOfEnds link(s);
+  double least = 1.0;
+  // If the first window loses too many digits, others do, too: no more are computed.
+  for (std::size_t begin = 0; begin < n;) {
+    const std::size_t count = begin == 0 ? 1 : std::min(kWindowsAtOnce, n - begin);
+    std::vector<Ends> ends(count);
+    std::vector<double> pivot(count, 1.0);
+    parallel::for_each(count, [&](std::size_t i) {
+      CondensedWindow& own = out.windows[begin + i];
+      own = nothing_about(s.layout.globals.size());
+      const WindowedSystem::Window& window = s.windows[begin + i];
+      if (window.first >= 0) pivot[i] = condense_window(s, window, ends[i], own);
+    });
+    least = std::min(least, *std::ranges::min_element(pivot));
+    if (least < enough) return least;
+    for (std::size_t i = 0; i < count; ++i) link.add(begin + i, ends[i]);
+    begin += count;
   }
-  const double least = pivot.empty() ? 1.0 : *std::min_element(pivot.begin(), pivot.end());
-  return least < enough ? least : std::min(least, link(s, ends, out));
+  return std::min(least, link.finish(out));
 }
 
 }  // namespace magimu

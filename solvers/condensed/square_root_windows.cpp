@@ -33,11 +33,11 @@ class RowWriter {
   }
 
   // nodes: -1 for none. Returns the row after the last one written.
-  int write(std::span<const FactorAt> factors, const std::array<int, 3>& nodes, RowStack& A,
-            int row) const {
+  int write(const FactorsAtHand& at_hand, std::span<const FactorAt> factors,
+            const std::array<int, 3>& nodes, RowStack& A, int row) const {
     const int globals_at = A.columns() - 1 - globals_;
     for (const FactorAt at : factors) {
-      const FactorRows f = rows_of(s_.system, at);
+      const FactorRows f = at_hand.rows(at);
       for (int e = 0; e < f.columns; ++e) {
         const int to = column_of(std::size_t(f.column[e]), nodes, globals_at);
         if (to < 0) continue;
@@ -138,7 +138,8 @@ CondensedWindow by_itself(const WindowedSystem& s, const EndRows& ends, int firs
 // by the elimination of the node before (carried), its own, and those it shares with the next.
 CondensedWindow condense_window(const WindowedSystem& s, const Window& window, EndRows& ends) {
   const auto [first, last] = window;
-  ends.globals = s.touched(s.factors(window));
+  const FactorsAtHand factors = s.at_hand(s.factors(window));
+  ends.globals = s.touched(factors, s.factors(window));
   const RowWriter writer(s, ends.globals);
   const int edge = s.dim(first), border = edge + int(ends.globals.size()) + 1;
   LeftRows left(edge, int(ends.globals.size()));
@@ -147,7 +148,7 @@ CondensedWindow condense_window(const WindowedSystem& s, const Window& window, E
   {
     const auto own = s.sorted.own(first);
     RowStack A(s.count_rows(own), border);
-    left.push(A, 0, writer.write(own, {first, -1, -1}, A, 0));
+    left.push(A, 0, writer.write(factors, own, {first, -1, -1}, A, 0));
   }
   for (int node = first + 1; node <= last; ++node) {
     // Factors of the first node alone were gathered above.
@@ -156,7 +157,8 @@ CondensedWindow condense_window(const WindowedSystem& s, const Window& window, E
     const auto own = before < 0 ? std::span<const FactorAt>() : s.sorted.own(before);
     const auto across = s.sorted.across(node);
     RowStack& A = chain.stack(s.dim(before), s.dim(node), s.count_rows(own) + s.count_rows(across));
-    writer.write(across, nodes, A, writer.write(own, nodes, A, chain.first_row()));
+    writer.write(factors, across, nodes, A,
+                 writer.write(factors, own, nodes, A, chain.first_row()));
     chain.eliminate();
     ends.log_det += chain.log_det();
     left.push(A, chain.end_of_next(), A.rows());
@@ -165,7 +167,7 @@ CondensedWindow condense_window(const WindowedSystem& s, const Window& window, E
   const auto own = last > first ? s.sorted.own(last) : std::span<const FactorAt>();
   const int gathered = left.size();
   RowStack& A = chain.stack(s.dim(nodes[0]), 0, s.count_rows(own) + gathered);
-  const int rows = writer.write(own, nodes, A, chain.first_row());
+  const int rows = writer.write(factors, own, nodes, A, chain.first_row());
   for (int i = 0; i < gathered; ++i) {
     std::copy_n(left.rows().row(i), border, A.row(rows + i) + A.columns() - border);
   }
@@ -202,53 +204,75 @@ void copy_ends(const EndRows& ends, int before, int first, int last, RowStack& A
 
 // Eliminates the windows' end nodes along the chain, with the factors that link two windows. A
 // window's information on the globals alone (`rest`) is added as it is.
-CondensedWindow link(const WindowedSystem& s, const std::vector<EndRows>& ends,
-                     const std::vector<CondensedWindow>& windows) {
-  const std::vector<int> all = s.all_globals();
-  const RowWriter writer(s, all);
-  SquareSum sum(int(all.size()) + 1);
-  RowChain chain(sum.columns());
-  double log_det = 0.0, log_det_carried = 0.0;
-  int before = -1, links = 0;
-  CondensedWindow out = nothing_about(all.size());
-  for (std::size_t w = 0; w < s.windows.size(); ++w) {
-    if (s.windows[w].first < 0) continue;
-    const int first = s.windows[w].first;
-    const int last = s.windows[w].last > first ? s.windows[w].last : -1;
-    const std::array<int, 3> nodes = {before, first, last};  // last = -1 in a window of one node
-    const std::vector<FactorAt>& factors = s.sorted.links(int(w));
-    const int between = s.count_rows(factors);
-    links += between;
-    const int gone = s.dim(before) + (last < 0 ? 0 : s.dim(first));
-    const int kept = last < 0 ? s.dim(first) : s.dim(last);
-    RowStack& A = chain.stack(gone, kept, between + int(ends[w].rows.rows()));
-    copy_ends(ends[w], s.dim(before), s.dim(first), s.dim(last), A,
-              writer.write(factors, nodes, A, chain.first_row()));
-    chain.eliminate();
-    log_det += ends[w].log_det + chain.log_det();
-    log_det_carried = chain.log_det_of_next();
-    add_rows(A, chain.end_of_next(), A.rows(), gone + kept, sum);
-    before = s.windows[w].last;
-    add_to(out, ends[w].rest);
-    out.rows += windows[w].rows;
+class LinkOfRows {
+ public:
+  explicit LinkOfRows(const WindowedSystem& s)
+      : s_(s),
+        all_(s.all_globals()),
+        writer_(s, all_),
+        sum_(int(all_.size()) + 1),
+        chain_(sum_.columns()),
+        out_(nothing_about(all_.size())) {}
+
+  // The windows one after another. rows: of the window.
+  void add(std::size_t w, const EndRows& ends, int rows) {
+    const int first = s_.windows[w].first;
+    if (first < 0) return;
+    const int last = s_.windows[w].last > first ? s_.windows[w].last : -1;
+    const std::array<int, 3> nodes = {before_, first, last};  // last = -1 in a window of one node
+    const std::vector<FactorAt>& factors = s_.sorted.links(int(w));
+    const int between = s_.count_rows(factors);
+    const int gone = s_.dim(before_) + (last < 0 ? 0 : s_.dim(first));
+    const int kept = last < 0 ? s_.dim(first) : s_.dim(last);
+    RowStack& A = chain_.stack(gone, kept, between + int(ends.rows.rows()));
+    copy_ends(ends, s_.dim(before_), s_.dim(first), s_.dim(last), A,
+              writer_.write(s_.at_hand(factors), factors, nodes, A, chain_.first_row()));
+    chain_.eliminate();
+    out_.log_det += ends.log_det + chain_.log_det();
+    log_det_carried_ = chain_.log_det_of_next();
+    add_rows(A, chain_.end_of_next(), A.rows(), gone + kept, sum_);
+    before_ = s_.windows[w].last;
+    add_to(out_, ends.rest);
+    out_.rows += rows + between;
   }
-  sum.finish();
-  add_to(out, condensed(sum, 0, all, all.size()));
-  out.log_det = log_det + log_det_carried;
-  out.rows += links;
-  return out;
-}
+
+  CondensedWindow finish() {
+    sum_.finish();
+    add_to(out_, condensed(sum_, 0, all_, all_.size()));
+    out_.log_det += log_det_carried_;
+    return std::move(out_);
+  }
+
+ private:
+  const WindowedSystem& s_;
+  std::vector<int> all_;
+  RowWriter writer_;
+  SquareSum sum_;
+  RowChain chain_;
+  CondensedWindow out_;
+  double log_det_carried_ = 0.0;
+  int before_ = -1;
+};
 
 }  // namespace
 
 void condense_square_root(const WindowedSystem& s, CondensedChain& out) {
-  std::vector<EndRows> ends(s.windows.size());
-  out.windows.assign(s.windows.size(), nothing_about(s.layout.globals.size()));
-  parallel::for_each(s.windows.size(), [&](std::size_t w) {
-    if (s.windows[w].first < 0) return;
-    out.windows[w] = condense_window(s, s.windows[w], ends[w]);
-  });
-  out.linked = link(s, ends, out.windows);
+  const std::size_t n = s.windows.size();
+  out.windows.assign(n, {});
+  LinkOfRows link(s);
+  for (std::size_t begin = 0; begin < n; begin += kWindowsAtOnce) {
+    const std::size_t count = std::min(kWindowsAtOnce, n - begin);
+    std::vector<EndRows> ends(count);
+    parallel::for_each(count, [&](std::size_t i) {
+      const Window& window = s.windows[begin + i];
+      out.windows[begin + i] = window.first < 0 ? nothing_about(s.layout.globals.size())
+                                                : condense_window(s, window, ends[i]);
+    });
+    for (std::size_t i = 0; i < count; ++i) {
+      link.add(begin + i, ends[i], out.windows[begin + i].rows);
+    }
+  }
+  out.linked = link.finish();
 }
 
 }  // namespace magimu

@@ -5,12 +5,16 @@
 
 namespace magimu {
 
-WindowedSystem::WindowedSystem(const LinearSystem& linearized, const Values& values,
-                               const std::function<int(Key)>& node_of,
+WindowedSystem::WindowedSystem(const LinearSystem* linearized, const FactorTable* not_linearized,
+                               const Values& at, const std::function<int(Key)>& node_of,
                                const std::vector<int>& window_of)
     : system(linearized),
+      table(not_linearized),
+      values(at),
+      blocks(system != nullptr ? system->row_blocks() : table->row_blocks()),
       layout(values, node_of, window_of.size()),
-      sorted(system, layout, window_of),
+      sorted(system != nullptr ? SortedFactors(*system, layout, window_of)
+                               : SortedFactors(*table, layout, window_of)),
       windows(std::size_t(sorted.windows())) {
   for (int node = 0; node < int(window_of.size()); ++node) {
     const int w = window_of[std::size_t(node)];
@@ -23,15 +27,16 @@ WindowedSystem::WindowedSystem(const LinearSystem& linearized, const Values& val
 
 int WindowedSystem::count_rows(std::span<const FactorAt> factors) const {
   int rows = 0;
-  for (const FactorAt f : factors) rows += rows_of(system, f).rows;
+  for (const FactorAt f : factors) rows += blocks[std::size_t(f.block)].rows;
   return rows;
 }
 
-std::vector<int> WindowedSystem::touched(std::span<const FactorAt> factors) const {
+std::vector<int> WindowedSystem::touched(const FactorsAtHand& at_hand,
+                                         std::span<const FactorAt> factors) const {
   std::vector<int> out;
   std::vector<char> seen(layout.globals.size(), 0);
   for (const FactorAt f : factors) {
-    const FactorRows rows = rows_of(system, f);
+    const FactorRows rows = at_hand.rows(f);
     for (int e = 0; e < rows.columns; ++e) {
       const auto c = std::size_t(rows.column[e]);
       if (layout.node[c] >= 0 || seen[std::size_t(layout.position[c])] != 0) continue;

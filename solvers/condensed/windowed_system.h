@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "solvers/condensed/condensed_windows.h"
+#include "solvers/condensed/factors_at_hand.h"
 #include "solvers/kernels/square_sum.h"
-#include "solvers/linear/node_factors.h"
 
 namespace magimu {
 
@@ -19,23 +19,33 @@ struct WindowedSystem {
     int first = -1, last = -1;
   };
 
-  // As condense() (condensed_windows.h).
-  WindowedSystem(const LinearSystem& linearized, const Values& values,
+  // As condense() (condensed_windows.h). linearized, or table: the other is null.
+  WindowedSystem(const LinearSystem* linearized, const FactorTable* table, const Values& values,
                  const std::function<int(Key)>& node_of, const std::vector<int>& window_of);
 
   int dim(int node) const { return node < 0 ? 0 : layout.dim[std::size_t(node)]; }
   std::span<const FactorAt> factors(const Window& w) const { return sorted.of(w.first, w.last); }
   int count_rows(std::span<const FactorAt> factors) const;
+  FactorsAtHand at_hand(std::span<const FactorAt> factors) const {
+    return system != nullptr ? FactorsAtHand(*system) : FactorsAtHand(*table, values, factors);
+  }
   // The globals that factors touch, in the order in which they appear: those of one kind of factor
   // lie side by side.
-  std::vector<int> touched(std::span<const FactorAt> factors) const;
+  std::vector<int> touched(const FactorsAtHand& rows, std::span<const FactorAt> factors) const;
   std::vector<int> all_globals() const;
 
-  const LinearSystem& system;
+  const LinearSystem* system;
+  const FactorTable* table;
+  const Values& values;
+  std::span<const LinearSystem::RowBlocks> blocks;
   ColumnLayout layout;
   SortedFactors sorted;
   std::vector<Window> windows;
 };
+
+// So many windows are condensed side by side, then linked one after another: what a window keeps
+// for its links is a few times what it says of the globals.
+inline constexpr std::size_t kWindowsAtOnce = 64;
 
 // An empty condensed window over n globals.
 CondensedWindow nothing_about(std::size_t globals);

@@ -11,10 +11,10 @@ struct Span {
   int first = -1, last = -1;
 };
 
-Span span_of(const FactorRows& factor, const ColumnLayout& layout) {
+Span span_of(std::span<const int> columns, const ColumnLayout& layout) {
   Span span;
-  for (int e = 0; e < factor.columns; ++e) {
-    const int node = layout.node[std::size_t(factor.column[e])];
+  for (const int c : columns) {
+    const int node = layout.node[std::size_t(c)];
     if (node < 0) continue;
     span.first = span.first < 0 ? node : std::min(span.first, node);
     span.last = std::max(span.last, node);
@@ -57,6 +57,28 @@ FactorRows rows_of(const LinearSystem& system, FactorAt factor) {
 SortedFactors::SortedFactors(const LinearSystem& system, const ColumnLayout& layout,
                              const std::vector<int>& window_of)
     : start_(2 * window_of.size() + 1, 0) {
+  const auto columns_of = [&](int block, int i) {
+    const FactorRows rows = rows_of(system, {block, i});
+    return std::span(rows.column, std::size_t(rows.columns));
+  };
+  sort(system.row_blocks(), columns_of, layout, window_of);
+}
+
+SortedFactors::SortedFactors(const FactorTable& table, const ColumnLayout& layout,
+                             const std::vector<int>& window_of)
+    : start_(2 * window_of.size() + 1, 0) {
+  std::vector<int> columns;
+  const auto columns_of = [&](int block, int i) {
+    columns.resize(std::size_t(table.row_blocks()[std::size_t(block)].columns));
+    table.columns_of(block, i, columns.data());
+    return std::span<const int>(columns);
+  };
+  sort(table.row_blocks(), columns_of, layout, window_of);
+}
+
+template <class Columns>
+void SortedFactors::sort(std::span<const LinearSystem::RowBlocks> blocks, const Columns& columns_of,
+                         const ColumnLayout& layout, const std::vector<int>& window_of) {
   const int windows =
       window_of.empty() ? 0 : *std::max_element(window_of.begin(), window_of.end()) + 1;
   links_.resize(std::size_t(std::max(windows, 0)));
@@ -65,9 +87,9 @@ SortedFactors::SortedFactors(const LinearSystem& system, const ColumnLayout& lay
     std::size_t list;
   };
   std::vector<Found> found;
-  for (int b = 0; b < int(system.row_blocks().size()); ++b) {
-    for (int i = 0; i < system.row_blocks()[std::size_t(b)].count; ++i) {
-      const Span span = span_of(rows_of(system, {b, i}), layout);
+  for (int b = 0; b < int(blocks.size()); ++b) {
+    for (int i = 0; i < blocks[std::size_t(b)].count; ++i) {
+      const Span span = span_of(columns_of(b, i), layout);
       if (span.first < 0) {
         priors_.push_back({b, i});
         continue;

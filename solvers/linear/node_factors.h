@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "graph/linear_system.h"
 #include "graph/values.h"
+#include "solvers/linear/factor_table.h"
 
 namespace magimu {
 
@@ -42,6 +42,8 @@ class SortedFactors {
  public:
   SortedFactors(const LinearSystem& system, const ColumnLayout& layout,
                 const std::vector<int>& window_of);
+  SortedFactors(const FactorTable& table, const ColumnLayout& layout,
+                const std::vector<int>& window_of);
 
   // Those within a window whose last node is first <= node <= last.
   std::span<const FactorAt> of(int first, int last) const {
@@ -56,6 +58,10 @@ class SortedFactors {
   int windows() const { return int(links_.size()); }
 
  private:
+  // columns_of(block, i): of a factor.
+  template <class Columns>
+  void sort(std::span<const LinearSystem::RowBlocks> blocks, const Columns& columns_of,
+            const ColumnLayout& layout, const std::vector<int>& window_of);
   std::span<const FactorAt> between(int begin, int end) const {
     const auto first = std::size_t(start_[std::size_t(begin)]);
     return std::span(within_).subspan(first, std::size_t(start_[std::size_t(end)]) - first);

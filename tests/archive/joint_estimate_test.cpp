@@ -122,6 +122,8 @@ TEST(CondensedRecording, file_has_every_bit_of_it) {
   EXPECT_EQ(read.d, c.d);
   EXPECT_EQ(read.at, c.at);
   EXPECT_EQ(read.order, c.order);
+  EXPECT_EQ(read.moved, c.moved);
+  EXPECT_EQ(read.beyond_noise, c.beyond_noise);
 }
 
 TEST(JointEstimate, of_summaries_is_close_to_the_calibration_of_the_samples) {
@@ -133,6 +135,32 @@ TEST(JointEstimate, of_summaries_is_close_to_the_calibration_of_the_samples) {
     const auto at = Eigen::Index(i);
     EXPECT_NEAR(std::sqrt(joint.covariance_model(at, at)) / together().sigma_model(joint.order[i]),
                 1.0, 0.03);
+  }
+}
+
+// Over the model's, the mean of all parameters.
+double ratio_of_variances(const MatrixXd& robust, const MatrixXd& model) {
+  return (robust.diagonal().array() / model.diagonal().array()).mean();
+}
+
+TEST(JointEstimate, counts_once_that_the_scatter_of_few_blocks_is_uncertain) {
+  const auto all = summaries(three().summaries);
+  double of_recordings = 0.0;
+  for (const RecordingSummary& own : all) {
+    of_recordings += ratio_of_variances(own.covariance, own.information().inverse()) / 3.0;
+  }
+  const JointEstimate joint = joint_estimate(all, share(all));
+  const double of_joint = ratio_of_variances(joint.covariance, joint.covariance_model);
+  EXPECT_GT(of_recordings, 1.2);  // white noise, twelve blocks each
+  EXPECT_GT(of_joint, 1.0);
+  EXPECT_LT(of_joint - 1.0, 0.6 * (of_recordings - 1.0));
+}
+
+TEST(JointEstimate, of_one_recording_has_that_recordings_covariance) {
+  const auto all = summaries({three().summaries[0]});
+  const JointEstimate joint = joint_estimate(all, share(all));
+  for (Eigen::Index i = 0; i < joint.covariance.rows(); ++i) {
+    EXPECT_NEAR(joint.covariance(i, i) / all[0].covariance(i, i), 1.0, 0.1) << i;
   }
 }
 

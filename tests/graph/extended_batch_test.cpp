@@ -54,7 +54,7 @@ struct ExtendedProblem {
   Values values;
 };
 
-ExtendedProblem make_problem(const Noise<3>& noise) {
+ExtendedProblem make_problem(const Noise<3>& noise, bool on_demand = false) {
   std::mt19937 engine(2);
   std::normal_distribution<double> normal;
   const auto vector = [&] { return Vector3(normal(engine), normal(engine), normal(engine)); };
@@ -62,13 +62,20 @@ ExtendedProblem make_problem(const Noise<3>& noise) {
   ExtendedProblem p;
   auto batch = std::make_unique<ExtendedBatch<DirectionFactor>>(
       std::vector<Key>{theta_key(0), theta_key(1)}, VectorXd(at));
+  std::vector<std::function<ExtendedBatch<DirectionFactor>::Gain()>> gains;
   for (int i = 0; i < 12; ++i) {
     const DirectionFactor factor(vector(), vector(), noise);
     Mat<double, 3, 2> G;
     G << vector(), vector();
-    batch->add(factor, G);
+    if (on_demand) {
+      batch->add_without_gain(factor);
+    } else {
+      batch->add(factor, G);
+    }
+    gains.push_back([G]() -> ExtendedBatch<DirectionFactor>::Gain { return G; });
     p.written_out.add(WrittenOut(factor, G, at, noise));
   }
+  if (on_demand) batch->find_gains_with(std::move(gains));
   p.extended.add_batch(std::move(batch));
   p.values.insert(kTurn, Rot3::Exp(Vector3(0.3, -0.5, 0.8)));
   p.values.insert(kBias, Vector3(0.1, 0.2, -0.1));
@@ -113,6 +120,17 @@ TEST(ExtendedBatch, equals_a_factor_written_out) {
     EXPECT_LT((a.residual() - b.residual()).norm(), 1e-12);
     EXPECT_LT((test::dense_jacobian(a) - test::dense_jacobian(b)).norm(), 1e-12);
   }
+}
+
+TEST(ExtendedBatch, gains_found_on_demand_are_the_same_bits) {
+  const ExtendedProblem kept = make_problem(correlated_noise());
+  const ExtendedProblem found = make_problem(correlated_noise(), true);
+  LinearSystem a(kept.extended, kept.values), b(found.extended, found.values);
+  EXPECT_EQ(a.linearize(kept.values), b.linearize(found.values));
+  EXPECT_EQ(a.cost(kept.values), b.cost(found.values));
+  EXPECT_EQ(a.residual(), b.residual());
+  EXPECT_EQ(test::dense_jacobian(a), test::dense_jacobian(b));
+  EXPECT_EQ(found.extended.batches().front()->lane_text(Isa::kBaseline).linearize, nullptr);
 }
 
 TEST(ExtendedBatch, gradient_under_a_robust_loss_is_that_of_the_cost) {

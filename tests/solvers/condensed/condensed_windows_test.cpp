@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "solvers/condensed/windows_on_demand.h"
 #include "tests/solvers/example_graphs.h"
 #include "tests/solvers/scalar_factors.h"
 
@@ -293,6 +294,24 @@ TEST_P(CondensedWindows, leaving_one_out_is_refitting_the_linear_problem_without
     const double squares =
         rest.squares - 2.0 * rest.score.dot(step) + step.dot(rest.information * step);
     EXPECT_NEAR(squares, (A * x - b).squaredNorm(), 1e-8 * squares);
+  }
+}
+
+TEST_P(CondensedWindows, linearized_on_demand_are_the_same_bits) {
+  const Chain chain;
+  const FactorTable on_demand(chain.p.graph, chain.p.start);
+  for (const int length : {1, 7}) {
+    const std::vector<int> window = windows_of(length);
+    const CondensedChain kept = condense(*chain.system, chain.p.start, node_of, window, GetParam());
+    const CondensedChain made = condense(on_demand, chain.p.start, node_of, window, GetParam());
+    ASSERT_EQ(made.windows.size(), kept.windows.size());
+    for (std::size_t w = 0; w < kept.windows.size(); ++w) {
+      EXPECT_EQ(made.windows[w].information, kept.windows[w].information) << w;
+      EXPECT_EQ(made.windows[w].score, kept.windows[w].score) << w;
+    }
+    EXPECT_EQ(made.whole().information, kept.whole().information);
+    EXPECT_EQ(made.whole().log_det, kept.whole().log_det);
+    EXPECT_EQ(made.priors.score, kept.priors.score);
   }
 }
 

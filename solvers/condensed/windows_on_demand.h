@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// condense() (condensed_windows.h) of a graph that is not linearized: the rows of few windows are
+// in memory at a time. The results are the same bits.
+#pragma once
+
+#include "solvers/condensed/condensed_windows.h"
+#include "solvers/linear/factor_table.h"
+
+namespace magimu {
+
+// Linearized at values.
+CondensedChain condense(const FactorTable& table, const Values& values,
+                        const std::function<int(Key)>& node_of, const std::vector<int>& window_of,
+                        std::optional<EliminationForm> form = {});
+
+}  // namespace magimu

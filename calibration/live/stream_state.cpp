@@ -54,8 +54,10 @@ StreamingCalibration::State::State(int magnetometers, const StreamingOptions& op
   batch_.also = options.also;
   batch_.prior = options.prior;
   batch_.given_prior = options.given_prior;
-  // A hand that does not move costs next to nothing under the model in which it may.
-  batch_.motion = options.motion == MotionModel::kAuto ? MotionModel::kHandHeld : options.motion;
+  // A hand that does not move costs next to nothing under the model in which it may. Whether the
+  // sensor travelled, calibrate() decides at the end.
+  batch_.motion =
+      options.motion == MotionModel::kRotation ? options.motion : MotionModel::kHandHeld;
   const StreamTarget& t = options.target;
   if (!t.heading_deg && !t.mag_bias_uT && !t.acc_bias && !t.gyr_bias) {
     options_.target.heading_deg = 0.5;

@@ -5,7 +5,6 @@
 
 #include "factors/preintegrated_gyroscope.h"
 #include "factors/preintegrated_imu.h"
-#include "factors/short_turn.h"
 #include "tests/factors/jacobian_check.h"
 
 namespace magimu {
@@ -108,46 +107,6 @@ TEST(PreintegratedImu, effects_that_are_the_biases_have_their_jacobians) {
   EXPECT_LT((imu.effect_jacobian().leftCols<3>() - imu.gyr_bias_jacobian()).norm(), 1e-14);
   EXPECT_LT((imu.effect_jacobian().rightCols<3>() - imu.acc_bias_jacobian()).norm(), 1e-14);
   EXPECT_LT((gyroscope.effect_jacobian() - gyroscope.bias_jacobian()).norm(), 1e-14);
-}
-
-TEST(ShortTurn, is_exp_and_its_mean_on_both_sides_of_the_series) {
-  test::RandomValue random(5);
-  for (const double length : {0.0, 1e-9, 1e-3, 0.03, 0.0316, 0.0317, 0.05, 1.0, 3.0}) {
-    const Vector3 turn = length * random.vector3(1.0).normalized();
-    const Matrix3 R = Rot3::Exp(turn).matrix();
-    EXPECT_LT((exp_of_turn(turn).matrix() - R).norm(), 1e-15) << length;
-    EXPECT_LT((mean_over_turn(turn) - so3::left_jacobian(turn)).norm(), 1e-15) << length;
-  }
-}
-
-// Errors of rotation as of the last node, against each reading moved by itself.
-TEST(PreintegratedImu, covariance_is_that_of_errors_of_each_held_reading) {
-  const Samples samples(6);
-  const auto integrated = [&](int moved, int axis, double by) {
-    PreintegratedImu imu(Vector3::Zero(), Vector3::Zero());
-    for (int k = 0; k < kSamples; ++k) {
-      Vector3 gyr = samples.gyr[std::size_t(k)], acc = samples.acc[std::size_t(k)];
-      if (k == moved) (axis < 3 ? gyr[axis] : acc[axis - 3]) += by;
-      imu.integrate(gyr, acc, kDt);
-    }
-    return imu;
-  };
-  const PreintegratedImu at = integrated(-1, 0, 0.0);
-  Mat<double, 9, 9> of_gyr = Mat<double, 9, 9>::Zero(), of_acc = of_gyr;
-  for (int k = 0; k < kSamples; ++k) {
-    for (int axis = 0; axis < 6; ++axis) {
-      const PreintegratedImu up = integrated(k, axis, kStep), down = integrated(k, axis, -kStep);
-      Vec<double, 9> d;
-      d << (at.delta_R().inverse() * up.delta_R()).Log() -
-               (at.delta_R().inverse() * down.delta_R()).Log(),
-          up.delta_v() - down.delta_v(), up.delta_p() - down.delta_p();
-      d /= 2.0 * kStep * std::sqrt(kDt);  // a density of one
-      (axis < 3 ? of_gyr : of_acc) += d * d.transpose();
-    }
-  }
-  // The turn within a piece, 0.02 rad here, is left out of the force's lever.
-  EXPECT_LT((at.covariance(1.0, 0.0) - of_gyr).norm(), 0.02 * of_gyr.norm());
-  EXPECT_LT((at.covariance(0.0, 1.0) - of_acc).norm(), 1e-4 * of_acc.norm());
 }
 
 }  // namespace

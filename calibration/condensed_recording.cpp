@@ -143,7 +143,8 @@ void widen(CondensedRecording& c, const MatrixXd& covariance) {
   const MatrixXd B = wider.solve(A);
   triangle_of(0.5 * (B + B.transpose()), wider.solve(score), c.R, c.d);
   c.covariance += covariance;
-  c.beyond_noise += covariance;
+  // The same bits on both sides of the diagonal: files have one of them.
+  c.beyond_noise = MatrixXd(c.beyond_noise + covariance).selfadjointView<Eigen::Upper>();
 }
 
 }  // namespace magimu

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/model/gyr_matrix_prior.h"
 #include "statistics/tails.h"
 
 namespace magimu {
@@ -30,6 +31,14 @@ bool is_beyond_reach(const Stage& hand_held) {
   const auto reach = std::size_t(Sensor::kReach);
   const double dof = std::max(1.0, sums.rows[reach] - sums.absorbed[reach]);
   return log10_chi_square_tail(sums.squares[reach], dof) < std::log10(kBeyond);
+}
+
+bool asks_too_much_of_gyroscope(const Stage& travelling) {
+  if (!travelling.spec().gyr_matrix) return false;
+  const auto S = travelling.result().values.at<GyroMatrix>(key::gyr_matrix);
+  VectorXd s = Eigen::Map<const VectorXd>(S.data(), S.size());
+  gyr_matrix_noise().whiten(s);
+  return log10_chi_square_tail(s.squaredNorm(), double(s.size())) < std::log10(kBeyond);
 }
 
 VelocityCorrelation velocity_correlation(const Stage& travelling) {

@@ -13,6 +13,10 @@ namespace magimu {
 // from the point that it is turned about, or that point wanders farther than an arm can.
 bool is_beyond_reach(const Stage& hand_held);
 
+// Would the gyroscope have to be off by more than any part is for this to be true? Then something
+// else is wrong, which a free motion has only hidden.
+bool asks_too_much_of_gyroscope(const Stage& travelling);
+
 // Correlation of the velocity between two neighbouring measurements of it, all recordings together,
 // in its standard deviations: 0 +- 1 where they are independent.
 struct VelocityCorrelation {

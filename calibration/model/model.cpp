@@ -9,6 +9,7 @@
 
 #include "calibration/model/extension.h"
 #include "calibration/model/gathered.h"
+#include "calibration/model/gyr_matrix_prior.h"
 #include "calibration/motion/acc_jitter.h"
 #include "calibration/motion/bridged_gaps.h"
 #include "factors/accelerometer_factor.h"
@@ -32,12 +33,6 @@ constexpr double kOffsetPriorSigma = 0.1;  // s: longer lags are another kind of
 
 Noise<3> noise_of_mean(double density, double rate_hz, const NodeMean& mean) {
   return Noise<3>::isotropic(density * std::sqrt(rate_hz / mean.independent));
-}
-
-Noise<9> gyr_matrix_noise() {
-  Vec<double, 9> sigma = Vec<double, 9>::Constant(kGyrAxesPriorSigma);
-  for (const int e : {0, 4, 8}) sigma[e] = kGyrScalePriorSigma;
-  return Noise<9>::diagonal(sigma);
 }
 
 // One recording being put into the graph.
@@ -335,6 +330,12 @@ std::string to_string(MotionModel motion) {
       return "travelling";
   }
   return "?";
+}
+
+Noise<9> gyr_matrix_noise() {
+  Vec<double, 9> sigma = Vec<double, 9>::Constant(kGyrAxesPriorSigma);
+  for (const int e : {0, 4, 8}) sigma[e] = kGyrScalePriorSigma;
+  return Noise<9>::diagonal(sigma);
 }
 
 double mag_density(const ModelSpec& spec, int magnetometer) {

@@ -7,18 +7,18 @@
 // further place has a factor of its own, D (1 + c), c known beforehand to half (the Earth's field
 // has 22 to 67 uT).
 //
-// Covariance: with A_r the information of recording r, block b of it (of seconds) moves the joint
-// estimate by A^-1 A_r m_b, A = sum_r A_r, m_b what it moves the recording's own by. V is the
-// sandwich over the blocks of all recordings (sandwich.h). That a scatter of few blocks is
-// uncertain, and not below white noise's, is counted once, of all of them: a mean of the
-// recordings' own robust covariances, each of twelve blocks, was 1.2 times as large as the errors'
-// squares. What widened a recording beyond its noise is added, B_r
-// (RecordingSummary::beyond_noise):
+// Covariance: let A_r be the information of recording r, A = sum_r A_r, and m_b the move of the
+// recording's own estimate by its block b (of some seconds). The block then moves the joint
+// estimate by A^-1 A_r m_b. V is the sandwich over the blocks of all recordings (sandwich.h). Its
+// widening for few blocks, and its bound by white noise from below, are applied once, to all blocks
+// together: the mean of the recordings' own robust covariances, each of twelve blocks, was 1.2
+// times as large as the squares of the errors. The covariance B_r by which a recording was widened
+// beyond its noise (RecordingSummary::beyond_noise) is added:
 //
 //   V += A^-1 (sum_r A_r B_r A_r) A^-1
 //
-// A part of B_r may be one and the same error in all of them (RecordingSummary::common): it counts
-// as such (common_errors.h).
+// A part of B_r may be one and the same error in all recordings (RecordingSummary::common): it
+// counts as one error (common_errors.h).
 //
 // It does not see what differs between recordings and not within them; device.h widens it by that.
 #pragma once

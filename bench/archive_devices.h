@@ -15,7 +15,7 @@ Simulation archive_recording(const SensorParameters& device, std::uint64_t seed)
 
 struct NeesReport {
   std::vector<double> nees;  // a device, over 19
-  // Of each group of parameters by its own covariance: its name, and a device's over its size.
+  // For each group of parameters: its name, and each device's NEES of the group over its size.
   std::vector<std::pair<std::string, std::vector<double>>> groups;
   std::size_t flagged = 0;  // devices with a change, where there is none
   double calibrate_s = 0.0, condensed_s = 0.0;
@@ -24,8 +24,8 @@ struct NeesReport {
 // NEES of the devices' parameters and last dip by the covariance in the device's file.
 NeesReport device_nees(int devices, int recordings);
 
-// Devices from summaries against calibrations of all samples together: the largest difference of a
-// parameter, in its standard deviations (the model's), device by device.
+// Devices' estimates from summaries against a calibration of all their samples together. For each
+// device the largest difference of a parameter, in its standard deviations (the model's).
 std::vector<double> distances_from_together(int devices, int recordings);
 
 struct ChangesReport {

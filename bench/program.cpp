@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How long a user waits: `bench_program [REPEATS]` runs the program itself, from its start to its
-// end, on files as they come from a logger. `bench_program --hour [HZ]`: an hour of a fast sensor
-// (1000 Hz), with processor time and the peak of memory. The program must lie beside this one in
-// the build folder.
+// end, on files as they come from a logger. `bench_program --hour [HZ]` does the same with an
+// hour of a fast sensor (1000 Hz), and prints processor time and peak memory. The program must lie
+// beside this one in the build folder.
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <sys/wait.h>

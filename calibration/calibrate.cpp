@@ -192,7 +192,8 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
     if (!coarse.result().converged()) return;
     if (auto state = attempt([&] { return find_lacking_state(coarse); })) lacking = *state;
   };
-  // The last fit stays: of a long recording it comes when the others are gone.
+  // fit_finely keeps its fit in memory. Of a long recording these run one after another, and it
+  // comes last, when the memory of the others is free.
   side_by_side(coarse.plans(), predict, search, find_lacking, fit_finely);
   progress("the verdict", 0.95);
   c.motion_reason = begun->motion_reason();

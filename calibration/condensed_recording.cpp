@@ -84,8 +84,8 @@ CondensedRecording condense_system(const LinearSystem& system, const Values& val
   return out;
 }
 
-// A file need not have every five seconds of hours: neighbours are added up, and longer stretches
-// tell the same.
+// At most 64 stretches, so that hours of recording do not fill a file: neighbours are added in
+// pairs. Longer stretches show the same scatter.
 MatrixXd in_few_stretches(MatrixXd moved) {
   constexpr Eigen::Index kMostStretches = 64;
   while (moved.cols() > kMostStretches) {
@@ -143,7 +143,7 @@ void widen(CondensedRecording& c, const MatrixXd& covariance) {
   const MatrixXd B = wider.solve(A);
   triangle_of(0.5 * (B + B.transpose()), wider.solve(score), c.R, c.d);
   c.covariance += covariance;
-  // The same bits on both sides of the diagonal: files have one of them.
+  // The same bits on both sides of the diagonal: a file has the upper triangle only.
   c.beyond_noise = MatrixXd(c.beyond_noise + covariance).selfadjointView<Eigen::Upper>();
 }
 

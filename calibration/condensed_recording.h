@@ -26,17 +26,17 @@ struct CondensedRecording {
   double squares = 0.0;
   int rows = 0;         // residuals
   MatrixXd covariance;  // robust (uncertainty.h), of the optimum
-  // By how much stretches of seconds move the optimum, one column a stretch: what `covariance` is
-  // made of (solvers/block_moves.h). It has `beyond_noise`, too, by which both covariance and
-  // triangle were widened.
+  // moved: by how much each stretch of seconds moves the optimum, one column a stretch;
+  // `covariance` is made of these (solvers/block_moves.h). beyond_noise: the covariance by which
+  // both `covariance` and the triangle were widened.
   MatrixXd moved, beyond_noise;
   MatrixXd common;  // Calibration::covariance_common, part of the triangle; empty: none
   // Of each parameter as the fit had it: mean and standard deviation; 0: none.
   VectorXd prior_mean, prior_sigma;
 };
 
-// stage: fitted to one recording (or its parts). covariance, moved: as summarize() (summary.h)
-// gives them.
+// optimum: fitted to one recording (or its parts). covariance, moved: as summarize()
+// (fit/moved_by_blocks.h) gives them, parameters in the order of Calibration::order.
 CondensedRecording condense_optimum(const Optimum& optimum, int magnetometers,
                                     const MatrixXd& covariance, const MatrixXd& moved);
 

@@ -59,8 +59,8 @@ constexpr double kWorthJitter = 3.3;  // nats; about 1 % by chance
 // its doubt is in the sigmas (scan/unseen_tolerances.h).
 constexpr double kWorthPart = 3.3;
 constexpr double kWorse = 2.0;  // standard errors of a gain below zero
-// Standard deviations of the correlation of neighbouring velocities that are not independent; so
-// many of them tell a speed to a fifth (two axes each).
+// Neighbouring velocities are not independent where their correlation exceeds so many standard
+// deviations. Fewest velocities of the longest part: they tell the speed to 18 % (two axes each).
 constexpr double kAlikeVelocities = 2.0, kFewestVelocities = 8.0;
 constexpr double kMatrixShown = 3.0;  // standard errors of a gain that is believed
 // Standard deviations of a lag that is believed; of one that may be, with noise estimated anew.

@@ -85,8 +85,9 @@ class Pipeline {
 
   // Its steps, with few nodes.
   Stage coarse_fit(MotionModel motion) const;
-  // Another model of the motion where a hand-held one is beyond any hand's reach, with all steps
-  // after it, and why; nothing where the sensor may have been in a hand.
+  // Where the hand-held fit is beyond any hand's reach: the travelling model, with all steps that
+  // follow the choice of a motion, and the reason in a sentence. Nothing where the sensor may have
+  // been in a hand, where that model has no fit, or where it predicts left-out samples worse.
   std::optional<Stage> travelling_instead(const Stage& hand_held, std::string& reason,
                                           const std::vector<std::string>& known = {}) const;
   // Of the two motion models the one that the data prefer, and why.
@@ -111,7 +112,8 @@ class Pipeline {
   Stage beside(const Stage& from, const ModelSpec& spec) const;
   // What a model of the motion may need: lag, jolts, matrices of gyroscope and accelerometer.
   Stage with_what_it_needs(Stage stage, const std::vector<std::string>& known) const;
-  // With measurements of the velocity as far apart as it takes for them to be independent.
+  // Doubles the time between measurements of the velocity until they are independent, or fewer than
+  // eight would be left.
   Stage with_independent_velocities(Stage stage) const;
   Stage with_offset(const Stage& stage) const;
   Stage with_acc_jitter(const Stage& stage) const;
@@ -119,7 +121,7 @@ class Pipeline {
   Stage with_errors_of_parts(const Stage& stage, const std::vector<std::string>& known) const;
   std::optional<Stage> with_effects(const Stage& stage,
                                     const std::vector<std::string>& names) const;
-  // A fit and what comparisons with others ask of it, each found once.
+  // A fit and what comparisons with others need of it, each computed once, when first needed.
   struct Compared;
   bool pays(Compared& without, Compared& with) const;
   Stage with_noise_anew(const Stage& stage) const;

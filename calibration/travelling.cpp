@@ -12,7 +12,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kBeyond = 1e-3;  // by chance, where the hand was within its reach
+constexpr double kBeyond = 1e-3;  // probability by chance, of a hand within its reach
 
 double longest_arm(const Stage& stage) {
   double longest = 0.0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A sensor that walks, drives or flies is not held within a hand's reach, and a model that says so
-// tilts the trajectory until gravity explains the way: an attitude that is off by degrees, and a
-// distortion with it. What is told of such a motion is its speed alone (model.h, travelling).
+// A sensor that walks, rides or flies does not stay within a hand's reach. The hand-held model then
+// tilts the trajectory until gravity explains the path: attitudes are off by degrees, and so is the
+// distortion. The travelling model (model.h) assumes a bound on the velocity alone.
 #pragma once
 
 #include "calibration/fit/held_out.h"
@@ -9,23 +9,26 @@
 
 namespace magimu {
 
-// Is a fit of the hand-held model out of any hand's reach? The sensor would be farther than an arm
-// from the point that it is turned about, or that point wanders farther than an arm can.
+// Is a fit of the hand-held model beyond any hand's reach? It is if the lever arm is longer than
+// kLongestArm, or if the reach is at its upper limit kMaxReach and the point that the sensor is
+// turned about wanders farther than that allows (chi-square at 0.1 %).
 bool is_beyond_reach(const Stage& hand_held);
 
 // Would the gyroscope have to be off by more than any part is for this to be true? Then something
 // else is wrong, which a free motion has only hidden.
 bool asks_too_much_of_gyroscope(const Stage& travelling);
 
-// Correlation of the velocity between two neighbouring measurements of it, all recordings together,
-// in its standard deviations: 0 +- 1 where they are independent.
+// Correlation of v - R u at two neighbouring weak measurements of the velocity, all recordings
+// together, times sqrt(pairs). Where they are independent it is 0 with a standard deviation of 1 if
+// the velocity has one axis, and of 0.7 or 0.6 if two or three axes are alike.
 struct VelocityCorrelation {
   double sigmas = 0.0;
   int pairs = 0;
 };
 VelocityCorrelation velocity_correlation(const Stage& travelling);
 
-// In a sentence: why the sensor is taken to have travelled.
+// A sentence that says why the sensor is taken to have travelled. gain: of the travelling model
+// over the hand-held one.
 std::string grounds_of_travelling(const Stage& hand_held, const Stage& travelling,
                                   const HeldOutGain& gain);
 

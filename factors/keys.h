@@ -30,7 +30,7 @@ constexpr Key mag_bias_of(int i, int earlier) { return {'m', std::uint32_t(i + 1
 // Seconds by which magnetometer i lags the gyroscope, double.
 constexpr Key mag_time_offset_of(int i) { return {'l', std::uint32_t(i)}; }
 // Where the sensor is in recording i, from the point that it is turned about (reach_factor.h): IMU
-// frame, Vector3, m.
+// frame, Vector3, m. Of a travelling sensor its steady velocity along its own axes, m/s.
 constexpr Key lever_arm_of(int i) { return {'r', std::uint32_t(i)}; }
 // The i-th parameter of all effects (calibration/model/extension.h), double.
 constexpr Key effect(int i) { return {'e', std::uint32_t(i)}; }

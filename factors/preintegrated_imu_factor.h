@@ -177,10 +177,11 @@ class PreintegratedImuText {
   detail::ImuText<S> shared_;
 };
 
-// Noise of the three residuals. loose_m: standard deviation of what else may happen to the position
-// in this interval, m. Where nothing else depends on the position, any is right, and 1 keeps the
-// problem well conditioned: positions that are known to a micrometre from node to node and to
-// nobody as a whole use up the digits.
+// Noise of the three residuals. loose_m: standard deviation, m, of a further error of the position
+// in this interval. Where nothing else depends on the position, its value changes no other
+// estimate. A value of 1 keeps the problem well conditioned: without it positions are known to a
+// micrometre from node to node but hardly at all as a whole, which uses up the digits of double
+// arithmetic.
 inline Noise<9> imu_noise(const PreintegratedImu& imu, double gyr_density, double acc_density,
                           double loose_m) {
   PreintegratedImu::Matrix9 covariance = imu.covariance(gyr_density, acc_density);

@@ -6,6 +6,9 @@
 // with the sensor at l from that point, in the IMU frame (the lever arm), and p_0 where the point
 // is expected. Without l the position of a sensor on a stick, R l, passes for the double integral
 // of a constant error of the accelerometer, -w^2 l where it turns at the rate w.
+//
+// Of a travelling sensor the same holds with velocities: v in the place of p, a steady velocity u
+// along the sensor's own axes in that of l, p_0 = 0 (model.h).
 #pragma once
 
 #include "graph/factor_graph.h"
@@ -47,7 +50,7 @@ class ReachFactor : public Factor<3, Rot3, Vector3, Vector3>, public ReachText<d
   template <class S>
   using Text = ReachText<S>;
 
-  // middle: of the turning point, in n, m; noise: m.
+  // middle: of the turning point, in n, m; noise: m. With velocities all are in m/s.
   ReachFactor(Key nRb, Key p, Key lever_arm, const Vector3& middle, const Noise<3>& noise)
       : Factor({nRb, p, lever_arm}, noise), ReachText(middle) {}
 };

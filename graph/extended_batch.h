@@ -26,15 +26,15 @@ class ExtendedBatch final : public FactorBatch {
     types_.resize(kTypes.size() + extra_.size(), VariableTraits<double>::type());
   }
 
-  // G of each factor, in their order, made whenever it is wanted instead of kept; with as many
-  // columns as the memory of a long recording does not hold. Without SIMD lanes. Called by several
-  // threads.
+  // gain_of: a function for each factor, in their order, that returns its G. G is then computed
+  // whenever it is needed and not kept, for a long recording whose G do not fit into memory. The
+  // functions are called by several threads. The batch has no SIMD lanes then, and no gain().
   void find_gains_with(std::vector<std::function<Gain()>> gain_of) {
     gain_of_ = std::move(gain_of);
     gains_ = {};
   }
 
-  // Memory for so many factors.
+  // Reserves memory for so many factors, and for their G if with_gains.
   void reserve(int factors, bool with_gains = true) {
     const auto n = std::size_t(factors);
     factors_.reserve(n);
@@ -50,7 +50,7 @@ class ExtendedBatch final : public FactorBatch {
     add_without_gain(factor);
     gains_.resize(gains_.size() + std::size_t(F::kDim) * extra_.size(), 0.0);
   }
-  // find_gains_with() follows.
+  // Call find_gains_with() after the last of these.
   void add_without_gain(const F& factor) {
     factors_.push_back(factor);
     keys_.insert(keys_.end(), factor.keys().begin(), factor.keys().end());

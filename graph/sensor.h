@@ -12,7 +12,7 @@ namespace magimu {
 
 // The last two are no sensors: rows of a graph's linear system may belong to them
 // (calibration/motion/sensor_rows.h). kReach: weak measurements of the position of a hand-held
-// sensor. kNone: priors on parameters.
+// sensor, or of the velocity of a travelling one. kNone: priors on parameters.
 enum class Sensor { kAcc = 0, kGyr = 1, kMag = 2, kReach = 3, kNone = 4 };
 
 // Those that are sensors.

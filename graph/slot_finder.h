@@ -37,8 +37,9 @@ class SlotFinder {
   std::vector<Last> last_;
 };
 
-// Where a batch's variables are. used: set at the first column of each of them. Throws
-// std::invalid_argument where a variable is absent or of another type.
+// Where the variables of a batch's factors lie in the values. used: one entry a column; set to 1 at
+// the first column of each of these variables. Throws std::invalid_argument where a variable is
+// absent or of another type.
 ResolvedKeys resolve(const FactorBatch& batch, const Values& values, std::vector<char>& used);
 
 }  // namespace magimu

@@ -63,8 +63,8 @@ struct SimulationOptions {
   // kHandHeld: root mean square of the displacement while the hand moves, m. Negative: drawn from
   // 0.05 to 0.30.
   double displacement_m = -1.0;
-  // kHandHeld: root mean square of the speed, m/s, at which whoever or whatever holds the sensor
-  // travels besides (travelled_path.h).
+  // kHandHeld: root mean square of the speed, m/s, at which the bearer of the sensor travels
+  // besides (travelled_path.h). 0: the bearer stays.
   double speed_mps = 0.0;
   // What the sensor models leave out; the magnetometers all have the same of it. In this order:
   // terms, noise, quantization, clipping. linear_acceleration makes the motion kHandHeld.

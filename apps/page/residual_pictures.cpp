@@ -14,9 +14,9 @@ namespace {
 
 using plot::Colour;
 
-constexpr int kTraceStretches = 450;  // of time; two points each on 760 pixels
+constexpr int kTraceStretches = 450;  // of time, two points each: as fine as the picture
 constexpr int kLags = 100;
-constexpr double kBand = 2.576;  // 99 % of noise, sigma
+constexpr double kBand = 2.576;  // sigmas: 99 % of normal noise lies within
 
 // Orange-red before, blue after; without an "after" the one curve is blue.
 struct Look {
@@ -38,7 +38,7 @@ plot::Line line(const Look& look, const Curve& curve, double width) {
   return {.name = look.name, .x = curve.x, .y = curve.y, .colour = look.colour, .width = width};
 }
 
-// Holds all but the most extreme residuals, and the band.
+// Largest residual on the scale, sigmas: all but 0.1 % of the samples fit, and so does the band.
 double usual_extreme(const std::vector<Vector3>& residuals) {
   std::vector<double> sizes;
   for (const Vector3& r : residuals) {

@@ -13,7 +13,7 @@ namespace magimu::apps {
 // The answer in a sentence; its reasons, and the findings' sentences, are in the diagnosis.
 std::string headline(const Diagnosis& diagnosis);
 
-// Reasons of the verdict that the diagnosis has not given.
+// Reasons of calibrate()'s verdict that the diagnosis has not given in its own words.
 std::vector<std::string> unsaid_reasons(const Diagnosis& diagnosis);
 
 // What the diagnosis adds to the verdict, which is calibrate()'s: the verdict with the causes that
@@ -32,9 +32,9 @@ bool is_finding_of(const ScanEntry& entry, const Finding& finding);
 Outcome outcome_of(const ScanEntry& entry, const Diagnosis& diagnosis);
 std::vector<const ScanEntry*> entries_with(Outcome outcome, const Diagnosis& diagnosis);
 
-// Why it could not be tested.
+// Why a candidate could not be tested.
 std::string needs_words(const ScanEntry& entry);
-// The size at which it would be found in nine of ten cases.
+// The size at which a candidate would be found in nine of ten cases.
 std::string detectable_words(const ScanEntry& entry);
 
 // "0.0110 ± 0.0001 s"

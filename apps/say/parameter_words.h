@@ -21,7 +21,7 @@ std::string calibration_parameter_unit(const std::string& name);
 // "accelerometer bias o_a[1]" -> "accelerometer bias o_a y"; two indices of a matrix: "D xy".
 std::string axes_as_letters(const std::string& name);
 
-// How the sensor moved, as modelled: "turned", "moved by hand", "travelling".
+// The model of the motion in words: "turned", "moved by hand", "travelling".
 std::string moved_how(MotionModel motion);
 
 }  // namespace magimu::apps

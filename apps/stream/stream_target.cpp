@@ -20,7 +20,7 @@ struct Unit {
   double in_ours;
 };
 
-// What a target may limit; the first unit is ours and the one that needs not be written.
+// A quantity that a target may limit. The first unit is ours; a limit without a unit is in it.
 struct Quantity {
   std::string_view name;
   const char* label;

@@ -12,11 +12,11 @@ namespace magimu {
 
 struct DeviceReading {
   std::string rule;                 // "each folder is a device"
-  std::vector<std::string> device;  // of each path
+  std::vector<std::string> device;  // the device's name, for each path
 };
 
 // shown: paths relative to the archive; archive: its own name, for files that have none.
-// At least one reading, of different groups, the most usual first.
+// At least one reading, no two with the same groups, the most usual first.
 std::vector<DeviceReading> device_readings(const std::vector<std::string>& shown,
                                            const std::string& archive);
 

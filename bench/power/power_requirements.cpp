@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is asked of a diagnosis, and whether the cases show it: power_report.h.
+// The requirements on a diagnosis, and whether the cases meet them (power_report.h).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,9 +12,9 @@
 namespace magimu {
 namespace {
 
-constexpr double kClear = 12.0;   // effects of this size and above have to be found
-constexpr double kLarge = 100.0;  // from this size on, further findings may gain hardly anything
-// A measured size is right to a few hundredths.
+constexpr double kClear = 12.0;   // sigmas: effects of this size and above have to be found
+constexpr double kLarge = 100.0;  // sigmas: from here on, further findings may gain 1 % at most
+// A measured size is right to a few percent: cases count from this share of a limit on.
 constexpr double kSlack = 0.95;
 
 struct Share {
@@ -103,7 +103,8 @@ void nothing_there(const std::vector<PowerOutcome>& outcomes, Requirements& out)
 
 void gains(const std::vector<PowerOutcome>& outcomes, Requirements& out) {
   Share spurious, second, measured;
-  // RMS errors of the cases of one effect at one size: single ones are a matter of luck.
+  // Sums of squared errors of the cases of one effect at one size: single errors are a matter of
+  // chance.
   struct Errors {
     double before = 0.0, after = 0.0;
   };

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A fit's summary with what its robust covariance is made of: by how much each block of
-// CalibrationOptions::block_s moves the parameters, in the order and units of Calibration::order,
-// one column a block (solvers/block_moves.h). For estimates from several recordings.
+// A fit's summary, and what its robust covariance is made of: by how much each block of
+// CalibrationOptions::block_s seconds moves the parameters. `moved` has a row for each parameter,
+// in the order and units of Calibration::order, and a column for each block
+// (solvers/block_moves.h). Estimates from several recordings are made of these.
 #pragma once
 
 #include "calibration/fit/summary.h"
@@ -9,10 +10,10 @@
 
 namespace magimu {
 
-// As that without `moved` (summary.h).
+// As summarize() without `moved` (summary.h).
 Calibration summarize(const std::vector<const Recording*>& recordings, const Optimum& at,
                       const CalibrationOptions& options, MatrixXd& moved);
-// The same (uncertainty.h).
+// As fill_uncertainty() without `moved` (uncertainty.h).
 void fill_uncertainty(Calibration& c, const Optimum& at, const Marginals& marginals, double block_s,
                       MatrixXd& moved);
 

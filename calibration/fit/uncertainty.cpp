@@ -46,7 +46,7 @@ std::vector<int> blocks_of_rows(const SensorRows& rows, const std::vector<int>& 
   return out;
 }
 
-// By what each block of rows moves these columns: (J'J)^-1 of its J'r, one column a block.
+// By how much each block of rows moves these columns: (J'J)^-1 times its J'r, one column a block.
 MatrixXd moved_by_rows(const LinearSystem& system, const Marginals& marginals,
                        const std::vector<int>& columns, const std::vector<int>& block_of_row,
                        int blocks) {
@@ -112,7 +112,8 @@ std::optional<BothCovariances> by_condensed_blocks(const Optimum& at, const Marg
   return out;
 }
 
-// Of the parameters' own units, in those of Calibration::order: dips in degrees.
+// Factors from the units of the graph's parameters to those of Calibration::order: dips from rad to
+// deg.
 VectorXd units_of_order(const Calibration& c) {
   VectorXd unit = VectorXd::Ones(Eigen::Index(c.order.size()));
   unit.segment(6 + 12 * Eigen::Index(c.parameters.mag.size()), Eigen::Index(c.fields.size()))

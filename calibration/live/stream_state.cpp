@@ -54,8 +54,8 @@ StreamingCalibration::State::State(int magnetometers, const StreamingOptions& op
   batch_.also = options.also;
   batch_.prior = options.prior;
   batch_.given_prior = options.given_prior;
-  // A hand that does not move costs next to nothing under the model in which it may. Whether the
-  // sensor travelled, calibrate() decides at the end.
+  // The hand-held model costs next to nothing where the hand does not move. The stream itself does
+  // not model travel: calibrate() decides about it at the end, if the stream is short enough.
   batch_.motion =
       options.motion == MotionModel::kRotation ? options.motion : MotionModel::kHandHeld;
   const StreamTarget& t = options.target;

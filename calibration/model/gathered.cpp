@@ -20,7 +20,7 @@ struct Source {
   const IntegratedRotation& gyr;
   const ModelSpec& spec;
   const ExtendedRecording* extended;  // null without effects
-  bool with_jacobians;                // of the effects
+  bool with_jacobians;                // keep those of the effects
 
   const EffectColumns* columns(Sensor channel) const {
     const auto c = std::size_t(channel);
@@ -55,12 +55,13 @@ bool same_mag(const ModelSpec& a, const ModelSpec& b) {
   return same_attitudes(a, b) && same_readings(a, b, Sensor::kMag) &&
          mag_offsets(a) == mag_offsets(b);
 }
-// jacobians: of the effects, kept with the motion.
+// jacobians: whether the effects' are kept with the motion.
 bool same_motion(const ModelSpec& a, const ModelSpec& b, bool jacobians) {
   if (a.motion != b.motion || !same_attitudes(a, b) || !same_readings(a, b, Sensor::kAcc)) {
     return false;
   }
-  // Without effects a turn of one sample is not integrated at all.
+  // Where the sensor only turns, an interval of one gyroscope sample is integrated beside effects
+  // and not without them.
   const bool needed = jacobians || !is_moved(a.motion);
   if (needed && a.extended != b.extended && (integrates_columns(a) || integrates_columns(b))) {
     return false;

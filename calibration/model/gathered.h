@@ -20,15 +20,16 @@ struct GatheredMotion {
   std::vector<NodeMean> acc;
   std::vector<long> single;
   std::vector<PreintegratedGyroscope> turns;  // empty where all are single
-  // The hand moves it.
+  // The sensor is moved (hand-held or travelling): both sensors, of each interval.
   std::vector<PreintegratedImu> imu;
   // What gaps in between add to each interval (bridged_gaps.h); empty: nothing.
   std::vector<double> gyr_gap, acc_gap;
 };
 
-// What effects' columns integrate to between nodes: kept with the rest, or found whenever a graph
-// asks for them, which takes time again but no memory. A graph of the latter must be gone before
-// recordings, plans, specification and gathered samples are.
+// The integrals of effects' columns between nodes. kKept: in memory with the rest. kOnDemand:
+// computed whenever a graph asks for them, which takes time again but no memory. A graph made on
+// demand refers to its recordings, plans, specification and gathered samples, which must outlive
+// it.
 enum class EffectJacobians { kKept, kOnDemand };
 
 class GatheredSamples {
@@ -41,7 +42,8 @@ class GatheredSamples {
                   EffectJacobians jacobians = EffectJacobians::kKept);
 
   bool on_demand() const { return on_demand_; }
-  // On demand: of the interval between a node and the next.
+  // Call where on_demand(). The derivatives of what the interval from a node to the next integrates
+  // to, by the effects' parameters: rotation; rotation, velocity and position.
   Eigen::Matrix<double, 3, Eigen::Dynamic> turn_by_effects(int recording, std::size_t node) const;
   Eigen::Matrix<double, 9, Eigen::Dynamic> imu_by_effects(int recording, std::size_t node) const;
   const GatheredMotion& motion(int recording) const { return (*motion_)[std::size_t(recording)]; }
@@ -51,7 +53,7 @@ class GatheredSamples {
   }
 
  private:
-  // All that intervals are integrated from.
+  // What intervals are integrated from, on demand.
   struct Integrals {
     Integrals(const Recording& of, const NodePlan& nodes, const ModelSpec& spec,
               const ExtendedRecording& with)

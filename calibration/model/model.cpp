@@ -48,7 +48,7 @@ struct Part {
     return extended == nullptr ? nullptr : &extended->columns[std::size_t(channel)];
   }
   int nodes() const { return int(plan.t.size()); }
-  // Factors of one type, at most.
+  // The most factors of one type.
   std::size_t of_all_magnetometers() const { return plan.t.size() * recording.mag.size(); }
   bool measures(int i) const { return i > 0 || !plan.continues; }
   int id(int i) const { return plan.first + i; }
@@ -68,7 +68,7 @@ auto made_of_samples(const Part& part, const std::string& sensor, int node, cons
   }
 }
 
-// Memory for so many factors of a type, before the first of them.
+// Reserves memory for so many factors of a type before the first is added.
 template <class F>
 void reserve(FactorGraph& graph, std::size_t factors) {
   std::vector<F>& all = graph.mutable_factors<F>();
@@ -81,7 +81,7 @@ class Collector {
  public:
   using Gain = typename ExtendedBatch<F>::Gain;
 
-  // expected: factors, of all parts that are alike.
+  // expected: number of factors to reserve memory for.
   Collector(FactorGraph& graph, const Part& part, std::initializer_list<Sensor> channels,
             std::size_t expected)
       : graph_(graph), expected_(expected) {
@@ -119,8 +119,8 @@ class Collector {
   }
 
   bool extended() const { return batch_ != nullptr; }
-  // gain: returns it; called at the end or on demand, those of many factors side by side, and not
-  // without effects.
+  // gain: a function that returns the factor's gain. It is called by finish() or on demand, by
+  // several threads; without effects it is not called.
   template <class GainOf>
   void add(const F& factor, const GainOf& gain) {
     if (batch_) {
@@ -249,7 +249,8 @@ void add_gyroscope(FactorGraph& graph, const Part& part) {
 void add_imu(FactorGraph& graph, const Part& part) {
   const Vector3 g_n = gravity_n(part.spec.gravity);
   const ModelSpec& spec = part.spec;
-  const double loose_m = spec.motion == MotionModel::kTravelling ? 1.0 : 0.0;  // no place is known
+  // Nothing measures where a travelling sensor is (imu_noise()).
+  const double loose_m = spec.motion == MotionModel::kTravelling ? 1.0 : 0.0;
   const std::vector<double> acc_density =
       acc_densities(part.recording.acc, part.plan.t, spec.noise.acc, spec.acc_jitter);
   Collector<PreintegratedImuFactor> plain(graph, part, {Sensor::kGyr, Sensor::kAcc},
@@ -286,7 +287,7 @@ void add_imu(FactorGraph& graph, const Part& part) {
   scaled.finish();
 }
 
-// What is assumed of the motion: where it stays, or how fast it travels.
+// Factors for what is assumed of the motion: a bound on the position, or one on the velocity.
 void add_reach(FactorGraph& graph, const Part& part) {
   const bool travels = part.spec.motion == MotionModel::kTravelling;
   const Noise<3> noise = Noise<3>::isotropic(travels ? part.spec.speed_mps : part.spec.reach_m);
@@ -301,7 +302,8 @@ void add_reach(FactorGraph& graph, const Part& part) {
   // Three at the least: with two, velocity and tilt of a short part are not told apart.
   const double every =
       std::min(travels ? part.spec.velocity_every_s : kReachEvery, 0.5 * (t.back() - t.front()));
-  // Where a travelling sensor begins nothing tells, and nothing depends on it.
+  // Nothing measures where a travelling sensor begins, and nothing depends on it: any place will
+  // do.
   if (travels) {
     graph.add(PriorFactor<Vector3>(P(part.id(0)), Vector3::Zero(), Noise<3>::isotropic(1.0)));
   }

@@ -5,9 +5,9 @@
 //   hand_held  a hand moves it within its reach: nodes R, v, p; accelerometer and gyroscope are
 //              integrated between nodes, and all that is assumed of the motion is that the position
 //              stays within a bound, a weak measurement of p every three seconds
-//   travelling a walk, a vehicle, a flight: the same nodes, with a bound on the velocity instead
+//   travelling it walks, rides or flies: the same nodes, with a bound on the velocity instead
 //
-// In all, a node stands at a magnetometer sample (every one, or every n-th with all samples
+// In all three, a node stands at a magnetometer sample (every one, or every n-th with all samples
 // averaged in blocks about the nodes). Biases and distortion are shared; each recording has its
 // own dip.
 #pragma once
@@ -29,21 +29,21 @@ struct ExtendedRecording;
 
 enum class MotionModel { kAuto, kRotation, kHandHeld, kTravelling };
 std::string to_string(MotionModel motion);
-// Not only turned: nodes R, v, p.
+// Does the model have nodes R, v, p? Otherwise the sensor only turns.
 constexpr bool is_moved(MotionModel motion) {
   return motion == MotionModel::kHandHeld || motion == MotionModel::kTravelling;
 }
 
-constexpr double kReachEvery = 3.0;          // s between weak measurements of position
+constexpr double kReachEvery = 3.0;          // s between weak measurements of position or velocity
 constexpr double kLeverArmPriorSigma = 0.5;  // m, of each axis: a forearm, a stick, a robot's arm
-constexpr double kLongestArm = 2.0;          // m: four of these, no arm is longer
-constexpr double kOwnVelocityPriorSigma = 10.0;  // m/s, of each axis: people and vehicles in town
-// The point that a hand turns the sensor about, m, standard deviations: within the reach of an arm,
-// 0.7 m to either side, all places alike have 0.4. A wider one lets the sensor wander off for tens
-// of metres where gravity and a field that is not the same everywhere disagree, instead of holding
-// the tilt by gravity.
+constexpr double kLongestArm = 2.0;          // m: four of these; a longer one is no hand's
+constexpr double kOwnVelocityPriorSigma = 10.0;  // m/s, of each axis: walks, vehicles in town
+// m: limits of the standard deviation of the point that a hand turns the sensor about. An arm
+// reaches 0.7 m to either side; a point that is anywhere in there with the same probability has 0.4
+// m. A wider limit lets the estimate wander off by tens of metres where gravity and an uneven field
+// disagree, instead of holding the tilt by gravity.
 constexpr double kMinReach = 0.1, kMaxReach = 0.4;
-constexpr double kMinSpeed = 0.1, kMaxSpeed = 100.0;  // m/s, of a travelling sensor, likewise
+constexpr double kMinSpeed = 0.1, kMaxSpeed = 100.0;  // m/s: the same of a travelling speed
 
 // What a graph is built from, besides the recordings.
 struct ModelSpec {
@@ -53,8 +53,9 @@ struct ModelSpec {
   // the first one's. Empty: noise.mag of all.
   std::vector<double> mag_noise;
   double reach_m = 0.3;  // hand_held: sigma of the point that the sensor is turned about
-  // travelling: sigma of v - R u, with u a velocity along the sensor's own axes that is estimated
-  // (a vehicle moves forward), and the time between two measurements of it that are independent.
+  // travelling: sigma of v - R u, each axis, m/s, with u a steady velocity along the sensor's own
+  // axes that is estimated (a vehicle moves forward); and the time between two weak measurements of
+  // v - R u = 0, s, so long that they are independent.
   double speed_mps = 2.0, velocity_every_s = kReachEvery;
   double acc_jitter = 0.0;  // moved: how far off in time, in sampling intervals (acc_jitter.h)
   double gravity = kStandardGravity;  // m/s^2
@@ -73,7 +74,8 @@ struct ModelSpec {
   // Which bias a node's magnetometers have, where a change was recognised: key::mag_bias_of(m,
   // earlier); empty: 0, the same throughout.
   std::function<int(int node)> earlier_bias;
-  // hand_held: the nodes whose position is weakly measured; empty: one every three seconds.
+  // Moved: the nodes whose position (travelling: velocity) is weakly measured; empty: one every
+  // kReachEvery (velocity_every_s).
   std::function<bool(int node)> reach_at;
   // Sampling rates, Hz; 0: those of the recording's samples.
   double acc_rate_hz = 0.0, mag_rate_hz = 0.0;

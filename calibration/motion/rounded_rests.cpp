@@ -12,18 +12,19 @@
 namespace magimu {
 namespace {
 
-// Of a step: what rounding makes of readings so far apart has nothing in common (its correlation is
-// the cosine of 2 pi of it).
+// Steps of the converter. The rounding errors of two readings that far apart are uncorrelated
+// (their correlation is the cosine of 2 pi times this).
 constexpr double kSamePlace = 0.25;
-constexpr double kNearlyAll = 0.9;  // readings of samples: no node is left out for less
+constexpr double kNearlyAll = 0.9;  // from this share of independent readings on all nodes stay
 
+// Standard deviation about their own mean of rounded readings of a resting sensor.
 double scatter_of(double step, double sigma) {
   return std::sqrt(
       std::max(0.0, sigma * sigma + step * step / 12.0 - rounded_mean_variance(step, sigma)));
 }
 
-// How large the field is that the sensor turns in: of each axis half of what its readings range
-// over, at most.
+// Size of the field that the sensor turns in, uT: the largest of its axes' half ranges. Smaller
+// than the field where the sensor has not turned far.
 double strength_of(const VectorSeries& mag) {
   Vector3 low = mag.v.front(), high = low;
   for (const Vector3& v : mag.v) {
@@ -33,15 +34,15 @@ double strength_of(const VectorSeries& mag) {
   return 0.5 * (high - low).maxCoeff();
 }
 
-// Nodes [begin, end) have so many readings together: as many nodes, evenly, keep their
-// magnetometer.
+// Nodes [begin, end) have this many independent readings together. So many of them, evenly spaced,
+// keep their magnetometer; the others get the share 0.
 void share_out(std::vector<double>& share, std::size_t begin, std::size_t end, double samples,
                double readings) {
   const std::size_t n = end - begin;
   const auto kept = std::min(n, std::size_t(std::ceil(readings - 1e-9)));
   const double each = std::min(1.0, readings / double(kept) / (samples / double(n)));
   for (std::size_t i = 0; i < n; ++i) {
-    // The middle of each of as many equal parts.
+    // The node in the middle of each of `kept` equal parts.
     const std::size_t part = i * kept / n;
     const std::size_t first = (part * n + kept - 1) / kept;
     const std::size_t last = ((part + 1) * n + kept - 1) / kept;
@@ -49,7 +50,8 @@ void share_out(std::vector<double>& share, std::size_t begin, std::size_t end, d
   }
 }
 
-// The shares of one magnetometer's nodes. False: all are 1.
+// Writes the shares of one magnetometer's nodes. of_node: samples of a node. False: all shares stay
+// 1.
 bool share_of_places(const VectorSeries& mag, double step, double sigma, double of_node,
                      const IntegratedRotation& gyr, const std::vector<double>& nodes,
                      std::vector<double>& share) {
@@ -75,7 +77,7 @@ bool share_of_places(const VectorSeries& mag, double step, double sigma, double 
 
 double rounded_mean_variance(double step, double sigma) {
   if (!(step > 0.0)) return 0.0;
-  // At sigma = 0 the terms fall as 1 / m^2.
+  // At sigma = 0 the terms fall as 1 / m^2: the rest of the sum is 0.3 %.
   constexpr int kTerms = 200;
   double sum = 0.0;
   for (int m = 1; m <= kTerms; ++m) {
@@ -106,7 +108,7 @@ std::vector<std::vector<double>> independent_shares(const Recording& recording,
   const std::vector<TimeSpan> rests = find_rests(recording);
   if (rests.empty() || nodes.size() < 2) return {};
   const std::vector<double> density = mag_noise_at_rest(recording, rests);
-  std::optional<IntegratedRotation> gyr;  // where it is needed
+  std::optional<IntegratedRotation> gyr;  // integrated once, for the first sensor that needs it
   std::vector<std::vector<double>> out(recording.mag.size(), std::vector(nodes.size(), 1.0));
   bool any = false;
   for (std::size_t m = 0; m < recording.mag.size(); ++m) {

@@ -45,7 +45,7 @@ struct TrajectoryEstimate {
   std::string recording;
   std::vector<double> t;
   std::vector<Rot3> nRb;
-  std::vector<Vector3> v, p;  // hand_held only: velocity, m/s, and position, m, in n
+  std::vector<Vector3> v, p;  // velocity, m/s, and position, m, in n; empty: only turned
 };
 
 // A stretch of time in which the magnetometer reads something else than the model's field.
@@ -153,10 +153,11 @@ struct Calibration {
   // from it, one a recording (reach_factor.h).
   double reach_m = 0.0;
   std::vector<LeverArm> lever_arms;
-  // travelling: standard deviation of its velocity about one along the sensor's own axes, m/s.
+  // travelling: standard deviation of each axis of the sensor's velocity, m/s, about a steady one
+  // along the sensor's own axes.
   double speed_mps = 0.0;
-  // Moved: standard deviation of the accelerometer's sample times, in sampling intervals. It
-  // counts where the specific force changes fast (acc_jitter.h).
+  // hand_held, travelling: standard deviation of the accelerometer's sample times, in sampling
+  // intervals. It counts where the specific force changes fast (acc_jitter.h).
   double acc_jitter = 0.0;
   std::vector<ActiveEffect> effects;
 

@@ -25,15 +25,16 @@ struct CalibrationOptions {
   // (acc_jitter.h).
   std::optional<NoiseDensities> noise;
   double gravity = kStandardGravity;  // m/s^2
-  // Did the sensor only turn, or did a hand move it? kAuto: decided from the data, and said.
+  // Did the sensor only turn, did a hand move it, or did it travel? kAuto: decided from the data,
+  // and said.
   MotionModel motion = MotionModel::kAuto;
   // A lag of the magnetometer is estimated: always, never, or (nothing given) where the data show
   // one beyond four of its standard deviations.
   std::optional<bool> mag_time_offset;
-  // Scale errors and misalignment of the gyroscope are estimated (hand_held only): always, never,
-  // or (nothing given) where left-out samples of the magnetometer are predicted better with them.
-  // So are the accelerometer's, and the gyroscope's response to gravity, where the residuals show
-  // them; never: none of these.
+  // Scale errors and misalignment of the gyroscope are estimated (not where the sensor only
+  // turned): always, never, or (nothing given) where left-out samples of the magnetometer are
+  // predicted better with them. So are the accelerometer's, and the gyroscope's response to
+  // gravity, where the residuals show them; never: none of these.
   std::optional<bool> gyr_matrix;
   // Magnetometer samples a node; 0: every sample up to 100 Hz, above at most 40 nodes a second.
   // All samples are used in any case, as means about the nodes.

@@ -6,7 +6,7 @@
 
 namespace magimu {
 
-// S, where the rates are multiplied by I + S; zero where the model has none.
+// S of gyr = (I + S) omega + o_w; zero where the model has none.
 Matrix3 gyr_errors(const Calibration& c);
 
 }  // namespace magimu

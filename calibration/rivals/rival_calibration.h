@@ -31,9 +31,9 @@ struct RivalCalibration {
   long filter_runs = 0;
 };
 
-// options: motion must not be kHandHeld; where noise is not given it is that at rest, or usual.
-// Throws InputError as calibrate() does, and where the published filter of Wu is given several
-// recordings; NumericalError where numbers are not finite.
+// options: motion must be kRotation or kAuto; where noise is not given it is that at rest, or
+// usual. Throws InputError as calibrate() does, and where the published filter of Wu is given
+// several recordings; NumericalError where numbers are not finite.
 RivalCalibration calibrate_by(const RivalOptions& rival,
                               const std::vector<const Recording*>& recordings,
                               const CalibrationOptions& options = {});

@@ -26,7 +26,7 @@ namespace {
 constexpr double kFalseAlarms = 0.05;  // of all tests together, where nothing is missing
 constexpr double kBiasWindow = 10.0;   // s, in which a bias may be another one
 constexpr int kMaxWindows = 12;
-constexpr int kColumnsAtOnce = 64;       // of candidates
+constexpr int kColumnsAtOnce = 64;       // of candidates, in a long recording
 constexpr double kBeyondOneStep = 0.02;  // of a shift
 constexpr double kStronglyColoured = 2.0;
 constexpr double kWidened = 3.0;  // priors of effects: what is there may be larger than usual
@@ -98,8 +98,8 @@ class Search {
         3.0 * nodes * double(std::max<std::size_t>(1, recordings.front()->mag.size()));
   }
 
-  // Where windows are many, few candidates at a time: each window's information has the square of
-  // their columns.
+  // With many nodes, few candidates at a time: the information of each window grows with the square
+  // of the candidates' columns.
   void look(const std::vector<std::shared_ptr<const Effect>>& effects) {
     const bool many = are_many(stage_.plans());
     for (std::size_t begin = 0, end = 0; begin < effects.size(); begin = end) {

@@ -219,7 +219,7 @@ Scan::Scan(const std::vector<const Recording*>& recordings, const Stage& stage,
         extend(*recordings[r], stage.plans()[r], spec, values)));
   }
   // The accepted effects keep their priors; the candidates have none to speak of.
-  // Rows of so many columns are looked at once, window by window.
+  // Rows with so many columns are needed once: they are made window by window and not kept.
   const GatheredSamples gathered(recordings, stage.plans(), spec, &stage.gathered(),
                                  EffectJacobians::kOnDemand);
   const FactorGraph graph =

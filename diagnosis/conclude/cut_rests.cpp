@@ -19,13 +19,13 @@ namespace magimu {
 namespace {
 
 constexpr double kPieceSeconds = 1.0;  // s
-constexpr double kFewestOfPiece = 4;   // of a piece
+constexpr double kFewestOfPiece = 4;   // samples in a piece
 
-// Field in the IMU frame at a time of reference, where the sensor rests: the gyroscope tells how
-// little it turned meanwhile.
+// The field while the sensor rests, in the IMU frame at a reference time. The gyroscope corrects
+// for the little that the sensor turned between that time and the sample.
 struct MeanAtRest {
   std::vector<double> t;
-  std::vector<Vector3> field;  // unit length, by the calibration
+  std::vector<Vector3> field;  // as calibrated: length 1
 };
 
 MeanAtRest at_rest(const VectorSeries& mag, const MagnetometerParameters& sensor,
@@ -48,16 +48,17 @@ Vector3 mean_of(const std::vector<Vector3>& values, std::size_t begin, std::size
 }
 
 struct Departed {
-  double statistic = 0.0, t = 0.0, size = 0.0;  // chi-square with 3 degrees of freedom; s; 1
+  // statistic: chi-square with 3 degrees of freedom; t: s; size: share of the field's strength.
+  double statistic = 0.0, t = 0.0, size = 0.0;
 };
 
-// How far each second of the cut part is from the mean of the kept one.
+// How far the mean of each second of the cut part is from the mean of the kept part.
 std::vector<Departed> changes(const MeanAtRest& cut, const MeanAtRest& kept, double reference,
                               double gyr_density, double gyr_sigma) {
   std::vector<Departed> out;
   if (double(kept.t.size()) < 2 * kFewestOfPiece) return out;
   const Vector3 mean = mean_of(kept.field, 0, kept.field.size());
-  // Noise of one sample and axis, by neighbours: nothing slow is in it.
+  // Variance of one sample and axis, from differences of neighbours: slow changes do not count.
   double squares = 0.0;
   for (std::size_t k = 1; k < kept.field.size(); ++k) {
     squares += (kept.field[k] - kept.field[k - 1]).squaredNorm();
@@ -70,7 +71,7 @@ std::vector<Departed> changes(const MeanAtRest& cut, const MeanAtRest& kept, dou
       const Vector3 from = mean_of(cut.field, first, last) - mean, along = mean.normalized();
       const double t = 0.5 * (cut.t[first] + cut.t[last - 1]), apart = std::abs(t - reference);
       const double noise = variance * (1.0 / double(last - first) + 1.0 / double(kept.t.size()));
-      // What the gyroscope does not know of the turn meanwhile moves the field across itself.
+      // The gyroscope's error in the turn since then moves the field at right angles to itself.
       const double turned = mean.squaredNorm() * (gyr_density * gyr_density * apart +
                                                   gyr_sigma * gyr_sigma * apart * apart);
       const double length = along.dot(from), across = from.squaredNorm() - length * length;
@@ -105,7 +106,7 @@ int find_changes_in_cut_rests(const std::vector<const Recording*>& whole,
       const bool after = rest.begin_s < to && rest.end_s > to;
       if (before == after) continue;
       const double reference = before ? from : to;
-      // The bias is known from everything that was fitted, of which rests are the smallest part.
+      // Sigma of the gyroscope's bias, which was estimated from all samples that were fitted.
       const double bias_sigma = density / std::sqrt(std::max(1.0, used.duration_s()));
       for (std::size_t m = 0; m < all.mag.size(); ++m) {
         const MagnetometerParameters sensor{values.at<Matrix3>(key::distortion_of(int(m))),

@@ -181,8 +181,8 @@ Comparison compare(const Stage& stage, const std::vector<Finding>& noise, const 
   const Optimum at(stage);
   std::vector<ChannelStatistics> sensors;
   for (const Sensor s : kSensors) {
-    // What travels goes wherever the accelerometer says: it leaves nothing that noise would show
-    // in.
+    // The trajectory of a travelling sensor follows the accelerometer, whose residuals then show no
+    // noise.
     if (s == Sensor::kAcc && stage.spec().motion == MotionModel::kTravelling) continue;
     const int count = s == Sensor::kMag ? int(recordings.front()->mag.size()) : 1;
     for (int m = 0; m < count; ++m) {

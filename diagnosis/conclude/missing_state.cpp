@@ -23,13 +23,13 @@
 namespace magimu {
 namespace {
 
-// Standard deviations of the smoothed process beyond which it shows at one time.
+// The process shows at a time where its smoothed value exceeds so many standard deviations.
 constexpr double kShows = 4.0;
-// A process whose memory differs from the noise's by no more than this factor is that noise.
+// A process is taken for a noise if its memory is at most so many times the noise's.
 constexpr double kSameMemory = 3.0;
 
-// A rest shorter than this tells little of whether a departure stays, s; what lies within half a
-// second of its ends may be motion.
+// s. A shorter rest hardly shows whether a departure stays. Samples within kAtEnds of a rest's ends
+// may belong to a motion.
 constexpr double kLongEnough = 3.0, kAtEnds = 0.5;
 
 struct Task {
@@ -38,9 +38,10 @@ struct Task {
   DisturbanceFit fit;
 };
 
-// A finding about a sensor's noise names the process that stands for the same: coloured noise has a
-// memory, of which rho is left from one sample to the next; larger noise and outliers have none;
-// rounding and mains are no larger than their step and amplitude.
+// The finding about the sensor's noise that explains this process; empty: none. A process must have
+// a memory like the noise's: coloured noise keeps the share rho of its value from one sample to the
+// next, larger noise and outliers keep nothing. Rounding and mains explain a process no larger than
+// their step or amplitude.
 std::string named_as_noise(const MissingState& m, double shortest_s, const Recording& full,
                            const Diagnosis& d) {
   for (const Finding& f : d.findings) {
@@ -67,8 +68,8 @@ std::string named_as_noise(const MissingState& m, double shortest_s, const Recor
   return {};
 }
 
-// Noise of one sensor shows in the processes of other sensors, too, but less than in its own. A
-// process that gains no more than the noise's own is that noise.
+// The noise of one sensor also shows in the processes of other sensors, but less than in its own.
+// So a process that gains no more than the noise's own process is taken for that noise.
 void name_echoes(std::vector<MissingState>& missing) {
   const auto own = std::ranges::max_element(
       missing, {}, [](const MissingState& m) { return m.noise.empty() ? -1.0 : m.left_nats; });
@@ -79,7 +80,8 @@ void name_echoes(std::vector<MissingState>& missing) {
   }
 }
 
-// The evidence does not measure the motion, nor noise of single samples.
+// Findings that the evidence of the processes does not measure: the motion, noise of single
+// samples, and errors that only some samples have.
 bool shows_elsewhere(const Finding& f) {
   constexpr const char* kElsewhere[] = {
       "linear_acceleration", "noise_scale",      "correlated_noise",   "outliers",
@@ -110,7 +112,7 @@ double deciding(const MissingState& m) {
   return m.noise.empty() ? (asked ? m.left_beside_acc_offset : m.left_nats) : 0.0;
 }
 
-// Does an accelerometer that is early or late take it?
+// Does an offset of the accelerometer's time explain it?
 bool is_acc_offset(const Diagnosis& d, const MissingState& most) {
   double left = 0.0;
   for (const MissingState& m : d.missing) left = std::max(left, deciding(m));
@@ -124,7 +126,7 @@ bool keeps_its_length(const Diagnosis& d, const MissingState& m) {
          only_directions_depart(*d.off_ellipsoid_uT, m.size);
 }
 
-// Where it is, in words.
+// Where something is missing, in words.
 std::string place_of(const Diagnosis& d, const MissingState& most) {
   if (is_acc_offset(d, most)) {
     return fmt::format(
@@ -160,7 +162,7 @@ std::string shown_size(double value, const std::string& unit) {
   return two_figures(value) + " " + unit;
 }
 
-// When it shows, and where it is largest.
+// When the departure shows, and when it is largest, in words.
 std::string when_of(const Diagnosis& d) {
   const bool several = d.missing_series.size() > 1;
   std::string out;
@@ -224,8 +226,8 @@ bool field_is_likely(const Diagnosis& d) {
   return field >= std::max(best - kDecided, kNullGain);
 }
 
-// From the first third of each rest to its last. Errors of neighbouring nodes have much in common,
-// so that their difference is known better than this says.
+// The change of the field from the first third of each rest to the last third. Neighbouring nodes
+// have errors in common, so that a change is known better than change_sigmas says.
 AtRest field_at_rest(const std::vector<MissingSeries>& field,
                      const std::vector<const Recording*>& recordings) {
   AtRest out;
@@ -275,8 +277,9 @@ std::optional<Stage> with_effect(const Stage& last, const std::shared_ptr<const 
   });
 }
 
-// What is left where the accelerometer's time is a parameter, too. Returns the evidence of each
-// process beside it (without the density of the offset's prior, a nat or two); empty: not asked.
+// What is left of each process when the accelerometer's time offset is a parameter, too. Returns
+// the evidence of each process beside the offset (without the density of the offset's prior, a nat
+// or two); empty: not asked.
 std::vector<PlaceRival> ask_for_acc_offset(const MissingStateInput& in,
                                            const std::vector<Task>& tasks, Diagnosis& d) {
   std::vector<PlaceRival> out;
@@ -303,9 +306,10 @@ std::vector<PlaceRival> ask_for_acc_offset(const MissingStateInput& in,
   return out;
 }
 
-// A hand that turns the sensor carries it to the same places each time: what follows the way it is
-// held comes back there, too. The dependence that takes most beside the same process, each of its
-// parameters at what it gains by chance in as many nodes (Schwarz 1978).
+// A hand carries the sensor to the same place each time that it turns it the same way. So an error
+// that depends on the attitude comes back at the same places, too, as a field of the place would.
+// Returns the dependence on attitude that explains most, with the process of the field beside it.
+// Each of its parameters costs half the log of the number of nodes (Schwarz 1978).
 std::optional<PlaceRival> ask_for_attitude(const MissingStateInput& in,
                                            const DisturbanceFit& alone) {
   auto dependences = general_dependences(is_moved(in.last.spec().motion));
@@ -326,7 +330,8 @@ std::optional<PlaceRival> ask_for_attitude(const MissingStateInput& in,
                     model.fit_near(alone).evidence - price(best->theta.size())};
 }
 
-// Is it the place's field? Then d.missing's left_nats become those beside that field.
+// Does the field differ from place to place? Then d.missing's left_nats become those beside the
+// field of the place.
 std::shared_ptr<const FieldOfPlace> ask_for_place(const MissingStateInput& in,
                                                   const std::vector<Task>& tasks,
                                                   std::vector<PlaceRival> rivals, Diagnosis& d) {

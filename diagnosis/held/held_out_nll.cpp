@@ -12,8 +12,8 @@
 namespace magimu {
 namespace {
 
-// Priors of 1 m and 1 m/s on a hand's position and velocity at the beginning of each window, or of
-// what travels: nothing else in the window may determine them.
+// Priors on position and velocity at the beginning of each window, since nothing else in the window
+// may determine them: 1 m and 1 m/s, for a travelling sensor kOwnVelocityPriorSigma.
 FactorGraph with_boundary_priors(const Stage& stage, const std::vector<int>& window_of) {
   FactorGraph graph = stage.graph();
   if (!is_moved(stage.spec().motion)) return graph;

@@ -12,7 +12,8 @@
 namespace magimu {
 namespace {
 
-// Fills in lag1_at_rest and readings_at_rest, about the mean of each rest, all axes together.
+// Fills in lag1_at_rest and readings_at_rest: correlation of neighbouring readings about the mean
+// of each rest, over the axes that are noisier than a step of the converter.
 void look_at_rests(const VectorSeries& series, const std::vector<TimeSpan>& rests,
                    SampleResiduals& out) {
   constexpr std::size_t kLeast = 20;  // readings in a rest
@@ -47,7 +48,7 @@ void look_at_rests(const VectorSeries& series, const std::vector<TimeSpan>& rest
     axes += 1.0;
   }
   if (axes == 0.0) return;
-  // Products are one fewer in each rest, and its own mean takes one from each.
+  // Each rest has one product fewer than readings, and its own mean lowers the correlation.
   out.lag1_at_rest = (lag1 / axes * count + 2.0 * begun) / count;
   out.readings_at_rest = axes * count;
 }

@@ -21,28 +21,28 @@
 namespace magimu {
 namespace {
 
-constexpr double kCalm = 1.15;  // accelerometer noise in motion over that at rest
-constexpr double kCalmColour = 0.15;
-constexpr double kMoreInMotion = 1.2;
-constexpr std::size_t kFewestStill = 60;  // numbers at rest, for a median: 20 nodes
-constexpr double kMostOfIt = 0.5;         // of the misfit, for an effect to be tried in its stead
-constexpr double kSomeOfIt = 0.1;         // of the accelerometer's
-constexpr double kClearlyMore = 4.5;      // standard deviations
-constexpr double kSlowSigmas = 3.6, kLeastSlow = 0.1;  // of the slow power's logarithm
-constexpr double kTheirSigmas = 2.5;                   // of that of another sensor
+constexpr double kCalm = 1.15;         // accelerometer noise in motion over that at rest
+constexpr double kCalmColour = 0.15;   // correlation of neighbours in the accelerometer's residual
+constexpr double kMoreInMotion = 1.2;  // the residuals' median in motion over that at rest
+constexpr std::size_t kFewestStill = 60;  // residuals at rest, one an axis: 20 nodes tell a median
+constexpr double kMostOfIt = 0.5;  // share of the misfit: an effect that explains so much is tried
+constexpr double kSomeOfIt = 0.1;  // share of the accelerometer's misfit: each takes at least this
+constexpr double kClearlyMore = 4.5;  // standard deviations: slow power over that at rest
+constexpr double kSlowSigmas = 3.6, kLeastSlow = 0.1;  // sigmas; logarithm of the slow power
+constexpr double kTheirSigmas = 2.5;                   // sigmas: the same of another sensor
 constexpr double kOfVertical = 1.0 / 6.0;  // of the whole: half of what a hand moves up and down
-constexpr double kOverColour = 1.4;        // standard deviations
+constexpr double kOverColour = 1.4;        // standard deviations: beyond coloured noise
 
 // The accelerometer's residual under pure rotation.
 struct Restlessness {
   double excess = 1.0, colour = 0.0;
   double rows = 0.0;
-  double left = 0.0, squares = 0.0;  // whitened: all, and beyond those of noise as at rest
+  double left = 0.0, squares = 0.0;  // whitened squares: all; those beyond the noise
 };
 
-// Are the residuals larger, and is more of them slow, in motion than in the rests (about the mean
-// of each)? If not, no motion has made them. By the median, so that tails do not count. True
-// without rests.
+// Are the residuals larger in motion than in the rests (about the mean of each), and is more of
+// them slow? If not, they do not come from a motion. Sizes are compared by the median, so that
+// tails do not count. True without rests.
 bool more_in_motion(const NodeResiduals& r) {
   std::vector<double> moving, still;
   const auto add = [](std::vector<double>& to, const Vector3& x) {
@@ -75,7 +75,8 @@ Restlessness restlessness(const Stage& rotation, const AccNoise& noise) {
   return out;
 }
 
-// What the accelerometer measured beside gravity and bias, RMS of single samples, m/s^2.
+// What the accelerometer measured beside gravity and bias, m/s^2: RMS of single samples, length of
+// the vector.
 double acceleration_rms(const Stage& rotation) {
   const double noise = rotation.spec().noise.acc * rotation.sums().rms(Sensor::kAcc);
   double nodes = 0.0, seconds = 0.0;
@@ -116,8 +117,8 @@ std::string who_moved(const Stage& moving) {
                      moving.spec().speed_mps);
 }
 
-// The finding where no rest shows the noise: by the correlation of neighbours, which white noise of
-// any size does not have.
+// Rewrites the finding where no rest shows the noise. Its evidence is then the correlation of
+// neighbours, which white noise of any size does not have.
 void tell_by_colour(const std::string& who, const Restlessness& restless, double rms, Finding& f) {
   const double alike = 1.0 - std::pow(std::min(restless.colour, 0.999), 2);
   const double nats = -0.5 * restless.rows * std::log(alike);
@@ -242,17 +243,17 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
   const std::optional<Stage> held = fitted(MotionModel::kHandHeld);
   if (!turning && !held) throw NumericalError(why);
   extender.set_base(turning ? *turning : *held);
-  // A model of the motion that has no fit has lost.
+  // Where one of the two models has no fit, the other is taken.
   if (!turning || !held) return turning ? *turning : *held;
   const Stage &rotation = *turning, &moving = *held;
-  // Coloured noise and heavy tails look like a motion, but they are there in rests, too.
+  // Coloured noise and heavy tails look like a motion, but they show in rests, too.
   if (!more_in_motion(node_residuals(rotation, recordings, Sensor::kAcc)) ||
       choose_motion(rotation, moving, noise).motion == MotionModel::kRotation) {
     return rotation;
   }
 
   const Restlessness restless = restlessness(rotation, noise);
-  // A bias that changes in mid-recording may be all that there is, or be there beside a motion.
+  // A bias that changes in mid-recording may be the only cause, or it may come with a motion.
   const Dependence dependence = dependence_of(recordings, rotation, restless.squares);
   if (dependence.on_time || has_rivals(recordings, pipeline, extender, rotation, restless, noise)) {
     const Diagnosis before = d;
@@ -260,8 +261,8 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
     if (is_calm(restlessness(extender.stage(), noise))) return extender.stage();
     d = before;
   }
-  // Errors of the parts may imitate a way that the sensor travelled; calibrate() asks for them,
-  // too.
+  // Errors of the parts (accelerometer's matrix, g-sensitivity) can look like travel. coarse(), as
+  // in calibrate(), tries them before it takes the sensor to have travelled.
   std::string reason;
   std::optional<Stage> travelling;
   if (is_beyond_reach(moving)) {
@@ -270,7 +271,8 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
       travelling = fitted(MotionModel::kTravelling);
     }
   }
-  // (A multicopter's force follows its tilt.)
+  // A hand's acceleration does not depend on the attitude; that of a multicopter does, so that
+  // travel is accepted all the same.
   if (dependence.on_attitude && !travelling) return rotation;
   d.findings.push_back(motion_finding(rotation, travelling ? *travelling : moving, restless));
   if (!travelling) return moving;
@@ -282,7 +284,7 @@ std::optional<Stage> find_small_motion(const std::vector<const Recording*>& reco
                                        const Pipeline& pipeline, Extender& extender, Diagnosis& d) {
   const Stage& stage = extender.stage();
   if (stage.spec().motion != MotionModel::kRotation) return std::nullopt;
-  // What swings about a fixed point is no hand's motion.
+  // A sensor that swings about a fixed point is not moved by a hand.
   for (const auto& e : stage.spec().effects) {
     if (e->description().rotation_only) return std::nullopt;
   }

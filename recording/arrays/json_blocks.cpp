@@ -22,7 +22,7 @@ constexpr std::array<std::string_view, 9> kQuantities = {
 constexpr std::size_t kAxes = 3, kHowManySensors = kQuantities.size() / kAxes;
 
 struct BlockColumn {
-  std::size_t sample, quantity;  // which of the block's, which of kQuantities
+  std::size_t sample, quantity;  // which sample of the block; which of kQuantities
 };
 
 std::optional<std::size_t> whole_number(std::string_view text) {
@@ -63,7 +63,8 @@ double number_or_nan(const std::string& text) {
   return std::from_chars(text.data(), end, value).ptr == end && !text.empty() ? value : NAN;
 }
 
-// The samples of one sensor's blocks: of the blocks, times and how many samples each.
+// Median interval between samples of one sensor, in the unit of its times. blocks: time and number
+// of samples of each.
 double usual_interval(const std::vector<std::pair<double, std::size_t>>& blocks) {
   std::vector<double> intervals;
   for (std::size_t i = 1; i < blocks.size(); ++i) {

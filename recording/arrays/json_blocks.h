@@ -9,12 +9,13 @@
 
 namespace magimu {
 
-// Columns of flattened rows ("ArrayAcc[1].x"): whether an accelerometer or a gyroscope has several
-// readings a row. (Several magnetometers may be an array of them.)
+// columns: names of flattened rows ("ArrayAcc[1].x"). Does a row hold several readings of an
+// accelerometer or a gyroscope? (An array of magnetometers may be several sensors.)
 bool has_blocks(const std::vector<std::string>& columns);
 
-// The table as text. A row's time is that of its first sample; its samples are evenly spaced, at
-// the usual interval between that sensor's rows.
+// The table as CSV text, one sample a row; empty where no column is a time. A row's time is that of
+// its first sample. Its samples are evenly spaced by the median of the sensor's intervals: from one
+// row's time to the next, over the number of samples in the row.
 std::string spread_blocks(const std::vector<std::string>& columns,
                           const std::vector<std::vector<std::string>>& rows);
 

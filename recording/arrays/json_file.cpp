@@ -28,7 +28,7 @@ constexpr std::size_t kMostJsonColumns = 1000, kMostLevels = 64, kMostArrays = 1
 // What nlohmann's parser calls. False ends it.
 class Handler : public nlohmann::json_sax<nlohmann::json> {
  public:
-  // by_line: every line is an object, and a row.
+  // by_line: each line is an object, which is a row.
   explicit Handler(bool by_line) : by_line_(by_line) {}
 
   bool null() override { return value(""); }
@@ -82,7 +82,7 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
 
   bool has_rows() const { return !rows_.empty(); }
 
-  // Rows of several samples each (json_blocks.h). Empty where it is not so.
+  // The table of rows that hold several samples each (json_blocks.h); empty: they do not.
   std::string table_of_blocks() const {
     if (!has_blocks(columns_)) return "";
     std::vector<std::vector<std::string>> cells;
@@ -257,7 +257,7 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
 
   std::vector<Level> levels_;
   bool by_line_;
-  std::size_t row_level_ = 0;  // how many levels are there in a row; 0: no row is being read
+  std::size_t row_level_ = 0;  // levels from the outermost to the row's object; 0: no row is read
   std::vector<std::string> columns_, cells_;
   std::map<std::string, std::size_t> number_of_;
   std::vector<std::size_t> filled_;  // by column: in how many rows
@@ -265,7 +265,7 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
   std::map<std::string, Array> arrays_;
 };
 
-// "ArrayAcc":[{"x":
+// Does a line have an array of objects, such as "ArrayAcc":[{"x":?
 bool has_arrays_of_objects(std::string_view line) {
   for (std::size_t at = line.find('['); at != line.npos; at = line.find('[', at + 1)) {
     if (const std::size_t next = line.find_first_not_of(" \t", at + 1);
@@ -276,7 +276,7 @@ bool has_arrays_of_objects(std::string_view line) {
   return false;
 }
 
-// Whether a line is an object, and the next one begins another.
+// Whether the first line is a whole object and the second begins another.
 bool has_objects_by_line(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string first, second;
@@ -306,7 +306,7 @@ bool is_json_table(const std::string& path, std::string_view head) {
   const char after = second == std::string_view::npos ? '\0' : head[second];
   if (head[first] == '[') return after == '{';
   if (head[first] != '{' || after != '"') return false;
-  // Not where a line is an object, and another one follows, but for objects of several samples.
+  // Lines of an object each are read as text, unless an object holds several samples.
   const std::string more = read_file_head(path, 1 << 16);
   const std::size_t end = more.find('\n', first);
   if (end == std::string::npos) return true;

@@ -106,8 +106,9 @@ bool cannot_stay(const VectorSeries& s, int axis, int sign) {
   return habits.lively(axis) && !habits.clipped(axis, sign);
 }
 
-// Whether the reading after sample `last` is elsewhere, or none comes any more. An axis that a
-// coarse converter reads stands still, too, where it changes slowly, and goes on by a step.
+// Does the axis hang until sample `last`? It does if the next reading is more than kSomeSteps steps
+// away, or if there is none. A coarse converter's readings stand still, too, where the axis changes
+// slowly, but then the next one is a step or two away.
 bool goes_on_elsewhere(const VectorSeries& s, int axis, std::size_t last) {
   if (last + 1 >= s.size()) return true;
   double step = INFINITY;

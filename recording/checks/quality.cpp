@@ -107,7 +107,8 @@ std::vector<Issue> check_recording(const Recording& recording) {
                                   [](const Issue& issue) { return issue.kind == "time_unit"; });
     };
     if (in_seconds()) append(issues, check_units(recording));
-    // In another unit a gyroscope turns while it rests.
+    // A gyroscope whose unit is wrong seems to turn while it rests, so that readings that do not
+    // change at rest would be called stuck.
     const bool rates = std::ranges::none_of(issues, [](const Issue& issue) {
       return issue.sensor == "gyr" && issue.kind == "unit" && issue.severity == Severity::kFatal;
     });

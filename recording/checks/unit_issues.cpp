@@ -51,13 +51,14 @@ bool is_whole(const VectorSeries& s, double file_unit) {
 }
 
 Quietest quietest_of(const VectorSeries& s) {
-  constexpr std::size_t kStretch = 20, kFewest = 3;  // samples; stretches
-  constexpr double kStretchSeconds = 0.2;            // at least: a hand's motion shows in it
-  constexpr double kShare = 0.04;                    // of all stretches
+  constexpr std::size_t kStretch = 20, kFewest = 3;  // samples in a stretch; stretches
+  constexpr double kStretchSeconds = 0.2;  // of a stretch, at least: a hand's motion shows in it
+  constexpr double kShare = 0.04;          // of all stretches: the quietest
   constexpr double kAsQuiet = 4.0, kScatterAtRest = 0.05;
   const auto in_time = std::size_t(kStretchSeconds * s.rate_hz());
   const std::size_t size = std::clamp(in_time, kStretch, std::max(kStretch, s.size() / 8));
-  std::vector<std::pair<double, double>> stretches;  // squared scatter of a sample, and length
+  // Of each stretch: squared scatter of a sample, length of the mean.
+  std::vector<std::pair<double, double>> stretches;
   for (std::size_t k = 0; k + size <= s.size(); k += size) {
     Vector3 mean = Vector3::Zero();
     double squares = 0.0;

@@ -18,10 +18,10 @@ namespace magimu {
 namespace {
 
 struct SensorMessage {
-  std::string_view message, field;  // fields: the name and an axis
+  std::string_view message, field;  // field: the name before its axis
   const char* column;
 };
-// What the device has calibrated before its counts, which another message would have to explain.
+// Readings that the device has calibrated come first; counts need another message to have a unit.
 constexpr std::array kSensorMessages = {
     SensorMessage{"accelerometer_data", "calibrated_accel_", "acc_"},
     SensorMessage{"accelerometer_data", "accel_", "acc_"},
@@ -48,7 +48,7 @@ double number(std::string_view text) {
   return value;
 }
 
-// Of one message; nothing where it is none of these sensors'.
+// Adds the samples of one message; none where it is not one of kSensorMessages.
 void add_samples(const std::string& message, const Fields& fields, std::vector<Sample>& samples,
                  std::array<std::string, kQuantities>& units) {
   const auto value = [&](const std::string& name) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What Garmin's FitCSVTool makes of a FIT file: a message a row, each field as three cells (name,
-// value, unit), and of the sensors as many samples a message as it holds, with bars between them
+// The CSV file that Garmin's FitCSVTool makes of a FIT file: one message a row, each field in three
+// cells (name, value, unit). A sensor's message holds several samples, with bars between them
 // ("0|40|80"). The messages and fields are those of Garmin's published profile.
 #pragma once
 
@@ -11,9 +11,10 @@
 
 namespace magimu {
 
-// head: the beginning of the file.
+// Does a file with this beginning come from FitCSVTool?
 bool is_fit_messages(std::string_view head);
 
+// Throws InputError where no message is one of a sensor, and as csv_recording() does.
 Recording read_fit_messages(const std::string& path, const CsvOptions& options);
 
 }  // namespace magimu

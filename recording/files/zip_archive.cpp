@@ -197,7 +197,7 @@ TemporaryFile unpacked_gzip(const std::string& path, bool& truncated) {
   std::uint64_t at = 0;
   int status = Z_OK;
   std::string piece;
-  std::string_view rest;  // of the piece; a member begins anywhere in it
+  std::string_view rest;  // of the piece, still packed; a member may begin anywhere in it
   while (true) {
     if (rest.size() < kGzipMark.size()) {
       const std::string more = bytes_at(file, at, kUnpackPiece);

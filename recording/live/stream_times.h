@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The times of a stream in seconds, from what its time column holds. What that is in, the first
-// rows tell, by the rules that files are read by (row_times.h): ms, us or ns are recognised, since
-// 1970 or since boot; what is ambiguous, or counts samples, is refused with the option that helps,
-// and asked again of the next rows. Samples that were stamped on arrival, several at a time, are
+// The times of a stream in seconds, from the numbers in its time column. The first rows tell the
+// unit, by the same rules as for files (row_times.h): ms, us or ns are recognised, since 1970 or
+// since boot. A column that is ambiguous, or counts samples, is refused with the option that helps;
+// the next rows are then tried again. Samples that were stamped on arrival, several at a time, are
 // given even times (arrival_stamps.h). With a rate given the times are k / rate.
 //
 //   StreamTimes times(columns, options);
@@ -34,12 +34,12 @@ class StreamTimes {
   // The samples whose times are known by now: none until the first rows have come, then all of
   // them. raw.t: the column's number, times the unit that is given.
   std::vector<StreamSample> push(StreamSample raw);
-  // Nothing more comes: what the rows so far tell.
+  // The stream has ended: decides by the rows that have come. The samples that were still held.
   std::vector<StreamSample> finish();
 
-  // What was recognised, since the last call.
+  // Sentences about what was recognised since the last call.
   std::vector<std::string> take_notes();
-  // While nothing can be told; the rows are lost meanwhile.
+  // Why the last rows were refused; empty: they were not. Rows that were refused are lost.
   const std::optional<RefusedTimes>& refused() const { return refused_; }
 
  private:

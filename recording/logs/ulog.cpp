@@ -49,10 +49,10 @@ const UlogField* field_named(const UlogFormat& format, std::string_view name) {
   return found == format.end() ? nullptr : &*found;
 }
 
-// A subscription's sensors.
+// A subscription: how its messages are laid out, and the sensors in them.
 struct UlogTopic {
   UlogFormat format;
-  std::size_t size = 0;    // bytes of a message at least
+  std::size_t size = 0;    // bytes that a message has at least
   bool selection = false;  // says which devices are in use, and has no readings
   struct Reading {
     std::size_t sensor = 0;
@@ -93,7 +93,7 @@ class UlogReader {
       if (data.size() < size) return cut_off();
       message(type, data);
       const std::uint64_t next = at + 3 + size;
-      // What the next boot appended begins in the middle of a message that was never finished.
+      // The part that the next boot appended may begin within a message that was never finished.
       at = appended_ && at < *appended_ && next > *appended_ ? *appended_ : next;
     }
   }
@@ -104,7 +104,8 @@ class UlogReader {
   std::uint64_t resynchronized(std::uint64_t at) {
     log_.note("the log is damaged in places, which are left out");
     constexpr std::uint64_t kPiece = 1 << 16;
-    // Behind a head of three bytes, and never where it is already.
+    // The sync bytes follow a head of three bytes. The search begins one byte after those of `at`,
+    // so that the place found is never `at` itself.
     for (at += 4; at < file_.size(); at += kPiece) {
       const std::string_view piece = file_.at(at, std::min(kPiece + 16, file_.size() - at));
       const std::size_t found = piece.find(kSync);
@@ -151,7 +152,8 @@ class UlogReader {
     if (!is_new && known->second != value) changed_.insert(known->first);
   }
 
-  // Fields with their places; those of nested types with the outer name in front.
+  // Appends the fields of a format with their offsets; fields of a nested type have the outer name
+  // in front. False: the format cannot be laid out.
   bool lay_out(std::string_view text, const std::string& prefix, int depth, UlogFormat& out,
                std::size_t& offset) {
     constexpr int kDeepest = 5;
@@ -243,7 +245,8 @@ class UlogReader {
     return true;
   }
 
-  // A sensor whose readings PX4 has corrected, by the n-th of CAL_MAGn and the like.
+  // A sensor whose readings PX4 has corrected by parameters such as CAL_MAGn_*; number_of() tells
+  // n.
   struct Corrected {
     std::size_t sensor;
     const Px4Reading* is;
@@ -291,7 +294,8 @@ class UlogReader {
                    known ? std::optional(applied) : std::nullopt);
   }
 
-  // n of the parameters that are this device's; empty where the log does not tell.
+  // n of the parameters that are this device's; kNeverCalibrated: the log has those of other
+  // devices only; empty: the log does not tell.
   std::optional<int> number_of(const Corrected& corrected, const std::string& name) const {
     const auto device = devices_.find(corrected.sensor);
     const auto of_kind = selected_.find(std::string(corrected.is->kind));
@@ -312,7 +316,7 @@ class UlogReader {
     return std::nullopt;
   }
 
-  // How the device is mounted: as its own parameter says, or with the board, which may be trimmed
+  // How the device is mounted: as its own parameter says, or as the board is, which may be trimmed
   // by some degrees (PX4, src/lib/sensor_calibration/Utilities.cpp).
   std::optional<Matrix3> mounting(const std::string& start) const {
     const double own = parameter_or(start + "ROT", -1.0);
@@ -325,7 +329,7 @@ class UlogReader {
                    *board);
   }
 
-  // The parameters that are not neutral, for people.
+  // The parameters that change the readings, with their values, in words.
   std::string corrected_by(const std::string& start) const {
     std::vector<std::string> values;
     for (const auto& [name, value] : parameters_) {
@@ -338,7 +342,7 @@ class UlogReader {
     return fmt::format("{}", fmt::join(values, ", "));
   }
 
-  // Which devices the readings are of, in the first pass.
+  // Notes in the first pass which devices the readings are of.
   void device_of(const UlogTopic& topic, std::string_view data) {
     const auto id = [&](const char* name) {
       const UlogField* const field = field_named(topic.format, name);
@@ -380,7 +384,7 @@ class UlogReader {
         const UlogField& axis = reading.axes[std::size_t(i)];
         v[i] = struct_number(data, axis.kind, axis.offset);
       }
-      // What battery_status says where nothing measures the current.
+      // battery_status has -1 where nothing measures the current.
       if (reading.is->kind == std::string_view("current") && v[0] == -1.0) continue;
       std::int64_t t = t_us;
       if (!reading.is->per_time.empty()) {  // an increment, and the time that it took, in us
@@ -405,7 +409,7 @@ class UlogReader {
     return std::clamp(us, -kMostTime, kMostTime) * 1000;
   }
 
-  // Several samples in one message, the last of them at its time.
+  // Several samples in one message; its time is that of the last.
   void fifo(const UlogTopic& topic, const UlogTopic::Reading& reading, std::string_view data,
             std::int64_t t_us) {
     const UlogField* const dt = field_named(topic.format, "dt");
@@ -435,11 +439,11 @@ class UlogReader {
   LogFile file_;
   LogRecording log_;
   std::map<std::string, std::string> formats_;
-  std::map<std::string, double> parameters_;  // as they were at the beginning
-  std::set<std::string> changed_;             // later on
+  std::map<std::string, double> parameters_;  // the first value of each
+  std::set<std::string> changed_;             // names of those that change later on
   std::vector<Corrected> corrected_;
-  std::map<std::size_t, double> devices_;   // of sensors
-  std::map<std::string, double> selected_;  // of a kind: the device in use
+  std::map<std::size_t, double> devices_;   // device id of each sensor
+  std::map<std::string, double> selected_;  // device id in use, of each kind
   std::map<std::uint16_t, UlogTopic> topics_;
   std::optional<std::uint64_t> appended_;
 };

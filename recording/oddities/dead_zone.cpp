@@ -23,9 +23,9 @@ constexpr double kSteps = 3.0;
 // Changes below this share of large ones (nine of ten are smaller) are rounding of one reading.
 constexpr double kRounding = 1e-3, kLarge = 0.9;
 
-// The value that is read most often, the smallest of several; NAN where none is read often enough
-// for a dead zone. Values that share a counter with few others are no candidates: of an hour of a
-// fine converter hardly any is left to be sorted.
+// The value that is read most often, and the smallest of several such values; NAN where none is
+// read often enough for a dead zone. A first pass counts values by their hash. Only values whose
+// counter is high enough are sorted, which are few in an hour of a fine converter.
 double most_frequent(const std::vector<double>& x) {
   const int bits = 22;
   std::vector<std::uint8_t> count(std::size_t(1) << bits, 0);
@@ -70,8 +70,9 @@ double smallest_change(const std::vector<double>& x) {
   return step;
 }
 
-// The smallest of the others where readings fall to 0 from there. `sizes`: distances of an axis, or
-// of the whole vector, from the reading within the zone; step(): of the converter.
+// The edge of the dead zone: the smallest size other than 0, where readings beside zeros are about
+// as small. `sizes`: distances of an axis, or of the whole vector, from the reading within the
+// zone; step(): of the converter, called only where it is needed.
 template <class Step>
 std::optional<double> edge_of(const std::vector<double>& sizes, const Step& step) {
   double least = INFINITY;

@@ -35,8 +35,8 @@ void SizeHistogram::add(double x) {
     ++zeros_;
     return;
   }
-  // The octave is the exponent's, the quarter of it what the mantissa passes: a logarithm of every
-  // reading took longer than all else here.
+  // The exponent tells the octave, the mantissa its quarter. A logarithm of every reading took
+  // longer than all else here.
   const double quarters[] = {1.1892071150027210, 1.4142135623730951, 1.6817928305074290};
   const std::uint64_t of_mantissa = (std::uint64_t(1) << 52) - 1;
   const auto bits = std::bit_cast<std::uint64_t>(x);

@@ -44,8 +44,8 @@ struct UsualReadings {
 
 // A jump that is looked at at all, in standard deviations of the noise.
 inline constexpr double kSomeJump = 10.0;
-// Steps of the converter that a reading goes on by at least after a time in which it did not change
-// and should have. Fewer are what a slow change reads like.
+// Steps of the converter. A reading that stood still has hung if the next one is farther away than
+// this; a slow change goes on by a step or two.
 inline constexpr double kSomeSteps = 5.0;
 // Readings on either side that one is compared with.
 inline constexpr std::size_t kSide = 4;

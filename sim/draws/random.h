@@ -31,7 +31,7 @@ enum class RandomPurpose : std::uint64_t {
   kArrayStart = 13,   // where a filter is told that it starts
   kGroupsOfTen = 14,  // data sets of a study
   kHandRoom = 15,     // a room about a sensor held by hand
-  kTravel = 16,       // where whoever holds it goes
+  kTravel = 16,       // path of whoever carries the sensor
 };
 
 class RandomStream {

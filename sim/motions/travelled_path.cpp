@@ -10,10 +10,10 @@ namespace magimu {
 namespace {
 
 constexpr double kShortestPeriod = 8.0;  // s
-constexpr double kClimb = 0.1;           // of what goes ahead
-constexpr double kSizeStep = 0.05;       // s, where the size is measured
+constexpr double kClimb = 0.1;           // vertical velocity over that along a horizontal axis
+constexpr double kSizeStep = 0.05;       // s, between the times at which the speed is measured
 
-// Integral of cos k s by s from 0, its integrand, and the integrand's derivative.
+// derivative 0: the integral of cos k s over s from 0; 1: cos k s; 2: its derivative by s.
 double wave(int k, double s, int derivative) {
   if (derivative == 0) return k == 0 ? s : std::sin(k * s) / k;
   return derivative == 1 ? std::cos(k * s) : -k * std::sin(k * s);
@@ -56,7 +56,7 @@ TravelledPath::TravelledPath(std::uint64_t seed, const std::vector<Spline>& stre
 }
 
 Vector3 TravelledPath::at(double t, int derivative) const {
-  Vector3 out = Vector3::Zero();  // between two legs
+  Vector3 out = Vector3::Zero();  // velocity and acceleration between two legs
   for (const Leg& leg : legs_) {
     if (t <= leg.start) break;
     const bool moves = t < leg.end;

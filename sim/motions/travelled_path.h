@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a sensor gets to whose bearer walks, drives or flies: a smooth random velocity in n, at
-// rest where the turning rests (hand_motion.h), and the way that it leads. In a stretch of length
-// L,
+// The path of a sensor whose bearer walks, rides or flies: a smooth random velocity in n, and the
+// position that it leads to. The path rests where the turning rests (hand_motion.h). In a stretch
+// of L seconds
 //
 //   v(t) = sum_k c_k (cos k s - cos (k + 2) s),     s = pi (t - start) / L
 //
-// whose terms and their derivatives are 0 at both ends; the shortest has a period of about 8 s.
-// Heights change by a tenth of the rest.
+// The terms and their derivatives are 0 at both ends. Periods are longer than 8 s (L, in a stretch
+// shorter than that). The vertical velocity is a tenth of that along a horizontal axis.
 #pragma once
 
 #include <cstdint>
@@ -18,11 +18,11 @@ namespace magimu {
 
 class TravelledPath {
  public:
-  // A stretch of travel for each of the motion's stretches. rms_mps: root mean square of |v| while
-  // it moves.
+  // stretches: of the motion; each has a leg of travel. rms_mps: root mean square of |v|, m/s, over
+  // all legs.
   TravelledPath(std::uint64_t seed, const std::vector<Spline>& stretches, double rms_mps);
 
-  // In n, from where it began: m, m/s, m/s^2.
+  // In n: m from where the path began, m/s, m/s^2.
   Vector3 position(double t) const { return at(t, 0); }
   Vector3 velocity(double t) const { return at(t, 1); }
   Vector3 acceleration(double t) const { return at(t, 2); }

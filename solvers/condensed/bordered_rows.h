@@ -16,7 +16,7 @@ class BorderedRows {
  public:
   // The chain's border is [the unknowns of the node `edge` | globals | residual]; edge: -1 for
   // none. globals: their positions in the layout; all others are taken for zero.
-  // blocks: of all factors.
+  // blocks: number of blocks of factors of one kind (LinearSystem::row_blocks()).
   BorderedRows(std::size_t blocks, const ColumnLayout& layout, BorderedChain& chain, int edge,
                const std::vector<int>& globals);
 

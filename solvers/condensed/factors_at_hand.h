@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The rows of some factors: those of a linear system, which keeps all, or of a table, linearized
-// here as long as they are looked at.
+// The rows of some factors. A linear system keeps the rows of all factors. The factors of a table
+// are linearized here, and their rows live as long as this.
 #pragma once
 
 #include "solvers/linear/node_factors.h"
@@ -10,7 +10,7 @@ namespace magimu {
 class FactorsAtHand {
  public:
   explicit FactorsAtHand(const LinearSystem& system) : system_(&system) {}
-  // Of one batch the factors between the first and the last of these are linearized, too.
+  // Of each batch all factors from the first to the last of these are linearized.
   FactorsAtHand(const FactorTable& table, const Values& values, std::span<const FactorAt> factors);
   FactorRows rows(FactorAt factor) const;
 

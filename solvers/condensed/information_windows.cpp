@@ -108,7 +108,7 @@ class LinkOfEnds {
         apart_(int(all_.size()) + 1, s.layout.max_dim()),
         rows_(s.blocks.size(), s.layout, linked_, -1, all_) {}
 
-  // The windows one after another.
+  // Call for each window, in their order.
   void add(std::size_t w, const Ends& ends) {
     const int first = s_.windows[w].first;
     if (first < 0) return;
@@ -150,7 +150,8 @@ double condense_information(const WindowedSystem& s, double enough, CondensedCha
   out.windows.assign(n, {});
   LinkOfEnds link(s);
   double least = 1.0;
-  // If the first window loses too many digits, others do, too: no more are computed.
+  // If one window loses too many digits, others do, too, and no more are computed. The first is
+  // condensed alone, as a test.
   for (std::size_t begin = 0; begin < n;) {
     const std::size_t count = begin == 0 ? 1 : std::min(kWindowsAtOnce, n - begin);
     std::vector<Ends> ends(count);

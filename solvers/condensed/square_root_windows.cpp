@@ -214,7 +214,7 @@ class LinkOfRows {
         chain_(sum_.columns()),
         out_(nothing_about(all_.size())) {}
 
-  // The windows one after another. rows: of the window.
+  // Call for each window, in their order. rows: number of residuals of the window.
   void add(std::size_t w, const EndRows& ends, int rows) {
     const int first = s_.windows[w].first;
     if (first < 0) return;

@@ -19,7 +19,7 @@ struct WindowedSystem {
     int first = -1, last = -1;
   };
 
-  // As condense() (condensed_windows.h). linearized, or table: the other is null.
+  // As condense() (condensed_windows.h). One of linearized and table is null.
   WindowedSystem(const LinearSystem* linearized, const FactorTable* table, const Values& values,
                  const std::function<int(Key)>& node_of, const std::vector<int>& window_of);
 
@@ -43,8 +43,8 @@ struct WindowedSystem {
   std::vector<Window> windows;
 };
 
-// So many windows are condensed side by side, then linked one after another: what a window keeps
-// for its links is a few times what it says of the globals.
+// Number of windows that are condensed in parallel before they are linked one after another. It
+// limits memory: until it is linked a window keeps a few times as much as it says of the globals.
 inline constexpr std::size_t kWindowsAtOnce = 64;
 
 // An empty condensed window over n globals.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// condense() (condensed_windows.h) of a graph that is not linearized: the rows of few windows are
-// in memory at a time. The results are the same bits.
+// condense() (condensed_windows.h) of a graph that was not linearized before: only the rows of a
+// few windows are in memory at a time. The results have the same bits.
 #pragma once
 
 #include "solvers/condensed/condensed_windows.h"

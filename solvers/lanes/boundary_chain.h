@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What condensed windows leave: the nodes between them, each coupled to its neighbours, and the
-// globals. Few unknowns, eliminated one after the other to the root, the globals' own; in the form
-// in which the windows were condensed.
+// The unknowns that remain when windows have been condensed: the boundary nodes between them, each
+// coupled to its neighbours, and the globals. The boundaries are eliminated one after the other,
+// until the root is left, which has the globals alone. The form is that of the windows.
 #pragma once
 
 #include <memory>
@@ -20,16 +20,16 @@ class BoundaryChain {
   virtual void clear();
   // A window's Sweep::out, of one lane, without the sums that it begins with.
   virtual void add(int window, const double* out, int lane, int lanes) = 0;
-  // What a look at it leaves there: lane_sweep.h, norm_doubles().
+  // Adds a window's norms, one lane of what a sweep leaves (norm_doubles() in lane_sweep.h).
   void add_norms(int window, const double* norms, int lane, int lanes);
-  // Rows [J | r] of a factor on globals alone, with the globals' columns.
+  // A factor of globals alone: J has its rows [J | r], columns are their places among the globals.
   virtual void add_global(const std::vector<int>& columns, int rows, const double* J);
   // Eliminates down to the root, with this damping; false if that is singular.
   virtual bool eliminate(double damping) = 0;
   // Steps of the boundaries, the globals' being known. Call after eliminate().
   void solve();
 
-  // Boundary nodes: those of window w are boundary_of(w) and the next.
+  // The boundary nodes of window w are boundary_of(w) and the next.
   int boundary_of(int window) const { return first_[std::size_t(window)]; }
   int boundaries() const { return int(chain_begins_.size()); }
   const double* delta(int boundary) const { return delta_.data() + std::size_t(boundary * d_); }
@@ -64,10 +64,10 @@ class BoundaryChain {
   bool linked(int boundary) const {
     return boundary + 1 < boundaries() && chain_begins_[std::size_t(boundary) + 1] == 0;
   }
-  // To columns of unit norm, damping included.
+  // Factors that scale the root's columns to unit norm, damping included.
   VectorXd root_scale(double damping) const;
 
-  int d_, g_, b_;
+  int d_, g_, b_;  // columns of a node, of the globals, of a window's border (lane_sweep.h)
   std::vector<double> rows_, inverse_;  // eliminated: [own | next | globals, residual]; 1 / pivot
   std::vector<double> diagonal_, gradient_, delta_;
   VectorXd root_diagonal_, root_gradient_, delta_globals_;
@@ -75,7 +75,7 @@ class BoundaryChain {
 
  private:
   std::vector<int> first_;          // boundary of each window
-  std::vector<char> chain_begins_;  // of each boundary
+  std::vector<char> chain_begins_;  // of each boundary: does a chain begin there?
 };
 
 }  // namespace magimu::lanes

@@ -58,7 +58,7 @@ class SortedFactors {
   int windows() const { return int(links_.size()); }
 
  private:
-  // columns_of(block, i): of a factor.
+  // columns_of(block, i): the columns of factor i of a block.
   template <class Columns>
   void sort(std::span<const LinearSystem::RowBlocks> blocks, const Columns& columns_of,
             const ColumnLayout& layout, const std::vector<int>& window_of);

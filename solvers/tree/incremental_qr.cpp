@@ -11,10 +11,10 @@
 namespace magimu {
 namespace {
 
-constexpr int kRounds = 4;          // of linearization in one update, while that is cheap
-constexpr int kNewest = 2;          // windows whose drift is always looked at
-constexpr int kAtOnce = 64;         // windows that fall asleep together where nothing is solved
-constexpr double kIdleDrift = 0.1;  // from here on where there is time
+constexpr int kRounds = 4;          // most rounds of linearization in the update of a short stream
+constexpr int kNewest = 2;          // newest windows: their drift is computed at every update
+constexpr int kAtOnce = 64;         // append() lets windows fall asleep when so many are due
+constexpr double kIdleDrift = 0.1;  // idle() linearizes windows again from this drift on
 
 }  // namespace
 
@@ -34,7 +34,7 @@ const IncrementalQr::Window& IncrementalQr::at(int window) const {
   return windows_[std::size_t(window)];
 }
 
-// A window that has been linearized (again).
+// Condenses a window where it is linearized now, and puts the result into its chain's tree.
 void IncrementalQr::put(int window) {
   Window& w = windows_[std::size_t(window)];
   w.otherwise.reset();
@@ -58,7 +58,7 @@ void IncrementalQr::put(int window, Condensed condensed) {
   }
 }
 
-// What was held back joins the tree.
+// The window that was held back joins the tree: with its removable factors if take_in.
 void IncrementalQr::put_held(bool take_in) {
   if (held_.window < 0) return;
   Window& w = windows_[std::size_t(held_.window)];
@@ -80,7 +80,8 @@ int IncrementalQr::refresh() {
   return merges;
 }
 
-// What all chains and windows without nodes say about the globals; root_of: a chain's root.
+// The sum of what all chains, and all windows without nodes, say about the globals. root_of(c): the
+// root triangle of chain c.
 template <class RootOf>
 CondensedTriangle IncrementalQr::total(const RootOf& root_of) const {
   const int globals = anchors_.dim();
@@ -95,7 +96,8 @@ CondensedTriangle IncrementalQr::total(const RootOf& root_of) const {
   return out;
 }
 
-// The root's solution, and from it the last nodes. Returns the globals' step in sigmas.
+// Solves the root for the globals, then for each chain's last node. Returns how far the globals
+// moved, in standard deviations.
 double IncrementalQr::solve() {
   const int globals = anchors_.dim();
   root_ =
@@ -134,7 +136,7 @@ void IncrementalQr::look(int window) {
   drift_[std::size_t(window)] = drift;
 }
 
-// The newest windows of each chain, and some of the others in turn.
+// Computes the drift of each chain's newest windows, and of some others in turn.
 void IncrementalQr::look_around() {
   for (Chain& chain : chains_) {
     const int n = chain.tree.size(), looks = std::min(n, options_.looked_at);
@@ -155,7 +157,7 @@ bool IncrementalQr::relinearize(int limit, double from_drift, UpdateResult& resu
     const auto at = std::ranges::max_element(drift_);
     if (!(*at > from_drift)) return false;
     const Window& worst = windows_[std::size_t(at - drift_.begin())];
-    // Its neighbours come with it, then the worst of all others.
+    // Windows of the same group of `limit` neighbours come with it, then the worst of all others.
     const auto take = [&](int i) {
       if (int(drifted.size()) == limit || !(drift_[std::size_t(i)] > from_drift)) return;
       drifted.push_back(i);
@@ -190,7 +192,8 @@ bool IncrementalQr::relinearize(int limit, double from_drift, UpdateResult& resu
   return !drifted.empty();
 }
 
-// Where the estimate is. False: it is not finite there, and the linearization that it has is kept.
+// Linearizes a window at the present estimate. False: the result is not finite, and the window
+// keeps the linearization that it had.
 bool IncrementalQr::linearize_again(int window) {
   Window& w = windows_[std::size_t(window)];
   const WindowCoordinates to = coordinates(w);
@@ -210,14 +213,14 @@ bool IncrementalQr::linearize_again(int window) {
   return true;
 }
 
-// What has been put is taken into account.
+// Merges the triangles that have changed and solves again.
 void IncrementalQr::step(UpdateResult& result) {
   result.merges += refresh();
   result.step_sigma = std::max(result.step_sigma, solve());
   ++result.steps;
 }
 
-// stepped: all that has been put is in the solution already.
+// stepped: the solution already holds all that has been put into the trees.
 void IncrementalQr::attend_to_old_windows(UpdateResult& result, bool stepped) {
   if (windows() <= options_.eager_windows) {
     if (!stepped) step(result);
@@ -227,7 +230,7 @@ void IncrementalQr::attend_to_old_windows(UpdateResult& result, bool stepped) {
       step(result);
     }
   } else {
-    if (!stepped) step(result);  // where windows are looked at, the solution is that of their tree
+    if (!stepped) step(result);  // the drift is that of the tree's solution
     look_around();
     if (relinearize(options_.relinearized, 1.0, result)) step(result);
   }
@@ -266,7 +269,7 @@ UpdateResult IncrementalQr::conclude(int window, bool take_in) {
   UpdateResult result;
   result.window = window;
   if (window == held_.window) {
-    // Old windows come first, while the tree is the solution's.
+    // Old windows come first: once the window is put in, the tree differs from its solution.
     if (windows() > options_.eager_windows) {
       look_around();
       relinearize(options_.relinearized, 1.0, result);
@@ -278,7 +281,7 @@ UpdateResult IncrementalQr::conclude(int window, bool take_in) {
     let_sleep();
     return result;
   }
-  if (held_.window >= 0) {  // another one
+  if (held_.window >= 0) {  // another window is held back
     put_held(false);
     step(result);
   }
@@ -312,7 +315,8 @@ void IncrementalQr::turn(int window, bool removed) {
   if (put_otherwise(window, removed)) step(result);
 }
 
-// With or without its removable factors. False if it is so already.
+// Puts the window in without its removable factors (removed), or with them. False: it is so
+// already.
 bool IncrementalQr::put_otherwise(int window, bool removed) {
   Window& w = windows_[std::size_t(window)];
   if (w.removed == removed) return false;
@@ -347,7 +351,8 @@ Innovation IncrementalQr::innovation(int window) {
   Window& w = at(window);
   if (w.chain < 0) throw std::invalid_argument("a window without nodes has no innovation");
   const int dof = w.rows[1], globals = anchors_.dim();
-  // Squares of all, with this for the root of the window's chain.
+  // Least sum of squares of the whole problem, with this triangle as the root of the window's
+  // chain.
   const auto squares = [&](const CondensedTriangle& root) {
     return total([&](int c) -> const CondensedTriangle& {
              return c == w.chain ? root : chains_[std::size_t(c)].tree.root();
@@ -355,7 +360,7 @@ Innovation IncrementalQr::innovation(int window) {
         .squares;
   };
   const TriangleTree& tree = chains_[std::size_t(w.chain)].tree;
-  if (window == held_.window) {  // it follows the root
+  if (window == held_.window) {  // not in the tree: it follows the root
     const auto continued = [&](const CondensedTriangle& by) {
       return squares(merge(tree.root(), by, globals, nullptr));
     };

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The condensed windows of one chain as the leaves of a balanced binary tree, whose inner vertices
-// are the merges of their two children: a window more, or other windows in the place of a few,
-// costs a number of merges that grows with the logarithm of their number, and the root is what the
-// whole chain says about its last node and the globals. The way down, from the root's solution to
-// the nodes between windows, is walked only where somebody asks.
+// are the merges of their two children. To add a window, or to replace one, takes a number of
+// merges that grows with the logarithm of the number of windows. The root is what the whole chain
+// says about its last node and the globals. The nodes between windows are solved from the root
+// downwards, and only those that somebody asks for.
 //
 // Old leaves can be put to sleep, in stretches of sixteen: they are packed, and the triangles
 // between them and the stretch's own are dropped. Where a leaf of such a stretch changes, those are
-// merged again on the way, fifteen merges instead of four. Nothing else differs, not a bit.
+// merged again on the way, fifteen merges instead of four. All results have the same bits.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ class TriangleTree {
   CondensedTriangle leaf(int i) const;
   // |R delta|^2 of a leaf.
   double moved_squares(int leaf, const VectorXd& delta) const;
-  // Merges what has changed; globals: how many there are by now. Returns the number of merges.
+  // Merges what has changed; globals: their number by now. Returns the number of merges.
   int refresh(int globals);
   // Puts all stretches that end before leaf `end` to sleep. Call after refresh().
   void sleep(int end);
@@ -68,7 +68,7 @@ class TriangleTree {
   VectorXd globals_;
   std::uint64_t solution_ = 0;  // its number
   mutable std::vector<VectorXd> last_;
-  mutable std::vector<std::uint64_t> solved_;  // in which solution
+  mutable std::vector<std::uint64_t> solved_;  // the solution_ that each of last_ belongs to
 };
 
 }  // namespace magimu

@@ -138,7 +138,7 @@ TEST(JointEstimate, of_summaries_is_close_to_the_calibration_of_the_samples) {
   }
 }
 
-// Over the model's, the mean of all parameters.
+// The covariance over the model's: mean of all parameters.
 double ratio_of_variances(const MatrixXd& robust, const MatrixXd& model) {
   return (robust.diagonal().array() / model.diagonal().array()).mean();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A sensor that is turned while its bearer walks, drives or flies: recognised by itself, with
-// errors as large as said; and a hand that stays where it is is not taken for it.
+// A sensor that is turned while its bearer walks, rides or flies is recognised without an option,
+// and its errors agree with the covariance. A hand that stays in its place is not taken for travel.
 #include <gmock/gmock.h>
 
 #include "calibration/calibrate.h"

@@ -9,7 +9,7 @@
 namespace magimu {
 namespace {
 
-constexpr int kMinSamples = 20;  // of a sensor over all rests, to speak of its noise
+constexpr int kMinSamples = 20;  // of a sensor in all rests: with fewer its noise is not told
 
 template <class Body>
 void for_each_in(const VectorSeries& series, const TimeSpan& span, const Body& body) {
@@ -47,7 +47,7 @@ std::vector<TimeSpan> find_rests(const Recording& recording, const RestOptions& 
   std::vector<TimeSpan> rests;
   const double rate = gyr.rate_hz();
   const auto window = std::size_t(std::max(4.0, options.window_s * rate));
-  const double longest = 2.0 * double(window) / std::max(rate, 1e-9);  // s: no gap in the window
+  const double longest = 2.0 * double(window) / std::max(rate, 1e-9);  // s: longer with a gap
   if (gyr.size() < window) return rests;
 
   Vector3 sum = Vector3::Zero();
@@ -117,7 +117,7 @@ std::vector<double> mag_noise_at_rest(const Recording& recording,
 double least_noise(const VectorSeries& series) {
   constexpr double kPiece = 0.5;  // s
   constexpr std::size_t kOrder = 6;
-  constexpr double kVariance = 924.0;  // of such a difference of white noise: 12! / (6! 6!)
+  constexpr double kVariance = 924.0;  // of the sixth difference of white noise: 12! / (6! 6!)
   const double rate = series.rate_hz();
   const auto piece = std::size_t(std::max(double(kMinSamples), kPiece * rate));
   if (series.size() < piece + kOrder || rate <= 0.0) return 0.0;

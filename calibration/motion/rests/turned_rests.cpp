@@ -12,16 +12,16 @@ namespace {
 
 constexpr double kBlock = 0.25;      // s
 constexpr int kShortest = 4;         // blocks of a piece: a trend, and as much freedom again
-constexpr double kByChance = 0.01;   // that any piece of a recording that rests is taken for a turn
-constexpr double kMostOfIt = 0.5;    // of the movement of means: more of it is the turn than noise
-constexpr double kDrift = 2e-4;      // of gravity, a second: an accelerometer's own drift is slower
+constexpr double kByChance = 0.01;   // probability that a recording at rest has a turn by chance
+constexpr double kMostOfIt = 0.5;    // of the means' squares a turn leaves less than this share
+constexpr double kDrift = 2e-4;      // 1/s, of gravity: an accelerometer's own drift is slower
 constexpr double kMostAlike = 0.95;  // correlation of neighbouring samples
 constexpr double kSmallAngle = 0.5;  // rad: up to here a turn moves a vector linearly
-constexpr int kAtAnEnd = 4;          // of a piece: a turn within that part of it may be cut off
+constexpr int kAtAnEnd = 4;  // a turn within a quarter of a piece at one of its ends is cut off
 
-// Noise of the samples within blocks, about a line in each: pooled over the axes.
+// Noise of the samples within blocks, about a straight line in each block, all axes together.
 struct Scatter {
-  double squares = 0.0, products = 0.0;  // of neighbours
+  double squares = 0.0, products = 0.0;  // products: of neighbours
   double freedom = 0.0, samples = 0.0;
   void add(const Scatter& o) {
     squares += o.squares;
@@ -38,7 +38,7 @@ struct Means {
   std::vector<Vector3> angle;
   std::vector<int> block;
   std::vector<Scatter> scatter;
-  double rounding = 0.0;  // square of an error of rounding, sum of the axes
+  double rounding = 0.0;  // variance of the rounding error, sum over the axes
 };
 
 struct Blocks {
@@ -138,7 +138,8 @@ Means means_of(const VectorSeries& series, const TimeSpan& span, const Blocks& b
   return out;
 }
 
-// Whether means [begin, end) moved less beside a turn than without it.
+// Compares two explanations of the means [begin, end), with a turn and without it, by the sums of
+// squares that each leaves of the means.
 class Comparison {
  public:
   Comparison(const Means& means, std::size_t begin, std::size_t end)
@@ -146,13 +147,14 @@ class Comparison {
     for (std::size_t k = begin; k < end; ++k) scatter_.add(means.scatter[k]);
   }
 
-  // Sums of squares of the means. Most of them is the turn, which is more than rounding.
+  // Does the turn explain more than half of the squares, and more than rounding could make?
   bool most_of_it(double without, double with) const {
     return without > 0.0 && with < kMostOfIt * without && without - with > count_ * rounding_;
   }
 
-  // log of the Bayes factor of two models of as many parameters, with noise of unknown size: that
-  // of the samples, of which fewer are independent where neighbours are alike (a filter).
+  // Log of the Bayes factor of two models with equally many parameters and noise of unknown size.
+  // The noise is that of the samples; where neighbours are correlated (a filter), fewer samples
+  // count.
   double log_factor(double without, double with) const {
     double freedom = 3.0 * (count_ - 2.0), rest = 0.0;
     const double each = scatter_.samples / count_;
@@ -165,12 +167,12 @@ class Comparison {
     return 0.5 * freedom * std::log((rest + each * without) / (rest + each * with));
   }
 
-  // The same of the means alone, whatever their noise has in common with that of the samples.
+  // The same by the means alone, for noise of the means that the samples' noise does not tell.
   double log_factor_of_means(double without, double with) const {
     return 1.5 * (count_ - 2.0) * std::log(without / with);
   }
 
-  // Of three slopes that were fitted: half a log of the number of means each.
+  // Cost of three slopes that were fitted: half the log of the number of means each (BIC).
   double price() const { return 1.5 * std::log(count_); }
 
  private:
@@ -178,7 +180,7 @@ class Comparison {
   Scatter scatter_;
 };
 
-// Of means whose noise has a memory: as many independent ones tell a trend as well.
+// The noise of means may have a memory. Share of independent means that would show a trend as well.
 double independent_share(const std::vector<Vector3>& left) {
   double squares = left.front().squaredNorm(), products = 0.0;
   for (std::size_t k = 1; k < left.size(); ++k) {
@@ -190,7 +192,8 @@ double independent_share(const std::vector<Vector3>& left) {
   return (1.0 - alike) / (1.0 + alike);
 }
 
-// Squares that remain where gravity moves as the gyroscope says; none where it turns too far.
+// Squares that remain when gravity moves as the gyroscope says; nothing where it turns too far for
+// the linear approximation.
 std::optional<double> left_of_turn(const Means& acc, const Trend& own, std::size_t begin,
                                    std::size_t end) {
   const Trend angle = trend_of(acc.t, acc.angle, begin, end);
@@ -202,12 +205,14 @@ std::optional<double> left_of_turn(const Means& acc, const Trend& own, std::size
   return left;
 }
 
-// Gravity moves as the gyroscope says, or faster than an accelerometer drifts.
+// Does gravity move as the gyroscope says, or faster than an accelerometer drifts? follows:
+// gravity_follows() of the whole span.
 bool gravity_turns(const Means& acc, std::size_t begin, std::size_t end, double log_level,
                    bool follows) {
   const Trend own = trend_of(acc.t, acc.v, begin, end);
   const Comparison compared(acc, begin, end);
-  // Vibration is large within means, noise with a memory between them: more than both.
+  // Vibration is large within the blocks, noise with a memory is large between them. A turn must be
+  // more than both.
   const auto beyond_both = [&](double without, double with) {
     return std::min(compared.log_factor(without, with),
                     compared.log_factor_of_means(without, with));
@@ -223,8 +228,8 @@ bool gravity_turns(const Means& acc, std::size_t begin, std::size_t end, double 
                   : beyond_both(own.about_line, *left)) > log_level;
 }
 
-// Whether gravity follows the gyroscope in a span as a whole, by its means alone: then noise with a
-// memory is not what moves them, and a piece may be judged by its samples' noise.
+// Does gravity follow the gyroscope in the span as a whole, by the means alone? Then the means do
+// not move by noise with a memory, and a piece may be judged by its samples' noise.
 bool gravity_follows(const Means& acc, double log_level) {
   for (std::size_t length = kShortest; length <= acc.t.size(); length *= 2) {
     double sum = 0.0;
@@ -239,8 +244,8 @@ bool gravity_follows(const Means& acc, double log_level) {
   return false;
 }
 
-// About the vertical the field tells. Its direction in the sensor is unknown before a calibration,
-// its size is not larger than the largest reading.
+// Does the field show a turn about the vertical, which gravity cannot show? Its direction in the
+// sensor is unknown before a calibration; its size is at most the largest reading.
 bool field_turns(const Means& mag, const Vector3& up, double largest, std::size_t begin,
                  std::size_t end, double log_level) {
   const Trend own = trend_of(mag.t, mag.v, begin, end);
@@ -265,8 +270,9 @@ bool field_turns(const Means& mag, const Vector3& up, double largest, std::size_
          compared.log_factor(own.about_line, left) - compared.price() > log_level;
 }
 
-// Of a piece that turns: only an end of it where the rest of it does not, as when a sensor that was
-// put down settles. Else all of it, and of pieces whose end would be shorter than a piece.
+// Marks what turned in a piece. Where the piece without one of its ends shows no turn, that end
+// alone is marked, as when a sensor settles after it was put down. Otherwise all of the piece is,
+// and also where the longest such end would be shorter than kShortest.
 template <class Turns>
 void mark_piece(std::vector<bool>& turned, int begin, int length, const Turns& turns) {
   const int end = begin + length;
@@ -284,9 +290,9 @@ void mark_piece(std::vector<bool>& turned, int begin, int length, const Turns& t
   std::fill_n(turned.begin() + begin, length, true);
 }
 
-// Tests pieces of 1, 2, 4 ... s, each shifted by half of itself, a longer piece only where none of
-// its parts has turned; then what is left between turns, each as one piece. Body: (begin, end) of
-// blocks -> whether it turns.
+// Tests pieces of 1, 2, 4 ... s at steps of half their length, a longer piece only where no part of
+// it has turned. Then tests each stretch that is left between turns as one piece. turns(begin,
+// end): whether blocks [begin, end) show a turn.
 template <class Turns>
 void mark_turns(std::vector<bool>& turned, const Turns& turns) {
   const int count = int(turned.size());
@@ -325,7 +331,7 @@ std::vector<TimeSpan> without_turns(const Recording& recording,
                                     const std::vector<TimeSpan>& rests) {
   double blocks = 0.0;
   for (const TimeSpan& rest : rests) blocks += rest.length_s() / kBlock;
-  // Pieces that overlap by half: one a block at most, of all lengths together, and sensor.
+  // Number of tests: pieces of all lengths together are at most one for each block and sensor.
   const double tests = std::max(1.0, blocks * double(1 + recording.mag.size()));
   const double log_level = std::log(tests / kByChance);
   std::vector<double> largest;
@@ -358,7 +364,7 @@ std::vector<TimeSpan> without_turns(const Recording& recording,
       }
       return false;
     });
-    // What is left over at the end of a span, less than a block, goes with its last block.
+    // The end of a span, shorter than a block, is treated as its last block.
     for (int begin = 0; begin < gyr.count;) {
       int end = begin;
       while (end < gyr.count && turned[std::size_t(end)] == turned[std::size_t(begin)]) ++end;

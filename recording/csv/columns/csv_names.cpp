@@ -188,7 +188,7 @@ CsvName component(std::string_view words) {
   return name;
 }
 
-// "roll rate", "PitchRate": the rate about x, about y, about z.
+// "roll rate", "PitchRate", "YawRate": the rates about x, y and z.
 CsvName rate_by_name(std::string_view words) {
   constexpr std::pair<std::string_view, char> kRates[] = {
       {"roll", 'x'}, {"pitch", 'y'}, {"yaw", 'z'}};
@@ -198,7 +198,7 @@ CsvName rate_by_name(std::string_view words) {
     if (rest != "rate" && rest != "_rate") continue;
     CsvName name;
     name.name = std::string("gyr_") + axis;
-    name.preference = kBehindOthers;  // an angle's rate, where a file has the gyroscope's, too
+    name.preference = kBehindOthers;  // a gyroscope that the file has, too, comes first
     return name;
   }
   return {};
@@ -235,7 +235,7 @@ CsvName csv_name(std::string_view header) {
     words.resize(open);
     while (!words.empty() && is_separator(words.back())) words.pop_back();
   }
-  // "B_x / \xC2\xB5T", as standards ask for.
+  // "B_x / \xC2\xB5T": quantity / unit, as the SI brochure recommends.
   if (const std::size_t slash = words.rfind(" / "); in_brackets.empty() && slash != words.npos) {
     const std::string unit = words.substr(slash + 3);
     const bool known = std::ranges::any_of(

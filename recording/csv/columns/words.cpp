@@ -34,7 +34,7 @@ constexpr CsvWord kScalars[] = {
     {"header_stamp", "t", 2},      // ROS: when it was measured, not when it was received
     {"apptimestamp", "t"},         // GetSensorData: when it arrived,
     {"sensortimestamp", "t", 1},   // and when it was measured
-    {"timestamp_sample", "t", 1},  // PX4: the same
+    {"timestamp_sample", "t", 1},  // PX4: when it was measured
     {"timeus", "t", 0, "us"},      // ArduPilot
     {"time_usec", "t", 0, "us"},   // MAVLink
     {"time_boot_ms", "t", 0, "ms"},
@@ -94,7 +94,7 @@ constexpr CsvWord kVectors[] = {
     {"linear_accelerometer", "acc", -1},
     {"specific_force", "acc", 1},
     {"a_rs_s", "acc", 1},    // EuRoC
-    {"accel_ln", "acc", 1},  // Shimmer: low noise, wide range
+    {"accel_ln", "acc", 1},  // Shimmer: low noise; accel_wr below: wide range
     {"low_noise_accelerometer", "acc", 1},
     {"wide_range_accelerometer", "acc"},
     {"accel_wr", "acc"},

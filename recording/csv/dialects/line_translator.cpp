@@ -230,7 +230,7 @@ class Label {
     }
     component_ = 0;
     unit_ = unit_in_brackets_;
-    // "ms:" alone is the name of what follows.
+    // "ms:" alone is the name of the next number, not the unit of the last one.
     const std::size_t end = text.find_last_not_of(" \t");
     const bool named = end != text.npos && (text[end] == ':' || text[end] == '=');
     if (pieces.size() > 1 || !named || pieces.front().find_first_of(" \t") != std::string::npos) {
@@ -242,7 +242,7 @@ class Label {
       return;
     }
     std::string last = without_sentence(pieces.back());
-    // "imu,device=a ax=" (InfluxDB): the word before the blank is a value.
+    // "imu,device=a ax=" (InfluxDB): "a" is a value, and the name begins after the blank.
     if (std::ranges::count(text, '=') > 1) last = last.substr(last.find_last_of(" \t") + 1);
     pieces.pop_back();
     if (!pieces.empty()) group_ = pieces.back();
@@ -320,8 +320,9 @@ std::string_view unit_at(std::string_view text) {
                                                                            : std::string_view();
 }
 
-// A number that stands for the time by its place: in brackets before all others ("[1234] Acc X: 1",
-// "I (1234) imu: acc 1 2 3"), or one since 1970 in ms and finer behind all others (InfluxDB).
+// Some numbers are the time by their place: one in brackets before all others ("[1234] Acc X: 1",
+// "I (1234) imu: acc 1 2 3"), or one of 13 digits and more behind all others, which counts ms or
+// finer since 1970 (InfluxDB).
 bool is_time_before(std::string_view line, std::size_t begin, std::size_t end) {
   const std::string_view before = csv_trimmed(line.substr(0, begin));
   if (before.empty() || end >= line.size()) return false;

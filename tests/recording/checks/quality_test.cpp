@@ -552,7 +552,7 @@ TEST(GoodRecordings, a_slower_magnetometer_and_coarse_steps_raise_no_alarm) {
 }
 
 // A coarse converter reads one value for a second where its axis changes slowly, and goes on by a
-// step: it does not hang. In counts a gyroscope "turns" while it rests.
+// step: it does not hang. A gyroscope in counts seems to turn while it rests.
 TEST(GoodRecordings, a_slow_axis_of_a_coarse_converter_does_not_hang) {
   const auto hangs = [](const Recording& r) {
     return std::ranges::any_of(check_recording(r),

@@ -364,7 +364,7 @@ TEST(CsvBoards, months_have_names) {
   EXPECT_FALSE(clock_seconds("01-anf-2025 12:34:56"));
 }
 
-// Text of loggers that new users tried: read as it is, or answered with what helps.
+// Texts of loggers that new users tried: they are read as they are, or refused with a remedy.
 namespace trials {
 
 constexpr int kRows = 60;
@@ -429,7 +429,7 @@ TEST(CsvTrials, units_behind_a_slash_and_with_superscripts) {
   EXPECT_EQ(csv_name("pitch").name, "");
 }
 
-// Garmin's FitCSVTool: as many samples a message as it holds, sensors in messages of their own.
+// Garmin's FitCSVTool: several samples in a message, and messages of its own for each sensor.
 TEST(CsvTrials, messages_of_a_fit_file) {
   const auto message = [](int k, const char* name, const char* field, const char* unit,
                           const std::string& x, const std::string& y, const std::string& z) {

@@ -294,7 +294,7 @@ void add_reach(FactorGraph& graph, const Part& part) {
   const Key own = key::lever_arm_of(part.plan.field);
   const std::vector<double>& t = part.plan.t;
   // Between two gaps a part may have a single node, and nothing tells how fast the hand was there.
-  if (part.nodes() == 1) {
+  if (part.nodes() == 1 && !travels) {
     constexpr double kHandSpeed = 1.0;  // m/s
     graph.add(
         PriorFactor<Vector3>(V(part.id(0)), Vector3::Zero(), Noise<3>::isotropic(kHandSpeed)));

@@ -359,7 +359,7 @@ std::optional<Stage> Pipeline::travelling_instead(const Stage& hand_held, std::s
   if (hand_held.spec().motion != MotionModel::kHandHeld || !is_beyond_reach(hand_held)) return {};
   std::optional<Stage> out =
       attempt([&] { return with_what_it_needs(coarse_fit(MotionModel::kTravelling), known); });
-  if (!out || !out->result().converged() || asks_too_much_of_gyroscope(*out)) return {};
+  if (!out || !out->result().converged() || leaves_a_misfit(*out)) return {};
   const HeldOutGain gain = held_out_gain(hand_held, *out);
   if (gain.worse()) return {};
   reason = grounds_of_travelling(hand_held, *out, gain);

@@ -14,6 +14,8 @@ namespace {
 
 constexpr double kBeyond = 1e-3;  // probability by chance, of a hand within its reach
 
+constexpr double kMisfit = 1.1;  // times the largest noise that a sensor in motion may have
+
 double longest_arm(const Stage& stage) {
   double longest = 0.0;
   for (int r = 0; r <= stage.plans().back().field; ++r) {
@@ -33,7 +35,9 @@ bool is_beyond_reach(const Stage& hand_held) {
   return log10_chi_square_tail(sums.squares[reach], dof) < std::log10(kBeyond);
 }
 
-bool asks_too_much_of_gyroscope(const Stage& travelling) {
+bool leaves_a_misfit(const Stage& travelling) {
+  const SensorSums sums = travelling.sums();
+  if (sums.rms(Sensor::kMag) > kMisfit || sums.rms(Sensor::kGyr) > kMisfit) return true;
   if (!travelling.spec().gyr_matrix) return false;
   const auto S = travelling.result().values.at<GyroMatrix>(key::gyr_matrix);
   VectorXd s = Eigen::Map<const VectorXd>(S.data(), S.size());
@@ -69,7 +73,9 @@ VelocityCorrelation velocity_correlation(const Stage& travelling) {
 std::string grounds_of_travelling(const Stage& hand_held, const Stage& travelling,
                                   const HeldOutGain& gain) {
   const double arm = longest_arm(hand_held);
-  std::string out = "The sensor travelled: held in a hand it would have been ";
+  std::string out =
+      "The sensor travelled, unless its accelerometer is at fault: held in a hand it would have "
+      "been ";
   out += arm > kLongestArm
              ? fmt::format("{:.1f} m from the point that it was turned about", arm)
              : fmt::format("farther away than a hand reaches ({:.1f} m, a standard deviation)",

@@ -14,9 +14,9 @@ namespace magimu {
 // turned about wanders farther than that allows (chi-square at 0.1 %).
 bool is_beyond_reach(const Stage& hand_held);
 
-// Would the gyroscope have to be off by more than any part is for this to be true? Then something
-// else is wrong, which a free motion has only hidden.
-bool asks_too_much_of_gyroscope(const Stage& travelling);
+// Does the model leave a misfit of magnetometer or gyroscope, or ask for a gyroscope that is off by
+// more than parts are? Then something else is wrong, which a free motion has only hidden.
+bool leaves_a_misfit(const Stage& travelling);
 
 // Correlation of v - R u at two neighbouring weak measurements of the velocity, all recordings
 // together, times sqrt(pairs). Where they are independent it is 0 with a standard deviation of 1 if

@@ -238,6 +238,12 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   progress("may the calibration be trusted?", 0.9);
   if (options.calibrate_before) {
     d.before = calibrate(given, verdict_options(options));
+    if (d.before.motion == MotionModel::kTravelling &&
+        extender.stage().spec().motion != MotionModel::kTravelling) {
+      d.notes.push_back(d.before.motion_reason +
+                        " This diagnosis took it for one that stays in reach: ask again with "
+                        "--motion travelling.");
+    }
   } else {
     d.before = extender.summary(extender.base());
     judge(d.before);

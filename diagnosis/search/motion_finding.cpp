@@ -9,7 +9,6 @@
 #include "calibration/fit/choose_motion.h"
 #include "calibration/scan/general_dependence.h"
 #include "calibration/scan/testable.h"
-#include "calibration/travelling.h"
 #include "diagnosis/held/held_out_nll.h"
 #include "diagnosis/search/shapes/slow_motion.h"
 #include "diagnosis/search/stored_model.h"
@@ -261,23 +260,9 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
     if (is_calm(restlessness(extender.stage(), noise))) return extender.stage();
     d = before;
   }
-  // Errors of the parts (accelerometer's matrix, g-sensitivity) can look like travel. coarse(), as
-  // in calibrate(), tries them before it takes the sensor to have travelled.
-  std::string reason;
-  std::optional<Stage> travelling;
-  if (is_beyond_reach(moving)) {
-    const auto whole = attempt([&] { return pipeline.coarse(reason); });
-    if (whole && whole->spec().motion == MotionModel::kTravelling) {
-      travelling = fitted(MotionModel::kTravelling);
-    }
-  }
-  // A hand's acceleration does not depend on the attitude; that of a multicopter does, so that
-  // travel is accepted all the same.
-  if (dependence.on_attitude && !travelling) return rotation;
-  d.findings.push_back(motion_finding(rotation, travelling ? *travelling : moving, restless));
-  if (!travelling) return moving;
-  d.notes.push_back(reason);
-  return *travelling;
+  if (dependence.on_attitude) return rotation;
+  d.findings.push_back(motion_finding(rotation, moving, restless));
+  return moving;
 }
 
 std::optional<Stage> find_small_motion(const std::vector<const Recording*>& recordings,

@@ -89,10 +89,8 @@ Calibration without_uncertainty(const std::vector<const Recording*>& recordings,
   c.fit = stage.result();
   c.motion = stage.spec().motion;
   if (c.motion == MotionModel::kTravelling) c.speed_mps = stage.spec().speed_mps;
-  if (is_moved(c.motion)) {
-    if (c.motion == MotionModel::kHandHeld) c.reach_m = stage.spec().reach_m;
-    c.acc_jitter = stage.spec().acc_jitter;
-  }
+  if (c.motion == MotionModel::kHandHeld) c.reach_m = stage.spec().reach_m;
+  if (is_moved(c.motion)) c.acc_jitter = stage.spec().acc_jitter;
   c.noise = stage.spec().noise;
   c.noise_given = options.noise.has_value();
   c.gravity = options.gravity;

@@ -110,15 +110,9 @@ Finding finding_of_motion(const Stage& moving, double rms, double unknowns, doub
   return f;
 }
 
-std::string who_moved(const Stage& moving) {
-  if (moving.spec().motion != MotionModel::kTravelling) return "The hand moved the sensor";
-  return fmt::format("The sensor travelled, at some {:.2g} m/s beside a steady velocity of its own",
-                     moving.spec().speed_mps);
-}
-
 // Rewrites the finding where no rest shows the noise. Its evidence is then the correlation of
 // neighbours, which white noise of any size does not have.
-void tell_by_colour(const std::string& who, const Restlessness& restless, double rms, Finding& f) {
+void tell_by_colour(const Restlessness& restless, double rms, Finding& f) {
   const double alike = 1.0 - std::pow(std::min(restless.colour, 0.999), 2);
   const double nats = -0.5 * restless.rows * std::log(alike);
   f.gain.heldout_nll_before = f.gain.heldout_nll_after + nats;
@@ -126,10 +120,10 @@ void tell_by_colour(const std::string& who, const Restlessness& restless, double
   f.gain.residual_rms_before = 1.0 / std::sqrt(alike);
   f.p_value = std::max(1e-300, normal_tail(restless.colour * std::sqrt(restless.rows)));
   f.sentence = fmt::format(
-      "{}: it accelerated by {:.2g} m/s^2 (RMS). No rest shows the "
+      "The hand moved the sensor: it accelerated by {:.2g} m/s^2 (RMS). No rest shows the "
       "accelerometer's noise, but what it reads beside gravity is no white noise (correlation of "
       "neighbours {:.2f}); velocity and position are part of the model from here on.",
-      who, rms, restless.colour);
+      rms, restless.colour);
 }
 
 Finding motion_finding(const Stage& rotation, const Stage& moving, const Restlessness& restless) {
@@ -137,12 +131,12 @@ Finding motion_finding(const Stage& rotation, const Stage& moving, const Restles
   const double rms = acceleration_rms(rotation);
   Finding f = finding_of_motion(moving, rms, restless.rows, times, restless.excess);
   f.sentence = fmt::format(
-      "{}: it accelerated by {:.2g} m/s^2 (RMS), {:.1f} times what the accelerometer's noise "
-      "explains; velocity and position are part of the model from here on.",
-      who_moved(moving), rms, restless.excess);
+      "The hand moved the sensor: it accelerated by {:.2g} m/s^2 (RMS), {:.1f} times what the "
+      "accelerometer's noise explains; velocity and position are part of the model from here on.",
+      rms, restless.excess);
   f.p_value =
       std::pow(10.0, std::max(-300.0, log10_chi_square_tail(restless.rows * times, restless.rows)));
-  if (restless.excess < kCalm) tell_by_colour(who_moved(moving), restless, rms, f);
+  if (restless.excess < kCalm) tell_by_colour(restless, rms, f);
   return f;
 }
 

@@ -334,6 +334,8 @@ Stage Pipeline::coarse_fit(MotionModel motion) const {
   Stage stage(recordings_, spec, coarse_plans_, coarse_optimizer_);
   const Values start = initial_values(recordings_, stage.plans(), guess_, motion);
   fit_with_noise(stage, start, false);
+  // From a poor start the steps of one fit may not reach the optimum, and no noise is estimated.
+  if (!stage.result().converged()) fit_with_noise(stage, Values(stage.result().values), true);
   if (motion == MotionModel::kTravelling) return with_independent_velocities(std::move(stage));
   return stage;
 }

@@ -70,21 +70,22 @@ VelocityCorrelation velocity_correlation(const Stage& travelling) {
   return out;
 }
 
-std::string grounds_of_travelling(const Stage& hand_held, const Stage& travelling,
-                                  const HeldOutGain& gain) {
+std::string reach_in_words(const Stage& hand_held) {
   const double arm = longest_arm(hand_held);
-  std::string out =
-      "The sensor travelled, unless its accelerometer is at fault: held in a hand it would have "
-      "been ";
-  out += arm > kLongestArm
+  return arm > kLongestArm
              ? fmt::format("{:.1f} m from the point that it was turned about", arm)
              : fmt::format("farther away than a hand reaches ({:.1f} m, a standard deviation)",
                            hand_held.spec().reach_m * hand_held.sums().rms(Sensor::kReach));
-  return out + fmt::format(
-                   "; with a velocity of {:.2g} m/s, wherever that leads, the "
-                   "magnetometer, where left out, is predicted {}.",
-                   travelling.spec().speed_mps,
-                   gain.better() ? fmt::format("{:.2f} times as well", gain.ratio()) : "no worse");
+}
+
+std::string grounds_of_travelling(const Stage& hand_held, const Stage& travelling,
+                                  const HeldOutGain& gain) {
+  return fmt::format(
+      "The sensor travelled, unless its accelerometer is at fault: held in a hand it would have "
+      "been {}; with a velocity of {:.2g} m/s, wherever that leads, the magnetometer, where left "
+      "out, is predicted {}.",
+      reach_in_words(hand_held), travelling.spec().speed_mps,
+      gain.better() ? fmt::format("{:.2f} times as well", gain.ratio()) : "no worse");
 }
 
 }  // namespace magimu

@@ -27,6 +27,10 @@ struct VelocityCorrelation {
 };
 VelocityCorrelation velocity_correlation(const Stage& travelling);
 
+// Where a hand would have had to hold the sensor, for a sentence: "3.1 m from the point that it was
+// turned about".
+std::string reach_in_words(const Stage& hand_held);
+
 // A sentence that says why the sensor is taken to have travelled. gain: of the travelling model
 // over the hand-held one.
 std::string grounds_of_travelling(const Stage& hand_held, const Stage& travelling,

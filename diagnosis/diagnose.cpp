@@ -10,6 +10,7 @@
 #include "calibration/calibrate.h"
 #include "calibration/fit/given_noise.h"
 #include "calibration/start/turned_axes.h"
+#include "calibration/travelling.h"
 #include "calibration/trust/check_axes.h"
 #include "calibration/trust/no_fit.h"
 #include "calibration/trust/trust.h"
@@ -133,8 +134,17 @@ Diagnosis diagnosis_without_fit(const std::vector<const Recording*>& given,
       given, options);
 }
 
+struct Diagnosed {
+  Diagnosis diagnosis;
+  // Where the diagnosis leaves a sensor that a hand would have held farther away than hands reach:
+  // how far (reach_in_words()), and the finding that it was moved. Else empty.
+  std::string beyond_reach = {};
+  std::optional<Finding> moved = {};
+  double acc_rms = 0.0;  // of the residual at the end, whitened
+};
+
 // Throws NumericalError where the basic model has no fit.
-Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
+Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
                           const DiagnosisOptions& given_options) {
   DiagnosisOptions options = given_options;
   if (options.base && options.base->noise_given && !options.noise) {
@@ -159,7 +169,7 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   for (const AxesFinding& f : mounting.findings) {
     if (f.sensor != "acc" && f.sensor != "gyr") continue;
     const Calibration verdict = calibrate(given, verdict_options(options));
-    return diagnosis_of(verdict, verdict, given, options);
+    return {diagnosis_of(verdict, verdict, given, options)};
   }
 
   progress("fitting the basic model", 0.0);
@@ -175,7 +185,8 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   const Pipeline pipeline(recordings, calibration);
   Extender extender(recordings, few.get(), pipeline, options, d);
   progress("is it the motion?", 0.15);
-  Stage first = choose_motion_model(recordings, pipeline, options, extender, d);
+  const ChosenMotion motion = choose_motion_model(recordings, pipeline, options, extender, d);
+  Stage first = motion.stage;
   progress("looking for effects", 0.3);
   const bool turned = has_turned(first);
   if (turned) {
@@ -240,9 +251,10 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
     d.before = calibrate(given, verdict_options(options));
     if (d.before.motion == MotionModel::kTravelling &&
         extender.stage().spec().motion != MotionModel::kTravelling) {
-      d.notes.push_back(d.before.motion_reason +
-                        " This diagnosis took it for one that stays in reach: ask again with "
-                        "--motion travelling.");
+      d.notes.push_back(
+          d.before.motion_reason +
+          " With the causes that this diagnosis names it may have stayed in reach; --motion "
+          "travelling asks for causes beside a sensor that travelled.");
     }
   } else {
     d.before = extender.summary(extender.base());
@@ -280,7 +292,42 @@ Diagnosis diagnose_fitted(const std::vector<const Recording*>& given,
   }
   d.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   progress("done", 1.0);
-  return d;
+  // With the causes that were found a hand may have stayed in its reach, and with those of a sensor
+  // that only turned nothing may be left.
+  const Stage& last = extender.stage();
+  const bool held = last.spec().motion == MotionModel::kHandHeld;
+  if (!motion.moved || !(held ? is_beyond_reach(last) : nats_left(d) > 0.0)) {
+    return {.diagnosis = std::move(d), .acc_rms = last.sums().rms(Sensor::kAcc)};
+  }
+  return {std::move(d), held ? reach_in_words(last) : motion.beyond_reach, motion.moved,
+          last.sums().rms(Sensor::kAcc)};
+}
+
+// Where no hand can have held the sensor as the diagnosis has it, a sensor that travelled is
+// diagnosed, too. It is taken where it leaves no more unexplained.
+Diagnosis diagnose_motion(const std::vector<const Recording*>& given,
+                          const DiagnosisOptions& options) {
+  Diagnosed first = diagnose_fitted(given, options);
+  if (!first.moved) return std::move(first.diagnosis);
+  DiagnosisOptions asked = options;
+  asked.motion = MotionModel::kTravelling;
+  std::optional<Diagnosed> made = attempt([&] { return diagnose_fitted(given, asked); });
+  if (!made || !made->diagnosis.after.fit.converged()) return std::move(first.diagnosis);
+  Diagnosis& travelled = made->diagnosis;
+  const double before = nats_left(first.diagnosis), left = nats_left(travelled);
+  if (left > before) return std::move(first.diagnosis);
+  Finding& moved = *first.moved;
+  moved.sentence = fmt::format(
+      "The sensor travelled: it accelerated by {:.2g} m/s^2 (RMS), and a hand would have held it "
+      "{}. Velocity and position are part of the model, with {:.2g} m/s (a standard deviation) "
+      "wherever that leads{}.",
+      moved.parameters.front().value, first.beyond_reach, travelled.after.speed_mps,
+      left < before ? fmt::format("; {:.0f} nats are left unexplained, not {:.0f}", left, before)
+                    : "");
+  moved.gain.residual_rms_after = made->acc_rms;
+  travelled.findings.insert(travelled.findings.begin(), moved);
+  take_conclusion(travelled);
+  return std::move(travelled);
 }
 
 }  // namespace
@@ -295,7 +342,7 @@ Diagnosis diagnose(const std::vector<const Recording*>& recordings,
   const std::vector<const Recording*>& given = well_formed.get();
   try {
     std::string why;
-    std::optional<Diagnosis> made = attempt([&] { return diagnose_fitted(given, options); }, &why);
+    std::optional<Diagnosis> made = attempt([&] { return diagnose_motion(given, options); }, &why);
     return made ? *std::move(made) : diagnosis_without_fit(given, options, why);
   } catch (const TooLittle& too_little) {
     const Calibration none =

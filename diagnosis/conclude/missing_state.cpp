@@ -500,8 +500,13 @@ std::vector<std::string> channels_of_missing_state(const Diagnosis& d) {
 bool state_is_missing(const Diagnosis& d) {
   const bool excused = std::ranges::any_of(
       d.findings, [](const Finding& f) { return f.effect != "linear_acceleration"; });
-  return std::ranges::any_of(
-      d.missing, [&](const MissingState& m) { return counted(m) > (excused ? kDecided : 0.0); });
+  return nats_left(d) > (excused ? kDecided : 0.0);
+}
+
+double nats_left(const Diagnosis& d) {
+  double most = 0.0;
+  for (const MissingState& m : d.missing) most = std::max(most, counted(m));
+  return most;
 }
 
 bool causes_take_nothing(const Diagnosis& d) {

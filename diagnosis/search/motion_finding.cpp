@@ -9,6 +9,7 @@
 #include "calibration/fit/choose_motion.h"
 #include "calibration/scan/general_dependence.h"
 #include "calibration/scan/testable.h"
+#include "calibration/travelling.h"
 #include "diagnosis/held/held_out_nll.h"
 #include "diagnosis/search/shapes/slow_motion.h"
 #include "diagnosis/search/stored_model.h"
@@ -214,17 +215,18 @@ Dependence dependence_of(const std::vector<const Recording*>& recordings, const 
 
 }  // namespace
 
-Stage choose_motion_model(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
-                          const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
+ChosenMotion choose_motion_model(const std::vector<const Recording*>& recordings,
+                                 const Pipeline& pipeline, const DiagnosisOptions& options,
+                                 Extender& extender, Diagnosis& d) {
   if (options.base) {
     const Stage stage = stored_model(*options.base, recordings, pipeline, d.notes);
     extender.set_base(stage);
-    return stage;
+    return {stage};
   }
   if (options.motion != MotionModel::kAuto) {
     const Stage stage = pipeline.with_fixed_symmetries(pipeline.coarse_fit(options.motion));
     extender.set_base(stage);
-    return stage;
+    return {stage};
   }
   const AccNoise noise = largest_acc_noise(recordings, pipeline.rest_noise().acc);
   std::string why;
@@ -237,26 +239,30 @@ Stage choose_motion_model(const std::vector<const Recording*>& recordings, const
   if (!turning && !held) throw NumericalError(why);
   extender.set_base(turning ? *turning : *held);
   // Where one of the two models has no fit, the other is taken.
-  if (!turning || !held) return turning ? *turning : *held;
+  if (!turning || !held) return {turning ? *turning : *held};
   const Stage &rotation = *turning, &moving = *held;
+  const Restlessness restless = restlessness(rotation, noise);
+  const Finding moved = motion_finding(rotation, moving, restless);
+  const auto chosen = [&](const Stage& stage) {
+    if (!is_beyond_reach(moving)) return ChosenMotion{stage};
+    return ChosenMotion{stage, reach_in_words(moving), moved};
+  };
   // Coloured noise and heavy tails look like a motion, but they show in rests, too.
   if (!more_in_motion(node_residuals(rotation, recordings, Sensor::kAcc)) ||
       choose_motion(rotation, moving, noise).motion == MotionModel::kRotation) {
-    return rotation;
+    return chosen(rotation);
   }
-
-  const Restlessness restless = restlessness(rotation, noise);
   // A bias that changes in mid-recording may be the only cause, or it may come with a motion.
   const Dependence dependence = dependence_of(recordings, rotation, restless.squares);
   if (dependence.on_time || has_rivals(recordings, pipeline, extender, rotation, restless, noise)) {
     const Diagnosis before = d;
     extender.extend(rotation);
-    if (is_calm(restlessness(extender.stage(), noise))) return extender.stage();
+    if (is_calm(restlessness(extender.stage(), noise))) return chosen(extender.stage());
     d = before;
   }
-  if (dependence.on_attitude) return rotation;
-  d.findings.push_back(motion_finding(rotation, moving, restless));
-  return moving;
+  if (dependence.on_attitude) return chosen(rotation);
+  d.findings.push_back(moved);
+  return chosen(moving);
 }
 
 std::optional<Stage> find_small_motion(const std::vector<const Recording*>& recordings,

@@ -3,14 +3,26 @@
 // under pure rotation, explain what looks like it?
 #pragma once
 
+#include <optional>
+#include <string>
+
 #include "diagnosis/search/extender.h"
 
 namespace magimu {
 
-// The stage to extend. A finding is added to d where the motion is modelled; the extender's base
-// becomes the rotation model.
-Stage choose_motion_model(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
-                          const DiagnosisOptions& options, Extender& extender, Diagnosis& d);
+struct ChosenMotion {
+  Stage stage;  // the one to extend
+  // Where a hand that was chosen between would be beyond any hand's reach, without causes:
+  // reach_in_words(), and the finding that it moved the sensor. Else empty.
+  std::string beyond_reach = {};
+  std::optional<Finding> moved = {};
+};
+
+// A finding is added to d where the motion is modelled; the extender's base becomes the rotation
+// model.
+ChosenMotion choose_motion_model(const std::vector<const Recording*>& recordings,
+                                 const Pipeline& pipeline, const DiagnosisOptions& options,
+                                 Extender& extender, Diagnosis& d);
 
 // Beside the effects that were found there may still be a motion of millimetres, whose
 // accelerations are slow and below the noise of single samples. Then a finding is added to d, the

@@ -48,8 +48,9 @@ void look_at_rests(const VectorSeries& series, const std::vector<TimeSpan>& rest
     axes += 1.0;
   }
   if (axes == 0.0) return;
-  // Each rest has one product fewer than readings, and its own mean lowers the correlation.
-  out.lag1_at_rest = (lag1 / axes * count + 2.0 * begun) / count;
+  // Of n readings about their own mean the correlation r of neighbours comes out as
+  // r - (1 + 4 r) / n (Marriott and Pope 1954).
+  out.lag1_at_rest = (lag1 / axes * count + begun) / (count - 4.0 * begun);
   out.readings_at_rest = axes * count;
 }
 

@@ -311,6 +311,11 @@ Diagnosis diagnose_motion(const std::vector<const Recording*>& given,
   if (!first.moved) return std::move(first.diagnosis);
   DiagnosisOptions asked = options;
   asked.motion = MotionModel::kTravelling;
+  if (options.progress) {
+    asked.progress = [&](const std::string& what, double share) {
+      options.progress("did it travel? " + what, share);
+    };
+  }
   std::optional<Diagnosed> made = attempt([&] { return diagnose_fitted(given, asked); });
   if (!made || !made->diagnosis.after.fit.converged()) return std::move(first.diagnosis);
   Diagnosis& travelled = made->diagnosis;
@@ -325,6 +330,7 @@ Diagnosis diagnose_motion(const std::vector<const Recording*>& given,
       left < before ? fmt::format("; {:.0f} nats are left unexplained, not {:.0f}", left, before)
                     : "");
   moved.gain.residual_rms_after = made->acc_rms;
+  travelled.seconds += first.diagnosis.seconds;
   travelled.findings.insert(travelled.findings.begin(), moved);
   take_conclusion(travelled);
   return std::move(travelled);

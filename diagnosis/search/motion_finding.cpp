@@ -242,10 +242,9 @@ ChosenMotion choose_motion_model(const std::vector<const Recording*>& recordings
   if (!turning || !held) return {turning ? *turning : *held};
   const Stage &rotation = *turning, &moving = *held;
   const Restlessness restless = restlessness(rotation, noise);
-  const Finding moved = motion_finding(rotation, moving, restless);
   const auto chosen = [&](const Stage& stage) {
     if (!is_beyond_reach(moving)) return ChosenMotion{stage};
-    return ChosenMotion{stage, reach_in_words(moving), moved};
+    return ChosenMotion{stage, reach_in_words(moving), motion_finding(rotation, moving, restless)};
   };
   // Coloured noise and heavy tails look like a motion, but they show in rests, too.
   if (!more_in_motion(node_residuals(rotation, recordings, Sensor::kAcc)) ||
@@ -261,7 +260,7 @@ ChosenMotion choose_motion_model(const std::vector<const Recording*>& recordings
     d = before;
   }
   if (dependence.on_attitude) return chosen(rotation);
-  d.findings.push_back(moved);
+  d.findings.push_back(motion_finding(rotation, moving, restless));
   return chosen(moving);
 }
 

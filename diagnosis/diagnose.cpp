@@ -303,12 +303,15 @@ Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
           last.sums().rms(Sensor::kAcc)};
 }
 
-// Where no hand can have held the sensor as the diagnosis has it, a sensor that travelled is
-// diagnosed, too. It is taken where it leaves no more unexplained.
+// Where no hand can have held the sensor as the diagnosis has it, and nothing is missing in another
+// sensor more than in the accelerometer, a sensor that travelled is diagnosed, too. It is taken
+// where only crumbs of what was missing are left.
 Diagnosis diagnose_motion(const std::vector<const Recording*>& given,
                           const DiagnosisOptions& options) {
   Diagnosed first = diagnose_fitted(given, options);
-  if (!first.moved) return std::move(first.diagnosis);
+  const MissingState* const missing = most_missing(first.diagnosis);
+  const bool elsewhere = missing != nullptr && missing->channel != to_string(Sensor::kAcc);
+  if (!first.moved || elsewhere) return std::move(first.diagnosis);
   DiagnosisOptions asked = options;
   asked.motion = MotionModel::kTravelling;
   if (options.progress) {
@@ -320,7 +323,7 @@ Diagnosis diagnose_motion(const std::vector<const Recording*>& given,
   if (!made || !made->diagnosis.after.fit.converged()) return std::move(first.diagnosis);
   Diagnosis& travelled = made->diagnosis;
   const double before = nats_left(first.diagnosis), left = nats_left(travelled);
-  if (left > before) return std::move(first.diagnosis);
+  if (left > kCrumb * before) return std::move(first.diagnosis);
   Finding& moved = *first.moved;
   moved.sentence = fmt::format(
       "The sensor travelled: it accelerated by {:.2g} m/s^2 (RMS), and a hand would have held it "

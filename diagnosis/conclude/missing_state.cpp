@@ -96,12 +96,6 @@ double counted(const MissingState& m) {
   return m.noise.empty() && m.left_nats > kNullGain ? m.left_nats : 0.0;
 }
 
-// The process that counts most; null: none counts.
-const MissingState* strongest(const Diagnosis& d) {
-  const auto it = std::ranges::max_element(d.missing, {}, counted);
-  return it == d.missing.end() || !(counted(*it) > 0.0) ? nullptr : &*it;
-}
-
 std::string process_name_of(DisturbedPart part) {
   return part == DisturbedPart::kField ? "field" : in_words(sensor_of(part));
 }
@@ -216,7 +210,7 @@ std::vector<MissingSeries> series_of(const std::vector<const Recording*>& record
 
 // Whether the field may be what is missing, as far as evidence tells.
 bool field_is_likely(const Diagnosis& d) {
-  const MissingState* const most = strongest(d);
+  const MissingState* const most = most_missing(d);
   if (most == nullptr || is_acc_offset(d, *most) || keeps_its_length(d, *most)) return false;
   double best = 0.0, field = 0.0;
   for (const MissingState& m : d.missing) {
@@ -420,7 +414,7 @@ std::shared_ptr<const FieldOfPlace> find_missing_state(const MissingStateInput& 
     d.missing.push_back(m);
   }
   name_echoes(d.missing);
-  const MissingState* const most = strongest(d);
+  const MissingState* const most = most_missing(d);
   if (most == nullptr) return nullptr;
   const std::vector<PlaceRival> late = ask_for_acc_offset(in, tasks, d);
   const auto i = std::size_t(most - d.missing.data());
@@ -432,7 +426,7 @@ std::shared_ptr<const FieldOfPlace> find_missing_state(const MissingStateInput& 
 }
 
 void withdraw_crumbs_of_noise(Diagnosis& d) {
-  const MissingState* const most = strongest(d);
+  const MissingState* const most = most_missing(d);
   if (most == nullptr) return;
   std::erase_if(d.findings, [&](const Finding& f) {
     const bool is_process = std::ranges::any_of(d.missing, [&](const MissingState& m) {
@@ -470,7 +464,7 @@ void tell_shares_taken(Diagnosis& d) {
 
 Whereabouts whereabouts(const Diagnosis& d) {
   Whereabouts out;
-  const MissingState* const most = strongest(d);
+  const MissingState* const most = most_missing(d);
   if (most == nullptr) return out;
   out.acc_time = is_acc_offset(d, *most);
   out.directions = !out.acc_time && keeps_its_length(d, *most);
@@ -503,10 +497,14 @@ bool state_is_missing(const Diagnosis& d) {
   return nats_left(d) > (excused ? kDecided : 0.0);
 }
 
+const MissingState* most_missing(const Diagnosis& d) {
+  const auto it = std::ranges::max_element(d.missing, {}, counted);
+  return it == d.missing.end() || !(counted(*it) > 0.0) ? nullptr : &*it;
+}
+
 double nats_left(const Diagnosis& d) {
-  double most = 0.0;
-  for (const MissingState& m : d.missing) most = std::max(most, counted(m));
-  return most;
+  const MissingState* const most = most_missing(d);
+  return most == nullptr ? 0.0 : counted(*most);
 }
 
 bool causes_take_nothing(const Diagnosis& d) {
@@ -548,7 +546,7 @@ std::string what_would_settle_it(const Diagnosis& d) {
 }
 
 std::string sentence_of_missing_state(const Diagnosis& d) {
-  const MissingState* const most = strongest(d);
+  const MissingState* const most = most_missing(d);
   if (most == nullptr) return {};
   return fmt::format(
       "Something is missing {}: with a disturbance there of {} (standard deviation) that lasts "

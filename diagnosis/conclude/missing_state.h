@@ -27,8 +27,9 @@ std::shared_ptr<const FieldOfPlace> find_missing_state(const MissingStateInput& 
 // Is more left beside the last model than chance gains (kNullGain), or, with a cause named, than
 // kDecided?
 bool state_is_missing(const Diagnosis& d);
-// Of all processes the most that one gains beside the last model, without those that a finding
-// explains as noise; nats.
+// The process that gains most beside the last model, without those that a finding explains as
+// noise; null: none gains more than chance. And what it gains, nats.
+const MissingState* most_missing(const Diagnosis& d);
 double nats_left(const Diagnosis& d);
 
 // Where what is missing may be: every sensor whose process gains about as much as the best.

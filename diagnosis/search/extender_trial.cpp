@@ -212,10 +212,13 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
   fit.take_better_form();
   fit.take_bias_alone();
   const bool offset = fit.change().form() == ChangeForm::kOffset;
-  // Once a model: it takes a dozen fits and more.
-  if (offset && fit.stage().result().converged() && may_refit && is_bent(fit.stage())) {
+  // Once a model: it takes a dozen fits and more. Where a hand that moves the sensor has followed
+  // most of a change, steps from that fit do not lead to its times.
+  const bool is_far = offset ? is_bent(fit.stage()) : explains_most(fit.stage());
+  if (is_far && fit.stage().result().converged() && may_refit) {
     may_refit = false;
-    fit.refine_by_refits(option.span);
+    fit.refine_by_refits(offset ? option.span : fit.times().span);
+    if (!offset) fit.take_bias_alone();
   }
   const ChangeTimes found = fit.times();
   stage = fit.stage();

@@ -242,8 +242,9 @@ ChosenMotion choose_motion_model(const std::vector<const Recording*>& recordings
   if (!turning || !held) return {turning ? *turning : *held};
   const Stage &rotation = *turning, &moving = *held;
   const Restlessness restless = restlessness(rotation, noise);
+  bool at_fault = false;  // the accelerometer
   const auto chosen = [&](const Stage& stage) {
-    if (!is_beyond_reach(moving)) return ChosenMotion{stage};
+    if (at_fault || !is_beyond_reach(moving)) return ChosenMotion{stage};
     return ChosenMotion{stage, reach_in_words(moving), motion_finding(rotation, moving, restless)};
   };
   // Coloured noise and heavy tails look like a motion, but they show in rests, too.
@@ -253,6 +254,7 @@ ChosenMotion choose_motion_model(const std::vector<const Recording*>& recordings
   }
   // A bias that changes in mid-recording may be the only cause, or it may come with a motion.
   const Dependence dependence = dependence_of(recordings, rotation, restless.squares);
+  at_fault = dependence.on_time;
   if (dependence.on_time || has_rivals(recordings, pipeline, extender, rotation, restless, noise)) {
     const Diagnosis before = d;
     extender.extend(rotation);

@@ -108,7 +108,6 @@ Vector3 SensedMotion::beside_gyr(double t, const Rot3& nRb) const {
 // derivative is the slope of a line through all within 25 ms: that of two neighbours alone is
 // mostly noise at high rates, and a hand's motion hardly bends within 50 ms.
 Vector3 SensedMotion::rate_about(double t, Vector3* derivative) const {
-  constexpr double kAround = 0.025;  // s
   const VectorSeries& g = recording_.gyr;
   const double h = 0.5 * (duration_ / double(g.size() - 1));
   const std::size_t after = locate(g.t, t + h).before;
@@ -119,8 +118,8 @@ Vector3 SensedMotion::rate_about(double t, Vector3* derivative) const {
   const double span = std::max(g.t[after] - g.t[before], 1e-9);
   const double share = (t - g.t[before] - h) / span;
   std::size_t first = before, last = after;
-  while (first > 0 && g.t[first - 1] + h >= t - kAround) --first;
-  while (last + 1 < g.size() && g.t[last + 1] + h <= t + kAround) ++last;
+  while (first > 0 && g.t[first - 1] + h >= t - kSlopeAround) --first;
+  while (last + 1 < g.size() && g.t[last + 1] + h <= t + kSlopeAround) ++last;
   double middle = 0.0, squares = 0.0;
   for (std::size_t k = first; k <= last; ++k) middle += g.t[k] / double(last - first + 1);
   for (std::size_t k = first; k <= last; ++k) {

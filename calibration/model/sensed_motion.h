@@ -13,6 +13,10 @@
 
 namespace magimu {
 
+// The derivative of the rate at a time is the slope of a line through the gyroscope's readings so
+// far about it.
+inline constexpr double kSlopeAround = 0.025;  // s
+
 class SensedMotion {
  public:
   // recording: with its readings corrected for the effects known so far. attitudes: false where

@@ -7,6 +7,8 @@
 #include <random>
 #include <unsupported/Eigen/FFT>
 
+#include "calibration/model/extension.h"
+#include "calibration/model/sensed_motion.h"
 #include "solvers/back_ends.h"
 #include "solvers/linear/linear_solver.h"
 
@@ -108,6 +110,32 @@ double walk_of(const Stage& stage, Sensor sensor) {
   return squares * noise.gyr * noise.gyr / (own * own);
 }
 
+// Of n x r the mean variance of the components is 2/3 |r|^2 that of n.
+double arm_of(const Stage& stage, Sensor sensor) {
+  if (sensor != Sensor::kAcc) return 0.0;
+  const ModelSpec& spec = stage.spec();
+  const std::vector<std::vector<Key>> keys = effect_keys(spec.effects);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (spec.effects[i]->name() != "lever_arm") continue;
+    const VectorXd r = effect_parameters(stage.result().values, keys[i]);
+    return 2.0 / 3.0 * r.squaredNorm() * std::pow(spec.noise.gyr / spec.noise.acc, 2);
+  }
+  return 0.0;
+}
+
+// Square of the response, 1/s^2, of the slope of a line through readings about a sample
+// (SensedMotion::rate_about).
+double slope_response(double hz, double rate_hz) {
+  const int each_side = 1 + std::max(0, int(std::floor(kSlopeAround * rate_hz - 0.5)));
+  double sum = 0.0, squares = 0.0;
+  for (int j = 0; j < each_side; ++j) {
+    const double t = (j + 0.5) / rate_hz;
+    sum += 2.0 * t * std::sin(2.0 * M_PI * hz * t);
+    squares += 2.0 * t * t;
+  }
+  return std::pow(sum / squares, 2);
+}
+
 }  // namespace
 
 double FitSpectrum::followed(double hz) const {
@@ -136,10 +164,10 @@ double FitSpectrum::power(double hz) const {
   const double h = std::min(1.0, followed(hz) / kAcross), s = response(hz);
   const double across =
       (1.0 + walked(hz)) * (1.0 - 2.0 * h * std::pow(s, 3)) + h * h * std::pow(s, 4) * aliased;
-  return 1.0 - kAcross + kAcross * across;
+  return 1.0 - kAcross + kAcross * across + (arm > 0.0 ? arm * slope_response(hz, rate_hz) : 0.0);
 }
 
-FitSpectrum fit_spectrum(const Stage& stage, Sensor sensor, int index) {
+FitSpectrum fit_spectrum(const Stage& stage, Sensor sensor, int index, double gyr_hz) {
   const Values& values = stage.result().values;
   const NodePlan& plan = stage.plans()[std::size_t(index)];
   LinearSystem system(stage.graph(), values);
@@ -171,6 +199,8 @@ FitSpectrum fit_spectrum(const Stage& stage, Sensor sensor, int index) {
   const double nodes_per_s = double(rows.size()) / std::max(1e-9, plan.t.back() - plan.t.front());
   FitSpectrum out = nearest(spectrum, nodes_per_s);
   out.walk = walk_of(stage, sensor);
+  out.arm = arm_of(stage, sensor);
+  out.rate_hz = gyr_hz;
   return out;
 }
 

@@ -21,6 +21,10 @@ struct FitSpectrum {
   // Square of the gyroscope's density, as it moves readings across their direction, over the square
   // of the sensor's own density, 1/s^2.
   double walk = 0.0;
+  // Of an accelerometer beside the point of turning: the variance of omega' x r by the gyroscope's
+  // noise is that of the sensor's own times this, s^2, times the square of a slope's response.
+  double arm = 0.0;
+  double rate_hz = 1.0;  // of the gyroscope, whose samples the slope is of
 
   // Of H, at the nodes.
   double followed(double hz) const;
@@ -28,7 +32,8 @@ struct FitSpectrum {
   double power(double hz) const;
 };
 
-// index: of the recording. With too few nodes: share = 0, as of a sensor that no fit follows.
-FitSpectrum fit_spectrum(const Stage& stage, Sensor sensor, int index);
+// index: of the recording; gyr_hz: rate of its gyroscope. With too few nodes: share = 0, as of a
+// sensor that no fit follows.
+FitSpectrum fit_spectrum(const Stage& stage, Sensor sensor, int index, double gyr_hz);
 
 }  // namespace magimu

@@ -78,7 +78,7 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
                       .sigma = sigma(rest.acc, recording.acc),
                       .sigma_given = noise_given,
                       .high_passed = moving};
-  if (!moving) acc.of_white = fit_spectrum(stage, Sensor::kAcc, index);
+  if (!moving) acc.of_white = fit_spectrum(stage, Sensor::kAcc, index, recording.gyr.rate_hz());
   if (moving) {
     acc.residual = high_passed(corrected.acc);
   } else {
@@ -100,12 +100,13 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
                  .sigma_given = noise_given,
                  .high_passed = true});
   look_at_rests(recording.gyr, rests, out.back());
-  SampleResiduals mag{.channel = Sensor::kMag,
-                      .t = recording.mag.front().t,
-                      .reading = recording.mag.front().v,
-                      .sigma = sigma(rest.mag, recording.mag.front()),
-                      .sigma_given = noise_given,
-                      .of_white = fit_spectrum(stage, Sensor::kMag, index)};
+  SampleResiduals mag{
+      .channel = Sensor::kMag,
+      .t = recording.mag.front().t,
+      .reading = recording.mag.front().v,
+      .sigma = sigma(rest.mag, recording.mag.front()),
+      .sigma_given = noise_given,
+      .of_white = fit_spectrum(stage, Sensor::kMag, index, recording.gyr.rate_hz())};
   for (std::size_t k = 0; k < corrected.mag.front().size(); ++k) {
     const SampleState s = motion.state(Sensor::kMag, k);
     mag.residual.push_back(corrected.mag.front().v[k] - s.D * s.b - mag_bias);

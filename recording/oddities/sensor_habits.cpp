@@ -149,13 +149,14 @@ bool SensorHabits::far_from_mean(int axis, int sign) const {
 }
 
 bool SensorHabits::clipped_by_itself(int axis, int sign) const {
-  // With noise of a step and more the same step comes again in 0.4 of samples: no run of many at
-  // the end of what is read is chance.
+  // With noise of a step and more the same step comes again in 0.4 of samples, with more noise less
+  // often: no run of many at the end of what is read is chance.
   constexpr double kSameAtMost = 0.4, kExpectedRuns = 1e-6;
   const ExtremeValues& values = end(axis, sign);
+  const double same = std::min(kSameAtMost, kSameStep * step_[axis] / noise(axis));
   const auto no_chance = [&](std::size_t run) {
     return noise(axis) > step_[axis] &&
-           double(lengths_.count()) * std::pow(kSameAtMost, run) < kExpectedRuns;
+           double(lengths_.count()) * std::pow(same, run) < kExpectedRuns;
   };
   // One run is enough if the other axes change meanwhile.
   return values.looks_clipped(no_chance(values.top().longest_run) || lively(axis)) ||

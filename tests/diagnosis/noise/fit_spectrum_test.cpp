@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a fit leaves of white noise has the spectrum that is foretold: of a magnetometer that a
 // noisy gyroscope's trajectory follows, by bands of frequency below and beyond that of the nodes,
-// from recordings of the oracle. And that of an accelerometer, which hardly anything follows.
+// from recordings of the oracle. And that of an accelerometer, which hardly anything follows; and
+// of one beside the point of turning, from which slopes of a noisy gyroscope's readings are taken.
 #include "diagnosis/noise/fit_spectrum.h"
 
 #include <gtest/gtest.h>
@@ -11,6 +12,7 @@
 
 #include "calibration/pipeline.h"
 #include "diagnosis/noise/sample_residuals.h"
+#include "factors/effects/effect.h"
 #include "tests/oracle/sensors.h"
 
 namespace magimu {
@@ -89,6 +91,40 @@ TEST(FitSpectrum, is_that_of_what_a_fit_leaves_of_white_noise) {
   // Of the magnetometer's slow noise a seventh is gone.
   EXPECT_LT(sensors[1].foretold[0] / sensors[1].count[0], 0.87);
   EXPECT_GT(sensors[1].foretold[4] / sensors[1].count[4], 0.97);
+}
+
+TEST(FitSpectrum, has_the_gyroscope_s_noise_that_a_lever_arm_brings_in) {
+  for (const double rate_hz : {50.0, 80.0}) {
+    Bands acc;
+    for (std::uint64_t seed = 47101; seed <= 47106; ++seed) {
+      oracle::Options o;
+      o.seed = seed;
+      o.rate_hz = rate_hz;
+      o.motion.duration_s = 100.0;
+      o.noise = oracle::kTableIDensities;
+      o.noise.gyr *= 4.0;
+      o.effects = {oracle::make_effect("lever_arm", {0.25, -0.2, 0.15})};
+      const Recording recording = oracle::simulate(o).recording;
+      CalibrationOptions options;
+      options.noise = NoiseDensities{o.noise.acc, o.noise.gyr, o.noise.mag};
+      const std::vector<const Recording*> recordings = {&recording};
+      const Pipeline pipeline(recordings, options);
+      const Stage turning =
+          pipeline.with_fixed_symmetries(pipeline.coarse_fit(MotionModel::kRotation));
+      ModelSpec spec = turning.spec();
+      spec.effects = {find_effect("lever_arm")};
+      const Stage stage = pipeline.refit_with_same_noise(turning, spec);
+      acc.add(sample_residuals(recording, stage, 0, *options.noise, true)[0]);
+    }
+    for (std::size_t b = 0; b < 5; ++b) {
+      const double sigma = 1.5 / std::sqrt(acc.count[b]);
+      EXPECT_NEAR(acc.seen[b] / acc.foretold[b], 1.0, 4.0 * sigma)
+          << rate_hz << " Hz, " << kBands[b] << " Hz: " << acc.seen[b] / acc.count[b]
+          << ", foretold " << acc.foretold[b] / acc.count[b];
+    }
+    // It is no small part.
+    EXPECT_GT(acc.foretold[4], 1.2 * acc.foretold[0]) << rate_hz;
+  }
 }
 
 TEST(FitSpectrum, of_a_sensor_that_nothing_follows_is_flat) {

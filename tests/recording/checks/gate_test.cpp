@@ -360,6 +360,28 @@ TEST(GateForFiles, sets_aside_what_was_clipped_once_for_long) {
   EXPECT_EQ(kept->set_aside[0].count, clipped);
 }
 
+// One swing beyond the range on each of two axes, at opposite ends, with noise of many steps.
+TEST(GateForFiles, sets_aside_what_was_clipped_once_on_each_of_two_axes) {
+  Recording r = turning();
+  std::size_t clipped = 0;
+  for (std::size_t k = 1900; k < 3100; ++k) {
+    const auto swing = [&](double middle) {
+      return 6.0 * std::exp(-0.5 * std::pow((double(k) - middle) / 8.0, 2));
+    };
+    Vector3& rate = r.gyr.v[k];
+    rate.x() += swing(2000.0);
+    rate.y() -= swing(3000.0);
+    clipped += rate.x() > 3.0 || rate.y() < -3.0;
+    rate.x() = std::min(rate.x(), 3.0);
+    rate.y() = std::max(rate.y(), -3.0);
+  }
+  const std::optional<Recording> kept = gated(r);
+  ASSERT_TRUE(kept);
+  ASSERT_EQ(kept->set_aside.size(), 1u);
+  EXPECT_EQ(kept->set_aside[0].kind, "clipped");
+  EXPECT_EQ(kept->set_aside[0].count, clipped);
+}
+
 TEST(GateForFiles, a_sensor_of_garbage_stays_and_is_refused) {
   Recording r = turning();
   for (std::size_t k = 0; k < r.mag[0].size(); ++k)

@@ -293,10 +293,11 @@ Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
   d.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   progress("done", 1.0);
   // With the causes that were found a hand may have stayed in its reach, and with those of a sensor
-  // that only turned nothing may be left.
+  // that only turned nothing may be left. An accelerometer that changed looks like travel.
   const Stage& last = extender.stage();
   const bool held = last.spec().motion == MotionModel::kHandHeld;
-  if (!motion.moved || !(held ? is_beyond_reach(last) : nats_left(d) > 0.0)) {
+  if (!motion.moved || extender.may_have_changed(Sensor::kAcc) ||
+      !(held ? is_beyond_reach(last) : nats_left(d) > 0.0)) {
     return {.diagnosis = std::move(d), .acc_rms = last.sums().rms(Sensor::kAcc)};
   }
   return {std::move(d), held ? reach_in_words(last) : motion.beyond_reach, motion.moved,

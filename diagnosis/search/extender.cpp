@@ -217,6 +217,7 @@ void Extender::replace(const Stage& stage) { take(stage, sum_of(held_out_nll(sta
 void Extender::extend(const Stage& from) {
   refits_spent_ = false;
   refused_changes_.clear();
+  may_have_changed_.clear();
   take(from, sum_of(held_out_nll(from)));
   rejected_.clear();
   if (given_.noise) {

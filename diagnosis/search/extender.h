@@ -8,6 +8,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 
 #include "calibration/fit/disturbances/disturbance.h"
 #include "calibration/motion/random_walk.h"
@@ -48,6 +49,8 @@ class Extender {
   void set_base(const Stage& stage) { base_ = stage; }
   const Stage& base() const { return *base_; }    // the model that the diagnosis started from
   const Stage& stage() const { return *stage_; }  // the model as extended so far
+  // Did a change of this sensor explain most of what there was, whether it was named or refused?
+  bool may_have_changed(Sensor sensor) const { return may_have_changed_.contains(sensor); }
   // log10 of the level that one test among all must pass.
   double log10_level() const;
 
@@ -145,6 +148,7 @@ class Extender {
   // Changes that were refused, with their times, though they explain most of what there is, alone
   // or with another change.
   std::vector<Option> explain_most_;
+  std::set<Sensor> may_have_changed_;  // of all models since extend() began
   std::vector<std::string> rejected_;  // looked significant, predicts no better
   struct Entered {
     VectorXd apart;         // distance of other parameters of it that are about as likely

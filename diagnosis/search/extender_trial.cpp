@@ -212,9 +212,10 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
   fit.take_better_form();
   fit.take_bias_alone();
   const bool offset = fit.change().form() == ChangeForm::kOffset;
-  // Once a model: it takes a dozen fits and more. Where a hand that moves the sensor has followed
-  // most of a change, steps from that fit do not lead to its times.
-  const bool is_far = offset ? is_bent(fit.stage()) : explains_most(fit.stage());
+  // Once a model: it takes a dozen fits and more. What a hand's motion has followed of a change of
+  // the accelerometer keeps steps from leading to its times.
+  const bool followed = channel == Sensor::kAcc && is_moved(stage.spec().motion);
+  const bool is_far = offset ? is_bent(fit.stage()) : followed && explains_most(fit.stage());
   if (is_far && fit.stage().result().converged() && may_refit) {
     may_refit = false;
     fit.refine_by_refits(offset ? option.span : fit.times().span);
@@ -415,6 +416,7 @@ std::vector<Extender::Trial> Extender::trials(const std::vector<Option>& options
     refits_spent_ |= all[i].refits_spent;
     std::optional<Trial>& t = all[i].trial;
     if (!t && is_change(o.effect->name())) refused_changes_.push_back(o);
+    if (all[i].most) may_have_changed_.insert(all[i].most->effect->channel());
     if (!t && all[i].most) explain_most_.push_back(*std::move(all[i].most));
     if (!t || !(t->left_out - t->option.searched > kMinGain)) continue;
     t->alone = t->gain = attempt([&] { return likelier(*t); }).value_or(-INFINITY);

@@ -292,27 +292,33 @@ Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
   }
   d.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   progress("done", 1.0);
-  // With the causes that were found a hand may have stayed in its reach, and with those of a sensor
-  // that only turned nothing may be left. An accelerometer that changed looks like travel.
+  // With the causes that were found a hand may have stayed in its reach. Of a sensor that only
+  // turned something must be left, and calibrate() must take it to travel, too. An accelerometer
+  // that changed looks like travel.
   const Stage& last = extender.stage();
   const bool held = last.spec().motion == MotionModel::kHandHeld;
+  const bool travels = d.before.motion == MotionModel::kTravelling && nats_left(d) > 0.0;
   if (!motion.moved || extender.may_have_changed(Sensor::kAcc) ||
-      !(held ? is_beyond_reach(last) : nats_left(d) > 0.0)) {
+      !(held ? is_beyond_reach(last) : travels)) {
     return {.diagnosis = std::move(d), .acc_rms = last.sums().rms(Sensor::kAcc)};
   }
   return {std::move(d), held ? reach_in_words(last) : motion.beyond_reach, motion.moved,
           last.sums().rms(Sensor::kAcc)};
 }
 
-// Where no hand can have held the sensor as the diagnosis has it, and nothing is missing in another
-// sensor more than in the accelerometer, a sensor that travelled is diagnosed, too. It is taken
-// where only crumbs of what was missing are left.
+// Where no hand can have held the sensor as the diagnosis has it, nothing is missing in another
+// sensor more than in the accelerometer, and no cause of the accelerometer was found, a sensor that
+// travelled is diagnosed, too. It is taken where only crumbs of what was missing are left.
 Diagnosis diagnose_motion(const std::vector<const Recording*>& given,
                           const DiagnosisOptions& options) {
   Diagnosed first = diagnose_fitted(given, options);
   const MissingState* const missing = most_missing(first.diagnosis);
-  const bool elsewhere = missing != nullptr && missing->channel != to_string(Sensor::kAcc);
-  if (!first.moved || elsewhere) return std::move(first.diagnosis);
+  const std::string acc = to_string(Sensor::kAcc);
+  const bool elsewhere = missing != nullptr && missing->channel != acc;
+  const bool at_fault = std::ranges::any_of(first.diagnosis.findings, [&](const Finding& f) {
+    return f.channel == acc && f.effect != "linear_acceleration";
+  });
+  if (!first.moved || elsewhere || at_fault) return std::move(first.diagnosis);
   DiagnosisOptions asked = options;
   asked.motion = MotionModel::kTravelling;
   if (options.progress) {

@@ -341,6 +341,12 @@ Diagnosis diagnose_motion(const std::vector<const Recording*>& given,
                     : "");
   moved.gain.residual_rms_after = made->acc_rms;
   travelled.seconds += first.diagnosis.seconds;
+  // What was missing before it was known that the sensor travelled is missing before any cause.
+  for (MissingState& m : travelled.missing) {
+    for (const MissingState& was : first.diagnosis.missing) {
+      if (was.channel == m.channel && was.frame == m.frame) m.gain_nats = was.gain_nats;
+    }
+  }
   travelled.findings.insert(travelled.findings.begin(), moved);
   take_conclusion(travelled);
   return std::move(travelled);

@@ -94,7 +94,7 @@ TEST(FitSpectrum, is_that_of_what_a_fit_leaves_of_white_noise) {
 }
 
 TEST(FitSpectrum, has_the_gyroscope_s_noise_that_a_lever_arm_brings_in) {
-  for (const double rate_hz : {50.0, 80.0}) {
+  for (const double rate_hz : {50.0, 80.0, 100.0}) {
     Bands acc;
     for (std::uint64_t seed = 47101; seed <= 47106; ++seed) {
       oracle::Options o;

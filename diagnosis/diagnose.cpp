@@ -136,12 +136,28 @@ Diagnosis diagnosis_without_fit(const std::vector<const Recording*>& given,
 
 struct Diagnosed {
   Diagnosis diagnosis;
-  // Where the diagnosis leaves a sensor that a hand would have held farther away than hands reach:
-  // how far (reach_in_words()), and the finding that it was moved. Else empty.
+  // Where the sensor may have travelled: how far away a hand would have held it (reach_in_words()),
+  // and the finding that it was moved. Else empty.
   std::string beyond_reach = {};
   std::optional<Finding> moved = {};
-  double acc_rms = 0.0;  // of the residual at the end, whitened
 };
+
+// With the causes that were found, is a hand still beyond its reach? Of a sensor that only turned
+// something must be left instead, and calibrate() must take it to travel, too. What lies in another
+// sensor does not come from travel, and an accelerometer that is at fault looks like it.
+bool may_have_travelled(const Diagnosis& d, const Extender& extender) {
+  const std::string acc = to_string(Sensor::kAcc);
+  const MissingState* const missing = most_missing(d);
+  if (missing != nullptr && missing->channel != acc) return false;
+  const bool at_fault = std::ranges::any_of(d.findings, [&](const Finding& f) {
+    return f.channel == acc && f.effect != "linear_acceleration";
+  });
+  if (at_fault || extender.may_have_changed(Sensor::kAcc)) return false;
+  if (extender.stage().spec().motion == MotionModel::kHandHeld) {
+    return is_beyond_reach(extender.stage());
+  }
+  return missing != nullptr && d.before.motion == MotionModel::kTravelling;
+}
 
 // Throws NumericalError where the basic model has no fit.
 Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
@@ -253,8 +269,8 @@ Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
         extender.stage().spec().motion != MotionModel::kTravelling) {
       d.notes.push_back(
           d.before.motion_reason +
-          " With the causes that this diagnosis names it may have stayed in reach; --motion "
-          "travelling asks for causes beside a sensor that travelled.");
+          " This diagnosis takes it to have stayed in reach; --motion travelling asks for causes "
+          "beside a sensor that travelled.");
     }
   } else {
     d.before = extender.summary(extender.base());
@@ -292,33 +308,18 @@ Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
   }
   d.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   progress("done", 1.0);
-  // With the causes that were found a hand may have stayed in its reach. Of a sensor that only
-  // turned something must be left, and calibrate() must take it to travel, too. An accelerometer
-  // that changed looks like travel.
+  if (!motion.moved || !may_have_travelled(d, extender)) return {std::move(d)};
   const Stage& last = extender.stage();
   const bool held = last.spec().motion == MotionModel::kHandHeld;
-  const bool travels = d.before.motion == MotionModel::kTravelling && nats_left(d) > 0.0;
-  if (!motion.moved || extender.may_have_changed(Sensor::kAcc) ||
-      !(held ? is_beyond_reach(last) : travels)) {
-    return {.diagnosis = std::move(d), .acc_rms = last.sums().rms(Sensor::kAcc)};
-  }
-  return {std::move(d), held ? reach_in_words(last) : motion.beyond_reach, motion.moved,
-          last.sums().rms(Sensor::kAcc)};
+  return {std::move(d), held ? reach_in_words(last) : motion.beyond_reach, motion.moved};
 }
 
-// Where no hand can have held the sensor as the diagnosis has it, nothing is missing in another
-// sensor more than in the accelerometer, and no cause of the accelerometer was found, a sensor that
-// travelled is diagnosed, too. It is taken where only crumbs of what was missing are left.
+// Where the sensor may have travelled, that is diagnosed, too. It is taken where only crumbs of
+// what was missing are left.
 Diagnosis diagnose_motion(const std::vector<const Recording*>& given,
                           const DiagnosisOptions& options) {
   Diagnosed first = diagnose_fitted(given, options);
-  const MissingState* const missing = most_missing(first.diagnosis);
-  const std::string acc = to_string(Sensor::kAcc);
-  const bool elsewhere = missing != nullptr && missing->channel != acc;
-  const bool at_fault = std::ranges::any_of(first.diagnosis.findings, [&](const Finding& f) {
-    return f.channel == acc && f.effect != "linear_acceleration";
-  });
-  if (!first.moved || elsewhere || at_fault) return std::move(first.diagnosis);
+  if (!first.moved) return std::move(first.diagnosis);
   DiagnosisOptions asked = options;
   asked.motion = MotionModel::kTravelling;
   if (options.progress) {
@@ -326,9 +327,9 @@ Diagnosis diagnose_motion(const std::vector<const Recording*>& given,
       options.progress("did it travel? " + what, share);
     };
   }
-  std::optional<Diagnosed> made = attempt([&] { return diagnose_fitted(given, asked); });
-  if (!made || !made->diagnosis.after.fit.converged()) return std::move(first.diagnosis);
-  Diagnosis& travelled = made->diagnosis;
+  auto made = attempt([&] { return diagnose_fitted(given, asked).diagnosis; });
+  if (!made || !made->after.fit.converged()) return std::move(first.diagnosis);
+  Diagnosis& travelled = *made;
   const double before = nats_left(first.diagnosis), left = nats_left(travelled);
   if (left > kCrumb * before) return std::move(first.diagnosis);
   Finding& moved = *first.moved;
@@ -339,7 +340,7 @@ Diagnosis diagnose_motion(const std::vector<const Recording*>& given,
       moved.parameters.front().value, first.beyond_reach, travelled.after.speed_mps,
       left < before ? fmt::format("; {:.0f} nats are left unexplained, not {:.0f}", left, before)
                     : "");
-  moved.gain.residual_rms_after = made->acc_rms;
+  moved.gain.residual_rms_after = travelled.after.residuals[std::size_t(Sensor::kAcc)].rms;
   travelled.seconds += first.diagnosis.seconds;
   // What was missing before it was known that the sensor travelled is missing before any cause.
   for (MissingState& m : travelled.missing) {

@@ -211,16 +211,17 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
   // It was chosen at the times of windows.
   fit.take_better_form();
   fit.take_bias_alone();
-  const bool offset = fit.change().form() == ChangeForm::kOffset;
+  const auto is_offset = [&] { return fit.change().form() == ChangeForm::kOffset; };
   // Once a model: it takes a dozen fits and more. What a hand's motion has followed of a change of
   // the accelerometer keeps steps from leading to its times.
   const bool followed = channel == Sensor::kAcc && is_moved(stage.spec().motion);
-  const bool is_far = offset ? is_bent(fit.stage()) : followed && explains_most(fit.stage());
+  const bool is_far = is_offset() ? is_bent(fit.stage()) : followed && explains_most(fit.stage());
   if (is_far && fit.stage().result().converged() && may_refit) {
     may_refit = false;
-    fit.refine_by_refits(offset ? option.span : fit.times().span);
-    if (!offset) fit.take_bias_alone();
+    fit.refine_by_refits(is_offset() ? option.span : fit.times().span);
+    fit.take_bias_alone();  // nothing, of a bias
   }
+  const bool offset = is_offset();
   const ChangeTimes found = fit.times();
   stage = fit.stage();
   ChangeSpan span = found.span;

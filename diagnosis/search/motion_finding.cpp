@@ -243,9 +243,14 @@ ChosenMotion choose_motion_model(const std::vector<const Recording*>& recordings
   const Stage &rotation = *turning, &moving = *held;
   const Restlessness restless = restlessness(rotation, noise);
   bool at_fault = false;  // the accelerometer
+  std::optional<Finding> moved;
+  const auto finding = [&] {
+    if (!moved) moved = motion_finding(rotation, moving, restless);
+    return *moved;
+  };
   const auto chosen = [&](const Stage& stage) {
     if (at_fault || !is_beyond_reach(moving)) return ChosenMotion{stage};
-    return ChosenMotion{stage, reach_in_words(moving), motion_finding(rotation, moving, restless)};
+    return ChosenMotion{stage, reach_in_words(moving), finding()};
   };
   // Coloured noise and heavy tails look like a motion, but they show in rests, too.
   if (!more_in_motion(node_residuals(rotation, recordings, Sensor::kAcc)) ||
@@ -262,7 +267,7 @@ ChosenMotion choose_motion_model(const std::vector<const Recording*>& recordings
     d = before;
   }
   if (dependence.on_attitude) return chosen(rotation);
-  d.findings.push_back(motion_finding(rotation, moving, restless));
+  d.findings.push_back(finding());
   return chosen(moving);
 }
 

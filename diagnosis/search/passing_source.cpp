@@ -10,6 +10,7 @@
 #include "calibration/motion/rests/rests.h"
 #include "calibration/motion/sensor_rows.h"
 #include "diagnosis/search/shapes/excursion_kinds.h"
+#include "statistics/median_to_sigma.h"
 #include "statistics/quantiles.h"
 #include "statistics/tails.h"
 
@@ -19,14 +20,13 @@ namespace {
 constexpr std::size_t kFew = 3;  // one or two may be a hand with a phone, or a magnet being put on
 constexpr double kBlock = 0.5;   // s
 constexpr std::size_t kFewestBlocks = 40;
-constexpr double kTogether = 1.25;         // s between the middles of blocks that are one excursion
-constexpr double kOut = 2.0;               // times the usual size of the residual
-constexpr double kMedianOfNoise = 0.6745;  // of |x|, x ~ N(0, 1)
-constexpr double kLongest = 10.0;          // s: what lasts longer is no passing by
-constexpr double kException = 0.35;        // of the recording, all excursions together
-constexpr double kByChance = 0.01;         // p of axes that agree so well in the sensor's frame
-constexpr double kMostlyDelay = 0.5;       // of what turned: a delay makes more than all else
-constexpr double kLeastField = 3.5;        // uT at the peak: what a room's own field does not do
+constexpr double kTogether = 1.25;    // s between the middles of blocks that are one excursion
+constexpr double kOut = 2.0;          // times the usual size of the residual
+constexpr double kLongest = 10.0;     // s: what lasts longer is no passing by
+constexpr double kException = 0.35;   // of the recording, all excursions together
+constexpr double kByChance = 0.01;    // p of axes that agree so well in the sensor's frame
+constexpr double kMostlyDelay = 0.5;  // of what turned: a delay makes more than all else
+constexpr double kLeastField = 3.5;   // uT at the peak: what a room's own field does not do
 
 // A field that is late by d reads what it was: it departs by -d b x omega. Of unit length, s.
 struct Delay {
@@ -234,7 +234,7 @@ PassingSource source_passed_in(const Recording& recording, const Stage& stage, s
     return out;
   }
   // Where more than noise is left throughout, excursions are its peaks and nothing that was passed.
-  if (usual > kOut * kMedianOfNoise) return {};
+  if (kMedianToSigma * usual > kOut) return {};
   Finding& f = out.finding.emplace();
   f.effect = "stationary_source";
   f.channel = "mag";

@@ -9,6 +9,7 @@
 #include "calibration/array_fit.h"
 #include "calibration/calibrate.h"
 #include "calibration/fit/given_noise.h"
+#include "calibration/fit/side_by_side.h"
 #include "calibration/start/turned_axes.h"
 #include "calibration/travelling.h"
 #include "calibration/trust/check_axes.h"
@@ -203,68 +204,76 @@ Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
   progress("is it the motion?", 0.15);
   const ChosenMotion motion = choose_motion_model(recordings, pipeline, options, extender, d);
   Stage first = motion.stage;
-  progress("looking for effects", 0.3);
-  const bool turned = has_turned(first);
-  if (turned) {
-    extender.extend(first);
-    if (withdraw_motion(recordings, pipeline, extender, d)) first = extender.base();
-    if (!options.base && options.motion == MotionModel::kAuto) {
-      if (auto moving = find_small_motion(recordings, pipeline, extender, d)) first = *moving;
+  const auto find_causes = [&] {
+    progress("looking for effects", 0.3);
+    const bool turned = has_turned(first);
+    if (turned) {
+      extender.extend(first);
+      if (withdraw_motion(recordings, pipeline, extender, d)) first = extender.base();
+      if (!options.base && options.motion == MotionModel::kAuto) {
+        if (auto moving = find_small_motion(recordings, pipeline, extender, d)) first = *moving;
+      }
+    } else {
+      extender.replace(first);
+      d.notes.push_back(
+          "The sensor hardly turned, so that almost no cause can be told from the calibration "
+          "itself: "
+          "turn it about all three of its axes, by half a turn and more.");
+      for (const auto& effect : effect_catalogue()) {
+        if (effect->name() == "mag_coupling" && recordings.front()->mag.size() < 2) continue;
+        d.scan.push_back({.effect = effect->name(),
+                          .channel = to_string(effect->channel()),
+                          .needs = "the sensor hardly turned"});
+      }
     }
-  } else {
-    extender.replace(first);
-    d.notes.push_back(
-        "The sensor hardly turned, so that almost no cause can be told from the calibration "
-        "itself: "
-        "turn it about all three of its axes, by half a turn and more.");
-    for (const auto& effect : effect_catalogue()) {
-      if (effect->name() == "mag_coupling" && recordings.front()->mag.size() < 2) continue;
-      d.scan.push_back({.effect = effect->name(),
-                        .channel = to_string(effect->channel()),
-                        .needs = "the sensor hardly turned"});
+    const PassingSource passing =
+        turned ? find_passing_source(recordings, extender.stage()) : PassingSource{};
+    if (passing.finding) d.findings.push_back(*passing.finding);
+    progress("looking at the noise", 0.7);
+    find_noise(full, pipeline, options, extender, d);
+    if (turned) {
+      find_array_coupling(checked.get(), recordings, extender.stage(), pipeline.node_every(),
+                          options, d);
     }
-  }
-  const PassingSource passing =
-      turned ? find_passing_source(recordings, extender.stage()) : PassingSource{};
-  if (passing.finding) d.findings.push_back(*passing.finding);
-  progress("looking at the noise", 0.7);
-  find_noise(full, pipeline, options, extender, d);
-  if (turned) {
-    find_array_coupling(checked.get(), recordings, extender.stage(), pipeline.node_every(), options,
-                        d);
-  }
-  progress("what is left?", 0.85);
-  Dependences dependences;
-  if (turned) dependences = find_unexplained(recordings, full, options, extender, d);
-  if (!passing.evidence.empty()) add_evidence(d, passing.channel, passing.evidence);
-  withdraw_other_lines(few.get(), d);
-  withdraw_contradicted(given, d);
-  name_dead_band(given, d);
-  extender.keep_named();
-  find_repeats(given, d);
-  const int at_rest = find_changes_in_cut_rests(few.get(), full, extender.stage(), d);
-  progress("how wrong, where, when?", 0.87);
-  d.off_ellipsoid_uT = pipeline.guess().ellipsoid_rms_uT;
-  const auto place = find_missing_state(
-      {recordings, full, first, extender.stage(), {.mag_noise_known = options.noise.has_value()}},
-      d);
-  if (place != nullptr) {
-    if (const auto placed = model_with_place(pipeline, extender.stage(), *place)) {
-      extender.replace(*placed);
-      dependences.left = unexplained_beside(recordings, full, options, extender, d);
+    progress("what is left?", 0.85);
+    Dependences dependences;
+    if (turned) dependences = find_unexplained(recordings, full, options, extender, d);
+    if (!passing.evidence.empty()) add_evidence(d, passing.channel, passing.evidence);
+    withdraw_other_lines(few.get(), d);
+    withdraw_contradicted(given, d);
+    name_dead_band(given, d);
+    extender.keep_named();
+    find_repeats(given, d);
+    const int at_rest = find_changes_in_cut_rests(few.get(), full, extender.stage(), d);
+    progress("how wrong, where, when?", 0.87);
+    d.off_ellipsoid_uT = pipeline.guess().ellipsoid_rms_uT;
+    const auto place = find_missing_state(
+        {recordings, full, first, extender.stage(), {.mag_noise_known = options.noise.has_value()}},
+        d);
+    if (place != nullptr) {
+      if (const auto placed = model_with_place(pipeline, extender.stage(), *place)) {
+        extender.replace(*placed);
+        dependences.left = unexplained_beside(recordings, full, options, extender, d);
+      }
     }
-  }
-  withdraw_crumbs_of_noise(d);
-  add_unexplained(std::move(dependences), d);
-  fill_departures(recordings, full, extender, pipeline.rest_noise(), options.noise.has_value(),
-                  at_rest, d);
-  d.after = extender.summary(extender.stage());
-  extender.restate(d.after);
-  reword_by_what_is_known(given, d);
-  tell_shares_taken(d);
+    withdraw_crumbs_of_noise(d);
+    add_unexplained(std::move(dependences), d);
+    fill_departures(recordings, full, extender, pipeline.rest_noise(), options.noise.has_value(),
+                    at_rest, d);
+    d.after = extender.summary(extender.stage());
+    extender.restate(d.after);
+    reword_by_what_is_known(given, d);
+    tell_shares_taken(d);
+  };
+  // It knows nothing of the causes, and so need not wait for them.
+  std::optional<Calibration> verdict;
+  const auto calibrate_beside = [&] {
+    if (options.calibrate_before) verdict = calibrate(given, verdict_options(options));
+  };
+  side_by_side(first.plans(), find_causes, calibrate_beside);
   progress("may the calibration be trusted?", 0.9);
   if (options.calibrate_before) {
-    d.before = calibrate(given, verdict_options(options));
+    d.before = *std::move(verdict);
     if (d.before.motion == MotionModel::kTravelling &&
         extender.stage().spec().motion != MotionModel::kTravelling) {
       d.notes.push_back(

@@ -25,7 +25,7 @@ class Search {
  public:
   explicit Search(const std::string& folder) : folders_{folder}, root_(true_path(folder)) {
     std::error_code error;
-    fs::directory_iterator(folder, error);
+    const fs::directory_iterator opened(folder, error);
     if (error) {
       throw InputError(folder, 0, 0, "the folder cannot be read: " + error.message(),
                        "look at its permissions");

@@ -89,7 +89,8 @@ void withdraw_what_passed(Diagnosis& d) {
 // The mean over which interval a gyroscope's sample is: read wrongly, the attitude comes half an
 // interval or a whole one late, and the magnetometer seems ahead by as much. (A magnetometer that
 // is truly ahead would have to show what is to come.)
-void name_interval_convention(const std::vector<const Recording*>& given, Diagnosis& d) {
+void name_interval_convention(const std::vector<const Recording*>& given, bool gyr_is_late,
+                              Diagnosis& d) {
   struct Convention {
     const char* option;
     double intervals;
@@ -105,9 +106,10 @@ void name_interval_convention(const std::vector<const Recording*>& given, Diagno
                               ? kConventions[0]
                               : kConventions[1];
     // Can these data tell the convention from none?
-    const bool plain =
-        std::abs(ahead - c.intervals * interval) < std::max(kNear * interval, kSigmas * sigma);
-    if (!plain) continue;
+    const double beside = ahead - c.intervals * interval;
+    const bool plain = std::abs(beside) < std::max(kNear * interval, kSigmas * sigma);
+    const bool exactly = std::abs(beside) < kSigmas * sigma;
+    if (!plain || (gyr_is_late && !exactly)) continue;
     const std::string amount =
         c.intervals < 1.0 ? "half a gyroscope interval" : "one gyroscope interval";
     const bool possible = 0.5 * interval < kSigmas * sigma;  // either would do, and none
@@ -116,7 +118,38 @@ void name_interval_convention(const std::vector<const Recording*>& given, Diagno
         "interval than assumed? State it (--gyro-interval {}) and look what is left.",
         possible ? "may come" : "come", amount, 1e3 * ahead, 1e3 * sigma,
         possible ? "are its samples perhaps" : "are its samples", c.option);
+    if (exactly) continue;
+    f.sentence += fmt::format(
+        " That is {:.2f} ms {} than {}, which no convention makes: a filter of the gyroscope, or "
+        "its times.",
+        1e3 * std::abs(beside), beside > 0.0 ? "more" : "less", amount);
   }
+}
+
+// Against a gyroscope that is late, by its low-pass or by its times, the two others are ahead
+// alike. Is it so?
+bool name_late_gyroscope(Diagnosis& d) {
+  const auto mag = std::ranges::find(d.findings, "mag_time_offset", &Finding::effect);
+  const auto acc = std::ranges::find(d.findings, "acc_time_offset", &Finding::effect);
+  if (mag == d.findings.end() || acc == d.findings.end()) return false;
+  if (mag->parameters.empty() || acc->parameters.empty()) return false;
+  const FoundParameter &one = mag->parameters[0], &other = acc->parameters[0];
+  const auto ahead = [](const FoundParameter& tau) { return -tau.value > kSigmas * tau.sigma; };
+  if (!ahead(one) || !ahead(other)) return false;
+  if (std::abs(one.value - other.value) > kSigmas * std::hypot(one.sigma, other.sigma))
+    return false;
+  mag->sentence = fmt::format(
+      "The gyroscope's rates come late, by {:.2f} +- {:.2f} ms against the magnetometer and by "
+      "{:.2f} +- {:.2f} ms against the accelerometer: these agree, so it is the gyroscope that is "
+      "late, by a low-pass of its own or by its samples' times. Widen its filter, or give its "
+      "samples earlier times. What such a filter does beside its delay no cause that is known here "
+      "describes.",
+      -1e3 * one.value, 1e3 * one.sigma, -1e3 * other.value, 1e3 * other.sigma);
+  acc->sentence = fmt::format(
+      "The accelerometer is ahead of the gyroscope by {:.2f} +- {:.2f} ms, as the magnetometer is: "
+      "it is the gyroscope that is late.",
+      -1e3 * other.value, 1e3 * other.sigma);
+  return true;
 }
 
 // Which time a sample is given is a convention: half an interval before or after is no fault of the
@@ -268,8 +301,9 @@ void withdraw_contradicted(const std::vector<const Recording*>& given, Diagnosis
 }
 
 void reword_by_what_is_known(const std::vector<const Recording*>& given, Diagnosis& d) {
-  name_interval_convention(given, d);
-  name_acc_convention(given, d);
+  const bool gyr_is_late = name_late_gyroscope(d);
+  name_interval_convention(given, gyr_is_late, d);
+  if (!gyr_is_late) name_acc_convention(given, d);
   name_change_at_rest(given, d);
   name_bias_of_change(d);
   name_change_of_field(d);

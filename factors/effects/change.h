@@ -29,6 +29,7 @@ struct Moment {
   int recording = 0;
   double t = 0.0;  // s
 
+  // NOLINTNEXTLINE(modernize-use-nullptr): it takes the 0 in what the compiler makes for a pointer
   auto operator<=>(const Moment&) const = default;
   bool finite() const { return std::abs(t) < std::numeric_limits<double>::infinity(); }
 };

@@ -11,7 +11,7 @@ std::unique_ptr<Effect> make_acc_gain_drift() {
                           .channel = Sensor::kAcc,
                           .cause = "the accelerometer's gain changes with time",
                           .separating_motion = "go through the same orientations early and late"},
-      2, 0);
+      3, 0);
 }
 
 }  // namespace magimu

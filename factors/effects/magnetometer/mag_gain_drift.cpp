@@ -11,7 +11,7 @@ std::unique_ptr<Effect> make_mag_gain_drift() {
                           .channel = Sensor::kMag,
                           .cause = "the magnetometer's gain changes with time",
                           .separating_motion = "go through the same orientations early and late"},
-      2);
+      3);
 }
 
 }  // namespace magimu

@@ -111,6 +111,26 @@ TEST_F(Findings, half_a_gyroscope_interval_is_a_convention_and_no_magnetometer_t
   EXPECT_EQ(sentence_of(-0.050, 2e-4), "As it was.");
 }
 
+TEST_F(Findings, two_sensors_that_are_ahead_alike_make_the_gyroscope_late) {
+  const auto sentences_of = [&](double mag_s, double acc_s) {
+    Diagnosis d = with("mag_time_offset", {{"tau", mag_s, 1e-4, "s"}});
+    Finding acc = d.findings.front();
+    acc.effect = "acc_time_offset";
+    acc.parameters = {{"tau", acc_s, 4e-4, "s"}};
+    d.findings.push_back(acc);
+    reword_by_what_is_known({&recording_}, d);
+    return std::pair(d.findings[0].sentence, d.findings[1].sentence);
+  };
+  const auto [mag, acc] = sentences_of(-0.0260, -0.0265);
+  EXPECT_THAT(mag, HasSubstr("it is the gyroscope that is late"));
+  EXPECT_THAT(acc, HasSubstr("it is the gyroscope that is late"));
+  // 4.4 ms beyond an interval of 20 ms is no convention.
+  EXPECT_THAT(sentences_of(-0.0244, -0.0243).first, HasSubstr("low-pass"));
+  EXPECT_THAT(sentences_of(-0.0201, -0.0203).first, HasSubstr("--gyro-interval backward"));
+  EXPECT_EQ(sentences_of(-0.0260, -0.0300).first, "As it was.");  // ten sigma apart
+  EXPECT_EQ(sentences_of(0.0260, 0.0260).first, "As it was.");    // behind it
+}
+
 TEST_F(Findings, a_wrong_clock_is_not_named_where_the_times_are_bad_one_by_one) {
   Diagnosis steady = with("clock_scale", {{"kappa", 0.02, 1e-3, "1"}});
   withdraw_contradicted({&recording_}, steady);

@@ -229,7 +229,7 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   // not.
   if (options.prior == PriorKind::kGiven) unknown = unknown_directions(c);
   if (options.prior == PriorKind::kUsual) {
-    for (std::string& reason : unknown) reason = "By this recording alone: " + reason;
+    for (std::string& reason : unknown) reason.insert(0, "By this recording alone: ");
   }
   for (const Recording* r : checked.get()) {
     c.blows_per_minute = std::max(c.blows_per_minute, blows_per_minute(*r));

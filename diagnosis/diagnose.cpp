@@ -135,6 +135,11 @@ Diagnosis diagnosis_without_fit(const std::vector<const Recording*>& given,
       given, options);
 }
 
+bool are_both_late(const Diagnosis& d) {
+  return std::ranges::count(d.findings, "mag_time_offset", &Finding::effect) > 0 &&
+         std::ranges::count(d.findings, "acc_time_offset", &Finding::effect) > 0;
+}
+
 struct Diagnosed {
   Diagnosis diagnosis;
   // Where the sensor may have travelled: how far away a hand would have held it (reach_in_words()),
@@ -240,6 +245,8 @@ Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
     if (turned) dependences = find_unexplained(recordings, full, options, extender, d);
     if (!passing.evidence.empty()) add_evidence(d, passing.channel, passing.evidence);
     withdraw_other_lines(few.get(), d);
+    // By their values beside all that was found.
+    if (are_both_late(d)) extender.restate(extender.summary(extender.stage()));
     withdraw_contradicted(given, d);
     name_dead_band(given, d);
     extender.keep_named();

@@ -8,6 +8,11 @@
 #include <string_view>
 
 namespace magimu::apps {
+namespace {
+
+constexpr double kExactly = 1e-6;  // of a value: nobody reads more figures
+
+}  // namespace
 
 int decimals(double sigma) {
   if (!(sigma > 0.0) || !std::isfinite(sigma)) return 6;
@@ -17,6 +22,7 @@ int decimals(double sigma) {
 std::string with_sigma(double value, double sigma) {
   if (!std::isfinite(value)) return "-";
   if (!(sigma > 0.0) || !std::isfinite(sigma)) return plain(value);
+  if (sigma < kExactly * std::abs(value)) return fmt::format("{:.6g}", value);
   if (sigma >= 1e-5 && std::max(std::abs(value), sigma) < 1e6) {
     const int n = decimals(sigma);
     return fmt::format("{:.{}f} ± {:.{}f}", value, n, sigma, n);

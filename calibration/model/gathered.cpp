@@ -116,11 +116,11 @@ ImuColumns imu_columns(const ExtendedRecording* extended) {
 void gather_imu(const Source& s, GatheredMotion& out) {
   const std::vector<double>& t = s.plan.t;
   const ModelSpec& spec = s.spec;
-  const auto [of_gyr, of_acc] = s.with_jacobians ? imu_columns(s.extended) : ImuColumns{};
+  const ImuColumns of = s.with_jacobians ? imu_columns(s.extended) : ImuColumns{};
   out.imu.assign(t.size() - 1, PreintegratedImu(spec.gyr_bias, spec.acc_bias));
   for_each_interval(s.plan, [&](std::size_t i) {
     out.imu[i] = s.gyr.preintegrate(t[i], t[i + 1], s.recording.acc, spec.acc_bias, spec.gyr_matrix,
-                                    of_gyr, of_acc);
+                                    of.gyr, of.acc);
   });
 }
 

@@ -2,6 +2,7 @@
 #include "diagnosis/conclude/contradictions.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +10,9 @@
 #include "calibration/motion/rests/rests.h"
 #include "diagnosis/conclude/unexplained.h"
 #include "diagnosis/noise/noise_causes.h"
+#include "diagnosis/result/sentence_words.h"
 #include "factors/effects/change.h"
+#include "factors/sensor_model.h"
 #include "recording/checks/quality.h"
 #include "recording/oddities/dead_zone.h"
 
@@ -18,6 +21,10 @@ namespace {
 
 constexpr double kNear = 0.25;   // of an interval, to a convention; farther it is a filter's delay
 constexpr double kSigmas = 3.0;  // standard deviations within which two times, or lags, are equal
+// Of the nats that a gyroscope's delay explains: what its low-pass does besides. Beside its delay
+// the phase of a Butterworth filter of second order is off by x^2 / 3 of the delay's, x the
+// motion's frequency over the filter's; nats go with the square, and x is below one half.
+constexpr double kRestOfFilter = 0.01;
 
 // The check that speaks against the times of a recording's gyroscope or magnetometer; empty: none.
 std::string bad_times(const std::vector<const Recording*>& given) {
@@ -108,10 +115,17 @@ void name_interval_convention(const std::vector<const Recording*>& given, bool g
     // Can these data tell the convention from none?
     const double beside = ahead - c.intervals * interval;
     const bool plain = std::abs(beside) < std::max(kNear * interval, kSigmas * sigma);
+    if (!plain) continue;
     const bool exactly = std::abs(beside) < kSigmas * sigma;
-    if (!plain || (gyr_is_late && !exactly)) continue;
     const std::string amount =
         c.intervals < 1.0 ? "half a gyroscope interval" : "one gyroscope interval";
+    if (gyr_is_late && !exactly) {
+      f.sentence += fmt::format(
+          " If its samples are the mean over another interval than assumed (--gyro-interval {}), "
+          "{} of it, {:.2f} ms, is that.",
+          c.option, amount, 1e3 * c.intervals * interval);
+      continue;
+    }
     const bool possible = 0.5 * interval < kSigmas * sigma;  // either would do, and none
     f.sentence = fmt::format(
         "The gyroscope's rates {} about {} late ({:.2f} +- {:.2f} ms): {} the mean over another "
@@ -127,29 +141,61 @@ void name_interval_convention(const std::vector<const Recording*>& given, bool g
 }
 
 // Against a gyroscope that is late, by its low-pass or by its times, the two others are ahead
-// alike. Is it so?
-bool name_late_gyroscope(Diagnosis& d) {
+// alike: the findings that say so, the magnetometer's first. Null: it is not.
+std::pair<Finding*, Finding*> late_gyroscope(Diagnosis& d) {
   const auto mag = std::ranges::find(d.findings, "mag_time_offset", &Finding::effect);
   const auto acc = std::ranges::find(d.findings, "acc_time_offset", &Finding::effect);
-  if (mag == d.findings.end() || acc == d.findings.end()) return false;
-  if (mag->parameters.empty() || acc->parameters.empty()) return false;
+  if (mag == d.findings.end() || acc == d.findings.end()) return {};
+  if (mag->parameters.empty() || acc->parameters.empty()) return {};
   const FoundParameter &one = mag->parameters[0], &other = acc->parameters[0];
   const auto ahead = [](const FoundParameter& tau) { return -tau.value > kSigmas * tau.sigma; };
-  if (!ahead(one) || !ahead(other)) return false;
-  if (std::abs(one.value - other.value) > kSigmas * std::hypot(one.sigma, other.sigma))
-    return false;
+  if (!ahead(one) || !ahead(other)) return {};
+  // The rest of a filter moves both, by the share of the delay whose square is its share of nats.
+  const double alike = std::max(kSigmas * std::hypot(one.sigma, other.sigma),
+                                std::sqrt(kRestOfFilter) * std::abs(one.value));
+  if (std::abs(one.value - other.value) > alike) return {};
+  return {&*mag, &*acc};
+}
+
+bool name_late_gyroscope(Diagnosis& d) {
+  const auto [mag, acc] = late_gyroscope(d);
+  if (mag == nullptr) return false;
+  const FoundParameter &one = mag->parameters[0], &other = acc->parameters[0];
   mag->sentence = fmt::format(
       "The gyroscope's rates come late, by {:.2f} +- {:.2f} ms against the magnetometer and by "
       "{:.2f} +- {:.2f} ms against the accelerometer: these agree, so it is the gyroscope that is "
       "late, by a low-pass of its own or by its samples' times. Widen its filter, or give its "
-      "samples earlier times. What such a filter does beside its delay no cause that is known here "
-      "describes.",
+      "samples earlier times.",
       -1e3 * one.value, 1e3 * one.sigma, -1e3 * other.value, 1e3 * other.sigma);
   acc->sentence = fmt::format(
       "The accelerometer is ahead of the gyroscope by {:.2f} +- {:.2f} ms, as the magnetometer is: "
       "it is the gyroscope that is late.",
       -1e3 * other.value, 1e3 * other.sigma);
   return true;
+}
+
+// A low-pass does more than delay, and no model here has that of a gyroscope: what was found beside
+// the delay and is worth only crumbs of it may be the rest of the filter.
+void withdraw_crumbs_of_a_filter(Diagnosis& d) {
+  const auto [mag, acc] = late_gyroscope(d);
+  if (mag == nullptr) return;
+  const auto nats = [](const Finding& f) {
+    return f.gain.heldout_nll_before - f.gain.heldout_nll_after;
+  };
+  const double crumb = kRestOfFilter * (nats(*mag) + nats(*acc));
+  std::vector<std::string> withdrawn;
+  std::erase_if(d.findings, [&](const Finding& f) {
+    const bool is_delay = f.effect == "mag_time_offset" || f.effect == "acc_time_offset";
+    const bool crumbs = !is_delay && find_effect(f.effect) != nullptr && nats(f) < crumb;
+    if (crumbs) withdrawn.push_back(fmt::format("\"{}\"", effect_words(f.effect)));
+    return crumbs;
+  });
+  if (withdrawn.empty()) return;
+  d.notes.push_back(
+      fmt::format("What would pass for {} is worth less than {:.0f} % of the gyroscope's delay: "
+                  "what a low-pass "
+                  "does beside delaying looks like that, so it is not named.",
+                  fmt::join(withdrawn, ", "), 100.0 * kRestOfFilter));
 }
 
 // Which time a sample is given is a convention: half an interval before or after is no fault of the
@@ -265,6 +311,37 @@ void name_change_of_field(Diagnosis& d) {
   }
 }
 
+// A field whose strength alone drifts reads as gains that drift alike on all axes, behind an offset
+// that stays.
+void name_drift_of_strength(Diagnosis& d) {
+  const auto drift = std::ranges::find(d.findings, "field_drift", &Finding::effect);
+  if (drift == d.findings.end() || d.after.parameters.mag.empty()) return;
+  const Vector3 along = unit_field(d.after.parameters.dip_rad);
+  double least = 0.0, most = 0.0;  // of the strength, in 1
+  std::vector<double> course;
+  for (std::size_t i = 0; i + 3 <= drift->parameters.size(); i += 3) {
+    const auto* const p = &drift->parameters[i];
+    const Vector3 c(p[0].value, p[1].value, p[2].value);
+    const Vector3 across = c - along * along.dot(c);
+    for (int k = 0; k < 3; ++k) {
+      if (!(std::abs(across[k]) < kSigmas * p[k].sigma)) return;
+    }
+    course.push_back(along.dot(c));
+  }
+  for (double u = -1.0; u <= 1.0; u += 0.01) {
+    double now = 0.0;
+    for (std::size_t j = 0; j < course.size(); ++j) now += course[j] * legendre(int(j) + 1, u);
+    least = std::min(least, now);
+    most = std::max(most, now);
+  }
+  drift->sentence += fmt::format(
+      " Its direction stays, and its strength changes by {:.2f} % in all: gains of the "
+      "magnetometer "
+      "that change alike on all axes, as where it warms up, look the same. Another magnetometer "
+      "beside it would tell.",
+      100.0 * (most - least));
+}
+
 }  // namespace
 
 void name_dead_band(const std::vector<const Recording*>& given, Diagnosis& d) {
@@ -298,6 +375,7 @@ void withdraw_contradicted(const std::vector<const Recording*>& given, Diagnosis
   withdraw_clock_of_bad_times(given, d);
   withdraw_of_mixtures(given, d);
   withdraw_what_passed(d);
+  withdraw_crumbs_of_a_filter(d);
 }
 
 void reword_by_what_is_known(const std::vector<const Recording*>& given, Diagnosis& d) {
@@ -307,6 +385,7 @@ void reword_by_what_is_known(const std::vector<const Recording*>& given, Diagnos
   name_change_at_rest(given, d);
   name_bias_of_change(d);
   name_change_of_field(d);
+  name_drift_of_strength(d);
 }
 
 }  // namespace magimu

@@ -9,6 +9,11 @@
 #include "factors/effects/catalogue.h"
 
 namespace magimu {
+namespace {
+
+constexpr double kClear = 2.0;  // standard deviations, of a number that says something by itself
+
+}  // namespace
 
 Vector3 Effect::term(const SampleState& state, const VectorXd& theta) const {
   Eigen::Matrix<double, 3, Eigen::Dynamic> J(3, theta.size());
@@ -38,6 +43,10 @@ std::string Effect::sentence(const VectorXd& theta, const VectorXd& sigma) const
   }
   const bool few = size() <= 3;
   if (!few) values = "clearest ";
+  if (!few && std::abs(theta[most]) < kClear * sigma[most]) {
+    return fmt::format("{}: by {} numbers that are known together and not one by one.", first,
+                       size());
+  }
   for (int i = few ? 0 : most; i < (few ? size() : most + 1); ++i) {
     const Parameter& p = description_.parameters[std::size_t(i)];
     values += fmt::format("{}{} = {:.3g} +- {:.1g}{}{}", few && i > 0 ? ", " : "", p.name, theta[i],

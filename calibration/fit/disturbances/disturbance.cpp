@@ -175,7 +175,8 @@ void DisturbanceModel::add_rates() {
                                   : time_[std::size_t(node)];
       const MatrixXd J = jacobian_of(system_, b, i, bias.column, 3);
       for (int row = 0; row < batch.rows(); ++row) {
-        const auto at = std::size_t(system_.first_row(b) + i * batch.rows() + row);
+        const int at_row = system_.first_row(b) + i * batch.rows() + row;
+        const auto at = std::size_t(at_row);
         rows_.jacobian[at] = J.row(row).transpose();
         rows_.weight[at] = weight_at(node, time);
       }

@@ -126,9 +126,30 @@ TEST_F(Findings, two_sensors_that_are_ahead_alike_make_the_gyroscope_late) {
   EXPECT_THAT(acc, HasSubstr("it is the gyroscope that is late"));
   // 4.4 ms beyond an interval of 20 ms is no convention.
   EXPECT_THAT(sentences_of(-0.0244, -0.0243).first, HasSubstr("low-pass"));
+  EXPECT_THAT(sentences_of(-0.0244, -0.0243).first, HasSubstr("20.00 ms, is that"));
   EXPECT_THAT(sentences_of(-0.0201, -0.0203).first, HasSubstr("--gyro-interval backward"));
   EXPECT_EQ(sentences_of(-0.0260, -0.0300).first, "As it was.");  // ten sigma apart
   EXPECT_EQ(sentences_of(0.0260, 0.0260).first, "As it was.");    // behind it
+}
+
+TEST_F(Findings, what_is_worth_a_hundredth_of_a_gyroscope_s_delay_may_be_the_rest_of_its_filter) {
+  const auto named_beside = [&](double mag_tau_s, double nats) {
+    Diagnosis d = with("mag_time_offset", {{"tau", mag_tau_s, 1e-4, "s"}});
+    Finding acc = d.findings.front(), gravity = acc;
+    d.findings.front().gain.heldout_nll_before = 10000.0;
+    acc.effect = "acc_time_offset";
+    acc.parameters = {{"tau", -0.0261, 4e-4, "s"}};
+    acc.gain.heldout_nll_before = 1000.0;
+    gravity.effect = "gravity";
+    gravity.gain.heldout_nll_before = nats;
+    d.findings.push_back(acc);
+    d.findings.push_back(gravity);
+    withdraw_contradicted({&recording_}, d);
+    return d.findings.size() == 3;
+  };
+  EXPECT_FALSE(named_beside(-0.0260, 90.0));
+  EXPECT_TRUE(named_beside(-0.0260, 130.0));
+  EXPECT_TRUE(named_beside(-0.0160, 90.0));  // the magnetometer's own
 }
 
 TEST_F(Findings, a_wrong_clock_is_not_named_where_the_times_are_bad_one_by_one) {

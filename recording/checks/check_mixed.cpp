@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Rows of two devices, or of two sensors, written as one: every second or third sample is of
 // another device, with gains and a bias of its own. It stands out from its neighbours by a linear
-// function of the reading, and so does the one n samples later, all along the recording.
+// function of the reading, and so does the one n samples later, all along the recording. Where that
+// device is turned otherwise, the samples of one place follow each other, and not their neighbours.
 #include <fmt/format.h>
 
 #include <array>
@@ -15,8 +16,14 @@ namespace {
 
 constexpr std::size_t kLongestPattern = 4;  // samples: devices that take turns, one row each
 constexpr std::size_t kEnoughOfEach =
-    100;                        // samples of a place in the pattern: eight times the numbers
-constexpr double kPlain = 0.5;  // what a pattern explains is more than what is left
+    100;                               // samples of a place in the pattern: eight times the numbers
+constexpr double kPlain = 0.5;         // what a pattern explains is more than what is left
+constexpr std::size_t kMostRows = 12;  // of a pattern with a device that is turned otherwise
+// Of a place's departures from the samples beside it, squared: those from its own row before and
+// after; those of the samples beside it, a quarter where they belong to one motion; those of
+// the next ones, none. And of the readings' variance: its departures. What vibrates in step with
+// the sampling has these in other shares.
+constexpr double kOwnRow = 0.1, kBesideIt = 0.35, kNextBut = 0.1, kOfTheReadings = 0.25;
 
 using Matrix43 = Eigen::Matrix<double, 4, 3>;
 
@@ -75,7 +82,58 @@ std::optional<double> mixture_size(const std::vector<Vector3>& v, std::size_t n)
   return size;
 }
 
+double bend(const std::vector<Vector3>& v, std::size_t k, std::size_t n) {
+  return (v[k] - 0.5 * (v[k - n] + v[k + n])).squaredNorm();
+}
+
+// Has a pattern of n samples one place that belongs to another motion? By how much it departs, RMS.
+std::optional<double> other_motion(const std::vector<Vector3>& v, std::size_t n) {
+  std::vector<double> beside(n, 0.0), own(n, 0.0), count(n, 0.0);
+  Vector3 mean = Vector3::Zero();
+  for (const Vector3& reading : v) mean += reading / double(v.size());
+  double variance = 0.0;
+  for (const Vector3& reading : v) variance += (reading - mean).squaredNorm() / double(v.size());
+  for (std::size_t k = n; k + n < v.size(); ++k) {
+    beside[k % n] += bend(v, k, 1);
+    own[k % n] += bend(v, k, n);
+    count[k % n] += 1.0;
+  }
+  const auto most = std::size_t(std::ranges::max_element(beside) - beside.begin());
+  if (count[most] < double(kEnoughOfEach)) return std::nullopt;
+  const double size = beside[most] / count[most];
+  const auto at = [&](std::size_t places) {
+    return std::max(beside[(most + places) % n], beside[(most + n - places) % n]) / count[most];
+  };
+  const bool stands_out = size > kOfTheReadings * variance &&
+                          own[most] / count[most] < kOwnRow * size && at(1) < kBesideIt * size &&
+                          at(2) < kNextBut * size;
+  return stands_out ? std::optional(std::sqrt(size)) : std::nullopt;
+}
+
+Issue mixed(const NamedSeries& sensor, const std::string& which, double size) {
+  return {"mixed",
+          sensor.name,
+          -1,
+          Severity::kCaution,
+          0.0,
+          0.0,
+          fmt::format("every {} sample of {} stands out from its neighbours by {:.2g} {}, all "
+                      "along, as the readings of another device do: rows of two sensors or devices "
+                      "are mixed, or the sensor takes turns",
+                      which, sensor.name, size, sensor.unit()),
+          "separate them, and calibrate each by itself"};
+}
+
 }  // namespace
+
+std::vector<Issue> check_other_motion(const NamedSeries& sensor) {
+  // Beside a pattern of four or five samples there are places that nothing disturbs.
+  for (std::size_t n = 4; n <= kMostRows; ++n) {
+    const std::optional<double> size = other_motion(sensor.series->v, n);
+    if (size) return {mixed(sensor, fmt::format("{}th", n), *size)};
+  }
+  return {};
+}
 
 std::vector<Issue> check_mixed(const NamedSeries& sensor) {
   constexpr std::array<const char*, kLongestPattern + 1> kOrdinal = {"", "", "second", "third",
@@ -84,13 +142,7 @@ std::vector<Issue> check_mixed(const NamedSeries& sensor) {
   for (std::size_t n = 2; n <= kLongestPattern; ++n) {
     const std::optional<double> size = mixture_size(sensor.series->v, n);
     if (!size) continue;
-    return {
-        {"mixed", sensor.name, -1, Severity::kCaution, 0.0, 0.0,
-         fmt::format("every {} sample of {} stands out from its neighbours by {:.2g} {}, all "
-                     "along, as the readings of another device do: rows of two sensors or devices "
-                     "are mixed, or the sensor takes turns",
-                     kOrdinal[n], sensor.name, *size, sensor.unit()),
-         "separate them, and calibrate each by itself"}};
+    return {mixed(sensor, kOrdinal[n], *size)};
   }
   return {};
 }

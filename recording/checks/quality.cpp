@@ -124,7 +124,8 @@ std::vector<Issue> check_recording(const Recording& recording) {
       if (still) return;
       append(own, check_saturation(sensor));
       if (seconds) append(own, check_vibration(sensor));
-      std::vector<Issue> of_clock = check_clock(sensor);
+      std::vector<Issue> of_clock = check_other_motion(sensor);
+      if (of_clock.empty()) of_clock = check_clock(sensor);
       if (of_clock.empty()) of_clock = check_mixed(sensor);
       append(own, std::move(of_clock));
     });

@@ -46,5 +46,7 @@ std::vector<Issue> check_vibration(const NamedSeries& sensor);
 std::vector<Issue> check_clock(const NamedSeries& sensor);
 // Samples that come from two devices in turn. Interpolated ones do not count.
 std::vector<Issue> check_mixed(const NamedSeries& sensor);
+// The same where the other device is turned otherwise.
+std::vector<Issue> check_other_motion(const NamedSeries& sensor);
 
 }  // namespace magimu

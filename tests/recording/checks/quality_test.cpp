@@ -70,6 +70,12 @@ void mix(VectorSeries& s, std::size_t n) {
   }
 }
 
+// Every nth sample is that of half a recording later.
+void mix_with_later(VectorSeries& s, std::size_t n) {
+  const std::vector<Vector3> alone = s.v;
+  for (std::size_t k = 2; k < s.size(); k += n) s.v[k] = alone[(k + s.size() / 2) % s.size()];
+}
+
 struct Spoilt {
   std::string name, kind, sensor;
   Severity severity;
@@ -222,6 +228,12 @@ const std::vector<Spoilt> kSpoilt{
      "separate", [](Recording& r) { mix(r.mag[0], 3); }},
     {"every_fourth_row_of_another", "mixed", "mag", kCaution, "every fourth sample of mag",
      "separate", [](Recording& r) { mix(r.mag[0], 4); }},
+    {"every_fifth_row_of_one_that_is_turned_otherwise", "mixed", "acc", kCaution,
+     "every 5th sample of acc stands out", "separate",
+     [](Recording& r) { mix_with_later(r.acc, 5); }},
+    {"every_tenth_row_of_one_that_is_turned_otherwise", "mixed", "mag", kCaution,
+     "every 10th sample of mag stands out", "separate",
+     [](Recording& r) { mix_with_later(r.mag[0], 10); }},
     {"acc_in_g", "unit", "acc", kFatal, "it is in g", "--unit acc=g",
      [](Recording& r) { scale(r.acc, 1 / 9.80665); }},
     {"acc_in_mg", "unit", "acc", kFatal, "it is in mg", "--unit acc=mg",

@@ -135,9 +135,13 @@ Diagnosis diagnosis_without_fit(const std::vector<const Recording*>& given,
       given, options);
 }
 
-bool are_both_late(const Diagnosis& d) {
-  return std::ranges::count(d.findings, "mag_time_offset", &Finding::effect) > 0 &&
-         std::ranges::count(d.findings, "acc_time_offset", &Finding::effect) > 0;
+// Findings of times, one of which may be withdrawn by what the others came to.
+bool have_times(const Diagnosis& d) {
+  const auto found = [&](const char* effect) {
+    return std::ranges::count(d.findings, effect, &Finding::effect) > 0;
+  };
+  return (found("mag_time_offset") && found("acc_time_offset")) ||
+         (found("mag_bandwidth") && found("mag_own_clock"));
 }
 
 struct Diagnosed {
@@ -246,7 +250,7 @@ Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
     if (!passing.evidence.empty()) add_evidence(d, passing.channel, passing.evidence);
     withdraw_other_lines(few.get(), d);
     // By their values beside all that was found.
-    if (are_both_late(d)) extender.restate(extender.summary(extender.stage()));
+    if (have_times(d)) extender.restate(extender.summary(extender.stage()));
     withdraw_contradicted(given, d);
     name_dead_band(given, d);
     extender.keep_named();

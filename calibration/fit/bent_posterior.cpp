@@ -81,8 +81,9 @@ class Valley {
     Eigen::Index at = 0;
     for (const Key key : keys_) {
       const Values::Slot& slot = start.slot(key);
-      for (int i = 0; i < slot.type.stored(); ++i)
-        numbers[std::size_t(slot.stored + i)] += step[at++];
+      for (int i = 0; i < slot.type.stored(); ++i) {
+        numbers[std::size_t(slot.stored) + std::size_t(i)] += step[at++];
+      }
     }
     start.assign(numbers);
     for (const Key key : keys_) globals.insert_from(start, key);

@@ -60,7 +60,8 @@ void add_absorbed(const LinearSystem& system, const SensorRows& rows,
   for (const LinearSystem::RowBlocks& b : system.row_blocks()) {
     for (int i = 0; i < b.count; ++i) {
       for (int r = 0; r < b.rows; ++r) {
-        const auto row = std::size_t(b.first_row + i * b.rows + r);
+        const int place = b.first_row + i * b.rows + r;
+        const auto row = std::size_t(place);
         if (rows.sensor[row] != Sensor::kMag || rows.magnetometer[row] < 0) continue;
         const int entry = b.first_entry + (i * b.rows + r) * b.columns;
         std::array<double, kProbes> fitted{};

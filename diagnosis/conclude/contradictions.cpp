@@ -198,6 +198,31 @@ void withdraw_crumbs_of_a_filter(Diagnosis& d) {
                   fmt::join(withdrawn, ", "), 100.0 * kRestOfFilter));
 }
 
+// Beside a clock of its own the offset is what its samples' ages leave, and may be negative.
+void name_age_beside_clock(Diagnosis& d) {
+  const auto offset = std::ranges::find(d.findings, "mag_time_offset", &Finding::effect);
+  const auto clock = std::ranges::find(d.findings, "mag_own_clock", &Finding::effect);
+  if (offset == d.findings.end() || clock == d.findings.end()) return;
+  if (offset->parameters.empty() || clock->parameters.empty()) return;
+  const FoundParameter& tau = offset->parameters[0];
+  const double age = tau.value + 0.5 * clock->parameters[0].value;
+  offset->sentence = fmt::format(
+      "The magnetometer's samples are {:.2f} +- {:.2f} ms {} on the average: {:.2f} ms beside what "
+      "its own clock (below) makes of them.",
+      1e3 * std::abs(age), 1e3 * tau.sigma, age > 0.0 ? "late" : "early", 1e3 * tau.value);
+}
+
+// What the magnetometer averages shows in the residuals as its own clock does; with that clock in
+// the model it may be nothing.
+void withdraw_what_the_clock_explains(Diagnosis& d) {
+  constexpr double kNothing = 2.0;  // standard deviations
+  if (std::ranges::count(d.findings, "mag_own_clock", &Finding::effect) == 0) return;
+  std::erase_if(d.findings, [](const Finding& f) {
+    return f.effect == "mag_bandwidth" && !f.parameters.empty() &&
+           std::abs(f.parameters[0].value) < kNothing * f.parameters[0].sigma;
+  });
+}
+
 // Which time a sample is given is a convention: half an interval before or after is no fault of the
 // accelerometer's.
 void name_acc_convention(const std::vector<const Recording*>& given, Diagnosis& d) {
@@ -376,12 +401,14 @@ void withdraw_contradicted(const std::vector<const Recording*>& given, Diagnosis
   withdraw_of_mixtures(given, d);
   withdraw_what_passed(d);
   withdraw_crumbs_of_a_filter(d);
+  withdraw_what_the_clock_explains(d);
 }
 
 void reword_by_what_is_known(const std::vector<const Recording*>& given, Diagnosis& d) {
   const bool gyr_is_late = name_late_gyroscope(d);
   name_interval_convention(given, gyr_is_late, d);
   if (!gyr_is_late) name_acc_convention(given, d);
+  name_age_beside_clock(d);
   name_change_at_rest(given, d);
   name_bias_of_change(d);
   name_change_of_field(d);

@@ -38,7 +38,8 @@ struct UsualReadings {
   // All but `samples`. The largest reading is taken to be at least so long.
   void look_up(const SensorHabits& habits, double largest_at_least);
   const std::optional<double>& limit(int axis, int sign) const {
-    return limits[std::size_t(2 * axis + (sign > 0 ? 0 : 1))];
+    const int place = 2 * axis + (sign > 0 ? 0 : 1);
+    return limits[std::size_t(place)];
   }
 };
 

@@ -154,13 +154,14 @@ struct Diagnosed {
 
 // With the causes that were found, is a hand still beyond its reach? Of a sensor that only turned
 // something must be left instead, and calibrate() must take it to travel, too. What lies in another
-// sensor does not come from travel, and an accelerometer that is at fault looks like it.
+// sensor does not come from travel, and an accelerometer that is at fault looks like it. Its noise
+// is no fault: what travel leaves passes for noise that is coloured.
 bool may_have_travelled(const Diagnosis& d, const Extender& extender) {
   const std::string acc = to_string(Sensor::kAcc);
   const MissingState* const missing = most_missing(d);
   if (missing != nullptr && missing->channel != acc) return false;
   const bool at_fault = std::ranges::any_of(d.findings, [&](const Finding& f) {
-    return f.channel == acc && f.effect != "linear_acceleration";
+    return f.channel == acc && f.effect != "linear_acceleration" && find_effect(f.effect);
   });
   if (at_fault || extender.may_have_changed(Sensor::kAcc)) return false;
   if (extender.stage().spec().motion == MotionModel::kHandHeld) {

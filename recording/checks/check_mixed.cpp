@@ -86,13 +86,23 @@ double bend(const std::vector<Vector3>& v, std::size_t k, std::size_t n) {
   return (v[k] - 0.5 * (v[k - n] + v[k + n])).squaredNorm();
 }
 
-// Has a pattern of n samples one place that belongs to another motion? By how much it departs, RMS.
-std::optional<double> other_motion(const std::vector<Vector3>& v, std::size_t n) {
-  std::vector<double> beside(n, 0.0), own(n, 0.0), count(n, 0.0);
+double variance_of(const std::vector<Vector3>& v) {
   Vector3 mean = Vector3::Zero();
   for (const Vector3& reading : v) mean += reading / double(v.size());
   double variance = 0.0;
   for (const Vector3& reading : v) variance += (reading - mean).squaredNorm() / double(v.size());
+  return variance;
+}
+
+double mean_bend(const std::vector<Vector3>& v) {
+  double sum = 0.0;
+  for (std::size_t k = 1; k + 1 < v.size(); ++k) sum += bend(v, k, 1);
+  return v.size() > 2 ? sum / double(v.size() - 2) : 0.0;
+}
+
+// Has a pattern of n samples one place that belongs to another motion? By how much it departs, RMS.
+std::optional<double> other_motion(const std::vector<Vector3>& v, double variance, std::size_t n) {
+  std::vector<double> beside(n, 0.0), own(n, 0.0), count(n, 0.0);
   for (std::size_t k = n; k + n < v.size(); ++k) {
     beside[k % n] += bend(v, k, 1);
     own[k % n] += bend(v, k, n);
@@ -127,9 +137,13 @@ Issue mixed(const NamedSeries& sensor, const std::string& which, double size) {
 }  // namespace
 
 std::vector<Issue> check_other_motion(const NamedSeries& sensor) {
+  const std::vector<Vector3>& v = sensor.series->v;
+  const double variance = variance_of(v), bends = mean_bend(v);
   // Beside a pattern of four or five samples there are places that nothing disturbs.
   for (std::size_t n = 4; n <= kMostRows; ++n) {
-    const std::optional<double> size = other_motion(sensor.series->v, n);
+    // A place departs by no more than all places together, which is little of most recordings.
+    if (double(n) * bends < kOfTheReadings * variance) continue;
+    const std::optional<double> size = other_motion(v, variance, n);
     if (size) return {mixed(sensor, fmt::format("{}th", n), *size)};
   }
   return {};

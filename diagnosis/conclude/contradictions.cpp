@@ -11,6 +11,7 @@
 #include "diagnosis/conclude/unexplained.h"
 #include "diagnosis/noise/noise_causes.h"
 #include "diagnosis/result/sentence_words.h"
+#include "diagnosis/search/option.h"
 #include "factors/effects/change.h"
 #include "factors/sensor_model.h"
 #include "recording/checks/quality.h"
@@ -186,15 +187,16 @@ void withdraw_crumbs_of_a_filter(Diagnosis& d) {
   std::vector<std::string> withdrawn;
   std::erase_if(d.findings, [&](const Finding& f) {
     const bool is_delay = f.effect == "mag_time_offset" || f.effect == "acc_time_offset";
-    const bool crumbs = !is_delay && find_effect(f.effect) != nullptr && nats(f) < crumb;
+    // A filter acts alike all along: what begins, ends or drifts is none.
+    const std::shared_ptr<const Effect> effect = find_effect(f.effect);
+    const bool crumbs = !is_delay && effect != nullptr && lasts(*effect) && nats(f) < crumb;
     if (crumbs) withdrawn.push_back(fmt::format("\"{}\"", effect_words(f.effect)));
     return crumbs;
   });
   if (withdrawn.empty()) return;
   d.notes.push_back(
       fmt::format("What would pass for {} is worth less than {:.0f} % of the gyroscope's delay: "
-                  "what a low-pass "
-                  "does beside delaying looks like that, so it is not named.",
+                  "what a low-pass does beside delaying looks like that, so it is not named.",
                   fmt::join(withdrawn, ", "), 100.0 * kRestOfFilter));
 }
 
@@ -361,9 +363,8 @@ void name_drift_of_strength(Diagnosis& d) {
   }
   drift->sentence += fmt::format(
       " Its direction stays, and its strength changes by {:.2f} % in all: gains of the "
-      "magnetometer "
-      "that change alike on all axes, as where it warms up, look the same. Another magnetometer "
-      "beside it would tell.",
+      "magnetometer that change alike on all axes, as where it warms up, look the same. Another "
+      "magnetometer beside it would tell.",
       100.0 * (most - least));
 }
 

@@ -52,6 +52,11 @@ struct Departures {
   double explained(const Matrix43& B) const { return (B.transpose() * XX * B).trace(); }
 };
 
+// Squared, of a sample from the mean of those n before and after it.
+double bend(const std::vector<Vector3>& v, std::size_t k, std::size_t n) {
+  return (v[k] - 0.5 * (v[k - n] + v[k + n])).squaredNorm();
+}
+
 // By how much the place in a pattern of n samples stands out that does so the most plainly, from
 // what all do: RMS, in the sensor's unit. Nothing where none does.
 std::optional<double> mixture_size(const std::vector<Vector3>& v, std::size_t n) {
@@ -62,7 +67,7 @@ std::optional<double> mixture_size(const std::vector<Vector3>& v, std::size_t n)
     const Vector3 mean = 0.5 * (v[k - 1] + v[k + 1]), departure = v[k] - mean;
     of_place[k % n].add(mean, departure);
     all.add(mean, departure);
-    bends += (v[k] - 0.5 * (v[k - n] + v[k + n])).squaredNorm();
+    bends += bend(v, k, n);
     count += 1.0;
   }
   if (count < double(n * kEnoughOfEach)) return std::nullopt;
@@ -80,10 +85,6 @@ std::optional<double> mixture_size(const std::vector<Vector3>& v, std::size_t n)
     size = rms;
   }
   return size;
-}
-
-double bend(const std::vector<Vector3>& v, std::size_t k, std::size_t n) {
-  return (v[k] - 0.5 * (v[k - n] + v[k + n])).squaredNorm();
 }
 
 double variance_of(const std::vector<Vector3>& v) {

@@ -42,10 +42,12 @@ TEST_F(SlowAndFast, a_calibration_serves_another_recording_of_the_sensor) {
 }
 
 TEST_F(SlowAndFast, blind_starts_end_in_the_same_minimum) {
-  const BlindStarts s = blind_starts(fast_, calibrate(fast_), 2, false);
-  EXPECT_EQ(s.same, 2);
-  EXPECT_EQ(s.trusted, 0);
-  EXPECT_EQ(s.wrong_sign, 0);
+  for (const Recording* recording : {&slow_, &fast_}) {
+    const BlindStarts s = blind_starts(*recording, calibrate(*recording), 2, false);
+    EXPECT_EQ(s.same, 2) << recording->name;
+    EXPECT_EQ(s.trusted, 0) << recording->name;
+    EXPECT_EQ(s.wrong_sign, 0) << recording->name;
+  }
 }
 
 }  // namespace

@@ -131,8 +131,9 @@ TEST_P(RealDiagnosis, tells_what_is_known_and_gains_on_what_it_was_not_fitted_to
   }
   // Another one, which nothing was fitted to, is predicted better than by the hand's motion alone.
   if (const std::string other = GetParam().serves; !other.empty()) {
-    const PredictionGain gain =
-        compare_predictions(*recorded(other), d->model_motion, d->model_after);
+    const std::optional<Recording> served = recorded(other);
+    ASSERT_TRUE(served) << "BROAD recording " << other;
+    const PredictionGain gain = compare_predictions(*served, d->model_motion, d->model_after);
     RecordProperty("nats", std::to_string(gain.before - gain.after));
     EXPECT_GT(gain.before - gain.after, 100.0);
   }

@@ -133,23 +133,27 @@ TEST_F(Findings, two_sensors_that_are_ahead_alike_make_the_gyroscope_late) {
 }
 
 TEST_F(Findings, what_is_worth_a_hundredth_of_a_gyroscope_s_delay_may_be_the_rest_of_its_filter) {
-  const auto named_beside = [&](double mag_tau_s, double nats) {
+  const auto named_beside = [&](double mag_tau_s, double nats, const char* other = "gravity") {
     Diagnosis d = with("mag_time_offset", {{"tau", mag_tau_s, 1e-4, "s"}});
-    Finding acc = d.findings.front(), gravity = acc;
+    Finding acc = d.findings.front(), third = acc;
     d.findings.front().gain.heldout_nll_before = 10000.0;
     acc.effect = "acc_time_offset";
     acc.parameters = {{"tau", -0.0261, 4e-4, "s"}};
     acc.gain.heldout_nll_before = 1000.0;
-    gravity.effect = "gravity";
-    gravity.gain.heldout_nll_before = nats;
+    third.effect = other;
+    third.parameters = {{"t0", 10.0, 0.1, "s"}, {"t1", 20.0, 0.1, "s"}};  // of a change
+    third.gain.heldout_nll_before = nats;
     d.findings.push_back(acc);
-    d.findings.push_back(gravity);
+    d.findings.push_back(third);
     withdraw_contradicted({&recording_}, d);
     return d.findings.size() == 3;
   };
   EXPECT_FALSE(named_beside(-0.0260, 90.0));
   EXPECT_TRUE(named_beside(-0.0260, 130.0));
   EXPECT_TRUE(named_beside(-0.0160, 90.0));  // the magnetometer's own
+  // No filter begins or drifts.
+  EXPECT_TRUE(named_beside(-0.0260, 90.0, "hard_iron_change"));
+  EXPECT_TRUE(named_beside(-0.0260, 90.0, "mag_gain_drift"));
 }
 
 TEST_F(Findings, a_wrong_clock_is_not_named_where_the_times_are_bad_one_by_one) {

@@ -62,7 +62,10 @@ std::optional<Beginning::Lag> Beginning::lag_of(const Fit& fit, const Calibratio
 Beginning::Beginning(const std::vector<const Recording*>& all, const CalibrationOptions& options)
     : fit_(std::make_unique<Fit>(all, 0.0, options)), lag_(lag_of(*fit_, options)) {
   CalibrationOptions same_motion = options;
-  same_motion.motion = fit_->coarse.spec().motion;
+  // A force that belongs to another attitude carries a hand beyond its reach: whether the sensor
+  // travelled is asked again.
+  const MotionModel motion = fit_->coarse.spec().motion;
+  if (motion != MotionModel::kTravelling) same_motion.motion = motion;
   for (int shift = 0; shift < kMostShifts; ++shift) {
     if (!lag_ || !(std::abs(lag_->tau_s) > kSeen * lag_->robust_s)) return;
     std::vector<std::string> known;
@@ -70,7 +73,7 @@ Beginning::Beginning(const std::vector<const Recording*>& all, const Calibration
     auto next = attempt(
         [&] { return std::make_unique<Fit>(all, late_s_ + lag_->tau_s, same_motion, known); });
     if (!next || !(*next)->coarse.result().converged()) return;
-    (*next)->motion_reason = fit_->motion_reason;
+    if (same_motion.motion != MotionModel::kAuto) (*next)->motion_reason = fit_->motion_reason;
     late_s_ += lag_->tau_s;
     fit_ = *std::move(next);
     const std::optional<Lag> left = lag_of(*fit_, options);

@@ -32,6 +32,7 @@ const std::vector<Special>& specials() {
       {"linear_acceleration", {{"rms", "m", 0.0}}, true, false},
       {"gyro_bias_drift", {{"q", "(rad/s)/sqrt(s)", 0.0}}, true, false},
       {"hard_iron_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
+      {"field_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
       {"gyro_bias_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
       {"acc_bias_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
       {"mag_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},

@@ -45,6 +45,7 @@ constexpr SpokenParameter kSpoken[] = {
     {"hard_iron_drift", "c", "drift of the bias"},
     {"acc_bias_drift", "c", "drift of the bias"},
     {"field_drift", "c", "drift of the field"},
+    {"field_change", "c", "change of the field"},
     {"field_gradient", "G", "gradient of the field"},
     {"stationary_source", "place", "place of the source"},
     {"stationary_source", "moment", "magnetic moment"},

@@ -244,7 +244,8 @@ void name_acc_convention(const std::vector<const Recording*>& given, Diagnosis& 
 // Nothing passes a resting sensor, and in rest the device's own field and the place's look alike.
 void name_change_at_rest(const std::vector<const Recording*>& given, Diagnosis& d) {
   for (Finding& f : d.findings) {
-    if (f.effect != "hard_iron_change" || f.parameters.size() < 5) continue;
+    const bool of_field = f.effect == "field_change";
+    if ((f.effect != "hard_iron_change" && !of_field) || f.parameters.size() < 5) continue;
     const double t0 = f.parameters[3].value, t1 = f.parameters[4].value;
     if (!std::isfinite(t0) || !std::isfinite(t1)) continue;
     for (const Recording* r : given) {
@@ -253,16 +254,17 @@ void name_change_at_rest(const std::vector<const Recording*>& given, Diagnosis& 
         return rest.begin_s - margin < t0 && t1 < rest.end_s + margin;
       });
       if (!rests) continue;
+      f.confusable_with.insert(f.confusable_with.begin(),
+                               {of_field ? "hard_iron_change" : "stationary_source",
+                                "a resting sensor does not tell its own field from the place's",
+                                "turn the sensor while the magnet is there"});
+      if (of_field) break;
       f.sentence = fmt::format(
           "While the sensor rested, {:.1f} to {:.1f} s, the field that it read differed by "
           "[{:.2f}, "
           "{:.2f}, {:.2f}] uT from that before and after: a magnet or iron was brought near and "
           "taken away.",
           t0, t1, f.parameters[0].value, f.parameters[1].value, f.parameters[2].value);
-      f.confusable_with.insert(
-          f.confusable_with.begin(),
-          {"stationary_source", "a resting sensor does not tell its own field from the place's",
-           "turn the sensor while the magnet is there"});
       break;
     }
   }

@@ -23,7 +23,7 @@ bool is_near(const Moment& x, const Moment& y) {
   return x == y || (x.recording == y.recording && std::abs(x.t - y.t) < kNear);
 }
 
-// Far beyond the prior, which is what parts differ by.
+// Far beyond the prior, which is what parts, or fields, differ by.
 bool is_beyond_parts(const Effect& effect, const VectorXd& theta) {
   constexpr double kPriorSigmas = 5.0;
   for (int i = 0; i < effect.size(); ++i) {
@@ -83,12 +83,14 @@ Stage ChangeFit::fit(const ChangeTimes& times) {
   }
   // Gains of a few per cent bend nothing: where their fit finds no end, or one that no part has,
   // few samples tell of them. A sensor that fails may change by anything, but then hardly anything
-  // else is wrong.
-  const bool fails = fitted.result().cost_final < (1.0 - kMost) * cost_without_;
-  if (form != ChangeForm::kOffset &&
+  // else is wrong. A field that is stronger by half is no field of a place (a sensor whose readings
+  // change their sign would be one that turns round).
+  const bool of_field = is_field_change(*spec.effects.back());
+  const bool fails = !of_field && fitted.result().cost_final < (1.0 - kMost) * cost_without_;
+  if ((form != ChangeForm::kOffset || of_field) &&
       (!fitted.result().converged() ||
        (!fails && is_beyond_parts(*spec.effects.back(), parameters_of(fitted))))) {
-    throw NumericalError("no fit with a change of gains");
+    throw NumericalError("no fit with a change of such a size");
   }
   now_.last = {times.span, fitted};
   return fitted;

@@ -220,6 +220,7 @@ void Extender::extend(const Stage& from) {
   may_have_changed_.clear();
   take(from, sum_of(held_out_nll(from)));
   rejected_.clear();
+  expelled_.clear();
   if (given_.noise) {
     in_samples_ = excess_of_samples(recordings_, from, *given_.noise);
   }
@@ -232,25 +233,35 @@ void Extender::extend(const Stage& from) {
   // Of a model that has been extended before, the scan tells no more of what was found in it.
   if (d_.scan.empty()) d_.scan = scan_entries(options, recordings_, *stage_, log10_level());
   bool to_refine = false;  // a cause has entered since changes were refined
-  while (int(d_.findings.size()) < given_.max_findings) {
+  int entries = 0;
+  // Pairs, too, may leave again: twice as many entries are the end in any case.
+  while (int(d_.findings.size()) < given_.max_findings && entries < 2 * given_.max_findings) {
     const std::size_t rejected = rejected_.size();
     bool now = true;  // changes are refined: a pair or a change has entered
+    std::string entered;
+    const auto named = [&] { return std::ranges::count(d_.findings, entered, &Finding::effect); };
+    std::ptrdiff_t before = 0;
     if (std::optional<Finding> finding =
             attempt([&] { return try_options(options); }).value_or(std::nullopt)) {
       now = is_change(finding->effect);
+      entered = finding->effect;
+      before = named();
       d_.findings.push_back(*std::move(finding));
     } else if (rejected_.size() > rejected) {
       continue;  // with the next best
     } else if (!try_pairs(options)) {
       break;
     }
-    rejected_.clear();  // beside it another may hold
+    ++entries;
     prune();
     to_refine = !now;
     if (now) {
       join_changes();
       refine_changes();
     }
+    // What enters and is not needed beside what was there before would enter for ever.
+    if (!entered.empty() && named() <= before) expelled_.push_back(entered);
+    rejected_ = expelled_;  // beside it another may hold
     options = scanned();
   }
   if (to_refine) refine_changes();

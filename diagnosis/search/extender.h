@@ -150,6 +150,7 @@ class Extender {
   std::vector<Option> explain_most_;
   std::set<Sensor> may_have_changed_;  // of all models since extend() began
   std::vector<std::string> rejected_;  // looked significant, predicts no better
+  std::vector<std::string> expelled_;  // entered, and were not needed beside the others
   struct Entered {
     VectorXd apart;         // distance of other parameters of it that are about as likely
     double searched = 0.0;  // Option::searched

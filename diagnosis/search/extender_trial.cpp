@@ -38,6 +38,11 @@ bool is_bent(const Stage& stage) {
   return std::ranges::any_of(kSensors, [&](Sensor s) { return sums.rms(s) > kBent; });
 }
 
+// Of the field that the calibration says, by what it makes of a unit field.
+double strength_uT(const Stage& stage) {
+  return std::cbrt(std::abs(stage.result().values.at<Matrix3>(key::distortion).determinant()));
+}
+
 }  // namespace
 
 VectorXd Extender::Trial::parameters() const {
@@ -53,11 +58,15 @@ KnownScatter Extender::excess(Sensor channel, const Stage& stage) const {
 // A change of the bias by less than half a step of a coarse converter: where the sensor rests or
 // turns slowly, rounding alone makes such changes.
 bool Extender::is_rounding(const Option& option, const Stage& stage) const {
-  const std::string& name = option.effect->name();
-  if (!(step_uT_ > 0.0) || (name != "hard_iron_change" && name != "hard_iron_drift")) return false;
+  const Effect& effect = *option.effect;
+  const bool of_field = is_field_change(effect);
+  if (!(step_uT_ > 0.0) || !(is_magnet(effect) || of_field || effect.name() == "hard_iron_drift")) {
+    return false;
+  }
   const VectorXd theta =
       effect_parameters(stage.result().values, effect_keys(stage.spec().effects).back());
-  return theta.cwiseAbs().maxCoeff() < 0.5 * step_uT_;
+  const double unit_uT = of_field ? strength_uT(stage) : 1.0;
+  return unit_uT * theta.cwiseAbs().maxCoeff() < 0.5 * step_uT_;
 }
 
 // Is it there in the refitted model, too, under noise as it is?
@@ -235,15 +244,15 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
   if (!offset && !turns_outside(stage, span)) return false;
   // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
   const VectorXd theta = fit.parameters();
-  const Matrix3& D = stage.result().values.at<Matrix3>(key::distortion);
-  const double strength = offset ? 1.0 : std::cbrt(std::abs(D.determinant()));
+  const bool of_field = is_field_change(*option.effect);
+  const double unit_uT = offset && !of_field ? 1.0 : strength_uT(stage);
   const auto coloured = [&](const Stage& fitted) {
     const Score w = wald_test(fitted, fitted.spec().effects.size() - 1, excess(channel, fitted));
     return (w.coloured && !w.by_chance) || fitted.sums().lag1[std::size_t(Sensor::kMag)] > kColour;
   };
   // A lasting change of gains shows wherever the sensor turns, not only on the way to where it
   // lies.
-  const bool small = !offset || strength * theta.norm() < kOfPlaces;
+  const bool small = !offset || unit_uT * theta.norm() < kOfPlaces;
   if (channel == Sensor::kMag && small && (is_put_down(span.begin) || is_put_down(span.end)) &&
       coloured(stage)) {
     // The noise is still that of the model without the change: too large, and what the trajectory
@@ -259,7 +268,8 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
   // A lasting change is on where the bias is the larger: a magnet came or went.
   const Vector3 bias = stage.result().values.at<Vector3>(key::mag_bias);
   option.start = theta;
-  if (offset && !span.end.finite() && span.begin.finite() && (bias + theta).norm() < bias.norm()) {
+  if (offset && !of_field && !span.end.finite() && span.begin.finite() &&
+      (bias + theta).norm() < bias.norm()) {
     span = {kFromTheStart, span.begin};
     option.start = -theta;
   }

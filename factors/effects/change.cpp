@@ -24,6 +24,9 @@ struct Offset {
   double sigma;
 };
 constexpr Offset kOffsets[] = {{"m/s^2", 0.1}, {"rad/s", 0.01}, {"uT", 20.0}};
+// Shares of the strength by which the field of two places in a building differs, or that a parked
+// car makes: some uT.
+constexpr double kFieldSigma = 0.1;
 
 struct Named {
   const char* name;
@@ -35,6 +38,10 @@ struct Named {
 constexpr Named kChanges[] = {
     {"hard_iron_change", Sensor::kMag, "magnetometer",
      "a magnet was attached to the device or removed from it",
+     "turn through the same orientations before and after"},
+    {"field_change", Sensor::kMag, "magnetometer",
+     "the field about the sensor changed: something magnetic came or went, or it was carried "
+     "elsewhere",
      "turn through the same orientations before and after"},
     {"mag_change", Sensor::kMag, "magnetometer",
      "the magnetometer's gains, misalignment or mounting changed",
@@ -62,7 +69,11 @@ std::vector<Effect::Parameter> parameters_of_gains(ChangeForm form) {
   return out;
 }
 
-std::vector<Effect::Parameter> parameters_of_change(ChangeForm form, Sensor channel) {
+bool is_of_field(const std::string& name) { return name == "field_change"; }
+
+std::vector<Effect::Parameter> parameters_of_change(const std::string& name, ChangeForm form,
+                                                    Sensor channel) {
+  if (is_of_field(name)) return vector_parameters("c", "1", kFieldSigma);
   std::vector<Effect::Parameter> out;
   if (form != ChangeForm::kOffset) out = parameters_of_gains(gains_of(form));
   if (has_offset(form)) {
@@ -120,6 +131,10 @@ int size_of(ChangeForm form) {
 void ChangeEffect::jacobian(const SampleState& s, const VectorXd& theta, EffectJacobian J) const {
   J.setZero();
   if (!span_.contains(s)) return;
+  if (is_field_change(*this)) {
+    J = s.D * s.nRb.matrix().transpose();
+    return;
+  }
   if (has_offset(form_)) J.rightCols<3>().setIdentity();
   if (form_ == ChangeForm::kOffset) return;
   const Vector3 x = own_reading(s, channel());
@@ -161,6 +176,14 @@ std::string ChangeEffect::sentence(const VectorXd& theta, const VectorXd& sigma)
   }
   const char* sensor = named(name()).sensor;
   const std::string when = span_of_change(span_);
+  if (is_field_change(*this)) {
+    return fmt::format(
+        "The field about the sensor was another {}: by [{:.2f}, {:.2f}, {:.2f}] +- [{:.2f}, "
+        "{:.2f}, {:.2f}] % of its strength to magnetic east, north and up. Something magnetic came "
+        "or went (a door, a car, a switched device), or the sensor was carried elsewhere.",
+        when, 100.0 * theta[0], 100.0 * theta[1], 100.0 * theta[2], 100.0 * sigma[0],
+        100.0 * sigma[1], 100.0 * sigma[2]);
+  }
   const Vector3 s = theta.tail<3>(), s_sigma = sigma.tail<3>();
   const std::string offset =
       fmt::format("by [{:.3g}, {:.3g}, {:.3g}] +- [{:.2g}, {:.2g}, {:.2g}] {}", s[0], s[1], s[2],
@@ -220,6 +243,8 @@ const std::vector<std::string>& change_names() {
 
 bool is_magnet(const Effect& effect) { return effect.name() == "hard_iron_change"; }
 
+bool is_field_change(const Effect& effect) { return is_of_field(effect.name()); }
+
 bool stays(const std::string& name) { return name.ends_with("_bias_change"); }
 
 bool is_change(const std::string& name) {
@@ -232,7 +257,7 @@ const std::string& bias_change_of(Sensor channel) {
 }
 
 std::vector<ChangeForm> forms_of_change(const std::string& name) {
-  if (name == "hard_iron_change" || stays(name)) return {ChangeForm::kOffset};
+  if (name == "hard_iron_change" || is_of_field(name) || stays(name)) return {ChangeForm::kOffset};
   return {ChangeForm::kMatrix,          ChangeForm::kGains,          ChangeForm::kTurn,
           ChangeForm::kMatrixAndOffset, ChangeForm::kGainsAndOffset, ChangeForm::kTurnAndOffset};
 }
@@ -247,7 +272,7 @@ std::shared_ptr<const Effect> make_change(const std::string& name, ChangeForm fo
   return std::make_shared<ChangeEffect>(
       Effect::Description{.name = change.name,
                           .channel = change.channel,
-                          .parameters = parameters_of_change(form, change.channel),
+                          .parameters = parameters_of_change(name, form, change.channel),
                           .cause = change.cause,
                           .separating_motion = change.motion},
       form, span);

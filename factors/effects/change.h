@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A change that begins or ends in mid-recording: for t0 <= t < t1 a sensor has other parameters
-// than before and after. The times come from a search (diagnosis/search/shapes/change_search.h);
-// the size is estimated with the graph.
+// A change that begins or ends in mid-recording: for t0 <= t < t1 a sensor, or the field about it,
+// has other parameters than before and after. The times come from a search
+// (diagnosis/search/shapes/change_search.h); the size is estimated with the graph.
 //
 //   hard_iron_change   mag + s
 //   gyro_bias_change   gyr + s
 //   acc_bias_change    acc + s
+//   field_change       mag + D R' c, c in n and in shares of the field's strength
 //   mag_change         mag + C (B + o_m)
 //   gyro_change        gyr + C (omega + o_w)
 //   acc_change         acc + C (f + o_a)
@@ -83,6 +84,8 @@ const std::vector<std::string>& change_names();
 bool is_change(const std::string& name);
 // Is it the change that a magnet makes?
 bool is_magnet(const Effect& effect);
+// Is it one of the field about the sensor, which does not turn with it?
+bool is_field_change(const Effect& effect);
 // A bias that a blow or a restart changed stays so; one that comes and goes is searched for with
 // the gains only.
 bool stays(const std::string& name);

@@ -33,7 +33,7 @@ std::vector<double> gains(double k, double t0, double t1 = kForGood) {
 
 std::vector<Hidden> all_hidden() {
   const std::vector<std::string> changes = {"mag_change", "gyro_change", "acc_change",
-                                            "hard_iron_change"};
+                                            "hard_iron_change", "field_change"};
   const auto with = [](std::vector<std::string> names, const char* another) {
     names.emplace_back(another);
     return names;
@@ -69,6 +69,13 @@ std::vector<Hidden> all_hidden() {
       {"hard_iron", make_effect("hard_iron_change", {1.0, -0.5, 0.8, 43.0, kForGood}),
        "hard_iron_change", changes_but("hard_iron_change")},
       {"field_drift", make_effect("field_drift", {0.01, 0.02, -0.01}), "field_drift", changes},
+      {"field", make_effect("field_change", {0.06, -0.04, 0.06, 41.3, kForGood}), "field_change",
+       with(changes_but("field_change"), "field_drift")},
+      {"field_for_a_while", make_effect("field_change", {0.02, 0.01, -0.03, 31.2, 47.7}),
+       "field_change", with(changes_but("field_change"), "field_drift")},
+      {"field_moved", make_effect("field_change", {0.06, -0.04, 0.06, 41.3, kForGood}),
+       "field_change", with(changes_but("field_change"), "field_drift"),
+       oracle::MotionKind::kHandHeld},
       {"mag_gains_drift", make_effect("mag_gain_drift", {0.02, -0.01, 0.005}), "mag_gain_drift",
        with(changes, "field_drift")},
       {"gyro_gains_drift", make_effect("gyro_gain_drift", {0.02, -0.02, 0.01}), "gyro_gain_drift",

@@ -48,6 +48,7 @@ const std::map<std::string, Entry>& documented() {
       {"field_drift", {9, mag, "1", ""}},
       {"hard_iron_drift", {9, mag, "uT", ""}},
       {"hard_iron_change", {3, mag, "uT", ""}},
+      {"field_change", {3, mag, "1", ""}},
       {"field_gradient", {5, mag, "uT/m", "pos"}},
       {"stationary_source", {6, mag, "m", "pos"}},
       {"mag_nonlinearity", {3, mag, "1", ""}},

@@ -79,6 +79,7 @@ const std::vector<Entry>& entries() {
       {"gyro_gain_drift", -3},
       {"acc_gain_drift", -3},
       {"acc_nonlinearity", 3},
+      {"field_change", 5, {0.0, 0.0, 0.0, 0.0, kNever}},
   };
   return list;
 }

@@ -20,6 +20,7 @@
 //   field_drift              c_1, c_2, ...: 3 each
 //   hard_iron_drift          c_1, c_2, ...: 3 each
 //   hard_iron_change         s, t0, t1 (true time; t1 may be infinite)
+//   field_change             as hard_iron_change, in n and in shares of the field's strength
 //   acc_bias_drift           as hard_iron_drift, m/s^2
 //   acc_bias_change, gyro_bias_change  as hard_iron_change
 //   field_gradient           G: xx, yy, xy, xz, yz
@@ -138,6 +139,7 @@ enum class EffectKind {
   kGyroGainDrift,
   kAccGainDrift,
   kAccNonlinearity,
+  kFieldChange,
 };
 
 enum class Channel { kAcc, kGyr, kMag };

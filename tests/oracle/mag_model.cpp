@@ -72,6 +72,9 @@ Vector3d MagModel::field(const Instant& at) const {
       case EffectKind::kFieldDrift:
         m += polynomial(e, phase(motion_, at.t));
         break;
+      case EffectKind::kFieldChange:
+        if (lasts(e, 3, at.t)) m += e.vector();
+        break;
       case EffectKind::kFieldGradient:
         m += symmetric_traceless(e) * (at.p - mean_p_) / strength;
         break;

@@ -262,6 +262,8 @@ Parameters Sizes::later(EffectKind kind) {
       return vector(0.005, 0.02);
     case EffectKind::kAccGainDrift:
       return joined({vector(0.002, 0.01), vector(0.005, 0.02)});
+    case EffectKind::kFieldChange:
+      return joined({vector(0.02, 0.1), times()});
     case EffectKind::kMagChange:
     case EffectKind::kGyroChange:
     case EffectKind::kAccChange: {

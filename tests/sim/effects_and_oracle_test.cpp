@@ -157,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(
                     "mag_nonlinearity", "mag_current", "mains_interference", "acc_time_offset",
                     "gravity", "mag_own_clock", "mag_change", "gyro_change", "acc_change",
                     "mag_axis_time_offset", "acc_bias_drift", "acc_bias_change", "gyro_bias_change",
-                    "mag_gain_drift", "gyro_gain_drift", "acc_nonlinearity"),
+                    "mag_gain_drift", "gyro_gain_drift", "acc_nonlinearity", "field_change"),
     [](const auto& instance) { return instance.param; });
 
 }  // namespace

@@ -208,6 +208,11 @@ TEST(HiddenEffects, of_the_surroundings_follow_their_equations) {
   magnet.changes(Sensor::kMag, [&](std::size_t k) -> Vector3 {
     return k >= 2000 && k < 4000 ? Vector3(3, -4, 5) : Vector3(0, 0, 0);
   });
+  const Hidden place("field_change=0.03:-0.04:0.05:10:20");
+  place.changes(Sensor::kMag, [&](std::size_t k) -> Vector3 {
+    if (k < 2000 || k >= 4000) return Vector3(0, 0, 0);
+    return place.D() * place.nRb()[k].unrotate(Vector3(0.03, -0.04, 0.05));
+  });
 }
 
 TEST(HiddenEffects, tied_to_a_place_follow_their_equations) {

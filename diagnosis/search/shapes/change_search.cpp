@@ -129,6 +129,49 @@ std::array<LikelyChange, 2> best_spans(const Stage& stage, const SpanScores& sco
   return best;
 }
 
+// The best changes of the field. Windows that are cut from each other hide them: each turns its own
+// attitude until the field has the direction that it had. So one scan has the change in each of the
+// windows by itself, with all else adapting throughout; spans are sums of them.
+void search_field(const std::vector<const Recording*>& recordings, const Stage& stage,
+                  const std::string& name, double seconds, std::vector<LikelyChange>& out) {
+  const std::vector<Moment> begins = window_begins(stage.plans(), seconds);
+  const std::size_t n = begins.size();
+  if (n < 2) return;
+  std::vector<std::shared_ptr<const Effect>> pieces;
+  for (std::size_t a = 1; a < n; ++a) {
+    const ChangeSpan span = {begins[a], a + 1 == n ? kToTheEnd : begins[a + 1]};
+    pieces.push_back(make_change(name, ChangeForm::kOffset, span));
+  }
+  const Scan scan(recordings, stage, pieces);
+  const auto block = [&](std::size_t i, std::size_t j) {
+    return Matrix3(scan.information().block<3, 3>(scan.first(i - 1), scan.first(j - 1)));
+  };
+  std::array<LikelyChange, 2> best;
+  for (std::size_t kind = 0; kind < 2; ++kind) {
+    best[kind] = {.name = name, .dof = 3};
+    best[kind].tried = kOneOrTheOther * (kind == 0 ? lasting_spans(int(n)) : ended_spans(int(n)));
+  }
+  for (std::size_t a = 1; a < n; ++a) {
+    Vector3 score = Vector3::Zero();
+    Matrix3 A = Matrix3::Zero();
+    for (std::size_t b = a + 1; b <= n; ++b) {
+      const std::size_t last = b - 1;
+      score += scan.score().segment<3>(scan.first(last - 1));
+      for (std::size_t i = a; i < last; ++i) A += block(i, last) + block(last, i);
+      A += block(last, last);
+      const Eigen::LDLT<Matrix3> solver(A);
+      const double statistic = solver.isPositive() ? score.dot(solver.solve(score)) : 0.0;
+      LikelyChange& of_kind = best[b == n ? 0 : 1];
+      if (!(statistic > of_kind.statistic)) continue;
+      of_kind.statistic = statistic;
+      of_kind.span = {begins[a], b == n ? kToTheEnd : begins[b]};
+    }
+  }
+  for (const LikelyChange& change : best) {
+    if (change.statistic > 0.0) out.push_back(change);
+  }
+}
+
 // Changes of one channel, whose windows are the same.
 void search_channel(const std::vector<const Recording*>& recordings, const Stage& stage,
                     const std::vector<std::string>& names, double seconds,
@@ -344,11 +387,16 @@ std::vector<LikelyChange> likely_changes(const std::vector<const Recording*>& re
                                          const Stage& stage,
                                          const std::vector<std::string>& names) {
   std::map<double, std::vector<std::string>> by_window;
+  std::vector<LikelyChange> out;
   for (const std::string& name : names) {
+    if (is_field_change(*find_effect(name))) {
+      search_field(recordings, stage, name,
+                   change_window_s(stage.plans(), Sensor::kMag, stage.spec().motion), out);
+      continue;
+    }
     by_window[change_window_s(stage.plans(), find_effect(name)->channel(), stage.spec().motion)]
         .push_back(name);
   }
-  std::vector<LikelyChange> out;
   for (const auto& [seconds, own] : by_window) {
     search_channel(recordings, stage, own, seconds, out);
   }

@@ -39,11 +39,11 @@ TEST(EffectNames, are_those_of_the_contract) {
           "stationary_source", "mag_nonlinearity", "mag_current", "mains_interference",
           "noise_scale", "correlated_noise", "outliers", "mag_quantization", "mag_saturation"));
   EXPECT_THAT(later_effects(),
-              testing::ElementsAre("acc_time_offset", "gravity", "mag_own_clock", "mag_change",
-                                   "gyro_change", "acc_change", "mag_axis_time_offset",
-                                   "acc_bias_drift", "acc_bias_change", "gyro_bias_change",
-                                   "mag_bandwidth", "acc_bandwidth", "mag_gain_drift",
-                                   "gyro_gain_drift", "acc_gain_drift", "acc_nonlinearity"));
+              testing::ElementsAre(
+                  "acc_time_offset", "gravity", "mag_own_clock", "mag_change", "gyro_change",
+                  "acc_change", "mag_axis_time_offset", "acc_bias_drift", "acc_bias_change",
+                  "gyro_bias_change", "mag_bandwidth", "acc_bandwidth", "mag_gain_drift",
+                  "gyro_gain_drift", "acc_gain_drift", "acc_nonlinearity", "field_change"));
   EXPECT_GE(outside_effects().size(), 6u);
   EXPECT_GE(history_effects().size(), 9u);
   for (const std::string& name : all_effects()) EXPECT_EQ(neutral_effect(name).name(), name);

@@ -107,6 +107,14 @@ TEST(Effects, hard_iron_change_lasts_from_t0_to_t1) {
   all.only_mag([](double) -> Vector3d { return Vector3d(5, -6, 7); });
 }
 
+TEST(Effects, a_change_of_the_field_turns_with_the_sensor) {
+  const Comparison c(make_effect("field_change", {0.1, -0.2, 0.3, 9.995, 15.005}));
+  c.only_mag([&](double t) -> Vector3d {
+    if (t < 9.995 || t > 15.005) return Vector3d(0, 0, 0);
+    return c.device.distortion * c.bRn(t) * Vector3d(0.1, -0.2, 0.3);
+  });
+}
+
 TEST(Effects, a_change_of_the_magnetometer_multiplies_all_that_it_reads) {
   const Comparison c(make_effect(
       "mag_change", {0.01, 0.02, 0.03, -0.04, 0.05, 0.06, 0.07, 0.08, -0.09, 9.995, 15.005}));

@@ -101,10 +101,9 @@ std::string finding_card(const Finding& f, std::size_t number) {
                "facts");
   std::vector<std::vector<std::string>> rows;
   for (const FoundParameter& p : f.parameters) {
+    if (!std::isfinite(p.value)) continue;  // what lasts has no end
     rows.push_back({parameter_words(f.effect, p.name), size_words(p),
-                    std::isfinite(p.value) && p.sigma > 0.0
-                        ? fmt::format("{:.1f}", std::abs(p.value) / p.sigma)
-                        : "-"});
+                    p.sigma > 0.0 ? fmt::format("{:.1f}", std::abs(p.value) / p.sigma) : "-"});
   }
   if (!rows.empty()) html += table_html({"parameter", "size ± sigma", "size / sigma"}, rows);
   const std::vector<std::string> confusable = confusable_words(f.confusable_with);

@@ -86,13 +86,16 @@ std::string finding_text(const Finding& f, std::size_t number) {
   }
   out += wrapped(gain + ".", indent);
   std::string values;
-  const std::vector<FoundParameter> clearest = clearest_of(f.parameters);
+  // What lasts has no end.
+  std::vector<FoundParameter> finite = f.parameters;
+  std::erase_if(finite, [](const FoundParameter& p) { return !std::isfinite(p.value); });
+  const std::vector<FoundParameter> clearest = clearest_of(finite);
   for (const FoundParameter& p : clearest) {
     values += (values.empty() ? "" : "; ") + parameter_words(f.effect, p.name) + " = " +
               unbroken(size_words(p));
   }
-  if (clearest.size() < f.parameters.size()) {
-    values += fmt::format("; and {} more (-o writes all)", f.parameters.size() - clearest.size());
+  if (clearest.size() < finite.size()) {
+    values += fmt::format("; and {} more (-o writes all)", finite.size() - clearest.size());
   }
   if (!values.empty()) out += wrapped(effect_title(f.effect) + ": " + values, indent);
   for (const std::string& words : confusable_words(f.confusable_with)) {

@@ -89,8 +89,10 @@ void Extender::set_change(const ChangeFit& fit, Finding& finding) {
   finding.effect = name;
   finding.parameters.clear();
   const ActiveEffect now = summary(*stage_).effects.back();
-  for (const ActiveEffect::Parameter& p : now.parameters) {
-    finding.parameters.push_back({p.name, p.value, std::max(p.sigma, p.sigma_model), p.unit});
+  const std::vector<Effect::Parameter>& own = fit.change().description().parameters;
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    const ActiveEffect::Parameter& p = now.parameters[i];
+    finding.parameters.push_back({own[i].name, p.value, std::max(p.sigma, p.sigma_model), p.unit});
   }
   add_times(fit.times().span, fit.times().sigma_s, finding);
 }

@@ -197,14 +197,17 @@ bool Extender::passes_by(const Option& option, const Stage& stage) const {
       span.begin.recording != span.end.recording) {
     return false;
   }
-  ModelSpec spec = stage.spec();
-  spec.effects.back() = make_passing_field(span);
-  const int numbers = spec.effects.back()->size();
-  const std::optional<Stage> passing = attempt(
-      [&] { return pipeline_.refit_with_same_noise(*stage_, spec, VectorXd::Zero(numbers)); });
-  return passing && passing->result().converged() &&
-         passing->result().cost_final + numbers <
-             stage.result().cost_final + option.effect->size() + kDraw;
+  const auto explains_as_much = [&](bool beside_the_sensor) {
+    ModelSpec spec = stage.spec();
+    spec.effects.back() = make_passing_field(span, beside_the_sensor);
+    const int numbers = spec.effects.back()->size();
+    const std::optional<Stage> passing = attempt(
+        [&] { return pipeline_.refit_with_same_noise(*stage_, spec, VectorXd::Zero(numbers)); });
+    return passing && passing->result().converged() &&
+           passing->result().cost_final + numbers <
+               stage.result().cost_final + option.effect->size() + kDraw;
+  };
+  return explains_as_much(true) || explains_as_much(false);
 }
 
 // The times of a change, and the fit with them. Under coloured noise a change is believed where

@@ -98,6 +98,7 @@ oracle::Effect scaled(const oracle::Effect& effect, double times, double largest
     case EffectKind::kHardIronChange:
     case EffectKind::kAccBiasChange:
     case EffectKind::kGyroBiasChange:
+    case EffectKind::kFieldChange:
       e.parameters.head<3>() *= times;  // their times stay
       break;
     case EffectKind::kMagGainChange:

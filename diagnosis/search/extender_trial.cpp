@@ -107,8 +107,9 @@ bool Extender::survives(Option& option, const Stage& stage, const Score& w) cons
       if (option.score.log10_p > level) return false;
     }
     if (is_magnet(*option.effect)) return sharpness(option, stage) > kSharp;
+    // Blocks that are cut from each other turn their attitudes until the field is as it was.
     if (as_change(*option.effect)->form() == ChangeForm::kOffset &&
-        log10_p_by_blocks(stage) + penalty > level) {
+        !is_field_change(*option.effect) && log10_p_by_blocks(stage) + penalty > level) {
       return false;
     }
     return stands_out(option, stage, w.statistic);

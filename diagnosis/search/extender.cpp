@@ -239,13 +239,16 @@ void Extender::extend(const Stage& from) {
     const std::size_t rejected = rejected_.size();
     bool now = true;  // changes are refined: a pair or a change has entered
     std::string entered;
-    const auto named = [&] { return std::ranges::count(d_.findings, entered, &Finding::effect); };
-    std::ptrdiff_t before = 0;
+    const auto named = [&] {
+      return std::size_t(std::ranges::count(d_.findings, entered, &Finding::effect));
+    };
+    std::size_t before = 0, of_this_name = 0;
     if (std::optional<Finding> finding =
             attempt([&] { return try_options(options); }).value_or(std::nullopt)) {
       now = is_change(finding->effect);
       entered = finding->effect;
-      before = named();
+      of_this_name = named();
+      before = d_.findings.size();
       d_.findings.push_back(*std::move(finding));
     } else if (rejected_.size() > rejected) {
       continue;  // with the next best
@@ -260,7 +263,9 @@ void Extender::extend(const Stage& from) {
       refine_changes();
     }
     // What enters and is not needed beside what was there before would enter for ever.
-    if (!entered.empty() && named() <= before) expelled_.push_back(entered);
+    if (!entered.empty() && d_.findings.size() <= before && named() <= of_this_name) {
+      expelled_.push_back(entered);
+    }
     rejected_ = expelled_;  // beside it another may hold
     options = scanned();
   }

@@ -11,6 +11,7 @@ namespace magimu::apps {
 namespace {
 
 constexpr double kExactly = 1e-6;  // of a value: nobody reads more figures
+constexpr double kInFull = 0.01;   // a value from here on is written without a power of ten
 
 }  // namespace
 
@@ -23,7 +24,7 @@ std::string with_sigma(double value, double sigma) {
   if (!std::isfinite(value)) return "-";
   if (!(sigma > 0.0) || !std::isfinite(sigma)) return plain(value);
   if (sigma < kExactly * std::abs(value)) return fmt::format("{:.6g}", value);
-  if (sigma >= 1e-5 && std::max(std::abs(value), sigma) < 1e6) {
+  if ((sigma >= 1e-5 || std::abs(value) >= kInFull) && std::max(std::abs(value), sigma) < 1e6) {
     const int n = decimals(sigma);
     return fmt::format("{:.{}f} ± {:.{}f}", value, n, sigma, n);
   }

@@ -11,6 +11,7 @@ namespace {
 TEST(Numbers, have_two_figures_of_their_uncertainty) {
   EXPECT_EQ(with_sigma(0.0110432, 0.000081), "0.011043 ± 0.000081");
   EXPECT_EQ(with_sigma(-512.4, 31.0), "-512 ± 31");
+  EXPECT_EQ(with_sigma(0.3, 5.7e-6), "0.3000000 ± 0.0000057");
   EXPECT_EQ(with_sigma(1.234e-8, 4.1e-10), "(1.234 ± 0.041)e-8");
   EXPECT_EQ(with_sigma(0.00999999999, 1e-12), "0.01");
   EXPECT_EQ(with_sigma(0.0, 2.5e-9), "(0.0 ± 2.5)e-9");

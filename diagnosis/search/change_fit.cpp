@@ -23,7 +23,8 @@ bool is_near(const Moment& x, const Moment& y) {
   return x == y || (x.recording == y.recording && std::abs(x.t - y.t) < kNear);
 }
 
-// Far beyond the prior, which is what parts, or fields, differ by.
+}  // namespace
+
 bool is_beyond_parts(const Effect& effect, const VectorXd& theta) {
   constexpr double kPriorSigmas = 5.0;
   for (int i = 0; i < effect.size(); ++i) {
@@ -34,8 +35,6 @@ bool is_beyond_parts(const Effect& effect, const VectorXd& theta) {
   }
   return false;
 }
-
-}  // namespace
 
 bool have_a_moment_in_common(const ChangeSpan& a, const ChangeSpan& b) {
   for (const Moment& x : {a.begin, a.end}) {

@@ -204,7 +204,10 @@ bool Extender::passes_by(const Option& option, const Stage& stage) const {
     const int numbers = spec.effects.back()->size();
     const std::optional<Stage> passing = attempt(
         [&] { return pipeline_.refit_with_same_noise(*stage_, spec, VectorXd::Zero(numbers)); });
-    return passing && passing->result().converged() &&
+    if (!passing || !passing->result().converged()) return false;
+    const VectorXd theta =
+        effect_parameters(passing->result().values, effect_keys(spec.effects).back());
+    return !is_beyond_parts(*spec.effects.back(), theta) &&
            passing->result().cost_final + numbers <
                stage.result().cost_final + option.effect->size() + kDraw;
   };

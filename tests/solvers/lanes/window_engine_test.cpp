@@ -182,20 +182,26 @@ TEST(Windows, refuse_a_graph_with_loops_and_auto_solves_it_otherwise) {
   EXPECT_THROW(LevenbergMarquardt(p.graph, options).optimize(p.start), std::invalid_argument);
 }
 
+// Built without SuiteSparse no other back end is right close to singular.
+bool has_reference() { return square_root_backend() == Backend::kSpqr; }
+
 TEST(Windows, take_the_square_root_form_by_themselves_close_to_singular) {
   const Problem p = test::nearly_singular_chain(10, 300);
   OptimizerOptions options;
   options.backend = square_root_backend();
   const Result sparse = GaussNewton(p.graph, options).optimize(p.start);
-  ASSERT_TRUE(sparse.converged()) << sparse.message;
+  ASSERT_EQ(sparse.converged(), has_reference()) << sparse.message;
   // The optimum lies elsewhere: something was solved for.
-  ASSERT_GT(test::sigmas_between(p.graph, p.start, sparse.values), 0.1);
+  if (has_reference()) {
+    ASSERT_GT(test::sigmas_between(p.graph, p.start, sparse.values), 0.1);
+  }
   options.backend = Backend::kAuto;
   for (const Isa isa : isas()) {
     options.isa = isa;
     const Result r = GaussNewton(p.graph, options).optimize(p.start);
     ASSERT_TRUE(r.converged()) << r.message;
     EXPECT_EQ(r.solver, std::string("windows, ") + to_string(isa) + ", square root");
+    if (!has_reference()) continue;
     EXPECT_NEAR(r.cost_final, sparse.cost_final, 1e-10 * sparse.cost_final);
     EXPECT_LT(test::sigmas_between(p.graph, r.values, sparse.values), 1e-6) << to_string(isa);
   }
@@ -212,6 +218,7 @@ TEST(Windows, refuse_the_information_form_close_to_singular_and_say_what_serves)
 }
 
 TEST(Windows, in_square_root_form_are_right_where_the_information_form_would_be_wrong) {
+  if (!has_reference()) GTEST_SKIP() << "without SuiteSparse nothing else solves such a problem";
   const Problem p = test::nearly_singular_chain(10, 300);
   const MatrixXd expected =
       Marginals(p.graph, p.start, square_root_backend()).covariance(key::distortion);

@@ -159,7 +159,7 @@ namespace {
 // Of a family the one with so many numbers; null where none has.
 std::shared_ptr<const Effect> of_size(const Effect& family, std::size_t numbers) {
   for (int terms = 1; 3 * terms <= int(numbers); ++terms) {
-    const std::shared_ptr<const Effect> one = family.with_terms(terms);
+    std::shared_ptr<const Effect> one = family.with_terms(terms);
     if (one && one->size() == int(numbers)) return one;
   }
   return nullptr;

@@ -173,6 +173,23 @@ void expect_time(const Finding& f, const char* name, double t) {
   EXPECT_NEAR(at->value, t, 4.0 * std::max(at->sigma, 0.02)) << name << " of " << f.effect;
 }
 
+// As where a set and a reset are exchanged. A field that is turned round reads the same, but no
+// place has one; and a search in which each of the two makes the other one needless must end.
+TEST(Changes, a_magnetometer_that_changes_its_sign_for_a_while_is_no_change_of_the_field) {
+  HiddenCase c;
+  c.options.seed = 11;
+  c.options.motion.kind = oracle::MotionKind::kHandHeld;
+  c.options.motion.duration_s = 80.0;
+  c.options.noise = oracle::kRealisticDensities;
+  c.options.effects = {make_effect("mag_change", {-2, 0, 0, 0, -2, 0, 0, 0, -2, 35.4, 40.8})};
+  const Diagnosis d = diagnose(oracle::simulate(c.options).recording, diagnosis_options(c));
+  EXPECT_EQ(find(d, "field_change"), nullptr) << "named: " << names_of(d);
+  const Finding* change = find(d, "mag_change");
+  ASSERT_NE(change, nullptr) << "named: " << names_of(d);
+  expect_time(*change, "t0", 35.4);
+  expect_time(*change, "t1", 40.8);
+}
+
 // A chip that turns on its board by 3 degrees, of a device with 30 uT of hard iron: what turns with
 // it reads otherwise, what does not is a bias that changes with the turn.
 TEST(Changes, a_chip_that_turns_and_leaves_its_bias_behind_is_found) {

@@ -28,22 +28,20 @@ struct Special {
   bool replaces, on_noise;  // they stand alone; any sensor's noise may have it
 };
 const std::vector<Special>& specials() {
-  static const std::vector<Special> all = {
-      {"linear_acceleration", {{"rms", "m", 0.0}}, true, false},
-      {"gyro_bias_drift", {{"q", "(rad/s)/sqrt(s)", 0.0}}, true, false},
-      {"hard_iron_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
-      {"field_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
-      {"gyro_bias_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
-      {"acc_bias_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
-      {"mag_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
-      {"gyro_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
-      {"acc_change", {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false},
-      {"mains_interference", {{"f", "Hz", 0.0}}, false, false},
-      {"noise_scale", {{"s", "1", 0.0}}, true, true},
-      {"correlated_noise", {{"rho", "1", 0.0}}, true, true},
-      {"outliers", {{"eps", "1", 0.0}, {"K", "1", 0.0}}, true, true},
-      {"mag_quantization", {{"q", "uT", 0.0}}, true, false},
-      {"mag_saturation", {{"M", "uT", 0.0}}, true, false}};
+  static const std::vector<Special> all = [] {
+    std::vector<Special> out = {{"linear_acceleration", {{"rms", "m", 0.0}}, true, false},
+                                {"gyro_bias_drift", {{"q", "(rad/s)/sqrt(s)", 0.0}}, true, false},
+                                {"mains_interference", {{"f", "Hz", 0.0}}, false, false},
+                                {"noise_scale", {{"s", "1", 0.0}}, true, true},
+                                {"correlated_noise", {{"rho", "1", 0.0}}, true, true},
+                                {"outliers", {{"eps", "1", 0.0}, {"K", "1", 0.0}}, true, true},
+                                {"mag_quantization", {{"q", "uT", 0.0}}, true, false},
+                                {"mag_saturation", {{"M", "uT", 0.0}}, true, false}};
+    for (const std::string& name : change_names()) {
+      out.push_back({name.c_str(), {{"t0", "s", 0.0}, {"t1", "s", 0.0}}, false, false});
+    }
+    return out;
+  }();
   return all;
 }
 const Special* find_special(const std::string& name) {

@@ -6,14 +6,15 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <thread>
 
 #include "apps/archive/reprocess_devices.h"
 #include "apps/archive/reprocess_merge.h"
 #include "apps/archive/reprocess_options.h"
+#include "apps/archive/reprocess_second.h"
 #include "apps/archive/reprocess_task.h"
 #include "apps/commands.h"
 #include "apps/options/common_options.h"
@@ -97,9 +98,10 @@ void leave_out_output(std::vector<ManifestEntry>& entries, const ReprocessArgume
 }
 
 struct Plan {
-  std::vector<FleetRecording> rows;  // one an entry
-  std::vector<ReprocessTask> tasks;  // of this shard, not done yet
-  std::size_t done = 0, mine = 0;    // of this shard
+  std::vector<FleetRecording> rows;          // one an entry
+  std::vector<ReprocessTask> tasks;          // of this shard, not done yet
+  std::map<std::string, ReprocessTask> all;  // of this shard, by their results' names
+  std::size_t done = 0, mine = 0;            // of this shard
 };
 
 void refuse_row(FleetRecording& row, const std::string& status, const std::string& reason,
@@ -112,7 +114,6 @@ void refuse_row(FleetRecording& row, const std::string& status, const std::strin
 Plan plan_of(const std::vector<ManifestEntry>& entries, const ReprocessArguments& args,
              const Shard& shard, const ReprocessLimits& limits) {
   Plan plan;
-  std::set<std::string> planned;
   SeenFiles seen((fs::path(args.output) / "seen").string());
   const std::optional<std::vector<std::string>> common = split_words(args.options);
   if (!common) {
@@ -156,10 +157,12 @@ Plan plan_of(const std::vector<ManifestEntry>& entries, const ReprocessArguments
     }
     const std::string path = (fs::path(args.output) / "results" / (row.result + ".json")).string();
     std::error_code error;
+    const ReprocessTask task = {e.path, e.shown, words, row.result, path};
+    const bool is_new = plan.all.emplace(row.result, task).second;
     if (fs::exists(path, error) && !stopped_at_less(path, limits.seconds, limits.megabytes)) {
       ++plan.done;
-    } else if (planned.insert(row.result).second) {
-      plan.tasks.push_back({e.path, e.shown, words, row.result, path});
+    } else if (is_new) {
+      plan.tasks.push_back(task);
     }
   }
   seen.save(fmt::format("{}-of-{}", shard.index + 1, shard.count));
@@ -295,6 +298,21 @@ int say_stopped(const Plan& plan, std::size_t done) {
   return kNoAnswer;
 }
 
+void say_unfinished(const ReprocessRun& run) {
+  for (const std::string& path : run.unfinished) {
+    fmt::print(stderr, "magimu: {}: its process was killed twice; run the same command again\n",
+               path);
+  }
+}
+
+int say_unwritable(const ReprocessRun& run) {
+  fmt::print(stderr,
+             "magimu: {}\n{} results were written before; nothing is lost: make room and run the "
+             "same command again.\n",
+             run.cannot_write, run.done);
+  return kUnusable;
+}
+
 int reprocess(const ReprocessArguments& args) {
   const Shard shard = shard_of(args.shard);
   if (args.merge_only && shard.count > 1) {
@@ -315,18 +333,9 @@ int reprocess(const ReprocessArguments& args) {
   if (!args.merge_only) {
     run = run_tasks(plan.tasks, limits);
     if (run.stopped) return say_stopped(plan, run.done);
-    if (!run.cannot_write.empty()) {
-      fmt::print(stderr,
-                 "magimu: {}\n{} results were written before; nothing is lost: make room and run "
-                 "the same command again.\n",
-                 run.cannot_write, run.done);
-      return kUnusable;
-    }
+    if (!run.cannot_write.empty()) return say_unwritable(run);
   }
-  for (const std::string& path : run.unfinished) {
-    fmt::print(stderr, "magimu: {}: its process was killed twice; run the same command again\n",
-               path);
-  }
+  say_unfinished(run);
   if (shard.count > 1) {
     if (!args.quiet) {
       fmt::print(
@@ -345,16 +354,22 @@ int reprocess(const ReprocessArguments& args) {
   }
   const std::string devices_by =
       choose_devices(entries, device_readings_of(entries, args.input), args.output, plan.rows);
+  const ReprocessRun second = second_pass(plan.rows, plan.all, args.output, limits);
+  if (second.stopped) return say_stopped(plan, run.done);
+  if (!second.cannot_write.empty()) return say_unwritable(second);
+  say_unfinished(second);
   const std::optional<std::vector<FleetDevice>> devices =
       merge_archive(plan.rows, args.output, devices_by, args.quiet);
   if (!devices) return say_stopped(plan, run.done);
-  write_atomically((fs::path(args.output) / "merged").string(), key);
+  if (second.unfinished.empty()) {
+    write_atomically((fs::path(args.output) / "merged").string(), key);
+  }
   if (args.json) {
     fmt::print("{}", archive_json(plan.rows, *devices, devices_by));
   } else if (!args.quiet) {
     print_summary(plan.rows, *devices, devices_by, args);
   }
-  const bool all = run.unfinished.empty() &&
+  const bool all = run.unfinished.empty() && second.unfinished.empty() &&
                    std::ranges::none_of(
                        plan.rows, [](const FleetRecording& r) { return r.status == "unfinished"; });
   return all ? kDone : kNoAnswer;

@@ -15,6 +15,7 @@
 #include "archive/inventory/manifest.h"
 #include "calibration/fit/uncertainty.h"
 #include "calibration/model/parameter_names.h"
+#include "calibration/trust/trust.h"
 
 namespace magimu {
 namespace {
@@ -37,6 +38,10 @@ std::string why_not_used(const DeviceRecording& r, int magnetometers) {
   if (int(c.parameters.mag.size()) != magnetometers) {
     return fmt::format("it has {} magnetometers, the device's first recording {}",
                        c.parameters.mag.size(), magnetometers);
+  }
+  if (r.at_device) {
+    if (r.at_device->trust.verdict != Verdict::kNo) return "";
+    return r.at_device->trust.reasons.front();
   }
   if (c.trust.verdict != Verdict::kNo || !c.undetermined.empty()) return "";
   return c.trust.reasons.empty() ? "its own verdict is no" : c.trust.reasons.front();
@@ -167,6 +172,24 @@ std::string unconfirmed_since_change(const Device& device) {
       some_of(names));
 }
 
+// Where no recording tells it by itself.
+void judge_together(const Device& device, Trust& out) {
+  const bool poor = std::ranges::any_of(
+      device.used, [&](std::size_t i) { return device.recordings[i].at_device.has_value(); });
+  if (!poor) {
+    out.lower(Verdict::kNo, "No recording of this device gives a calibration to rely on.");
+    return;
+  }
+  for (const std::string& reason : unknown_directions(*device.calibration)) {
+    out.lower(Verdict::kNo, "All recordings together: " + reason);
+  }
+  if (out.verdict == Verdict::kNo) return;
+  out.lower(Verdict::kLimited,
+            fmt::format("No recording tells the calibration by itself; {} together do, and nothing "
+                        "confirms it.",
+                        device.used.size()));
+}
+
 Trust trust_of(const Device& device) {
   std::size_t yes = 0, some = 0;
   const Standing* agreeing = nullptr;
@@ -183,7 +206,7 @@ Trust trust_of(const Device& device) {
   }
   Trust out;
   if (some == 0) {
-    out.lower(Verdict::kNo, "No recording of this device gives a calibration to rely on.");
+    judge_together(device, out);
   } else if (device.turns) {
     // One that comes back once may have been disturbed in between.
     out.lower(device.turns->turns > device.turns->groups ? Verdict::kNo : Verdict::kLimited,
@@ -235,7 +258,7 @@ struct JointCovariances {
 Calibration calibration_of(const Device& device, const RecordingSummary& last,
                            const DeviceRecording& recording, const VectorXd& x,
                            const JointCovariances& of_joint) {
-  Calibration c = recording.calibration;
+  Calibration c = recording.at_device.value_or(recording.calibration);
   const int magnetometers = int(c.parameters.mag.size());
   const auto p = Eigen::Index(std::ranges::count_if(
       device.order, [](const std::string& s) { return !s.starts_with("places["); }));
@@ -325,6 +348,10 @@ Device make_device(const std::string& name, std::vector<DeviceRecording> recordi
     Standing& s = device.standing[i];
     s.why_not = why_not_used(all[i], magnetometers);
     s.used = s.why_not.empty();
+    if (all[i].at_device) {
+      s.reason += s.used ? " Beside the device's other recordings it is used."
+                         : " Not used beside the others, either: " + s.why_not;
+    }
     if (!s.used) continue;
     device.used.push_back(i);
     summaries.push_back(summary_of(*all[i].condensed, all[i].widened));

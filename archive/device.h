@@ -20,6 +20,8 @@ struct DeviceRecording {
   Calibration calibration;         // by itself
   std::optional<CondensedRecording> condensed;
   double widened = 1.0;  // its sigmas, after the fit
+  // With the device's parameters held (second_pass.h): `condensed` and `widened` are of it then.
+  std::optional<Calibration> at_device = {};
 };
 
 // How one recording stands among the others.

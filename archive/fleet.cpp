@@ -68,7 +68,8 @@ FleetDevice fleet_device(const Device& device, std::vector<FleetRecording*> rows
   out.birge = device.birge;
   if (!device.calibration) {
     out.verdict = to_string(Verdict::kNo);
-    out.reason = "No recording of this device has a fit that could be used.";
+    out.reason =
+        "No recording of this device has a fit that could be used; recordings.csv says why.";
     return out;
   }
   const Calibration& c = *device.calibration;

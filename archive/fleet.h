@@ -10,8 +10,9 @@ namespace magimu {
 // One line of the manifest and what became of it.
 struct FleetRecording {
   std::string path, device, place, date;
-  std::string result;  // the result's name; empty: none
-  std::string status;  // of result_file.h, or "missing", "duplicate", "unfinished"
+  std::string result;     // the result's name; empty: none
+  std::string at_device;  // path of the result with the device's parameters held; empty: none
+  std::string status;     // of result_file.h, or "missing", "duplicate", "unfinished"
   std::string reason, remedy;
   std::string found;  // options that the program found
   double duration_s = 0.0;

@@ -61,16 +61,19 @@ CondensedTriangle leaf_of(const MatrixXd& R, const VectorXd& d) {
   return padded;
 }
 
-// What the recordings' common errors are in the joint estimate, one each. V: its covariance.
-std::vector<MatrixXd> common_parts(const std::vector<RecordingSummary>& recordings,
-                                   const SharedParameters& shared, const MatrixXd& V) {
-  std::vector<MatrixXd> out;
+// What the recordings' common errors are in the joint estimate V. counted: the sum of those that
+// are in their triangles, as if they were independent.
+MatrixXd common_of(const std::vector<RecordingSummary>& recordings, const SharedParameters& shared,
+                   const MatrixXd& V, MatrixXd& counted) {
+  counted = MatrixXd::Zero(V.rows(), V.cols());
+  std::vector<MatrixXd> parts;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     if (recordings[r].common.size() == 0) continue;
     const MatrixXd K = V * (recordings[r].information() * shared.embed[r]).transpose();
-    out.push_back(K * recordings[r].common * K.transpose());
+    parts.push_back(K * recordings[r].common * K.transpose());
+    if (recordings[r].common_in_triangle) counted += parts.back();
   }
-  return out;
+  return covariance_of_common(parts, V);
 }
 
 }  // namespace
@@ -172,10 +175,9 @@ JointEstimate joint_estimate(const std::vector<RecordingSummary>& recordings,
   }
   const MatrixXd& C = out.covariance_model;
   out.covariance = sandwich_of_moves(C * white * C, C * moved) + C * meat * C;
-  const std::vector<MatrixXd> parts = common_parts(recordings, shared, out.covariance_model);
-  out.common = covariance_of_common(parts, out.covariance_model);
-  out.beyond_independent = out.common;
-  for (const MatrixXd& part : parts) out.beyond_independent -= part;
+  MatrixXd counted;
+  out.common = common_of(recordings, shared, out.covariance_model, counted);
+  out.beyond_independent = out.common - counted;
   out.covariance += out.beyond_independent;
   out.covariance_model += out.beyond_independent;
   return out;

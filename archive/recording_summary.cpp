@@ -78,7 +78,10 @@ SummaryJson to_json(const CondensedRecording& c) {
                      {"beyond_noise", upper(c.beyond_noise)},
                      {"prior_mean", json_numbers<SummaryJson>(c.prior_mean)},
                      {"prior_sigma", json_numbers<SummaryJson>(c.prior_sigma)}};
-  if (c.common.size() > 0) out["common"] = upper(c.common);
+  if (c.common.size() > 0) {
+    out["common"] = upper(c.common);
+    if (!c.common_in_triangle) out["common_in_triangle"] = false;
+  }
   return out;
 }
 
@@ -98,6 +101,7 @@ CondensedRecording condensed_from_json(const SummaryJson& json, const std::strin
     out.beyond_noise = upper_in(json, "beyond_noise", n).selfadjointView<Eigen::Upper>();
     if (json.contains("common")) {
       out.common = upper_in(json, "common", n).selfadjointView<Eigen::Upper>();
+      out.common_in_triangle = json.value("common_in_triangle", true);
     }
     out.prior_mean = vector_in(json, "prior_mean", n);
     out.prior_sigma = vector_in(json, "prior_sigma", n);
@@ -156,6 +160,7 @@ RecordingSummary summary_of(const CondensedRecording& c, double widened) {
   out.d = triangle.col(n).tail(m);
   out.covariance = V;
   if (c.common.size() > 0) out.common = c.common(kept, kept);
+  out.common_in_triangle = c.common_in_triangle;
   out.moved = widened * c.moved(kept, Eigen::all);
   out.beyond_noise = widened * widened * c.beyond_noise(kept, kept);
   out.dip_row = VectorXd::Zero(m);

@@ -23,9 +23,10 @@ struct RecordingSummary {
   VectorXd at;
   MatrixXd R;  // |R (x - at) + d|^2, square, upper triangular
   VectorXd d;
-  MatrixXd covariance;           // robust, of `own`, no less than the model's
-  MatrixXd common;               // the part of it that all recordings may share; empty: none
-  MatrixXd moved, beyond_noise;  // CondensedRecording's, multiplied by widened and its square
+  MatrixXd covariance;             // robust, of `own`, no less than the model's
+  MatrixXd common;                 // the part of it that all recordings may share; empty: none
+  bool common_in_triangle = true;  // of R
+  MatrixXd moved, beyond_noise;    // CondensedRecording's, multiplied by widened and its square
   VectorXd prior_mean, prior_sigma;
   // Its dip at parameters x, deg: dip_at - dip_row (x - at), known to dip_sigma given x; 0: it is
   // not determined.

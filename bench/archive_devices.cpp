@@ -8,26 +8,56 @@
 #include <chrono>
 #include <numeric>
 
+#include "archive/second_pass.h"
 #include "calibration/condensed_recording.h"
 #include "sim/draws/random.h"
 
 namespace magimu {
 namespace {
 
-CalibrationOptions archive_options() {
+CalibrationOptions archive_options(const ArchiveMade& archive = {}) {
   CalibrationOptions out;
+  if (archive.given_noise) out.noise = kPaperNoise;
   out.gravity = kPaperGravity;
   out.motion = MotionModel::kRotation;
   return out;
 }
 
-DeviceRecording calibrated_recording(const Recording& recording, const std::string& name) {
+DeviceRecording calibrated_recording(const Recording& recording, const std::string& name,
+                                     const ArchiveMade& archive,
+                                     const Calibration* device = nullptr) {
   DeviceRecording out;
   out.name = out.shown = name;
-  out.calibration = calibrate_condensed(recording, archive_options(), out.condensed);
+  const CalibrationOptions options = archive_options(archive);
+  out.calibration = device == nullptr
+                        ? calibrate_condensed(recording, options, out.condensed)
+                        : calibrate_condensed_at(*device, recording, options, out.condensed);
   for (const Check& c : out.calibration.checks) {
     if (c.name == "halves" && c.status != CheckStatus::kOk) out.widened = std::max(1.0, c.value);
   }
+  return out;
+}
+
+// As `magimu reprocess` does.
+void pass_again(const std::vector<const Recording*>& samples, const ArchiveMade& archive,
+                std::vector<DeviceRecording>& all) {
+  std::vector<const Recording*> poor;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (is_no_by_itself(all[i])) poor.push_back(samples[i]);
+  }
+  if (poor.empty()) return;
+  std::optional<Calibration> device = device_by_the_others("d", all);
+  if (!device && poor.size() > 1) device = calibrate(poor, archive_options(archive));
+  if (!device || device->trust.verdict == Verdict::kNo) return;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!is_no_by_itself(all[i])) continue;
+    take_second_pass(all[i], calibrated_recording(*samples[i], all[i].name, archive, &*device));
+  }
+}
+
+std::vector<const Recording*> pointers_to(const std::vector<Recording>& recordings) {
+  std::vector<const Recording*> out;
+  for (const Recording& r : recordings) out.push_back(&r);
   return out;
 }
 
@@ -62,16 +92,16 @@ VectorXd truth_vector(const std::vector<std::string>& order, const SensorParamet
 
 }  // namespace
 
-Simulation archive_recording(const SensorParameters& device, std::uint64_t seed) {
+Simulation archive_recording(const SensorParameters& device, std::uint64_t seed, double seconds) {
   SimulationOptions sim;
   sim.motion = SimulatedMotion::kHand;
   sim.seed = seed;
   sim.rate_hz = 40.0;
-  sim.duration_s = 60.0;
+  sim.duration_s = seconds;
   return simulate_device(sim, device);
 }
 
-NeesReport device_nees(int devices, int recordings) {
+NeesReport device_nees(const ArchiveMade& archive) {
   NeesReport out;
   const std::pair<const char*, std::pair<int, int>> groups[] = {{"accelerometer's bias", {0, 3}},
                                                                 {"gyroscope's bias", {3, 3}},
@@ -79,18 +109,24 @@ NeesReport device_nees(int devices, int recordings) {
                                                                 {"hard iron", {15, 3}},
                                                                 {"dip", {18, 1}}};
   for (const auto& [name, of] : groups) out.groups.push_back({name, {}});
-  for (int d = 0; d < devices; ++d) {
+  for (int d = 0; d < archive.devices; ++d) {
     const SensorParameters device = draw_parameters(std::uint64_t(1000 + d), 1);
     std::vector<DeviceRecording> all;
+    std::vector<Recording> samples;
     double dip = 0.0;
-    for (int r = 0; r < recordings; ++r) {
-      const Simulation s = archive_recording(device, std::uint64_t(10000 + 100 * d + r));
+    for (int r = 0; r < archive.recordings; ++r) {
+      const Simulation s =
+          archive_recording(device, std::uint64_t(10000 + 100 * d + r), archive.seconds);
       dip = s.truth.parameters.dip_rad / kDegree;
-      out.condensed_s += seconds_of(
-          [&] { all.push_back(calibrated_recording(s.recording, fmt::format("{:03}", r))); });
-      if (d == 0) out.calibrate_s += seconds_of([&] { calibrate(s.recording, archive_options()); });
+      out.condensed_s += seconds_of([&] {
+        all.push_back(calibrated_recording(s.recording, fmt::format("{:03}", r), archive));
+      });
+      if (d == 0)
+        out.calibrate_s += seconds_of([&] { calibrate(s.recording, archive_options(archive)); });
+      samples.push_back(s.recording);
     }
-    if (d == 0) out.calibrate_s *= devices;
+    out.condensed_s += seconds_of([&] { pass_again(pointers_to(samples), archive, all); });
+    if (d == 0) out.calibrate_s *= archive.devices;
     const Device made = make_device("d", std::move(all));
     out.flagged += !made.history.changes.empty();
     if (!made.calibration || made.calibration->order.size() != 19) continue;
@@ -108,20 +144,24 @@ NeesReport device_nees(int devices, int recordings) {
   return out;
 }
 
-std::vector<double> distances_from_together(int devices, int recordings) {
+std::vector<double> distances_from_together(const ArchiveMade& archive) {
   std::vector<double> out;
-  for (int d = 0; d < devices; ++d) {
+  for (int d = 0; d < archive.devices; ++d) {
     const SensorParameters device = draw_parameters(std::uint64_t(1000 + d), 1);
     std::vector<Recording> samples;
     std::vector<DeviceRecording> all;
-    for (int r = 0; r < recordings; ++r) {
-      samples.push_back(archive_recording(device, std::uint64_t(10000 + 100 * d + r)).recording);
-      all.push_back(calibrated_recording(samples.back(), fmt::format("{:03}", r)));
+    for (int r = 0; r < archive.recordings; ++r) {
+      samples.push_back(
+          archive_recording(device, std::uint64_t(10000 + 100 * d + r), archive.seconds).recording);
+      all.push_back(calibrated_recording(samples.back(), fmt::format("{:03}", r), archive));
     }
-    std::vector<const Recording*> given;
-    for (const Recording& r : samples) given.push_back(&r);
-    const Calibration together = calibrate(given, archive_options());
+    const std::vector<const Recording*> given = pointers_to(samples);
+    pass_again(given, archive, all);
+    CalibrationOptions options = archive_options(archive);
+    options.prior = PriorKind::kNone;  // what is usual of parts does not enter a device's sum
+    const Calibration together = calibrate(given, options);
     const Device made = make_device("d", std::move(all));
+    if (!made.calibration) continue;
     const VectorXd x = truth_vector(made.order, together.parameters, 0.0);
     double farthest = 0.0;
     for (Eigen::Index i = 0; i < 18; ++i) {
@@ -150,8 +190,8 @@ ChangesReport device_changes(int devices, int recordings, double sigmas, bool dr
   static const std::vector<DeviceRecording> known = [] {
     std::vector<DeviceRecording> all;
     for (std::uint64_t i = 0; i < 10; ++i) {
-      const Simulation s = archive_recording(draw_parameters(77, 1), 500 + i);
-      all.push_back(calibrated_recording(s.recording, "r"));
+      const Simulation s = archive_recording(draw_parameters(77, 1), 500 + i, 60.0);
+      all.push_back(calibrated_recording(s.recording, "r", {}));
     }
     return all;
   }();

@@ -10,8 +10,13 @@
 
 namespace magimu {
 
-// The k-th recording of a device: hand motion, 60 s, 40 Hz, a dip of its own.
-Simulation archive_recording(const SensorParameters& device, std::uint64_t seed);
+struct ArchiveMade {
+  int devices = 40, recordings = 25;
+  double seconds = 60.0;     // of a recording; few: none tells all by itself
+  bool given_noise = false;  // the true densities are given instead of estimated from each
+};
+// The k-th recording of a device: hand motion, 40 Hz, a dip of its own.
+Simulation archive_recording(const SensorParameters& device, std::uint64_t seed, double seconds);
 
 struct NeesReport {
   std::vector<double> nees;  // a device, over 19
@@ -22,11 +27,11 @@ struct NeesReport {
   std::string text() const;
 };
 // NEES of the devices' parameters and last dip by the covariance in the device's file.
-NeesReport device_nees(int devices, int recordings);
+NeesReport device_nees(const ArchiveMade& archive);
 
 // Devices' estimates from summaries against a calibration of all their samples together. For each
 // device the largest difference of a parameter, in its standard deviations (the model's).
-std::vector<double> distances_from_together(int devices, int recordings);
+std::vector<double> distances_from_together(const ArchiveMade& archive);
 
 struct ChangesReport {
   int devices = 0, changed = 0, dated = 0, named_step = 0, false_alarms = 0;

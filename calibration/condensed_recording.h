@@ -30,7 +30,8 @@ struct CondensedRecording {
   // `covariance` is made of these (solvers/block_moves.h). beyond_noise: the covariance by which
   // both `covariance` and the triangle were widened.
   MatrixXd moved, beyond_noise;
-  MatrixXd common;  // Calibration::covariance_common, part of the triangle; empty: none
+  MatrixXd common;  // Calibration::covariance_common; empty: none
+  bool common_in_triangle = true;
   // Of each parameter as the fit had it: mean and standard deviation; 0: none.
   VectorXd prior_mean, prior_sigma;
 };
@@ -47,6 +48,15 @@ void widen(CondensedRecording& condensed, const MatrixXd& covariance);
 // calibrate() of one recording, with that of its last fit; nothing where there was no fit.
 Calibration calibrate_condensed(const Recording& recording, const CalibrationOptions& options,
                                 std::optional<CondensedRecording>& condensed);
+
+// The same of a recording whose motion does not tell all by itself, linearized where its device is
+// known to be: the trajectory is fitted with the biases and distortions held there, so that what is
+// left says which way they should move, and how sure that is. (By itself such a fit ends anywhere
+// along what the motion leaves open.) The calibration's verdict is that of the device's parameters
+// on this recording. device: of as many magnetometers.
+Calibration calibrate_condensed_at(const Calibration& device, const Recording& recording,
+                                   CalibrationOptions options,
+                                   std::optional<CondensedRecording>& condensed);
 
 // Upper triangular R with R'R = information and d with R'd = -score, by eigenvalues of the
 // information in scaled columns: below 1e-13 of the largest they are rounding, and left out.

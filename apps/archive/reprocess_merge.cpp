@@ -13,6 +13,7 @@
 #include "apps/options/stop_signals.h"
 #include "apps/say/progress.h"
 #include "archive/result_file.h"
+#include "archive/second_pass.h"
 #include "recording/data/error.h"
 #include "recording/files/atomic_file.h"
 #include "recording/files/read_file.h"
@@ -47,7 +48,27 @@ std::string joined_words(const std::vector<std::string>& words) {
   return fmt::format("{}", fmt::join(words, " "));
 }
 
-// Recordings of one device, as far as they have a calibration; the other rows get their reason.
+// Files of an earlier run about devices that are there no more. What is no such file stays.
+void remove_other_devices(const fs::path& folder, const std::vector<std::string>& files) {
+  const std::set<std::string> kept(files.begin(), files.end());
+  std::vector<fs::path> old;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    if (it->path().extension() != ".json" || kept.contains(it->path().stem().string())) continue;
+    const auto json =
+        nlohmann::json::parse(read_file(it->path().string()), nullptr, /*allow_exceptions=*/false);
+    if (json.is_object() && json.contains("device") && json.contains("history")) {
+      old.push_back(it->path());
+    }
+  }
+  for (fs::path path : old) {
+    fs::remove(path, error);
+    fs::remove(path.replace_extension(".html"), error);
+  }
+}
+
+}  // namespace
+
 std::vector<DeviceRecording> recordings_of(const std::vector<FleetRecording*>& rows,
                                            const std::string& folder,
                                            std::vector<FleetRecording*>& calibrated) {
@@ -84,32 +105,17 @@ std::vector<DeviceRecording> recordings_of(const std::vector<FleetRecording*>& r
     recording.shown = row->path;
     recording.place = row->place;
     recording.date = row->date;
+    if (fs::exists(row->at_device, error)) {
+      const ArchiveResult second = read_result(row->at_device);
+      if (second.status == ResultStatus::kCalibrated) {
+        take_second_pass(recording, device_recording(second, row->at_device));
+      }
+    }
     out.push_back(std::move(recording));
     calibrated.push_back(row);
   }
   return out;
 }
-
-// Files of an earlier run about devices that are there no more. What is no such file stays.
-void remove_other_devices(const fs::path& folder, const std::vector<std::string>& files) {
-  const std::set<std::string> kept(files.begin(), files.end());
-  std::vector<fs::path> old;
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    if (it->path().extension() != ".json" || kept.contains(it->path().stem().string())) continue;
-    const auto json =
-        nlohmann::json::parse(read_file(it->path().string()), nullptr, /*allow_exceptions=*/false);
-    if (json.is_object() && json.contains("device") && json.contains("history")) {
-      old.push_back(it->path());
-    }
-  }
-  for (fs::path path : old) {
-    fs::remove(path, error);
-    fs::remove(path.replace_extension(".html"), error);
-  }
-}
-
-}  // namespace
 
 std::optional<std::vector<FleetDevice>> merge_archive(std::vector<FleetRecording>& rows,
                                                       const std::string& folder,

@@ -11,6 +11,12 @@
 
 namespace magimu::apps {
 
+// Recordings of one device that have a calibration, and their rows; the other rows get their
+// reason.
+std::vector<DeviceRecording> recordings_of(const std::vector<FleetRecording*>& rows,
+                                           const std::string& folder,
+                                           std::vector<FleetRecording*>& calibrated);
+
 // rows: path, device, place, date and result (or status and reason) are filled in. Writes
 // devices/NAME.json and .html, recordings.csv, devices.csv, changes.csv, archive.sqlite and
 // index.html in the folder; removes files of devices that are there no more. devices_by: how

@@ -58,6 +58,25 @@ ArchiveResult without_fit(const std::string& why) {
       end == std::string::npos ? "look at the recording with magimu info" : why.substr(end + 2));
 }
 
+Calibration calibration_of_task(const ReprocessTask& task, const Recording& recording,
+                                const CalibrationOptions& options,
+                                std::optional<CondensedRecording>& condensed) {
+  if (!task.device.empty()) {
+    const Calibration device =
+        calibration_from_json(read_result(task.device).calibration, task.device);
+    return calibrate_condensed_at(device, recording, options, condensed);
+  }
+  if (task.with.empty()) return calibrate_condensed(recording, options, condensed);
+  std::vector<Recording> more;
+  for (const auto& [path, words] : task.with) {
+    more.push_back(read_with(path, parse_row_options(words), true));
+    put_units_right(more.back());
+  }
+  std::vector<const Recording*> all = {&recording};
+  for (const Recording& r : more) all.push_back(&r);
+  return calibrate(all, options);
+}
+
 ArchiveResult calibrated(const ReprocessTask& task) {
   const ReprocessRowOptions row = parse_row_options(task.options);
   Recording recording = read_with(task.path, row, true);
@@ -66,7 +85,7 @@ ArchiveResult calibrated(const ReprocessTask& task) {
   out.duration_s = recording.duration_s();
   const CalibrationOptions options = row.calibration();
   std::optional<CondensedRecording> condensed;
-  Calibration c = calibrate_condensed(recording, options, condensed);
+  Calibration c = calibration_of_task(task, recording, options, condensed);
   if (c.fit.reason == StopReason::kNotFinite) {  // calibration_without_fit()
     ArchiveResult none = without_fit(c.fit.message);
     none.found = out.found;

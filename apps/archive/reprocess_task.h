@@ -4,6 +4,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace magimu::apps {
@@ -13,6 +14,10 @@ struct ReprocessTask {
   std::vector<std::string> options;  // of the recording
   std::string name;                  // of the result
   std::string result;                // path of the result file
+  // A result with the device's calibration: parameters are held there. Empty: by itself.
+  std::string device = {};
+  // Further recordings that are calibrated together with it: path and options.
+  std::vector<std::pair<std::string, std::vector<std::string>>> with = {};
 };
 
 struct ReprocessLimits {

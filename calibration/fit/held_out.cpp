@@ -9,7 +9,7 @@
 namespace magimu {
 namespace {
 
-constexpr double kLeftOut = 5.0;  // s left out at a time
+constexpr double kLeftOut = 5.0;  // s left out at a time, half of a recording at the most
 
 // The block that each node's time falls into; blocks of all recordings are numbered through.
 std::vector<int> blocks_of(const std::vector<NodePlan>& plans) {
@@ -17,8 +17,11 @@ std::vector<int> blocks_of(const std::vector<NodePlan>& plans) {
   int first = 0;
   for (const NodePlan& plan : plans) {
     int last = first;
+    const double all = plan.t.back() - plan.t.front(), length = std::min(kLeftOut, 0.5 * all);
+    const int blocks = length > 0.0 ? int(std::ceil(all / length)) : 1;
     for (const double t : plan.t) {
-      last = first + int((t - plan.t.front()) / kLeftOut);
+      const double passed = length > 0.0 ? (t - plan.t.front()) / length : 0.0;
+      last = first + std::min(int(passed), blocks - 1);
       out.push_back(last);
     }
     first = last + 1;

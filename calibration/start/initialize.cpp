@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/start/initialize.h"
 
+#include <cmath>
 #include <random>
 
 #include "calibration/motion/rests/rests.h"
@@ -38,15 +39,26 @@ void perturb(InitialGuess& guess, const StartPerturbation& p) {
   }
 }
 
-}  // namespace
+// By how much the readings' corrected lengths differ from one, uT.
+double off_ellipsoid_uT(const std::vector<const Recording*>& recordings,
+                        const MagnetometerParameters& mag) {
+  const Matrix3 D_inverse = mag.distortion.inverse();
+  double squares = 0.0, n = 0.0;
+  for (const Recording* r : recordings) {
+    for (const Vector3& m : r->mag.front().v) {
+      squares += std::pow((D_inverse * (m - mag.bias)).norm() - 1.0, 2);
+      n += 1.0;
+    }
+  }
+  return std::cbrt(std::abs(mag.distortion.determinant())) * std::sqrt(squares / n);
+}
 
-InitialGuess initialize(const std::vector<const Recording*>& recordings,
-                        const InitializationOptions& options) {
-  InitialGuess guess;
+// What the readings say of the magnetometers: their ellipsoid, turned to the gyroscope's axes.
+void look_at_readings(const std::vector<const Recording*>& recordings,
+                      const InitializationOptions& options, InitialGuess& guess) {
   AlignmentOptions align;
   align.gyr_bias = options.gyr_bias.value_or(bias_from_rests(recordings));
   align.estimate_gyr_bias = !(options.gyr_bias && options.trust_gyr_bias);
-
   const std::size_t sensors = recordings.front()->mag.size();
   guess.parameters.mag.resize(sensors);
   for (std::size_t m = 0; m < sensors; ++m) {
@@ -64,6 +76,19 @@ InitialGuess initialize(const std::vector<const Recording*>& recordings,
     }
   }
   guess.parameters.gyr_bias = options.gyr_bias.value_or(align.gyr_bias);
+}
+
+}  // namespace
+
+InitialGuess initialize(const std::vector<const Recording*>& recordings,
+                        const InitializationOptions& options) {
+  InitialGuess guess;
+  if (options.parameters) {
+    guess.parameters = *options.parameters;
+    guess.ellipsoid_rms_uT = off_ellipsoid_uT(recordings, guess.parameters.mag.front());
+  } else {
+    look_at_readings(recordings, options, guess);
+  }
   if (options.perturbation) perturb(guess, *options.perturbation);
   // The longest part of each recording tells its field's dip best.
   std::vector<const Recording*> longest(std::size_t(field_count(recordings)));

@@ -25,6 +25,8 @@ struct InitializationOptions {
   std::optional<Vector3> gyr_bias;  // the fit starts here; only the alignment looks on, rad/s
   bool trust_gyr_bias = false;      // the alignment, too, takes it as it is, if it is given
   std::optional<double> dip_rad;    // start here
+  // Start here, but for the dip: nothing is sought in the readings then.
+  std::optional<SensorParameters> parameters;
   std::optional<StartPerturbation> perturbation;  // none, but in tests
 };
 

@@ -52,6 +52,30 @@ std::map<std::string, std::string> plain_results(const Program& magimu, const st
   return all;
 }
 
+TEST(Reprocess, recordings_that_tell_too_little_by_themselves_give_a_device_together) {
+  const Program magimu;
+  std::filesystem::create_directory(magimu.folder().path("in"));
+  for (int k = 1; k <= 5; ++k) {
+    const Outcome made =
+        magimu(fmt::format("simulate -o in/d7_{0}.csv --device 50401 --seed 5041{0} --motion hand "
+                           "--duration 6 --rate 25 -q",
+                           k));
+    ASSERT_EQ(made.exit_code, kDone) << made.err;
+  }
+  const std::string command = "reprocess in --options '--motion rotation' -o ";
+  const Outcome run = magimu(command + "out");
+  ASSERT_EQ(run.exit_code, kDone) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("5 of 5"));
+  const auto device = magimu.json("out/devices/d7.json");
+  EXPECT_EQ(device["trust"]["verdict"], "limited");
+  EXPECT_THAT(magimu.text("out/recordings.csv"), HasSubstr("Beside the device's other recordings"));
+
+  // What is there is not done again, and comes out the same on any number of processes.
+  EXPECT_THAT(magimu(command + "out").out, HasSubstr("Nothing to do"));
+  ASSERT_EQ(magimu(command + "out2 -j 1 --threads 2").exit_code, kDone);
+  EXPECT_EQ(magimu.text("out2/devices/d7.json"), magimu.text("out/devices/d7.json"));
+}
+
 TEST(Reprocess, gives_each_file_a_result_or_a_reason_and_each_device_a_calibration) {
   const Program magimu;
   simulate_board(magimu, "in");

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "archive/second_pass.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+
+#include "calibration/condensed_recording.h"
+#include "sim/device_recording.h"
+
+namespace magimu {
+namespace {
+
+CalibrationOptions given_noise() {
+  CalibrationOptions options;
+  options.noise = kPaperNoise;
+  options.gravity = kPaperGravity;
+  options.motion = MotionModel::kRotation;
+  return options;
+}
+
+// Six recordings of one device: six seconds each, of which two at rest, a turn or less.
+const std::vector<Recording>& short_recordings() {
+  static const std::vector<Recording> all = [] {
+    std::vector<Recording> out;
+    const SensorParameters device = draw_parameters(50301, 1);
+    for (std::uint64_t seed = 50311; seed < 50317; ++seed) {
+      SimulationOptions sim;
+      sim.motion = SimulatedMotion::kHand;
+      sim.seed = seed;
+      sim.rate_hz = 50.0;
+      sim.duration_s = 6.0;
+      out.push_back(simulate_device(sim, device).recording);
+      out.back().name = "r" + std::to_string(seed);
+    }
+    return out;
+  }();
+  return all;
+}
+
+Calibration together(std::size_t count, PriorKind prior) {
+  std::vector<const Recording*> all;
+  for (std::size_t i = 0; i < count; ++i) all.push_back(&short_recordings()[i]);
+  CalibrationOptions options = given_noise();
+  options.prior = prior;
+  return calibrate(all, options);
+}
+
+DeviceRecording by_itself(const Recording& recording) {
+  DeviceRecording out;
+  out.name = out.shown = recording.name;
+  out.calibration = calibrate_condensed(recording, given_noise(), out.condensed);
+  return out;
+}
+
+DeviceRecording at(const Calibration& device, const Recording& recording) {
+  DeviceRecording out;
+  out.calibration = calibrate_condensed_at(device, recording, given_noise(), out.condensed);
+  return out;
+}
+
+double value_of(const Device& device, const std::string& name) {
+  return device.joint[std::ranges::find(device.order, name) - device.order.begin()];
+}
+
+TEST(SecondPass, recordings_that_tell_too_little_one_by_one_say_together_what_their_samples_do) {
+  // Where the device is, by four of the six.
+  const Calibration start = together(4, PriorKind::kUsual), all = together(6, PriorKind::kNone);
+  std::vector<DeviceRecording> recordings;
+  for (const Recording& r : short_recordings()) {
+    recordings.push_back(by_itself(r));
+    EXPECT_TRUE(is_no_by_itself(recordings.back())) << r.name;
+  }
+  EXPECT_FALSE(device_by_the_others("d", recordings));
+  EXPECT_EQ(make_device("d", recordings).calibration, std::nullopt);
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    take_second_pass(recordings[i], at(start, short_recordings()[i]));
+  }
+  const Device device = make_device("d", recordings);
+  EXPECT_EQ(device.used.size(), recordings.size());
+  ASSERT_TRUE(device.calibration);
+  EXPECT_EQ(device.calibration->trust.verdict, Verdict::kLimited);
+  for (int i = 0; i < 3; ++i) {
+    const std::string axis = "[" + std::to_string(i) + "]";
+    const std::string hard_iron = "magnetometers[0].bias" + axis, bias = "gyroscope.bias" + axis;
+    EXPECT_NEAR(value_of(device, hard_iron), all.parameters.mag[0].bias[i],
+                0.1 * all.sigma_model(hard_iron));
+    EXPECT_NEAR(value_of(device, bias), all.parameters.gyr_bias[i], 0.1 * all.sigma_model(bias));
+    for (int j = 0; j < 3; ++j) {
+      const std::string name = "magnetometers[0].distortion" + axis + "[" + std::to_string(j) + "]";
+      EXPECT_NEAR(value_of(device, name), all.parameters.mag[0].distortion(i, j),
+                  0.1 * all.sigma_model(name));
+    }
+  }
+}
+
+TEST(SecondPass, what_is_of_another_device_is_not_used) {
+  SimulationOptions sim;
+  sim.motion = SimulatedMotion::kHand;
+  sim.seed = 50318;
+  sim.rate_hz = 50.0;
+  sim.duration_s = 6.0;
+  const Recording stranger = simulate_device(sim, draw_parameters(50302, 1)).recording;
+  DeviceRecording own = by_itself(stranger);
+  own.name = own.shown = "stranger";
+  take_second_pass(own, at(together(6, PriorKind::kUsual), stranger));
+  ASSERT_TRUE(own.at_device);
+  EXPECT_EQ(own.at_device->trust.verdict, Verdict::kNo);
+  EXPECT_TRUE(make_device("d", {own}).used.empty());
+}
+
+TEST(SecondPass, a_recording_that_tells_enough_is_left_as_it_is) {
+  SimulationOptions sim;
+  sim.motion = SimulatedMotion::kHand;
+  sim.seed = 50319;
+  sim.rate_hz = 20.0;
+  sim.duration_s = 60.0;
+  const Recording rich = simulate_device(sim, draw_parameters(50301, 1)).recording;
+  EXPECT_FALSE(is_no_by_itself(by_itself(rich)));
+}
+
+}  // namespace
+}  // namespace magimu

@@ -208,6 +208,7 @@ Calibration calibrate_condensed_at(const Calibration& device, const Recording& r
     hold_globals(held, sigma, graph);
   };
   Calibration out = calibrate_condensed(recording, options, condensed);
+  out.covariance_common.resize(0, 0);  // rounding, of what was held
   if (!condensed) return out;
   set_free(*condensed, sigma, covariance_blocks(out, options.block_s));
   // What was held does not move by what is not in the model: that doubt is the device's.

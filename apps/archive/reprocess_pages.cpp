@@ -110,11 +110,12 @@ std::string history_picture(const Device& device, const HistoryPart& part) {
       band.x.push_back(x);
       band.low.push_back(y - s);
       band.high.push_back(y + s);
-      const CondensedRecording& c = *device.recordings[device.used[k]].condensed;
+      const DeviceRecording& r = device.recordings[device.used[k]];
+      const CondensedRecording& c = *r.condensed;
       const auto own_at = std::ranges::find(c.order, part.names[i]);
+      const bool tells = own_at != c.order.end() && !r.at_device;
       own.x.push_back(x);
-      own.y.push_back(
-          own_at == c.order.end() ? NAN : c.at[own_at - c.order.begin()] - device.joint[column]);
+      own.y.push_back(tells ? c.at[own_at - c.order.begin()] - device.joint[column] : NAN);
     }
     chart.bands.push_back(band);
     chart.lines.push_back(own);
@@ -239,7 +240,7 @@ std::string device_page(const Device& device, const FleetDevice& summary,
       page.figure(svg,
                   "Relative to the estimate of all recordings together. Solid: at each recording, "
                   "given all of them, with two standard deviations; dashed: each recording by "
-                  "itself.");
+                  "itself, where it tells enough.");
     }
     page.paragraph(
         fmt::format("Recordings scatter about this by {:.2f} times their standard deviations; "

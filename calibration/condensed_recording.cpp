@@ -4,17 +4,12 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
-#include <memory>
 
-#include "calibration/fit/parameter_prior.h"
-#include "calibration/fit/uncertainty.h"
 #include "calibration/model/gathered.h"
-#include "calibration/model/held_globals.h"
 #include "calibration/model/parameter_names.h"
 #include "calibration/model/windows.h"
 #include "calibration/pipeline.h"
 #include "graph/decompositions.h"
-#include "solvers/block_moves.h"
 
 namespace magimu {
 namespace {
@@ -127,94 +122,6 @@ void triangle_of(const MatrixXd& information, const VectorXd& score, MatrixXd& R
   rows.col(n) = qr.householderQ().transpose() * rows.col(n);
   R = qr.matrixQR().triangularView<Eigen::Upper>();
   d = rows.col(n);
-}
-
-namespace {
-
-// The biases and distortions of a calibration, and the model's standard deviation of each number.
-Values parameters_to_hold(const Calibration& device, VectorXd& sigma) {
-  Values values;
-  values.insert(key::acc_bias, device.parameters.acc_bias);
-  values.insert(key::gyr_bias, device.parameters.gyr_bias);
-  for (int m = 0; m < int(device.parameters.mag.size()); ++m) {
-    values.insert(key::distortion_of(m), device.parameters.mag[std::size_t(m)].distortion);
-    values.insert(key::mag_bias_of(m), device.parameters.mag[std::size_t(m)].bias);
-  }
-  sigma = device.covariance_model.diagonal()
-              .head(6 + 12 * Eigen::Index(device.parameters.mag.size()))
-              .cwiseSqrt();
-  return values;
-}
-
-// As if nothing had been held: moves and covariance are those of the recording by itself, zero
-// along what it hardly tells. sigma: of the parameters that were held, the first ones. blocks:
-// behind the moves.
-void set_free(CondensedRecording& c, const VectorXd& sigma, int blocks) {
-  constexpr double kHardly = 1e-6;  // of what the device's other recordings tell
-  const MatrixXd A = c.R.transpose() * c.R;
-  const VectorXd weight =
-      c.prior_sigma.unaryExpr([](double s) { return s > 0.0 ? 1.0 / (s * s) : 0.0; });
-  VectorXd scale =
-      A.diagonal().unaryExpr([](double a) { return a > 0.0 ? 1.0 / std::sqrt(a) : 0.0; });
-  scale.head(sigma.size()) = sigma;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
-      MatrixXd(scale.asDiagonal() * A * scale.asDiagonal()));
-  const VectorXd inverse = eigen.eigenvalues().unaryExpr(
-      [&](double v) { return v > kHardly ? 1.0 / std::sqrt(v) : 0.0; });
-  const MatrixXd half = scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal();
-  const MatrixXd C = half * half.transpose();
-  if (blocks < 2) {  // no scatter (solvers/block_moves.h)
-    c.moved = half;
-  } else {  // a block moved the held parameters by (A + weight)^-1 of its score
-    c.moved = C * (A * c.moved + weight.asDiagonal() * c.moved);
-  }
-  c.covariance = sandwich_of_moves(C, c.moved);
-  c.prior_mean.head(sigma.size()).setZero();
-  c.prior_sigma.head(sigma.size()).setZero();
-}
-
-// The errors that all recordings of the device share, in the order of `names`.
-MatrixXd common_errors_of(const Calibration& device, const std::vector<std::string>& names) {
-  const auto n = Eigen::Index(names.size());
-  MatrixXd out = MatrixXd::Zero(n, n);
-  if (device.covariance_common.size() == 0) return out;
-  std::vector<Eigen::Index> at;
-  for (const std::string& name : names) {
-    const auto found = std::ranges::find(device.order, name) - device.order.begin();
-    at.push_back(found < std::ptrdiff_t(device.order.size()) ? found : -1);
-  }
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = 0; j < n; ++j) {
-      const Eigen::Index a = at[std::size_t(i)], b = at[std::size_t(j)];
-      if (a >= 0 && b >= 0) out(i, j) = device.covariance_common(a, b);
-    }
-  }
-  return out;
-}
-
-}  // namespace
-
-Calibration calibrate_condensed_at(const Calibration& device, const Recording& recording,
-                                   CalibrationOptions options,
-                                   std::optional<CondensedRecording>& condensed) {
-  VectorXd sigma;
-  const Values held = parameters_to_hold(device, sigma);
-  options.initialization.parameters = device.parameters;
-  options.prior = PriorKind::kGiven;
-  options.given_prior = std::make_shared<const GivenPrior>(
-      GivenPrior{.name = "the device's other recordings", .calibration = device, .drift = 0.0});
-  options.also = [also = options.also, held, sigma](FactorGraph& graph) {
-    if (also) also(graph);
-    hold_globals(held, sigma, graph);
-  };
-  Calibration out = calibrate_condensed(recording, options, condensed);
-  out.covariance_common.resize(0, 0);  // rounding, of what was held
-  if (!condensed) return out;
-  set_free(*condensed, sigma, covariance_blocks(out, options.block_s));
-  // What was held does not move by what is not in the model: that doubt is the device's.
-  condensed->common = common_errors_of(device, condensed->order);
-  condensed->common_in_triangle = false;
-  return out;
 }
 
 CondensedRecording condense_optimum(const Optimum& optimum, int magnetometers,

@@ -53,9 +53,10 @@ Calibration calibrate_condensed(const Recording& recording, const CalibrationOpt
 // known to be: the trajectory is fitted with the biases and distortions held there, so that what is
 // left says which way they should move, and how sure that is. (By itself such a fit ends anywhere
 // along what the motion leaves open.) The calibration's verdict is that of the device's parameters
-// on this recording. device: of as many magnetometers.
+// on this recording: no, too, where they differ beyond what both are uncertain by (p below 1 %).
+// device: of as many magnetometers.
 Calibration calibrate_condensed_at(const Calibration& device, const Recording& recording,
-                                   CalibrationOptions options,
+                                   const CalibrationOptions& options,
                                    std::optional<CondensedRecording>& condensed);
 
 // Upper triangular R with R'R = information and d with R'd = -score, by eigenvalues of the

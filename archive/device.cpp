@@ -349,8 +349,8 @@ Device make_device(const std::string& name, std::vector<DeviceRecording> recordi
     s.why_not = why_not_used(all[i], magnetometers);
     s.used = s.why_not.empty();
     if (all[i].at_device) {
-      s.reason += s.used ? " Beside the device's other recordings it is used."
-                         : " Not used beside the others, either: " + s.why_not;
+      if (s.used) s.reason += " Beside the device's other recordings it is used.";
+      if (!s.used && s.why_not != s.reason) s.reason += " At the device's parameters: " + s.why_not;
     }
     if (!s.used) continue;
     device.used.push_back(i);

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <memory>
+#include <stdexcept>
 
 #include "calibration/condensed_recording.h"
 #include "calibration/fit/parameter_prior.h"
@@ -117,6 +118,11 @@ double log10_p_of_device(const CondensedRecording& c, const MatrixXd& L,
 Calibration calibrate_condensed_at(const Calibration& device, const Recording& recording,
                                    const CalibrationOptions& options,
                                    std::optional<CondensedRecording>& condensed) {
+  if (device.parameters.mag.size() != recording.mag.size()) {
+    throw std::invalid_argument(
+        fmt::format("calibrate_condensed_at: the device has {} magnetometers, the recording {}",
+                    device.parameters.mag.size(), recording.mag.size()));
+  }
   const VectorXd sigma = device.covariance_model.diagonal()
                              .head(6 + 12 * Eigen::Index(device.parameters.mag.size()))
                              .cwiseSqrt();

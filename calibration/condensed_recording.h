@@ -54,7 +54,7 @@ Calibration calibrate_condensed(const Recording& recording, const CalibrationOpt
 // left says which way they should move, and how sure that is. (By itself such a fit ends anywhere
 // along what the motion leaves open.) The calibration's verdict is that of the device's parameters
 // on this recording: no, too, where they differ beyond what both are uncertain by (p below 1 %).
-// device: of as many magnetometers.
+// device: of as many magnetometers (else std::invalid_argument).
 Calibration calibrate_condensed_at(const Calibration& device, const Recording& recording,
                                    const CalibrationOptions& options,
                                    std::optional<CondensedRecording>& condensed);

@@ -68,32 +68,33 @@ class SecondPass {
     std::vector<FleetRecording*> calibrated;
     const std::vector<DeviceRecording> all = recordings_of(rows, folder_, calibrated);
     PoorDevice out;
-    std::vector<std::string> names;  // of results that say where the device is
     for (std::size_t i = 0; i < all.size(); ++i) {
-      if (!is_no_by_itself(all[i])) {
-        names.push_back(all[i].name);
-      } else if (is_there(*calibrated[i])) {
+      // A device has as many magnetometers as its first recording.
+      const bool alike =
+          all[i].calibration.parameters.mag.size() == all.front().calibration.parameters.mag.size();
+      if (alike && is_no_by_itself(all[i]) && is_there(*calibrated[i])) {
         out.poor.push_back(calibrated[i]);
       }
     }
     if (out.poor.empty()) return;
+    fs::create_directories(fs::path(folder_) / "second");
     std::ranges::sort(out.poor, {}, &FleetRecording::result);
     if (const auto device = device_by_the_others(name, all)) {
-      std::ranges::sort(names);
-      write_device(*device, path_of(result_name("device", names, limits_.version)));
-      out.device = path_of(result_name("device", names, limits_.version));
+      out.device = write_device(*device);
     } else if (out.poor.size() > 1) {
       find_together(out);
     }
     if (!out.device.empty()) devices_.push_back(std::move(out));
   }
 
-  void write_device(const Calibration& c, const std::string& path) const {
+  // Returns the path, which is another one where the calibration is.
+  std::string write_device(const Calibration& c) const {
     ArchiveResult result;
     result.status = ResultStatus::kCalibrated;
     result.calibration = to_json(c);
-    write_atomically(
-        path, result_json(fs::path(path).stem().string(), result, {limits_.version, "", "", ""}));
+    const std::string name = result_name(result.calibration.dump(), {"device"}, limits_.version);
+    write_atomically(path_of(name), result_json(name, result, {limits_.version, "", "", ""}));
+    return path_of(name);
   }
 
   void find_together(PoorDevice& out) const {
@@ -144,7 +145,6 @@ class SecondPass {
 ReprocessRun second_pass(std::vector<FleetRecording>& rows,
                          const std::map<std::string, ReprocessTask>& tasks,
                          const std::string& folder, const ReprocessLimits& limits) {
-  fs::create_directories(fs::path(folder) / "second");
   return SecondPass(rows, tasks, folder, limits).run();
 }
 

@@ -164,10 +164,11 @@ Check check_held_out(const BlockErrors& errors, double strength_uT) {
     return std::sqrt(std::accumulate(squares.begin(), squares.end(), 0.0) / errors.values);
   };
   const double held_out = rms(errors.held_out), share = held_out / strength_uT;
-  return {"cross_validation", graded(share, kHeldOutOk, kHeldOutPoor), share,
-          fmt::format("Magnetometer samples left out of the fit, 5 s at a time, are predicted to "
-                      "{:.2g} uT ({:.2g} % of the field; in the fit: {:.2g} uT).",
-                      held_out, 100.0 * share, rms(errors.fitted))};
+  return {
+      "cross_validation", graded(share, kHeldOutOk, kHeldOutPoor), share,
+      fmt::format("Magnetometer samples left out of the fit, up to 5 s at a time, are predicted to "
+                  "{:.2g} uT ({:.2g} % of the field; in the fit: {:.2g} uT).",
+                  held_out, 100.0 * share, rms(errors.fitted))};
 }
 
 Check check_halves(const Calibration& first, const Calibration& second) {

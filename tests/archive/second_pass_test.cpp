@@ -19,18 +19,23 @@ CalibrationOptions given_noise() {
   return options;
 }
 
+constexpr std::uint64_t kDevice = 50301, kOther = 50302;
+
+Recording turned_by_hand(std::uint64_t device, std::uint64_t seed, double rate_hz, double seconds) {
+  SimulationOptions sim;
+  sim.motion = SimulatedMotion::kHand;
+  sim.seed = seed;
+  sim.rate_hz = rate_hz;
+  sim.duration_s = seconds;
+  return simulate_device(sim, draw_parameters(device, 1)).recording;
+}
+
 // Six recordings of one device: six seconds each, of which two at rest, a turn or less.
 const std::vector<Recording>& short_recordings() {
   static const std::vector<Recording> all = [] {
     std::vector<Recording> out;
-    const SensorParameters device = draw_parameters(50301, 1);
     for (std::uint64_t seed = 50311; seed < 50317; ++seed) {
-      SimulationOptions sim;
-      sim.motion = SimulatedMotion::kHand;
-      sim.seed = seed;
-      sim.rate_hz = 50.0;
-      sim.duration_s = 6.0;
-      out.push_back(simulate_device(sim, device).recording);
+      out.push_back(turned_by_hand(kDevice, seed, 50.0, 6.0));
       out.back().name = "r" + std::to_string(seed);
     }
     return out;
@@ -95,12 +100,7 @@ TEST(SecondPass, recordings_that_tell_too_little_one_by_one_say_together_what_th
 }
 
 TEST(SecondPass, what_is_of_another_device_is_not_used) {
-  SimulationOptions sim;
-  sim.motion = SimulatedMotion::kHand;
-  sim.seed = 50318;
-  sim.rate_hz = 50.0;
-  sim.duration_s = 6.0;
-  const Recording stranger = simulate_device(sim, draw_parameters(50302, 1)).recording;
+  const Recording stranger = turned_by_hand(kOther, 50318, 50.0, 6.0);
   DeviceRecording own = by_itself(stranger);
   own.name = own.shown = "stranger";
   take_second_pass(own, at(together(6, PriorKind::kUsual), stranger));
@@ -110,12 +110,7 @@ TEST(SecondPass, what_is_of_another_device_is_not_used) {
 }
 
 TEST(SecondPass, a_recording_that_tells_enough_is_left_as_it_is) {
-  SimulationOptions sim;
-  sim.motion = SimulatedMotion::kHand;
-  sim.seed = 50319;
-  sim.rate_hz = 20.0;
-  sim.duration_s = 60.0;
-  const Recording rich = simulate_device(sim, draw_parameters(50301, 1)).recording;
+  const Recording rich = turned_by_hand(kDevice, 50319, 20.0, 60.0);
   EXPECT_FALSE(is_no_by_itself(by_itself(rich)));
 }
 

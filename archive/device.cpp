@@ -180,6 +180,9 @@ void judge_together(const Device& device, Trust& out) {
     out.lower(Verdict::kNo, "No recording of this device gives a calibration to rely on.");
     return;
   }
+  for (std::size_t i = 0; i < device.history.changes.size(); ++i) {
+    out.lower(Verdict::kNo, "They do not tell the same: " + sentence_of(device, i));
+  }
   for (const std::string& reason : unknown_directions(*device.calibration)) {
     out.lower(Verdict::kNo, "All recordings together: " + reason);
   }

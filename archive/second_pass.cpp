@@ -2,22 +2,16 @@
 #include "archive/second_pass.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace magimu {
 
-bool is_no_by_itself(const DeviceRecording& r) {
-  return r.condensed && r.calibration.trust.verdict == Verdict::kNo;
-}
-
-std::optional<Calibration> device_by_the_others(const std::string& name,
-                                                const std::vector<DeviceRecording>& recordings) {
-  std::vector<DeviceRecording> rich;
-  std::ranges::copy_if(recordings, std::back_inserter(rich),
-                       [](const DeviceRecording& r) { return !is_no_by_itself(r); });
-  Device device = make_device(name, std::move(rich));
-  if (!device.calibration || device.turns) return std::nullopt;
-  if (device.calibration->trust.verdict == Verdict::kNo) return std::nullopt;
-  return std::move(device.calibration);
+bool none_tells_enough(const std::vector<DeviceRecording>& recordings) {
+  const auto fits = std::ranges::count_if(
+      recordings, [](const DeviceRecording& r) { return r.condensed.has_value(); });
+  return fits > 1 && std::ranges::all_of(recordings, [](const DeviceRecording& r) {
+           return !r.condensed || r.calibration.trust.verdict == Verdict::kNo;
+         });
 }
 
 void take_second_pass(DeviceRecording& recording, DeviceRecording second) {

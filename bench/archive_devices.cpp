@@ -41,17 +41,11 @@ DeviceRecording calibrated_recording(const Recording& recording, const std::stri
 // As `magimu reprocess` does.
 void pass_again(const std::vector<const Recording*>& samples, const ArchiveMade& archive,
                 std::vector<DeviceRecording>& all) {
-  std::vector<const Recording*> poor;
+  if (!none_tells_enough(all)) return;
+  const Calibration device = calibrate(samples, archive_options(archive));
+  if (device.trust.verdict == Verdict::kNo) return;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (is_no_by_itself(all[i])) poor.push_back(samples[i]);
-  }
-  if (poor.empty()) return;
-  std::optional<Calibration> device = device_by_the_others("d", all);
-  if (!device && poor.size() > 1) device = calibrate(poor, archive_options(archive));
-  if (!device || device->trust.verdict == Verdict::kNo) return;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!is_no_by_itself(all[i])) continue;
-    take_second_pass(all[i], calibrated_recording(*samples[i], all[i].name, archive, &*device));
+    take_second_pass(all[i], calibrated_recording(*samples[i], all[i].name, archive, &device));
   }
 }
 

@@ -8,7 +8,6 @@
 #include "archive/result_file.h"
 #include "archive/second_pass.h"
 #include "calibration/result/calibration_json.h"
-#include "recording/files/atomic_file.h"
 
 namespace magimu::apps {
 namespace {
@@ -31,7 +30,7 @@ class SecondPass {
       : tasks_(tasks), folder_(folder), limits_(limits) {
     std::map<std::string, std::vector<FleetRecording*>> by_device;
     for (FleetRecording& row : rows) by_device[row.device].push_back(&row);
-    for (const auto& [name, own] : by_device) look_at(name, own);
+    for (const auto& [name, own] : by_device) look_at(own);
   }
 
   ReprocessRun run() {
@@ -64,37 +63,22 @@ class SecondPass {
     return task != tasks_.end() && fs::exists(task->second.path, error);
   }
 
-  void look_at(const std::string& name, const std::vector<FleetRecording*>& rows) {
+  void look_at(const std::vector<FleetRecording*>& rows) {
     std::vector<FleetRecording*> calibrated;
     const std::vector<DeviceRecording> all = recordings_of(rows, folder_, calibrated);
+    if (!none_tells_enough(all)) return;
     PoorDevice out;
     for (std::size_t i = 0; i < all.size(); ++i) {
       // A device has as many magnetometers as its first recording.
       const bool alike =
           all[i].calibration.parameters.mag.size() == all.front().calibration.parameters.mag.size();
-      if (alike && is_no_by_itself(all[i]) && is_there(*calibrated[i])) {
-        out.poor.push_back(calibrated[i]);
-      }
+      if (alike && all[i].condensed && is_there(*calibrated[i])) out.poor.push_back(calibrated[i]);
     }
-    if (out.poor.empty()) return;
+    if (out.poor.size() < 2) return;
     fs::create_directories(fs::path(folder_) / "second");
     std::ranges::sort(out.poor, {}, &FleetRecording::result);
-    if (const auto device = device_by_the_others(name, all)) {
-      out.device = write_device(*device);
-    } else if (out.poor.size() > 1) {
-      find_together(out);
-    }
-    if (!out.device.empty()) devices_.push_back(std::move(out));
-  }
-
-  // Returns the path, which is another one where the calibration is.
-  std::string write_device(const Calibration& c) const {
-    ArchiveResult result;
-    result.status = ResultStatus::kCalibrated;
-    result.calibration = to_json(c);
-    const std::string name = result_name(result.calibration.dump(), {"device"}, limits_.version);
-    write_atomically(path_of(name), result_json(name, result, {limits_.version, "", "", ""}));
-    return path_of(name);
+    find_together(out);
+    devices_.push_back(std::move(out));
   }
 
   void find_together(PoorDevice& out) const {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The second pass of an archive (archive/second_pass.h): recordings that tell too little by
-// themselves are fitted again where their device is known to be, each in a process of its own.
-// Where no recording of a device tells enough, all of them together say where it is.
+// The second pass of an archive (archive/second_pass.h): where no recording of a device tells
+// enough by itself, all of them together say where it is, and each is fitted there again; each of
+// these fits in a process of its own.
 #pragma once
 
 #include <map>

@@ -16,12 +16,12 @@ namespace magimu::MAGIMU_ISA {
 inline constexpr int kLanes = MAGIMU_LANES;
 
 struct Mask {
-  typedef long long Raw __attribute__((vector_size(8 * MAGIMU_LANES)));
+  using Raw [[gnu::vector_size(8 * MAGIMU_LANES)]] = long long;
   Raw m;
 };
 
 struct Pack {
-  typedef double Raw __attribute__((vector_size(8 * MAGIMU_LANES)));
+  using Raw [[gnu::vector_size(8 * MAGIMU_LANES)]] = double;
   Raw v;
 
   Pack() = default;

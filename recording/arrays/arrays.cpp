@@ -261,7 +261,7 @@ class ArrayRecording {
     if (others_.empty()) return;
     std::vector<std::string> maps;
     for (const auto& [meaning, name] : others_) {
-      maps.push_back("--map " + shell_word(meaning + '=' + name));
+      maps.push_back("--map " + shell_word(fmt::format("{}={}", meaning, name)));
     }
     constexpr std::size_t kMost = 12;
     const std::size_t more = maps.size() > kMost ? maps.size() - kMost : 0;
@@ -393,9 +393,11 @@ class ArrayRecording {
       part.notes.push_back(
           fmt::format("array {} is read as {}", quoted_text(sensor.name), sensor.meaning));
     }
-    if (kind == "acc") part.acc = std::move(series);
-    if (kind == "gyr") part.gyr = std::move(series);
-    if (kind == "mag") {
+    if (kind == "acc") {
+      part.acc = std::move(series);
+    } else if (kind == "gyr") {
+      part.gyr = std::move(series);
+    } else if (kind == "mag") {
       part.mag.push_back(std::move(series));
       part.mag_names.push_back(sensor.meaning);
     }

@@ -73,7 +73,7 @@ class NpyHeader {
 
   // ('t', '<f8'), ('acc', '<f4', (3,)), ...
   void structured(std::string_view text) {
-    text = text.substr(0, text.find("]"));
+    text = text.substr(0, text.find(']'));
     std::size_t at = 0;
     constexpr std::size_t kMostFields = 1000;
     while ((at = text.find("('", at)) != std::string_view::npos && fields.size() < kMostFields) {

@@ -53,8 +53,7 @@ class CholmodSolver final : public LinearSolver {
     cholmod_dense b = view(copy);
     cholmod_dense* x = cholmod_l_solve(CHOLMOD_A, factor_, &b, common_.get());
     if (x == nullptr) throw std::runtime_error("CHOLMOD could not solve: out of memory");
-    const MatrixXd out =
-        Eigen::Map<const MatrixXd>(static_cast<const double*>(x->x), B.rows(), B.cols());
+    MatrixXd out = Eigen::Map<const MatrixXd>(static_cast<const double*>(x->x), B.rows(), B.cols());
     cholmod_l_free_dense(&x, common_.get());
     return out;
   }

@@ -65,8 +65,8 @@ class SpqrSolver final : public LinearSolver {
     if (b == nullptr) throw std::runtime_error("SPQR could not solve: out of memory");
     cholmod_dense* x = SuiteSparseQR_solve<double>(kind, qr_, b, common_.get());
     if (x == nullptr) throw std::runtime_error("SPQR could not solve: out of memory");
-    const MatrixXd out = Eigen::Map<const MatrixXd>(static_cast<const double*>(x->x),
-                                                    Eigen::Index(x->nrow), Eigen::Index(x->ncol));
+    MatrixXd out = Eigen::Map<const MatrixXd>(static_cast<const double*>(x->x),
+                                              Eigen::Index(x->nrow), Eigen::Index(x->ncol));
     cholmod_l_free_dense(&x, common_.get());
     return out;
   }

@@ -9,6 +9,7 @@
 
 #include "calibration/model/extension.h"
 #include "calibration/model/windows.h"
+#include "diagnosis/search/shapes/time_likelihood.h"
 #include "factors/effects/catalogue.h"
 #include "solvers/kernels/whitener.h"
 #include "statistics/tails.h"
@@ -238,26 +239,6 @@ class ChangeInPieces final : public Effect {
   double begin_, piece_s_;
 };
 
-struct LikelyTime {
-  double t, sigma, width;  // s
-  double gain;             // nats over the time from which it was looked for
-};
-
-// Of times whose log-likelihoods are known, the best one, how far about it the others lie, and how
-// long a time all of the likelihood would last at its largest.
-LikelyTime best_of(const std::vector<double>& t, const std::vector<double>& log_likelihood,
-                   double grid) {
-  const auto best = std::ranges::max_element(log_likelihood) - log_likelihood.begin();
-  double sum = 0.0, squares = 0.0;
-  for (std::size_t i = 0; i < t.size(); ++i) {
-    const double weight = std::exp(log_likelihood[i] - log_likelihood[std::size_t(best)]);
-    sum += weight;
-    squares += weight * std::pow(t[i] - t[std::size_t(best)], 2);
-  }
-  return {t[std::size_t(best)], std::sqrt(squares / sum), grid * sum,
-          log_likelihood[std::size_t(best)]};
-}
-
 // Nats that it gains to have the change in the first 1, 2, ... of these pieces, too (added: 1), or
 // not to have it there (-1), everything else adapting.
 std::vector<double> gains_of_pieces(const Scan& scan, const std::vector<Eigen::Index>& pieces,
@@ -277,10 +258,10 @@ std::vector<double> gains_of_pieces(const Scan& scan, const std::vector<Eigen::I
 // rising: the change begins at `now`. The candidate: the change in pieces to both sides of it.
 // shorter_s: by how much it may become shorter. (Taken away from nearly all of its time it seems to
 // leave nothing: what the step adds to its size makes up for it.)
-LikelyTime likely_time(const Scan& scan, std::size_t candidate, int pieces, double grid, double now,
-                       bool rising, double shorter_s) {
+LikelyTimes times_about(const Scan& scan, std::size_t candidate, int pieces, double grid,
+                        double now, bool rising, double shorter_s) {
   const Eigen::Index first = scan.first(candidate);
-  std::vector<double> t = {now}, gains = {0.0};
+  LikelyTimes out = {.t = {now}, .gain = {0.0}, .grid_s = grid};
   for (const int way : {-1, 1}) {
     // Earlier, a beginning adds the change to what it passes, and an end takes it away.
     const double added = (way < 0) == rising ? 1.0 : -1.0;
@@ -288,11 +269,11 @@ LikelyTime likely_time(const Scan& scan, std::size_t candidate, int pieces, doub
     for (int k = 1; k <= pieces / 2; ++k) {
       if (added < 0.0 && k * grid > shorter_s) break;
       passed.push_back(first + (way < 0 ? pieces / 2 - k : pieces / 2 + k - 1));
-      t.push_back(now + way * k * grid);
+      out.t.push_back(now + way * k * grid);
     }
-    std::ranges::copy(gains_of_pieces(scan, passed, added), std::back_inserter(gains));
+    std::ranges::copy(gains_of_pieces(scan, passed, added), std::back_inserter(out.gain));
   }
-  return best_of(t, gains, grid);
+  return out;
 }
 
 // How long the change is on, in the recordings.
@@ -308,38 +289,30 @@ double length_s(const std::vector<const Recording*>& recordings, const ChangeSpa
   return sum;
 }
 
-// The times nearby that make the readings the most probable, everything else adapting.
-ChangeTimes likely_times(const std::vector<const Recording*>& recordings, const Stage& stage,
-                         const ChangeEffect& change, const ChangeTimes& now, double grid,
+// Of the beginning and of the end, where they are within the recordings.
+using TimesOfEnds = std::array<std::optional<LikelyTimes>, 2>;
+
+// Times nearby and how probable they make the readings, everything else adapting.
+TimesOfEnds likely_times(const std::vector<const Recording*>& recordings, const Stage& stage,
+                         const ChangeEffect& change, const ChangeSpan& now, double grid,
                          double within_s) {
   const VectorXd theta =
       effect_parameters(stage.result().values, effect_keys(stage.spec().effects).back());
   const int pieces = 2 * int(std::ceil(within_s / grid));
   std::vector<std::shared_ptr<const Effect>> candidates;
-  for (const Moment& at : {now.span.begin, now.span.end}) {
+  for (const Moment& at : {now.begin, now.end}) {
     if (!at.finite()) continue;
     candidates.push_back(std::make_shared<ChangeInPieces>(change, theta, at, pieces, grid));
   }
-  if (candidates.empty()) return now;
+  TimesOfEnds out;
+  if (candidates.empty()) return out;
   const Scan scan(recordings, stage, candidates);
+  const double half_s = 0.5 * length_s(recordings, now);
   std::size_t next = 0;
-  ChangeTimes out = now;
-  // A finer grid tells more, unless it does not reach as far as the times are uncertain.
-  const bool reaches = now.sigma_s < within_s;
-  if (reaches) out.sigma_s = 0.0;
-  const double half_s = 0.5 * length_s(recordings, now.span);
-  const auto take = [&](Moment& time, double& width, bool rising) {
-    if (!time.finite()) return;
-    const LikelyTime likely = likely_time(scan, next++, pieces, grid, time.t, rising, half_s);
-    time.t = likely.t;
-    out.sigma_s = std::max(out.sigma_s, likely.sigma);
-    // The likelihood that a coarser grid saw is as much lower beside a higher maximum.
-    width = reaches ? likely.width : std::max(width * std::exp(-likely.gain), likely.width);
-  };
-  take(out.span.begin, out.width_s[0], true);
-  take(out.span.end, out.width_s[1], false);
-  if (out.span.begin < out.span.end) return out;
-  return {now.span, out.sigma_s, out.width_s};
+  if (now.begin.finite())
+    out[0] = times_about(scan, next++, pieces, grid, now.begin.t, true, half_s);
+  if (now.end.finite()) out[1] = times_about(scan, next++, pieces, grid, now.end.t, false, half_s);
+  return out;
 }
 
 double all_seconds(const std::vector<const Recording*>& recordings) {
@@ -439,22 +412,34 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
   constexpr int kRounds = 3;                              // on each grid
   constexpr double kSamples = 10.0, kMostSamples = 20.0;  // of them, to each side
   const Sensor channel = change.channel();
-  ChangeTimes times = now;
+  ChangeSpan span = now.span;
   Stage fitted = stage;
+  std::array<TimeLikelihood, 2> likelihood;
   // One step to the times that are likely by the fit as it is; false where they are the old ones,
   // or a fit with them explains less: one step says little of times that are far away.
   double moved = 0.0;
   const auto step = [&](double grid, double within) {
-    const ChangeTimes likely = likely_times(recordings, fitted, change, times, grid, within);
-    const bool same = likely.span.begin == times.span.begin && likely.span.end == times.span.end;
+    const TimesOfEnds likely = likely_times(recordings, fitted, change, span, grid, within);
+    ChangeSpan best = span;
+    if (likely[0]) best.begin.t = likely[0]->best_t();
+    if (likely[1]) best.end.t = likely[1]->best_t();
+    if (!(best.begin < best.end)) return false;
+    const bool same = best.begin == span.begin && best.end == span.end;
     if (!same) {
-      const Stage there = refit(likely);
+      const Stage there = refit({.span = best});
       if (there.result().cost_final > fitted.result().cost_final) return false;
-      moved = distance(likely.span, times.span);
+      moved = distance(best, span);
       fitted = there;
     }
-    times = likely;
+    span = best;
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (likely[i]) likelihood[i].take(*likely[i]);
+    }
     return !same;
+  };
+  const auto narrow = [&](double within) {
+    for (TimeLikelihood& of_end : likelihood) of_end.narrow(within);
+    return within;
   };
   double within = kSearched * change_window_s(stage.plans(), channel, stage.spec().motion);
   for (;;) {
@@ -464,14 +449,20 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
     for (int round = 0; round < kRounds && step(grid, within) && moved > grid; ++round) {
     }
     if (grid <= kFine) break;
-    within = kBeyondGrid * grid;
+    within = narrow(kBeyondGrid * grid);
   }
   // The same to the sample: a large step whose times are off by a few samples distorts the fit,
   // too.
   const double rate = series_of(*recordings.front(), channel).rate_hz();
   const double sample = rate > 0.0 ? 1.0 / rate : kFine;
+  within = narrow(sample * std::clamp(kFine / sample, kSamples, kMostSamples));
   for (int round = 0; round < kRounds; ++round) {
-    if (!step(sample, sample * std::clamp(kFine / sample, kSamples, kMostSamples))) break;
+    if (!step(sample, within)) break;
+  }
+  ChangeTimes times = {.span = span};
+  for (std::size_t i = 0; i < 2; ++i) {
+    times.width_s[i] = likelihood[i].width_s();
+    times.sigma_s = std::max(times.sigma_s, likelihood[i].sigma_s());
   }
   return times;
 }

@@ -41,7 +41,8 @@ class GyroBiasDrift final : public Effect {
   VectorXd prior_sigma(double duration_s) const override {
     VectorXd sigma(size());
     for (int i = 0; i < size(); ++i) {
-      sigma[i] = density_ * std::sqrt(2.0 * duration_s) / ((i / 3 + 1) * M_PI);
+      const int term = i / 3 + 1;
+      sigma[i] = density_ * std::sqrt(2.0 * duration_s) / (term * M_PI);
     }
     return sigma;
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recording/csv/columns/csv_names.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <initializer_list>
@@ -141,17 +143,24 @@ void set_unit(CsvName& name, std::string_view text) {
   name.unit = unit.value_or(1.0);
 }
 
+// "ACC.X 1" (Delsys): the sensor's number behind the axis and a space. ("acc_x_5" is another
+// quantity, such as one of several values of a window.)
+constexpr char kNumberBehind = '#';
+void mark_number_behind(std::string& words) {
+  const std::size_t last = words.find_last_not_of("0123456789");
+  if (last == std::string::npos || last < 2 || last + 1 == words.size()) return;
+  if (words[last] == ' ' && is_axis(words[last - 1]) && is_separator(words[last - 2]))
+    words[last] = kNumberBehind;
+}
+
 // A vector's component: sensor, number, axis, with or without separators; or the axis first.
 CsvName component(std::string_view words) {
   if (words.ends_with("_axis")) words.remove_suffix(5);
   if (words.empty()) return {};
-  // "ACC.X 1" (Delsys): the sensor's number behind the axis.
   std::string number_behind;
-  if (const std::size_t last = words.find_last_not_of("0123456789");
-      last != std::string_view::npos && last > 0 && words[last] == '_' && last + 1 < words.size() &&
-      is_axis(words[last - 1]) && last > 1 && is_separator(words[last - 2])) {
-    number_behind = words.substr(last + 1);
-    words = words.substr(0, last);
+  if (const std::size_t mark = words.find(kNumberBehind); mark != std::string_view::npos) {
+    number_behind = words.substr(mark + 1);
+    words = words.substr(0, mark);
   }
   char axis = words.back();
   if (is_axis(axis)) {
@@ -246,6 +255,7 @@ CsvName csv_name(std::string_view header) {
       words.resize(slash);
     }
   }
+  mark_number_behind(words);
   std::ranges::replace_if(words, is_separator, '_');
   words.erase(
       std::unique(words.begin(), words.end(), [](char a, char b) { return a == '_' && b == '_'; }),
@@ -304,11 +314,11 @@ void name_axes_behind_a_sensor(std::vector<std::string>& headers) {
     std::string word = headers[i].substr(0, bracket);
     while (word.ends_with(' ')) word.pop_back();
     const std::string unit = headers[i].substr(bracket);
-    const CsvName first = csv_name(word + "_x " + unit);
+    const CsvName first = csv_name(fmt::format("{}_x {}", word, unit));
     if (word.size() < 3 || first.name.empty() || first.name.starts_with("pos")) continue;
     if (!csv_name(headers[i]).name.empty()) continue;  // "Acc X"
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      headers[i + axis] = word + '_' + "xyz"[axis] + ' ' + unit;
+      headers[i + axis] = fmt::format("{}_{} {}", word, "xyz"[axis], unit);
     }
   }
 }

@@ -13,6 +13,7 @@ namespace {
 
 std::optional<std::string> converted(const std::string& text, const char* from) {
   const iconv_t conversion = ::iconv_open("UTF-8", from);
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): the value that POSIX has for it
   if (conversion == reinterpret_cast<iconv_t>(-1)) return std::nullopt;  // not on this machine
   std::string in = text, out(4 * text.size() + 4, '\0');
   char *source = in.data(), *target = out.data();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recording/csv/dialects/teleplot.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <map>
@@ -93,11 +95,11 @@ std::optional<CsvDialect> teleplot_dialect(const std::vector<HeadLine>& lines,
   for (std::size_t c = 0; c < names.size(); ++c) {
     const auto& [name, unit] = names[c];
     column_of.emplace(name, c);
-    out.names.push_back(unit.empty() ? name : name + " (" + unit + ")");
+    out.names.push_back(unit.empty() ? name : fmt::format("{} ({})", name, unit));
     const auto given = options.columns.find(out.names.back());
-    std::string its =
+    const std::string its =
         given == options.columns.end() ? csv_name(out.names.back()).name : given->second;
-    ours.push_back(its.empty() ? name : std::move(its));
+    ours.push_back(its.empty() ? name : its);
   }
   out.first_row = lines.front().number;
   out.one_sensor_a_line = !with_time;

@@ -20,7 +20,7 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-constexpr int kRows = 60;
+constexpr int kLoggedRows = 60;
 constexpr double kG = 9.80665, kDeg = M_PI / 180.0;
 
 // Readings that rise and fall, as those of a turned board do.
@@ -39,7 +39,7 @@ std::string numbers(int k, const std::string& separator = ",", int first = 0, in
 // A header, and a row for each k.
 std::string table(const std::string& header, const std::function<std::string(int)>& row) {
   std::string out = header + "\n";
-  for (int k = 0; k < kRows; ++k) out += row(k) + "\n";
+  for (int k = 0; k < kLoggedRows; ++k) out += row(k) + "\n";
   return out;
 }
 
@@ -48,11 +48,11 @@ struct InOurs {
 };
 
 // All readings, every 10 ms.
-void expect_readings(const Recording& r, const InOurs& unit = {}) {
-  ASSERT_EQ(r.acc.size(), std::size_t(kRows));
-  ASSERT_EQ(r.gyr.size(), std::size_t(kRows));
-  ASSERT_EQ(r.mag.at(0).size(), std::size_t(kRows));
-  for (int k = 0; k < kRows; ++k) {
+void expect_logged(const Recording& r, const InOurs& unit = {}) {
+  ASSERT_EQ(r.acc.size(), std::size_t(kLoggedRows));
+  ASSERT_EQ(r.gyr.size(), std::size_t(kLoggedRows));
+  ASSERT_EQ(r.mag.at(0).size(), std::size_t(kLoggedRows));
+  for (int k = 0; k < kLoggedRows; ++k) {
     const auto i = std::size_t(k);
     EXPECT_NEAR(r.acc.t[i] - r.acc.t[0], 0.01 * k, 1e-5);
     for (int axis = 0; axis < 3; ++axis) {
@@ -63,13 +63,13 @@ void expect_readings(const Recording& r, const InOurs& unit = {}) {
   }
 }
 
-Recording read(const std::string& content, const CsvOptions& options = {}) {
+Recording read_log(const std::string& content, const CsvOptions& options = {}) {
   return csv_recording(content, "log.csv", options);
 }
 
 TEST(Loggers, have_seconds_and_what_is_beyond_them_in_a_column_that_only_its_name_tells) {
   // Advanced Navigation
-  const Recording r = read(
+  const Recording r = read_log(
       table("Unix Time,Microseconds,Accelerometer X (m/s/s),Accelerometer Y (m/s/s),"
             "Accelerometer Z (m/s/s),Gyroscope X (rad/s),Gyroscope Y (rad/s),Gyroscope Z (rad/s),"
             "Magnetometer X (mG),Magnetometer Y (mG),Magnetometer Z (mG)",
@@ -77,45 +77,46 @@ TEST(Loggers, have_seconds_and_what_is_beyond_them_in_a_column_that_only_its_nam
               const int us = 700000 + 10000 * k;
               return fmt::format("{},{},{}", 1709648527 + us / 1000000, us % 1000000, numbers(k));
             }));
-  expect_readings(r, {1.0, 1.0, 0.1});
+  expect_logged(r, {1.0, 1.0, 0.1});
 }
 
 TEST(Loggers, have_microseconds_beside_seconds_that_are_the_whole_time_again) {
   const Recording r =
-      read(table("Time,us,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z",
-                 [](int k) { return fmt::format("{},{},{}", 0.01 * k, 10000 * k, numbers(k)); }));
-  expect_readings(r);
+      read_log(table("Time,us,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z", [](int k) {
+        return fmt::format("{},{},{}", 0.01 * k, 10000 * k, numbers(k));
+      }));
+  expect_logged(r);
 }
 
 TEST(Loggers, call_a_temperature_t_and_the_time_by_its_form) {
   // Unicleo
-  const Recording r = read(
+  const Recording r = read_log(
       table("hh:mm:ss.ms,P [mB],T ['C],A.X [mg],A.Y [mg],A.Z [mg],G.X [mdps],G.Y [mdps],G.Z [mdps],"
             "M.X [mgauss],M.Y [mgauss],M.Z [mgauss]",
             [](int k) { return fmt::format("14:22:07.{:02}0,1013.2,25.1,{}", k, numbers(k)); }));
-  expect_readings(r, {1e-3 * kG, 1e-3 * kDeg, 0.1});
+  expect_logged(r, {1e-3 * kG, 1e-3 * kDeg, 0.1});
 }
 
 TEST(Loggers, give_the_time_a_name_of_their_own) {
   // OpenLog Artemis: a date, a time of the day; a separator ends every row
-  expect_readings(read(table("rtcDate,rtcTime,aX,aY,aZ,gX,gY,gZ,mX,mY,mZ,output_Hz,", [](int k) {
+  expect_logged(read_log(table("rtcDate,rtcTime,aX,aY,aZ,gX,gY,gZ,mX,mY,mZ,output_Hz,", [](int k) {
     return fmt::format("05/03/2024,14:22:07.{:02},{},49.876,", k, numbers(k));
   })));
   // ACEINNA: a unit of time
-  expect_readings(
-      read(table("timeCntr (msec), xAccel (m/s/s), yAccel (m/s/s), zAccel (m/s/s), "
-                 "xRate (deg/s), yRate (deg/s), zRate (deg/s), xMag (G), yMag (G), "
-                 "zMag (G)",
-                 [](int k) { return fmt::format("{}, {}", 66500 + 10 * k, numbers(k, ", ")); })),
-      {1.0, kDeg, 100.0});
+  expect_logged(read_log(table(
+                    "timeCntr (msec), xAccel (m/s/s), yAccel (m/s/s), zAccel (m/s/s), "
+                    "xRate (deg/s), yRate (deg/s), zRate (deg/s), xMag (G), yMag (G), "
+                    "zMag (G)",
+                    [](int k) { return fmt::format("{}, {}", 66500 + 10 * k, numbers(k, ", ")); })),
+                {1.0, kDeg, 100.0});
   // DatCon: a word that ends with "time"
-  expect_readings(
-      read(table("Clock:offsetTime,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z",
-                 [](int k) { return fmt::format("{},{}", 0.01 * k, numbers(k)); })));
+  expect_logged(
+      read_log(table("Clock:offsetTime,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z",
+                     [](int k) { return fmt::format("{},{}", 0.01 * k, numbers(k)); })));
   // What falls is none.
   const InputError error = test::error_of([] {
-    read(table("uptime,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z",
-               [](int k) { return fmt::format("{},{}", reading(k, 1), numbers(k)); }));
+    read_log(table("uptime,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z",
+                   [](int k) { return fmt::format("{},{}", reading(k, 1), numbers(k)); }));
   });
   EXPECT_THAT(error.problem, HasSubstr("no column t"));
 }
@@ -128,8 +129,8 @@ TEST(Loggers, put_a_device_before_each_name) {
       header += fmt::format(",inertial-6284.48123:{}{}", sensor, axis);
     }
   }
-  expect_readings(
-      read(table(
+  expect_logged(
+      read_log(table(
           header,
           [](int k) { return fmt::format("03/05/2024 14:22:07.{:02}0000000,{}", k, numbers(k)); })),
       {kG, 1.0, 100.0});
@@ -137,17 +138,17 @@ TEST(Loggers, put_a_device_before_each_name) {
 
 TEST(Loggers, of_two_devices_in_a_table_the_one_with_all_sensors_is_read) {
   const Recording r =
-      read(table("time,IMU(0):accelX,IMU(0):accelY,IMU(0):accelZ,IMU(1):accelX,IMU(1):accelY,"
-                 "IMU(1):accelZ,IMU(1):gyroX,IMU(1):gyroY,IMU(1):gyroZ,IMU(1):magX,IMU(1):magY,"
-                 "IMU(1):magZ",
-                 [](int k) { return fmt::format("{},7,8,9,{}", 0.01 * k, numbers(k)); }));
-  expect_readings(r);
+      read_log(table("time,IMU(0):accelX,IMU(0):accelY,IMU(0):accelZ,IMU(1):accelX,IMU(1):accelY,"
+                     "IMU(1):accelZ,IMU(1):gyroX,IMU(1):gyroY,IMU(1):gyroZ,IMU(1):magX,IMU(1):magY,"
+                     "IMU(1):magZ",
+                     [](int k) { return fmt::format("{},7,8,9,{}", 0.01 * k, numbers(k)); }));
+  expect_logged(r);
   EXPECT_THAT(r.notes, Contains(HasSubstr("--map 'acc_x=IMU(0):accelX'")));
 }
 
 TEST(Loggers, name_a_sensor_above_the_first_of_its_columns) {
-  expect_readings(read(table("t,Accelerometer [m/s2],,,Gyroscope [rad/s],,,Magnetometer [µT],,",
-                             [](int k) { return fmt::format("{},{}", 0.01 * k, numbers(k)); })));
+  expect_logged(read_log(table("t,Accelerometer [m/s2],,,Gyroscope [rad/s],,,Magnetometer [µT],,",
+                               [](int k) { return fmt::format("{},{}", 0.01 * k, numbers(k)); })));
   // GoPro's telemetry, whose clock in milliseconds has a name of its own
   test::TempFolder folder;
   for (const auto& [file, name, first] : {std::tuple("X-ACCL.csv", "Accelerometer [m/s2]", 0),
@@ -160,7 +161,7 @@ TEST(Loggers, name_a_sensor_above_the_first_of_its_columns) {
                                       numbers(k, ",", first, 3));
                  }));
   }
-  expect_readings(read_recording(folder.path("")));
+  expect_logged(read_recording(folder.path("")));
 }
 
 TEST(Loggers, name_each_column_by_sensor_axis_and_number_and_put_a_time_before_it) {
@@ -178,7 +179,7 @@ TEST(Loggers, name_each_column_by_sensor_axis_and_number_and_put_a_time_before_i
     }
     return row;
   });
-  expect_readings(read(content), {kG, kDeg, 1.0});
+  expect_logged(read_log(content), {kG, kDeg, 1.0});
 }
 
 TEST(Loggers, write_one_axis_a_row_with_its_unit) {
@@ -194,7 +195,7 @@ TEST(Loggers, write_one_axis_a_row_with_its_unit) {
     }
     return rows;
   });
-  expect_readings(read(content), {0.01, kDeg / 16, 1.0 / 16});
+  expect_logged(read_log(content), {0.01, kDeg / 16, 1.0 / 16});
 }
 
 TEST(Loggers, number_their_sensors_as_android_does) {
@@ -203,19 +204,19 @@ TEST(Loggers, number_their_sensors_as_android_does) {
     return fmt::format("{0},1,3,{1}\n{0},9,3,0,0,9.8\n{0},4,3,{2}\n{0},2,3,{3}", ns,
                        numbers(k, ",", 0, 3), numbers(k, ",", 3, 3), numbers(k, ",", 6, 3));
   });
-  expect_readings(read(content));
+  expect_logged(read_log(content));
 }
 
 TEST(Loggers, begin_their_lines_with_the_mark_of_a_comment) {
   // Razor
   std::string content;
-  for (int k = 0; k < kRows; ++k) {
+  for (int k = 0; k < kLoggedRows; ++k) {
     content += fmt::format("#A-C={}\n#M-C={}\n#G-C={}\n", numbers(k, ",", 0, 3),
                            numbers(k, ",", 6, 3), numbers(k, ",", 3, 3));
   }
   CsvOptions options;
   options.rate_hz = 100.0;
-  expect_readings(read(content, options));
+  expect_logged(read_log(content, options));
 }
 
 TEST(Loggers, write_accelerations_in_parts_and_with_apples_sign) {
@@ -225,43 +226,44 @@ TEST(Loggers, write_accelerations_in_parts_and_with_apples_sign) {
     return row + ",0.25,0.25,0.25," + numbers(k, ",", 3, 6);
   };
   const std::string rest = ",gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z";
-  const Recording apple =
-      read(table("timestamp,gravity.x,gravity.y,gravity.z,userAcceleration.x,userAcceleration.y,"
-                 "userAcceleration.z" +
-                     rest,
-                 rows));
-  expect_readings(apple, {-1.0, 1.0, 1.0});
+  const Recording apple = read_log(
+      table("timestamp,gravity.x,gravity.y,gravity.z,userAcceleration.x,userAcceleration.y,"
+            "userAcceleration.z" +
+                rest,
+            rows));
+  expect_logged(apple, {-1.0, 1.0, 1.0});
   EXPECT_THAT(apple.notes, Contains(HasSubstr("the sum of gravity and")));
-  const Recording in_g = read(
+  const Recording in_g = read_log(
       table("timestamp,motionGravityX(G),motionGravityY(G),motionGravityZ(G),"
             "motionUserAccelerationX(G),motionUserAccelerationY(G),motionUserAccelerationZ(G)" +
                 rest,
             rows));
-  expect_readings(in_g, {-kG, 1.0, 1.0});
-  expect_readings(
-      read(table("timestamp,gravity_x,gravity_y,gravity_z,linear_acceleration_x,"
-                 "linear_acceleration_y,linear_acceleration_z" +
-                     rest,
-                 rows)));
+  expect_logged(in_g, {-kG, 1.0, 1.0});
+  expect_logged(
+      read_log(table("timestamp,gravity_x,gravity_y,gravity_z,linear_acceleration_x,"
+                     "linear_acceleration_y,linear_acceleration_z" +
+                         rest,
+                     rows)));
   // SensorLog
-  expect_readings(
-      read(table("loggingTime(txt),accelerometerAccelerationX(G),accelerometerAccelerationY(G),"
-                 "accelerometerAccelerationZ(G)" +
-                     rest,
-                 [](int k) { return fmt::format("2024-03-05 14:22:07.{:02},{}", k, numbers(k)); })),
+  expect_logged(
+      read_log(
+          table("loggingTime(txt),accelerometerAccelerationX(G),accelerometerAccelerationY(G),"
+                "accelerometerAccelerationZ(G)" +
+                    rest,
+                [](int k) { return fmt::format("2024-03-05 14:22:07.{:02},{}", k, numbers(k)); })),
       {-kG, 1.0, 1.0});
 }
 
 TEST(Loggers, end_their_header_with_a_column_that_has_nothing) {
   // LabVIEW
-  expect_readings(
-      read(table("LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\n"
-                 "***End_of_Header***\t\nSamples\t100\t100\t100\t100\t100\t100\t100\t100\t"
-                 "100\nX_Dimension\tTime\tTime\nX0\t0\t0\t0\t0\t0\t0\t0\t0\t0\n"
-                 "Delta_X\t1\t1\t1\t1\t1\t1\t1\t1\t1\n"
-                 "***End_of_Header***\nX_Value\tacc_x\tacc_y\tacc_z\tgyr_x\tgyr_y\t"
-                 "gyr_z\tmag_x\tmag_y\tmag_z\tComment",
-                 [](int k) { return fmt::format("{}\t{}", 0.01 * k, numbers(k, "\t")); })));
+  expect_logged(
+      read_log(table("LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\n"
+                     "***End_of_Header***\t\nSamples\t100\t100\t100\t100\t100\t100\t100\t100\t"
+                     "100\nX_Dimension\tTime\tTime\nX0\t0\t0\t0\t0\t0\t0\t0\t0\t0\n"
+                     "Delta_X\t1\t1\t1\t1\t1\t1\t1\t1\t1\n"
+                     "***End_of_Header***\nX_Value\tacc_x\tacc_y\tacc_z\tgyr_x\tgyr_y\t"
+                     "gyr_z\tmag_x\tmag_y\tmag_z\tComment",
+                     [](int k) { return fmt::format("{}\t{}", 0.01 * k, numbers(k, "\t")); })));
 }
 
 TEST(Loggers, write_chinese_in_the_characters_of_their_system) {
@@ -276,9 +278,9 @@ TEST(Loggers, write_chinese_in_the_characters_of_their_system) {
   ASSERT_NE(::iconv(conversion, &in, &left, &out, &room), static_cast<std::size_t>(-1));
   ::iconv_close(conversion);
   gbk.resize(gbk.size() - room);
-  const Recording r = read(table(
+  const Recording r = read_log(table(
       gbk, [](int k) { return fmt::format("14:22:07.{:02}\tWT901\t{}", k, numbers(k, "\t")); }));
-  expect_readings(r, {kG, kDeg, 1.0});
+  expect_logged(r, {kG, kDeg, 1.0});
   EXPECT_THAT(r.notes, Contains(HasSubstr("GB18030")));
 }
 
@@ -292,7 +294,7 @@ TEST(LoggersOfFolders, take_the_accelerometer_of_the_gyroscopes_file) {
                  return fmt::format("{},{},7,8,9", 0.01 * k, numbers(k, ",", 6, 3));
                }));
   const Recording r = read_recording(folder.path(""));
-  expect_readings(r);
+  expect_logged(r);
   EXPECT_THAT(r.notes, Contains("not used: acc of mag.txt"));
 }
 
@@ -301,7 +303,7 @@ TEST(LoggersOfFolders, have_files_of_four_columns_without_a_header) {
   test::TempFolder folder;
   const auto file = [](int first, bool time_last) {
     std::string text = "# Created at Tue Mar 05\n";
-    for (int k = 0; k < kRows; ++k) {
+    for (int k = 0; k < kLoggedRows; ++k) {
       const std::string t = fmt::format("{}", 52331000000000LL + 10000000LL * k);
       text += time_last ? fmt::format("{} {}\n", numbers(k, " ", first, 3), t)
                         : fmt::format("{} {}\n", t, numbers(k, " ", first, 3));
@@ -312,11 +314,11 @@ TEST(LoggersOfFolders, have_files_of_four_columns_without_a_header) {
                     gyr = folder.write("gyro.txt", file(3, true)),
                     mag = folder.write("magnet.txt", file(6, false));
   const Recording r = read_recording(folder.path(""));
-  expect_readings(r);
+  expect_logged(r);
   EXPECT_THAT(r.notes, Contains(HasSubstr("column 4, which never falls, is the time")));
   const std::vector<Recording> given = read_recordings({acc, gyr, mag});
   ASSERT_EQ(given.size(), 1U);
-  expect_readings(given.front());
+  expect_logged(given.front());
 }
 
 TEST(Json, names_and_units_of_columns_beside_arrays_of_numbers) {
@@ -332,10 +334,10 @@ TEST(Json, names_and_units_of_columns_beside_arrays_of_numbers) {
                                 : "uT");
   }
   text += "], \"values\": [";
-  for (int k = 0; k < kRows; ++k) text += (k == 0 ? "[" : ", [") + numbers(k) + "]";
+  for (int k = 0; k < kLoggedRows; ++k) text += (k == 0 ? "[" : ", [") + numbers(k) + "]";
   text += "]}}";
   test::TempFolder folder;
-  expect_readings(read_recording(folder.write("sample.json", text)), {1.0, kDeg, 1.0});
+  expect_logged(read_recording(folder.write("sample.json", text)), {1.0, kDeg, 1.0});
 }
 
 TEST(Units, may_have_a_factor) {

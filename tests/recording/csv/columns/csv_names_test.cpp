@@ -15,7 +15,8 @@ using testing::HasSubstr;
 
 constexpr double kG = 9.80665, kDeg = M_PI / 180.0;
 
-Recording read(const std::string& header, const std::string& row, const CsvOptions& options = {}) {
+Recording read_named(const std::string& header, const std::string& row,
+                     const CsvOptions& options = {}) {
   const test::TempFolder folder;
   return read_csv(folder.write("log.csv", header + "\n" + row + "\n"), options);
 }
@@ -29,10 +30,10 @@ void expect_sample(const Recording& r, double acc, double gyr, double mag) {
 
 TEST(OtherLoggers, phyphox) {
   expect_sample(
-      read("Time (s),Acceleration x (m/s^2),Acceleration y (m/s^2),Acceleration z (m/s^2),"
-           "Gyroscope x (rad/s),Gyroscope y (rad/s),Gyroscope z (rad/s),"
-           "Magnetic field x (µT),Magnetic field y (µT),Magnetic field z (µT)",
-           "0,1,2,3,4,5,6,7,8,9"),
+      read_named("Time (s),Acceleration x (m/s^2),Acceleration y (m/s^2),Acceleration z (m/s^2),"
+                 "Gyroscope x (rad/s),Gyroscope y (rad/s),Gyroscope z (rad/s),"
+                 "Magnetic field x (µT),Magnetic field y (µT),Magnetic field z (µT)",
+                 "0,1,2,3,4,5,6,7,8,9"),
       1, 1, 1);
 }
 
@@ -42,12 +43,12 @@ TEST(OtherLoggers, phyphox_without_gravity_is_used_only_where_nothing_better_is_
                         ",Linear Acceleration x (m/s^2),Linear Acceleration y (m/s^2),Linear "
                         "Acceleration z (m/s^2)";
   const std::string with = ",Acceleration x (m/s^2),Acceleration y (m/s^2),Acceleration z (m/s^2)";
-  EXPECT_EQ(read("Time (s)" + linear + with + rest, "0,-1,-1,-1,1,2,3,4,5,6,7,8,9").acc.v[0],
+  EXPECT_EQ(read_named("Time (s)" + linear + with + rest, "0,-1,-1,-1,1,2,3,4,5,6,7,8,9").acc.v[0],
             Vector3(1, 2, 3));
 }
 
 TEST(OtherLoggers, sensor_logger_combined_in_one_file) {
-  const Recording r = read(
+  const Recording r = read_named(
       "time,seconds_elapsed,accelerometer_z,accelerometer_y,accelerometer_x,totalAcceleration_z,"
       "totalAcceleration_y,totalAcceleration_x,gyroscope_z,gyroscope_y,gyroscope_x,magnetometer_z,"
       "magnetometer_y,magnetometer_x,magnetometerUncalibrated_z,magnetometerUncalibrated_y,"
@@ -60,25 +61,27 @@ TEST(OtherLoggers, sensor_logger_combined_in_one_file) {
 }
 
 TEST(OtherLoggers, physics_toolbox_has_g_forces) {
-  expect_sample(read("time,gFx,gFy,gFz,ax,ay,az,wx,wy,wz,Bx,By,Bz", "0,1,2,3,0,0,0,4,5,6,7,8,9"),
-                kG, 1, 1);
+  expect_sample(
+      read_named("time,gFx,gFy,gFz,ax,ay,az,wx,wy,wz,Bx,By,Bz", "0,1,2,3,0,0,0,4,5,6,7,8,9"), kG, 1,
+      1);
 }
 
 TEST(OtherLoggers, ros_as_csv) {
-  expect_sample(read("time,field.linear_acceleration.x,field.linear_acceleration.y,"
-                     "field.linear_acceleration.z,field.angular_velocity.x,"
-                     "field.angular_velocity.y,field.angular_velocity.z,"
-                     "field.magnetic_field.x,field.magnetic_field.y,field.magnetic_field.z",
-                     "0,1,2,3,4,5,6,7,8,9"),
+  expect_sample(read_named("time,field.linear_acceleration.x,field.linear_acceleration.y,"
+                           "field.linear_acceleration.z,field.angular_velocity.x,"
+                           "field.angular_velocity.y,field.angular_velocity.z,"
+                           "field.magnetic_field.x,field.magnetic_field.y,field.magnetic_field.z",
+                           "0,1,2,3,4,5,6,7,8,9"),
                 1, 1, 1);
 }
 
 TEST(OtherLoggers, plain_loggers_with_units_in_their_names) {
-  expect_sample(read("time_ms,acc_x_g,acc_y_g,acc_z_g,gyro_x_dps,gyro_y_dps,gyro_z_dps,mag_x_nT,"
-                     "mag_y_nT,mag_z_nT",
-                     "5,1,2,3,4,5,6,7,8,9"),
-                kG, kDeg, 1e-3);
-  const Recording r = read(
+  expect_sample(
+      read_named("time_ms,acc_x_g,acc_y_g,acc_z_g,gyro_x_dps,gyro_y_dps,gyro_z_dps,mag_x_nT,"
+                 "mag_y_nT,mag_z_nT",
+                 "5,1,2,3,4,5,6,7,8,9"),
+      kG, kDeg, 1e-3);
+  const Recording r = read_named(
       "Timestamp [us],AccelX [mg],AccelY [mg],AccelZ [mg],GyroX [deg/s],GyroY [deg/s],GyroZ "
       "[deg/s],"
       "MagX [mG],MagY [mG],MagZ [mG]",
@@ -94,14 +97,15 @@ TEST(OtherLoggers, a_unit_that_is_given_wins_over_the_headers) {
   options.gyr_unit = 1.0;
   options.mag_unit = 100.0;
   expect_sample(
-      read("t,acc_x,acc_y,acc_z,gyro_x_dps,gyro_y_dps,gyro_z_dps,mag_x_nT,mag_y_nT,mag_z_nT",
-           "5,1,2,3,4,5,6,7,8,9", options),
+      read_named("t,acc_x,acc_y,acc_z,gyro_x_dps,gyro_y_dps,gyro_z_dps,mag_x_nT,mag_y_nT,mag_z_nT",
+                 "5,1,2,3,4,5,6,7,8,9", options),
       1, 1, 100);
 }
 
 TEST(OtherLoggers, a_unit_that_is_not_known_is_an_error_and_not_a_guess) {
   const InputError error = test::error_of([] {
-    read("t,acc_x (ft/s^2),acc_y (ft/s^2),acc_z (ft/s^2),gx,gy,gz,mx,my,mz", "0,1,2,3,4,5,6,7,8,9");
+    read_named("t,acc_x (ft/s^2),acc_y (ft/s^2),acc_z (ft/s^2),gx,gy,gz,mx,my,mz",
+               "0,1,2,3,4,5,6,7,8,9");
   });
   EXPECT_EQ(error.column, 2);
   EXPECT_THAT(error.problem, HasSubstr("\"ft/s^2\", which is not known"));

@@ -50,7 +50,7 @@ TEST(TimeLikelihood, finer_grids_do_not_forget_what_a_coarser_one_saw_elsewhere)
 }
 
 TEST(TimeLikelihood, what_lies_elsewhere_counts_less_where_the_finer_grid_finds_better_times) {
-  const auto flat = [](double t) { return -1e-9 * std::abs(t - 5.0); };
+  const auto flat = [](double t) { return -1e-12 * std::abs(t - 5.0); };
   TimeLikelihood likelihood;
   likelihood.take(grid_about(5.0, 0.1, 20, flat));
   EXPECT_NEAR(likelihood.width_s(), 4.1, 1e-9);

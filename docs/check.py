@@ -11,7 +11,8 @@ docs/check.py            every constant of calibration/, diagnosis/, earth/ and 
                          section that a document or a comment cites is there; every file that lowers
                          a verdict is in docs/theory.md, "The verdict"; no
                          room includes another one than the table of docs/design.md says; no folder
-                         has more than 30 sources (but bench/ and tests/)
+                         has more than 30 sources (but bench/ and tests/); every file of tests is
+                         in a target
 docs/check.py --rooms    prints the rooms of docs/design.md with their files and lines
 docs/check.py --values   brings docs/thresholds.md up to the code: values anew, rows of constants that
                          are gone taken out, new ones under "Not described yet" with their comment,
@@ -392,6 +393,18 @@ def check_rooms(files):
     return faults
 
 
+def check_tests(files):
+    """A file of tests that no target has is never run, and nobody notices."""
+    recipe = (ROOT / "tests/CMakeLists.txt").read_text()
+    globs = re.search(r"foreach\(room ([^)]*)\)\s*#[^\n]*\n\s*file\(GLOB_RECURSE sources", recipe)
+    rooms = globs.group(1).split() if globs else []
+    own = {folder for folder in re.findall(r"SOURCE_DIR}/([\w/]+)/\*_test\.cpp", recipe)}
+    return [f"{file} is in no target of tests/CMakeLists.txt" for file in files
+            if re.fullmatch(r"tests/.*_test\.cpp", file) and file.split("/")[1] not in rooms
+            and str(pathlib.PurePosixPath(file).parent)[len("tests/"):] not in own
+            and pathlib.PurePosixPath(file).name not in recipe]
+
+
 def folders_of(files):
     """Folder -> its own sources, without those of folders within it."""
     folders = {}
@@ -429,7 +442,8 @@ def main():
     if write:
         bring_up_to_date(files)
     faults = (check_thresholds(files) + check_bare_numbers(files) + check_names(files)
-              + check_sections(files) + check_verdicts(files) + check_rooms(files) + check_sizes(files))
+              + check_sections(files) + check_verdicts(files) + check_rooms(files) + check_sizes(files)
+              + check_tests(files))
     for fault in faults:
         print(fault, file=sys.stderr)
     sys.exit(1 if faults else 0)

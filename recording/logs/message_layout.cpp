@@ -86,7 +86,7 @@ class LayoutParser {
         body += std::string(line) + '\n';
       }
     }
-    if (csv_trimmed(body).size() > 0 || !texts_.empty()) texts_.emplace(name, body);
+    if (!csv_trimmed(body).empty() || !texts_.empty()) texts_.emplace(name, body);
   }
 
   const std::string* text_of(const std::string& type) {

@@ -33,14 +33,15 @@ void WrappedReadings::turn_over(const RepeatedReadings& waiting, const UsualRead
     const double a = last_[axis], b = unit.v[axis], range = usual.extreme[axis];
     const double nearer = std::min(std::abs(a), std::abs(b));
     const double farther = std::max(std::abs(a), std::abs(b));
-    if (a * b < 0.0 && std::abs(b - a) > kWrapToStep * step &&
-        nearer > range - kStepsToEnd * step && farther < range + kStepsToEnd * step &&
-        (whole_file || goes_on_from_there(waiting, axis, kStepsToEnd * step))) {
-      turns_over_[std::size_t(axis)] += b < a ? 1 : -1;
-    } else if (const int turns = turns_over_[std::size_t(axis)];
-               turns != 0 && a * b < 0.0 && (b < a) == (turns < 0) && std::abs(b - a) > range) {
-      turns_over_[std::size_t(axis)] += b < a ? 1 : -1;  // what came was garbage
-    }
+    int& turns = turns_over_[std::size_t(axis)];
+    const bool wraps = a * b < 0.0 && std::abs(b - a) > kWrapToStep * step &&
+                       nearer > range - kStepsToEnd * step &&
+                       farther < range + kStepsToEnd * step &&
+                       (whole_file || goes_on_from_there(waiting, axis, kStepsToEnd * step));
+    // What came was garbage.
+    const bool back =
+        turns != 0 && a * b < 0.0 && (b < a) == (turns < 0) && std::abs(b - a) > range;
+    if (wraps || back) turns += b < a ? 1 : -1;
   }
 }
 

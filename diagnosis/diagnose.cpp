@@ -274,6 +274,7 @@ Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
                     at_rest, d);
     d.after = extender.summary(extender.stage());
     extender.restate(d.after);
+    restate_motion(extender.stage(), d);
     reword_by_what_is_known(given, d);
     tell_shares_taken(d);
   };
@@ -359,8 +360,9 @@ Diagnosis diagnose_motion(const std::vector<const Recording*>& given,
       "{}. Velocity and position are part of the model, with {:.2g} m/s (a standard deviation) "
       "wherever that leads{}.",
       moved.parameters.front().value, first.beyond_reach, travelled.after.speed_mps,
-      left < before ? fmt::format("; {:.0f} nats are left unexplained, not {:.0f}", left, before)
-                    : "");
+      left < before
+          ? fmt::format("; a hand leaves {:.0f} nats unexplained, this {:.0f}", before, left)
+          : "");
   moved.gain.residual_rms_after = travelled.after.residuals[std::size_t(Sensor::kAcc)].rms;
   travelled.seconds += first.diagnosis.seconds;
   // What was missing before it was known that the sensor travelled is missing before any cause.

@@ -48,7 +48,7 @@ class Parameters {
   }
   // before + "X" + after and so on.
   void vector(const std::string& before, const std::string& after, const Vector3& v) {
-    for (int i = 0; i < 3; ++i) real(before + "XYZ"[i] + after, v[i]);
+    for (int i = 0; i < 3; ++i) real(fmt::format("{}{}{}", before, "XYZ"[i], after), v[i]);
   }
   void comment(const std::string& line) { text += "# " + line + "\n"; }
 
@@ -235,6 +235,7 @@ Exported export_ardupilot(const Calibration& c, const ExportOptions& options) {
   constexpr Autopilot kTarget = Autopilot::kArdupilot;
   Exported out{"", losses(c, kTarget, options, count), harms(c, kTarget, options, count)};
   std::vector<std::string> head{
+      // NOLINTNEXTLINE(bugprone-suspicious-missing-comma): a sentence of two lines
       "Parameters of ArduPilot (Mission Planner: Full Parameter List, Load from file; MAVProxy: "
       "param load).",
       "mag = S (raw + ofs), milligauss; acc = raw - offs, m/s^2; gyro = raw - offs, rad/s.",

@@ -60,6 +60,7 @@ Exported export_ros(const Calibration& c, const ExportOptions& options) {
       comment_head(
           c, options,
           {"Parameters for ROS 2 (ros2 run ... --ros-args --params-file FILE).",
+           // NOLINTNEXTLINE(bugprone-suspicious-missing-comma): a sentence of two lines
            "initial_mag_*: those of magnetometer_bias_remover (package "
            "magnetometer_pipeline), field = matrix (raw - bias), tesla.",
            raw_units("tesla", kTesla),

@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "calibration/fit/choose_motion.h"
 #include "calibration/scan/general_dependence.h"
 #include "calibration/scan/testable.h"
 #include "calibration/travelling.h"
 #include "diagnosis/held/held_out_nll.h"
+#include "diagnosis/search/scan_options.h"
 #include "diagnosis/search/shapes/slow_motion.h"
 #include "diagnosis/search/stored_model.h"
 #include "factors/effects/catalogue.h"
@@ -75,30 +77,53 @@ Restlessness restlessness(const Stage& rotation, const AccNoise& noise) {
   return out;
 }
 
-// What the accelerometer measured beside gravity and bias, m/s^2: RMS of single samples, length of
-// the vector.
-double acceleration_rms(const Stage& rotation) {
-  const double noise = rotation.spec().noise.acc * rotation.sums().rms(Sensor::kAcc);
-  double nodes = 0.0, seconds = 0.0;
-  for (const NodePlan& plan : rotation.plans()) {
-    nodes += double(plan.t.size());
-    seconds += plan.t.back() - plan.t.front();
+// How much a moved sensor accelerates from node to node, m/s^2, RMS of the vector, by the
+// velocities of the fit without what the accelerometer's noise makes of them; and its standard
+// deviation.
+struct Acceleration {
+  double rms, sigma;
+};
+Acceleration acceleration_of(const Stage& moving) {
+  const Values& values = moving.result().values;
+  double squares = 0.0, noise = 0.0, seconds = 0.0, unknowns = 0.0;
+  for (const NodePlan& plan : moving.plans()) {
+    for (std::size_t k = 1; k < plan.t.size(); ++k) {
+      const double dt = plan.t[k] - plan.t[k - 1];
+      const Vector3 dv = values.at<Vector3>(V(plan.first + int(k))) -
+                         values.at<Vector3>(V(plan.first + int(k) - 1));
+      squares += dv.squaredNorm() / dt;
+      noise += 3.0 * std::pow(moving.spec().noise.acc, 2);
+      seconds += dt;
+      unknowns += 3.0;
+    }
   }
-  const double nodes_per_s = nodes / std::max(1e-9, seconds);
-  return noise * std::sqrt(nodes_per_s) * std::sqrt(3.0);
+  const double all = squares / seconds, of_noise = noise / seconds;
+  const double rms = std::sqrt(std::max(all - of_noise, of_noise / std::sqrt(unknowns)));
+  return {rms, all / (rms * std::sqrt(2.0 * unknowns))};
+}
+
+// "... it accelerated by 0.5 m/s^2 (RMS)" and a rest that says why that is believed.
+constexpr std::string_view kUnit = " m/s^2 (RMS)";
+void tell_acceleration(const Stage& moving, Finding& f) {
+  const Acceleration a = acceleration_of(moving);
+  f.parameters = {{"acceleration_rms", a.rms, a.sigma, "m/s^2"}};
+  const std::size_t unit = f.sentence.find(kUnit);
+  f.sentence = fmt::format("The hand moved the sensor: it accelerated by {:.2g}", a.rms) +
+               f.sentence.substr(unit);
 }
 
 // Likelihoods under the two models cannot be compared, since one has velocities and positions.
 // Instead the cost of the accelerometer's residual under pure rotation is compared for noise as at
 // rest and for noise as large as the residual. unknowns: number of coefficients of the residual;
-// times: their mean square over that at rest.
-Finding finding_of_motion(const Stage& moving, double rms, double unknowns, double times,
-                          double residual_before) {
+// times: their mean square over that at rest. why: the sentence behind how much it accelerated.
+Finding finding_of_motion(const Stage& moving, const std::string& why, double unknowns,
+                          double times, double residual_before) {
   const double after = sum_of(held_out_nll(moving));
   Finding f;
   f.effect = "linear_acceleration";
   f.channel = "acc";
-  f.parameters = {{"acceleration_rms", rms, rms / std::sqrt(unknowns), "m/s^2"}};
+  f.sentence = std::string(kUnit) + why;
+  tell_acceleration(moving, f);
   f.probability = 1.0;
   f.gain = {
       .heldout_nll_before = after + 0.5 * unknowns * std::max(0.0, times - 1.0 - std::log(times)),
@@ -113,49 +138,44 @@ Finding finding_of_motion(const Stage& moving, double rms, double unknowns, doub
 
 // Rewrites the finding where no rest shows the noise. Its evidence is then the correlation of
 // neighbours, which white noise of any size does not have.
-void tell_by_colour(const Restlessness& restless, double rms, Finding& f) {
+void tell_by_colour(const Restlessness& restless, Finding& f) {
   const double alike = 1.0 - std::pow(std::min(restless.colour, 0.999), 2);
   const double nats = -0.5 * restless.rows * std::log(alike);
   f.gain.heldout_nll_before = f.gain.heldout_nll_after + nats;
   f.gain.bic_delta = -2.0 * nats;
   f.gain.residual_rms_before = 1.0 / std::sqrt(alike);
   f.p_value = std::max(1e-300, normal_tail(restless.colour * std::sqrt(restless.rows)));
-  f.sentence = fmt::format(
-      "The hand moved the sensor: it accelerated by {:.2g} m/s^2 (RMS). No rest shows the "
-      "accelerometer's noise, but what it reads beside gravity is no white noise (correlation of "
-      "neighbours {:.2f}); velocity and position are part of the model from here on.",
-      rms, restless.colour);
 }
 
-Finding motion_finding(const Stage& rotation, const Stage& moving, const Restlessness& restless) {
+std::string why_moved(const Restlessness& restless) {
+  if (restless.excess >= kCalm) {
+    return ", more than the accelerometer's noise explains; velocity and position are part of the "
+           "model from here on.";
+  }
+  return fmt::format(
+      ". No rest shows the accelerometer's noise, but what it reads beside gravity is no white "
+      "noise (correlation of neighbours {:.2f}); velocity and position are part of the model from "
+      "here on.",
+      restless.colour);
+}
+
+Finding motion_finding(const Stage& moving, const Restlessness& restless) {
   const double times = restless.excess * restless.excess;
-  const double rms = acceleration_rms(rotation);
-  Finding f = finding_of_motion(moving, rms, restless.rows, times, restless.excess);
-  f.sentence = fmt::format(
-      "The hand moved the sensor: it accelerated by {:.2g} m/s^2 (RMS), {:.1f} times what the "
-      "accelerometer's noise explains; velocity and position are part of the model from here on.",
-      rms, restless.excess);
+  Finding f = finding_of_motion(moving, why_moved(restless), restless.rows, times, restless.excess);
   f.p_value =
       std::pow(10.0, std::max(-300.0, log10_chi_square_tail(restless.rows * times, restless.rows)));
-  if (restless.excess < kCalm) tell_by_colour(restless, rms, f);
+  if (restless.excess < kCalm) tell_by_colour(restless, f);
   return f;
 }
 
-Finding small_motion_finding(const Stage& rotation, const Stage& moving, const SlowPower& slow,
-                             const NodeResiduals& residuals) {
-  double nodes = 0.0;
-  for (const auto& piece : residuals.moving) nodes += double(piece.size());
-  const double rms = rotation.spec().noise.acc *
-                     std::sqrt(slow.squares / (std::max(1.0, nodes) * residuals.interval_s));
+Finding small_motion_finding(const Stage& rotation, const Stage& moving, const SlowPower& slow) {
   const double times = std::exp(slow.log_ratio);
+  const std::string why = fmt::format(
+      "; slower than 1.5 Hz the accelerometer reads {:.2g} times as much beside gravity as its "
+      "noise explains. Velocity and position are part of the model from here on.",
+      std::sqrt(times));
   Finding f =
-      finding_of_motion(moving, rms, slow.unknowns, times, rotation.sums().rms(Sensor::kAcc));
-  f.parameters.front().sigma = 0.5 * rms * slow.sigma / (1.0 - 1.0 / times);
-  f.sentence = fmt::format(
-      "The hand moved the sensor a little: it accelerated by {:.2g} m/s^2 (RMS); slower than "
-      "1.5 Hz the accelerometer reads {:.2g} times as much beside gravity as its noise explains. "
-      "Velocity and position are part of the model from here on.",
-      rms, std::sqrt(times));
+      finding_of_motion(moving, why, slow.unknowns, times, rotation.sums().rms(Sensor::kAcc));
   f.p_value = std::min(1.0, normal_tail(slow.z()) * kHandsBands * double(count_looked_for()));
   return f;
 }
@@ -165,24 +185,27 @@ bool is_calm(const Restlessness& r) { return r.excess < kCalm && r.colour < kCal
 // Can known causes explain nearly all of the accelerometer's residual instead of a moved hand? They
 // enter one after another, each time the one that takes most of that residual. (Most of what a
 // cause explains may be another sensor's misfit.) Whether they are the causes is decided elsewhere.
+// A change whose times, or a source whose place, is known roughly yet need take most of it only.
 bool has_rivals(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                 const Extender& extender, const Stage& rotation, Restlessness now,
                 const AccNoise& noise) {
   const double least = kSomeOfIt * now.squares;
   Stage stage = rotation;
   while (!is_calm(now) && !(now.squares < least)) {
-    const Scan scan(recordings, stage, extender.candidates(stage));
     std::optional<Stage> best;
     Restlessness of_best{.left = now.left - least};
-    for (const Score& s : scan.scores()) {
-      const bool shows = log10_chi_square_tail(s.statistic, s.dof) < extender.log10_level() &&
-                         s.statistic > kMostOfIt * now.squares;
+    for (const Option& o : scan_options(recordings, stage, extender.candidates(stage))) {
+      const bool shows =
+          o.rank < extender.log10_level() && o.score.statistic > kMostOfIt * now.squares;
       if (!shows) continue;
       ModelSpec spec = stage.spec();
-      spec.effects.push_back(s.effect);
-      auto with = attempt([&] { return pipeline.refit_with_same_noise(stage, spec, s.theta); });
+      spec.effects.push_back(o.effect);
+      const VectorXd& start = o.start.size() > 0 ? o.start : o.score.theta;
+      auto with = attempt([&] { return pipeline.refit_with_same_noise(stage, spec, start); });
       if (!with) continue;
       const Restlessness its = restlessness(*with, noise);
+      const bool roughly = is_change(o.effect->name()) || o.effect->name() == "stationary_source";
+      if (roughly && its.left < now.left - kMostOfIt * now.squares) return true;
       if (!(its.left < of_best.left)) continue;
       of_best = its;
       best = std::move(with);
@@ -245,7 +268,7 @@ ChosenMotion choose_motion_model(const std::vector<const Recording*>& recordings
   bool at_fault = false;  // the accelerometer
   std::optional<Finding> moved;
   const auto finding = [&] {
-    if (!moved) moved = motion_finding(rotation, moving, restless);
+    if (!moved) moved = motion_finding(moving, restless);
     return *moved;
   };
   const auto chosen = [&](const Stage& stage) {
@@ -307,7 +330,7 @@ std::optional<Stage> find_small_motion(const std::vector<const Recording*>& reco
   });
   if (!with_effects || !with_effects->result().converged()) return std::nullopt;
   const Stage &plain = *fitted, &moving = *with_effects;
-  d.findings.push_back(small_motion_finding(stage, moving, acc, residuals));
+  d.findings.push_back(small_motion_finding(stage, moving, acc));
   extender.replace(moving);
   return plain;
 }
@@ -321,10 +344,7 @@ bool withdraw_motion(const std::vector<const Recording*>& recordings, const Pipe
   }
   ModelSpec spec = rotation.spec();
   spec.effects = stage.spec().effects;
-  if (std::ranges::none_of(spec.effects,
-                           [](const auto& e) { return e->channel() == Sensor::kAcc; })) {
-    return false;
-  }
+  if (spec.effects.empty()) return false;
   const auto still = attempt([&] { return pipeline.refit(rotation, spec); });
   const AccNoise noise = largest_acc_noise(recordings, pipeline.rest_noise().acc);
   if (!still || !still->result().converged() || !is_calm(restlessness(*still, noise))) {
@@ -333,6 +353,13 @@ bool withdraw_motion(const std::vector<const Recording*>& recordings, const Pipe
   std::erase_if(d.findings, [](const Finding& f) { return f.effect == "linear_acceleration"; });
   extender.replace(*still);
   return true;
+}
+
+void restate_motion(const Stage& stage, Diagnosis& d) {
+  if (!is_moved(stage.spec().motion)) return;
+  for (Finding& f : d.findings) {
+    if (f.effect == "linear_acceleration") tell_acceleration(stage, f);
+  }
 }
 
 }  // namespace magimu

@@ -30,9 +30,13 @@ ChosenMotion choose_motion_model(const std::vector<const Recording*>& recordings
 std::optional<Stage> find_small_motion(const std::vector<const Recording*>& recordings,
                                        const Pipeline& pipeline, Extender& extender, Diagnosis& d);
 
-// Effects of the accelerometer that were found beside a motion may explain what looked like one:
-// then the finding leaves d, and the model is that of pure rotation with all effects from there on.
+// Effects that were found beside a motion may explain what looked like one: then the finding leaves
+// d, and the model is that of pure rotation with all effects from there on.
 bool withdraw_motion(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                      Extender& extender, Diagnosis& d);
+
+// How much the sensor accelerated, by the final model: a cause that was found since then looked
+// like a part of it, or hid some.
+void restate_motion(const Stage& stage, Diagnosis& d);
 
 }  // namespace magimu

@@ -48,7 +48,7 @@ AccuracyRuns compute(const Experiment& x, Study& study) {
   const auto run = [&](Method method, const MethodSetting& of) {
     x.tell(to_string(method), share);
     share += 1.0 / 8.0;
-    const MethodSummary s = summarize(x.runs.get(method, of), map);
+    MethodSummary s = summarize(x.runs.get(method, of), map);
     add_rmse(study.tables[0], kStudyRate, to_string(method), s,
              published_rate_rmse(method, kStudyRate));
     add_method(study.tables[1], kStudyRate, to_string(method), s,

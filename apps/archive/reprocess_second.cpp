@@ -38,7 +38,7 @@ class SecondPass {
     for (const PoorDevice& d : devices_) {
       first.insert(first.end(), d.to_find.begin(), d.to_find.end());
     }
-    const ReprocessRun found = run_tasks(first, limits_);
+    ReprocessRun found = run_tasks(first, limits_);
     if (found.stopped || !found.cannot_write.empty()) return found;
     std::vector<ReprocessTask> second;
     for (const PoorDevice& d : devices_) add_tasks(d, second);

@@ -40,7 +40,7 @@ DateInName find_date(const std::string& name) {
     if (!days_of(date)) continue;
     if (m[9].matched) {
       const std::string seconds = m[12].matched ? ":" + m[12].str() : "";
-      const std::string timed = date + "T" + m[9].str() + ":" + m[11].str() + seconds;
+      const std::string timed = fmt::format("{}T{}:{}{}", date, m[9].str(), m[11].str(), seconds);
       if (days_of(timed)) date = timed;
     }
     const auto before = std::size_t(m.length(1));

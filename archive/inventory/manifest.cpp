@@ -74,7 +74,7 @@ std::vector<TableRow> rows_of(const std::string& text, const std::string& file) 
   return out;
 }
 
-std::string trimmed(std::string text) {
+std::string trimmed(const std::string& text) {
   const auto begin = text.find_first_not_of(" \t"), end = text.find_last_not_of(" \t");
   return begin == std::string::npos ? "" : text.substr(begin, end - begin + 1);
 }

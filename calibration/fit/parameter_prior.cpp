@@ -81,7 +81,7 @@ class Rows {
 };
 
 std::string group_of(const std::string& parameter) {
-  return parameter.substr(0, parameter.find_first_of('[', parameter.find(".") + 1));
+  return parameter.substr(0, parameter.find_first_of('[', parameter.find('.') + 1));
 }
 
 bool is_of_the_place(const std::string& parameter) { return parameter.starts_with("field"); }

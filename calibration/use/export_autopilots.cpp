@@ -186,8 +186,8 @@ Exported export_px4(const Calibration& c, const ExportOptions& options) {
   std::vector<std::string> head{
       "Parameters of PX4 for QGroundControl (Parameters, Tools, Load from file).",
       "mag = S (raw - off), gauss; acc = raw - off, m/s^2; gyro = raw - off, rad/s.",
-      raw_units("gauss", kGauss),
-      kFrames,
+      raw_units("gauss", kGauss), kFrames,
+      // NOLINTNEXTLINE(bugprone-suspicious-missing-comma): a sentence of two lines
       "CAL_MAGn_ID, CAL_ACC0_ID and CAL_GYRO0_ID must already name these sensors: calibrate once "
       "on "
       "the vehicle.",

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/noise/channel_statistics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -132,8 +134,10 @@ void ChannelStatistics::make_list(const std::vector<const Recording*>& recording
     for (int axis = 0; axis < 3; ++axis) {
       const std::string of(1, "xyz"[axis]);
       add("mean of " + of, Shape::kNormal);
-      for (int j = 0; j < 3; ++j) add(of + " against " + direction + "xyz"[j], Shape::kNormal);
-      for (int j = 0; j < 3; ++j) add(of + " against the rate about " + "xyz"[j], Shape::kNormal);
+      for (int j = 0; j < 3; ++j)
+        add(fmt::format("{} against {}{}", of, direction, "xyz"[j]), Shape::kNormal);
+      for (int j = 0; j < 3; ++j)
+        add(fmt::format("{} against the rate about {}", of, "xyz"[j]), Shape::kNormal);
     }
   }
 }

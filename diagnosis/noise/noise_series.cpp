@@ -47,7 +47,7 @@ double even_rate_hz(const std::vector<double>& t) {
 
 // The standard deviation sigma for which values within 2.5 sigma have the mean square that
 // Gaussian ones have there, from the median on.
-double scale_of_sizes(std::vector<double> size) {
+double scale_of_sizes(const std::vector<double>& size) {
   if (size.size() < kForScale) return 0.0;
   double sigma = kMedianToSigma * quantile(size, 0.5);
   constexpr double kWithin = 2.5, kMeanSquare = 0.911257;  // of N(0, 1) within 2.5

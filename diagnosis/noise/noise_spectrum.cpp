@@ -203,7 +203,8 @@ ColourFit fit_levels(const PieceSpectra& s, const MeanSpectrum& mean, double rho
   fit.log_likelihood = whittle(mean, t, v_alone, 0.0);
   // The upper half of the band is hardly touched by what is slow.
   double v = 0.0, b = 0.0;
-  for (std::size_t j = n / 2; j < n; ++j) v += mean.power[j] / t.noise[j] / double(n - n / 2);
+  const std::size_t half = n / 2;
+  for (std::size_t j = half; j < n; ++j) v += mean.power[j] / t.noise[j] / double(n - half);
   for (int iteration = 0; iteration < 30; ++iteration) {
     Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
     Eigen::Vector2d y = Eigen::Vector2d::Zero();

@@ -36,13 +36,17 @@ bool is_beyond_parts(const Effect& effect, const VectorXd& theta) {
   return false;
 }
 
-bool have_a_moment_in_common(const ChangeSpan& a, const ChangeSpan& b) {
+std::optional<Moment> moment_in_common(const ChangeSpan& a, const ChangeSpan& b) {
   for (const Moment& x : {a.begin, a.end}) {
     for (const Moment& y : {b.begin, b.end}) {
-      if (x.finite() && is_near(x, y)) return true;
+      if (x.finite() && is_near(x, y)) return x;
     }
   }
-  return false;
+  return std::nullopt;
+}
+
+bool have_a_moment_in_common(const ChangeSpan& a, const ChangeSpan& b) {
+  return moment_in_common(a, b).has_value();
 }
 
 bool are_near(const ChangeSpan& a, const ChangeSpan& b) {
@@ -113,6 +117,28 @@ void ChangeFit::refine_by_refits(const ChangeSpan& near) {
     return times_by_refits(recordings_, effect, {.span = near}, fits);
   });
   refine_times();
+}
+
+void ChangeFit::take_one_end() {
+  if (!now_.times.span.begin.finite() || !now_.times.span.end.finite()) return;
+  const State before = now_;
+  const auto paid = [&](const State& state) {
+    return state.stage.result().cost_final + cost_of_times(state.times, recordings_);
+  };
+  const auto as_likely = [&](const ChangeTimes& times) {
+    now_.times = times;
+    now_.stage = fit(times);
+    return now_.stage.result().converged() && paid(now_) <= paid(before);
+  };
+  ChangeTimes lasting = before.times, from_the_start = before.times;
+  lasting.span.end = kToTheEnd;
+  lasting.sigma_s[1] = lasting.width_s[1] = 0.0;
+  from_the_start.span.begin = kFromTheStart;
+  from_the_start.sigma_s[0] = from_the_start.width_s[0] = 0.0;
+  for (const ChangeTimes& times : {lasting, from_the_start}) {
+    if (attempt([&] { return as_likely(times); }).value_or(false)) return;
+    now_ = before;
+  }
 }
 
 void ChangeFit::take_both_ends() {

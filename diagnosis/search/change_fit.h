@@ -32,6 +32,9 @@ class ChangeFit {
   void refine_times();
   // By the cost of a fit with each of many times about `near`.
   void refine_by_refits(const ChangeSpan& near);
+  // One end only, where the change is not less likely from the start on, or to the end: a time
+  // costs what the choice among all times does.
+  void take_one_end();
   // An end (or a beginning), where the change is more likely to have both.
   void take_both_ends();
   // The form that explains most at these times, and the times once more with it.
@@ -70,6 +73,7 @@ class ChangeFit {
 bool is_beyond_parts(const Effect& effect, const VectorXd& theta);
 // Does a change begin or end when the other one does, about?
 bool have_a_moment_in_common(const ChangeSpan& a, const ChangeSpan& b);
+std::optional<Moment> moment_in_common(const ChangeSpan& a, const ChangeSpan& b);
 // Times from which a fit finds the way to others.
 bool are_near(const ChangeSpan& a, const ChangeSpan& b);
 

@@ -59,10 +59,11 @@ std::vector<std::shared_ptr<const Effect>> Extender::candidates(const Stage& sta
   return out;
 }
 
-void Extender::add_times(const ChangeSpan& span, double sigma_t, Finding& f) const {
-  const double sigma = std::hypot(sigma_t, 0.5 / recordings_.front()->mag.front().rate_hz());
-  f.parameters.push_back({"t0", span.begin.t, sigma, "s"});
-  f.parameters.push_back({"t1", span.end.t, sigma, "s"});
+void Extender::add_times(const ChangeSpan& span, const std::array<double, 2>& sigma_t,
+                         Finding& f) const {
+  const double half = 0.5 / recordings_.front()->mag.front().rate_hz();
+  f.parameters.push_back({"t0", span.begin.t, std::hypot(sigma_t[0], half), "s"});
+  f.parameters.push_back({"t1", span.end.t, std::hypot(sigma_t[1], half), "s"});
   // Of several recordings, which: the first is 1.
   const bool several = field_count(recordings_) > 1;
   for (const auto& [name, at] :

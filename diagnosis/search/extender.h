@@ -113,7 +113,7 @@ class Extender {
   bool try_beside(const Option& first, const Stage& alone);
   Finding describe(const Option& option, const Stage& stage, double nll,
                    const std::vector<Option>& all, const VectorXd& least_sigma) const;
-  void add_times(const ChangeSpan& span, double sigma_t, Finding& f) const;
+  void add_times(const ChangeSpan& span, const std::array<double, 2>& sigma_t, Finding& f) const;
   bool find_times(Option& option, Stage& stage, bool& may_refit) const;
   void find_source(Option& option, Stage& stage) const;
   void prune();
@@ -126,6 +126,11 @@ class Extender {
   std::vector<Finding>::iterator finding_of(const ChangeEffect& change);
   void set_change(const ChangeFit& fit, Finding& finding);
   bool one_of_two_changes_is_enough(std::size_t one, std::size_t other);
+  bool one_change_for(const std::vector<std::shared_ptr<const Effect>>& replaced,
+                      const std::string& name, ChangeForm form, const ChangeSpan& span);
+  bool name_third_sensor(std::size_t one, std::size_t other);
+  bool name_complement(std::size_t change, std::size_t throughout);
+  bool name_one_change();
   void join_changes();
   bool name_one_for_two(std::size_t first, std::size_t second);
   void take(const Stage& stage, double nll);

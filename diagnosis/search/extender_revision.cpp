@@ -2,6 +2,7 @@
 // What entered first was found and measured without what came later.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "diagnosis/held/held_out_nll.h"
 #include "diagnosis/search/change_fit.h"
@@ -146,6 +147,96 @@ void Extender::join_changes() {
   }
 }
 
+// Replaces these effects by one change, where it explains as much, with a nat for each number less
+// (and kDraw).
+bool Extender::one_change_for(const std::vector<std::shared_ptr<const Effect>>& replaced,
+                              const std::string& name, ChangeForm form, const ChangeSpan& span) {
+  const Stage before = *stage_;
+  const auto finding = [&](const Effect& effect) {
+    const ChangeEffect* change = as_change(effect);
+    return change != nullptr ? finding_of(*change)
+                             : std::ranges::find(d_.findings, effect.name(), &Finding::effect);
+  };
+  ModelSpec spec = before.spec();
+  int numbers = 0;
+  for (const auto& e : replaced) {
+    if (finding(*e) == d_.findings.end()) return false;
+    numbers += e->size();
+    std::erase(spec.effects, e);
+  }
+  const Stage without = pipeline_.refit_with_same_noise(before, spec);
+  spec.effects.push_back(make_change(name, form, span));
+  const Stage with = pipeline_.refit_with_same_noise(without, spec);
+  ChangeFit fit(recordings_, pipeline_, without, with, span, {}, without.result().cost_final);
+  fit.refine_times();
+  fit.take_better_form();
+  const Result& result = fit.stage().result();
+  const double fewer = numbers - fit.change().size();
+  if (!result.converged() || result.cost_final > before.result().cost_final + fewer + kDraw) {
+    return false;
+  }
+  Finding named = *finding(*replaced.front());
+  for (const auto& e : replaced) {
+    const auto old = finding(*e);
+    named.gain.heldout_nll_before =
+        std::max(named.gain.heldout_nll_before, old->gain.heldout_nll_before);
+    d_.findings.erase(old);
+  }
+  named.channel = to_string(fit.change().channel());
+  set_change(fit, named);
+  named.gain.heldout_nll_after = nll_;
+  d_.findings.push_back(std::move(named));
+  return true;
+}
+
+// Two sensors that turn by the same at the same moment: the third one turned, in whose frame they
+// are told. (What it was thought to have itself goes with them.)
+bool Extender::name_third_sensor(std::size_t one, std::size_t other) {
+  const auto& effects = stage_->spec().effects;
+  const ChangeEffect *first = as_change(*effects[one]), *second = as_change(*effects[other]);
+  if (first == nullptr || second == nullptr || first->channel() == second->channel()) return false;
+  if (first->form() == ChangeForm::kOffset || second->form() == ChangeForm::kOffset) return false;
+  const std::optional<Moment> moment = moment_in_common(first->span(), second->span());
+  if (!moment) return false;
+  const std::string& third = *std::ranges::find_if(change_names(), [&](const std::string& name) {
+    const Sensor channel = find_effect(name)->channel();
+    return channel != first->channel() && channel != second->channel() &&
+           richest_form(name) != ChangeForm::kOffset;
+  });
+  std::vector<std::shared_ptr<const Effect>> replaced = {effects[one], effects[other]};
+  std::ranges::copy_if(effects, std::back_inserter(replaced),
+                       [&](const auto& e) { return e->name() == third; });
+  return one_change_for(replaced, third, ChangeForm::kTurn, {*moment, kToTheEnd});
+}
+
+// Gains that are others from a moment on, and others throughout: they were others until then.
+bool Extender::name_complement(std::size_t change, std::size_t throughout) {
+  const auto& effects = stage_->spec().effects;
+  const ChangeEffect* const lasting = as_change(*effects[change]);
+  if (lasting == nullptr || lasting->form() == ChangeForm::kOffset) return false;
+  const Effect& matrix = *effects[throughout];
+  if (matrix.channel() != lasting->channel() || !matrix.name().ends_with("_scale_misalignment")) {
+    return false;
+  }
+  const ChangeSpan& span = lasting->span();
+  if (span.begin.finite() == span.end.finite()) return false;
+  const ChangeSpan complement =
+      span.begin.finite() ? ChangeSpan{kFromTheStart, span.begin} : ChangeSpan{span.end, kToTheEnd};
+  return one_change_for({effects[change], effects[throughout]}, lasting->name(), lasting->form(),
+                        complement);
+}
+
+bool Extender::name_one_change() {
+  const std::size_t n = stage_->spec().effects.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) {
+      const auto one = [&] { return (i < j && name_third_sensor(i, j)) || name_complement(i, j); };
+      if (attempt(one).value_or(false)) return true;
+    }
+  }
+  return false;
+}
+
 // Times and form of every change once more beside what came later, and with the noise as it is now:
 // what was not in the model has moved them, and told by too large a noise no time is certain.
 void Extender::refine_changes() {
@@ -162,6 +253,7 @@ void Extender::refine_changes() {
       const Stage last = pipeline_.refit_with_same_noise(*stage_, spec);
       ChangeFit fit(recordings_, pipeline_, last, last, change->span(), {}, INFINITY);
       fit.refine_times();
+      fit.take_one_end();
       fit.take_better_form();
       fit.take_bias_alone();
       if (fit.stage().result().converged()) set_change(fit, *finding);
@@ -208,6 +300,8 @@ bool Extender::name_one_for_two(std::size_t first, std::size_t second) {
 // The first findings entered while the later ones were not in the model, and may have explained a
 // part of these, too. Where a simpler cause now predicts as well, it replaces the richer one.
 void Extender::reconsider() {
+  while (name_one_change()) {
+  }
   const auto in_model = [&](std::size_t finding) -> std::shared_ptr<const Effect> {
     for (const auto& e : stage_->spec().effects) {
       if (e->name() == d_.findings[finding].effect) return e;

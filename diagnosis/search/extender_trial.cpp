@@ -224,6 +224,7 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
   fit.refine_times();
   if (!explains_most(fit.stage()) && is_hopeless(option, fit.stage())) return false;
   fit.take_both_ends();
+  fit.take_one_end();
   // It was chosen at the times of windows.
   fit.take_better_form();
   fit.take_bias_alone();

@@ -3,6 +3,8 @@
 // and its score.
 #pragma once
 
+#include <array>
+
 #include "calibration/scan/scan.h"
 #include "diagnosis/result/diagnosis.h"
 #include "factors/effects/change.h"
@@ -14,9 +16,9 @@ struct Option {
   Score score;          // log10_p: corrected for what was searched (times, orders)
   VectorXd start = {};  // of its parameters; empty: zero
   double rank = 0.0;    // log10 of the plain chi-square's tail: less is better
-  std::vector<FoundParameter> extra = {};  // instead of the effect's own parameters
-  ChangeSpan span = {};                    // of a change
-  double sigma_t = 0.0;                    // of its times, s
+  std::vector<FoundParameter> extra = {};      // instead of the effect's own parameters
+  ChangeSpan span = {};                        // of a change
+  std::array<double, 2> sigma_t = {0.0, 0.0};  // of its times, s
   double searched =
       0.0;  // nats: the cost of choosing these times, terms or this place among others
 };

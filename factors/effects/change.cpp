@@ -192,16 +192,12 @@ std::string ChangeEffect::sentence(const VectorXd& theta, const VectorXd& sigma)
     return fmt::format("The {}'s bias was another {}: {}.", sensor, when, offset);
   }
   const std::string end =
-      has_offset(form_) ? fmt::format(", and its bias was another {}.", offset) : ".";
+      has_offset(form_) ? fmt::format("; beside that its readings were shifted {}.", offset) : ".";
   switch (gains_of(form_)) {
-    case ChangeForm::kTurn: {
-      constexpr double kDeg = 57.29577951308232;
-      return fmt::format(
-          "The {} sat otherwise on its board {}: turned by [{:.3f}, {:.3f}, {:.3f}] +- [{:.3f}, "
-          "{:.3f}, {:.3f}] deg{}",
-          sensor, when, kDeg * theta[0], kDeg * theta[1], kDeg * theta[2], kDeg * sigma[0],
-          kDeg * sigma[1], kDeg * sigma[2], end);
-    }
+    case ChangeForm::kTurn:
+      // It turns opposite to its readings.
+      return fmt::format("The {} sat otherwise on its board {}: {}{}", sensor, when,
+                         turned_words({.turn = -theta.head<3>(), .sigma = sigma.head<3>()}), end);
     case ChangeForm::kGains:
       return fmt::format(
           "The {}'s gains were others {}: by [{:.3f}, {:.3f}, {:.3f}] +- [{:.3f}, {:.3f}, {:.3f}] "

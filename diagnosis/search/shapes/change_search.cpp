@@ -462,7 +462,7 @@ ChangeTimes refined_times(const std::vector<const Recording*>& recordings, const
   ChangeTimes times = {.span = span};
   for (std::size_t i = 0; i < 2; ++i) {
     times.width_s[i] = likelihood[i].width_s();
-    times.sigma_s = std::max(times.sigma_s, likelihood[i].sigma_s());
+    times.sigma_s[i] = likelihood[i].sigma_s();
   }
   return times;
 }

@@ -49,7 +49,7 @@ double change_window_s(const std::vector<NodePlan>& plans, Sensor channel, Motio
 
 struct ChangeTimes {
   ChangeSpan span = {};
-  double sigma_s = 0.0;  // of the less certain time
+  std::array<double, 2> sigma_s = {0.0, 0.0};
   // The integral of each time's likelihood over its maximum: the width of what is about as likely.
   std::array<double, 2> width_s = {0.0, 0.0};
 };

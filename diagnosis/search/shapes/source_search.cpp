@@ -109,13 +109,19 @@ Box box_of(const std::vector<Vector3>& places) {
   return out;
 }
 
+// Steps along x, y and z to place i of a cube with so many along each edge.
+Vector3 place_in_cube(int i, int edge) {
+  const int x = i % edge, y = i / edge % edge, z = i / (edge * edge);
+  return {double(x), double(y), double(z)};
+}
+
 // Corners and middles of the faces and edges of a box about the path.
 std::vector<Vector3> places_about(const Box& path, double away) {
   const Vector3 centre = 0.5 * (path.low + path.high);
   const Vector3 half = 0.5 * (path.high - path.low) + away * Vector3::Ones();
   std::vector<Vector3> out;
   for (int i = 0; i < 27; ++i) {
-    const Vector3 way(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+    const Vector3 way = place_in_cube(i, 3) - Vector3::Ones();
     if (!way.isZero()) out.push_back(centre + way.cwiseProduct(half));
   }
   return out;
@@ -214,7 +220,7 @@ std::vector<LikelySource> sources_by_residual(const Recording& recording, const 
     const Vector3 from = low.array() - around, to = high.array() + around;
     const Vector3 spacing = (to - from) / double(kGrid - 1);
     for (int i = 0; i < kGrid * kGrid * kGrid; ++i) {
-      const Vector3 steps(i % kGrid, i / kGrid % kGrid, i / kGrid / kGrid);
+      const Vector3 steps = place_in_cube(i, kGrid);
       all.push_back({0.0, from + spacing.cwiseProduct(steps), spacing});
     }
   }
@@ -237,7 +243,7 @@ std::vector<LikelySource> sources_by_residual(const Recording& recording, const 
       step *= 0.5;
       const Vector3 centre = p.at;
       for (int i = 0; i < 27; ++i) {
-        const Vector3 way(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+        const Vector3 way = place_in_cube(i, 3) - Vector3::Ones();
         const Vector3 place = centre + way.cwiseProduct(step);
         const double explained = leftover.explained_from(place);
         if (explained > p.explained) p = {explained, place, p.spacing};

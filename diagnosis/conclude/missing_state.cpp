@@ -185,6 +185,7 @@ std::string when_of(const Diagnosis& d) {
   if (early && late) return out + ", and shows throughout";
   if (early) return out + fmt::format(", and shows until {:.0f} s", end);
   if (late) return out + fmt::format(", and shows from {:.0f} s on", begin);
+  if (end - begin < 1.0) return out + fmt::format(", and shows at {:.0f} s only", begin);
   return out + fmt::format(", and shows from {:.0f} to {:.0f} s", begin, end);
 }
 
@@ -548,11 +549,13 @@ std::string what_would_settle_it(const Diagnosis& d) {
 std::string sentence_of_missing_state(const Diagnosis& d) {
   const MissingState* const most = most_missing(d);
   if (most == nullptr) return {};
+  // The gyroscope's fault may be told by what it leaves in the magnetometer.
+  const std::string place = place_of(d, *most), sensor = in_words(sensor_named(most->channel));
   return fmt::format(
-      "Something is missing {}: with a disturbance there of {} (standard deviation) that lasts "
+      "Something is missing {}: with a disturbance {} of {} (standard deviation) that lasts "
       "about {} s, the readings are more probable by {}{}{}.",
-      place_of(d, *most), shown_size(most->size, most->unit), two_figures(most->memory_s),
-      nats(counted(*most)),
+      place, place.find(sensor) != place.npos ? "there" : "in what the " + sensor + " reads",
+      shown_size(most->size, most->unit), two_figures(most->memory_s), nats(counted(*most)),
       d.findings.empty() ? "" : fmt::format(" (before causes were named: {:.0f})", most->gain_nats),
       when_of(d));
 }

@@ -427,7 +427,7 @@ NoiseSeries without_bends(const NoiseSeries& series, const Cleaned& c) {
 std::string sentence(const NoiseSeries& s, const Mixture& m, double K, double eps_sigma,
                      double K_sigma) {
   return fmt::format(
-      "One in {:.3g} samples of the {} is an outlier ({} %), scattered {} times as widely as the "
+      "One in {:.0f} samples of the {} is an outlier ({} %), scattered {} times as widely as the "
       "noise.",
       1.0 / m.eps, in_words(s.channel), value_and_sigma(100.0 * m.eps, 100.0 * eps_sigma),
       value_and_sigma(K, K_sigma));

@@ -108,6 +108,7 @@ void tell_acceleration(const Stage& moving, Finding& f) {
   const Acceleration a = acceleration_of(moving);
   f.parameters = {{"acceleration_rms", a.rms, a.sigma, "m/s^2"}};
   const std::size_t unit = f.sentence.find(kUnit);
+  if (unit == std::string::npos) return;
   f.sentence = fmt::format("The hand moved the sensor: it accelerated by {:.2g}", a.rms) +
                f.sentence.substr(unit);
 }

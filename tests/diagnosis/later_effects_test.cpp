@@ -31,6 +31,12 @@ std::vector<double> gains(double k, double t0, double t1 = kForGood) {
   return {k, 0, 0, 0, 0, 0, 0, 0, 0, t0, t1};
 }
 
+// Readings that are turned so, rad.
+std::vector<double> turned(const Vector3& phi, double t0, double t1) {
+  const Matrix3 C = Rot3::Exp(phi).matrix() - Matrix3::Identity();
+  return {C(0, 0), C(0, 1), C(0, 2), C(1, 0), C(1, 1), C(1, 2), C(2, 0), C(2, 1), C(2, 2), t0, t1};
+}
+
 std::vector<Hidden> all_hidden() {
   const std::vector<std::string> changes = {"mag_change", "gyro_change", "acc_change",
                                             "hard_iron_change", "field_change"};
@@ -69,10 +75,8 @@ std::vector<Hidden> all_hidden() {
        with(with(changes_but("acc_change"), "linear_acceleration"), "acc_gain_drift")},
       // By 2 degrees: magnetometer and accelerometer that turn at the same moment the other way.
       {"gyro_that_sat_askew",
-       make_effect("gyro_change",
-                   {0, 0.012, -0.0284, -0.012, 0, 0.0164, 0.0284, -0.0164, 0, -1.0, 51.2}),
-       "gyro_change", with(changes_but("gyro_change"), "gyro_scale_misalignment"),
-       oracle::MotionKind::kHandHeld},
+       make_effect("gyro_change", turned({0.0164, 0.0284, 0.012}, -kForGood, 51.2)), "gyro_change",
+       with(changes_but("gyro_change"), "gyro_scale_misalignment"), oracle::MotionKind::kHandHeld},
       {"acc_bias", make_effect("acc_bias_change", {0.04, -0.03, 0.05, 38.0, kForGood}),
        "acc_bias_change", with(changes, "acc_bias_drift")},
       {"acc_bias_moved", make_effect("acc_bias_change", {0.04, -0.03, 0.05, 38.0, kForGood}),

@@ -4,6 +4,9 @@
 //   / r
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "factors/effects/catalogue.h"
 
 namespace magimu {
@@ -51,11 +54,13 @@ class StationarySource final : public Effect {
     return s.D * s.nRb.unrotate(dipole_field(moment, s.position - place)) / s.strength_uT;
   }
   std::string sentence(const VectorXd& theta, const VectorXd& sigma) const override {
+    const double place = sigma.head<3>().norm();
+    // Two figures of the uncertainty, down to a tenth of a millimetre.
+    const int decimals = std::clamp(1 - int(std::floor(std::log10(std::max(place, 1e-9)))), 2, 4);
     return fmt::format(
-        "The sensor passes a magnetic source at [{:.2f}, {:.2f}, {:.2f}] m (+- {:.2f} m) with a "
-        "moment "
-        "of {:.2g} A m^2.",
-        theta[0], theta[1], theta[2], sigma.head<3>().norm(), theta.tail<3>().norm());
+        "The sensor passes a magnetic source at [{1:.{0}f}, {2:.{0}f}, {3:.{0}f}] m (+- {4:.{0}f} "
+        "m) with a moment of {5:.2g} A m^2.",
+        decimals, theta[0], theta[1], theta[2], place, theta.tail<3>().norm());
   }
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "calibration/model/extension.h"
 #include "calibration/model/parameter_names.h"
@@ -242,6 +243,7 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
   const ChangeTimes found = fit.times();
   stage = fit.stage();
   ChangeSpan span = found.span;
+  std::array<double, 2> sigma_t = found.sigma_s;
   // A change whose times all lie outside of the recordings is none.
   const auto is_inside = [&](const Moment& at) {
     const Moment beginning{0, recordings_.front()->gyr.t.front()};
@@ -280,6 +282,7 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
       (bias + theta).norm() < bias.norm()) {
     span = {kFromTheStart, span.begin};
     option.start = -theta;
+    std::swap(sigma_t[0], sigma_t[1]);
   }
   if (span.begin != found.span.begin || span.end != found.span.end) {
     fit.move_to(span, option.start);
@@ -287,7 +290,7 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
   }
   option.effect = stage.spec().effects.back();
   option.span = span;
-  option.sigma_t = found.sigma_s;
+  option.sigma_t = sigma_t;
   option.searched += cost_of_times(found, recordings_);
   return true;
 }

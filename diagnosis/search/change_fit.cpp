@@ -45,10 +45,6 @@ std::optional<Moment> moment_in_common(const ChangeSpan& a, const ChangeSpan& b)
   return std::nullopt;
 }
 
-bool have_a_moment_in_common(const ChangeSpan& a, const ChangeSpan& b) {
-  return moment_in_common(a, b).has_value();
-}
-
 bool are_near(const ChangeSpan& a, const ChangeSpan& b) {
   return is_near(a.begin, b.begin) && is_near(a.end, b.end);
 }

@@ -72,7 +72,6 @@ class ChangeFit {
 // Are parameters of an effect far beyond the prior, which is what parts, or fields, differ by?
 bool is_beyond_parts(const Effect& effect, const VectorXd& theta);
 // Does a change begin or end when the other one does, about?
-bool have_a_moment_in_common(const ChangeSpan& a, const ChangeSpan& b);
 std::optional<Moment> moment_in_common(const ChangeSpan& a, const ChangeSpan& b);
 // Times from which a fit finds the way to others.
 bool are_near(const ChangeSpan& a, const ChangeSpan& b);

@@ -135,7 +135,7 @@ void Extender::join_changes() {
       const ChangeEffect* plain = as_change(*effects[i]);
       const ChangeEffect* rich = as_change(*effects[j]);
       if (plain == nullptr || rich == nullptr || plain->channel() != rich->channel()) continue;
-      if (plain->size() >= rich->size() || !have_a_moment_in_common(plain->span(), rich->span())) {
+      if (plain->size() >= rich->size() || !moment_in_common(plain->span(), rich->span())) {
         continue;
       }
       const bool joined =

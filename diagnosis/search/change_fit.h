@@ -71,7 +71,7 @@ class ChangeFit {
 
 // Are parameters of an effect far beyond the prior, which is what parts, or fields, differ by?
 bool is_beyond_parts(const Effect& effect, const VectorXd& theta);
-// Does a change begin or end when the other one does, about?
+// When both begin or end, about; of the first.
 std::optional<Moment> moment_in_common(const ChangeSpan& a, const ChangeSpan& b);
 // Times from which a fit finds the way to others.
 bool are_near(const ChangeSpan& a, const ChangeSpan& b);

@@ -143,25 +143,21 @@ void set_unit(CsvName& name, std::string_view text) {
   name.unit = unit.value_or(1.0);
 }
 
-// "ACC.X 1" (Delsys): the sensor's number behind the axis and a space. ("acc_x_5" is another
-// quantity, such as one of several values of a window.)
-constexpr char kNumberBehind = '#';
-void mark_number_behind(std::string& words) {
+// "ACC.X 1" (Delsys): the sensor's number behind the axis and a space, taken off the words.
+// ("acc_x_5" is another quantity, such as one of several values of a window.)
+std::string take_number_behind(std::string& words) {
   const std::size_t last = words.find_last_not_of("0123456789");
-  if (last == std::string::npos || last < 2 || last + 1 == words.size()) return;
-  if (words[last] == ' ' && is_axis(words[last - 1]) && is_separator(words[last - 2]))
-    words[last] = kNumberBehind;
+  if (last == std::string::npos || last < 2 || last + 1 == words.size()) return {};
+  if (words[last] != ' ' || !is_axis(words[last - 1]) || !is_separator(words[last - 2])) return {};
+  std::string number = words.substr(last + 1);
+  words.resize(last);
+  return number;
 }
 
 // A vector's component: sensor, number, axis, with or without separators; or the axis first.
-CsvName component(std::string_view words) {
+CsvName component(std::string_view words, const std::string& number_behind) {
   if (words.ends_with("_axis")) words.remove_suffix(5);
   if (words.empty()) return {};
-  std::string number_behind;
-  if (const std::size_t mark = words.find(kNumberBehind); mark != std::string_view::npos) {
-    number_behind = words.substr(mark + 1);
-    words = words.substr(0, mark);
-  }
   char axis = words.back();
   if (is_axis(axis)) {
     words.remove_suffix(1);
@@ -214,10 +210,10 @@ CsvName rate_by_name(std::string_view words) {
 }
 
 // The name without a unit, in words of the tables.
-CsvName bare_name(std::string_view words) {
+CsvName bare_name(std::string_view words, const std::string& number_behind = {}) {
   if (const CsvWord* word = scalar_word(words)) return named(*word, std::string(word->name));
   CsvName name = rate_by_name(words);  // before the y of "yaw" is taken for an axis
-  if (name.name.empty()) name = component(words);
+  if (name.name.empty()) name = component(words, number_behind);
   if (!name.name.empty()) return name;
   for_each_tail(words, [&name](std::string_view tail) {
     const CsvWord* const word = scalar_word(tail);
@@ -255,7 +251,7 @@ CsvName csv_name(std::string_view header) {
       words.resize(slash);
     }
   }
-  mark_number_behind(words);
+  const std::string number_behind = take_number_behind(words);
   std::ranges::replace_if(words, is_separator, '_');
   words.erase(
       std::unique(words.begin(), words.end(), [](char a, char b) { return a == '_' && b == '_'; }),
@@ -264,7 +260,7 @@ CsvName csv_name(std::string_view header) {
   words.erase(0, std::min(words.find_first_not_of("%$#_"), words.size()));
   while (words.ends_with('_')) words.pop_back();
   if (words.ends_with("_cal")) words.resize(words.size() - 4);  // Shimmer: in units
-  CsvName name = bare_name(words);
+  CsvName name = bare_name(words, number_behind);
   if (!in_brackets.empty() && !name.name.empty()) set_unit(name, in_brackets);
   if (!name.name.empty() || !in_brackets.empty()) return name;
   // "name_unit"; a unit may itself have a separator ("deg_s").

@@ -128,7 +128,8 @@ TEST(Units, are_known_in_many_spellings_for_their_own_quantity_only) {
 TEST(CsvName, does_not_take_other_quantities_for_ours) {
   for (const char* header :
        {"gravity_x", "user acceleration x", "quat_x", "mag_accuracy", "time_zone", "temp_x",
-        "x (m/s)", "(s)", "acc_x_5", "_", "acc_x (", "speed (m/s)"}) {
+        "x (m/s)", "(s)", "acc_x_5", "_", "acc_x (", "speed (m/s)", "mag_y#mag_z", "m_y#time",
+        "mag.x 12345678901234567890"}) {
     EXPECT_EQ(csv_name(header).name, "") << header;
   }
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 
 #include "diagnosis/conclude/departures.h"
 #include "diagnosis/conclude/unexplained.h"
@@ -139,25 +140,96 @@ bool is_mean_age(const Finding& lag, const OwnClock& clock, double level) {
   return clock.held && is_chance(0.5 * off * off, level);
 }
 
+// Where samples are thinned for the fits, their ages are not those of single samples.
+bool has_ages_of_samples(const std::vector<const Recording*>& recordings) {
+  return recordings.size() == 1 && !is_thinned(recordings.front()->mag.front());
+}
+
+ModelSpec with_clock(const Recording& recording, ModelSpec spec, const OwnClock& clock) {
+  // Of the standard deviations that single samples give: the prior in the fit. So the clock stays
+  // where the samples have it; the fit sees means of samples, which know less of it. Where the
+  // attitudes have taken a part of it the samples know it less well.
+  constexpr double kOfPrior = 1.0 / 30.0;
+  const double of_prior = clock.needed_nats > 0.0 ? 1.0 : kOfPrior;
+  const std::vector<double>& t = recording.mag.front().t;
+  spec.effects.push_back(
+      make_own_clock_at(clock.period_s, clock.share, 0.5 * (t.front() + t.back()),
+                        of_prior * clock.period_sigma_s, of_prior * clock.share_sigma));
+  return spec;
+}
+
+// A clock in the model, and by how many nats the readings are more probable with it.
+struct FittedClock {
+  std::optional<Stage> stage;
+  double gain = 0.0;
+};
+FittedClock fit_with_clock(const Recording& recording, const Pipeline& pipeline,
+                           const Stage& without, const OwnClock& clock) {
+  FittedClock out;
+  attempt([&] {
+    Stage stage =
+        pipeline.refit_with_same_noise(without, with_clock(recording, without.spec(), clock));
+    if (!stage.result().converged()) return false;
+    out.gain = without.result().cost_final - stage.result().cost_final;
+    out.stage = std::move(stage);
+    return true;
+  });
+  return out;
+}
+
+// Of the clocks that the samples do not tell apart, the one that a fit is the better with. (The
+// attitudes have taken a part of a slow one's ages; with the clock in the model they have not, and
+// the samples tell its period and share once more.) Nothing where what is left repeats itself with
+// its period all the same: a lag that is no clock's.
+std::optional<OwnClock> clock_of_fits(const Recording& recording, const Pipeline& pipeline,
+                                      const DiagnosisOptions& options, const Stage& without,
+                                      const NoiseOf& of, double level) {
+  // Of what the sawtooth explains, in ages that are any function of its phase: a square wave of
+  // ages has 0.33, a sine 0.6.
+  constexpr double kMostBeyond = 0.25;
+  std::vector<OwnClock> possible;
+  for (const SampleResiduals& samples : of.residuals) {
+    if (samples.channel != Sensor::kMag) continue;
+    std::ranges::copy(find_own_clocks(samples, level), std::back_inserter(possible));
+  }
+  if (possible.empty()) return std::nullopt;
+  if (possible.size() == 1 && possible.front().needed_nats == 0.0) return possible.front();
+  FittedClock best;
+  OwnClock out;
+  for (const OwnClock& clock : possible) {
+    FittedClock fitted = fit_with_clock(recording, pipeline, without, clock);
+    if (!fitted.stage || fitted.gain <= best.gain) continue;
+    best = std::move(fitted);
+    out = clock;
+  }
+  if (!best.stage) return std::nullopt;
+  if (out.needed_nats == 0.0) return out;
+  const auto samples_of = [&](const Stage& stage) {
+    std::vector<SampleResiduals> all =
+        sample_residuals(recording, stage, 0, pipeline.rest_noise(), options.noise.has_value());
+    return *std::ranges::find(all, Sensor::kMag, &SampleResiduals::channel);
+  };
+  const double needed = out.needed_nats;
+  out = told_anew(out, samples_of(*best.stage));
+  best = fit_with_clock(recording, pipeline, without, out);
+  if (!best.stage || best.gain < needed) return std::nullopt;
+  if (pattern_left(out, samples_of(*best.stage)) > kMostBeyond * best.gain) return std::nullopt;
+  out.nll_before = best.gain;
+  return out;
+}
+
 // The model with the clock in it. A lag that stood for the samples' mean age leaves. Where samples
-// are thinned for the fits their ages are not those of single samples: the clock stays a finding in
-// the samples, and a lag of their mean age is its part in the model.
+// are thinned the clock stays a finding in the samples, and a lag of their mean age is its part in
+// the model.
 void extend_by_clock(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
                      Extender& extender, const OwnClock& clock, double level, Diagnosis& d) {
-  // Of the standard deviations that single samples give: the prior in the fit. So the clock stays
-  // where the samples have it; the fit sees means of samples, which know less of it.
-  constexpr double kOfPrior = 1.0 / 30.0;
-  if (recordings.size() != 1 || is_thinned(recordings.front()->mag.front())) {
+  if (!has_ages_of_samples(recordings)) {
     std::erase_if(d.findings, [&](const Finding& f) {
       return is_lag(f.effect) && is_mean_age(f, clock, level);
     });
     return;
   }
-  const std::vector<double>& t = recordings.front()->mag.front().t;
-  ModelSpec spec = extender.stage().spec();
-  spec.effects.push_back(
-      make_own_clock_at(clock.period_s, clock.share, 0.5 * (t.front() + t.back()),
-                        kOfPrior * clock.period_sigma_s, kOfPrior * clock.share_sigma));
+  ModelSpec spec = with_clock(*recordings.front(), extender.stage().spec(), clock);
   attempt([&] {
     Stage best = pipeline.refit_with_same_noise(extender.stage(), spec);
     if (!best.result().converged()) return false;
@@ -166,7 +238,7 @@ void extend_by_clock(const std::vector<const Recording*>& recordings, const Pipe
     if (lag != spec.effects.end()) {
       const std::string name = (*lag)->name();
       spec.effects.erase(lag);
-      const Stage less = pipeline.refit_with_same_noise(extender.stage(), spec);
+      const Stage less = pipeline.refit_with_same_noise(best, spec);
       if (less.result().converged() &&
           is_chance(less.result().cost_final - best.result().cost_final, level)) {
         std::erase_if(d.findings, [&](const Finding& f) { return f.effect == name; });
@@ -419,11 +491,16 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
     }
   };
   take_residuals();
-  std::optional<OwnClock> clock = strongest_clock(all, level);
+  std::optional<OwnClock> clock = has_ages_of_samples(recordings)
+                                      ? clock_of_fits(*recordings.front(), pipeline, options,
+                                                      extender.stage(), all.front(), level)
+                                      : strongest_clock(all, level);
   if (clock) {
     extend_by_clock(recordings, pipeline, extender, *clock, level, d);
     take_residuals();
-    if (has_clock(extender.stage())) clock->held = is_held(*clock, all.front(), level);
+    if (has_clock(extender.stage()) && !clock->is_slow()) {
+      clock->held = is_held(*clock, all.front(), level);
+    }
     if (clock->held) clock->reach_s = clock->period_s;
     d.findings.push_back(to_finding(own_clock_test(*clock)));
   }

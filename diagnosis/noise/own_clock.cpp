@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "diagnosis/noise/high_pass.h"
@@ -17,11 +18,15 @@ namespace magimu {
 namespace {
 
 constexpr std::size_t kFewestForClock = 2000;
-constexpr double kSlowestPatternHz = 2.0;  // below, a hand's motion and the model's errors are
+constexpr double kSlowestPatternHz = 1.0 / kSlowPattern;
 constexpr double kShortestPeriod = 1e-3, kLongestPeriod = 0.05;  // s
 constexpr double kNeighbourhoodHz = 2.0;  // whose median is the level of the noise, to each side
 constexpr double kMostAcross = 0.25;      // of the line's height along the change
 constexpr double kStretch = 10.0;         // s
+constexpr double kFewestTeeth = 3.0;      // of a sawtooth: fewer are a lag that drifts
+constexpr int kMostFolds = 3, kMostHarmonics = 3;  // of a slow pattern, whose clocks fits compare
+constexpr double kLongestSearch = 300.0;  // s: slow patterns begin there, and grow to the whole
+constexpr double kMostNats = 690.0;       // whose exponential is a number
 
 double sawtooth(double t, double period_s, double share) {
   const double turns = t / period_s + share;
@@ -91,45 +96,72 @@ LinePower line_power(const Ages& a, const std::vector<double>& x) {
   return out;
 }
 
-// By how many nats a sawtooth explains the samples chosen, beside a lag of all of them.
+// By how many nats ages explain the samples, beside a lag of all of them.
 struct Explained {
   double nats = 0.0, lag = 0.0;
+  double height = 1.0;  // times as high they would explain the most
+  double lower = 0.0;   // nats, where their height may be anything from nothing to their own
+  double higher = 0.0;  // nats more, where they may be higher than that
+};
+struct AgeSums {
+  double w = 0.0, y = 0.0, s = 0.0, ss = 0.0, sy = 0.0;
+  void add(double age, double weight, double said) {
+    w += weight;
+    y += said;
+    s += weight * age;
+    ss += weight * age * age;
+    sy += said * age;
+  }
+  Explained explained() const {
+    if (!(w > 0.0)) return {};
+    const double slope = sy - s * y / w, information = ss - s * s / w;
+    Explained out{.nats = slope - 0.5 * information, .lag = (s - y) / w};
+    out.height = slope / std::max(information, 1e-300);
+    const double h = std::clamp(out.height, 0.0, 1.0);
+    out.lower = h * slope - 0.5 * h * h * information;
+    out.higher = out.height > 1.0 ? 0.5 * std::pow(out.height - 1.0, 2) * information : 0.0;
+    return out;
+  }
 };
 Explained explained_by_clock(const Ages& a, double period_s, double share,
                              const std::vector<char>& chosen) {
-  double w = 0.0, y = 0.0, s = 0.0, ss = 0.0, sy = 0.0;
+  AgeSums sums;
   for (std::size_t k = 0; k < a.t.size(); ++k) {
     if (!chosen.empty() && !chosen[k]) continue;
-    const double age = sawtooth(a.t[k], period_s, share);
-    w += a.weight[k];
-    y += a.said[k];
-    s += a.weight[k] * age;
-    ss += a.weight[k] * age * age;
-    sy += a.said[k] * age;
+    sums.add(sawtooth(a.t[k], period_s, share), a.weight[k], a.said[k]);
   }
-  if (!(w > 0.0)) return {};
-  // age - lag in place of the best lag alone
-  const double lag = (s - y) / w;
-  const double with = sy - lag * y - 0.5 * (ss - 2.0 * lag * s + lag * lag * w);
-  return {with - 0.5 * y * y / w, lag};
+  return sums.explained();
+}
+
+// The clocks' frequencies whose patterns are as fast as this: folded about the samples' rate.
+template <typename F>
+void for_each_fold(const Ages& a, double f_hz, const F& f) {
+  for (int folds = 0; double(folds) * a.rate_hz < 1.0 / kShortestPeriod; ++folds) {
+    for (const double hz : {folds * a.rate_hz + f_hz, folds * a.rate_hz - f_hz}) {
+      if (hz >= 1.0 / kLongestPeriod && hz <= 1.0 / kShortestPeriod) f(hz);
+    }
+  }
 }
 
 struct Clock {
   double hz = 0.0, share = 0.0, nats = -1e300;
+  double p_value = 1.0;  // of all that were looked at
+  double needed = 0.0;   // nats by which a fit must be better with it; 0: the samples show it
 };
 
 // About a clock's frequency: what explains the most, by ever finer steps in frequency and share.
-Clock refined(const Ages& a, double hz, const std::vector<char>& chosen) {
+Clock refined(const Ages& a, double hz, const std::vector<char>& chosen,
+              double Explained::*measure = &Explained::nats) {
   const double middle = 0.5 * (a.t.front() + a.t.back());
   const double length = a.t.back() - a.t.front();
   // Steps of the share are about the middle, so that the frequency turns nothing there.
-  Clock best{hz, 0.0, -1e300};
+  Clock best{.hz = hz};
   double at_middle = 0.0;
   const auto take = [&](double f, double phase) {
     const double share = phase - f * middle;
-    const double nats = explained_by_clock(a, 1.0 / f, share - std::floor(share), chosen).nats;
+    const double nats = explained_by_clock(a, 1.0 / f, share - std::floor(share), chosen).*measure;
     if (nats <= best.nats) return;
-    best = {f, share - std::floor(share), nats};
+    best = {.hz = f, .share = share - std::floor(share), .nats = nats};
     at_middle = phase;
   };
   constexpr int kShares = 24;
@@ -148,7 +180,7 @@ Clock refined(const Ages& a, double hz, const std::vector<char>& chosen) {
 // The likelihood of a sawtooth is jagged, since its jumps pass one sample after the other. So the
 // neighbours of a clock that was found are tried on ever finer grids, in period and share together.
 // (One sample in a hundred on the wrong side of a jump would look like outliers.)
-void polish(const Ages& a, Clock& clock) {
+void polish(const Ages& a, Clock& clock, double Explained::*measure = &Explained::nats) {
   constexpr int kSteps = 5, kRounds = 4;  // to each side
   constexpr double kFirst = 0.02, kFiner = 0.3;
   const double middle = 0.5 * (a.t.front() + a.t.back());
@@ -161,8 +193,11 @@ void polish(const Ages& a, Clock& clock) {
       for (int j = -kSteps; j <= kSteps; ++j) {
         const double turned = from.share - (hz - from.hz) * middle + reach * j / kSteps;
         const double share = turned - std::floor(turned);
-        const double nats = explained_by_clock(a, 1.0 / hz, share, {}).nats;
-        if (nats > clock.nats) clock = {hz, share, nats};
+        const double nats = explained_by_clock(a, 1.0 / hz, share, {}).*measure;
+        if (nats <= clock.nats) continue;
+        clock.hz = hz;
+        clock.share = share;
+        clock.nats = nats;
       }
     }
   }
@@ -197,11 +232,140 @@ Pattern pattern_of(const Ages& a, double period_s) {
   return out;
 }
 
-// Every other ten seconds.
-std::vector<char> stretches_of(const Ages& a, bool odd) {
+// The clock whose pattern has the highest line.
+Clock clock_of_line(const Ages& a, double level) {
+  const LinePower along = line_power(a, a.said);
+  if (along.height.empty()) return {};
+  const auto best = std::ranges::max_element(along.height) - along.height.begin();
+  const double height = along.height[std::size_t(best)], f_hz = along.f_hz[std::size_t(best)];
+  const double p_value =
+      std::min(1.0, double(along.height.size()) * std::exp(-std::min(height, kMostNats)));
+  if (p_value > level) return {};
+  // What is as high across the change is no matter of times.
+  const LinePower across = line_power(a, a.across);
+  for (std::size_t j = 0; j < across.height.size(); ++j) {
+    const bool there = std::abs(across.f_hz[j] - f_hz) < 0.5;
+    if (there && across.height[j] > kMostAcross * height) return {};
+  }
+  Clock clock;
+  for_each_fold(a, f_hz, [&](double hz) {
+    const Clock c = refined(a, hz, {});
+    if (c.nats > clock.nats) clock = c;
+  });
+  clock.p_value = p_value;
+  return clock;
+}
+
+// Samples by the phase of a slow pattern.
+struct Phases {
+  std::array<double, kPhases> w{}, said{}, across{};
+};
+Phases phases_of(const Ages& a, double f_hz, std::size_t n) {
+  Phases out;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double turns = f_hz * (a.t[k] - a.t.front());
+    const auto bin = std::size_t((turns - std::floor(turns)) * kPhases) % kPhases;
+    out.w[bin] += a.weight[k];
+    out.said[bin] += a.said[k];
+    out.across[bin] += a.across[k];
+  }
+  return out;
+}
+
+// What ages that are any function of the phase explain beside a lag of all.
+double explained_by_phases(const Phases& phases, const std::array<double, kPhases>& y) {
+  double nats = 0.0, all_w = 0.0, all_y = 0.0;
+  for (std::size_t i = 0; i < kPhases; ++i) {
+    if (!(phases.w[i] > 0.0)) continue;
+    nats += 0.5 * y[i] * y[i] / phases.w[i];
+    all_w += phases.w[i];
+    all_y += y[i];
+  }
+  return all_w > 0.0 ? nats - 0.5 * all_y * all_y / all_w : 0.0;
+}
+
+// The same of a sawtooth of any height up to this one, the best of its shares.
+double explained_by_sawtooth(const Phases& phases, double height, bool rises) {
+  double best = 0.0;
+  for (int j = 0; j < kPhases; ++j) {
+    AgeSums sums;
+    for (int i = 0; i < kPhases; ++i) {
+      const int turned = rises ? i + j : j - i - 1 + kPhases;
+      sums.add(height * (turned % kPhases + 0.5) / kPhases, phases.w[std::size_t(i)],
+               phases.said[std::size_t(i)]);
+    }
+    best = std::max(best, sums.explained().lower);
+  }
+  return best;
+}
+
+// A clock of the recording's first seconds on to the whole, which knows its frequency so much
+// better.
+Clock grown(const Ages& a, double hz, double seconds) {
+  for (;; seconds *= 2.0) {
+    std::vector<char> chosen;
+    for (const double t : a.t) chosen.push_back(t - a.t.front() <= seconds ? 1 : 0);
+    const Clock clock = refined(a, hz, chosen, &Explained::lower);
+    if (seconds >= a.t.back() - a.t.front()) return clock;
+    hz = clock.hz;
+  }
+}
+
+// Where the two clocks nearly agree, the pattern is as slow as the hand's motion and the model's
+// errors are, and the attitudes have taken a part of it. Not a line tells it there, but a sawtooth
+// that is no higher than the clock's period, at every frequency: the clocks that fold to the best
+// one, the slowest first. What it explains counts in units of what the model's errors make of it,
+// the median over all frequencies.
+std::vector<Clock> slow_clocks(const Ages& a, double level) {
+  std::size_t n = a.t.size();
+  while (a.t[n - 1] - a.t.front() > kLongestSearch) --n;
+  const double length = a.t[n - 1] - a.t.front();
+  double nats = 0.0, f_hz = 0.0, tried = 0.0;
+  bool rises = false;
+  std::vector<double> patterns;
+  for (double f = kFewestTeeth / length; f < kSlowestPatternHz; f += 0.5 / length) {
+    const Phases phases = phases_of(a, f, n);
+    patterns.push_back(explained_by_phases(phases, phases.said));
+    for (const bool rising : {false, true}) {
+      const double of_this = explained_by_sawtooth(phases, 1.0 / a.rate_hz, rising);
+      tried += kPhases;
+      if (of_this <= nats) continue;
+      nats = of_this;
+      f_hz = f;
+      rises = rising;
+    }
+  }
+  if (patterns.size() < 2) return {};
+  const double unit = std::max(1.0, median(std::move(patterns)) / (0.5 * (kPhases - 1)));
+  const double p_value = std::min(1.0, tried * std::exp(-std::min(nats / unit, kMostNats)));
+  if (p_value > level) return {};
+  const Phases phases = phases_of(a, f_hz, n);
+  if (explained_by_phases(phases, phases.across) > kMostAcross * nats) return {};
+  // Of a pattern whose first line the attitudes have taken, the second looks like the first.
+  std::vector<Clock> out;
+  for (int harmonic = 1; harmonic <= kMostHarmonics; ++harmonic) {
+    const double line_hz = f_hz / harmonic;
+    if (line_hz < kFewestTeeth / length) break;
+    for (int folds = 1; folds <= kMostFolds; ++folds) {
+      const double hz = folds * a.rate_hz + (rises ? line_hz : -line_hz);
+      if (hz < 1.0 / kLongestPeriod || hz > 1.0 / kShortestPeriod) continue;
+      Clock clock = grown(a, hz, length);
+      polish(a, clock, &Explained::lower);
+      const Explained e = explained_by_clock(a, 1.0 / clock.hz, clock.share, {});
+      if (e.higher > -unit * std::log(level)) break;  // than a clock of this period reads
+      clock.p_value = p_value;
+      clock.needed = unit * (std::log(tried) - std::log(level));
+      out.push_back(clock);
+    }
+  }
+  return out;
+}
+
+// Every other stretch, of ten seconds or of a slow pattern's length.
+std::vector<char> stretches_of(const Ages& a, double pattern_s, bool odd) {
   std::vector<char> out;
   for (const double t : a.t) {
-    out.push_back((long((t - a.t.front()) / kStretch) % 2 != 0) == odd ? 1 : 0);
+    out.push_back((long((t - a.t.front()) / std::max(kStretch, pattern_s)) % 2 != 0) == odd);
   }
   return out;
 }
@@ -222,51 +386,66 @@ void put_sigmas(const Ages& a, OwnClock& clock) {
   clock.share_sigma = std::hypot(clock.share_sigma, clock.period_sigma_s * middle / (T * T));
 }
 
-}  // namespace
-
-std::optional<OwnClock> find_own_clock(const SampleResiduals& mag, double level) {
-  if (mag.t.size() < kFewestForClock || mag.change.size() != mag.t.size()) return std::nullopt;
-  const Ages a = ages_of(mag);
-  if (a.t.size() < kFewestForClock || !(a.rate_hz > 0.0)) return std::nullopt;
-  const LinePower along = line_power(a, a.said);
-  if (along.height.empty()) return std::nullopt;
-  const auto best = std::ranges::max_element(along.height) - along.height.begin();
-  const double height = along.height[std::size_t(best)], f_hz = along.f_hz[std::size_t(best)];
-  OwnClock out;
-  out.p_value = std::min(1.0, double(along.height.size()) * std::exp(-std::min(height, 690.0)));
-  if (out.p_value > level) return std::nullopt;
-  // What is as high across the change is no matter of times.
-  const LinePower across = line_power(a, a.across);
-  for (std::size_t j = 0; j < across.height.size(); ++j) {
-    const bool there = std::abs(across.f_hz[j] - f_hz) < 0.5;
-    if (there && across.height[j] > kMostAcross * height) return std::nullopt;
-  }
-  Clock clock;
-  for (int folds = 0; double(folds) * a.rate_hz < 1.0 / kShortestPeriod; ++folds) {
-    for (const double hz : {folds * a.rate_hz + f_hz, folds * a.rate_hz - f_hz}) {
-      if (hz < 1.0 / kLongestPeriod || hz > 1.0 / kShortestPeriod) continue;
-      const Clock c = refined(a, hz, {});
-      if (c.nats > clock.nats) clock = c;
-    }
-  }
-  if (!(clock.nats > -std::log(level))) return std::nullopt;
-  polish(a, clock);
-  const Pattern pattern = pattern_of(a, 1.0 / clock.hz);
-  const double beyond = 2.0 * (pattern.nats - clock.nats);
+OwnClock own_clock_of(const Ages& a, const Clock& clock) {
+  OwnClock out{.period_s = 1.0 / clock.hz, .share = clock.share};
   out.pattern_s = 1.0 / std::abs(clock.hz - a.rate_hz * std::round(clock.hz / a.rate_hz));
-  out.held = !(beyond > 0.0) || chi_square_tail(beyond, kPhases - 3) > level;
-  out.reach_s = out.held ? 1.0 / clock.hz : pattern.reach_s;
-  // No sample is older than the pattern is long: something else has this line.
-  if (!out.held && out.reach_s > out.pattern_s) return std::nullopt;
-  out.period_s = 1.0 / clock.hz;
-  out.share = clock.share;
+  out.reach_s = out.period_s;
+  out.p_value = clock.p_value;
+  out.needed_nats = clock.needed;
+  const auto measure = clock.needed > 0.0 ? &Explained::lower : &Explained::nats;
   for (const bool odd : {false, true}) {
-    const Clock fitted = refined(a, clock.hz, stretches_of(a, odd));
-    out.nll_before +=
-        explained_by_clock(a, 1.0 / fitted.hz, fitted.share, stretches_of(a, !odd)).nats;
+    const Clock fitted = refined(a, clock.hz, stretches_of(a, out.pattern_s, odd), measure);
+    const std::vector<char> others = stretches_of(a, out.pattern_s, !odd);
+    out.nll_before += explained_by_clock(a, 1.0 / fitted.hz, fitted.share, others).*measure;
   }
   put_sigmas(a, out);
-  return out.nll_before > 1.0 ? std::optional(out) : std::nullopt;
+  return out;
+}
+
+}  // namespace
+
+std::vector<OwnClock> find_own_clocks(const SampleResiduals& mag, double level) {
+  if (mag.t.size() < kFewestForClock || mag.change.size() != mag.t.size()) return {};
+  const Ages a = ages_of(mag);
+  if (a.t.size() < kFewestForClock || !(a.rate_hz > 0.0)) return {};
+  std::vector<OwnClock> out;
+  if (Clock clock = clock_of_line(a, level); clock.nats > -std::log(level)) {
+    polish(a, clock);
+    OwnClock of_line = own_clock_of(a, clock);
+    const Pattern pattern = pattern_of(a, of_line.period_s);
+    const double beyond = 2.0 * (pattern.nats - clock.nats);
+    of_line.held = !(beyond > 0.0) || chi_square_tail(beyond, kPhases - 3) > level;
+    if (!of_line.held) of_line.reach_s = pattern.reach_s;
+    // No sample is older than the pattern is long: something else has this line.
+    const bool possible = of_line.held || of_line.reach_s <= of_line.pattern_s;
+    if (possible && of_line.nll_before > 1.0) out.push_back(of_line);
+  }
+  for (const Clock& clock : slow_clocks(a, level)) out.push_back(own_clock_of(a, clock));
+  return out;
+}
+
+std::optional<OwnClock> find_own_clock(const SampleResiduals& mag, double level) {
+  const std::vector<OwnClock> all = find_own_clocks(mag, level);
+  return all.empty() || all.front().needed_nats > 0.0 ? std::nullopt : std::optional(all.front());
+}
+
+OwnClock told_anew(const OwnClock& clock, SampleResiduals mag) {
+  for (std::size_t k = 0; k < mag.t.size() && mag.change.size() == mag.t.size(); ++k) {
+    mag.residual[k] -= sawtooth(mag.t[k], clock.period_s, clock.share) * mag.change[k];
+  }
+  const Ages a = ages_of(mag);
+  Clock fitted = refined(a, 1.0 / clock.period_s, {});
+  polish(a, fitted);
+  OwnClock out = clock;
+  out.period_s = 1.0 / fitted.hz;
+  out.share = fitted.share;
+  out.needed_nats = 0.0;
+  put_sigmas(a, out);
+  return out;
+}
+
+double pattern_left(const OwnClock& clock, const SampleResiduals& mag) {
+  return pattern_of(ages_of(mag), clock.period_s).nats - 0.5 * (kPhases - 1);
 }
 
 bool leaves_no_pattern(const OwnClock& clock, const SampleResiduals& mag, double level) {

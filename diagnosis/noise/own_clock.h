@@ -8,14 +8,19 @@
 // So d_k' e_k has a line, of the sawtooth's frequency as the samples show it (folded about their
 // rate) and nowhere else: a field that alternates has one across the change as well. The
 // periodogram finds the line; of the periods that fold to it, that which explains the most is the
-// clock's, as the sawtooth's height is its period.
+// clock's, as the sawtooth's height is its period. Where both clocks nearly agree the pattern is as
+// slow as the motion: there the sawtooth itself is looked for, at every frequency. The attitudes
+// have taken a part of its height, so that a fit with each clock decides which it is.
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "diagnosis/noise/noise_tests.h"
 
 namespace magimu {
+
+inline constexpr double kSlowPattern = 0.5;  // s: as slow as a hand's motion and the model's errors
 
 struct OwnClock {
   double period_s = 0.0, share = 0.0;  // T and p
@@ -25,14 +30,29 @@ struct OwnClock {
   bool held = true;
   double reach_s = 0.0;    // how much older or newer than its time a sample is
   double pattern_s = 0.0;  // after which the samples' ages repeat: as the samples show it
-  double p_value = 1.0;    // of the line, among all frequencies
-  // Nats of the samples' change, alternate stretches of ten seconds predicted from the others.
+  bool is_slow() const { return pattern_s > kSlowPattern; }
+  double p_value = 1.0;  // of the line, or of the slow sawtooth, among all frequencies
+  // The samples alone do not show that it is a clock: a fit must be better with it by so many nats.
+  double needed_nats = 0.0;
+  // Nats of the samples' change, alternate stretches (of ten seconds, or of a slow pattern's
+  // length) predicted from the others.
   double nll_before = 0.0, nll_after = 0.0;
 };
 
-// Of a magnetometer's samples, whose change is known; nothing where they show no clock.
-// level: of p_value.
+// Of a magnetometer's samples, whose change is known: clocks that are possible, first that of the
+// line. level: of p_value.
+std::vector<OwnClock> find_own_clocks(const SampleResiduals& mag, double level);
+
+// The one that the samples show by themselves.
 std::optional<OwnClock> find_own_clock(const SampleResiduals& mag, double level);
+
+// The same clock, told by the residuals of a model that has it: of which the attitudes have taken
+// nothing.
+OwnClock told_anew(const OwnClock& clock, SampleResiduals mag);
+
+// What ages that are any function of the clock's phase explain of such residuals, beyond what they
+// explain of white noise. Nats.
+double pattern_left(const OwnClock& clock, const SampleResiduals& mag);
 
 // Whether the residuals of a model with this clock (held readings) show no pattern of its period.
 // (A model without the clock may have taken a slow part of the pattern into its attitudes.)

@@ -26,17 +26,23 @@ std::string looked_for_without(const Effect& effect, const Stage& stage) {
 
 constexpr double kVaries = 1e-3;  // m, deg C, A: a column that changes by less is constant
 
-// Does a column vary at all?
-bool varies(const Recording& r, const std::string& column) {
+// Does a column vary at all, in the parts of all recordings together?
+bool varies(const std::vector<const Recording*>& recordings, const std::string& column) {
   if (column == "pos") {
-    return r.pos && std::any_of(r.pos->v.begin(), r.pos->v.end(), [&](const Vector3& p) {
-             return (p - r.pos->v.front()).norm() > kVaries;
-           });
+    return std::ranges::any_of(recordings, [](const Recording* r) {
+      return r->pos && std::ranges::any_of(r->pos->v, [&](const Vector3& p) {
+               return (p - r->pos->v.front()).norm() > kVaries;
+             });
+    });
   }
-  const auto it = r.aux.find(column);
-  if (it == r.aux.end() || it->second.v.empty()) return false;
-  const auto [least, most] = std::minmax_element(it->second.v.begin(), it->second.v.end());
-  return *most - *least > kVaries;
+  double least = INFINITY, most = -INFINITY;
+  for (const Recording* r : recordings) {
+    for (const double value : r->aux.at(column).v) {
+      least = std::min(least, value);
+      most = std::max(most, value);
+    }
+  }
+  return most - least > kVaries;
 }
 
 bool present(const Recording& r, const std::string& column) {
@@ -54,15 +60,22 @@ std::string reason_untested(const Effect& effect, const std::vector<const Record
     const std::string shown = pos ? "columns pos_x, pos_y, pos_z" : "column " + d.needs;
     for (const Recording* r : recordings) {
       if (!present(*r, d.needs)) return "needs the " + shown + looked_for_without(effect, stage);
-      if (!varies(*r, d.needs))
-        return fmt::format("the {} {} not vary", shown, pos ? "do" : "does");
+    }
+    if (!varies(recordings, d.needs)) {
+      return fmt::format("the {} {} not vary", shown, pos ? "do" : "does");
     }
   }
   if (d.rotation_only && is_moved(stage.spec().motion)) {
     return "the hand's motion, which is estimated, takes up whatever it adds";
   }
   const bool of_time = effect.with_terms(1) != nullptr || effect.name() == "stationary_source";
-  if (of_time && recordings.size() > 1) return "is tested in single recordings only";
+  if (of_time && recordings.size() > 1) {
+    const bool of_one = std::ranges::all_of(recordings, [&](const Recording* r) {
+      return r == recordings[0] || r->continues_previous;
+    });
+    return of_one ? "is tested in recordings without long gaps only"
+                  : "is tested in single recordings only";
+  }
   return "";
 }
 

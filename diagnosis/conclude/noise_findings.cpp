@@ -193,7 +193,9 @@ std::optional<OwnClock> clock_of_fits(const Recording& recording, const Pipeline
     std::ranges::copy(find_own_clocks(samples, level), std::back_inserter(possible));
   }
   if (possible.empty()) return std::nullopt;
-  if (possible.size() == 1 && possible.front().needed_nats == 0.0) return possible.front();
+  std::optional<OwnClock> by_itself;  // as the samples show it
+  if (possible.front().needed_nats == 0.0) by_itself = possible.front();
+  if (by_itself && possible.size() == 1) return by_itself;
   FittedClock best;
   OwnClock out;
   for (const OwnClock& clock : possible) {
@@ -202,8 +204,7 @@ std::optional<OwnClock> clock_of_fits(const Recording& recording, const Pipeline
     best = std::move(fitted);
     out = clock;
   }
-  if (!best.stage) return std::nullopt;
-  if (out.needed_nats == 0.0) return out;
+  if (!best.stage || out.needed_nats == 0.0) return by_itself;
   const auto samples_of = [&](const Stage& stage) {
     std::vector<SampleResiduals> all =
         sample_residuals(recording, stage, 0, pipeline.rest_noise(), options.noise.has_value());
@@ -212,8 +213,8 @@ std::optional<OwnClock> clock_of_fits(const Recording& recording, const Pipeline
   const double needed = out.needed_nats;
   out = told_anew(out, samples_of(*best.stage));
   best = fit_with_clock(recording, pipeline, without, out);
-  if (!best.stage || best.gain < needed) return std::nullopt;
-  if (pattern_left(out, samples_of(*best.stage)) > kMostBeyond * best.gain) return std::nullopt;
+  if (!best.stage || best.gain < needed) return by_itself;
+  if (pattern_left(out, samples_of(*best.stage)) > kMostBeyond * best.gain) return by_itself;
   out.nll_before = best.gain;
   return out;
 }

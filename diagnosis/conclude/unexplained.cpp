@@ -282,10 +282,11 @@ void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extende
     if (finding == d.findings.end() || effects[e]->name() == "mains_interference") continue;
     auto all = all_dependences(stage.spec().motion);
     std::erase_if(all, [&](const auto& a) { return a->channel() != effects[e]->channel(); });
-    const Stage without = extender.without(e);
+    const std::optional<Stage> without = extender.without(e);
+    if (!without) continue;
     all.push_back(effects[e]);
-    const Scan scan(recordings, without, all);
-    const double worth = extender.worth(e, without);
+    const Scan scan(recordings, *without, all);
+    const double worth = extender.worth(e, *without);
     // By one step as the dependences are: of a large effect one step promises more than a fit
     // gives.
     const Score& own = scan.scores().back();
@@ -300,7 +301,7 @@ void withdraw_stand_ins(const std::vector<const Recording*>& recordings, Extende
       best = s;
     }
     if (!best.effect) continue;
-    const Beside beside = explained_beside(Scan(recordings, without, {best.effect, effects[e]}));
+    const Beside beside = explained_beside(Scan(recordings, *without, {best.effect, effects[e]}));
     // What contains the effect explains a little more of whatever it explains.
     const bool is_special_case = beside.directions == 0 && kAsMuch * most < own_worth;
     if (is_special_case || beside.nats > kOwn * worth) continue;

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "diagnosis/noise/high_pass.h"
@@ -203,60 +202,9 @@ void polish(const Ages& a, Clock& clock, double Explained::*measure = &Explained
   }
 }
 
-// The same for ages that are any function of the clock's phase, in steps.
-struct Pattern {
-  double nats = 0.0, reach_s = 0.0;  // reach: half of what is between the oldest and the newest
-};
 constexpr int kPhases = 20;
-Pattern pattern_of(const Ages& a, double period_s) {
-  std::array<double, kPhases> w{}, y{};
-  for (std::size_t k = 0; k < a.t.size(); ++k) {
-    const double turns = a.t[k] / period_s;
-    const auto bin =
-        std::min<std::size_t>(kPhases - 1, std::size_t((turns - std::floor(turns)) * kPhases));
-    w[bin] += a.weight[k];
-    y[bin] += a.said[k];
-  }
-  Pattern out;
-  double all_w = 0.0, all_y = 0.0, oldest = -1e300, newest = 1e300;
-  for (std::size_t i = 0; i < kPhases; ++i) {
-    if (!(w[i] > 0.0)) continue;
-    out.nats += 0.5 * y[i] * y[i] / w[i];
-    all_w += w[i];
-    all_y += y[i];
-    oldest = std::max(oldest, y[i] / w[i]);
-    newest = std::min(newest, y[i] / w[i]);
-  }
-  if (all_w > 0.0) out.nats -= 0.5 * all_y * all_y / all_w;
-  out.reach_s = std::max(0.0, 0.5 * (oldest - newest));
-  return out;
-}
 
-// The clock whose pattern has the highest line.
-Clock clock_of_line(const Ages& a, double level) {
-  const LinePower along = line_power(a, a.said);
-  if (along.height.empty()) return {};
-  const auto best = std::ranges::max_element(along.height) - along.height.begin();
-  const double height = along.height[std::size_t(best)], f_hz = along.f_hz[std::size_t(best)];
-  const double p_value =
-      std::min(1.0, double(along.height.size()) * std::exp(-std::min(height, kMostNats)));
-  if (p_value > level) return {};
-  // What is as high across the change is no matter of times.
-  const LinePower across = line_power(a, a.across);
-  for (std::size_t j = 0; j < across.height.size(); ++j) {
-    const bool there = std::abs(across.f_hz[j] - f_hz) < 0.5;
-    if (there && across.height[j] > kMostAcross * height) return {};
-  }
-  Clock clock;
-  for_each_fold(a, f_hz, [&](double hz) {
-    const Clock c = refined(a, hz, {});
-    if (c.nats > clock.nats) clock = c;
-  });
-  clock.p_value = p_value;
-  return clock;
-}
-
-// Samples by the phase of a slow pattern.
+// The first n samples by the phase of a pattern.
 struct Phases {
   std::array<double, kPhases> w{}, said{}, across{};
 };
@@ -282,6 +230,45 @@ double explained_by_phases(const Phases& phases, const std::array<double, kPhase
     all_y += y[i];
   }
   return all_w > 0.0 ? nats - 0.5 * all_y * all_y / all_w : 0.0;
+}
+
+// What the samples say of ages that are any function of a clock's phase, in steps.
+struct Pattern {
+  double nats = 0.0, reach_s = 0.0;  // reach: half of what is between the oldest and the newest
+};
+Pattern pattern_of(const Ages& a, double period_s) {
+  const Phases phases = phases_of(a, 1.0 / period_s, a.t.size());
+  double oldest = -1e300, newest = 1e300;
+  for (std::size_t i = 0; i < kPhases; ++i) {
+    if (!(phases.w[i] > 0.0)) continue;
+    oldest = std::max(oldest, phases.said[i] / phases.w[i]);
+    newest = std::min(newest, phases.said[i] / phases.w[i]);
+  }
+  return {explained_by_phases(phases, phases.said), std::max(0.0, 0.5 * (oldest - newest))};
+}
+
+// The clock whose pattern has the highest line.
+Clock clock_of_line(const Ages& a, double level) {
+  const LinePower along = line_power(a, a.said);
+  if (along.height.empty()) return {};
+  const auto best = std::ranges::max_element(along.height) - along.height.begin();
+  const double height = along.height[std::size_t(best)], f_hz = along.f_hz[std::size_t(best)];
+  const double p_value =
+      std::min(1.0, double(along.height.size()) * std::exp(-std::min(height, kMostNats)));
+  if (p_value > level) return {};
+  // What is as high across the change is no matter of times.
+  const LinePower across = line_power(a, a.across);
+  for (std::size_t j = 0; j < across.height.size(); ++j) {
+    const bool there = std::abs(across.f_hz[j] - f_hz) < 0.5;
+    if (there && across.height[j] > kMostAcross * height) return {};
+  }
+  Clock clock;
+  for_each_fold(a, f_hz, [&](double hz) {
+    const Clock c = refined(a, hz, {});
+    if (c.nats > clock.nats) clock = c;
+  });
+  clock.p_value = p_value;
+  return clock;
 }
 
 // The same of a sawtooth of any height up to this one, the best of its shares.

@@ -41,9 +41,10 @@ class Extender {
   // Candidates that could be tested under this model, and the scan of them; nothing is accepted.
   std::vector<std::shared_ptr<const Effect>> candidates(const Stage& stage) const;
 
-  // stage() fitted without one of its effects, and by how many nats the effect explains more than
-  // chance does in as many parameters; with a random process' states integrated out.
-  Stage without(std::size_t effect) const;
+  // stage() fitted without one of its effects (nothing where its numbers fail), and by how many
+  // nats the effect explains more than chance does in as many parameters; with a random process'
+  // states integrated out.
+  std::optional<Stage> without(std::size_t effect) const;
   double worth(std::size_t effect, const Stage& without) const;
 
   void set_base(const Stage& stage) { base_ = stage; }
@@ -131,6 +132,7 @@ class Extender {
   bool name_third_sensor(std::size_t one, std::size_t other);
   bool name_complement(std::size_t change, std::size_t throughout);
   bool name_one_change();
+  bool name_lasting(const std::shared_ptr<const Effect>& named);
   void join_changes();
   bool name_one_for_two(std::size_t first, std::size_t second);
   void take(const Stage& stage, double nll);

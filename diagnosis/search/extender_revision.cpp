@@ -297,10 +297,46 @@ bool Extender::name_one_for_two(std::size_t first, std::size_t second) {
   return true;
 }
 
+// Replaces a change by an error that is the same throughout, where that explains as much: every
+// part has such errors, and hardly any sensor moves on its board while it is turned. Where the
+// attitudes before and after differ little, a change whose time is hardly told imitates them.
+bool Extender::name_lasting(const std::shared_ptr<const Effect>& named) {
+  const ChangeEffect* const change = as_change(*named);
+  if (change == nullptr || finding_of(*change) == d_.findings.end()) return false;
+  const Stage with = *stage_;
+  ModelSpec spec = with.spec();
+  std::erase(spec.effects, named);
+  const Stage without = pipeline_.refit_with_same_noise(with, spec);
+  if (!without.result().converged()) return false;
+  take(without, sum_of(held_out_nll(without)));
+  std::vector<Option> options = scan_options(recordings_, *stage_, candidates(*stage_));
+  std::erase_if(options, [](const Option& o) {
+    return as_change(*o.effect) != nullptr || !lasts(*o.effect);
+  });
+  const std::vector<Trial> found = trials(options);
+  const auto best = std::ranges::min_element(
+      found, {}, [](const Trial& t) { return t.stage.result().cost_final; });
+  if (best == found.end()) return false;
+  if (best->stage.result().cost_final > with.result().cost_final + kDraw) return false;
+  const auto finding = finding_of(*change);
+  Finding f = describe(best->option, best->stage, best->nll, options,
+                       VectorXd::Zero(best->option.effect->size()));
+  f.probability = finding->probability;
+  *finding = std::move(f);
+  take(best->stage, best->nll);
+  return true;
+}
+
 // The first findings entered while the later ones were not in the model, and may have explained a
 // part of these, too. Where a simpler cause now predicts as well, it replaces the richer one.
 void Extender::reconsider() {
   while (name_one_change()) {
+  }
+  const std::vector<std::shared_ptr<const Effect>> all = stage_->spec().effects;
+  for (const auto& effect : all) {
+    const Stage stage = *stage_;
+    const double nll = nll_;
+    if (!attempt([&] { return name_lasting(effect); }).value_or(false)) take(stage, nll);
   }
   const auto in_model = [&](std::size_t finding) -> std::shared_ptr<const Effect> {
     for (const auto& e : stage_->spec().effects) {
@@ -334,10 +370,10 @@ void Extender::reconsider() {
   }
 }
 
-Stage Extender::without(std::size_t effect) const {
+std::optional<Stage> Extender::without(std::size_t effect) const {
   ModelSpec spec = stage_->spec();
   spec.effects.erase(spec.effects.begin() + std::ptrdiff_t(effect));
-  return pipeline_.refit_with_same_noise(*stage_, spec);
+  return attempt([&] { return pipeline_.refit_with_same_noise(*stage_, spec); });
 }
 
 void Extender::keep_named() {
@@ -358,12 +394,9 @@ void Extender::keep_named() {
       ++e;
       continue;
     }
-    const auto left = [&] {
-      const Stage less = without(e);
-      if (less.result().converged()) replace(less);
-      return less.result().converged();
-    };
-    if (!attempt(left).value_or(false)) return;
+    const std::optional<Stage> less = without(e);
+    if (!less || !less->result().converged()) return;
+    replace(*less);
   }
 }
 

@@ -51,14 +51,16 @@ struct GravitySphere {
 // Empty where too few attitudes show it.
 std::optional<GravitySphere> gravity_sphere(const VectorSeries& acc) {
   constexpr std::size_t kGroups = 8;  // stretches of time, for the standard error
-  constexpr double kSpread =
-      0.05;  // least eigenvalue of the mean of u u', u the unit vectors of gravity
+  // Least eigenvalue of the covariance of u, the unit vectors of gravity: what is turned on a table
+  // has them on a circle, through which spheres of any size go.
+  constexpr double kSpread = 0.05;
   // |f|^2 = 2 c'f + (r^2 - |c|^2): least squares for centre and radius.
   std::array<Mat<double, 4, 4>, kGroups> H;
   std::array<Vector4, kGroups> h;
   H.fill(Mat<double, 4, 4>::Zero());
   h.fill(Vector4::Zero());
   Matrix3 spread = Matrix3::Zero();
+  Vector3 mean = Vector3::Zero();
   const std::size_t n = acc.size();
   for (std::size_t i = 0; i < n; ++i) {
     const Vector3& f = acc.v[i];
@@ -66,7 +68,9 @@ std::optional<GravitySphere> gravity_sphere(const VectorSeries& acc) {
     H[i * kGroups / n] += row * row.transpose();
     h[i * kGroups / n] += f.squaredNorm() * row;
     spread += f * f.transpose() / (f.squaredNorm() * double(n));
+    mean += f / (f.norm() * double(n));
   }
+  spread -= mean * mean.transpose();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(MatrixXd(spread), Eigen::EigenvaluesOnly);
   if (n < kForSphere * kGroups || !(axes.eigenvalues()[0] > kSpread)) return std::nullopt;
   const auto sphere = [&](std::size_t without, Vector3& centre) {

@@ -77,6 +77,14 @@ std::vector<Hidden> all_hidden() {
       {"gyro_that_sat_askew",
        make_effect("gyro_change", turned({0.0164, 0.0284, 0.012}, -kForGood, 51.2)), "gyro_change",
        with(changes_but("gyro_change"), "gyro_scale_misalignment"), oracle::MotionKind::kHandHeld},
+      // All the time: no change whose time is hardly told.
+      {"gyro_gains_throughout",
+       make_effect("gyro_scale_misalignment", {0.0066, 0, 0, 0, 0.0114, 0, 0, 0, -0.0055}),
+       "gyro_scale_misalignment", changes, oracle::MotionKind::kHandHeld},
+      {"gyro_askew_throughout",
+       make_effect("gyro_scale_misalignment",
+                   {0, 0.001, -0.006, -0.001, 0, 0.001, 0.006, -0.001, 0}),
+       "gyro_scale_misalignment", changes, oracle::MotionKind::kHandHeld},
       {"acc_bias", make_effect("acc_bias_change", {0.04, -0.03, 0.05, 38.0, kForGood}),
        "acc_bias_change", with(changes, "acc_bias_drift")},
       {"acc_bias_moved", make_effect("acc_bias_change", {0.04, -0.03, 0.05, 38.0, kForGood}),
@@ -305,6 +313,25 @@ INSTANTIATE_TEST_SUITE_P(Oracle, LargeDrift,
                          [](const auto& test) {
                            return test.param == oracle::MotionKind::kRotation ? "turned" : "moved";
                          });
+
+// A gap makes parts of the recording, in one of which the current is the same all the time.
+TEST(Current, that_varies_in_one_part_only_is_found_by_its_column) {
+  oracle::Options o;
+  o.seed = 52;
+  o.motion.kind = oracle::MotionKind::kHandHeld;
+  o.motion.duration_s = 60.0;
+  o.noise = oracle::kRealisticDensities;
+  o.record_current = true;
+  o.current = [](double t) { return t < 40.0 && long(t / 7.0) % 2 == 0 ? 2.0 : 0.5; };
+  o.effects = {make_effect("mag_current", {1.2, -0.6, 0.8})};
+  const Recording whole = oracle::simulate(o).recording;
+  std::vector<Recording> parts = {slice(whole, 0.0, 45.0), slice(whole, 46.5, 60.0)};
+  parts.back().continues_previous = true;
+  DiagnosisOptions options;
+  options.noise = NoiseDensities{o.noise.acc, o.noise.gyr, o.noise.mag};
+  const Diagnosis d = diagnose({&parts[0], &parts[1]}, options);
+  EXPECT_NE(find(d, "mag_current"), nullptr) << "named: " << names_of(d);
+}
 
 // What was added to the readings of a hand-held sensor, with motion that no rest interrupts.
 Diagnosis diagnose_with(std::uint64_t seed, const std::function<void(Recording&)>& change) {

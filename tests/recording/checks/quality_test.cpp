@@ -551,6 +551,23 @@ TEST(GoodRecordings, raise_no_alarm) {
   }
 }
 
+// Gravity goes round on a cone: through its circle, spheres of any size go, and a little motion
+// decides which.
+TEST(GoodRecordings, what_is_turned_on_a_tilted_table_has_no_wrong_scale) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    std::mt19937 bits(seed);
+    std::normal_distribution<double> noise;
+    Recording r = good(100.0, 60.0, seed);
+    Vector3 shaken = Vector3::Zero();
+    for (std::size_t k = 0; k < r.acc.size(); ++k) {
+      const double turn = 0.7 * r.acc.t[k] + std::sin(0.31 * r.acc.t[k]);
+      shaken = 0.98 * shaken + 0.03 * Vector3(noise(bits), noise(bits), noise(bits));
+      r.acc.v[k] = 9.81 * Vector3(0.8 * std::cos(turn), 0.8 * std::sin(turn), 0.6) + shaken;
+    }
+    for (const Issue& issue : check_recording(r)) EXPECT_NE(issue.kind, "acc_scale") << seed;
+  }
+}
+
 TEST(GoodRecordings, a_slower_magnetometer_and_coarse_steps_raise_no_alarm) {
   Recording r = good();
   VectorSeries slow;

@@ -10,6 +10,7 @@
 #include "calibration/calibrate.h"
 #include "calibration/fit/given_noise.h"
 #include "calibration/fit/side_by_side.h"
+#include "calibration/scan/missing_effects.h"
 #include "calibration/start/turned_axes.h"
 #include "calibration/travelling.h"
 #include "calibration/trust/check_axes.h"
@@ -273,6 +274,11 @@ Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
     fill_departures(recordings, full, extender, pipeline.rest_noise(), options.noise.has_value(),
                     at_rest, d);
     d.after = extender.summary(extender.stage());
+    // A cause that was named takes what others of its kind look like, and is no surer than they
+    // are.
+    if (const auto unseen = attempt([&] { return search_unseen(recordings, extender.stage()); })) {
+      add_unseen_tolerances(d.after, *unseen);
+    }
     extender.restate(d.after);
     restate_motion(extender.stage(), d);
     reword_by_what_is_known(given, d);

@@ -213,6 +213,30 @@ FoundByScan look(const std::vector<const Recording*>& recordings, const Stage& s
   return std::move(search).found();
 }
 
+// What the scans of these effects say. Each sensor's by themselves: a candidate's test takes no
+// notice of the others, and columns cost their square.
+SearchedEffects searched(const std::vector<const Recording*>& recordings, const Stage& stage,
+                         const std::vector<std::shared_ptr<const Effect>>& all) {
+  const double log10_level = std::log10(kFalseAlarms / double(all.size()));
+  std::array<FoundByScan, 3> found;
+  const auto look_at = [&](std::size_t channel) {
+    std::vector<std::shared_ptr<const Effect>> own;
+    std::ranges::copy_if(all, std::back_inserter(own),
+                         [&](const auto& e) { return std::size_t(e->channel()) == channel; });
+    found[channel] = look(recordings, stage, own, log10_level);
+  };
+  side_by_side(
+      stage.plans(), [&] { look_at(0); }, [&] { look_at(1); }, [&] { look_at(2); });
+  SearchedEffects out;
+  std::vector<ToleranceFamily> families;
+  for (const FoundByScan& own : found) {
+    out.missing.insert(out.missing.end(), own.missing.begin(), own.missing.end());
+    families.insert(families.end(), own.families.begin(), own.families.end());
+  }
+  out.unseen = unseen_of(families);
+  return out;
+}
+
 // Variances, in the order of the covariance, of what looks like the calibration itself in a cause
 // of which so much is seen beside it. Nothing is known of such a cause, so that it may be as large
 // in one function of the attitude as in another; those of the calibration are a constant (the
@@ -277,26 +301,14 @@ SearchedEffects search_effects(const std::vector<const Recording*>& recordings,
     all.push_back(bias_in_windows(windows));
     all.push_back(bias_in_windows(windows, Sensor::kGyr));
   }
-  // Each sensor's by themselves: a candidate's test takes no notice of the others, and columns cost
-  // their square.
-  const double log10_level = std::log10(kFalseAlarms / double(all.size()));
-  std::array<FoundByScan, 3> found;
-  const auto look_at = [&](std::size_t channel) {
-    std::vector<std::shared_ptr<const Effect>> own;
-    std::ranges::copy_if(all, std::back_inserter(own),
-                         [&](const auto& e) { return std::size_t(e->channel()) == channel; });
-    found[channel] = look(recordings, stage, own, log10_level);
-  };
-  side_by_side(
-      stage.plans(), [&] { look_at(0); }, [&] { look_at(1); }, [&] { look_at(2); });
-  SearchedEffects out;
-  std::vector<ToleranceFamily> families;
-  for (const FoundByScan& own : found) {
-    out.missing.insert(out.missing.end(), own.missing.begin(), own.missing.end());
-    families.insert(families.end(), own.families.begin(), own.families.end());
-  }
-  out.unseen = unseen_of(families);
-  return out;
+  return searched(recordings, stage, all);
+}
+
+std::vector<MissingEffect> search_unseen(const std::vector<const Recording*>& recordings,
+                                         const Stage& stage) {
+  std::vector<std::shared_ptr<const Effect>> all = candidates(recordings, stage);
+  std::erase_if(all, [](const auto& effect) { return !is_tolerance(*effect); });
+  return searched(recordings, stage, all).unseen;
 }
 
 void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found) {

@@ -42,6 +42,10 @@ struct SearchedEffects {
 // stage: fitted, with few nodes (a scan costs as much as several fits).
 SearchedEffects search_effects(const std::vector<const Recording*>& recordings, const Stage& stage);
 
+// The unseen ones alone.
+std::vector<MissingEffect> search_unseen(const std::vector<const Recording*>& recordings,
+                                         const Stage& stage);
+
 // Widens the robust covariance of a calibration by what was found, so that it covers where the
 // calibration would be with it, and adds the check "model".
 void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found);

@@ -156,6 +156,17 @@ std::string shown_size(double value, const std::string& unit) {
   return two_figures(value) + " " + unit;
 }
 
+// How long a disturbance remembers; the recording tells no memory that is longer than itself.
+std::string how_long(const Diagnosis& d, double memory_s) {
+  double longest = 0.0;
+  for (const MissingSeries& s : d.missing_series) {
+    if (!s.t.empty()) longest = std::max(longest, s.t.back() - s.t.front());
+  }
+  return longest > 0.0 && memory_s > longest
+             ? "that changes more slowly than the recording tells"
+             : fmt::format("that lasts about {} s", two_figures(memory_s));
+}
+
 // When the departure shows, and when it is largest, in words.
 std::string when_of(const Diagnosis& d) {
   const bool several = d.missing_series.size() > 1;
@@ -552,10 +563,10 @@ std::string sentence_of_missing_state(const Diagnosis& d) {
   // The gyroscope's fault may be told by what it leaves in the magnetometer.
   const std::string place = place_of(d, *most), sensor = in_words(sensor_named(most->channel));
   return fmt::format(
-      "Something is missing {}: with a disturbance {} of {} (standard deviation) that lasts "
-      "about {} s, the readings are more probable by {}{}{}.",
+      "Something is missing {}: with a disturbance {} of {} (standard deviation) {}, the "
+      "readings are more probable by {}{}{}.",
       place, place.find(sensor) != place.npos ? "there" : "in what the " + sensor + " reads",
-      shown_size(most->size, most->unit), two_figures(most->memory_s), nats(counted(*most)),
+      shown_size(most->size, most->unit), how_long(d, most->memory_s), nats(counted(*most)),
       d.findings.empty() ? "" : fmt::format(" (before causes were named: {:.0f})", most->gain_nats),
       when_of(d));
 }

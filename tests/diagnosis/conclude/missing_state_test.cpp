@@ -39,6 +39,19 @@ TEST(MissingState, forbids_to_say_that_the_simulation_predicts_the_data) {
                                          HasSubstr("0.3 uT"), Not(HasSubstr("gyroscope")))));
 }
 
+TEST(MissingState, lasts_no_longer_than_the_recording) {
+  Diagnosis d = test::clean_diagnosis();
+  d.missing = missing({20.0, 31.0, 1.0, 0.0}, {20.0, 31.0, 1.0, 0.0});
+  d.missing_series = {{.unit = "uT",
+                       .t = {0.0, 30.0},
+                       .mean = {Vector3::Ones(), Vector3::Zero()},
+                       .sigma = {Vector3::Ones(), Vector3::Ones()}}};
+  EXPECT_THAT(sentence_of_missing_state(d), HasSubstr("that lasts about 5 s"));
+  for (MissingState& m : d.missing) m.memory_s = 190.0;
+  EXPECT_THAT(sentence_of_missing_state(d),
+              AllOf(HasSubstr("more slowly than the recording tells"), Not(HasSubstr("190"))));
+}
+
 TEST(MissingState, names_every_sensor_that_it_cannot_tell_from_the_best) {
   Diagnosis d = test::clean_diagnosis();
   d.missing = missing({95.0, 100.0, 98.0, 40.0}, {95.0, 100.0, 98.0, 40.0});

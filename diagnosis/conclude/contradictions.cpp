@@ -214,13 +214,13 @@ void name_age_beside_clock(Diagnosis& d) {
       1e3 * std::abs(age), 1e3 * tau.sigma, age > 0.0 ? "late" : "early", 1e3 * tau.value);
 }
 
-// What the magnetometer averages shows in the residuals as its own clock does; with that clock in
-// the model it may be nothing.
+// What the magnetometer averages shows in the residuals as its own clock does, and so does a lag;
+// with that clock in the model they may be nothing.
 void withdraw_what_the_clock_explains(Diagnosis& d) {
   constexpr double kNothing = 2.0;  // standard deviations
   if (std::ranges::count(d.findings, "mag_own_clock", &Finding::effect) == 0) return;
   std::erase_if(d.findings, [](const Finding& f) {
-    return f.effect == "mag_bandwidth" && !f.parameters.empty() &&
+    return (f.effect == "mag_bandwidth" || is_lag(f.effect)) && !f.parameters.empty() &&
            std::abs(f.parameters[0].value) < kNothing * f.parameters[0].sigma;
   });
 }

@@ -128,9 +128,9 @@ bool has_clock(const Stage& stage) {
                              [](const auto& e) { return e->name() == "mag_own_clock"; });
 }
 
-// What one parameter more explains by chance, once in 1 / level times.
-bool is_chance(double nats, double level) {
-  return chi_square_tail(2.0 * std::max(0.0, nats), 1) > level;
+// What so many parameters more explain by chance, once in 1 / level times.
+bool is_chance(double nats, double level, int parameters = 1) {
+  return chi_square_tail(2.0 * std::max(0.0, nats), parameters) > level;
 }
 
 // Whether it is the samples' mean age: half a period.
@@ -164,11 +164,11 @@ struct FittedClock {
   double gain = 0.0;
 };
 FittedClock fit_with_clock(const Recording& recording, const Pipeline& pipeline,
-                           const Stage& without, const OwnClock& clock) {
+                           const Stage& without, const Stage& start, const OwnClock& clock) {
   FittedClock out;
   attempt([&] {
     Stage stage =
-        pipeline.refit_with_same_noise(without, with_clock(recording, without.spec(), clock));
+        pipeline.refit_with_same_noise(start, with_clock(recording, without.spec(), clock));
     if (!stage.result().converged()) return false;
     out.gain = without.result().cost_final - stage.result().cost_final;
     out.stage = std::move(stage);
@@ -199,7 +199,7 @@ std::optional<OwnClock> clock_of_fits(const Recording& recording, const Pipeline
   FittedClock best;
   OwnClock out;
   for (const OwnClock& clock : possible) {
-    FittedClock fitted = fit_with_clock(recording, pipeline, without, clock);
+    FittedClock fitted = fit_with_clock(recording, pipeline, without, without, clock);
     if (!fitted.stage || fitted.gain <= best.gain) continue;
     best = std::move(fitted);
     out = clock;
@@ -211,8 +211,12 @@ std::optional<OwnClock> clock_of_fits(const Recording& recording, const Pipeline
     return *std::ranges::find(all, Sensor::kMag, &SampleResiduals::channel);
   };
   const double needed = out.needed_nats;
-  out = told_anew(out, samples_of(*best.stage));
-  best = fit_with_clock(recording, pipeline, without, out);
+  const OwnClock told = told_anew(out, samples_of(*best.stage));
+  if (FittedClock again = fit_with_clock(recording, pipeline, without, *best.stage, told);
+      again.stage && again.gain > best.gain) {
+    best = std::move(again);
+    out = told;
+  }
   if (!best.stage || best.gain < needed) return by_itself;
   if (pattern_left(out, samples_of(*best.stage)) > kMostBeyond * best.gain) return by_itself;
   out.nll_before = best.gain;
@@ -252,6 +256,26 @@ void extend_by_clock(const std::vector<const Recording*>& recordings, const Pipe
     if (quiet.result().converged()) extender.replace(quiet);
     return true;
   });
+}
+
+// Causes that were named for what the clock does explain nothing beside it.
+void withdraw_beside_clock(Extender& extender, double level, Diagnosis& d) {
+  for (std::size_t e = 0; e < extender.stage().spec().effects.size();) {
+    const Effect& effect = *extender.stage().spec().effects[e];
+    const auto finding = std::ranges::find(d.findings, effect.name(), &Finding::effect);
+    std::optional<Stage> less;
+    if (finding != d.findings.end() && lasts(effect)) less = extender.without(e);
+    const bool needless =
+        less && less->result().converged() &&
+        is_chance(less->result().cost_final - extender.stage().result().cost_final, level,
+                  effect.size());
+    if (!needless) {
+      ++e;
+      continue;
+    }
+    d.findings.erase(finding);
+    extender.replace(*less);
+  }
 }
 
 // Does the model that has the clock, with held readings, explain all of the pattern?
@@ -498,6 +522,7 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
                                       : strongest_clock(all, level);
   if (clock) {
     extend_by_clock(recordings, pipeline, extender, *clock, level, d);
+    if (has_clock(extender.stage())) withdraw_beside_clock(extender, level, d);
     take_residuals();
     if (has_clock(extender.stage()) && !clock->is_slow()) {
       clock->held = is_held(*clock, all.front(), level);

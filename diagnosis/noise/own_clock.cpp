@@ -23,13 +23,31 @@ constexpr double kNeighbourhoodHz = 2.0;  // whose median is the level of the no
 constexpr double kMostAcross = 0.25;      // of the line's height along the change
 constexpr double kStretch = 10.0;         // s
 constexpr double kFewestTeeth = 3.0;      // of a sawtooth: fewer are a lag that drifts
-constexpr int kMostFolds = 3, kMostHarmonics = 3;  // of a slow pattern, whose clocks fits compare
+// Of a slow pattern, whose clocks fits compare; of harmonics beyond kFoldedOften the first fold
+// only.
+constexpr int kMostFolds = 3, kMostHarmonics = 8, kFoldedOften = 2;
 constexpr double kLongestSearch = 300.0;  // s: slow patterns begin there, and grow to the whole
 constexpr double kMostNats = 690.0;       // whose exponential is a number
 
 double sawtooth(double t, double period_s, double share) {
   const double turns = t / period_s + share;
   return period_s * (turns - std::floor(turns));
+}
+
+// How ages are compared with samples: by which of the numbers of Explained, and what attitudes have
+// left of the ages: a spike about each jump, of this share of the period (all of it: the sawtooth).
+struct Explained;
+struct Measure {
+  double Explained::*nats = nullptr;
+  double width = 1.0;
+};
+
+// Less its mean over a stretch as long as that share.
+double left_of_sawtooth(double t, double period_s, double share, double width) {
+  if (width >= 1.0) return sawtooth(t, period_s, share);
+  const double turns = t / period_s + share, phase = turns - std::round(turns);  // of the next jump
+  if (std::abs(phase) >= 0.5 * width) return 0.0;
+  return period_s * (phase / width - std::copysign(0.5, phase));
 }
 
 // The residuals e projected on the reading's change d and on c across it, sample by sample.
@@ -122,12 +140,13 @@ struct AgeSums {
     return out;
   }
 };
+constexpr Measure kAsItIs{&Explained::nats}, kAnyHeight{&Explained::lower};
 Explained explained_by_clock(const Ages& a, double period_s, double share,
-                             const std::vector<char>& chosen) {
+                             const std::vector<char>& chosen, double width = 1.0) {
   AgeSums sums;
   for (std::size_t k = 0; k < a.t.size(); ++k) {
     if (!chosen.empty() && !chosen[k]) continue;
-    sums.add(sawtooth(a.t[k], period_s, share), a.weight[k], a.said[k]);
+    sums.add(left_of_sawtooth(a.t[k], period_s, share, width), a.weight[k], a.said[k]);
   }
   return sums.explained();
 }
@@ -150,7 +169,7 @@ struct Clock {
 
 // About a clock's frequency: what explains the most, by ever finer steps in frequency and share.
 Clock refined(const Ages& a, double hz, const std::vector<char>& chosen,
-              double Explained::*measure = &Explained::nats) {
+              const Measure& measure = kAsItIs) {
   const double middle = 0.5 * (a.t.front() + a.t.back());
   const double length = a.t.back() - a.t.front();
   // Steps of the share are about the middle, so that the frequency turns nothing there.
@@ -158,7 +177,9 @@ Clock refined(const Ages& a, double hz, const std::vector<char>& chosen,
   double at_middle = 0.0;
   const auto take = [&](double f, double phase) {
     const double share = phase - f * middle;
-    const double nats = explained_by_clock(a, 1.0 / f, share - std::floor(share), chosen).*measure;
+    const double nats =
+        explained_by_clock(a, 1.0 / f, share - std::floor(share), chosen, measure.width).*
+        measure.nats;
     if (nats <= best.nats) return;
     best = {.hz = f, .share = share - std::floor(share), .nats = nats};
     at_middle = phase;
@@ -179,7 +200,7 @@ Clock refined(const Ages& a, double hz, const std::vector<char>& chosen,
 // The likelihood of a sawtooth is jagged, since its jumps pass one sample after the other. So the
 // neighbours of a clock that was found are tried on ever finer grids, in period and share together.
 // (One sample in a hundred on the wrong side of a jump would look like outliers.)
-void polish(const Ages& a, Clock& clock, double Explained::*measure = &Explained::nats) {
+void polish(const Ages& a, Clock& clock, const Measure& measure = kAsItIs) {
   constexpr int kSteps = 5, kRounds = 4;  // to each side
   constexpr double kFirst = 0.02, kFiner = 0.3;
   const double middle = 0.5 * (a.t.front() + a.t.back());
@@ -192,7 +213,7 @@ void polish(const Ages& a, Clock& clock, double Explained::*measure = &Explained
       for (int j = -kSteps; j <= kSteps; ++j) {
         const double turned = from.share - (hz - from.hz) * middle + reach * j / kSteps;
         const double share = turned - std::floor(turned);
-        const double nats = explained_by_clock(a, 1.0 / hz, share, {}).*measure;
+        const double nats = explained_by_clock(a, 1.0 / hz, share, {}, measure.width).*measure.nats;
         if (nats <= clock.nats) continue;
         clock.hz = hz;
         clock.share = share;
@@ -288,11 +309,11 @@ double explained_by_sawtooth(const Phases& phases, double height, bool rises) {
 
 // A clock of the recording's first seconds on to the whole, which knows its frequency so much
 // better.
-Clock grown(const Ages& a, double hz, double seconds) {
+Clock grown(const Ages& a, double hz, double seconds, const Measure& measure) {
   for (;; seconds *= 2.0) {
     std::vector<char> chosen;
     for (const double t : a.t) chosen.push_back(t - a.t.front() <= seconds ? 1 : 0);
-    const Clock clock = refined(a, hz, chosen, &Explained::lower);
+    const Clock clock = refined(a, hz, chosen, measure);
     if (seconds >= a.t.back() - a.t.front()) return clock;
     hz = clock.hz;
   }
@@ -328,17 +349,18 @@ std::vector<Clock> slow_clocks(const Ages& a, double level) {
   if (p_value > level) return {};
   const Phases phases = phases_of(a, f_hz, n);
   if (explained_by_phases(phases, phases.across) > kMostAcross * nats) return {};
-  // Of a pattern whose first line the attitudes have taken, the second looks like the first.
+  // Attitudes may have taken the pattern's first lines, so that a higher one seems to be the first.
   std::vector<Clock> out;
   for (int harmonic = 1; harmonic <= kMostHarmonics; ++harmonic) {
     const double line_hz = f_hz / harmonic;
     if (line_hz < kFewestTeeth / length) break;
-    for (int folds = 1; folds <= kMostFolds; ++folds) {
+    const Measure measure{&Explained::lower, 1.0 / harmonic};
+    for (int folds = 1; folds <= (harmonic > kFoldedOften ? 1 : kMostFolds); ++folds) {
       const double hz = folds * a.rate_hz + (rises ? line_hz : -line_hz);
       if (hz < 1.0 / kLongestPeriod || hz > 1.0 / kShortestPeriod) continue;
-      Clock clock = grown(a, hz, length);
-      polish(a, clock, &Explained::lower);
-      const Explained e = explained_by_clock(a, 1.0 / clock.hz, clock.share, {});
+      Clock clock = grown(a, hz, length, measure);
+      polish(a, clock, measure);
+      const Explained e = explained_by_clock(a, 1.0 / clock.hz, clock.share, {}, measure.width);
       if (e.higher > -unit * std::log(level)) break;  // than a clock of this period reads
       clock.p_value = p_value;
       clock.needed = unit * (std::log(tried) - std::log(level));
@@ -379,11 +401,11 @@ OwnClock own_clock_of(const Ages& a, const Clock& clock) {
   out.reach_s = out.period_s;
   out.p_value = clock.p_value;
   out.needed_nats = clock.needed;
-  const auto measure = clock.needed > 0.0 ? &Explained::lower : &Explained::nats;
+  const Measure measure = clock.needed > 0.0 ? kAnyHeight : kAsItIs;
   for (const bool odd : {false, true}) {
     const Clock fitted = refined(a, clock.hz, stretches_of(a, out.pattern_s, odd), measure);
     const std::vector<char> others = stretches_of(a, out.pattern_s, !odd);
-    out.nll_before += explained_by_clock(a, 1.0 / fitted.hz, fitted.share, others).*measure;
+    out.nll_before += explained_by_clock(a, 1.0 / fitted.hz, fitted.share, others).*measure.nats;
   }
   put_sigmas(a, out);
   return out;

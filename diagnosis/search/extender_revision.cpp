@@ -310,8 +310,11 @@ bool Extender::name_lasting(const std::shared_ptr<const Effect>& named) {
   if (!without.result().converged()) return false;
   take(without, sum_of(held_out_nll(without)));
   std::vector<Option> options = scan_options(recordings_, *stage_, candidates(*stage_));
-  std::erase_if(options, [](const Option& o) {
-    return as_change(*o.effect) != nullptr || !lasts(*o.effect);
+  // One step promises about what a fit gives.
+  const double gain = without.result().cost_final - with.result().cost_final;
+  std::erase_if(options, [&](const Option& o) {
+    return as_change(*o.effect) != nullptr || !lasts(*o.effect) ||
+           0.5 * o.score.statistic < kMost * gain;
   });
   const std::vector<Trial> found = trials(options);
   const auto best = std::ranges::min_element(

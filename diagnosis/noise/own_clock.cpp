@@ -140,7 +140,7 @@ struct AgeSums {
     return out;
   }
 };
-constexpr Measure kAsItIs{&Explained::nats}, kAnyHeight{&Explained::lower};
+constexpr Measure kAsItIs{&Explained::nats};
 Explained explained_by_clock(const Ages& a, double period_s, double share,
                              const std::vector<char>& chosen, double width = 1.0) {
   AgeSums sums;
@@ -370,11 +370,11 @@ std::vector<Clock> slow_clocks(const Ages& a, double level) {
   return out;
 }
 
-// Every other stretch, of ten seconds or of a slow pattern's length.
-std::vector<char> stretches_of(const Ages& a, double pattern_s, bool odd) {
+// Every other ten seconds.
+std::vector<char> stretches_of(const Ages& a, bool odd) {
   std::vector<char> out;
   for (const double t : a.t) {
-    out.push_back((long((t - a.t.front()) / std::max(kStretch, pattern_s)) % 2 != 0) == odd);
+    out.push_back((long((t - a.t.front()) / kStretch) % 2 != 0) == odd ? 1 : 0);
   }
   return out;
 }
@@ -401,41 +401,52 @@ OwnClock own_clock_of(const Ages& a, const Clock& clock) {
   out.reach_s = out.period_s;
   out.p_value = clock.p_value;
   out.needed_nats = clock.needed;
-  const Measure measure = clock.needed > 0.0 ? kAnyHeight : kAsItIs;
-  for (const bool odd : {false, true}) {
-    const Clock fitted = refined(a, clock.hz, stretches_of(a, out.pattern_s, odd), measure);
-    const std::vector<char> others = stretches_of(a, out.pattern_s, !odd);
-    out.nll_before += explained_by_clock(a, 1.0 / fitted.hz, fitted.share, others).*measure.nats;
-  }
   put_sigmas(a, out);
   return out;
+}
+
+// Empty where there are too few samples, or nothing tells how fast the reading changes.
+std::optional<Ages> enough_ages(const SampleResiduals& mag) {
+  if (mag.t.size() < kFewestForClock || mag.change.size() != mag.t.size()) return std::nullopt;
+  Ages a = ages_of(mag);
+  if (a.t.size() < kFewestForClock || !(a.rate_hz > 0.0)) return std::nullopt;
+  return a;
+}
+
+// The clock that a line shows, if the samples have one.
+std::optional<OwnClock> own_clock_of_line(const Ages& a, double level) {
+  Clock clock = clock_of_line(a, level);
+  if (!(clock.nats > -std::log(level))) return std::nullopt;
+  polish(a, clock);
+  OwnClock out = own_clock_of(a, clock);
+  const Pattern pattern = pattern_of(a, out.period_s);
+  const double beyond = 2.0 * (pattern.nats - clock.nats);
+  out.held = !(beyond > 0.0) || chi_square_tail(beyond, kPhases - 3) > level;
+  if (!out.held) out.reach_s = pattern.reach_s;
+  // No sample is older than the pattern is long: something else has this line.
+  if (!out.held && out.reach_s > out.pattern_s) return std::nullopt;
+  for (const bool odd : {false, true}) {
+    const Clock fitted = refined(a, clock.hz, stretches_of(a, odd));
+    out.nll_before +=
+        explained_by_clock(a, 1.0 / fitted.hz, fitted.share, stretches_of(a, !odd)).nats;
+  }
+  return out.nll_before > 1.0 ? std::optional(out) : std::nullopt;
 }
 
 }  // namespace
 
 std::vector<OwnClock> find_own_clocks(const SampleResiduals& mag, double level) {
-  if (mag.t.size() < kFewestForClock || mag.change.size() != mag.t.size()) return {};
-  const Ages a = ages_of(mag);
-  if (a.t.size() < kFewestForClock || !(a.rate_hz > 0.0)) return {};
+  const std::optional<Ages> a = enough_ages(mag);
+  if (!a) return {};
   std::vector<OwnClock> out;
-  if (Clock clock = clock_of_line(a, level); clock.nats > -std::log(level)) {
-    polish(a, clock);
-    OwnClock of_line = own_clock_of(a, clock);
-    const Pattern pattern = pattern_of(a, of_line.period_s);
-    const double beyond = 2.0 * (pattern.nats - clock.nats);
-    of_line.held = !(beyond > 0.0) || chi_square_tail(beyond, kPhases - 3) > level;
-    if (!of_line.held) of_line.reach_s = pattern.reach_s;
-    // No sample is older than the pattern is long: something else has this line.
-    const bool possible = of_line.held || of_line.reach_s <= of_line.pattern_s;
-    if (possible && of_line.nll_before > 1.0) out.push_back(of_line);
-  }
-  for (const Clock& clock : slow_clocks(a, level)) out.push_back(own_clock_of(a, clock));
+  if (const auto of_line = own_clock_of_line(*a, level)) out.push_back(*of_line);
+  for (const Clock& clock : slow_clocks(*a, level)) out.push_back(own_clock_of(*a, clock));
   return out;
 }
 
 std::optional<OwnClock> find_own_clock(const SampleResiduals& mag, double level) {
-  const std::vector<OwnClock> all = find_own_clocks(mag, level);
-  return all.empty() || all.front().needed_nats > 0.0 ? std::nullopt : std::optional(all.front());
+  const std::optional<Ages> a = enough_ages(mag);
+  return a ? own_clock_of_line(*a, level) : std::nullopt;
 }
 
 OwnClock told_anew(const OwnClock& clock, SampleResiduals mag) {

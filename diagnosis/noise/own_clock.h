@@ -34,8 +34,8 @@ struct OwnClock {
   double p_value = 1.0;  // of the line, or of the slow sawtooth, among all frequencies
   // The samples alone do not show that it is a clock: a fit must be better with it by so many nats.
   double needed_nats = 0.0;
-  // Nats of the samples' change, alternate stretches (of ten seconds, or of a slow pattern's
-  // length) predicted from the others.
+  // Nats of the samples' change, alternate stretches of ten seconds predicted from the others; of a
+  // clock that fits decided, of the fit.
   double nll_before = 0.0, nll_after = 0.0;
 };
 

@@ -251,19 +251,29 @@ TEST(Changes, a_chip_that_turns_and_leaves_its_bias_behind_is_found) {
   expect_time(*f, "t0", t0);
 }
 
-Diagnosis diagnose_hidden(const oracle::Options& o) {
+// A hand that moves the sensor for a minute.
+oracle::Options hand_held(std::uint64_t seed) {
+  oracle::Options o;
+  o.seed = seed;
+  o.motion.kind = oracle::MotionKind::kHandHeld;
+  o.motion.duration_s = 60.0;
+  o.noise = oracle::kRealisticDensities;
+  return o;
+}
+
+DiagnosisOptions with_noise_of(const oracle::Options& o) {
   DiagnosisOptions options;
   options.noise = NoiseDensities{o.noise.acc, o.noise.gyr, o.noise.mag};
-  return diagnose(oracle::simulate(o).recording, options);
+  return options;
+}
+
+Diagnosis diagnose_hidden(const oracle::Options& o) {
+  return diagnose(oracle::simulate(o).recording, with_noise_of(o));
 }
 
 // Windows of some seconds tell an end near to the recording's hardly from none.
 TEST(Changes, that_begin_and_end_are_found_with_both_times) {
-  oracle::Options o;
-  o.seed = 43;
-  o.motion.kind = oracle::MotionKind::kHandHeld;
-  o.motion.duration_s = 60.0;
-  o.noise = oracle::kRealisticDensities;
+  oracle::Options o = hand_held(43);
   o.effects = {make_effect("gyro_change", {0.03, 0, 0, 0, -0.02, 0, 0, 0, 0.03, 26.4, 52.3})};
   const Diagnosis d = diagnose_hidden(o);
   const Finding* f = find(d, "gyro_change");
@@ -275,11 +285,7 @@ TEST(Changes, that_begin_and_end_are_found_with_both_times) {
 
 // Beside either alone what is left scatters as coloured noise does.
 TEST(Changes, that_hide_an_error_of_the_gyroscope_are_found_with_it) {
-  oracle::Options o;
-  o.seed = 44;
-  o.motion.kind = oracle::MotionKind::kHandHeld;
-  o.motion.duration_s = 60.0;
-  o.noise = oracle::kRealisticDensities;
+  oracle::Options o = hand_held(44);
   o.effects = {make_effect("mag_change", {-0.003, 0.022, 0.027, 0.024, 0.016, -0.03, 0.025, 0.049,
                                           -0.007, 18.9, 45.1}),
                make_effect("gyro_scale_misalignment",
@@ -316,35 +322,23 @@ INSTANTIATE_TEST_SUITE_P(Oracle, LargeDrift,
 
 // A gap makes parts of the recording, in one of which the current is the same all the time.
 TEST(Current, that_varies_in_one_part_only_is_found_by_its_column) {
-  oracle::Options o;
-  o.seed = 52;
-  o.motion.kind = oracle::MotionKind::kHandHeld;
-  o.motion.duration_s = 60.0;
-  o.noise = oracle::kRealisticDensities;
+  oracle::Options o = hand_held(52);
   o.record_current = true;
   o.current = [](double t) { return t < 40.0 && long(t / 7.0) % 2 == 0 ? 2.0 : 0.5; };
   o.effects = {make_effect("mag_current", {1.2, -0.6, 0.8})};
   const Recording whole = oracle::simulate(o).recording;
   std::vector<Recording> parts = {slice(whole, 0.0, 45.0), slice(whole, 46.5, 60.0)};
   parts.back().continues_previous = true;
-  DiagnosisOptions options;
-  options.noise = NoiseDensities{o.noise.acc, o.noise.gyr, o.noise.mag};
-  const Diagnosis d = diagnose({&parts[0], &parts[1]}, options);
+  const Diagnosis d = diagnose({&parts[0], &parts[1]}, with_noise_of(o));
   EXPECT_NE(find(d, "mag_current"), nullptr) << "named: " << names_of(d);
 }
 
 // What was added to the readings of a hand-held sensor, with motion that no rest interrupts.
 Diagnosis diagnose_with(std::uint64_t seed, const std::function<void(Recording&)>& change) {
-  oracle::Options o;
-  o.seed = seed;
-  o.motion.kind = oracle::MotionKind::kHandHeld;
-  o.motion.duration_s = 60.0;
-  o.noise = oracle::kRealisticDensities;
+  const oracle::Options o = hand_held(seed);
   Recording recording = oracle::simulate(o).recording;
   change(recording);
-  DiagnosisOptions options;
-  options.noise = NoiseDensities{o.noise.acc, o.noise.gyr, o.noise.mag};
-  return diagnose(recording, options);
+  return diagnose(recording, with_noise_of(o));
 }
 
 void add_between(double t0, double t1, const Vector3& s, VectorSeries& series) {

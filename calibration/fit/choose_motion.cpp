@@ -7,13 +7,11 @@
 #include <cmath>
 
 #include "calibration/fit/held_out.h"
-#include "recording/checks/repeats.h"
+#include "calibration/motion/rests/rests.h"
 
 namespace magimu {
 namespace {
 
-constexpr double kNoisiestAcc = 0.02;  // m/s^2/sqrt(Hz): 2 mg/sqrt(Hz)
-constexpr double kExcessNoise = 1.3;   // accelerometer noise in motion over that at rest
 constexpr double kSwung = 4.0,
                  kSwungColour = 0.5;  // beyond these gravity and a bias explain nothing
 constexpr double kColour = 0.2;       // correlation of neighbouring accelerometer residuals
@@ -42,14 +40,8 @@ std::string grounds_of_motion(double excess, double colour, const AccNoise& nois
 
 AccNoise largest_acc_noise(const std::vector<const Recording*>& recordings, double rest_acc) {
   if (rest_acc > 0.0) return {rest_acc, true};
-  AccNoise out{kNoisiestAcc, false};
-  for (const Recording* r : recordings) {
-    const Vector3 step = least_steps(r->acc);
-    const double rate = r->acc.rate_hz();
-    if (!step.allFinite() || !(rate > 0.0)) continue;
-    const double rounding = std::sqrt(step.squaredNorm() / (3.0 * 12.0) / rate);
-    out.density = std::max(out.density, std::hypot(kNoisiestAcc, rounding));
-  }
+  AccNoise out;
+  for (const Recording* r : recordings) out.density = std::max(out.density, noisiest_acc(r->acc));
   return out;
 }
 

@@ -72,7 +72,8 @@ double density_known_to(Sensor sensor, const std::vector<const Recording*>& reco
   double samples = 0.0;
   for (const Recording* r : recordings) {
     const double rate_hz = series_of(*r, sensor).rate_hz();
-    for (const TimeSpan& rest : find_rests(*r)) samples += rest.length_s() * rate_hz;
+    for (const TimeSpan& rest : quiet_rests(*r, find_rests(*r)))
+      samples += rest.length_s() * rate_hz;
   }
   return 1.0 / std::sqrt(6.0 * std::max(samples, 1.0));
 }

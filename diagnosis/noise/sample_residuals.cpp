@@ -89,7 +89,7 @@ std::vector<SampleResiduals> sample_residuals(const Recording& recording, const 
       acc.across.push_back(s.f.normalized().cross(acc.change.back()));
     }
   }
-  const std::vector<TimeSpan> rests = find_rests(recording);
+  const std::vector<TimeSpan> rests = quiet_rests(recording, find_rests(recording));
   if (moving) look_at_rests(recording.acc, rests, acc);
   out.push_back(std::move(acc));
   out.push_back({.channel = Sensor::kGyr,

@@ -139,7 +139,7 @@ SlowNoise slow_noise_at_rest(const std::vector<const Recording*>& recordings) {
   SlowNoise out;
   for (const Recording* r : recordings) {
     const VectorSeries* const sensors[2] = {&r->acc, &r->gyr};
-    for (const TimeSpan& rest : find_rests(*r)) {
+    for (const TimeSpan& rest : quiet_rests(*r, find_rests(*r))) {
       for (int s = 0; s < 2; ++s) {
         for (double t = rest.begin_s; t + 3.0 * kPiece <= rest.end_s; t += kStep) {
           const auto before = mean_over(*sensors[s], t, t + kPiece);

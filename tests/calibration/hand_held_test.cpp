@@ -10,8 +10,9 @@
 #include <stdexcept>
 
 #include "calibration/fit/parameter_prior.h"
-#include "sim/draws/random.h"
+#include "calibration/motion/rests/rests.h"
 #include "tests/calibration/cases.h"
+#include "tests/calibration/tremor.h"
 #include "tests/oracle/sensors.h"
 
 namespace magimu {
@@ -132,25 +133,13 @@ TEST(HandHeld, a_lever_arm_is_measured_and_no_bias_stands_in_for_it) {
   }
 }
 
-// Readings of a sensor that only turns and never rests, with the trembling of the hand that turns
-// it: position, millimetres, forgotten within some hundredths of a second.
-Recording trembling(double rate_hz, std::uint64_t seed, double size_mm) {
+// The readings of a sensor that a trembling hand turns. rests: whether it ever holds still.
+Recording trembling(double rate_hz, std::uint64_t seed, double size_mm, bool rests = false) {
   oracle::Options options = realistic(oracle::MotionKind::kRotation, seed);
   options.rate_hz = rate_hz;
-  options.motion.rest_s = 0.0;
-  options.motion.pause_s = 0.0;
+  if (!rests) options.motion.rest_s = options.motion.pause_s = 0.0;
   Recording r = simulate(options).recording;
-  RandomStream random(seed, RandomPurpose::kMotion);
-  constexpr double kMemory_s = 0.03;
-  const double h = 1.0 / rate_hz, keep = std::exp(-h / kMemory_s);
-  Vector3 before = Vector3::Zero(), now = Vector3::Zero();
-  for (Vector3& f : r.acc.v) {
-    const Vector3 next =
-        keep * now + std::sqrt(1.0 - keep * keep) * 1e-3 * size_mm * random.normal3();
-    f += (next - 2.0 * now + before) / (h * h);
-    before = now;
-    now = next;
-  }
+  test::add_tremor(r, seed, size_mm);
   return r;
 }
 
@@ -160,6 +149,18 @@ TEST(HandHeld, a_hand_that_never_rests_is_not_taken_for_noise_of_the_acceleromet
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     SCOPED_TRACE(seed);
     const Calibration c = calibrate(trembling(25.0, seed, 5.0));
+    EXPECT_EQ(c.motion, MotionModel::kHandHeld) << c.motion_reason;
+    EXPECT_EQ(c.trust.verdict, Verdict::kYes) << testing::PrintToString(c.trust.reasons);
+  }
+}
+
+// A hand that holds still trembles: what the accelerometer reads then is no noise of its own.
+TEST(HandHeld, a_hand_that_holds_still_is_not_taken_for_a_rest) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    SCOPED_TRACE(seed);
+    const Recording r = trembling(50.0, seed, 0.2, true);
+    ASSERT_FALSE(find_rests(r).empty());
+    const Calibration c = calibrate(r);
     EXPECT_EQ(c.motion, MotionModel::kHandHeld) << c.motion_reason;
     EXPECT_EQ(c.trust.verdict, Verdict::kYes) << testing::PrintToString(c.trust.reasons);
   }

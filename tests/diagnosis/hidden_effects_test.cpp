@@ -9,6 +9,7 @@
 #include "bench/power/effect_strength.h"
 #include "bench/power/judge_diagnosis.h"
 #include "recording/data/error.h"
+#include "tests/calibration/tremor.h"
 
 namespace magimu {
 namespace {
@@ -214,6 +215,20 @@ TEST(HiddenMotion, is_told_where_no_rest_shows_the_noise) {
   const Diagnosis d = diagnosed(c);
   EXPECT_NE(find(d, "linear_acceleration"), nullptr) << "named: " << names_of(d);
   EXPECT_EQ(find(d, "lever_arm"), nullptr);
+}
+
+// The hand holds still: what the accelerometer reads then is its trembling, no noise of a part.
+TEST(HiddenMotion, is_told_where_a_trembling_hand_holds_still) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    SCOPED_TRACE(seed);
+    HiddenCase c = draw_none(NoiseKind::kWhite, seed);
+    Recording r = oracle::simulate(c.options).recording;
+    test::add_tremor(r, seed, 0.2);
+    c.noise_given = false;
+    const Diagnosis d = diagnose(r, diagnosis_options(c));
+    EXPECT_NE(find(d, "linear_acceleration"), nullptr) << "named: " << names_of(d);
+    EXPECT_EQ(d.findings.size(), 1U) << "named: " << names_of(d);
+  }
 }
 
 // Without the lag in the model a passing source, which has a parameter more, predicts better.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/motion/rests/rests.h"
 #include "calibration/motion/rests/turned_rests.h"
+#include "recording/checks/repeats.h"
 #include "statistics/quantiles.h"
 
 #include <algorithm>
@@ -9,7 +10,8 @@
 namespace magimu {
 namespace {
 
-constexpr int kMinSamples = 20;  // of a sensor in all rests: with fewer its noise is not told
+constexpr int kMinSamples = 20;        // of a sensor in all rests: with fewer its noise is not told
+constexpr double kNoisiestAcc = 0.02;  // m/s^2/sqrt(Hz): 2 mg/sqrt(Hz)
 
 template <class Body>
 void for_each_in(const VectorSeries& series, const TimeSpan& span, const Body& body) {
@@ -99,10 +101,19 @@ std::optional<Vector3> gyr_bias_at_rest(const Recording& recording,
   return Vector3(sum / n);
 }
 
+std::vector<TimeSpan> quiet_rests(const Recording& recording, std::vector<TimeSpan> rests) {
+  if (rests.empty()) return rests;
+  const double limit = kExcessNoise * noisiest_acc(recording.acc);
+  std::erase_if(
+      rests, [&](const TimeSpan& rest) { return density_at_rest(recording.acc, {rest}) > limit; });
+  return rests;
+}
+
 NoiseDensities noise_at_rest(const Recording& recording, const std::vector<TimeSpan>& rests) {
   NoiseDensities noise;
-  noise.acc = density_at_rest(recording.acc, rests);
-  noise.gyr = density_at_rest(recording.gyr, rests);
+  const std::vector<TimeSpan> quiet = quiet_rests(recording, rests);
+  noise.acc = density_at_rest(recording.acc, quiet);
+  noise.gyr = density_at_rest(recording.gyr, quiet);
   if (!recording.mag.empty()) noise.mag = density_at_rest(recording.mag.front(), rests);
   return noise;
 }
@@ -112,6 +123,13 @@ std::vector<double> mag_noise_at_rest(const Recording& recording,
   std::vector<double> out;
   for (const VectorSeries& mag : recording.mag) out.push_back(density_at_rest(mag, rests));
   return out;
+}
+
+double noisiest_acc(const VectorSeries& acc) {
+  const Vector3 step = least_steps(acc);
+  const double rate = acc.rate_hz();
+  if (!step.allFinite() || !(rate > 0.0)) return kNoisiestAcc;
+  return std::hypot(kNoisiestAcc, std::sqrt(step.squaredNorm() / (3.0 * 12.0) / rate));
 }
 
 double least_noise(const VectorSeries& series) {

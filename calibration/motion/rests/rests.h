@@ -24,17 +24,28 @@ struct TimeSpan {
 
 std::vector<TimeSpan> find_rests(const Recording& recording, const RestOptions& options = {});
 
+inline constexpr double kExcessNoise = 1.3;  // of the accelerometer, over what it is compared with
+
+// Those that show the inertial sensors' own noise: without those in which the accelerometer is
+// clearly noisier (kExcessNoise) than any part is. It lay in a hand, which trembles, or on
+// something that shook.
+std::vector<TimeSpan> quiet_rests(const Recording& recording, std::vector<TimeSpan> rests);
+
 // Mean of the gyroscope over the rests; nothing if there are none.
 std::optional<Vector3> gyr_bias_at_rest(const Recording& recording,
                                         const std::vector<TimeSpan>& rests);
 
 // Densities from the scatter about each rest's own mean; a density is 0 where the rests have too
-// few samples of that sensor.
+// few samples of that sensor. Those of accelerometer and gyroscope are of quiet rests.
 NoiseDensities noise_at_rest(const Recording& recording, const std::vector<TimeSpan>& rests);
 
 // The magnetometers', one each.
 std::vector<double> mag_noise_at_rest(const Recording& recording,
                                       const std::vector<TimeSpan>& rests);
+
+// The largest density that the accelerometer's noise may have, m/s^2/sqrt(Hz): that of the noisiest
+// parts, and its rounding. Beyond it, something moves.
+double noisiest_acc(const VectorSeries& acc);
 
 // Density of an inertial sensor's noise where it never rests, at the least: from sixth differences
 // of its samples, which a hand moves too smoothly to show in; the lower quartile of pieces of half

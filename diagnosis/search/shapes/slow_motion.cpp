@@ -139,7 +139,7 @@ NodeResiduals node_residuals(const Stage& stage, const std::vector<const Recordi
   std::size_t first = 0;
   for (std::size_t p = 0; p < recordings.size(); ++p) {
     const std::vector<double>& t = stage.plans()[p].t;
-    const std::vector<TimeSpan> rests = find_rests(*recordings[p]);
+    const std::vector<TimeSpan> rests = quiet_rests(*recordings[p], find_rests(*recordings[p]));
     const auto rest_at = [&](double time) {
       for (std::size_t s = 0; s < rests.size(); ++s) {
         if (time >= rests[s].begin_s && time <= rests[s].end_s) return int(s);

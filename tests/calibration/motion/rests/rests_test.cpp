@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/motion/rests/rests.h"
 
+#include "sim/draws/random.h"
 #include "sim/motions/hand_motion.h"
 #include "tests/calibration/cases.h"
 
@@ -52,6 +53,32 @@ TEST(Rests, tell_the_noise) {
   EXPECT_NEAR(noise.acc / s.truth.noise.acc, 1.0, 0.1);
   EXPECT_NEAR(noise.gyr / s.truth.noise.gyr, 1.0, 0.1);
   EXPECT_NEAR(noise.mag / s.truth.noise.mag, 1.0, 0.1);
+}
+
+// In a hand, or on something that shakes, the accelerometer is noisier than any part is.
+TEST(Rests, of_a_trembling_hand_tell_no_noise) {
+  const Simulation s = test::simulated_hand(100.0, 2);
+  const std::vector<TimeSpan> rests = find_rests(s.recording);
+  ASSERT_GT(rests.size(), 2U);
+  EXPECT_EQ(quiet_rests(s.recording, rests).size(), rests.size());
+  const auto shaken = [&](const TimeSpan& rest) {
+    Recording r = s.recording;
+    RandomStream random(5, RandomPurpose::kMotion);
+    for (std::size_t k = 0; k < r.acc.size(); ++k) {
+      if (r.acc.t[k] < rest.begin_s || r.acc.t[k] > rest.end_s) continue;
+      r.acc.v[k] += 0.05 * std::sqrt(r.acc.rate_hz()) * random.normal3();
+    }
+    return r;
+  };
+  const Recording one = shaken(rests.front());
+  EXPECT_EQ(quiet_rests(one, rests).size(), rests.size() - 1);
+  const NoiseDensities noise = noise_at_rest(one, rests);
+  EXPECT_NEAR(noise.acc / s.truth.noise.acc, 1.0, 0.1);
+  EXPECT_NEAR(noise.gyr / s.truth.noise.gyr, 1.0, 0.1);
+  const NoiseDensities none = noise_at_rest(shaken({-1.0, 1e3}), rests);
+  EXPECT_EQ(none.acc, 0.0);
+  EXPECT_EQ(none.gyr, 0.0);
+  EXPECT_GT(none.mag, 0.0);
 }
 
 TEST(Rests, a_steady_turn_is_none) {

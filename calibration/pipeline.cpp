@@ -16,6 +16,7 @@
 #include "calibration/model/exact_symmetries.h"
 #include "calibration/model/extension.h"
 #include "calibration/motion/rests/rests.h"
+#include "calibration/scan/change_search.h"
 #include "calibration/scan/unseen_tolerances.h"
 #include "calibration/travelling.h"
 #include "calibration/trust/better_than_none.h"
@@ -58,6 +59,8 @@ constexpr double kWorthJitter = 3.3;  // nats; about 1 % by chance
 // Nats: odds of 27 to 1. A part's error that is worth less leaves the calibration where it is, and
 // its doubt is in the sigmas (scan/unseen_tolerances.h).
 constexpr double kWorthPart = 3.3;
+// Of what an error of a part explains: a change that promises so much in one step is tried.
+constexpr double kPromised = 0.2;
 constexpr double kWorse = 2.0;  // standard errors of a gain below zero
 // Neighbouring velocities are not independent where their correlation exceeds so many standard
 // deviations. Fewest velocities of the longest part: they tell the speed to 18 % (two axes each).
@@ -525,7 +528,25 @@ bool Pipeline::pays(Compared& without, Compared& with) const {
   side_by_side(
       coarse_plans_, [&] { without.left_out(); }, [&] { with.left_out(); });
   const HeldOutGain held = held_out_gain(without.left_out(), with.left_out());
-  return held.mean >= -kWorse * held.error;
+  return held.mean >= -kWorse * held.error && !is_a_change_instead(without, with);
+}
+
+// Are the readings more probable by a bias that is another from some time on than by these effects?
+// A matrix imitates it where each attitude is taken once or twice: both explain as much there.
+bool Pipeline::is_a_change_instead(Compared& without, Compared& with) const {
+  if (field_count(recordings_) > 1) return false;
+  const double gained = without.stage.result().cost_final - with.stage.result().cost_final;
+  for (const LikelyChange& change : changes_of_bias(recordings_, without.stage)) {
+    if (0.5 * change.statistic < kPromised * gained) continue;
+    ModelSpec spec = without.stage.spec();
+    spec.effects.push_back(change.effect());
+    Compared instead{Stage(without.stage, spec)};
+    instead.stage.fit(carry_over(recordings_, without.stage, instead.stage), true);
+    if (!instead.stage.result().converged()) continue;
+    const double paid = std::log(change.tried);  // for its time
+    if (instead.log_likelihood() - paid > with.log_likelihood()) return true;
+  }
+  return false;
 }
 
 // With the noise, and the jolts, that belong to its effects.

@@ -124,6 +124,7 @@ class Pipeline {
   // A fit and what comparisons with others need of it, each computed once, when first needed.
   struct Compared;
   bool pays(Compared& without, Compared& with) const;
+  bool is_a_change_instead(Compared& without, Compared& with) const;
   Stage with_noise_anew(const Stage& stage) const;
   bool may_show_offset(const Stage& stage) const;
   bool shows_offset(const Stage& stage) const;

@@ -17,11 +17,6 @@ constexpr int kMostAskedNodes = 20000;  // half an hour at 12 a second: a few se
 constexpr std::array kAskedParts = {DisturbedPart::kField, DisturbedPart::kMag, DisturbedPart::kGyr,
                                     DisturbedPart::kAcc};
 
-// Where the bias of its sensor begins among the parameters.
-Eigen::Index first_of_bias(DisturbedPart part) {
-  return part == DisturbedPart::kAcc ? 0 : part == DisturbedPart::kGyr ? 3 : 15;
-}
-
 std::string state_in_words(const DisturbanceFit& d) {
   constexpr const char* kWhere[] = {"the field about the magnetometer", "the magnetometer",
                                     "the gyroscope", "the accelerometer"};
@@ -65,7 +60,7 @@ std::optional<MissingEffect> find_lacking_state(const Stage& stage) {
   // zero. A constant departure of the field is the field.
   if (kAskedParts[best] != DisturbedPart::kField) {
     out.covariance.diagonal()
-        .segment<3>(first_of_bias(kAskedParts[best]))
+        .segment<3>(first_of_bias(sensor_of(kAskedParts[best])))
         .setConstant(fits[best].size * fits[best].size);
   }
   return out;

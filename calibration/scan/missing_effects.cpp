@@ -13,10 +13,12 @@
 #include "calibration/model/parameter_names.h"
 #include "calibration/model/windows.h"
 #include "calibration/motion/random_walk.h"
+#include "calibration/scan/change_search.h"
 #include "calibration/scan/general_dependence.h"
 #include "calibration/scan/scan.h"
 #include "calibration/scan/testable.h"
 #include "calibration/scan/unseen_tolerances.h"
+#include "factors/effects/catalogue.h"
 #include "graph/decompositions.h"
 #include "statistics/tails.h"
 
@@ -88,11 +90,10 @@ class Search {
  public:
   Search(const std::vector<const Recording*>& recordings, const Stage& stage, double log10_level)
       : recordings_(recordings), stage_(stage), log10_level_(log10_level) {
-    double seconds = 0.0;
-    for (const NodePlan& plan : stage.plans()) seconds += plan.t.back() - plan.t.front();
+    for (const NodePlan& plan : stage.plans()) seconds_ += plan.t.back() - plan.t.front();
     for (const double square : stage.mag_squares()) squares_ += square;
     const std::vector<double> in_uT = stage.mag_squares_uT();
-    const double nodes = double(in_uT.size()), per_s = nodes / std::max(seconds, 1e-9);
+    const double nodes = double(in_uT.size()), per_s = nodes / std::max(seconds_, 1e-9);
     for (const double square : in_uT) mean_square_uT_ += square * per_s;
     mean_square_uT_ /=
         3.0 * nodes * double(std::max<std::size_t>(1, recordings.front()->mag.size()));
@@ -153,7 +154,9 @@ class Search {
     const double excess = coloured ? s.scatter : 1.0, duration = recordings_.front()->duration_s();
     const VectorXd z = scan.score().segment(scan.first(i), effect.size());
     VectorXd prior = kWidened * effect.prior_sigma(duration);
-    double log10_p = s.log10_p, wandered = 0.0;
+    const ChangeEffect* const change = as_change(effect);
+    double log10_p = s.log10_p + (change != nullptr ? log10_of_times(*change) : 0.0);
+    double wandered = 0.0;
     if (effect.description().random_process) {
       const RandomWalk walk = estimate_random_walk(s.information, z, prior / kWidened, excess);
       log10_p = walk.log10_p;
@@ -191,15 +194,26 @@ class Search {
     found.shift = influence * (posterior * z) / excess;
     found.covariance = influence * posterior * influence.transpose();
     found.covariance.diagonal().segment<3>(3).array() += wandered;
+    if (change != nullptr) {
+      // There were two biases, and the calibration has one.
+      const Vector3 other = (posterior * z) / excess;
+      const Eigen::Index bias = first_of_bias(effect.channel());
+      found.covariance.block<3, 3>(bias, bias) += other * other.transpose();
+    }
     found_.missing.push_back(std::move(found));
     return true;
+  }
+  // Of the number of times that were tried.
+  double log10_of_times(const ChangeEffect& change) const {
+    const double window = change_window_s(stage_.plans(), change.channel(), stage_.spec().motion);
+    return std::log10(lasting_spans(int(std::ceil(seconds_ / window))));
   }
   Eigen::Index first_dip() const { return 6 + 12 * Eigen::Index(recordings_.front()->mag.size()); }
   Eigen::Index dips() const { return Eigen::Index(field_count(recordings_)); }
 
   const std::vector<const Recording*>& recordings_;
   const Stage& stage_;
-  double log10_level_;
+  double log10_level_, seconds_ = 0.0;
   double squares_ = 0.0, mean_square_uT_ = 0.0;  // of the magnetometers, of one reading's axis
   FoundByScan found_;
 };
@@ -300,6 +314,10 @@ SearchedEffects search_effects(const std::vector<const Recording*>& recordings,
     const int windows = std::clamp(int(length / kBiasWindow), 2, kMaxWindows);
     all.push_back(bias_in_windows(windows));
     all.push_back(bias_in_windows(windows, Sensor::kGyr));
+    for (const LikelyChange& change : changes_of_bias(recordings, stage)) {
+      if (change.span.end.finite()) continue;  // what comes and goes is not the device
+      all.push_back(change.effect());
+    }
   }
   return searched(recordings, stage, all);
 }

@@ -32,6 +32,11 @@ struct MissingEffect {
   MatrixXd covariance;  // Calibration::order, most probably; and how sure that is
 };
 
+// Where the bias of a sensor, of the first magnetometer, begins among the calibration's parameters.
+constexpr Eigen::Index first_of_bias(Sensor sensor) {
+  return sensor == Sensor::kAcc ? 0 : sensor == Sensor::kGyr ? 3 : 15;
+}
+
 struct SearchedEffects {
   std::vector<MissingEffect> missing;
   // Families of errors that parts usually have and that are not among the missing: shift zero, and

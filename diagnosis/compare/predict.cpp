@@ -6,13 +6,13 @@
 
 #include "calibration/model/extension.h"
 #include "calibration/pipeline.h"
+#include "calibration/scan/change_search.h"
 #include "calibration/turning_rates.h"
 #include "diagnosis/held/held_model.h"
 #include "diagnosis/noise/noise_tests.h"
 #include "diagnosis/noise/sample_residuals.h"
 #include "diagnosis/noise/thinned.h"
 #include "diagnosis/search/option.h"
-#include "diagnosis/search/shapes/change_search.h"
 #include "factors/effects/catalogue.h"
 
 namespace magimu {

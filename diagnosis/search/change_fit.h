@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "calibration/pipeline.h"
-#include "diagnosis/search/shapes/change_search.h"
+#include "calibration/scan/change_search.h"
 
 namespace magimu {
 

@@ -8,11 +8,11 @@
 #include <optional>
 #include <utility>
 
+#include "calibration/scan/change_search.h"
 #include "calibration/scan/general_dependence.h"
 #include "diagnosis/held/held_out_nll.h"
 #include "diagnosis/search/extender.h"
 #include "diagnosis/search/scan_options.h"
-#include "diagnosis/search/shapes/change_search.h"
 #include "graph/numerical_error.h"
 
 namespace magimu {

@@ -13,6 +13,21 @@
 #include "graph/numerical_error.h"
 
 namespace magimu {
+namespace {
+
+// Of a recording, a standard deviation of a time: one of which nothing is known has 0.29.
+constexpr double kHardlyTold = 0.1;
+
+// s: the largest standard deviation of when a change begins or ends.
+double time_known_to(const Finding& change) {
+  double out = 0.0;
+  for (const FoundParameter& p : change.parameters) {
+    if ((p.name == "t0" || p.name == "t1") && std::isfinite(p.value)) out = std::max(out, p.sigma);
+  }
+  return out;
+}
+
+}  // namespace
 
 // Takes out what is no longer needed beside the effect that entered last: what predicts left-out
 // data as well without it.
@@ -297,12 +312,15 @@ bool Extender::name_one_for_two(std::size_t first, std::size_t second) {
   return true;
 }
 
-// Replaces a change by an error that is the same throughout, where that explains as much: every
-// part has such errors, and hardly any sensor moves on its board while it is turned. Where the
-// attitudes before and after differ little, a change whose time is hardly told imitates them.
+// Replaces a change whose time is hardly told by an error that is the same throughout, where that
+// explains as much: every part has such errors, and hardly any sensor moves on its board while it
+// is turned. Where the attitudes before and after differ little, such a change imitates them. (One
+// at a time that is known is none of them, however well a matrix imitates it where each attitude is
+// taken once or twice.)
 bool Extender::name_lasting(const std::shared_ptr<const Effect>& named) {
   const ChangeEffect* const change = as_change(*named);
   if (change == nullptr || finding_of(*change) == d_.findings.end()) return false;
+  if (time_known_to(*finding_of(*change)) < kHardlyTold * longest_s(recordings_)) return false;
   const Stage with = *stage_;
   ModelSpec spec = with.spec();
   std::erase(spec.effects, named);

@@ -251,7 +251,7 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
     return at.finite() && at > beginning && at < ending;
   };
   if (!is_inside(span.begin) && !is_inside(span.end)) return false;
-  if (!offset && !turns_outside(stage, span)) return false;
+  if (!offset && !turns(stage, span, false)) return false;
   // With wrong times white noise, too, scatters widely; with the right ones only what is coloured.
   const VectorXd theta = fit.parameters();
   const bool of_field = is_field_change(*option.effect);
@@ -261,9 +261,12 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
     return (w.coloured && !w.by_chance) || fitted.sums().lag1[std::size_t(Sensor::kMag)] > kColour;
   };
   // A lasting change of gains shows wherever the sensor turns, not only on the way to where it
-  // lies.
+  // lies. Nor is another place all there is where it turns both before and after, and longer than
+  // it takes to lay it there.
   const bool small = !offset || unit_uT * theta.norm() < kOfPlaces;
-  if (channel == Sensor::kMag && small && (is_put_down(span.begin) || is_put_down(span.end)) &&
+  const bool at_rests = is_put_down(span.begin) || is_put_down(span.end);
+  const auto lies = [&](bool inside) { return !turns(stage, span, inside, kPutDown); };
+  if (channel == Sensor::kMag && small && at_rests && (lies(true) || lies(false)) &&
       coloured(stage)) {
     // The noise is still that of the model without the change: too large, and what the trajectory
     // then leaves to the magnetometer is coloured.

@@ -6,7 +6,7 @@
 
 #include "calibration/model/windows.h"
 #include "calibration/motion/random_walk.h"
-#include "diagnosis/search/shapes/change_search.h"
+#include "calibration/scan/change_search.h"
 #include "diagnosis/search/shapes/source_search.h"
 #include "factors/effects/catalogue.h"
 #include "statistics/tails.h"
@@ -130,7 +130,7 @@ std::vector<Option> scan_options(const std::vector<const Recording*>& recordings
   const bool single = recordings.size() == 1;
   std::vector<std::shared_ptr<const Effect>> all = effects;
   const std::vector<LikelyChange> changes = changes_to_scan(recordings, stage);
-  for (const LikelyChange& c : changes) all.push_back(make_change(c.name, c.form, c.span));
+  for (const LikelyChange& c : changes) all.push_back(c.effect());
   std::vector<LikelySource> sources;
   if (single && recording.pos) sources = likely_sources(recordings, stage);
   for (const LikelySource& s : sources) all.push_back(make_stationary_source_at(s.place));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A change that begins or ends in mid-recording: for t0 <= t < t1 a sensor, or the field about it,
 // has other parameters than before and after. The times come from a search
-// (diagnosis/search/shapes/change_search.h); the size is estimated with the graph.
+// (calibration/scan/change_search.h); the size is estimated with the graph.
 //
 //   hard_iron_change   mag + s
 //   gyro_bias_change   gyr + s

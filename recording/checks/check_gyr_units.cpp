@@ -211,12 +211,16 @@ std::vector<Issue> check_gyr_unit(const Recording& r) {
   }
   for (const double range : kRangeFactors) {
     if (std::abs(gain / range - 1.0) > kNear) continue;
-    return {
-        unit_issue(r, "gyr", "gyr",
-                   fmt::format("{}: its range was set to {} of what the driver takes it for", turns,
-                               range > 1.0 ? fmt::format("1/{:.0f}", range)
-                                           : fmt::format("{:.0f} times", 1.0 / range)),
-                   unit_text("gyr", given / range))};
+    return {unit_issue(
+        r, "gyr", "gyr",
+        fmt::format(
+            "{}: its range was set to {} of what the driver takes it for, or the times of "
+            "the samples are {} as far apart as they were",
+            turns,
+            range > 1.0 ? fmt::format("1/{:.0f}", range) : fmt::format("{:.0f} times", 1.0 / range),
+            range > 1.0 ? fmt::format("{:.0f} times", range)
+                        : fmt::format("1/{:.0f}", 1.0 / range)),
+        unit_text("gyr", given / range))};
   }
   return {counts_issue(r, turns, kDeg / unit, seen->sigma / gain)};
 }

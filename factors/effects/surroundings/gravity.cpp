@@ -10,6 +10,10 @@
 namespace magimu {
 namespace {
 
+// m/s^2: between the places on Earth where it differs most (9.764 on a high mountain near the
+// equator, 9.834 at a pole), and usual.
+constexpr double kLargest = 0.07, kUsual = 9.80665;
+
 class Gravity final : public Effect {
  public:
   Gravity()
@@ -24,6 +28,13 @@ class Gravity final : public Effect {
     J = s.nRb.unrotate(Vector3::UnitZ());
   }
   std::string sentence(const VectorXd& theta, const VectorXd& sigma) const override {
+    if (std::abs(theta[0]) - 3.0 * sigma[0] > kLargest) {
+      return fmt::format(
+          "All gains of the accelerometer are off alike: it reads {:.2f} % too {}, gravity {:.4f} "
+          "+- {:.4f} m/s^2 {} than the one assumed, which at no place on Earth it is.",
+          100.0 * std::abs(theta[0]) / kUsual, theta[0] < 0.0 ? "little" : "much",
+          std::abs(theta[0]), sigma[0], theta[0] < 0.0 ? "less" : "more");
+    }
     return fmt::format(
         "Gravity here is {} than the one assumed by {:.4f} +- {:.4f} m/s^2 (--gravity and "
         "--location set it), or all gains of the accelerometer are off alike.",

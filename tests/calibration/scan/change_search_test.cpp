@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/shapes/change_search.h"
+#include "calibration/scan/change_search.h"
 #include "statistics/tails.h"
 
 #include <gtest/gtest.h>

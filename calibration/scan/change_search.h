@@ -12,6 +12,7 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 #include <optional>
 
 #include "calibration/scan/scan.h"
@@ -34,15 +35,21 @@ struct LikelyChange {
 
   // Of its chi-square tail, corrected for what was tried.
   double log10_p() const;
+  std::shared_ptr<const Effect> effect() const;
 };
 
 // The best change of each of these names, if there is any: one that lasts or one that ends.
 std::vector<LikelyChange> likely_changes(const std::vector<const Recording*>& recordings,
                                          const Stage& stage, const std::vector<std::string>& names);
 
-// Does the sensor turn outside of this span, too? If not, a change of its gains in it is nothing
-// but gains that are the same throughout: the first rest tells of one attitude only.
-bool turns_outside(const Stage& stage, const ChangeSpan& span);
+// The same of the sensors' biases: what was attached or taken off, or began to warm up.
+std::vector<LikelyChange> changes_of_bias(const std::vector<const Recording*>& recordings,
+                                          const Stage& stage);
+
+// Does the sensor turn inside, or outside, of this span, leaving so many seconds about its ends
+// aside? If it does not outside, a change of its gains in it is nothing but gains that are the same
+// throughout: the first rest tells of one attitude only.
+bool turns(const Stage& stage, const ChangeSpan& span, bool inside, double margin_s = 0.0);
 
 // Windows of the search for changes of a channel, s.
 double change_window_s(const std::vector<NodePlan>& plans, Sensor channel, MotionModel motion);

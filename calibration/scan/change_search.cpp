@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/shapes/change_search.h"
+#include "calibration/scan/change_search.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 #include "calibration/model/extension.h"
 #include "calibration/model/windows.h"
-#include "diagnosis/search/shapes/time_likelihood.h"
+#include "calibration/scan/time_likelihood.h"
 #include "factors/effects/catalogue.h"
 #include "solvers/kernels/whitener.h"
 #include "statistics/tails.h"
@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kEndAdds = 0.05;  // of the statistic: an end that adds less is none
 constexpr int kMostWindows = 24;
-constexpr double kInvisible = 1e-9;     // of the largest eigenvalue, columns scaled alike
+constexpr double kUndetermined = 1e-9;  // of the largest eigenvalue, columns scaled alike
 constexpr double kRounding = 1e-7;      // of a column's information before others are eliminated
 constexpr double kOneParameter = 1.0;   // nats: what the time of an end costs beside its choice
 constexpr double kOneOrTheOther = 2.0;  // kinds: one that lasts, one that ends
@@ -122,7 +122,7 @@ std::array<LikelyChange, 2> best_spans(const Stage& stage, const SpanScores& sco
       const double statistic = scores.statistic(a, b, M);
       if (!(statistic > of_kind.statistic)) continue;
       const ChangeSpan span = {begins[a], b == n ? kToTheEnd : begins[b]};
-      if (form != ChangeForm::kOffset && !turns_outside(stage, span)) continue;
+      if (form != ChangeForm::kOffset && !turns(stage, span, false)) continue;
       of_kind.statistic = statistic;
       of_kind.span = span;
     }
@@ -191,7 +191,7 @@ void search_channel(const std::vector<const Recording*>& recordings, const Stage
     K += w.information.topLeftCorner(base, base);
     others += w.score.head(base);
   }
-  const MatrixXd P = whitener(K, kInvisible);
+  const MatrixXd P = whitener(K, kUndetermined);
   for (std::size_t c = 0; c < names.size(); ++c) {
     const SpanScores scores(scan, c, P, others);
     const std::vector<ChangeForm> forms = forms_of_change(names[c]);
@@ -327,6 +327,8 @@ double LikelyChange::log10_p() const {
   return std::min(0.0, log10_chi_square_tail(statistic, double(dof)) + std::log10(tried));
 }
 
+std::shared_ptr<const Effect> LikelyChange::effect() const { return make_change(name, form, span); }
+
 // Simulated with white noise in 12 and 24 windows, p from 1e-4 to 1e-2: the largest statistic has
 // the tail of 0.71 to 0.94 times as many independent tests as there are spans that last, and of
 // 0.48 to 0.86 times as many as there are spans that end.
@@ -335,11 +337,22 @@ double ended_spans(int windows) {
   return std::max(1.0, 0.65 * 0.5 * (windows - 1) * (windows - 2));
 }
 
-bool turns_outside(const Stage& stage, const ChangeSpan& span) {
+std::vector<LikelyChange> changes_of_bias(const std::vector<const Recording*>& recordings,
+                                          const Stage& stage) {
+  return likely_changes(recordings, stage,
+                        {"acc_bias_change", "gyro_bias_change", "hard_iron_change"});
+}
+
+bool turns(const Stage& stage, const ChangeSpan& span, bool inside, double margin_s) {
+  const auto is_about = [&](const Moment& end, const Moment& at) {
+    return end.finite() && end.recording == at.recording && std::abs(at.t - end.t) < margin_s;
+  };
   std::optional<Rot3> first;
   for (const NodePlan& plan : stage.plans()) {
     for (std::size_t k = 0; k < plan.t.size(); ++k) {
-      if (span.contains(Moment{plan.field, plan.t[k]})) continue;
+      const Moment at{plan.field, plan.t[k]};
+      if (span.contains(at) != inside) continue;
+      if (is_about(span.begin, at) || is_about(span.end, at)) continue;
       const Rot3 nRb = stage.result().values.at<Rot3>(R(plan.first + int(k)));
       if (!first) first = nRb;
       if ((first->inverse() * nRb).Log().norm() > kTurned) return true;

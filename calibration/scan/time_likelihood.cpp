@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/shapes/time_likelihood.h"
+#include "calibration/scan/time_likelihood.h"
 
 #include <algorithm>
 #include <cmath>

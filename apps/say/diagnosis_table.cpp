@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t kWidth = 98, kNameWidth = 34;
 constexpr std::size_t kShown = 12;  // parameters of a finding
+constexpr std::size_t kRivals = 4;  // causes that a finding can be confused with
 
 constexpr char kUnbroken = '\x1f';  // a blank at which no line ends
 
@@ -80,7 +81,9 @@ std::string finding_text(const Finding& f, std::size_t number) {
       fmt::format("Probability {}; {}", percent(f.probability), heldout_words(f.gain));
   const std::string before = plain(f.gain.residual_rms_before),
                     after = plain(f.gain.residual_rms_after);
-  if (residual_of_model(f) && before != after) {
+  // A model that lacks something may leave less than noise, and more once it lacks nothing.
+  const bool less = f.gain.residual_rms_after < f.gain.residual_rms_before;
+  if (residual_of_model(f) && before != after && less) {
     gain += fmt::format("; residual of the {} {} (1: noise alone)", in_words(f.channel),
                         unbroken(before + " -> " + after));
   }
@@ -98,8 +101,16 @@ std::string finding_text(const Finding& f, std::size_t number) {
     values += fmt::format("; and {} more (-o writes all)", finite.size() - clearest.size());
   }
   if (!values.empty()) out += wrapped(effect_title(f.effect) + ": " + values, indent);
-  for (const std::string& words : confusable_words(f.confusable_with)) {
+  // Best first.
+  std::vector<Confusable> rivals = f.confusable_with;
+  const std::size_t more = rivals.size() > kRivals + 1 ? rivals.size() - kRivals : 0;
+  rivals.resize(rivals.size() - more);
+  for (const std::string& words : confusable_words(rivals)) {
     out += wrapped("Can be confused with " + words, indent);
+  }
+  if (more > 0) {
+    out += wrapped(fmt::format("Can be confused with {} more, less likely (-o writes all).", more),
+                   indent);
   }
   return out + "\n";
 }

@@ -10,7 +10,7 @@
 namespace magimu::apps {
 namespace {
 
-constexpr double kExactly = 1e-6;  // of a value: nobody reads more figures
+constexpr double kExactly = 1e-5;  // of a value: nobody reads more figures
 constexpr double kInFull = 0.01;   // a value from here on is written without a power of ten
 
 }  // namespace

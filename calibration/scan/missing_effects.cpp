@@ -32,7 +32,9 @@ constexpr int kColumnsAtOnce = 64;       // of candidates, in a long recording
 constexpr double kBeyondOneStep = 0.02;  // of a shift
 constexpr double kStronglyColoured = 2.0;
 constexpr double kWidened = 3.0;  // priors of effects: what is there may be larger than usual
-constexpr double kMoved = 2.0;    // standard deviations, by a cause without a name
+// Of a cause without a name: as much as is seen and more may look like the calibration itself. The
+// shift counts as a standard deviation three times as large.
+constexpr double kHiddenToo = 3.0;
 
 // Is it this effect, one of its class, or one that contains it?
 bool concerns(const Effect& effect, const std::string& name) {
@@ -341,11 +343,11 @@ void add_missing_effects(Calibration& c, const std::vector<MissingEffect>& found
   for (const MissingEffect& f : found) {
     const VectorXd shift = f.shift.head(p);
     const double distance = std::sqrt(std::max(0.0, shift.dot(V.solve(shift))));
-    more += f.shift * f.shift.transpose() + f.covariance;
     // One step of a refit is not the refit: of a large shift a part lies elsewhere.
     more += std::pow(kBeyondOneStep * distance, 2) * c.covariance;
-    const bool doubtful = f.name.empty() && distance > kMoved;
-    check.status = std::max(check.status, doubtful ? CheckStatus::kBad : CheckStatus::kCaution);
+    const double hidden = f.name.empty() ? kHiddenToo : 1.0;
+    more += hidden * hidden * f.shift * f.shift.transpose() + f.covariance;
+    check.status = CheckStatus::kCaution;
     if (farthest == nullptr || distance > check.value) farthest = &f;
     check.value = std::max(check.value, distance);
     seen_uT = std::max(seen_uT, f.seen_uT);

@@ -30,7 +30,8 @@ constexpr double kManyBlows = 3.0;          // a minute; careful hands: 1 at the
 constexpr double kChangeOfDisturbed = 0.1;  // of the squares
 constexpr double kAheadNats = 10.0;         // by which one of two answers counts as decided
 constexpr double kMaxDipSigma_deg = 2.0;
-constexpr double kMaxDistortionSigma = 0.05;  // of the strength
+constexpr double kMaxDistortionSigma = 0.05;     // of the strength
+constexpr double kUsualGyrBias = 1.0 * kDegree;  // rad/s, of parts as they come
 
 void judge_turns(Calibration& c) {
   std::vector<Rot3> all;
@@ -240,6 +241,14 @@ void judge_uncertainty(Calibration& c) {
                                                          f.dip_sigma_rad / kDegree)
                                            : "The dip is not known.");
     }
+  }
+  const double gyr_sigma = std::sqrt(c.covariance.diagonal().segment<3>(3).maxCoeff());
+  if (gyr_sigma > kUsualGyrBias && std::isfinite(gyr_sigma)) {
+    c.trust.lower(Verdict::kLimited,
+                  fmt::format("The gyroscope's bias is known to {:.2g} deg/s only, no better than "
+                              "parts have it as they come: lay the sensor down for some seconds "
+                              "before and after it is turned.",
+                              gyr_sigma / kDegree));
   }
   // Of a poor fit it may be negative, as det D is.
   const double strength = std::abs(c.strength_uT);

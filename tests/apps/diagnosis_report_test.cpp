@@ -154,6 +154,27 @@ TEST(DiagnosisTable, ends_with_what_to_do_where_something_is_not_explained) {
   EXPECT_THAT(diagnosis_table(test::clean_diagnosis()), Not(HasSubstr("What to do next: ")));
 }
 
+TEST(DiagnosisTable, names_the_likeliest_rivals_and_counts_the_others) {
+  Diagnosis d = test::example_diagnosis();
+  std::vector<Confusable>& rivals = d.findings.front().confusable_with;
+  rivals.clear();
+  for (int i = 0; i < 9; ++i) rivals.push_back({"rival_" + std::to_string(i), "alike", "turn"});
+  const std::string text = diagnosis_table(d);
+  EXPECT_THAT(text, HasSubstr("rival 3"));
+  EXPECT_THAT(text, Not(HasSubstr("rival 4")));
+  EXPECT_THAT(text, HasSubstr("Can be confused with 5 more, less likely (-o writes all)."));
+  rivals.resize(5);  // one more is not worth a sentence
+  EXPECT_THAT(diagnosis_table(d), HasSubstr("rival 4"));
+}
+
+// A model that lacks something may leave less than the noise.
+TEST(DiagnosisTable, has_no_residuals_that_grow) {
+  Diagnosis d = test::example_diagnosis();
+  Gain& gain = d.findings.front().gain;
+  std::swap(gain.residual_rms_before, gain.residual_rms_after);
+  EXPECT_THAT(diagnosis_table(d), Not(HasSubstr("1.08 -> 3.21")));
+}
+
 TEST(DiagnosisTable, gives_no_digits_of_what_is_beyond_doubt) {
   Diagnosis d = test::example_diagnosis();
   d.findings.front().gain.heldout_nll_before = 104076644.9;

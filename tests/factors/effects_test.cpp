@@ -338,5 +338,25 @@ TEST(Dipole, field_has_its_two_known_strengths) {
   EXPECT_LT((dipole_field(moment, {0.5, 0, 0}) - Vector3(0, 0, -1.6)).norm(), 1e-12);
 }
 
+TEST(Effects, no_gravity_is_told_that_no_place_on_Earth_has) {
+  const auto gravity = find_effect("gravity");
+  const VectorXd sigma = VectorXd::Constant(1, 0.01);
+  EXPECT_THAT(gravity->sentence(VectorXd::Constant(1, 0.05), sigma),
+              testing::HasSubstr("Gravity here is more than the one assumed"));
+  const std::string beyond = gravity->sentence(VectorXd::Constant(1, 0.118), sigma);
+  EXPECT_THAT(beyond, testing::HasSubstr("All gains of the accelerometer are off alike"));
+  EXPECT_THAT(beyond, testing::HasSubstr("1.20 % too much"));
+}
+
+// True seconds are longer than the file's: its clock is slow, and a gyroscope would read too
+// little.
+TEST(Effects, a_slow_clock_may_be_gains_of_the_gyroscope) {
+  const auto clock = find_effect("clock_scale");
+  const VectorXd sigma = VectorXd::Constant(1, 1e-4);
+  const std::string slow = clock->sentence(VectorXd::Constant(1, 0.005), sigma);
+  EXPECT_THAT(slow, testing::HasSubstr("runs too slowly by 0.500"));
+  EXPECT_THAT(slow, testing::HasSubstr("reads too little"));
+}
+
 }  // namespace
 }  // namespace magimu

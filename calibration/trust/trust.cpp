@@ -242,13 +242,16 @@ void judge_uncertainty(Calibration& c) {
                                            : "The dip is not known.");
     }
   }
-  const double gyr_sigma = std::sqrt(c.covariance.diagonal().segment<3>(3).maxCoeff());
-  if (gyr_sigma > kUsualGyrBias && std::isfinite(gyr_sigma)) {
+  for (std::size_t i = 0; i < c.order.size(); ++i) {
+    if (c.order[i].find("gyroscope.bias") == std::string::npos) continue;
+    const double sigma = std::sqrt(c.covariance(Eigen::Index(i), Eigen::Index(i)));
+    if (!(sigma > kUsualGyrBias) || !std::isfinite(sigma)) continue;
     c.trust.lower(Verdict::kLimited,
                   fmt::format("The gyroscope's bias is known to {:.2g} deg/s only, no better than "
                               "parts have it as they come: lay the sensor down for some seconds "
                               "before and after it is turned.",
-                              gyr_sigma / kDegree));
+                              sigma / kDegree));
+    break;
   }
   // Of a poor fit it may be negative, as det D is.
   const double strength = std::abs(c.strength_uT);
@@ -309,11 +312,14 @@ void tell_of_a_change(Calibration& c) {
   const auto model = std::ranges::find(c.checks, "model", &Check::name);
   if (!change || !change->has_edge || model == c.checks.end()) return;
   model->status = std::max(model->status, CheckStatus::kCaution);
-  model->sentence += fmt::format(
-      " From about {:.0f} s on the magnetometer reads otherwise than before, by {:.2g} uT or more: "
+  const std::string sentence = fmt::format(
+      "From about {:.0f} s on the magnetometer reads otherwise than before, by {:.2g} uT or more: "
       "was a magnet, or iron, put on or taken off? Before and after that the calibration is off by "
       "a part of it; calibrate each by itself.",
       change->t_s, change->size * unit_of_residuals(c.residuals[2]));
+  model->sentence += " " + sentence;
+  // Of what the sigmas are too large for it is the likeliest reason.
+  if (c.trust.verdict != Verdict::kYes) c.trust.lower(Verdict::kLimited, sentence);
 }
 
 void judge_checks(Calibration& c) {

@@ -261,12 +261,12 @@ bool Extender::find_times(Option& option, Stage& stage, bool& may_refit) const {
     return (w.coloured && !w.by_chance) || fitted.sums().lag1[std::size_t(Sensor::kMag)] > kColour;
   };
   // A lasting change of gains shows wherever the sensor turns, not only on the way to where it
-  // lies. Nor is another place all there is where it turns both before and after, and longer than
-  // it takes to lay it there.
+  // lies. Nor is another place all there is to a change of the bias where it turns both before and
+  // after, and longer than it takes to lay it there. (Gains take the field of many places.)
   const bool small = !offset || unit_uT * theta.norm() < kOfPlaces;
   const bool at_rests = is_put_down(span.begin) || is_put_down(span.end);
   const auto lies = [&](bool inside) { return !turns(stage, span, inside, kPutDown); };
-  if (channel == Sensor::kMag && small && at_rests && (lies(true) || lies(false)) &&
+  if (channel == Sensor::kMag && small && at_rests && (!offset || lies(true) || lies(false)) &&
       coloured(stage)) {
     // The noise is still that of the model without the change: too large, and what the trajectory
     // then leaves to the magnetometer is coloured.

@@ -11,6 +11,7 @@ namespace magimu {
 namespace {
 
 constexpr int kMinSamples = 20;        // of a sensor in all rests: with fewer its noise is not told
+constexpr double kTremorColour = 0.2;  // correlation of neighbouring samples; noise has none
 constexpr double kNoisiestAcc = 0.02;  // m/s^2/sqrt(Hz): 2 mg/sqrt(Hz)
 
 template <class Body>
@@ -40,6 +41,23 @@ double density_at_rest(const VectorSeries& series, const std::vector<TimeSpan>& 
   const double rate = series.rate_hz();
   if (freedom < 3 * kMinSamples || rate <= 0.0) return 0.0;
   return std::sqrt(std::max(0.0, squares / freedom) / rate);
+}
+
+// Correlation of neighbouring samples in a rest, of all axes.
+double colour_at_rest(const VectorSeries& series, const TimeSpan& rest) {
+  Vector3 sum = Vector3::Zero();
+  std::vector<Vector3> samples;
+  for_each_in(series, rest, [&](const Vector3& v) {
+    samples.push_back(v);
+    sum += v;
+  });
+  const Vector3 mean = sum / double(std::max<std::size_t>(1, samples.size()));
+  double squares = 0.0, products = 0.0;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    squares += (samples[k] - mean).squaredNorm();
+    if (k > 0) products += (samples[k] - mean).dot(samples[k - 1] - mean);
+  }
+  return squares > 0.0 ? products / squares : 0.0;
 }
 
 }  // namespace
@@ -104,8 +122,10 @@ std::optional<Vector3> gyr_bias_at_rest(const Recording& recording,
 std::vector<TimeSpan> quiet_rests(const Recording& recording, std::vector<TimeSpan> rests) {
   if (rests.empty()) return rests;
   const double limit = kExcessNoise * noisiest_acc(recording.acc);
-  std::erase_if(
-      rests, [&](const TimeSpan& rest) { return density_at_rest(recording.acc, {rest}) > limit; });
+  std::erase_if(rests, [&](const TimeSpan& rest) {
+    return density_at_rest(recording.acc, {rest}) > limit &&
+           std::abs(colour_at_rest(recording.acc, rest)) > kTremorColour;
+  });
   return rests;
 }
 

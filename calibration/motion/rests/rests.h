@@ -27,8 +27,8 @@ std::vector<TimeSpan> find_rests(const Recording& recording, const RestOptions& 
 inline constexpr double kExcessNoise = 1.3;  // of the accelerometer, over what it is compared with
 
 // Those that show the inertial sensors' own noise: without those in which the accelerometer is
-// clearly noisier (kExcessNoise) than any part is. It lay in a hand, which trembles, or on
-// something that shook.
+// clearly noisier (kExcessNoise) than any part is, and not by white noise. It lay in a hand, which
+// trembles, or on something that shook.
 std::vector<TimeSpan> quiet_rests(const Recording& recording, std::vector<TimeSpan> rests);
 
 // Mean of the gyroscope over the rests; nothing if there are none.

@@ -61,12 +61,15 @@ TEST(Rests, of_a_trembling_hand_tell_no_noise) {
   const std::vector<TimeSpan> rests = find_rests(s.recording);
   ASSERT_GT(rests.size(), 2U);
   EXPECT_EQ(quiet_rests(s.recording, rests).size(), rests.size());
-  const auto shaken = [&](const TimeSpan& rest) {
+  const auto shaken = [&](const TimeSpan& rest, bool coloured = true) {
     Recording r = s.recording;
     RandomStream random(5, RandomPurpose::kMotion);
+    Vector3 tremor = Vector3::Zero();
     for (std::size_t k = 0; k < r.acc.size(); ++k) {
+      const Vector3 jolt = 0.05 * std::sqrt(r.acc.rate_hz()) * random.normal3();
+      tremor = coloured ? Vector3(0.6 * tremor + 0.8 * jolt) : jolt;
       if (r.acc.t[k] < rest.begin_s || r.acc.t[k] > rest.end_s) continue;
-      r.acc.v[k] += 0.05 * std::sqrt(r.acc.rate_hz()) * random.normal3();
+      r.acc.v[k] += tremor;
     }
     return r;
   };
@@ -79,6 +82,8 @@ TEST(Rests, of_a_trembling_hand_tell_no_noise) {
   EXPECT_EQ(none.acc, 0.0);
   EXPECT_EQ(none.gyr, 0.0);
   EXPECT_GT(none.mag, 0.0);
+  // White noise is noise, however much of it there is.
+  EXPECT_GT(noise_at_rest(shaken({-1.0, 1e3}, false), rests).acc, 0.05);
 }
 
 TEST(Rests, a_steady_turn_is_none) {

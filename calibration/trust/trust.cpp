@@ -249,7 +249,8 @@ void judge_uncertainty(Calibration& c) {
     c.trust.lower(Verdict::kLimited,
                   fmt::format("The gyroscope's bias is known to {:.2g} deg/s only, no better than "
                               "parts have it as they come: lay the sensor down for some seconds "
-                              "before and after it is turned.",
+                              "before and after it is turned, or find out what the model lacks "
+                              "(`magimu diagnose`).",
                               sigma / kDegree));
     break;
   }

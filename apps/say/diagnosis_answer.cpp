@@ -183,7 +183,8 @@ std::string heldout_words(const Gain& gain) {
 bool residual_of_model(const Finding& finding) {
   const bool excursions =
       !finding.parameters.empty() && finding.parameters.front().name == "excursions";
-  return !excursions && std::isfinite(finding.gain.residual_rms_before);
+  const double before = finding.gain.residual_rms_before, after = finding.gain.residual_rms_after;
+  return !excursions && std::isfinite(before) && !(after > before);
 }
 
 double Moved::sigmas() const {

@@ -48,9 +48,10 @@ double heldout_gain(const Gain& gain);
 std::string heldout_number(const Gain& gain);  // the same, as text
 std::string heldout_words(const Gain& gain);
 
-// Whether the residuals in a finding's gain are those of the whole model, without and with it.
-// (Those of a source that is not in the model are of its excursions only, and cannot be compared
-// with others.)
+// Whether the residuals in a finding's gain are those of the whole model, without and with it, and
+// do not grow: a model that lacks something may leave less than noise, and more once it lacks
+// nothing. (Those of a source that is not in the model are of its excursions only, and cannot be
+// compared with others.)
 bool residual_of_model(const Finding& finding);
 
 // One parameter of the calibration, before and after the extensions.

@@ -81,9 +81,7 @@ std::string finding_text(const Finding& f, std::size_t number) {
       fmt::format("Probability {}; {}", percent(f.probability), heldout_words(f.gain));
   const std::string before = plain(f.gain.residual_rms_before),
                     after = plain(f.gain.residual_rms_after);
-  // A model that lacks something may leave less than noise, and more once it lacks nothing.
-  const bool less = f.gain.residual_rms_after < f.gain.residual_rms_before;
-  if (residual_of_model(f) && before != after && less) {
+  if (residual_of_model(f) && before != after) {
     gain += fmt::format("; residual of the {} {} (1: noise alone)", in_words(f.channel),
                         unbroken(before + " -> " + after));
   }

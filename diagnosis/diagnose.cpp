@@ -234,14 +234,14 @@ Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
         if (effect->name() == "mag_coupling" && recordings.front()->mag.size() < 2) continue;
         d.scan.push_back({.effect = effect->name(),
                           .channel = to_string(effect->channel()),
-                          .needs = "the sensor hardly turned"});
+                          .needs = kHardlyTurned});
       }
     }
     const PassingSource passing =
         turned ? find_passing_source(recordings, extender.stage()) : PassingSource{};
     if (passing.finding) d.findings.push_back(*passing.finding);
     progress("looking at the noise", 0.7);
-    find_noise(full, pipeline, options, extender, d);
+    find_noise(full, pipeline, options, turned, extender, d);
     if (turned) {
       find_array_coupling(checked.get(), recordings, extender.stage(), pipeline.node_every(),
                           options, d);

@@ -7,6 +7,7 @@
 
 #include "calibration/model/extension.h"
 #include "calibration/motion/bridged_gaps.h"
+#include "calibration/motion/coarse_rounding.h"
 #include "calibration/motion/sample_times.h"
 #include "graph/parallel.h"
 
@@ -15,7 +16,8 @@ namespace {
 
 // One recording, as it is gathered.
 struct Source {
-  const Recording& recording;
+  const Recording& recording;  // corrected by effects
+  const Recording& given;
   const NodePlan& plan;
   const IntegratedRotation& gyr;
   const ModelSpec& spec;
@@ -127,11 +129,14 @@ void gather_imu(const Source& s, GatheredMotion& out) {
 GatheredMotion gather_motion(const Source& s) {
   GatheredMotion out;
   out.gyr_gap = gap_variances(s.recording.gyr, s.plan.t);
+  add_rounding(s.given.gyr, s.plan.t, out.gyr_gap);
   if (is_moved(s.spec.motion)) {
     gather_imu(s, out);
     out.acc_gap = gap_variances(s.recording.acc, s.plan.t);
+    add_rounding(s.given.acc, s.plan.t, out.acc_gap);
   } else {
     out.acc = node_means(s.recording.acc, s.gyr, s.plan);
+    out.acc_rounding = rounding_of_means(s.given.acc, out.acc);
     gather_turns(s, out);
   }
   return out;
@@ -171,8 +176,9 @@ GatheredSamples::GatheredSamples(const std::vector<const Recording*>& recordings
     } else {
       own.emplace(recording.gyr, spec.gyr_bias, spec.gyr_matrix_value);
     }
-    const Source source{recording, plans[i], integrals ? integrals_.back()->gyr : *own,
-                        spec,      extended, !on_demand_};
+    const Source source{
+        recording, *recordings[i], plans[i],   integrals ? integrals_.back()->gyr : *own,
+        spec,      extended,       !on_demand_};
     if (!motion_) motion.push_back(gather_motion(source));
     if (!mag_) mag.push_back(gather_mag(source));
   }

@@ -18,11 +18,13 @@ struct GatheredMotion {
   // The sensor only turns: the accelerometer about the nodes, and of each interval between them the
   // one gyroscope sample that spans it, or -1; what those of all others integrate to.
   std::vector<NodeMean> acc;
+  std::vector<double> acc_rounding;  // rounding_of_means() of it
   std::vector<long> single;
   std::vector<PreintegratedGyroscope> turns;  // empty where all are single
   // The sensor is moved (hand-held or travelling): both sensors, of each interval.
   std::vector<PreintegratedImu> imu;
-  // What gaps in between add to each interval (bridged_gaps.h); empty: nothing.
+  // What gaps in between (bridged_gaps.h) and coarse rounding (coarse_rounding.h) add to each
+  // interval; empty: nothing.
   std::vector<double> gyr_gap, acc_gap;
 };
 

@@ -31,8 +31,10 @@ namespace {
 constexpr double kGyrScalePriorSigma = 0.03, kGyrAxesPriorSigma = 1.0 * kDegree;
 constexpr double kOffsetPriorSigma = 0.1;  // s: longer lags are another kind of fault
 
-Noise<3> noise_of_mean(double density, double rate_hz, const NodeMean& mean) {
-  return Noise<3>::isotropic(density * std::sqrt(rate_hz / mean.independent));
+// more: a variance that is added.
+Noise<3> noise_of_mean(double density, double rate_hz, const NodeMean& mean, double more = 0.0) {
+  const double sigma = density * std::sqrt(rate_hz / mean.independent);
+  return Noise<3>::isotropic(more > 0.0 ? std::sqrt(sigma * sigma + more) : sigma);
 }
 
 // One recording being put into the graph.
@@ -142,6 +144,7 @@ class Collector {
 
 void add_accelerometer(FactorGraph& graph, const Part& part) {
   const std::vector<NodeMean>& of_nodes = part.gathered.motion(part.index).acc;
+  const std::vector<double>& rounding = part.gathered.motion(part.index).acc_rounding;
   const double rate =
       part.spec.acc_rate_hz > 0.0 ? part.spec.acc_rate_hz : part.recording.acc.rate_hz();
   const Vector3 g_n = gravity_n(part.spec.gravity);
@@ -150,8 +153,10 @@ void add_accelerometer(FactorGraph& graph, const Part& part) {
     const NodeMean& b = of_nodes[std::size_t(i)];
     if (b.count == 0 || !part.measures(i)) continue;
     const Key pose = R(part.id(i));
-    const Noise<3> noise = made_of_samples(
-        part, "the accelerometer", i, [&] { return noise_of_mean(part.spec.noise.acc, rate, b); });
+    const Noise<3> noise = made_of_samples(part, "the accelerometer", i, [&] {
+      return noise_of_mean(part.spec.noise.acc, rate, b,
+                           rounding.empty() ? 0.0 : rounding[std::size_t(i)]);
+    });
     if (b.at_node && !means.extended()) {
       graph.add(AccelerometerFactor(pose, key::acc_bias, b.mean, g_n, noise));
     } else {

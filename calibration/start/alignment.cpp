@@ -6,6 +6,7 @@
 #include <array>
 
 #include "calibration/motion/integrated_rotation.h"
+#include "calibration/motion/rests/rests.h"
 #include "calibration/motion/sample_times.h"
 #include "factors/field_rotation_factor.h"
 #include "factors/keys.h"
@@ -40,6 +41,14 @@ double pair_interval(const Recording& recording) {
   return std::clamp(0.5 / std::max(quantile(std::move(rates), 0.75), 1e-3), 0.1, 5.0);
 }
 
+// Within one rest the sensor has not turned, and what the field's direction does there is noise: a
+// bias that makes the sensor turn about the field with it is easily found.
+bool is_at_rest(const Pair& pair, const std::vector<TimeSpan>& rests) {
+  return std::ranges::any_of(rests, [&](const TimeSpan& rest) {
+    return pair.t_i >= rest.begin_s && pair.t_j <= rest.end_s;
+  });
+}
+
 std::vector<Pair> choose_pairs(const std::vector<const Recording*>& recordings, std::size_t sensor,
                                const IntrinsicCalibration& intrinsic, int max_pairs) {
   const Matrix3 inverse = intrinsic.distortion.inverse();
@@ -50,12 +59,14 @@ std::vector<Pair> choose_pairs(const std::vector<const Recording*>& recordings, 
   for (const Recording* r : recordings) {
     const VectorSeries& mag = r->mag[sensor];
     const double interval = pair_interval(*r);
+    const std::vector<TimeSpan> rests = find_rests(*r);
     std::size_t j = 0;
     for (std::size_t i = 0; i < mag.size(); i += stride) {
       while (j < mag.size() && mag.t[j] < mag.t[i] + interval) ++j;
       if (j == mag.size()) break;
-      pairs.push_back({r, mag.t[i], mag.t[j], (inverse * (mag.v[i] - intrinsic.bias)).normalized(),
-                       (inverse * (mag.v[j] - intrinsic.bias)).normalized()});
+      const Pair pair{r, mag.t[i], mag.t[j], (inverse * (mag.v[i] - intrinsic.bias)).normalized(),
+                      (inverse * (mag.v[j] - intrinsic.bias)).normalized()};
+      if (!is_at_rest(pair, rests)) pairs.push_back(pair);
     }
   }
   return pairs;

@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <optional>
 
 #include "factors/field_direction_factor.h"
 #include "factors/prior_factor.h"
@@ -17,6 +18,9 @@ constexpr double kFlat = 1e-12;      // of a variance: the readings lie in a pla
 constexpr double kExact = 1e-14;     // of the sum of squares: rounding
 constexpr double kOfLengths = 0.1;   // of what lengths would show of a misfit: next to nothing
 constexpr double kPlausible = 0.01;  // of squared axes: no part's gains differ by ten times
+// RMS scatter of readings over the length of their mean: the weakest field on Earth, 22 uT, beside
+// the largest hard iron that a part can read, 1600 uT.
+constexpr double kUnturned = 0.013;
 constexpr Key kLower{'L', 0}, kBias{'m', 0};
 constexpr Key direction_key(std::size_t k) { return {'u', std::uint32_t(k)}; }
 
@@ -35,6 +39,20 @@ IntrinsicCalibration fit_sphere(const std::vector<Vector3>& mag, const Vector3& 
   IntrinsicCalibration out;
   out.bias = mean + centre;
   out.distortion *= std::sqrt(std::max(1e-12, s[3] + centre.squaredNorm()));
+  return out;
+}
+
+// Readings that hardly scatter about their mean are of a sensor that did not turn. An ellipsoid of
+// their noise would make it turn with the noise.
+std::optional<IntrinsicCalibration> unturned(const std::vector<Vector3>& mag) {
+  Vector3 mean = Vector3::Zero();
+  for (const Vector3& m : mag) mean += m / double(mag.size());
+  double squares = 0.0;
+  for (const Vector3& m : mag) squares += (m - mean).squaredNorm();
+  if (!(squares < std::pow(kUnturned, 2) * mean.squaredNorm() * double(mag.size()))) return {};
+  IntrinsicCalibration out;
+  out.distortion *= mean.norm();
+  out.converged = true;
   return out;
 }
 
@@ -111,6 +129,10 @@ IntrinsicCalibration calibrate_intrinsic(const std::vector<Vector3>& mag, int ma
   const std::size_t stride = mag.size() / std::size_t(max_samples) + 1;
   std::vector<Vector3> used;
   for (std::size_t k = 0; k < mag.size(); k += stride) used.push_back(mag[k]);
+  if (std::optional<IntrinsicCalibration> still = unturned(used)) {
+    still->residual_rms_uT = distance_rms(used, *still);
+    return *still;
+  }
   IntrinsicCalibration out = fit_ellipsoid(used);
   const double size = std::cbrt(out.distortion.determinant());
   const Matrix3 inverse = out.distortion.inverse();

@@ -193,11 +193,13 @@ std::string not_the_field(double rms, double share, double off_ellipsoid_uT) {
 
 void judge_field(Calibration& c, const KnownOfMisfit& known) {
   const double rms = c.residuals[2].rms_unit, share = rms / c.strength_uT;
-  const Verdict verdict = verdict_on_misfit(share);
-  if (verdict == Verdict::kYes && c.disturbances.empty()) return;
   // Noise is in the lengths as much as in the directions, and no part of what departs.
   const double noise = std::min(known.at_rest_uT, rms);
   const double departs = std::sqrt(rms * rms - noise * noise);
+  // A magnetometer that is noisy: the sigmas know of that.
+  const bool is_noise = check_whiteness(c).status == CheckStatus::kOk;
+  const Verdict verdict = verdict_on_misfit((is_noise ? departs : rms) / c.strength_uT);
+  if (verdict == Verdict::kYes && c.disturbances.empty()) return;
   const double in_lengths =
       std::sqrt(std::max(0.0, known.off_ellipsoid_uT * known.off_ellipsoid_uT - noise * noise));
   if (known.cause.empty() && known.off_ellipsoid_uT > 0.0 &&

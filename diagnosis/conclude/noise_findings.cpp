@@ -21,6 +21,7 @@
 #include "factors/effects/catalogue.h"
 #include "graph/numerical_error.h"
 #include "recording/checks/quality.h"
+#include "recording/checks/rounding.h"
 #include "statistics/tails.h"
 
 namespace magimu {
@@ -378,23 +379,33 @@ bool is_mostly_motion(const SampleResiduals& acc, const Stage& stage) {
 }
 
 // Takes the chosen tests for untested.
-void take_as_motion(NoiseOf& of, const std::function<bool(const NoiseTest&)>& chosen,
-                    const std::string& why) {
+void take_for_untested(NoiseOf& of, const std::function<bool(const NoiseTest&)>& chosen,
+                       const std::string& why) {
   std::erase_if(of.causes, chosen);
   for (NoiseTest& t : of.tests) {
     if (chosen(t)) t = untested(t.effect, t.channel, why);
   }
 }
 
+// What is left of readings that stay on a step shows the step and no noise.
+void take_rounding_out(const SampleResiduals& samples, const Recording& recording, NoiseOf& of) {
+  if (samples.channel == Sensor::kMag) return;  // whose steps are told from its noise
+  const bool acc = samples.channel == Sensor::kAcc;
+  if (!coarse_steps(acc ? recording.acc : recording.gyr)) return;
+  take_for_untested(
+      of, [&](const NoiseTest& t) { return t.channel == samples.channel; },
+      "its readings are rounded more coarsely than they are noisy");
+}
+
 void take_motion_out(const SampleResiduals& samples, const Stage& stage, NoiseOf& of) {
   if (samples.channel == Sensor::kGyr && is_motion(samples, stage)) {
-    take_as_motion(
+    take_for_untested(
         of, [](const NoiseTest& t) { return t.channel == Sensor::kGyr; },
         "the sensor itself turned as irregularly as noise, as the others confirm");
   }
   // A tremor has a colour of its own.
   if (samples.channel == Sensor::kAcc && is_mostly_motion(samples, stage)) {
-    take_as_motion(
+    take_for_untested(
         of,
         [](const NoiseTest& t) {
           return t.channel == Sensor::kAcc && t.effect == "correlated_noise";
@@ -506,7 +517,7 @@ void take_out_clock(const Diagnosis& d, const Stage& stage, double level,
 }
 
 void find_noise(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
-                const DiagnosisOptions& options, Extender& extender, Diagnosis& d) {
+                const DiagnosisOptions& options, bool turned, Extender& extender, Diagnosis& d) {
   const double level = options.false_alarm_rate / kTests;
   std::vector<NoiseOf> all(recordings.size());
   const auto take_residuals = [&] {
@@ -516,10 +527,12 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
     }
   };
   take_residuals();
-  std::optional<OwnClock> clock = has_ages_of_samples(recordings)
-                                      ? clock_of_fits(*recordings.front(), pipeline, options,
-                                                      extender.stage(), all.front(), level)
-                                      : strongest_clock(all, level);
+  std::optional<OwnClock> clock;
+  if (turned) {
+    clock = has_ages_of_samples(recordings) ? clock_of_fits(*recordings.front(), pipeline, options,
+                                                            extender.stage(), all.front(), level)
+                                            : strongest_clock(all, level);
+  }
   if (clock) {
     extend_by_clock(recordings, pipeline, extender, *clock, level, d);
     if (has_clock(extender.stage())) withdraw_beside_clock(extender, level, d);
@@ -531,12 +544,14 @@ void find_noise(const std::vector<const Recording*>& recordings, const Pipeline&
     d.findings.push_back(to_finding(own_clock_test(*clock)));
   }
   d.scan.push_back(entry_of_clock(clock, level));
+  if (!turned) d.scan.back().needs = kHardlyTurned;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     take_out_clock(d, extender.stage(), level, all[r].residuals);
     all[r].tests = test_noise(all[r].residuals);
     all[r].causes = explain_noise(all[r].residuals, level / double(recordings.size()));
     for (const SampleResiduals& s : all[r].residuals) {
       take_motion_out(s, extender.stage(), all[r]);
+      take_rounding_out(s, *recordings[r], all[r]);
     }
   }
   const std::vector<NoiseTest> tests = strongest(all);

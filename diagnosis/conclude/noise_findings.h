@@ -7,9 +7,12 @@
 
 namespace magimu {
 
-// Each recording is tested, and of each test the strongest result counts.
+inline constexpr const char* kHardlyTurned = "the sensor hardly turned";  // why causes are not told
+
+// Each recording is tested, and of each test the strongest result counts. turned: whether the
+// sensor turned, without which ages of samples show in nothing.
 void find_noise(const std::vector<const Recording*>& recordings, const Pipeline& pipeline,
-                const DiagnosisOptions& options, Extender& extender, Diagnosis& d);
+                const DiagnosisOptions& options, bool turned, Extender& extender, Diagnosis& d);
 
 // If a finding says that the magnetometer has a clock of its own, and the model does not have that
 // clock: subtracts the clock's errors from the residuals. level: of the test that finds it again.

@@ -12,6 +12,7 @@
 
 #include "recording/checks/interpolated.h"
 #include "recording/checks/quality_checks.h"
+#include "recording/checks/rounding.h"
 #include "statistics/quantiles.h"
 
 namespace magimu {
@@ -53,11 +54,28 @@ bool knots_on_samples(const std::vector<double>& bends, double limit) {
   return 2 * single > all;
 }
 
+Issue rounding_issue(const NamedSeries& sensor, double step) {
+  return {"rounding",
+          sensor.name,
+          -1,
+          Severity::kCaution,
+          0.0,
+          0.0,
+          fmt::format("{} comes in steps of {:.3g} {}, coarser than its noise: where it changes "
+                      "slowly, readings stay wrong by the same part of a step, which counts as so "
+                      "much more noise here",
+                      sensor.name, step, sensor.unit()),
+          "write more digits, or choose a smaller range of the sensor"};
+}
+
 }  // namespace
 
 std::vector<Issue> check_clock(const NamedSeries& sensor) {
   const VectorSeries& s = *sensor.series;
   if (s.size() < kEnoughForClock) return {};
+  if (!sensor.is_mag()) {
+    if (const auto steps = coarse_steps(s)) return {rounding_issue(sensor, steps->maxCoeff())};
+  }
   const double rate = s.rate_hz();
   std::size_t repeats = 0;
   for (std::size_t k = 1; k < s.size(); ++k) repeats += s.v[k] == s.v[k - 1] ? 1 : 0;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "recording/checks/quality_checks.h"
+#include "recording/checks/rounding.h"
 #include "recording/data/set_aside.h"
 #include "recording/oddities/dead_zone.h"
 #include "recording/oddities/sensor_habits.h"
@@ -240,7 +241,8 @@ std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gy
                                   sensor.name, longest, at, total),
                       "the sensor or its bus hung: leave such samples out, or record again"});
   }
-  const bool slow = dead_band && sensor.series == &gyr;
+  // An axis in coarse steps stands still, too, while it changes slowly.
+  const bool slow = (dead_band && sensor.series == &gyr) || coarse_steps(s);
   for (int axis = 0; axis < 3 && issues.empty() && !slow; ++axis) {
     if (auto stuck = stuck_axis(sensor, axis)) issues.push_back(std::move(*stuck));
   }

@@ -44,11 +44,13 @@
 namespace magimu {
 namespace {
 
-// Halves of a recording that disagree beyond their uncertainty show an error that persists longer
-// than the blocks from which the uncertainty comes: it grows to what the halves show.
+// Halves of a recording, or recordings, that disagree beyond their uncertainty show an error that
+// persists longer than the blocks from which the uncertainty comes: it grows to what the halves
+// show.
 void widen_by_halves(Calibration& c) {
   for (Check& check : c.checks) {
-    if (check.name != "halves" || check.status == CheckStatus::kOk) continue;
+    const bool compares = check.name == "halves" || check.name == "recordings";
+    if (!compares || check.status == CheckStatus::kOk) continue;
     widen_uncertainty(c, check.value);
     check.sentence += fmt::format(" All sigmas were multiplied by {:.1f}.", check.value);
   }

@@ -44,6 +44,7 @@ constexpr double kMostNodes = 60000.0, kMostCoarseNodes = 45000.0;
 constexpr double kGyrInMotion = 3.0, kMagInMotion = 2.5;
 constexpr double kSwungAtRest = 5.0;  // times the noise at rest
 constexpr double kUnlimited = 1e30;
+constexpr int kMostCompared = 8;  // recordings that are calibrated one by one, too
 // Samples are averaged about a node as if the gyroscope were exact there. Its noise within a block
 // and that between nodes are one, though: the means of a block follow 2/3 of the variance between
 // two. That counts where the magnetometers see this noise, which the share of its rows tells that
@@ -232,7 +233,7 @@ std::vector<Check> Pipeline::check_prediction(const Stage& coarse) const {
   const double correction = correction_rad(D, coarse.result().values.at<Vector3>(key::mag_bias));
   const bool obvious = correction > kObviousCorrection;
   std::optional<BlockErrors> errors, as_they_come;
-  std::optional<Check> agreement;
+  std::optional<Check> agreement, each;
   std::string why;
   const auto ask_without = [&] {
     return block_errors(with_readings_as_they_come(recordings_, coarse));
@@ -242,7 +243,7 @@ std::vector<Check> Pipeline::check_prediction(const Stage& coarse) const {
       [&] {
         if (!obvious) as_they_come = attempt(ask_without);
       },
-      [&] { agreement = halves(coarse); });
+      [&] { agreement = halves(coarse); }, [&] { each = recordings_apart(coarse); });
   std::vector<Check> out;
   if (errors) {
     out.push_back(check_held_out(*errors, strength));
@@ -255,6 +256,7 @@ std::vector<Check> Pipeline::check_prediction(const Stage& coarse) const {
   if (obvious) out.push_back(no_gain_to_ask_for(correction));
   if (errors && as_they_come) out.push_back(check_gain(*as_they_come, *errors, strength));
   if (agreement) out.push_back(*agreement);
+  if (each) out.push_back(*each);
   return out;
 }
 
@@ -297,10 +299,64 @@ Calibration Pipeline::half(const Stage& coarse, bool second) const {
   for (const Recording& part : parts) half.push_back(&part);
   Calibration out;
   if (field_count(half) != field_count(recordings_)) return out;
+  for (std::size_t m = 0; m < recordings_.front()->mag.size(); ++m) {  // one may have died
+    const bool reads =
+        std::ranges::any_of(parts, [&](const Recording& part) { return !part.mag[m].empty(); });
+    if (!reads) return out;
+  }
   Stage stage(half, coarse.spec(), coarse_every_, coarse_optimizer_);
   stage.fit(carry_over(half, coarse, stage, of), true);
   out.fit = stage.result();
   return stage.result().converged() ? summarize_parameters(half, stage, options_) : out;
+}
+
+std::optional<Check> Pipeline::recordings_apart(const Stage& coarse) const {
+  const int n = field_count(recordings_);
+  if (!coarse.result().converged() || n < 2 || n > kMostCompared) return std::nullopt;
+  std::vector<std::optional<Calibration>> each(static_cast<std::size_t>(n));
+  std::vector<std::string> names(each.size());
+  const std::vector<int> fields = fields_of(recordings_);
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    names[std::size_t(fields[i])] = recordings_[i]->name;
+  }
+  parallel::for_each(each.size(), [&](std::size_t f) {
+    each[f] = attempt([&] { return of_field(coarse, int(f)); });
+    if (each[f] && (!each[f]->fit.converged() || !each[f]->undetermined.empty())) each[f].reset();
+  });
+  return check_recordings(each, names);
+}
+
+Calibration Pipeline::of_field(const Stage& coarse, int field) const {
+  const std::vector<int> fields = fields_of(recordings_);
+  std::vector<const Recording*> own;
+  std::vector<std::size_t> of;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (fields[i] != field) continue;
+    own.push_back(recordings_[i]);
+    of.push_back(i);
+  }
+  Calibration out;
+  for (std::size_t m = 0; m < recordings_.front()->mag.size(); ++m) {
+    if (std::ranges::all_of(own, [&](const Recording* r) { return r->mag[m].empty(); })) return out;
+  }
+  Stage stage(own, coarse.spec(), coarse_every_, coarse_optimizer_);
+  // What belongs to its field is that of the first one here.
+  Values start;
+  const Values carried = carry_over(own, coarse, stage, of);
+  for (const Values::Slot& s : carried.slots()) {
+    if (s.key.symbol == dip_of(0).symbol) {
+      if (s.key == dip_of(field)) start.insert(dip_of(0), carried.at<double>(s.key));
+    } else if (s.key.symbol == key::lever_arm_of(0).symbol) {
+      if (s.key == key::lever_arm_of(field)) {
+        start.insert(key::lever_arm_of(0), carried.at<Vector3>(s.key));
+      }
+    } else {
+      start.insert_from(carried, s.key);
+    }
+  }
+  stage.fit(start, true);
+  out.fit = stage.result();
+  return stage.result().converged() ? summarize_parameters(own, stage, options_) : out;
 }
 
 ModelSpec Pipeline::first_spec(MotionModel motion) const {

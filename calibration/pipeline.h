@@ -82,6 +82,8 @@ class Pipeline {
   std::vector<Check> check_prediction(const Stage& coarse) const;
   // Halves alone; nothing where one of them cannot be fitted.
   std::optional<Check> halves(const Stage& coarse) const;
+  // Of several recordings: each of them alone. Nothing of very many.
+  std::optional<Check> recordings_apart(const Stage& coarse) const;
 
   // Its steps, with few nodes.
   Stage coarse_fit(MotionModel motion) const;
@@ -107,6 +109,8 @@ class Pipeline {
   ModelSpec first_spec(MotionModel motion) const;
   Values start_of(const Stage& stage, const Stage& from, const VectorXd& start) const;
   Calibration half(const Stage& coarse, bool second) const;
+  // The recordings of one field.
+  Calibration of_field(const Stage& coarse, int field) const;
   void fit_with_noise(Stage& stage, const Values& start, bool warm) const;
   // Another model at the coarse nodes.
   Stage beside(const Stage& from, const ModelSpec& spec) const;

@@ -326,13 +326,7 @@ Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
     d.against =
         compare_with(*options.against, options.against_name, given,
                      {.noise = options.noise, .false_alarm_rate = options.false_alarm_rate});
-    for (const Finding& f : d.findings) {
-      if (!belongs_to_recording(f.effect)) continue;
-      d.against->notes.push_back(fmt::format(
-          "The cause \"{}\" was found in these recordings; the comparison does not know "
-          "of it.",
-          effect_words(f.effect)));
-    }
+    compare_beside_causes(*options.against, given, d, *d.against);
   }
   d.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   progress("done", 1.0);

@@ -2,6 +2,7 @@
 #include "apps/say/diagnosis_answer.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -237,6 +238,31 @@ std::string against_headline(const Against& a) {
   std::string changed;
   for (const Change& c : a.groups) {
     if (c.changed) changed += (changed.empty() ? "" : ", ") + change_title(c.group);
+  }
+  if (!a.within.empty()) {
+    const std::string what = fmt::format("{}", fmt::join(a.within, ", "));
+    if (changed.empty()) {
+      return fmt::format(
+          "{} predicts these recordings but for what changed within them: {}. Outside of that no "
+          "change is seen.",
+          a.calibration, what);
+    }
+    if (a.inside_fits) {
+      return fmt::format(
+          "{} predicts a part of these recordings only, as long as this lasts: {}. Outside of it "
+          "this is another: {}.",
+          a.calibration, what, changed);
+    }
+    return fmt::format(
+        "{} no longer predicts these recordings. What has changed: {}; and something changed "
+        "within them: {}.",
+        a.calibration, changed, what);
+  }
+  if (changed.empty() && !a.told) {
+    return fmt::format(
+        "Whether {} still predicts these recordings they do not tell: by themselves they permit no "
+        "calibration to compare it with.",
+        a.calibration);
   }
   if (changed.empty()) {
     return fmt::format(

@@ -141,7 +141,11 @@ void StreamSession::use_lines() {
     begin_checks();
     begin_estimator(int(lines_.mag_names().size()));
   }
-  for (const std::string& sentence : lines_.take_complaints()) event(sentence);
+  // Who stops when the target is met stops within a line of the source.
+  const bool stopped = !ended_.empty() && options_.until_converged;
+  for (const std::string& sentence : lines_.take_complaints()) {
+    if (!stopped) event(sentence);
+  }
   for (StreamSample& sample : lines_.take()) {
     look_at(sample);
     use(sample);

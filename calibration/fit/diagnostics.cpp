@@ -171,26 +171,65 @@ Check check_held_out(const BlockErrors& errors, double strength_uT) {
                   held_out, 100.0 * share, rms(errors.fitted))};
 }
 
-Check check_halves(const Calibration& first, const Calibration& second) {
-  const auto mags = Eigen::Index(first.parameters.mag.size());
+namespace {
+
+// Of the magnetometers' parameters, each in standard deviations of the difference: 12 each.
+VectorXd apart(const Calibration& one, const Calibration& other) {
+  const auto mags = Eigen::Index(one.parameters.mag.size());
   VectorXd difference(12 * mags);
   for (Eigen::Index m = 0; m < mags; ++m) {
-    const MagnetometerParameters &a = first.parameters.mag[std::size_t(m)],
-                                 &b = second.parameters.mag[std::size_t(m)];
+    const MagnetometerParameters &a = one.parameters.mag[std::size_t(m)],
+                                 &b = other.parameters.mag[std::size_t(m)];
     difference.segment<9>(12 * m) = (a.distortion - b.distortion).reshaped();
     difference.segment<3>(12 * m + 9) = a.bias - b.bias;
   }
-  const MatrixXd P = first.covariance.block(6, 6, 12 * mags, 12 * mags) +
-                     second.covariance.block(6, 6, 12 * mags, 12 * mags);
-  const VectorXd z = difference.cwiseQuotient(P.diagonal().cwiseMax(1e-300).cwiseSqrt());
-  const double rms = std::sqrt(z.squaredNorm() / double(z.size()));
+  const MatrixXd P = one.covariance.block(6, 6, 12 * mags, 12 * mags) +
+                     other.covariance.block(6, 6, 12 * mags, 12 * mags);
+  return difference.cwiseQuotient(P.diagonal().cwiseMax(1e-300).cwiseSqrt());
+}
+
+double rms_of(const VectorXd& z) { return std::sqrt(z.squaredNorm() / double(z.size())); }
+
+}  // namespace
+
+Check check_halves(const Calibration& first, const Calibration& second) {
+  const VectorXd z = apart(first, second);
+  const double rms = rms_of(z);
   const CheckStatus status = grade_halves(rms);
   Check out{"halves", status, rms,
             fmt::format("Calibrated by themselves, the first and the second half {} ({:.1f} of "
                         "their standard deviations apart, root mean square).",
                         status == CheckStatus::kOk ? "agree" : "disagree", rms)};
+  const auto mags = Eigen::Index(first.parameters.mag.size());
   for (Eigen::Index m = 0; mags > 1 && m < mags; ++m) {
     out.of_magnetometers.push_back(std::sqrt(z.segment<12>(12 * m).squaredNorm() / 12.0));
+  }
+  return out;
+}
+
+std::optional<Check> check_recordings(const std::vector<std::optional<Calibration>>& each,
+                                      const std::vector<std::string>& names) {
+  std::optional<Check> out;
+  for (std::size_t a = 0; a < each.size(); ++a) {
+    for (std::size_t b = a + 1; b < each.size(); ++b) {
+      if (!each[a] || !each[b]) continue;
+      const double rms = rms_of(apart(*each[a], *each[b]));
+      if (out && rms <= out->value) continue;
+      const CheckStatus status = grade_halves(rms);
+      out = Check{"recordings", status, rms,
+                  status == CheckStatus::kOk
+                      ? fmt::format("Calibrated by themselves, the recordings agree ({:.1f} of "
+                                    "their standard deviations apart at the most, root mean "
+                                    "square).",
+                                    rms)
+                      : fmt::format("Calibrated by themselves, {} and {} disagree about the "
+                                    "magnetometer ({:.1f} of their standard deviations apart, root "
+                                    "mean square): the device or its place changed in between, or "
+                                    "something was near it in one of them. Calibrate each by "
+                                    "itself; `magimu diagnose` of the one `--against` the "
+                                    "calibration of the other tells what changed.",
+                                    names[a], names[b], rms)};
+    }
   }
   return out;
 }

@@ -36,6 +36,11 @@ Check check_held_out(const BlockErrors& errors, double strength_uT);
 // itself, by the uncertainty both report. value: root mean square in sigmas, 1 if both are right;
 // of an array also of each magnetometer.
 Check check_halves(const Calibration& first, const Calibration& second);
+// The same of whole recordings, each calibrated by itself, if it could be: the two that lie
+// farthest apart. Nothing where fewer than two could.
+std::optional<Check> check_recordings(const std::vector<std::optional<Calibration>>& each,
+                                      const std::vector<std::string>& names);
+
 // How a value of that check, in sigmas, is graded.
 CheckStatus grade_halves(double rms);
 

@@ -90,6 +90,13 @@ Recording StreamingCalibration::State::without_flagged(const Recording& raw) con
 }
 
 Calibration StreamingCalibration::State::finish() {
+  Calibration c = finish_as_asked();
+  // What whoever watched was told, whoever reads the file must know.
+  if (changed_) c.warnings.push_back(sentence(*changed_, samples_.all().mag_names));
+  return c;
+}
+
+Calibration StreamingCalibration::State::finish_as_asked() {
   samples_.finish();
   if (estimator_) take_windows();
   const Recording* const raw = samples_.raw();

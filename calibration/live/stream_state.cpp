@@ -192,9 +192,8 @@ StreamUpdate StreamingCalibration::State::collecting_update() {
       batch_.noise || batch_.motion == MotionModel::kRotation || longest_still_ > kStillEnough;
   const Guidance guidance = guide(turned_, upward(), rested);
   put(guidance, u);
-  for (const std::string& what : undetermined_) {
-    u.guidance += " Still undetermined: " + what + ".";
-  }
+  // Directions in numbers tell whoever holds the sensor nothing.
+  if (!undetermined_.empty()) u.guidance += " Not all is determined yet.";
   tell_news();
   std::swap(u.events, events_);
   return u;

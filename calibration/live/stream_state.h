@@ -32,6 +32,7 @@ class StreamingCalibration::State {
   bool save(ByteWriter& out) const;
   void load(ByteReader& in);
   Calibration finish();
+  Calibration finish_as_asked();
   void settle();
   double last_t() const { return samples_.last_t(); }
   long samples() const { return samples_.count(); }

@@ -11,6 +11,8 @@
 namespace magimu {
 namespace {
 
+constexpr double kOneStep = 1.5;  // steps: above one and below two
+
 // Squared densities of one axis at each sample, unit^2/Hz; empty: none. Errors are even over a
 // step, of variance step^2 / 12, and last as long as the reading stays within a step: a little
 // noise takes it to and fro between two, and leaves most of the error.
@@ -29,7 +31,7 @@ std::vector<double> squared_densities(const VectorSeries& series) {
         const double next = series.v[k + 1][axis];
         low = std::min(low, next);
         high = std::max(high, next);
-        if (high - low < 1.5 * (*step)[axis]) continue;
+        if (high - low < kOneStep * (*step)[axis]) continue;
         low = high = next;
       }
       const double lasted = series.t[last ? k : k + 1] - series.t[begin];

@@ -330,6 +330,8 @@ void judge_checks(Calibration& c) {
     if (check.status != CheckStatus::kBad || check.name == "optimum") continue;
     if (std::ranges::find(c.trust.reasons, check.sentence) != c.trust.reasons.end()) continue;
     c.trust.lower(check.name == "gain" ? Verdict::kNo : Verdict::kLimited, check.sentence);
+    // Of all that is wrong with a calibration of two devices it is the cause.
+    if (check.name == "recordings") std::ranges::rotate(c.trust.reasons, c.trust.reasons.end() - 1);
   }
 }
 

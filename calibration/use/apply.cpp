@@ -85,13 +85,15 @@ void move_times(const Calibration& c, const ApplyOptions& options, Applied& out)
     if (lag == 0.0) continue;
     const std::string name = c.mag_names[m];
     if (!options.move_mag_times) {
-      out.not_applied.push_back(fmt::format(
-          "{} lags by {:.6g} s: its samples keep their times, as asked for", name, lag));
+      out.not_applied.push_back(
+          fmt::format("{} {} by {:.6g} s: its samples keep their times, as asked for", name,
+                      lag > 0.0 ? "lags" : "is ahead", std::abs(lag)));
       continue;
     }
     for (double& t : out.recording.mag[m].t) t = moved(t, lag);
-    out.formulas.push_back(fmt::format(
-        "t of {0}_cal = t of {0} - {1:.6g} s (it lags), in rows of their own", name, lag));
+    out.formulas.push_back(
+        fmt::format("t of {0}_cal = t of {0} {1} {2:.6g} s (it {3}), in rows of their own", name,
+                    lag > 0.0 ? "-" : "+", std::abs(lag), lag > 0.0 ? "lags" : "is ahead"));
   }
 }
 

@@ -106,8 +106,10 @@ std::vector<std::string> lost_effects(const Calibration& c, const Carries& carri
   for (const ActiveEffect& effect : c.effects) {
     if (effect.name == "mag_time_offset") {
       for (std::size_t m = 0; m < c.mag_names.size() && !carries.lag; ++m) {
-        out.push_back(fmt::format("{} lags the gyroscope by {:.4f} s in the recording.",
-                                  c.mag_names[m], mag_lag_s(c, m)));
+        const double lag = mag_lag_s(c, m);
+        out.push_back(fmt::format("{} {} the gyroscope by {:.4f} s in the recording.",
+                                  c.mag_names[m], lag < 0.0 ? "is ahead of" : "lags",
+                                  std::abs(lag)));
       }
     } else if (effect.name == "gyro_scale_misalignment") {
       if (carries.matrices) continue;

@@ -199,8 +199,12 @@ Exported export_px4(const Calibration& c, const ExportOptions& options) {
         "an IMU mounted along the vehicle.");
   }
   for (std::size_t m = 0; m < c.mag_names.size() && mag_lag_s(c, m) != 0.0; ++m) {
-    head.push_back(fmt::format("EKF2_MAG_DELAY is the place for a lag; this one is {:.1f} ms.",
-                               1e3 * mag_lag_s(c, m)));
+    const double lag_ms = 1e3 * mag_lag_s(c, m);
+    head.push_back(fmt::format(
+        "EKF2_MAG_DELAY is the place for a lag; {}",
+        lag_ms > 0.0 ? fmt::format("this one is {:.1f} ms.", lag_ms)
+                     : fmt::format("this magnetometer is {:.1f} ms ahead, for which it has none.",
+                                   -lag_ms)));
   }
   Parameters p(true);
   const std::size_t mags = options.writes("mag") ? std::min(kPx4Mags, c.mag_names.size()) : 0;

@@ -7,10 +7,13 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
+#include <optional>
 
 #include "diagnosis/compare/calibration_difference.h"
 #include "diagnosis/compare/change_text.h"
+#include "diagnosis/held/held_model.h"
 #include "diagnosis/result/sentence_words.h"
+#include "factors/effects/change.h"
 #include "graph/decompositions.h"
 #include "recording/data/error.h"
 
@@ -38,6 +41,14 @@ double p_robust(double statistic, double dof, double blocks) {
   return boost::math::cdf(boost::math::complement(boost::math::fisher_f(dof, left), f));
 }
 
+// The statistic that p_robust() gives this level.
+double robust_critical(double level, double dof, double blocks) {
+  const double left = std::max(2.0, blocks - dof);
+  const double f =
+      boost::math::quantile(boost::math::complement(boost::math::fisher_f(dof, left), level));
+  return f * dof * std::max(1.0, blocks - 1.0) / left;
+}
+
 Change judged(const Difference& difference, int blocks, double level, double excess) {
   const auto dof = double(difference.d.size());
   Change c{.group = difference.group, .dof = int(difference.d.size()), .unit = difference.unit};
@@ -47,17 +58,18 @@ Change judged(const Difference& difference, int blocks, double level, double exc
   c.p_value = std::max(pw, pr);
   c.statistic = pr >= pw ? robust : white;
   c.changed = c.p_value < level;
-  double widest = 0.0;
-  for (Eigen::Index i = 0; i < difference.d.size(); ++i) {
-    const double sigma =
-        std::sqrt(excess * std::max(difference.robust(i, i), difference.model(i, i)));
-    widest = std::max(widest, sigma);
-    c.parameters.push_back(
-        {difference.names[std::size_t(i)], difference.d[i], sigma, difference.unit});
-  }
-  const double critical =
+  // Both tests must see it; nine times out of ten they do at 1.28 sigmas more.
+  const double white_critical =
       boost::math::quantile(boost::math::complement(boost::math::chi_squared(dof), level));
-  c.smallest = widest * (std::sqrt(critical) + 1.28);  // 1.28: nine times out of ten
+  const double of_white = std::sqrt(white_critical) + 1.28,
+               of_robust = std::sqrt(robust_critical(level, dof, blocks)) + 1.28;
+  for (Eigen::Index i = 0; i < difference.d.size(); ++i) {
+    const double robust_sigma = std::sqrt(excess * difference.robust(i, i)),
+                 white_sigma = std::sqrt(excess * difference.model(i, i));
+    c.smallest = std::max({c.smallest, of_robust * robust_sigma, of_white * white_sigma});
+    c.parameters.push_back({difference.names[std::size_t(i)], difference.d[i],
+                            std::max(robust_sigma, white_sigma), difference.unit});
+  }
   c.sentence = change_sentence(c);
   return c;
 }
@@ -88,6 +100,40 @@ Excess excess_of_halves(const std::vector<const Recording*>& recordings,
     out[d.group] = wald(d.d, d.robust) / double(d.d.size());
   }
   return out;
+}
+
+int blocks_of(const std::vector<const Recording*>& recordings) {
+  double duration = 0.0;
+  for (const Recording* r : recordings) duration += r->duration_s();
+  return std::max(1, int(duration / kRobustBlock));
+}
+
+// "hard iron change from 30 s on"
+std::string when_changed(const Finding& f) {
+  std::string out = effect_words(f.effect);
+  for (const FoundParameter& p : f.parameters) {
+    if (!std::isfinite(p.value)) continue;
+    if (p.name == "t0") out += fmt::format(" from {:.5g} s on", p.value);
+    if (p.name == "t1") out += fmt::format(" until {:.5g} s", p.value);
+  }
+  return out;
+}
+
+// The calibration while a change of a bias lasts; nothing of other changes.
+std::optional<Calibration> while_it_lasts(const Calibration& outside, const Finding& f) {
+  Calibration inside = outside;
+  Vector3* const bias = f.effect == "hard_iron_change"   ? &inside.parameters.mag.front().bias
+                        : f.effect == "gyro_bias_change" ? &inside.parameters.gyr_bias
+                        : f.effect == "acc_bias_change"  ? &inside.parameters.acc_bias
+                                                         : nullptr;
+  if (bias == nullptr) return std::nullopt;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto p =
+        std::ranges::find(f.parameters, fmt::format("s[{}]", axis), &FoundParameter::name);
+    if (p == f.parameters.end()) return std::nullopt;
+    (*bias)[axis] += p->value;
+  }
+  return inside;
 }
 
 }  // namespace
@@ -129,9 +175,7 @@ Against compare_with(const Calibration& stored, const std::string& stored_name,
   options.mag_time_offset = has("mag_time_offset");
   options.gyr_matrix = has("gyro_scale_misalignment") && is_moved(stored.motion);
   const Calibration now = calibrate(recordings, options);
-  double duration = 0.0;
-  for (const Recording* r : recordings) duration += r->duration_s();
-  const int blocks = std::max(1, int(duration / kRobustBlock));
+  const int blocks = blocks_of(recordings);
   Against out = compare_calibrations(stored, now, blocks, given.false_alarm_rate);
   if (out.changed()) {
     out = compare_calibrations(stored, now, blocks, given.false_alarm_rate,
@@ -146,6 +190,7 @@ Against compare_with(const Calibration& stored, const std::string& stored_name,
   };
   note_trust(stored, "stored");
   note_trust(now, "new");
+  out.told = now.trust.verdict != Verdict::kNo;
   for (const ActiveEffect& e : stored.effects) {
     if (e.name == "mag_time_offset" || e.name == "gyro_scale_misalignment") continue;
     out.notes.push_back(fmt::format(
@@ -156,6 +201,37 @@ Against compare_with(const Calibration& stored, const std::string& stored_name,
     out.notes.push_back("Dips are compared between single recordings only.");
   }
   return out;
+}
+
+void compare_beside_causes(const Calibration& stored,
+                           const std::vector<const Recording*>& recordings, const Diagnosis& d,
+                           Against& out) {
+  std::vector<const Finding*> changes;
+  for (const Finding& f : d.findings) {
+    if (is_change(f.effect)) changes.push_back(&f);
+  }
+  const int blocks = blocks_of(recordings);
+  if (!changes.empty() && d.after.fit.converged()) {
+    Against outside = compare_calibrations(stored, d.after, blocks, d.false_alarm_rate);
+    if (outside.tested) {
+      out.groups = std::move(outside.groups);
+      out.tested = out.told = true;
+      out.notes.clear();
+      for (const Finding* f : changes) out.within.push_back(when_changed(*f));
+    }
+  }
+  if (out.within.size() == 1) {
+    if (const auto inside = while_it_lasts(d.after, *changes.front())) {
+      const Against then = compare_calibrations(stored, *inside, blocks, d.false_alarm_rate);
+      out.inside_fits = then.tested && !then.changed();
+    }
+  }
+  for (const Finding& f : d.findings) {
+    if (!belongs_to_recording(f.effect) || (is_change(f.effect) && !out.within.empty())) continue;
+    out.notes.push_back(fmt::format(
+        "The cause \"{}\" was found in these recordings; the comparison does not know of it.",
+        effect_words(f.effect)));
+  }
 }
 
 }  // namespace magimu

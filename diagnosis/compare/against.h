@@ -40,4 +40,11 @@ using Excess = std::map<std::string, double>;
 Against compare_calibrations(const Calibration& stored, const Calibration& now, int blocks,
                              double false_alarm_rate, const Excess& excess = {});
 
+// Where changes were found within the recordings themselves (d.findings), a calibration of them as
+// of one device says nothing: compares with d.after, which holds outside of the changes, instead.
+// Other causes that belong to the recordings are noted. recordings: as given to compare_with().
+void compare_beside_causes(const Calibration& stored,
+                           const std::vector<const Recording*>& recordings, const Diagnosis& d,
+                           Against& out);
+
 }  // namespace magimu

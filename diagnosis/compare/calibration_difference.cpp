@@ -95,7 +95,10 @@ void add_distortion(const Calibration& a, const Calibration& b, std::size_t m,
   };
   add("soft_iron", 4, 5, 100.0, "%", {"xx", "yy", "xy", "xz", "yz"});
   add("mounting", 1, 3, 1.0 / kDegree, "deg", {"x", "y", "z"});
-  add("field_strength", 0, 1, std::cbrt(old.determinant()), "uT", {"strength"});
+  // From the logarithm to the strength itself.
+  const double before = std::cbrt(old.determinant()), after = before * std::exp(parts[0]);
+  add("field_strength", 0, 1, after, "uT", {"strength"});
+  out.back().d[0] = after - before;
 }
 
 }  // namespace

@@ -185,6 +185,11 @@ struct Against {
   bool tested = false;
   std::vector<Change> groups = {};
   std::vector<std::string> notes = {};  // what could not be compared, and why
+  // Changes within the recordings ("hard iron change from 30.0 s on"): the groups compare what held
+  // outside of them. inside_fits: the calibration holds while they last.
+  std::vector<std::string> within = {};
+  bool inside_fits = false;
+  bool told = true;  // false: by themselves the recordings permit no calibration to compare with
   bool changed() const;
 };
 

@@ -151,6 +151,9 @@ Json against(const Against& a) {
   return {{"calibration", a.calibration},
           {"tested", a.tested},
           {"changed", a.changed()},
+          {"told", a.told},
+          {"changes_within", a.within},
+          {"fits_within", a.inside_fits},
           {"groups", groups},
           {"notes", a.notes}};
 }

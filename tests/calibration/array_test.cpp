@@ -143,5 +143,21 @@ TEST(Array, has_a_file_with_an_entry_for_each_and_covariances_in_blocks) {
   EXPECT_LT((whole.covariance - c.covariance).norm(), 1e-8 * c.covariance.norm());
 }
 
+// One may die, or be switched on, in mid-recording: halves have nothing of it then.
+TEST(Array, with_a_magnetometer_that_reads_in_one_half_only_is_calibrated) {
+  for (const bool early : {true, false}) {
+    Simulation s = simulated_array(3, 5, 50.0);
+    VectorSeries& mag = s.recording.mag[1];
+    VectorSeries half;
+    for (std::size_t k = 0; k < mag.size(); ++k) {
+      if ((mag.t[k] < 20.0) == early) half.push_back(mag.t[k], mag.v[k]);
+    }
+    mag = half;
+    const Calibration c = calibrate(s.recording);
+    EXPECT_TRUE(c.fit.converged());
+    EXPECT_LT(nees_of(c, s, 0), 40.0);
+  }
+}
+
 }  // namespace
 }  // namespace magimu

@@ -35,8 +35,11 @@ constexpr double kForAbsence = 4.0;
 // Rows of slower sensors are late by less than kLate. After a gap of kOtherPart, or a reset, a new
 // part begins.
 constexpr double kLate = 1.0, kOtherPart = kPartGap - 1.0;  // s
-constexpr double kDipKnown = 5.0;  // standard deviations from 0 of a dip whose sign is known
-constexpr double kNearby = 1.0;    // s: a fault so near to a window may explain it
+// s without a sample, or turning with none that is new, and times the longest such time before.
+constexpr double kSilent = 2.0, kSilentBefore = 3.0;
+constexpr double kTurnsFast = 0.2;  // rad/s
+constexpr double kDipKnown = 5.0;   // standard deviations from 0 of a dip whose sign is known
+constexpr double kNearby = 1.0;     // s: a fault so near to a window may explain it
 
 bool has_place(const Issue& issue) { return issue.begin_s != 0.0 || issue.end_s != 0.0; }
 
@@ -122,7 +125,9 @@ void LiveChecks::add(const StreamSample& sample) {
     begin_s_ = latest_s_ = sample.t;
     in_part_ = since_look_ = 0;
     next_look_ = 0;
+    heard_.clear();
   }
+  listen(sample);
   samples_.push_back(sample);
   latest_s_ = std::max(latest_s_, sample.t);
   ++in_part_;
@@ -132,6 +137,40 @@ void LiveChecks::add(const StreamSample& sample) {
     samples_.pop_front();
   }
   if (due()) look();
+}
+
+void LiveChecks::listen(const StreamSample& sample) {
+  if (heard_.empty()) heard_.resize(2 + options_.mag_names.size());
+  const bool turns = sample.gyr && sample.gyr->norm() > kTurnsFast;
+  const double turned_s = turns ? std::clamp(sample.t - latest_s_, 0.0, kLate) : 0.0;
+  listen_to("acc", sample.acc, sample.t, turned_s, heard_[0]);
+  listen_to("gyr", sample.gyr, sample.t, 0.0, heard_[1]);  // one that hangs cannot testify
+  for (std::size_t m = 0; m < std::min(sample.mag.size(), options_.mag_names.size()); ++m) {
+    listen_to(options_.mag_names[m], sample.mag[m], sample.t, turned_s, heard_[2 + m]);
+  }
+}
+
+void LiveChecks::listen_to(const std::string& name, const std::optional<Vector3>& value, double t,
+                           double turned_s, Heard& heard) {
+  const bool first = !heard.value && value;
+  const bool is_new = value && (first || *value != *heard.value);
+  heard.turned_s += turned_s;
+  if (value) heard.last_s = t;
+  if (is_new) {
+    if (heard.told) news_.push_back(fmt::format("{} measures again, from {:.1f} s on.", name, t));
+    if (!first) heard.longest_s = std::max(heard.longest_s, t - heard.new_s);
+    heard = {t, t, heard.told ? 0.0 : heard.longest_s, 0.0, value, false};
+    return;
+  }
+  if (!heard.value || heard.told) return;
+  const double enough = std::max(kSilent, kSilentBefore * heard.longest_s);
+  const bool is_silent = t - heard.last_s > enough, hangs = heard.turned_s > enough;
+  if (!is_silent && !hangs) return;
+  heard.told = true;
+  news_.push_back(fmt::format(
+      "{} has {} since {:.1f} s, while the other sensors go on: look at the board and its wires. "
+      "What was collected until then stays.",
+      name, is_silent ? "given no samples" : "repeated one reading", heard.new_s));
 }
 
 bool LiveChecks::due() const {

@@ -2,9 +2,10 @@
 // What `magimu info` would say of a recording, said of a stream while it runs: units, axes, clipped
 // and hung sensors, gaps, rates. The samples of the last minute are looked at as a recording, by
 // the same checks (recording/checks/quality.h, mounting.h), eleven times in the first 30 s (kLooks
-// in live_checks.cpp) and then every 30 s. A fault is said once, and once more where it has become
-// graver; one that
-// the first seconds suggested and the same seconds with more behind them do not is taken back.
+// in live_checks.cpp) and then every 30 s. A sensor that falls silent while the others go on, or
+// hangs while they turn, is told within 2 s. A fault is said once, and once more where it has
+// become graver; one that the first seconds suggested and the same seconds with more behind them do
+// not is taken back.
 //
 //   LiveChecks checks({"mag"});
 //   checks.add(sample);
@@ -74,7 +75,19 @@ class LiveChecks {
     double first_s = 0.0;  // s: time of the first sample of those in which it was seen
   };
 
+  // What was heard of one sensor, and how long it has turned since then.
+  struct Heard {
+    double last_s = 0.0, new_s = 0.0;  // of its last sample, and of the last that was another
+    double longest_s = 0.0;            // between two new ones
+    double turned_s = 0.0;             // since the last new one
+    std::optional<Vector3> value = {};
+    bool told = false;
+  };
+
   bool due() const;
+  void listen(const StreamSample& sample);
+  void listen_to(const std::string& name, const std::optional<Vector3>& value, double t,
+                 double turned_s, Heard& heard);
   Recording piece() const;
   std::vector<Issue> issues_in(const Recording& piece);
   std::vector<Issue> axes_issues() const;
@@ -89,6 +102,7 @@ class LiveChecks {
   std::size_t next_look_ = 0;
   Mounting mounting_;              // as last looked at
   std::optional<double> dip_rad_;  // of an estimate that is sure of its sign
+  std::vector<Heard> heard_;       // accelerometer, gyroscope, magnetometers
   std::vector<Found> found_;
   std::vector<Issue> issues_;  // of found_, the gravest first
   std::vector<std::string> news_;

@@ -19,7 +19,8 @@ constexpr double kStampPause = 4.5;  // mean intervals
 constexpr double kHardlyTwos =
     0.1;  // of intervals of one step: twos between them may be lost samples
 constexpr double kOddInARow =
-    10.0;  // intervals of the rarer length in a row that one clock explains
+    10.0;                          // intervals of the rarer length in a row that one clock explains
+constexpr double kOfChance = 0.3;  // of so many pairs of lost samples as chance makes
 constexpr double kStampSlack = 1.02;  // of a step: stamps' own rounding
 
 // Samples first <= i < end.
@@ -119,12 +120,13 @@ std::optional<RoundedTimes> rounded_times(const std::vector<double>& t) {
 
   // Two neighbouring lengths, the commoner one first.
   const double low = std::floor(mean / out.step_s + kWholeSteps);
-  double shorter = 0.0, longer = 0.0, less = 0.0;
+  double shorter = 0.0, longer = 0.0, less = 0.0, longest = 0.0;
   for (std::size_t i = 1; i < t.size(); ++i) {
     const double steps = std::round((t[i] - t[i - 1]) / out.step_s);
     less += steps < low ? 1.0 : 0.0;
     shorter += steps == low ? 1.0 : 0.0;
     longer += steps == low + 1.0 ? 1.0 : 0.0;
+    longest += steps == low + 2.0 ? 1.0 : 0.0;
   }
   const double rarer = std::min(shorter, longer);
   if (rarer < kOddInARow) return std::nullopt;  // even as they are
@@ -143,7 +145,13 @@ std::optional<RoundedTimes> rounded_times(const std::vector<double>& t) {
     split(t, h, out.step_s, runs, begins);
     if (pass == 0) h = common_interval(t, runs);
   }
-  if (!(h > 0.0) || double(runs.size() - whole.size()) * kOddInARow > rarer) return out;
+  if (!(h > 0.0) || double(runs.size() - whole.size()) * kOddInARow > rarer) {
+    // Of samples that are lost at random as many are lost two in a row as chance makes them; no
+    // clock that is rounded makes three steps of one and two.
+    const bool lost = low == 1.0 && less == 0.0 &&
+                      longest > kOfChance * longer * longer / shorter && longer < shorter;
+    return lost ? std::nullopt : std::optional(out);
+  }
   out.rate_hz = 1.0 / h;
   out.t.reserve(t.size());
   for (std::size_t r = 0; r < runs.size(); ++r) {

@@ -161,6 +161,31 @@ TEST(Against, a_calibration_that_leaves_something_open_cannot_be_compared) {
   EXPECT_THAT(a.notes.front(), HasSubstr("rotation about the vertical"));
 }
 
+// A calibration of all of it would be of no device: half of it has the magnet.
+TEST(Against, a_change_within_the_recordings_is_no_sign_that_nothing_changed) {
+  for (const bool was_there : {false, true}) {
+    const oracle::Options first = first_options(3);
+    oracle::Options o = first;
+    o.seed = first.seed + 2000;
+    o.device = oracle::simulate(first).truth.device;
+    Recording recording = oracle::simulate(o).recording;
+    VectorSeries& mag = recording.mag.front();
+    for (std::size_t k = 0; k < mag.size(); ++k) {
+      if ((mag.t[k] > 40.0) != was_there) mag.v[k] += Vector3(1.5, -4.0, 2.0);
+    }
+    DiagnosisOptions options;
+    options.against = stored(first);
+    options.against_name = "cal.json";
+    options.motion = MotionModel::kRotation;
+    const Diagnosis d = diagnose(recording, options);
+    ASSERT_TRUE(d.against);
+    EXPECT_THAT(d.against->within, testing::ElementsAre(HasSubstr("hard iron change")));
+    // It holds on one side of the change: outside of it, or inside, as the change was found.
+    EXPECT_TRUE(!d.against->changed() || d.against->inside_fits);
+    if (d.against->changed()) EXPECT_EQ(changed_groups(*d.against), "hard_iron");
+  }
+}
+
 TEST(StoredModel, has_the_stored_effects_with_their_sizes) {
   oracle::Options o = first_options(12);
   o.effects = {oracle::make_effect("mag_time_offset", {0.012})};

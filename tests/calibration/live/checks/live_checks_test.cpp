@@ -296,5 +296,39 @@ TEST(LiveChecks, rows_of_slower_sensors_may_be_late) {
   EXPECT_EQ(checks.issues().front().kind, "unit");
 }
 
+TEST(SilentSensor, is_told_within_seconds_and_so_is_its_return) {
+  for (const std::size_t sensor : {0u, 1u, 2u}) {
+    Recording r = hand(11, 60.0);
+    VectorSeries& silent = sensor == 0 ? r.acc : sensor == 1 ? r.gyr : r.mag[0];
+    VectorSeries left;
+    for (std::size_t k = 0; k < silent.size(); ++k) {
+      if (silent.t[k] < 20.0 || silent.t[k] > 30.0) left.push_back(silent.t[k], silent.v[k]);
+    }
+    silent = left;
+    const std::string name = sensor == 0 ? "acc" : sensor == 1 ? "gyr" : "mag";
+    double told = 0.0, back = 0.0;
+    for (const Said& said : said_of(r)) {
+      if (said.sentence.starts_with(name + " has given no samples since 20.0 s")) told = said.t;
+      if (said.sentence.starts_with(name + " measures again")) back = said.t;
+    }
+    EXPECT_NEAR(told, 22.0, 0.5) << name;
+    EXPECT_NEAR(back, 30.0, 0.5) << name;
+  }
+}
+
+TEST(SilentSensor, may_repeat_one_reading_while_the_others_turn) {
+  Recording r = hand(12, 60.0);
+  VectorSeries& mag = r.mag[0];
+  for (std::size_t k = 1; k < mag.size(); ++k) {
+    if (mag.t[k] > 20.0) mag.v[k] = mag.v[k - 1];
+  }
+  double told = 0.0;
+  for (const Said& said : said_of(r)) {
+    if (said.sentence.starts_with("mag has repeated one reading since 20.0 s")) told = said.t;
+  }
+  EXPECT_GT(told, 21.9);
+  EXPECT_LT(told, 27.0);
+}
+
 }  // namespace
 }  // namespace magimu

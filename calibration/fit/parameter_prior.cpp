@@ -340,6 +340,15 @@ double take_prior(Calibration& c, const LinearPrior& all, int blocks) {
   const double cost = 0.5 * (Whitening(c.covariance_model).W.transpose() * shift).squaredNorm();
   const MatrixXd before = c.covariance;
   set_parameters(c, estimate + shift);
+  // The step is linear: where a motion tells next to nothing it may lead to a magnetometer that
+  // reads the opposite.
+  const bool is_opposite = std::ranges::any_of(
+      c.parameters.mag, [](const auto& mag) { return !(mag.distortion.determinant() > 0.0); });
+  if (is_opposite) {
+    set_parameters(c, estimate);
+    c.prior = {};
+    return 0.0;
+  }
   c.covariance_model = updated(c.covariance_model, K, prior);
   c.covariance = updated(before, K, prior);
   count_common(c, K, prior);

@@ -51,6 +51,8 @@ TEST_P(LyingStill, has_no_cause) {
     EXPECT_EQ(d.answer, Answer::kNone);
     EXPECT_THAT(d.findings, testing::IsEmpty()) << d.findings.front().effect;
     EXPECT_EQ(d.before.trust.verdict, Verdict::kNo);
+    EXPECT_GT(d.before.parameters.mag[0].distortion.determinant(), 0.0);
+    EXPECT_GT(d.before.strength_uT, 0.0);
     EXPECT_THAT(d.before.trust.reasons.front(), testing::HasSubstr("The sensor hardly turned"));
   }
 }

@@ -136,8 +136,7 @@ TEST(Against, another_place_is_strength_and_dip) {
     d.dip_rad -= 3.0 * kDegree;
   });
   EXPECT_EQ(changed_groups(a), "field_strength, dip");
-  EXPECT_NEAR(group(a, "field_strength").parameters[0].value, std::log(1.05) * strength,
-              4.0 * group(a, "field_strength").parameters[0].sigma + 1e-3);
+  expect_sizes(group(a, "field_strength"), {0.05 * strength});
   expect_sizes(group(a, "dip"), {-3.0});
 }
 
@@ -182,7 +181,7 @@ TEST(Against, a_change_within_the_recordings_is_no_sign_that_nothing_changed) {
     EXPECT_THAT(d.against->within, testing::ElementsAre(HasSubstr("hard iron change")));
     // It holds on one side of the change: outside of it, or inside, as the change was found.
     EXPECT_TRUE(!d.against->changed() || d.against->inside_fits);
-    if (d.against->changed()) EXPECT_EQ(changed_groups(*d.against), "hard_iron");
+    EXPECT_THAT(changed_groups(*d.against), testing::AnyOf("", "hard_iron"));
   }
 }
 

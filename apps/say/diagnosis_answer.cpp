@@ -247,11 +247,9 @@ std::string against_headline(const Against& a) {
           "change is seen.",
           a.calibration, what);
     }
-    if (a.inside_fits) {
-      return fmt::format(
-          "{} predicts a part of these recordings only, as long as this lasts: {}. Outside of it "
-          "this is another: {}.",
-          a.calibration, what, changed);
+    if (!a.fits_only.empty()) {
+      return fmt::format("{} predicts these recordings {} only. Otherwise this is another: {}.",
+                         a.calibration, a.fits_only, changed);
     }
     return fmt::format(
         "{} no longer predicts these recordings. What has changed: {}; and something changed "

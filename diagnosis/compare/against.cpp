@@ -108,13 +108,14 @@ int blocks_of(const std::vector<const Recording*>& recordings) {
   return std::max(1, int(duration / kRobustBlock));
 }
 
-// "hard iron change from 30 s on"
+// "from 30 s on until 35 s"
 std::string when_changed(const Finding& f) {
-  std::string out = effect_words(f.effect);
+  std::string out;
   for (const FoundParameter& p : f.parameters) {
     if (!std::isfinite(p.value)) continue;
-    if (p.name == "t0") out += fmt::format(" from {:.5g} s on", p.value);
-    if (p.name == "t1") out += fmt::format(" until {:.5g} s", p.value);
+    const char* const blank = out.empty() ? "" : " ";
+    if (p.name == "t0") out += fmt::format("{}from {:.5g} s on", blank, p.value);
+    if (p.name == "t1") out += fmt::format("{}until {:.5g} s", blank, p.value);
   }
   return out;
 }
@@ -217,13 +218,15 @@ void compare_beside_causes(const Calibration& stored,
       out.groups = std::move(outside.groups);
       out.tested = out.told = true;
       out.notes.clear();
-      for (const Finding* f : changes) out.within.push_back(when_changed(*f));
+      for (const Finding* f : changes) {
+        out.within.push_back(fmt::format("{} {}", effect_words(f->effect), when_changed(*f)));
+      }
     }
   }
   if (out.within.size() == 1) {
     if (const auto inside = while_it_lasts(d.after, *changes.front())) {
       const Against then = compare_calibrations(stored, *inside, blocks, d.false_alarm_rate);
-      out.inside_fits = then.tested && !then.changed();
+      if (then.tested && !then.changed()) out.fits_only = when_changed(*changes.front());
     }
   }
   for (const Finding& f : d.findings) {

@@ -186,9 +186,10 @@ struct Against {
   std::vector<Change> groups = {};
   std::vector<std::string> notes = {};  // what could not be compared, and why
   // Changes within the recordings ("hard iron change from 30.0 s on"): the groups compare what held
-  // outside of them. inside_fits: the calibration holds while they last.
+  // outside of them. fits_only: when the calibration holds, where that is as long as the one change
+  // lasts ("from 30.0 s on").
   std::vector<std::string> within = {};
-  bool inside_fits = false;
+  std::string fits_only = {};
   bool told = true;  // false: by themselves the recordings permit no calibration to compare with
   bool changed() const;
 };

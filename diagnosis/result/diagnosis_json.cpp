@@ -153,7 +153,7 @@ Json against(const Against& a) {
           {"changed", a.changed()},
           {"told", a.told},
           {"changes_within", a.within},
-          {"fits_within", a.inside_fits},
+          {"fits_only", a.fits_only},
           {"groups", groups},
           {"notes", a.notes}};
 }

@@ -242,7 +242,8 @@ std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gy
                       "the sensor or its bus hung: leave such samples out, or record again"});
   }
   // An axis in coarse steps stands still, too, while it changes slowly.
-  const bool slow = (dead_band && sensor.series == &gyr) || coarse_steps(s);
+  const bool coarse = !sensor.is_mag() && coarse_steps(s);
+  const bool slow = coarse || (dead_band && sensor.series == &gyr);
   for (int axis = 0; axis < 3 && issues.empty() && !slow; ++axis) {
     if (auto stuck = stuck_axis(sensor, axis)) issues.push_back(std::move(*stuck));
   }

@@ -15,8 +15,19 @@ constexpr double kFewSteps = 2.5;         // of an axis that changes slowly ther
 // Share of such stretches: noise of 0.3 steps leaves so many steady, and a sixth of what rounding
 // does to the mean of slow readings.
 constexpr double kSteady = 0.33;
+constexpr double kManySteps = 10.0;
 constexpr double kOnStep = 0.1;       // steps: from a multiple of the step, by rounding of numbers
 constexpr double kSameNumber = 1e-9;  // of the largest reading
+
+// Has any axis gone over so many steps? Of a sensor that lies still they are not told.
+bool goes_far(const VectorSeries& s, const Vector3& step) {
+  Vector3 low = s.v.front(), high = low;
+  for (const Vector3& v : s.v) {
+    low = low.cwiseMin(v);
+    high = high.cwiseMax(v);
+  }
+  return ((high - low).array() > kManySteps * step.array() && step.array() > 0.0).any();
+}
 
 double largest(const VectorSeries& s) {
   double out = 0.0;
@@ -45,9 +56,11 @@ std::optional<Vector3> steps_of(const VectorSeries& s, double same) {
 
 // Of stretches in which an axis changes by a few steps at the most.
 struct SlowStretches {
-  int all = 0, steady = 0;  // there and on, where noise goes to and fro
-  int alone = 0,
-      together = 0;  // changes of one axis; of several, as of a sensor that is read twice
+  int changes = 0;  // of all axes
+  // Stretches; those without more changes than steps: noise goes to and fro.
+  int all = 0, steady = 0;
+  // Changes of one axis; of several at once, as of a sensor that is read twice.
+  int alone = 0, together = 0;
 };
 
 void look_at(const VectorSeries& s, std::size_t begin, const Vector3& step, double same,
@@ -67,6 +80,7 @@ void look_at(const VectorSeries& s, std::size_t begin, const Vector3& step, doub
   for (int axis = 0; axis < 3; ++axis) {
     if (step[axis] == 0.0 || high[axis] - low[axis] > kFewSteps * step[axis]) continue;
     ++slow;
+    out.changes += changes[axis];
     out.steady += changes[axis] <= int(kFewSteps) ? 1 : 0;
   }
   out.all += slow;
@@ -78,14 +92,15 @@ void look_at(const VectorSeries& s, std::size_t begin, const Vector3& step, doub
 }  // namespace
 
 std::optional<Vector3> coarse_steps(const VectorSeries& series) {
+  if (series.size() < kSlowStretch) return std::nullopt;
   const double same = kSameNumber * largest(series);
   const std::optional<Vector3> step = steps_of(series, same);
-  if (!step || step->isZero(0.0)) return std::nullopt;
+  if (!step || !goes_far(series, *step)) return std::nullopt;
   SlowStretches slow;
   for (std::size_t k = 0; k + kSlowStretch <= series.size(); k += kSlowStretch) {
     look_at(series, k, *step, same, slow);
   }
-  const bool coarse = slow.all >= int(kFewestToJudge) && slow.steady > kSteady * slow.all &&
+  const bool coarse = slow.changes >= int(kFewestToJudge) && slow.steady > kSteady * slow.all &&
                       slow.alone >= slow.together;
   return coarse ? step : std::nullopt;
 }

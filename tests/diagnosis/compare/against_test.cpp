@@ -180,7 +180,7 @@ TEST(Against, a_change_within_the_recordings_is_no_sign_that_nothing_changed) {
     ASSERT_TRUE(d.against);
     EXPECT_THAT(d.against->within, testing::ElementsAre(HasSubstr("hard iron change")));
     // It holds on one side of the change: outside of it, or inside, as the change was found.
-    EXPECT_TRUE(!d.against->changed() || d.against->inside_fits);
+    EXPECT_EQ(d.against->changed(), !d.against->fits_only.empty());
     EXPECT_THAT(changed_groups(*d.against), testing::AnyOf("", "hard_iron"));
   }
 }

@@ -141,36 +141,35 @@ void LiveChecks::add(const StreamSample& sample) {
 
 void LiveChecks::listen(const StreamSample& sample) {
   if (heard_.empty()) heard_.resize(2 + options_.mag_names.size());
+  const double elapsed_s = std::clamp(sample.t - latest_s_, 0.0, kLate);
   const bool turns = sample.gyr && sample.gyr->norm() > kTurnsFast;
-  const double turned_s = turns ? std::clamp(sample.t - latest_s_, 0.0, kLate) : 0.0;
-  listen_to("acc", sample.acc, sample.t, turned_s, heard_[0]);
-  listen_to("gyr", sample.gyr, sample.t, 0.0, heard_[1]);  // one that hangs cannot testify
+  const double turned_s = turns ? elapsed_s : 0.0;
+  listen_to("acc", sample.acc, sample.t, elapsed_s, turned_s, heard_[0]);
+  listen_to("gyr", sample.gyr, sample.t, elapsed_s, 0.0, heard_[1]);  // a hung one cannot testify
   for (std::size_t m = 0; m < std::min(sample.mag.size(), options_.mag_names.size()); ++m) {
-    listen_to(options_.mag_names[m], sample.mag[m], sample.t, turned_s, heard_[2 + m]);
+    listen_to(options_.mag_names[m], sample.mag[m], sample.t, elapsed_s, turned_s, heard_[2 + m]);
   }
 }
 
 void LiveChecks::listen_to(const std::string& name, const std::optional<Vector3>& value, double t,
-                           double turned_s, Heard& heard) {
-  const bool first = !heard.value && value;
-  const bool is_new = value && (first || *value != *heard.value);
-  heard.turned_s += turned_s;
-  if (value) heard.last_s = t;
-  if (is_new) {
+                           double elapsed_s, double turned_s, Heard& heard) {
+  if (value && (!heard.value || *value != *heard.value)) {
     if (heard.told) news_.push_back(fmt::format("{} measures again, from {:.1f} s on.", name, t));
-    if (!first) heard.longest_s = std::max(heard.longest_s, t - heard.new_s);
-    heard = {t, t, heard.told ? 0.0 : heard.longest_s, 0.0, value, false};
+    const bool counts = heard.value && !heard.told;
+    const double longest_s = counts ? std::max(heard.longest_s, t - heard.new_s) : heard.longest_s;
+    heard = {.new_s = t, .longest_s = longest_s, .value = value};
     return;
   }
+  heard.silent_s = value ? 0.0 : heard.silent_s + elapsed_s;
+  heard.turned_s += turned_s;
   if (!heard.value || heard.told) return;
   const double enough = std::max(kSilent, kSilentBefore * heard.longest_s);
-  const bool is_silent = t - heard.last_s > enough, hangs = heard.turned_s > enough;
-  if (!is_silent && !hangs) return;
+  if (heard.silent_s <= enough && heard.turned_s <= enough) return;
   heard.told = true;
   news_.push_back(fmt::format(
       "{} has {} since {:.1f} s, while the other sensors go on: look at the board and its wires. "
       "What was collected until then stays.",
-      name, is_silent ? "given no samples" : "repeated one reading", heard.new_s));
+      name, heard.silent_s > enough ? "given no samples" : "repeated one reading", heard.new_s));
 }
 
 bool LiveChecks::due() const {

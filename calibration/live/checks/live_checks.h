@@ -75,19 +75,21 @@ class LiveChecks {
     double first_s = 0.0;  // s: time of the first sample of those in which it was seen
   };
 
-  // What was heard of one sensor, and how long it has turned since then.
+  // What was heard of one sensor. Time in which the others were silent, too, does not count.
   struct Heard {
-    double last_s = 0.0, new_s = 0.0;  // of its last sample, and of the last that was another
-    double longest_s = 0.0;            // between two new ones
-    double turned_s = 0.0;             // since the last new one
+    double new_s = 0.0;      // time of its last sample that was another than the one before
+    double longest_s = 0.0;  // between two of them
+    double silent_s = 0.0;   // since its last sample
+    double turned_s = 0.0;   // turned since the last new one
     std::optional<Vector3> value = {};
     bool told = false;
   };
 
   bool due() const;
   void listen(const StreamSample& sample);
+  // elapsed_s: since the sample before, of any sensor; of that it turned.
   void listen_to(const std::string& name, const std::optional<Vector3>& value, double t,
-                 double turned_s, Heard& heard);
+                 double elapsed_s, double turned_s, Heard& heard);
   Recording piece() const;
   std::vector<Issue> issues_in(const Recording& piece);
   std::vector<Issue> axes_issues() const;

@@ -316,6 +316,18 @@ TEST(SilentSensor, is_told_within_seconds_and_so_is_its_return) {
   }
 }
 
+TEST(SilentSensor, is_not_one_where_all_pause) {
+  Recording r = hand(13, 60.0);
+  for (VectorSeries* series : {&r.acc, &r.gyr, &r.mag[0]}) {
+    // The magnetometer comes a moment after the others.
+    const double late = series == &r.mag[0] ? 0.003 : 0.0;
+    for (double& t : series->t) t += late + (t > 20.0 ? 3.5 : 0.0);
+  }
+  for (const Said& said : said_of(r)) {
+    EXPECT_THAT(said.sentence, testing::Not(HasSubstr("has given no samples")));
+  }
+}
+
 TEST(SilentSensor, may_repeat_one_reading_while_the_others_turn) {
   Recording r = hand(12, 60.0);
   VectorSeries& mag = r.mag[0];

@@ -145,7 +145,7 @@ void LiveChecks::listen(const StreamSample& sample) {
   const bool turns = sample.gyr && sample.gyr->norm() > kTurnsFast;
   const double turned_s = turns ? elapsed_s : 0.0;
   listen_to("acc", sample.acc, sample.t, elapsed_s, turned_s, heard_[0]);
-  listen_to("gyr", sample.gyr, sample.t, elapsed_s, 0.0, heard_[1]);  // a hung one cannot testify
+  listen_to("gyr", sample.gyr, sample.t, elapsed_s, turned_s, heard_[1]);
   for (std::size_t m = 0; m < std::min(sample.mag.size(), options_.mag_names.size()); ++m) {
     listen_to(options_.mag_names[m], sample.mag[m], sample.t, elapsed_s, turned_s, heard_[2 + m]);
   }

@@ -23,8 +23,8 @@ struct IntrinsicCalibration {
 // back to a sphere where they do not carry an ellipsoid.
 IntrinsicCalibration fit_ellipsoid(const std::vector<Vector3>& mag_uT);
 
-// The ellipsoid, refined by maximum likelihood on at most max_samples readings. Readings of a sensor
-// that did not turn: a sphere about 0 through their mean.
+// The ellipsoid, refined by maximum likelihood on at most max_samples readings. Readings of a
+// sensor that did not turn: a sphere about 0 through their mean.
 IntrinsicCalibration calibrate_intrinsic(const std::vector<Vector3>& mag_uT,
                                          int max_samples = 1500);
 

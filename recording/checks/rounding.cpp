@@ -15,7 +15,7 @@ constexpr double kFewSteps = 2.5;         // of an axis that changes slowly ther
 // Share of such stretches: noise of 0.3 steps leaves so many steady, and a sixth of what rounding
 // does to the mean of slow readings.
 constexpr double kSteady = 0.33;
-constexpr double kManySteps = 10.0;
+constexpr double kManySteps = 10.0;   // that an axis must have gone over, or nothing is said
 constexpr double kOnStep = 0.1;       // steps: from a multiple of the step, by rounding of numbers
 constexpr double kSameNumber = 1e-9;  // of the largest reading
 

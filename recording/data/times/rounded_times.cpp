@@ -18,9 +18,9 @@ constexpr double kWholeSteps = 0.01;  // of a step: a file's decimals are closer
 constexpr double kStampPause = 4.5;  // mean intervals
 constexpr double kHardlyTwos =
     0.1;  // of intervals of one step: twos between them may be lost samples
-constexpr double kOddInARow =
-    10.0;                          // intervals of the rarer length in a row that one clock explains
-constexpr double kOfChance = 0.3;  // of so many pairs of lost samples as chance makes
+// Intervals of the rarer length in a row that one clock explains.
+constexpr double kOddInARow = 10.0;
+constexpr double kOfChance = 0.3;     // of so many pairs of lost samples as chance makes
 constexpr double kStampSlack = 1.02;  // of a step: stamps' own rounding
 
 // Samples first <= i < end.

@@ -117,7 +117,8 @@ int deliver(const StreamArguments& args, StreamSession& session, bool table, Pag
     write_atomically(args.output, json_text(file));
   }
   if (!args.report.empty()) {
-    write_atomically(args.report, calibration_report(c, {&session.for_report()}));
+    const Recording samples = session.for_report(c);
+    write_atomically(args.report, calibration_report(c, {&samples}));
   }
   if (page != nullptr) page->finish(c, args.output);
   if (table) fmt::print("\n{}", calibration_table(c));

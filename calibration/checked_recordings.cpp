@@ -3,10 +3,12 @@
 // fit.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
 #include "calibration/pipeline.h"
+#include "recording/checks/dead_magnetometers.h"
 #include "recording/checks/interpolated.h"
 #include "recording/checks/quality.h"
 #include "recording/checks/repeats.h"
@@ -115,10 +117,28 @@ std::optional<Recording> without_interpolated(const Recording& recording) {
 
 }  // namespace
 
+// Copies without the magnetometers of an array that do not measure; given where all do. (What was
+// read from a file has been through this.)
+std::vector<const Recording*> CheckedRecordings::without_dead(
+    const std::vector<const Recording*>& given) {
+  const bool any = std::ranges::any_of(
+      given, [](const Recording* r) { return !dead_magnetometers(*r).empty(); });
+  if (!any) return given;
+  std::vector<Recording> alive;
+  for (const Recording* r : given) alive.push_back(*r);
+  leave_out_dead_magnetometers(alive);
+  std::vector<const Recording*> out;
+  for (Recording& r : alive) {
+    copies_.push_back(std::move(r));
+    out.push_back(&copies_.back());
+  }
+  return out;
+}
+
 CheckedRecordings::CheckedRecordings(const std::vector<const Recording*>& given,
                                      const GateOptions& gate) {
   check(given);
-  for (const Recording* recording : given) {
+  for (const Recording* recording : without_dead(given)) {
     if (std::optional<Recording> kept = gated(*recording, gate)) {
       copies_.push_back(std::move(*kept));
       recording = &copies_.back();

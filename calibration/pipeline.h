@@ -32,6 +32,7 @@ class CheckedRecordings {
   const std::vector<KnownFault>& faults() const { return faults_; }
 
  private:
+  std::vector<const Recording*> without_dead(const std::vector<const Recording*>& given);
   void add(const Recording& recording, const std::vector<Issue>& issues);
   void add_parts(const Recording& recording);
 

@@ -10,6 +10,7 @@
 #include "recording/arrays/arrays.h"
 #include "recording/arrays/broad.h"
 #include "recording/arrays/json_file.h"
+#include "recording/checks/dead_magnetometers.h"
 #include "recording/csv/columns/csv_columns.h"
 #include "recording/csv/csv_reader.h"
 #include "recording/csv/fit_messages.h"
@@ -228,10 +229,20 @@ bool shares_sensor(const Recording& a, const Recording& b) {
 
 }  // namespace
 
-Recording read_recording(const std::string& path, const CsvOptions& options) {
+namespace {
+
+Recording read_as_written(const std::string& path, const CsvOptions& options) {
   Recording out = read_at_depth(path, path, options, 0);
   out.name = base_name(path);
   tell_units(out.file_units, options.acc_unit, options.gyr_unit, options.mag_unit);
+  return out;
+}
+
+}  // namespace
+
+Recording read_recording(const std::string& path, const CsvOptions& options) {
+  Recording out = read_as_written(path, options);
+  leave_out_dead_magnetometers({&out, 1});
   return out;
 }
 
@@ -242,7 +253,7 @@ std::vector<Recording> read_recordings(const std::vector<std::string>& paths,
   std::optional<MissingSensor> first_missing;
   for (const std::string& path : paths) {
     try {
-      out.push_back(read_recording(path, options));
+      out.push_back(read_as_written(path, options));
     } catch (const MissingSensor& missing) {
       if (paths.size() == 1) throw;
       if (!first_missing) first_missing = missing;
@@ -250,7 +261,7 @@ std::vector<Recording> read_recordings(const std::vector<std::string>& paths,
       partial.require_imu = partial.require_mag = false;
       partial.keep_origin = true;
       partial.sensor = sensor_of_name(base_name(path));
-      Recording part = read_recording(path, partial);
+      Recording part = read_as_written(path, partial);
       const bool again = groups.empty() || std::ranges::any_of(groups.back(), [&](const auto& r) {
                            return shares_sensor(r, part);
                          });
@@ -266,6 +277,7 @@ std::vector<Recording> read_recordings(const std::vector<std::string>& paths,
     whole.name = name;
     out.push_back(std::move(whole));
   }
+  leave_out_dead_magnetometers(out);
   return out;
 }
 

@@ -25,7 +25,8 @@ void judge_end(Calibration& c, const LiveChecks& checks) {
   for (const Issue& issue : checks.issues()) {
     const std::string text = "stream: " + issue.text();
     const bool said = std::ranges::find(c.warnings, text) != c.warnings.end();
-    if (issue.severity == Severity::kCaution && issue.kind != "axes" && !said) {
+    const bool elsewhere = issue.kind == "axes" || issue.kind == "set_aside";
+    if (issue.severity == Severity::kCaution && !elsewhere && !said) {
       c.warnings.push_back(text);
     }
   }

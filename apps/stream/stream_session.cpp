@@ -5,10 +5,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "apps/stream/stream_judge.h"
 #include "recording/data/error.h"
+#include "recording/data/well_formed.h"
 
 namespace magimu::apps {
 namespace {
@@ -82,6 +84,7 @@ void StreamSession::begin_estimator(int magnetometers) {
                                  options_text(options_.estimator) + options_.reading};
   if (journal_) journal_->require(identity);
   if (estimator_) return;
+  used_mags_ = std::size_t(magnetometers);
   if (options_.keep_for_report) thinned_.begin(magnetometers);
   if (!options_.state.empty()) {
     journal_ = std::make_unique<SampleJournal>(options_.state, identity);
@@ -148,6 +151,7 @@ void StreamSession::use_lines() {
   }
   for (StreamSample& sample : lines_.take()) {
     look_at(sample);
+    go_on_without_dead();
     use(sample);
   }
   tell_refused_times();
@@ -172,10 +176,11 @@ void StreamSession::use_new(StreamSample sample) {
   say_what_was_known();
   sample.t += clock_s_;
   const auto begin = Clock::now();
-  std::optional<StreamUpdate> update = estimator_->add(sample);
+  const StreamSample used = used_of(sample);
+  std::optional<StreamUpdate> update = estimator_->add(used);
   const double latency_us = 1e6 * seconds(Clock::now() - begin);
   if (journal_) journal_->append(sample);
-  thinned_.add(sample);
+  thinned_.add(used);
   for (StreamObserver* o : observers_) o->sample(sample);
   ++samples_;
   if (!update) return;
@@ -188,7 +193,7 @@ void StreamSession::use_new(StreamSample sample) {
 }
 
 void StreamSession::set_update(StreamUpdate update, double latency_us) {
-  if (update.theta && lines_.has_header()) update.theta->mag_names = lines_.mag_names();
+  if (update.theta && lines_.has_header()) update.theta->mag_names = used_mag_names();
   if (status_.update && update.t > status_.update->t) {
     status_.rate_hz =
         double(update.samples - status_.update->samples) / (update.t - status_.update->t);
@@ -244,9 +249,29 @@ void StreamSession::refuse_fatal() const {
   throw InputError(options_.address.text, 0, 0, wrong->problem, wrong->remedy);
 }
 
+Recording StreamSession::for_report(const Calibration& c) const {
+  Recording out;
+  out.name = thinned_.recording().name;
+  const std::vector<std::string> names =
+      lines_.has_header() ? used_mag_names() : thinned_.recording().mag_names;
+  for (const std::string& name : c.mag_names) {
+    const auto m = std::size_t(std::ranges::find(names, name) - names.begin());
+    if (m >= thinned_.recording().mag.size()) continue;
+    out.mag.push_back(thinned_.recording().mag[m]);
+    out.mag_names.push_back(name);
+  }
+  return out;
+}
+
 Calibration StreamSession::finish() {
   Calibration c = estimator_->finish();
-  if (lines_.has_header()) c.mag_names = lines_.mag_names();
+  if (lines_.has_header()) {
+    const std::vector<std::string> names = used_mag_names(), usual = usual_mag_names(names.size());
+    for (std::string& name : c.mag_names) {  // it may have left out one that hung later
+      const auto at = std::ranges::find(usual, name);
+      if (at != usual.end()) name = names[std::size_t(at - usual.begin())];
+    }
+  }
   if (!checks_) return c;
   judge_end(c, *checks_);
   return c;

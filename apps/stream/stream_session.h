@@ -53,8 +53,8 @@ class StreamSession {
   void refuse_fatal() const;
   // The calibration of all samples so far.
   Calibration finish();
-  // The magnetometers' samples, thinned: what a report's pictures show.
-  const Recording& for_report() const { return thinned_.recording(); }
+  // The samples of this calibration's magnetometers, thinned: what a report's pictures show.
+  Recording for_report(const Calibration& c) const;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -77,6 +77,10 @@ class StreamSession {
   void begin_checks();
   void use_lines();
   void look_at(StreamSample& sample);
+  bool is_used(std::size_t m) const;
+  std::vector<std::string> used_mag_names() const;
+  StreamSample used_of(StreamSample sample) const;
+  void go_on_without_dead();
   void feel_turning(const StreamSample& sample);
   void tell_news();
   void tell_refused_times();
@@ -108,6 +112,7 @@ class StreamSession {
   bool goes_on_ = false;                // the source has sent samples that the state has not
   double clock_s_ = 0.0;                // what is added to the source's times since then
   bool said_what_was_known_ = false;
+  std::size_t used_mags_ = 0;  // of those that have names; the others are left out
   long samples_ = 0;           // in the estimator
   long keep_at_ = kFirstKept;  // samples from which on the estimate is kept (again)
 

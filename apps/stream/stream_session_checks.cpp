@@ -39,6 +39,50 @@ void StreamSession::look_at(StreamSample& sample) {
   tell_news();
 }
 
+bool StreamSession::is_used(std::size_t m) const { return !checks_ || !checks_->is_left_out(m); }
+
+std::vector<std::string> StreamSession::used_mag_names() const {
+  std::vector<std::string> out;
+  for (std::size_t m = 0; m < lines_.mag_names().size(); ++m) {
+    if (is_used(m)) out.push_back(lines_.mag_names()[m]);
+  }
+  return out;
+}
+
+StreamSample StreamSession::used_of(StreamSample sample) const {
+  std::size_t used = 0;
+  for (std::size_t m = 0; m < sample.mag.size(); ++m) {
+    if (is_used(m)) sample.mag[used++] = sample.mag[m];
+  }
+  sample.mag.resize(used);
+  return sample;
+}
+
+// Magnetometers that never measured are left out from now on, and of all before. (The last sample
+// looked at comes next.)
+void StreamSession::go_on_without_dead() {
+  const std::size_t used = used_mag_names().size();
+  if (used == used_mags_) return;
+  used_mags_ = used;
+  estimator_.emplace(int(used), options_.estimator);
+  thinned_ = {};
+  if (options_.keep_for_report) thinned_.begin(int(used));
+  const auto again = [&](const StreamSample& sample) {
+    const StreamSample its = used_of(sample);
+    estimator_->add(its);
+    thinned_.add(its);
+  };
+  if (!journal_) {
+    const std::deque<StreamSample>& looked_at = checks_->samples();
+    for (std::size_t k = 0; k + 1 < looked_at.size(); ++k) again(looked_at[k]);
+    return;
+  }
+  journal_->commit();
+  journal_.reset();
+  journal_ = std::make_unique<SampleJournal>(options_.state, *journal_identity(options_.state));
+  while (const std::optional<StreamSample> sample = journal_->replay()) again(*sample);
+}
+
 // About which axis it is being turned, for who looks for the axis that is meant.
 void StreamSession::feel_turning(const StreamSample& sample) {
   if (!sample.gyr || !sample.gyr->allFinite()) return;

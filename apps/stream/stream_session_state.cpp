@@ -42,7 +42,8 @@ bool StreamSession::take_up() {
 // Beside the samples, from time to time: what comes after it is little, whatever comes before. It
 // may be lost or damaged, so that nobody waits for the disk; the samples are what counts.
 void StreamSession::keep_estimate() {
-  if (!journal_ || samples_ < keep_at_) return;
+  // (With magnetometers left out it would not be that of the state's samples.)
+  if (!journal_ || samples_ < keep_at_ || used_mags_ < lines_.mag_names().size()) return;
   keep_at_ = samples_ + samples_ / kKeptEvery;
   const std::string path = options_.state + kEstimate, next = path + ".new";
   std::ofstream out(next, std::ios::binary | std::ios::trunc);

@@ -197,7 +197,8 @@ std::vector<Issue> check_intervals(const NamedSeries& sensor,
   return issues;
 }
 
-std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors, double time_unit) {
+std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors,
+                               const std::vector<SetAside>& set_aside, double time_unit) {
   std::vector<Issue> issues;
   double longest = 0.0, first = 1e300, last = -1e300;
   for (const NamedSeries& s : sensors) {
@@ -206,7 +207,12 @@ std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors, double t
     last = std::max(last, s.series->t.back());
   }
   for (const NamedSeries& s : sensors) {
-    const double begin = s.series->t.front(), end = s.series->t.back();
+    double begin = s.series->t.front(), end = s.series->t.back();
+    for (const SetAside& gone : set_aside) {
+      if (gone.sensor != s.name) continue;
+      begin = std::min(begin, gone.begin_s);
+      end = std::max(end, gone.end_s);
+    }
     if (end - begin >= kCommonSpan * (last - first)) continue;
     issues.push_back(
         {"span", s.name, -1, Severity::kCaution, begin, end,

@@ -36,7 +36,9 @@ std::vector<Issue> check_units(const Recording& r) {
   if (r.gyr.size() >= kFewestToJudge) add("gyr", check_gyr_unit(r));
   for (std::size_t i = 0; i < r.mag.size(); ++i) {
     const std::string name = i < r.mag_names.size() ? r.mag_names[i] : "mag";
-    if (r.mag[i].size() >= kFewestToJudge) add("mag", check_mag_unit(r, name, r.mag[i]));
+    // One that never changes is dead, whatever its unit.
+    if (r.mag[i].size() >= kFewestToJudge && !all_constant(r.mag[i]))
+      add("mag", check_mag_unit(r, name, r.mag[i]));
   }
   return issues;
 }

@@ -211,6 +211,13 @@ std::vector<Issue> check_stuck(const NamedSeries& sensor, const VectorSeries& gy
   const VectorSeries& s = *sensor.series;
   std::vector<Issue> issues;
   if (s.size() < kFewestToJudge) return issues;
+  if (all_constant(s)) {
+    const Vector3& v = s.v.front();
+    return {{"constant", sensor.name, -1, Severity::kFatal, 0.0, 0.0,
+             fmt::format("{} reads ({:.6g}, {:.6g}, {:.6g}) {} in all {} samples", sensor.name,
+                         v[0], v[1], v[2], sensor.unit(), s.size()),
+             "check the logger and the sensor: nothing is measured"}};
+  }
   for (int axis = 0; axis < 3; ++axis) {
     if (!constant_axis(s, axis)) continue;
     issues.push_back({"constant", sensor.name, axis, Severity::kFatal, 0.0, 0.0,
@@ -277,22 +284,47 @@ std::vector<Issue> check_saturation(const NamedSeries& sensor) {
   return issues;
 }
 
+namespace {
+
+const VectorSeries* series_named(const Recording& recording, const std::string& sensor) {
+  if (sensor == "acc") return &recording.acc;
+  if (sensor == "gyr") return &recording.gyr;
+  const auto at = std::ranges::find(recording.mag_names, sensor);
+  const auto m = std::size_t(at - recording.mag_names.begin());
+  return m < recording.mag.size() ? &recording.mag[m] : nullptr;
+}
+
+// Whether samples that were set aside leave a gap: hardly one between them stays. Those before and
+// after it are as good as ever.
+bool leaves_gap(const Recording& recording, const SetAside& s) {
+  const VectorSeries* const series = series_named(recording, s.sensor);
+  if (series == nullptr) return false;
+  const auto first = std::ranges::lower_bound(series->t, s.begin_s);
+  const auto last = std::ranges::upper_bound(series->t, s.end_s);
+  return double(last - first) < kSetAsideFew * double(s.count);
+}
+
+}  // namespace
+
 std::vector<Issue> check_set_aside(const Recording& recording) {
   std::vector<Issue> issues;
-  std::map<std::string, double> lost;
-  for (const SetAside& s : recording.set_aside) lost[s.sensor] += lost_share(s);
+  std::map<std::string, double> lost, scattered;
+  for (const SetAside& s : recording.set_aside) {
+    lost[s.sensor] += lost_share(s);
+    if (!leaves_gap(recording, s)) scattered[s.sensor] += lost_share(s);
+  }
   for (const SetAside& s : recording.set_aside) {
     const double share = lost[s.sensor];
     Issue issue{"set_aside", s.sensor, -1,          Severity::kNote,
                 s.begin_s,   s.end_s,  sentence(s), remedy(s)};
     if (lost_share(s) > 0.0 && share > kSetAsideFew) issue.severity = Severity::kCaution;
     issues.push_back(issue);
-    if (share <= kSetAsideMost) continue;
+    if (scattered[s.sensor] <= kSetAsideMost) continue;
     issue.severity = Severity::kFatal;
     issue.problem = fmt::format("{:.0f} % of the samples of {} are no measurements ({})",
                                 100.0 * share, s.sensor, sentence(s));
     issues.push_back(issue);
-    lost[s.sensor] = 0.0;  // once
+    lost[s.sensor] = scattered[s.sensor] = 0.0;  // once
   }
   return issues;
 }

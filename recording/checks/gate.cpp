@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "graph/parallel.h"
+#include "recording/checks/dead_magnetometers.h"
 #include "recording/checks/quality_checks.h"
 #include "recording/data/bridge.h"
 #include "recording/oddities/dead_zone.h"
@@ -153,7 +154,12 @@ class Passage {
 
 void refuse_mostly_set_aside(const Recording& recording) {
   const std::optional<Recording> kept = gated(recording);
-  if (kept) refuse_fatal(*kept, check_set_aside(*kept));
+  if (!kept) return;
+  std::vector<Issue> issues = check_set_aside(*kept);
+  for (const DeadMagnetometer& dead : dead_magnetometers(*kept)) {
+    std::erase_if(issues, [&](const Issue& issue) { return issue.sensor == dead.name; });
+  }
+  refuse_fatal(*kept, issues);
 }
 
 std::optional<Recording> gated(const Recording& recording, const GateOptions& options) {

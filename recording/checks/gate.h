@@ -22,7 +22,8 @@ struct GateOptions {
 // keeps them, set_aside says so, and check_recording() then refuses the recording.
 std::optional<Recording> gated(const Recording& recording, const GateOptions& options = {});
 
-// Throws InputError if most samples of a sensor were set aside.
+// Throws InputError if most samples of a sensor were set aside that cannot be left out
+// (dead_magnetometers.h).
 void refuse_mostly_set_aside(const Recording& recording);
 
 }  // namespace magimu

@@ -78,8 +78,8 @@ bool damages(const Issue& issue) {
   // had to change.
   return issue.severity == Severity::kFatal ||
          (issue.severity == Severity::kCaution && issue.kind != "interpolation" &&
-          issue.kind != "repeats" && issue.kind != "jitter" && issue.kind != "vibration" &&
-          issue.kind != "reader");
+          issue.kind != "repeats" && issue.kind != "left_out" && issue.kind != "jitter" &&
+          issue.kind != "vibration" && issue.kind != "reader");
 }
 
 // Nodes may take the means of two devices' rows, which fit each other well.
@@ -99,7 +99,7 @@ std::vector<Issue> check_recording(const Recording& recording) {
     for (std::size_t i = 0; i < sensors.size() && !still; ++i) {
       append(issues, check_stuck(sensors[i], recording.gyr, has_dead_band(recording)));
     }
-    append(issues, check_spans(sensors, file_time_unit(recording)));
+    append(issues, check_spans(sensors, recording.set_aside, file_time_unit(recording)));
     // Rates in another unit of time would look like a gyroscope in another unit, and motion like
     // vibration.
     const auto in_seconds = [&issues] {
@@ -121,7 +121,7 @@ std::vector<Issue> check_recording(const Recording& recording) {
       const NamedSeries& sensor = sensors[i];
       std::vector<Issue>& own = of_sensor[i];
       own = check_intervals(sensor, recording.set_aside, recording.gyr);
-      if (still) return;
+      if (still || all_constant(*sensor.series)) return;
       append(own, check_saturation(sensor));
       if (seconds) append(own, check_vibration(sensor));
       std::vector<Issue> of_clock = check_other_motion(sensor);

@@ -25,7 +25,8 @@ std::string axis_name(int axis);           // "x", "y", "z"
 struct Issue {
   // "time_order", "not_finite", "gap", "jitter", "span", "constant", "copied", "stuck", "zeros",
   // "saturation", "repeats", "rounding", "interpolation", "unit", "normalised", "field_size",
-  // "gravity", "acc_scale", "time_unit", "set_aside", "mixed", "gain_changes"
+  // "gravity", "acc_scale", "time_unit", "set_aside", "mixed", "gain_changes"; in streams
+  // "left_out", too
   std::string kind;
   std::string sensor;  // "acc", "gyr", "mag", "mag2", ...
   int axis = -1;       // 0, 1, 2; -1: all, or none in particular

@@ -28,9 +28,10 @@ std::vector<Issue> check_order_and_finiteness(const NamedSeries& sensor);
 std::vector<Issue> check_intervals(const NamedSeries& sensor,
                                    const std::vector<SetAside>& set_aside,
                                    const VectorSeries& rows);
-// Sensors that do not cover the same time; times that are no seconds. `time_unit`: that of the
-// file, s, as the reader took it.
-std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors, double time_unit);
+// Sensors that do not cover the same time, samples that were set aside counted; times that are no
+// seconds. `time_unit`: that of the file, s, as the reader took it.
+std::vector<Issue> check_spans(const std::vector<NamedSeries>& sensors,
+                               const std::vector<SetAside>& set_aside, double time_unit);
 // Samples that were set aside before (gate.h).
 std::vector<Issue> check_set_aside(const Recording& recording);
 // Whether no axis ever changes.

@@ -197,5 +197,56 @@ TEST_F(StreamFaults, axes_of_a_sensor_that_is_not_there_are_refused) {
   EXPECT_THAT(run.err, HasSubstr("there is no sensor"));
 }
 
+// Of an array of two the other one is calibrated, from the first sample on, with or without a
+// state, as calibrate does.
+TEST_F(StreamFaults, a_magnetometer_that_never_measures_leaves_the_others) {
+  std::string all =
+      "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag1_x,mag1_y,mag1_z,mag2_x,mag2_y,mag2_z\n";
+  std::string half;
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    for (std::size_t i = 0; i < 7; ++i) all += number(rows_[k][i]) + ",";
+    all += "0,0,0";
+    for (std::size_t i = 7; i < 10; ++i) all += "," + number(rows_[k][i]);
+    all += "\n";
+    if (k == rows_.size() / 2) half = all;
+  }
+  magimu_.folder().write("all.csv", all);
+  magimu_.folder().write("half.csv", half);
+  magimu_("stream half.csv --state st");
+  const char* const runs[] = {"calibrate all.csv", "stream all.csv", "stream all.csv --state st"};
+  for (const char* const command : runs) {
+    const Outcome run = magimu_(std::string(command) + " -o cal.json --report page.html");
+    EXPECT_EQ(run.exit_code, kDone) << command << run.err;
+    const json file = magimu_.json("cal.json");
+    EXPECT_EQ(file["trust"]["verdict"], "yes") << command;
+    ASSERT_EQ(file["magnetometers"].size(), 1u) << command;
+    EXPECT_EQ(file["magnetometers"][0]["name"], "mag2");
+    EXPECT_THAT(file["warnings"].dump(), HasSubstr("mag1 is left out: it reads (0, 0, 0) uT"));
+    EXPECT_THAT(magimu_.text("page.html"), HasSubstr("Length of the readings"));
+    EXPECT_EQ(magimu_("calibrate rec.csv -o alone.json").exit_code, kDone);
+    const json alone = magimu_.json("alone.json");
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_NEAR(file["magnetometers"][0]["bias"][i].get<double>(),
+                  alone["magnetometers"][0]["bias"][i].get<double>(), 1e-6)
+          << command;
+    }
+  }
+}
+
+TEST_F(StreamFaults, a_magnetometer_that_dies_on_the_way_leaves_what_it_measured) {
+  write("died.csv", [this](std::size_t k, Row& r) {
+    const std::size_t last = rows_.size() * 3 / 4;
+    for (std::size_t i = 7; i < 10; ++i) r[i] = rows_[std::min(k, last)][i];
+  });
+  for (const char* const command : {"calibrate died.csv", "stream died.csv"}) {
+    const Outcome run = magimu_(std::string(command) + " -o cal.json");
+    EXPECT_EQ(run.exit_code, kDone) << command << run.err;
+    const json file = magimu_.json("cal.json");
+    EXPECT_EQ(file["trust"]["verdict"], "limited") << command;
+    EXPECT_THAT(file["trust"]["reasons"][0].get<std::string>(),
+                HasSubstr("repeated to the last bit"));
+  }
+}
+
 }  // namespace
 }  // namespace magimu

@@ -12,6 +12,7 @@
 #include "calibration/live/checks/live_mounting.h"
 #include "calibration/trust/check_axes.h"
 #include "calibration/trust/field_check.h"
+#include "recording/checks/dead_magnetometers.h"
 #include "recording/checks/gate.h"
 #include "recording/data/axes.h"
 #include "recording/data/times/arrival_stamps.h"
@@ -38,8 +39,9 @@ constexpr double kLate = 1.0, kOtherPart = kPartGap - 1.0;  // s
 // s without a sample, or turning with none that is new, and times the longest such time before.
 constexpr double kSilent = 2.0, kSilentBefore = 3.0;
 constexpr double kTurnsFast = 0.2;  // rad/s
-constexpr double kDipKnown = 5.0;   // standard deviations from 0 of a dip whose sign is known
-constexpr double kNearby = 1.0;     // s: a fault so near to a window may explain it
+constexpr long kHasMeasured = 20;  // changes of a reading, after which its sensor hangs, if it does
+constexpr double kDipKnown = 5.0;  // standard deviations from 0 of a dip whose sign is known
+constexpr double kNearby = 1.0;    // s: a fault so near to a window may explain it
 
 bool has_place(const Issue& issue) { return issue.begin_s != 0.0 || issue.end_s != 0.0; }
 
@@ -127,6 +129,7 @@ void LiveChecks::add(const StreamSample& sample) {
     next_look_ = 0;
     heard_.clear();
   }
+  count_readings(sample);
   listen(sample);
   samples_.push_back(sample);
   latest_s_ = std::max(latest_s_, sample.t);
@@ -139,6 +142,22 @@ void LiveChecks::add(const StreamSample& sample) {
   if (due()) look();
 }
 
+void LiveChecks::count_readings(const StreamSample& sample) {
+  readings_.resize(2 + options_.mag_names.size());
+  const auto count = [](const std::optional<Vector3>& v, Reading& of) {
+    if (!v || !v->allFinite()) return;
+    for (int axis = 0; axis < 3; ++axis) {
+      of.changes[std::size_t(axis)] += of.last && (*of.last)[axis] != (*v)[axis] ? 1 : 0;
+    }
+    of.last = v;
+  };
+  count(sample.acc, readings_[0]);
+  count(sample.gyr, readings_[1]);
+  for (std::size_t m = 0; m < std::min(sample.mag.size(), options_.mag_names.size()); ++m) {
+    count(sample.mag[m], readings_[2 + m]);
+  }
+}
+
 void LiveChecks::listen(const StreamSample& sample) {
   if (heard_.empty()) heard_.resize(2 + options_.mag_names.size());
   const double elapsed_s = std::clamp(sample.t - latest_s_, 0.0, kLate);
@@ -147,6 +166,7 @@ void LiveChecks::listen(const StreamSample& sample) {
   listen_to("acc", sample.acc, sample.t, elapsed_s, turned_s, heard_[0]);
   listen_to("gyr", sample.gyr, sample.t, elapsed_s, turned_s, heard_[1]);
   for (std::size_t m = 0; m < std::min(sample.mag.size(), options_.mag_names.size()); ++m) {
+    if (is_left_out(m)) continue;
     listen_to(options_.mag_names[m], sample.mag[m], sample.t, elapsed_s, turned_s, heard_[2 + m]);
   }
 }
@@ -184,8 +204,13 @@ bool LiveChecks::due() const {
 Recording LiveChecks::piece() const {
   Recording r;
   r.name = "stream";
-  r.mag_names = options_.mag_names;
-  r.mag.resize(r.mag_names.size());
+  std::vector<std::size_t> alive;
+  for (std::size_t m = 0; m < options_.mag_names.size(); ++m) {
+    if (is_left_out(m)) continue;
+    alive.push_back(m);
+    r.mag_names.push_back(options_.mag_names[m]);
+  }
+  r.mag.resize(alive.size());
   r.file_units = options_.file_units;
   const auto put = [](VectorSeries& series, double t, const std::optional<Vector3>& v) {
     if (v && (series.empty() || t > series.t.back())) series.push_back(t, *v);
@@ -193,8 +218,8 @@ Recording LiveChecks::piece() const {
   for (const StreamSample& s : samples_) {
     put(r.acc, s.t, s.acc);
     put(r.gyr, s.t, s.gyr);
-    for (std::size_t m = 0; m < std::min(s.mag.size(), r.mag.size()); ++m) {
-      put(r.mag[m], s.t, s.mag[m]);
+    for (std::size_t i = 0; i < alive.size(); ++i) {
+      if (alive[i] < s.mag.size()) put(r.mag[i], s.t, s.mag[alive[i]]);
     }
   }
   return r;
@@ -235,7 +260,9 @@ void LiveChecks::look() {
       std::ranges::all_of(r.mag, [](const VectorSeries& s) { return s.empty(); })) {
     return;
   }
-  const std::vector<Issue> seen = without_doubles(issues_in(r));
+  std::vector<Issue> seen = without_doubles(issues_in(r));
+  leave_out_dead(seen);
+  go_on_without_hung(seen);
   take_back(seen);
   // A fatal fault may be the cause of all others.
   const bool fatal = any_fatal(seen);
@@ -243,6 +270,57 @@ void LiveChecks::look() {
     if (!fatal || issue.severity == Severity::kFatal) see(issue);
   }
   rank();
+}
+
+// Whether the issue's sensor, or its axis, gave other readings before.
+bool LiveChecks::has_measured(const Issue& issue) const {
+  std::vector<std::string> names{"acc", "gyr"};
+  names.insert(names.end(), options_.mag_names.begin(), options_.mag_names.end());
+  const auto at = std::ranges::find(names, issue.sensor);
+  if (at == names.end()) return false;
+  const std::array<long, 3>& changes = readings_[std::size_t(at - names.begin())].changes;
+  if (issue.axis >= 0) return changes[std::size_t(issue.axis)] >= kHasMeasured;
+  return *std::ranges::max_element(changes) >= kHasMeasured;
+}
+
+// Magnetometers of an array that never measured, as no reading of an axis was another than the one
+// before, or two axes are one.
+void LiveChecks::leave_out_dead(std::vector<Issue>& seen) {
+  left_out_.resize(options_.mag_names.size());
+  std::map<std::size_t, Issue> dead;
+  std::size_t alive = 0;
+  for (std::size_t m = 0; m < left_out_.size(); ++m) {
+    if (is_left_out(m)) continue;
+    const auto fatal = std::ranges::find_if(seen, [&](const Issue& issue) {
+      return issue.sensor == options_.mag_names[m] && issue.severity == Severity::kFatal &&
+             is_any_of(issue.kind, {"constant", "copied", "set_aside"});
+    });
+    if (fatal == seen.end() || (fatal->kind != "copied" && has_measured(*fatal))) {
+      ++alive;
+    } else {
+      dead.emplace(m, *fatal);
+    }
+  }
+  if (alive == 0) return;
+  for (const auto& [m, issue] : dead) {
+    left_out_[m] = 1;
+    const auto of_it = [&name = issue.sensor](const Issue& i) { return i.sensor == name; };
+    std::erase_if(seen, of_it);
+    std::erase_if(found_, [&](const Found& f) { return of_it(f.issue); });
+    left_out_issues_.push_back({"left_out", issue.sensor, -1, Severity::kCaution, 0.0, 0.0,
+                                left_out_sentence(issue.sensor, issue.problem), issue.remedy});
+  }
+  seen.insert(seen.end(), left_out_issues_.begin(), left_out_issues_.end());
+}
+
+// A sensor that has measured and does so no more: what came before is as good as ever. (listen()
+// tells of it.)
+void LiveChecks::go_on_without_hung(std::vector<Issue>& seen) const {
+  std::erase_if(seen, [&](const Issue& i) { return i.kind == "constant" && has_measured(i); });
+  for (Issue& issue : seen) {
+    if (issue.kind != "set_aside" || issue.severity != Severity::kFatal) continue;
+    if (has_measured(issue)) issue.severity = Severity::kCaution;
+  }
 }
 
 void LiveChecks::see(const Issue& issue) {
@@ -302,6 +380,9 @@ void LiveChecks::judge(const Calibration& estimate) {
 // Issues of the mounting. The sign of the dip, where it is known, distinguishes a turned
 // magnetometer from an inverted one.
 std::vector<Issue> LiveChecks::axes_issues() const {
+  std::size_t m = 0;
+  while (is_left_out(m)) ++m;
+  const std::string& first = options_.mag_names[m];
   std::vector<Issue> out;
   out = axes_that_do_not_fit(mounting_);
   const bool wrong_sign = dip_rad_ && *dip_rad_ * options_.dip_sign < 0.0;
@@ -317,13 +398,12 @@ std::vector<Issue> LiveChecks::axes_issues() const {
   }
   if (mounting_.status == MountingStatus::kConsistent && wrong_sign) {
     out.push_back(
-        {"axes", options_.mag_names.front(), -1, Severity::kCaution, 0.0, 0.0,
+        {"axes", first, -1, Severity::kCaution, 0.0, 0.0,
          fmt::format("the dip of {:+.0f} deg is that of the {} hemisphere, which yours is not: an "
                      "odd number of the magnetometer's axes (or all of the accelerometer's) are "
                      "inverted",
                      *dip_rad_ * 180.0 / M_PI, *dip_rad_ > 0.0 ? "northern" : "southern"),
-         fmt::format("if it is all three of the magnetometer's, give --axes {}=-x,-y,-z",
-                     options_.mag_names.front())});
+         fmt::format("if it is all three of the magnetometer's, give --axes {}=-x,-y,-z", first)});
   }
   return out;
 }
@@ -345,7 +425,10 @@ const Issue* LiveChecks::fatal() const {
 std::vector<KnownFault> LiveChecks::faults() const {
   std::vector<KnownFault> out;
   for (const Issue& issue : issues_) {
-    if (damages(issue) && issue.kind != "axes") out.push_back(known_fault("stream", issue));
+    // What a whole calibration says of them itself is not said twice.
+    const bool said = issue.kind == "set_aside" && options_.set_aside_is_said;
+    if (damages(issue) && issue.kind != "axes" && !said)
+      out.push_back(known_fault("stream", issue));
   }
   return out;
 }

@@ -3,7 +3,8 @@
 // and hung sensors, gaps, rates. The samples of the last minute are looked at as a recording, by
 // the same checks (recording/checks/quality.h, mounting.h), eleven times in the first 30 s (kLooks
 // in live_checks.cpp) and then every 30 s. A sensor that falls silent while the others go on, or
-// hangs while they turn, is told within 2 s. A fault is said once, and once more where it has
+// hangs while they turn, is told within 2 s; a magnetometer of an array that never measures is left
+// out, and the others go on. A fault is said once, and once more where it has
 // become graver; one that the first seconds suggested and the same seconds with more behind them do
 // not is taken back.
 //
@@ -13,6 +14,7 @@
 //   if (const Issue* wrong = checks.fatal()) print(wrong->text());
 #pragma once
 
+#include <array>
 #include <deque>
 #include <map>
 #include <optional>
@@ -65,6 +67,10 @@ class LiveChecks {
   const Issue* fatal() const;
   // Faults that a calibration suffers from (damages() in quality.h), in sentences.
   std::vector<KnownFault> faults() const;
+  // Whether this magnetometer, of those of the options, never measures and is not looked at.
+  bool is_left_out(std::size_t m) const { return m < left_out_.size() && left_out_[m] != 0; }
+  // The samples that are looked at, as they came.
+  const std::deque<StreamSample>& samples() const { return samples_; }
   // The fault of the samples that explains why the magnetometer does not fit between these times,
   // s, in a sentence; empty if none is known. Calls look() first.
   std::string explanation(double begin_s, double end_s);
@@ -85,11 +91,21 @@ class LiveChecks {
     bool told = false;
   };
 
+  // How often each axis of a sensor has given another reading than the one before.
+  struct Reading {
+    std::array<long, 3> changes = {};
+    std::optional<Vector3> last = {};
+  };
+
   bool due() const;
   void listen(const StreamSample& sample);
   // elapsed_s: since the sample before, of any sensor; of that it turned.
   void listen_to(const std::string& name, const std::optional<Vector3>& value, double t,
                  double elapsed_s, double turned_s, Heard& heard);
+  void count_readings(const StreamSample& sample);
+  void leave_out_dead(std::vector<Issue>& seen);
+  void go_on_without_hung(std::vector<Issue>& seen) const;
+  bool has_measured(const Issue& issue) const;
   Recording piece() const;
   std::vector<Issue> issues_in(const Recording& piece);
   std::vector<Issue> axes_issues() const;
@@ -105,6 +121,9 @@ class LiveChecks {
   Mounting mounting_;              // as last looked at
   std::optional<double> dip_rad_;  // of an estimate that is sure of its sign
   std::vector<Heard> heard_;       // accelerometer, gyroscope, magnetometers
+  std::vector<Reading> readings_;  // of the same, of all parts
+  std::vector<char> left_out_;     // of the magnetometers
+  std::vector<Issue> left_out_issues_;
   std::vector<Found> found_;
   std::vector<Issue> issues_;  // of found_, the gravest first
   std::vector<std::string> news_;

@@ -346,5 +346,41 @@ TEST(SilentSensor, may_repeat_one_reading_while_it_turns) {
   }
 }
 
+TEST(SilentSensor, does_not_refuse_what_it_measured_before) {
+  Recording r = hand(14, 100.0);
+  VectorSeries& hung = r.mag[0];
+  for (std::size_t k = hung.size() / 5; k < hung.size(); ++k) hung.v[k] = hung.v[hung.size() / 5];
+  LiveChecks checks;
+  for (const StreamSample& sample : samples_of(r)) checks.add(sample);
+  checks.look();
+  EXPECT_EQ(checks.fatal(), nullptr) << checks.fatal()->text();
+}
+
+// Its readings are zeros, or one of its axes is none.
+TEST(DeadInAStream, a_magnetometer_of_an_array_is_left_out_once_it_is_seen) {
+  for (const bool zeros : {true, false}) {
+    Recording r = hand(15, 30.0);
+    r.mag.push_back(r.mag[0]);
+    r.mag_names = {"mag1", "mag2"};
+    for (Vector3& v : r.mag[0].v) v = zeros ? Vector3::Zero() : Vector3(v[0], v[1], 7.0);
+    LiveChecks checks({.mag_names = r.mag_names});
+    double told = 0.0;
+    std::string sentence;
+    for (const StreamSample& sample : samples_of(r)) {
+      checks.add(sample);
+      if (checks.is_left_out(0) && told == 0.0) told = sample.t;
+    }
+    for (const std::string& said : checks.take_news()) {
+      if (said.find("is left out") != std::string::npos) sentence += said;
+    }
+    EXPECT_GT(told, 0.0);
+    EXPECT_LT(told, 6.0);
+    EXPECT_FALSE(checks.is_left_out(1));
+    EXPECT_EQ(checks.fatal(), nullptr);
+    EXPECT_THAT(sentence, HasSubstr(zeros ? "mag1 is left out: it reads (0, 0, 0) uT"
+                                          : "mag1 is left out: mag1_z is 7 uT"));
+  }
+}
+
 }  // namespace
 }  // namespace magimu

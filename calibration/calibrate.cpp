@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 
 #include "calibration/array_fit.h"
 #include "calibration/beginning.h"
+#include "calibration/calibrate_whole.h"
 #include "calibration/condensed_recording.h"
 #include "calibration/fit/bent_posterior.h"
 #include "calibration/fit/diagnostics.h"
@@ -138,9 +140,16 @@ double reading_at_rest(const Recording& recording, const NoiseDensities& rest) {
   return rest.mag * std::sqrt(recording.mag.front().rate_hz());
 }
 
-// Throws NumericalError where no fit can be made. condensed: wanted where not null.
+// What is wanted beside the calibration, where not null; and what was noticed.
+struct Beside {
+  std::optional<CondensedRecording>* condensed = nullptr;
+  std::optional<BiasStep> step = {};  // where it is why the verdict is not yes
+};
+
+// Throws NumericalError where no fit can be made.
 Calibration calibrate_checked(const CheckedRecordings& checked, const CalibrationOptions& options,
-                              Mounting& mounting, std::optional<CondensedRecording>* condensed) {
+                              Mounting& mounting, Beside& beside) {
+  std::optional<CondensedRecording>* const condensed = beside.condensed;
   // Who says which samples are a node gets these samples.
   const TurningRates rates(checked.get(), options);
   const SlowerRecordings slower(options.node_every > 0 ? std::vector<const Recording*>{}
@@ -240,11 +249,14 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   const Check first[] = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
                          check_windows(c, mag_squares)};
   c.checks.insert(c.checks.begin(), std::begin(first), std::end(first));
+  const std::optional<BiasStep> step = step_of_magnetometer(missing);
   judge(c, unknown,
         {.cause = cause_of_misfit(c, missing),
+         .step = step ? sentence(*step) : "",
          .off_ellipsoid_uT = pipeline.guess().ellipsoid_rms_uT,
          .at_rest_uT = reading_at_rest(*recordings.front(), pipeline.rest_noise()),
          .gyr_unit = gyr_unit_of_files(recordings)});
+  if (c.trust.verdict != Verdict::kYes) beside.step = step;
   judge_magnetometers(c);
   begun->add_lag(c);
   return c;
@@ -255,14 +267,13 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
 namespace {
 
 Calibration calibrate_judged(const std::vector<const Recording*>& given,
-                             const CalibrationOptions& options,
-                             std::optional<CondensedRecording>* condensed) {
+                             const CalibrationOptions& options, Beside& beside) {
   const auto start = std::chrono::steady_clock::now();
   const CheckedRecordings checked(given);
   Mounting mounting;
   std::string why;
   std::optional<Calibration> made =
-      attempt([&] { return calibrate_checked(checked, options, mounting, condensed); }, &why);
+      attempt([&] { return calibrate_checked(checked, options, mounting, beside); }, &why);
   Calibration c = made ? *std::move(made)
                        : calibration_without_fit(checked.get(), options, why, checked.warnings());
   judge_given_noise(c, checked.get(), options);
@@ -295,28 +306,62 @@ void require_sound(const CalibrationOptions& options) {
 }
 
 Calibration calibrate_anyhow(const std::vector<const Recording*>& given,
-                             const CalibrationOptions& options,
-                             std::optional<CondensedRecording>* condensed) {
+                             const CalibrationOptions& options, Beside& beside) {
   require_sound(options);
   const WellFormed recordings(given);
   try {
-    return calibrate_judged(recordings.get(), options, condensed);
+    return calibrate_judged(recordings.get(), options, beside);
   } catch (const TooLittle& too_little) {
     return calibration_without_fit(recordings.get(), options, too_little);
   }
+}
+
+int rank(Verdict verdict) {
+  return verdict == Verdict::kYes ? 2 : verdict == Verdict::kLimited ? 1 : 0;
+}
+
+// The device is what it was last: that of the samples since the magnetometer's bias changed, where
+// they tell more than all of them do.
+Calibration since_step(const Recording& given, const CalibrationOptions& options,
+                       const BiasStep& step, Calibration all) {
+  const Recording since =
+      slice(given, step.t_s + step.within_s, std::numeric_limits<double>::infinity());
+  if (since.gyr.empty()) return all;
+  Beside beside;
+  Calibration out;
+  try {
+    out = calibrate_anyhow({&since}, options, beside);
+  } catch (const InputError&) {
+    return all;
+  }
+  if (rank(out.trust.verdict) <= rank(all.trust.verdict)) return all;
+  out.warnings.insert(out.warnings.begin(),
+                      sentence(step) + " The calibration is the one that holds since then.");
+  out.seconds += all.seconds;
+  return out;
 }
 
 }  // namespace
 
 Calibration calibrate(const std::vector<const Recording*>& given,
                       const CalibrationOptions& options) {
-  return calibrate_anyhow(given, options, nullptr);
+  Beside beside;
+  Calibration c = calibrate_anyhow(given, options, beside);
+  if (!beside.step || given.size() != 1) return c;
+  return since_step(*given.front(), options, *beside.step, std::move(c));
+}
+
+Calibration calibrate_whole(const std::vector<const Recording*>& given,
+                            const CalibrationOptions& options) {
+  Beside beside;
+  return calibrate_anyhow(given, options, beside);
 }
 
 Calibration calibrate_condensed(const Recording& recording, const CalibrationOptions& options,
                                 std::optional<CondensedRecording>& condensed) {
   condensed.reset();
-  return calibrate_anyhow({&recording}, options, &condensed);
+  Beside beside{.condensed = &condensed};
+  return calibrate_anyhow({&recording}, options, beside);
 }
 
 }  // namespace magimu

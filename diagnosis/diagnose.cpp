@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "calibration/array_fit.h"
-#include "calibration/calibrate.h"
+#include "calibration/calibrate_whole.h"
 #include "calibration/fit/given_noise.h"
 #include "calibration/fit/side_by_side.h"
 #include "calibration/scan/missing_effects.h"
@@ -131,7 +131,7 @@ Diagnosis diagnosis_without_fit(const std::vector<const Recording*>& given,
                                 const DiagnosisOptions& options, const std::string& why) {
   const CheckedRecordings checked(given);
   return diagnosis_of(
-      calibrate(given, verdict_options(options)),
+      calibrate_whole(given, verdict_options(options)),
       calibration_without_fit(checked.get(), calibration_options(options), why, checked.warnings()),
       given, options);
 }
@@ -196,7 +196,7 @@ Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
   const Mounting mounting = check_mounting(few.get());
   for (const AxesFinding& f : mounting.findings) {
     if (f.sensor != "acc" && f.sensor != "gyr") continue;
-    const Calibration verdict = calibrate(given, verdict_options(options));
+    const Calibration verdict = calibrate_whole(given, verdict_options(options));
     return {diagnosis_of(verdict, verdict, given, options)};
   }
 
@@ -287,7 +287,7 @@ Diagnosed diagnose_fitted(const std::vector<const Recording*>& given,
   // It knows nothing of the causes, and so need not wait for them.
   std::optional<Calibration> verdict;
   const auto calibrate_beside = [&] {
-    if (options.calibrate_before) verdict = calibrate(given, verdict_options(options));
+    if (options.calibrate_before) verdict = calibrate_whole(given, verdict_options(options));
   };
   side_by_side(first.plans(), find_causes, calibrate_beside);
   progress("may the calibration be trusted?", 0.9);

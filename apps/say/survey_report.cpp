@@ -169,6 +169,7 @@ std::string open_question(const Survey& s) {
       return "the sensors' directions do not turn as the gyroscope says, whatever the axes";
     }
   }
+  if (s.turned.hardly_more) return "it turned about hardly more than one axis";
   if (s.hardly_turned()) {
     return fmt::format(
         "up pointed to {:.0f} % of all directions of the sensor only, so that its magnetometer's "

@@ -106,6 +106,26 @@ StrongestLine strongest_line(const std::vector<double>& t, const std::vector<Vec
   return out;
 }
 
+std::optional<BiasStep> step_of_magnetometer(const std::vector<MissingEffect>& missing) {
+  const MissingEffect* most = nullptr;
+  for (const MissingEffect& effect : missing) {
+    if (effect.channel != Sensor::kMag || effect.share_of_misfit < kMainCause) continue;
+    if (effect.name.empty()) continue;  // a bias of its own in each window contains a step
+    if (most == nullptr || effect.share_of_misfit > most->share_of_misfit) most = &effect;
+  }
+  return most == nullptr ? std::nullopt : most->step;
+}
+
+std::string sentence(const BiasStep& step) {
+  // Digits beyond a hundredth of the largest tell nothing.
+  const double unit = std::pow(10.0, std::floor(std::log10(step.by.cwiseAbs().maxCoeff())) - 1.0);
+  const Vector3 by = (step.by / unit).array().round() * unit + 0.0;
+  return fmt::format(
+      "At about {:.0f} s (to within {:.0f} s) the magnetometer's bias changed for good, by about "
+      "({:.3g}, {:.3g}, {:.3g}) uT: a magnet or iron was attached or removed.",
+      step.t_s, step.within_s, by.x(), by.y(), by.z());
+}
+
 std::string cause_of_misfit(const Calibration& c, const std::vector<MissingEffect>& missing) {
   const MissingEffect* measured = nullptr;
   for (const MissingEffect& effect : missing) {

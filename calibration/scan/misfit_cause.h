@@ -4,6 +4,7 @@
 // in the spectrum.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,13 @@ namespace magimu {
 // In sentences; empty where nothing is known. A cause counts that explains more than half of the
 // squares: then it is the main one, whatever else there is.
 std::string cause_of_misfit(const Calibration& c, const std::vector<MissingEffect>& missing);
+
+// Where most of it is one step of the magnetometer's bias, and no other effect explains as much:
+// that step.
+std::optional<BiasStep> step_of_magnetometer(const std::vector<MissingEffect>& missing);
+// "At 51 s (to within 5 s) the magnetometer's bias changed for good, by about (0, 0, 2.5) uT: a
+// magnet or iron was attached or removed."
+std::string sentence(const BiasStep& step);
 
 // Of one magnetometer's whitened residuals. Share of the squares in single readings that noise
 // makes in one recording of a hundred, and how many they are.

@@ -201,14 +201,20 @@ class Search {
       const Vector3 other = (posterior * z) / excess;
       const Eigen::Index bias = first_of_bias(effect.channel());
       found.covariance.block<3, 3>(bias, bias) += other * other.transpose();
+      const ChangeSpan& span = change->span();
+      if (span.begin.finite() && !span.end.finite()) {
+        found.step = {span.begin.recording, span.begin.t, window_of(*change), other};
+      }
     }
     found_.missing.push_back(std::move(found));
     return true;
   }
   // Of the number of times that were tried.
   double log10_of_times(const ChangeEffect& change) const {
-    const double window = change_window_s(stage_.plans(), change.channel(), stage_.spec().motion);
-    return std::log10(lasting_spans(int(std::ceil(seconds_ / window))));
+    return std::log10(lasting_spans(int(std::ceil(seconds_ / window_of(change)))));
+  }
+  double window_of(const ChangeEffect& change) const {
+    return change_window_s(stage_.plans(), change.channel(), stage_.spec().motion);
   }
   Eigen::Index first_dip() const { return 6 + 12 * Eigen::Index(recordings_.front()->mag.size()); }
   Eigen::Index dips() const { return Eigen::Index(field_count(recordings_)); }

@@ -9,6 +9,7 @@
 // was wrong in one of five recordings with something hidden in them (bench_verdicts).
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,14 @@
 #include "calibration/result/calibration.h"
 
 namespace magimu {
+
+// Of a bias that is another one from a time on, to the recording's end: when, to within so many
+// seconds, and by how much, in the unit of its sensor.
+struct BiasStep {
+  int recording = 0;
+  double t_s = 0.0, within_s = 0.0;
+  Vector3 by = Vector3::Zero();
+};
 
 struct MissingEffect {
   std::string name;  // of the catalogue; empty: a dependence without a known cause
@@ -28,6 +37,7 @@ struct MissingEffect {
   std::string needs;
   // RMS of what is seen of a cause without a name in the magnetometer's readings, an axis.
   double seen_uT = 0.0;
+  std::optional<BiasStep> step = {};
   VectorXd shift;       // what it does to the parameters, in order and units of
   MatrixXd covariance;  // Calibration::order, most probably; and how sure that is
 };

@@ -10,6 +10,8 @@ namespace {
 
 // Of 1 - length^2: attitudes that scatter by about 6 deg (root mean square) about one axis.
 constexpr double kMinSpread = 0.01;
+// A first guess of the attitudes tells it to a factor of two.
+constexpr double kHardlyMore = 4.0;
 
 }  // namespace
 
@@ -19,7 +21,9 @@ TurnedAxes turned_axes(const std::vector<Rot3>& nRb) {
   const Eigen::JacobiSVD<MatrixXd> svd(MatrixXd(mean), Eigen::ComputeFullU);
   const Vector3 length = svd.singularValues();
   TurnedAxes out;
-  out.enough = !(1.0 - length[0] * length[0] < kMinSpread);
+  const double spread = 1.0 - length[0] * length[0];
+  out.enough = !(spread < kMinSpread);
+  out.hardly_more = out.enough && spread < kHardlyMore * kMinSpread;
   if (!out.enough && 1.0 - length[2] * length[2] > kMinSpread) out.only = svd.matrixU().col(0);
   return out;
 }

@@ -13,6 +13,7 @@ namespace magimu {
 
 struct TurnedAxes {
   bool enough = false;          // turned about two axes at least, by more than a few degrees
+  bool hardly_more = false;     // enough, but by less than twice as much
   std::optional<Vector3> only;  // not enough, but about this axis (IMU frame); empty: hardly at all
 };
 

@@ -387,8 +387,12 @@ void judge(Calibration& c, const std::vector<std::string>& unknown, const KnownO
   if (c.trust.reasons.size() > before) tell_of_tolerances(c);
   judge_blows(c);
   judge_set_aside(c);
-  tell_of_a_change(c);
+  if (known.step.empty()) tell_of_a_change(c);
   judge_checks(c);
+  if (known.step.empty() || c.trust.verdict == Verdict::kYes) return;
+  c.trust.reasons.insert(
+      c.trust.reasons.begin(),
+      known.step + " Before and after that the calibration is off by a part of it.");
 }
 
 }  // namespace magimu

@@ -16,6 +16,7 @@ namespace magimu {
 // What is known of a misfit of the magnetometer beside the fit.
 struct KnownOfMisfit {
   std::string cause;  // cause_of_misfit()
+  std::string step;   // of the magnetometer's bias, in a sentence; empty: none is known
   // How far the first magnetometer's readings are from one ellipsoid, RMS, and its noise at rest,
   // one reading; 0: not known.
   double off_ellipsoid_uT = 0.0, at_rest_uT = 0.0;

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <optional>
 
+#include "calibration/calibrate_whole.h"
 #include "diagnosis/compare/calibration_difference.h"
 #include "diagnosis/compare/change_text.h"
 #include "diagnosis/held/held_model.h"
@@ -89,7 +90,7 @@ Excess excess_of_halves(const std::vector<const Recording*>& recordings,
       }
       std::vector<const Recording*> half;
       for (const Recording& part : parts) half.push_back(&part);
-      halves.push_back(calibrate(half, options));
+      halves.push_back(calibrate_whole(half, options));
       if (!halves.back().fit.converged() || !halves.back().undetermined.empty()) return {};
     }
   } catch (const InputError&) {
@@ -175,7 +176,7 @@ Against compare_with(const Calibration& stored, const std::string& stored_name,
   options.motion = stored.motion;
   options.mag_time_offset = has("mag_time_offset");
   options.gyr_matrix = has("gyro_scale_misalignment") && is_moved(stored.motion);
-  const Calibration now = calibrate(recordings, options);
+  const Calibration now = calibrate_whole(recordings, options);
   const int blocks = blocks_of(recordings);
   Against out = compare_calibrations(stored, now, blocks, given.false_alarm_rate);
   if (out.changed()) {

@@ -20,6 +20,7 @@ constexpr double kHardlyTwos =
     0.1;  // of intervals of one step: twos between them may be lost samples
 // Intervals of the rarer length in a row that one clock explains.
 constexpr double kOddInARow = 10.0;
+constexpr double kAsMany = 0.5;       // of two numbers that are equal but for the ends
 constexpr double kOfChance = 0.3;     // of so many pairs of lost samples as chance makes
 constexpr double kStampSlack = 1.02;  // of a step: stamps' own rounding
 
@@ -68,8 +69,9 @@ double common_interval(const std::vector<double>& t, const std::vector<Run>& run
   return squares > 0.0 ? products / squares : 0.0;
 }
 
-// Runs whose stamps lie within a step of begin + k h, and the middle of where begin may be then.
-void split(const std::vector<double>& t, double h, double step, std::vector<Run>& runs,
+// Runs whose stamps lie within a span of this length about begin + k h, and the middle of where
+// begin may be then.
+void split(const std::vector<double>& t, double h, double span, std::vector<Run>& runs,
            std::vector<double>& begins) {
   std::vector<Run> out;
   begins.clear();
@@ -78,8 +80,8 @@ void split(const std::vector<double>& t, double h, double step, std::vector<Run>
     double low = -INFINITY, high = INFINITY;
     for (std::size_t i = run.first; i < run.end; ++i) {
       const double begin = t[i] - double(i - first) * h;
-      const double l = std::max(low, begin - 0.5 * kStampSlack * step);
-      const double u = std::min(high, begin + 0.5 * kStampSlack * step);
+      const double l = std::max(low, begin - 0.5 * kStampSlack * span);
+      const double u = std::min(high, begin + 0.5 * kStampSlack * span);
       if (l <= u) {
         low = l;
         high = u;
@@ -88,8 +90,8 @@ void split(const std::vector<double>& t, double h, double step, std::vector<Run>
       out.push_back({first, i});
       begins.push_back(0.5 * (low + high));
       first = i;
-      low = t[i] - 0.5 * kStampSlack * step;
-      high = t[i] + 0.5 * kStampSlack * step;
+      low = t[i] - 0.5 * kStampSlack * span;
+      high = t[i] + 0.5 * kStampSlack * span;
     }
     out.push_back({first, run.end});
     begins.push_back(0.5 * (low + high));
@@ -130,11 +132,16 @@ std::optional<RoundedTimes> rounded_times(const std::vector<double>& t) {
   }
   const double rarer = std::min(shorter, longer);
   if (rarer < kOddInARow) return std::nullopt;  // even as they are
-  // Where one step is the rule, two of them may be a sample that was lost.
-  if (low == 1.0 && longer < kHardlyTwos * shorter) return std::nullopt;
+  // Where one step is the rule, two of them may be a sample that was lost, unless as many samples
+  // share a time.
+  if (low == 1.0 && longer < kHardlyTwos * shorter && less < kAsMany * longer) return std::nullopt;
 
-  // Rounding alone makes none that are shorter.
-  if (less * kOddInARow > rarer) return out;
+  // Rounding alone makes none that are shorter. With samples that come a little unevenly it does;
+  // where two of them have one time, times that a steady clock has within a step are the better
+  // ones.
+  const bool uneven = less * kOddInARow > rarer;
+  if (uneven && low > 1.0) return out;
+  out.within_s = uneven ? out.step_s : 0.5 * out.step_s;
 
   const std::vector<Run> whole = without_pauses(t, kStampPause * std::max(mean, out.step_s));
   std::vector<Run> runs = whole;
@@ -142,7 +149,7 @@ std::optional<RoundedTimes> rounded_times(const std::vector<double>& t) {
   double h = common_interval(t, runs);
   for (int pass = 0; pass < 2; ++pass) {
     runs = whole;
-    split(t, h, out.step_s, runs, begins);
+    split(t, h, 2.0 * out.within_s, runs, begins);
     if (pass == 0) h = common_interval(t, runs);
   }
   if (!(h > 0.0) || double(runs.size() - whole.size()) * kOddInARow > rarer) {

@@ -13,8 +13,10 @@ namespace magimu {
 struct RoundedTimes {
   double step_s = 0.0;    // all times are whole numbers of it apart
   double rate_hz = 0.0;   // of the samples, on average
-  std::vector<double> t;  // even ones, no further than half a step from those given; empty: the
-                          // samples do not come evenly, or were lost now and then
+  double within_s = 0.0;  // of the times given: half a step, or a whole one where samples came a
+                          // little unevenly, too
+  std::vector<double> t;  // even ones, so near to those given; empty: the samples do not come
+                          // evenly, or were lost now and then
 };
 
 // t: of one sensor's samples, none earlier than the one before. Nothing where the step is short

@@ -131,12 +131,14 @@ class RowTimeReader {
         "({:.4g} ms, {:.4g} Hz)",
         1e3 * rounded->step_s, 100.0 * rounded->step_s * rounded->rate_hz, 1e3 / rounded->rate_hz,
         rounded->rate_hz);
-    const std::string told = rounded->t.empty()
-                                 ? ": the samples do not come evenly, so that each time is wrong "
-                                   "by up to half a step; log more digits of the time"
-                                 : ": they were given even times, each within half a step of the "
-                                   "one in the file (how late a sensor at another rate is stays "
-                                   "unknown by as much); better, log more digits of the time";
+    const std::string told =
+        rounded->t.empty() ? ": the samples do not come evenly, so that each time is wrong "
+                             "by up to half a step; log more digits of the time"
+                           : std::string(": they were given even times, each within ") +
+                                 (rounded->within_s < rounded->step_s ? "half a" : "a") +
+                                 " step of the "
+                                 "one in the file (how late a sensor at another rate is stays "
+                                 "unknown by as much); better, log more digits of the time";
     for (std::size_t i = 0; i < rounded->t.size(); ++i) out_.t[own[i]] = rounded->t[i];
     caution(what + told);
   }

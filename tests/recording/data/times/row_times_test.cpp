@@ -497,5 +497,28 @@ TEST(RoundedTimes, of_samples_that_come_unevenly_are_told_of_and_left) {
   EXPECT_THAT(r.cautions, Contains(HasSubstr("do not come evenly")));
 }
 
+// 500 Hz in steps of 2 ms cut off with the rounding of binary numbers; 1 kHz with some jitter in
+// ms.
+TEST(RoundedTimes, of_a_clock_that_is_steady_to_a_step_become_even_again) {
+  unsigned random = 1;
+  const auto uniform = [&random] {
+    random = random * 1664525U + 1013904223U;
+    return double(random >> 8) / double(1U << 24) - 0.5;
+  };
+  const std::function<double(int)> stamps[] = {
+      [](int k) { return 0.002 * std::floor(0.002 * k / 0.002); },
+      [&](int k) { return 0.001 * std::round(k + 0.6 * uniform() + 0.5); }};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double h = i == 0 ? 0.002 : 0.001;
+    std::string content = kTimedHeader;
+    for (int k = 0; k < 4000; ++k) content += timed_row(fmt::format("{:.3f}", stamps[i](k)), k);
+    const Recording r = read_log(content);
+    ASSERT_EQ(r.gyr.size(), 4000U) << "of two rows of one time both are samples";
+    ASSERT_THAT(r.cautions, ElementsAre(HasSubstr("each within a step")));
+    for (std::size_t k = 0; k < 4000; ++k)
+      ASSERT_NEAR(r.gyr.t[k] - r.gyr.t[0], h * double(k), 0.1 * h);
+  }
+}
+
 }  // namespace
 }  // namespace magimu

@@ -249,10 +249,11 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   const Check first[] = {check_optimum(c.fit), check_accuracy(c), check_whiteness(c),
                          check_windows(c, mag_squares)};
   c.checks.insert(c.checks.begin(), std::begin(first), std::end(first));
-  const std::optional<BiasStep> step = step_of_magnetometer(missing);
+  const std::optional<BiasStep> step = step_of_magnetometer(searched);
   judge(c, unknown,
         {.cause = cause_of_misfit(c, missing),
-         .step = step ? sentence(*step) : "",
+         // Of what comes and goes only the rest of the recording shows whether it was that.
+         .step = step && step->lasts() && step->beyond_chance ? sentence(*step) : "",
          .off_ellipsoid_uT = pipeline.guess().ellipsoid_rms_uT,
          .at_rest_uT = reading_at_rest(*recordings.front(), pipeline.rest_noise()),
          .gyr_unit = gyr_unit_of_files(recordings)});
@@ -316,29 +317,57 @@ Calibration calibrate_anyhow(const std::vector<const Recording*>& given,
   }
 }
 
+constexpr int kMostSteps = 3;  // in one recording
+
 int rank(Verdict verdict) {
   return verdict == Verdict::kYes ? 2 : verdict == Verdict::kLimited ? 1 : 0;
 }
 
-// The device is what it was last: that of the samples since the magnetometer's bias changed, where
-// they tell more than all of them do.
-Calibration since_step(const Recording& given, const CalibrationOptions& options,
-                       const BiasStep& step, Calibration all) {
-  const Recording since =
-      slice(given, step.t_s + step.within_s, std::numeric_limits<double>::infinity());
-  if (since.gyr.empty()) return all;
-  Beside beside;
-  Calibration out;
-  try {
-    out = calibrate_anyhow({&since}, options, beside);
-  } catch (const InputError&) {
-    return all;
+// Without what was measured before a change that lasts, for the device is what it was last; without
+// the magnetometers' readings of a time in which they were otherwise.
+Recording without_step(const Recording& given, const BiasStep& step) {
+  if (step.lasts()) return slice(given, step.begin_s + step.within_s, step.end_s);
+  Recording out = given;
+  for (VectorSeries& mag : out.mag) {
+    VectorSeries outside;
+    for (std::size_t k = 0; k < mag.size(); ++k) {
+      const bool inside =
+          mag.t[k] > step.begin_s - step.within_s && mag.t[k] < step.end_s + step.within_s;
+      if (!inside) outside.push_back(mag.t[k], mag.v[k]);
+    }
+    mag = std::move(outside);
   }
-  if (rank(out.trust.verdict) <= rank(all.trust.verdict)) return all;
-  out.warnings.insert(out.warnings.begin(),
-                      sentence(step) + " The calibration is the one that holds since then.");
-  out.seconds += all.seconds;
   return out;
+}
+
+// The calibration of what is left without that step, and without another that shows then, where
+// that tells more than all samples do.
+Calibration beside_steps(const Recording& given, const CalibrationOptions& options, BiasStep step,
+                         Calibration all) {
+  std::vector<std::string> said;
+  Recording left = given;
+  for (int steps = 0; steps < kMostSteps; ++steps) {
+    left = without_step(left, step);
+    if (left.gyr.empty() || left.mag.front().empty()) break;
+    said.push_back(sentence(step) +
+                   (step.lasts() ? " The calibration is the one that holds since then."
+                                 : " The calibration is made without its readings of that time."));
+    Beside beside;
+    Calibration out;
+    try {
+      out = calibrate_anyhow({&left}, options, beside);
+    } catch (const InputError&) {
+      break;
+    }
+    if (rank(out.trust.verdict) > rank(all.trust.verdict)) {
+      out.warnings.insert(out.warnings.begin(), said.begin(), said.end());
+      out.seconds += all.seconds;
+      return out;
+    }
+    if (!beside.step) break;
+    step = *beside.step;
+  }
+  return all;
 }
 
 }  // namespace
@@ -348,7 +377,7 @@ Calibration calibrate(const std::vector<const Recording*>& given,
   Beside beside;
   Calibration c = calibrate_anyhow(given, options, beside);
   if (!beside.step || given.size() != 1) return c;
-  return since_step(*given.front(), options, *beside.step, std::move(c));
+  return beside_steps(*given.front(), options, *beside.step, std::move(c));
 }
 
 Calibration calibrate_whole(const std::vector<const Recording*>& given,

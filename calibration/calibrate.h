@@ -21,9 +21,9 @@ namespace magimu {
 
 // Throws InputError where a recording is none (recording/data/well_formed.h), a sensor has no
 // samples, or samples are not what they seem to be; everything else is told by the result's trust,
-// also that no fit could be made. Where the magnetometer's bias changes for good within a single
-// recording (a magnet was attached), and what follows tells more than all does, the result is that
-// of the samples since then, and its first warning says so.
+// also that no fit could be made. Where the magnetometer's bias changes within a single recording
+// (a magnet was attached), and what follows, or is outside of that time, tells more than all does,
+// the result is that of those samples, and its first warning says so.
 Calibration calibrate(const Recording& recording, const CalibrationOptions& options = {});
 Calibration calibrate(const std::vector<const Recording*>& recordings,
                       const CalibrationOptions& options = {});

@@ -106,24 +106,32 @@ StrongestLine strongest_line(const std::vector<double>& t, const std::vector<Vec
   return out;
 }
 
-std::optional<BiasStep> step_of_magnetometer(const std::vector<MissingEffect>& missing) {
-  const MissingEffect* most = nullptr;
-  for (const MissingEffect& effect : missing) {
-    if (effect.channel != Sensor::kMag || effect.share_of_misfit < kMainCause) continue;
-    if (effect.name.empty()) continue;  // a bias of its own in each window contains a step
-    if (most == nullptr || effect.share_of_misfit > most->share_of_misfit) most = &effect;
-  }
-  return most == nullptr ? std::nullopt : most->step;
+std::optional<BiasStep> step_of_magnetometer(const SearchedEffects& searched) {
+  const std::optional<BiasStep>& step = searched.step;
+  if (!step || step->share_of_misfit < kMainCause) return std::nullopt;
+  const bool other = std::ranges::any_of(searched.missing, [&](const MissingEffect& effect) {
+    // (A bias of its own in each window, which has no name, contains a step.)
+    return effect.channel == Sensor::kMag && !effect.name.empty() &&
+           effect.share_of_misfit > step->share_of_misfit;
+  });
+  return other ? std::nullopt : step;
 }
 
 std::string sentence(const BiasStep& step) {
   // Digits beyond a hundredth of the largest tell nothing.
   const double unit = std::pow(10.0, std::floor(std::log10(step.by.cwiseAbs().maxCoeff())) - 1.0);
   const Vector3 by = (step.by / unit).array().round() * unit + 0.0;
+  const std::string size = fmt::format("({:.3g}, {:.3g}, {:.3g}) uT", by.x(), by.y(), by.z());
+  if (step.lasts()) {
+    return fmt::format(
+        "At about {:.0f} s (to within {:.0f} s) the magnetometer's bias changed for good, by about "
+        "{}: a magnet or iron was attached or removed.",
+        step.begin_s, step.within_s, size);
+  }
   return fmt::format(
-      "At about {:.0f} s (to within {:.0f} s) the magnetometer's bias changed for good, by about "
-      "({:.3g}, {:.3g}, {:.3g}) uT: a magnet or iron was attached or removed.",
-      step.t_s, step.within_s, by.x(), by.y(), by.z());
+      "Between about {:.0f} and {:.0f} s (to within {:.0f} s) the magnetometer's bias was another "
+      "one, by about {}: a magnet or iron was near, and gone then.",
+      step.begin_s, step.end_s, step.within_s, size);
 }
 
 std::string cause_of_misfit(const Calibration& c, const std::vector<MissingEffect>& missing) {

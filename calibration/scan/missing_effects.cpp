@@ -84,6 +84,7 @@ std::vector<MissingEffect> unseen_of(const std::vector<ToleranceFamily>& familie
 
 struct FoundByScan {
   std::vector<MissingEffect> missing;
+  std::optional<BiasStep> step;
   std::vector<ToleranceFamily> families;
 };
 
@@ -123,7 +124,12 @@ class Search {
  private:
   void look_at(const Scan& scan, std::size_t i, const Effect& effect) {
     const Score s = scan.with_own_scatter(i);
-    if (!is_missing(scan, i, effect, s)) look_for_unseen(scan, i, effect, s);
+    const ChangeEffect* const change = as_change(effect);
+    // What comes and goes is not the device.
+    const bool passes = change != nullptr && change->span().end.finite();
+    const bool missing = !passes && is_missing(scan, i, effect, s);
+    if (!missing && !passes) look_for_unseen(scan, i, effect, s);
+    if (change != nullptr && change->channel() == Sensor::kMag) keep_step(*change, s, missing);
   }
   // By how much each of the effect's parameters moves the calibration's.
   MatrixXd influence_of(const Scan& scan, std::size_t i, const Effect& effect) const {
@@ -139,6 +145,16 @@ class Search {
           MatrixXd::Identity(effect.size(), effect.size());
     }
     return out;
+  }
+  void keep_step(const ChangeEffect& change, const Score& s, bool beyond_chance) {
+    const ChangeSpan& span = change.span();
+    if (!span.begin.finite()) return;
+    found_.step = {.begin_s = span.begin.t,
+                   .within_s = window_of(change),
+                   .by = s.theta.head<3>(),
+                   .share_of_misfit = s.statistic / std::max(squares_, 1e-30),
+                   .beyond_chance = beyond_chance};
+    if (span.end.finite()) found_.step->end_s = span.end.t;
   }
   void look_for_unseen(const Scan& scan, std::size_t i, const Effect& effect, const Score& s) {
     if (!is_tolerance(effect)) return;
@@ -201,10 +217,6 @@ class Search {
       const Vector3 other = (posterior * z) / excess;
       const Eigen::Index bias = first_of_bias(effect.channel());
       found.covariance.block<3, 3>(bias, bias) += other * other.transpose();
-      const ChangeSpan& span = change->span();
-      if (span.begin.finite() && !span.end.finite()) {
-        found.step = {span.begin.recording, span.begin.t, window_of(*change), other};
-      }
     }
     found_.missing.push_back(std::move(found));
     return true;
@@ -254,6 +266,7 @@ SearchedEffects searched(const std::vector<const Recording*>& recordings, const 
   for (const FoundByScan& own : found) {
     out.missing.insert(out.missing.end(), own.missing.begin(), own.missing.end());
     families.insert(families.end(), own.families.begin(), own.families.end());
+    if (own.step) out.step = own.step;
   }
   out.unseen = unseen_of(families);
   return out;
@@ -323,7 +336,6 @@ SearchedEffects search_effects(const std::vector<const Recording*>& recordings,
     all.push_back(bias_in_windows(windows));
     all.push_back(bias_in_windows(windows, Sensor::kGyr));
     for (const LikelyChange& change : changes_of_bias(recordings, stage)) {
-      if (change.span.end.finite()) continue;  // what comes and goes is not the device
       all.push_back(change.effect());
     }
   }

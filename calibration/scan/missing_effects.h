@@ -9,6 +9,7 @@
 // was wrong in one of five recordings with something hidden in them (bench_verdicts).
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,12 +19,15 @@
 
 namespace magimu {
 
-// Of a bias that is another one from a time on, to the recording's end: when, to within so many
-// seconds, and by how much, in the unit of its sensor.
+// The magnetometer's bias is another one from a time on, to the recording's end or to another time:
+// when, to within so many seconds, by how much, and which share of the magnetometer's squares that
+// explains, by one step of a refit.
 struct BiasStep {
-  int recording = 0;
-  double t_s = 0.0, within_s = 0.0;
-  Vector3 by = Vector3::Zero();
+  double begin_s = 0.0, end_s = std::numeric_limits<double>::infinity(), within_s = 0.0;
+  Vector3 by = Vector3::Zero();  // uT
+  double share_of_misfit = 0.0;
+  bool beyond_chance = false;
+  bool lasts() const { return !(end_s < std::numeric_limits<double>::infinity()); }
 };
 
 struct MissingEffect {
@@ -37,7 +41,6 @@ struct MissingEffect {
   std::string needs;
   // RMS of what is seen of a cause without a name in the magnetometer's readings, an axis.
   double seen_uT = 0.0;
-  std::optional<BiasStep> step = {};
   VectorXd shift;       // what it does to the parameters, in order and units of
   MatrixXd covariance;  // Calibration::order, most probably; and how sure that is
 };
@@ -49,6 +52,8 @@ constexpr Eigen::Index first_of_bias(Sensor sensor) {
 
 struct SearchedEffects {
   std::vector<MissingEffect> missing;
+  // Whatever chance says of it: who takes it for what happened looks whether the rest fits then.
+  std::optional<BiasStep> step = {};
   // Families of errors that parts usually have and that are not among the missing: shift zero, and
   // the covariance of what they may do without being seen (unseen_tolerances.h).
   std::vector<MissingEffect> unseen;

@@ -392,7 +392,7 @@ void judge(Calibration& c, const std::vector<std::string>& unknown, const KnownO
   if (known.step.empty() || c.trust.verdict == Verdict::kYes) return;
   c.trust.reasons.insert(
       c.trust.reasons.begin(),
-      known.step + " Before and after that the calibration is off by a part of it.");
+      known.step + " The calibration of all these samples is off by a part of it.");
 }
 
 }  // namespace magimu

@@ -71,7 +71,9 @@ TEST(BiasStep, may_be_two) {
   Simulation s = with_magnet(SimulatedMotion::kHand, 5505, Vector3(4.0, 1.0, -2.0), 20.0);
   const Vector3 more(-2.0, 2.0, 3.0);
   VectorSeries& mag = s.recording.mag[0];
-  for (std::size_t k = 0; k < mag.size(); ++k) mag.v[k] += mag.t[k] > 45.0 ? more : Vector3::Zero();
+  for (std::size_t k = 0; k < mag.size(); ++k) {
+    if (mag.t[k] > 45.0) mag.v[k] += more;
+  }
   const Calibration c = calibrate(s.recording);
   EXPECT_EQ(c.trust.verdict, Verdict::kYes);
   const Vector3 last = s.truth.parameters.mag[0].bias + Vector3(4.0, 1.0, -2.0) + more;

@@ -496,7 +496,8 @@ Recording CsvParser::finish() {
   for (std::size_t i = recording.mag.size(); i-- > 0;) {
     if (!recording.mag[i].empty()) continue;
     const auto at = static_cast<std::ptrdiff_t>(i);
-    recording.notes.push_back(recording.mag_names[i] + " is left out: it has no samples");
+    recording.cautions.push_back(recording.mag_names[i] +
+                                 " is left out: it has no samples; check its wires and the logger");
     recording.mag.erase(recording.mag.begin() + at);
     recording.mag_names.erase(recording.mag_names.begin() + at);
   }

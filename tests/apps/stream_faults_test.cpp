@@ -233,6 +233,32 @@ TEST_F(StreamFaults, a_magnetometer_that_never_measures_leaves_the_others) {
   }
 }
 
+// Its columns are empty.
+TEST_F(StreamFaults, a_magnetometer_without_a_sample_leaves_the_others) {
+  for (const bool first : {true, false}) {
+    std::string all =
+        "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag1_x,mag1_y,mag1_z,mag2_x,mag2_y,mag2_z\n";
+    for (const Row& row : rows_) {
+      for (std::size_t i = 0; i < 7; ++i) all += number(row[i]) + ",";
+      if (first) all += ",,,";
+      for (std::size_t i = 7; i < 10; ++i) all += (i > 7 ? "," : "") + number(row[i]);
+      if (!first) all += ",nan,nan,nan";
+      all += "\n";
+    }
+    magimu_.folder().write("all.csv", all);
+    for (const char* const command : {"calibrate all.csv", "stream all.csv"}) {
+      const Outcome run = magimu_(std::string(command) + " -o cal.json");
+      EXPECT_EQ(run.exit_code, kDone) << command << run.err;
+      const json file = magimu_.json("cal.json");
+      EXPECT_EQ(file["trust"]["verdict"], "yes") << command;
+      ASSERT_EQ(file["magnetometers"].size(), 1u) << command;
+      EXPECT_EQ(file["magnetometers"][0]["name"], first ? "mag2" : "mag1");
+      EXPECT_THAT(file["warnings"].dump(),
+                  HasSubstr(first ? "mag1 is left out" : "mag2 is left out"));
+    }
+  }
+}
+
 TEST_F(StreamFaults, a_magnetometer_that_dies_on_the_way_leaves_what_it_measured) {
   write("died.csv", [this](std::size_t k, Row& r) {
     const std::size_t last = rows_.size() * 3 / 4;

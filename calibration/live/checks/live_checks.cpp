@@ -292,8 +292,9 @@ void LiveChecks::leave_out_dead(std::vector<Issue>& seen) {
   for (std::size_t m = 0; m < left_out_.size(); ++m) {
     if (is_left_out(m)) continue;
     const auto fatal = std::ranges::find_if(seen, [&](const Issue& issue) {
-      return issue.sensor == options_.mag_names[m] && issue.severity == Severity::kFatal &&
-             is_any_of(issue.kind, {"constant", "copied", "set_aside"});
+      if (issue.sensor != options_.mag_names[m]) return false;
+      return issue.kind == "absent" || (issue.severity == Severity::kFatal &&
+                                        is_any_of(issue.kind, {"constant", "copied", "set_aside"}));
     });
     if (fatal == seen.end() || (fatal->kind != "copied" && has_measured(*fatal))) {
       ++alive;

@@ -136,23 +136,27 @@ std::optional<RoundedTimes> rounded_times(const std::vector<double>& t) {
   // share a time.
   if (low == 1.0 && longer < kHardlyTwos * shorter && less < kAsMany * longer) return std::nullopt;
 
-  // Rounding alone makes none that are shorter. With samples that come a little unevenly it does;
-  // where two of them have one time, times that a steady clock has within a step are the better
-  // ones.
-  const bool uneven = less * kOddInARow > rarer;
+  // Rounding alone makes none that are shorter. Samples that come a little unevenly do; where two
+  // of them have one time, times that a steady clock has within a step are the better ones.
+  const bool uneven = less * kOddInARow > rarer, share_times = low == 0.0 || less > 0.0;
   if (uneven && low > 1.0) return out;
-  out.within_s = uneven ? out.step_s : 0.5 * out.step_s;
-
   const std::vector<Run> whole = without_pauses(t, kStampPause * std::max(mean, out.step_s));
-  std::vector<Run> runs = whole;
+  std::vector<Run> runs;
   std::vector<double> begins;
-  double h = common_interval(t, runs);
-  for (int pass = 0; pass < 2; ++pass) {
-    runs = whole;
-    split(t, h, 2.0 * out.within_s, runs, begins);
-    if (pass == 0) h = common_interval(t, runs);
-  }
-  if (!(h > 0.0) || double(runs.size() - whole.size()) * kOddInARow > rarer) {
+  double h = 0.0;
+  const auto is_even_within = [&](double within_s) {
+    out.within_s = within_s;
+    h = common_interval(t, whole);
+    for (int pass = 0; pass < 2; ++pass) {
+      runs = whole;
+      split(t, h, 2.0 * within_s, runs, begins);
+      if (pass == 0) h = common_interval(t, runs);
+    }
+    return h > 0.0 && double(runs.size() - whole.size()) * kOddInARow <= rarer;
+  };
+  const bool even = (!uneven && is_even_within(0.5 * out.step_s)) ||
+                    (low <= 1.0 && share_times && is_even_within(out.step_s));
+  if (!even) {
     // Of samples that are lost at random as many are lost two in a row as chance makes them; no
     // clock that is rounded makes three steps of one and two.
     const bool lost = low == 1.0 && less == 0.0 &&

@@ -7,6 +7,7 @@
 
 #include <functional>
 #include <limits>
+#include <random>
 
 #include "recording/checks/gate.h"
 #include "recording/checks/quality.h"
@@ -61,7 +62,26 @@ const std::vector<Death>& deaths() {
            if (k % 10 != 0) s.v[k].setConstant(std::numeric_limits<double>::quiet_NaN());
          }
        },
-       "not a finite number"}};
+       "not a finite number"},
+      {"an impossible value",
+       [](VectorSeries& s) {
+         for (std::size_t k = 0; k < s.size(); ++k) {
+           if (k % 3 != 0) s.v[k].setConstant(-4096.0);
+         }
+       },
+       "mag2 is left out: it reads (-4096, -4096, -4096) uT in 67 % of its samples"},
+      {"noise",
+       [](VectorSeries& s) {
+         std::mt19937_64 random(1);
+         std::normal_distribution<double> noise(0.0, 0.3);
+         for (Vector3& v : s.v) v = Vector3(noise(random), noise(random), noise(random));
+       },
+       "mag2 is left out: it reads noise alone"},
+      {"another unit",
+       [](VectorSeries& s) {
+         for (Vector3& v : s.v) v *= 0.01;
+       },
+       "the others have the usual unit"}};
   return all;
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The end of a stream: what calibrate() makes of the same samples, but for those that did not fit
-// the rest. Where the magnetometer's bias changed, or where there are too many samples, it is the
-// stream's own estimate, judged by the same checks.
+// the rest; where the magnetometer's bias changed, of those since then. Where these do not tell
+// enough, or where there are too many samples, it is the stream's own estimate, judged by the same
+// checks.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "calibration/fit/diagnostics.h"
@@ -89,6 +91,28 @@ Recording StreamingCalibration::State::without_flagged(const Recording& raw) con
   return out;
 }
 
+// Of the samples since the last change alone: whatever it was, another sensor's perhaps, they are
+// those of the device as it is now. Nothing where they do not tell enough. (What did not fit before
+// may fit then.)
+std::optional<Calibration> StreamingCalibration::State::calibrate_since_change(
+    const Recording& raw) const {
+  const auto since = [&](const Recording& all) -> std::optional<Calibration> {
+    const Recording last =
+        slice(all, end_of(changes_.back()), std::numeric_limits<double>::infinity());
+    if (last.gyr.empty() || last.mag.front().empty()) return std::nullopt;
+    try {
+      Calibration c = calibrate(last, final_options());
+      if (c.trust.verdict != Verdict::kYes) return std::nullopt;
+      c.warnings.insert(c.warnings.begin(), warnings_.begin(), warnings_.end());
+      return c;
+    } catch (const InputError&) {
+      return std::nullopt;
+    }
+  };
+  std::optional<Calibration> c = since(raw);
+  return c || flagged_.empty() ? c : since(without_flagged(raw));
+}
+
 Calibration StreamingCalibration::State::finish() {
   Calibration c = finish_as_asked();
   // What whoever watched was told, whoever reads the file must know.
@@ -112,6 +136,9 @@ Calibration StreamingCalibration::State::finish_as_asked() {
   }
   if (raw != nullptr && changes_.empty() && !is_long) {
     return calibrate_as_kept(*raw);
+  }
+  if (raw != nullptr && !is_long) {
+    if (std::optional<Calibration> since = calibrate_since_change(*raw)) return *std::move(since);
   }
   std::optional<CheckedRecordings> checked;
   if (raw != nullptr) checked.emplace(std::vector<const Recording*>{raw});

@@ -95,6 +95,7 @@ class StreamingCalibration::State {
   Recording without_flagged(const Recording& raw) const;
   Calibration finish(const StreamParts& parts);
   Calibration calibrate_as_kept(const Recording& raw) const;
+  std::optional<Calibration> calibrate_since_change(const Recording& raw) const;
   bool is_good_enough();
 
   // stream_news.cpp

@@ -110,9 +110,10 @@ std::optional<BiasStep> step_of_magnetometer(const SearchedEffects& searched) {
   const std::optional<BiasStep>& step = searched.step;
   if (!step || step->share_of_misfit < kMainCause) return std::nullopt;
   const bool other = std::ranges::any_of(searched.missing, [&](const MissingEffect& effect) {
-    // (A bias of its own in each window, which has no name, contains a step.)
+    // A bias of its own in each window, which has no name, contains a step, and a drift is like two
+    // of them.
     return effect.channel == Sensor::kMag && !effect.name.empty() &&
-           effect.share_of_misfit > step->share_of_misfit;
+           effect.name != "hard_iron_drift" && effect.share_of_misfit > step->share_of_misfit;
   });
   return other ? std::nullopt : step;
 }
@@ -125,7 +126,7 @@ std::string sentence(const BiasStep& step) {
   if (step.lasts()) {
     return fmt::format(
         "At about {:.0f} s (to within {:.0f} s) the magnetometer's bias changed for good, by about "
-        "{}: a magnet or iron was attached or removed.",
+        "{}: a magnet or iron was attached or removed (or it drifted: `magimu diagnose` tells).",
         step.begin_s, step.within_s, size);
   }
   return fmt::format(

@@ -21,7 +21,8 @@ std::string cause_of_misfit(const Calibration& c, const std::vector<MissingEffec
 // that step.
 std::optional<BiasStep> step_of_magnetometer(const SearchedEffects& searched);
 // "At about 51 s (to within 5 s) the magnetometer's bias changed for good, by about (0, 0, 2.5) uT:
-// a magnet or iron was attached or removed."; "Between about 51 and 76 s (...) was another one".
+// a magnet or iron was attached or removed (or it drifted: ...)."; "Between about 51 and 76 s (...)
+// was another one".
 std::string sentence(const BiasStep& step);
 
 // Of one magnetometer's whitened residuals. Share of the squares in single readings that noise

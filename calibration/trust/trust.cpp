@@ -310,7 +310,7 @@ void judge_set_aside(Calibration& c) {
 }
 
 // The sigmas hold for one bias all the time; who reads the checks must know that there were two.
-void tell_of_a_change(Calibration& c) {
+void tell_of_a_change(Calibration& c, bool is_a_reason) {
   const auto change = change_of_magnetometer(c);
   const auto model = std::ranges::find(c.checks, "model", &Check::name);
   if (!change || !change->has_edge || model == c.checks.end()) return;
@@ -322,7 +322,7 @@ void tell_of_a_change(Calibration& c) {
       change->t_s, change->size * unit_of_residuals(c.residuals[2]));
   model->sentence += " " + sentence;
   // Of what the sigmas are too large for it is the likeliest reason.
-  if (c.trust.verdict != Verdict::kYes) c.trust.lower(Verdict::kLimited, sentence);
+  if (is_a_reason && c.trust.verdict != Verdict::kYes) c.trust.lower(Verdict::kLimited, sentence);
 }
 
 void judge_checks(Calibration& c) {
@@ -387,7 +387,7 @@ void judge(Calibration& c, const std::vector<std::string>& unknown, const KnownO
   if (c.trust.reasons.size() > before) tell_of_tolerances(c);
   judge_blows(c);
   judge_set_aside(c);
-  if (known.step.empty()) tell_of_a_change(c);
+  tell_of_a_change(c, known.step.empty());
   judge_checks(c);
   if (known.step.empty() || c.trust.verdict == Verdict::kYes) return;
   c.trust.reasons.insert(

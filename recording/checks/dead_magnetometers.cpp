@@ -65,6 +65,15 @@ std::optional<DeadMagnetometer> unlike_the_others(const Recording& r, std::size_
                                                   const std::vector<Issue>& units,
                                                   const std::vector<double>& correlations) {
   const std::string& name = r.mag_names[m];
+  const double best = *std::ranges::max_element(correlations);
+  if (correlations[m] < kNoise && best > kField) {
+    return DeadMagnetometer{
+        name,
+        fmt::format("{} reads noise alone: neighbouring readings have nothing to "
+                    "do with each other, however it is turned",
+                    name),
+        "check its wires and its driver"};
+  }
   const auto wrong = [&](const std::string& of) {
     return std::ranges::find_if(units, [&](const Issue& issue) {
       return issue.sensor == of && issue.kind == "unit" && issue.severity == Severity::kFatal;
@@ -76,13 +85,7 @@ std::optional<DeadMagnetometer> unlike_the_others(const Recording& r, std::size_
     return DeadMagnetometer{name, wrong(name)->problem,
                             "the others have the usual unit: let the logger write all in one"};
   }
-  const double best = *std::ranges::max_element(correlations);
-  if (correlations[m] > kNoise || best < kField) return std::nullopt;
-  return DeadMagnetometer{name,
-                          fmt::format("{} reads noise alone: neighbouring readings have nothing to "
-                                      "do with each other, however it is turned",
-                                      name),
-                          "check its wires and its driver"};
+  return std::nullopt;
 }
 
 void erase_magnetometer(Recording& recording, const std::string& name) {

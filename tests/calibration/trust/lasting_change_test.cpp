@@ -8,7 +8,7 @@
 #include <cmath>
 #include <functional>
 
-#include "calibration/calibrate.h"
+#include "calibration/calibrate_whole.h"
 #include "sim/draws/random.h"
 #include "tests/calibration/cases.h"
 
@@ -71,7 +71,7 @@ TEST(LastingChange, is_seen_in_no_drift) {
 }
 
 std::string of_model(const Recording& r) {
-  const Calibration c = calibrate(r);
+  const Calibration c = calibrate_whole({&r});
   const auto check = std::ranges::find(c.checks, "model", &Check::name);
   return check == c.checks.end() ? "" : check->sentence;
 }

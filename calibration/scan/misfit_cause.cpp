@@ -120,7 +120,8 @@ std::optional<BiasStep> step_of_magnetometer(const SearchedEffects& searched) {
 
 std::string sentence(const BiasStep& step) {
   // Digits beyond a hundredth of the largest tell nothing.
-  const double unit = std::pow(10.0, std::floor(std::log10(step.by.cwiseAbs().maxCoeff())) - 1.0);
+  const double largest = std::max(step.by.cwiseAbs().maxCoeff(), 1e-9);
+  const double unit = std::pow(10.0, std::floor(std::log10(largest)) - 1.0);
   const Vector3 by = (step.by / unit).array().round() * unit + 0.0;
   const std::string size = fmt::format("({:.3g}, {:.3g}, {:.3g}) uT", by.x(), by.y(), by.z());
   if (step.lasts()) {

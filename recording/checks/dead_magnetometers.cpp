@@ -25,7 +25,9 @@ constexpr double kNoise = 0.5, kField = 0.9;
 
 std::optional<std::string> impossible_value(const std::string& name, const VectorSeries& mag) {
   std::map<std::array<double, 3>, std::size_t> counts;
-  for (const Vector3& v : mag.v) ++counts[{v[0], v[1], v[2]}];
+  for (const Vector3& v : mag.v) {
+    if (v.allFinite()) ++counts[{v[0], v[1], v[2]}];
+  }
   const auto most = std::ranges::max_element(counts, {}, [](const auto& c) { return c.second; });
   if (most == counts.end()) return std::nullopt;
   const double share = double(most->second) / double(mag.size());

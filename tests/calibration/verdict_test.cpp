@@ -2,6 +2,7 @@
 // Recordings that do not permit a calibration: said in words, never in nonsense.
 #include <gmock/gmock.h>
 
+#include "calibration/calibrate_whole.h"
 #include "calibration/result/calibration_json.h"
 #include "calibration/trust/trust.h"
 #include "recording/data/error.h"
@@ -190,10 +191,15 @@ TEST(Verdict, names_the_moment_when_a_magnet_was_put_on) {
   for (std::size_t k = 0; k < mag.size(); ++k) {
     if (mag.t[k] >= 50.0) mag.v[k] += Vector3(4.0, -3.0, 2.0);
   }
-  const Calibration c = calibrate(s.recording);
-  EXPECT_NE(c.trust.verdict, Verdict::kYes);
-  EXPECT_THAT(c.trust.reasons,
+  const Calibration whole = calibrate_whole({&s.recording});
+  EXPECT_NE(whole.trust.verdict, Verdict::kYes);
+  EXPECT_THAT(whole.trust.reasons,
               testing::Contains(testing::ContainsRegex("for good at about (49|50|51) s")));
+  const Calibration since = calibrate(s.recording);
+  EXPECT_EQ(since.trust.verdict, Verdict::kYes);
+  EXPECT_THAT(
+      since.warnings,
+      testing::Contains(testing::ContainsRegex("At about (49|50|51) s .* changed for good")));
 }
 
 }  // namespace

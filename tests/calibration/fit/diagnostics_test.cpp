@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "calibration/calibrate_whole.h"
 #include "calibration/fit/uncertainty.h"
 #include "calibration/motion/blows.h"
 #include "tests/calibration/cases.h"
@@ -99,7 +100,8 @@ std::map<std::string, Check> checks_of(const std::vector<oracle::Effect>& effect
   options.noise = oracle::kRealisticDensities;
   options.effects = effects;
   std::map<std::string, Check> out;
-  for (const Check& check : calibrate(simulate(options).recording).checks) out[check.name] = check;
+  const Recording recording = simulate(options).recording;
+  for (const Check& check : calibrate_whole({&recording}).checks) out[check.name] = check;
   return out;
 }
 

@@ -78,13 +78,13 @@ TEST(ReadCsv, an_array_of_magnetometers_comes_in_the_order_of_its_numbers) {
   EXPECT_EQ(recording.mag[2].v[0], Vector3(10, 10, 10));
 }
 
-TEST(ReadCsv, a_magnetometer_of_an_array_without_samples_is_left_out_and_the_notes_say_so) {
+TEST(ReadCsv, a_magnetometer_of_an_array_without_samples_is_left_out_and_a_caution_says_so) {
   const Recording recording = read(
       "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag1_x,mag1_y,mag1_z,mag2_x,mag2_y,mag2_z\n"
       "0,1,2,3,4,5,6,,,,7,8,9\n");
   EXPECT_THAT(recording.mag_names, ElementsAre("mag2"));
   EXPECT_EQ(recording.mag[0].v[0], Vector3(7, 8, 9));
-  EXPECT_THAT(recording.notes, ElementsAre(HasSubstr("mag1 is left out")));
+  EXPECT_THAT(recording.cautions, ElementsAre(HasSubstr("mag1 is left out: it has no samples")));
 }
 
 TEST(ReadCsv, temperature_current_and_position_are_kept_where_they_have_samples) {

@@ -188,9 +188,20 @@ TEST(RowsOfOneTime, with_other_readings_lose_them_with_a_caution_where_they_are_
 }
 
 TEST(RowsOfOneTime, with_other_readings_are_refused_where_they_are_many) {
-  // Now and then two at a time: no steady pace that could be restored.
-  const auto time = [](int k) { return 0.01 * (k % 7 == 3 ? k - 1 : k); };
-  EXPECT_THAT(refusal(timed_rows(100, time)).problem, HasSubstr("other readings: 14"));
+  // Faster and faster: no steady pace that could be restored.
+  const auto time = [](int k) { return 0.01 * std::floor(0.0065 * k * k); };
+  EXPECT_THAT(refusal(timed_rows(100, time)).problem, HasSubstr("other readings: 39"));
+}
+
+// Now and then two at a time, and none at the next: a steady pace, whose stamps are off by a step.
+TEST(RowsOfOneTime, are_evened_where_the_pace_is_steady_to_a_step) {
+  const Recording r =
+      read_log(timed_rows(100, [](int k) { return 0.01 * (k % 7 == 3 ? k - 1 : k); }));
+  ASSERT_EQ(r.gyr.size(), 100U);
+  EXPECT_THAT(r.cautions, ElementsAre(HasSubstr("each within a step")));
+  for (std::size_t k = 0; k < 100; ++k) {
+    EXPECT_NEAR(r.gyr.t[k] - r.gyr.t[0], 0.01 * double(k), 0.002);
+  }
 }
 
 TEST(ClockSetBack, begins_a_part_ten_seconds_later) {
@@ -412,7 +423,7 @@ TEST(RowsOfOneTime, with_another_current_keep_the_first_and_the_notes_say_so) {
 TEST(RowsOfOneTime, with_other_readings_of_a_sensor_are_refused_for_all_a_shared_column) {
   std::string content = "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag_x,mag_y,mag_z,current\n";
   for (int k = 0; k < 200; ++k) {
-    content += fmt::format("{:.2f},{},2,3,4,5,6,7,8,9,0.5\n", 0.01 * (k % 7 == 3 ? k - 1 : k), k);
+    content += fmt::format("{:.2f},{},2,3,4,5,6,7,8,9,0.5\n", 0.01 * std::floor(0.003 * k * k), k);
   }
   EXPECT_THAT(refusal(content).problem, HasSubstr("the time of another row and other readings"));
 }

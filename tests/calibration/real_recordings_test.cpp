@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "calibration/calibrate_whole.h"
 #include "recording/read.h"
 #include "tests/calibration/cases.h"
 
@@ -57,10 +58,15 @@ TEST_P(MovedSensor, the_rotation_model_says_that_it_does_not_hold) {
 class AttachedMagnet : public RealRecording {};
 
 TEST_P(AttachedMagnet, the_moment_of_its_removal_is_told) {
-  const Calibration c = calibrate(read_recording(path_.string()));
-  EXPECT_NE(c.trust.verdict, Verdict::kYes);
-  EXPECT_THAT(c.trust.reasons,
+  const Recording recording = read_recording(path_.string());
+  const Calibration whole = calibrate_whole({&recording});
+  EXPECT_NE(whole.trust.verdict, Verdict::kYes);
+  EXPECT_THAT(whole.trust.reasons,
               testing::Contains(testing::ContainsRegex("for good at about 9[89]")));
+  const Calibration outside = calibrate(recording);
+  EXPECT_NE(outside.trust.verdict, Verdict::kNo);
+  EXPECT_THAT(outside.warnings, testing::Contains(testing::ContainsRegex(
+                                    "Between about 4[0-4] and (9[5-9]|10[0-4]) s .*another one")));
 }
 
 INSTANTIATE_TEST_SUITE_P(Broad, AttachedMagnet,

@@ -180,7 +180,7 @@ const std::vector<Bad> kNoRecording{
      [] {
        return each([](Row& r) {
          const double k = std::round(50.0 * r[0]);
-         r[0] = 0.02 * (std::fmod(k, 7.0) == 3.0 ? k - 1.0 : k);
+         r[0] = 0.02 * std::floor(k * k / 6000.0);
        });
      },
      "the time of another row and other readings", "--rate HZ"},
@@ -261,7 +261,7 @@ const std::vector<Bad> kWrongData{
     {"constant_axis", [] { return each([](Row& r) { r[5] = 0.0; }); },
      "rec: gyr_y is 0 rad/s in all 3000 samples", "check the logger"},
     {"dead_magnetometer", [] { return each([](Row& r) { r[7] = r[8] = r[9] = 1.0; }); },
-     "rec: mag_x is 1 uT in all", "check the logger"},
+     "rec: mag reads (1, 1, 1) uT in all", "check the logger"},
     {"acc_in_g", [] { return scaled(1, 3, 1 / kG); }, "rec: the accelerometer usually reads",
      "--unit acc=g"},
     {"acc_in_mg", [] { return scaled(1, 3, 1e3 / kG); }, "it is in mg", "--unit acc=mg"},

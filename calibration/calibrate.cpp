@@ -319,10 +319,6 @@ Calibration calibrate_anyhow(const std::vector<const Recording*>& given,
 
 constexpr int kMostSteps = 3;  // in one recording
 
-int rank(Verdict verdict) {
-  return verdict == Verdict::kYes ? 2 : verdict == Verdict::kLimited ? 1 : 0;
-}
-
 // Without what was measured before a change that lasts, for the device is what it was last; without
 // the magnetometers' readings of a time in which they were otherwise.
 Recording without_step(const Recording& given, const BiasStep& step) {
@@ -359,7 +355,7 @@ Calibration beside_steps(const Recording& given, const CalibrationOptions& optio
     } catch (const InputError&) {
       break;
     }
-    if (rank(out.trust.verdict) > rank(all.trust.verdict)) {
+    if (out.trust.verdict < all.trust.verdict) {  // the better one
       out.warnings.insert(out.warnings.begin(), said.begin(), said.end());
       out.seconds += all.seconds;
       return out;

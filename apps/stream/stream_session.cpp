@@ -70,6 +70,7 @@ void StreamSession::run(const std::function<bool()>& stopped) {
   use_lines();
   if (!doubtful_.empty()) go_on();
   if (checks_) checks_->look();
+  if (checks_ && estimator_) go_on_without_dead(false);
   tell_news();
   say_what_was_known();
   event(ended_);
@@ -84,7 +85,7 @@ void StreamSession::begin_estimator(int magnetometers) {
                                  options_text(options_.estimator) + options_.reading};
   if (journal_) journal_->require(identity);
   if (estimator_) return;
-  used_mags_ = std::size_t(magnetometers);
+  used_.assign(std::size_t(magnetometers), 1);
   if (options_.keep_for_report) thinned_.begin(magnetometers);
   if (!options_.state.empty()) {
     journal_ = std::make_unique<SampleJournal>(options_.state, identity);
@@ -151,7 +152,7 @@ void StreamSession::use_lines() {
   }
   for (StreamSample& sample : lines_.take()) {
     look_at(sample);
-    go_on_without_dead();
+    go_on_without_dead(true);
     use(sample);
   }
   tell_refused_times();

@@ -77,10 +77,9 @@ class StreamSession {
   void begin_checks();
   void use_lines();
   void look_at(StreamSample& sample);
-  bool is_used(std::size_t m) const;
   std::vector<std::string> used_mag_names() const;
   StreamSample used_of(StreamSample sample) const;
-  void go_on_without_dead();
+  void go_on_without_dead(bool last_comes_next);
   void feel_turning(const StreamSample& sample);
   void tell_news();
   void tell_refused_times();
@@ -112,7 +111,7 @@ class StreamSession {
   bool goes_on_ = false;                // the source has sent samples that the state has not
   double clock_s_ = 0.0;                // what is added to the source's times since then
   bool said_what_was_known_ = false;
-  std::size_t used_mags_ = 0;  // of those that have names; the others are left out
+  std::vector<char> used_;     // of the source's magnetometers those that the estimator has
   long samples_ = 0;           // in the estimator
   long keep_at_ = kFirstKept;  // samples from which on the estimate is kept (again)
 

@@ -39,12 +39,10 @@ void StreamSession::look_at(StreamSample& sample) {
   tell_news();
 }
 
-bool StreamSession::is_used(std::size_t m) const { return !checks_ || !checks_->is_left_out(m); }
-
 std::vector<std::string> StreamSession::used_mag_names() const {
   std::vector<std::string> out;
   for (std::size_t m = 0; m < lines_.mag_names().size(); ++m) {
-    if (is_used(m)) out.push_back(lines_.mag_names()[m]);
+    if (used_[m] != 0) out.push_back(lines_.mag_names()[m]);
   }
   return out;
 }
@@ -52,21 +50,22 @@ std::vector<std::string> StreamSession::used_mag_names() const {
 StreamSample StreamSession::used_of(StreamSample sample) const {
   std::size_t used = 0;
   for (std::size_t m = 0; m < sample.mag.size(); ++m) {
-    if (is_used(m)) sample.mag[used++] = sample.mag[m];
+    if (used_[m] != 0) sample.mag[used++] = sample.mag[m];
   }
   sample.mag.resize(used);
   return sample;
 }
 
-// Magnetometers that never measured are left out from now on, and of all before. (The last sample
-// looked at comes next.)
-void StreamSession::go_on_without_dead() {
-  const std::size_t used = used_mag_names().size();
-  if (used == used_mags_) return;
-  used_mags_ = used;
-  estimator_.emplace(int(used), options_.estimator);
+// Magnetometers that never measured are left out from now on, and of all before.
+void StreamSession::go_on_without_dead(bool last_comes_next) {
+  std::vector<char> used = used_;
+  for (std::size_t m = 0; m < used.size(); ++m) used[m] = checks_->is_left_out(m) ? 0 : 1;
+  if (used == used_) return;
+  used_ = used;
+  const auto magnetometers = int(std::ranges::count(used_, 1));
+  estimator_.emplace(magnetometers, options_.estimator);
   thinned_ = {};
-  if (options_.keep_for_report) thinned_.begin(int(used));
+  if (options_.keep_for_report) thinned_.begin(magnetometers);
   const auto again = [&](const StreamSample& sample) {
     const StreamSample its = used_of(sample);
     estimator_->add(its);
@@ -74,7 +73,8 @@ void StreamSession::go_on_without_dead() {
   };
   if (!journal_) {
     const std::deque<StreamSample>& looked_at = checks_->samples();
-    for (std::size_t k = 0; k + 1 < looked_at.size(); ++k) again(looked_at[k]);
+    const std::size_t n = looked_at.size() - (last_comes_next ? 1 : 0);
+    for (std::size_t k = 0; k < n; ++k) again(looked_at[k]);
     return;
   }
   journal_->commit();

@@ -43,7 +43,8 @@ bool StreamSession::take_up() {
 // may be lost or damaged, so that nobody waits for the disk; the samples are what counts.
 void StreamSession::keep_estimate() {
   // (With magnetometers left out it would not be that of the state's samples.)
-  if (!journal_ || samples_ < keep_at_ || used_mags_ < lines_.mag_names().size()) return;
+  const bool all_used = std::ranges::find(used_, 0) == used_.end();
+  if (!journal_ || samples_ < keep_at_ || !all_used) return;
   keep_at_ = samples_ + samples_ / kKeptEvery;
   const std::string path = options_.state + kEstimate, next = path + ".new";
   std::ofstream out(next, std::ios::binary | std::ios::trunc);

@@ -233,6 +233,24 @@ TEST_F(StreamFaults, a_magnetometer_that_never_measures_leaves_the_others) {
   }
 }
 
+// A stream so short that it is seen at the end only.
+TEST_F(StreamFaults, a_magnetometer_that_is_found_dead_at_the_end_is_left_out_by_its_name) {
+  std::string all =
+      "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,mag1_x,mag1_y,mag1_z,mag2_x,mag2_y,mag2_z\n";
+  for (std::size_t k = 0; k < rows_.size() && rows_[k][0] < 1.5; ++k) {
+    for (std::size_t i = 0; i < 7; ++i) all += number(rows_[k][i]) + ",";
+    all += "0,0,0";
+    for (std::size_t i = 7; i < 10; ++i) all += "," + number(rows_[k][i]);
+    all += "\n";
+  }
+  magimu_.folder().write("all.csv", all);
+  EXPECT_EQ(magimu_("stream all.csv -o cal.json").exit_code, kNoAnswer);
+  const json file = magimu_.json("cal.json");
+  ASSERT_EQ(file["magnetometers"].size(), 1u);
+  EXPECT_EQ(file["magnetometers"][0]["name"], "mag2");
+  EXPECT_THAT(file["trust"]["reasons"].dump(), HasSubstr("too short"));
+}
+
 // Its columns are empty.
 TEST_F(StreamFaults, a_magnetometer_without_a_sample_leaves_the_others) {
   for (const bool first : {true, false}) {

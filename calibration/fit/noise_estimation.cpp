@@ -2,6 +2,7 @@
 #include "calibration/fit/noise_estimation.h"
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "graph/parallel.h"
@@ -82,6 +83,15 @@ void add_absorbed(const LinearSystem& system, const SensorRows& rows,
 
 // One update moves by a factor of 10 at most; the iteration does the rest.
 double moved_density(double density, double rms) { return density * std::clamp(rms, 0.1, 10.0); }
+
+// Of few degrees of freedom, too: a sensor that the trajectory follows closely has less than a
+// hundredth of its rows left, and those tell its noise. The one more is a prior that the density
+// is right.
+double rms_of_few(const SensorSums& sums, Sensor sensor) {
+  const auto s = std::size_t(sensor);
+  const double left = std::max(sums.rows[s] - sums.absorbed[s], 0.0);
+  return std::sqrt((sums.squares[s] + 1.0) / (left + 1.0));
+}
 
 // The scaled Jacobian's rows of one sensor, summed with the signs of its probes: to the columns of
 // B.
@@ -172,7 +182,7 @@ SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, Lin
 
 NoiseDensities restricted_ml(const NoiseDensities& used, const SensorSums& sums) {
   return {moved_density(used.acc, sums.rms(Sensor::kAcc)),
-          moved_density(used.gyr, sums.rms(Sensor::kGyr)),
+          moved_density(used.gyr, rms_of_few(sums, Sensor::kGyr)),
           moved_density(used.mag, sums.rms(Sensor::kMag))};
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Noise densities where none are given.
+#include "calibration/motion/rests/rests.h"
 #include "tests/calibration/cases.h"
 
 namespace magimu {
@@ -47,6 +48,44 @@ TEST(NoiseEstimation, works_over_two_orders_of_magnitude) {
     EXPECT_NEAR(c.noise.gyr / s.truth.noise.gyr, 1.0, 0.2) << "factor " << factor;
     EXPECT_NEAR(c.noise.mag / s.truth.noise.mag, 1.0, 0.1) << "factor " << factor;
   }
+}
+
+// A trajectory of a moved sensor follows the gyroscope so closely that it has less than a hundredth
+// of its rows left; these tell its noise.
+TEST(NoiseEstimation, finds_the_gyroscopes_in_a_hand_that_never_rests) {
+  double sum = 0.0;
+  constexpr int kSeeds = 4;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    SimulationOptions options;
+    options.motion = SimulatedMotion::kHandHeld;
+    options.rate_hz = 50.0;
+    options.duration_s = 180.0;
+    options.displacement_m = 0.1;
+    options.noise = {3e-3, 3e-4, 0.05};  // a usual part's, better than the paper's
+    options.seed = 5601 + std::uint64_t(seed);
+    const Simulation s = simulate(options);
+    std::vector<Recording> moved;
+    double from = s.recording.gyr.t.front();
+    std::vector<TimeSpan> rests = find_rests(s.recording);
+    const double end = s.recording.gyr.t.back();
+    rests.push_back({end, end});
+    for (const TimeSpan& rest : rests) {
+      constexpr double kEdge = 1.5;  // s: where the hand slows down
+      if (rest.begin_s - from > 10.0) {
+        moved.push_back(slice(s.recording, from + kEdge, rest.begin_s - kEdge));
+      }
+      from = rest.end_s;
+    }
+    ASSERT_GT(moved.size(), 3U);
+    CalibrationOptions model = test::same_model(s);
+    model.motion = MotionModel::kHandHeld;
+    std::vector<const Recording*> recordings;
+    for (const Recording& r : moved) recordings.push_back(&r);
+    const Calibration c = calibrate(recordings, model);
+    EXPECT_NEAR(std::log(c.noise.gyr / s.truth.noise.gyr), 0.0, 0.5) << "seed " << options.seed;
+    sum += std::log(c.noise.gyr / s.truth.noise.gyr);
+  }
+  EXPECT_NEAR(sum / kSeeds, 0.0, 0.2);
 }
 
 }  // namespace

@@ -123,10 +123,14 @@ void hard_iron_step(Damage& d) {
   Vector3 by;
   for (double& x : by) x = d.dice.normal();
   by *= d.dice.log_uniform(0.5, 100.0) / by.norm();
+  constexpr double kUnseen = 0.5;  // s: what comes after it is too short to be told from it
+  const bool lasts = d.log.rows.back().t - stretch.t1 < kUnseen;
   for (int s = 2; s < d.log.sensors(); ++s) {
     for (const std::size_t r : d.log.rows_of(s)) {
       if (stretch.has(d.log.rows[r].t)) d.log.rows[r].v[std::size_t(s)] += by;
     }
+    // What holds when the recording ends is what is asked for.
+    if (lasts && d.truth) d.truth->mag[std::size_t(s - 2)].bias += by;
   }
   d.what += fmt::format("{:.3g} uT", by.norm());
 }

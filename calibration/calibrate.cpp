@@ -143,6 +143,7 @@ double reading_at_rest(const Recording& recording, const NoiseDensities& rest) {
 // What is wanted beside the calibration, where not null; and what was noticed.
 struct Beside {
   std::optional<CondensedRecording>* condensed = nullptr;
+  bool needs_optimum = false;         // a fit that finds none is of no use
   std::optional<BiasStep> step = {};  // where it is why the verdict is not yes
 };
 
@@ -167,6 +168,9 @@ Calibration calibrate_checked(const CheckedRecordings& checked, const Calibratio
   const FewMagnetometers& few = begun->few();
   const Pipeline& pipeline = begun->pipeline();
   const Stage& coarse = begun->coarse();
+  if (beside.needs_optimum && !coarse.result().converged()) {
+    throw NumericalError("the fit found no optimum");
+  }
   Calibration c;
   std::vector<double> mag_squares;
   std::vector<Check> checks;
@@ -344,11 +348,13 @@ Calibration beside_steps(const Recording& given, const CalibrationOptions& optio
   Recording left = given;
   for (int steps = 0; steps < kMostSteps; ++steps) {
     left = without_step(left, step);
-    if (left.gyr.empty() || left.mag.front().empty()) break;
+    // What it is for most of the time is no exception.
+    const std::size_t had = given.mag.front().size(), has = left.mag.front().size();
+    if (left.gyr.empty() || has == 0 || (!step.lasts() && 2 * has < had)) break;
     said.push_back(sentence(step) +
                    (step.lasts() ? " The calibration is the one that holds since then."
                                  : " The calibration is made without its readings of that time."));
-    Beside beside;
+    Beside beside{.needs_optimum = true};
     Calibration out;
     try {
       out = calibrate_anyhow({&left}, options, beside);

@@ -483,6 +483,8 @@ Stage Pipeline::coarse(std::string& motion_reason, const std::vector<std::string
 }
 
 Stage Pipeline::with_what_it_needs(Stage stage, const std::vector<std::string>& known) const {
+  // Away from an optimum nothing tells what is needed.
+  if (!stage.result().converged()) return stage;
   const auto take = [&](const auto& step) {
     if (auto next = attempt([&] { return step(stage); })) stage = *std::move(next);
   };

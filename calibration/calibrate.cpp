@@ -348,9 +348,7 @@ Calibration beside_steps(const Recording& given, const CalibrationOptions& optio
   Recording left = given;
   for (int steps = 0; steps < kMostSteps; ++steps) {
     left = without_step(left, step);
-    // What it is for most of the time is no exception.
-    const std::size_t had = given.mag.front().size(), has = left.mag.front().size();
-    if (left.gyr.empty() || has == 0 || (!step.lasts() && 2 * has < had)) break;
+    if (left.gyr.empty() || left.mag.front().empty()) break;
     said.push_back(sentence(step) +
                    (step.lasts() ? " The calibration is the one that holds since then."
                                  : " The calibration is made without its readings of that time."));

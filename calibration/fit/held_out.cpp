@@ -3,36 +3,67 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "calibration/fit/side_by_side.h"
+#include "calibration/model/gathered.h"
+#include "graph/numerical_error.h"
 
 namespace magimu {
 namespace {
 
 constexpr double kLeftOut = 5.0;  // s left out at a time, half of a recording at the most
 
-// The block that each node's time falls into; blocks of all recordings are numbered through.
-std::vector<int> blocks_of(const std::vector<NodePlan>& plans) {
+bool has_mag(const Stage& stage, std::size_t recording, std::size_t node, std::size_t mag) {
+  return stage.gathered().mag(int(recording), int(mag))[node].independent > 0.0;
+}
+std::size_t magnetometers(const Stage& stage) { return stage.spec().mag_offset_s.size(); }
+
+// The block that each node's time falls into; blocks of all recordings are numbered through. Where
+// no magnetometer measured there is nothing to leave out: such nodes are of the block before.
+std::vector<int> blocks_of(const Stage& stage) {
   std::vector<int> out;
-  int first = 0;
-  for (const NodePlan& plan : plans) {
-    int last = first;
-    const double all = plan.t.back() - plan.t.front(), length = std::min(kLeftOut, 0.5 * all);
+  int own = -1;  // those with a magnetometer's samples
+  for (std::size_t r = 0; r < stage.plans().size(); ++r) {
+    const std::vector<double>& times = stage.plans()[r].t;
+    const double all = times.back() - times.front(), length = std::min(kLeftOut, 0.5 * all);
     const int blocks = length > 0.0 ? int(std::ceil(all / length)) : 1;
-    for (const double t : plan.t) {
-      const double passed = length > 0.0 ? (t - plan.t.front()) / length : 0.0;
-      last = first + std::min(int(passed), blocks - 1);
-      out.push_back(last);
+    int last = -1;  // of this recording, of the last node with samples
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const double passed = length > 0.0 ? (times[i] - times.front()) / length : 0.0;
+      const int now = std::min(int(passed), blocks - 1);
+      bool measured = false;
+      for (std::size_t m = 0; m < magnetometers(stage); ++m) {
+        measured = measured || has_mag(stage, r, i, m);
+      }
+      if (measured && now != last) {
+        ++own;
+        last = now;
+      }
+      out.push_back(std::max(own, 0));
     }
-    first = last + 1;
   }
   return out;
+}
+
+// Throws NumericalError where a magnetometer has no sample but those that are to be left out.
+void require_some_left(const Stage& stage, const std::function<bool(int node)>& left_out) {
+  for (std::size_t m = 0; m < magnetometers(stage); ++m) {
+    bool left = false;
+    for (std::size_t r = 0; r < stage.plans().size() && !left; ++r) {
+      const NodePlan& plan = stage.plans()[r];
+      for (std::size_t i = 0; i < plan.t.size() && !left; ++i) {
+        left = has_mag(stage, r, i, m) && !left_out(plan.first + int(i));
+      }
+    }
+    if (!left) throw NumericalError("all samples of a magnetometer lie within seconds");
+  }
 }
 
 }  // namespace
 
 BlockErrors block_errors(const Stage& stage) {
-  const std::vector<int> block = blocks_of(stage.plans());
+  const std::vector<int> block = blocks_of(stage);
   double nodes = 0.0, seconds = 0.0;
   for (const NodePlan& plan : stage.plans()) {
     nodes += double(plan.t.size());
@@ -51,9 +82,10 @@ BlockErrors block_errors(const Stage& stage) {
   out.values = 3.0 * double(block.size() * stage.spec().mag_offset_s.size());
   add(stage, out.fitted, -1);
   const auto leave_out = [&](int parity) {
+    const auto left_out = [&](int node) { return block[std::size_t(node)] % 2 == parity; };
+    require_some_left(stage, left_out);
     Stage without = stage;
-    without.fit_without(stage.result().values,
-                        [&](int node) { return block[std::size_t(node)] % 2 == parity; });
+    without.fit_without(stage.result().values, left_out);
     add(without, out.held_out, parity);
   };
   // The two leave out different blocks, so that none is written to by both.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "calibration/result/calibration_json.h"
 #include "calibration/survey/survey.h"
@@ -34,6 +35,44 @@ void spoil(Recording& r) {
   r.gyr.v[1000] = Vector3(-3276.8, 120.0, 999.0);
   r.mag[0].v[2000][1] = 4900.0;
   r.mag[0].v[700].setZero();
+}
+
+// The magnetometer's samples of some times alone.
+Recording measured_where(const Recording& given, const std::function<bool(double t)>& measured) {
+  Recording out = given;
+  VectorSeries kept;
+  const VectorSeries& mag = given.mag[0];
+  for (std::size_t k = 0; k < mag.size(); ++k) {
+    if (measured(mag.t[k])) kept.push_back(mag.t[k], mag.v[k]);
+  }
+  out.mag[0] = std::move(kept);
+  return out;
+}
+
+// Blocks of five seconds are left out in turn and predicted by the others: here every other one has
+// no magnetometer.
+TEST(SetAside, a_magnetometer_that_measures_every_other_five_seconds_calibrates) {
+  const Simulation s = minute(SimulatedMotion::kHand);
+  const Calibration c =
+      calibrate(measured_where(s.recording, [](double t) { return std::fmod(t, 10.0) < 5.0; }));
+  EXPECT_NE(c.trust.verdict, Verdict::kNo) << testing::PrintToString(c.trust.reasons);
+  const auto predicted = std::ranges::find(c.checks, "cross_validation", &Check::name);
+  ASSERT_NE(predicted, c.checks.end());
+  EXPECT_EQ(predicted->status, CheckStatus::kOk) << predicted->sentence;
+  const Vector3 sigma = c.covariance.diagonal().segment<3>(15).cwiseSqrt();
+  const Vector3 off = c.parameters.mag[0].bias - s.truth.parameters.mag[0].bias;
+  EXPECT_LT(off.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 4.0);
+}
+
+// Too little for anything: a verdict, and no failure of what looks at it.
+TEST(SetAside, a_magnetometer_that_measures_a_moment_is_no_calibration) {
+  const Simulation s = minute(SimulatedMotion::kHand);
+  for (const double after : {58.5, 1e9}) {  // at the end, too, or not
+    const Calibration c =
+        calibrate(measured_where(s.recording, [&](double t) { return t < 4.5 || t > after; }));
+    EXPECT_EQ(c.trust.verdict, Verdict::kNo) << after;
+    EXPECT_FALSE(c.trust.reasons.empty()) << after;
+  }
 }
 
 TEST(SetAside, impossible_samples_do_not_move_a_calibration) {

@@ -180,9 +180,9 @@ SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, Lin
   return sums;
 }
 
-NoiseDensities restricted_ml(const NoiseDensities& used, const SensorSums& sums) {
-  return {moved_density(used.acc, sums.rms(Sensor::kAcc)),
-          moved_density(used.gyr, rms_of_few(sums, Sensor::kGyr)),
+NoiseDensities restricted_ml(const NoiseDensities& used, const SensorSums& sums, bool gyr_rested) {
+  const double gyr = gyr_rested ? sums.rms(Sensor::kGyr) : rms_of_few(sums, Sensor::kGyr);
+  return {moved_density(used.acc, sums.rms(Sensor::kAcc)), moved_density(used.gyr, gyr),
           moved_density(used.mag, sums.rms(Sensor::kMag))};
 }
 

@@ -20,8 +20,11 @@ namespace magimu {
 SensorSums residual_sums(const LinearSystem& system, const SensorRows& rows, LinearSolver& solver,
                          const VectorXd& scale);
 
-// The densities under which the residuals would have unit variance.
-NoiseDensities restricted_ml(const NoiseDensities& used, const SensorSums& sums);
+// The densities under which the residuals would have unit variance. gyr_rested: rests tell the
+// gyroscope's noise. Then what its few free rows have more is no noise but what the model lacks,
+// and has to show: at least a fiftieth of the rows counts as free (SensorSums::rms).
+NoiseDensities restricted_ml(const NoiseDensities& used, const SensorSums& sums,
+                             bool gyr_rested = false);
 // The same of each magnetometer of an array: of sums.magnetometers.
 std::vector<double> restricted_ml(const std::vector<double>& used, const SensorSums& sums);
 

@@ -316,7 +316,7 @@ void Stage::fit_noise(const Values& start, bool warm, const NoiseKnowledge& know
       spec_.reach_m = std::clamp(spec_.reach_m, kMinReach, kMaxReach);
       spec_.speed_mps = std::clamp(spec_.speed_mps, kMinSpeed, kMaxSpeed);
     };
-    spec_.noise = restricted_ml(old, now);
+    spec_.noise = restricted_ml(old, now, known.min_gyr > 0.0);
     spec_.mag_noise = restricted_ml(old_mags, now);
     if (reach) bound_of(spec_) *= now.rms(Sensor::kReach);
     hold();
